@@ -1,4 +1,5 @@
-//! Depths of a cutter in a mesh to 1e-6 mm, on one thread, and the build of the tree that they walk.
+//! Depths of a cutter in a mesh to 1e-6 mm, on one thread, and the build of the tree that they
+//! walk.
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -8,7 +9,8 @@ use facemill_benches::{Scene, blade_scene, bodies, patch_mesh, patch_scene, pose
 use facemill_interference::{Interference, MeshTree, lift_to_free, penetration};
 use facemill_tool_model::Cutter;
 
-/// Lifts and penetrations at postures sunk by 0.05 and by 3 mm: in the corner's skin, and with the core in the surface.
+/// Lifts and penetrations at postures sunk by 0.05 and by 3 mm: in the corner's skin, and with the
+/// core in the surface.
 fn depths(c: &mut Criterion, scene: &Scene, cutter: &Cutter) {
     let tree = MeshTree::new(&scene.mesh);
     let (solid, _) = bodies(cutter)[0].clone();

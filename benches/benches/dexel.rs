@@ -1,7 +1,8 @@
-//! Dexel map of 0.25 mm lines: a pass cut, the same pass lifted by 0.01 mm tested without a cut, single cuts into full
-//! material, and a pass on one thread and on two.
+//! Dexel map of 0.25 mm lines: a pass cut, the same pass lifted by 0.01 mm tested without a cut,
+//! single cuts into full material, and a pass on one thread and on two.
 //!
-//! All but the last count the processor time of one thread: what else runs does not count, though it takes the cache.
+//! All but the last count the processor time of one thread: what else runs does not count, though
+//! it takes the cache.
 
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -53,7 +54,8 @@ fn removed(map: &mut DexelMap, sweeps: &[Sweep]) -> u64 {
     map.remove_all(sweeps, 0.01).expect("motions are in range").iter().map(|cut| cut.lines).sum()
 }
 
-/// Lines under the outlines of all sweeps: those that lose something of a block that is higher than the tool.
+/// Lines under the outlines of all sweeps: those that lose something of a block that is higher than
+/// the tool.
 fn under_outlines(sweeps: &[Sweep]) -> u64 {
     let deep = stock(100.0, 100.0);
     sweeps.iter().map(|sweep| removed(&mut deep.clone(), std::slice::from_ref(sweep))).sum()

@@ -1,5 +1,5 @@
-//! Interference of a cutter, and of cutter, holder and box, with a mesh of 200,000 triangles: verdicts, distances, motions,
-//! seating; parry3d in the same run as the plain reference.
+//! Interference of a cutter, and of cutter, holder and box, with a mesh of 200,000 triangles:
+//! verdicts, distances, motions, seating; parry3d in the same run as the plain reference.
 
 use std::hint::black_box;
 use std::time::Duration;

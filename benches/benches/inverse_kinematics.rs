@@ -1,5 +1,6 @@
-//! Kinematics of the head-B, table-C mill, beside a solution written down for it by hand, and of a head with two linear
-//! and two rotary axes over a turning workpiece, which needs roots of a polynomial; branch and winding along a path.
+//! Kinematics of the head-B, table-C mill, beside a solution written down for it by hand, and of a
+//! head with two linear and two rotary axes over a turning workpiece, which needs roots of a
+//! polynomial; branch and winding along a path.
 
 use std::f64::consts::{PI, TAU};
 use std::hint::black_box;
@@ -16,7 +17,8 @@ use nalgebra::{Point3, Unit, Vector3};
 
 const TOOL_LENGTH: f64 = 300.0;
 
-/// The B-head, C-table mill by hand, for one fixed machine: what nothing general can be faster than.
+/// The B-head, C-table mill by hand, for one fixed machine: what nothing general can be faster
+/// than.
 fn by_hand(cl: &ClPoint, tool_length: f64) -> [[f64; 5]; 2] {
     let (a, pivot) = (cl.axis.into_inner(), 350.0);
     let lean = a.x.hypot(a.y);
@@ -60,7 +62,8 @@ fn rotary(axis: &str, row: DhRow) -> DhRow {
     DhRow { joint: Some(Joint::Revolute(joint)), ..row }
 }
 
-/// Workpiece on a level C, head with Y, Z, B and A. With a `nod` between B and A no two rotary axes are parallel.
+/// Workpiece on a level C, head with Y, Z, B and A. With a `nod` between B and A no two rotary axes
+/// are parallel.
 fn three_rotaries(nod_deg: f64) -> Machine {
     let mut file = machine().to_file();
     file.bed_bodies.clear();

@@ -1,4 +1,5 @@
-//! Positions that hold a tolerance between the poses of passes over a blade, and how many: against uniform subdivision.
+//! Positions that hold a tolerance between the poses of passes over a blade, and how many: against
+//! uniform subdivision.
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -17,7 +18,8 @@ const N_POSES: usize = 100_000;
 /// Radius of the cutter, mm.
 const RADIUS: f64 = 80.0;
 
-/// Passes to and fro on cylinders about the table's axis, as over blades of 3 m: lean and height wave along them.
+/// Passes to and fro on cylinders about the table's axis, as over blades of 3 m: lean and height
+/// wave along them.
 fn poses(step: f64) -> Vec<ClPoint> {
     let mut poses = Vec::with_capacity(N_POSES);
     let mut pass = 0_u32;
@@ -55,7 +57,8 @@ fn holds(machine: &Machine, settings: &Linearisation, ends: &[ClPoint], start: &
     })
 }
 
-/// Blocks of uniform subdivision: every segment by the smallest number of its own, and all by the largest of these.
+/// Blocks of uniform subdivision: every segment by the smallest number of its own, and all by the
+/// largest of these.
 fn uniform_blocks(machine: &Machine, settings: &Linearisation, poses: &[ClPoint]) -> (usize, usize) {
     let mut start = machine.home();
     let numbers = poses.windows(2).map(|ends| {

@@ -1,4 +1,5 @@
-//! A whole small propeller: planned with and without verification, its program read, and feeds for many blocks.
+//! A whole small propeller: planned with and without verification, its program read, and feeds for
+//! many blocks.
 
 use std::hint::black_box;
 use std::time::Duration;

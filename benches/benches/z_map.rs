@@ -1,4 +1,5 @@
-//! Z-map of a mesh: heights of the nodes on one thread, build with proven maxima, and the proof that a body is above it.
+//! Z-map of a mesh: heights of the nodes on one thread, build with proven maxima, and the proof
+//! that a body is above it.
 
 use std::hint::black_box;
 use std::time::Duration;

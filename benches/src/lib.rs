@@ -37,7 +37,8 @@ pub fn patch_scene(n_points: usize) -> Scene {
     Scene { name: "patch_200k", mesh, cc }
 }
 
-/// Suction side of a DTMB 4119 blade of 3,048 mm diameter, with the whole blade of about 200,000 triangles as mesh.
+/// Suction side of a DTMB 4119 blade of 3,048 mm diameter, with the whole blade of about 200,000
+/// triangles as mesh.
 ///
 /// # Panics
 /// Never: the numbers are in range.
@@ -75,7 +76,8 @@ pub fn patch_passes() -> Vec<Vec<CcPoint>> {
     (0..50).map(|j| (0..200).map(|k| at(spread(k, 200), spread(j, 50))).collect()).collect()
 }
 
-/// Passes of about 10,000 points, 5 mm apart, over the suction side of [`blade_scene`]: on cylinders about the shaft.
+/// Passes of about 10,000 points, 5 mm apart, over the suction side of [`blade_scene`]: on
+/// cylinders about the shaft.
 ///
 /// # Panics
 /// Never: the numbers are in range.
@@ -137,7 +139,8 @@ impl Lcg {
     }
 }
 
-/// Poses with tilt 2° to 15° and rotate 0 to −85° at the CC points, lifted by `lift` along the normal.
+/// Poses with tilt 2° to 15° and rotate 0 to −85° at the CC points, lifted by `lift` along the
+/// normal.
 pub fn poses(cutter: &Cutter, cc: &[CcPoint], lift: f64) -> Vec<Isometry3<f64>> {
     let mut random = Lcg(3);
     cc.iter()

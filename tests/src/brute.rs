@@ -1,4 +1,5 @@
-//! Depth of a cutter in a mesh and distance of turned bodies from it, over all triangles, by formulas of their own.
+//! Depth of a cutter in a mesh and distance of turned bodies from it, over all triangles, by
+//! formulas of their own.
 
 use nalgebra::{Point3, Unit, Vector3};
 
@@ -16,12 +17,14 @@ pub struct RoundedCylinder {
 }
 
 impl RoundedCylinder {
-    /// Signed distance of a point at `rho` from the axis and `z` above the tip: negative inside. A convex function.
+    /// Signed distance of a point at `rho` from the axis and `z` above the tip: negative inside. A
+    /// convex function.
     pub fn signed_distance(&self, rho: f64, z: f64) -> f64 {
         let (rim, r) = (self.radius - self.corner, self.corner);
         let top = z - self.height;
         if rho > rim && z < r {
-            // The nearest point is on the corner's arc; inside it may be on the top of a very flat cutter.
+            // The nearest point is on the corner's arc; inside it may be on the top of a very flat
+            // cutter.
             return (length(rho - rim, r - z) - r).max(top);
         }
         let (side, along) = (rho - self.radius, (-z).max(top));
@@ -130,13 +133,15 @@ impl Bins {
             .filter(move |&k| (self.centers[k].0 - center).norm() <= reach)
     }
 
-    /// Depth of the cutter in the mesh's surface: the largest distance of a point of the mesh from the cutter's outside,
-    /// 0 where it touches nothing. Exact to about 1e-7 mm: the signed distance is convex over each triangle.
+    /// Depth of the cutter in the mesh's surface: the largest distance of a point of the mesh from
+    /// the cutter's outside, 0 where it touches nothing. Exact to about 1e-7 mm: the signed
+    /// distance is convex over each triangle.
     pub fn depth(&self, cutter: &RoundedCylinder, tip: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> f64 {
         (-self.gap(cutter, tip, axis, 0.0)).max(0.0)
     }
 
-    /// Distance of the cutter from the mesh, searched up to `at_most` (0 or more); negative: its depth. As exact as depth.
+    /// Distance of the cutter from the mesh, searched up to `at_most` (0 or more); negative: its
+    /// depth. As exact as depth.
     pub fn gap(&self, cutter: &RoundedCylinder, tip: &Point3<f64>, axis: &Unit<Vector3<f64>>, at_most: f64) -> f64 {
         let center = tip + axis.into_inner() * (0.5 * cutter.height);
         let reach = cutter.radius.hypot(0.5 * cutter.height) + at_most;
@@ -159,7 +164,8 @@ impl Bins {
         self.smallest(self.near(&center, reach), &outside, at_most)
     }
 
-    /// Smallest value of a distance over these triangles, searched up to `at_most`: lowest bounds first.
+    /// Smallest value of a distance over these triangles, searched up to `at_most`: lowest bounds
+    /// first.
     fn smallest(&self, near: impl Iterator<Item = usize>, f: &dyn Fn(&Point3<f64>) -> f64, at_most: f64) -> f64 {
         // No point of a triangle is farther from its middle than its extent.
         let bound = |k: usize| f(&self.centers[k].0) - self.centers[k].1;
@@ -178,8 +184,8 @@ impl Bins {
     }
 }
 
-/// Whether a distance may be less than `limit` on a triangle: not where it is more on the middles of its quarters, of their
-/// quarters and so on, than these are large.
+/// Whether a distance may be less than `limit` on a triangle: not where it is more on the middles
+/// of its quarters, of their quarters and so on, than these are large.
 fn may_be_below(t: &[Point3<f64>; 3], f: &dyn Fn(&Point3<f64>) -> f64, limit: f64, splits: u32) -> bool {
     let (c, extent) = middle(t);
     if f(&c) - extent >= limit {

@@ -1,4 +1,5 @@
-//! Chip areas on trial: what the planner says that a pass takes, against what its program takes out of the stock.
+//! Chip areas on trial: what the planner says that a pass takes, against what its program takes out
+//! of the stock.
 
 use std::fmt::Write;
 use std::path::Path;
@@ -80,7 +81,8 @@ impl Volumes {
 }
 
 impl PieceTrial {
-    /// Steps whose middle is at least so far from both ends of the piece, and whose chips are known.
+    /// Steps whose middle is at least so far from both ends of the piece, and whose chips are
+    /// known.
     pub fn inner(&self, margin: f64) -> impl Iterator<Item = &Step> {
         let end = self.steps.last().map_or(0.0, |s| s.at + 0.5 * s.way);
         let is_inner = move |s: &&Step| s.at >= margin && s.at <= end - margin && !s.in_full_stock;
@@ -88,7 +90,8 @@ impl PieceTrial {
     }
 }
 
-/// Plans the first setup of a job with a FANUC control without verification, then cuts its stock with the program.
+/// Plans the first setup of a job with a FANUC control without verification, then cuts its stock
+/// with the program.
 ///
 /// # Panics
 /// When a step of that fails.

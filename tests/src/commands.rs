@@ -18,7 +18,8 @@ pub struct Told {
 /// Endings of words that are files of the folder.
 const FILES: [&str; 6] = [".nc", ".json", ".stock", ".obj", ".stl", ".glb"];
 
-/// Runs `facemill` with these words, apart by spaces; a name of a file stands for its path in the folder.
+/// Runs `facemill` with these words, apart by spaces; a name of a file stands for its path in the
+/// folder.
 ///
 /// # Panics
 /// When it cannot be started, was killed, or prints no text.
@@ -49,7 +50,8 @@ impl Told {
         self.printed.lines().any(|line| words.iter().all(|word| line.contains(word)))
     }
 
-    /// Whether the command refused its input, exit code 2, printed nothing, and said all of these words about it.
+    /// Whether the command refused its input, exit code 2, printed nothing, and said all of these
+    /// words about it.
     #[must_use]
     pub fn is_refused_for(&self, words: &[&str]) -> bool {
         let said = words.iter().all(|word| self.errors.contains(word));

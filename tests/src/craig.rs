@@ -1,4 +1,5 @@
-//! Places of a machine's links as products of matrices made from the rows of its file, read as JSON.
+//! Places of a machine's links as products of matrices made from the rows of its file, read as
+//! JSON.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +11,8 @@ use crate::read_back::number;
 /// Value of every axis, mm and deg, by its name.
 pub type Words = BTreeMap<String, f64>;
 
-/// The frame behind a chain of rows: Craig's RotX(alpha) · TransX(a) · RotZ(theta) · TransZ(d), joints at their words.
+/// The frame behind a chain of rows: Craig's RotX(alpha) · TransX(a) · RotZ(theta) · TransZ(d),
+/// joints at their words.
 ///
 /// # Panics
 /// When a word is missing.

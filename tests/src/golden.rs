@@ -1,5 +1,5 @@
-//! Golden jobs: small jobs on every control and on machines of every kind, and the checksums of all files that the commands
-//! write for them.
+//! Golden jobs: small jobs on every control and on machines of every kind, and the checksums of all
+//! files that the commands write for them.
 
 use std::path::Path;
 use std::process::Command;
@@ -33,7 +33,8 @@ const MACHINES: [&str; 3] = ["table-table-a-c", "head-head-c-a", "head-b-nutatin
 
 const PLANES: &str = "/operations/0/path/strategy/strategy/parallel_planes";
 
-/// The tiny patch for each control; with certificates and chips, and its program verified, for FANUC.
+/// The tiny patch for each control; with certificates and chips, and its program verified, for
+/// FANUC.
 fn controls() -> impl Iterator<Item = GoldenJob> {
     CONTROLS.into_iter().map(|(control, ending)| {
         let folder = tiny_patch();
@@ -110,7 +111,8 @@ fn feeds() -> GoldenJob {
     GoldenJob { name: "feedrate".to_owned(), folder, commands }
 }
 
-/// Checksum and name of every file that the golden jobs end with, in order of names; the folder `keep` gets the files.
+/// Checksum and name of every file that the golden jobs end with, in order of names; the folder
+/// `keep` gets the files.
 ///
 /// # Panics
 /// When a command cannot be started, or ends with an exit code that means no result.

@@ -1,10 +1,11 @@
 //! A tiny FANUC interpreter: enough for what the planner writes, and nothing taken from its reader.
 //!
-//! It follows G0, G1, G43, G43.4, G49, G28, G90, G91, G93, G94 and the words X Y Z B C F. Comments, macro blocks, M and T
-//! words do not move anything. Motions are told from the first block with G43 or G43.4 on, when every axis has been stated.
+//! It follows G0, G1, G43, G43.4, G49, G28, G90, G91, G93, G94 and the words X Y Z B C F. Comments,
+//! macro blocks, M and T words do not move anything. Motions are told from the first block with G43
+//! or G43.4 on, when every axis has been stated.
 
-/// Words of the axes: mm and deg. Under RTCP X, Y, Z are those of the tip in the frame of the work offset, which is fixed to
-/// the table.
+/// Words of the axes: mm and deg. Under RTCP X, Y, Z are those of the tip in the frame of the work
+/// offset, which is fixed to the table.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[expect(missing_docs, reason = "axis letters")]
 pub struct Axes {
@@ -61,7 +62,8 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// How long a cutting block takes, s: G93 60/F; G94 the way over F, with 1 deg as 1 mm; RTCP the tip's way over F.
+    /// How long a cutting block takes, s: G93 60/F; G94 the way over F, with 1 deg as 1 mm; RTCP
+    /// the tip's way over F.
     ///
     /// # Panics
     /// On rapids, and where no F is in force.
@@ -82,8 +84,8 @@ impl Motion {
 /// The motions of a program between G43 or G43.4 and G49.
 ///
 /// # Panics
-/// On a word it does not know: the program is not of the kind this is made for; and on a cutting block under G93 without F,
-/// which a control stops at.
+/// On a word it does not know: the program is not of the kind this is made for; and on a cutting
+/// block under G93 without F, which a control stops at.
 pub fn run(text: &str) -> Vec<Motion> {
     let mut motions = Vec::new();
     let (mut at, mut rapid, mut compensated, mut feed) = (Axes::default(), true, false, None);
@@ -160,7 +162,8 @@ fn words(block: &str, line: usize) -> Vec<(char, f64)> {
     words
 }
 
-/// The text with the word `letter` of a line (from 1) set to `value`, which is added where it is missing.
+/// The text with the word `letter` of a line (from 1) set to `value`, which is added where it is
+/// missing.
 pub fn with_word(text: &str, line: usize, letter: char, value: f64) -> String {
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
     let block = &mut lines[line - 1];

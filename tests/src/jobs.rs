@@ -164,13 +164,14 @@ pub fn small_propeller() -> JobFolder {
     job
 }
 
-/// The value of a job file that lets its operation leave as much as it likes: for plans that cut but a part of what they ask for.
+/// The value of a job file that lets its operation leave as much as it likes: for plans that cut
+/// but a part of what they ask for.
 pub fn unfinished() -> (&'static str, Value) {
     ("/operations/0/finish", json!({ "max_above_fraction": 1.0, "max_never_cut_fraction": 1.0 }))
 }
 
-/// A wavy patch of 200 mm with few CC points: passes over a band along its middle. The tilt is so large that the tool never
-/// stands upright, where the machine is singular.
+/// A wavy patch of 200 mm with few CC points: passes over a band along its middle. The tilt is so
+/// large that the tool never stands upright, where the machine is singular.
 ///
 /// # Panics
 /// When it cannot be written.

@@ -17,8 +17,8 @@ pub struct MeshCase {
     pub up_axis: &'static str,
     /// Turn of the part about an axis, deg, so that what is cut faces up.
     pub turn: ([f64; 3], f64),
-    /// Lean of the angle plate that the workpiece is clamped on, deg: keeps the tool away from the upright pose, where B and C
-    /// are parallel and the rotaries would have to whirl.
+    /// Lean of the angle plate that the workpiece is clamped on, deg: keeps the tool away from the
+    /// upright pose, where B and C are parallel and the rotaries would have to whirl.
     pub plate_deg: f64,
     /// R and r of the cutter, mm.
     pub cutter: [f64; 2],
@@ -30,7 +30,8 @@ pub struct MeshCase {
     pub strategy: fn() -> Value,
     /// Largest rotate of the search, deg.
     pub rotate_deg: f64,
-    /// Steepest ramp of the tool into material, deg: few for a face mill, 90 for a ball that cuts at its centre.
+    /// Steepest ramp of the tool into material, deg: few for a face mill, 90 for a ball that cuts
+    /// at its centre.
     pub ramp_deg: f64,
     /// Distance of passes and CC points, mm.
     pub steps: [f64; 2],
@@ -46,7 +47,8 @@ fn cylinders(from: f64, to: f64) -> Value {
 
 const STILL: ([f64; 3], f64) = ([0.0, 0.0, 1.0], 0.0);
 
-/// Files that hold the mesh of another file in another format: read and compared, not planned twice.
+/// Files that hold the mesh of another file in another format: read and compared, not planned
+/// twice.
 pub const SAME: [(&str, &str); 1] = [("nasa_rotor37_blade.stl", "nasa_rotor37_blade.obj")];
 
 /// Every shared mesh but those of [`SAME`].
@@ -195,7 +197,8 @@ pub fn shared_mesh_job(name: &str) -> Option<JobFolder> {
     ]))
 }
 
-/// Height of the clearance plane above the workpiece origin, and of the workpiece origin above the table, mm.
+/// Height of the clearance plane above the workpiece origin, and of the workpiece origin above the
+/// table, mm.
 const CLEARANCE: f64 = 280.0;
 const MOUNT: f64 = 1500.0;
 
@@ -280,7 +283,8 @@ fn tool_file(case: &MeshCase) -> Value {
     })
 }
 
-/// Plans every shared mesh that is there, with passes `spread` times as far apart as [`CASES`] says where these are many.
+/// Plans every shared mesh that is there, with passes `spread` times as far apart as [`CASES`] says
+/// where these are many.
 pub fn outcomes(spread: f64) -> Vec<MeshOutcome> {
     CASES
         .iter()
@@ -290,7 +294,8 @@ pub fn outcomes(spread: f64) -> Vec<MeshOutcome> {
             if step_over >= 4.0 {
                 let tolerances = [
                     ("/operations/0/tolerances/max_step_over_mm", json!(spread * step_over)),
-                    // The cusp grows with the square of the step-over, and more where postures are steep: none is to be mended here.
+                    // The cusp grows with the square of the step-over, and more where postures are
+                    // steep: none is to be mended here.
                     (
                         "/operations/0/tolerances/cusp_mm",
                         json!(if spread > 1.0 { 8.0 * spread * spread } else { 1.0 } * CUSP),
@@ -303,7 +308,8 @@ pub fn outcomes(spread: f64) -> Vec<MeshOutcome> {
         .collect()
 }
 
-/// Steepest facets that a shop would call the upper side, as the angle of their normals from +Z, deg.
+/// Steepest facets that a shop would call the upper side, as the angle of their normals from +Z,
+/// deg.
 const SIDE_DEG: f64 = 80.0;
 
 /// Part of the mesh's upper side that lies in the region the passes are laid on, by area.

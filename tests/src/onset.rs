@@ -1,5 +1,5 @@
-//! The tilt at which a tilted cutter begins to gouge an analytic surface behind its contact, from the surface's
-//! equation alone: no mesh, no code under test.
+//! The tilt at which a tilted cutter begins to gouge an analytic surface behind its contact, from
+//! the surface's equation alone: no mesh, no code under test.
 
 use std::f64::consts::TAU;
 
@@ -7,16 +7,18 @@ use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaterni
 
 use crate::brute::golden;
 
-/// Signed distance of a point from the torus about z with material inside, mm: positive outside the material.
+/// Signed distance of a point from the torus about z with material inside, mm: positive outside the
+/// material.
 pub fn torus_distance(p: &Point3<f64>, major_radius: f64, minor_radius: f64) -> f64 {
     (p.x.hypot(p.y) - major_radius).hypot(p.z) - minor_radius
 }
 
-/// Signed distance of a point from `z = x²/(2·concave) − y²/(2·convex)`, mm: positive above. Exact to rounding where
-/// the point is nearer to the surface than the centres of curvature.
+/// Signed distance of a point from `z = x²/(2·concave) − y²/(2·convex)`, mm: positive above. Exact
+/// to rounding where the point is nearer to the surface than the centres of curvature.
 ///
-/// The foot of p lies at p − t·(−x/concave, y/convex, 1), (x, y) its place. So x = p.x/(1 − t/concave),
-/// y = p.y/(1 + t/convex), and the foot's height leaves one equation for t, whose left side falls with t.
+/// The foot of p lies at p − t·(−x/concave, y/convex, 1), (x, y) its place. So x = p.x/(1 −
+/// t/concave), y = p.y/(1 + t/convex), and the foot's height leaves one equation for t, whose left
+/// side falls with t.
 pub fn saddle_distance(p: &Point3<f64>, concave: f64, convex: f64) -> f64 {
     let foot = |t: f64| (p.x / (1.0 - t / concave), p.y / (1.0 + t / convex));
     let is_above = |t: f64| {
@@ -32,8 +34,8 @@ pub fn saddle_distance(p: &Point3<f64>, concave: f64, convex: f64) -> f64 {
     low * (1.0 + (x / concave).powi(2) + (y / convex).powi(2)).sqrt()
 }
 
-/// The lowest part of a cutter's test body: every point within `rounding` of a disc of radius `rim` that lies `height`
-/// above the tip, mm. Only its rim matters behind the contact.
+/// The lowest part of a cutter's test body: every point within `rounding` of a disc of radius `rim`
+/// that lies `height` above the tip, mm. Only its rim matters behind the contact.
 #[derive(Clone, Copy, Debug)]
 pub struct RoundDisc {
     /// Radius of the circle of the corner's centres.
@@ -61,8 +63,8 @@ impl RoundDisc {
         Self { rim: self.rim - cut, height: self.height + cut, rounding: (self.rounding - by).max(0.0) }
     }
 
-    /// Signed distance from a surface of the point of the body that is deepest below or nearest above it, found over
-    /// the rim to 1e-10 mm.
+    /// Signed distance from a surface of the point of the body that is deepest below or nearest
+    /// above it, found over the rim to 1e-10 mm.
     pub fn gap(&self, part_from_tool: &Isometry3<f64>, distance: &dyn Fn(&Point3<f64>) -> f64) -> f64 {
         let n = 90;
         let at = |k: f64| {
@@ -91,7 +93,8 @@ pub struct Touch {
 }
 
 impl Touch {
-    /// Part from tool frame of a cutter that touches with its corner after being lifted along the normal.
+    /// Part from tool frame of a cutter that touches with its corner after being lifted along the
+    /// normal.
     pub fn pose(&self, cutter: &RoundDisc, tilt: f64, lift: f64) -> Isometry3<f64> {
         let (sin, cos) = tilt.sin_cos();
         let x = self.across * cos + self.normal * sin;
@@ -104,7 +107,8 @@ impl Touch {
     }
 }
 
-/// The tilt from which on a body is free, by bisection to 1e-11 rad between a tilt that hits and one that is free.
+/// The tilt from which on a body is free, by bisection to 1e-11 rad between a tilt that hits and
+/// one that is free.
 ///
 /// # Panics
 /// When these are not so.

@@ -7,10 +7,11 @@ use crate::interpreter::Axes;
 /// Distance from the B pivot to the spindle's face of the preset machine, mm.
 pub const PIVOT_TO_FACE: f64 = 350.0;
 
-/// Tip and axis of the tool on the table (FEED (9)): `pivot_length` is l, from the B pivot to the tip.
+/// Tip and axis of the tool on the table (FEED (9)): `pivot_length` is l, from the B pivot to the
+/// tip.
 ///
-/// `Px = cosC·X − sinC·Y − l·sinB·cosC`, `Py = sinC·X + cosC·Y − l·sinB·sinC`, `Pz = Z + l − l·cosB`. The axis is what (9)
-/// implies: from the tip to the pivot.
+/// `Px = cosC·X − sinC·Y − l·sinB·cosC`, `Py = sinC·X + cosC·Y − l·sinB·sinC`, `Pz = Z + l −
+/// l·cosB`. The axis is what (9) implies: from the tip to the pivot.
 pub fn tool_on_table(at: &Axes, pivot_length: f64) -> (Point3<f64>, Unit<Vector3<f64>>) {
     let (sin_b, cos_b) = at.b.to_radians().sin_cos();
     let (sin_c, cos_c) = at.c.to_radians().sin_cos();

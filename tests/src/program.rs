@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
-/// The binary of this profile. It is built here, because cargo builds no binaries of other packages for a test.
+/// The binary of this profile. It is built here, because cargo builds no binaries of other packages
+/// for a test.
 ///
 /// # Panics
 /// When it cannot be built.
@@ -19,8 +20,9 @@ pub fn facemill() -> &'static Path {
             Some(name) => name,
         };
         let status = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
-            // With the tests of all packages, as `cargo test --workspace` has just built them: alone, the binary's crates would have
-            // other features, and all be compiled a second time.
+            // With the tests of all packages, as `cargo test --workspace` has just built them:
+            // alone, the binary's crates would have other features, and all be compiled a second
+            // time.
             .args(["build", "--quiet", "--workspace", "--tests", "--bin", "facemill", "--profile", profile])
             .arg("--target-dir")
             .arg(folder.parent().expect("a target folder"))

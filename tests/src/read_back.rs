@@ -1,5 +1,5 @@
-//! A written program held against meshes by the kit's own interpreter, kinematics and distances. What it needs is taken
-//! from the files of the job alone.
+//! A written program held against meshes by the kit's own interpreter, kinematics and distances.
+//! What it needs is taken from the files of the job alone.
 
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 use serde_json::Value;
@@ -17,7 +17,8 @@ pub struct Ground {
     pub bins: Bins,
     /// What the cutter leaves on it, mm.
     pub allowance: f64,
-    /// What other bodies keep off it, their own clearance aside, mm: the stock on it or its allowance.
+    /// What other bodies keep off it, their own clearance aside, mm: the stock on it or its
+    /// allowance.
     pub thickness: f64,
 }
 
@@ -106,7 +107,8 @@ impl ReadBack {
 
     /// The tool at an end of a motion, or between them.
     pub fn tool(&self, at: &Axes, rtcp: bool) -> Place {
-        // Words count from the work offset: of the axes without RTCP, of the tip with it, then on the table.
+        // Words count from the work offset: of the axes without RTCP, of the tip with it, then on
+        // the table.
         let [x, y, z] = self.work_offset;
         let at = Axes { x: at.x + x, y: at.y + y, z: at.z + z, ..*at };
         let (tip, axis) = tool_on_table(&at, self.pivot_length);
@@ -151,8 +153,8 @@ impl ReadBack {
         deepest
     }
 
-    /// What is left of the clearances of all bodies from stock and fixtures at a place, searched up to `at_most`; negative:
-    /// one is nearer than it may be.
+    /// What is left of the clearances of all bodies from stock and fixtures at a place, searched up
+    /// to `at_most`; negative: one is nearer than it may be.
     pub fn room(&self, (tip, axis): &Place, at_most: f64) -> f64 {
         let mut room = at_most;
         for g in &self.grounds {
@@ -164,7 +166,8 @@ impl ReadBack {
         room
     }
 
-    /// Distance of cutter and bodies from what they come nearest to, the stock on it included, searched up to `at_most`.
+    /// Distance of cutter and bodies from what they come nearest to, the stock on it included,
+    /// searched up to `at_most`.
     pub fn distance(&self, (tip, axis): &Place, at_most: f64) -> f64 {
         let mut nearest = at_most;
         for g in &self.grounds {

@@ -7,8 +7,9 @@ pub fn workspace() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// A file or folder of the shared data, `None` (and a line on standard error that says so) where it is absent: tests that need
-/// it are skipped then. It is looked for in `FACEMILL_SHARED`, else beside the workspace.
+/// A file or folder of the shared data, `None` (and a line on standard error that says so) where it
+/// is absent: tests that need it are skipped then. It is looked for in `FACEMILL_SHARED`, else
+/// beside the workspace.
 pub fn shared(name: &str) -> Option<PathBuf> {
     let root = std::env::var_os("FACEMILL_SHARED").map_or_else(|| workspace().join("../shared"), PathBuf::from);
     let path = root.join(name);

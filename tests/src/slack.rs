@@ -1,5 +1,5 @@
-//! How much more a certificate says than there is: proven depths of a written program's blocks against depths at times close
-//! together, at places by the kit's own interpreter and kinematics.
+//! How much more a certificate says than there is: proven depths of a written program's blocks
+//! against depths at times close together, at places by the kit's own interpreter and kinematics.
 
 use std::fmt::Write;
 
@@ -32,7 +32,8 @@ pub struct Slacks {
     pub certified: usize,
     /// Blocks that cut and were sampled.
     pub sampled: usize,
-    /// Proven minus sampled depth of the blocks with both, where the cutter is below the allowance, from the smallest, mm.
+    /// Proven minus sampled depth of the blocks with both, where the cutter is below the allowance,
+    /// from the smallest, mm.
     pub slacks: Vec<f64>,
     /// Lines on which a sampled depth is more than the proven one by more than rounding.
     pub exceeded: Vec<usize>,
@@ -41,8 +42,9 @@ pub struct Slacks {
 /// By what a sampled depth may exceed a certificate, mm: coordinates of metres from two kinematics.
 const ROUNDING: f64 = 1e-6;
 
-/// The blocks of a program that cut, each sampled at `times` intervals of its time. `motion.from` to `motion.to` linear in the
-/// words, which is the law of a machine with linear axes, and of one under RTCP with linear rotaries.
+/// The blocks of a program that cut, each sampled at `times` intervals of its time. `motion.from`
+/// to `motion.to` linear in the words, which is the law of a machine with linear axes, and of one
+/// under RTCP with linear rotaries.
 ///
 /// # Panics
 /// When the cutter has no corner radius: its depth is not told by a distance then.
@@ -78,7 +80,8 @@ fn proven_depths(certificates: &Value) -> std::collections::BTreeMap<usize, Opti
     all.iter().map(|c| (c["line"].as_u64().expect("a line") as usize, c["depth_mm"].as_f64())).collect()
 }
 
-/// How deep the cutter is in what must stay at a place, up to its corner radius; infinite where it is deeper.
+/// How deep the cutter is in what must stay at a place, up to its corner radius; infinite where it
+/// is deeper.
 fn deepest(grounds: &[(MeshTree, f64)], cutter: &Cutter, (tip, axis): &Place) -> f64 {
     let core = Solid::Frustum(cutter.core());
     let pose = tool_frame(&ClPoint { tip: *tip, axis: *axis });

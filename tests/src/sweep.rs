@@ -66,10 +66,11 @@ pub struct Tally {
     pub inside: usize,
     /// Of them, within 1e-6 mm of touching.
     pub grazing: usize,
-    /// Verdicts that are not those of brute force, but are those of a body larger or smaller by 1e-9 mm, the band that the
-    /// tree says it has.
+    /// Verdicts that are not those of brute force, but are those of a body larger or smaller by
+    /// 1e-9 mm, the band that the tree says it has.
     pub in_band: usize,
-    /// Postures of which brute force cannot tell: a sharp body touches along a line, to less than any step of it.
+    /// Postures of which brute force cannot tell: a sharp body touches along a line, to less than
+    /// any step of it.
     pub undecided: usize,
     /// All other differences.
     pub wrong: Vec<String>,
@@ -90,8 +91,8 @@ impl Tally {
 /// Band of the tree's verdicts, mm.
 const BAND: f64 = 1e-9;
 
-/// Compares `n` seeded postures of a kind of body on a mesh, on `threads` threads; the result does not depend on their
-/// number.
+/// Compares `n` seeded postures of a kind of body on a mesh, on `threads` threads; the result does
+/// not depend on their number.
 ///
 /// # Panics
 /// On an empty mesh.
@@ -144,8 +145,9 @@ fn compare(tree: &MeshTree, brute: &Touchable, kind: Kind, random: &mut Random, 
 
 /// A posture over a random point of the surface, and whether it is within 1e-6 mm of touching.
 ///
-/// Half of them are lifted along the surface's normal until they are free (where they are not, or not within the part's
-/// size, they stay), and then moved by an offset: none, up to 1e-6 mm, up to a size of real gouges, or anything.
+/// Half of them are lifted along the surface's normal until they are free (where they are not, or
+/// not within the part's size, they stay), and then moved by an offset: none, up to 1e-6 mm, up to
+/// a size of real gouges, or anything.
 fn posture(tree: &MeshTree, brute: &Touchable, solid: &Solid, random: &mut Random) -> (Isometry3<f64>, bool) {
     let triangles = brute.triangles();
     let [a, b, c] = triangles[random.below(triangles.len())];
@@ -195,8 +197,9 @@ fn turn(normal: &Unit<Vector3<f64>>, random: &mut Random) -> UnitQuaternion<f64>
     }
 }
 
-/// The parts of the sweep by name: patch, propeller, its hub alone, and rotor blade from their tables (about 200,000 triangles each when
-/// `is_full`, some hundreds otherwise), a soup of awkward triangles, and every mesh of the shared data that is there.
+/// The parts of the sweep by name: patch, propeller, its hub alone, and rotor blade from their
+/// tables (about 200,000 triangles each when `is_full`, some hundreds otherwise), a soup of awkward
+/// triangles, and every mesh of the shared data that is there.
 ///
 /// # Panics
 /// When a mesh of the shared data cannot be read.

@@ -1,9 +1,11 @@
-//! Whether a body touches a mesh, over all triangles, by subdividing them: the slow definition of a verdict.
+//! Whether a body touches a mesh, over all triangles, by subdividing them: the slow definition of a
+//! verdict.
 //!
-//! Nothing here comes from the crate under test: own formulas for the nearest point of a body, and one argument. The
-//! distance f of a convex body is convex, so that over a triangle it is at least f(c) + g·(q − c), where g is the unit
-//! vector from the nearest point to the centre c. A triangle whose bound is beyond the limit is out, one whose centre
-//! is within the limit touches, any other is cut in four. Before, planes along the triangle may part it from the body.
+//! Nothing here comes from the crate under test: own formulas for the nearest point of a body, and
+//! one argument. The distance f of a convex body is convex, so that over a triangle it is at least
+//! f(c) + g·(q − c), where g is the unit vector from the nearest point to the centre c. A triangle
+//! whose bound is beyond the limit is out, one whose centre is within the limit touches, any other
+//! is cut in four. Before, planes along the triangle may part it from the body.
 
 use std::collections::HashMap;
 
@@ -17,12 +19,12 @@ type Corners = [Point3<f64>; 3];
 /// Triangles that follow each other in the mesh and share one bounding ball.
 const RUN: usize = 32;
 
-/// Size (mm) of a piece of a triangle that is not cut any more: within it the distance changes by less than any band that
-/// verdicts are compared in.
+/// Size (mm) of a piece of a triangle that is not cut any more: within it the distance changes by
+/// less than any band that verdicts are compared in.
 const LEAST_PIECE: f64 = 1e-10;
 
-/// Pieces of one triangle: grazing ones take some hundreds. More would only tell more of sharp bodies that touch along a
-/// line.
+/// Pieces of one triangle: grazing ones take some hundreds. More would only tell more of sharp
+/// bodies that touch along a line.
 const MOST_PIECES: usize = 10_000;
 
 /// A mesh to be touched.
@@ -62,8 +64,9 @@ impl Touchable {
         &self.triangles
     }
 
-    /// Whether the surface has a point within the solid, which is dilated by `by` (mm) more; negative: made smaller.
-    /// `None` where that takes too many pieces to tell: within some 1e-9 mm of touching along a line.
+    /// Whether the surface has a point within the solid, which is dilated by `by` (mm) more;
+    /// negative: made smaller. `None` where that takes too many pieces to tell: within some 1e-9 mm
+    /// of touching along a line.
     pub fn touches(&self, solid: &Solid, mesh_from_solid: &Isometry3<f64>, by: f64) -> Option<bool> {
         let (core, limit) = core_and_limit(solid, by);
         let from_mesh = mesh_from_solid.inverse();
@@ -80,8 +83,9 @@ impl Touchable {
         is_sure.then_some(false)
     }
 
-    /// Whether a point is inside a closed component, told by the crossings of a half line in the direction `along`. The
-    /// direction should be any but a special one: a half line through an edge is counted by chance.
+    /// Whether a point is inside a closed component, told by the crossings of a half line in the
+    /// direction `along`. The direction should be any but a special one: a half line through an
+    /// edge is counted by chance.
     pub fn contains(&self, point: &Point3<f64>, along: &Vector3<f64>) -> bool {
         self.closed.iter().any(|component| {
             let runs = component.triangles.chunks(RUN).zip(&component.balls);
@@ -95,8 +99,8 @@ impl Touchable {
     }
 }
 
-/// Whether some point of a triangle (the solid's frame) is within `limit` of the core; `None` where [`MOST_PIECES`] do not
-/// tell.
+/// Whether some point of a triangle (the solid's frame) is within `limit` of the core; `None` where
+/// [`MOST_PIECES`] do not tell.
 fn piece_touches(core: &Core, triangle: Corners, limit: f64) -> Option<bool> {
     if is_apart_along_normal(core, &triangle, limit) {
         return Some(false);
@@ -132,7 +136,8 @@ fn piece_touches(core: &Core, triangle: Corners, limit: f64) -> Option<bool> {
     Some(false)
 }
 
-/// Whether planes along the triangle are more than `limit` apart, the body on one side and the triangle on the other.
+/// Whether planes along the triangle are more than `limit` apart, the body on one side and the
+/// triangle on the other.
 fn is_apart_along_normal(core: &Core, t: &Corners, limit: f64) -> bool {
     let scaled = (t[1] - t[0]).cross(&(t[2] - t[0]));
     let area = scaled.norm();
@@ -150,13 +155,15 @@ fn is_apart_along_normal(core: &Core, t: &Corners, limit: f64) -> bool {
 
 /// An undilated body in its own frame.
 enum Core {
-    /// Corners of the half section in (distance from the axis, z), from the lower end of the axis to the upper one.
+    /// Corners of the half section in (distance from the axis, z), from the lower end of the axis
+    /// to the upper one.
     Turned([(f64, f64); 4]),
     /// Half extents.
     Box(Vector3<f64>),
 }
 
-/// The undilated body, made smaller where the dilation would be negative, and the dilation that is left.
+/// The undilated body, made smaller where the dilation would be negative, and the dilation that is
+/// left.
 fn core_and_limit(solid: &Solid, by: f64) -> (Core, f64) {
     let limit = solid.rounding() + by;
     let less = (-limit).max(0.0);
@@ -187,7 +194,8 @@ fn distance(core: &Core, p: &Point3<f64>) -> (f64, Point3<f64>) {
     ((p - nearest).norm(), nearest)
 }
 
-/// Nearest point of a convex half section: the point itself, or the nearest of its three sides off the axis.
+/// Nearest point of a convex half section: the point itself, or the nearest of its three sides off
+/// the axis.
 fn nearest_of_section(s: &[(f64, f64); 4], rho: f64, z: f64) -> (f64, f64) {
     let ((r_low, low), (r_high, high)) = (s[1], s[2]);
     let is_beside_wall = (rho - r_low) * (high - low) - (z - low) * (r_high - r_low) > 0.0;
@@ -208,8 +216,8 @@ fn nearest_of_section(s: &[(f64, f64); 4], rho: f64, z: f64) -> (f64, f64) {
     best.1
 }
 
-/// 1 or −1 where a half line leaves through the triangle's front or enters by it, `None` where it passes by (Möller and
-/// Trumbore).
+/// 1 or −1 where a half line leaves through the triangle's front or enters by it, `None` where it
+/// passes by (Möller and Trumbore).
 fn crossing(t: &Corners, origin: &Point3<f64>, along: &Vector3<f64>) -> Option<i32> {
     let (u, v) = (t[1] - t[0], t[2] - t[0]);
     let h = along.cross(&v);

@@ -1,7 +1,8 @@
-//! A program of two heads in one channel, read by the kit's own rules: nine words, two lengths, one feed.
+//! A program of two heads in one channel, read by the kit's own rules: nine words, two lengths, one
+//! feed.
 //!
-//! Nothing here comes from the crates under test: words are read from the text, and both tools' places are products of
-//! matrices made from the rows of the machine file.
+//! Nothing here comes from the crates under test: words are read from the text, and both tools'
+//! places are products of matrices made from the rows of the machine file.
 
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use serde_json::Value;
@@ -25,7 +26,8 @@ pub struct DualBlock {
     pub to: Words,
     /// F in effect, mm/min; 0 before the first.
     pub feed: f64,
-    /// Which heads are at work: where a comment names one head and its pass, the other one stands by.
+    /// Which heads are at work: where a comment names one head and its pass, the other one stands
+    /// by.
     pub working: [bool; 2],
 }
 
@@ -110,8 +112,8 @@ impl TwoHeads {
         rows.filter_map(|row| row["joint"].as_object()?.values().next())
     }
 
-    /// Tip and axis of a head's tool (0 or 1) in the workpiece frame. With its length compensated a head's Z stands higher
-    /// than its word by that.
+    /// Tip and axis of a head's tool (0 or 1) in the workpiece frame. With its length compensated a
+    /// head's Z stands higher than its word by that.
     ///
     /// # Panics
     /// When a word is missing.
@@ -126,7 +128,8 @@ impl TwoHeads {
         (tip, Unit::new_normalize(work_from_tool.transform_vector(&Vector3::z())))
     }
 
-    /// Time of a block, s: the norm over all axes, 1 deg as 1 mm, over F; of a rapid that of the slowest axis.
+    /// Time of a block, s: the norm over all axes, 1 deg as 1 mm, over F; of a rapid that of the
+    /// slowest axis.
     ///
     /// # Panics
     /// When a word is missing.
@@ -186,14 +189,16 @@ impl ToolShape {
         &self.cutter
     }
 
-    /// Distance of a point from it, workpiece frame, mm; negative inside its cutter, 0 in its other bodies.
+    /// Distance of a point from it, workpiece frame, mm; negative inside its cutter, 0 in its other
+    /// bodies.
     fn distance(&self, (tip, axis): &Place, point: &Point3<f64>) -> f64 {
         let (rho, z) = in_tool(tip, axis, point);
         let sections = self.sections.iter().map(|s| s.distance(rho, z));
         sections.fold(self.cutter.signed_distance(rho, z), f64::min)
     }
 
-    /// Points of its surface, on faces and walls, some `step` (mm) apart; of its cutter only where that is asked for.
+    /// Points of its surface, on faces and walls, some `step` (mm) apart; of its cutter only where
+    /// that is asked for.
     fn points(&self, (tip, axis): &Place, step: f64, cutter: bool) -> Vec<Point3<f64>> {
         let RoundedCylinder { radius, corner, height } = self.cutter;
         let rim = radius - corner;
@@ -232,8 +237,8 @@ fn any_across(axis: &Unit<Vector3<f64>>) -> Vector3<f64> {
     axis.cross(&other).normalize()
 }
 
-/// Distance of two tools by points of their surfaces some `step` apart, mm: at most that much more than there is. Not above
-/// 0: they intersect.
+/// Distance of two tools by points of their surfaces some `step` apart, mm: at most that much more
+/// than there is. Not above 0: they intersect.
 pub fn tools_apart(tools: &[ToolShape; 2], places: [&Place; 2], step: f64) -> f64 {
     apart(tools, places, step, true)
 }

@@ -1,4 +1,5 @@
-//! Variants of a small job, planned by the command, with everything that is read back from what it wrote.
+//! Variants of a small job, planned by the command, with everything that is read back from what it
+//! wrote.
 
 use std::sync::OnceLock;
 
@@ -14,14 +15,15 @@ use crate::jobs::JobFolder;
 use crate::program::{code_and_errors, run};
 use crate::read_back::{Place, ReadBack, apt_feeds, number};
 
-/// A wavy patch of 80 mm, six passes along x about its middle, a face mill of 8 mm. The tilt is so large that the tool never
-/// stands upright, where the machine is singular.
+/// A wavy patch of 80 mm, six passes along x about its middle, a face mill of 8 mm. The tilt is so
+/// large that the tool never stands upright, where the machine is singular.
 ///
 /// # Panics
 /// When it cannot be written.
 pub fn tiny_patch() -> JobFolder {
     let job = JobFolder::new(&NewJob::Patch { size_mm: 80.0 });
-    // The example's surface with a quarter of its facets: distances by brute force are what takes time here.
+    // The example's surface with a quarter of its facets: distances by brute force are what takes
+    // time here.
     write_patch(&job, 60);
     let planes = "/operations/0/path/strategy/strategy/parallel_planes";
     job.set(
@@ -74,16 +76,19 @@ pub fn blink_patch() -> JobFolder {
 /// Tip feed of the example's cuts, mm/min.
 pub const CUTTING: f64 = 1200.0;
 
-/// Tip feed of the example's entries and exits, mm/min: slower than its cuts, so that it is theirs in the stock, too.
+/// Tip feed of the example's entries and exits, mm/min: slower than its cuts, so that it is theirs
+/// in the stock, too.
 pub const APPROACH: f64 = 1000.0;
 
-/// Largest distance of a place of `a` from the nearest of `b`: of tips, and of the rims of a cutter of this radius.
+/// Largest distance of a place of `a` from the nearest of `b`: of tips, and of the rims of a cutter
+/// of this radius.
 pub fn strays(a: &[Place], b: &[Place], radius: f64) -> f64 {
     let apart = |p: &Place, q: &Place| (p.0 - q.0).norm() + radius * (p.1.into_inner() - q.1.into_inner()).norm();
     a.iter().map(|p| b.iter().map(|q| apart(p, q)).fold(f64::INFINITY, f64::min)).fold(0.0, f64::max)
 }
 
-/// Gives the job's tool so long a cutting edge that it cuts from the top of a solid stock, and to its centre.
+/// Gives the job's tool so long a cutting edge that it cuts from the top of a solid stock, and to
+/// its centre.
 ///
 /// # Panics
 /// When the tool file cannot be read or written.
@@ -162,7 +167,8 @@ pub fn tiny_patch_planned() -> &'static Written {
     WRITTEN.get_or_init(|| planned(&tiny_patch()))
 }
 
-/// What was written for a setup, `suffix` behind the names of its files; it must be verified and without faults.
+/// What was written for a setup, `suffix` behind the names of its files; it must be verified and
+/// without faults.
 ///
 /// # Panics
 /// When it is not, or files are missing.
@@ -216,9 +222,10 @@ impl Written {
         before.last().unwrap_or_else(|| panic!("line {line} belongs to no operation of {names:?}"))
     }
 
-    /// Holds the program to what every clean program is held to: the cutter nowhere deeper than the budget of its operation,
-    /// but deep enough somewhere to cut; bodies as far from everything as their clearances want, up to 0.1 mm between planned
-    /// points; rapids with the whole tool away from part, stock and fixtures; and the report not better than the truth.
+    /// Holds the program to what every clean program is held to: the cutter nowhere deeper than the
+    /// budget of its operation, but deep enough somewhere to cut; bodies as far from everything as
+    /// their clearances want, up to 0.1 mm between planned points; rapids with the whole tool away
+    /// from part, stock and fixtures; and the report not better than the truth.
     ///
     /// # Panics
     /// When it does not hold.
@@ -236,7 +243,8 @@ impl Written {
         }
         assert!(deepest > 0.0, "the cutter touches nothing");
         let told = self.report["worst"]["gouge_mm"].as_f64().unwrap_or(0.0);
-        // The virtual machine looks every half millimetre; between, an edge may be as deep as the rim's arc over it.
+        // The virtual machine looks every half millimetre; between, an edge may be as deep as the
+        // rim's arc over it.
         let between = 0.5 * 0.5 / (8.0 * self.back.cutter.radius);
         assert!(told >= deepest - between, "report {told}, by brute force {deepest}");
         self.check_rapids();

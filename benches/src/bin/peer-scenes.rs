@@ -1,7 +1,8 @@
-//! Rates of the interference tests on the scenes and postures of the peer harness, as the harness' own drivers print and
-//! write them: one JSON line per rate, verdicts as bytes.
+//! Rates of the interference tests on the scenes and postures of the peer harness, as the harness'
+//! own drivers print and write them: one JSON line per rate, verdicts as bytes.
 //!
-//! `PEER_DATA=… PEER_OUT=… cargo run --release -p facemill-benches --bin peer-scenes -- [SCENE] [RUNS]`
+//! `PEER_DATA=… PEER_OUT=… cargo run --release -p facemill-benches --bin peer-scenes -- [SCENE]
+//! [RUNS]`
 
 use std::fs;
 use std::hint::black_box;
@@ -59,7 +60,8 @@ fn main() {
     }
 }
 
-/// The cutter's depth at postures that hit: the lift along the CC point's normal, and the penetration across the surface.
+/// The cutter's depth at postures that hit: the lift along the CC point's normal, and the
+/// penetration across the surface.
 fn measure_depths(scene: &str, tree: &MeshTree, hit: &[(Isometry3<f64>, Unit<Vector3<f64>>)], runs: usize) {
     let (solid, _) = cutter();
     measure(scene, "lift_to_1e-6_hit", hit, runs, |(pose, normal)| {
@@ -70,7 +72,8 @@ fn measure_depths(scene: &str, tree: &MeshTree, hit: &[(Isometry3<f64>, Unit<Vec
     });
 }
 
-/// Nodes of a Z-map of 0.25 mm per second of processor time of one thread, and of wall time of two, build included.
+/// Nodes of a Z-map of 0.25 mm per second of processor time of one thread, and of wall time of two,
+/// build included.
 fn measure_z_map(scene: &str, mesh: &TriMesh, runs: usize) {
     let settings = ZMapSettings { cell: 0.25, margin: 0.0 };
     let frame = Isometry3::identity();
@@ -135,7 +138,8 @@ fn measure<P>(scene: &str, test: &str, poses: &[P], runs: usize, f: impl Fn(&P))
     );
 }
 
-/// Tool frames (origin at the tip, z along the axis, x along the box) and the normals of their CC points.
+/// Tool frames (origin at the tip, z along the axis, x along the box) and the normals of their CC
+/// points.
 fn load_poses(family: &str) -> (Vec<Isometry3<f64>>, Vec<Unit<Vector3<f64>>>) {
     let normals: Vec<_> = load_cc(family).into_iter().map(|(_, normal)| normal).collect();
     let pose = |d: [f64; 15]| {

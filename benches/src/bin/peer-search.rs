@@ -1,5 +1,6 @@
-//! The Bézier search at the CC points of the peer harness' scenes, and smooth passes over them, on one thread: cutter R 25 r 2,
-//! holder and box of the harness on the head of the B-head, C-table mill.
+//! The Bézier search at the CC points of the peer harness' scenes, and smooth passes over them, on
+//! one thread: cutter R 25 r 2, holder and box of the harness on the head of the B-head, C-table
+//! mill.
 //!
 //! `PEER_DATA=… cargo run --release -p facemill-benches --bin peer-search -- [SCENE] [RUNS]`
 
@@ -79,7 +80,8 @@ fn median_time<T>(runs: usize, mut f: impl FnMut() -> T) -> (f64, T) {
     (times[times.len() / 2], result)
 }
 
-/// Passes seen from above: along x over the patch, on cylinders about z over the harness' first blade.
+/// Passes seen from above: along x over the patch, on cylinders about z over the harness' first
+/// blade.
 fn passes(family: &str, mesh: TriMesh) -> Vec<Vec<CcPoint>> {
     let surface = Surface::new(mesh, SurfaceSettings::default());
     let down = -Vector3::z_axis();

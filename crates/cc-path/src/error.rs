@@ -138,7 +138,8 @@ pub enum PathError {
     Cancelled(#[from] Cancelled),
 }
 
-/// Setting that makes a path small enough, with the least value that does, rounded up to two digits.
+/// Setting that makes a path small enough, with the least value that does, rounded up to two
+/// digits.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Remedy {
     /// [`LaySettings::max_step_over`](crate::strategy::settings::LaySettings::max_step_over), mm.
@@ -150,7 +151,8 @@ pub enum Remedy {
     /// [`LaySettings::max_step`](crate::strategy::settings::LaySettings::max_step), mm.
     #[error("take a largest step of {0} mm or more")]
     LargestStep(f64),
-    /// [`LaySettings::chord_tolerance`](crate::strategy::settings::LaySettings::chord_tolerance), mm.
+    /// [`LaySettings::chord_tolerance`](crate::strategy::settings::LaySettings::chord_tolerance),
+    /// mm.
     #[error("take a chord tolerance of {0} mm or more")]
     ChordTolerance(f64),
 }

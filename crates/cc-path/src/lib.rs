@@ -2,10 +2,11 @@
 //!
 //! They come from one of two sources:
 //! - a path file, read by [`read_path_file`] and put on the drive surface by [`project`];
-//! - [`lay_passes`]: sections of a [`Region`] of the drive surface by a [`Strategy`], parallel planes or coaxial cylinders.
-//!   A strategy gives every place a *level* (distance along the normal, radius); passes are curves of equal level. The
-//!   caller says how wide a strip may be at a CC point, and levels are chosen so that no neighbours lie farther apart along
-//!   the surface; points are put on them by chord tolerance, largest step and turn of the normal.
+//! - [`lay_passes`]: sections of a [`Region`] of the drive surface by a [`Strategy`], parallel
+//!   planes or coaxial cylinders. A strategy gives every place a *level* (distance along the
+//!   normal, radius); passes are curves of equal level. The caller says how wide a strip may be at
+//!   a CC point, and levels are chosen so that no neighbours lie farther apart along the surface;
+//!   points are put on them by chord tolerance, largest step and turn of the normal.
 //!
 //! ```
 //! use facemill_cc_path::{LaySettings, ParallelPlanes, PathError, Region, Strategy, UncutSide, lay_passes};
@@ -29,8 +30,9 @@
 //! # Ok::<(), PathError>(())
 //! ```
 //!
-//! Guaranteed: every point lies on the mesh and on its level to rounding; the result is the same on any number of threads;
-//! no input makes it panic. Estimated: chords, from the turn of the smooth normals inside facets.
+//! Guaranteed: every point lies on the mesh and on its level to rounding; the result is the same on
+//! any number of threads; no input makes it panic. Estimated: chords, from the turn of the smooth
+//! normals inside facets.
 //!
 //! Modules, each of which imports those above it alone:
 //!
@@ -44,11 +46,13 @@
 //! | `project` | points of a path file projected on a surface |
 //! | `samples` | points spread evenly over a region of the drive surface: where it is measured what a program leaves |
 //!
-//! It must not know holders or machines; what it needs to know of the tool comes in as the strip width.
+//! It must not know holders or machines; what it needs to know of the tool comes in as the strip
+//! width.
 //!
-//! Inside: `region` chooses triangles, `patch` cuts them at the box and refines them, `widths` asks for strip widths,
-//! `levels` chooses levels, `trace` finds their curves, `resample` puts points on them, `order` puts them in order; `samples` spreads
-//! points over a region, one in each cell of a `lattice`, whatever is laid on it; `size` bounds all of them.
+//! Inside: `region` chooses triangles, `patch` cuts them at the box and refines them, `widths` asks
+//! for strip widths, `levels` chooses levels, `trace` finds their curves, `resample` puts points on
+//! them, `order` puts them in order; `samples` spreads points over a region, one in each cell of a
+//! `lattice`, whatever is laid on it; `size` bounds all of them.
 
 mod error;
 #[cfg(test)]

@@ -54,8 +54,8 @@ pub enum PathFrame {
 pub struct PassFile {
     /// Points on or near the drive surface, mm.
     pub points_mm: Vec<[f64; 3]>,
-    /// One direction out of the material for each point, of any length above zero. Without it the surface's normals are
-    /// taken.
+    /// One direction out of the material for each point, of any length above zero. Without it the
+    /// surface's normals are taken.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normals: Option<Vec<[f64; 3]>>,
 }
@@ -105,22 +105,23 @@ pub enum PathFileError {
     },
 }
 
-/// Largest coordinate a path may have, mm (a thousand kilometres): what is larger is a fault of the file, and its square
-/// must stay finite.
+/// Largest coordinate a path may have, mm (a thousand kilometres): what is larger is a fault of the
+/// file, and its square must stay finite.
 const LARGEST_COORDINATE: f64 = 1e9;
 
 /// Reads a path file.
 ///
 /// # Errors
-/// When the bytes are not a path file, or a pass has fewer than two points, not one normal for each point, a normal of
-/// length zero or a coordinate beyond 1e9. The error names the field.
+/// When the bytes are not a path file, or a pass has fewer than two points, not one normal for each
+/// point, a normal of length zero or a coordinate beyond 1e9. The error names the field.
 pub fn read_path_file(bytes: &[u8]) -> Result<PathFile, PathFileError> {
     let file: PathFile = from_json(bytes)?;
     file.check()?;
     Ok(file)
 }
 
-/// Writes a path file; the same path always gives the same bytes, and [`read_path_file`] gives the same path back.
+/// Writes a path file; the same path always gives the same bytes, and [`read_path_file`] gives the
+/// same path back.
 pub fn write_path_file(file: &PathFile) -> String {
     to_json(file)
 }

@@ -17,19 +17,21 @@ pub struct ProjectSettings {
     pub work_from_mesh: Isometry3<f64>,
 }
 
-/// Points of a pass nearer than this are the same, mm: the direction from one to the other would be rounding noise at
-/// coordinates of 10 m.
+/// Points of a pass nearer than this are the same, mm: the direction from one to the other would be
+/// rounding noise at coordinates of 10 m.
 const SAME_POINT: f64 = 1e-9;
 
-/// The passes of a path file on a drive surface (workpiece frame): every point moved to the nearest point of the surface.
+/// The passes of a path file on a drive surface (workpiece frame): every point moved to the nearest
+/// point of the surface.
 ///
-/// The feed is the direction of the projected pass: at each point that of the parabola through it and the points around it, at
-/// an end through the next two. Normals are the file's where it has them, else the surface's.
+/// The feed is the direction of the projected pass: at each point that of the parabola through it
+/// and the points around it, at an end through the next two. Normals are the file's where it has
+/// them, else the surface's.
 ///
 /// # Errors
-/// When a point is farther from the surface than allowed, two points in a row project on the same point, a normal of the
-/// file is more than 90° from the surface's, or the feed turns back on itself or stands on the surface. The error names
-/// pass and point.
+/// When a point is farther from the surface than allowed, two points in a row project on the same
+/// point, a normal of the file is more than 90° from the surface's, or the feed turns back on
+/// itself or stands on the surface. The error names pass and point.
 pub fn project(
     path: &PathFile,
     surface: &Surface,
@@ -94,8 +96,8 @@ fn checked_normal(
     Ok(Unit::new_normalize(given))
 }
 
-/// Direction of the curve through the points, exact for a parabola through three of them; none where it turns back, by more
-/// than 120°.
+/// Direction of the curve through the points, exact for a parabola through three of them; none
+/// where it turns back, by more than 120°.
 fn feed(positions: &[Point3<f64>], k: usize) -> Vector3<f64> {
     let before = k.checked_sub(1).map(|j| positions[k] - positions[j]);
     let after = positions.get(k + 1).map(|p| p - positions[k]);
@@ -114,8 +116,9 @@ fn feed(positions: &[Point3<f64>], k: usize) -> Vector3<f64> {
     }
 }
 
-/// Direction at the end of a curve, by the chord at the end and the next one, both along the feed: exact for a parabola. A chord
-/// alone is off by half the bend, which a strong bend between points far apart makes 10° and more.
+/// Direction at the end of a curve, by the chord at the end and the next one, both along the feed:
+/// exact for a parabola. A chord alone is off by half the bend, which a strong bend between points
+/// far apart makes 10° and more.
 ///
 /// Where the next chord turns by more than 60°, it says nothing about the end.
 fn at_end(chord: Vector3<f64>, next: Option<Vector3<f64>>) -> Vector3<f64> {

@@ -6,7 +6,8 @@ use nalgebra::{Unit, Vector3};
 
 use crate::error::PathError;
 
-/// The part of the drive surface that passes are laid on: all conditions must hold. The default is all of it.
+/// The part of the drive surface that passes are laid on: all conditions must hold. The default is
+/// all of it.
 ///
 /// Triangles without area belong to no region.
 #[derive(Clone, Debug, Default, PartialEq)]

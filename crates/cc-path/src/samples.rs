@@ -1,4 +1,5 @@
-//! Points spread evenly over a region of the drive surface: where it is measured what a program leaves.
+//! Points spread evenly over a region of the drive surface: where it is measured what a program
+//! leaves.
 
 pub(crate) mod lattice;
 
@@ -19,7 +20,8 @@ pub struct RegionSample {
     pub normal: Unit<Vector3<f64>>,
     /// Facet, as an index into the surface's mesh.
     pub triangle: u32,
-    /// Area of the region that it counts for, mm²; 0 on a border, which is a line, and where an extreme is looked for.
+    /// Area of the region that it counts for, mm²; 0 on a border, which is a line, and where an
+    /// extreme is looked for.
     pub area: f64,
 }
 
@@ -34,7 +36,8 @@ pub struct AskedRegion<'a> {
 }
 
 impl<'a> AskedRegion<'a> {
-    /// The facets that the region holds, bounded by its box and by the levels that the strategy states.
+    /// The facets that the region holds, bounded by its box and by the levels that the strategy
+    /// states.
     ///
     /// # Errors
     /// When the region holds no facet, or names a group that the surface does not have.
@@ -64,12 +67,15 @@ impl<'a> AskedRegion<'a> {
         0.5 * self.surface.mesh().scaled_normal(triangle as usize).norm()
     }
 
-    /// Points spread evenly over the region, about one for each `area_each` (mm², above 0) of its facets, each with the area that it counts
-    /// for; behind them points on its border, without area, about as far apart.
+    /// Points spread evenly over the region, about one for each `area_each` (mm², above 0) of its
+    /// facets, each with the area that it counts for; behind them points on its border, without
+    /// area, about as far apart.
     ///
-    /// Facets are looked at along the axis of the workpiece frame that is nearest to their normal. The plane across that axis has square
-    /// cells with one point each, at a place that depends on the cell alone: the points do not follow the facets, are the same for
-    /// every order and fineness of the same facets, and never stand in rows. In thin facets without end there are fewer.
+    /// Facets are looked at along the axis of the workpiece frame that is nearest to their normal.
+    /// The plane across that axis has square cells with one point each, at a place that depends on
+    /// the cell alone: the points do not follow the facets, are the same for every order and
+    /// fineness of the same facets, and never stand in rows. In thin facets without end there are
+    /// fewer.
     pub fn samples(&self, area_each: f64) -> Vec<RegionSample> {
         let mesh = self.surface.mesh();
         let facets = || {
@@ -87,8 +93,8 @@ impl<'a> AskedRegion<'a> {
         samples.filter(|s| self.contains(s.triangle, &s.position)).collect()
     }
 
-    /// Points of the region around a sample, `step` (mm, above 0) apart up to three steps to all sides, without area: to find an extreme
-    /// between samples.
+    /// Points of the region around a sample, `step` (mm, above 0) apart up to three steps to all
+    /// sides, without area: to find an extreme between samples.
     pub fn around(&self, sample: &RegionSample, step: f64) -> Vec<RegionSample> {
         let across = if sample.normal.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() };
         let u = sample.normal.cross(&across).normalize();

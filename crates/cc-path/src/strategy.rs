@@ -16,7 +16,8 @@ pub enum Strategy {
     CylindricalSections(CylindricalSections),
 }
 
-/// Passes are sections of the surface by parallel planes; the level is the distance from `origin` along `normal`, mm.
+/// Passes are sections of the surface by parallel planes; the level is the distance from `origin`
+/// along `normal`, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ParallelPlanes {
     /// Point of the plane of level 0, workpiece frame.
@@ -51,7 +52,8 @@ impl Strategy {
         }
     }
 
-    /// Direction in which the level rises fastest, by 1 per mm; `None` on the axis, where it rises all round.
+    /// Direction in which the level rises fastest, by 1 per mm; `None` on the axis, where it rises
+    /// all round.
     pub fn gradient(&self, p: &Point3<f64>) -> Option<Unit<Vector3<f64>>> {
         match self {
             Self::ParallelPlanes(s) => Some(s.normal),
@@ -59,10 +61,11 @@ impl Strategy {
         }
     }
 
-    /// How fast the level rises along a surface with this normal, in the steepest direction: 1 across the levels, 0 where
-    /// the surface lies along them.
+    /// How fast the level rises along a surface with this normal, in the steepest direction: 1
+    /// across the levels, 0 where the surface lies along them.
     pub fn slope(&self, p: &Point3<f64>, normal: &Unit<Vector3<f64>>) -> f64 {
-        // The sine of the angle between gradient and normal; on the axis every direction rises by 1.
+        // The sine of the angle between gradient and normal; on the axis every direction rises
+        // by 1.
         self.gradient(p).map_or(1.0, |g| g.cross(normal).norm())
     }
 
@@ -89,8 +92,8 @@ impl Strategy {
 
     /// Fraction of the way from `a` to `b` at which the level is `level`, in 0..1.
     ///
-    /// Exact up to rounding where one end is below and the other is not; where both are on the same side, the end whose
-    /// level is nearer.
+    /// Exact up to rounding where one end is below and the other is not; where both are on the same
+    /// side, the end whose level is nearer.
     pub(crate) fn crossing(&self, a: &Point3<f64>, b: &Point3<f64>, level: f64) -> f64 {
         let (la, lb) = (self.level(a), self.level(b));
         if (la >= level) == (lb >= level) {

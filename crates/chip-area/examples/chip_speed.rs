@@ -1,5 +1,5 @@
-//! Time of one chip area for each cutter, surface and orientation: `cargo run --release -p facemill-chip-area --example
-//! chip_speed`.
+//! Time of one chip area for each cutter, surface and orientation: `cargo run --release -p
+//! facemill-chip-area --example chip_speed`.
 
 use std::hint::black_box;
 use std::time::Instant;

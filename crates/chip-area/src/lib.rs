@@ -1,13 +1,16 @@
 //! Section area of the chip across the feed, which times the feed is the removal rate.
 //!
-//! [`chip_of_pass`] answers for a pass of a flat, ball or bull-nose cutter on a plane, a convex or a concave surface, its
-//! axis tilted across the feed, along it or both, between stock, borders and neighbouring passes. It says how it found the
-//! area, in closed form or not, and how far it may be off. [`pass::table`] does the same for many cases as comma-separated values.
+//! [`chip_of_pass`] answers for a pass of a flat, ball or bull-nose cutter on a plane, a convex or
+//! a concave surface, its axis tilted across the feed, along it or both, between stock, borders and
+//! neighbouring passes. It says how it found the area, in closed form or not, and how far it may be
+//! off. [`pass::table`] does the same for many cases as comma-separated values.
 //!
-//! [`largest_thickness`] tells how thick the chip of one tooth is, of any cutter in any orientation.
+//! [`largest_thickness`] tells how thick the chip of one tooth is, of any cutter in any
+//! orientation.
 //!
-//! [`chip_area`] takes CHIP's own sections, with the paper's angles. [`chip_area_between_outlines`] answers for any cutter
-//! that has a lower outline across the feed, by quadrature to a given accuracy.
+//! [`chip_area`] takes CHIP's own sections, with the paper's angles. [`chip_area_between_outlines`]
+//! answers for any cutter that has a lower outline across the feed, by quadrature to a given
+//! accuracy.
 //!
 //! ```
 //! use facemill_chip_area::{
@@ -42,7 +45,8 @@
 //! | `section` | sections of a cutter: area of the chip in them |
 //! | [`mod@pass`] | passes of a cutter over a surface: area and thickness of the chip, and tables of them |
 //!
-//! Lengths are mm, angles rad, areas mm². `docs/chip-area.md` derives every case. It must not know machines or meshes.
+//! Lengths are mm, angles rad, areas mm². `docs/chip-area.md` derives every case. It must not know
+//! machines or meshes.
 
 mod outline;
 pub mod pass;

@@ -20,7 +20,8 @@ use crate::section::slab::Cut;
 pub struct CutterEnd {
     /// Radius R, mm.
     pub radius: f64,
-    /// Corner radius r, mm, that of a round insert: 0 for a flat end, R for a ball, between them a bull-nose.
+    /// Corner radius r, mm, that of a round insert: 0 for a flat end, R for a ball, between them a
+    /// bull-nose.
     pub corner_radius: f64,
 }
 
@@ -43,9 +44,9 @@ pub enum Beside {
 
 /// The stock around a pass. Left and right are as seen along the feed.
 ///
-/// A first pass has [`Beside::Stock`] (in the middle of the stock) or [`Beside::Border`] (at its edge) where others have
-/// a neighbour; a last one has a border opposite to its neighbour, or neighbours on both sides, whose step-overs need not
-/// be equal.
+/// A first pass has [`Beside::Stock`] (in the middle of the stock) or [`Beside::Border`] (at its
+/// edge) where others have a neighbour; a last one has a border opposite to its neighbour, or
+/// neighbours on both sides, whose step-overs need not be equal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Engagement {
     /// Thickness of the stock over the surface, along its normal (ta), mm.
@@ -56,7 +57,8 @@ pub struct Engagement {
     pub right: Beside,
 }
 
-/// Direction of the tool axis against the surface normal N at the CC point: along N + feed·tan(lead) + left·tan(lean).
+/// Direction of the tool axis against the surface normal N at the CC point: along N +
+/// feed·tan(lead) + left·tan(lean).
 ///
 /// CLOPT's tilt α and rotate β are the same: tan(lead) = tan α·cos β and tan(lean) = tan α·sin β.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -81,7 +83,8 @@ pub enum NeighbourAxis {
     /// Parallel to that of this pass: three axes, or CHIP's sections.
     #[default]
     Parallel,
-    /// With the same lead and lean against the normal at its own CC point, as five axes cut a curved surface.
+    /// With the same lead and lean against the normal at its own CC point, as five axes cut a
+    /// curved surface.
     Turned,
 }
 
@@ -103,13 +106,14 @@ pub struct PassSection {
 /// How an area was computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// Circles and lines: crossings and areas by formula. Flat and bull-nose cutters with their axis in the section
-    /// plane, and balls in every orientation.
+    /// Circles and lines: crossings and areas by formula. Flat and bull-nose cutters with their
+    /// axis in the section plane, and balls in every orientation.
     ClosedForm,
-    /// The rim is seen as an ellipse, offset by the corner: areas under it by formula (with the elliptic integral of its
-    /// length), its crossings by bracketed iteration to the last digits.
+    /// The rim is seen as an ellipse, offset by the corner: areas under it by formula (with the
+    /// elliptic integral of its length), its crossings by bracketed iteration to the last digits.
     IteratedCrossings,
-    /// Integrated over heights above the surface: neighbours on a curved surface whose axis has turned with it.
+    /// Integrated over heights above the surface: neighbours on a curved surface whose axis has
+    /// turned with it.
     Quadrature,
 }
 
@@ -120,21 +124,24 @@ pub struct ChipArea {
     pub area: f64,
     /// How it was computed.
     pub method: Method,
-    /// The area is not farther than this from the exact one, mm²: rounding, and what is left of the iteration. Of a
-    /// quadrature it is an estimate, the difference of Kronrod's and Gauss's rules summed over all parts.
+    /// The area is not farther than this from the exact one, mm²: rounding, and what is left of the
+    /// iteration. Of a quadrature it is an estimate, the difference of Kronrod's and Gauss's rules
+    /// summed over all parts.
     pub error_bound: f64,
 }
 
-/// Section area of the chip of a pass: the stock inside the cutter that hangs together with the CC point, less what the
-/// neighbouring passes have cut.
+/// Section area of the chip of a pass: the stock inside the cutter that hangs together with the CC
+/// point, less what the neighbouring passes have cut.
 ///
-/// The cutter is what is seen of it along the feed: its profile when the axis is in the section plane (CHIP), else the
-/// silhouette of its rim, corner and flute (CLOPT's postures). The flute counts where the stock reaches it. A flat bottom
-/// along the surface touches it with its middle, which is the limit of a cutter that leads along the feed; one that
-/// leans, however little, touches with its corner. `docs/chip-area.md` derives each case.
+/// The cutter is what is seen of it along the feed: its profile when the axis is in the section
+/// plane (CHIP), else the silhouette of its rim, corner and flute (CLOPT's postures). The flute
+/// counts where the stock reaches it. A flat bottom along the surface touches it with its middle,
+/// which is the limit of a cutter that leads along the feed; one that leans, however little,
+/// touches with its corner. `docs/chip-area.md` derives each case.
 ///
-/// Limits: 0 for a depth of cut of 0 or, beside a neighbour, a step-over of 0; a plane is the limit of both curved
-/// surfaces, a flat end and a ball those of the bull-nose, and the axis in the section plane that of a vanishing lead.
+/// Limits: 0 for a depth of cut of 0 or, beside a neighbour, a step-over of 0; a plane is the limit
+/// of both curved surfaces, a flat end and a ball those of the bull-nose, and the axis in the
+/// section plane that of a vanishing lead.
 ///
 /// ```
 /// use facemill_chip_area::*;
@@ -153,7 +160,8 @@ pub struct ChipArea {
 /// ```
 ///
 /// # Errors
-/// When a value is not finite or out of its range, or the cutter cannot be where the section puts it: see [`PassError`].
+/// When a value is not finite or out of its range, or the cutter cannot be where the section puts
+/// it: see [`PassError`].
 pub fn chip_of_pass(section: &PassSection) -> Result<ChipArea, PassError> {
     check_values(section)?;
     let placed = Placed::new(section);

@@ -2,8 +2,8 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-/// Axis-aligned box, closed on every side. The empty box has `min > max` and is what [`Aabb::EMPTY`] and a union of
-/// nothing give.
+/// Axis-aligned box, closed on every side. The empty box has `min > max` and is what
+/// [`Aabb::EMPTY`] and a union of nothing give.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
     /// Smallest coordinates.

@@ -2,7 +2,8 @@
 
 use nalgebra::{Isometry3, Point3, Rotation3, Unit, Vector3};
 
-/// Where the cutter touches the part: position on the surface, outward unit normal N, unit feed direction Et.
+/// Where the cutter touches the part: position on the surface, outward unit normal N, unit feed
+/// direction Et.
 ///
 /// The feed direction is tangent to the surface; [`CcPoint::new`] makes it so. Workpiece frame, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,8 +34,8 @@ impl CcPoint {
     /// Normalises `normal` and the part of `feed` that is tangent to the surface.
     ///
     /// # Errors
-    /// When a coordinate is not finite, the normal is zero, or the feed direction has no tangential part
-    /// (below 1e-9 of its length: closer to the normal its direction is rounding noise).
+    /// When a coordinate is not finite, the normal is zero, or the feed direction has no tangential
+    /// part (below 1e-9 of its length: closer to the normal its direction is rounding noise).
     pub fn new(position: Point3<f64>, normal: Vector3<f64>, feed: Vector3<f64>) -> Result<Self, CcPointError> {
         let finite = position.coords.iter().chain(normal.iter()).chain(feed.iter()).all(|v| v.is_finite());
         if !finite {
@@ -46,21 +47,22 @@ impl CcPoint {
         Ok(Self { position, normal, feed })
     }
 
-    /// Tilt direction Et′: the feed direction turned about N by `rotate`, right-handed (CLOPT, before (1)).
+    /// Tilt direction Et′: the feed direction turned about N by `rotate`, right-handed (CLOPT,
+    /// before (1)).
     pub fn tilt_direction(&self, rotate: f64) -> Unit<Vector3<f64>> {
         Rotation3::from_axis_angle(&self.normal, rotate) * self.feed
     }
 
-    /// Tool axis of a posture, from tip to spindle (CLOPT (1), Ncl), in the form `cos α·N + sin α·Et′`, which is the
-    /// printed quotient without its pole at 90°.
+    /// Tool axis of a posture, from tip to spindle (CLOPT (1), Ncl), in the form `cos α·N + sin
+    /// α·Et′`, which is the printed quotient without its pole at 90°.
     pub fn tool_axis(&self, posture: Posture) -> Unit<Vector3<f64>> {
         let (sin, cos) = posture.tilt.sin_cos();
         let axis = self.normal.into_inner() * cos + self.tilt_direction(posture.rotate).into_inner() * sin;
         Unit::new_normalize(axis)
     }
 
-    /// The posture with this tool axis: the inverse of [`CcPoint::tool_axis`]. Tilt is in 0..=π, rotate in −π..=π, and 0
-    /// where the axis lies along the normal.
+    /// The posture with this tool axis: the inverse of [`CcPoint::tool_axis`]. Tilt is in 0..=π,
+    /// rotate in −π..=π, and 0 where the axis lies along the normal.
     pub fn posture_of(&self, axis: &Unit<Vector3<f64>>) -> Posture {
         let (along, left, up) = (self.feed.dot(axis), self.left().dot(axis), self.normal.dot(axis));
         let across = along.hypot(left);
@@ -68,7 +70,8 @@ impl CcPoint {
         Posture { tilt: across.atan2(up), rotate }
     }
 
-    /// The direction across the feed in the tangent plane, to the left of the feed seen from outside: N × Et.
+    /// The direction across the feed in the tangent plane, to the left of the feed seen from
+    /// outside: N × Et.
     pub fn left(&self) -> Unit<Vector3<f64>> {
         Unit::new_normalize(self.normal.cross(&self.feed))
     }
@@ -109,8 +112,8 @@ impl ClPoint {
 
 /// Tilt α and rotate β of CLOPT (1), in rad.
 ///
-/// `tilt` ≥ 0 is the angle between the cutter's bottom plane and the tangent plane; `rotate` turns the tilt direction
-/// about the normal from the feed direction, right-handed.
+/// `tilt` ≥ 0 is the angle between the cutter's bottom plane and the tangent plane; `rotate` turns
+/// the tilt direction about the normal from the feed direction, right-handed.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Posture {
     /// α, rad.

@@ -1,8 +1,10 @@
 //! Error budget of an operation.
 
-/// The error budget of an operation, mm: what each stage may add to the depth below the true surface.
+/// The error budget of an operation, mm: what each stage may add to the depth below the true
+/// surface.
 ///
-/// Their [sum](ErrorBudget::total) is the largest depth below the true surface that a clean program may reach.
+/// Their [sum](ErrorBudget::total) is the largest depth below the true surface that a clean program
+/// may reach.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ErrorBudget {
     /// Mesh facets against the true surface.
@@ -23,8 +25,8 @@ impl ErrorBudget {
         self.mesh_chord + self.control + self.simulated()
     }
 
-    /// What of the budget may be seen when the programmed motion itself is held against the mesh, mm: all but the mesh's own
-    /// error and the control's, neither of which is there then.
+    /// What of the budget may be seen when the programmed motion itself is held against the mesh,
+    /// mm: all but the mesh's own error and the control's, neither of which is there then.
     pub fn simulated(&self) -> f64 {
         self.path_chord + self.linearisation + self.gouge_tolerance
     }

@@ -1,11 +1,13 @@
 //! The words of the pipeline: what one stage hands to the next.
 //!
-//! A planned operation is read in this order: [`CcPoint`]s in [`Pass`]es (where the cutter touches the part),
-//! [`ClPoint`]s (where the tool is), axis values (crate `facemill-inverse-kinematics`), timed blocks, NC text. This crate
-//! holds the first two, the [`Posture`] that leads from one to the other, and the terms every claim is made in: the
-//! [`MotionLaw`] between two blocks and the [`ErrorBudget`] of an operation.
+//! A planned operation is read in this order: [`CcPoint`]s in [`Pass`]es (where the cutter touches
+//! the part), [`ClPoint`]s (where the tool is), axis values (crate `facemill-inverse-kinematics`),
+//! timed blocks, NC text. This crate holds the first two, the [`Posture`] that leads from one to
+//! the other, and the terms every claim is made in: the [`MotionLaw`] between two blocks and the
+//! [`ErrorBudget`] of an operation.
 //!
-//! Units are mm, rad and s; every position and direction is in the workpiece frame unless a name says otherwise.
+//! Units are mm, rad and s; every position and direction is in the workpiece frame unless a name
+//! says otherwise.
 //!
 //! ```
 //! use facemill_cl_data::{CcPoint, Posture};

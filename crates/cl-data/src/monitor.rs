@@ -1,6 +1,7 @@
 //! Progress and cancellation of long computations.
 
-/// Progress and cancellation of a long computation, given as an argument by whoever owns the screen.
+/// Progress and cancellation of a long computation, given as an argument by whoever owns the
+/// screen.
 ///
 /// Results never depend on it, except that a cancelled computation has none.
 pub trait Monitor: Sync {

@@ -3,16 +3,18 @@
 /// What a control does between two programmed positions of a cutting move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CuttingLaw {
-    /// All machine axes move linearly together: the tip runs along a curve. Five-axis moves without RTCP.
+    /// All machine axes move linearly together: the tip runs along a curve. Five-axis moves without
+    /// RTCP.
     AxesLinear,
     /// RTCP: the tip moves on a straight line in the workpiece frame, the rotary axes linearly.
     TipAndRotariesLinear,
-    /// RTCP: the tip moves on a straight line, the tool vector turns uniformly in the plane of its two ends.
+    /// RTCP: the tip moves on a straight line, the tool vector turns uniformly in the plane of its
+    /// two ends.
     TipLinearVectorTurned,
 }
 
-/// What a control does between two programmed positions of a rapid. Under RTCP some keep the tip on a line at rapid rate, too:
-/// their rapids then have a [`CuttingLaw`].
+/// What a control does between two programmed positions of a rapid. Under RTCP some keep the tip on
+/// a line at rapid rate, too: their rapids then have a [`CuttingLaw`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RapidLaw {
     /// All machine axes start and end together.
@@ -42,7 +44,8 @@ impl ControlTolerance {
 pub struct MotionLaw {
     /// Between the positions of cutting moves.
     pub cutting: CuttingLaw,
-    /// Between the positions of rapids; under RTCP only with a control that does not keep the tip on a line there.
+    /// Between the positions of rapids; under RTCP only with a control that does not keep the tip
+    /// on a line there.
     pub rapid: RapidLaw,
     /// Deviation from either.
     pub control_tolerance: ControlTolerance,

@@ -1,6 +1,7 @@
 //! Passes: points cut without lifting.
 
-/// Points cut without lifting, in the order they are cut: CC points on their way in, poses and blocks on their way out.
+/// Points cut without lifting, in the order they are cut: CC points on their way in, poses and
+/// blocks on their way out.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Pass<T> {
     /// The points in cutting order.

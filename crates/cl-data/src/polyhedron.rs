@@ -4,7 +4,8 @@ use nalgebra::{Point3, Vector3};
 
 use crate::aabb::Aabb;
 
-/// Convex polyhedron with an interior, in its own frame, mm: at most [`ConvexPolyhedron::MOST_VERTICES`] vertices.
+/// Convex polyhedron with an interior, in its own frame, mm: at most
+/// [`ConvexPolyhedron::MOST_VERTICES`] vertices.
 ///
 /// It is made around points by [`ConvexPolyhedron::around`], and holds them all.
 #[derive(Clone, Debug, PartialEq)]
@@ -48,7 +49,8 @@ pub struct NearestPoint {
     pub point: Point3<f64>,
     /// Distance of the two, mm; 0 inside.
     pub distance: f64,
-    /// Unit vector from the body, zero inside: the whole body is behind the plane across it through `point`.
+    /// Unit vector from the body, zero inside: the whole body is behind the plane across it through
+    /// `point`.
     pub away: Vector3<f64>,
 }
 
@@ -56,7 +58,8 @@ impl ConvexPolyhedron {
     /// Most vertices that a polyhedron has: every query looks at all of them.
     pub const MOST_VERTICES: usize = 128;
 
-    /// From vertices and from outward normals with their counterclockwise loops; `None` where these do not close.
+    /// From vertices and from outward normals with their counterclockwise loops; `None` where these
+    /// do not close.
     pub(crate) fn from_faces(vertices: Vec<Point3<f64>>, loops: Vec<(Vector3<f64>, Vec<u32>)>) -> Option<Self> {
         let reach = |n: &Vector3<f64>| vertices.iter().map(|v| n.dot(&v.coords)).fold(f64::NEG_INFINITY, f64::max);
         let faces: Vec<Face> =
@@ -103,7 +106,8 @@ impl ConvexPolyhedron {
         self.center
     }
 
-    /// What the radius of the largest ball inside is at most, mm: half of the least width across a face.
+    /// What the radius of the largest ball inside is at most, mm: half of the least width across a
+    /// face.
     pub fn inner_radius_bound(&self) -> f64 {
         self.inner_radius_bound
     }
@@ -121,7 +125,8 @@ impl ConvexPolyhedron {
         self.faces.iter().flat_map(|f| f.corners[1..].windows(2).map(|pair| [f.corners[0], pair[0], pair[1]]))
     }
 
-    /// Height of a point above the planes of the faces: the largest of all, negative inside, with that face's normal.
+    /// Height of a point above the planes of the faces: the largest of all, negative inside, with
+    /// that face's normal.
     ///
     /// Outside it is at most the distance; inside it is the negative distance to the outside.
     #[inline]
@@ -150,7 +155,8 @@ impl ConvexPolyhedron {
     /// All faces, and outside all edges, are looked at: 0.2 µs at 8 vertices, 1.7 µs at 128.
     pub fn nearest(&self, p: &Point3<f64>) -> NearestPoint {
         let inside = NearestPoint { point: *p, distance: 0.0, away: Vector3::zeros() };
-        // Also a point that is not a number is nowhere outside; whoever asks with one is told so before.
+        // Also a point that is not a number is nowhere outside; whoever asks with one is told so
+        // before.
         if self.height(p).0 <= 0.0 {
             return inside;
         }
@@ -189,8 +195,8 @@ impl ConvexPolyhedron {
         best
     }
 
-    /// The face that `p` stands on: above it, not farther than given, and within its edges. Its foot is the nearest point,
-    /// because the whole polyhedron is behind the face.
+    /// The face that `p` stands on: above it, not farther than given, and within its edges. Its
+    /// foot is the nearest point, because the whole polyhedron is behind the face.
     fn face_below(&self, p: &Point3<f64>, distance_sq: f64) -> Option<(&Face, f64)> {
         self.faces.iter().find_map(|face| {
             let height = face.normal.dot(&p.coords) - face.offset;
@@ -209,8 +215,9 @@ impl ConvexPolyhedron {
         })
     }
 
-    /// A unit vector near `away` behind whose plane through `point` all vertices are. Of a point that is hardly outside,
-    /// `away` is mostly rounding, and planes across it would cut the body; `inward` is one that does not.
+    /// A unit vector near `away` behind whose plane through `point` all vertices are. Of a point
+    /// that is hardly outside, `away` is mostly rounding, and planes across it would cut the body;
+    /// `inward` is one that does not.
     fn supporting(&self, point: &Point3<f64>, away: &Vector3<f64>, inward: &Vector3<f64>) -> Vector3<f64> {
         let mut share = 0.0f64;
         for v in &self.vertices {

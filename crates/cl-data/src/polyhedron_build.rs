@@ -1,6 +1,7 @@
 //! A convex polyhedron around points, cut from their box by half spaces that hold them all.
 //!
-//! Whatever the directions of the cuts, what is left holds every point; the directions only decide how much more it holds.
+//! Whatever the directions of the cuts, what is left holds every point; the directions only decide
+//! how much more it holds.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -31,18 +32,19 @@ pub enum PolyhedronError {
     Degenerate,
 }
 
-/// Least depth of a cut, mm: so much more than its points a polyhedron may hold anyway, and thinner slices only cost vertices.
+/// Least depth of a cut, mm: so much more than its points a polyhedron may hold anyway, and thinner
+/// slices only cost vertices.
 const LEAST_CUT: f64 = 1e-4;
 
 /// Least thickness of a body, mm.
 const LEAST_THICKNESS: f64 = 1e-3;
 
-/// A vertex this near to a plane counts as on it, relative to the coordinates: some hundred times what they are rounded by,
-/// so that planes through one vertex do not leave slivers.
+/// A vertex this near to a plane counts as on it, relative to the coordinates: some hundred times
+/// what they are rounded by, so that planes through one vertex do not leave slivers.
 const ON_PLANE: f64 = 1e-13;
 
-/// How far out a point may be that counts as held, relative to the coordinates: 1e-9 mm at a metre, the band of verdicts.
-/// Vertices on several planes may be off by several times [`ON_PLANE`].
+/// How far out a point may be that counts as held, relative to the coordinates: 1e-9 mm at a metre,
+/// the band of verdicts. Vertices on several planes may be off by several times [`ON_PLANE`].
 const HELD: f64 = 1e-12;
 
 /// A polyhedron of this many faces has at most 128 vertices.
@@ -55,12 +57,13 @@ impl ConvexPolyhedron {
     /// Largest coordinate of a point, mm: a kilometre.
     pub const FARTHEST: f64 = 1e6;
 
-    /// A convex polyhedron that holds all the points, to 1e-12 of their coordinates (1e-9 mm at a metre); 0.1 s for 4000.
+    /// A convex polyhedron that holds all the points, to 1e-12 of their coordinates (1e-9 mm at a
+    /// metre); 0.1 s for 4000.
     ///
-    /// It is their box, cut by planes that touch the points: along the facets of their hull where these are few, so that
-    /// it is the hull, and else along as many as [`Self::MOST_VERTICES`] allow, the deepest cut first. `facets` are
-    /// normals of the surface that the points are from, of the length of a facet's area: hints that make it tighter, and
-    /// may be empty.
+    /// It is their box, cut by planes that touch the points: along the facets of their hull where
+    /// these are few, so that it is the hull, and else along as many as [`Self::MOST_VERTICES`]
+    /// allow, the deepest cut first. `facets` are normals of the surface that the points are from,
+    /// of the length of a facet's area: hints that make it tighter, and may be empty.
     ///
     /// # Errors
     /// [`PolyhedronError`].
@@ -73,7 +76,8 @@ impl ConvexPolyhedron {
         let cuts = directions(points, facets).into_iter().map(|n| Cut::touching(points, n, on_plane));
         let (along_facets, others): (Vec<_>, Vec<_>) = cuts.partition(|cut| cut.is_along_facet);
         let cut = Cell::of_box(points).cut_deepest_first(along_facets, on_plane).cut_deepest_first(others, on_plane);
-        // All that is above may only make it looser; that it holds the points is seen here. Their box always does.
+        // All that is above may only make it looser; that it holds the points is seen here. Their
+        // box always does.
         let holds = |polyhedron: &Self| points.iter().all(|p| polyhedron.nearest(p).distance <= HELD * size.max(1.0));
         [cut, Cell::of_box(points)].iter().filter_map(Cell::closed).find(holds).ok_or(PolyhedronError::Degenerate)
     }
@@ -131,7 +135,8 @@ fn reach(points: &[Point3<f64>], along: &Vector3<f64>) -> f64 {
     points.iter().map(|p| along.dot(&p.coords)).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Unit vectors to cut along: those of the surface, those of the hull's facets found from directions all around, and these.
+/// Unit vectors to cut along: those of the surface, those of the hull's facets found from
+/// directions all around, and these.
 fn directions(points: &[Point3<f64>], facets: impl IntoIterator<Item = Vector3<f64>>) -> Vec<Vector3<f64>> {
     let mut all = largest_facets(facets);
     all.extend(hull_facet(points, &Vector3::z()).into_iter().flat_map(|first| wrapped(points, first)));
@@ -167,8 +172,8 @@ struct HullFacet {
     corners: [usize; 3],
 }
 
-/// A facet of the hull near a direction: the plane that touches the points there, turned until it touches a second and a
-/// third one. `None` where they do not tell.
+/// A facet of the hull near a direction: the plane that touches the points there, turned until it
+/// touches a second and a third one. `None` where they do not tell.
 fn hull_facet(points: &[Point3<f64>], direction: &Vector3<f64>) -> Option<HullFacet> {
     let farther =
         |a: usize, b: usize| if direction.dot(&points[b].coords) > direction.dot(&points[a].coords) { b } else { a };
@@ -220,7 +225,8 @@ fn turned(
     Some(((normal * cos + toward * sin).try_normalize(0.0)?, k))
 }
 
-/// Most edges that facets of the hull are followed over: enough for all hulls that can be kept as they are.
+/// Most edges that facets of the hull are followed over: enough for all hulls that can be kept as
+/// they are.
 const MOST_TURNS: usize = 400;
 
 /// A convex polyhedron while it is cut.
@@ -244,7 +250,8 @@ impl Cell {
         }
     }
 
-    /// Cut along the deepest of the cuts, and so on, until what is left is hardly deeper or has as many faces as it may.
+    /// Cut along the deepest of the cuts, and so on, until what is left is hardly deeper or has as
+    /// many faces as it may.
     fn cut_deepest_first(mut self, mut cuts: Vec<Cut>, on_plane: f64) -> Self {
         while self.faces.len() < MOST_FACES {
             let depths = cuts.iter().enumerate().map(|(k, cut)| (reach(&self.vertices, &cut.normal) - cut.offset, k));
@@ -261,7 +268,8 @@ impl Cell {
         self
     }
 
-    /// What is behind a plane, to within `on_plane`; `None` where that is not a polyhedron of the allowed size.
+    /// What is behind a plane, to within `on_plane`; `None` where that is not a polyhedron of the
+    /// allowed size.
     fn cut(&self, normal: &Vector3<f64>, offset: f64, on_plane: f64) -> Option<Self> {
         let heights: Vec<f64> = self.vertices.iter().map(|v| normal.dot(&v.coords) - offset).collect();
         let mut cut = Self { vertices: self.vertices.clone(), faces: Vec::new() };
@@ -306,7 +314,8 @@ impl Cell {
         (cut.vertices.len() <= ConvexPolyhedron::MOST_VERTICES && cut.closed().is_some()).then_some(cut)
     }
 
-    /// The vertex where an edge leaves through the plane: its inner end where that is on the plane, else a new one.
+    /// The vertex where an edge leaves through the plane: its inner end where that is on the plane,
+    /// else a new one.
     fn crossing(&mut self, inner: u32, outer: u32, heights: &[f64], on_plane: f64) -> u32 {
         let (low, high) = (heights[inner as usize], heights[outer as usize]);
         if low >= -on_plane {

@@ -7,12 +7,12 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use crate::aabb::Aabb;
 use crate::polyhedron::ConvexPolyhedron;
 
-/// Solid frustum about the z axis of its own frame, dilated by a ball: the shape of every turned body of a tool
-/// assembly and of every cutter's test body.
+/// Solid frustum about the z axis of its own frame, dilated by a ball: the shape of every turned
+/// body of a tool assembly and of every cutter's test body.
 ///
-/// The frustum is closed, from `z_low` (radius `radius_low`) to `z_high` ≥ `z_low` (radius `radius_high`); the body is
-/// every point within `rounding` of it. With equal radii and rounding 0 it is a cylinder, with radii 0 a capsule. All
-/// lengths are mm and not negative.
+/// The frustum is closed, from `z_low` (radius `radius_low`) to `z_high` ≥ `z_low` (radius
+/// `radius_high`); the body is every point within `rounding` of it. With equal radii and rounding 0
+/// it is a cylinder, with radii 0 a capsule. All lengths are mm and not negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoundFrustum {
     /// Lower end of the undilated frustum.
@@ -27,7 +27,8 @@ pub struct RoundFrustum {
     pub rounding: f64,
 }
 
-/// Solid box about the origin of its own frame, dilated by a ball. All lengths are mm and not negative.
+/// Solid box about the origin of its own frame, dilated by a ball. All lengths are mm and not
+/// negative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoundBox {
     /// Half of the edge lengths of the undilated box.
@@ -36,7 +37,8 @@ pub struct RoundBox {
     pub rounding: f64,
 }
 
-/// Convex polyhedron dilated by a ball, in its own frame: the hull of a mesh. Copies share the polyhedron.
+/// Convex polyhedron dilated by a ball, in its own frame: the hull of a mesh. Copies share the
+/// polyhedron.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RoundHull {
     /// The undilated polyhedron.
@@ -56,7 +58,8 @@ pub enum Solid {
     Hull(RoundHull),
 }
 
-/// A solid fixed in a frame: the tool's (origin at the tip, z toward the spindle) or a machine link's.
+/// A solid fixed in a frame: the tool's (origin at the tip, z toward the spindle) or a machine
+/// link's.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacedSolid {
     /// What a finding calls it.
@@ -73,7 +76,8 @@ impl RoundFrustum {
         let radial = p.x.hypot(p.y);
         // In the (radial, z) half plane the frustum is a trapezoid with one slanted side.
         if p.z <= self.z_low {
-            // The slanted side can be nearer than the bottom only where it widens downward, and it never does below.
+            // The slanted side can be nearer than the bottom only where it widens downward, and it
+            // never does below.
             let bottom = (radial - self.radius_low).max(0.0).hypot(self.z_low - p.z);
             return bottom.min(self.slant_distance(radial, p.z));
         }
@@ -86,7 +90,8 @@ impl RoundFrustum {
         if radial <= wall { 0.0 } else { self.slant_distance(radial, p.z) }
     }
 
-    /// Distance in the (radial, z) half plane to the segment from (`radius_low`, `z_low`) to (`radius_high`, `z_high`).
+    /// Distance in the (radial, z) half plane to the segment from (`radius_low`, `z_low`) to
+    /// (`radius_high`, `z_high`).
     fn slant_distance(&self, radial: f64, z: f64) -> f64 {
         let (along_r, along_z) = (self.radius_high - self.radius_low, self.z_high - self.z_low);
         let length_sq = along_r * along_r + along_z * along_z;
@@ -95,7 +100,8 @@ impl RoundFrustum {
         (dr - t * along_r).hypot(dz - t * along_z)
     }
 
-    /// Distance from a point of the undilated frustum (own frame) to its outside, 0 for points that are not in it.
+    /// Distance from a point of the undilated frustum (own frame) to its outside, 0 for points that
+    /// are not in it.
     pub fn core_depth(&self, p: &Point3<f64>) -> f64 {
         let height = self.z_high - self.z_low;
         if height <= 0.0 {
@@ -122,13 +128,14 @@ impl RoundBox {
 }
 
 impl Solid {
-    /// Distance from `p` (own frame) to the body, negative down to −rounding inside the dilated skin, −rounding deeper.
+    /// Distance from `p` (own frame) to the body, negative down to −rounding inside the dilated
+    /// skin, −rounding deeper.
     pub fn distance(&self, p: &Point3<f64>) -> f64 {
         self.core_distance(p) - self.rounding()
     }
 
-    /// Distance from `p` (own frame) to the undilated body, 0 inside. It is convex and changes by at most the distance
-    /// that `p` moves.
+    /// Distance from `p` (own frame) to the undilated body, 0 inside. It is convex and changes by
+    /// at most the distance that `p` moves.
     pub fn core_distance(&self, p: &Point3<f64>) -> f64 {
         match self {
             Self::Frustum(f) => f.core_distance(p),
@@ -137,8 +144,9 @@ impl Solid {
         }
     }
 
-    /// Radius of the largest ball about `p` (own frame) within the dilated body; for a point outside, its distance from
-    /// the body, negative. It is concave, and changes by at most the distance that `p` moves.
+    /// Radius of the largest ball about `p` (own frame) within the dilated body; for a point
+    /// outside, its distance from the body, negative. It is concave, and changes by at most the
+    /// distance that `p` moves.
     pub fn depth(&self, p: &Point3<f64>) -> f64 {
         let outside = self.core_distance(p);
         if outside > 0.0 {
@@ -185,7 +193,8 @@ impl Solid {
         }
     }
 
-    /// A point of the undilated body, for asking whether a body that touches nothing is wholly inside something.
+    /// A point of the undilated body, for asking whether a body that touches nothing is wholly
+    /// inside something.
     pub fn interior_point(&self) -> Point3<f64> {
         match self {
             Self::Frustum(f) => Point3::new(0.0, 0.0, 0.5 * (f.z_low + f.z_high)),

@@ -7,7 +7,8 @@ use facemill_nc_program::SpindleSpec;
 /// Lines that are looked at for words of a CL file.
 const FIRST_LINES: usize = 500;
 
-/// Whether a text is a CL file (APT) and no program of a control: one of its first lines begins with a major word that no control has.
+/// Whether a text is a CL file (APT) and no program of a control: one of its first lines begins
+/// with a major word that no control has.
 #[must_use]
 pub fn is_cl_file(text: &[u8]) -> bool {
     const WORDS: [&str; 9] =
@@ -121,8 +122,9 @@ pub enum AptMeaning {
     Cycle(bool),
     /// CIRCLE: the next point is the end of an arc.
     Circle,
-    /// CSYS with twelve numbers: the frame of the points that follow in that of the part, three rows of a direction's
-    /// components and an offset (mm); TRNTYP, which says what such a frame is for, has none.
+    /// CSYS with twelve numbers: the frame of the points that follow in that of the part, three
+    /// rows of a direction's components and an offset (mm); TRNTYP, which says what such a frame is
+    /// for, has none.
     Frame(Option<Box<[f64; 12]>>),
     /// CUTCOM: whether the control is to offset the tool to one side. Points are as given.
     RadiusCompensation(bool),
@@ -130,7 +132,8 @@ pub enum AptMeaning {
     Setup(bool),
     /// FINI.
     End,
-    /// Known to say nothing about where the tool is (COOLNT, SELECT, lengths of the tool that a system draws, …).
+    /// Known to say nothing about where the tool is (COOLNT, SELECT, lengths of the tool that a
+    /// system draws, …).
     Auxiliary,
     /// Kept and not evaluated.
     Unknown,
@@ -147,7 +150,8 @@ pub struct AptPoint {
     pub cl: ClPoint,
     /// mm/min; `None` for rapids and before the first FEDRAT.
     pub feed: Option<f64>,
-    /// Index in [`AptFile::statements`] of the frame that the point is given in; `None` before the first.
+    /// Index in [`AptFile::statements`] of the frame that the point is given in; `None` before the
+    /// first.
     pub frame: Option<u32>,
 }
 

@@ -1,7 +1,8 @@
 //! APT cutter-location files: tip and tool axis of a program before any machine.
 //!
-//! [`write_apt`] writes an [`AptSpec`]; [`read_apt`] reads what this and other systems write to an [`AptFile`], with every statement kept,
-//! also where its word is not known. [`is_cl_file`] tells a CL file from the program of a control.
+//! [`write_apt`] writes an [`AptSpec`]; [`read_apt`] reads what this and other systems write to an
+//! [`AptFile`], with every statement kept, also where its word is not known. [`is_cl_file`] tells a
+//! CL file from the program of a control.
 //!
 //! Modules, each of which imports those above it alone:
 //!

@@ -8,12 +8,14 @@ use facemill_nc_program::{ReadError, ReadFault};
 /// mm per inch.
 const INCH: f64 = 25.4;
 
-/// Reads an APT cutter-location file: its points with rapids and feeds, and every statement. Lines continued by `$` are
-/// joined. Major words that are not known are kept and listed; nothing is skipped silently.
+/// Reads an APT cutter-location file: its points with rapids and feeds, and every statement. Lines
+/// continued by `$` are joined. Major words that are not known are kept and listed; nothing is
+/// skipped silently.
 ///
-/// A point without an axis has the one of MULTAX files before it, or +z where none has been given or MULTAX is off.
-/// Points are as given, in the frame of the last CSYS before them where there is one ([`AptPoint::frame`]); other words
-/// that move the frame (TRACUT, ORIGIN, …) are among the unknown.
+/// A point without an axis has the one of MULTAX files before it, or +z where none has been given
+/// or MULTAX is off. Points are as given, in the frame of the last CSYS before them where there is
+/// one ([`AptPoint::frame`]); other words that move the frame (TRACUT, ORIGIN, …) are among the
+/// unknown.
 ///
 /// # Errors
 /// When a known statement has values that are none of its own, or an axis of length zero.

@@ -13,7 +13,8 @@ pub(super) struct RawStatement {
     places: Vec<(u32, u32)>,
 }
 
-/// Joins the lines of an APT file. `$$` starts a comment, which becomes a statement of its own where it stands alone.
+/// Joins the lines of an APT file. `$$` starts a comment, which becomes a statement of its own
+/// where it stands alone.
 pub(super) struct Statements<'a> {
     /// Text behind the lines read, `None` behind the last.
     rest: Option<&'a [u8]>,

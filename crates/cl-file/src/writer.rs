@@ -10,13 +10,15 @@ use facemill_nc_program::number_text;
 /// Of tip coordinates, mm.
 const TIP_DECIMALS: u8 = 5;
 
-/// Of axis components: the written axis is a unit vector to 1e-7 and points 1e-7 rad from the given one at most.
+/// Of axis components: the written axis is a unit vector to 1e-7 and points 1e-7 rad from the given
+/// one at most.
 const AXIS_DECIMALS: u8 = 7;
 
 /// Columns of a statement; longer ones are continued behind `$`.
 const LINE_LENGTH: usize = 72;
 
-/// The APT file, with `\n` line ends: tip (1e-5 mm) and axis (1e-7) in the workpiece frame, tip feeds in mm/min.
+/// The APT file, with `\n` line ends: tip (1e-5 mm) and axis (1e-7) in the workpiece frame, tip
+/// feeds in mm/min.
 ///
 /// # Errors
 /// When a number is not finite or too large, or a feed or speed is not positive.
@@ -53,7 +55,8 @@ impl AptWriter {
         self.free_text("PARTNO/", &spec.part_name);
         self.line("UNITS/MM");
         self.line("MULTAX/ON");
-        // Diameter, corner radius, its centre's distance from the axis and height over the tip, two angles, height.
+        // Diameter, corner radius, its centre's distance from the axis and height over the tip, two
+        // angles, height.
         let (radius, corner) = (spec.cutter.radius, spec.cutter.corner_radius);
         let values = [2.0 * radius, corner, radius - corner, corner, 0.0, 0.0, spec.cutter.height];
         let fault = |value| WriteError::Number { place: "cutter".to_owned(), what: "a length", value };

@@ -20,17 +20,20 @@ pub struct Ridge {
     pub step_over: f64,
     /// What is left standing.
     pub cusp: Cusp,
-    /// Curvature of the surface across the feed between the two, 1/mm, positive where the part is convex.
+    /// Curvature of the surface across the feed between the two, 1/mm, positive where the part is
+    /// convex.
     pub curvature: f64,
-    /// Outline of the neighbouring pass in this point's frame (y to the left of the feed, z along the normal).
+    /// Outline of the neighbouring pass in this point's frame (y to the left of the feed, z along
+    /// the normal).
     pub neighbour: Outline,
 }
 
-/// The ridge between every point of `pass` and `neighbour`, from the exact outlines of the tilted cutter; `None` where the
-/// plane across the feed does not meet the neighbour within `reach` mm.
+/// The ridge between every point of `pass` and `neighbour`, from the exact outlines of the tilted
+/// cutter; `None` where the plane across the feed does not meet the neighbour within `reach` mm.
 ///
-/// The surface between the two is taken as a circle through both CC points with their normals, which is exact to the
-/// third order of the step; postures between two points of the neighbour are those of the nearer one.
+/// The surface between the two is taken as a circle through both CC points with their normals,
+/// which is exact to the third order of the step; postures between two points of the neighbour are
+/// those of the nearer one.
 pub fn ridges(cutter: &Cutter, pass: &[CutPoint], neighbour: &[CutPoint], reach: f64) -> Vec<Option<Ridge>> {
     let beside = CutPass { points: neighbour.to_vec(), uncut_left: false };
     let neighbours = Neighbours::new(vec![beside], NeighbourReach { far: reach, opposed: reach });
@@ -59,7 +62,8 @@ impl Ridge {
     }
 }
 
-/// An outline in the frame of the point at arc length `s` (to the left) on the surface's circle of this curvature.
+/// An outline in the frame of the point at arc length `s` (to the left) on the surface's circle of
+/// this curvature.
 fn seen_along_circle(outline: &Outline, s: f64, curvature: f64) -> Outline {
     let half_turn = 0.5 * s * curvature;
     let chord = if half_turn.abs() < 1e-9 { s } else { s * half_turn.sin() / half_turn };
@@ -67,11 +71,12 @@ fn seen_along_circle(outline: &Outline, s: f64, curvature: f64) -> Outline {
     outline.seen_from(foot, -2.0 * half_turn)
 }
 
-/// Posture that a flat-bottomed cutter needs at a CC point if nothing but the surface's curvature there were in its way: the
-/// smallest u of the search curve at which the rim of the tilted disc stays above the osculating paraboloid.
+/// Posture that a flat-bottomed cutter needs at a CC point if nothing but the surface's curvature
+/// there were in its way: the smallest u of the search curve at which the rim of the tilted disc
+/// stays above the osculating paraboloid.
 ///
-/// An estimate for laying passes: it sees neither neighbours nor the surface's third order. Without a curvature it is the
-/// curve's start.
+/// An estimate for laying passes: it sees neither neighbours nor the surface's third order. Without
+/// a curvature it is the curve's start.
 pub fn expected_posture(
     cutter: &Cutter,
     cc: &CcPoint,
@@ -86,7 +91,8 @@ pub fn expected_posture(
         .unwrap_or_else(|| curve.end())
 }
 
-/// Whether the rim of the disc of radius R − r, lowered by r, stays above the paraboloid `−½·κ(x)·|x|²`.
+/// Whether the rim of the disc of radius R − r, lowered by r, stays above the paraboloid
+/// `−½·κ(x)·|x|²`.
 fn rim_clears(cutter: &Cutter, cc: &CcPoint, tensor: &CurvatureTensor, posture: Posture) -> bool {
     const RIM_POINTS: usize = 24;
     let rim = cutter.rim_radius();
@@ -104,8 +110,9 @@ fn rim_clears(cutter: &Cutter, cc: &CcPoint, tensor: &CurvatureTensor, posture: 
     })
 }
 
-/// How far apart passes may lie at a CC point: the largest step-over whose cusp is at most `cusp` in the
-/// [expected posture](expected_posture), at most `max_step_over`. An estimate, because the posture is one.
+/// How far apart passes may lie at a CC point: the largest step-over whose cusp is at most `cusp`
+/// in the [expected posture](expected_posture), at most `max_step_over`. An estimate, because the
+/// posture is one.
 pub fn expected_strip_width(
     cutter: &Cutter,
     cc: &CcPoint,
@@ -117,7 +124,8 @@ pub fn expected_strip_width(
     let posture = expected_posture(cutter, cc, curvature, curve);
     let outline = Outline::new(cutter, posture);
     let across = curvature.and_then(|t| t.normal_curvature(&cc.left())).unwrap_or(0.0);
-    // The outline's osculating circle gives the width at once, nearly always; its exact form decides.
+    // The outline's osculating circle gives the width at once, nearly always; its exact form
+    // decides.
     let bend = match silhouette_curvature(cutter, posture) {
         SilhouetteCurvature::Flat => across,
         SilhouetteCurvature::Round(k) => k + across,

@@ -1,15 +1,18 @@
 //! Tilt and rotate search: a feasible tool pose for every CC point (CLOPT).
 //!
-//! A [`Workcell`] is everything a pose is judged by: machine, tool, obstacles, tolerances. A [`PoseTest`] answers for one
-//! posture at one CC point: the pose, seated and with axis values, or [`Infeasible`] with the body that blocks.
-//! [`search`](fn@search) walks the paper's rational Bézier [`SearchCurve`] at one point, or with a proof that nothing feasible
-//! was stepped over ([`certified_search`]); [`plan_passes`] does it along passes and keeps the axis from jumping.
-//! [`map`](fn@search::map::map) proves for whole ranges of postures that all are feasible or none is. [`links`] hold
-//! the moves that do not cut: entry and exit of a pass, and the way from one to the next.
+//! A [`Workcell`] is everything a pose is judged by: machine, tool, obstacles, tolerances. A
+//! [`PoseTest`] answers for one posture at one CC point: the pose, seated and with axis values, or
+//! [`Infeasible`] with the body that blocks. [`search`](fn@search) walks the paper's rational
+//! Bézier [`SearchCurve`] at one point, or with a proof that nothing feasible was stepped over
+//! ([`certified_search`]); [`plan_passes`] does it along passes and keeps the axis from jumping.
+//! [`map`](fn@search::map::map) proves for whole ranges of postures that all are feasible or none
+//! is. [`links`] hold the moves that do not cut: entry and exit of a pass, and the way from one to
+//! the next.
 //!
-//! What is returned as feasible has been tested as it stands, with the verdicts of `facemill-interference`: no point of
-//! the cutter is deeper than the gouge tolerance in an obstacle, dilated bodies touch nothing, axis values are within their
-//! limits. Nothing is said here about the motion between two points: the virtual machine judges that, on the written
+//! What is returned as feasible has been tested as it stands, with the verdicts of
+//! `facemill-interference`: no point of the cutter is deeper than the gouge tolerance in an
+//! obstacle, dilated bodies touch nothing, axis values are within their limits. Nothing is said
+//! here about the motion between two points: the virtual machine judges that, on the written
 //! program.
 //!
 //! Modules, each of which imports those above it alone:

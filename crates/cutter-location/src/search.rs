@@ -18,13 +18,14 @@ use crate::search::certified::certified_search;
 /// How the curve is walked (CLOPT, chapter III).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SearchSettings {
-    /// Coarse step in u. Larger: fewer tests, and feasible stretches shorter than it may be stepped over.
+    /// Coarse step in u. Larger: fewer tests, and feasible stretches shorter than it may be stepped
+    /// over.
     pub u_step: f64,
     /// Width of the bracket at which bisection ends. Larger: postures larger than needed.
     pub u_tolerance: f64,
-    /// Width of the stretches of u that may be stepped over: everything before the result is proven blocked but for feasible
-    /// stretches shorter than this ([`certified_search`]), or than [`Found::width`] where that would take too many tests.
-    /// `None` steps as the paper does.
+    /// Width of the stretches of u that may be stepped over: everything before the result is proven
+    /// blocked but for feasible stretches shorter than this ([`certified_search`]), or than
+    /// [`Found::width`] where that would take too many tests. `None` steps as the paper does.
     pub certified: Option<f64>,
 }
 
@@ -41,20 +42,23 @@ pub struct Found {
     pub u: f64,
     /// The pose, tested at exactly this u.
     pub pose: FeasiblePose,
-    /// No feasible stretch of the curve that is at least so long lies between where the search began and u; `None` where nothing
-    /// is proven. More than `settings.certified` where that would have taken too many tests.
+    /// No feasible stretch of the curve that is at least so long lies between where the search
+    /// began and u; `None` where nothing is proven. More than `settings.certified` where that would
+    /// have taken too many tests.
     pub width: Option<f64>,
 }
 
 /// The pose with the smallest u that the paper's search finds at a CC point.
 ///
-/// u runs from `from_u` in coarse steps; at the first feasible one, the bracket down to the step before is bisected.
-/// Where feasibility is monotone along the curve beyond `from_u`, the result is within `u_tolerance` of the smallest
-/// feasible u; where it is not, a feasible stretch shorter than the step may be missed, but what is returned has always
-/// been tested as feasible itself. With `settings.certified` it is what [`certified_search`] finds instead.
+/// u runs from `from_u` in coarse steps; at the first feasible one, the bracket down to the step
+/// before is bisected. Where feasibility is monotone along the curve beyond `from_u`, the result is
+/// within `u_tolerance` of the smallest feasible u; where it is not, a feasible stretch shorter
+/// than the step may be missed, but what is returned has always been tested as feasible itself.
+/// With `settings.certified` it is what [`certified_search`] finds instead.
 ///
 /// # Errors
-/// When no tested posture is feasible: the reason that blocked most of them, the earliest of equals.
+/// When no tested posture is feasible: the reason that blocked most of them, the earliest of
+/// equals.
 pub fn search(
     test: &PoseTest<'_>,
     cc: &CcPoint,

@@ -1,8 +1,9 @@
-//! Makes the picture of the lengths of a tool assembly: `cargo run --release -p facemill --example lengths_picture`
-//! writes `docs/pictures/lengths.svg`.
+//! Makes the picture of the lengths of a tool assembly: `cargo run --release -p facemill --example
+//! lengths_picture` writes `docs/pictures/lengths.svg`.
 //!
-//! A tool goes past two walls, one that the holder's lower section has to pass over and one that only its upper one
-//! reaches. Its lengths are found as `facemill lengths` finds them, and the assembly is drawn before and after.
+//! A tool goes past two walls, one that the holder's lower section has to pass over and one that
+//! only its upper one reaches. Its lengths are found as `facemill lengths` finds them, and the
+//! assembly is drawn before and after.
 
 use std::path::Path;
 

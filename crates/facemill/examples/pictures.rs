@@ -1,6 +1,6 @@
-//! Makes the pictures of the documentation from the sample job:
-//! `cargo run --release -p facemill --example pictures` writes `docs/pictures/*.svg`; with `machines` behind it only those of
-//! the machines, with `dual` only that of the two heads, with `deviation` only that of the deviation.
+//! Makes the pictures of the documentation from the sample job: `cargo run --release -p facemill
+//! --example pictures` writes `docs/pictures/*.svg`; with `machines` behind it only those of the
+//! machines, with `dual` only that of the two heads, with `deviation` only that of the deviation.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -82,7 +82,8 @@ fn picture(width: f64, height: f64, title: &str) -> String {
 /// Room around the part for entries and links, pixels.
 const MARGIN: f64 = 80.0;
 
-/// The part from above, shaded by its slope, with the tool tip's way: cuts dark, entries and exits orange, rapids blue.
+/// The part from above, shaded by its slope, with the tool tip's way: cuts dark, entries and exits
+/// orange, rapids blue.
 fn passes(map: &ZMap, points: &[AptPoint]) -> String {
     let [nx, ny] = map.n_cells();
     let [x0, y0] = map.node_position(0, 0);
@@ -173,8 +174,8 @@ fn ways(points: &[AptPoint], kind: &str) -> Vec<Vec<(f64, f64)>> {
         .collect()
 }
 
-/// Two neighbouring passes seen along the feed: outlines of the tilted cutter and the cusp between them, heights twenty
-/// times too large.
+/// Two neighbouring passes seen along the feed: outlines of the tilted cutter and the cusp between
+/// them, heights twenty times too large.
 fn cusp(cutter: &Cutter) -> String {
     let posture = Posture { tilt: 3f64.to_radians(), rotate: 0.0 };
     let (step, curvature) = (30.0, 1.0 / 3000.0);

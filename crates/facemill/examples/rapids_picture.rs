@@ -1,8 +1,8 @@
-//! Makes the picture of links before and after: `cargo run --release -p facemill --example rapids_picture` writes
-//! `docs/pictures/rapids.svg`.
+//! Makes the picture of links before and after: `cargo run --release -p facemill --example
+//! rapids_picture` writes `docs/pictures/rapids.svg`.
 //!
-//! The example patch is planned, and its links are led over a plane far above it, as programs from elsewhere do; they are then
-//! replaced as `facemill rapids` does.
+//! The example patch is planned, and its links are led over a plane far above it, as programs from
+//! elsewhere do; they are then replaced as `facemill rapids` does.
 
 use std::path::Path;
 

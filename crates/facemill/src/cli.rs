@@ -39,7 +39,8 @@ use facemill::{Failure, Job, JobSetting, SolutionSpaceRequest, VerificationFile,
 #[derive(Parser)]
 #[command(name = "facemill", version, about, max_term_width = 100)]
 pub(crate) struct Arguments {
-    /// Let files that a job names be in this folder, too, and not only in the job's own; can be given several times
+    /// Let files that a job names be in this folder, too, and not only in the job's own; can be
+    /// given several times
     #[arg(long, global = true, value_name = "DIR")]
     allow: Vec<PathBuf>,
     #[command(subcommand)]
@@ -79,13 +80,17 @@ enum Command {
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
-    /// Gives an existing program new feeds: its tip moves at the programmed speed. All but F words is kept byte for byte
+    /// Gives an existing program new feeds: its tip moves at the programmed speed. All but F words
+    /// is kept byte for byte
     Feedrate(FeedrateArguments),
-    /// Runs a program from anywhere on the virtual machine as a job's setup stands, and says what it would do
+    /// Runs a program from anywhere on the virtual machine as a job's setup stands, and says what
+    /// it would do
     Verify(Box<VerifyArguments>),
-    /// Gives an existing program faster links: each the fastest way that is free of stock, part, fixtures and machine
+    /// Gives an existing program faster links: each the fastest way that is free of stock, part,
+    /// fixtures and machine
     Rapids(RapidsArguments),
-    /// Says how short the lengths of the tool assembly may be for an existing program, and which block forces each
+    /// Says how short the lengths of the tool assembly may be for an existing program, and which
+    /// block forces each
     Lengths(LengthsArguments),
     /// Section area of the chip of a pass: one case, or a table of them
     ChipArea(ChipAreaArguments),

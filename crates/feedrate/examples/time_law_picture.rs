@@ -1,6 +1,8 @@
-//! Draws the law of least time along the published path: the share of its limit that each axis uses, over time.
+//! Draws the law of least time along the published path: the share of its limit that each axis
+//! uses, over time.
 //!
-//! `cargo run --release -p facemill-feedrate --example time_law_picture > docs/pictures/time-law.svg`
+//! `cargo run --release -p facemill-feedrate --example time_law_picture >
+//! docs/pictures/time-law.svg`
 
 use std::fmt::Write;
 

@@ -5,7 +5,8 @@ use facemill_inverse_kinematics::{Axis, AxisValues, FeedRange};
 /// Feed and time of one block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlockFeed {
-    /// F word in G94 (Fn of FEED (6)): mm/min as the norm over all axes, 1 deg counted as 1 mm. Within the control's range.
+    /// F word in G94 (Fn of FEED (6)): mm/min as the norm over all axes, 1 deg counted as 1 mm.
+    /// Within the control's range.
     pub f_word: f64,
     /// Time of the block, s.
     pub time: f64,
@@ -26,7 +27,8 @@ pub enum FeedLimit {
     ControlMax,
     /// The control knows no smaller F; the tip moves faster, no axis beyond its largest speed.
     ControlMin,
-    /// No axis moves. The time is 0 and the F word the programmed tip feed, brought into the control's range.
+    /// No axis moves. The time is 0 and the F word the programmed tip feed, brought into the
+    /// control's range.
     NoMotion,
 }
 
@@ -62,7 +64,8 @@ pub enum FeedError {
     /// The two heads are not those of one machine.
     #[error("the two heads' machines have not the same axes with the same speeds")]
     OtherAxes,
-    /// The axes limit the block to an F below the smallest one of the control, which would take one beyond its speed.
+    /// The axes limit the block to an F below the smallest one of the control, which would take one
+    /// beyond its speed.
     #[error(
         "the block needs F{f_word:.4}, the control's smallest F is {min} and would take axis {axis} beyond its speed"
     )]
@@ -76,8 +79,8 @@ pub enum FeedError {
     },
 }
 
-/// Length of a block as a control in G94 counts it: the norm over all axes, rotary ones in degrees with 1 deg as 1 mm
-/// (FEED (1)).
+/// Length of a block as a control in G94 counts it: the norm over all axes, rotary ones in degrees
+/// with 1 deg as 1 mm (FEED (1)).
 pub fn g94_length(axes: &[Axis], start: &AxisValues, end: &AxisValues) -> f64 {
     travels(axes, start, end).fold(0.0, f64::hypot)
 }
@@ -87,14 +90,17 @@ fn travels<'a>(axes: &'a [Axis], start: &'a AxisValues, end: &'a AxisValues) -> 
     axes.iter().enumerate().map(|(k, a)| a.in_word_unit(end.get_or_zero(k) - start.get_or_zero(k)))
 }
 
-/// The feed with which the tip moves at `tip_feed` (mm/min), or as fast as axes and control allow (FEED (3)–(8)).
+/// The feed with which the tip moves at `tip_feed` (mm/min), or as fast as axes and control allow
+/// (FEED (3)–(8)).
 ///
-/// `tip_distance` is Dc, the distance of the tip's two positions in the workpiece frame, mm. The block's time is the larger
-/// one of Dc/Fc (4) and of the times that the axes need at their largest speeds, which is what (7) and (8) come to; so a
-/// block in which the tip stands still is timed by its axes. The F word is then brought into the control's range.
+/// `tip_distance` is Dc, the distance of the tip's two positions in the workpiece frame, mm. The
+/// block's time is the larger one of Dc/Fc (4) and of the times that the axes need at their largest
+/// speeds, which is what (7) and (8) come to; so a block in which the tip stands still is timed by
+/// its axes. The F word is then brought into the control's range.
 ///
 /// # Errors
-/// When `tip_feed` is not above 0, an input is not finite, or the control's smallest F would overload an axis.
+/// When `tip_feed` is not above 0, an input is not finite, or the control's smallest F would
+/// overload an axis.
 pub fn feed_for_block(
     axes: &[Axis],
     start: &AxisValues,
@@ -130,8 +136,8 @@ pub(crate) struct Timed {
     pub(crate) limit: FeedLimit,
 }
 
-/// The shortest time of a block that is not below `tip_time` (s) and takes no axis beyond its largest speed, with the F
-/// word in the control's range; `None` where no axis moves.
+/// The shortest time of a block that is not below `tip_time` (s) and takes no axis beyond its
+/// largest speed, with the F word in the control's range; `None` where no axis moves.
 pub(crate) fn timed(
     axes: &[Axis],
     start: &AxisValues,

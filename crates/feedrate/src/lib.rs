@@ -1,10 +1,11 @@
-//! Constant cutting speed at the CL point (FEED), and laws of motion within velocity, acceleration and jerk of every
-//! axis.
+//! Constant cutting speed at the CL point (FEED), and laws of motion within velocity, acceleration
+//! and jerk of every axis.
 //!
-//! A control in G94 takes F as the norm over all axes, 1 deg counted as 1 mm, so the tip of the tool moves at another
-//! speed than F wherever a rotary axis takes part. [`feed_for_block`] gives the F with which the tip moves as
-//! programmed, within the speeds of the axes and the control's range of F; [`plan_feeds`] does it for a sequence of
-//! blocks. The same times give the F of G93 ([`BlockFeed::inverse_time`]).
+//! A control in G94 takes F as the norm over all axes, 1 deg counted as 1 mm, so the tip of the
+//! tool moves at another speed than F wherever a rotary axis takes part. [`feed_for_block`] gives
+//! the F with which the tip moves as programmed, within the speeds of the axes and the control's
+//! range of F; [`plan_feeds`] does it for a sequence of blocks. The same times give the F of G93
+//! ([`BlockFeed::inverse_time`]).
 //!
 //! ```
 //! use facemill_feedrate::{FeedBlock, FeedLimit, plan_feeds};
@@ -19,18 +20,19 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Where two heads cut at once one block has one time: [`feed_for_pair`] and [`plan_pair_feeds`] give the largest feed
-//! that exceeds neither tip's speed nor that of any axis.
+//! Where two heads cut at once one block has one time: [`feed_for_pair`] and [`plan_pair_feeds`]
+//! give the largest feed that exceeds neither tip's speed nor that of any axis.
 //!
-//! In these, speeds are constant within a block: no acceleration is counted, so times are lower bounds. Feeds are
-//! mm/min, times s.
+//! In these, speeds are constant within a block: no acceleration is counted, so times are lower
+//! bounds. Feeds are mm/min, times s.
 //!
-//! [`program_law`] is the motion of a whole program from rest to rest that the axes can follow, with corners blended
-//! within a tolerance: the time of each block, and where the axes are at any time. [`minimum_time_law`] is the quickest
-//! one along a smooth path. No limit is exceeded at any time; `docs/time-law.md` shows how and why.
+//! [`program_law`] is the motion of a whole program from rest to rest that the axes can follow,
+//! with corners blended within a tolerance: the time of each block, and where the axes are at any
+//! time. [`minimum_time_law`] is the quickest one along a smooth path. No limit is exceeded at any
+//! time; `docs/time-law.md` shows how and why.
 //!
-//! [`trapezoid_law`] is how a control runs a program that limits acceleration alone and hardly looks ahead over blocks that turn
-//! rotary axes, as LinuxCNC does.
+//! [`trapezoid_law`] is how a control runs a program that limits acceleration alone and hardly
+//! looks ahead over blocks that turn rotary axes, as LinuxCNC does.
 //!
 //! Modules, each of which imports those above it alone:
 //!

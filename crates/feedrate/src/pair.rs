@@ -8,12 +8,13 @@ use crate::plan::PlanFeedsError;
 /// Feed and time of one block in which two heads move at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairFeed {
-    /// F word in G94: mm/min as the norm over all axes of both heads, 1 deg counted as 1 mm. Within the control's
-    /// range.
+    /// F word in G94: mm/min as the norm over all axes of both heads, 1 deg counted as 1 mm. Within
+    /// the control's range.
     pub f_word: f64,
     /// Time of the block, s, one for both heads.
     pub time: f64,
-    /// Speeds that the two tips reach, mm/min: chord of the tip over time, also of a head that is not to cut.
+    /// Speeds that the two tips reach, mm/min: chord of the tip over time, also of a head that is
+    /// not to cut.
     pub tip_feeds: [f64; 2],
     /// What sets the time.
     pub limit: PairLimit,
@@ -22,7 +23,8 @@ pub struct PairFeed {
 /// What sets the time of a block of two heads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PairLimit {
-    /// The tip of this head (0 or 1) moves at its programmed speed, the other one at most at its own.
+    /// The tip of this head (0 or 1) moves at its programmed speed, the other one at most at its
+    /// own.
     TipFeed(usize),
     /// Another [`FeedLimit`], never [`FeedLimit::TipFeed`]; axes are counted over both heads.
     Other(FeedLimit),
@@ -33,8 +35,8 @@ pub enum PairLimit {
 pub struct PairBlock {
     /// Values of all axes at its end; it starts where the one before it ends.
     pub end: AxisValues,
-    /// Programmed speeds of the two tips, mm/min; `None` for a head that does not cut, which may move as fast as its
-    /// axes can.
+    /// Programmed speeds of the two tips, mm/min; `None` for a head that does not cut, which may
+    /// move as fast as its axes can.
     pub tip_feeds: [Option<f64>; 2],
 }
 
@@ -46,16 +48,18 @@ impl PairFeed {
     }
 }
 
-/// The feed of a block in which two heads move: the shortest time in which neither tip exceeds its speed (`tip_feeds`,
-/// mm/min) and no axis of the two its largest one. One of them is reached.
+/// The feed of a block in which two heads move: the shortest time in which neither tip exceeds its
+/// speed (`tip_feeds`, mm/min) and no axis of the two its largest one. One of them is reached.
 ///
-/// `axes` are those of the whole machine, `tip_distances` the distances of each tip's two positions in the workpiece
-/// frame, mm. The F word is then brought into the control's range as in [`feed_for_block`](crate::block_feed::feed_for_block),
-/// which this is where one head stands still: only the control's smallest F can make a tip faster than asked
+/// `axes` are those of the whole machine, `tip_distances` the distances of each tip's two positions
+/// in the workpiece frame, mm. The F word is then brought into the control's range as in
+/// [`feed_for_block`](crate::block_feed::feed_for_block), which this is where one head stands
+/// still: only the control's smallest F can make a tip faster than asked
 /// ([`FeedLimit::ControlMin`]).
 ///
 /// # Errors
-/// When a programmed speed is not above 0, an input is not finite, or the control's smallest F would overload an axis.
+/// When a programmed speed is not above 0, an input is not finite, or the control's smallest F
+/// would overload an axis.
 pub fn feed_for_pair(
     axes: &[Axis],
     start: &AxisValues,
@@ -80,12 +84,13 @@ pub fn feed_for_pair(
     Ok(PairFeed { f_word, time, tip_feeds: tip_distances.map(|d| 60.0 * d / time), limit })
 }
 
-/// Feed and time of every block of a sequence of cutting moves of two heads that starts at `start`. `views` are the
-/// machine as each head sees it, with the same axes in the same order; tip distances come from their forward
-/// kinematics.
+/// Feed and time of every block of a sequence of cutting moves of two heads that starts at `start`.
+/// `views` are the machine as each head sees it, with the same axes in the same order; tip
+/// distances come from their forward kinematics.
 ///
 /// # Errors
-/// For the first block without a feed, see [`feed_for_pair`]; for block 0 when the views have not the same axes.
+/// For the first block without a feed, see [`feed_for_pair`]; for block 0 when the views have not
+/// the same axes.
 pub fn plan_pair_feeds(
     views: [&Machine; 2],
     tool_lengths: [f64; 2],

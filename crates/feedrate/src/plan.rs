@@ -24,8 +24,8 @@ pub struct PlanFeedsError {
     pub source: FeedError,
 }
 
-/// Feed and time of every block of a sequence of cutting moves that starts at `start`; tip distances come from the
-/// forward kinematics of the machine (FEED (3)).
+/// Feed and time of every block of a sequence of cutting moves that starts at `start`; tip
+/// distances come from the forward kinematics of the machine (FEED (3)).
 ///
 /// # Errors
 /// For the first block without a feed; see [`feed_for_block`].
@@ -50,9 +50,10 @@ pub fn plan_feeds(
     Ok(feeds)
 }
 
-/// Time of a rapid under a law, s: every axis at its largest speed, and unless each goes by itself no faster than the control's
-/// rapid feed. Where the tip goes straight and the axes not evenly, the slowest axis at its fastest part sets the time.
-/// Acceleration is not counted, so it is a lower bound.
+/// Time of a rapid under a law, s: every axis at its largest speed, and unless each goes by itself
+/// no faster than the control's rapid feed. Where the tip goes straight and the axes not evenly,
+/// the slowest axis at its fastest part sets the time. Acceleration is not counted, so it is a
+/// lower bound.
 pub fn rapid_time(
     machine: &Machine,
     law: impl Into<BlockLaw>,
@@ -71,8 +72,8 @@ pub fn rapid_time(
     }
 }
 
-/// Parts of a way over which the speeds of axes that follow the tip are looked at: one that turns evenly by 180° is at its
-/// fastest within 0.2 % of what a part tells.
+/// Parts of a way over which the speeds of axes that follow the tip are looked at: one that turns
+/// evenly by 180° is at its fastest within 0.2 % of what a part tells.
 const PARTS: u32 = 32;
 
 /// Time of a block of which each part takes as much as every other.

@@ -3,15 +3,16 @@
 /// Points whose third difference counts: one more than its order.
 const POINTS: usize = 4;
 
-/// What a value may be off by against its third difference, squared, where nothing else holds it: what is longer than some 60 points
-/// stays as it is. Smaller evens out longer waves and takes more passes to get back to the values; larger leaves steps that
-/// many points are on.
+/// What a value may be off by against its third difference, squared, where nothing else holds it:
+/// what is longer than some 60 points stays as it is. Smaller evens out longer waves and takes more
+/// passes to get back to the values; larger leaves steps that many points are on.
 const LOOSE: f64 = 1e-6;
 
 /// The same for values that are known. They are set to what they are behind the last pass.
 const HELD: f64 = 1e6;
 
-/// Passes at most. What they have not brought within its width is cut off there, which leaves small bends.
+/// Passes at most. What they have not brought within its width is cut off there, which leaves small
+/// bends.
 const PASSES: usize = 40;
 
 /// Share of its width from which on a value is held more, so that fewer passes do.
@@ -20,16 +21,18 @@ const NEARLY: f64 = 0.95;
 /// Largest factor by which a value is held more from one pass to the next.
 const FIRMER: f64 = 1e3;
 
-/// Values, each within its width of the given one, whose third differences over `at` are small: what a smooth motion was before
-/// its values were rounded. Widths of 0 keep values to the last bit.
+/// Values, each within its width of the given one, whose third differences over `at` are small:
+/// what a smooth motion was before its values were rounded. Widths of 0 keep values to the last
+/// bit.
 ///
-/// Minimised are the squares of what every value is off from the parabola through its neighbours; values beyond their widths are
-/// held more from pass to pass, and at last cut off at them. So that no value leaves its width is guaranteed; that none
-/// are smoother is not. Where values on parabolas lie within the widths, they are found nearly; a bend that the widths do not hide
+/// Minimised are the squares of what every value is off from the parabola through its neighbours;
+/// values beyond their widths are held more from pass to pass, and at last cut off at them. So that
+/// no value leaves its width is guaranteed; that none are smoother is not. Where values on
+/// parabolas lie within the widths, they are found nearly; a bend that the widths do not hide
 /// stays. Linear cost.
 ///
-/// `at` ascends strictly, and all slices are equally long; fewer than four values come back as they are, and so do those
-/// whose third differences do not become smaller.
+/// `at` ascends strictly, and all slices are equally long; fewer than four values come back as they
+/// are, and so do those whose third differences do not become smaller.
 ///
 /// # Panics
 /// When the slices differ in length.
@@ -67,7 +70,8 @@ pub fn smoothest_within(at: &[f64], values: &[f64], widths: &[f64]) -> Vec<f64> 
     if roughness(at, &smooth) < roughness(at, values) { smooth } else { values.to_vec() }
 }
 
-/// Weights of four values in their third difference, scaled so that they sum up to 8 without their signs, as 1, 3, 3 and 1 do.
+/// Weights of four values in their third difference, scaled so that they sum up to 8 without their
+/// signs, as 1, 3, 3 and 1 do.
 fn third_difference(at: &[f64]) -> [f64; POINTS] {
     let weight = |j: usize| (0..POINTS).filter(|&m| m != j).map(|m| 1.0 / (at[j] - at[m])).product::<f64>();
     let weights: [f64; POINTS] = std::array::from_fn(weight);
@@ -81,8 +85,8 @@ fn roughness(at: &[f64], values: &[f64]) -> f64 {
     each.map(|(at, v)| third_difference(at).iter().zip(v).map(|(w, v)| w * v).sum::<f64>().powi(2)).sum()
 }
 
-/// Matrix and right side whose solution is what is to be added to the values for the least roughness: row k has the entries at
-/// k to k + 3, those before are the same.
+/// Matrix and right side whose solution is what is to be added to the values for the least
+/// roughness: row k has the entries at k to k + 3, those before are the same.
 fn normal_equations(at: &[f64], values: &[f64]) -> (Vec<[f64; POINTS]>, Vec<f64>) {
     let n = values.len();
     let (mut band, mut right) = (vec![[0.0; POINTS]; n], vec![0.0; n]);
@@ -112,7 +116,8 @@ fn hold_more(holds: &mut [f64], moved: &[f64], widths: &[f64]) -> bool {
     is_beyond
 }
 
-/// Solves the equations with `holds` on the diagonal by LDLᵀ; positive definite, as these are above 0.
+/// Solves the equations with `holds` on the diagonal by LDLᵀ; positive definite, as these are
+/// above 0.
 fn solved(band: &[[f64; POINTS]], holds: &[f64], right: &[f64]) -> Vec<f64> {
     let n = band.len();
     let mut rows = band.to_vec();

@@ -17,8 +17,9 @@ impl KeyLimit {
         Self { key, least, most }
     }
 
-    /// Finds the range of the key that a field's path ends with, such as `rows[1].joint.prismatic.max_velocity_mm_min`; an index at its
-    /// end does not count. `None` for a key without a range.
+    /// Finds the range of the key that a field's path ends with, such as
+    /// `rows[1].joint.prismatic.max_velocity_mm_min`; an index at its end does not count. `None`
+    /// for a key without a range.
     pub fn of<'l>(limits: &'l [Self], field: &str) -> Option<&'l Self> {
         let key = field.rsplit('.').next().unwrap_or(field);
         let key = key.split('[').next().unwrap_or(key);

@@ -1,9 +1,10 @@
 //! Strict JSON files: how every format of the project is read and described.
 //!
-//! A format is a struct with `Deserialize`, `Serialize`, `JsonSchema` and `deny_unknown_fields`. [`from_json`] reads it and
-//! turns whatever is wrong into a [`FormatError`] that names the field, the place in the text, and, for a key that does
-//! not exist, the nearest one that does. Enums with data are written externally tagged (`{"box": {…}}`), because serde
-//! loses the place of an error inside internally tagged and untagged ones.
+//! A format is a struct with `Deserialize`, `Serialize`, `JsonSchema` and `deny_unknown_fields`.
+//! [`from_json`] reads it and turns whatever is wrong into a [`FormatError`] that names the field,
+//! the place in the text, and, for a key that does not exist, the nearest one that does. Enums with
+//! data are written externally tagged (`{"box": {…}}`), because serde loses the place of an error
+//! inside internally tagged and untagged ones.
 //!
 //! Modules, each of which imports those above it alone:
 //!
@@ -53,7 +54,8 @@ impl FormatError {
 /// Reads a strict JSON file.
 ///
 /// # Errors
-/// When the text is not JSON, a key is unknown, missing or twice there, or a value is of the wrong kind.
+/// When the text is not JSON, a key is unknown, missing or twice there, or a value is of the wrong
+/// kind.
 pub fn from_json<T: DeserializeOwned>(text: &[u8]) -> Result<T, FormatError> {
     // Editors on some systems start files with a byte order mark, which is no part of the JSON.
     let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
@@ -68,7 +70,8 @@ pub fn from_json<T: DeserializeOwned>(text: &[u8]) -> Result<T, FormatError> {
     Ok(value)
 }
 
-/// Reads a value that was taken from a file and changed, as strictly as [`from_json`] reads the file.
+/// Reads a value that was taken from a file and changed, as strictly as [`from_json`] reads the
+/// file.
 ///
 /// # Errors
 /// When a key is unknown or missing, or a value is of the wrong kind.
@@ -87,7 +90,8 @@ fn format_error(field: String, e: &serde_json::Error) -> FormatError {
     FormatError { field, line: e.line(), column: e.column(), message, hint }
 }
 
-/// The known key nearest to the unknown one, read from serde's "unknown field `x`, expected one of `a`, `b`".
+/// The known key nearest to the unknown one, read from serde's "unknown field `x`, expected one of
+/// `a`, `b`".
 fn nearest_key(message: &str) -> Option<String> {
     let rest = message.strip_prefix("unknown field `").or_else(|| message.strip_prefix("unknown variant `"))?;
     let (unknown, rest) = rest.split_once('`')?;
@@ -100,7 +104,8 @@ fn nearest_key(message: &str) -> Option<String> {
         .map(|(_, k)| k.to_owned())
 }
 
-/// Writes a format's value as indented JSON with a newline at its end; the same value always gives the same bytes.
+/// Writes a format's value as indented JSON with a newline at its end; the same value always gives
+/// the same bytes.
 ///
 /// # Panics
 /// When the value holds a map with keys that are not strings, which no format of the project does.

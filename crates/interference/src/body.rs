@@ -1,4 +1,5 @@
-//! Undilated convex bodies placed in the mesh frame: distance with its gradient, and support points.
+//! Undilated convex bodies placed in the mesh frame: distance with its gradient, and support
+//! points.
 
 pub(crate) mod bound;
 pub(crate) mod edge;
@@ -9,15 +10,16 @@ use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
 use crate::body::lanes::{Lanes, Lanes3, N};
 
-/// A closed convex body. Its distance f is convex and 1-Lipschitz, so f(p) + g·(q − p) bounds f(q) from below for every
-/// q.
+/// A closed convex body. Its distance f is convex and 1-Lipschitz, so f(p) + g·(q − p) bounds f(q)
+/// from below for every q.
 pub(crate) trait Body {
-    /// Distance f from `p` (0 inside) and its gradient g there: the unit vector away from the nearest point of the
-    /// body, zero inside.
+    /// Distance f from `p` (0 inside) and its gradient g there: the unit vector away from the
+    /// nearest point of the body, zero inside.
     fn distance(&self, p: &Point3<f64>) -> (f64, Vector3<f64>);
 
-    /// The same at eight points: distances, and the components of the gradients along `normal`. Where the distance is
-    /// dear it may be a lower bound that is convex and 1-Lipschitz, too, with that one's gradient.
+    /// The same at eight points: distances, and the components of the gradients along `normal`.
+    /// Where the distance is dear it may be a lower bound that is convex and 1-Lipschitz, too, with
+    /// that one's gradient.
     fn distances(&self, p: &Lanes3, normal: &Lanes3) -> (Lanes, Lanes);
 
     /// A point of the body farthest in the direction `along`, which need not be of unit length.
@@ -48,7 +50,8 @@ impl<'a> Placed<'a> {
     }
 }
 
-/// What an expression gives for the body in a [`Placed`]: compiled for each kind of body, as a generic function is.
+/// What an expression gives for the body in a [`Placed`]: compiled for each kind of body, as a
+/// generic function is.
 macro_rules! for_body {
     ($placed:expr, |$body:ident| $value:expr) => {
         match $placed {
@@ -167,7 +170,8 @@ impl Frustum {
         }
     }
 
-    /// Offset (radial, along the axis) of a point of the half plane from its nearest point of the trapezoid.
+    /// Offset (radial, along the axis) of a point of the half plane from its nearest point of the
+    /// trapezoid.
     #[inline(always)]
     fn offset(&self, radial: f64, z: f64) -> (f64, f64) {
         if z < 0.0 && radial <= self.radius_low {
@@ -337,7 +341,8 @@ impl Body for Hull<'_> {
         (nearest.distance, self.mesh_from_solid.rotation * nearest.away)
     }
 
-    /// The largest of the heights above the faces: six operations for each, where the distance takes sixty.
+    /// The largest of the heights above the faces: six operations for each, where the distance
+    /// takes sixty.
     #[inline(always)]
     fn distances(&self, p: &Lanes3, normal: &Lanes3) -> (Lanes, Lanes) {
         let (mut heights, mut along) = ([0.0; N], [0.0; N]);
@@ -373,8 +378,9 @@ fn positive(x: f64) -> f64 {
     if x < 0.0 { 0.0 } else { x }
 }
 
-/// Component along a direction of the gradient that points `out` beside the axis and along it: `beside` is the component of
-/// the vector from the axis, `radial` long, and `up` what the axial part adds. 0 where the distance is.
+/// Component along a direction of the gradient that points `out` beside the axis and along it:
+/// `beside` is the component of the vector from the axis, `radial` long, and `up` what the axial
+/// part adds. 0 where the distance is.
 #[inline(always)]
 fn slope(beside: f64, out: f64, radial: f64, up: f64, distance: f64) -> f64 {
     let share = if radial > 0.0 { out / radial } else { 0.0 };
@@ -400,8 +406,8 @@ fn unit_across(v: &Vector3<f64>, axis: &Vector3<f64>) -> Vector3<f64> {
     if norm == 0.0 {
         return Vector3::zeros();
     }
-    // Nearly along the axis the difference above is mostly rounding, of which a part lies along the axis: taken out
-    // again, or a large radius would put the point off the body's end.
+    // Nearly along the axis the difference above is mostly rounding, of which a part lies along the
+    // axis: taken out again, or a large radius would put the point off the body's end.
     let unit = across / norm;
     let again = unit - axis * unit.dot(axis);
     let norm = again.norm();

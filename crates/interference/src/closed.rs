@@ -6,8 +6,8 @@ use nalgebra::{Point3, Vector3};
 /// How the inside of a closed component is told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Rule {
-    /// All triangles are wound alike: inside where the surface winds around the point, however often and in which
-    /// sense.
+    /// All triangles are wound alike: inside where the surface winds around the point, however
+    /// often and in which sense.
     Winding,
     /// Some are not: inside where a half line crosses the surface an odd number of times.
     Parity,
@@ -16,7 +16,8 @@ enum Rule {
 /// The components of a mesh whose every edge is shared by an even number of triangles.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ClosedParts {
-    /// Component of the triangles in the order of the leaves; [`OPEN`] for one that is no part of a closed one.
+    /// Component of the triangles in the order of the leaves; [`OPEN`] for one that is no part of a
+    /// closed one.
     component: Vec<u32>,
     rules: Vec<Rule>,
 }
@@ -35,12 +36,14 @@ impl ClosedParts {
         self.rules.is_empty()
     }
 
-    /// Whether `origin` is inside a closed component; if so, the nearest place (in the order of the leaves) and point
-    /// where the half line along the unit vector `along` leaves a component that `origin` is inside of. `candidates` are the
-    /// places of all triangles that the half line may meet.
+    /// Whether `origin` is inside a closed component; if so, the nearest place (in the order of the
+    /// leaves) and point where the half line along the unit vector `along` leaves a component that
+    /// `origin` is inside of. `candidates` are the places of all triangles that the half line may
+    /// meet.
     ///
-    /// Crossings are counted by a rule that gives every half line through an edge or corner to exactly one side, so a
-    /// closed surface is never crossed a wrong number of times. `origin` on the surface may count either way.
+    /// Crossings are counted by a rule that gives every half line through an edge or corner to
+    /// exactly one side, so a closed surface is never crossed a wrong number of times. `origin` on
+    /// the surface may count either way.
     pub(crate) fn way_out(
         &self,
         candidates: impl IntoIterator<Item = usize>,
@@ -108,8 +111,9 @@ impl Ray {
 
     /// Sense and depth of the crossing with a triangle ahead.
     ///
-    /// The triangle's turns around the line are counted edge by edge, each by a sum whose sign the reversed edge has
-    /// negated, exactly; so two triangles that share an edge never disagree about the side the line passes on.
+    /// The triangle's turns around the line are counted edge by edge, each by a sum whose sign the
+    /// reversed edge has negated, exactly; so two triangles that share an edge never disagree about
+    /// the side the line passes on.
     fn crossing(&self, corners: &[Point3<f64>; 3]) -> Option<(i32, f64)> {
         let seen = corners.map(|p| {
             let q = p - self.origin;
@@ -130,7 +134,8 @@ impl Ray {
         let (nearest, farthest) = (depths[0].min(depths[1]).min(depths[2]), depths[0].max(depths[1]).max(depths[2]));
         let total: f64 = weights.iter().sum();
         let mean = weights[0] * depths[0] + weights[1] * depths[1] + weights[2] * depths[2];
-        // Seen edge on the triangle has no depth of its own, but it is still crossed between its corners.
+        // Seen edge on the triangle has no depth of its own, but it is still crossed between its
+        // corners.
         let depth = if total != 0.0 { (mean / total).clamp(nearest, farthest) } else { 0.5 * (nearest + farthest) };
         (depth > 0.0).then_some((turns, depth))
     }
@@ -228,7 +233,8 @@ fn welded(mesh: &TriMesh) -> Vec<[u32; 3]> {
 /// No vertex: a mesh has fewer.
 const NO_VERTEX: u32 = u32::MAX;
 
-/// The bits of three coordinates, all mixed into all (the finaliser of SplitMix64): regular grids differ in few of them.
+/// The bits of three coordinates, all mixed into all (the finaliser of SplitMix64): regular grids
+/// differ in few of them.
 fn mixed(key: &Vector3<u64>) -> u64 {
     key.iter().fold(0, |hash: u64, &bits| {
         let mut h = (hash ^ bits).wrapping_add(0x9E37_79B9_7F4A_7C15);
@@ -238,8 +244,9 @@ fn mixed(key: &Vector3<u64>) -> u64 {
     })
 }
 
-/// A side of a triangle seen from the smaller of its ends: the other end (32 bits), the triangle (31 bits, as in the tree), and
-/// whether it runs toward the smaller end. Sides of one edge sort next to each other.
+/// A side of a triangle seen from the smaller of its ends: the other end (32 bits), the triangle
+/// (31 bits, as in the tree), and whether it runs toward the smaller end. Sides of one edge sort
+/// next to each other.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Side(u64);
 

@@ -1,15 +1,17 @@
 //! Exact verdicts and distances: the bodies of a tool assembly against a triangle mesh.
 //!
-//! A body is a [`Solid`](facemill_cl_data::Solid), a frustum, box or convex polyhedron dilated by a ball, at a pose
-//! `mesh_from_solid`. An [`Interference`] answers whether it touches the mesh ([`Verdict`], with a witness on the mesh), and
-//! how far the mesh is from the undilated body ([`Separation`]). Nothing is sampled: a spike smaller than any sample spacing
-//! is found, whatever the tool axis. Of a mesh with closed components a body wholly inside one is a hit too; an open mesh
-//! is a surface only.
+//! A body is a [`Solid`](facemill_cl_data::Solid), a frustum, box or convex polyhedron dilated by a
+//! ball, at a pose `mesh_from_solid`. An [`Interference`] answers whether it touches the mesh
+//! ([`Verdict`], with a witness on the mesh), and how far the mesh is from the undilated body
+//! ([`Separation`]). Nothing is sampled: a spike smaller than any sample spacing is found, whatever
+//! the tool axis. Of a mesh with closed components a body wholly inside one is a hit too; an open
+//! mesh is a surface only.
 //!
-//! - [`MeshTree`] is the one to use: a tree of flat pieces of the surface, each bounded by the distance of the body at
-//!   its centre, and an exact test of the body against a triangle.
+//! - [`MeshTree`] is the one to use: a tree of flat pieces of the surface, each bounded by the
+//!   distance of the body at its centre, and an exact test of the body against a triangle.
 //! - [`ParryMesh`] is the plain reference: parry3d's tree and its GJK.
-//! - [`Interference::sweep`] proves for a body in motion that it touches nothing at any time of an interval.
+//! - [`Interference::sweep`] proves for a body in motion that it touches nothing at any time of an
+//!   interval.
 //! - [`Interference::turn`] proves it for every pose of a range of turns about a fixed point.
 //! - [`solid_mesh`] makes a body itself a mesh for others to be held against.
 //! - [`lift_to_free`] seats a body: the least lift along a direction that frees it.
@@ -34,8 +36,8 @@
 //! # Ok::<(), facemill_surface_model::MeshError>(())
 //! ```
 //!
-//! Verdicts are exact but for a band of 1e-9 mm in the rounding (for coordinates up to some metres); within it, as
-//! Modules, each of which imports those above it alone:
+//! Verdicts are exact but for a band of 1e-9 mm in the rounding (for coordinates up to some
+//! metres); within it, as Modules, each of which imports those above it alone:
 //!
 //! | module | holds |
 //! |---|---|
@@ -46,8 +48,8 @@
 //! | `parry_mesh` | the same queries by the collision library parry3d, as a reference |
 //! | `solid_mesh` | bodies as meshes, so that other bodies' distances from them can be measured |
 //!
-//! where a number is not finite, the answer is a hit, so that free always means proven. The crate must not know
-//! machines, search or stock.
+//! where a number is not finite, the answer is a hit, so that free always means proven. The crate
+//! must not know machines, search or stock.
 
 mod body;
 mod closed;

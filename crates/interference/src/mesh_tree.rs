@@ -24,13 +24,13 @@ use crate::query::verdict::{Separation, Verdict, Witness};
 
 /// Exact interference against a mesh by a tree of flat slabs.
 ///
-/// Each child's slab lies in the plane of its piece of the surface, and one evaluation of the body's (convex) distance
-/// at its centre bounds the distance of the whole piece, for eight children at once; over a triangle the least distance
-/// is found exactly. Verdicts are exact but for a band of 1e-9 mm in the rounding, distances to 1e-9 mm, for coordinates up to
-/// some metres.
+/// Each child's slab lies in the plane of its piece of the surface, and one evaluation of the
+/// body's (convex) distance at its centre bounds the distance of the whole piece, for eight
+/// children at once; over a triangle the least distance is found exactly. Verdicts are exact but
+/// for a band of 1e-9 mm in the rounding, distances to 1e-9 mm, for coordinates up to some metres.
 ///
-/// A body whose pose or size is not finite counts as a hit, and as distance 0; against an empty mesh everything is
-/// free.
+/// A body whose pose or size is not finite counts as a hit, and as distance 0; against an empty
+/// mesh everything is free.
 #[derive(Clone, Debug)]
 pub struct MeshTree {
     pub(crate) nodes: Vec<Node>,
@@ -45,9 +45,9 @@ pub struct MeshTree {
     pub(crate) arch: Arch,
 }
 
-/// Distance at which the body counts as touching, mm. A point computed to be on the body is off it by the rounding of
-/// its coordinates (1e-12 mm at 4 m): smaller than that, a body of rounding 0 that a triangle passes through would be
-/// missed; larger, poses that are free would be refused.
+/// Distance at which the body counts as touching, mm. A point computed to be on the body is off it
+/// by the rounding of its coordinates (1e-12 mm at 4 m): smaller than that, a body of rounding 0
+/// that a triangle passes through would be missed; larger, poses that are free would be refused.
 pub(crate) const TOUCH: f64 = 1e-10;
 
 /// Splits of 2^31 triangles into eight are 11 deep; all but one child wait per level.
@@ -198,7 +198,8 @@ impl Interference for MeshTree {
 }
 
 impl MeshTree {
-    /// Where the half line from inside the body along a unit vector leaves a closed component that it starts in.
+    /// Where the half line from inside the body along a unit vector leaves a closed component that
+    /// it starts in.
     pub(crate) fn way_out(
         &self,
         solid: &Solid,
@@ -233,7 +234,8 @@ impl MeshTree {
         found
     }
 
-    /// A triangle and a point of it to name where nothing can be computed; `None` for an empty mesh.
+    /// A triangle and a point of it to name where nothing can be computed; `None` for an empty
+    /// mesh.
     fn first_corner(&self) -> Option<(u32, Point3<f64>)> {
         Some((*self.triangles.first()?, self.corners.first()?[0]))
     }

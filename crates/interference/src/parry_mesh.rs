@@ -17,12 +17,15 @@ use crate::mesh_tree::is_finite;
 use crate::query::Interference;
 use crate::query::verdict::{Separation, Verdict, Witness};
 
-/// The plain reference: parry3d's tree of boxes, and its GJK distance for each triangle whose box the body's meets.
+/// The plain reference: parry3d's tree of boxes, and its GJK distance for each triangle whose box
+/// the body's meets.
 ///
-/// Exact shapes, no sampling. GJK stops at a relative error of some 5e-8 of the distance, so distances are exact to
-/// that, verdicts within that of the rounding; a pair on which it does not settle counts as touching. Insideness is
-/// told by the same count of crossings as in [`MeshTree`](crate::mesh_tree::MeshTree), over all triangles. That one is the one to
-/// use: this is a hundred times slower. A body whose pose or size is not finite counts as a hit, and as distance 0.
+/// Exact shapes, no sampling. GJK stops at a relative error of some 5e-8 of the distance, so
+/// distances are exact to that, verdicts within that of the rounding; a pair on which it does not
+/// settle counts as touching. Insideness is told by the same count of crossings as in
+/// [`MeshTree`](crate::mesh_tree::MeshTree), over all triangles. That one is the one to use: this
+/// is a hundred times slower. A body whose pose or size is not finite counts as a hit, and as
+/// distance 0.
 pub struct ParryMesh {
     boxes: Bvh,
     corners: Vec<[Point3<f64>; 3]>,

@@ -15,17 +15,20 @@ use crate::query::verdict::{Separation, Verdict};
 
 /// Answers about convex bodies and one mesh. Mesh frame, mm.
 ///
-/// `hint` is a triangle of the mesh to look at first, such as that of the last answer. It changes the speed, and which
-/// of several witnesses or nearest points is named, but never the verdict nor (by more than 1e-9 mm) the distance. A
-/// hint that is no triangle is ignored.
+/// `hint` is a triangle of the mesh to look at first, such as that of the last answer. It changes
+/// the speed, and which of several witnesses or nearest points is named, but never the verdict nor
+/// (by more than 1e-9 mm) the distance. A hint that is no triangle is ignored.
 pub trait Interference: Sync {
-    /// Whether the dilated solid touches the mesh's surface or is wholly inside one of its closed components.
+    /// Whether the dilated solid touches the mesh's surface or is wholly inside one of its closed
+    /// components.
     ///
-    /// Touching counts as a hit: free means that every point of the mesh is farther than the rounding from the core.
+    /// Touching counts as a hit: free means that every point of the mesh is farther than the
+    /// rounding from the core.
     fn verdict(&self, solid: &Solid, mesh_from_solid: &Isometry3<f64>, hint: Option<u32>) -> Verdict;
 
-    /// Distance from the mesh's surface to the undilated core of the solid, 0 where they meet, searched up to `at_most`
-    /// mm; `None` where it is larger. The surface only: a core inside a closed component has a distance too.
+    /// Distance from the mesh's surface to the undilated core of the solid, 0 where they meet,
+    /// searched up to `at_most` mm; `None` where it is larger. The surface only: a core inside a
+    /// closed component has a distance too.
     fn core_distance(
         &self,
         solid: &Solid,
@@ -34,23 +37,26 @@ pub trait Interference: Sync {
         hint: Option<u32>,
     ) -> Option<Separation>;
 
-    /// Whether the dilated solid touches nothing of the mesh at any time of an interval, and is in no closed component.
-    /// Clear is proven; where an implementation proves nothing, everything is unproven. Where it is not clear,
-    /// the solid may touch, its core does in the middle of the interval, or the interval is too long; a shorter one tells more.
+    /// Whether the dilated solid touches nothing of the mesh at any time of an interval, and is in
+    /// no closed component. Clear is proven; where an implementation proves nothing, everything is
+    /// unproven. Where it is not clear, the solid may touch, its core does in the middle of the
+    /// interval, or the interval is too long; a shorter one tells more.
     fn sweep(&self, solid: &Solid, motion: &MotionInterval, hint: Option<u32>) -> SweepVerdict {
         let _ = (solid, motion, hint);
         SweepVerdict::Unproven(None)
     }
 
-    /// Whether the dilated solid touches nothing of the mesh in any pose of a range of turns about a fixed point, and is in no
-    /// closed component. Clear is proven, up to the rounding band of verdicts; Unproven says that the solid may touch, or that
-    /// the range is too large. An implementation may prove nothing.
+    /// Whether the dilated solid touches nothing of the mesh in any pose of a range of turns about
+    /// a fixed point, and is in no closed component. Clear is proven, up to the rounding band of
+    /// verdicts; Unproven says that the solid may touch, or that the range is too large. An
+    /// implementation may prove nothing.
     fn turn(&self, solid: &Solid, range: &TurnRange, hint: Option<u32>) -> SweepVerdict {
         let _ = (solid, range, hint);
         SweepVerdict::Unproven(None)
     }
 
-    /// What [`lift_to_free`](crate::query::lift::lift_to_free) returns, for a positive resolution; in steps unless the mesh knows better.
+    /// What [`lift_to_free`](crate::query::lift::lift_to_free) returns, for a positive resolution;
+    /// in steps unless the mesh knows better.
     fn least_lift(
         &self,
         solid: &Solid,
@@ -67,8 +73,8 @@ pub trait Interference: Sync {
         None
     }
 
-    /// How deep the surface is in the undilated core, which it meets in `met`, to 1e-6 mm, and where: for
-    /// [`penetration`](crate::query::depth::penetration).
+    /// How deep the surface is in the undilated core, which it meets in `met`, to 1e-6 mm, and
+    /// where: for [`penetration`](crate::query::depth::penetration).
     fn core_depth(&self, solid: &Solid, mesh_from_solid: &Isometry3<f64>, met: Separation) -> (f64, Separation) {
         stepped_depth(self, solid, mesh_from_solid, met)
     }

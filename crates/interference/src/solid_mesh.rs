@@ -5,15 +5,16 @@ use facemill_cl_data::{RoundFrustum, Solid};
 use facemill_surface_model::{MeshError, TriMesh};
 use nalgebra::{Point3, Vector3};
 
-/// How far the prism that stands for a turned body may stick out of it, mm. Smaller makes more triangles, larger tests a
-/// body that is not there.
+/// How far the prism that stands for a turned body may stick out of it, mm. Smaller makes more
+/// triangles, larger tests a body that is not there.
 const LARGEST_EXCESS: f64 = 0.05;
 
 /// Fewest and most sides of a prism; above a radius of 5 m the excess grows.
 const SIDES: [f64; 2] = [24.0, 720.0];
 
-/// The undilated core of a solid in its own frame, closed and wound outward. It holds the core, so that no distance from it
-/// is too large; a turned body sticks out by at most 0.05 mm (up to a radius of 5 m).
+/// The undilated core of a solid in its own frame, closed and wound outward. It holds the core, so
+/// that no distance from it is too large; a turned body sticks out by at most 0.05 mm (up to a
+/// radius of 5 m).
 ///
 /// # Errors
 /// When a number of the solid is not finite.
@@ -58,7 +59,8 @@ fn sides_of(radius: f64) -> u32 {
 fn cuboid(half: &Vector3<f64>) -> (Vec<Point3<f64>>, Vec<[u32; 3]>) {
     let side = |k: usize, axis: usize| if k >> axis & 1 == 0 { -half[axis] } else { half[axis] };
     let vertices = (0..8).map(|k| Point3::new(side(k, 0), side(k, 1), side(k, 2))).collect();
-    // Each face counter-clockwise from outside; bit k of a corner's number is its side along axis k.
+    // Each face counter-clockwise from outside; bit k of a corner's number is its side along axis
+    // k.
     let quads: [[u32; 4]; 6] = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     (vertices, quads.iter().flat_map(|&[p, q, r, s]| [[p, q, r], [p, r, s]]).collect())
 }

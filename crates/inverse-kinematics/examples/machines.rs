@@ -1,8 +1,9 @@
 //! Writes the machine files of `assets/machines` from the lines of their axes:
 //! `cargo run -p facemill-inverse-kinematics --example machines`.
 //!
-//! Offsets, ranges and orders marked "Autodesk" are those of the generic machines of Autodesk's cam-posteditor (MIT); all
-//! others are typical, and marked as assumed in the files. Bodies stand in the bed's frame with all axes at 0.
+//! Offsets, ranges and orders marked "Autodesk" are those of the generic machines of Autodesk's
+//! cam-posteditor (MIT); all others are typical, and marked as assumed in the files. Bodies stand
+//! in the bed's frame with all axes at 0.
 
 #[path = "machines/dual.rs"]
 mod dual;
@@ -229,7 +230,8 @@ fn leaning(mut body: BodyFile) -> BodyFile {
     body
 }
 
-/// B leans by 45° from z toward +y and crosses the spindle 200 mm above the nose: half a turn lays the tool level.
+/// B leans by 45° from z toward +y and crosses the spindle 200 mm above the nose: half a turn lays
+/// the tool level.
 fn nutating_head() -> MachineFile {
     let along = |d: f64| [0.0, d * 0.5_f64.sqrt(), 900.0 + d * 0.5_f64.sqrt()];
     let ram = vec![
@@ -285,7 +287,8 @@ fn travelling_trunnion() -> MachineFile {
     assuming(file("travelling trunnion, table Y X A C, head Z", &source, (table, 300.0), (vec![z], 800.0)), &[], &XYZ)
 }
 
-/// A bridge that travels along X over a fixed table; its ram carries a head that swivels about A, then B.
+/// A bridge that travels along X over a fixed table; its ram carries a head that swivels about A,
+/// then B.
 fn bridge() -> MachineFile {
     let ram = vec![block("ram", [400.0, 400.0, 1600.0], [0.0, 0.0, 2630.0])];
     let mut head = head_xyz(3000.0, 1200.0, 1000.0, LARGE, ram);
@@ -303,7 +306,8 @@ fn bridge() -> MachineFile {
     assuming(made, &UNKNOWN, &[])
 }
 
-/// One head of a dual mill with two linear axes: C level along x carries the blade; the head has X, Z, then B and A.
+/// One head of a dual mill with two linear axes: C level along x carries the blade; the head has X,
+/// Z, then B and A.
 fn dual_mill_head() -> MachineFile {
     let mut c = rotary('C', true, [[1.0, 0.0, 0.0], [0.0; 3]], None, ROTARY);
     c.bodies = vec![turned_disc("face plate", 300.0, 120.0)];

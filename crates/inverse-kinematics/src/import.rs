@@ -58,10 +58,11 @@ struct Axis {
 
 /// The machine file of an Autodesk machine (`.machine`, XML of the namespace `…/xml/2009/machine`).
 ///
-/// Taken are order, axis vectors, offsets, ranges, home positions, feeds, table and tool attach points and the spindle's
-/// direction; lengths are rounded to 1e-5 mm, which takes out the noise of the CAD models they come from. Accelerations,
-/// jerks, motion laws and what else is missing there become typical values, listed in `assumed`. There are no bodies:
-/// such files keep them elsewhere. Conventions, as read from the files: docs/machines.md.
+/// Taken are order, axis vectors, offsets, ranges, home positions, feeds, table and tool attach
+/// points and the spindle's direction; lengths are rounded to 1e-5 mm, which takes out the noise of
+/// the CAD models they come from. Accelerations, jerks, motion laws and what else is missing there
+/// become typical values, listed in `assumed`. There are no bodies: such files keep them elsewhere.
+/// Conventions, as read from the files: docs/machines.md.
 ///
 /// # Errors
 /// With line and element where something is missing, has no meaning, or has one that is not known.
@@ -76,7 +77,8 @@ pub fn import_autodesk_machine(text: &str) -> Result<MachineFile, ImportError> {
     let (bed_from_table, bed_from_nose) = ends(&root)?;
     let of = |carrier| axes.iter().filter(move |a: &&Axis| a.carrier == carrier);
     let table: Vec<AxisLine> = of(Carrier::Table).map(|a| a.line.clone()).collect();
-    // Rotary axes of a head stand in such files from the tool to the bed, everything else from the bed outward.
+    // Rotary axes of a head stand in such files from the tool to the bed, everything else from the
+    // bed outward.
     let mut head: Vec<AxisLine> = of(Carrier::Head).filter(|a| a.is_linear).map(|a| a.line.clone()).collect();
     let rotary: Vec<&Axis> = of(Carrier::Head).filter(|a| !a.is_linear).collect();
     head.extend(rotary.iter().rev().map(|a| a.line.clone()));
@@ -143,13 +145,15 @@ fn read_axis(node: &Node<'_, '_>) -> Result<Axis, ImportError> {
     }
     let vector = direction(node, "axis")?;
     let (joint, has_velocity) = revolute(node, ["A", "B", "C"][coordinate], carrier)?;
-    // The carried part turns left-handed about the vector: a table's row looks along it and is negative, a head's against.
+    // The carried part turns left-handed about the vector: a table's row looks along it and is
+    // negative, a head's against.
     let direction = if carrier == Carrier::Table { vector } else { -vector };
     let line = AxisLine { joint, direction, point: Point3::from(offset), bodies: vec![] };
     Ok(Axis { letter: ["A", "B", "C"][coordinate], is_linear, carrier, line, has_velocity })
 }
 
-/// By ISO 841 letters tell how the tool moves relative to the workpiece: a table moves against them.
+/// By ISO 841 letters tell how the tool moves relative to the workpiece: a table moves against
+/// them.
 fn sense(carrier: Carrier) -> Sense {
     if carrier == Carrier::Table { Sense::Negative } else { Sense::Positive }
 }

@@ -26,24 +26,26 @@ use crate::solver::inverse_solution::{
 /// The same for the tool axis, rad.
 const AXIS_ACCURACY: f64 = 1e-12;
 
-/// Excess over a limit that is rounding and cut off, mm or rad. Above the accuracies it would break their promise; far
-/// below it a pose computed from a limit value would be refused.
+/// Excess over a limit that is rounding and cut off, mm or rad. Above the accuracies it would break
+/// their promise; far below it a pose computed from a limit value would be refused.
 const LIMIT_SLACK: [f64; 2] = [2e-10, 2e-13];
 
-/// Differences of cosines from those at the poles and at the edges of the reach above which the shorter formulas are taken:
-/// they lose the digits that these lack of 1. The accuracies leave two digits, what is not checked four.
+/// Differences of cosines from those at the poles and at the edges of the reach above which the
+/// shorter formulas are taken: they lose the digits that these lack of 1. The accuracies leave two
+/// digits, what is not checked four.
 const FAR_FROM_SINGULAR: f64 = 1e-2;
 
 const BESIDE_SINGULAR: f64 = 1e-4;
 
 impl Machine {
-    /// All solutions within the limits for a tool pose in the table frame, each at the winding nearest to home; where a
-    /// rotary axis is [free](InverseSolution::free_axis) it stands at home, as do axes that do not
-    /// [move the tool](Machine::moves_tool).
+    /// All solutions within the limits for a tool pose in the table frame, each at the winding
+    /// nearest to home; where a rotary axis is [free](InverseSolution::free_axis) it stands at
+    /// home, as do axes that do not [move the tool](Machine::moves_tool).
     ///
-    /// Closed form for three linear and two rotary axes; for two and three all roots of a polynomial of degree 12. No
-    /// allocation. The forward solution of every result differs from `cl` by at most 1e-9 mm and 1e-12 rad (and by the
-    /// rounding of a rotary value that has wound up many turns).
+    /// Closed form for three linear and two rotary axes; for two and three all roots of a
+    /// polynomial of degree 12. No allocation. The forward solution of every result differs from
+    /// `cl` by at most 1e-9 mm and 1e-12 rad (and by the rounding of a rotary value that has wound
+    /// up many turns).
     ///
     /// # Errors
     /// When no solution is within the limits; see [`Unreachable`].
@@ -51,11 +53,12 @@ impl Machine {
         self.inverse_near(cl, tool_length, &self.home())
     }
 
-    /// All solutions for a tool pose in the table frame without regard to limits, each at the winding nearest to home.
+    /// All solutions for a tool pose in the table frame without regard to limits, each at the
+    /// winding nearest to home.
     ///
-    /// For three linear and two rotary axes the forward solution is not asked either: away from singular poses it differs
-    /// from `cl` by some rounding (1e-15 of the lengths), near them by more. Two linear and three rotary axes are solved as
-    /// by [`Machine::inverse`].
+    /// For three linear and two rotary axes the forward solution is not asked either: away from
+    /// singular poses it differs from `cl` by some rounding (1e-15 of the lengths), near them by
+    /// more. Two linear and three rotary axes are solved as by [`Machine::inverse`].
     ///
     /// # Errors
     /// When there is none; see [`Unreachable`].
@@ -72,10 +75,11 @@ impl Machine {
         self.unlimited(cl, tool_length, &home)
     }
 
-    /// As [`Machine::inverse`], with the rotary values within the limits that are nearest to those of `reference`; a
-    /// free axis stays where it is there, and so do axes that do not move the tool, whatever their limits (home for a value
-    /// that is not finite). With three rotary axes it moves from there if nothing is reached else: with the tool along the
-    /// first of parallel ones to where something is, on another curve of solutions by steps of 2°.
+    /// As [`Machine::inverse`], with the rotary values within the limits that are nearest to those
+    /// of `reference`; a free axis stays where it is there, and so do axes that do not move the
+    /// tool, whatever their limits (home for a value that is not finite). With three rotary axes it
+    /// moves from there if nothing is reached else: with the tool along the first of parallel ones
+    /// to where something is, on another curve of solutions by steps of 2°.
     ///
     /// # Errors
     /// As [`Machine::inverse`].
@@ -143,9 +147,10 @@ impl Machine {
 
     /// The one solution to take.
     ///
-    /// With a previous position: the solution that is reached from it first, every axis moving at its largest speed; full
-    /// turns are unrolled and at the pole the free axis stays. On a machine with three rotary axes, where Newton's method
-    /// from that position finds a solution within 5° of it, that one. Without: the preferred branch.
+    /// With a previous position: the solution that is reached from it first, every axis moving at
+    /// its largest speed; full turns are unrolled and at the pole the free axis stays. On a machine
+    /// with three rotary axes, where Newton's method from that position finds a solution within 5°
+    /// of it, that one. Without: the preferred branch.
     ///
     /// # Errors
     /// As [`Machine::inverse`].
@@ -176,7 +181,8 @@ impl Machine {
         }
     }
 
-    /// The branch that a position is on; at the border between the two, and at the pole, the positive one.
+    /// The branch that a position is on; at the border between the two, and at the pole, the
+    /// positive one.
     pub fn branch_of(&self, q: &AxisValues) -> Branch {
         match &self.solver {
             Solver::Closed { rotaries, .. } if rotaries.is_positive(q.get_or_zero(rotaries.second.axis)) => {
@@ -187,13 +193,15 @@ impl Machine {
         }
     }
 
-    /// Time in which every axis has got from one position to another at its largest speed, s (no acceleration).
+    /// Time in which every axis has got from one position to another at its largest speed, s (no
+    /// acceleration).
     pub fn travel_time(&self, from: &AxisValues, to: &AxisValues) -> f64 {
         let time = |k: usize| (to.get_or_zero(k) - from.get_or_zero(k)).abs() / self.axes[k].max_velocity;
         (0..self.axes.len()).map(time).fold(0.0, f64::max)
     }
 
-    /// The solutions, their rotary values at the winding nearest to the finite `reference`; limits are not asked.
+    /// The solutions, their rotary values at the winding nearest to the finite `reference`; limits
+    /// are not asked.
     pub(crate) fn unlimited(
         &self,
         cl: &ClPoint,
@@ -213,8 +221,8 @@ impl Machine {
         }
     }
 
-    /// Both solutions of two rotary joints, the positive one first, without a check; `None` beside singular poses, which are
-    /// told by cosines as in [`DirectionPair::solve_regular`].
+    /// Both solutions of two rotary joints, the positive one first, without a check; `None` beside
+    /// singular poses, which are told by cosines as in [`DirectionPair::solve_regular`].
     fn both_regular(
         &self,
         cl: &ClPoint,
@@ -317,8 +325,8 @@ impl Machine {
         Unreachable::Direction { first: self.axes[first].letter, second: self.axes[second].letter, by }
     }
 
-    /// The position with every value within its limits: a free axis stays at the reference, so that has to be. Values of the
-    /// other head are nobody's business here.
+    /// The position with every value within its limits: a free axis stays at the reference, so that
+    /// has to be. Values of the other head are nobody's business here.
     fn inside(&self, reference: &AxisValues) -> AxisValues {
         AxisValues::from_fn(self.axes.len(), |k| {
             let axis = &self.axes[k];
@@ -331,7 +339,8 @@ impl Machine {
         })
     }
 
-    /// Room for the values of a solution, those of axes that do not move the tool as at the reference.
+    /// Room for the values of a solution, those of axes that do not move the tool as at the
+    /// reference.
     #[inline]
     fn kept(&self, reference: &AxisValues) -> AxisValues {
         let mut values = AxisValues::zeros(self.axes.len());
@@ -384,8 +393,8 @@ pub(crate) fn is_finite(cl: &ClPoint, tool_length: f64) -> bool {
     tip & a.x.is_finite() & a.y.is_finite() & a.z.is_finite() & tool_length.is_finite()
 }
 
-/// Whether a pose is met to the accuracy promised, with what rotary values of this sum leave to rounding: after many turns
-/// of an endless axis it alone exceeds the accuracy.
+/// Whether a pose is met to the accuracy promised, with what rotary values of this sum leave to
+/// rounding: after many turns of an endless axis it alone exceeds the accuracy.
 pub(crate) fn is_exact(tip_error: &Vector3<f64>, axis_error: &Vector3<f64>, turned: f64) -> bool {
     tip_error.norm() <= TIP_ACCURACY - LIMIT_SLACK[0]
         && axis_error.norm() <= AXIS_ACCURACY - LIMIT_SLACK[1] + f64::EPSILON * turned
@@ -405,7 +414,8 @@ pub(crate) fn nearest_turn(value: f64, reference: f64) -> f64 {
     if way.abs() < PI { value } else { value + TAU * (way / TAU).round() }
 }
 
-/// The value plus the fewest full turns that bring it within the limits, or, where no turn does, nearest to them.
+/// The value plus the fewest full turns that bring it within the limits, or, where no turn does,
+/// nearest to them.
 fn turn_within(axis: &Axis, value: f64) -> f64 {
     if axis.holds(value) {
         return value;

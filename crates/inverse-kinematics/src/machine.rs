@@ -27,9 +27,9 @@ use crate::solver::screw_chain::{LinearMap, ScrewChain};
 ///
 /// Of a machine with two heads it is the view of one of them, see [`Machine::heads`].
 ///
-/// Everything is told in the table frame, the end of the workpiece chain, in mm, rad and s. The tool frame has its origin
-/// at the tip and its z axis toward the spindle; the tool length is the distance from the tip to the spindle nose.
-/// Two machines are equal when their files are.
+/// Everything is told in the table frame, the end of the workpiece chain, in mm, rad and s. The
+/// tool frame has its origin at the tip and its z axis toward the spindle; the tool length is the
+/// distance from the tip to the spindle nose. Two machines are equal when their files are.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Machine {
     pub(crate) file: MachineFile,
@@ -43,7 +43,8 @@ pub struct Machine {
     pub(crate) other: Option<OtherChain>,
 }
 
-/// Feeds the control can be given, in the unit of the F word: mm/min over all axes, 1 deg counted as 1 mm (G94).
+/// Feeds the control can be given, in the unit of the F word: mm/min over all axes, 1 deg counted
+/// as 1 mm (G94).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FeedRange {
     /// Smallest F.
@@ -58,8 +59,8 @@ impl Machine {
     /// Reads a machine file.
     ///
     /// # Errors
-    /// When the text is no machine file, a value makes no sense, or the joints have no inverse solution here. A file with two
-    /// heads is for [`Machine::heads_from_json`].
+    /// When the text is no machine file, a value makes no sense, or the joints have no inverse
+    /// solution here. A file with two heads is for [`Machine::heads_from_json`].
     pub fn from_json(text: &[u8]) -> Result<Self, MachineError> {
         Self::from_file(facemill_file_format::from_json(text)?)
     }
@@ -82,8 +83,9 @@ impl Machine {
         &self.file.name
     }
 
-    /// The axes in the order of NC words: X Y Z A B C U V W, those with a number behind all without. Axis values stand in
-    /// this order everywhere. Of a machine with two heads they are all of them, see [`Machine::moves_tool`].
+    /// The axes in the order of NC words: X Y Z A B C U V W, those with a number behind all
+    /// without. Axis values stand in this order everywhere. Of a machine with two heads they are
+    /// all of them, see [`Machine::moves_tool`].
     pub fn axes(&self) -> &[Axis] {
         &self.axes
     }
@@ -103,14 +105,16 @@ impl Machine {
         (0..self.axes.len()).find(|&k| !self.axes[k].holds(q.get_or_zero(k)))
     }
 
-    /// Pose of the tool in the table frame: origin at the tip, z toward the spindle (forward kinematics).
+    /// Pose of the tool in the table frame: origin at the tip, z toward the spindle (forward
+    /// kinematics).
     ///
     /// Holds for any values, limits are not asked. Missing values count as 0.
     pub fn forward(&self, q: &AxisValues, tool_length: f64) -> Isometry3<f64> {
         self.chain.forward(q, tool_length)
     }
 
-    /// Tip and tool axis in the table frame; as [`Machine::forward`] without the turn about the tool's own axis.
+    /// Tip and tool axis in the table frame; as [`Machine::forward`] without the turn about the
+    /// tool's own axis.
     pub fn cl_point(&self, q: &AxisValues, tool_length: f64) -> ClPoint {
         let map = self.linear_map(q, tool_length);
         ClPoint { tip: Point3::from(map.tip(&self.linears_of(q))), axis: Unit::new_normalize(map.tool_axis) }
@@ -141,15 +145,15 @@ impl Machine {
         &self.bodies
     }
 
-    /// Direction from the nose into the spindle with all rotary axes at 0, table frame: the direction in which tool
-    /// length compensation (G43) moves the head.
+    /// Direction from the nose into the spindle with all rotary axes at 0, table frame: the
+    /// direction in which tool length compensation (G43) moves the head.
     pub fn length_compensation_axis(&self) -> Unit<Vector3<f64>> {
         self.chain.spindle_at_zero()
     }
 
-    /// Travel of every axis per mm of tool length that keeps the tip in its place with all rotary axes at 0: what G43
-    /// adds to the programmed words. Rotary entries are 0; `None` when the linear axes are dependent there, or cannot move
-    /// the tip along the spindle.
+    /// Travel of every axis per mm of tool length that keeps the tip in its place with all rotary
+    /// axes at 0: what G43 adds to the programmed words. Rotary entries are 0; `None` when the
+    /// linear axes are dependent there, or cannot move the tip along the spindle.
     pub fn length_compensation_travel(&self) -> Option<AxisValues> {
         let zero = AxisValues::zeros(self.axes.len());
         let tip = Point3::from(self.linear_map(&zero, 0.0).offset);
@@ -159,7 +163,8 @@ impl Machine {
     /// The rotary values of `q` with the linear values that bring the tip to `tip`.
     ///
     /// # Errors
-    /// When they are dependent there, or, of two linear axes, when the tip is not in the plane they move it in.
+    /// When they are dependent there, or, of two linear axes, when the tip is not in the plane they
+    /// move it in.
     pub(crate) fn with_linears(
         &self,
         q: &AxisValues,
@@ -181,7 +186,8 @@ impl Machine {
         Ok(q)
     }
 
-    /// The linear values that bring the tip to `tip`, or, of two linear axes, nearest to it; `None` when they are dependent.
+    /// The linear values that bring the tip to `tip`, or, of two linear axes, nearest to it; `None`
+    /// when they are dependent.
     pub(crate) fn solve_linears(&self, map: &LinearMap, tip: &Point3<f64>) -> Option<Vector3<f64>> {
         match self.solver {
             Solver::Closed { .. } => map.solve(tip),

@@ -14,8 +14,8 @@ use crate::machine_file::mesh_shape::MeshShapeFile;
 
 /// Machine file: kinematic chains, axes, bodies and motion laws of a machine tool.
 ///
-/// Two chains start at the bed: the workpiece's ends at the table frame, the tool's at the spindle nose. Every row of a
-/// chain is one transform of Craig's modified Denavit-Hartenberg convention.
+/// Two chains start at the bed: the workpiece's ends at the table frame, the tool's at the spindle
+/// nose. Every row of a chain is one transform of Craig's modified Denavit-Hartenberg convention.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MachineFile {
@@ -26,12 +26,14 @@ pub struct MachineFile {
     /// Where the numbers come from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
-    /// Values that nobody measured or looked up: typical ones, to be replaced before a program is run.
+    /// Values that nobody measured or looked up: typical ones, to be replaced before a program is
+    /// run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub assumed: Vec<AssumedFile>,
     /// From the bed to the table, on which the workpiece lies.
     pub workpiece_chain: WorkpieceChain,
-    /// From the bed to the spindle nose, one chain for each head: one, or two that share the axes of the workpiece chain.
+    /// From the bed to the spindle nose, one chain for each head: one, or two that share the axes
+    /// of the workpiece chain.
     pub tool_chains: Vec<ToolChain>,
     /// Bodies that do not move.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -58,7 +60,8 @@ pub struct WorkpieceChain {
     pub rows: Vec<DhRow>,
 }
 
-/// Transforms from the bed to the spindle nose: its origin is the centre of the nose's face, its z points into the spindle.
+/// Transforms from the bed to the spindle nose: its origin is the centre of the nose's face, its z
+/// points into the spindle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ToolChain {
@@ -76,7 +79,8 @@ fn first_channel() -> u32 {
     1
 }
 
-/// One transform RotX(alpha) · TransX(a) · RotZ(theta) · TransZ(d) from a link's frame to the one before it.
+/// One transform RotX(alpha) · TransX(a) · RotZ(theta) · TransZ(d) from a link's frame to the one
+/// before it.
 ///
 /// A prismatic joint adds its value to d, a revolute one to theta. A row without a joint is fixed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -144,17 +148,19 @@ pub struct PrismaticJoint {
 pub struct RevoluteJoint {
     /// Address in NC text: X Y Z A B C U V W, with a digit for a second head (B2).
     pub axis: String,
-    /// Whether a positive word turns the link right-handed about +z of the row or against it. By ISO 841 axes describe
-    /// the tool's motion relative to a still workpiece, so a table that turns about a row with z up is negative.
+    /// Whether a positive word turns the link right-handed about +z of the row or against it. By
+    /// ISO 841 axes describe the tool's motion relative to a still workpiece, so a table that turns
+    /// about a row with z up is negative.
     #[serde(default)]
     pub sense: Sense,
     /// How far the axis turns.
     pub range: RevoluteRange,
-    /// How an endless axis reads the words of a program. Without it words wind on, and runs of programs on which that matters say
-    /// that they rest on it.
+    /// How an endless axis reads the words of a program. Without it words wind on, and runs of
+    /// programs on which that matters say that they rest on it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rollover: Option<Rollover>,
-    /// How many turns an endless axis may wind away from home, for its cables or its counter; links turn it back.
+    /// How many turns an endless axis may wind away from home, for its cables or its counter; links
+    /// turn it back.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_wind_up_turns: Option<f64>,
     /// Home position, deg.
@@ -274,7 +280,8 @@ pub enum CuttingLawFile {
     AxesLinear,
     /// RTCP: the tip moves on a straight line, the rotary axes linearly.
     TipAndRotariesLinear,
-    /// RTCP: the tip moves on a straight line, the tool vector turns uniformly in the plane of its two ends.
+    /// RTCP: the tip moves on a straight line, the tool vector turns uniformly in the plane of its
+    /// two ends.
     TipLinearVectorTurned,
 }
 
@@ -306,7 +313,8 @@ pub struct FeedFile {
     pub min_mm_min: f64,
     /// Largest F, mm/min.
     pub max_mm_min: f64,
-    /// Feed of linear rapids, mm/min over all axes with 1 deg as 1 mm; without it the axis speeds alone limit rapids.
+    /// Feed of linear rapids, mm/min over all axes with 1 deg as 1 mm; without it the axis speeds
+    /// alone limit rapids.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rapid_mm_min: Option<f64>,
 }

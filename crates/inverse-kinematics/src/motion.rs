@@ -33,8 +33,9 @@ impl From<RapidLaw> for BlockLaw {
 
 /// The motion of the control from one programmed position to the next.
 ///
-/// [`Motion::at`] gives the axis values at the fraction t of the block's time, 0 ≤ t ≤ 1; both ends are met exactly.
-/// Limits are not asked: a control that is told to do so runs into its stop, and whoever replays it wants to see that.
+/// [`Motion::at`] gives the axis values at the fraction t of the block's time, 0 ≤ t ≤ 1; both ends
+/// are met exactly. Limits are not asked: a control that is told to do so runs into its stop, and
+/// whoever replays it wants to see that.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion<'a> {
     machine: &'a Machine,
@@ -49,7 +50,8 @@ pub struct Motion<'a> {
 /// Why a block has no motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MotionError {
-    /// An axis value or the tool length is NaN or infinite, or there are not as many values as axes.
+    /// An axis value or the tool length is NaN or infinite, or there are not as many values as
+    /// axes.
     #[error("the block's positions are not {n_axes} finite axis values each")]
     BadValues {
         /// Number of axes of the machine.
@@ -60,14 +62,16 @@ pub enum MotionError {
     OppositeAxes,
 }
 
-/// Cosine below which two tool axes count as opposite: 1e-7 rad from it the plane of the turn is known to 1e-9 only.
+/// Cosine below which two tool axes count as opposite: 1e-7 rad from it the plane of the turn is
+/// known to 1e-9 only.
 pub(crate) const OPPOSITE_COSINE: f64 = -1.0 + 5e-15;
 
 impl<'a> Motion<'a> {
     /// The motion of `machine` between two positions under `law`, with this tool length.
     ///
     /// # Errors
-    /// When a value is not finite, or the tool axis reverses under [`CuttingLaw::TipLinearVectorTurned`].
+    /// When a value is not finite, or the tool axis reverses under
+    /// [`CuttingLaw::TipLinearVectorTurned`].
     pub fn new(
         machine: &'a Machine,
         law: BlockLaw,
@@ -89,15 +93,16 @@ impl<'a> Motion<'a> {
         Ok(Self { machine, law, start: *start, end: *end, start_cl, end_cl, tool_length })
     }
 
-    /// Axis values at the fraction `t` of the block's time; `t` outside 0..1 counts as the nearer end, NaN as
-    /// the start.
+    /// Axis values at the fraction `t` of the block's time; `t` outside 0..1 counts as the nearer
+    /// end, NaN as the start.
     ///
-    /// Under [`CuttingLaw::TipLinearVectorTurned`] the branch is the one nearer to the straight line between the ends,
-    /// which is the continuous one when both ends are on the same branch.
+    /// Under [`CuttingLaw::TipLinearVectorTurned`] the branch is the one nearer to the straight
+    /// line between the ends, which is the continuous one when both ends are on the same branch.
     ///
     /// # Errors
-    /// Only under the RTCP laws: [`Unreachable::Singular`] or [`Unreachable::Tip`] where the linear axes cannot follow the
-    /// tip, [`Unreachable::Direction`] where the turning tool vector leaves the reach of the rotary axes.
+    /// Only under the RTCP laws: [`Unreachable::Singular`] or [`Unreachable::Tip`] where the linear
+    /// axes cannot follow the tip, [`Unreachable::Direction`] where the turning tool vector leaves
+    /// the reach of the rotary axes.
     pub fn at(&self, t: f64) -> Result<AxisValues, Unreachable> {
         if t <= 0.0 || t.is_nan() {
             return Ok(self.start);
@@ -125,8 +130,9 @@ impl<'a> Motion<'a> {
         Ok(self.machine.cl_point(&self.at(t)?, self.tool_length))
     }
 
-    /// The motion that a planner means by two poses: the tip on a straight line, the tool axis turning uniformly in the
-    /// plane of its ends. Opposite axes are joined through some plane that holds both.
+    /// The motion that a planner means by two poses: the tip on a straight line, the tool axis
+    /// turning uniformly in the plane of its ends. Opposite axes are joined through some plane that
+    /// holds both.
     pub fn ideal(&self, t: f64) -> ClPoint {
         let tip = self.start_cl.tip + (self.end_cl.tip - self.start_cl.tip) * t;
         ClPoint { tip, axis: turned_axis(&self.start_cl.axis, &self.end_cl.axis, t) }
@@ -142,7 +148,8 @@ impl<'a> Motion<'a> {
     }
 }
 
-/// Every axis runs at its own largest speed until it is there; the slowest one takes the whole time.
+/// Every axis runs at its own largest speed until it is there; the slowest one takes the whole
+/// time.
 pub(crate) fn per_axis(machine: &Machine, start: &AxisValues, end: &AxisValues, t: f64) -> AxisValues {
     let elapsed = t * machine.travel_time(start, end);
     AxisValues::from_fn(start.len(), |k| {
@@ -181,7 +188,8 @@ impl Turn {
         Unit::new_normalize(self.start * cos + self.across * sin)
     }
 
-    /// The fraction of the turn at which the vector is nearest to `axis`; below 0 or above 1 outside the turn.
+    /// The fraction of the turn at which the vector is nearest to `axis`; below 0 or above 1
+    /// outside the turn.
     pub(crate) fn fraction_of(&self, axis: &Vector3<f64>) -> f64 {
         axis.dot(&self.across).atan2(axis.dot(&self.start)) / self.angle
     }

@@ -16,19 +16,21 @@ use crate::path::edges::Edges;
 use crate::path::result::Choosing;
 use crate::path::station::{Poses, Station, Stations};
 
-/// Branch and winding of every pose of a path: of all sequences of positions the one with the fewest changes in cuts,
-/// of those the one with the fewest on links, of those the one with the least weighted travel time.
+/// Branch and winding of every pose of a path: of all sequences of positions the one with the
+/// fewest changes in cuts, of those the one with the fewest on links, of those the one with the
+/// least weighted travel time.
 ///
-/// The minimum is exact for the poses given (Bellman's recursion over all branches at all windings within the limits).
-/// Time is linear in the number of poses; beside the result two bytes are kept for each position and eight for each
-/// pose. Of equal sequences always the same one is chosen.
+/// The minimum is exact for the poses given (Bellman's recursion over all branches at all windings
+/// within the limits). Time is linear in the number of poses; beside the result two bytes are kept
+/// for each position and eight for each pose. Of equal sequences always the same one is chosen.
 ///
-/// From one pose to the next a solution goes on to a definite one, followed along the ideal motion: tip straight, tool
-/// axis turning evenly. With two rotary axes that is proven, see the manual's method; with three it is followed in
-/// steps of less than 10°. Everything else is a [`Change`](crate::path::choice::Change). `start` is where the axes stand before; the way from there
-/// counts its time only. Each position of the result is within the limits and stands at its pose to 1e-9 mm and 1e-12
-/// rad; limits between poses are not asked. Axes that do not move the tool cost nothing and stay where `start` has them,
-/// at home without it.
+/// From one pose to the next a solution goes on to a definite one, followed along the ideal motion:
+/// tip straight, tool axis turning evenly. With two rotary axes that is proven, see the manual's
+/// method; with three it is followed in steps of less than 10°. Everything else is a
+/// [`Change`](crate::path::choice::Change). `start` is where the axes stand before; the way from
+/// there counts its time only. Each position of the result is within the limits and stands at its
+/// pose to 1e-9 mm and 1e-12 rad; limits between poses are not asked. Axes that do not move the
+/// tool cost nothing and stay where `start` has them, at home without it.
 ///
 /// # Errors
 /// See [`PathError`].
@@ -153,7 +155,8 @@ impl Poses<'_> {
         (0..axes.len()).filter(|&k| self.machine.moves_tool(k)).map(time).fold(0.0, f64::max)
     }
 
-    /// The value of an endless axis that is by whole turns away from `value` and nearest to `near`; others keep theirs.
+    /// The value of an endless axis that is by whole turns away from `value` and nearest to `near`;
+    /// others keep theirs.
     pub(crate) fn unrolled(&self, values: &AxisValues, near: impl Fn(usize) -> f64) -> AxisValues {
         AxisValues::from_fn(values.len(), |k| {
             let axis = &self.machine.axes()[k];

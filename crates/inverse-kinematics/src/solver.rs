@@ -33,7 +33,8 @@ use crate::solver::tip_condition::TipCondition;
 pub(crate) enum Solver {
     /// Two rotary joints follow from the tool axis alone, three linear ones from the tip.
     Closed { rotaries: DirectionPair, linears: [usize; 3], tables: Box<LinearTables> },
-    /// Three rotary joints follow from the tool axis and one condition on the tip, two linear ones from the rest.
+    /// Three rotary joints follow from the tool axis and one condition on the tip, two linear ones
+    /// from the rest.
     Numeric(Box<NumericSolver>),
 }
 

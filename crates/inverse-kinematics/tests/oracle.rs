@@ -1,4 +1,5 @@
-//! No solution is missed that a second implementation finds, in general, singular and near-limit poses.
+//! No solution is missed that a second implementation finds, in general, singular and near-limit
+//! poses.
 
 mod common;
 
@@ -24,7 +25,8 @@ fn position(kind: usize, oracle: &Oracle<'_>, machine: &Machine, r: &mut Random)
     let mut q = r.values(machine);
     let off = 10f64.powf(r.within(-9.0, -3.0));
     match kind {
-        // Rotary axes beside where directions are parallel or at right angles: poles of machines with right angles.
+        // Rotary axes beside where directions are parallel or at right angles: poles of machines
+        // with right angles.
         0 => {
             for (k, axis) in machine.axes().iter().enumerate() {
                 if axis.kind == AxisKind::Rotary {
@@ -41,7 +43,8 @@ fn position(kind: usize, oracle: &Oracle<'_>, machine: &Machine, r: &mut Random)
                 }
             }
         }
-        // Where two solutions meet: the volume of the Jacobian changes its sign on the way to another position.
+        // Where two solutions meet: the volume of the Jacobian changes its sign on the way to
+        // another position.
         2 => {
             let (mut low, mut high) = (q, r.values(machine));
             let sign = oracle.volume(&low) > 0.0;
@@ -114,7 +117,8 @@ fn compare(
             rad < open(least) && mm < 1000.0 * open(least)
         })
     };
-    // Of a value at its limit it is open then whether it is within: rounding times 1/least exceeds what counts as rounding.
+    // Of a value at its limit it is open then whether it is within: rounding times 1/least exceeds
+    // what counts as rounding.
     let on_limit = |values: &AxisValues, least: f64| {
         least < 1e-2
             && machine.axes().iter().enumerate().any(|(k, axis)| {
@@ -197,7 +201,8 @@ fn no_solution_of_a_head_of_two_is_missed() {
     assert!(all.poses > 150 && all.found > 150 && all.others > 30 && all.inaccurate + all.missed < 3, "{all:?}");
 }
 
-/// A few minutes in release: `cargo test --release -p facemill-inverse-kinematics --test oracle -- --ignored`.
+/// A few minutes in release: `cargo test --release -p facemill-inverse-kinematics --test oracle --
+/// --ignored`.
 #[test]
 #[ignore = "a sweep of some minutes"]
 fn no_solution_is_missed_in_a_large_sweep() {

@@ -49,8 +49,9 @@ impl Failure {
         Self::Input { file: file.to_owned(), message: message.to_string() }
     }
 
-    /// Exit code: 1 infeasible, 2 bad input, 3 input/output or internal failure, 130 interrupted. 4 is of a plan whose program has
-    /// faults ([`Outcome`](crate::format::report::outcome::Outcome)), which is no failure.
+    /// Exit code: 1 infeasible, 2 bad input, 3 input/output or internal failure, 130 interrupted. 4
+    /// is of a plan whose program has faults
+    /// ([`Outcome`](crate::format::report::outcome::Outcome)), which is no failure.
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
             Self::Infeasible(_) => 1,

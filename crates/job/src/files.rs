@@ -82,15 +82,16 @@ fn read_bounded(file: &Path, most: u64) -> std::io::Result<Vec<u8>> {
 /// Writes files into a folder, as [`write_each`] does; the folder is made where it is missing.
 ///
 /// # Errors
-/// As [`write_each`], and [`Failure::Internal`] when two files have one name, where case does not count, as it does not on
-/// some systems.
+/// As [`write_each`], and [`Failure::Internal`] when two files have one name, where case does not
+/// count, as it does not on some systems.
 pub fn write_all(folder: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Failure> {
     write_in(folder, files, Vec::new)
 }
 
-/// Writes the files of a plan into a folder, as [`write_all`] does, and removes what an earlier plan left there and this one does not
-/// write: nothing that speaks of another program stays beside a new one. What is removed goes before the first new file has its name, so
-/// that an interruption leaves too little and nothing that is stale.
+/// Writes the files of a plan into a folder, as [`write_all`] does, and removes what an earlier
+/// plan left there and this one does not write: nothing that speaks of another program stays beside
+/// a new one. What is removed goes before the first new file has its name, so that an interruption
+/// leaves too little and nothing that is stale.
 ///
 /// # Errors
 /// As [`write_all`].
@@ -124,14 +125,16 @@ fn write_in(folder: &Path, files: &[(String, Vec<u8>)], stale: impl Fn() -> Vec<
     put_in_place(&placed, &stale())
 }
 
-/// Writes files that the user named, wherever they are, each to a temporary name beside it first; only when all are written
-/// are they renamed, so that an interruption leaves whole old files or whole new ones, and a file that cannot be written
-/// leaves all others as they were. A symbolic link is replaced, and not what it leads to. What a killed run left under
-/// temporary names in these folders is removed.
+/// Writes files that the user named, wherever they are, each to a temporary name beside it first;
+/// only when all are written are they renamed, so that an interruption leaves whole old files or
+/// whole new ones, and a file that cannot be written leaves all others as they were. A symbolic
+/// link is replaced, and not what it leads to. What a killed run left under temporary names in
+/// these folders is removed.
 ///
 /// # Errors
-/// [`Failure::Write`], naming the file; [`Failure::Input`] when a path names no file, or something else than a regular file
-/// (a device, a pipe), or an input ([`guard_inputs`]), or two are one and the same, where case does not count.
+/// [`Failure::Write`], naming the file; [`Failure::Input`] when a path names no file, or something
+/// else than a regular file (a device, a pipe), or an input ([`guard_inputs`]), or two are one and
+/// the same, where case does not count.
 pub fn write_each(files: &[(&Path, Vec<u8>)]) -> Result<(), Failure> {
     check_outputs(files.iter().map(|(file, _)| *file))?;
     for folder in files.iter().map(|(file, _)| folder_of(file)) {
@@ -141,8 +144,8 @@ pub fn write_each(files: &[(&Path, Vec<u8>)]) -> Result<(), Failure> {
     put_in_place(&placed, &[])
 }
 
-/// Refuses names of files that [`write_each`] would refuse when it is called now: for a command that has read its inputs and has
-/// long to compute.
+/// Refuses names of files that [`write_each`] would refuse when it is called now: for a command
+/// that has read its inputs and has long to compute.
 ///
 /// # Errors
 /// As [`write_each`], but for what is found out in writing.
@@ -168,7 +171,8 @@ pub fn write_one(file: &Path, bytes: Vec<u8>) -> Result<(), Failure> {
     write_each(&[(file, bytes)])
 }
 
-/// Writes one file, as [`write_each`] does, part by part: it gets its name when all of it is written, and nothing is left where that fails.
+/// Writes one file, as [`write_each`] does, part by part: it gets its name when all of it is
+/// written, and nothing is left where that fails.
 ///
 /// # Errors
 /// As [`write_each`], and those of `write`.
@@ -191,8 +195,8 @@ pub fn write_through<T, E>(
     Ok(Ok(written))
 }
 
-/// Writes files into folders that are there, all or none, and removes what is stale when all are written. What is told of a fault names a
-/// file as it was named, not the temporary one.
+/// Writes files into folders that are there, all or none, and removes what is stale when all are
+/// written. What is told of a fault names a file as it was named, not the temporary one.
 fn put_in_place(files: &[(PathBuf, &[u8])], stale: &[PathBuf]) -> Result<(), Failure> {
     let failed = |file: &Path| {
         let file = file.to_owned();
@@ -213,11 +217,13 @@ fn put_in_place(files: &[(PathBuf, &[u8])], stale: &[PathBuf]) -> Result<(), Fai
     Ok(())
 }
 
-/// Removes the file that an earlier run wrote under a name that the user gave again, where this run has nothing to write to it: what
-/// is there would be taken for its result. Of a symbolic link the link goes. Says whether there was one.
+/// Removes the file that an earlier run wrote under a name that the user gave again, where this run
+/// has nothing to write to it: what is there would be taken for its result. Of a symbolic link the
+/// link goes. Says whether there was one.
 ///
 /// # Errors
-/// [`Failure::Write`], naming the file; [`Failure::Input`] where [`write_each`] would not write it, either.
+/// [`Failure::Write`], naming the file; [`Failure::Input`] where [`write_each`] would not write it,
+/// either.
 pub fn remove_earlier(file: &Path) -> Result<bool, Failure> {
     check_place(file)?;
     let was_there = file.symlink_metadata().is_ok();

@@ -63,7 +63,8 @@ pub(crate) fn work_offset(register: &str) -> Option<WorkOffset> {
     (1..=WorkOffset::MAX).filter_map(WorkOffset::new).find(|w| w.to_string() == register)
 }
 
-/// All files with a drive surface, joined, the names of the groups that are it, and the files with their numbers of triangles.
+/// All files with a drive surface, joined, the names of the groups that are it, and the files with
+/// their numbers of triangles.
 pub(crate) fn around_drive(
     file: &SetupFile,
     files: &MeshFiles<'_>,
@@ -97,7 +98,8 @@ pub(crate) fn mesh_names(file: &JobFile) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Distance that the two tools keep from each other at planned stands, mm: what moves between them is run and proven.
+/// Distance that the two tools keep from each other at planned stands, mm: what moves between them
+/// is run and proven.
 pub const HEADS_APART: f64 = 1.0;
 
 impl Job {
@@ -121,7 +123,8 @@ impl Job {
         Ok(Self { settings: settings.to_vec(), ..job })
     }
 
-    /// A job with the tool, machine and template that its checked file names, relative to `path`, which errors name, too.
+    /// A job with the tool, machine and template that its checked file names, relative to `path`,
+    /// which errors name, too.
     ///
     /// # Errors
     /// As [`Job::read`].

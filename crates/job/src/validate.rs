@@ -1,4 +1,5 @@
-//! Checks of a job file's numbers that its types cannot express. Every message names the field and what it must be.
+//! Checks of a job file's numbers that its types cannot express. Every message names the field and
+//! what it must be.
 
 pub mod feeds;
 pub mod limits;
@@ -188,8 +189,8 @@ fn check_setup_name(k: usize, operation: &OperationFile, job: &JobFile) -> Resul
     }
 }
 
-/// Largest length and coordinate of a job, and of a mesh's vertices, mm. Farther out, rounding alone is 1e-10 mm and more,
-/// and no machine reaches.
+/// Largest length and coordinate of a job, and of a mesh's vertices, mm. Farther out, rounding
+/// alone is 1e-10 mm and more, and no machine reaches.
 pub const FARTHEST: f64 = 1e6;
 
 /// A place in the job file.
@@ -330,10 +331,12 @@ fn check_operation(at: &Field, o: &OperationFile) -> Result<(), String> {
     Ok(())
 }
 
-/// Part of the cutter's radius that the gouge tolerance may be: with more, the test body is no likeness of the cutter.
+/// Part of the cutter's radius that the gouge tolerance may be: with more, the test body is no
+/// likeness of the cutter.
 const LARGEST_GOUGE: f64 = 0.1;
 
-/// First tolerance of a head's operations that does not fit its cutter, as `field: what it must be`.
+/// First tolerance of a head's operations that does not fit its cutter, as `field: what it must
+/// be`.
 ///
 /// # Errors
 /// When there is one.

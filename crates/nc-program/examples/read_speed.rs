@@ -1,8 +1,10 @@
 //! How long the readers take for a program of a million blocks, and how much memory.
 //!
-//! `cargo run --release -p facemill-nc-program --example read_speed [BLOCKS] [DIALECT] [lean [keep]]`
+//! `cargo run --release -p facemill-nc-program --example read_speed [BLOCKS] [DIALECT] [lean
+//! [keep]]`
 //!
-//! `lean` reads line by line without texts, and keeps the blocks with `keep` alone. Seconds are those on the core.
+//! `lean` reads line by line without texts, and keeps the blocks with `keep` alone. Seconds are
+//! those on the core.
 #![expect(clippy::print_stdout, reason = "an example for the terminal")]
 
 use std::fmt::Write;

@@ -1,4 +1,5 @@
-//! Two channel programs for Siemens 840D from one program of two heads: writer, and a reader of what it writes.
+//! Two channel programs for Siemens 840D from one program of two heads: writer, and a reader of
+//! what it writes.
 
 mod channel;
 mod reader;
@@ -17,13 +18,16 @@ pub use crate::channels::writer::write_siemens_pair;
 /// How two channel programs are written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SiemensSettings {
-    /// What the feeds of the program to be written mean: G94 (norm over all axes of both heads) or G93.
+    /// What the feeds of the program to be written mean: G94 (norm over all axes of both heads) or
+    /// G93.
     pub program_feed: FeedMode,
     /// How F is written.
     pub feed: SiemensFeed,
-    /// Most cutting blocks between two marks, at least 1. At a mark the channels stop and wait for each other.
+    /// Most cutting blocks between two marks, at least 1. At a mark the channels stop and wait for
+    /// each other.
     pub blocks_per_mark: u32,
-    /// Largest number of a mark, 2 to 99; behind it they start at 1 again. 9 is known to every control.
+    /// Largest number of a mark, 2 to 99; behind it they start at 1 again. 9 is known to every
+    /// control.
     pub last_mark: u32,
     /// Decimals of the words.
     pub decimals: Decimals,
@@ -34,10 +38,12 @@ pub struct SiemensSettings {
 /// How the feed of a channel is written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SiemensFeed {
-    /// Inverse time, 1/min: both channels have to take the same time for a block, and the same number stands in both.
+    /// Inverse time, 1/min: both channels have to take the same time for a block, and the same
+    /// number stands in both.
     #[default]
     G93,
-    /// mm/min: the norm over all axes of the channel, 1 deg as 1 mm, rounded in each channel by itself.
+    /// mm/min: the norm over all axes of the channel, 1 deg as 1 mm, rounded in each channel by
+    /// itself.
     G94,
 }
 
@@ -67,7 +73,8 @@ pub struct SiemensPair {
 pub struct ReadPair {
     /// The blocks of the body, in order.
     pub blocks: Vec<ReadPairBlock>,
-    /// Numbers of all marks, in order, those of header and end among them: the same in both channels.
+    /// Numbers of all marks, in order, those of header and end among them: the same in both
+    /// channels.
     pub marks: Vec<u32>,
     /// Tool lengths that the channels check (mm).
     pub tool_lengths: [f64; 2],

@@ -1,4 +1,5 @@
-//! The dialects that come with the crate, and what makes a dialect file one that can be written with.
+//! The dialects that come with the crate, and what makes a dialect file one that can be written
+//! with.
 
 pub(crate) mod file;
 pub(crate) mod post_file;

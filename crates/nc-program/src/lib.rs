@@ -1,9 +1,10 @@
 //! NC programs: from blocks to a control's text and back.
 //!
-//! An [`NcProgram`] is what happens, as [`Block`]s of [`AxisWords`]. A [`WordMap`] makes such words from joint values and
-//! takes them back. [`write_program`] gives the text of a [`Dialect`]: the blocks, with what the control remembers left
-//! out, inside a template (header, tool change, safe start and end) that the user can edit. [`read_program`] takes a text
-//! back to a [`ReadProgram`]: modal state resolved, nothing executed, nothing skipped that is not understood.
+//! An [`NcProgram`] is what happens, as [`Block`]s of [`AxisWords`]. A [`WordMap`] makes such words
+//! from joint values and takes them back. [`write_program`] gives the text of a [`Dialect`]: the
+//! blocks, with what the control remembers left out, inside a template (header, tool change, safe
+//! start and end) that the user can edit. [`read_program`] takes a text back to a [`ReadProgram`]:
+//! modal state resolved, nothing executed, nothing skipped that is not understood.
 //!
 //! ```
 //! use facemill_nc_program::*;
@@ -51,17 +52,19 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Guarantees: an axis word that is read back differs from the number it was written from by at most
-//! [`PostSettings::rounding_bound`]; a feed is not faster than it was given but where no
-//! smaller word says it; leaving out modal words changes no position, feed or mode; no text makes a reader
-//! panic. Not guaranteed: that a control accepts the text of an edited template.
+//! Guarantees: an axis word that is read back differs from the number it was written from by at
+//! most [`PostSettings::rounding_bound`]; a feed is not faster than it was given but where no
+//! smaller word says it; leaving out modal words changes no position, feed or mode; no text makes a
+//! reader panic. Not guaranteed: that a control accepts the text of an edited template.
 //!
-//! Machines of several heads: [`write_program_of_heads`] writes the words of all of them into one block, with a length, tool
-//! and spindle for each ([`HeadSpec`]), and [`WordMap::with_heads`] takes them back. [`write_siemens_pair`] writes the same
-//! blocks as two channel programs, as an estimate.
+//! Machines of several heads: [`write_program_of_heads`] writes the words of all of them into one
+//! block, with a length, tool and spindle for each ([`HeadSpec`]), and [`WordMap::with_heads`]
+//! takes them back. [`write_siemens_pair`] writes the same blocks as two channel programs, as an
+//! estimate.
 //!
-//! Programs from elsewhere: [`read_haas`], [`read_mazak`], [`read_linuxcnc`], [`read_siemens`] and [`read_heidenhain`] end in
-//! a [`ReadProgram`], too. Each block knows where its feed stands in the source ([`FeedPlace`]).
+//! Programs from elsewhere: [`read_haas`], [`read_mazak`], [`read_linuxcnc`], [`read_siemens`] and
+//! [`read_heidenhain`] end in a [`ReadProgram`], too. Each block knows where its feed stands in the
+//! source ([`FeedPlace`]).
 //!
 //! Modules, each of which imports those above it alone:
 //!

@@ -14,16 +14,16 @@ use crate::words::axis_words::{AxisLetter, AxisWords};
 
 /// An NC program before it has a dialect: what happens, in order.
 ///
-/// The writer of a dialect puts its header, tool change and safe end around the blocks (from the template), so a program
-/// of one tool holds motions and comments only and starts with a rapid.
+/// The writer of a dialect puts its header, tool change and safe end around the blocks (from the
+/// template), so a program of one tool holds motions and comments only and starts with a rapid.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct NcProgram {
     /// In the order they are executed.
     pub blocks: Vec<Block>,
 }
 
-/// One thing an NC program says. Axis words are as programmed: mm and deg, in the work offset, with the length
-/// compensation in force (see [`WordMap`](crate::word_map::WordMap)).
+/// One thing an NC program says. Axis words are as programmed: mm and deg, in the work offset, with
+/// the length compensation in force (see [`WordMap`](crate::word_map::WordMap)).
 #[derive(Clone, Debug, PartialEq)]
 pub enum Block {
     /// Text for the operator; characters the control does not know are replaced.
@@ -37,11 +37,12 @@ pub enum Block {
     Linear {
         /// Axes that are given; the others stay.
         words: AxisWords,
-        /// In the unit of the program's [`FeedMode`]: mm/min over all axes, 1/min, or mm/min of the tip. At least half
-        /// a unit of its last decimal, and not below the control's smallest.
+        /// In the unit of the program's [`FeedMode`]: mm/min over all axes, 1/min, or mm/min of the
+        /// tip. At least half a unit of its last decimal, and not below the control's smallest.
         feed: f64,
     },
-    /// The same with the directions that dialects with tool vectors name; others write it as [`Block::Linear`].
+    /// The same with the directions that dialects with tool vectors name; others write it as
+    /// [`Block::Linear`].
     LinearVectors {
         /// Axes that are given; the others stay.
         words: AxisWords,
@@ -61,8 +62,8 @@ pub enum Block {
         rpm: f64,
         /// Clockwise seen from the spindle toward the tool (M3).
         clockwise: bool,
-        /// Which of several, from 1: that of a head on a machine of several heads, where it must be said; `None` for the
-        /// only one.
+        /// Which of several, from 1: that of a head on a machine of several heads, where it must be
+        /// said; `None` for the only one.
         spindle: Option<u32>,
     },
     /// Stop the spindle; of several heads all of them.
@@ -76,19 +77,19 @@ pub enum Block {
     },
     /// Select the work offset all following words refer to.
     WorkOffset(WorkOffset),
-    /// Switch the length compensation on while going to `words` at rapid rate. The writer picks the compensation of the
-    /// feed mode: along the axis (G43), or RTCP.
+    /// Switch the length compensation on while going to `words` at rapid rate. The writer picks the
+    /// compensation of the feed mode: along the axis (G43), or RTCP.
     LengthCompensation {
         /// Number of the control's length register (H).
         register: u32,
         /// Length the words were computed with, mm; written as a comment.
         length: f64,
-        /// Where the axes go; at least the axis along the spindle, because a compensation without a move moves some
-        /// controls and not others.
+        /// Where the axes go; at least the axis along the spindle, because a compensation without a
+        /// move moves some controls and not others.
         words: AxisWords,
     },
-    /// Switch the length compensation off. Some controls move the axis by the length then: the axis along the spindle should
-    /// be at its reference position ([`Block::Home`]).
+    /// Switch the length compensation off. Some controls move the axis by the length then: the axis
+    /// along the spindle should be at its reference position ([`Block::Home`]).
     LengthCompensationOff,
     /// Send these axes to the machine's reference position, directly, at rapid rate.
     Home {
@@ -99,13 +100,13 @@ pub enum Block {
     Stop,
     /// End of the program (M30). The usual template writes its own.
     End,
-    /// Text of the dialect, written as it is. It must leave unit and plane as they were; absolute words, feed mode and
-    /// all modal words are written anew behind it.
+    /// Text of the dialect, written as it is. It must leave unit and plane as they were; absolute
+    /// words, feed mode and all modal words are written anew behind it.
     Raw(String),
 }
 
-/// Directions at the end of a cutting move, in the frame that X, Y and Z count in under RTCP: that of the work offset, fixed
-/// to the table.
+/// Directions at the end of a cutting move, in the frame that X, Y and Z count in under RTCP: that
+/// of the work offset, fixed to the table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CutVectors {
     /// From the tip to the spindle.
@@ -152,7 +153,8 @@ pub enum Coolant {
     Mist,
 }
 
-/// A work offset of the control, by number: 1 to 6 are G54 to G59, 7 and above the additional ones (G54.1 P1, …).
+/// A work offset of the control, by number: 1 to 6 are G54 to G59, 7 and above the additional ones
+/// (G54.1 P1, …).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct WorkOffset(u16);
 
@@ -191,8 +193,8 @@ impl fmt::Display for WorkOffset {
 }
 
 impl NcProgram {
-    /// The words of the first motion, and whether it is a rapid; `None` without a motion. Compensation moves count,
-    /// homing does not, because its end is not written in words.
+    /// The words of the first motion, and whether it is a rapid; `None` without a motion.
+    /// Compensation moves count, homing does not, because its end is not written in words.
     #[must_use]
     pub fn first_motion(&self) -> Option<(&AxisWords, bool)> {
         self.blocks.iter().find_map(|block| match block {

@@ -8,13 +8,13 @@ use crate::read::position::AxisAt;
 use crate::read::program::{Compensation, ReadMotion};
 use crate::words::axis_words::{AxisKind, AxisLetter, AxisWords};
 
-/// Joint values (mm, rad, in the machine's axis order, as its scales show them) to NC words (mm, deg) and back, for one
-/// work offset and one tool length, or that of each head.
+/// Joint values (mm, rad, in the machine's axis order, as its scales show them) to NC words (mm,
+/// deg) and back, for one work offset and one tool length, or that of each head.
 ///
-/// word = joint − offset, and with length compensation (G43 H) along the axis parallel to the spindle less the tool
-/// length: in FEED (9) the programmed Z is the tip's Z at B = 0. On a machine of several heads
-/// ([`WordMap::with_heads`]) each head has a length and a register of its own, which acts on its spindle axis alone
-/// (tool length offset type C).
+/// word = joint − offset, and with length compensation (G43 H) along the axis parallel to the
+/// spindle less the tool length: in FEED (9) the programmed Z is the tip's Z at B = 0. On a machine
+/// of several heads ([`WordMap::with_heads`]) each head has a length and a register of its own,
+/// which acts on its spindle axis alone (tool length offset type C).
 #[derive(Clone, Debug, PartialEq)]
 pub struct WordMap {
     axes: Vec<MappedAxis>,
@@ -60,7 +60,8 @@ pub enum WordMapError {
         /// Offset of the map.
         expected: WorkOffset,
     },
-    /// Under RTCP the linear words are the tip's: joint values follow from the machine's kinematics only.
+    /// Under RTCP the linear words are the tip's: joint values follow from the machine's kinematics
+    /// only.
     #[error("the words are the tip's under RTCP")]
     Rtcp,
     /// The heads do not go together with each other or with the axes.
@@ -82,10 +83,12 @@ pub enum WordMapError {
 }
 
 impl WordMap {
-    /// A map for these axes, in the machine's order; `tool_length` (mm) is from the gauge line to the tip.
+    /// A map for these axes, in the machine's order; `tool_length` (mm) is from the gauge line to
+    /// the tip.
     ///
     /// # Errors
-    /// When two axes share a name, there are more than [`AxisWords::CAPACITY`], or a number is not finite.
+    /// When two axes share a name, there are more than [`AxisWords::CAPACITY`], or a number is not
+    /// finite.
     pub fn new(axes: Vec<MappedAxis>, work_offset: WorkOffset, tool_length: f64) -> Result<Self, WordMapError> {
         AxisWords::from_words(axes.iter().map(|a| (a.letter, 0.0)))?;
         for (k, axis) in axes.iter().enumerate() {
@@ -103,11 +106,13 @@ impl WordMap {
         Ok(Self { axes, work_offset, tool_length, lengths, heads: Vec::new() })
     }
 
-    /// A map for a machine of several heads. The length of a head acts on its spindle axis alone, so every other axis
-    /// has to have an [`MappedAxis::along_spindle`] of 0, and a spindle axis 1 or −1 with its own head's spindle.
+    /// A map for a machine of several heads. The length of a head acts on its spindle axis alone,
+    /// so every other axis has to have an [`MappedAxis::along_spindle`] of 0, and a spindle axis 1
+    /// or −1 with its own head's spindle.
     ///
     /// # Errors
-    /// As [`WordMap::new`], and when the heads are not as [`HeadError`](crate::program::heads::HeadError) says.
+    /// As [`WordMap::new`], and when the heads are not as
+    /// [`HeadError`](crate::program::heads::HeadError) says.
     pub fn with_heads(
         axes: Vec<MappedAxis>,
         work_offset: WorkOffset,
@@ -166,11 +171,12 @@ impl WordMap {
         self.words_with(joints, false)
     }
 
-    /// Words under RTCP: X, Y, Z of `tip` (mm, in the frame of the work offset, fixed to the table), other axes as
-    /// without it.
+    /// Words under RTCP: X, Y, Z of `tip` (mm, in the frame of the work offset, fixed to the
+    /// table), other axes as without it.
     ///
     /// # Errors
-    /// When the number of values is not that of the axes, or there are several heads, of which RTCP could follow one.
+    /// When the number of values is not that of the axes, or there are several heads, of which RTCP
+    /// could follow one.
     pub fn rtcp_words(&self, tip: &Point3<f64>, joints: &[f64]) -> Result<AxisWords, WordMapError> {
         if !self.heads.is_empty() {
             return Err(WordMapError::Rtcp);
@@ -199,13 +205,13 @@ impl WordMap {
         self.axes.iter().zip(&self.lengths).map(joint).collect()
     }
 
-    /// Joint values at the end of a move that has been read, with the compensation that is on there. `reference` holds
-    /// the joint values of the machine's reference position (G28).
+    /// Joint values at the end of a move that has been read, with the compensation that is on
+    /// there. `reference` holds the joint values of the machine's reference position (G28).
     ///
     /// # Errors
-    /// When the place of an axis is not known, the program names an axis that the machine does not have, the move uses
-    /// another work offset or RTCP, `reference` has not one value for each axis, or, with several heads, an axis has
-    /// the length of another register than its head's.
+    /// When the place of an axis is not known, the program names an axis that the machine does not
+    /// have, the move uses another work offset or RTCP, `reference` has not one value for each
+    /// axis, or, with several heads, an axis has the length of another register than its head's.
     pub fn joints_at(&self, motion: &ReadMotion, reference: &[f64]) -> Result<Vec<f64>, WordMapError> {
         self.check_count(reference)?;
         self.check_frame(motion)?;

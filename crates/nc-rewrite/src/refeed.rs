@@ -1,4 +1,5 @@
-//! New feeds for a program that exists: the tip moves as fast as programmed, not the norm over all axes (FEED).
+//! New feeds for a program that exists: the tip moves as fast as programmed, not the norm over all
+//! axes (FEED).
 
 mod checks;
 pub mod law;
@@ -24,8 +25,8 @@ use crate::refeed::law::{Law, RefeedLaw, RefeedLawTimes, blending, timed};
 /// How fast the tip is to go.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum TipFeed {
-    /// As each block's own F says, which is taken for the speed of the tip. Where F looks computed for that already, this is
-    /// refused.
+    /// As each block's own F says, which is taken for the speed of the tip. Where F looks computed
+    /// for that already, this is refused.
     #[default]
     Programmed,
     /// As fast as it goes by the program's F, as the control counts it.
@@ -42,7 +43,8 @@ pub struct RefeedSettings<'a> {
     pub tool_length: f64,
     /// Speed of the tip.
     pub tip_feed: TipFeed,
-    /// Where the words' zero is on the axes of the machine, mm or deg, by the axis' name; 0 where it is not named.
+    /// Where the words' zero is on the axes of the machine, mm or deg, by the axis' name; 0 where
+    /// it is not named.
     pub work_offset: Vec<(String, f64)>,
     /// Control that the program is for.
     pub dialect: Dialect,
@@ -86,22 +88,26 @@ pub struct RefeedSummary {
     pub time_law: Option<RefeedLawTimes>,
 }
 
-/// Gives every straight cutting block of a program the F with which the tip moves at its speed (FEED (3) to (8)); all else is
-/// kept byte for byte. Without RTCP F counts axes and the tip's speed is another in every block: all axes, 1 deg as 1 mm; with
-/// LinuxCNC and without FGROUP of a Siemens control the linear ones alone. Under RTCP and with inverse time the axes' speeds
-/// alone lower it. F has at least four digits, with inverse time five, where the control takes so many decimals, and is
-/// rounded down, by no more than 1 %; one that is as good stays as it is. Feeds of a program in inches stay inch/min (on Heidenhain
-/// tenths of it), and count 1 deg as 1 inch where they count axes that turn.
+/// Gives every straight cutting block of a program the F with which the tip moves at its speed
+/// (FEED (3) to (8)); all else is kept byte for byte. Without RTCP F counts axes and the tip's
+/// speed is another in every block: all axes, 1 deg as 1 mm; with LinuxCNC and without FGROUP of a
+/// Siemens control the linear ones alone. Under RTCP and with inverse time the axes' speeds alone
+/// lower it. F has at least four digits, with inverse time five, where the control takes so many
+/// decimals, and is rounded down, by no more than 1 %; one that is as good stays as it is. Feeds of
+/// a program in inches stay inch/min (on Heidenhain tenths of it), and count 1 deg as 1 inch where
+/// they count axes that turn.
 ///
-/// With a time law the tip never is asked for more than the axes reach in a block: the program is read twice, all its straight moves
-/// are timed between, and each F is lowered to what the largest speed in its block asks for.
+/// With a time law the tip never is asked for more than the axes reach in a block: the program is
+/// read twice, all its straight moves are timed between, and each F is lowered to what the largest
+/// speed in its block asks for.
 ///
 /// [`refeed_lines`] does the same without holding the text.
 ///
 /// # Errors
-/// With the line: what is not understood, or not evaluated and may move axes or skip blocks; an axis that the machine does not
-/// have; another work offset than the first; motions and feeds that a switch skips (`/`); a feed of zero, or none; an axis beyond its limits (of linear axes where the work
-/// offset is told); F below the control's smallest, or of more decimals than it takes.
+/// With the line: what is not understood, or not evaluated and may move axes or skip blocks; an
+/// axis that the machine does not have; another work offset than the first; motions and feeds that
+/// a switch skips (`/`); a feed of zero, or none; an axis beyond its limits (of linear axes where
+/// the work offset is told); F below the control's smallest, or of more decimals than it takes.
 pub fn refeed(text: &[u8], settings: &RefeedSettings<'_>) -> Result<Refed, String> {
     let mut out = Vec::with_capacity(text.len() + text.len() / 8);
     let summary = refeed_lines(|| Ok(text), settings, &mut out).map_err(|stopped| stopped.to_string())?;
@@ -128,8 +134,8 @@ impl From<String> for RefeedError {
     }
 }
 
-/// [`refeed`] line by line from a source, which is opened at its start each time, to a new program: one line at a time is held, and with
-/// a time law the ends of all moves.
+/// [`refeed`] line by line from a source, which is opened at its start each time, to a new program:
+/// one line at a time is held, and with a time law the ends of all moves.
 ///
 /// What has been written when it fails is no program.
 ///
@@ -510,7 +516,8 @@ fn in_unit(feed: f64, unit: f64) -> f64 {
     if unit == 1.0 { feed } else { (feed / unit * 1e9).round() / 1e9 }
 }
 
-/// A speed of the tip (mm/min) whose F, which counts the block's way by the control's rule, the control knows.
+/// A speed of the tip (mm/min) whose F, which counts the block's way by the control's rule, the
+/// control knows.
 fn within_range(asked: f64, cut: &FollowedCut, range: &FeedRange) -> f64 {
     if cut.mode == FeedMode::G93 || cut.way <= LEAST_WAY || cut.counted <= 0.0 {
         return asked;
@@ -541,5 +548,6 @@ const LIMIT_SLACK: f64 = 1e-6;
 /// Way that a tip counts for where it stands and its time is kept, mm.
 const LEAST_WAY: f64 = 1e-9;
 
-/// By what part an F that is there may be smaller than the new one and stays. Larger: programs become slower by it each time.
+/// By what part an F that is there may be smaller than the new one and stays. Larger: programs
+/// become slower by it each time.
 const SAME_FEED: f64 = 1e-5;

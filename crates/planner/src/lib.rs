@@ -1,14 +1,15 @@
 //! Plans: from a job to the program of each setup, with report.
 //!
-//! [`plan_setup`] plans one setup of a [`Job`](facemill_job::load::job::Job): passes on the drive surface, a tested posture at every CC
-//! point, entries, exits and links, blocks timed by FEED, the program's text, and the run of that text on the virtual machine.
-//! [`plan_job`] plans all setups and cuts their stock. A plan is a list of files and a
+//! [`plan_setup`] plans one setup of a [`Job`](facemill_job::load::job::Job): passes on the drive
+//! surface, a tested posture at every CC point, entries, exits and links, blocks timed by FEED, the
+//! program's text, and the run of that text on the virtual machine. [`plan_job`] plans all setups
+//! and cuts their stock. A plan is a list of files and a
 //! [`Report`](facemill_job::format::report::Report).
 //!
-//! Guarantee of a plan without findings: every pose has been tested against the meshes with the verdicts of
-//! `facemill-interference`; the written text, read back and run under the machine's motion law, gouges nothing deeper than the
-//! error budget, collides with nothing and keeps all axis limits at positions at most 0.5 mm and 0.2° apart, and with certificates
-//! between them, too.
+//! Guarantee of a plan without findings: every pose has been tested against the meshes with the
+//! verdicts of `facemill-interference`; the written text, read back and run under the machine's
+//! motion law, gouges nothing deeper than the error budget, collides with nothing and keeps all
+//! axis limits at positions at most 0.5 mm and 0.2° apart, and with certificates between them, too.
 //!
 //! Modules, each of which imports those above it alone:
 //!

@@ -31,10 +31,12 @@ use crate::report::reporting::report;
 use crate::report::rotary_reversals::RotaryReversals;
 use crate::stage_clock::Clock;
 
-/// Plans one setup of a job. Its program is held against the stock as it was before; [`plan_job`](crate::plan_job::plan_job) cuts it.
+/// Plans one setup of a job. Its program is held against the stock as it was before;
+/// [`plan_job`](crate::plan_job::plan_job) cuts it.
 ///
 /// # Errors
-/// When the input is wrong, the job cannot be planned under its own terms, or the stages are cancelled.
+/// When the input is wrong, the job cannot be planned under its own terms, or the stages are
+/// cancelled.
 pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn Stages) -> Result<Planned, Failure> {
     planned_setup(job, index, settings, None, stages)
 }
@@ -107,7 +109,8 @@ pub(crate) fn planned_setup(
     report.assumptions.extend(seen.map(|text| Assumption { line: None, text }));
     report.assumptions.extend(open_stock(&setup));
     report.findings = merge_findings(report.findings, &rapid_lines(&program.read()?));
-    // Also of a program that is not run: whether it does what is asked is another question than whether it does harm.
+    // Also of a program that is not run: whether it does what is asked is another question than
+    // whether it does harm.
     report.remaining = program.remaining(stages)?;
     clock.lap("material left");
     let chips = ChipFiles::new(&jobs, &setup.file.name, &operations, (&texts.timed, &texts.cut_lines()));
@@ -164,8 +167,9 @@ struct Sound {
 }
 
 impl Rounds<'_, '_> {
-    /// What is held against the stock as it is at that moment alone: where links may go through what has been cut, tool and rapids, by its
-    /// lines; and bodies of the machine where all that may be left of it is known.
+    /// What is held against the stock as it is at that moment alone: where links may go through
+    /// what has been cut, tool and rapids, by its lines; and bodies of the machine where all that
+    /// may be left of it is known.
     fn as_cut(&self) -> HeldAsCut {
         let SetupContext { job, setup, .. } = self.ground;
         let (Ok((stock, began_as)), LinkStockFile::AsCut) = (self.before, setup.file.links.stock) else {

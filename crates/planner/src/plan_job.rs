@@ -8,15 +8,18 @@ use crate::plan::planned_setup;
 use crate::plan_stock::StockToCut;
 use crate::planned::{PlanSettings, Planned};
 
-/// Plans all setups of a job in their order, and cuts the stock of each by its own verified program: on lines `cell` mm apart, or as
-/// the job's `verification` says. What one program leaves is what the next one begins with, where both setups have the same
-/// workpiece frame and state the same stock; each report says what its stock began as, or why none was cut.
+/// Plans all setups of a job in their order, and cuts the stock of each by its own verified
+/// program: on lines `cell` mm apart, or as the job's `verification` says. What one program leaves
+/// is what the next one begins with, where both setups have the same workpiece frame and state the
+/// same stock; each report says what its stock began as, or why none was cut.
 ///
-/// What it guarantees besides what [`plan_setup`](crate::plan::plan_setup) does: on every line of the stock, nothing that must not
-/// meets the material that is left at that moment by more than twice the tolerance.
+/// What it guarantees besides what [`plan_setup`](crate::plan::plan_setup) does: on every line of
+/// the stock, nothing that must not meets the material that is left at that moment by more than
+/// twice the tolerance.
 ///
 /// # Errors
-/// As [`plan_setup`](crate::plan::plan_setup); when the stock cannot be made lines of that are as far apart as asked.
+/// As [`plan_setup`](crate::plan::plan_setup); when the stock cannot be made lines of that are as
+/// far apart as asked.
 pub fn plan_job(
     job: &Job,
     settings: PlanSettings,

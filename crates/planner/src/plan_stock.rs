@@ -72,7 +72,8 @@ impl StockToCut<'_> {
         Ok(own.map(|stock| (stock, BeganAs::Own { why })))
     }
 
-    /// What the setup before has left and its name; or why this setup does not begin with it, nothing where it is the first.
+    /// What the setup before has left and its name; or why this setup does not begin with it,
+    /// nothing where it is the first.
     fn rest_before<'j>(&'j self, job: &'j Job) -> Result<(&'j DexelMap, &'j str), Option<String>> {
         let Some(of) = self.index.checked_sub(1).map(|k| &job.file.setups[k]) else { return Err(None) };
         follows(of, &job.file.setups[self.index]).map_err(Some)?;
@@ -80,8 +81,8 @@ impl StockToCut<'_> {
         Ok((rest, &of.name))
     }
 
-    /// The setup's own stock as lines over what its operations cut, and those of the setups that go on with its rest; or why there
-    /// is none where nobody has asked for a distance of lines.
+    /// The setup's own stock as lines over what its operations cut, and those of the setups that go
+    /// on with its rest; or why there is none where nobody has asked for a distance of lines.
     fn own(&self, job: &Job, setup: &Setup<'_>, tolerance: f64) -> Result<Result<DexelMap, String>, Failure> {
         let setups = &job.file.setups;
         let last = (self.index + 1..setups.len()).take_while(|&k| follows(&setups[k - 1], &setups[k]).is_ok()).last();
@@ -96,7 +97,8 @@ impl StockToCut<'_> {
         let clearance = clearance.fold(f64::INFINITY, f64::min);
         let meshes = StockMeshes::of(setup);
         let of_stock = meshes.extents();
-        // Links that keep off nothing but these lines have to see all of the stock; and lines across show all of it.
+        // Links that keep off nothing but these lines have to see all of the stock; and lines
+        // across show all of it.
         let sees_all =
             has_walls(&[setup]) || going_on.chain([self.index]).any(|k| setups[k].links.stock == LinkStockFile::AsCut);
         let (part, [low, high]) = if sees_all {
@@ -115,9 +117,11 @@ impl StockToCut<'_> {
     }
 }
 
-/// Cuts the stock by a program, and adds what meets it to what is found already for each head. Findings of the same kind and body
-/// that the head's run against the stock as it was at first has at the same place of the text are not told twice. Of bodies of the tool and of
-/// the cutter in rapid that run knows all, at every time and without lines, unless the program `rests_on_lines`: then theirs are told.
+/// Cuts the stock by a program, and adds what meets it to what is found already for each head.
+/// Findings of the same kind and body that the head's run against the stock as it was at first has
+/// at the same place of the text are not told twice. Of bodies of the tool and of the cutter in
+/// rapid that run knows all, at every time and without lines, unless the program `rests_on_lines`:
+/// then theirs are told.
 ///
 /// # Errors
 /// When the stages are cancelled.
@@ -151,24 +155,29 @@ pub(crate) fn cut_by_plan<const N: usize>(
     Ok((report, Some(done.rest)))
 }
 
-/// Lines along the longer side of what is cut, where nothing else is said; and at most, in time that a plan may take.
+/// Lines along the longer side of what is cut, where nothing else is said; and at most, in time
+/// that a plan may take.
 const LINES: [f64; 2] = [200.0, 1000.0];
 
-/// Finest lines that are taken without being asked for, mm: stock is not known better than this before it is cut.
+/// Finest lines that are taken without being asked for, mm: stock is not known better than this
+/// before it is cut.
 const FINEST: f64 = 1.0;
 
-/// Share of the rapid clearance that rapids certainly keep: the control's way between two positions bends by a tenth of it at most. If
-/// larger, a rapid that is clean may be a finding; if smaller, lines are closer than they need be.
+/// Share of the rapid clearance that rapids certainly keep: the control's way between two positions
+/// bends by a tenth of it at most. If larger, a rapid that is clean may be a finding; if smaller,
+/// lines are closer than they need be.
 const KEPT: f64 = 0.85;
 
 /// What distances of lines are whole multiples of, mm.
 const STEP: f64 = 0.01;
 
-/// Distance of lines that suits a rectangle, mm: 200 of them along its longer side, no less than 1 mm apart. Rapids are asked with half
-/// the diagonal of a cell around the cutter: that has to be within the rapid clearance, or every link would be a near miss.
+/// Distance of lines that suits a rectangle, mm: 200 of them along its longer side, no less than 1
+/// mm apart. Rapids are asked with half the diagonal of a cell around the cutter: that has to be
+/// within the rapid clearance, or every link would be a near miss.
 ///
 /// # Errors
-/// With what to do, where so many lines would be needed for that clearance that a plan has to be told to take the time.
+/// With what to do, where so many lines would be needed for that clearance that a plan has to be
+/// told to take the time.
 fn default_cell(lengths: [f64; 2], clearance: f64, tolerance: f64) -> Result<f64, String> {
     let length = lengths[0].max(lengths[1]);
     let within_clearance = std::f64::consts::SQRT_2 * (KEPT * clearance - 2.0 * tolerance);

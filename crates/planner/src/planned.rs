@@ -55,8 +55,9 @@ impl Planned {
     }
 }
 
-/// What stands in the names of a setup's files: of all of them its name, where there are several setups, and of programs
-/// whether they have faults, so that no one takes them for programs to be run.
+/// What stands in the names of a setup's files: of all of them its name, where there are several
+/// setups, and of programs whether they have faults, so that no one takes them for programs to be
+/// run.
 pub(crate) fn name_parts(job: &Job, setup: &Setup<'_>, report: &Report) -> (String, &'static str) {
     let suffix = if job.file.setups.len() > 1 { format!("-{}", file_stem(&setup.file.name)) } else { String::new() };
     let state = if report.findings.iter().any(|f| f.kind.is_fault()) { REJECTED } else { "" };

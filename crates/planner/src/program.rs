@@ -104,7 +104,8 @@ impl<'a> BlockWriter<'a> {
         Ok(())
     }
 
-    /// Spindle and coolant where an operation has others than the one before; the first one's are in the header.
+    /// Spindle and coolant where an operation has others than the one before; the first one's are
+    /// in the header.
     fn change_of(&mut self, before: &FeedsFile, now: &FeedsFile) {
         if before.spindle_rpm != now.spindle_rpm {
             let (rpm, clockwise) = (now.spindle_rpm, self.clockwise);
@@ -161,8 +162,8 @@ impl<'a> BlockWriter<'a> {
         Ok(())
     }
 
-    /// Turns the axis about which the tool stands where RTCP is switched on, before the tool goes to the first position: a vector
-    /// that is turned out of that pole would have it jump.
+    /// Turns the axis about which the tool stands where RTCP is switched on, before the tool goes
+    /// to the first position: a vector that is turned out of that pole would have it jump.
     fn turn_at_pole(&mut self, first: &AxisValues) -> Result<(), Failure> {
         let Some(start) = self.turns_from.take() else { return Ok(()) };
         let direction = |q: &AxisValues| self.machine.cl_point(q, self.tool_length).axis;
@@ -201,7 +202,8 @@ impl<'a> BlockWriter<'a> {
         }
     }
 
-    /// Adds the time of a feed block; its F, the rest of its timing, and its time at the job's own feeds, s.
+    /// Adds the time of a feed block; its F, the rest of its timing, and its time at the job's own
+    /// feeds, s.
     fn timed(&mut self, operation: &OperationFile, m: &Move) -> Result<(f64, BlockFeed, f64), Failure> {
         let from = self.at.ok_or_else(|| Failure::Internal("a program starts with a cut".to_owned()))?;
         let tip_distance = (m.cl.tip - from.cl.tip).norm();

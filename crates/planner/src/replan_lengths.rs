@@ -10,11 +10,13 @@ use facemill_tool_model::{HolderLibrary, OpenAssembly, ToolAssembly};
 use crate::plan::plan_setup;
 use crate::planned::{PlanSettings, Planned};
 
-/// Stick-outs that are tried of each holder, from its shortest toward the one that works as the program is.
+/// Stick-outs that are tried of each holder, from its shortest toward the one that works as the
+/// program is.
 const STEPS: u32 = 4;
 
-/// Plans the job again with shorter assemblies of the library, the shortest first, and takes the first that plans no
-/// fewer CC points than the assembly that was found, and whose program is without a fault.
+/// Plans the job again with shorter assemblies of the library, the shortest first, and takes the
+/// first that plans no fewer CC points than the assembly that was found, and whose program is
+/// without a fault.
 ///
 /// # Errors
 /// When the setup cannot be read, or the stages are cancelled.
@@ -78,8 +80,8 @@ pub(crate) fn planned(
     }
 }
 
-/// Assemblies of the library with a shorter stick-out, the shortest first; of those with the same the widest at its
-/// nose.
+/// Assemblies of the library with a shorter stick-out, the shortest first; of those with the same
+/// the widest at its nose.
 fn candidates(job: &Job, library: &HolderLibrary, below: f64) -> Result<Vec<(String, ToolAssembly)>, Failure> {
     let mut all = Vec::new();
     for holder in library.holders() {

@@ -42,7 +42,8 @@ pub struct SolutionSpace {
 /// Maps tilt and rotate, from 0 to the ends of the operation's search, at one CC point.
 ///
 /// # Errors
-/// When the input is wrong, the operation, pass or point does not exist, or the stages are cancelled.
+/// When the input is wrong, the operation, pass or point does not exist, or the stages are
+/// cancelled.
 pub fn solution_space(
     job: &Job,
     request: &SolutionSpaceRequest,

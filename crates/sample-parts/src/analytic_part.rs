@@ -51,7 +51,8 @@ pub enum AnalyticShape {
         /// Radius of the tube, at most 0.95 of the other.
         minor_radius: f64,
     },
-    /// `z = x²/(2·concave_radius) − y²/(2·convex_radius)` over a rectangle about the origin, material below.
+    /// `z = x²/(2·concave_radius) − y²/(2·convex_radius)` over a rectangle about the origin,
+    /// material below.
     Saddle {
         /// Sizes along x and y.
         size: [f64; 2],
@@ -106,7 +107,8 @@ impl AnalyticPart {
         self.shape
     }
 
-    /// A mesh with vertices on the surface and `resolution` quads (4 to 500) along each direction, a quarter turn of a sphere.
+    /// A mesh with vertices on the surface and `resolution` quads (4 to 500) along each direction,
+    /// a quarter turn of a sphere.
     ///
     /// Sphere and torus are closed, the others open; one group with the shape's name.
     ///
@@ -144,9 +146,9 @@ impl AnalyticPart {
 
     /// The closest point of the surface, continued without bounds for plane, cylinder and saddle.
     ///
-    /// `None` where the closest point is not unique: the centre of a sphere, the axis of a cylinder, axis and circle of
-    /// centres of a torus, and beyond the centres of curvature in the symmetry planes of a saddle; and for a point that is
-    /// not finite.
+    /// `None` where the closest point is not unique: the centre of a sphere, the axis of a
+    /// cylinder, axis and circle of centres of a torus, and beyond the centres of curvature in the
+    /// symmetry planes of a saddle; and for a point that is not finite.
     pub fn project(&self, point: &Point3<f64>) -> Option<SurfacePoint> {
         if !point.coords.iter().all(|c| c.is_finite()) {
             return None;
@@ -208,8 +210,9 @@ fn project_torus(point: &Point3<f64>, major: f64, minor: f64) -> Option<SurfaceP
     Some(frame(centre + normal.into_inner() * minor, normal, meridian, [1.0 / minor, across]))
 }
 
-/// The foot q satisfies p = q + λ·(−qx/a, qy/b, 1): x and y follow from λ, and the height of q above the surface falls
-/// strictly with λ from −b to a. Between these, the centres of curvature of the two parabolas, the foot is unique.
+/// The foot q satisfies p = q + λ·(−qx/a, qy/b, 1): x and y follow from λ, and the height of q
+/// above the surface falls strictly with λ from −b to a. Between these, the centres of curvature of
+/// the two parabolas, the foot is unique.
 fn project_saddle(p: &Point3<f64>, a: f64, b: f64) -> Option<SurfacePoint> {
     let foot = |lambda: f64| {
         let (x, y) = (p.x / (1.0 - lambda / a), p.y / (1.0 + lambda / b));
@@ -234,7 +237,8 @@ fn project_saddle(p: &Point3<f64>, a: f64, b: f64) -> Option<SurfacePoint> {
     inside.then(|| SurfacePoint::of_height(q, gradient, hessian))
 }
 
-/// A cube blown up to a sphere, so that there are no poles with slivers; sides are cut at equal angles.
+/// A cube blown up to a sphere, so that there are no poles with slivers; sides are cut at equal
+/// angles.
 fn sphere_mesh(radius: f64, material: MaterialSide, resolution: usize) -> TriMesh {
     let mut mesh = GroupedMesh::new(&["sphere"]);
     let n = i32::try_from(resolution).unwrap_or(i32::MAX);
@@ -261,7 +265,8 @@ fn sphere_mesh(radius: f64, material: MaterialSide, resolution: usize) -> TriMes
     mesh.build()
 }
 
-/// A mesh closed in u, and in v if so; `at` takes shares of a turn, u then v right-handed with the outside.
+/// A mesh closed in u, and in v if so; `at` takes shares of a turn, u then v right-handed with the
+/// outside.
 fn tube_mesh(
     name: &'static str,
     at: impl Fn(f64, f64) -> Point3<f64>,

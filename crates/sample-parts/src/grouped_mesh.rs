@@ -22,8 +22,8 @@ impl GroupedMesh {
         u32::try_from(self.vertices.len() - 1).expect("resolutions are limited to far fewer than 2^32 vertices")
     }
 
-    /// Adds the quad `a, b, c, d` to a group (by its place in the list), split along the shorter diagonal. Corners that
-    /// coincide make it a triangle, or nothing.
+    /// Adds the quad `a, b, c, d` to a group (by its place in the list), split along the shorter
+    /// diagonal. Corners that coincide make it a triangle, or nothing.
     pub(crate) fn quad(&mut self, group: usize, [a, b, c, d]: [u32; 4]) {
         let length_sq = |p: u32, q: u32| (self.vertices[p as usize] - self.vertices[q as usize]).norm_squared();
         let split = if length_sq(a, c) <= length_sq(b, d) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };

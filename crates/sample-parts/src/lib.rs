@@ -1,15 +1,16 @@
 //! Sample parts as triangle meshes, from published tables and from formulas.
 //!
-//! - Propellers: [`PropellerSpec`] names a [`PropellerSeries`] and a diameter; [`blade`] and [`hub`] mesh one blade and the hub,
-//!   [`blade_pose`] places the others. [`BladeSurface`] is the smooth blade behind the mesh, [`chord_error`] their distance.
+//! - Propellers: [`PropellerSpec`] names a [`PropellerSeries`] and a diameter; [`blade`] and
+//!   [`hub`] mesh one blade and the hub, [`blade_pose`] places the others. [`BladeSurface`] is the
+//!   smooth blade behind the mesh, [`chord_error`] their distance.
 //! - [`rotor37`]: a compressor blade.
 //! - [`patch`]: a wavy sculptured patch with exact normals and curvatures.
 //! - [`AnalyticPart`]: plane, sphere, cylinder, torus and saddle with exact closest points.
 //!
-//! Lengths are in mm. Blades and hub are closed, wound outward, and separate: as solids they overlap, the blade's root
-//! reaches into the hub. Mesh vertices lie on the smooth surface. The propeller frame has the shaft as +Z, pointing ahead, so
-//! that suction sides face +Z; propellers are right-handed: driving, they turn about +Z. Blade 0 has its generator line
-//! along +X.
+//! Lengths are in mm. Blades and hub are closed, wound outward, and separate: as solids they
+//! overlap, the blade's root reaches into the hub. Mesh vertices lie on the smooth surface. The
+//! propeller frame has the shaft as +Z, pointing ahead, so that suction sides face +Z; propellers
+//! are right-handed: driving, they turn about +Z. Blade 0 has its generator line along +X.
 //!
 //! ```
 //! use facemill_sample_parts::{BladeResolution, PropellerSeries, PropellerSpec, SpecError, blade, blade_pose, hub};
@@ -23,13 +24,13 @@
 //! ```
 //!
 //! How true the propellers are:
-//! - DTMB 4119 and 4382 have their published sections (NACA 66 modified, a = 0.8). The tip, where the table of 4119 ends in
-//!   a point, is a rounded edge of 4 % of D.
-//! - VP1304 has its published chord, pitch, skew, rake, thickness and camber, on the same section form: its own ordinates
-//!   are not in the table. Against a blade of 250 mm made with other ordinates the largest deviation is 0.45 mm (at the tip;
-//!   0.38 mm elsewhere).
-//! - Wageningen B has its published sections but for the thickness of the edges, 5 % of the largest thickness here; two
-//!   blades use the columns for three.
+//! - DTMB 4119 and 4382 have their published sections (NACA 66 modified, a = 0.8). The tip, where
+//!   the table of 4119 ends in a point, is a rounded edge of 4 % of D.
+//! - VP1304 has its published chord, pitch, skew, rake, thickness and camber, on the same section
+//!   form: its own ordinates are not in the table. Against a blade of 250 mm made with other
+//!   ordinates the largest deviation is 0.45 mm (at the tip; 0.38 mm elsewhere).
+//! - Wageningen B has its published sections but for the thickness of the edges, 5 % of the largest
+//!   thickness here; two blades use the columns for three.
 //! - Edges and tip are rounded with half their thickness, inside chord and radius.
 //!
 //! Modules, each of which imports those above it alone:

@@ -9,9 +9,9 @@ use crate::surface_point::SurfacePoint;
 
 /// A wavy sculptured surface over a rectangle about the origin, material below, in mm.
 ///
-/// With phases `a = 2π·waves_x·x/size_x`, `b = 2π·waves_y·y/size_y` its height is
-/// `z = amplitude·⅔·(sin a·cos b + ½·cos(a/2 + b))`, so |z| ≤ amplitude. Convex, concave and saddle regions alternate, and
-/// the oblique term leaves no symmetry that could hide an error.
+/// With phases `a = 2π·waves_x·x/size_x`, `b = 2π·waves_y·y/size_y` its height is `z =
+/// amplitude·⅔·(sin a·cos b + ½·cos(a/2 + b))`, so |z| ≤ amplitude. Convex, concave and saddle
+/// regions alternate, and the oblique term leaves no symmetry that could hide an error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PatchSpec {
     size: Vector2<f64>,
@@ -20,8 +20,8 @@ pub struct PatchSpec {
 }
 
 impl PatchSpec {
-    /// A patch of `size` mm (1 to 10,000 each way) with waves of `amplitude` mm (up to the smaller size), `waves` of them
-    /// along x and y (0 to 50, fractions allowed).
+    /// A patch of `size` mm (1 to 10,000 each way) with waves of `amplitude` mm (up to the smaller
+    /// size), `waves` of them along x and y (0 to 50, fractions allowed).
     ///
     /// # Errors
     /// When a number is out of range.
@@ -57,7 +57,8 @@ impl PatchSpec {
     }
 }
 
-/// The open mesh of a patch, `n_x` by `n_y` quads (1 to 2000 each) with vertices on the surface, in one group `patch`.
+/// The open mesh of a patch, `n_x` by `n_y` quads (1 to 2000 each) with vertices on the surface, in
+/// one group `patch`.
 ///
 /// # Errors
 /// When a number of quads is out of range.

@@ -15,7 +15,8 @@ use crate::spline::SplineEnd::NotAKnot;
 /// Stations of the table on each side of a surface.
 const N_STATIONS: usize = 100;
 
-/// Stations from each end that make up the group `edge`: the arcs of the edges end at station 17 of the table.
+/// Stations from each end that make up the group `edge`: the arcs of the edges end at station 17 of
+/// the table.
 const EDGE_STATIONS: usize = 18;
 
 /// Station by whose radius the surfaces are ordered from hub to tip.
@@ -39,7 +40,8 @@ impl Default for RotorResolution {
 }
 
 impl RotorResolution {
-    /// Quads from hub to tip, 2 to 2000, and quads between neighbouring stations of the table (99 pairs), 1 to 20.
+    /// Quads from hub to tip, 2 to 2000, and quads between neighbouring stations of the table (99
+    /// pairs), 1 to 20.
     ///
     /// # Errors
     /// When a number is out of range.
@@ -52,14 +54,16 @@ impl RotorResolution {
     }
 }
 
-/// One of the 36 blades of the compressor rotor NASA Rotor 37: closed, in mm, rotor axis +Z in the direction of flow.
+/// One of the 36 blades of the compressor rotor NASA Rotor 37: closed, in mm, rotor axis +Z in the
+/// direction of flow.
 ///
-/// The table's 13 surfaces are joined by cubic splines along the span through each of its 100 stations, and by cubic
-/// splines around each section through its leading edge; so the blade goes through every table point and has two
-/// continuous derivatives but at the trailing edge. (Mid-chord the table itself is slightly wavy.) Angle θ is about +Z from
-/// +X. The suction side faces +θ, the rotor turns about −Z. Groups as for [`crate::blade`]: `suction` and `pressure` are
-/// structured patches, `edge` holds the arcs of both edges, 1 % of the chord, `tip` and `root` close the blade on
-/// the outermost and innermost surface.
+/// The table's 13 surfaces are joined by cubic splines along the span through each of its 100
+/// stations, and by cubic splines around each section through its leading edge; so the blade goes
+/// through every table point and has two continuous derivatives but at the trailing edge.
+/// (Mid-chord the table itself is slightly wavy.) Angle θ is about +Z from +X. The suction side
+/// faces +θ, the rotor turns about −Z. Groups as for [`crate::blade`]: `suction` and `pressure` are
+/// structured patches, `edge` holds the arcs of both edges, 1 % of the chord, `tip` and `root`
+/// close the blade on the outermost and innermost surface.
 ///
 /// ```
 /// use facemill_sample_parts::{RotorResolution, rotor37};
@@ -107,8 +111,9 @@ impl SpanSplines {
         Self { stations: (0..N_STATIONS).map(|station| [0, 1, 2, 3].map(|column| spline(station, column))).collect() }
     }
 
-    /// Points at a share of the span, from the trailing edge over the suction side and the leading edge along the pressure
-    /// side; the last one is before the trailing edge, which both sides share.
+    /// Points at a share of the span, from the trailing edge over the suction side and the leading
+    /// edge along the pressure side; the last one is before the trailing edge, which both sides
+    /// share.
     fn section(&self, share: f64) -> Vec<Point3<f64>> {
         let point = |station: usize, theta_column: usize| {
             let [z, r, theta] = [0, 1, theta_column].map(|column| self.stations[station][column].value(share));
@@ -119,8 +124,8 @@ impl SpanSplines {
     }
 }
 
-/// The closed section with `n_between` pieces in place of one, on splines over the index from trailing edge to trailing
-/// edge.
+/// The closed section with `n_between` pieces in place of one, on splines over the index from
+/// trailing edge to trailing edge.
 fn refined(section: &[Point3<f64>], n_between: usize) -> Vec<Point3<f64>> {
     if n_between == 1 {
         return section.to_vec();

@@ -13,10 +13,12 @@ pub(crate) const ROOT: usize = 4;
 /// Vertices by row (root to tip) and column (leading to trailing edge).
 pub(crate) type Sheet = Vec<Vec<u32>>;
 
-/// Fills the space between the sheets of a blade's suction and pressure side: both sides, root and tip.
+/// Fills the space between the sheets of a blade's suction and pressure side: both sides, root and
+/// tip.
 ///
-/// Sheets share their first and last column; what they share of the first and last row needs no closing. `group` says
-/// where the quad of a row and column goes that is inside on the side given last.
+/// Sheets share their first and last column; what they share of the first and last row needs no
+/// closing. `group` says where the quad of a row and column goes that is inside on the side given
+/// last.
 pub(crate) fn close_sheets(
     mesh: &mut GroupedMesh,
     [suction, pressure]: &[Sheet; 2],

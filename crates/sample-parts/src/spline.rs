@@ -11,7 +11,8 @@ pub(crate) enum SplineEnd {
     NotAKnot,
 }
 
-/// Piecewise cubic through knots, continuous with two derivatives; beyond its knots it goes on as a straight line.
+/// Piecewise cubic through knots, continuous with two derivatives; beyond its knots it goes on as a
+/// straight line.
 #[derive(Clone, Debug)]
 pub(crate) struct CubicSpline {
     knots: Vec<f64>,
@@ -50,7 +51,8 @@ struct EndRow {
     next: f64,
 }
 
-/// `width` and `rise` of the end piece and width of the piece beside it; `outward` is −1 at the start, 1 at the end.
+/// `width` and `rise` of the end piece and width of the piece beside it; `outward` is −1 at the
+/// start, 1 at the end.
 fn end_row(end: SplineEnd, width: f64, next_width: f64, rise: f64, outward: f64) -> EndRow {
     match end {
         SplineEnd::Natural => EndRow { constant: 0.0, near: 0.0, next: 0.0 },

@@ -9,9 +9,11 @@ pub struct SurfacePoint {
     pub point: Point3<f64>,
     /// Unit normal out of the material.
     pub normal: Unit<Vector3<f64>>,
-    /// Principal curvatures k1 ≥ k2 in 1/mm; positive where the surface is convex (bends away from the normal's side).
+    /// Principal curvatures k1 ≥ k2 in 1/mm; positive where the surface is convex (bends away from
+    /// the normal's side).
     pub curvatures: [f64; 2],
-    /// Principal directions of k1 and k2, right-handed with the normal; any pair where the curvatures are equal.
+    /// Principal directions of k1 and k2, right-handed with the normal; any pair where the
+    /// curvatures are equal.
     pub directions: [Unit<Vector3<f64>>; 2],
 }
 

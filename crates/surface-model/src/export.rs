@@ -12,7 +12,8 @@ use crate::mesh::tri_mesh::TriMesh;
 pub use glb::write_glb;
 pub use painted::write_painted_glb;
 
-/// A mesh placed in a scene under a name. One mesh can stand in several nodes, as the blades of a propeller.
+/// A mesh placed in a scene under a name. One mesh can stand in several nodes, as the blades of a
+/// propeller.
 #[derive(Clone, Debug)]
 pub struct NamedNode<'a> {
     /// Name of the node; the import makes it the group's name.
@@ -52,10 +53,11 @@ pub enum ExportError {
     TooLarge,
 }
 
-/// Wavefront OBJ text in mm, +Z up: a `g` per node, or `node/group` where its mesh has several groups.
+/// Wavefront OBJ text in mm, +Z up: a `g` per node, or `node/group` where its mesh has several
+/// groups.
 ///
-/// Coordinates are written with as many digits as it takes to read back the same numbers. The same scene always gives the
-/// same bytes. Control characters and `#` in names become `_`.
+/// Coordinates are written with as many digits as it takes to read back the same numbers. The same
+/// scene always gives the same bytes. Control characters and `#` in names become `_`.
 ///
 /// # Errors
 /// When a node's mesh does not exist or nothing has a triangle.

@@ -39,15 +39,18 @@ pub struct ImportError {
 
 /// Reads a mesh from the bytes of a file.
 ///
-/// `name` is what errors call the file. `resolve` gets the names of other files that hold a glTF's buffers and returns their
-/// bytes; it is not called for data that the file holds itself, nor for textures and materials. [`no_external_files`] refuses all.
+/// `name` is what errors call the file. `resolve` gets the names of other files that hold a glTF's
+/// buffers and returns their bytes; it is not called for data that the file holds itself, nor for
+/// textures and materials. [`no_external_files`] refuses all.
 ///
-/// Lengths become mm, the up axis becomes +Z, vertices are welded, triangles without area and exact duplicates are dropped.
-/// Open and non-manifold edges, components and their winding are reported and left as they are.
+/// Lengths become mm, the up axis becomes +Z, vertices are welded, triangles without area and exact
+/// duplicates are dropped. Open and non-manifold edges, components and their winding are reported
+/// and left as they are.
 ///
 /// # Errors
-/// Names the file and the line, byte, vertex, triangle or element: for coordinates that are not finite, indices out of range,
-/// truncated or malformed files, compressed glTF, cyclic nodes, and a file without triangles.
+/// Names the file and the line, byte, vertex, triangle or element: for coordinates that are not
+/// finite, indices out of range, truncated or malformed files, compressed glTF, cyclic nodes, and a
+/// file without triangles.
 pub fn import_mesh(
     name: &str,
     bytes: &[u8],

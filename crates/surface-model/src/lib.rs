@@ -1,12 +1,16 @@
 //! Triangle meshes of parts: read, mended, measured, cut and written.
 //!
-//! - [`import_mesh`] turns the bytes of an OBJ, glTF, GLB or STL file into a [`TriMesh`] in mm with +Z up and says in a
-//!   [`RepairReport`] what it mended and what it left: dirty meshes are reported, not refused.
-//! - [`Surface`] takes a mesh for the smooth surface it stands for: normals with creases, curvature, closest point, rays,
-//!   inside and outside, on a box [`Tree`] that others may walk too.
-//! - [`plane_section`], [`cylinder_section`], [`implicit_section`] and [`level_curves`] cut it into curves.
-//! - [`write_obj`], [`write_stl_binary`] and [`write_glb`] write scenes of meshes, the same bytes for the same scene;
-//!   [`write_painted_glb`] one mesh with colours, which [`TriMesh::refined`] makes fine enough for them.
+//! - [`import_mesh`] turns the bytes of an OBJ, glTF, GLB or STL file into a [`TriMesh`] in mm with
+//!   +Z up and says in a [`RepairReport`] what it mended and what it left: dirty meshes are
+//!   reported, not refused.
+//! - [`Surface`] takes a mesh for the smooth surface it stands for: normals with creases,
+//!   curvature, closest point, rays, inside and outside, on a box [`Tree`] that others may walk
+//!   too.
+//! - [`plane_section`], [`cylinder_section`], [`implicit_section`] and [`level_curves`] cut it into
+//!   curves.
+//! - [`write_obj`], [`write_stl_binary`] and [`write_glb`] write scenes of meshes, the same bytes
+//!   for the same scene; [`write_painted_glb`] one mesh with colours, which [`TriMesh::refined`]
+//!   makes fine enough for them.
 //!
 //! ```
 //! use facemill_surface_model::*;
@@ -29,9 +33,11 @@
 //! # Ok::<(), ImportError>(())
 //! ```
 //!
-//! Guaranteed: no input makes it panic; results do not depend on hash order or threads; a [`TriMesh`] has indices in range and
-//! finite coordinates; triangles without area are never returned by a query. Not guaranteed: that a mesh is closed, manifold
-//! or wound outward ([`Topology`] and [`Orientation`] say what can be known of it), and the accuracy of [`CurvatureTensor`], which is an estimate.
+//! Guaranteed: no input makes it panic; results do not depend on hash order or threads; a
+//! [`TriMesh`] has indices in range and finite coordinates; triangles without area are never
+//! returned by a query. Not guaranteed: that a mesh is closed, manifold or wound outward
+//! ([`Topology`] and [`Orientation`] say what can be known of it), and the accuracy of
+//! [`CurvatureTensor`], which is an estimate.
 //!
 //! Modules, each of which imports those above it alone:
 //!

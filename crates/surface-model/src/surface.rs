@@ -21,8 +21,9 @@ use crate::surface::tree::Tree;
 /// How a mesh is taken for a smooth surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceSettings {
-    /// Facets whose normals differ by more than this across an edge meet in a crease there, rad. Larger: edges of the part
-    /// are rounded in its normals. Smaller: coarse meshes fall apart into facets.
+    /// Facets whose normals differ by more than this across an edge meet in a crease there, rad.
+    /// Larger: edges of the part are rounded in its normals. Smaller: coarse meshes fall apart into
+    /// facets.
     pub crease_angle: f64,
 }
 
@@ -35,8 +36,9 @@ impl Default for SurfaceSettings {
 
 /// A mesh with smooth normals, curvature and a box tree: all that is asked of a part.
 ///
-/// Triangles without area (height below 1e-12 of the longest side) carry no point of the surface: no query returns them.
-/// Triangle indices are those of the mesh; methods that take one panic when it is out of range, as a slice does.
+/// Triangles without area (height below 1e-12 of the longest side) carry no point of the surface:
+/// no query returns them. Triangle indices are those of the mesh; methods that take one panic when
+/// it is out of range, as a slice does.
 #[derive(Clone, Debug)]
 pub struct Surface {
     pub(crate) mesh: TriMesh,
@@ -127,7 +129,8 @@ impl Surface {
         self.tree.aabb()
     }
 
-    /// The point of the surface nearest to `p` within `max_distance` (mm, `f64::INFINITY` for any), exact up to rounding.
+    /// The point of the surface nearest to `p` within `max_distance` (mm, `f64::INFINITY` for any),
+    /// exact up to rounding.
     ///
     /// Of triangles equally near, the one with the lowest index. `None` when nothing is that near.
     pub fn closest_point(&self, p: &Point3<f64>, max_distance: f64) -> Option<SurfacePoint> {
@@ -179,11 +182,13 @@ impl Surface {
         self.facets[triangle as usize]
     }
 
-    /// Unit normal of the smooth surface, out of the material: the corners' normals, weighted by position.
+    /// Unit normal of the smooth surface, out of the material: the corners' normals, weighted by
+    /// position.
     ///
-    /// A corner's normal is the mean of the facet normals around it up to the next crease, weighted by their angles there.
-    /// Where the corners' normals cancel, or a corner has none, the facet's own counts; for a triangle without area, which
-    /// no query returns, the mean of what there is, and +Z where there is nothing.
+    /// A corner's normal is the mean of the facet normals around it up to the next crease, weighted
+    /// by their angles there. Where the corners' normals cancel, or a corner has none, the facet's
+    /// own counts; for a triangle without area, which no query returns, the mean of what there is,
+    /// and +Z where there is nothing.
     pub fn normal_at(&self, point: &SurfacePoint) -> Unit<Vector3<f64>> {
         let facet = self.facets[point.triangle as usize];
         let mut sum = Vector3::zeros();
@@ -196,15 +201,16 @@ impl Surface {
         Unit::try_new(sum, 1e-8).or(facet).unwrap_or_else(Vector3::z_axis)
     }
 
-    /// Smooth normal at a corner of a triangle (k = 0, 1, 2), on the triangle's side of any crease; `None` where the facets
-    /// around it cancel.
+    /// Smooth normal at a corner of a triangle (k = 0, 1, 2), on the triangle's side of any crease;
+    /// `None` where the facets around it cancel.
     pub fn corner_normal(&self, triangle: u32, k: usize) -> Option<Unit<Vector3<f64>>> {
         self.smooth_normals[self.smooth_of_corner[3 * triangle as usize + k] as usize]
     }
 
     /// Estimated curvature of the smooth surface; see [`CurvatureTensor`].
     ///
-    /// `None` where the facets around a corner say nothing about it: at a corner all of whose triangles have no area.
+    /// `None` where the facets around a corner say nothing about it: at a corner all of whose
+    /// triangles have no area.
     pub fn curvature_at(&self, point: &SurfacePoint) -> Option<CurvatureTensor> {
         let normal = self.normal_at(point);
         let mut parts = [(0.0, None); 3];

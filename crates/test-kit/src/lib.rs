@@ -2,7 +2,8 @@
 //!
 //! Nothing here shares code with what it tests, and no product crate depends on it.
 
-/// Folder of NC programs from public sources, beside the workspace; tests that read them say that they are skipped where it is absent.
+/// Folder of NC programs from public sources, beside the workspace; tests that read them say that
+/// they are skipped where it is absent.
 pub const SHARED_NC: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data/nc");
 
 /// Generator of seeded numbers: SplitMix64 (Steele, Lea, Flood 2014). The field is the seed.

@@ -7,9 +7,11 @@ use nalgebra::Isometry3;
 use crate::cutter::{Cutter, CutterError};
 use crate::tool_file::{SpindleRotation, Stack, ToolFile};
 
-/// A whole tool: cutter, cutter body, holder, and what cutting with it needs to know. Tool frame, mm and rad.
+/// A whole tool: cutter, cutter body, holder, and what cutting with it needs to know. Tool frame,
+/// mm and rad.
 ///
-/// Checked: the cutter body closes the gap between flute and holder, the holder reaches the gauge line.
+/// Checked: the cutter body closes the gap between flute and holder, the holder reaches the gauge
+/// line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ToolAssembly {
     file: ToolFile,
@@ -19,7 +21,8 @@ pub struct ToolAssembly {
 /// Why bytes are not a tool.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ToolFileError {
-    /// The text is not a tool file: not JSON, an unknown or missing key, a value of the wrong kind, another format.
+    /// The text is not a tool file: not JSON, an unknown or missing key, a value of the wrong kind,
+    /// another format.
     #[error(transparent)]
     Format(#[from] FormatError),
     /// Radius, corner radius and flute length do not make a cutter.
@@ -49,13 +52,15 @@ pub enum ToolFileError {
     },
 }
 
-/// Sections written in tenths may miss their sum by rounding; a gap of this size (mm) hides nothing that could collide.
+/// Sections written in tenths may miss their sum by rounding; a gap of this size (mm) hides nothing
+/// that could collide.
 const GAP: f64 = 1e-6;
 
 /// Limits of the keys that have some of their own.
 ///
-/// Lengths: no spindle carries a tool of ten metres, and below 10 µm nothing is turned. A body or holder without a diameter would collide
-/// with nothing. T words have eight digits; the largest face mills have about a hundred inserts.
+/// Lengths: no spindle carries a tool of ten metres, and below 10 µm nothing is turned. A body or
+/// holder without a diameter would collide with nothing. T words have eight digits; the largest
+/// face mills have about a hundred inserts.
 pub const TOOL_LIMITS: [KeyLimit; 11] = [
     KeyLimit::new("radius_mm", 0.01, 1e4),
     KeyLimit::new("flute_length_mm", 0.01, 1e4),
@@ -96,7 +101,8 @@ impl ToolAssembly {
         Ok(Self { file, cutter })
     }
 
-    /// The tool with a cutter of another radius: its body and dead core in proportion, its corner no larger than fits.
+    /// The tool with a cutter of another radius: its body and dead core in proportion, its corner
+    /// no larger than fits.
     ///
     /// # Errors
     /// When that makes no tool.
@@ -113,7 +119,8 @@ impl ToolAssembly {
         Self::new(file)
     }
 
-    /// The tool sticking out of its holder farther: the topmost section of its body longer by as much.
+    /// The tool sticking out of its holder farther: the topmost section of its body longer by as
+    /// much.
     ///
     /// # Errors
     /// When that makes no tool.
@@ -157,7 +164,8 @@ impl ToolAssembly {
         self.file.n_inserts
     }
 
-    /// Radius about the axis within which the bottom does not cut, mm; 0 for a cutter that cuts to its centre.
+    /// Radius about the axis within which the bottom does not cut, mm; 0 for a cutter that cuts to
+    /// its centre.
     pub fn dead_core_radius(&self) -> f64 {
         self.file.dead_core_radius_mm
     }
@@ -182,14 +190,15 @@ impl ToolAssembly {
         self.file.stick_out_mm
     }
 
-    /// From the tip to the gauge line, mm: the length that kinematics and length compensation work with.
+    /// From the tip to the gauge line, mm: the length that kinematics and length compensation work
+    /// with.
     pub fn gauge_length(&self) -> f64 {
         self.file.gauge_length_mm
     }
 
-    /// Every body of the tool, tool frame, for what is to keep off the whole tool, such as the other head of a machine with two:
-    /// the cutter as the cylinder around it, its corners filled, and those of [`ToolAssembly::collision_bodies`]. All that a
-    /// body is dilated by is clearance.
+    /// Every body of the tool, tool frame, for what is to keep off the whole tool, such as the
+    /// other head of a machine with two: the cutter as the cylinder around it, its corners filled,
+    /// and those of [`ToolAssembly::collision_bodies`]. All that a body is dilated by is clearance.
     pub fn whole(&self) -> Vec<PlacedSolid> {
         let (radius, flute) = (self.cutter.radius(), self.cutter.flute_length());
         let around = RoundFrustum { z_low: 0.0, z_high: flute, radius_low: radius, radius_high: radius, rounding: 0.0 };
@@ -201,8 +210,8 @@ impl ToolAssembly {
         std::iter::once(cutter).chain(self.collision_bodies()).collect()
     }
 
-    /// Every non-cutting body of the assembly, in the tool frame: the sections of the cutter body from the end of the flute, then
-    /// those of the holder from its nose.
+    /// Every non-cutting body of the assembly, in the tool frame: the sections of the cutter body
+    /// from the end of the flute, then those of the holder from its nose.
     pub fn sections(&self) -> Vec<ToolSection> {
         let body = sections("cutter body", &self.file.body, self.file.flute_length_mm);
         let holder = sections("holder", &self.file.holder, self.file.stick_out_mm);
@@ -220,8 +229,8 @@ impl ToolAssembly {
     }
 }
 
-/// A section of a tool's body or holder. There are no bodies of other shapes on a tool: whoever holds them against something has all of
-/// it with the frusta.
+/// A section of a tool's body or holder. There are no bodies of other shapes on a tool: whoever
+/// holds them against something has all of it with the frusta.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ToolSection {
     /// What a finding calls it.

@@ -4,12 +4,14 @@ use facemill_cl_data::{CcPoint, ClPoint, Posture};
 
 use crate::cutter::Cutter;
 
-/// The tool pose in which the cutter touches the surface at a CC point (CLOPT (1), (2), torus form).
+/// The tool pose in which the cutter touches the surface at a CC point (CLOPT (1), (2), torus
+/// form).
 ///
-/// `Pcl = Pcc + r·N + (R − r)·d − r·a` with `d = (a×N×a)/|a×N|`, which is `−(cos α·Et′ − sin α·N)` for α > 0. The
-/// second form is the one used: it divides by nothing, and at α = 0 it is the limit, in which the bottom lies flat on
-/// the tangent plane with the CC point on its rim, ahead in the direction Et′. r = 0 gives the printed (2), r = R a
-/// ball. A negative tilt is the positive one with rotate turned by half a turn, as in (1).
+/// `Pcl = Pcc + r·N + (R − r)·d − r·a` with `d = (a×N×a)/|a×N|`, which is `−(cos α·Et′ − sin α·N)`
+/// for α > 0. The second form is the one used: it divides by nothing, and at α = 0 it is the limit,
+/// in which the bottom lies flat on the tangent plane with the CC point on its rim, ahead in the
+/// direction Et′. r = 0 gives the printed (2), r = R a ball. A negative tilt is the positive one
+/// with rotate turned by half a turn, as in (1).
 pub fn cl_from_cc(cutter: &Cutter, cc: &CcPoint, posture: Posture) -> ClPoint {
     let posture = canonical(posture);
     let axis = cc.tool_axis(posture);

@@ -22,15 +22,16 @@ impl Cusp {
 
 /// Height of the ridge between a pass and its neighbour to the left, from their exact outlines.
 ///
-/// `step` is the arc length (mm) on the surface's section across the feed, a circle of curvature `surface_curvature`
-/// (1/mm, positive where the part is convex, 0 for a plane), from the CC point of `right` to that of `left`. Both
-/// outlines are in their own CC point's frame with the same feed direction; a pass cut in the opposite one is
-/// [`mirrored`](Outline::mirrored).
+/// `step` is the arc length (mm) on the surface's section across the feed, a circle of curvature
+/// `surface_curvature` (1/mm, positive where the part is convex, 0 for a plane), from the CC point
+/// of `right` to that of `left`. Both outlines are in their own CC point's frame with the same feed
+/// direction; a pass cut in the opposite one is [`mirrored`](Outline::mirrored).
 ///
-/// The ridge is highest where the height to which `right` clears the surface, which grows to the left, meets that of
-/// `left`, which falls. Its height is exact to 1e-9 mm for outlines that do so, which all do that do not gouge the
-/// circle; a pass that gouges it there counts as height 0. A step of 0 gives 0; a step that is not a finite length ≥ 0,
-/// or that spans more than half of the circle, is [`Cusp::Uncut`].
+/// The ridge is highest where the height to which `right` clears the surface, which grows to the
+/// left, meets that of `left`, which falls. Its height is exact to 1e-9 mm for outlines that do so,
+/// which all do that do not gouge the circle; a pass that gouges it there counts as height 0. A
+/// step of 0 gives 0; a step that is not a finite length ≥ 0, or that spans more than half of the
+/// circle, is [`Cusp::Uncut`].
 pub fn cusp_height_between(right: &Outline, left: &Outline, step: f64, surface_curvature: f64) -> Cusp {
     let spanned = step * surface_curvature.abs();
     if !(step >= 0.0 && step.is_finite() && spanned <= std::f64::consts::PI) {
@@ -41,10 +42,12 @@ pub fn cusp_height_between(right: &Outline, left: &Outline, step: f64, surface_c
     if ridge.is_finite() { Cusp::Height(ridge.max(0.0)) } else { Cusp::Uncut }
 }
 
-/// Largest step-over at most `max_step` (mm) whose ridge is at most `cusp` high, to 1e-6 of `max_step`, never above it.
+/// Largest step-over at most `max_step` (mm) whose ridge is at most `cusp` high, to 1e-6 of
+/// `max_step`, never above it.
 ///
-/// Same outlines and frame as [`cusp_height_between`]; the ridge is taken to grow with the step, as it does for
-/// outlines that do not gouge. A cusp of 0 or less gives 0, unless the outlines are flat.
+/// Same outlines and frame as [`cusp_height_between`]; the ridge is taken to grow with the step, as
+/// it does for outlines that do not gouge. A cusp of 0 or less gives 0, unless the outlines are
+/// flat.
 pub fn step_over_for_cusp(right: &Outline, left: &Outline, cusp: f64, surface_curvature: f64, max_step: f64) -> f64 {
     let fits = |step: f64| cusp_height_between(right, left, step, surface_curvature).is_within(cusp);
     if fits(max_step) {
@@ -72,8 +75,8 @@ struct Section<'a> {
 }
 
 impl Section<'_> {
-    /// Height of `outline` over the surface at arc length `s` from the outline's own CC point; infinite where it does
-    /// not reach.
+    /// Height of `outline` over the surface at arc length `s` from the outline's own CC point;
+    /// infinite where it does not reach.
     fn height(&self, outline: &Outline, s: f64) -> f64 {
         let turn = self.curvature * s;
         // Point of the circle by sinc forms, which have no pole at curvature 0.
@@ -98,8 +101,8 @@ impl Section<'_> {
         if !(g_low < 0.0 && g_high > 0.0) {
             return best;
         }
-        // Regula falsi that gives an end half its weight when it stays (Illinois), every third step a bisection, so that the
-        // bracket shrinks whatever the outlines' shape.
+        // Regula falsi that gives an end half its weight when it stays (Illinois), every third step
+        // a bisection, so that the bracket shrinks whatever the outlines' shape.
         let mut went_up = None;
         for k in 0..200 {
             let secant = low - g_low * (high - low) / (g_high - g_low);

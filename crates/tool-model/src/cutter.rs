@@ -4,11 +4,12 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 use facemill_cl_data::RoundFrustum;
 
-/// The cutting part of a tool: radius R, corner radius r, cutting height. r = 0 is a flat cutter, r = R a ball, between
-/// them a bull-nose or face mill with round corners. Tool frame: origin at the tip, z toward the spindle, mm.
+/// The cutting part of a tool: radius R, corner radius r, cutting height. r = 0 is a flat cutter,
+/// r = R a ball, between them a bull-nose or face mill with round corners. Tool frame: origin at
+/// the tip, z toward the spindle, mm.
 ///
-/// As a solid it is what the turning cutter sweeps: the bottom disc, the quarter torus of the corner, and the cylinder
-/// up to the flute length.
+/// As a solid it is what the turning cutter sweeps: the bottom disc, the quarter torus of the
+/// corner, and the cylinder up to the flute length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cutter {
     radius: f64,
@@ -73,26 +74,30 @@ impl Cutter {
         self.flute_length
     }
 
-    /// R − r, mm: radius of the bottom disc and of the circle on which the corner's arcs are centred.
+    /// R − r, mm: radius of the bottom disc and of the circle on which the corner's arcs are
+    /// centred.
     pub fn rim_radius(&self) -> f64 {
         self.radius - self.corner_radius
     }
 
-    /// The cylinder of radius R − r, r above the tip and with rounding 0, whose r-neighbourhood is the cutter below
-    /// `flute_length − r`. Its upper end is at `flute_length − r`, but never below its lower one.
+    /// The cylinder of radius R − r, r above the tip and with rounding 0, whose r-neighbourhood is
+    /// the cutter below `flute_length − r`. Its upper end is at `flute_length − r`, but never below
+    /// its lower one.
     pub fn core(&self) -> RoundFrustum {
         let r = self.corner_radius;
         cylinder(self.rim_radius(), r, self.flute_length - r, 0.0)
     }
 
-    /// The test body of the cutter for a tolerance t ≥ 0 mm (`docs/architecture.md`, "Test body"): it lies inside the
-    /// cutter, and no cutter point is farther than t from it or from the [`Cutter::upper_test_body`]. So where both are
-    /// free of the part, no cutter point is deeper than t in it.
+    /// The test body of the cutter for a tolerance t ≥ 0 mm (`docs/architecture.md`, "Test body"):
+    /// it lies inside the cutter, and no cutter point is farther than t from it or from the
+    /// [`Cutter::upper_test_body`]. So where both are free of the part, no cutter point is deeper
+    /// than t in it.
     ///
-    /// For r ≥ t radius R − t, corner r − t, bottom raised by t; for r < t a sharp cylinder of radius R − s raised by
-    /// s = r + (t − r)/√2. Its top is at the flute length, rounded like its bottom; where the flute is shorter than
-    /// 2r − t, the rounding reaches above it, to 2r − t. A tolerance below 0 counts as 0; one for which nothing of the
-    /// cutter would be left gives radius 0.
+    /// For r ≥ t radius R − t, corner r − t, bottom raised by t; for r < t a sharp cylinder of
+    /// radius R − s raised by s = r + (t − r)/√2. Its top is at the flute length, rounded like its
+    /// bottom; where the flute is shorter than 2r − t, the rounding reaches above it, to 2r − t. A
+    /// tolerance below 0 counts as 0; one for which nothing of the cutter would be left gives
+    /// radius 0.
     pub fn test_body(&self, tolerance: f64) -> RoundFrustum {
         let (t, r) = (tolerance.max(0.0), self.corner_radius);
         if r >= t {
@@ -102,9 +107,10 @@ impl Cutter {
         cylinder((self.radius - s).max(0.0), s, self.flute_length, 0.0)
     }
 
-    /// The part of the cutter near its upper rim that the rounded top of [`Cutter::test_body`] leaves out: a sharp
-    /// cylinder inside the cutter, from r above the tip to the flute's end. `None` where there is no such part (sharp
-    /// corners within t, or a flute that ends with the corner).
+    /// The part of the cutter near its upper rim that the rounded top of [`Cutter::test_body`]
+    /// leaves out: a sharp cylinder inside the cutter, from r above the tip to the flute's end.
+    /// `None` where there is no such part (sharp corners within t, or a flute that ends with the
+    /// corner).
     pub fn upper_test_body(&self, tolerance: f64) -> Option<RoundFrustum> {
         let (t, r) = (tolerance.max(0.0), self.corner_radius);
         let inset = t * FRAC_1_SQRT_2;

@@ -128,7 +128,8 @@ impl HolderLibrary {
     /// Checks a holder file's numbers.
     ///
     /// # Errors
-    /// When there is no holder, two have one name, a number is out of range, or sections end below the gauge line.
+    /// When there is no holder, two have one name, a number is out of range, or sections end below
+    /// the gauge line.
     pub fn new(file: HoldersFile) -> Result<Self, HolderError> {
         if file.holders.is_empty() {
             return Err(HolderError::Empty);
@@ -180,8 +181,8 @@ fn check(index: usize, holder: &HolderFile) -> Result<(), HolderError> {
 }
 
 impl HolderFile {
-    /// The tool in this holder, at its shortest stick-out or the one that the tool's body leaves, where that is longer;
-    /// the stick-out is open.
+    /// The tool in this holder, at its shortest stick-out or the one that the tool's body leaves,
+    /// where that is longer; the stick-out is open.
     ///
     /// # Errors
     /// When the holder takes other shanks, or both make no tool.
@@ -197,7 +198,8 @@ impl HolderFile {
         Ok(OpenAssembly::with_rigid_holder(&assembly, self.stick_out_mm[0]))
     }
 
-    /// Largest diameter of its lowest section, mm: of two that stick out as far the wider one bends less.
+    /// Largest diameter of its lowest section, mm: of two that stick out as far the wider one bends
+    /// less.
     #[must_use]
     pub fn nose_diameter(&self) -> f64 {
         self.sections.first().map_or(0.0, |s| s.diameter_low_mm.max(s.diameter_high_mm))

@@ -1,13 +1,17 @@
-//! The tool: cutter, cutter body and holder as solids of revolution, and how a cutter touches a surface.
+//! The tool: cutter, cutter body and holder as solids of revolution, and how a cutter touches a
+//! surface.
 //!
-//! A tool file ([`ToolFile`], format [`FORMAT`]) becomes a checked [`ToolAssembly`]: a [`Cutter`] (radius R, corner
-//! radius r) below a cutter body and a stack of holder frusta. All its lengths are measured from the tool tip, and all
-//! its bodies are in the tool frame: origin at the tip, z toward the spindle, mm.
+//! A tool file ([`ToolFile`], format [`FORMAT`]) becomes a checked [`ToolAssembly`]: a [`Cutter`]
+//! (radius R, corner radius r) below a cutter body and a stack of holder frusta. All its lengths
+//! are measured from the tool tip, and all its bodies are in the tool frame: origin at the tip, z
+//! toward the spindle, mm.
 //!
 //! - [`cl_from_cc`] puts the cutter on a CC point (CLOPT (1), (2), torus form, flat limit).
-//! - [`Cutter::test_body`] is the body whose freedom proves that no cutter point is deeper than the tolerance.
-//! - [`Outline`] is what the tilted cutter leaves behind, seen along the feed; [`cusp_height_between`] is what two
-//!   neighbouring passes leave standing, and [`silhouette_curvature`] its curvature at the contact.
+//! - [`Cutter::test_body`] is the body whose freedom proves that no cutter point is deeper than the
+//!   tolerance.
+//! - [`Outline`] is what the tilted cutter leaves behind, seen along the feed;
+//!   [`cusp_height_between`] is what two neighbouring passes leave standing, and
+//!   [`silhouette_curvature`] its curvature at the contact.
 //! - [`OpenAssembly`] is the assembly with its lengths L1 to L4 still open.
 //!
 //! ```
@@ -23,8 +27,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Every formula is closed except [`Outline::height_at`] and what is built on it, which iterate to a stated accuracy.
-//! Modules, each of which imports those above it alone:
+//! Every formula is closed except [`Outline::height_at`] and what is built on it, which iterate to
+//! a stated accuracy. Modules, each of which imports those above it alone:
 //!
 //! | module | holds |
 //! |---|---|

@@ -35,12 +35,14 @@ impl AssemblyLength {
 /// The lengths L1 to L4 of an assembly from the tip, mm.
 pub type Lengths = [f64; 4];
 
-/// A tool assembly with other lengths than its file's: which lengths can be had, and the tool that has them.
+/// A tool assembly with other lengths than its file's: which lengths can be had, and the tool that
+/// has them.
 ///
-/// Every body rides on a length and goes up with it: the cutter body on L1, the holder's lowest section on L2, those
-/// above it on L3, the machine on L4. Cutter body and lowest section end where the next begins: the topmost section is
-/// cut there, or goes on with its upper diameter. The sections above are never shorter than in the file. A holder of
-/// one section rides on L2 whole, and its L3 is its L2.
+/// Every body rides on a length and goes up with it: the cutter body on L1, the holder's lowest
+/// section on L2, those above it on L3, the machine on L4. Cutter body and lowest section end where
+/// the next begins: the topmost section is cut there, or goes on with its upper diameter. The
+/// sections above are never shorter than in the file. A holder of one section rides on L2 whole,
+/// and its L3 is its L2.
 ///
 /// With a rigid holder L1 stays, and all above the cutter body rides on L2.
 #[derive(Clone, Debug)]
@@ -72,8 +74,8 @@ impl OpenAssembly {
         Self { file: tool.to_file(), rigid_from: None }
     }
 
-    /// A tool whose stick-out alone is open, from the shortest upward (mm): its flute stays, and its holder is as it
-    /// is.
+    /// A tool whose stick-out alone is open, from the shortest upward (mm): its flute stays, and
+    /// its holder is as it is.
     #[must_use]
     pub fn with_rigid_holder(tool: &ToolAssembly, shortest: f64) -> Self {
         Self { file: tool.to_file(), rigid_from: Some(shortest) }
@@ -92,8 +94,8 @@ impl OpenAssembly {
         if self.rigid_from.is_some() { AssemblyLength::StickOut } else { AssemblyLength::Gauge }
     }
 
-    /// Raises each length to the least that those below it leave: a flute has a corner, a cutter body all its sections
-    /// but the topmost, a holder those above its lowest.
+    /// Raises each length to the least that those below it leave: a flute has a corner, a cutter
+    /// body all its sections but the topmost, a holder those above its lowest.
     pub fn rest(&self, lengths: &mut Lengths) {
         let f = &self.file;
         let kept: f64 = f.body.sections.iter().rev().skip(1).map(|s| s.length_mm).sum();
@@ -164,7 +166,8 @@ impl OpenAssembly {
     }
 }
 
-/// Sections of so much length together: cut at the top, or the topmost going on with its upper diameter.
+/// Sections of so much length together: cut at the top, or the topmost going on with its upper
+/// diameter.
 fn cut_or_extended(sections: &[Section], length: f64) -> Vec<Section> {
     let mut out: Vec<Section> = Vec::new();
     let mut left = length;

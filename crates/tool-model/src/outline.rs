@@ -10,9 +10,10 @@ use crate::cutter::Cutter;
 
 /// Outline of a tilted cutter seen along the feed: what a straight pass leaves of the stock.
 ///
-/// It lies in the section plane across the feed: y to the left of the feed (N × Et), z along N, origin at the CC point,
-/// mm. The region it bounds is convex: the bottom rim (circle of radius R − r about a point r above the tip) is seen as
-/// an ellipse, the corner offsets it by r, and the flute sweeps it along the tool axis up to the upper rim (radius R).
+/// It lies in the section plane across the feed: y to the left of the feed (N × Et), z along N,
+/// origin at the CC point, mm. The region it bounds is convex: the bottom rim (circle of radius R −
+/// r about a point r above the tip) is seen as an ellipse, the corner offsets it by r, and the
+/// flute sweeps it along the tool axis up to the upper rim (radius R).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outline {
     cutter: Cutter,
@@ -25,7 +26,8 @@ pub struct Outline {
 }
 
 impl Outline {
-    /// The outline of a cutter that touches the CC point in this posture, as [`cl_from_cc`](crate::contact::cl_from_cc) puts it.
+    /// The outline of a cutter that touches the CC point in this posture, as
+    /// [`cl_from_cc`](crate::contact::cl_from_cc) puts it.
     pub fn new(cutter: &Cutter, posture: Posture) -> Self {
         let Posture { tilt, rotate } = canonical(posture);
         let ((sin, cos), (turn_sin, turn_cos)) = (tilt.sin_cos(), rotate.sin_cos());
@@ -37,11 +39,12 @@ impl Outline {
         Self { cutter: *cutter, tip, axis, axis_along: sin * turn_cos }
     }
 
-    /// The point of the outline whose outward normal is (sin φ, −cos φ): φ = 0 is the lowest point, the contact; −π/2
-    /// and π/2 are the ends to the right and left. Closed form (support function of the ellipse, offset by r).
+    /// The point of the outline whose outward normal is (sin φ, −cos φ): φ = 0 is the lowest point,
+    /// the contact; −π/2 and π/2 are the ends to the right and left. Closed form (support function
+    /// of the ellipse, offset by r).
     ///
-    /// Where a straight piece has that normal, it is one point of that piece: its middle where the bottom is seen edge
-    /// on.
+    /// Where a straight piece has that normal, it is one point of that piece: its middle where the
+    /// bottom is seen edge on.
     pub fn point_at(&self, phi: f64) -> Point2<f64> {
         self.point_and_radius(phi).0
     }
@@ -55,7 +58,8 @@ impl Outline {
         let across_axis = beside_axis.dot(&n);
         // Sine of the angle between the normal and the axis in space.
         let s = self.axis_along.hypot(across_axis);
-        // The normal's part across the axis is n − (a·n)·a, here without its cancellation at small tilts.
+        // The normal's part across the axis is n − (a·n)·a, here without its cancellation at small
+        // tilts.
         let (m, bulge) = if s > 0.0 {
             let (along, across) = (self.axis_along / s, across_axis / s);
             (n * (along * self.axis_along) + beside_axis * across, along * along / s)
@@ -78,16 +82,17 @@ impl Outline {
 
     /// Lowest z of the outline at y, mm; `None` outside its extent.
     ///
-    /// Accurate to 1e-12·R: it is the exact height at some y′ with |y′ − y| ≤ 1e-12·R. That says little only where the
-    /// outline is vertical (the cylinder's wall at small lean, the ends of the extent).
+    /// Accurate to 1e-12·R: it is the exact height at some y′ with |y′ − y| ≤ 1e-12·R. That says
+    /// little only where the outline is vertical (the cylinder's wall at small lean, the ends of
+    /// the extent).
     pub fn height_at(&self, y: f64) -> Option<f64> {
         let (mut low, mut high) = (-FRAC_PI_2, FRAC_PI_2);
         let (mut from, mut to) = (self.point_at(low), self.point_at(high));
         if !(from.x <= y && y <= to.x) {
             return None;
         }
-        // y grows with the normal's angle: Newton within a bracket, which is halved instead where Newton's step leaves it or
-        // does not come at least twice as near as the last.
+        // y grows with the normal's angle: Newton within a bracket, which is halved instead where
+        // Newton's step leaves it or does not come at least twice as near as the last.
         let close = 1e-13 * self.cutter.radius();
         let mut phi = 0.5 * (low + high);
         let mut last = f64::INFINITY;
@@ -117,7 +122,8 @@ impl Outline {
         Some(from.y + (to.y - from.y) * share)
     }
 
-    /// The same outline in the frame with this origin, its y axis turned by `turn` (rad) from y toward z.
+    /// The same outline in the frame with this origin, its y axis turned by `turn` (rad) from y
+    /// toward z.
     #[must_use]
     pub fn seen_from(&self, origin: Point2<f64>, turn: f64) -> Self {
         let (sin, cos) = turn.sin_cos();
@@ -125,8 +131,8 @@ impl Outline {
         Self { tip: Point2::from(into(self.tip - origin)), axis: into(self.axis), ..*self }
     }
 
-    /// The outline seen from the other side, with left and right exchanged: that of a pass cut in the opposite
-    /// direction, in the frame of this one.
+    /// The outline seen from the other side, with left and right exchanged: that of a pass cut in
+    /// the opposite direction, in the frame of this one.
     #[must_use]
     pub fn mirrored(&self) -> Self {
         let (mut tip, mut axis) = (self.tip, self.axis);
@@ -139,7 +145,8 @@ impl Outline {
         self.tip
     }
 
-    /// Unit vector along the tool axis, from the tip to the spindle: along the feed, to its left, along the normal.
+    /// Unit vector along the tool axis, from the tip to the spindle: along the feed, to its left,
+    /// along the normal.
     pub fn axis(&self) -> Vector3<f64> {
         Vector3::new(self.axis_along, self.axis.x, self.axis.y)
     }

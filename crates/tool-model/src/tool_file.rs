@@ -25,7 +25,8 @@ pub struct ToolFile {
     pub name: String,
     /// Number in the magazine (the T word).
     pub number: u32,
-    /// Register of the control that holds its length (the H word); the number, where the key is missing.
+    /// Register of the control that holds its length (the H word); the number, where the key is
+    /// missing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length_register: Option<u32>,
     /// Cutter radius R: half of the largest cutting diameter.
@@ -36,7 +37,8 @@ pub struct ToolFile {
     pub n_inserts: u32,
     /// Cutting height: from the tip up to where the cutter cuts no more.
     pub flute_length_mm: f64,
-    /// Radius about the axis within which the cutter's bottom does not cut; 0 for a cutter that cuts to its centre.
+    /// Radius about the axis within which the cutter's bottom does not cut; 0 for a cutter that
+    /// cuts to its centre.
     #[serde(default)]
     pub dead_core_radius_mm: f64,
     /// Steepest ramp on which the cutter may enter the material downward.

@@ -1,4 +1,5 @@
-//! Chip section at one point of a pass (CHIP, with the outline of the tilted cutter seen along the feed).
+//! Chip section at one point of a pass (CHIP, with the outline of the tilted cutter seen along the
+//! feed).
 
 use facemill_chip_area::{CutterEnd, CutterPose, OutlineError, chip_area_between_outlines, largest_thickness};
 use facemill_cutter_location::cusp::Ridge;
@@ -9,8 +10,8 @@ use crate::outline_table::OutlineTable;
 /// Accuracy of a section area, as part of it.
 pub const AREA_ACCURACY: f64 = 1e-3;
 
-/// Accuracy of the areas of the thinnest chips, mm²: a millionth of a large one. Smaller, and chips of no weight take
-/// most of the time.
+/// Accuracy of the areas of the thinnest chips, mm²: a millionth of a large one. Smaller, and chips
+/// of no weight take most of the time.
 pub const SMALLEST_AREA: f64 = 1e-3;
 
 /// Accuracy of a chip's thickness, as part of the feed per tooth, where feeds depend on it.
@@ -19,7 +20,8 @@ pub const THICKNESS_ACCURACY: f64 = 1e-3;
 /// The same where it is only told.
 pub const ROUGH_THICKNESS: f64 = 0.02;
 
-/// Area below which nothing is cut, mm²: what rounding leaves where the stock ends at the part's surface.
+/// Area below which nothing is cut, mm²: what rounding leaves where the stock ends at the part's
+/// surface.
 const NOTHING: f64 = 1e-6;
 
 /// What the cutter takes at a point of a pass, or at most on the way between two.
@@ -29,8 +31,8 @@ pub struct Chip {
     pub area: f64,
     /// Largest thickness of the chip as part of the feed per tooth.
     pub thickness: f64,
-    /// Whether it is known what the pass before has left there; where it is not, the cutter is taken to be in full
-    /// stock.
+    /// Whether it is known what the pass before has left there; where it is not, the cutter is
+    /// taken to be in full stock.
     pub is_known: bool,
     /// Whether nothing is cut there, nor anywhere that the cutter reaches along the feed.
     pub is_air: bool,
@@ -48,18 +50,20 @@ impl Chip {
     }
 }
 
-/// Top of the stock in the section across the feed: height along the normal over the lateral coordinate y, to the left
-/// of the feed from the CC point, mm.
+/// Top of the stock in the section across the feed: height along the normal over the lateral
+/// coordinate y, to the left of the feed from the CC point, mm.
 #[derive(Clone, Debug)]
 pub enum StockTop {
-    /// As thick everywhere, on a surface of this curvature (1/mm, positive where the part is convex).
+    /// As thick everywhere, on a surface of this curvature (1/mm, positive where the part is
+    /// convex).
     Layer {
         /// Thickness, mm.
         thickness: f64,
         /// Curvature of the surface, 1/mm.
         curvature: f64,
     },
-    /// Of a solid: heights at places evenly from one y to another, none of them less than at its neighbours.
+    /// Of a solid: heights at places evenly from one y to another, none of them less than at its
+    /// neighbours.
     Solid {
         /// First and last y, mm.
         extent: [f64; 2],
@@ -115,7 +119,8 @@ pub struct ChipSite {
 }
 
 impl ChipSite {
-    /// The section at a point with this outline, beside the passes cut before that the ridges go to.
+    /// The section at a point with this outline, beside the passes cut before that the ridges go
+    /// to.
     pub fn new<'r>(own: Outline, ridges: impl IntoIterator<Item = &'r Ridge>, top: StockTop) -> Self {
         let range = engaged(&own, &top);
         let before = ridges.into_iter().map(|r| OutlineTable::new(&r.neighbour, range)).collect();
@@ -127,18 +132,18 @@ impl ChipSite {
         self.before.iter().filter_map(|b| b.height_at(y)).fold(f64::INFINITY, f64::min)
     }
 
-    /// The most that the passes before have left over an interval: an outline is convex, so it is highest at one of the
-    /// ends, and what several leave is not above any of them.
+    /// The most that the passes before have left over an interval: an outline is convex, so it is
+    /// highest at one of the ends, and what several leave is not above any of them.
     fn most_left(&self, [from, to]: [f64; 2]) -> f64 {
         let height = |b: &OutlineTable, y: f64| b.height_at(y).unwrap_or(f64::INFINITY);
         self.before.iter().map(|b| height(b, from).max(height(b, to))).fold(f64::INFINITY, f64::min)
     }
 
-    /// Section of the chip, mm²: the stock above the surface that this pass takes and the neighbouring ones, cut before,
-    /// have not. Without a neighbour the cutter is in full stock.
+    /// Section of the chip, mm²: the stock above the surface that this pass takes and the
+    /// neighbouring ones, cut before, have not. Without a neighbour the cutter is in full stock.
     ///
-    /// The estimate of its error is not above [`AREA_ACCURACY`] of it, or [`SMALLEST_AREA`] where that is more. 0 where
-    /// nothing is cut.
+    /// The estimate of its error is not above [`AREA_ACCURACY`] of it, or [`SMALLEST_AREA`] where
+    /// that is more. 0 where nothing is cut.
     pub fn area(&self) -> Result<f64, OutlineError> {
         let (from, to) = self.range;
         let at = |accuracy: f64| {
@@ -156,8 +161,8 @@ impl ChipSite {
         Ok(if area < NOTHING { 0.0 } else { area })
     }
 
-    /// Largest thickness of the chip as part of the feed per tooth: not too small, but for the accuracy of the tables,
-    /// and at most `accuracy` too large.
+    /// Largest thickness of the chip as part of the feed per tooth: not too small, but for the
+    /// accuracy of the tables, and at most `accuracy` too large.
     pub fn thickness(&self, accuracy: f64) -> f64 {
         let (cutter, axis, tip) = (self.own.cutter(), self.own.axis(), self.own.tip());
         let pose = CutterPose {
@@ -171,8 +176,8 @@ impl ChipSite {
     }
 }
 
-/// The lateral range in which an outline is below the stock's top, from the first such place to the last; all of the
-/// outline where no place that is looked at is.
+/// The lateral range in which an outline is below the stock's top, from the first such place to the
+/// last; all of the outline where no place that is looked at is.
 fn engaged(own: &Outline, top: &StockTop) -> (f64, f64) {
     let phi = |k: usize| (k as f64 / RANGE_PLACES as f64 - 0.5) * std::f64::consts::PI;
     let is_in = |phi: f64| {
@@ -196,14 +201,16 @@ fn engaged(own: &Outline, top: &StockTop) -> (f64, f64) {
 /// Accuracy that is tried first, mm²: enough for chips of 50 mm², as face mills take them.
 const FIRST_ACCURACY: f64 = 0.05;
 
-/// Places along an outline at which it is compared with the stock's top; even, so that the contact is one of them.
+/// Places along an outline at which it is compared with the stock's top; even, so that the contact
+/// is one of them.
 const RANGE_PLACES: usize = 64;
 
-/// Bisections for the ends of the range: what is left of a 64th of the outline's normals is next to nothing.
+/// Bisections for the ends of the range: what is left of a 64th of the outline's normals is next to
+/// nothing.
 const RANGE_BISECTIONS: u32 = 30;
 
-/// Height over the tangent of a circle of this curvature, moved outward by `offset`, at `y` from the point of contact;
-/// −∞ beyond the side of a convex one, level beyond that of a concave one.
+/// Height over the tangent of a circle of this curvature, moved outward by `offset`, at `y` from
+/// the point of contact; −∞ beyond the side of a convex one, level beyond that of a concave one.
 fn circle_height(curvature: f64, offset: f64, y: f64) -> f64 {
     if curvature == 0.0 {
         return 0.0;

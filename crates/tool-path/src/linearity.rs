@@ -16,11 +16,13 @@ pub struct Linearity {
     pub law: CuttingLaw,
 }
 
-/// Part of the tolerance that is always left for motion: where rounding uses up more, more blocks would not help.
+/// Part of the tolerance that is always left for motion: where rounding uses up more, more blocks
+/// would not help.
 const LEAST_SHARE: f64 = 0.25;
 
 impl Linearity {
-    /// How far the cutter may be from the meant way between two positions, and whether a block between them is too long.
+    /// How far the cutter may be from the meant way between two positions, and whether a block
+    /// between them is too long.
     pub fn judge(&self, test: &PoseTest<'_>, from: &AxisValues, to: &AxisValues) -> (f64, bool) {
         let length = test.cell.tool.gauge_length();
         let radius = test.cell.tool.cutter().radius();
@@ -62,8 +64,9 @@ pub fn turned_near(test: &PoseTest<'_>, axes: &AxisValues, reference: &AxisValue
     turned
 }
 
-/// Axis values with every endless rotary axis at the full turn that is nearest to a reference; limited ones stand where they were
-/// put, because their windings are chosen for the whole operation.
+/// Axis values with every endless rotary axis at the full turn that is nearest to a reference;
+/// limited ones stand where they were put, because their windings are chosen for the whole
+/// operation.
 pub fn endless_near(test: &PoseTest<'_>, axes: &AxisValues, reference: &AxisValues) -> AxisValues {
     let mut turned = turned_near(test, axes, reference);
     for k in limited_rotaries(test.cell.machine) {

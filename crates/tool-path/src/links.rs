@@ -57,7 +57,8 @@ pub fn fastest(
     Chooser { ends: &ends, clock, law: link.law, rounded }.choose(link, stage)
 }
 
-/// Index of the linear axis along the spindle where the rotary axes are at 0, and the sign of its motion away from the work.
+/// Index of the linear axis along the spindle where the rotary axes are at 0, and the sign of its
+/// motion away from the work.
 pub fn spindle_of(machine: &Machine) -> (usize, f64) {
     let travel = machine.length_compensation_travel().unwrap_or_else(|| AxisValues::zeros(machine.axes().len()));
     let spindle = (0..travel.len()).max_by(|&a, &b| travel[a].abs().total_cmp(&travel[b].abs())).unwrap_or(0);

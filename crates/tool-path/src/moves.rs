@@ -1,4 +1,5 @@
-//! From pieces to the sequence of moves of an operation: entries, cuts, exits, links, with axis values.
+//! From pieces to the sequence of moves of an operation: entries, cuts, exits, links, with axis
+//! values.
 
 pub mod order;
 pub(crate) mod sequencer;
@@ -24,7 +25,8 @@ pub enum MoveKind {
     Rapid,
     /// Entry or exit outside the stock, at approach feed.
     Approach,
-    /// Entry or exit with the cutter in the stock at one end at least: at approach feed, but not faster than along the pass.
+    /// Entry or exit with the cutter in the stock at one end at least: at approach feed, but not
+    /// faster than along the pass.
     Engage,
     /// Along a pass.
     Cut,
@@ -115,11 +117,11 @@ fn outer(approach: &Approach) -> Waypoint {
     Waypoint { cl, configuration: approach.outer }
 }
 
-/// Moves of an operation, in the order of its pieces or the one with the shortest links; `from` is where the operation before it ended, linked to the first
-/// piece.
+/// Moves of an operation, in the order of its pieces or the one with the shortest links; `from` is
+/// where the operation before it ended, linked to the first piece.
 ///
-/// Points at the ends of a piece from where no entry or exit is possible are left out; so is a piece that would keep fewer
-/// than two.
+/// Points at the ends of a piece from where no entry or exit is possible are left out; so is a
+/// piece that would keep fewer than two.
 ///
 /// # Errors
 /// When the monitor cancels, or two pieces cannot be linked.
@@ -245,8 +247,8 @@ pub fn reach(test: &PoseTest<'_>, settings: &MoveSettings, mut piece: Piece) -> 
     (Some(Reached { piece, entry, exit }), lost)
 }
 
-/// That no limited axis comes to its end on the way between a cut and where rapids begin: with three rotary axes they go on
-/// turning there.
+/// That no limited axis comes to its end on the way between a cut and where rapids begin: with
+/// three rotary axes they go on turning there.
 fn on_winding(test: &PoseTest<'_>, cut: &Cut, way: &Approach) -> Result<(), Infeasible> {
     let mut at = cut.pose.configuration;
     for cl in &way.outward {

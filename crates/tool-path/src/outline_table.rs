@@ -1,5 +1,5 @@
-//! Heights of a cutter's outline from a table: many heights of the same outline for little more than the points of the
-//! table.
+//! Heights of a cutter's outline from a table: many heights of the same outline for little more
+//! than the points of the table.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -7,7 +7,8 @@ use facemill_tool_model::Outline;
 
 /// Heights of an outline over the lateral coordinate, by cubics through its points with its slopes.
 ///
-/// Heights are off by less than 1e-4 mm, or than what the outline rises over 1e-4 of its width where it is steep.
+/// Heights are off by less than 1e-4 mm, or than what the outline rises over 1e-4 of its width
+/// where it is steep.
 pub(crate) struct OutlineTable {
     /// By y.
     nodes: Vec<Node>,
@@ -22,16 +23,19 @@ struct Node {
     slope: f64,
 }
 
-/// Points are not farther apart than the outline's width in so many parts, but for the ends of straight pieces.
+/// Points are not farther apart than the outline's width in so many parts, but for the ends of
+/// straight pieces.
 const WIDTH_PARTS: f64 = 64.0;
 
-/// Largest turn of the normal between points, rad, where the outline is level; less where it is steep.
+/// Largest turn of the normal between points, rad, where the outline is level; less where it is
+/// steep.
 const TURN: f64 = 0.05;
 
 /// Smallest distance of points at vertical ends, as part of the width.
 const AT_ENDS: f64 = 1e-7;
 
-/// Halvings of the outline between points: a straight piece has no normals between those of its ends.
+/// Halvings of the outline between points: a straight piece has no normals between those of its
+/// ends.
 const MAX_HALVINGS: u32 = 24;
 
 impl OutlineTable {

@@ -38,14 +38,15 @@ pub struct Piece {
     pub uncut_left: bool,
     /// Search curve of the pass.
     pub curve: SearchCurve,
-    /// Which part of a piece that was ended for a rotary axis to turn back, from 0; `None` of a whole one. The first cut of a
-    /// part behind the first stands in the one before, too, and counts as inserted.
+    /// Which part of a piece that was ended for a rotary axis to turn back, from 0; `None` of a
+    /// whole one. The first cut of a part behind the first stands in the one before, too, and
+    /// counts as inserted.
     pub part: Option<u32>,
 }
 
 impl Piece {
-    /// Whether a cut is a place that runs of two heads count: a point of the path, or where a part begins or ends, which the
-    /// tool has to go to as well.
+    /// Whether a cut is a place that runs of two heads count: a point of the path, or where a part
+    /// begins or ends, which the tool has to go to as well.
     pub fn is_place(&self, cut: usize) -> bool {
         let at_end = self.part.is_some() && (cut == 0 || cut + 1 == self.cuts.len());
         at_end || self.cuts.get(cut).is_some_and(|c| !c.inserted)
@@ -94,8 +95,8 @@ pub struct LaidTask {
     pub curve: SearchCurve,
 }
 
-/// Splits passes where points are infeasible, and where the machine goes over to its other branch. A single feasible point between
-/// infeasible ones is no pass: it is left out.
+/// Splits passes where points are infeasible, and where the machine goes over to its other branch.
+/// A single feasible point between infeasible ones is no pass: it is left out.
 pub fn split(
     test: &PoseTest<'_>,
     tasks: &[LaidTask],
@@ -140,12 +141,12 @@ pub fn split(
     pieces
 }
 
-/// Pieces with tested poses between points where the control would stray too far from one to the next: the CC point between
-/// theirs, with the posture between theirs, seated where it gouges, or else (with `fallback`) the next feasible one of the
-/// search curve: points that were found with the smallest feasible posture stand at the border of what is feasible; away from the
-/// pole where that is possible. Where none
-/// is, or the control would stray however near to each other they are put, the piece ends and another begins. A point that
-/// then stands alone is left out.
+/// Pieces with tested poses between points where the control would stray too far from one to the
+/// next: the CC point between theirs, with the posture between theirs, seated where it gouges, or
+/// else (with `fallback`) the next feasible one of the search curve: points that were found with
+/// the smallest feasible posture stand at the border of what is feasible; away from the pole where
+/// that is possible. Where none is, or the control would stray however near to each other they are
+/// put, the piece ends and another begins. A point that then stands alone is left out.
 ///
 /// # Errors
 /// When the monitor cancels.
@@ -213,13 +214,15 @@ pub struct Filler<'t, 'a> {
 }
 
 impl<'t, 'a> Filler<'t, 'a> {
-    /// Fills with tested poses on a search curve, and with searched ones where `fallback` has settings.
+    /// Fills with tested poses on a search curve, and with searched ones where `fallback` has
+    /// settings.
     pub fn new(test: &'t PoseTest<'a>, fallback: Option<&'t SearchSettings>, curve: SearchCurve) -> Self {
         Self { test, fallback, curve }
     }
 
-    /// Cuts strictly between two, close enough for the control; `None` where one of them is not feasible, or where their
-    /// postures are so far apart that halving does not bring them together.
+    /// Cuts strictly between two, close enough for the control; `None` where one of them is not
+    /// feasible, or where their postures are so far apart that halving does not bring them
+    /// together.
     fn between(
         &self,
         linearity: &Linearity,
@@ -239,7 +242,8 @@ impl<'t, 'a> Filler<'t, 'a> {
         self.halved(linearity, &PosePair { from, to }, halvings - 1, hints)
     }
 
-    /// The cut halfway between two, and what has to stand on both sides of it; `None` as for [`Filler::between`].
+    /// The cut halfway between two, and what has to stand on both sides of it; `None` as for
+    /// [`Filler::between`].
     fn halved(&self, linearity: &Linearity, pair: &PosePair<'_>, halvings: u32, hints: &mut Hints) -> Option<Vec<Cut>> {
         let middle = self.middle(pair, hints)?;
         let mut cuts = self.between(linearity, pair.from, &middle, halvings, hints)?;
@@ -248,22 +252,23 @@ impl<'t, 'a> Filler<'t, 'a> {
         Some(cuts)
     }
 
-    /// The cut halfway between two and all that it asks for; `None` where one of them is not feasible or the control would
-    /// stray however near to each other they are put.
+    /// The cut halfway between two and all that it asks for; `None` where one of them is not
+    /// feasible or the control would stray however near to each other they are put.
     pub fn mended(&self, linearity: &Linearity, pair: &PosePair<'_>, hints: &mut Hints) -> Option<Vec<Cut>> {
         self.halved(linearity, pair, MAX_HALVINGS, hints)
     }
 
-    /// Axis values at a cut, as they are driven to from a position: at the turns nearest to it, be they within the limits or
-    /// not, because windings are chosen later. `None` where they are on another branch.
+    /// Axis values at a cut, as they are driven to from a position: at the turns nearest to it, be
+    /// they within the limits or not, because windings are chosen later. `None` where they are on
+    /// another branch.
     fn driven(&self, start: &Configuration, to: &Cut) -> Option<AxisValues> {
         let axes = turned_near(self.test, &to.pose.configuration.axes, &start.axes);
         let reached = self.test.configuration_like(&to.pose.cl, &Configuration { axes, ..*start }).ok()?;
         Some(turned_near(self.test, &reached.axes, &start.axes))
     }
 
-    /// The tested cut halfway between two, on the branch of the first: the posture between theirs, or else the next feasible one
-    /// of the search curve.
+    /// The tested cut halfway between two, on the branch of the first: the posture between theirs,
+    /// or else the next feasible one of the search curve.
     pub fn middle(&self, PosePair { from, to }: &PosePair<'_>, hints: &mut Hints) -> Option<Cut> {
         let near = from.pose.configuration;
         let (cc, posture) = middle(from, to)?;
@@ -276,7 +281,8 @@ impl<'t, 'a> Filler<'t, 'a> {
         Some(Cut { cc, pose, inserted: true })
     }
 
-    /// Parameter of the search curve where it is as large as a posture: tilt and rotate together, which grow along it.
+    /// Parameter of the search curve where it is as large as a posture: tilt and rotate together,
+    /// which grow along it.
     fn u_of(&self, posture: Posture) -> f64 {
         let size = |p: Posture| p.tilt + p.rotate.abs();
         let (mut low, mut high) = (0.0, 1.0);
@@ -291,8 +297,8 @@ impl<'t, 'a> Filler<'t, 'a> {
 /// Bisections on the search curve: enough to exhaust a double.
 const MAX_BISECTIONS: u32 = 60;
 
-/// Halvings of the way between two points: 2^10 poses for one say that the machine is near a singular pose, where more would
-/// not help.
+/// Halvings of the way between two points: 2^10 poses for one say that the machine is near a
+/// singular pose, where more would not help.
 const MAX_HALVINGS: u32 = 10;
 
 /// The CC point and posture between two: contact is kept.
@@ -304,8 +310,8 @@ fn middle(a: &Cut, b: &Cut) -> Option<(CcPoint, Posture)> {
     Some((cc, Posture { tilt: mean(p.tilt, q.tilt), rotate: mean(p.rotate, q.rotate) }))
 }
 
-/// The outcomes of the first place, each tested again in another place of the pattern, and (where the mode allows it) searched
-/// anew where its posture is not feasible there.
+/// The outcomes of the first place, each tested again in another place of the pattern, and (where
+/// the mode allows it) searched anew where its posture is not feasible there.
 ///
 /// # Errors
 /// When the monitor cancels.

@@ -8,13 +8,16 @@ use facemill_inverse_kinematics::{AxisValues, Machine};
 use crate::linearity::turned_near;
 use crate::pieces::{Cut, Filler, Piece, PosePair};
 
-/// Windings looked at for each cut, those nearest to home: a cable is never wound farther, a limit may be.
+/// Windings looked at for each cut, those nearest to home: a cable is never wound farther, a limit
+/// may be.
 const MOST_WINDINGS: usize = 64;
 
-/// How far a value may be beyond a limit, rad: what the solution of a pose takes for rounding and cuts off.
+/// How far a value may be beyond a limit, rad: what the solution of a pose takes for rounding and
+/// cuts off.
 const LIMIT_SLACK: f64 = 2e-13;
 
-/// Way of the tip, mm, below which two poses on both sides of a limit are one: a thousandth of what the finest words say.
+/// Way of the tip, mm, below which two poses on both sides of a limit are one: a thousandth of what
+/// the finest words say.
 const SAME_PLACE: f64 = 1e-6;
 
 /// Halvings toward a limit: enough to exhaust a double.
@@ -23,12 +26,14 @@ const MAX_HALVINGS: u32 = 60;
 /// Breaks in cuts, turns on links, time of the slowest axis, s: compared in this order.
 type Cost = (u32, u32, f64);
 
-/// Pieces with their limited rotary axes at the windings that need the fewest breaks in cuts, of those the fewest turns on
-/// links, of those the least travel time; from `start`, where the operation before ended, or else from home.
+/// Pieces with their limited rotary axes at the windings that need the fewest breaks in cuts, of
+/// those the fewest turns on links, of those the least travel time; from `start`, where the
+/// operation before ended, or else from home.
 ///
-/// Within a piece an axis does not turn back: where no winding holds all of it, it is ended there and goes on as another piece,
-/// which begins at or before the cut that the first one ends at; at a limit that only one pose reaches, at poses 1e-6 mm apart.
-/// Exact for the cuts given: Bellman's recursion over all windings of all cuts. Endless axes are left as they are.
+/// Within a piece an axis does not turn back: where no winding holds all of it, it is ended there
+/// and goes on as another piece, which begins at or before the cut that the first one ends at; at a
+/// limit that only one pose reaches, at poses 1e-6 mm apart. Exact for the cuts given: Bellman's
+/// recursion over all windings of all cuts. Endless axes are left as they are.
 pub fn wound(
     test: &PoseTest<'_>,
     fallback: Option<&SearchSettings>,
@@ -45,7 +50,8 @@ pub fn wound(
     all.collect()
 }
 
-/// Axis values of cuts, each at the turns nearest to those of the cut before, be they within the limits or not.
+/// Axis values of cuts, each at the turns nearest to those of the cut before, be they within the
+/// limits or not.
 fn unwrapped(test: &PoseTest<'_>, cuts: &[Cut]) -> Vec<AxisValues> {
     let mut last: Option<AxisValues> = None;
     cuts.iter()
@@ -58,8 +64,8 @@ fn unwrapped(test: &PoseTest<'_>, cuts: &[Cut]) -> Vec<AxisValues> {
         .collect()
 }
 
-/// The same position with whole turns of its limited axes added, at every number that the limits allow, the nearest to home
-/// first.
+/// The same position with whole turns of its limited axes added, at every number that the limits
+/// allow, the nearest to home first.
 fn nodes(machine: &Machine, values: &AxisValues) -> Vec<AxisValues> {
     let mut all = vec![*values];
     for k in limited_rotaries(machine) {
@@ -90,8 +96,9 @@ fn time(machine: &Machine, from: &AxisValues, to: &AxisValues) -> f64 {
     limited_rotaries(machine).map(time).fold(0.0, f64::max)
 }
 
-/// The end of a rapid with endless axes a whole turn nearer to home than the nearest turn, where the slowest axis takes no longer
-/// for it: the other way round costs nothing. `None` where none is.
+/// The end of a rapid with endless axes a whole turn nearer to home than the nearest turn, where
+/// the slowest axis takes no longer for it: the other way round costs nothing. `None` where none
+/// is.
 pub fn unwound(machine: &Machine, from: &AxisValues, to: &AxisValues) -> Option<AxisValues> {
     let time = machine.travel_time(from, to);
     let mut turned = *to;
@@ -106,10 +113,12 @@ pub fn unwound(machine: &Machine, from: &AxisValues, to: &AxisValues) -> Option<
     (turned != *to).then_some(turned)
 }
 
-/// By how much nearer to home an axis has to be for a turn back, rad: at half a turn either way is as good.
+/// By how much nearer to home an axis has to be for a turn back, rad: at half a turn either way is
+/// as good.
 const LEAST_UNWOUND: f64 = 1e-6;
 
-/// What it costs to go from one cut to the next: on a link, or along a piece, where an axis turns with the tool, or turns back.
+/// What it costs to go from one cut to the next: on a link, or along a piece, where an axis turns
+/// with the tool, or turns back.
 fn cost(machine: &Machine, on_link: bool, from: &AxisValues, to: &AxisValues) -> Cost {
     let turns = u32::from(rewound_axis(machine, from, to).is_some());
     match (on_link, turns) {
@@ -206,8 +215,9 @@ fn at_winding_of(test: &PoseTest<'_>, cut: &Cut, like: &Cut) -> Option<Cut> {
     Some(placed(cut, &axes))
 }
 
-/// The cut to add at the end of the part that `last` ends, if any, and the one to begin the next part with before `next`: the same
-/// pose at both windings; at a limit that one pose reaches, the poses next to it.
+/// The cut to add at the end of the part that `last` ends, if any, and the one to begin the next
+/// part with before `next`: the same pose at both windings; at a limit that one pose reaches, the
+/// poses next to it.
 fn turning_place(test: &PoseTest<'_>, filler: &Filler<'_, '_>, last: &Cut, next: &Cut) -> (Option<Cut>, Option<Cut>) {
     let inserted = |cut: Cut| Cut { inserted: true, ..cut };
     if let Some(begin) = at_winding_of(test, last, next) {

@@ -24,7 +24,8 @@ pub fn is_estimate(positions: &EstimatedPositions) -> Assumption {
     Assumption { line: None, text }
 }
 
-/// That no cut takes anything of the stock, where all of it is seen: what is found rests on it that this is meant.
+/// That no cut takes anything of the stock, where all of it is seen: what is found rests on it that
+/// this is meant.
 pub fn cuts_nothing(report: &StockReport, blocks: &[BlockCut]) -> Option<Assumption> {
     let in_air = !blocks.is_empty() && report.removed_mm3 == 0.0 && report.blocks_not_covered == 0;
     let text = "no cutting block takes anything of the stock: check mounting, work offset, tool length and the unit of the meshes";

@@ -30,8 +30,8 @@ use crate::deviation::stock_places::StockPlaces;
 /// What is asked of the deviation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DeviationRequest {
-    /// Deviation up to which a place is within tolerance, mm; `None`: the largest height that one of the setup's operations
-    /// may leave ([`largest_left`]).
+    /// Deviation up to which a place is within tolerance, mm; `None`: the largest height that one
+    /// of the setup's operations may leave ([`largest_left`]).
     pub tolerance: Option<f64>,
     /// Write the part's surface in colours, too.
     pub painted: bool,
@@ -48,7 +48,8 @@ pub struct CutStock<'a> {
     pub stamp: &'a ProgramStamp,
     /// What it was run on, for each head.
     pub heads: &'a [&'a VirtualSetup<'a>],
-    /// Before and behind the program, on the lines of each direction; all with the same distance between them, `cell` mm.
+    /// Before and behind the program, on the lines of each direction; all with the same distance
+    /// between them, `cell` mm.
     pub lines: &'a [[&'a DexelMap; 2]],
     /// Distance of the lines, mm.
     pub cell: f64,
@@ -61,7 +62,8 @@ pub struct CutStock<'a> {
 /// Holds the cut stock against the setup's part; with it the GLB, where it is asked for.
 ///
 /// # Errors
-/// When the tolerance is no length, the part cannot be measured or painted, or the stages are cancelled.
+/// When the tolerance is no length, the part cannot be measured or painted, or the stages are
+/// cancelled.
 pub fn deviation_of(
     job: &Job,
     setup: &Setup<'_>,
@@ -124,14 +126,16 @@ pub fn deviation_of(
 /// What the stock is to become.
 struct Workpiece {
     surface: Surface,
-    /// Allowance on each triangle, mm; 0 on check surfaces, whose allowance is the cutter's distance.
+    /// Allowance on each triangle, mm; 0 on check surfaces, whose allowance is the cutter's
+    /// distance.
     allowances: Vec<f64>,
     /// Whether each triangle is of a part and not of a check surface.
     is_part: Vec<bool>,
 }
 
-/// All part and check surfaces of a setup: a hub that blades are joined to is no stock on them. What a job names twice, as
-/// the side that is cut and with the whole part, is there once with the larger allowance: twice, the part would not be closed.
+/// All part and check surfaces of a setup: a hub that blades are joined to is no stock on them.
+/// What a job names twice, as the side that is cut and with the whole part, is there once with the
+/// larger allowance: twice, the part would not be closed.
 fn workpiece(setup: &Setup<'_>) -> Workpiece {
     let mut mesh = TriMesh::default();
     let mut of_triangle = Vec::new();

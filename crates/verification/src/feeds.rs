@@ -20,7 +20,8 @@ pub struct Asked {
     least: Option<f64>,
     /// Speeds of spindles, 1/min.
     speeds: Vec<f64>,
-    /// What rounding of words may move a linear axis by at one end of a block, mm, and a rotary one, rad.
+    /// What rounding of words may move a linear axis by at one end of a block, mm, and a rotary
+    /// one, rad.
     rounding: [f64; 2],
 }
 
@@ -43,7 +44,8 @@ pub struct FastBlock {
 pub struct CutFeeds {
     /// Blocks on which the tip goes faster than the job asks for in cuts.
     pub fast: Vec<FastBlock>,
-    /// Way of the tip in cuts, mm, and the part of it that is far slower than the job asks for anywhere.
+    /// Way of the tip in cuts, mm, and the part of it that is far slower than the job asks for
+    /// anywhere.
     ways: [f64; 2],
     /// Time of that part, s.
     slow_time: f64,
@@ -54,7 +56,8 @@ pub struct CutFeeds {
 /// Part of the job's smallest feed below which a cut is far slower than it asks for.
 const FAR_SLOWER: f64 = 0.1;
 
-/// Part of the way of all cuts that is far slower where it is worth a note: near poles, cuts have to be.
+/// Part of the way of all cuts that is far slower where it is worth a note: near poles, cuts have
+/// to be.
 const WORTH_A_NOTE: f64 = 0.5;
 
 impl CutFeeds {
@@ -68,7 +71,8 @@ impl CutFeeds {
         }
     }
 
-    /// A note where most of the way is cut far slower than the job asks for: that is no fault, but may be a slip.
+    /// A note where most of the way is cut far slower than the job asks for: that is no fault, but
+    /// may be a slip.
     pub fn note(&self, asked: &Asked, head: &str) -> Option<Assumption> {
         let least = asked.least?;
         let [all, slow] = self.ways;
@@ -92,7 +96,8 @@ pub struct KnownCuts {
     cuts: BTreeSet<u32>,
     /// Lines of those that take some stock and do not certainly cut.
     doubtful: BTreeSet<u32>,
-    /// Lines of those that take none on the stock's lines and are so near to it that they may take some between.
+    /// Lines of those that take none on the stock's lines and are so near to it that they may take
+    /// some between.
     between_lines: BTreeSet<u32>,
     /// Lines of those that may reach stock which was not cut.
     not_covered: BTreeSet<u32>,
@@ -103,7 +108,8 @@ pub struct KnownCuts {
 }
 
 impl KnownCuts {
-    /// Of a run that was asked for the fast blocks, and the lines on which it does not see all stock.
+    /// Of a run that was asked for the fast blocks, and the lines on which it does not see all
+    /// stock.
     pub fn of(run: &StockRun, not_covered: &[u32], [tolerance, cell]: [f64; 2]) -> Self {
         let lines = |is: &dyn Fn(&BlockCut) -> bool| run.blocks.iter().filter(|b| is(b)).map(|b| b.line).collect();
         Self {
@@ -185,7 +191,8 @@ impl InForce {
 /// Share by which the tip may be faster than the job asks for.
 const FASTER: f64 = 0.01;
 
-/// What S may differ from the job's speed by, 1/min, or as part of it where that is more: S is a whole number.
+/// What S may differ from the job's speed by, 1/min, or as part of it where that is more: S is a
+/// whole number.
 const SAME_SPEED: [f64; 2] = [0.5, 1e-3];
 
 /// Decimals of words that are expected at least.
@@ -209,8 +216,9 @@ impl Asked {
         Some(Self { cuts, all, least, speeds: feeds.iter().map(|f| f.spindle_rpm).collect(), rounding })
     }
 
-    /// The speeds of the tip in cuts against what the job asks for, seen by one head. Speeds are those at the
-    /// programmed F without acceleration, over whole blocks; what is not understood has findings of its own.
+    /// The speeds of the tip in cuts against what the job asks for, seen by one head. Speeds are
+    /// those at the programmed F without acceleration, over whole blocks; what is not understood
+    /// has findings of its own.
     pub fn feeds_of_cuts(&self, program: &ReadProgram, at: Surroundings<'_>) -> CutFeeds {
         let view = (at.machine, at.tool_length);
         let mut found = CutFeeds::default();
@@ -237,7 +245,8 @@ impl Asked {
         found
     }
 
-    /// Whether a head of several is at home on a block, up to rounding of words: the table turns under its tip for another one.
+    /// Whether a head of several is at home on a block, up to rounding of words: the table turns
+    /// under its tip for another one.
     fn stands_by(&self, machine: &Machine, cut: &FollowedCut) -> bool {
         let is_home = |k: usize, value: f64| {
             let axis = &machine.axes()[k];
@@ -249,9 +258,10 @@ impl Asked {
             && (0..machine.axes().len()).filter(own).all(|k| is_home(k, cut.from[k]) && is_home(k, cut.to[k]))
     }
 
-    /// Findings of one head where the tip is faster than the job asks for: in blocks that are known to cut, than it asks
-    /// for in cuts; in all others, than it asks for anywhere. Blocks that follow each other are one finding, also where
-    /// one between them is faster than cuts and takes so little stock that it is not known to be one.
+    /// Findings of one head where the tip is faster than the job asks for: in blocks that are known
+    /// to cut, than it asks for in cuts; in all others, than it asks for anywhere. Blocks that
+    /// follow each other are one finding, also where one between them is faster than cuts and takes
+    /// so little stock that it is not known to be one.
     pub fn findings(
         &self,
         program: &ReadProgram,
@@ -295,7 +305,8 @@ impl Asked {
         }
     }
 
-    /// What is taken for granted where a block is faster than the job's cuts, no finding, and not known to cut nothing.
+    /// What is taken for granted where a block is faster than the job's cuts, no finding, and not
+    /// known to cut nothing.
     pub fn assumptions(&self, fast: &[FastBlock], known: Option<&KnownCuts>) -> Vec<Assumption> {
         let Self { cuts, all, .. } = self;
         let first = |is: &dyn Fn(u32) -> bool| {
@@ -326,7 +337,8 @@ impl Asked {
         in_force.into_iter().filter_map(|(lines, text)| told(first(&|line| lines.contains(&line)), text)).collect()
     }
 
-    /// Speed of the tip where it is more than a limit (mm/min) by more than rounding of words tells, mm/min.
+    /// Speed of the tip where it is more than a limit (mm/min) by more than rounding of words
+    /// tells, mm/min.
     fn faster_than(
         &self,
         limit: f64,
@@ -359,8 +371,8 @@ impl Asked {
         at(&cut.from) + at(&cut.to)
     }
 
-    /// Findings where a program cuts with S at another speed than those of the job: one from the first such S to
-    /// the last before a cut at a speed that is asked for.
+    /// Findings where a program cuts with S at another speed than those of the job: one from the
+    /// first such S to the last before a cut at a speed that is asked for.
     pub fn other_speeds(&self, program: &ReadProgram) -> Vec<Finding> {
         let mut found: Vec<Finding> = Vec::new();
         // The finding of the S in force of each spindle; it counts from the first cut on.

@@ -1,12 +1,14 @@
 //! Programs from anywhere against a job.
 //!
-//! [`program`] reads the text of a program and runs it as a setup of a job is mounted: gouge, collision, limits and feeds, with
-//! findings by line. [`stock_run`] cuts the stock, [`remaining`] measures the material left on the regions that were asked for,
-//! [`deviation`] compares the part with what is left of the stock.
+//! [`program`] reads the text of a program and runs it as a setup of a job is mounted: gouge,
+//! collision, limits and feeds, with findings by line. [`stock_run`] cuts the stock, [`remaining`]
+//! measures the material left on the regions that were asked for, [`deviation`] compares the part
+//! with what is left of the stock.
 //!
-//! [`feeds`] checks feeds against the job's, [`sub_cell_check`] asks again what the lines of the stock cannot tell,
-//! [`text_times`] times a text by the law, [`merged_heads`] makes one result of the runs of two heads, [`virtual_setup`] puts a setup's
-//! obstacles on the machine, [`assumptions`] names what a verification rests on.
+//! [`feeds`] checks feeds against the job's, [`sub_cell_check`] asks again what the lines of the
+//! stock cannot tell, [`text_times`] times a text by the law, [`merged_heads`] makes one result of
+//! the runs of two heads, [`virtual_setup`] puts a setup's obstacles on the machine,
+//! [`assumptions`] names what a verification rests on.
 //!
 //! Modules, each of which imports those above it alone:
 //!

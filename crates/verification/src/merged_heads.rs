@@ -7,7 +7,8 @@ use facemill_virtual_machine::{
     Verification,
 };
 
-/// Both runs as one: findings of both, each with its head, those of one and the same axis once; extremes of both.
+/// Both runs as one: findings of both, each with its head, those of one and the same axis once;
+/// extremes of both.
 pub fn merged_runs(runs: [Verification; 2], sections: Vec<SectionGouge>) -> Verification {
     let [first, second] = runs;
     let mut findings: Vec<Finding> = Vec::new();

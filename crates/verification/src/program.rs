@@ -50,26 +50,29 @@ pub struct VerifyRequest<'a> {
     pub dialect: Dialect,
     /// Index of the job's setup.
     pub setup: usize,
-    /// Depth of the cutter below an allowance beyond which it is a finding, mm; `None`: the smallest that one of the
-    /// setup's operations allows.
+    /// Depth of the cutter below an allowance beyond which it is a finding, mm; `None`: the
+    /// smallest that one of the setup's operations allows.
     pub gouge_limit: Option<f64>,
     /// Prove what every block does between its ends, too.
     pub certificates: bool,
     /// Time the program within velocity, acceleration and jerk of the axes, too.
     pub time_law: bool,
-    /// Only estimate collisions, by the paper's rule ([`Estimate`]): fast, and no proof of anything. Not with `certificates`.
+    /// Only estimate collisions, by the paper's rule ([`Estimate`]): fast, and no proof of
+    /// anything. Not with `certificates`.
     pub fast: bool,
-    /// Cut the stock as the program goes, and hold tool assembly, bodies of the machine and rapids against it as it then is. Without it
-    /// they are held against the stock as it was at first; bodies of the machine are also where the cut begins with a rest, the flute
-    /// is too short to know what is left between the lines, or the run is an estimate.
+    /// Cut the stock as the program goes, and hold tool assembly, bodies of the machine and rapids
+    /// against it as it then is. Without it they are held against the stock as it was at first;
+    /// bodies of the machine are also where the cut begins with a rest, the flute is too short to
+    /// know what is left between the lines, or the run is an estimate.
     pub cut: Option<CutRequest>,
-    /// Whether the program is to finish the regions of the setup's operations: more left than they allow is then a finding. What is
-    /// left is measured in any case.
+    /// Whether the program is to finish the regions of the setup's operations: more left than they
+    /// allow is then a finding. What is left is measured in any case.
     pub finishes: bool,
 }
 
 impl<'a> VerifyRequest<'a> {
-    /// In the job's first setup, to the limits of its operations, against the stock as it was at first.
+    /// In the job's first setup, to the limits of its operations, against the stock as it was at
+    /// first.
     #[must_use]
     pub const fn new(program: &'a Path, dialect: Dialect) -> Self {
         Self {
@@ -93,26 +96,29 @@ pub struct Verified {
     pub file: VerificationFile,
     /// The stock behind the program.
     pub rest: Option<DexelMap>,
-    /// What every block with a cutting move took out of the stock, in program order, with two heads both together; empty where it was
-    /// not cut.
+    /// What every block with a cutting move took out of the stock, in program order, with two heads
+    /// both together; empty where it was not cut.
     pub cuts: Vec<BlockCut>,
     /// The part's surface in the colours of its deviation, as GLB, where it was asked for.
     pub painted: Option<Vec<u8>>,
-    /// Lines of the program's rapids, in order: what findings are [merged](facemill_virtual_machine::merge_findings) by.
+    /// Lines of the program's rapids, in order: what findings are
+    /// [merged](facemill_virtual_machine::merge_findings) by.
     pub rapid_lines: Vec<u32>,
 }
 
-/// Runs a program on the virtual machine as a setup of a job stands: its machine, mounting, work offset, tool, part,
-/// fixtures and stock. Of two heads it is run for each, and the stock is cut by both at the same time.
+/// Runs a program on the virtual machine as a setup of a job stands: its machine, mounting, work
+/// offset, tool, part, fixtures and stock. Of two heads it is run for each, and the stock is cut by
+/// both at the same time.
 ///
-/// How the program was made does not matter; the operations of the job only say how deep the cutter may go. What it
-/// guarantees is what [`verify`] does: positions are tested exactly, and between them nothing is worse by more than it tells;
-/// certificates prove it with the control's tolerance.
-/// Where the stock is cut, what [`run_stock`](facemill_virtual_machine::run_stock) guarantees holds, too.
+/// How the program was made does not matter; the operations of the job only say how deep the cutter
+/// may go. What it guarantees is what [`verify`] does: positions are tested exactly, and between
+/// them nothing is worse by more than it tells; certificates prove it with the control's tolerance.
+/// Where the stock is cut, what [`run_stock`](facemill_virtual_machine::run_stock) guarantees
+/// holds, too.
 ///
 /// # Errors
-/// When a file of the job is wrong, the setup does not exist, the program is not understood (line, column and text), or the
-/// stages are cancelled.
+/// When a file of the job is wrong, the setup does not exist, the program is not understood (line,
+/// column and text), or the stages are cancelled.
 pub fn verify_program(
     job: &Job,
     text: &[u8],
@@ -286,7 +292,8 @@ impl Run<'_> {
         Ok(found)
     }
 
-    /// Cuts the stock by all heads, and tells which of these blocks of each are cuts; `then` are each head's findings so far.
+    /// Cuts the stock by all heads, and tells which of these blocks of each are cuts; `then` are
+    /// each head's findings so far.
     fn cut<const N: usize>(
         &self,
         heads: [(&HeadView<'_>, &[FastBlock]); N],
@@ -391,7 +398,8 @@ impl Run<'_> {
         Ok(found)
     }
 
-    /// How long the program takes: for machines as each head sees them, with the lengths of their tools.
+    /// How long the program takes: for machines as each head sees them, with the lengths of their
+    /// tools.
     fn times(
         &self,
         job: &Job,
@@ -420,8 +428,8 @@ impl Run<'_> {
         times
     }
 
-    /// Measures what the program leaves on the regions of the job's operations; more than they allow is a finding
-    /// where the program is to finish them.
+    /// Measures what the program leaves on the regions of the job's operations; more than they
+    /// allow is a finding where the program is to finish them.
     fn measure(
         &self,
         job: &Job,
@@ -456,8 +464,8 @@ impl Run<'_> {
         })
     }
 
-    /// Adds findings where feeds and spindle speeds are not the job's, and what that rests on; of the fast blocks of each head,
-    /// with what is known of its cuts, and its name.
+    /// Adds findings where feeds and spindle speeds are not the job's, and what that rests on; of
+    /// the fast blocks of each head, with what is known of its cuts, and its name.
     fn compare_feeds(&self, asked: Option<&Asked>, heads: &[(&CutFeeds, Option<KnownCuts>, &str)], found: &mut Found) {
         let Some(asked) = asked else { return };
         for (feeds, known, head) in heads {
@@ -495,8 +503,8 @@ impl Run<'_> {
     }
 }
 
-/// The largest removal rate of a head's operations in a setup (0 or 1), where each has one. Entries and exits are not slowed down
-/// for it, so that up to their speed any rate is allowed.
+/// The largest removal rate of a head's operations in a setup (0 or 1), where each has one. Entries
+/// and exits are not slowed down for it, so that up to their speed any rate is allowed.
 pub fn removal_of(job: &Job, setup: &SetupFile, head: usize) -> Option<RemovalLimit> {
     let of = |o: &OperationFile| {
         let removal = o.feeds.removal_rate.as_ref()?;

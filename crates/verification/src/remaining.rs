@@ -1,4 +1,5 @@
-//! Material that a program leaves on the surface that its operations are asked to cut, measured on its text.
+//! Material that a program leaves on the surface that its operations are asked to cut, measured on
+//! its text.
 
 use facemill_cc_path::{AskedRegion, Region, RegionSample, Strategy};
 use facemill_cl_data::{CcPoint, Silent};
@@ -17,14 +18,15 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::virtual_setup::not_verified;
 
-/// By how much a point of the cutter may be beside its place where heights are measured, mm: a tenth of the finest cusps that face
-/// mills leave. Smaller: more parts of motions to look at.
+/// By how much a point of the cutter may be beside its place where heights are measured, mm: a
+/// tenth of the finest cusps that face mills leave. Smaller: more parts of motions to look at.
 const MOTION_TOLERANCE: f64 = 0.002;
 
 /// How far a height may be off, mm.
 pub const ACCURACY: f64 = MOTION_TOLERANCE + SweptCutter::ACCURACY;
 
-/// Samples of an operation's region, at most, but for its border: 100,000 take a second of processor time on the sample job.
+/// Samples of an operation's region, at most, but for its border: 100,000 take a second of
+/// processor time on the sample job.
 const MAX_SAMPLES: f64 = 100_000.0;
 
 /// Samples of it, at least.
@@ -33,7 +35,8 @@ const MIN_SAMPLES: f64 = 10_000.0;
 /// Samples across the step that the cusp allows, at least, where [`MAX_SAMPLES`] allows it.
 const SAMPLES_ACROSS: f64 = 6.0;
 
-/// How often samples are made finer where box or levels leave a small part of the facets: each time up to a hundred times.
+/// How often samples are made finer where box or levels leave a small part of the facets: each time
+/// up to a hundred times.
 const ROUNDS: usize = 4;
 
 /// Places of samples that the largest height is looked for around.
@@ -56,10 +59,12 @@ pub struct RunningHead<'a> {
     pub settings: &'a VerifySettings,
 }
 
-/// Measures what a program leaves on the regions of a setup's operations; `None` where no operation of the setup is known.
+/// Measures what a program leaves on the regions of a setup's operations; `None` where no operation
+/// of the setup is known.
 ///
-/// Every cut of the program counts, whichever operation it belongs to. The region is the surface that the job states: groups, cone,
-/// box and levels of the strategy, in all places of the pattern, whatever passes have been laid on it.
+/// Every cut of the program counts, whichever operation it belongs to. The region is the surface
+/// that the job states: groups, cone, box and levels of the strategy, in all places of the pattern,
+/// whatever passes have been laid on it.
 ///
 /// # Errors
 /// When a region is wrong, or the stages are cancelled.
@@ -114,7 +119,8 @@ impl<'a> Asked<'a> {
             .map_err(|e| Failure::Internal(format!("operation \"{}\": {e}", self.operation.name)))
     }
 
-    /// Distance between passes that decides how far samples are apart, mm: what the cusp allows on a plane, at most what the job allows.
+    /// Distance between passes that decides how far samples are apart, mm: what the cusp allows on
+    /// a plane, at most what the job allows.
     fn step_over(&self, job: &Job) -> Result<f64, Failure> {
         let tolerances = &self.operation.tolerances;
         let most = tolerances.max_step_over_mm;
@@ -227,8 +233,9 @@ impl Measured {
     }
 }
 
-/// A sample in a place of the pattern, on the surface that is to be left, with the stock above it. Where the job states none, material is
-/// looked for as far as the cutter is wide, so that a place that no cut comes near is not taken for finished.
+/// A sample in a place of the pattern, on the surface that is to be left, with the stock above it.
+/// Where the job states none, material is looked for as far as the cutter is wide, so that a place
+/// that no cut comes near is not taken for finished.
 fn surface_place(setup: &Setup<'_>, place: &Isometry3<f64>, sample: &RegionSample, reach: f64) -> SurfacePlace {
     let normal = place * sample.normal;
     let position = place * sample.position + normal.into_inner() * setup.drive_allowance;

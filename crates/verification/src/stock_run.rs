@@ -26,14 +26,15 @@ pub struct CutRequest {
     pub tolerance: f64,
     /// Which part of the job's stock has lines.
     pub region: StockRegion,
-    /// The rest of another program, which this one begins with in place of the job's stock: of the same stock, as
-    /// [`read_rest`](facemill_job::stock::rest::read_rest) makes sure.
+    /// The rest of another program, which this one begins with in place of the job's stock: of the
+    /// same stock, as [`read_rest`](facemill_job::stock::rest::read_rest) makes sure.
     pub rest: Option<DexelMap>,
-    /// Cut lines along x and y of the workpiece frame, too, which show walls along z: of all of the job's stock, not of a region or a
-    /// rest.
+    /// Cut lines along x and y of the workpiece frame, too, which show walls along z: of all of the
+    /// job's stock, not of a region or a rest.
     pub across: bool,
-    /// Do so where the operations cut walls along z, too, which have no such lines: volumes are then weighed by how square the
-    /// lines are to the surfaces that are cut. Of the job's own stock alone.
+    /// Do so where the operations cut walls along z, too, which have no such lines: volumes are
+    /// then weighed by how square the lines are to the surfaces that are cut. Of the job's own
+    /// stock alone.
     pub across_walls: bool,
     /// Hold what is left against the part.
     pub deviation: Option<DeviationRequest>,
@@ -73,7 +74,8 @@ pub struct CutDone<const N: usize> {
     pub runs: [StockRun; N],
     /// Lines of the blocks on which each head may reach stock that has no lines in the map.
     pub not_covered: [Vec<u32>; N],
-    /// The stock before the program, on lines of each direction, those along z first; none where its deviation is not asked for.
+    /// The stock before the program, on lines of each direction, those along z first; none where
+    /// its deviation is not asked for.
     pub before: Vec<DexelMap>,
     /// The stock behind it, on lines along z.
     pub rest: DexelMap,
@@ -81,7 +83,8 @@ pub struct CutDone<const N: usize> {
     pub across: Vec<DexelMap>,
 }
 
-/// Cuts the stock as a program goes, by all heads of the machine at the same time; it is that of the first one's setup.
+/// Cuts the stock as a program goes, by all heads of the machine at the same time; it is that of
+/// the first one's setup.
 ///
 /// # Errors
 /// When the stock cannot be made lines of, a setting makes no sense, or the stages are cancelled.
@@ -130,7 +133,8 @@ pub fn cut_stock<const N: usize>(
     Ok(CutDone { report, runs, not_covered, before, rest, across })
 }
 
-/// What all heads together did on each block with a cutting move. The runs are of one program, block by block.
+/// What all heads together did on each block with a cutting move. The runs are of one program,
+/// block by block.
 pub fn blocks_of_heads(runs: &[StockRun]) -> Vec<BlockCut> {
     let mut all = runs.first().map_or(Vec::new(), |run| run.blocks.clone());
     for run in runs.iter().skip(1) {

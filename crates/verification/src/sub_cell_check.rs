@@ -32,10 +32,11 @@ impl BetweenLines {
     }
 }
 
-/// Of bodies of tool and machine and the cutter in rapid that meet the stock as it was at first, and are not known to meet what is left of
-/// it, those that are not proven to be free of that: of each head. `then` is what is found of each without the stock at first,
-/// `not_covered` the lines of the blocks on which its tool may reach stock that has no lines: there all of it counts as left. For bodies of
-/// the machine it does wherever there are no lines.
+/// Of bodies of tool and machine and the cutter in rapid that meet the stock as it was at first,
+/// and are not known to meet what is left of it, those that are not proven to be free of that: of
+/// each head. `then` is what is found of each without the stock at first, `not_covered` the lines
+/// of the blocks on which its tool may reach stock that has no lines: there all of it counts as
+/// left. For bodies of the machine it does wherever there are no lines.
 ///
 /// # Errors
 /// As of [`cut_stock`](crate::stock_run::cut_stock).
@@ -68,9 +69,10 @@ pub fn between_lines<const N: usize>(
     found.try_into().map_err(|_| Failure::Internal("a head without a run".to_owned()))
 }
 
-/// Takes out of the heads' runs against the stock as it was at first what bodies of the machine meet of it that is known to be cut then,
-/// where there is any; what is not proven to be free of what is left is told with that. The region is that of the lines. Returns whether
-/// there was any to look at, and what is left is known.
+/// Takes out of the heads' runs against the stock as it was at first what bodies of the machine
+/// meet of it that is known to be cut then, where there is any; what is not proven to be free of
+/// what is left is told with that. The region is that of the lines. Returns whether there was any
+/// to look at, and what is left is known.
 ///
 /// # Errors
 /// As of [`cut_stock`](crate::stock_run::cut_stock).
@@ -120,7 +122,8 @@ fn run(
     Ok(run)
 }
 
-/// Of what is in question for each head, what is not proven to be free of what is left of the stock.
+/// Of what is in question for each head, what is not proven to be free of what is left of the
+/// stock.
 fn left_between<const N: usize>(
     program: &ReadProgram,
     heads: [(&HeadView<'_>, &VerifySettings); N],
@@ -137,7 +140,8 @@ fn left_between<const N: usize>(
     still_there(program, views, &mut outside, cut.tolerance, &*monitor).map_err(not_verified)
 }
 
-/// Adds what was found between the lines, but for what is told of all of these blocks already, of the same bodies in the stock.
+/// Adds what was found between the lines, but for what is told of all of these blocks already, of
+/// the same bodies in the stock.
 pub fn add_between(findings: &mut Vec<Finding>, between: Vec<Finding>) {
     let is_told = |f: &Finding| {
         let alike = |k: &&Finding| (k.kind, &k.body, &k.obstacle) == (f.kind, &f.body, &f.obstacle);
@@ -148,7 +152,8 @@ pub fn add_between(findings: &mut Vec<Finding>, between: Vec<Finding>) {
     findings.sort_by_key(|f| (f.first_line, f.kind));
 }
 
-/// What a cut holds against the stock as it is then: bodies of the machine, too, where all that may be left of it is known.
+/// What a cut holds against the stock as it is then: bodies of the machine, too, where all that may
+/// be left of it is known.
 pub fn held_as_cut(job: &Job, cut: &CutRequest) -> HeldAsCut {
     let tools: Vec<&ToolAssembly> =
         [&job.tool].into_iter().chain(job.second.as_ref().map(|second| &second.tool)).collect();
@@ -181,7 +186,8 @@ pub fn seen_in_estimate(cell: f64) -> String {
     )
 }
 
-/// What bodies of the machine are held against in a plan that keeps off the stock as it was at first.
+/// What bodies of the machine are held against in a plan that keeps off the stock as it was at
+/// first.
 pub fn machine_as_cut(cell: f64, tolerance: f64) -> String {
     format!(
         "bodies of the machine that meet the stock as it was at first are held against what may be left of it then, on lines {cell} mm \

@@ -39,7 +39,8 @@ pub struct Meant {
     pub limit: Option<FeedLimit>,
 }
 
-/// Times of a text that anyone may have written, at `constant` speeds ([cuts, rapids] in s) and by the law: the same for anyone who reads it.
+/// Times of a text that anyone may have written, at `constant` speeds ([cuts, rapids] in s) and by
+/// the law: the same for anyone who reads it.
 pub fn times_of_text(
     views: &[View<'_>],
     at: Surroundings<'_>,

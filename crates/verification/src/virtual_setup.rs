@@ -89,8 +89,8 @@ pub fn virtual_setup<'a>(
     }
 }
 
-/// The register of the tool's length as the reader of a control tells it: edge 1 of Siemens, and the number of the tool on
-/// Heidenhain, whose tools have their length in themselves.
+/// The register of the tool's length as the reader of a control tells it: edge 1 of Siemens, and
+/// the number of the tool on Heidenhain, whose tools have their length in themselves.
 pub fn register_in(dialect: Dialect, job: &Job) -> u32 {
     match dialect {
         Dialect::Siemens840d => 1,

@@ -15,19 +15,20 @@ use serde::Serialize;
 pub struct Verification {
     /// One for each episode of contact or fault, sorted by first line, then kind.
     pub findings: Vec<Finding>,
-    /// Deepest place of the cutter below the allowance of a part, check surface or fixture in a cutting move, also where
-    /// it is within the limit; `None` where it was nowhere below.
+    /// Deepest place of the cutter below the allowance of a part, check surface or fixture in a
+    /// cutting move, also where it is within the limit; `None` where it was nowhere below.
     pub largest_gouge: Option<GougePlace>,
     /// The same for each section of the settings, in their order.
     pub sections: Vec<SectionGouge>,
-    /// Nearest that a non-cutting body came to a part, check surface or fixture, or to a body of the machine that stands
-    /// still against the workpiece or is the other head's, over all tested positions.
+    /// Nearest that a non-cutting body came to a part, check surface or fixture, or to a body of
+    /// the machine that stands still against the workpiece or is the other head's, over all tested
+    /// positions.
     pub smallest_clearance: Option<ClearancePlace>,
     /// What holds between the tested positions; absent of an estimate, of which nothing does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub between: Option<BetweenPositions>,
-    /// That this is an estimate ([`Estimate`](crate::motion::setup::Estimate)), of so few positions and of the edges of bodies: that nothing is found proves nothing.
-    /// Absent where it is none.
+    /// That this is an estimate ([`Estimate`](crate::motion::setup::Estimate)), of so few positions
+    /// and of the edges of bodies: that nothing is found proves nothing. Absent where it is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimate: Option<EstimatedPositions>,
     /// How far each rotary axis without stops winds, over all that is run.
@@ -83,11 +84,11 @@ pub struct EstimatedPositions {
 /// What holds for the motion between tested positions, as the machine's law has it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct BetweenPositions {
-    /// The cutter is nowhere deeper in part, check surfaces and fixtures than the limit and this together where there is no
-    /// finding, mm; below the upper edge of its flute.
+    /// The cutter is nowhere deeper in part, check surfaces and fixtures than the limit and this
+    /// together where there is no finding, mm; below the upper edge of its flute.
     pub cutter_mm: f64,
-    /// A non-cutting body, and the cutter against bodies of the machine, comes nowhere nearer than what is a finding by more than
-    /// this where there is none, mm.
+    /// A non-cutting body, and the cutter against bodies of the machine, comes nowhere nearer than
+    /// what is a finding by more than this where there is none, mm.
     pub bodies_mm: f64,
     /// Blocks of which that is not known, because no bound on the axes' accelerations is.
     pub open_blocks: usize,
@@ -105,7 +106,8 @@ pub struct SectionGouge {
     pub first_line: u32,
     /// Depth beyond which it is a finding, mm.
     pub gouge_limit_mm: f64,
-    /// Deepest place in its cutting moves, also where it is within the limit; `None` where it was nowhere below.
+    /// Deepest place in its cutting moves, also where it is within the limit; `None` where it was
+    /// nowhere below.
     pub largest_gouge: Option<GougePlace>,
 }
 
@@ -125,8 +127,8 @@ pub struct GougePlace {
 /// Where a non-cutting body was nearest.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct ClearancePlace {
-    /// Distance of the body as it is, without the clearance it is to keep, from the obstacle's mesh without stock, mm; 0
-    /// where they touch or overlap.
+    /// Distance of the body as it is, without the clearance it is to keep, from the obstacle's mesh
+    /// without stock, mm; 0 where they touch or overlap.
     pub distance_mm: f64,
     /// The body.
     pub body: String,
@@ -149,7 +151,8 @@ pub struct Finding {
     pub last_line: u32,
     /// Line it is worst on.
     pub worst_line: u32,
-    /// How often it begins between these lines: once, but where findings of one fault are told as one (`merge_findings`).
+    /// How often it begins between these lines: once, but where findings of one fault are told as
+    /// one (`merge_findings`).
     #[serde(skip_serializing_if = "is_one")]
     pub episodes: usize,
     /// Number (N) of that block.
@@ -171,11 +174,13 @@ pub struct Finding {
     /// Contact point, workpiece frame, mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub place_work_mm: Option<[f64; 3]>,
-    /// Where tool and axes are; at the start of the block where the text alone is at fault, and only where that is known.
+    /// Where tool and axes are; at the start of the block where the text alone is at fault, and
+    /// only where that is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pose: Option<Pose>,
-    /// When it happens, s since the start of the program: rapids at the axes' largest velocities and cuts at their programmed
-    /// feeds, as [`Verification::cutting_time_s`] and [`Verification::rapid_time_s`] count. Of lines that are not run there is none.
+    /// When it happens, s since the start of the program: rapids at the axes' largest velocities
+    /// and cuts at their programmed feeds, as [`Verification::cutting_time_s`] and
+    /// [`Verification::rapid_time_s`] count. Of lines that are not run there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_s: Option<f64>,
     /// What else there is to say.
@@ -189,8 +194,9 @@ fn is_one(n: &usize) -> bool {
 }
 
 impl Finding {
-    /// A finding that one line of the text shows by itself: the line, from 1, with the number (N) and the text of its block.
-    /// Nothing is known of bodies, axes or places, and there is no measure.
+    /// A finding that one line of the text shows by itself: the line, from 1, with the number (N)
+    /// and the text of its block. Nothing is known of bodies, axes or places, and there is no
+    /// measure.
     #[must_use]
     pub fn of_line(kind: FindingKind, line: u32, block_number: Option<u32>, text: &str, note: String) -> Self {
         Self {
@@ -240,13 +246,14 @@ pub struct AxisReading {
 pub enum FindingKind {
     /// The cutter below an obstacle's allowance in a cutting move.
     Gouge,
-    /// A body of the machine within its clearance of an obstacle or the stock on it, or of another body of the machine;
-    /// the cutter within that of a body of the machine.
+    /// A body of the machine within its clearance of an obstacle or the stock on it, or of another
+    /// body of the machine; the cutter within that of a body of the machine.
     Collision,
-    /// A non-cutting body of the tool assembly within its clearance of an obstacle, the stock on it, or a body of the
-    /// machine.
+    /// A non-cutting body of the tool assembly within its clearance of an obstacle, the stock on
+    /// it, or a body of the machine.
     HolderCollision,
-    /// The cutter in an obstacle, or in the stock on it, or within the clearance of a body of the machine, in a rapid.
+    /// The cutter in an obstacle, or in the stock on it, or within the clearance of a body of the
+    /// machine, in a rapid.
     RapidCollision,
     /// A non-cutting body near its clearance, inside or outside.
     NearMiss,
@@ -256,10 +263,11 @@ pub enum FindingKind {
     AxisSpike,
     /// The axes cannot follow the programmed motion.
     ReachFailure,
-    /// A rotary axis turns far in one cutting block while the tool axis is near the pole, where small turns of the tool need large
-    /// ones of the axis.
+    /// A rotary axis turns far in one cutting block while the tool axis is near the pole, where
+    /// small turns of the tool need large ones of the axis.
     Singularity,
-    /// A rotary axis turns by more than half a turn in one cutting block: it turns back, or goes the long way round, in the cut.
+    /// A rotary axis turns by more than half a turn in one cutting block: it turns back, or goes
+    /// the long way round, in the cut.
     Rewind,
     /// The same in a rapid between cuts.
     LinkRewind,
@@ -267,9 +275,11 @@ pub enum FindingKind {
     OverEngagement,
     /// The cutter goes down into stock more steeply than it may.
     RampTooSteep,
-    /// The core of the cutter, which does not cut, in stock that has not been removed before, deeper than its recess.
+    /// The core of the cutter, which does not cut, in stock that has not been removed before,
+    /// deeper than its recess.
     DeadCore,
-    /// Length compensation or RTCP is cancelled where the control may move the axis by the tool's length.
+    /// Length compensation or RTCP is cancelled where the control may move the axis by the tool's
+    /// length.
     UnsafeCancel,
     /// A cutting move without a feed.
     NoFeed,
@@ -287,32 +297,38 @@ pub enum FindingKind {
     SpindleOff,
     /// A feed move while the spindle turns against the tool's sense.
     SpindleSense,
-    /// A feed move with a faster tip than any that the job asks for, or one that cuts, than it asks for in cuts.
+    /// A feed move with a faster tip than any that the job asks for, or one that cuts, than it asks
+    /// for in cuts.
     FeedAboveJob,
     /// Cutting moves with the spindle at another speed than those that the job asks for.
     OtherSpindleSpeed,
-    /// A length, angle or feed without a decimal point, which controls may count in their least increments.
+    /// A length, angle or feed without a decimal point, which controls may count in their least
+    /// increments.
     NoDecimalPoint,
     /// Macro text that may skip, repeat or stop what follows.
     Branch,
-    /// A line that a switch on the control may skip (`/`), which moves axes or changes what later blocks depend on.
+    /// A line that a switch on the control may skip (`/`), which moves axes or changes what later
+    /// blocks depend on.
     SkippableBlock,
     /// Text behind the end of the program, which is not run.
     BehindEnd,
     /// A block whose effect on the axes is not known, or that is not simulated.
     UnknownBlock,
-    /// A function (M, or H of Siemens) that the dialect file does not name as harmless: it may move, call or change anything.
+    /// A function (M, or H of Siemens) that the dialect file does not name as harmless: it may
+    /// move, call or change anything.
     UnknownFunction,
-    /// The text chooses another motion between positions, or more smoothing, than the machine file states and is simulated.
+    /// The text chooses another motion between positions, or more smoothing, than the machine file
+    /// states and is simulated.
     OtherMotion,
-    /// RTCP is on where other axes than the spindle's go to machine positions, or where the program ends.
+    /// RTCP is on where other axes than the spindle's go to machine positions, or where the program
+    /// ends.
     RtcpLeftOn,
     /// A tool or normal vector that is none of length 1, on a control that takes it as it stands.
     NotUnitVector,
     /// More material left on the surface that is asked for than the job allows.
     Excess,
-    /// A cutting move whose normal vector (NX NY NZ of LN) points away from the tool, or is not that of the surface which the
-    /// cutter is at.
+    /// A cutting move whose normal vector (NX NY NZ of LN) points away from the tool, or is not
+    /// that of the surface which the cutter is at.
     OtherNormal,
     /// The text stops without a word that ends the program.
     NoEnd,
@@ -322,7 +338,8 @@ pub enum FindingKind {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Measure {
-    /// Depth of the cutter below allowance or stock, mm; of its core below the stock's surface where its recess ends.
+    /// Depth of the cutter below allowance or stock, mm; of its core below the stock's surface
+    /// where its recess ends.
     DepthMm(f64),
     /// Distance of the body as it is from the obstacle's mesh, mm; 0 where they overlap.
     DistanceMm(f64),
@@ -332,8 +349,8 @@ pub enum Measure {
     ExcessMm(f64),
     /// Way of a rotary axis beyond its limit.
     ExcessDeg(f64),
-    /// Angle of descent below the bottom plane; of a normal vector to the tool axis that it points away from, or to the normal
-    /// of the surface.
+    /// Angle of descent below the bottom plane; of a normal vector to the tool axis that it points
+    /// away from, or to the normal of the surface.
     AngleDeg(f64),
     /// Needed velocity over the largest possible.
     VelocityRatio(f64),
@@ -346,8 +363,8 @@ pub enum Measure {
 }
 
 impl FindingKind {
-    /// Whether it makes the program unfit: all but near misses; and axes that turn back between cuts, or turn far near the pole,
-    /// whose motion is followed and tested as every other is.
+    /// Whether it makes the program unfit: all but near misses; and axes that turn back between
+    /// cuts, or turn far near the pole, whose motion is followed and tested as every other is.
     #[must_use]
     pub fn is_fault(self) -> bool {
         !matches!(self, Self::NearMiss | Self::Singularity | Self::LinkRewind)
@@ -372,7 +389,8 @@ impl Measure {
         }
     }
 
-    /// Whether this is worse than `other` of the same kind: less distance, or more of anything else.
+    /// Whether this is worse than `other` of the same kind: less distance, or more of anything
+    /// else.
     pub(crate) fn is_worse_than(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::DistanceMm(a), Self::DistanceMm(b)) => a < b,

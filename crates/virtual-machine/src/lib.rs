@@ -1,8 +1,8 @@
 //! Runs NC text on a virtual machine tool and reports what it would do (VMT, first form).
 //!
-//! [`verify`] takes a program that was read back from its text, a [`VirtualSetup`] (machine, mounting, work offset, tool,
-//! obstacles) and [`VerifySettings`], and gives a [`Verification`]: [`Finding`]s, the largest gouge, the smallest
-//! clearance, times and lengths.
+//! [`verify`] takes a program that was read back from its text, a [`VirtualSetup`] (machine,
+//! mounting, work offset, tool, obstacles) and [`VerifySettings`], and gives a [`Verification`]:
+//! [`Finding`]s, the largest gouge, the smallest clearance, times and lengths.
 //!
 //! ```
 //! use facemill_cl_data::Silent;
@@ -52,15 +52,17 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! What it measures with is the distance between solids and mesh, not the test the search decided by; what it measures is
-//! the text. A position is tested exactly; between two of them bodies come nearer, and the cutter deeper, by no more than
-//! [`BetweenPositions`] says. There stock is a thickness on a mesh or the raw solid; [`run_stock`] cuts it and holds the tool against what is left;
-//! [`still_there`] does for what stands between its lines, and for bodies of the machine.
+//! What it measures with is the distance between solids and mesh, not the test the search decided
+//! by; what it measures is the text. A position is tested exactly; between two of them bodies come
+//! nearer, and the cutter deeper, by no more than [`BetweenPositions`] says. There stock is a
+//! thickness on a mesh or the raw solid; [`run_stock`] cuts it and holds the tool against what is
+//! left; [`still_there`] does for what stands between its lines, and for bodies of the machine.
 //!
-//! A program of a machine with several heads is run once for each ([`VirtualSetup`]); findings name the head in their note. All
-//! of them cut one stock ([`run_stock_of_heads`]).
+//! A program of a machine with several heads is run once for each ([`VirtualSetup`]); findings name
+//! the head in their note. All of them cut one stock ([`run_stock_of_heads`]).
 //!
-//! [`clear_lengths`] says how short the tool assembly may be for a program, and which block forces each of its lengths.
+//! [`clear_lengths`] says how short the tool assembly may be for a program, and which block forces
+//! each of its lengths.
 //!
 //! Modules, each of which imports those above it alone:
 //!

@@ -1,4 +1,5 @@
-//! The links of a program, from one run of cuts to the next at rapid rate, and whether another way there is free.
+//! The links of a program, from one run of cuts to the next at rapid rate, and whether another way
+//! there is free.
 
 use facemill_cl_data::{Cancelled, ClPoint, Monitor};
 use facemill_inverse_kinematics::{AxisValues, BlockLaw};
@@ -50,15 +51,16 @@ pub enum LinkHold {
 /// How free a way has to be of the stock as it is then.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkSettings {
-    /// Distance that the tool keeps from stock and fixtures on the way, mm. Cuts end near the stock: from there a third of it is kept
-    /// from where the tool has gone twice as far as it, two thirds from four times and all of it from six times as far; the same
-    /// toward the end.
+    /// Distance that the tool keeps from stock and fixtures on the way, mm. Cuts end near the
+    /// stock: from there a third of it is kept from where the tool has gone twice as far as it, two
+    /// thirds from four times and all of it from six times as far; the same toward the end.
     pub clearance: f64,
     /// As in [`run_stock`](crate::stock::run::run_stock), mm.
     pub tolerance: f64,
 }
 
-/// Distances that the whole tool is proven to keep, at every time of the motion, whatever has been cut.
+/// Distances that the whole tool is proven to keep, at every time of the motion, whatever has been
+/// cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkDistances {
     /// From fixtures, mm.
@@ -84,11 +86,13 @@ struct CutStock<'s> {
     stock: &'s DexelMap,
 }
 
-/// Runs a program and shows every link with the stock as it is there. The stock is cut as [`run_stock`](crate::stock::run::run_stock) does,
-/// and is the rest when this returns without an error.
+/// Runs a program and shows every link with the stock as it is there. The stock is cut as
+/// [`run_stock`](crate::stock::run::run_stock) does, and is the rest when this returns without an
+/// error.
 ///
 /// # Errors
-/// When the setup or a setting makes no sense, or the monitor cancels, which is told of every block with a motion.
+/// When the setup or a setting makes no sense, or the monitor cancels, which is told of every block
+/// with a motion.
 pub fn run_links(
     program: &ReadProgram,
     setup: &VirtualSetup<'_>,
@@ -112,7 +116,8 @@ pub fn run_links(
     let bodies = Bodies::new(setup.tool, verify.clearance_slack, [link.tolerance, cell]);
     let kept = [1.0, 2.0, 3.0].map(|thirds| kept_bodies(setup, link.clearance * thirds / 3.0, cell));
     let coarse = Coarseness { tolerance: link.tolerance, reach: setup.tool.gauge_length(), max_way: bodies.max_way };
-    // Nothing is cut on the way, so that no body has to be asked before what the cutter takes beside it is gone.
+    // Nothing is cut on the way, so that no body has to be asked before what the cutter takes
+    // beside it is gone.
     let on_links = Coarseness { max_way: f64::INFINITY, ..coarse };
     let mut done = 0;
     for found in &links {
@@ -127,11 +132,13 @@ pub fn run_links(
     cut(&scene, &bodies, &coarse, &resolved.moves[done..], stock, monitor)
 }
 
-/// Looks at every link of a program by itself, in parallel, off the stock as it was before anything was cut: what is proven
-/// to keep off that keeps off what is left of it. Returns what is found of each, in program order.
+/// Looks at every link of a program by itself, in parallel, off the stock as it was before anything
+/// was cut: what is proven to keep off that keeps off what is left of it. Returns what is found of
+/// each, in program order.
 ///
 /// # Errors
-/// When the setup or a setting makes no sense, or the monitor cancels, which is told of every block with a motion.
+/// When the setup or a setting makes no sense, or the monitor cancels, which is told of every block
+/// with a motion.
 pub fn links_off_first_stock<T: Send>(
     program: &ReadProgram,
     setup: &VirtualSetup<'_>,
@@ -185,7 +192,8 @@ fn wider<'a>(setup: &VirtualSetup<'a>, fixtures: f64, others: f64) -> VirtualSet
     wide
 }
 
-/// The cutter and the tool's bodies with the clearance, or their own where that is more, and half the diagonal of a cell.
+/// The cutter and the tool's bodies with the clearance, or their own where that is more, and half
+/// the diagonal of a cell.
 fn kept_bodies(setup: &VirtualSetup<'_>, clearance: f64, cell: f64) -> Vec<TurnedBody> {
     let around = cell * std::f64::consts::FRAC_1_SQRT_2;
     let cutter = setup.tool.cutter();
@@ -269,12 +277,14 @@ fn link(program: &ReadProgram, run: &[Move], first: usize, is_last: bool, doubts
 }
 
 impl LinkStage<'_, '_> {
-    /// Whether the tool can go from the start of a link through these axis values, at rapid rate and under the link's law.
+    /// Whether the tool can go from the start of a link through these axis values, at rapid rate
+    /// and under the link's law.
     ///
-    /// Axes stay within their limits. Against part, fixtures and machine it is proven for every time of the motion, with what
-    /// the control may leave it by, as in certificates of rapids. So it is against the stock as it was at first, where ways keep off
-    /// that; against the stock as it is now it is held as [`run_stock`](crate::stock::run::run_stock) holds rapids, and with the clearance of the
-    /// settings.
+    /// Axes stay within their limits. Against part, fixtures and machine it is proven for every
+    /// time of the motion, with what the control may leave it by, as in certificates of rapids. So
+    /// it is against the stock as it was at first, where ways keep off that; against the stock as
+    /// it is now it is held as [`run_stock`](crate::stock::run::run_stock) holds rapids, and with
+    /// the clearance of the settings.
     pub fn is_free(&self, link: &ProgramLink, through: &[AxisValues]) -> bool {
         let machine = self.scene.setup.machine;
         if through.iter().any(|axes| machine.first_beyond_limit(axes).is_some()) {
@@ -320,8 +330,9 @@ impl CutStock<'_> {
         found.is_ok_and(|contact| contact.is_none_or(|c| c.depth <= depth))
     }
 
-    /// The parts of a way on which thirds of the clearance are kept, with the index of how much; and which of its segments consist
-    /// of nothing else. Way is that of the tip and, with the turn of the axis, of the tool's farthest point.
+    /// The parts of a way on which thirds of the clearance are kept, with the index of how much;
+    /// and which of its segments consist of nothing else. Way is that of the tip and, with the turn
+    /// of the axis, of the tool's farthest point.
     fn with_clearance<'s>(&self, way: impl Iterator<Item = &'s Segment> + Clone) -> WithClearance {
         let length = |s: &Segment| {
             let turn = s.from.axis.cross(&s.to.axis).norm().atan2(s.from.axis.dot(&s.to.axis));
@@ -356,7 +367,8 @@ impl CutStock<'_> {
     }
 }
 
-/// Parts of a way with the index of the clearance that is kept on them, and for each segment whether it is kept on all of it.
+/// Parts of a way with the index of the clearance that is kept on them, and for each segment
+/// whether it is kept on all of it.
 type WithClearance = (Vec<(usize, [ClPoint; 2])>, Vec<bool>);
 
 /// The motions of a link through other places.

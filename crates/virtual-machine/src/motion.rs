@@ -1,4 +1,5 @@
-//! Motion that a program asks of a machine: modal state, axis positions, steps and rates between them.
+//! Motion that a program asks of a machine: modal state, axis positions, steps and rates between
+//! them.
 
 pub(crate) mod assumptions;
 pub(crate) mod control;

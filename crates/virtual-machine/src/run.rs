@@ -1,4 +1,5 @@
-//! Runs of programs against meshes: cutter, holder and machine bodies at every step and between steps.
+//! Runs of programs against meshes: cutter, holder and machine bodies at every step and between
+//! steps.
 
 pub(crate) mod between;
 pub(crate) mod chunk_result;

@@ -7,15 +7,17 @@ use crate::map::ZMap;
 use crate::pyramid::Block;
 use crate::separation::{Gap, gap};
 
-/// Whether the cell maxima prove that a solid, dilation included, is above the mesh: that it has no point in common
-/// with the columns under the maxima of the cells, down to −∞.
+/// Whether the cell maxima prove that a solid, dilation included, is above the mesh: that it has no
+/// point in common with the columns under the maxima of the cells, down to −∞.
 ///
-/// `true` is a proof, up to rounding that is charged to it, and also says that the solid is not inside the part, as
-/// long as the map's z points out of the material. `false` says nothing: the solid is in the mesh, or nearer to it than
-/// the cells are fine, or under an overhang, or the pose is not finite.
+/// `true` is a proof, up to rounding that is charged to it, and also says that the solid is not
+/// inside the part, as long as the map's z points out of the material. `false` says nothing: the
+/// solid is in the mesh, or nearer to it than the cells are fine, or under an overhang, or the pose
+/// is not finite.
 ///
-/// `map_from_solid` leads from the solid's own frame to the map's. The pyramid is descended only where its coarser
-/// maxima decide nothing, so a solid high above the part costs a handful of comparisons.
+/// `map_from_solid` leads from the solid's own frame to the map's. The pyramid is descended only
+/// where its coarser maxima decide nothing, so a solid high above the part costs a handful of
+/// comparisons.
 pub fn certainly_free(zmap: &ZMap, solid: &Solid, map_from_solid: &Isometry3<f64>) -> bool {
     let bounds = solid.aabb().transformed(map_from_solid);
     let corners = [bounds.min, bounds.max];
@@ -29,9 +31,11 @@ pub fn certainly_free(zmap: &ZMap, solid: &Solid, map_from_solid: &Isometry3<f64
     query.is_free()
 }
 
-/// Steps of the search for a separating plane over a block of cells, where a finer answer can follow.
+/// Steps of the search for a separating plane over a block of cells, where a finer answer can
+/// follow.
 const STEPS_OVER_BLOCK: usize = 3;
-/// The same over a single cell, where nothing can. Fewer leave poses unknown whose gap is small against the cell.
+/// The same over a single cell, where nothing can. Fewer leave poses unknown whose gap is small
+/// against the cell.
 const STEPS_OVER_CELL: usize = 24;
 
 struct Query<'a> {
@@ -61,7 +65,8 @@ impl Query<'_> {
         true
     }
 
-    /// What of the columns of a block the box around the solid can reach; `None` where that is nothing.
+    /// What of the columns of a block the box around the solid can reach; `None` where that is
+    /// nothing.
     fn column(&self, block: Block) -> Option<Aabb> {
         let (grid, reach) = (self.zmap.grid(), &self.reach);
         let [columns, rows] = self.zmap.pyramid().cells(block);

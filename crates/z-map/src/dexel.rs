@@ -1,4 +1,5 @@
-//! Dexel maps: stock with several intervals of material on each line, and what moving bodies take out of it.
+//! Dexel maps: stock with several intervals of material on each line, and what moving bodies take
+//! out of it.
 
 pub(crate) mod bodies;
 mod crossings;

@@ -11,7 +11,8 @@ use crate::map::ZMap;
 /// The tested point that is lowest over the Z-map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointClearance {
-    /// z of the point less z of the surface there, in the map's frame, mm; negative: below the surface.
+    /// z of the point less z of the surface there, in the map's frame, mm; negative: below the
+    /// surface.
     pub clearance: f64,
     /// The point, workpiece frame.
     pub at: Point3<f64>,
@@ -27,7 +28,8 @@ pub struct Ring {
 }
 
 impl Ring {
-    /// The two edges of the frustum around a dilated one, whose z axis is the tool axis with the tip at 0.
+    /// The two edges of the frustum around a dilated one, whose z axis is the tool axis with the
+    /// tip at 0.
     pub fn of_frustum(frustum: &RoundFrustum) -> [Self; 2] {
         let by = frustum.rounding;
         [
@@ -37,12 +39,13 @@ impl Ring {
     }
 }
 
-/// CLOPT's gouge test: the lowest of points on the cutter's bottom over the Z-map, the bottom disc and the round
-/// corner.
+/// CLOPT's gouge test: the lowest of points on the cutter's bottom over the Z-map, the bottom disc
+/// and the round corner.
 ///
-/// An estimate: the surface between the map's nodes is interpolated, and between the points nothing is tested. The
-/// points are one cell apart, but not closer than R/24; at the CC point itself the clearance is about 0, with the error
-/// of the interpolation. `cl` is in the workpiece frame. `None` when no point has the surface below or above it.
+/// An estimate: the surface between the map's nodes is interpolated, and between the points nothing
+/// is tested. The points are one cell apart, but not closer than R/24; at the CC point itself the
+/// clearance is about 0, with the error of the interpolation. `cl` is in the workpiece frame.
+/// `None` when no point has the surface below or above it.
 pub fn gouge_estimate(zmap: &ZMap, cutter: &Cutter, cl: &ClPoint) -> Option<PointClearance> {
     let (rim, corner) = (cutter.rim_radius(), cutter.corner_radius());
     let spacing = zmap.cell().max(cutter.radius() / 24.0);
@@ -56,12 +59,12 @@ pub fn gouge_estimate(zmap: &ZMap, cutter: &Cutter, cl: &ClPoint) -> Option<Poin
     lowest(zmap, bottom.chain(corner_rings).flat_map(|ring| points_of_ring(ring, cl, spacing)))
 }
 
-/// The paper's test of turned bodies (VMT's edges of shank, holder and spindle): the lowest of points on rings about
-/// the tool axis.
+/// The paper's test of turned bodies (VMT's edges of shank, holder and spindle): the lowest of
+/// points on rings about the tool axis.
 ///
-/// An estimate, and a weaker one than [`gouge_estimate`]: nothing is tested between the rings. The points are one cell
-/// apart, but not closer than 1/24 of the ring's radius. `cl` is in the workpiece frame. `None` when no point has the
-/// surface below or above it.
+/// An estimate, and a weaker one than [`gouge_estimate`]: nothing is tested between the rings. The
+/// points are one cell apart, but not closer than 1/24 of the ring's radius. `cl` is in the
+/// workpiece frame. `None` when no point has the surface below or above it.
 pub fn ring_estimate(zmap: &ZMap, rings: &[Ring], cl: &ClPoint) -> Option<PointClearance> {
     let points = |&ring: &Ring| points_of_ring(ring, cl, zmap.cell().max(ring.radius / 24.0));
     lowest(zmap, rings.iter().flat_map(points))
@@ -69,7 +72,8 @@ pub fn ring_estimate(zmap: &ZMap, rings: &[Ring], cl: &ClPoint) -> Option<PointC
 
 /// CLOPT's collision test: the lowest of the corners of a majorizing box, its dilation included.
 ///
-/// An estimate: nothing but the eight corners is tested. `None` when no corner has the surface below or above it.
+/// An estimate: nothing but the eight corners is tested. `None` when no corner has the surface
+/// below or above it.
 pub fn corners_estimate(
     zmap: &ZMap,
     majorizing_box: &RoundBox,
@@ -90,7 +94,8 @@ fn lowest(zmap: &ZMap, points: impl Iterator<Item = Point3<f64>>) -> Option<Poin
         .reduce(|lowest, next| if next.clearance < lowest.clearance { next } else { lowest })
 }
 
-/// Points on a ring, workpiece frame, not farther apart than `spacing`; the axis point alone for radius 0.
+/// Points on a ring, workpiece frame, not farther apart than `spacing`; the axis point alone for
+/// radius 0.
 fn points_of_ring(ring: Ring, cl: &ClPoint, spacing: f64) -> impl Iterator<Item = Point3<f64>> + use<> {
     let n = (TAU * ring.radius / spacing).ceil().max(1.0) as u32;
     let ClPoint { tip, axis } = *cl;

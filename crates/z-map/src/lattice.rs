@@ -14,8 +14,9 @@ pub(crate) struct Lattice {
     per_cell: f64,
     /// Largest index along x and y.
     last: [i32; 2],
-    /// What the rows and columns of a triangle are widened by, in cells: covers the rounding of their computation. Smaller
-    /// than that, nodes on an edge could be missed; larger costs the test of a node now and then.
+    /// What the rows and columns of a triangle are widened by, in cells: covers the rounding of
+    /// their computation. Smaller than that, nodes on an edge could be missed; larger costs the
+    /// test of a node now and then.
     margin: f64,
 }
 
@@ -30,7 +31,8 @@ pub(crate) struct Window {
 /// Least margin, in cells.
 const LEAST_MARGIN: f64 = 1e-6;
 
-/// Columns of nodes from which a row of a triangle is looked at between its edges only: dividing pays from here on.
+/// Columns of nodes from which a row of a triangle is looked at between its edges only: dividing
+/// pays from here on.
 const WIDE: i32 = 6;
 
 /// Corners of a triangle where the mesh has them: copied first, they cost as much as the rest.
@@ -39,13 +41,15 @@ pub(crate) type Corners<'a> = [&'a Point3<f64>; 3];
 /// Nodes side by side.
 const LANES: usize = 4;
 
-/// Twice the area of a triangle's projection, as part of the square of its extent, below which it is looked at with
-/// care: far above the rounding (some 1e-15), so that above it no node is beyond all three edges.
+/// Twice the area of a triangle's projection, as part of the square of its extent, below which it
+/// is looked at with care: far above the rounding (some 1e-15), so that above it no node is beyond
+/// all three edges.
 const SLIVER: f64 = 1e-12;
 
 /// Raising nodes to triangles where they are below them.
 ///
-/// Of its own type, because of a closure called by [`pulp::Arch::dispatch`] only a shell would get the vector instructions.
+/// Of its own type, because of a closure called by [`pulp::Arch::dispatch`] only a shell would get
+/// the vector instructions.
 pub(crate) struct Raise<'a, I> {
     pub(crate) lattice: Lattice,
     pub(crate) triangles: I,
@@ -90,7 +94,8 @@ impl Lattice {
         self.y0 + self.cell * f64::from(j)
     }
 
-    /// Indices of the nodes between two coordinates of an axis that starts at `from`, for a range within the grid.
+    /// Indices of the nodes between two coordinates of an axis that starts at `from`, for a range
+    /// within the grid.
     #[inline(always)]
     fn between(&self, low: f64, high: f64, from: f64, last: i32) -> [i32; 2] {
         let first = nearest((low - from) * self.per_cell - self.margin + 0.5);
@@ -106,10 +111,12 @@ impl Lattice {
         (columns[0] <= columns[1] && rows[0] <= rows[1]).then_some(Window { columns, rows })
     }
 
-    /// Raises nodes to the triangle where they are below it; `nodes` are whole rows from `first_row` on.
+    /// Raises nodes to the triangle where they are below it; `nodes` are whole rows from
+    /// `first_row` on.
     ///
-    /// A node is under or over a triangle when it is on the inner side of all three edges or on them. Both triangles at an edge
-    /// compute its side of a node alike, so that a node on an edge cannot fall outside of both.
+    /// A node is under or over a triangle when it is on the inner side of all three edges or on
+    /// them. Both triangles at an edge compute its side of a node alike, so that a node on an edge
+    /// cannot fall outside of both.
     #[inline(always)]
     fn raise(&self, t: &Corners, first_row: i32, nodes: &mut [f64]) {
         let Some(mut window) = self.window(t) else { return };
@@ -133,7 +140,8 @@ impl Lattice {
         }
     }
 
-    /// The same where the window is wide: of each row only what is between the edges, several nodes at a time.
+    /// The same where the window is wide: of each row only what is between the edges, several nodes
+    /// at a time.
     #[inline(always)]
     fn raise_between_edges(&self, facet: &Facet, window: &Window, first_row: i32, nodes: &mut [f64]) {
         let crossings = facet.crossings();
@@ -196,7 +204,8 @@ impl Lattice {
     }
 }
 
-/// The whole number nearest to one of magnitude below 2³¹: in a double of this size the last place is a whole one.
+/// The whole number nearest to one of magnitude below 2³¹: in a double of this size the last place
+/// is a whole one.
 #[inline(always)]
 fn nearest(v: f64) -> i32 {
     const WHOLE: f64 = 1.5 * (1u64 << 52) as f64;
@@ -271,7 +280,8 @@ impl Facet {
         [0, 1, 2].map(|k| 1.0 / self.edges[k].dy)
     }
 
-    /// Smallest and largest x of a row on the inner side of the edges, within bounds; up to rounding.
+    /// Smallest and largest x of a row on the inner side of the edges, within bounds; up to
+    /// rounding.
     #[inline(always)]
     fn span(&self, at_row: &[f64; 3], crossings: &[f64; 3], bounds: [f64; 2]) -> [f64; 2] {
         let [mut left, mut right] = bounds;
@@ -281,12 +291,14 @@ impl Facet {
             left = if (self.edges[k].dy < 0.0) & (x > left) { x } else { left };
             right = if (self.edges[k].dy > 0.0) & (x < right) { x } else { right };
         }
-        // Of a row beyond the triangle nothing is left; what is out of range must not be counted in columns.
+        // Of a row beyond the triangle nothing is left; what is out of range must not be counted in
+        // columns.
         [if left > bounds[1] { bounds[1] } else { left }, if right < bounds[0] { bounds[0] } else { right }]
     }
 }
 
-/// An edge of the projection, computed from its smaller end to the larger one: so that both triangles at it round alike.
+/// An edge of the projection, computed from its smaller end to the larger one: so that both
+/// triangles at it round alike.
 #[derive(Clone, Copy)]
 struct Edge {
     ax: f64,

@@ -53,13 +53,16 @@ pub fn left_heights(
 
 /// Everything that one cutter sweeps in its cutting motions, ready to be asked for what it leaves.
 ///
-/// The height left on a place p with normal n is the least s ≥ 0 at which p + s·n is in the cutter at some time of a motion, and at
-/// most the stock's. The cutter is the solid of revolution of its flute; where p itself is in it, nothing is left.
+/// The height left on a place p with normal n is the least s ≥ 0 at which p + s·n is in the cutter
+/// at some time of a motion, and at most the stock's. The cutter is the solid of revolution of its
+/// flute; where p itself is in it, nothing is left.
 ///
-/// Guarantee: every height is that of a pose of the motions, to [`SweptCutter::ENTRY`]; so it is never less than the truth by more than
-/// that. It is more than the truth by at most [`SweptCutter::ACCURACY`] on motions whose axis does not turn, for which the time of
-/// the least height is found by convexity; where the axis turns within a motion, keep motions short (the turn times the cutter's
-/// size small against its radius of curvature), and the same holds as an estimate.
+/// Guarantee: every height is that of a pose of the motions, to [`SweptCutter::ENTRY`]; so it is
+/// never less than the truth by more than that. It is more than the truth by at most
+/// [`SweptCutter::ACCURACY`] on motions whose axis does not turn, for which the time of the least
+/// height is found by convexity; where the axis turns within a motion, keep motions short (the turn
+/// times the cutter's size small against its radius of curvature), and the same holds as an
+/// estimate.
 pub struct SweptCutter {
     gauge: Gauge,
     motions: Vec<CutterMotion>,
@@ -108,8 +111,8 @@ impl SweptCutter {
         (LeftHeight { height: best.0, cut_by }, best.1)
     }
 
-    /// `id` of the motion whose cutter comes nearest to a place, and how near, mm; `None` without motions. Distances are those at both ends
-    /// and in the middle of motions.
+    /// `id` of the motion whose cutter comes nearest to a place, and how near, mm; `None` without
+    /// motions. Distances are those at both ends and in the middle of motions.
     pub fn nearest_motion(&self, place: &Point3<f64>) -> Option<(u32, f64)> {
         let near = |m: &CutterMotion| {
             let at = |t: f64| self.gauge.beyond(&leaf::pose_at(m, t), place).0;

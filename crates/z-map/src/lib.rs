@@ -1,11 +1,12 @@
-//! Z-map of a mesh: one height per node of a regular grid, one proven maximum per cell. And dexel maps: stock with
-//! several intervals of material on each line.
+//! Z-map of a mesh: one height per node of a regular grid, one proven maximum per cell. And dexel
+//! maps: stock with several intervals of material on each line.
 //!
-//! CLOPT tests a tool pose against a Z-map: the surface's z at the (x, y) of a point is compared with the point's z.
-//! Between nodes such an answer is an estimate ([`gouge_estimate`], [`ring_estimate`], [`corners_estimate`]); a
-//! [`ZMap`] therefore also keeps the maximum of the mesh over every cell, which no point of the mesh exceeds, and a
-//! pyramid of maxima over them. [`certainly_free`] answers from those alone: "free" is proven, anything else means that
-//! the mesh has to decide.
+//! CLOPT tests a tool pose against a Z-map: the surface's z at the (x, y) of a point is compared
+//! with the point's z. Between nodes such an answer is an estimate ([`gouge_estimate`],
+//! [`ring_estimate`], [`corners_estimate`]); a [`ZMap`] therefore also keeps the maximum of the
+//! mesh over every cell, which no point of the mesh exceeds, and a pyramid of maxima over them.
+//! [`certainly_free`] answers from those alone: "free" is proven, anything else means that the mesh
+//! has to decide.
 //!
 //! [`NodeHeights`] has the heights alone, where no proof is asked for.
 //!
@@ -28,10 +29,11 @@
 //! ```
 //!
 //! A [`DexelMap`] is a solid as parallel lines. What a body of revolution sweeps is taken out of it
-//! ([`DexelMap::remove`]), from each line exactly what is inside, or within a stated tolerance where the axis turns;
-//! [`DexelMap::meets`] only asks, and [`DexelMap::nearest`] tells how near a solid is. It is made from a box, a cylinder or
-//! a closed mesh with an allowance, kept as bytes, and told as a closed mesh. [`DexelMap::deviation`] holds it against the
-//! part that it should have become.
+//! ([`DexelMap::remove`]), from each line exactly what is inside, or within a stated tolerance
+//! where the axis turns; [`DexelMap::meets`] only asks, and [`DexelMap::nearest`] tells how near a
+//! solid is. It is made from a box, a cylinder or a closed mesh with an allowance, kept as bytes,
+//! and told as a closed mesh. [`DexelMap::deviation`] holds it against the part that it should have
+//! become.
 //!
 //! ```
 //! use facemill_cl_data::ClPoint;
@@ -50,11 +52,11 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A [`SweptCutter`] is asked the other way round: how high the material is that a cutter's motions leave on places of a surface,
-//! along the surface's normal and without a grid.
+//! A [`SweptCutter`] is asked the other way round: how high the material is that a cutter's motions
+//! leave on places of a surface, along the surface's normal and without a grid.
 //!
-//! A Z-map's frame is the caller's choice, z pointing away from the material; everything below the topmost surface
-//! Modules, each of which imports those above it alone:
+//! A Z-map's frame is the caller's choice, z pointing away from the material; everything below the
+//! topmost surface Modules, each of which imports those above it alone:
 //!
 //! | module | holds |
 //! |---|---|
@@ -68,8 +70,8 @@
 //! | `separation` | proofs that boxes are farther than a distance from a body |
 //! | `certain` | bodies that are certainly free of a map |
 //!
-//! counts as material there, so under an overhang nothing is ever proven free. Lengths are mm. It must not know
-//! machines.
+//! counts as material there, so under an overhang nothing is ever proven free. Lengths are mm. It
+//! must not know machines.
 
 mod certain;
 mod dexel;

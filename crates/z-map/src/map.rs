@@ -17,8 +17,8 @@ use crate::raster::{Band, Grid};
 pub struct ZMapSettings {
     /// Distance of the nodes.
     pub cell: f64,
-    /// What the grid reaches beyond the mesh on each side. The answers do not depend on it: beyond the mesh there is
-    /// no surface.
+    /// What the grid reaches beyond the mesh on each side. The answers do not depend on it: beyond
+    /// the mesh there is no surface.
     pub margin: f64,
 }
 
@@ -66,10 +66,11 @@ pub enum ZMapError {
 
 /// Heights of a mesh over a regular grid of the xy plane of a frame of the caller's choice.
 ///
-/// A node's height is the largest z of the mesh over the node: exact up to rounding, and says nothing of what is
-/// between the nodes. A cell's maximum is not below any point of the mesh over the closed cell: all of it, not only its
-/// nodes; what it is too high by is rounding (about 1e-14 of the largest coordinate). Where there is no surface both
-/// are −∞ inside, `None` outside. No value is NaN.
+/// A node's height is the largest z of the mesh over the node: exact up to rounding, and says
+/// nothing of what is between the nodes. A cell's maximum is not below any point of the mesh over
+/// the closed cell: all of it, not only its nodes; what it is too high by is rounding (about 1e-14
+/// of the largest coordinate). Where there is no surface both are −∞ inside, `None` outside. No
+/// value is NaN.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ZMap {
     grid: Grid,
@@ -86,13 +87,14 @@ impl ZMap {
     /// Largest number of cells of a map: about 0.6 GB.
     pub const MAX_CELLS: usize = 1 << 25;
 
-    /// The Z-map of a mesh in the frame that `map_from_mesh` leads to, covering the mesh and the margin around it.
+    /// The Z-map of a mesh in the frame that `map_from_mesh` leads to, covering the mesh and the
+    /// margin around it.
     ///
     /// Runs in parallel; the result does not depend on the number of threads.
     ///
     /// # Errors
-    /// When the mesh is empty, a length or the frame is no number to work with, or the grid would have more than
-    /// [`ZMap::MAX_CELLS`] cells.
+    /// When the mesh is empty, a length or the frame is no number to work with, or the grid would
+    /// have more than [`ZMap::MAX_CELLS`] cells.
     pub fn build(mesh: &TriMesh, map_from_mesh: &Isometry3<f64>, settings: &ZMapSettings) -> Result<Self, ZMapError> {
         let vertices = heights::moved(mesh, map_from_mesh);
         let grid = grid_over(mesh, &vertices, map_from_mesh, settings)?;
@@ -103,7 +105,8 @@ impl ZMap {
         Ok(Self { grid, map_from_work: *map_from_mesh, nodes, pyramid: Pyramid::new(grid.nx, grid.ny, cells) })
     }
 
-    /// Motion from the frame of the mesh, in planning the workpiece's, to the map's: what [`ZMap::build`] was given.
+    /// Motion from the frame of the mesh, in planning the workpiece's, to the map's: what
+    /// [`ZMap::build`] was given.
     pub fn map_from_work(&self) -> &Isometry3<f64> {
         &self.map_from_work
     }
@@ -123,7 +126,8 @@ impl ZMap {
         [self.grid.node_x(i), self.grid.node_y(j)]
     }
 
-    /// Height of the mesh over the node (i, j), map frame, mm. `None` where there is no surface or no such node.
+    /// Height of the mesh over the node (i, j), map frame, mm. `None` where there is no surface or
+    /// no such node.
     pub fn node_height(&self, i: usize, j: usize) -> Option<f64> {
         if i > self.grid.nx || j > self.grid.ny {
             return None;
@@ -131,8 +135,8 @@ impl ZMap {
         Some(self.nodes[j * (self.grid.nx + 1) + i]).filter(|z| z.is_finite())
     }
 
-    /// Largest z of the mesh over the closed cell (i, j), map frame, mm: never below it. `None` where there is no
-    /// surface or no such cell.
+    /// Largest z of the mesh over the closed cell (i, j), map frame, mm: never below it. `None`
+    /// where there is no surface or no such cell.
     pub fn cell_max(&self, i: usize, j: usize) -> Option<f64> {
         if i >= self.grid.nx || j >= self.grid.ny {
             return None;
@@ -140,8 +144,9 @@ impl ZMap {
         Some(self.pyramid.max(Block { level: 0, i, j })).filter(|z| z.is_finite())
     }
 
-    /// Height at (x, y), map frame, mm, bilinear between the four nodes around it: an estimate between nodes, exact on
-    /// them. `None` outside the map and where a node that it depends on has no surface.
+    /// Height at (x, y), map frame, mm, bilinear between the four nodes around it: an estimate
+    /// between nodes, exact on them. `None` outside the map and where a node that it depends on has
+    /// no surface.
     pub fn height_at(&self, x: f64, y: f64) -> Option<f64> {
         let (u, v) = ((x - self.grid.x0) / self.grid.cell, (y - self.grid.y0) / self.grid.cell);
         if !(0.0 <= u && u <= self.grid.nx as f64 && 0.0 <= v && v <= self.grid.ny as f64) {
@@ -157,9 +162,11 @@ impl ZMap {
         Some(height)
     }
 
-    /// A z that no point of the mesh over the closed rectangle exceeds, map frame, mm; −∞ where there is none.
+    /// A z that no point of the mesh over the closed rectangle exceeds, map frame, mm; −∞ where
+    /// there is none.
     ///
-    /// It is the largest maximum of the cells that the rectangle touches. A bound that is NaN counts as unbounded.
+    /// It is the largest maximum of the cells that the rectangle touches. A bound that is NaN
+    /// counts as unbounded.
     pub fn max_over(&self, x: RangeInclusive<f64>, y: RangeInclusive<f64>) -> f64 {
         let (grid, (x0, x1), (y0, y1)) = (&self.grid, x.into_inner(), y.into_inner());
         let (right, top) = (grid.node_x(grid.nx), grid.node_y(grid.ny));
@@ -173,8 +180,9 @@ impl ZMap {
         )
     }
 
-    /// Whether the map is sound: sizes fit, no height is NaN, no node is above the maximum of a cell it belongs to, and
-    /// every block of the pyramid holds the maximum of its parts. It always is; this is for tests.
+    /// Whether the map is sound: sizes fit, no height is NaN, no node is above the maximum of a
+    /// cell it belongs to, and every block of the pyramid holds the maximum of its parts. It always
+    /// is; this is for tests.
     ///
     /// # Errors
     /// What is wrong.
@@ -220,7 +228,8 @@ pub(crate) fn grid_over(
         for &v in chunk.iter().flatten() {
             let p = &vertices[v as usize];
             for k in 0..3 {
-                // Every coordinate of a mesh is a number: no need for what `min` and `max` do about others.
+                // Every coordinate of a mesh is a number: no need for what `min` and `max` do about
+                // others.
                 low[k] = if p[k] < low[k] { p[k] } else { low[k] };
                 high[k] = if p[k] > high[k] { p[k] } else { high[k] };
             }
@@ -256,12 +265,14 @@ pub(crate) fn grid_over(
         return Err(ZMapError::TooManyCells { cell, n_cells, coarser });
     }
     let n = count(cell);
-    // A few roundings of the motion and of the interpolation along an edge, each of half a unit in the last place.
+    // A few roundings of the motion and of the interpolation along an edge, each of half a unit in
+    // the last place.
     let slack = 64.0 * f64::EPSILON * (largest + margin + cell);
     Ok(Grid { x0: bounds.min.x - margin, y0: bounds.min.y - margin, cell, nx: n.x as usize, ny: n.y as usize, slack })
 }
 
-/// A cell size, rounded up to two digits, for which a grid of this size has fewer cells than allowed.
+/// A cell size, rounded up to two digits, for which a grid of this size has fewer cells than
+/// allowed.
 fn coarse_enough(width: f64, height: f64) -> f64 {
     let limit = ZMap::MAX_CELLS as f64;
     // (w/c + 1)(h/c + 1) = limit for c.

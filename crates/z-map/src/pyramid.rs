@@ -2,7 +2,8 @@
 
 use rayon::prelude::*;
 
-/// Maxima of a grid of cells, of blocks of 2 × 2 of them, of 2 × 2 of those, and so on up to a single value.
+/// Maxima of a grid of cells, of blocks of 2 × 2 of them, of 2 × 2 of those, and so on up to a
+/// single value.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Pyramid {
     /// From the cells to the top.

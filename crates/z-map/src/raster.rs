@@ -2,7 +2,8 @@
 
 use nalgebra::Point3;
 
-/// The regular grid of a Z-map in its own frame: cell (i, j) is between the nodes (i, j) and (i + 1, j + 1).
+/// The regular grid of a Z-map in its own frame: cell (i, j) is between the nodes (i, j) and (i +
+/// 1, j + 1).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Grid {
     pub(crate) x0: f64,
@@ -12,7 +13,8 @@ pub(crate) struct Grid {
     pub(crate) nx: usize,
     /// Number of cells along y.
     pub(crate) ny: usize,
-    /// What rounding may move a point of the mesh by, mm: cells are taken larger by it and their maxima higher.
+    /// What rounding may move a point of the mesh by, mm: cells are taken larger by it and their
+    /// maxima higher.
     pub(crate) slack: f64,
 }
 
@@ -111,8 +113,9 @@ pub(crate) fn height_over(t: &[Point3<f64>; 3], x: f64, y: f64) -> Option<f64> {
     Some(z.clamp(low, high))
 }
 
-/// Twice the area of the projected triangle a, b, (x, y), with the same rounding, and just the opposite sign, for the
-/// edge from b to a: so a point on an edge that two triangles share cannot fall outside of both.
+/// Twice the area of the projected triangle a, b, (x, y), with the same rounding, and just the
+/// opposite sign, for the edge from b to a: so a point on an edge that two triangles share cannot
+/// fall outside of both.
 fn side(a: &Point3<f64>, b: &Point3<f64>, x: f64, y: f64) -> f64 {
     if (b.x, b.y) < (a.x, a.y) {
         return -side(b, a, x, y);
@@ -142,8 +145,8 @@ struct Polygon {
 }
 
 impl Polygon {
-    /// Of a convex polygon a clip adds one corner, so four make 7. A sliver may be no longer convex by rounding: even
-    /// then a clip leaves at most half as many corners again, 3, 4, 6, 9, 13.
+    /// Of a convex polygon a clip adds one corner, so four make 7. A sliver may be no longer convex
+    /// by rounding: even then a clip leaves at most half as many corners again, 3, 4, 6, 9, 13.
     const MOST_CORNERS: usize = 13;
 
     fn new(triangle: &[Point3<f64>; 3]) -> Self {

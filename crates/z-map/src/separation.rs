@@ -16,9 +16,10 @@ pub(crate) enum Gap {
 
 /// Looks for a proof that a box is farther than `distance` from the undilated body of a solid.
 ///
-/// Projecting a point from one convex body onto the other and back closes in on the nearest points of the two. Each
-/// pair proposes the direction between its points, and whatever direction that is, the extents of both bodies along it
-/// are a proof, so that rounding and slow convergence cost only yield, never truth.
+/// Projecting a point from one convex body onto the other and back closes in on the nearest points
+/// of the two. Each pair proposes the direction between its points, and whatever direction that is,
+/// the extents of both bodies along it are a proof, so that rounding and slow convergence cost only
+/// yield, never truth.
 pub(crate) fn gap(
     body: &Aabb,
     solid: &Solid,

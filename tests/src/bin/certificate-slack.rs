@@ -1,4 +1,5 @@
-//! Slack between certified and sampled depths of a job's first setup: `certificate-slack JOB [TIMES PER BLOCK] [THREADS]`.
+//! Slack between certified and sampled depths of a job's first setup: `certificate-slack JOB [TIMES
+//! PER BLOCK] [THREADS]`.
 
 use std::path::Path;
 use std::process::ExitCode;

@@ -1,6 +1,7 @@
 //! Chip areas of a job's first setup against what its program takes out of the stock, pass by pass:
-//! `chip-volumes JOB [CELL MM] [MARGIN MM] [X0,Y0,X1,Y1 PLACE]`. Of every piece of a pass the ends are left out up to the margin;
-//! lines may be over a rectangle of the workpiece frame only, which should hold all of one place of the pattern.
+//! `chip-volumes JOB [CELL MM] [MARGIN MM] [X0,Y0,X1,Y1 PLACE]`. Of every piece of a pass the ends
+//! are left out up to the margin; lines may be over a rectangle of the workpiece frame only, which
+//! should hold all of one place of the pattern.
 
 use std::path::Path;
 use std::process::ExitCode;

@@ -1,6 +1,8 @@
-//! Compares the bytes of what the golden jobs give with `tests/golden-bytes.txt`: for changes that may alter nothing.
+//! Compares the bytes of what the golden jobs give with `tests/golden-bytes.txt`: for changes that
+//! may alter nothing.
 //!
-//! `golden-bytes [FOLDER]` compares, and copies all files to the folder; `golden-bytes --write` writes the table anew.
+//! `golden-bytes [FOLDER]` compares, and copies all files to the folder; `golden-bytes --write`
+//! writes the table anew.
 
 use std::path::Path;
 use std::process::ExitCode;

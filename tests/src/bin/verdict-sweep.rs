@@ -1,4 +1,5 @@
-//! Verdicts of the mesh tree against brute force on the full meshes: `verdict-sweep [POSTURES PER KIND AND MESH] [THREADS]`.
+//! Verdicts of the mesh tree against brute force on the full meshes: `verdict-sweep [POSTURES PER
+//! KIND AND MESH] [THREADS]`.
 
 use std::process::ExitCode;
 

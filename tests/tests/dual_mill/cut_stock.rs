@@ -1,4 +1,5 @@
-//! The stock that a plan of two heads cuts, against samples of the layer on the blade that both flutes of the text go through.
+//! The stock that a plan of two heads cuts, against samples of the layer on the blade that both
+//! flutes of the text go through.
 
 use facemill::nc_program::Dialect;
 use facemill::virtual_machine::{Finding, FindingKind};
@@ -14,18 +15,20 @@ use super::{ReadPlan, between};
 /// Distance of the stock's lines, mm.
 pub(super) const CELL: f64 = 2.0;
 
-/// Where samples are taken, distance from the propeller's axis, mm: all that the narrow band is cut in, with the cutter around it.
+/// Where samples are taken, distance from the propeller's axis, mm: all that the narrow band is cut
+/// in, with the cutter around it.
 const BAND: [f64; 2] = [380.0, 500.0];
 
 /// Blade area for each sample, mm².
 const AREA: f64 = 4.0;
 
-/// Way of a tip between two places that are looked at, mm: the corner of the cutter leaves ridges between them, at 1.5 mm of 5 % of
-/// the layer.
+/// Way of a tip between two places that are looked at, mm: the corner of the cutter leaves ridges
+/// between them, at 1.5 mm of 5 % of the layer.
 const STEP: f64 = 0.5;
 
-/// The plan's stock is cut by both heads, each by as much as the samples that its flute is first to reach stand for; what is left is
-/// handed on, and the program verified with the job cuts the same, but for a block at rapid rate that is found for both heads.
+/// The plan's stock is cut by both heads, each by as much as the samples that its flute is first to
+/// reach stand for; what is left is handed on, and the program verified with the job cuts the same,
+/// but for a block at rapid rate that is found for both heads.
 pub(super) fn both_heads_cut_the_stock(job: &JobFolder, planned: &Planned, read: &ReadPlan) {
     let stock = &planned.report.stock;
     assert_eq!((&stock.not_cut_because, stock.began_as.as_deref()), (&None, Some("the setup's stock")));

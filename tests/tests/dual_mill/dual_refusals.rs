@@ -60,7 +60,8 @@ fn what_is_for_two_heads_is_refused_on_a_machine_with_one() {
     }
 }
 
-/// One tool file for both heads has one number and one length register: a control could not tell the tools apart.
+/// One tool file for both heads has one number and one length register: a control could not tell
+/// the tools apart.
 #[test]
 fn both_heads_with_one_tool_are_refused() {
     let job = JobFolder::new(&NewJob::Patch { size_mm: 80.0 });

@@ -1,4 +1,5 @@
-//! Feeds that an axis of both heads cannot follow: lowered in the blocks of both, as the text alone shows.
+//! Feeds that an axis of both heads cannot follow: lowered in the blocks of both, as the text alone
+//! shows.
 
 use facemill_tests::two_heads::{DualBlock, TwoHeads, dual_blocks};
 
@@ -8,15 +9,15 @@ use super::*;
 const SPEED: f64 = 0.8;
 const ACCELERATION: f64 = 0.5;
 
-/// How far C may have begun to turn before a corner and may end behind it, deg: the control's tolerance at both, and that of
-/// the words.
+/// How far C may have begun to turn before a corner and may end behind it, deg: the control's
+/// tolerance at both, and that of the words.
 const ROUND_A_CORNER: f64 = 2.0 * 0.005 + 2e-4;
 
 /// Feeds ask for at most so many times what is reached.
 const ASKED: f64 = 1.03;
 
-/// For each block the smaller of how far C has turned in one sense since it last stood, and will before it stands again, with
-/// the block's own way, deg.
+/// For each block the smaller of how far C has turned in one sense since it last stood, and will
+/// before it stands again, with the block's own way, deg.
 fn turned(blocks: &[DualBlock]) -> Vec<f64> {
     let way = |b: &DualBlock| if b.rapid { 0.0 } else { b.to["C"] - b.from["C"] };
     let mut since = vec![0.0_f64; blocks.len()];
@@ -32,7 +33,8 @@ fn turned(blocks: &[DualBlock]) -> Vec<f64> {
     since
 }
 
-/// A slow and lazy C under both tools: no tip is faster than its job asks for, and C is asked for no more than it reaches.
+/// A slow and lazy C under both tools: no tip is faster than its job asks for, and C is asked for
+/// no more than it reaches.
 ///
 /// `cargo test --release -p facemill-tests --test dual_mill -- --ignored`.
 #[test]

@@ -1,5 +1,6 @@
-//! Both sides of a blade at once on the mill with two heads: planned, written, run and certified; and the program held against
-//! the plan, the report and the part by matrices made from the rows of the machine file.
+//! Both sides of a blade at once on the mill with two heads: planned, written, run and certified;
+//! and the program held against the plan, the report and the part by matrices made from the rows of
+//! the machine file.
 
 mod cut_stock;
 mod dual_refusals;
@@ -38,7 +39,8 @@ fn job(from_radius: f64) -> JobFolder {
     job
 }
 
-/// Half a unit of the words' last decimals in all axes of one head: three of a mm, four of a degree over less than a metre.
+/// Half a unit of the words' last decimals in all axes of one head: three of a mm, four of a degree
+/// over less than a metre.
 const ROUNDING: f64 = 2.0 * 5e-4 + 3.0 * 5e-5 * std::f64::consts::PI / 180.0 * 1000.0;
 
 /// What can be read of a plan without the planner.
@@ -123,7 +125,8 @@ fn both_sides_of_a_blade_are_planned_run_and_certified_at_once() {
     separate_times_are_those_of_the_sides_one_after_the_other(&alone, &read);
 }
 
-/// Three operations one after the other, the first head's second one slower: the program says so before it, for its spindle.
+/// Three operations one after the other, the first head's second one slower: the program says so
+/// before it, for its spindle.
 #[test]
 fn operations_of_one_head_have_spindle_speeds_of_their_own() {
     let job = job(444.0);
@@ -159,8 +162,8 @@ fn operations_of_one_head_have_spindle_speeds_of_their_own() {
     assert!(facemill::nc_program::read_siemens_pair([&texts[0], &texts[1]]).is_ok());
 }
 
-/// One head keeps a removal rate so small that it always has its smallest feed, the other one has its own feed: blocks of both are
-/// as slow as the first one asks for.
+/// One head keeps a removal rate so small that it always has its smallest feed, the other one has
+/// its own feed: blocks of both are as slow as the first one asks for.
 #[test]
 fn each_head_keeps_the_removal_rate_of_its_own_operation() {
     let job = job(446.0);
@@ -225,7 +228,8 @@ fn the_whole_propeller_is_paired_in_less_than_two_thirds_of_the_time() {
     println!("paired {}, time {}, certified {certified} of {blocks}", pair["paired_fraction"], pair["time_ratio"]);
 }
 
-/// With a narrow range of rotate some ends of passes have no entry or exit for both heads at once: each head cuts them alone.
+/// With a narrow range of rotate some ends of passes have no entry or exit for both heads at once:
+/// each head cuts them alone.
 #[test]
 fn what_both_heads_cannot_cut_at_once_is_cut_by_each_alone() {
     let job = job(443.0);
@@ -253,7 +257,8 @@ fn what_both_heads_cannot_cut_at_once_is_cut_by_each_alone() {
     cut_stock::both_heads_cut_the_stock(&job, &planned, &read);
 }
 
-/// A C that comes to its limit in the middle of passes parts them; with a pair each head goes the same ways as without.
+/// A C that comes to its limit in the middle of passes parts them; with a pair each head goes the
+/// same ways as without.
 #[test]
 fn what_a_limited_axis_parts_is_driven_from_end_to_end() {
     let job = job(483.0);
@@ -439,8 +444,9 @@ fn tools_are_apart_and_no_deeper_than_allowed(read: &ReadPlan) {
     }
 }
 
-/// Whether a certificate's clearance is one between bodies that do not cut. From the other head's cutter it is told to the
-/// core of its rounded corner, and so may be more than there is by the corner's radius.
+/// Whether a certificate's clearance is one between bodies that do not cut. From the other head's
+/// cutter it is told to the core of its rounded corner, and so may be more than there is by the
+/// corner's radius.
 fn between_bodies(certificate: &Value) -> bool {
     let between = certificate["clearance_between"].as_array();
     between.is_some_and(|names| names.iter().all(|n| n.as_str().is_some_and(|n| !n.starts_with("cutter of tool"))))
@@ -459,8 +465,8 @@ fn certificates_tell_every_block(read: &ReadPlan) {
     }
 }
 
-/// The time that the report compares with is that of the operations without a pair: of their text all but the rapids over
-/// to the second head's first place, which it does not count.
+/// The time that the report compares with is that of the operations without a pair: of their text
+/// all but the rapids over to the second head's first place, which it does not count.
 fn separate_times_are_those_of_the_sides_one_after_the_other(alone: &Planned, read: &ReadPlan) {
     assert!(alone.report.pairs.is_empty());
     let blocks = dual_blocks(&text_of(alone, "program.nc"));

@@ -153,7 +153,8 @@ fn seating_never_exceeds_its_limit_and_leaves_no_gouge() {
             assert!(depth <= cell.gouge_tolerance + 1e-6, "{depth} mm deep, lifted by {}", pose.lift);
             if pose.lift > 0.0 {
                 lifted += 1;
-                // Not lifted for nothing: a resolution lower, the cutter was deeper than its test body forgives.
+                // Not lifted for nothing: a resolution lower, the cutter was deeper than its test
+                // body forgives.
                 let lower = pose.cl.tip - cc.normal.into_inner() * (pose.lift - cell.lift_resolution).min(pose.lift);
                 let before = bins.depth(&solid(tool.cutter()), &(lower - cc.normal.into_inner() * 2e-3), &pose.cl.axis);
                 assert!(before > 0.5 * cell.gouge_tolerance, "{before}");
@@ -228,7 +229,8 @@ fn a_rigid_motion_of_part_and_mounting_moves_the_plan_with_it() {
     }
 }
 
-/// A random pose of a test body such that its lowest place is near a wanted gap above a surface point.
+/// A random pose of a test body such that its lowest place is near a wanted gap above a surface
+/// point.
 fn random_axis(random: &mut Random, near: &Unit<Vector3<f64>>) -> Unit<Vector3<f64>> {
     Unit::new_normalize(near.into_inner() + 0.6 * random.direction().into_inner())
 }
@@ -240,8 +242,8 @@ fn core_distance(body: &RoundFrustum, tip: &Point3<f64>, axis: &Unit<Vector3<f64
     (rho - body.radius_low).max(0.0).hypot((body.z_low - z).max(z - body.z_high).max(0.0))
 }
 
-/// Gap between test body and part over many random poses near contact: the verdict must be free above `band.1` and a hit
-/// below `-band.0`. `gap` is the closed form.
+/// Gap between test body and part over many random poses near contact: the verdict must be free
+/// above `band.1` and a hit below `-band.0`. `gap` is the closed form.
 fn verdicts_agree(
     tree: &MeshTree,
     what: &str,
@@ -257,7 +259,8 @@ fn verdicts_agree(
         let body = cutter.test_body([0.0, 0.02, 0.5][k % 3]);
         let (place, normal) = contact(random);
         let axis = random_axis(random, &normal);
-        // Moved along the normal until the gap is about what is wanted: it grows by at most the way.
+        // Moved along the normal until the gap is about what is wanted: it grows by at most the
+        // way.
         let wanted = random.between(-0.3, 0.3);
         let mut tip = place + normal.into_inner() * wanted;
         for _ in 0..40 {
@@ -278,7 +281,8 @@ fn verdicts_agree(
     assert!(free > 100 && hit > 100, "{what}: {free} free, {hit} hit, {within} within the band");
 }
 
-/// Largest distance of the facets from the surface, sampled densely, with a fifth more for what lies between samples.
+/// Largest distance of the facets from the surface, sampled densely, with a fifth more for what
+/// lies between samples.
 fn chord_error(mesh: &TriMesh, part: &AnalyticPart) -> f64 {
     let mut worst = 0.0;
     for k in 0..mesh.triangles().len() {

@@ -38,7 +38,8 @@ fn rear_gouge_in_a_sphere_and_a_cylinder_begins_at_the_tilt_of_the_closed_form()
             // The cylinder lies along Y.
             let lying = Isometry3::rotation(Vector3::x() * std::f64::consts::FRAC_PI_2);
             let mesh = AnalyticPart::new(shape).unwrap().mesh(resolution).unwrap().transformed(&lying);
-            // The vertices are on the surface; facets are nearer to the axis or centre by at most this.
+            // The vertices are on the surface; facets are nearer to the axis or centre by at most
+            // this.
             let centre_distance = |t: usize| {
                 let c = mesh.corners(t).iter().fold(Vector3::zeros(), |sum, p| sum + p.coords) / 3.0;
                 let size = mesh.corners(t).iter().map(|p| (p.coords - c).norm_squared()).fold(0.0, f64::max);
@@ -46,8 +47,8 @@ fn rear_gouge_in_a_sphere_and_a_cylinder_begins_at_the_tilt_of_the_closed_form()
             };
             let chord = (0..mesh.triangles().len()).map(centre_distance).fold(0.0, f64::max);
             let tree = MeshTree::new(&lower_half(&mesh));
-            // The corner touches a sphere that is smaller by the chord, at its lowest point; the disc rises from there
-            // along +X by the tilt.
+            // The corner touches a sphere that is smaller by the chord, at its lowest point; the
+            // disc rises from there along +X by the tilt.
             let lever = hollow - corner - chord;
             let is_free = |tilt: f64| {
                 let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -tilt);
@@ -61,8 +62,8 @@ fn rear_gouge_in_a_sphere_and_a_cylinder_begins_at_the_tilt_of_the_closed_form()
                 let middle = 0.5 * (hit + free);
                 if is_free(middle) { free = middle } else { hit = middle }
             }
-            // The circle of the corner's centres stays within the smaller sphere from sin = rim / lever on, and its far end
-            // leaves the true one below the other bound.
+            // The circle of the corner's centres stays within the smaller sphere from sin = rim /
+            // lever on, and its far end leaves the true one below the other bound.
             let highest = (rim / lever).asin();
             let sq = |x: f64| x * x;
             let lowest = ((4.0 * sq(rim) + sq(lever) - sq(hollow - corner)) / (4.0 * rim * lever)).asin();
@@ -90,8 +91,9 @@ const SADDLE: AnalyticShape = AnalyticShape::Saddle { size: [SIZE; 2], concave_r
 struct Place {
     name: &'static str,
     touch: Touch,
-    /// The onset for the rim's radius and r in closed form, where there is one. Elsewhere it is the exact equation solved
-    /// in f64: the circle of the corner's centres is nowhere nearer to the surface than r.
+    /// The onset for the rim's radius and r in closed form, where there is one. Elsewhere it is the
+    /// exact equation solved in f64: the circle of the corner's centres is nowhere nearer to the
+    /// surface than r.
     closed_form: fn(f64, f64) -> Option<f64>,
 }
 
@@ -114,20 +116,22 @@ fn on_saddle(name: &'static str, [x, y]: [f64; 2], turn: f64, closed_form: fn(f6
     }
 }
 
-/// In the hole's narrowest section, a circle, the rim's far end decides: off it the torus falls away on both sides.
+/// In the hole's narrowest section, a circle, the rim's far end decides: off it the torus falls
+/// away on both sides.
 fn in_the_hole(rim: f64, corner: f64) -> Option<f64> {
     Some((rim / (MAJOR - MINOR - corner)).asin())
 }
 
-/// Along x through the origin the far end of a sharp rim meets the parabola: 2·rim·sin = (2·rim·cos)²/(2·concave). A
-/// round one has none that is short.
+/// Along x through the origin the far end of a sharp rim meets the parabola: 2·rim·sin =
+/// (2·rim·cos)²/(2·concave). A round one has none that is short.
 fn in_the_valley(rim: f64, corner: f64) -> Option<f64> {
     let root = CONCAVE.hypot(2.0 * rim);
     (corner == 0.0).then(|| ((root - CONCAVE) / (2.0 * rim)).asin())
 }
 
-/// How far the mesh of a part and its surface are apart at most, both ways: the bound of linear interpolation from the
-/// second derivatives of the surface over the grid. Of the torus in its inner half, where the body is.
+/// How far the mesh of a part and its surface are apart at most, both ways: the bound of linear
+/// interpolation from the second derivatives of the surface over the grid. Of the torus in its
+/// inner half, where the body is.
 fn chord(shape: AnalyticShape, resolution: usize) -> f64 {
     let n = resolution as f64;
     match shape {
@@ -138,9 +142,10 @@ fn chord(shape: AnalyticShape, resolution: usize) -> f64 {
 
 /// Checks a shape at its places, for meshes of growing resolution.
 ///
-/// With a bound e on the distance between mesh and surface and the cutter lifted by e: the mesh is free where the
-/// cutter dilated by e is free of the surface, and hit where the surface meets a body whose points have balls of e
-/// inside the cutter. So the onset on the mesh lies between those of two exact bodies, and so does the exact one.
+/// With a bound e on the distance between mesh and surface and the cutter lifted by e: the mesh is
+/// free where the cutter dilated by e is free of the surface, and hit where the surface meets a
+/// body whose points have balls of e inside the cutter. So the onset on the mesh lies between those
+/// of two exact bodies, and so does the exact one.
 fn check_onsets(
     shape: AnalyticShape,
     resolutions: [usize; 4],
@@ -181,15 +186,17 @@ fn check_onsets(
             errors.push((found - exact).abs());
             widths.push(highest - lowest);
         }
-        // The facets halve each time, and the bracket around the exact onset falls with their square. So does the
-        // error, by 64 in all; where the rim meets a facet is chance, which may take half of that.
+        // The facets halve each time, and the bracket around the exact onset falls with their
+        // square. So does the error, by 64 in all; where the rim meets a facet is chance, which may
+        // take half of that.
         assert!(widths.windows(2).all(|w| w[1] < 0.26 * w[0]) && widths[3] < 1e-3, "{what}: {widths:?}");
         assert!(errors[3] < errors[0] / 32.0, "{what}: {errors:?}");
     }
     check_balls(&trees[3], chord(shape, resolutions[3]), places);
 }
 
-/// A ball has no rim behind the contact: below the concave radius it is free at every tilt, far above it at none.
+/// A ball has no rim behind the contact: below the concave radius it is free at every tilt, far
+/// above it at none.
 fn check_balls(tree: &MeshTree, e: f64, places: &[Place]) {
     for place in places {
         for (radius, expected) in [(25.0, true), (50.0, true), (90.0, false)] {

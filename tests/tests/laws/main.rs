@@ -1,4 +1,5 @@
-//! Laws that hold without a job: of verdicts, searches and plans, against closed forms and brute force.
+//! Laws that hold without a job: of verdicts, searches and plans, against closed forms and brute
+//! force.
 
 mod across_rooms;
 mod closed_forms;

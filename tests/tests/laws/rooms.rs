@@ -1,4 +1,5 @@
-//! Order of the rooms: which crate may import which, and which module within a crate; where files are.
+//! Order of the rooms: which crate may import which, and which module within a crate; where files
+//! are.
 
 use std::collections::BTreeMap;
 use std::fs;

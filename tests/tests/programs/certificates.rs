@@ -1,4 +1,5 @@
-//! Certificates of a planned job, held to depths and distances by brute force over all triangles at times close together.
+//! Certificates of a planned job, held to depths and distances by brute force over all triangles at
+//! times close together.
 
 mod certificates_laws;
 

@@ -1,4 +1,5 @@
-//! Feeds that depend on chips: programs of a flat plate, whose chips are known in closed form, read back.
+//! Feeds that depend on chips: programs of a flat plate, whose chips are known in closed form, read
+//! back.
 
 mod volumes;
 
@@ -21,7 +22,8 @@ const LEAN: f64 = 4.0;
 /// Thickness of the stock on the plate, mm.
 const STOCK: f64 = 0.4;
 
-/// The kit's small job with a flat plate instead of the wavy patch, all passes with the same posture.
+/// The kit's small job with a flat plate instead of the wavy patch, all passes with the same
+/// posture.
 fn plate(values: &[(&str, Value)]) -> JobFolder {
     let job = tiny_patch();
     let spec = PatchSpec::new([80.0, 80.0], 0.0, [1.0, 1.0]).expect("numbers in range");
@@ -79,8 +81,8 @@ fn passes(w: &Written) -> Vec<Vec<Cut>> {
     passes
 }
 
-/// Section of the chip with what lies on the side of the pass before, mm². The plate's first pass has the smallest y,
-/// with climb milling the uncut stock on the right: its passes run to −x.
+/// Section of the chip with what lies on the side of the pass before, mm². The plate's first pass
+/// has the smallest y, with climb milling the uncut stock on the right: its passes run to −x.
 fn area(job: &JobFolder, right: Beside) -> f64 {
     let tool = job.json("tool.json");
     let section = PassSection {
@@ -108,7 +110,8 @@ fn removal_rate_is_kept_between_its_bounds_in_every_block() {
     let step = (own[1][0].y - own[0][0].y).abs();
     let (full, beside) = (area(&plain, Beside::Stock), area(&plain, Beside::Cut { step_over: step }));
     assert!(full > 2.0 * beside, "{full} mm², {beside} mm²");
-    // At 900 mm/min beside the pass before; in full stock it would be slower than the smallest feed.
+    // At 900 mm/min beside the pass before; in full stock it would be slower than the smallest
+    // feed.
     let (target, min) = (900.0 * beside / 1000.0, 1.2 * 900.0 * beside / full);
     let w = planned(&plate(&[(
         "/operations/0/feeds/removal_rate",
@@ -123,7 +126,8 @@ fn removal_rate_is_kept_between_its_bounds_in_every_block() {
             assert!(cut.feed <= CUTTING * slack);
             let at_min = cut.feed <= min * slack;
             assert!(at_min || cut.feed * area <= 1000.0 * target * slack, "pass {k}: {} mm/min", cut.feed);
-            // Not slower than the law asks for: the last block's end may be in stock of which nothing is known.
+            // Not slower than the law asks for: the last block's end may be in stock of which
+            // nothing is known.
             let asked = if k == 0 { min } else { 900.0 };
             let is_inside = at > 0 && at + 1 < pass.len();
             assert!(!is_inside || cut.feed >= asked * (2.0 - slack) - 0.2, "pass {k}: {} mm/min", cut.feed);
@@ -136,7 +140,8 @@ fn removal_rate_is_kept_between_its_bounds_in_every_block() {
     assert!((largest - full * CUTTING / 1000.0).abs() < 2e-3 * largest, "{largest}");
     let smallest = number(&chips["area_mm2"]["min"]);
     assert!((smallest - beside).abs() < 2e-3 * beside, "{smallest} for {beside} mm²");
-    // The time that the passes take longer: by the law of both programs, which at constant feeds would be more.
+    // The time that the passes take longer: by the law of both programs, which at constant feeds
+    // would be more.
     let by_law = |w: &Written| number(&w.report["time_law"]["passes_time_s"]);
     let added = by_law(&w) - by_law(&before);
     assert!((number(&chips["added_time_s"]) - added).abs() < 0.03 * added, "{added} s, {chips}");
@@ -151,8 +156,8 @@ fn removal_rate_is_kept_between_its_bounds_in_every_block() {
     assert!(entries.iter().all(|&k| w.feeds[k] <= w.feeds[k + 1]));
 }
 
-/// Largest part of the unit feed along the normal of what of the cutter is below the stock's top, in full stock: from
-/// points of the corner and the flute.
+/// Largest part of the unit feed along the normal of what of the cutter is below the stock's top,
+/// in full stock: from points of the corner and the flute.
 fn steepest(job: &JobFolder) -> f64 {
     let tool = job.json("tool.json");
     let (radius, corner) = (number(&tool["radius_mm"]), number(&tool["corner_radius_mm"]));
@@ -327,7 +332,8 @@ fn feeds_that_contradict_each_other_are_refused_by_name() {
     }
 }
 
-/// Thinner chips than the control's smallest F leaves are refused, and the least that is told works.
+/// Thinner chips than the control's smallest F leaves are refused, and the least that is told
+/// works.
 #[test]
 fn the_least_chip_thickness_is_told_and_works() {
     let job = plate(&[]);

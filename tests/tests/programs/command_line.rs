@@ -1,4 +1,5 @@
-//! The `facemill` command: exit codes, messages, interruption, and that the same job always gives the same bytes.
+//! The `facemill` command: exit codes, messages, interruption, and that the same job always gives
+//! the same bytes.
 
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -65,7 +66,8 @@ fn trimming_more_than_allowed_is_exit_1_with_files_and_stopping_is_exit_1_withou
     let trimmed =
         report["totals"]["trimmed_points"].as_f64().unwrap() / report["totals"]["cc_points"].as_f64().unwrap();
     assert!(trimmed > report["totals"]["max_trimmed_fraction"].as_f64().unwrap());
-    // What is left is sound: the program leaves the part before the gaps and comes back behind them.
+    // What is left is sound: the program leaves the part before the gaps and comes back behind
+    // them.
     let faults: Vec<&Value> =
         report["findings"].as_array().unwrap().iter().filter(|f| f["kind"] != "near_miss").collect();
     assert!(report["verified"] == true && faults.is_empty(), "{faults:?}");
@@ -162,7 +164,8 @@ fn new_propellers_are_the_committed_samples() {
     }
 }
 
-/// A job in which one thing is wrong: its name, what is done to the folder, and what the message must hold.
+/// A job in which one thing is wrong: its name, what is done to the folder, and what the message
+/// must hold.
 type Wrong = (&'static str, fn(&JobFolder), &'static [&'static str]);
 
 fn job(f: &JobFolder, pointer: &str, value: Value) {

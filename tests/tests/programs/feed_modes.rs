@@ -1,5 +1,5 @@
-//! Feed modes, RTCP and operations with tolerances of their own: programs of one small job, planned by the command, held to
-//! what every clean program is held to and to a law of its own.
+//! Feed modes, RTCP and operations with tolerances of their own: programs of one small job, planned
+//! by the command, held to what every clean program is held to and to a law of its own.
 
 use facemill_tests::interpreter::{Axes, Motion};
 use facemill_tests::jobs::JobFolder;
@@ -28,7 +28,8 @@ fn axis_speeds(job: &JobFolder) -> Vec<(String, f64)> {
     found
 }
 
-/// The time that a block needs, s: of the tip's straight way at its feed and each axis' way at its largest speed the longest.
+/// The time that a block needs, s: of the tip's straight way at its feed and each axis' way at its
+/// largest speed the longest.
 fn needed_seconds(w: &Written, m: &Motion, feed: f64, speeds: &[(String, f64)]) -> f64 {
     let (from, to) = (w.back.tool(&m.from, m.rtcp).0, w.back.end(m).0);
     let way = |axis: &str, a: &Axes| match axis {
@@ -73,7 +74,8 @@ fn g94_and_g93_move_alike_and_their_blocks_take_the_time_that_tip_feed_and_axes_
         assert_eq!((a.from, a.to, a.rapid), (b.from, b.to, b.rapid), "line {}", a.line);
         assert!(!a.inverse_time && b.inverse_time, "line {}", b.line);
         if !a.rapid {
-            // F times the block's time is a minute: the time that G94 takes for the same way, up to the decimals of both F.
+            // F times the block's time is a minute: the time that G94 takes for the same way, up to
+            // the decimals of both F.
             let f = b.feed.unwrap();
             let rounding = 0.05 / a.feed.unwrap() + 5e-4 / f + 1e-9;
             let way_rounding = 60.0 * 2e-3 / a.feed.unwrap() / a.seconds();
@@ -83,8 +85,9 @@ fn g94_and_g93_move_alike_and_their_blocks_take_the_time_that_tip_feed_and_axes_
     }
 }
 
-/// The job with a control that goes straight with the tip, under a work offset that is neither the table's frame nor the
-/// workpiece's. Which of several links is the fastest, the law of motion decides: they stay as they are laid.
+/// The job with a control that goes straight with the tip, under a work offset that is neither the
+/// table's frame nor the workpiece's. Which of several links is the fastest, the law of motion
+/// decides: they stay as they are laid.
 fn straight_tip(feed_mode: &str) -> JobFolder {
     let offset = json!({ "linear_mm": { "X": 41.5, "Y": -27.0, "Z": 260.0 } });
     let quick = ("/feeds_within", json!("velocity"));
@@ -118,7 +121,8 @@ fn rtcp_and_axis_programs_of_a_job_take_the_tool_the_same_way() {
         let ends = |w: &Written| -> Vec<Place> {
             w.motions.iter().filter(|m| m.rapid == rapid).map(|m| w.back.end(m)).collect()
         };
-        // Each leaves the common way by its linearisation; a sample is half a step away. Rapids may leave it by more.
+        // Each leaves the common way by its linearisation; a sample is half a step away. Rapids may
+        // leave it by more.
         let limit = 2.0 * linearisation + step + if rapid { 1.0 } else { 0.0 };
         for (what, apart) in [
             ("RTCP from axes", strays(&ends(&rtcp), &fine_axes, radius)),
@@ -158,7 +162,8 @@ fn operations_keep_their_own_tolerances() {
         for (m, feed) in w.motions.iter().zip(&w.feeds) {
             if *feed == Some(CUTTING) && w.operation_of(m.line) == k {
                 let (a, b) = (w.back.tool(&m.from, m.rtcp).0, w.back.end(m).0);
-                // The tip is at most as fast as the contact point on a patch as flat as this, and a third.
+                // The tip is at most as fast as the contact point on a patch as flat as this, and a
+                // third.
                 assert!((b - a).norm() < 1.33 * longest, "line {}: {}", m.line, (b - a).norm());
             }
         }

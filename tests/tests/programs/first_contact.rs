@@ -1,4 +1,5 @@
-//! What someone meets who has just begun: a folder for a job, another file in its place, values set for one run.
+//! What someone meets who has just begun: a folder for a job, another file in its place, values set
+//! for one run.
 
 use std::collections::BTreeMap;
 
@@ -56,7 +57,8 @@ fn inputs(report: &Value) -> BTreeMap<String, String> {
     sums
 }
 
-/// What a plan prints as JSON is of its schema and nothing else; `--quiet` prints nothing, and the report tells what was set.
+/// What a plan prints as JSON is of its schema and nothing else; `--quiet` prints nothing, and the
+/// report tells what was set.
 #[test]
 fn a_plan_tells_its_summary_as_json_or_nothing() {
     let f = tiny_patch();
@@ -128,7 +130,8 @@ fn an_example_is_for_the_machine_and_control_that_are_asked_for() {
     }
 }
 
-/// What is given in place of a program is called by its format, also where more of it follows than is looked at.
+/// What is given in place of a program is called by its format, also where more of it follows than
+/// is looked at.
 #[test]
 fn a_file_of_another_format_is_no_program() {
     let f = tiny_patch();
@@ -146,7 +149,8 @@ fn a_file_of_another_format_is_no_program() {
     }
 }
 
-/// A job that cannot be read leaves the files of an earlier plan as they are; a file in place of the folder is refused before a plan.
+/// A job that cannot be read leaves the files of an earlier plan as they are; a file in place of
+/// the folder is refused before a plan.
 #[test]
 fn a_plan_that_cannot_begin_changes_nothing() {
     let f = tiny_patch();

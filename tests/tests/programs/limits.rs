@@ -1,4 +1,5 @@
-//! Values that ask for work without end, or that no tool and machine has: refused with file, key and limit, before anything is planned.
+//! Values that ask for work without end, or that no tool and machine has: refused with file, key
+//! and limit, before anything is planned.
 
 use facemill::{Failure, Job, describe_setup};
 use facemill_tests::jobs::JobFolder;
@@ -56,7 +57,8 @@ fn a_vertex_far_out_costs_no_more_than_the_passes_that_it_asks_for() {
     job.write("patch.obj", format!("{}v -99999 -99999 -99999{}", &text[..at], &text[end..]).as_bytes());
     let planes = "/operations/0/path/strategy/strategy/parallel_planes";
     job.set("job.json", &[(&format!("{planes}/from_mm"), Value::Null), (&format!("{planes}/to_mm"), Value::Null)]);
-    // Passes on the spike, all but the first too long for their facets, or a refusal: nothing hangs.
+    // Passes on the spike, all but the first too long for their facets, or a refusal: nothing
+    // hangs.
     match checked(&job) {
         Ok(lines) => assert!(lines.iter().any(|l| l.contains("-99999.0")), "{lines:?}"),
         Err(e) => assert!(e.to_string().contains("over 100"), "{e}"),

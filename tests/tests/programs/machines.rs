@@ -6,7 +6,8 @@ use facemill_tests::program::{code_and_errors, run};
 use facemill_tests::shared::{shared, workspace};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
-/// File, family, and the limits that docs/machines.md states: axis, min, max (mm or deg; nothing: endless).
+/// File, family, and the limits that docs/machines.md states: axis, min, max (mm or deg; nothing:
+/// endless).
 type Preset = (&'static str, &'static str, [(&'static str, Option<(f64, f64)>); 5]);
 
 const fn to(limit: f64) -> Option<(f64, f64)> {
@@ -240,8 +241,8 @@ fn surface(solid: &Solid, r: &mut Random) -> Point3<f64> {
     }
 }
 
-/// With the linear axes at 0, whatever the rotary axes do: bodies with more than one joint between them, which are tested
-/// against each other, keep their clearances.
+/// With the linear axes at 0, whatever the rotary axes do: bodies with more than one joint between
+/// them, which are tested against each other, keep their clearances.
 #[test]
 fn bodies_of_presets_keep_clear_of_each_other() {
     let mut r = Random(3);
@@ -273,7 +274,8 @@ fn bodies_of_presets_keep_clear_of_each_other() {
     }
 }
 
-/// Of both heads of a dual mill, the linear axes at 0: so they are with a tool of 200 mm in each, whatever the rotary axes do.
+/// Of both heads of a dual mill, the linear axes at 0: so they are with a tool of 200 mm in each,
+/// whatever the rotary axes do.
 #[test]
 fn heads_of_dual_mills_keep_clear_of_everything_at_the_zero_pose() {
     let mut r = Random(4);

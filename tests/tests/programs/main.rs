@@ -1,6 +1,6 @@
-//! Jobs that are planned, what is written of them, and what programs from anywhere are held to. All in one executable: its
-//! tests fill both cores, and the planner is linked once. `cargo test -p facemill-tests --test programs MODULE` runs those of a
-//! module.
+//! Jobs that are planned, what is written of them, and what programs from anywhere are held to. All
+//! in one executable: its tests fill both cores, and the planner is linked once. `cargo test -p
+//! facemill-tests --test programs MODULE` runs those of a module.
 
 mod certificates;
 mod chip_feeds;

@@ -28,7 +28,8 @@ fn height_at(job: &JobFolder, x: f64, y: f64) -> f64 {
     vertices.min_by(|a, b| a.0.total_cmp(&b.0)).unwrap().1
 }
 
-/// Passes with a point every 6 mm, and a ridge a little higher than the cutter may be deep, across them.
+/// Passes with a point every 6 mm, and a ridge a little higher than the cutter may be deep, across
+/// them.
 fn over_a_ridge() -> JobFolder {
     let job = tiny_patch();
     let top = height_at(&job, 4.3, 0.0);

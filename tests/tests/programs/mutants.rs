@@ -1,4 +1,5 @@
-//! No input makes the planner panic: seeded mutations of every file of a job, read as `facemill check` reads them.
+//! No input makes the planner panic: seeded mutations of every file of a job, read as `facemill
+//! check` reads them.
 
 mod plan_mutants;
 mod template_mutants;

@@ -116,8 +116,8 @@ impl Cell {
         (motions, k)
     }
 
-    /// The program with the end of motion `k` lowered, and the largest depth over the two motions it changes with the
-    /// fraction along the first where that is.
+    /// The program with the end of motion `k` lowered, and the largest depth over the two motions
+    /// it changes with the fraction along the first where that is.
     fn lowered(&self, motions: &[Motion], k: usize, by: f64) -> (String, f64) {
         let (here, next) = (&motions[k], &motions[k + 1]);
         let mut text = with_word(&self.text, here.line, 'Z', here.to.z - by);

@@ -1,5 +1,6 @@
-//! `facemill chip-area`, and `facemill feedrate`: FEED's tables on the command line; only F words change, and the tip then moves as fast as asked, by
-//! matrices made from the rows of the machine file.
+//! `facemill chip-area`, and `facemill feedrate`: FEED's tables on the command line; only F words
+//! change, and the tip then moves as fast as asked, by matrices made from the rows of the machine
+//! file.
 
 use facemill::inverse_kinematics::Machine;
 use facemill::nc_program::{AxisAt, Dialect, FeedMode, MotionKind, read_program};
@@ -87,7 +88,8 @@ impl Random {
     }
 }
 
-/// A control with the begin of a program, and whether its F counts all axes; with inverse time it counts none.
+/// A control with the begin of a program, and whether its F counts all axes; with inverse time it
+/// counts none.
 const CONTROLS: [(Dialect, &str, bool); 7] = [
     (Dialect::Fanuc, "%\nO0007 (RANDOM F12)\nG21 G90 G94 G54\nG43 H1\n", true),
     (Dialect::Haas, "%\nO0007 (RANDOM F12)\nG21 G90 G94 G54\nG43 H1\n", true),
@@ -251,7 +253,8 @@ fn refused(machine: &Machine, dialect: Dialect, text: &str) -> String {
     refeed(text.as_bytes(), &settings).expect_err(text)
 }
 
-/// A flat disc across a plane takes a rectangle; a ball alone takes the segment of its circle below the stock's surface.
+/// A flat disc across a plane takes a rectangle; a ball alone takes the segment of its circle below
+/// the stock's surface.
 #[test]
 fn chip_areas_of_simple_cases_are_told() {
     let told = |arguments: &[&str]| {
@@ -307,8 +310,8 @@ fn program_of(planned: &Planned) -> String {
     text_of(planned, name)
 }
 
-/// Plans a small job for a control that keeps to this law under RTCP; its program holds these words, is read back and run
-/// without a finding, and every block of it is certified.
+/// Plans a small job for a control that keeps to this law under RTCP; its program holds these
+/// words, is read back and run without a finding, and every block of it is certified.
 fn plan_for(dialect: &str, mode: &str, cutting: &str, words: &[&str]) {
     let job = tiny_patch();
     smoothing(&job);
@@ -333,7 +336,8 @@ fn plan_for(dialect: &str, mode: &str, cutting: &str, words: &[&str]) {
     new_feeds_are_understood(&job, dialect, mode, &text, &planned);
 }
 
-/// The program's own speeds of the tip change no byte, whatever its F counts; another speed is that of the tip.
+/// The program's own speeds of the tip change no byte, whatever its F counts; another speed is that
+/// of the tip.
 fn new_feeds_are_understood(job: &JobFolder, dialect: &str, mode: &str, text: &str, planned: &Planned) {
     let read = facemill::read_machine(&job.path("machine.json")).unwrap();
     let tool_length = job.json("tool.json")["gauge_length_mm"].as_f64().unwrap();
@@ -399,8 +403,8 @@ fn feedrate_refuses_what_cannot_be_meant() {
         let (code, errors) = told(program, length, more);
         assert!(code == Some(2) && errors.contains(expected), "{more:?} {length}: {errors}");
     }
-    // Under RTCP, too, F stays within what the control knows: 1 to 24000 mm/min. Nothing is made faster for it than it was asked
-    // to be.
+    // Under RTCP, too, F stays within what the control knows: 1 to 24000 mm/min. Nothing is made
+    // faster for it than it was asked to be.
     let rtcp = start.replace("G43 H1", "G43.4 H1") + "G1 X40. Y40. F100.\nM30\n";
     folder.write("rtcp.nc", rtcp.as_bytes());
     let out = path("ranged.nc");
@@ -469,8 +473,9 @@ fn a_template_that_changes_what_f_counts_is_refused() {
     assert!(why.contains("shop.j2") && why.contains("FGROUP") && why.contains("planned"), "{why}");
 }
 
-/// A program from anywhere is run as the job stands: what the plan itself wrote has the figures of its report, with one
-/// block deeper it gouges there, and what is not understood is told by its line.
+/// A program from anywhere is run as the job stands: what the plan itself wrote has the figures of
+/// its report, with one block deeper it gouges there, and what is not understood is told by its
+/// line.
 #[test]
 fn programs_from_anywhere_are_run_as_the_job_stands() {
     let (job, planned) = (small_patch(), small_patch_planned());
@@ -516,7 +521,8 @@ fn programs_from_anywhere_are_run_as_the_job_stands() {
     assert_eq!(file["smallest_clearance"]["distance_mm"], json!(planned.report.worst.clearance_mm));
     assert_eq!(file["certificates"]["certified"], file["certificates"]["blocks"]);
 
-    // The stock as it is cut: nothing meets it, and the program finds nothing more to cut in its own rest.
+    // The stock as it is cut: nothing meets it, and the program finds nothing more to cut in its
+    // own rest.
     let rest = path("rest.stock");
     let cut = verify("program.nc", &["--stock-cell-mm", "2", "--rest-out", &rest]);
     assert_eq!(cut.status.code(), Some(0), "{}", String::from_utf8_lossy(&cut.stdout));
@@ -569,7 +575,8 @@ fn programs_from_anywhere_are_run_as_the_job_stands() {
     assert_eq!(told[0]["first_line"], json!(short.len()));
     let offset = |a: &Value| a["text"].as_str().unwrap().starts_with("no work offset is selected: G54");
     assert!(file["assumptions"].as_array().unwrap().iter().any(offset), "{}", file["assumptions"]);
-    // Twice the feeds, and another spindle speed: not what the job asks for, though the axes may follow.
+    // Twice the feeds, and another spindle speed: not what the job asks for, though the axes may
+    // follow.
     let number = |word: &str, letter: char| word.strip_prefix(letter).and_then(|n| n.parse::<f64>().ok());
     let doubled = |word: &str| match (number(word, 'F'), number(word, 'S')) {
         (Some(f), _) => format!("F{:.1}", 2.0 * f),

@@ -1,5 +1,6 @@
-//! Programs of one small job in its variants: entries, directions, path files, cones, allowances, patterns. Each is planned by
-//! the command, ends with exit code 0, and is held to what every clean program is held to and to a law of its own.
+//! Programs of one small job in its variants: entries, directions, path files, cones, allowances,
+//! patterns. Each is planned by the command, ends with exit code 0, and is held to what every clean
+//! program is held to and to a law of its own.
 
 use facemill::surface_model::TriMesh;
 use facemill_tests::brute::in_tool;
@@ -10,7 +11,8 @@ use facemill_tests::variants::{APPROACH, CUTTING, Written, planned, strays, tiny
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use serde_json::{Value, json};
 
-/// Runs of motions at approach feed: of each its places, the place before it, and whether it is an entry.
+/// Runs of motions at approach feed: of each its places, the place before it, and whether it is an
+/// entry.
 fn approaches(w: &Written) -> Vec<(Vec<Place>, bool)> {
     let mut runs: Vec<(Vec<Place>, bool)> = Vec::new();
     for (k, m) in w.motions.iter().enumerate() {
@@ -105,7 +107,8 @@ fn conventional_is_climb_the_other_way_round() {
     assert!(climb.iter().zip(&conventional).all(|(a, b)| a * b < 0.0), "{climb:?} {conventional:?}");
 }
 
-/// The nearest point of a mesh, to a few hundredths of a millimetre: the best of many samples of the triangles near it.
+/// The nearest point of a mesh, to a few hundredths of a millimetre: the best of many samples of
+/// the triangles near it.
 fn nearest_of(mesh: &TriMesh, p: &Point3<f64>) -> Point3<f64> {
     let near = (0..mesh.triangles().len()).map(|k| mesh.corners(k)).filter(|t| (t[0] - p).norm() < 4.0);
     let n = 16;

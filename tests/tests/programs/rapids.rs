@@ -1,5 +1,5 @@
-//! Links of programs: shorter ones are free by the kit's own kinematics and distances, end where they did, and leave every other
-//! byte as it is.
+//! Links of programs: shorter ones are free by the kit's own kinematics and distances, end where
+//! they did, and leave every other byte as it is.
 
 use facemill::nc_program::Dialect;
 use facemill::rapids::{Rapids, RapidsFile, RapidsRequest, WayKind, faster_rapids};
@@ -34,8 +34,8 @@ fn links(text: &str) -> Vec<(Vec<usize>, interpreter::Axes)> {
     inner.map(|(_, run)| (run.iter().map(|m| m.line).collect(), run[run.len() - 1].to)).collect()
 }
 
-/// The program with links that go straight up, over, and straight down; a switched coolant in the first one, and a comment in the
-/// second.
+/// The program with links that go straight up, over, and straight down; a switched coolant in the
+/// first one, and a comment in the second.
 fn with_far_links(text: &str) -> String {
     let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
     for (k, (own, end)) in links(text).iter().enumerate().rev() {
@@ -100,8 +100,9 @@ fn links_far_above_a_sculptured_surface_come_down_to_its_stock() {
     assert_eq!(kept[0], kept[1]);
     assert!(new.lines().count() == new.matches("\r\n").count() && new.contains("(ACROSS)"));
 
-    // The tip stays well below the old height. Cutter and bodies keep from the part what they keep from stock, that is as thick as
-    // it was or cut: a third of 5 mm for every 10 mm that they are away from both ends.
+    // The tip stays well below the old height. Cutter and bodies keep from the part what they keep
+    // from stock, that is as thick as it was or cut: a third of 5 mm for every 10 mm that they are
+    // away from both ends.
     let kit = ReadBack::of(&job, 0);
     let thickness = kit.grounds.iter().map(|g| g.thickness).fold(0.0, f64::max);
     let motions = interpreter::run(&new);

@@ -1,4 +1,5 @@
-//! The written program, run by an interpreter, kinematics and distances that share nothing with the planner.
+//! The written program, run by an interpreter, kinematics and distances that share nothing with the
+//! planner.
 
 use facemill::Planned;
 use facemill::cl_data::CuttingLaw;
@@ -43,7 +44,8 @@ fn check_program(job: &JobFolder, planned: &Planned, strides: (usize, usize)) {
     check_deviation_bounds(job, &back, &motions);
 }
 
-/// No body comes nearer than its clearance allows (0.1 mm of slack between planned points), nor than the report says.
+/// No body comes nearer than its clearance allows (0.1 mm of slack between planned points), nor
+/// than the report says.
 fn check_bodies(back: &ReadBack, motions: &[Motion], stride: usize, told: f64) {
     let mut nearest = f64::INFINITY;
     for m in motions.iter().step_by(stride) {
@@ -61,7 +63,8 @@ fn check_bodies(back: &ReadBack, motions: &[Motion], stride: usize, told: f64) {
     assert!(told <= nearest + 1e-6, "report {told}, by brute force {nearest}");
 }
 
-/// The APT file's points are the program's positions, up to the rounding of words at the end of the tool.
+/// The APT file's points are the program's positions, up to the rounding of words at the end of the
+/// tool.
 fn check_apt(back: &ReadBack, motions: &[Motion], apt: &str) {
     let apt = read_apt(apt).unwrap();
     assert_eq!(motions.len(), apt.points.len(), "motions and APT points");
@@ -74,8 +77,8 @@ fn check_apt(back: &ReadBack, motions: &[Motion], apt: &str) {
     }
 }
 
-/// Largest distance of the tip (mm) and angle of the tool axis (rad) between a block's motion and what its ends mean: the tip
-/// straight, the axis turning evenly from one to the other.
+/// Largest distance of the tip (mm) and angle of the tool axis (rad) between a block's motion and
+/// what its ends mean: the tip straight, the axis turning evenly from one to the other.
 fn deviation_by_sampling(m: &Motion, pivot_length: f64) -> [f64; 2] {
     let angle = |u: &Vector3<f64>, v: &Vector3<f64>| u.cross(v).norm().atan2(u.dot(v));
     let [(a, u), (b, v)] = [&m.from, &m.to].map(|at| tool_on_table(at, pivot_length));
@@ -93,7 +96,8 @@ fn deviation_by_sampling(m: &Motion, pivot_length: f64) -> [f64; 2] {
     })
 }
 
-/// The bound on what a block bends is never below what dense sampling of it finds, and at most a tenth above.
+/// The bound on what a block bends is never below what dense sampling of it finds, and at most a
+/// tenth above.
 fn check_deviation_bounds(job: &JobFolder, back: &ReadBack, motions: &[Motion]) {
     let machine = Machine::from_json(&std::fs::read(job.path("machine.json")).unwrap()).unwrap();
     let (mut worst, mut n) = ([0.0_f64; 2], [0; 2]);
@@ -103,7 +107,8 @@ fn check_deviation_bounds(job: &JobFolder, back: &ReadBack, motions: &[Motion]) 
         let length = back.pivot_length - PIVOT_TO_FACE;
         let bound = deviation_bound(&machine, CuttingLaw::AxesLinear, &from, &to, length);
         let found = deviation_by_sampling(m, back.pivot_length);
-        // Below a nanometre or 1e-9 rad bounds are not made sharp, and sampling in doubles is rounding.
+        // Below a nanometre or 1e-9 rad bounds are not made sharp, and sampling in doubles is
+        // rounding.
         for (k, (bound, negligible)) in [(bound.tip, 1e-6), (bound.axis, 1e-9)].into_iter().enumerate() {
             assert!(bound >= found[k] - 1e-9, "line {}: {bound} below {}", m.line, found[k]);
             if found[k] > negligible {

@@ -1,5 +1,5 @@
-//! Programs from public sources are read whole: no block of them is not understood, and what is found in them is what a
-//! plain count of their words finds.
+//! Programs from public sources are read whole: no block of them is not understood, and what is
+//! found in them is what a plain count of their words finds.
 
 use std::{collections::BTreeSet, path::Path};
 
@@ -94,8 +94,8 @@ fn summary(program: &ReadProgram) -> Summary {
     found
 }
 
-/// Motions by kind as a plain count of words finds them: rapid, linear, arcs, and those with a rotary word. It knows
-/// modal G0 to G3, words in one piece, and nothing else.
+/// Motions by kind as a plain count of words finds them: rapid, linear, arcs, and those with a
+/// rotary word. It knows modal G0 to G3, words in one piece, and nothing else.
 fn plain_count(text: &str) -> [usize; 4] {
     let mut counts = [0; 4];
     let mut mode = 0;

@@ -1,4 +1,5 @@
-//! What a program leaves on the surface that is asked for, as plans and verifications measure it on its text.
+//! What a program leaves on the surface that is asked for, as plans and verifications measure it on
+//! its text.
 
 use std::path::Path;
 
@@ -61,7 +62,8 @@ fn a_finished_plan_says_so_and_a_deleted_pass_is_found_by_the_same_measure() {
     assert!(totals.passes_length_mm > 0.0 && totals.passes_length_mm < totals.cutting_length_mm);
     assert!(whole.verification.findings.iter().all(|f| f.kind != FindingKind::Excess));
 
-    // Without the first pass more is left at the border of the region, though its neighbour keeps within the limit there.
+    // Without the first pass more is left at the border of the region, though its neighbour keeps
+    // within the limit there.
     let passes: Vec<usize> = text.lines().enumerate().filter(|(_, l)| l.contains("PASS")).map(|(k, _)| k).collect();
     assert!(passes.len() >= 3, "{}", passes.len());
     let without = |gone: std::ops::Range<usize>| {
@@ -120,7 +122,8 @@ fn the_region_is_the_surface_asked_for_and_not_the_passes_on_it() {
     assert!(planned(&job).outcome() == Outcome::Done);
 }
 
-/// A job of a face mill of 40 mm on a profile in x and z that goes on along y, with passes along y and all of the stock above it.
+/// A job of a face mill of 40 mm on a profile in x and z that goes on along y, with passes along y
+/// and all of the stock above it.
 fn profiled(profile: &[[f64; 2]]) -> JobFolder {
     let job = JobFolder::new(&NewJob::Patch { size_mm: 400.0 });
     let rows = [-9.0, -3.0, 3.0, 9.0];
@@ -149,7 +152,8 @@ fn profiled(profile: &[[f64; 2]]) -> JobFolder {
     job
 }
 
-/// That a plan tells what it leaves above the tolerance in summary, report and exit code, the largest height with place and line.
+/// That a plan tells what it leaves above the tolerance in summary, report and exit code, the
+/// largest height with place and line.
 fn tells_what_is_left(plan: &Planned) -> RemainingOnRegion {
     let left = left(plan).clone();
     assert!(left.exceeded && plan.outcome() == Outcome::Incomplete && plan.outcome().exit_code() == 1, "{left:?}");

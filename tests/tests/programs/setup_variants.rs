@@ -1,5 +1,6 @@
-//! Plans of one small job in other setups: clearance surfaces, solid stock, a fixture, two clampings. Each is planned by the
-//! command, ends with exit code 0, and is held to what every clean program is held to and to a law of its own.
+//! Plans of one small job in other setups: clearance surfaces, solid stock, a fixture, two
+//! clampings. Each is planned by the command, ends with exit code 0, and is held to what every
+//! clean program is held to and to a law of its own.
 
 use std::f64::consts::TAU;
 
@@ -21,7 +22,8 @@ fn with_clearance(surface: Value, outside: impl Fn(&Point3<f64>) -> f64) {
     let w = planned(&job);
     w.check();
     let n = w.motions.len();
-    // The program starts and ends on the clearance surface or outside of it, and is inside while it cuts.
+    // The program starts and ends on the clearance surface or outside of it, and is inside while it
+    // cuts.
     for (what, place) in [("start", w.back.tool(&w.motions[0].from, false)), ("end", w.back.end(&w.motions[n - 1]))] {
         assert!(outside(&place.0) > -0.01, "{what}: {} mm outside", outside(&place.0));
     }
@@ -77,7 +79,8 @@ fn in_stock(stock: Value, files: &[(&str, String)], solid: &TriMesh) -> Written 
     w
 }
 
-/// What is left of the clearances of bodies, over all motions, and of the rapid clearance of the whole tool, over rapids.
+/// What is left of the clearances of bodies, over all motions, and of the rapid clearance of the
+/// whole tool, over rapids.
 fn nearest_to(w: &Written, bins: &Bins) -> (f64, f64) {
     let (mut bodies, mut rapids) = (1.0, 1.0);
     let keeps = w.back.rapid_clearance;

@@ -1,4 +1,5 @@
-//! Every mesh of the shared data gets a sound plan with at least 95 % of its CC points; passes are too far apart to finish it.
+//! Every mesh of the shared data gets a sound plan with at least 95 % of its CC points; passes are
+//! too far apart to finish it.
 
 use facemill::Outcome;
 use facemill_tests::meshes::{CASES, SAME, markdown, outcomes};

@@ -7,7 +7,8 @@ use facemill_tests::program::{code_and_errors, facemill, run};
 use facemill_tests::shared::workspace;
 use serde_json::{Value, json};
 
-/// A small propeller near its hub, searched up to tilts at which head and blades come near each other.
+/// A small propeller near its hub, searched up to tilts at which head and blades come near each
+/// other.
 fn crowded() -> JobFolder {
     let job = JobFolder::new(&NewJob::Propeller { series: Series::Dtmb4119, diameter_mm: 400.0 });
     job.set(

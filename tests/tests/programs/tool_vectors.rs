@@ -1,4 +1,5 @@
-//! Programs that name the tool's axis, and the surface's normal, as vectors; and a shop's own dialect file.
+//! Programs that name the tool's axis, and the surface's normal, as vectors; and a shop's own
+//! dialect file.
 
 use facemill::inverse_kinematics::{AxisValues, Machine};
 use facemill::nc_program::Dialect;
@@ -14,7 +15,8 @@ use serde_json::{Value, json};
 
 const OFFSET: [f64; 3] = [41.5, -27.0, 260.0];
 
-/// A shop's own file for a dialect, with rapids under RTCP that go as the machine file says, and further changes.
+/// A shop's own file for a dialect, with rapids under RTCP that go as the machine file says, and
+/// further changes.
 fn own_dialect(job: &JobFolder, dialect: &str, changes: &[(&str, Value)]) {
     let file = format!("crates/nc-program/dialects/{dialect}.json");
     let file = std::fs::read(facemill_tests::shared::workspace().join(file)).unwrap();
@@ -132,7 +134,8 @@ fn motion_lines(text: &str, tool: [&str; 3]) -> Vec<Line> {
     all
 }
 
-/// Every line is its pose of the plan: the tip to the decimals of the words, the axis to those of the vector.
+/// Every line is its pose of the plan: the tip to the decimals of the words, the axis to those of
+/// the vector.
 fn check_poses(job: &JobFolder, planned: &Planned, lines: &[Line]) {
     let poses = planned_poses(job, planned);
     assert_eq!(lines.len(), poses.len());
@@ -261,7 +264,8 @@ fn a_dialect_file_that_is_not_read_as_it_is_meant_is_refused_before_planning() {
         let told = job.try_plan().err().unwrap_or_else(|| panic!("{changes:?}")).to_string();
         assert!(wanted.iter().all(|w| told.contains(w)), "{changes:?}: {told}");
     }
-    // The same words in the files of other controls; two keys that add one word are told by the first.
+    // The same words in the files of other controls; two keys that add one word are told by the
+    // first.
     for (dialect, changes, wanted) in [
         ("heidenhain", &[("/words/rapid_end", json!("R0 FMAX M9"))][..], "words.rapid_end: `R0 FMAX M9`"),
         (
@@ -290,8 +294,9 @@ fn a_dialect_file_that_is_not_read_as_it_is_meant_is_refused_before_planning() {
     assert!(missing.contains("none.json"), "{missing}");
 }
 
-/// What the control makes of rounded vectors is the same where they are written and where they are read: feeds that a plan has
-/// lowered to what the axes reach are not lowered again, even where few decimals make a staircase of the vectors.
+/// What the control makes of rounded vectors is the same where they are written and where they are
+/// read: feeds that a plan has lowered to what the axes reach are not lowered again, even where few
+/// decimals make a staircase of the vectors.
 #[test]
 fn feeds_of_a_plan_with_vectors_are_those_that_its_own_text_reaches() {
     let job = with_vectors("siemens_840d", "tip_linear_vector_turned");
@@ -321,7 +326,8 @@ fn feeds_of_a_plan_with_vectors_are_those_that_its_own_text_reaches() {
     let lowered: Vec<_> = pairs.filter(|(a, b)| (b.feed / a.feed - 1.0).abs() > 0.01).collect();
     assert!(lowered.is_empty(), "{} of {}, {:?}", lowered.len(), before.len(), lowered[0]);
 
-    // What the decimals cost is told: about as much as rotary words, which turn the axes evenly, save.
+    // What the decimals cost is told: about as much as rotary words, which turn the axes evenly,
+    // save.
     let told = law.tool_vectors.unwrap();
     assert!(told.decimals == 3 && (told.turn_deg - 0.0496).abs() < 1e-4, "{told:?}");
     assert!(summary(&planned.report).contains("tool vectors      of 3 decimals"), "{}", summary(&planned.report));
@@ -355,8 +361,8 @@ fn a_template_that_leaves_rtcp_on_and_does_not_end_is_told() {
     assert!(!planned.is_clean());
 }
 
-/// Under the machine's law the tool vector turns in a plane; a dialect that wants vectors in all blocks cannot say what is
-/// near the pole.
+/// Under the machine's law the tool vector turns in a plane; a dialect that wants vectors in all
+/// blocks cannot say what is near the pole.
 #[test]
 fn near_the_pole_rotary_words_stand_between_vectors_or_the_plan_is_refused() {
     // So slow that no axis races beside the pole: else the plan goes round it.

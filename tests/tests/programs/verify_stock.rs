@@ -1,5 +1,5 @@
-//! A plate milled by hand-written programs with a tilted face mill: cusps, a planted gouge and what was not reached
-//! are what closed forms say, in the report and in the colours.
+//! A plate milled by hand-written programs with a tilted face mill: cusps, a planted gouge and what
+//! was not reached are what closed forms say, in the report and in the colours.
 
 mod across;
 mod bodies;
@@ -32,12 +32,14 @@ const ALLOWANCE: f64 = 0.5;
 /// Height of the workpiece on the table.
 const TABLE: f64 = 300.0;
 
-/// What a flat disc of this radius, tilted along the feed, leaves between passes: its outline is an ellipse.
+/// What a flat disc of this radius, tilted along the feed, leaves between passes: its outline is an
+/// ellipse.
 fn cusp() -> f64 {
     RADIUS * TILT_DEG.to_radians().sin() * (1.0 - (1.0 - (STEP / (2.0 * RADIUS)).powi(2)).sqrt())
 }
 
-/// A plate of 30 × 30 × 6 mm, top at z = 0, whose top is to be cut, with 0.5 mm on it; a flat cutter of 20 mm.
+/// A plate of 30 × 30 × 6 mm, top at z = 0, whose top is to be cut, with 0.5 mm on it; a flat
+/// cutter of 20 mm.
 fn plate() -> JobFolder {
     let job = JobFolder::new(&NewJob::Patch { size_mm: 60.0 });
     let mut obj = String::new();
@@ -79,7 +81,8 @@ fn section(length: f64, diameter: f64) -> Value {
     json!([{ "length_mm": length, "diameter_low_mm": diameter, "diameter_high_mm": diameter }])
 }
 
-/// Words of the tilted cutter with its lowest point at a place of the work, by the paper's equation (9) with C = 0.
+/// Words of the tilted cutter with its lowest point at a place of the work, by the paper's equation
+/// (9) with C = 0.
 fn words([x, y, z]: [f64; 3]) -> String {
     let (sin, cos) = TILT_DEG.to_radians().sin_cos();
     let l = PIVOT_TO_FACE + GAUGE;
@@ -90,8 +93,8 @@ fn words([x, y, z]: [f64; 3]) -> String {
 /// Where the pass in the middle goes down.
 const GOUGED_AT: f64 = 5.0;
 
-/// Passes along x, the last one `last` steps beside the middle; with `gouge` the one in the middle goes that deep at x
-/// = 5.
+/// Passes along x, the last one `last` steps beside the middle; with `gouge` the one in the middle
+/// goes that deep at x = 5.
 fn program(last: i32, gouge: f64) -> String {
     let mut text = format!("G21 G90 G94\nG0 G43 {} H1\n", words([-30.0, -18.0, 40.0]));
     for k in -3..=last {
@@ -147,8 +150,8 @@ fn sum(figures: &DeviationFigures) -> f64 {
     a.within + a.gouged + a.excess + a.not_reached + a.no_stock + a.not_measured
 }
 
-/// The ridge is told to what its slope falls off within half a cell, so the error falls with the cell; areas are the
-/// ellipse's.
+/// The ridge is told to what its slope falls off within half a cell, so the error falls with the
+/// cell; areas are the ellipse's.
 #[test]
 fn cusps_are_those_of_the_tilted_disc() {
     let job = plate();
@@ -184,7 +187,8 @@ fn cusps_are_those_of_the_tilted_disc() {
     }
 }
 
-/// Every point that is drawn is compared, or counted with the reason: of passes three cells apart that they are too close.
+/// Every point that is drawn is compared, or counted with the reason: of passes three cells apart
+/// that they are too close.
 #[test]
 fn reasons_for_cusps_that_are_not_compared_are_counted() {
     let job = plate();
@@ -241,8 +245,8 @@ fn cusps_of_tool_vectors_are_those_of_rotary_words() {
     }
 }
 
-/// A strip without passes keeps its allowance and is told as such, and the bottom too; walls along the lines are not
-/// measured.
+/// A strip without passes keeps its allowance and is told as such, and the bottom too; walls along
+/// the lines are not measured.
 #[test]
 fn what_was_not_reached_is_told_apart_from_what_was_left() {
     let found = verified(&plate(), &program(1, 0.0), 0.5, Some(0.04)).unwrap();
@@ -272,7 +276,8 @@ fn a_planted_gouge_is_told_with_its_depth_and_place_and_is_red() {
         (gouge.at_mm[0] - GOUGED_AT).abs() < 1.0 && gouge.at_mm[1].abs() < 0.5 && gouge.at_mm[2].abs() < 1e-9,
         "{gouge:?}"
     );
-    // Within a limit that is deeper it is no fault, and in the gouge's own tolerance nothing is gouged.
+    // Within a limit that is deeper it is no fault, and in the gouge's own tolerance nothing is
+    // gouged.
     let found = verified(&job, &program(1, 0.03), 0.5, None).unwrap();
     let lenient = found.file.deviation.as_ref().unwrap();
     assert!(!lenient.exceeds_gouge_limit && lenient.drive.area_mm2.gouged == 0.0);
@@ -295,8 +300,8 @@ fn a_planted_gouge_is_told_with_its_depth_and_place_and_is_red() {
     assert!(why.contains("tolerance of the deviation") && why.contains("above 0"), "{why}");
 }
 
-/// A side that the job names twice, with an allowance of its own: the part is closed all the same, and is held against
-/// what the program should leave.
+/// A side that the job names twice, with an allowance of its own: the part is closed all the same,
+/// and is held against what the program should leave.
 #[test]
 fn allowances_count_and_surfaces_named_twice_are_there_once() {
     let job = plate();
@@ -309,7 +314,8 @@ fn allowances_count_and_surfaces_named_twice_are_there_once() {
     assert!(drive.largest_not_reached.is_none() && part.area_mm2.no_stock == 0.0, "{part:?}");
 }
 
-/// A post on the plate that is a check surface: what it covers is no surface of the part, and it is no stock on it.
+/// A post on the plate that is a check surface: what it covers is no surface of the part, and it is
+/// no stock on it.
 #[test]
 fn check_surfaces_are_what_the_part_is_joined_to() {
     let job = plate();

@@ -24,15 +24,15 @@ pub struct Laid {
     pub n_levels: usize,
     /// Pieces left out because they are shorter than the shortest pass, margins taken off.
     pub n_dropped_pieces: usize,
-    /// Strips between two levels that are somewhere wider than was asked for, because that was below the smallest
-    /// step-over, or because the surface stands at less than 3° to the levels.
+    /// Strips between two levels that are somewhere wider than was asked for, because that was
+    /// below the smallest step-over, or because the surface stands at less than 3° to the levels.
     pub n_wide_strips: usize,
-    /// Largest distance between neighbouring levels along the surface, mm: on no facet is the way up its steepest lines
-    /// from one level to the next longer. Facets at less than 3° to the levels count as standing at 3°. 0 where there is
-    /// one level.
+    /// Largest distance between neighbouring levels along the surface, mm: on no facet is the way
+    /// up its steepest lines from one level to the next longer. Facets at less than 3° to the
+    /// levels count as standing at 3°. 0 where there is one level.
     pub largest_step_over: f64,
-    /// Largest distance of the smooth surface's section from the straight line between two points, estimated from nodes
-    /// and normals, mm.
+    /// Largest distance of the smooth surface's section from the straight line between two points,
+    /// estimated from nodes and normals, mm.
     pub largest_chord: f64,
 }
 
@@ -51,24 +51,26 @@ pub struct LaidPass {
     pub closed: bool,
 }
 
-/// Border levels are moved inside by this part of the region's extent (3 µm on 3 m), and at most by a thousandth of the
-/// range. Larger: a rim stays uncut. Smaller: a border that runs along a level only up to the rounding of a mesh file in
-/// single precision is cut in crumbs.
+/// Border levels are moved inside by this part of the region's extent (3 µm on 3 m), and at most by
+/// a thousandth of the range. Larger: a rim stays uncut. Smaller: a border that runs along a level
+/// only up to the rounding of a mesh file in single precision is cut in crumbs.
 const BORDER_INSET: f64 = 1e-6;
 
-/// Lays passes on the region of a surface: along levels of the strategy, so close that neighbours are nowhere farther apart
-/// along the surface than `strip_width` allows.
+/// Lays passes on the region of a surface: along levels of the strategy, so close that neighbours
+/// are nowhere farther apart along the surface than `strip_width` allows.
 ///
-/// `strip_width` is asked at the vertices of the region (and between them where they are farther apart than the largest
-/// step-over), with the surface's normal and the feed of the first level; it answers in mm, infinite for any. The first and
-/// the last level lie on the border of the region or at the ends of the strategy's range. A step of `monitor` is one level.
+/// `strip_width` is asked at the vertices of the region (and between them where they are farther
+/// apart than the largest step-over), with the surface's normal and the feed of the first level; it
+/// answers in mm, infinite for any. The first and the last level lie on the border of the region or
+/// at the ends of the strategy's range. A step of `monitor` is one level.
 ///
-/// The result does not depend on the number of threads. A rigid motion of surface, strategy and region moves it along,
-/// except for a box, whose sides stay parallel to the axes.
+/// The result does not depend on the number of threads. A rigid motion of surface, strategy and
+/// region moves it along, except for a box, whose sides stay parallel to the axes.
 ///
 /// # Errors
-/// When a setting is out of range, the region is empty, names an unknown group or leaves no pass, a width is NaN, there
-/// would be too many passes, points, or facets to look at, or the monitor cancels.
+/// When a setting is out of range, the region is empty, names an unknown group or leaves no pass, a
+/// width is NaN, there would be too many passes, points, or facets to look at, or the monitor
+/// cancels.
 pub fn lay_passes(
     surface: &Surface,
     region: &Region,
@@ -125,15 +127,17 @@ fn check_strategy(strategy: &Strategy) -> Result<(), PathError> {
 
 fn fineness(surface: &Surface, settings: &LaySettings) -> Fineness {
     Fineness {
-        // Widths are taken between vertices no farther apart than this. A region that would fall into more than about
-        // 300 × 300 pieces by it is taken more coarsely.
+        // Widths are taken between vertices no farther apart than this. A region that would fall
+        // into more than about 300 × 300 pieces by it is taken more coarsely.
         max_edge: settings.max_step_over.max(extent(surface.mesh()) / 300.0),
-        // Islands and bays of a level that are smaller than this may be missed. Points lie on the level all the same.
+        // Islands and bays of a level that are smaller than this may be missed. Points lie on the
+        // level all the same.
         max_bend: settings.chord_tolerance / 2.0,
     }
 }
 
-/// Largest distance of a triangle's corner from the first one, mm: a size that does not change with the frame.
+/// Largest distance of a triangle's corner from the first one, mm: a size that does not change with
+/// the frame.
 fn extent(mesh: &TriMesh) -> f64 {
     let mut corners = mesh.triangles().iter().flatten().map(|&v| mesh.vertices()[v as usize]);
     let Some(first) = corners.next() else { return 0.0 };
@@ -171,7 +175,8 @@ fn rising_levels(
     }
 }
 
-/// The curves of each level, in the triangles that reach it, closed ones cut open one after the other.
+/// The curves of each level, in the triangles that reach it, closed ones cut open one after the
+/// other.
 fn trace_levels<'a>(
     patch: &'a Patch<'a>,
     strategy: &'a Strategy,
@@ -221,7 +226,8 @@ fn resample_levels(
 /// Curves that are looked at for an estimate of the points that all need, and points on each.
 const LOOKED_AT: [usize; 2] = [32, 10_000];
 
-/// The share of the curves' length that some of them have, as far as they are looked at, and the points that it needs.
+/// The share of the curves' length that some of them have, as far as they are looked at, and the
+/// points that it needs.
 fn looked_at(curves: &[Vec<Curve>], settings: &LaySettings) -> (f64, usize) {
     let curves: Vec<&Curve> = curves.iter().flatten().collect();
     let length: f64 = curves.iter().map(|c| pass_length(c, settings)).sum();

@@ -1,7 +1,8 @@
 use crate::error::PathError;
 use crate::strategy::size::{MAX_CROSSINGS, MAX_LEVELS, StepOverCause};
 
-/// A piece of the surface: the levels it reaches over and the largest step of level that keeps passes on it close enough.
+/// A piece of the surface: the levels it reaches over and the largest step of level that keeps
+/// passes on it close enough.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Band {
     pub(crate) low: f64,
@@ -14,13 +15,14 @@ pub(crate) struct Band {
     pub(crate) slope: f64,
 }
 
-/// Levels from `first` to `last`, both included and `first` ≤ `last`, in rising order: each step is the largest that no
-/// band it reaches into forbids.
+/// Levels from `first` to `last`, both included and `first` ≤ `last`, in rising order: each step is
+/// the largest that no band it reaches into forbids.
 ///
 /// With `even`, the limits are shrunk alike until the same number of steps fits without a rest.
 ///
 /// # Errors
-/// When there would be more than [`MAX_LEVELS`], or they would cross more than [`MAX_CROSSINGS`] bands.
+/// When there would be more than [`MAX_LEVELS`], or they would cross more than [`MAX_CROSSINGS`]
+/// bands.
 pub(crate) fn plan_levels(
     bands: &[Band],
     cause: StepOverCause,
@@ -38,8 +40,8 @@ pub(crate) fn plan_levels(
     if !even || largest.len() < 3 {
         return Ok(largest);
     }
-    // The number of steps falls with the limits' factor, so bisection finds the smallest factor with no more steps. Forty
-    // halvings leave the last step full to twelve digits.
+    // The number of steps falls with the limits' factor, so bisection finds the smallest factor
+    // with no more steps. Forty halvings leave the last step full to twelve digits.
     let (mut low, mut high, mut best) = (0.5, 1.0, largest);
     for _ in 0..40 {
         let factor = 0.5 * (low + high);
@@ -66,8 +68,8 @@ fn least_factor(sorted: &[Band], first: f64, last: f64) -> f64 {
     high
 }
 
-/// The triangles that reach each of the levels (in rising order), those in rising order. A triangle reaches a level that is above its
-/// lowest corner and not above its highest.
+/// The triangles that reach each of the levels (in rising order), those in rising order. A triangle
+/// reaches a level that is above its lowest corner and not above its highest.
 pub(crate) fn triangles_at(bands: &[Band], levels: &[f64]) -> Vec<Vec<u32>> {
     let mut at = vec![Vec::new(); levels.len()];
     for (t, b) in bands.iter().enumerate() {
@@ -89,7 +91,8 @@ pub(crate) fn count_wide(bands: &[Band], levels: &[f64]) -> usize {
     wide.into_iter().filter(|&w| w).count()
 }
 
-/// Longest way up a piece from one of the levels (in rising order) to the next, as if the piece reached over both.
+/// Longest way up a piece from one of the levels (in rising order) to the next, as if the piece
+/// reached over both.
 pub(crate) fn widest_strip(bands: &[Band], levels: &[f64]) -> f64 {
     let way = |b: &Band| steps_into(b, levels).map(|k| (levels[k + 1] - levels[k]) / b.slope).fold(0.0, f64::max);
     bands.iter().map(way).fold(0.0, f64::max)

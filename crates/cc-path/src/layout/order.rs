@@ -5,8 +5,8 @@ use crate::layout::generate_passes::LaidPass;
 use crate::layout::resample::Piece;
 use crate::strategy::settings::{Direction, LaySettings, Pattern};
 
-/// Puts the pieces in cutting order: level by level, on each level from where the last pass ended to the nearest start of a
-/// piece; on the first level along the feed.
+/// Puts the pieces in cutting order: level by level, on each level from where the last pass ended
+/// to the nearest start of a piece; on the first level along the feed.
 pub(crate) fn arrange(levels: Vec<(f64, Vec<Piece>)>, settings: &LaySettings) -> Vec<LaidPass> {
     let mut direction = settings.first_direction();
     let mut passes: Vec<LaidPass> = Vec::new();
@@ -54,7 +54,8 @@ fn nearest_start(pieces: &[Piece], end: &Point3<f64>) -> usize {
     least(pieces, |p| start_of(p).map_or(f64::INFINITY, |s| (s - end).norm_squared()))
 }
 
-/// The piece that begins first in the direction in which the pieces run on the whole; of closed ones, any.
+/// The piece that begins first in the direction in which the pieces run on the whole; of closed
+/// ones, any.
 fn first_along_feed(pieces: &[Piece]) -> usize {
     let run = |p: &Piece| ends(&p.points).map_or_else(Vector3::zeros, |[a, b]| b - a);
     match Unit::try_new(pieces.iter().map(run).sum::<Vector3<f64>>(), 1e-9) {

@@ -11,7 +11,8 @@ pub(crate) struct Piece {
     pub(crate) points: Vec<CcPoint>,
     pub(crate) length: f64,
     pub(crate) closed: bool,
-    /// Largest estimated distance of the smooth section from the straight lines between the points, mm.
+    /// Largest estimated distance of the smooth section from the straight lines between the points,
+    /// mm.
     pub(crate) chord: f64,
 }
 
@@ -38,8 +39,9 @@ impl Limits {
     }
 }
 
-/// Puts points on a curve: the first and the last at its ends (less the margin), and as few between as the limits ask for,
-/// spread so that the last gap is no smaller than it has to be. `None` where the curve is too short.
+/// Puts points on a curve: the first and the last at its ends (less the margin), and as few between
+/// as the limits ask for, spread so that the last gap is no smaller than it has to be. `None` where
+/// the curve is too short.
 ///
 /// # Errors
 /// When it needs more points than are left.
@@ -86,8 +88,9 @@ pub(crate) fn beginning(curve: &Curve, settings: &LaySettings, most: usize) -> (
     (here.way - start, n)
 }
 
-/// Points are never nearer than this along a pass, mm: over such a way no surface leaves the chord by more than the
-/// tolerance, and at a crease, where no gap is small enough for the turn, it keeps the number of points finite.
+/// Points are never nearer than this along a pass, mm: over such a way no surface leaves the chord
+/// by more than the tolerance, and at a crease, where no gap is small enough for the turn, it keeps
+/// the number of points finite.
 fn least_gap(settings: &LaySettings) -> f64 {
     (0.5 * settings.chord_tolerance).min(1e-3 * settings.max_step)
 }
@@ -97,7 +100,8 @@ fn spread(curve: &Curve, settings: &LaySettings, left: &PointsLeft, start: f64, 
     let gap = least_gap(settings);
     let mut best = walk(curve, limits, gap, start, end, left.get())?;
     left.take(best.len())?;
-    // The same number of points with tighter limits: six halvings leave the last gap within 2 % of full.
+    // The same number of points with tighter limits: six halvings leave the last gap within 2 % of
+    // full.
     let (mut low, mut high) = (0.5, 1.0);
     for _ in 0..6 {
         let factor = 0.5 * (low + high);
@@ -109,7 +113,8 @@ fn spread(curve: &Curve, settings: &LaySettings, left: &PointsLeft, start: f64, 
     Some(best)
 }
 
-/// Goes along the curve in the longest gaps that keep to the limits. `None` when there are more than `max_points`.
+/// Goes along the curve in the longest gaps that keep to the limits. `None` when there are more
+/// than `max_points`.
 fn walk(curve: &Curve, limits: Limits, least_gap: f64, start: f64, end: f64, max_points: usize) -> Option<Vec<Place>> {
     let mut places = vec![curve.at(start)];
     let mut here = places[0];
@@ -171,10 +176,11 @@ fn turn_between(curve: &Curve, a: &Place, b: &Place) -> f64 {
 
 /// How far the smooth section leaves the straight line from `a` to `b`, estimated, mm.
 ///
-/// Along the surface it is what the nodes between say. Across it the facets hide what the surface does inside them, but
-/// the normals tell: a line of length L whose ends' normals differ by Δθ in the plane of the line stands over an arc of
-/// height L·Δθ/8. The larger of the two counts. The normals at an open border know one side only, so on facets there the
-/// estimate is down to half of what is true.
+/// Along the surface it is what the nodes between say. Across it the facets hide what the surface
+/// does inside them, but the normals tell: a line of length L whose ends' normals differ by Δθ in
+/// the plane of the line stands over an arc of height L·Δθ/8. The larger of the two counts. The
+/// normals at an open border know one side only, so on facets there the estimate is down to half of
+/// what is true.
 fn chord_between(curve: &Curve, a: &Place, b: &Place) -> f64 {
     let line = b.position - a.position;
     let length = line.norm();

@@ -9,22 +9,25 @@ use crate::strategy::patch::Patch;
 use crate::strategy::settings::{Direction, LaySettings};
 use crate::strategy::size::StepOverCause;
 
-/// The allowed distance between passes at a CC point, mm, measured along the surface: asked of the caller.
+/// The allowed distance between passes at a CC point, mm, measured along the surface: asked of the
+/// caller.
 pub(crate) type StripWidth<'a> = &'a (dyn Fn(&CcPoint) -> f64 + Sync);
 
-/// Sine of the least angle between surface and level set that step-overs are made for, 3°. Flatter places would ask for
-/// passes without end: they are cut as if they stood at this angle, and count as wide strips. Larger: real blade edges
-/// would be cut too coarsely. Smaller: a single flat facet multiplies the passes.
+/// Sine of the least angle between surface and level set that step-overs are made for, 3°. Flatter
+/// places would ask for passes without end: they are cut as if they stood at this angle, and count
+/// as wide strips. Larger: real blade edges would be cut too coarsely. Smaller: a single flat facet
+/// multiplies the passes.
 pub(crate) const MIN_SLOPE: f64 = 0.052;
 
-/// Facets with a lower height over longest side are slivers: rounding of the mesh file turns their normals, so the smooth
-/// normal decides on their slope.
+/// Facets with a lower height over longest side are slivers: rounding of the mesh file turns their
+/// normals, so the smooth normal decides on their slope.
 const SLIVER: f64 = 0.02;
 
 /// What each triangle of a patch allows, and what decides on it.
 ///
-/// On a plane facet the level rises evenly by slope × way. So a way up the steepest lines from one pass to the next is no
-/// longer than the width, if the step of level is at most width × slope on every facet it crosses.
+/// On a plane facet the level rises evenly by slope × way. So a way up the steepest lines from one
+/// pass to the next is no longer than the width, if the step of level is at most width × slope on
+/// every facet it crosses.
 ///
 /// # Errors
 /// When a width is NaN.
@@ -88,10 +91,12 @@ fn vertex_widths(
     (0..n_vertices).into_par_iter().map(width).collect::<Vec<_>>().into_iter().collect()
 }
 
-/// The CC point of a level curve: the feed runs along the level, the higher levels to the left of it when forward.
+/// The CC point of a level curve: the feed runs along the level, the higher levels to the left of
+/// it when forward.
 fn cc_point(strategy: &Strategy, direction: Direction, p: Point3<f64>, normal: Unit<Vector3<f64>>) -> CcPoint {
     let across = strategy.gradient(&p).and_then(|g| Unit::try_new(g.cross(&normal), 1e-9));
-    // Where the surface lies along the level there is no curve: any tangent serves, the width there hardly matters.
+    // Where the surface lies along the level there is no curve: any tangent serves, the width there
+    // hardly matters.
     let forward = across.unwrap_or_else(|| any_tangent(&normal));
     let feed = match direction {
         Direction::Forward => forward,

@@ -15,7 +15,8 @@ pub(crate) struct Curve<'a> {
     nodes: Vec<Point3<f64>>,
     /// The triangle between each node and the next.
     triangles: Vec<u32>,
-    /// Smooth normals at the beginning and the end of each piece: they differ from piece to piece at creases.
+    /// Smooth normals at the beginning and the end of each piece: they differ from piece to piece
+    /// at creases.
     normals: Vec<[Unit<Vector3<f64>>; 2]>,
     /// How far each piece stands off its chord at the middle, mm.
     bulges: Vec<f64>,
@@ -35,7 +36,8 @@ pub(crate) struct Place {
     pub(crate) normal: Unit<Vector3<f64>>,
 }
 
-/// The sections at a level, in the order of the patch's triangles; `among` are those that reach it, in rising order.
+/// The sections at a level, in the order of the patch's triangles; `among` are those that reach it,
+/// in rising order.
 pub(crate) fn trace<'a>(patch: &'a Patch<'a>, strategy: &'a Strategy, level: f64, among: &[u32]) -> Vec<Curve<'a>> {
     level_curves_among(&patch.mesh, &patch.edges, &patch.levels, level, among.iter().copied())
         .into_iter()
@@ -133,8 +135,9 @@ impl<'a> Curve<'a> {
         if self.strategy.is_linear() {
             return from + (to - from) * fraction;
         }
-        // Two corners lie on one side of the level, the lone one on the other, and every line from the lone corner to the
-        // side across crosses the level once. The line is the one through the point of the chord.
+        // Two corners lie on one side of the level, the lone one on the other, and every line from
+        // the lone corner to the side across crosses the level once. The line is the one through
+        // the point of the chord.
         let v = self.patch.mesh.triangles()[self.triangles[piece] as usize];
         let above = v.map(|v| self.patch.levels[v as usize] >= self.level);
         let lone = (0..3).find(|&k| above[k] != above[(k + 1) % 3] && above[k] != above[(k + 2) % 3]).unwrap_or(0);
@@ -148,8 +151,8 @@ impl<'a> Curve<'a> {
         if (self.strategy.level(&foot) >= self.level) != (self.strategy.level(&lone) >= self.level) {
             return lone + (foot - lone) * self.strategy.crossing(&lone, &foot, self.level);
         }
-        // Between corners above it, a side can dip below the level, and the curve leaves the triangle for a while there.
-        // Then it is taken to stand where it leaves or comes back.
+        // Between corners above it, a side can dip below the level, and the curve leaves the
+        // triangle for a while there. Then it is taken to stand where it leaves or comes back.
         let end = if fraction < 0.5 { first } else { last };
         foot + (end - foot) * self.strategy.crossing(&foot, &end, self.level)
     }
@@ -159,11 +162,13 @@ impl<'a> Curve<'a> {
         self.nodes[place.piece + 1] - self.nodes[place.piece]
     }
 
-    /// Direction of the smooth surface's section at a place: along gradient × N; the chord's where there is none.
+    /// Direction of the smooth surface's section at a place: along gradient × N; the chord's where
+    /// there is none.
     pub(crate) fn tangent(&self, place: &Place) -> Vector3<f64> {
         let chord = self.chord_direction(place);
         let smooth = self.strategy.gradient(&place.position).map(|g| g.cross(&place.normal));
-        // Where the surface lies along the level the product is rounding noise, or turns against the way.
+        // Where the surface lies along the level the product is rounding noise, or turns against
+        // the way.
         smooth.filter(|s| s.norm() > 1e-6 && s.dot(&chord) > 0.0).unwrap_or(chord)
     }
 

@@ -1,4 +1,5 @@
-//! One point in each cell of square lattices across the axes, and where they meet facets and borders.
+//! One point in each cell of square lattices across the axes, and where they meet facets and
+//! borders.
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -12,7 +13,8 @@ use crate::samples::RegionSample;
 /// A facet: index, corners, normal.
 pub(crate) type Facet = (u32, [Point3<f64>; 3], Unit<Vector3<f64>>);
 
-/// Cells that are looked at, at most, for the area of facets and for their edges: a second of processor time.
+/// Cells that are looked at, at most, for the area of facets and for their edges: a second of
+/// processor time.
 const MAX_CELLS: f64 = 4e6;
 
 /// Points on a border, at most.
@@ -34,7 +36,8 @@ impl LatticePoint {
     }
 }
 
-/// Side of the cells with which facets get one point for each `area_each` (mm²) of them, or as many as can be looked at.
+/// Side of the cells with which facets get one point for each `area_each` (mm²) of them, or as many
+/// as can be looked at.
 pub(crate) fn side_of(facets: impl Iterator<Item = Facet>, area_each: f64, bounds: Option<&Aabb>) -> f64 {
     let (mut area, mut seen, mut within, mut edges) = (0.0, 0.0, 0.0, 0.0);
     for (_, corners, normal) in facets {
@@ -90,8 +93,8 @@ impl<'a> Lattice<'a> {
         (coordinate / self.side).floor() as i64
     }
 
-    /// Points of the cells that lie under a facet, on it. Facets that share an edge leave no point between
-    /// them out.
+    /// Points of the cells that lie under a facet, on it. Facets that share an edge leave no point
+    /// between them out.
     pub(crate) fn on_facet(&self, (triangle, corners, normal): Facet) -> Vec<LatticePoint> {
         let axis = normal.iamax();
         let [k, l] = plane_of(axis);
@@ -115,8 +118,8 @@ impl<'a> Lattice<'a> {
         points
     }
 
-    /// Points on the edges that only one of the triangles has, without area: one in each cell along the axis that is nearest to
-    /// the edge.
+    /// Points on the edges that only one of the triangles has, without area: one in each cell along
+    /// the axis that is nearest to the edge.
     pub(crate) fn on_border(
         &self,
         mesh: &TriMesh,

@@ -8,7 +8,8 @@ use crate::region::{NormalCone, Region};
 use crate::strategy::settings::require;
 use crate::strategy::{CylindricalSections, ParallelPlanes, Strategy};
 
-/// A [`Strategy`] as a job file has it: `{"parallel_planes": {…}}` or `{"cylindrical_sections": {…}}`.
+/// A [`Strategy`] as a job file has it: `{"parallel_planes": {…}}` or `{"cylindrical_sections":
+/// {…}}`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StrategyFile {
@@ -27,7 +28,8 @@ pub struct ParallelPlanesFile {
     /// Point of the plane that levels are counted from; the workpiece origin where there is none.
     #[serde(default)]
     pub origin_mm: [f64; 3],
-    /// Distance from it, along the normal, of the first plane; the region's border where there is none.
+    /// Distance from it, along the normal, of the first plane; the region's border where there is
+    /// none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from_mm: Option<f64>,
     /// Distance of the last plane; the region's border where there is none.
@@ -50,7 +52,8 @@ pub struct CylindricalSectionsFile {
     pub to_radius_mm: f64,
 }
 
-/// A [`Region`] as a job file has it; all conditions must hold, and without any it is the whole drive surface.
+/// A [`Region`] as a job file has it; all conditions must hold, and without any it is the whole
+/// drive surface.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RegionFile {
@@ -130,7 +133,8 @@ impl RegionFile {
     /// The region, with angles in rad.
     ///
     /// # Errors
-    /// When the cone's axis has no length, its angle is out of range, or the box is empty; the error names the field.
+    /// When the cone's axis has no length, its angle is out of range, or the box is empty; the
+    /// error names the field.
     pub fn to_region(&self) -> Result<Region, PathError> {
         Ok(Region {
             groups: self.groups.clone(),

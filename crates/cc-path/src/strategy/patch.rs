@@ -9,8 +9,9 @@ use crate::region::{Region, triangles_of};
 use crate::strategy::Strategy;
 use crate::strategy::size::check_pieces;
 
-/// The region as a mesh of its own, every point of which lies on the drive surface: triangles cut at the box, and cut up
-/// so finely that levels are as good as linear along every edge and widths as good as constant.
+/// The region as a mesh of its own, every point of which lies on the drive surface: triangles cut
+/// at the box, and cut up so finely that levels are as good as linear along every edge and widths
+/// as good as constant.
 pub(crate) struct Patch<'a> {
     /// The surface it is a part of.
     pub(crate) surface: &'a Surface,
@@ -32,8 +33,9 @@ pub(crate) struct Fineness {
     pub(crate) max_bend: f64,
 }
 
-/// Edges are halved at most this often. Twelve halvings bring an edge of 4 m below 1 mm; where a cylinder's axis pierces
-/// the surface no number is enough, and the levels there are cut as finely as this allows.
+/// Edges are halved at most this often. Twelve halvings bring an edge of 4 m below 1 mm; where a
+/// cylinder's axis pierces the surface no number is enough, and the levels there are cut as finely
+/// as this allows.
 const MAX_ROUNDS: usize = 12;
 
 impl<'a> Patch<'a> {
@@ -80,7 +82,8 @@ impl<'a> Patch<'a> {
         self.surface.facet_normal(self.parents[triangle as usize])
     }
 
-    /// Least height of that facet over its longest side: near 0 for a sliver, whose normal means little.
+    /// Least height of that facet over its longest side: near 0 for a sliver, whose normal means
+    /// little.
     pub(crate) fn facet_shape(&self, triangle: u32) -> f64 {
         let parent = self.parents[triangle as usize] as usize;
         let [a, b, c] = self.surface.mesh().corners(parent);
@@ -95,7 +98,8 @@ impl Fineness {
     }
 }
 
-/// Weights of the corners at the point of the triangle's plane below `p`, not negative and of sum 1.
+/// Weights of the corners at the point of the triangle's plane below `p`, not negative and of
+/// sum 1.
 fn barycentric(p: &Point3<f64>, [a, b, c]: &[Point3<f64>; 3]) -> [f64; 3] {
     let (e, f) = (b - a, c - a);
     let n = e.cross(&f);
@@ -111,7 +115,8 @@ fn barycentric(p: &Point3<f64>, [a, b, c]: &[Point3<f64>; 3]) -> [f64; 3] {
     [1.0 - v - w, v, w]
 }
 
-/// Triangles being cut. Vertices on a cut edge are shared by the triangles on both sides, so nothing comes apart.
+/// Triangles being cut. Vertices on a cut edge are shared by the triangles on both sides, so
+/// nothing comes apart.
 struct Pieces {
     vertices: Vec<Point3<f64>>,
     triangles: Vec<[u32; 3]>,
@@ -184,7 +189,8 @@ impl Pieces {
             .map(|t| {
                 let [a, b, c] = t.map(|v| self.vertices[v as usize]);
                 let of = t.map(|v| levels[v as usize]);
-                // The level changes by at most the way: inside the triangle it can be lower than at every corner.
+                // The level changes by at most the way: inside the triangle it can be lower than at
+                // every corner.
                 let reach = if strategy.is_linear() { 0.0 } else { (b - a).norm().max((c - a).norm()) };
                 of.iter().any(|&l| l >= low) && of.iter().any(|&l| l - reach <= high)
             })
@@ -195,7 +201,8 @@ impl Pieces {
         self.parents.retain(|_| *kept.next().unwrap_or(&true));
     }
 
-    /// Halves every edge for which `asks` holds, and cuts the triangles at them accordingly. Whether there was any.
+    /// Halves every edge for which `asks` holds, and cuts the triangles at them accordingly.
+    /// Whether there was any.
     fn halve_edges(&mut self, asks: impl Fn(&Point3<f64>, &Point3<f64>) -> bool) -> bool {
         let mut middles = BTreeMap::new();
         for t in &self.triangles {

@@ -6,19 +6,22 @@ use crate::strategy::size::MAX_POINTS;
 /// How passes are laid and points put on them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaySettings {
-    /// Largest distance of the surface's section from the straight line between two points, mm; at least
-    /// 1e-6.
+    /// Largest distance of the surface's section from the straight line between two points, mm; at
+    /// least 1e-6.
     pub chord_tolerance: f64,
     /// Largest distance between two points of a pass, mm.
     pub max_step: f64,
-    /// Largest angle between the normals of two points of a pass, rad; no bound where there is none. Where the normal
-    /// jumps, at a crease, two points come to lie within half the chord tolerance of each other instead.
+    /// Largest angle between the normals of two points of a pass, rad; no bound where there is
+    /// none. Where the normal jumps, at a crease, two points come to lie within half the chord
+    /// tolerance of each other instead.
     pub max_normal_change: Option<f64>,
     /// Largest distance between neighbouring passes along the surface, mm.
     pub max_step_over: f64,
-    /// Strip widths below this are taken for it, mm; [`Laid::n_wide_strips`](crate::layout::generate_passes::Laid) counts where that was done.
+    /// Strip widths below this are taken for it, mm;
+    /// [`Laid::n_wide_strips`](crate::layout::generate_passes::Laid) counts where that was done.
     pub min_step_over: f64,
-    /// Whether all step-overs shrink by one factor, so that the last is no narrower than it has to be.
+    /// Whether all step-overs shrink by one factor, so that the last is no narrower than it has to
+    /// be.
     pub even: bool,
     /// Order of the levels.
     pub order: LevelOrder,
@@ -26,22 +29,25 @@ pub struct LaySettings {
     pub pattern: Pattern,
     /// Direction of feed; of a zigzag, on the first level.
     pub direction: Direction,
-    /// Where it is given, `direction` is chosen so that the uncut stock lies on this side; of a zigzag, on the first level.
+    /// Where it is given, `direction` is chosen so that the uncut stock lies on this side; of a
+    /// zigzag, on the first level.
     pub uncut: Option<UncutSide>,
-    /// How far before the region's border a pass ends, measured along it, mm. Closed passes have no end.
+    /// How far before the region's border a pass ends, measured along it, mm. Closed passes have no
+    /// end.
     pub edge_margin: f64,
     /// Shorter passes are left out and counted, mm.
     pub min_pass_length: f64,
-    /// Closed curves are cut open where they cross the mesh edge nearest to this point. Without it, the first is cut open
-    /// where the mesh has it begin, and each further one nearest to the cut of the one before.
+    /// Closed curves are cut open where they cross the mesh edge nearest to this point. Without it,
+    /// the first is cut open where the mesh has it begin, and each further one nearest to the cut
+    /// of the one before.
     pub closed_start: Option<Point3<f64>>,
     /// Most points that all passes may have together, up to 2,000,000.
     pub max_points: usize,
 }
 
 impl Default for LaySettings {
-    /// Chord 0.01 mm, steps to 5 mm, step-over between 0.1 mm and 5 mm, evenly, one way from the lowest level up, forward,
-    /// to the border of the region.
+    /// Chord 0.01 mm, steps to 5 mm, step-over between 0.1 mm and 5 mm, evenly, one way from the
+    /// lowest level up, forward, to the border of the region.
     fn default() -> Self {
         Self {
             chord_tolerance: 0.01,
@@ -89,7 +95,8 @@ pub enum Direction {
     Reverse,
 }
 
-/// On which side of the feed the stock still stands, seen from outside the material with the feed ahead.
+/// On which side of the feed the stock still stands, seen from outside the material with the feed
+/// ahead.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UncutSide {
     /// At N × Et, [`CcPoint::left`](facemill_cl_data::CcPoint::left).
@@ -108,7 +115,8 @@ impl Direction {
         }
     }
 
-    /// Where the stock stands when levels are cut in this order: on the side of the levels that are cut later.
+    /// Where the stock stands when levels are cut in this order: on the side of the levels that are
+    /// cut later.
     pub fn uncut_side(self, order: LevelOrder) -> UncutSide {
         match (self, order) {
             (Self::Forward, LevelOrder::Increasing) | (Self::Reverse, LevelOrder::Decreasing) => UncutSide::Left,
@@ -117,7 +125,8 @@ impl Direction {
     }
 }
 
-/// Least chord tolerance, mm. Smaller ones are lost in the rounding of mesh files, and would ask for points without end.
+/// Least chord tolerance, mm. Smaller ones are lost in the rounding of mesh files, and would ask
+/// for points without end.
 const LEAST_CHORD: f64 = 1e-6;
 
 impl LaySettings {

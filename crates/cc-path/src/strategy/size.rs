@@ -1,4 +1,5 @@
-//! Bounds on the size of a path: what does not fit is refused before it fills time and memory, with the setting that makes it fit.
+//! Bounds on the size of a path: what does not fit is refused before it fills time and memory, with
+//! the setting that makes it fit.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -18,7 +19,8 @@ pub const MAX_POINTS: usize = 2_000_000;
 /// Most facets that passes cross, each counted once for each pass: 100 bytes for each.
 pub(crate) const MAX_CROSSINGS: usize = 20_000_000;
 
-/// Most pieces that facets are cut up into, besides the facets themselves; halving of edges may overshoot by four. 200 bytes for each.
+/// Most pieces that facets are cut up into, besides the facets themselves; halving of edges may
+/// overshoot by four. 200 bytes for each.
 pub(crate) const MAX_PIECES: usize = 2_000_000;
 
 /// What the distance of passes depends on.
@@ -41,7 +43,8 @@ impl StepOverCause {
 
 /// Refuses a region whose facets would be cut up into too many pieces; `facets` are their corners.
 ///
-/// Both measures of an edge fall at least as fast as pieces grow: its length as their root, its bend as their number.
+/// Both measures of an edge fall at least as fast as pieces grow: its length as their root, its
+/// bend as their number.
 ///
 /// # Errors
 /// With the setting that asks for most of the pieces.
@@ -73,7 +76,8 @@ pub(crate) fn check_pieces(
 
 /// Points that a path may still have; shared by passes that get theirs at the same time.
 ///
-/// Whether a path has too many does not depend on their order: each pass is refused by what is left only when the sum is too large.
+/// Whether a path has too many does not depend on their order: each pass is refused by what is left
+/// only when the sum is too large.
 pub(crate) struct PointsLeft(AtomicUsize);
 
 impl PointsLeft {
@@ -91,9 +95,11 @@ impl PointsLeft {
     }
 }
 
-/// The error for passes with too many points: because of the largest step where that alone asks for them, else of the chord tolerance.
+/// The error for passes with too many points: because of the largest step where that alone asks for
+/// them, else of the chord tolerance.
 ///
-/// A chord tolerance asks for 1 / √tolerance points. `measured` is the share of the length that was looked at, and its points.
+/// A chord tolerance asks for 1 / √tolerance points. `measured` is the share of the length that was
+/// looked at, and its points.
 pub(crate) fn too_many_points(
     settings: &LaySettings,
     length: f64,

@@ -37,8 +37,8 @@ impl Lcg {
     }
 }
 
-/// Grid of `n` × `m` quads, each two triangles, over the unit square mapped by `place`; wound so that
-/// ∂place/∂u × ∂place/∂v points out of the material.
+/// Grid of `n` × `m` quads, each two triangles, over the unit square mapped by `place`; wound so
+/// that ∂place/∂u × ∂place/∂v points out of the material.
 pub(crate) fn grid(n: u32, m: u32, place: impl Fn(f64, f64) -> Point3<f64>) -> TriMesh {
     let mut vertices = Vec::new();
     for j in 0..=m {
@@ -62,7 +62,8 @@ pub(crate) fn plane(x: f64, y: f64, n: u32, m: u32) -> TriMesh {
     grid(n, m, |u, v| Point3::new(x * u, y * v, 0.0))
 }
 
-/// Convex cylinder wall about the x axis: length `x`, angles from −`half_angle` to `half_angle` about +z.
+/// Convex cylinder wall about the x axis: length `x`, angles from −`half_angle` to `half_angle`
+/// about +z.
 pub(crate) fn cylinder(radius: f64, x: f64, half_angle: f64, n: u32, m: u32) -> TriMesh {
     grid(n, m, |u, v| {
         let angle = half_angle * (1.0 - 2.0 * v);
@@ -70,7 +71,8 @@ pub(crate) fn cylinder(radius: f64, x: f64, half_angle: f64, n: u32, m: u32) -> 
     })
 }
 
-/// Patch of the sphere about the origin over x and y angles from −`half_angle` to `half_angle`, about +z.
+/// Patch of the sphere about the origin over x and y angles from −`half_angle` to `half_angle`,
+/// about +z.
 pub(crate) fn sphere_patch(radius: f64, half_angle: f64, n: u32) -> TriMesh {
     grid(n, n, |u, v| {
         let (a, b) = (half_angle * (2.0 * u - 1.0), half_angle * (2.0 * v - 1.0));

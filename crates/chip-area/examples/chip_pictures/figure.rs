@@ -35,8 +35,8 @@ impl Figure {
         Self { svg, n_panels: 0, origin: [0.0; 2], scale: 1.0 }
     }
 
-    /// Begins a panel: what is drawn in it is cut off at its border. `corner` and `size` in pixels, `origin` in pixels
-    /// from the corner, `scale` in pixels per mm.
+    /// Begins a panel: what is drawn in it is cut off at its border. `corner` and `size` in pixels,
+    /// `origin` in pixels from the corner, `scale` in pixels per mm.
     pub(crate) fn panel(&mut self, corner: Mm, size: Mm, origin: Mm, scale: f64) {
         self.end_panel();
         self.n_panels += 1;

@@ -1,4 +1,5 @@
-//! Figures of `docs/chip-area.md`: `cargo run --release -p facemill-chip-area --example chip_pictures`.
+//! Figures of `docs/chip-area.md`: `cargo run --release -p facemill-chip-area --example
+//! chip_pictures`.
 
 mod figure;
 mod pictures;

@@ -15,7 +15,8 @@ pub(crate) type Shape = Vec<Contour>;
 
 const FAR: f64 = 400.0;
 
-/// Right of the feed and up, of a vector with x along the feed, y to the left and z along the normal of this pass.
+/// Right of the feed and up, of a vector with x along the feed, y to the left and z along the
+/// normal of this pass.
 pub(crate) fn seen(v: Vector3<f64>) -> Mm {
     [-v.y, v.z]
 }

@@ -21,8 +21,8 @@ impl std::fmt::Display for Pose {
 
 /// Why the chip of a pass has no area.
 ///
-/// A `field` is the path of a field of [`PassSection`](crate::pass::PassSection), such as `cutter.radius` or
-/// `engagement.left.step_over`. Messages give angles in degrees.
+/// A `field` is the path of a field of [`PassSection`](crate::pass::PassSection), such as
+/// `cutter.radius` or `engagement.left.step_over`. Messages give angles in degrees.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum PassError {
     /// A value is NaN or infinite.
@@ -49,7 +49,8 @@ pub enum PassError {
         /// Its value, mm.
         value: f64,
     },
-    /// A length is of no cutter: above 10 km, or a radius below a nanometre (or above 10¹⁵ mm, of a surface).
+    /// A length is of no cutter: above 10 km, or a radius below a nanometre (or above 10¹⁵ mm, of a
+    /// surface).
     #[error("{field} is {} mm, which is out of range: give it in mm (a flat surface is a plane)", shown(*value))]
     OutOfRange {
         /// Path of the field.
@@ -124,8 +125,9 @@ pub enum PassError {
         /// Width of the cutter across its axis, mm.
         width: f64,
     },
-    /// The cutter is below the surface: its bottom is too wide for a concave surface in this orientation, its flute runs
-    /// into the surface before it has left the stock, or a neighbour's axis is not above the surface.
+    /// The cutter is below the surface: its bottom is too wide for a concave surface in this
+    /// orientation, its flute runs into the surface before it has left the stock, or a neighbour's
+    /// axis is not above the surface.
     #[error(
         "the cutter of {pose} is below the surface: give a smaller cutter, more lead or lean, or a shorter step on a \
          curved surface"

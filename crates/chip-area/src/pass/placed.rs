@@ -7,8 +7,8 @@ use crate::section::slab::{Border, Cut, Layer};
 use crate::section::tool_section::{Contact, PARALLEL, ToolSection};
 use crate::section::turned::BesideTurned;
 
-/// The section in the tool's frame: origin at the CC point of this pass, x to the right of the feed, y along the axis as
-/// seen in the section.
+/// The section in the tool's frame: origin at the CC point of this pass, x to the right of the
+/// feed, y along the axis as seen in the section.
 pub(crate) struct Placed {
     pub(crate) layer: Layer,
     pub(crate) tool: ToolSection,
@@ -96,8 +96,8 @@ impl Placed {
         beside.area(depth_of_cut, ACCURACY * strip)
     }
 
-    /// Rounding of the integrals under the edges, each of the order of the extent of what is cut; the crossings, which
-    /// are as exact as their x, count only by the square of their error.
+    /// Rounding of the integrals under the edges, each of the order of the extent of what is cut;
+    /// the crossings, which are as exact as their x, count only by the square of their error.
     pub(crate) fn rounding(&self, section: &PassSection) -> f64 {
         let width = 2.0 * self.tool.rim.half_width();
         let height = width + section.engagement.depth_of_cut;
@@ -107,8 +107,8 @@ impl Placed {
 
 /// What is seen of the cutter along the feed.
 fn rim_seen(cutter: &CutterEnd, orientation: &Orientation) -> Rim {
-    // A rim that is seen higher than this share of its width is an ellipse; one that is lower changes areas by less
-    // than rounding.
+    // A rim that is seen higher than this share of its width is an ellipse; one that is lower
+    // changes areas by less than rounding.
     const EDGE_ON: f64 = 1e-14;
     let (along, across) = (orientation.lead.tan().abs(), orientation.lean.tan());
     let squash = along / (1.0 + along * along + across * across).sqrt();

@@ -14,8 +14,8 @@
 //! | `neighbour_axis` | of the passes at `cut`: `parallel` to this one's, or `turned` with the surface; `parallel` where empty |
 //! | `name` | a text of your own |
 //!
-//! `surface_radius_mm`, `left_mm` and `right_mm` may be left out where no line needs them. Cells may stand in quotation
-//! marks. Every line is one case.
+//! `surface_radius_mm`, `left_mm` and `right_mm` may be left out where no line needs them. Cells
+//! may stand in quotation marks. Every line is one case.
 //!
 //! ```
 //! let table = "radius_mm,corner_radius_mm,surface,depth_of_cut_mm,left,right,right_mm,lead_deg\n\
@@ -150,7 +150,8 @@ pub fn table_with_areas(text: &str) -> Result<String, TableError> {
 /// From here on, and below the smaller one, numbers have exponents: they would be rows of zeros.
 const PLAIN: [f64; 2] = [1e-9, 1e12];
 
-/// All digits of a number, with an exponent where it is very large or very small, and 0 without a sign.
+/// All digits of a number, with an exponent where it is very large or very small, and 0 without a
+/// sign.
 fn plain(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 {

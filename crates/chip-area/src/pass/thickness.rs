@@ -3,32 +3,34 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::pass::CutterEnd;
 
-/// A cutter where it stands in the section across the feed: origin at the CC point, y to the left of the feed, z along
-/// the surface normal, mm.
+/// A cutter where it stands in the section across the feed: origin at the CC point, y to the left
+/// of the feed, z along the surface normal, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CutterPose {
     /// Its end.
     pub cutter: CutterEnd,
     /// Length of its flute along the axis, from the tip, mm; at least the corner radius.
     pub flute_length: f64,
-    /// Unit vector along its axis from the tip to the spindle: along the feed, to its left, along the normal.
+    /// Unit vector along its axis from the tip to the spindle: along the feed, to its left, along
+    /// the normal.
     pub axis: [f64; 3],
     /// y and z of its tip, the middle of the bottom.
     pub tip: [f64; 2],
 }
 
-/// Largest thickness of the chip as part of the feed per tooth: the largest f·n over the engaged part of the cutting
-/// surface, with the unit feed f and the outward normal n. Times the feed per tooth it is the thickest place of the
-/// chip.
+/// Largest thickness of the chip as part of the feed per tooth: the largest f·n over the engaged
+/// part of the cutting surface, with the unit feed f and the outward normal n. Times the feed per
+/// tooth it is the thickest place of the chip.
 ///
-/// `highest` is what is left of the stock in the section: over an interval of y the largest height up to which there is
-/// material, −∞ where there is none; too large a value gives too large a result. Engaged are the points of corner,
-/// bottom and flute whose normal has a part along the feed, and that are not above what is left at their y. 0 where
-/// there are none.
+/// `highest` is what is left of the stock in the section: over an interval of y the largest height
+/// up to which there is material, −∞ where there is none; too large a value gives too large a
+/// result. Engaged are the points of corner, bottom and flute whose normal has a part along the
+/// feed, and that are not above what is left at their y. 0 where there are none.
 ///
-/// The result is an upper bound, found by dividing corner, flute and bottom into cells, those that may be thickest
-/// first. Where `highest` is exact and continuous, it is not more than `accuracy` above what some point has; that is an
-/// estimate where it jumps. `docs/chip-area.md` derives the surface.
+/// The result is an upper bound, found by dividing corner, flute and bottom into cells, those that
+/// may be thickest first. Where `highest` is exact and continuous, it is not more than `accuracy`
+/// above what some point has; that is an estimate where it jumps. `docs/chip-area.md` derives the
+/// surface.
 ///
 /// ```
 /// use facemill_chip_area::{CutterEnd, CutterPose, largest_thickness};
@@ -88,8 +90,8 @@ enum Part {
 struct Cell {
     part: Part,
     phi: [f64; 2],
-    /// On the corner the angle of the normal from the axis downward (rad), on the flute the height over the middle of
-    /// the rim, on the bottom the distance from its middle (mm).
+    /// On the corner the angle of the normal from the axis downward (rad), on the flute the height
+    /// over the middle of the rim, on the bottom the distance from its middle (mm).
     along: [f64; 2],
     /// No point of it has a larger f·n.
     bound: f64,
@@ -115,9 +117,9 @@ impl Ord for Cell {
     }
 }
 
-/// The cutting surface. With e(φ) = u·cos φ + v·sin φ across the axis a, u that of the feed, and M the middle of the
-/// rim: the corner is M + (ρ + r·sin θ)·e − r·cos θ·a with the normal sin θ·e − cos θ·a, the flute M + R·e + h·a with
-/// the normal e, the bottom M + q·e − r·a with the normal −a.
+/// The cutting surface. With e(φ) = u·cos φ + v·sin φ across the axis a, u that of the feed, and M
+/// the middle of the rim: the corner is M + (ρ + r·sin θ)·e − r·cos θ·a with the normal sin θ·e −
+/// cos θ·a, the flute M + R·e + h·a with the normal e, the bottom M + q·e − r·a with the normal −a.
 struct Surface {
     rim: f64,
     corner: f64,
@@ -137,7 +139,8 @@ impl Surface {
         let CutterEnd { radius, corner_radius: corner } = pose.cutter;
         let [along, y, z] = pose.axis;
         let across = y.hypot(z);
-        // u = (f − (f·a)·a)/across and v = a × u; with the axis along the feed any two directions across it.
+        // u = (f − (f·a)·a)/across and v = a × u; with the axis along the feed any two directions
+        // across it.
         let (u, v) = if across > 0.0 {
             ([-along * y / across, -along * z / across], [z / across, -y / across])
         } else {
@@ -173,7 +176,8 @@ impl Surface {
 
     fn cell(&self, part: Part, phi: [f64; 2], along: [f64; 2]) -> Cell {
         let across = self.across * cos_range(phi)[1];
-        // f·n = sin θ·f·u·cos φ − cos θ·f·a, at most √(..)·cos(θ − θ of the largest); sin θ is not below 0.
+        // f·n = sin θ·f·u·cos φ − cos θ·f·a, at most √(..)·cos(θ − θ of the largest); sin θ is not
+        // below 0.
         let bound = match part {
             Part::Corner => {
                 let largest = across.atan2(-self.along);
@@ -237,7 +241,8 @@ impl Surface {
             [radius * (e[1] - e[0]), (q1 - q0) * e[0].abs().max(e[1].abs()) + (h1 - h0) * self.axis[k].abs()]
         };
         let ([y_phi, y_along], [z_phi, z_along]) = (spread(0), spread(1));
-        // Heights decide what is engaged; how far to the side a point is, where what is left there is steep.
+        // Heights decide what is engaged; how far to the side a point is, where what is left there
+        // is steep.
         let turn = self.corner.max(SMALLEST_TURN * radius);
         let by_phi = z_phi + SIDEWAYS * y_phi + turn * around * around;
         let by_along =
@@ -253,11 +258,12 @@ impl Surface {
     }
 }
 
-/// What a step to the side weighs against one in height where cells are divided; it changes the number of cells only.
+/// What a step to the side weighs against one in height where cells are divided; it changes the
+/// number of cells only.
 const SIDEWAYS: f64 = 0.2;
 
-/// What a turn of the normal weighs where there is no corner, as part of the radius; it changes the number of cells
-/// only.
+/// What a turn of the normal weighs where there is no corner, as part of the radius; it changes the
+/// number of cells only.
 const SMALLEST_TURN: f64 = 0.05;
 
 /// Smallest and largest cosine of the angles between two, which are not more than 2π apart.

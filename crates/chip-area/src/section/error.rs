@@ -67,8 +67,8 @@ pub enum ChipAreaError {
         /// Radius of the surface, mm.
         surface_radius: f64,
     },
-    /// The cutter is below the surface: at the CC point, or with the other end of a flat bottom, or with a flute that
-    /// runs into a concave surface before it has left the stock of the cut.
+    /// The cutter is below the surface: at the CC point, or with the other end of a flat bottom, or
+    /// with a flute that runs into a concave surface before it has left the stock of the cut.
     #[error("the cutter is below the surface at the {position} position")]
     BelowSurface {
         /// Where.
@@ -77,8 +77,8 @@ pub enum ChipAreaError {
     /// The tool lies along a plane: its flute cuts without end.
     #[error("the tool axis lies in the plane that is cut, so that the chip has no end")]
     AxisInPlane,
-    /// One corner of the flat cutter touches at the first position and the other one at the second: the surface turns
-    /// through the direction of the bottom between them.
+    /// One corner of the flat cutter touches at the first position and the other one at the second:
+    /// the surface turns through the direction of the bottom between them.
     #[error("the flat cutter changes the corner it touches the surface with between the two positions")]
     CornerChanges,
 }

@@ -1,9 +1,11 @@
 use nalgebra::{Point2, Vector2};
 
-/// Circle or line as `k·|p|²/2 + n·p = h`: a circle of curvature about `k` when `k ≠ 0`, a line when `k = 0`.
+/// Circle or line as `k·|p|²/2 + n·p = h`: a circle of curvature about `k` when `k ≠ 0`, a line
+/// when `k = 0`.
 ///
-/// With a unit normal `n` and `h = 0` it passes through the origin with that normal there, and bends away from `n` for
-/// `k > 0`. Planes are the limit `k → 0` without loss of digits, which centre and radius do not give.
+/// With a unit normal `n` and `h = 0` it passes through the origin with that normal there, and
+/// bends away from `n` for `k > 0`. Planes are the limit `k → 0` without loss of digits, which
+/// centre and radius do not give.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LevelCurve {
     k: f64,
@@ -21,7 +23,8 @@ pub(crate) enum Branch {
 }
 
 impl LevelCurve {
-    /// The curve through the origin with unit normal `normal` and curvature `k`, moved by `offset` along its normal.
+    /// The curve through the origin with unit normal `normal` and curvature `k`, moved by `offset`
+    /// along its normal.
     pub(crate) fn offset_of_surface(k: f64, normal: Vector2<f64>, offset: f64) -> Self {
         Self { k, normal, level: offset + 0.5 * k * offset * offset }
     }
@@ -41,7 +44,8 @@ impl LevelCurve {
         Self { k: 0.0, normal, level }
     }
 
-    /// Negative on the side that `k` bends toward (inside of a circle with `k > 0`), 0 on the curve.
+    /// Negative on the side that `k` bends toward (inside of a circle with `k > 0`), 0 on the
+    /// curve.
     pub(crate) fn value(&self, p: &Point2<f64>) -> f64 {
         0.5 * self.k * p.coords.norm_squared() + self.normal.dot(&p.coords) - self.level
     }
@@ -75,8 +79,8 @@ impl LevelCurve {
         0.5 * self.k * x * x + self.normal.x * x - self.level
     }
 
-    /// y on a branch at `x`, for a normal with `n.y ≥ 0`; where the vertical line just misses the curve, the y of its
-    /// extreme point.
+    /// y on a branch at `x`, for a normal with `n.y ≥ 0`; where the vertical line just misses the
+    /// curve, the y of its extreme point.
     pub(crate) fn y_at(&self, x: f64, branch: Branch) -> f64 {
         let sum = self.normal.y + self.reach(x).max(0.0).sqrt();
         match branch {
@@ -95,8 +99,8 @@ impl LevelCurve {
         [Some((-self.normal.x - root) / self.k), Some((-self.normal.x + root) / self.k)]
     }
 
-    /// The common points with another curve. Coinciding and concentric curves have none; at a tangency rounding
-    /// decides between none and two that are close together.
+    /// The common points with another curve. Coinciding and concentric curves have none; at a
+    /// tangency rounding decides between none and two that are close together.
     pub(crate) fn crossings(&self, other: &Self) -> [Option<Point2<f64>>; 2] {
         // The combination without |p|² is the line through the common points.
         let (line, level) = if self.k == 0.0 {
@@ -127,8 +131,8 @@ impl LevelCurve {
 
 /// Area between a circular arc of curvature `k` ≥ 0, not longer than half a circle, and its chord.
 pub(crate) fn segment_area(k: f64, chord: f64) -> f64 {
-    // φ − sin φ loses all digits for small angles, where its series is short: in the sine of half the angle, h,
-    // φ/2 − sin φ/2 = ⅔·h³ + ⅕·h⁵ + 3/28·h⁷ + 5/72·h⁹ + ….
+    // φ − sin φ loses all digits for small angles, where its series is short: in the sine of half
+    // the angle, h, φ/2 − sin φ/2 = ⅔·h³ + ⅕·h⁵ + 3/28·h⁷ + 5/72·h⁹ + ….
     const SERIES_BELOW: f64 = 0.05;
     if k == 0.0 || chord == 0.0 {
         return 0.0;

@@ -1,5 +1,5 @@
-/// Nodes of Kronrod's rule of 15 points in [0, 1] and its weights; every other one from the second on is a node of
-/// Gauss's of 7 (R. Piessens et al., QUADPACK, 1983, routine QK15).
+/// Nodes of Kronrod's rule of 15 points in [0, 1] and its weights; every other one from the second
+/// on is a node of Gauss's of 7 (R. Piessens et al., QUADPACK, 1983, routine QK15).
 const NODES: [[f64; 2]; 8] = [
     [0.991_455_371_120_812_6, 0.022_935_322_010_529_224],
     [0.949_107_912_342_758_5, 0.063_092_092_629_978_56],
@@ -13,16 +13,18 @@ const NODES: [[f64; 2]; 8] = [
 const GAUSS: [f64; 4] =
     [0.129_484_966_168_869_7, 0.279_705_391_489_276_64, 0.381_830_050_505_118_9, 0.417_959_183_673_469_4];
 
-/// Parts that the range between two breaks is cut into at first: what is narrower than a part may be missed.
+/// Parts that the range between two breaks is cut into at first: what is narrower than a part may
+/// be missed.
 const FIRST_PARTS: u32 = 2;
 /// Halvings of a first part after which a step of the function is narrow enough to be left alone.
 const MAX_HALVINGS: u32 = 36;
 /// Parts after which no more are halved: the error then says what is left.
 const MAX_PARTS: u32 = 4_000;
 
-/// ∫ f from the first of `breaks` to the last and an estimate of its error: of each part the difference of both rules in
-/// its halves and that of the halves from the whole, which one coincidence alone cannot make small. Parts are halved until
-/// theirs is their share of `accuracy`. `breaks` are in order; f may have kinks at them without cost.
+/// ∫ f from the first of `breaks` to the last and an estimate of its error: of each part the
+/// difference of both rules in its halves and that of the halves from the whole, which one
+/// coincidence alone cannot make small. Parts are halved until theirs is their share of `accuracy`.
+/// `breaks` are in order; f may have kinks at them without cost.
 pub(crate) fn integral(f: impl Fn(f64) -> f64, breaks: &[f64], accuracy: f64) -> (f64, f64) {
     let part = |from: f64, to: f64, halvings: u32| Part { ends: [from, to], halvings, rules: rules(&f, from, to) };
     let parts_of = |ends: &[f64]| {

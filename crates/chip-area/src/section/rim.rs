@@ -5,13 +5,14 @@ use nalgebra::{Point2, Vector2};
 use crate::section::elliptic::ellipse_arc;
 use crate::section::level_curve::LevelCurve;
 
-/// Lower outline of a cutter's end in the frame of the tool (y along the axis as seen in the section), about the middle
-/// of its rim: the rim, a circle of radius `rim`, is seen as the ellipse (`rim`, `squash`·`rim`), and the corner offsets
-/// it by `corner`.
+/// Lower outline of a cutter's end in the frame of the tool (y along the axis as seen in the
+/// section), about the middle of its rim: the rim, a circle of radius `rim`, is seen as the ellipse
+/// (`rim`, `squash`·`rim`), and the corner offsets it by `corner`.
 ///
-/// A point of it is told by its turn w in [−π, π], which is t + φ for the eccentric angle t and the angle φ of the
-/// normal (sin φ, −cos φ), tan φ = `squash`·tan t. Both run from −π/2 to π/2, t where the ellipse is long and φ where it
-/// is sharp, so that equal steps of w resolve the outline whatever the squash.
+/// A point of it is told by its turn w in [−π, π], which is t + φ for the eccentric angle t and the
+/// angle φ of the normal (sin φ, −cos φ), tan φ = `squash`·tan t. Both run from −π/2 to π/2, t
+/// where the ellipse is long and φ where it is sharp, so that equal steps of w resolve the outline
+/// whatever the squash.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rim {
     /// R − r, mm.
@@ -73,7 +74,8 @@ impl Rim {
         (angle + (self.squash * sin).atan2(cos)).clamp(-PI, PI)
     }
 
-    /// The point whose outward normal is `direction`, which points down; on a straight piece its middle.
+    /// The point whose outward normal is `direction`, which points down; on a straight piece its
+    /// middle.
     pub(crate) fn support(&self, direction: Vector2<f64>) -> Vector2<f64> {
         let length = direction.x.hypot(self.squash * direction.y);
         let ellipse = if length > 0.0 {
@@ -106,8 +108,9 @@ impl Rim {
         (self.rim * cos * length_sq - self.corner * p.normal.y * s) / (length_sq + s)
     }
 
-    /// ∫ y dx from one of its points to another: the ellipse's and the corner's parts are elementary, what is mixed of
-    /// both is e·n minus the length of the ellipse (`docs/chip-area.md`).
+    /// ∫ y dx from one of its points to another: the ellipse's and the corner's parts are
+    /// elementary, what is mixed of both is e·n minus the length of the ellipse
+    /// (`docs/chip-area.md`).
     pub(crate) fn integral(&self, from: &RimPoint, to: &RimPoint) -> f64 {
         let (s, rim, r) = (self.squash, self.rim, self.corner);
         let primitive = |p: &RimPoint| {
@@ -133,10 +136,11 @@ impl Rim {
         }
     }
 
-    /// The turns where the outline is parallel to the curve's family, so that between two of them its distance from the
-    /// curve grows or falls all the way; in order, at most three.
+    /// The turns where the outline is parallel to the curve's family, so that between two of them
+    /// its distance from the curve grows or falls all the way; in order, at most three.
     pub(crate) fn extreme_turns(&self, center: Point2<f64>, curve: &LevelCurve) -> [Option<f64>; 3] {
-        // Normals of the ellipse through the curve's centre: a·sin t + b·tan t + c = 0 (for lines a = 0).
+        // Normals of the ellipse through the curve's centre: a·sin t + b·tan t + c = 0 (for lines
+        // a = 0).
         let gradient = curve.gradient(&center);
         let a = curve.k() * self.rim * (1.0 - self.squash) * (1.0 + self.squash);
         let (b, c) = (self.squash * gradient.y, gradient.x);
@@ -157,8 +161,8 @@ impl Rim {
     }
 }
 
-/// Root of a function that has different signs at the two ends, to the last digits: false position, with halving
-/// wherever three steps have not halved the bracket.
+/// Root of a function that has different signs at the two ends, to the last digits: false position,
+/// with halving wherever three steps have not halved the bracket.
 pub(crate) fn root(ends: [f64; 2], f: impl Fn(f64) -> f64) -> f64 {
     const MAX_STEPS: u32 = 400;
     let [mut a, mut b] = ends;
@@ -206,8 +210,8 @@ pub(crate) fn root(ends: [f64; 2], f: impl Fn(f64) -> f64) -> f64 {
     0.5 * (a + b)
 }
 
-/// The same by Newton's method for a growing function that is told with its slope, to where it is no larger than the
-/// `noise` of its rounding.
+/// The same by Newton's method for a growing function that is told with its slope, to where it is
+/// no larger than the `noise` of its rounding.
 pub(crate) fn newton_root(ends: [f64; 2], noise: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
     const MAX_STEPS: u32 = 200;
     let [mut low, mut high] = ends;

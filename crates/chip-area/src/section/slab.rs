@@ -3,8 +3,8 @@ use nalgebra::{Point2, Vector2};
 use crate::section::level_curve::{Branch, LevelCurve};
 use crate::section::tool_section::{Form, PARALLEL, ToolSection, arc_integral};
 
-/// Stock between the surface and its offset by the depth of cut, in the frame of the tool (y along its axis, origin at
-/// a CC point).
+/// Stock between the surface and its offset by the depth of cut, in the frame of the tool (y along
+/// its axis, origin at a CC point).
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Layer {
     /// Signed curvature of the surface: > 0 convex, < 0 concave.
@@ -67,9 +67,10 @@ impl Layer {
         Self { curvature, part, stock, sides: [part.extremes(), stock.extremes()] }
     }
 
-    /// Whether a tool that touches the surface at `contact` is below it. Above a plane or a convex surface a tool is
-    /// wherever its axis is above the tangent; in a concave one its bottom must be inside the circle, and the flute must
-    /// have left the stock of this cut before it meets the surface again.
+    /// Whether a tool that touches the surface at `contact` is below it. Above a plane or a convex
+    /// surface a tool is wherever its axis is above the tangent; in a concave one its bottom must
+    /// be inside the circle, and the flute must have left the stock of this cut before it meets the
+    /// surface again.
     pub(crate) fn is_gouged_by(&self, tool: &ToolSection, contact: Point2<f64>) -> bool {
         if self.curvature >= 0.0 {
             return false;
@@ -92,20 +93,22 @@ impl Border {
 }
 
 impl Cut<'_> {
-    /// Area of the stock that hangs together with the CC point inside the tool, less what has been cut before.
+    /// Area of the stock that hangs together with the CC point inside the tool, less what has been
+    /// cut before.
     pub(crate) fn area(&self) -> f64 {
         self.piece().iter().filter_map(|slab| self.left_over(slab)).map(|slab| self.area_of(&slab)).sum()
     }
 
-    /// Whether the tool runs into the far side of a concave surface before it has left the stock of the cut.
+    /// Whether the tool runs into the far side of a concave surface before it has left the stock of
+    /// the cut.
     pub(crate) fn meets_the_far_side(&self) -> bool {
         self.layer.curvature < 0.0
             && !self.is_over_the_hollow()
             && self.piece().iter().any(|slab| matches!(slab.high, Edge::Part(Branch::Far)))
     }
 
-    /// Whether the tool is over nothing but the hollow of a concave surface's stock: every vertical line has stock of the
-    /// near and of the far side apart from each other.
+    /// Whether the tool is over nothing but the hollow of a concave surface's stock: every vertical
+    /// line has stock of the near and of the far side apart from each other.
     fn is_over_the_hollow(&self) -> bool {
         let [Some(a), Some(b)] = self.layer.sides[1] else { return false };
         let [low, high] = self.tool.range();
@@ -114,12 +117,13 @@ impl Cut<'_> {
 
     /// The stock in the tool that hangs together with the seed, nothing cut before, as slabs.
     ///
-    /// Between two neighbouring crossings of the outlines the edges of every piece are the same curves all the way, so
-    /// the decomposition is exact up to rounding, and equal or touching outlines only add slabs of no area.
+    /// Between two neighbouring crossings of the outlines the edges of every piece are the same
+    /// curves all the way, so the decomposition is exact up to rounding, and equal or touching
+    /// outlines only add slabs of no area.
     pub(crate) fn piece(&self) -> Vec<Slab> {
-        // What may be missing between two pieces that are one, relative to the tool's extent: rounding thins a piece
-        // away where it touches the next. Larger, and neighbouring pieces run together; smaller, and rounding cuts a
-        // chip.
+        // What may be missing between two pieces that are one, relative to the tool's extent:
+        // rounding thins a piece away where it touches the next. Larger, and neighbouring pieces
+        // run together; smaller, and rounding cuts a chip.
         const TOUCH: f64 = 1e-10;
         let touch = TOUCH * 2.0 * self.tool.rim.half_width();
         let mut slabs = Vec::with_capacity(32);
@@ -127,8 +131,9 @@ impl Cut<'_> {
         for x in self.cuts().windows(2) {
             self.slabs_between([x[0], x[1]], sides, touch, &mut slabs);
         }
-        // On a plane or a convex surface the tool is above the tangent, so that it cuts a convex piece of everything
-        // below the stock's surface, and all of that is stock. Slabs of the near side without a gap are one piece too.
+        // On a plane or a convex surface the tool is above the tangent, so that it cuts a convex
+        // piece of everything below the stock's surface, and all of that is stock. Slabs of the
+        // near side without a gap are one piece too.
         let gap = |pair: &[Slab]| pair[0].x[1] != pair[1].x[0] || pair[1].y[0] >= pair[1].y[1];
         if self.layer.curvature >= 0.0 || (sides == 1 && !slabs.windows(2).any(gap)) {
             slabs
@@ -143,7 +148,8 @@ impl Cut<'_> {
         self.seed.x.clamp(low, high)
     }
 
-    /// Every x at which an edge may begin, end, or give way to another, in order, within the tool's range.
+    /// Every x at which an edge may begin, end, or give way to another, in order, within the tool's
+    /// range.
     fn cuts(&self) -> Vec<f64> {
         let (range, layer) = (self.tool.range(), self.layer);
         let mut cuts = Vec::with_capacity(32);
@@ -249,7 +255,8 @@ impl Cut<'_> {
         let mut taken: Vec<bool> = slabs.iter().map(touches).collect();
         let mut open: Vec<usize> = (0..slabs.len()).filter(|&i| taken[i]).collect();
         while let Some(i) = open.pop() {
-            // At most two slabs are over the same x, so that what is beside one is not farther in the list.
+            // At most two slabs are over the same x, so that what is beside one is not farther in
+            // the list.
             for j in i.saturating_sub(3)..slabs.len().min(i + 4) {
                 if !taken[j] && self.join(&slabs[i], &slabs[j], touch) {
                     taken[j] = true;
@@ -262,7 +269,8 @@ impl Cut<'_> {
         slabs
     }
 
-    /// Whether two slabs beside each other have points in common, or miss that by no more than `touch`.
+    /// Whether two slabs beside each other have points in common, or miss that by no more than
+    /// `touch`.
     fn join(&self, a: &Slab, b: &Slab, touch: f64) -> bool {
         let x = if a.x[1] == b.x[0] {
             a.x[1]
@@ -313,8 +321,8 @@ impl Cut<'_> {
     }
 }
 
-/// The layer on the vertical line at `x`. Below a convex part nothing is listed: a tool that is not below the surface
-/// does not get there.
+/// The layer on the vertical line at `x`. Below a convex part nothing is listed: a tool that is not
+/// below the surface does not get there.
 fn layer_over(x: f64, layer: &Layer) -> [Option<(Edge, Edge)>; 2] {
     use Branch::{Far, Near};
     let (part, stock) = (layer.part.reach(x) >= 0.0, layer.stock.reach(x) >= 0.0);

@@ -3,8 +3,9 @@ use nalgebra::{Point2, Vector2};
 use crate::section::level_curve::{LevelCurve, segment_area};
 use crate::section::rim::{Rim, newton_root};
 
-// Directions closer than this (rad) count as parallel. Larger, and a real gouge of R × this depth goes unnoticed;
-// smaller, and rounding of the input angles makes a gouge of a tool that lies against the surface.
+// Directions closer than this (rad) count as parallel. Larger, and a real gouge of R × this depth
+// goes unnoticed; smaller, and rounding of the input angles makes a gouge of a tool that lies
+// against the surface.
 pub(crate) const PARALLEL: f64 = 1e-9;
 
 /// A CC point in the tool's frame.
@@ -50,8 +51,9 @@ pub(crate) enum Form {
 }
 
 impl ToolSection {
-    /// The tool that touches the surface at a CC point. A bottom along the surface touches in its middle, which is the
-    /// limit of a tool that tilts along the feed, moved by `shift` half rims to the right.
+    /// The tool that touches the surface at a CC point. A bottom along the surface touches in its
+    /// middle, which is the limit of a tool that tilts along the feed, moved by `shift` half rims
+    /// to the right.
     pub(crate) fn touching(rim: Rim, contact: &Contact, shift: f64) -> Self {
         let n = contact.normal;
         let lowest = if rim.squash == 0.0 && n.x.abs() <= PARALLEL {
@@ -129,7 +131,8 @@ impl ToolSection {
         }
     }
 
-    /// Forms of the outline of a tool with its axis in the section plane, and where they begin and end.
+    /// Forms of the outline of a tool with its axis in the section plane, and where they begin and
+    /// end.
     fn pieces(&self) -> [Option<Piece>; 3] {
         let ([low, high], Rim { rim, corner, .. }) = (self.range(), self.rim);
         let top = self.center.y + 1e-9 * (high - low);
@@ -153,8 +156,9 @@ impl ToolSection {
         }
     }
 
-    /// x of the point that its outline has in common with that of the same tool elsewhere: the slopes of a convex outline
-    /// grow with x, so that the distance of one that is moved sideways grows or falls all the way.
+    /// x of the point that its outline has in common with that of the same tool elsewhere: the
+    /// slopes of a convex outline grow with x, so that the distance of one that is moved sideways
+    /// grows or falls all the way.
     pub(crate) fn crossing_with(&self, other: &Self) -> Option<f64> {
         let (own, its) = (self.range(), other.range());
         let common = [own[0].max(its[0]), own[1].min(its[1])];
@@ -224,8 +228,9 @@ impl ToolSection {
         low <= p.x && p.x <= high && self.y_at(p.x, self.form_over(p.x)) <= p.y
     }
 
-    /// The ends and kinks of its outline, and all points between them where the outline is parallel to a curve's family:
-    /// from one to the next the distance from the curve grows or falls all the way.
+    /// The ends and kinks of its outline, and all points between them where the outline is parallel
+    /// to a curve's family: from one to the next the distance from the curve grows or falls all the
+    /// way.
     pub(crate) fn extremes(&self, curve: &LevelCurve, mut found: impl FnMut(Point2<f64>)) {
         let Rim { rim, corner, squash } = self.rim;
         let mut at = |off: Vector2<f64>| found(self.center + off);
@@ -259,14 +264,16 @@ impl ToolSection {
         })
     }
 
-    /// The least value of a concave part's curve on the outline: negative where the tool is below the surface.
+    /// The least value of a concave part's curve on the outline: negative where the tool is below
+    /// the surface.
     pub(crate) fn least_value(&self, part: &LevelCurve) -> f64 {
         let mut least = f64::INFINITY;
         if self.rim.squash != 0.0 {
             self.extremes(part, |p| least = least.min(part.value(&p)));
             return least;
         }
-        // What the axis in the section plane leaves to be looked at: ends, kinks, and where a corner is farthest out.
+        // What the axis in the section plane leaves to be looked at: ends, kinks, and where a
+        // corner is farthest out.
         let Rim { rim, corner, .. } = self.rim;
         let mut at = |off: Vector2<f64>| least = least.min(part.value(&(self.center + off)));
         for side in [-1.0, 1.0] {
@@ -289,15 +296,16 @@ struct Piece {
 }
 
 impl Piece {
-    /// Whether a point of the curve is on the piece or misses it by little: what is only a place to cut at may be told
-    /// too often.
+    /// Whether a point of the curve is on the piece or misses it by little: what is only a place to
+    /// cut at may be told too often.
     fn may_hold(&self, p: &Point2<f64>) -> bool {
         let slack = 1e-9 * (self.range[1] - self.range[0]);
         self.range[0] - slack <= p.x && p.x <= self.range[1] + slack && p.y <= self.top
     }
 }
 
-/// ∫ y dx along an arc of curvature `bulge` (positive where it is above its chord): trapezoid and circular segment.
+/// ∫ y dx along an arc of curvature `bulge` (positive where it is above its chord): trapezoid and
+/// circular segment.
 pub(crate) fn arc_integral(x: [f64; 2], y: [f64; 2], bulge: f64) -> f64 {
     let (width, rise) = (x[1] - x[0], y[1] - y[0]);
     let chord = (width * width + rise * rise).sqrt();

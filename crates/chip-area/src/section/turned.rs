@@ -8,9 +8,10 @@ use crate::section::tool_section::Contact;
 
 /// A cut beside passes whose tool is this one, turned about the centre of the surface.
 ///
-/// At every height over the surface the stock is an arc of a concentric circle. The tool holds pieces of it, and a
-/// neighbour the same pieces, moved by the step along the surface: what is left has a length in closed form but for the
-/// crossings of arc and outline, and the area is the integral of lengths over heights.
+/// At every height over the surface the stock is an arc of a concentric circle. The tool holds
+/// pieces of it, and a neighbour the same pieces, moved by the step along the surface: what is left
+/// has a length in closed form but for the crossings of arc and outline, and the area is the
+/// integral of lengths over heights.
 pub(crate) struct BesideTurned<'a> {
     /// What this pass cuts where nothing has been cut before.
     pub(crate) cut: Cut<'a>,
@@ -42,10 +43,11 @@ impl BesideTurned<'_> {
 
     /// Roots of the shares of the depth at which the length has kinks, in order, from 0 to 1.
     ///
-    /// Between the heights of the outline's extremes the tool holds the same number of intervals; what is held only in a
-    /// narrow band of heights is not missed so. Inside such a band there are kinks where this tool or a neighbour meets an
-    /// end of the stock, and where an interval, or the gap between two, is as long as the step to a neighbour, or to both,
-    /// so that neighbours begin or end to overlap.
+    /// Between the heights of the outline's extremes the tool holds the same number of intervals;
+    /// what is held only in a narrow band of heights is not missed so. Inside such a band there are
+    /// kinks where this tool or a neighbour meets an end of the stock, and where an interval, or
+    /// the gap between two, is as long as the step to a neighbour, or to both, so that neighbours
+    /// begin or end to overlap.
     fn breaks(&self, depth: f64) -> Vec<f64> {
         let (tool, part) = (self.cut.tool, &self.cut.layer.part);
         let mut bands = vec![0.0, 1.0];
@@ -157,8 +159,8 @@ fn without([from, to]: Interval, [cut_from, cut_to]: Interval) -> impl Iterator<
     rest.into_iter().filter(|[from, to]| from < to)
 }
 
-/// All roots of a function that is sampled at places and values, as long as it has at most one extreme between three
-/// samples in a row.
+/// All roots of a function that is sampled at places and values, as long as it has at most one
+/// extreme between three samples in a row.
 fn roots_between(samples: &[[f64; 2]], f: impl Fn(f64) -> f64, roots: &mut Vec<f64>) {
     for pair in samples.windows(2).filter(|pair| (pair[0][1] < 0.0) != (pair[1][1] < 0.0)) {
         roots.push(root([pair[0][0], pair[1][0]], &f));

@@ -21,8 +21,8 @@ fn rows() -> Vec<Row> {
     text.lines().filter(|line| !line.starts_with('#')).skip(1).map(row).collect()
 }
 
-/// `cutter,surface,alpha0_deg,step_sign,lean_deg,printed_as_mm2,printed_ad_mm2,exact_mm2,note`; table 1 of the paper
-/// has ta = 2, lf = 1, r1 = 20, r2 = 6 mm for all.
+/// `cutter,surface,alpha0_deg,step_sign,lean_deg,printed_as_mm2,printed_ad_mm2,exact_mm2,note`;
+/// table 1 of the paper has ta = 2, lf = 1, r1 = 20, r2 = 6 mm for all.
 fn row(line: &str) -> Row {
     let field: Vec<&str> = line.splitn(9, ',').collect();
     let number = |i: usize| field[i].parse::<f64>().ok();

@@ -19,8 +19,8 @@ fn cut(step_over: f64) -> Beside {
     Beside::Cut { step_over }
 }
 
-/// A cutter of radius 6 with 2 mm of stock and a neighbour 1.5 mm to the right, in every orientation and on every
-/// surface.
+/// A cutter of radius 6 with 2 mm of stock and a neighbour 1.5 mm to the right, in every
+/// orientation and on every surface.
 fn sections() -> Vec<PassSection> {
     let mut all = Vec::new();
     for corner_radius in CORNERS {
@@ -58,8 +58,8 @@ fn engaged(section: &PassSection, depth_of_cut: f64, left: Beside, right: Beside
 
 #[test]
 fn chips_sections_are_those_of_a_pass() {
-    // CHIP's axis is fixed in space; its first position is the neighbour. With a positive step the first position is
-    // clockwise from the second, which is to the right with the normal up.
+    // CHIP's axis is fixed in space; its first position is the neighbour. With a positive step the
+    // first position is clockwise from the second, which is to the right with the normal up.
     let mut compared = 0;
     for surface in SURFACES {
         for (cutter, corner_radius) in
@@ -74,7 +74,8 @@ fn chips_sections_are_those_of_a_pass() {
                         SectionSurface::Plane => (0.0, 0.0),
                     };
                     let step = 1.5;
-                    // The normal of the second position points up; its polar angle is a quarter turn.
+                    // The normal of the second position points up; its polar angle is a quarter
+                    // turn.
                     let alpha0 = FRAC_PI_2 + inward * std::f64::consts::PI - sense * step * f64::abs(curvature);
                     let chip = ChipSection {
                         cutter,
@@ -85,8 +86,8 @@ fn chips_sections_are_those_of_a_pass() {
                         alpha0,
                         lean: -lean,
                     };
-                    // Counter-clockwise is to the left of an upward normal on the outside of a circle, to the right on
-                    // its inside.
+                    // Counter-clockwise is to the left of an upward normal on the outside of a
+                    // circle, to the right on its inside.
                     let from_right = (sense > 0.0) == (inward == 0.0);
                     let (left, right) =
                         if from_right { (Beside::Stock, cut(step)) } else { (cut(step), Beside::Stock) };
@@ -186,7 +187,8 @@ fn a_lead_that_vanishes_becomes_the_axis_in_the_section_plane() {
         };
         let Ok(exact) = at(0.0) else { continue };
         assert_eq!(exact.method, Method::ClosedForm);
-        // Upright, the contact of the neighbour, whose normal is only a step turned, moves by R·lead / turn.
+        // Upright, the contact of the neighbour, whose normal is only a step turned, moves by
+        // R·lead / turn.
         let steep = if s.orientation.lean == 0.0 { 300.0 } else { 30.0 };
         for power in 1..16 {
             let lead = 10f64.powi(-power);
@@ -238,12 +240,14 @@ fn what_both_neighbours_and_this_pass_cut_adds_up() {
         let full = area(&engaged(&s, 2.0, Beside::Stock, Beside::Stock));
         let right = area(&engaged(&s, 2.0, Beside::Stock, cut(1.5)));
         let left = area(&engaged(&s, 2.0, cut(1.5), Beside::Stock));
-        // On a plane the same tool, moved sideways, cuts as much as this one, so that what is left is the same.
+        // On a plane the same tool, moved sideways, cuts as much as this one, so that what is left
+        // is the same.
         assert!((left - right).abs() < 1e-11, "{s:?}: {left} {right}");
         assert!(right < full);
         let both = area(&engaged(&s, 2.0, cut(1.5), cut(1.5)));
         assert!(both <= left.min(right) + 1e-12, "{s:?}");
-        // First, the next 1.5 mm beside, then the one between them: in all as much as one after the other.
+        // First, the next 1.5 mm beside, then the one between them: in all as much as one after the
+        // other.
         let far = area(&engaged(&s, 2.0, Beside::Stock, cut(3.0)));
         assert!((far + both - 2.0 * right).abs() < 1e-11, "{s:?}: {far} {both} {right}");
     }
@@ -334,8 +338,8 @@ fn turned_neighbours_become_parallel_ones_on_the_plane_and_add_up_on_circles() {
                 }
             }
         } else {
-            // The cutter turned about the centre cuts as much wherever it is: the strips on both sides are equal, and two
-            // steps are as much as one after the other.
+            // The cutter turned about the centre cuts as much wherever it is: the strips on both
+            // sides are equal, and two steps are as much as one after the other.
             let at = |left, right| chip_of_pass(&turned(&engaged(&s, 2.0, left, right))).unwrap();
             let (left, far, both) = (at(cut(1.5), Beside::Stock), at(Beside::Stock, cut(3.0)), at(cut(1.5), cut(1.5)));
             let bound = 4.0 * (chip.error_bound + left.error_bound + far.error_bound + both.error_bound);

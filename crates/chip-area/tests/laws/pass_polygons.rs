@@ -1,5 +1,6 @@
-//! The chip of a pass against booleans of polygons of the true shapes: the cutter's solid in space, sampled and seen along
-//! the feed, which shares no code and no formula of the outline with the crate.
+//! The chip of a pass against booleans of polygons of the true shapes: the cutter's solid in space,
+//! sampled and seen along the feed, which shares no code and no formula of the outline with the
+//! crate.
 
 use std::f64::consts::{PI, TAU};
 
@@ -16,7 +17,8 @@ use crate::kit::{Contour, Random, Shape, area, at, boolean, moved};
 const FAR: f64 = 120.0;
 /// Corners on a full circle of the tool, times the fineness of the polygons.
 const CORNERS: u32 = 6_000;
-/// Longest chord on a surface near the CC point, mm, over the fineness of the polygons, and how far that goes, farther than any chip here.
+/// Longest chord on a surface near the CC point, mm, over the fineness of the polygons, and how far
+/// that goes, farther than any chip here.
 const CHORD: f64 = 0.02;
 const NEAR: f64 = 30.0;
 
@@ -64,8 +66,8 @@ fn section(random: &mut Random) -> PassSection {
     }
 }
 
-/// Factor that moves corners outward that are a `step` (rad) apart, so that the polygon has the circle's area: its error
-/// is then that of a part of one chord.
+/// Factor that moves corners outward that are a `step` (rad) apart, so that the polygon has the
+/// circle's area: its error is then that of a part of one chord.
 fn equal_area(step: f64) -> f64 {
     (step / step.sin()).sqrt()
 }
@@ -92,7 +94,8 @@ fn hull(mut points: Contour) -> Contour {
     lower
 }
 
-/// Sum of two convex polygons: their edges in the order of direction, from the lowest corner of both.
+/// Sum of two convex polygons: their edges in the order of direction, from the lowest corner of
+/// both.
 fn sum(a: &Contour, b: &Contour) -> Contour {
     let lowest =
         |c: &Contour| c.iter().copied().min_by(|p, q| p[1].total_cmp(&q[1]).then(p[0].total_cmp(&q[0]))).unwrap();
@@ -115,7 +118,8 @@ fn sum(a: &Contour, b: &Contour) -> Contour {
     edges.iter().map(next).collect()
 }
 
-/// Right of the feed and up, of a vector with x along the feed, y to the left and z along the normal of this pass.
+/// Right of the feed and up, of a vector with x along the feed, y to the left and z along the
+/// normal of this pass.
 fn seen(v: Vector3<f64>) -> [f64; 2] {
     [-v.y, v.z]
 }
@@ -144,7 +148,8 @@ fn contact(section: &PassSection, way: f64) -> (Vector3<f64>, Vector3<f64>) {
     }
 }
 
-/// The cutter at a CC point as CLOPT (2) puts it, seen along the feed: its end alone, and with the flute.
+/// The cutter at a CC point as CLOPT (2) puts it, seen along the feed: its end alone, and with the
+/// flute.
 fn end_and_tool(section: &PassSection, way: f64, fine: u32) -> [Contour; 2] {
     let corners = CORNERS * fine;
     let CutterEnd { radius, corner_radius: r } = section.cutter;
@@ -155,7 +160,8 @@ fn end_and_tool(section: &PassSection, way: f64, fine: u32) -> [Contour; 2] {
     // Along the axis the limit of a lead.
     let toward = if across.norm() > 1e-9 { across.normalize() } else { -Vector3::x() };
     let tip = cc + n * r + toward * rim - a * r;
-    // Across the axis in the section: where the flute begins the rim is exact, elsewhere of the circle's area.
+    // Across the axis in the section: where the flute begins the rim is exact, elsewhere of the
+    // circle's area.
     let u = a.cross(&Vector3::x()).normalize();
     let v = a.cross(&u);
     let circle = (0..corners).map(|i| (i, TAU * f64::from(i) / f64::from(corners))).map(|(i, t)| {
@@ -205,9 +211,9 @@ fn height(section: &PassSection, [x, y]: [f64; 2]) -> f64 {
     }
 }
 
-/// Circle of a corner about the origin, finest where its normal is against the axis: there a single normal goes with a
-/// bottom of any width. Exact there and where the flute begins, otherwise moved outward so that the area of a chord is
-/// the arc's.
+/// Circle of a corner about the origin, finest where its normal is against the axis: there a single
+/// normal goes with a bottom of any width. Exact there and where the flute begins, otherwise moved
+/// outward so that the area of a chord is the arc's.
 fn corner(radius: f64, axis: [f64; 2], corners: u32) -> Contour {
     let n = corners / 5;
     let below = axis[1].atan2(axis[0]) + PI;
@@ -232,7 +238,8 @@ fn stock_and_ground(section: &PassSection, fine: u32) -> (Shape, Shape) {
     let outer = || vec![[-FAR, -FAR], [FAR, -FAR], [FAR, FAR], [-FAR, FAR]];
     let strip = |bottom: f64, top: f64| vec![vec![[-FAR, bottom], [FAR, bottom], [FAR, top], [-FAR, top]]];
     let circle = |center: f64, radius: f64| -> Contour {
-        // Fine near the tool, with corners moved outward so that the area of a chord is the arc's, and coarse beyond.
+        // Fine near the tool, with corners moved outward so that the area of a chord is the arc's,
+        // and coarse beyond.
         let above_tangent = if center < 0.0 { (-center / (ta - center)).acos() + 0.05 } else { PI };
         let side = (NEAR / radius).min(above_tangent);
         let n = (side * radius / CHORD) as u32 * fine;
@@ -292,8 +299,9 @@ fn polygon_area(section: &PassSection, fine: u32) -> f64 {
 const TOLERANCE: f64 = 1e-6;
 const SMALL: f64 = 0.01;
 
-/// The polygons must come within the tolerance of the area, if need be with chords a fifth and a twenty-fifth as long: what
-/// chords leave out shrinks with their square, an area that is wrong stays so.
+/// The polygons must come within the tolerance of the area, if need be with chords a fifth and a
+/// twenty-fifth as long: what chords leave out shrinks with their square, an area that is wrong
+/// stays so.
 fn compare_one(section: &PassSection, chip: &ChipArea) {
     for fine in [1, 5, 25] {
         let polygons = polygon_area(section, fine);
@@ -345,7 +353,8 @@ fn what_is_held_in_narrow_bands_of_heights_only_is_not_missed() {
     let (left, border) = (Beside::Cut { step_over: 0.0055863 }, Beside::Border { distance: 1.1331284 });
     let right = Beside::Cut { step_over: 0.0570629 };
     for section in [
-        // A bottom that is farther from the wall between its corners than at one of them, by 1.4 µm.
+        // A bottom that is farther from the wall between its corners than at one of them, by 1.4
+        // µm.
         section(8.2777957, 6.0219411, concave, 3.880506, left, Beside::Stock, 0.0, 0.29693088),
         // A ball whose side reaches beyond the border of the stock between two heights.
         section(2.0952021, 2.0952021, convex, 1.3403985, border, right, -0.3974905, 0.5764608),
@@ -355,8 +364,8 @@ fn what_is_held_in_narrow_bands_of_heights_only_is_not_missed() {
     }
 }
 
-/// Area of the cutter below the surface: of its end anywhere, of the flute where it hangs together with the CC point in
-/// cut and part.
+/// Area of the cutter below the surface: of its end anywhere, of the flute where it hangs together
+/// with the CC point in cut and part.
 fn gouge_area(section: &PassSection, way: f64) -> f64 {
     let (stock, ground) = stock_and_ground(section, 2);
     let part = boolean(&vec![ground.clone()], &vec![stock], OverlayRule::Difference);
@@ -383,7 +392,8 @@ fn a_pose_is_refused_exactly_where_its_polygon_is_below_the_surface() {
                 poses.push((pose, side * step_over));
             }
         }
-        // Chords of the concave surface reach into the part by less than the first; a gouge may be as small as that.
+        // Chords of the concave surface reach into the part by less than the first; a gouge may be
+        // as small as that.
         let (noise, least) = (2e-5, 5e-6);
         let below_by = |way: f64| gouge_area(&section, way);
         match chip_of_pass(&section) {

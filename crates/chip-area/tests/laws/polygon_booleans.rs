@@ -32,7 +32,8 @@ impl Sections for Random {
         };
         let alpha0 =
             if self.one_in(4.0) { (90.0 * self.within(-2.0, 2.0).round()).to_radians() } else { self.within(-PI, PI) };
-        // Angle of the tool axis from the surface normal: mostly moderate, at times none, at times across the surface.
+        // Angle of the tool axis from the surface normal: mostly moderate, at times none, at times
+        // across the surface.
         let off = if self.one_in(8.0) { 0.0 } else { self.within(-1.6, 1.6) };
         let normal = if matches!(surface, SectionSurface::Concave { .. }) { alpha0 + PI } else { alpha0 };
         ChipSection {
@@ -179,7 +180,8 @@ fn a_position_is_refused_exactly_where_its_polygon_is_below_the_surface() {
             Err(_) => continue,
         };
         let poses = poses(&section);
-        // What a flank almost along the surface cuts from it is too small to be told from the chords' error.
+        // What a flank almost along the surface cuts from it is too small to be told from the
+        // chords' error.
         let axis = [section.lean.sin(), section.lean.cos()];
         if poses.iter().any(|p| (p.normal[0] * axis[0] + p.normal[1] * axis[1]).abs() < 0.05) {
             continue;
@@ -192,7 +194,8 @@ fn a_position_is_refused_exactly_where_its_polygon_is_below_the_surface() {
         } else {
             free += 1
         }
-        // Refused although the axis is above the surface at both: the far side of a concave surface.
+        // Refused although the axis is above the surface at both: the far side of a concave
+        // surface.
         let above = |p: &Pose| p.normal[0] * axis[0] + p.normal[1] * axis[1] > 0.0;
         flutes += u32::from(expected && poses.iter().all(above));
     }

@@ -1,4 +1,5 @@
-//! Laws of the chip area: closed forms on a plane, symmetries, limits, refusals, and the general section.
+//! Laws of the chip area: closed forms on a plane, symmetries, limits, refusals, and the general
+//! section.
 
 use std::f64::consts::PI;
 
@@ -12,13 +13,15 @@ const STEPS: [StepSign; 2] = [StepSign::Positive, StepSign::Negative];
 const SURFACES: [SectionSurface; 3] =
     [SectionSurface::Plane, SectionSurface::Convex { radius: 20.0 }, SectionSurface::Concave { radius: 20.0 }];
 
-/// A section with its outward normal at the polar angle `normal` and the axis `off` clockwise from the normal.
+/// A section with its outward normal at the polar angle `normal` and the axis `off` clockwise from
+/// the normal.
 fn section(cutter: SectionCutter, surface: SectionSurface, step_sign: StepSign, normal: f64, off: f64) -> ChipSection {
     let alpha0 = if matches!(surface, SectionSurface::Concave { .. }) { normal + PI } else { normal };
     ChipSection { cutter, surface, depth_of_cut: 2.0, step_over: 1.0, step_sign, alpha0, lean: PI / 2.0 - normal + off }
 }
 
-/// Every cutter, surface and sense of step at several directions, where the tool is not below the surface.
+/// Every cutter, surface and sense of step at several directions, where the tool is not below the
+/// surface.
 fn sections() -> Vec<ChipSection> {
     let mut all = Vec::new();
     for cutter in CUTTERS {
@@ -47,7 +50,8 @@ fn on_a_plane_the_chip_is_depth_times_step_less_the_cusp() {
                 for cutter in CUTTERS {
                     let base = section(cutter, SectionSurface::Plane, step_sign, 2.0, off);
                     let area = chip_area(&ChipSection { depth_of_cut, step_over, ..base }).unwrap();
-                    // At each height the tool is wider than the step, or the chip is as wide as the tool.
+                    // At each height the tool is wider than the step, or the chip is as wide as the
+                    // tool.
                     let full = depth_of_cut * step_over;
                     let missing = match cutter {
                         SectionCutter::Flat { .. } => {
@@ -107,7 +111,8 @@ fn the_area_goes_to_zero_with_depth_and_with_step() {
             thin = area;
             let area = chip_area(&ChipSection { step_over: small, ..s }).unwrap();
             assert!(area < narrow && area <= 3.0 * small, "{s:?} step {small}: {area}");
-            // A chip of vanishing width keeps a height between the depth of cut and what the curvature makes of it.
+            // A chip of vanishing width keeps a height between the depth of cut and what the
+            // curvature makes of it.
             assert!(power < 4 || area >= 0.5 * small, "{s:?} step {small}: {area}");
             narrow = area;
         }
@@ -145,7 +150,8 @@ fn curved_surfaces_of_growing_radius_become_the_plane() {
 
 #[test]
 fn the_area_is_continuous_in_the_lean() {
-    // Where the bottom of a flat cutter passes through the direction of the surface the other corner touches.
+    // Where the bottom of a flat cutter passes through the direction of the surface the other
+    // corner touches.
     for cutter in CUTTERS {
         for surface in
             [SectionSurface::Plane, SectionSurface::Convex { radius: 20.0 }, SectionSurface::Concave { radius: 20.0 }]
@@ -172,8 +178,8 @@ fn the_area_is_continuous_in_the_lean() {
 
 #[test]
 fn a_ball_at_its_equator_joins_the_cut_without_flute() {
-    // tmax on a plane with the axis 45° off its normal: the flute begins at r·(1 − sin 45°) above the plane on the side
-    // toward which the axis leans, and there it undercuts.
+    // tmax on a plane with the axis 45° off its normal: the flute begins at r·(1 − sin 45°) above
+    // the plane on the side toward which the axis leans, and there it undercuts.
     let t_max = 6.0 * (1.0 - 0.5f64.sqrt());
     for step_sign in STEPS {
         let s = section(CUTTERS[1], SectionSurface::Plane, step_sign, 0.6, PI / 4.0);
@@ -218,8 +224,8 @@ fn impossible_sections_are_refused() {
     );
     assert_eq!(refused(ChipSection { lean: 2.0, ..s }), ChipAreaError::BelowSurface { position: Position::First });
     assert_eq!(refused(ChipSection { lean: PI / 2.0, ..s }), ChipAreaError::AxisInPlane);
-    // A flat bottom tangent to a concave surface reaches below it with its other end; the flute of a ball that lies
-    // on its side runs into it.
+    // A flat bottom tangent to a concave surface reaches below it with its other end; the flute of
+    // a ball that lies on its side runs into it.
     assert_eq!(refused(flat(concave)), ChipAreaError::BelowSurface { position: Position::First });
     assert_eq!(
         refused(ChipSection { lean: 1.5, ..concave }),
@@ -229,14 +235,16 @@ fn impossible_sections_are_refused() {
     let convex = SectionSurface::Convex { radius: 20.0 };
     let over_the_top = ChipSection { surface: convex, alpha0: PI / 2.0 - 0.02, ..flat(s) };
     assert_eq!(refused(over_the_top), ChipAreaError::CornerChanges);
-    // The step alone takes the second position below: the axis is above the surface at the first only.
+    // The step alone takes the second position below: the axis is above the surface at the first
+    // only.
     let beside = ChipSection { surface: convex, alpha0: PI - 0.02, ..s };
     assert_eq!(refused(beside), ChipAreaError::BelowSurface { position: Position::Second });
 }
 
 #[test]
 fn the_section_between_outlines_is_chips_ball_section() {
-    // CHIP's ball cases without flute contact, seen along the feed with the tool axis upright: rotate by the lean.
+    // CHIP's ball cases without flute contact, seen along the feed with the tool axis upright:
+    // rotate by the lean.
     let mut compared = 0;
     for surface in SURFACES {
         for step_sign in STEPS {

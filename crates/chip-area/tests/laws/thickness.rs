@@ -1,4 +1,5 @@
-//! Largest chip thickness: closed forms, and dense sums over the cutting surface with vectors of their own.
+//! Largest chip thickness: closed forms, and dense sums over the cutting surface with vectors of
+//! their own.
 
 use facemill_chip_area::{
     Beside, CutterEnd, CutterPose, Engagement, NeighbourAxis, Orientation, PassSection, SectionSurface, chip_of_pass,

@@ -2,7 +2,8 @@ use super::*;
 
 #[test]
 fn steps_edges_and_kinks_are_resolved_to_the_accuracy() {
-    // A half disc of radius 3 above z = 0 with a slot of depth 1 in a width of √2 at its top, and nothing beyond.
+    // A half disc of radius 3 above z = 0 with a slot of depth 1 in a width of √2 at its top, and
+    // nothing beyond.
     let second = |y: f64| (y.abs() <= 3.0).then_some(-(9.0 - y * y).max(0.0).sqrt());
     let first = |y: f64| ((y - 0.1).abs() <= 0.5 * 2f64.sqrt()).then_some(-1.0);
     let half_disc = 4.5 * std::f64::consts::PI;

@@ -52,8 +52,8 @@ fn check_invariants(p: &ConvexPolyhedron) {
     }
 }
 
-/// Distance from a polyhedron: of all projections onto planes of faces, lines of two planes and vertices that are of the
-/// polyhedron, the nearest.
+/// Distance from a polyhedron: of all projections onto planes of faces, lines of two planes and
+/// vertices that are of the polyhedron, the nearest.
 fn brute_distance(polyhedron: &ConvexPolyhedron, p: &Point3<f64>) -> f64 {
     let faces = polyhedron.faces();
     let mut best = f64::INFINITY;

@@ -16,6 +16,7 @@ pub struct CutPoint {
 pub struct Strip {
     /// Arc length to the neighbouring pass across the feed, mm.
     pub step_over: f64,
-    /// Curvature of the surface across the feed between the two, 1/mm, positive where the part is convex.
+    /// Curvature of the surface across the feed between the two, 1/mm, positive where the part is
+    /// convex.
     pub curvature: f64,
 }

@@ -29,8 +29,9 @@ pub struct CutPass {
 pub struct NeighbourReach {
     /// Any pass. Larger: wider strips that stay uncut are seen.
     pub far: f64,
-    /// A pass that has its uncut stock on the same side as the point's, seen from the strip between both: either the file
-    /// names the side of one of them wrongly, or what lies between is not one strip, as between both arms of a hairpin.
+    /// A pass that has its uncut stock on the same side as the point's, seen from the strip between
+    /// both: either the file names the side of one of them wrongly, or what lies between is not one
+    /// strip, as between both arms of a hairpin.
     pub opposed: f64,
 }
 
@@ -59,8 +60,8 @@ pub struct OwnPlace {
 /// A pass beside a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Neighbour {
-    /// Where the plane across the point's feed meets it, with the posture of the nearer of the two points around; its end where
-    /// it ends beside the point.
+    /// Where the plane across the point's feed meets it, with the posture of the nearer of the two
+    /// points around; its end where it ends beside the point.
     pub point: CutPoint,
     /// The surface on the way there.
     pub strip: Strip,
@@ -82,13 +83,14 @@ pub struct Beside {
 }
 
 impl Beside {
-    /// The passes that this point's pass leaves a ridge toward: the nearest ones, where they are cut before. A pass that is
-    /// cut later leaves the ridge itself.
+    /// The passes that this point's pass leaves a ridge toward: the nearest ones, where they are
+    /// cut before. A pass that is cut later leaves the ridge itself.
     pub fn before(&self) -> impl Iterator<Item = &Neighbour> {
         self.nearest.iter().flatten().filter(|n| n.is_earlier)
     }
 
-    /// The strip that this point's posture decides on: the widest toward a pass before, else the narrowest toward one behind.
+    /// The strip that this point's posture decides on: the widest toward a pass before, else the
+    /// narrowest toward one behind.
     pub fn strip(&self) -> Option<Strip> {
         let widest = |a: Strip, b: Strip| if b.step_over > a.step_over { b } else { a };
         let narrowest = |a: Strip, b: Strip| if b.step_over < a.step_over { b } else { a };
@@ -106,16 +108,17 @@ impl Beside {
 /// Nearer than this, mm, a crossing is the point itself, or of a pass that is cut again.
 const SAME_POINT: f64 = 1e-6;
 
-/// Least cosine between both feeds: passes that cross each other at more than 60° leave no strip between them.
+/// Least cosine between both feeds: passes that cross each other at more than 60° leave no strip
+/// between them.
 const LEAST_ALONG: f64 = 0.5;
 
-/// Largest difference of the sines by which the chord leaves both tangent planes: on a circle it leaves them alike. Two
-/// places of which one is 0.4 chords above the other's tangent plane, beyond what their normals tell, are on different
-/// walls.
+/// Largest difference of the sines by which the chord leaves both tangent planes: on a circle it
+/// leaves them alike. Two places of which one is 0.4 chords above the other's tangent plane, beyond
+/// what their normals tell, are on different walls.
 const LARGEST_STEP: f64 = 0.8;
 
-/// How far before the plane a pass may end and still be beside the point, in distances aside: on the diagonal between, halfway to
-/// a pass twice as far, it cuts as little as that.
+/// How far before the plane a pass may end and still be beside the point, in distances aside: on
+/// the diagonal between, halfway to a pass twice as far, it cuts as little as that.
 const LARGEST_GAP: f64 = 1.0;
 
 impl Neighbours {
@@ -148,7 +151,8 @@ impl Neighbours {
         &self.passes
     }
 
-    /// What lies beside a point of one of the passes: those before it, and its own up to it, are cut earlier.
+    /// What lies beside a point of one of the passes: those before it, and its own up to it, are
+    /// cut earlier.
     pub fn of(&self, at: OwnPlace) -> Beside {
         self.find(&self.passes[at.pass].points[at.point], Some(at))
     }
@@ -158,7 +162,8 @@ impl Neighbours {
         self.find(own, None)
     }
 
-    /// Whether any earlier pass comes within a distance of a point of one of the passes, wherever it lies.
+    /// Whether any earlier pass comes within a distance of a point of one of the passes, wherever
+    /// it lies.
     pub fn is_near_earlier(&self, at: OwnPlace, distance: f64) -> bool {
         let position = self.passes[at.pass].points[at.point].cc.position;
         let near = |b: &Aabb| b.distance_sq(&position) <= distance * distance;
@@ -228,8 +233,9 @@ impl Neighbours {
         })
     }
 
-    /// Whether a crossing is not a neighbour for the side on which both passes have their uncut stock: of two arms of the same
-    /// pass, or of passes that are far apart, they lie on different sides of the strip between.
+    /// Whether a crossing is not a neighbour for the side on which both passes have their uncut
+    /// stock: of two arms of the same pass, or of passes that are far apart, they lie on different
+    /// sides of the strip between.
     fn is_apart(&self, at: OwnPlace, (pass, crossing): (usize, &Neighbour), distance: f64) -> bool {
         let own = &self.passes[at.pass];
         let cc = &own.points[at.point].cc;
@@ -239,7 +245,8 @@ impl Neighbours {
         opposed && (pass == at.pass || distance > self.reach.opposed)
     }
 
-    /// A place of another pass in the plane across the feed, as a neighbour; `None` where it is none.
+    /// A place of another pass in the plane across the feed, as a neighbour; `None` where it is
+    /// none.
     fn neighbour(&self, own: &CutPoint, point: CutPoint) -> Option<Neighbour> {
         let between = point.cc.position - own.cc.position;
         let chord = between.norm();
@@ -249,7 +256,8 @@ impl Neighbours {
         }
         let leaves = -own.cc.normal.dot(&between) / chord;
         let arrives = point.cc.normal.dot(&between) / chord;
-        // The normals of one strip turn by less than a right angle, and the chord leaves both tangent planes alike.
+        // The normals of one strip turn by less than a right angle, and the chord leaves both
+        // tangent planes alike.
         if own.cc.normal.dot(&point.cc.normal) <= 0.0 || (arrives - leaves).abs() > LARGEST_STEP {
             return None;
         }

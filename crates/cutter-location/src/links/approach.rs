@@ -10,15 +10,17 @@ use crate::pose::workcell::{Configuration, Hints, Infeasible};
 /// Shape of an entry or exit. Angles in rad, lengths in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ApproachShape {
-    /// Arc in the plane of feed direction and normal, tangent to the pass: the cutter comes down onto the surface.
+    /// Arc in the plane of feed direction and normal, tangent to the pass: the cutter comes down
+    /// onto the surface.
     TangentialArc {
         /// Radius of the arc.
         radius: f64,
         /// Angle it runs through, up to 90°.
         angle: f64,
     },
-    /// Arc in the tangent plane, tangent to the pass, from the side that is already cut, rising by a tenth of its sideways
-    /// way: the cutter rolls into the stock, so that its teeth leave it with thin chips.
+    /// Arc in the tangent plane, tangent to the pass, from the side that is already cut, rising by
+    /// a tenth of its sideways way: the cutter rolls into the stock, so that its teeth leave it
+    /// with thin chips.
     RollIn {
         /// Radius of the arc.
         radius: f64,
@@ -27,8 +29,8 @@ pub enum ApproachShape {
     },
 }
 
-/// How much a roll-in rises for each mm it goes sideways: enough to leave the finished surface, too little to lift the
-/// cutter out of the chip before the arc ends.
+/// How much a roll-in rises for each mm it goes sideways: enough to leave the finished surface, too
+/// little to lift the cutter out of the chip before the arc ends.
 const ROLL_IN_RISE: f64 = 0.1;
 
 /// Which end of a pass an approach belongs to.
@@ -40,7 +42,8 @@ pub enum PassEnd {
     Exit,
 }
 
-/// Poses of an arc, from the one next to the pass outward, at most `step` mm apart, the axis as at the pass.
+/// Poses of an arc, from the one next to the pass outward, at most `step` mm apart, the axis as at
+/// the pass.
 ///
 /// `uncut_left` says on which side of the feed the uncut stock lies.
 pub fn arc_poses(
@@ -83,12 +86,13 @@ pub struct ApproachSettings {
     pub step: f64,
     /// Distance between tested poses on the way, mm. Larger: what is thinner may be passed over.
     pub test_step: f64,
-    /// Distance that the whole tool keeps from stock, part and fixtures where rapids begin and end, mm.
+    /// Distance that the whole tool keeps from stock, part and fixtures where rapids begin and end,
+    /// mm.
     pub rapid_clearance: f64,
     /// Farthest retract along the tool axis that may be needed to get clear, mm.
     pub max_retract: f64,
-    /// A direction in which nothing moves: arcs, lifts and retracts are laid into the plane across it. For heads that cannot
-    /// move their tool there while their rotary axes stand.
+    /// A direction in which nothing moves: arcs, lifts and retracts are laid into the plane across
+    /// it. For heads that cannot move their tool there while their rotary axes stand.
     pub still_across: Option<Unit<Vector3<f64>>>,
 }
 
@@ -110,7 +114,8 @@ impl ApproachSettings {
         Self { shape, step: self.step * share, ..*self }
     }
 
-    /// The arc of the same height with a larger radius, so that it is flatter everywhere; `None` of a roll-in.
+    /// The arc of the same height with a larger radius, so that it is flatter everywhere; `None` of
+    /// a roll-in.
     fn flattened(&self, times: f64) -> Option<Self> {
         let ApproachShape::TangentialArc { radius, angle } = self.shape else { return None };
         let angle = (1.0 - (1.0 - angle.cos()) / times).acos();
@@ -121,8 +126,8 @@ impl ApproachSettings {
 /// The way between a pass and the place where rapids begin or end.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Approach {
-    /// Poses from next to the pass outward; the last is clear of everything by the rapid clearance. All are on the branch of
-    /// the pass' end.
+    /// Poses from next to the pass outward; the last is clear of everything by the rapid clearance.
+    /// All are on the branch of the pass' end.
     pub outward: Vec<ClPoint>,
     /// How the machine stands at the last.
     pub outer: Configuration,
@@ -143,12 +148,14 @@ pub struct PassEndPose<'a> {
     pub uncut_left: bool,
 }
 
-/// Arc and retract at one end of a pass, tested as they are driven: at poses no farther apart than the test step, on the
-/// branch of the pass, the cutter's test body cuts nothing that must stay (the arc is lifted along the normal where facets
-/// ask for it, as poses are seated), bodies hit nothing, axis values exist, and an entry goes down into stock no more steeply than the tool may. Where the arc is not possible as asked, smaller ones of the
-/// same angle are tried, down to an eighth of the radius, and where it goes down too steeply flatter ones of the same height, up
-/// to eight times the radius. From the end of the arc the tool retracts along its axis in steps
-/// until it is clear.
+/// Arc and retract at one end of a pass, tested as they are driven: at poses no farther apart than
+/// the test step, on the branch of the pass, the cutter's test body cuts nothing that must stay
+/// (the arc is lifted along the normal where facets ask for it, as poses are seated), bodies hit
+/// nothing, axis values exist, and an entry goes down into stock no more steeply than the tool may.
+/// Where the arc is not possible as asked, smaller ones of the same angle are tried, down to an
+/// eighth of the radius, and where it goes down too steeply flatter ones of the same height, up to
+/// eight times the radius. From the end of the arc the tool retracts along its axis in steps until
+/// it is clear.
 ///
 /// # Errors
 /// The reason why the arc as asked cannot be taken, when no smaller one can either.
@@ -222,9 +229,9 @@ impl Outward<'_, '_> {
         Ok(Approach { outward, outer: self.near })
     }
 
-    /// Goes to a pose of the arc, lifted along the normal as far as the one before, or farther where the way gouges, by up to
-    /// the largest lift that seats a pose: the end of a pass stands on its facets, and what is next to it need not be lower.
-    /// Gives the lifted pose.
+    /// Goes to a pose of the arc, lifted along the normal as far as the one before, or farther
+    /// where the way gouges, by up to the largest lift that seats a pose: the end of a pass stands
+    /// on its facets, and what is next to it need not be lower. Gives the lifted pose.
     fn go_lifted(
         &mut self,
         from: &ClPoint,
@@ -261,7 +268,8 @@ impl Outward<'_, '_> {
         nearest.filter(|_| distance < clearance)
     }
 
-    /// An entry may go down, against the cutter's bottom, by the tool's ramp angle where it is in the stock.
+    /// An entry may go down, against the cutter's bottom, by the tool's ramp angle where it is in
+    /// the stock.
     fn check_ramp(&mut self, cl: &ClPoint, outward: &[ClPoint]) -> Result<(), Infeasible> {
         let mut inner = cl;
         for outer in outward {
@@ -280,7 +288,8 @@ impl Outward<'_, '_> {
 /// Steps in which an arc is lifted up to the largest lift.
 const LIFTS: f64 = 8.0;
 
-/// How much a chord of the arc may be steeper than the tool's ramp angle, rad: less than inserts notice.
+/// How much a chord of the arc may be steeper than the tool's ramp angle, rad: less than inserts
+/// notice.
 const RAMP_SLACK: f64 = 1e-3;
 
 /// Steps of a retract, at most.

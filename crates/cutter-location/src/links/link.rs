@@ -9,7 +9,8 @@ use crate::pose::placed_machine::PlacedMachine;
 use crate::pose::pose_test::PoseTest;
 use crate::pose::workcell::{Configuration, Hints, Infeasible, angle_between};
 
-/// Surface outside of which the whole workpiece, its stock and its fixtures lie inside; workpiece frame, mm.
+/// Surface outside of which the whole workpiece, its stock and its fixtures lie inside; workpiece
+/// frame, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ClearanceSurface {
     /// Plane through `origin`; the free side is where `normal` points.
@@ -58,14 +59,15 @@ impl ClearanceSurface {
         }
     }
 
-    /// The pose moved along the tool axis until its tip is `margin` above the surface, where that takes at most three times
-    /// its depth, else straight out. A pose that is there already stays.
+    /// The pose moved along the tool axis until its tip is `margin` above the surface, where that
+    /// takes at most three times its depth, else straight out. A pose that is there already stays.
     pub fn retract(&self, cl: &ClPoint, margin: f64) -> ClPoint {
         self.along(cl, &cl.axis, margin).unwrap_or_else(|| self.straight_out(cl, margin))
     }
 
-    /// The pose moved out in the plane across a direction until its tip is `margin` above the surface, straight in that plane; a
-    /// pose that is there already, or for which the plane leads nowhere, stays.
+    /// The pose moved out in the plane across a direction until its tip is `margin` above the
+    /// surface, straight in that plane; a pose that is there already, or for which the plane leads
+    /// nowhere, stays.
     pub fn retract_within(&self, cl: &ClPoint, margin: f64, across: &Unit<Vector3<f64>>) -> ClPoint {
         let out = self.outward(&cl.tip).0.into_inner();
         let within = Unit::try_new(out - across.into_inner() * out.dot(across), 1e-3);
@@ -78,8 +80,9 @@ impl ClearanceSurface {
         cl.translated(out.into_inner() * (margin - level).max(0.0))
     }
 
-    /// First pose `margin` above the surface on the way along `direction`, at most three times its depth away. Bisected: the
-    /// height along a line grows from the first crossing on for a pose inside a convex surface.
+    /// First pose `margin` above the surface on the way along `direction`, at most three times its
+    /// depth away. Bisected: the height along a line grows from the first crossing on for a pose
+    /// inside a convex surface.
     fn along(&self, cl: &ClPoint, direction: &Unit<Vector3<f64>>, margin: f64) -> Option<ClPoint> {
         let depth = margin - self.height(&cl.tip);
         if depth <= 0.0 {
@@ -100,8 +103,9 @@ impl ClearanceSurface {
         Some(at(outside))
     }
 
-    /// Ways from a pose to `margin` above the surface, without the pose itself, the likeliest first: along the tool axis,
-    /// straight out, between the two, and a little along the axis before going straight out.
+    /// Ways from a pose to `margin` above the surface, without the pose itself, the likeliest
+    /// first: along the tool axis, straight out, between the two, and a little along the axis
+    /// before going straight out.
     fn ways_out(&self, cl: &ClPoint, margin: f64) -> Vec<Vec<ClPoint>> {
         let out = self.outward(&cl.tip).0;
         let between = Unit::try_new(out.into_inner() + cl.axis.into_inner(), 1e-6);
@@ -132,8 +136,8 @@ fn any_perpendicular(a: &Unit<Vector3<f64>>) -> Unit<Vector3<f64>> {
     Unit::new_normalize(a.cross(&least))
 }
 
-/// The pose at fraction `t` between two: tip on the straight line, axis turned uniformly in the plane of both (through any
-/// perpendicular direction when they are opposed).
+/// The pose at fraction `t` between two: tip on the straight line, axis turned uniformly in the
+/// plane of both (through any perpendicular direction when they are opposed).
 pub fn between(a: &ClPoint, b: &ClPoint, t: f64) -> ClPoint {
     let angle = angle_between(&a.axis, &b.axis);
     let turn_axis = Unit::try_new(a.axis.cross(&b.axis), 1e-12).unwrap_or_else(|| any_perpendicular(&a.axis));
@@ -151,8 +155,8 @@ pub struct LinkSettings {
     pub clearance: ClearanceSurface,
     /// Distance the whole tool keeps from stock, part and fixtures, mm.
     pub rapid_clearance: f64,
-    /// What the control does in a rapid block: the machine's law of rapids, or under RTCP, of controls that keep the tip straight
-    /// at rapid rate, too, the law of its cuts.
+    /// What the control does in a rapid block: the machine's law of rapids, or under RTCP, of
+    /// controls that keep the tip straight at rapid rate, too, the law of its cuts.
     pub rapid_law: BlockLaw,
 }
 
@@ -168,8 +172,8 @@ pub struct LinkBlocked {
     pub why: Infeasible,
 }
 
-/// Retracts along the tool axis that are tried before the way over the clearance surface, mm. Each about doubles: a link is
-/// at most about twice as high as it needs to be.
+/// Retracts along the tool axis that are tried before the way over the clearance surface, mm. Each
+/// about doubles: a link is at most about twice as high as it needs to be.
 const LIFTS: [f64; 6] = [0.0, 25.0, 60.0, 130.0, 280.0, 600.0];
 
 /// A pose on the way of a link.
@@ -181,12 +185,14 @@ pub struct Waypoint {
     pub configuration: Configuration,
 }
 
-/// Finds ways between passes and tests them as they are driven: tip straight, axis turned evenly, on one branch.
+/// Finds ways between passes and tests them as they are driven: tip straight, axis turned evenly,
+/// on one branch.
 ///
-/// A way is tested at poses close enough for the free distance there to cover the motion of tool and machine to the next one,
-/// near the clearance by half of it or 1 mm apart, so that half of that may lack between two; the motion of the control
-/// differs from it by the linearisation tolerance. Where a leg leads through the pole of the rotary axes, the head's turn about the
-/// tool at the pole itself is not tested.
+/// A way is tested at poses close enough for the free distance there to cover the motion of tool
+/// and machine to the next one, near the clearance by half of it or 1 mm apart, so that half of
+/// that may lack between two; the motion of the control differs from it by the linearisation
+/// tolerance. Where a leg leads through the pole of the rotary axes, the head's turn about the tool
+/// at the pole itself is not tested.
 pub struct Linker<'t, 'a> {
     pub(crate) test: &'t PoseTest<'a>,
     pub(crate) settings: &'t LinkSettings,
@@ -199,15 +205,15 @@ impl<'t, 'a> Linker<'t, 'a> {
         Self { test, settings, hints: Hints::default() }
     }
 
-    /// Poses strictly between `from` and `to` over which the tool gets there without coming nearer than the rapid clearance
-    /// to anything; both ends are clear already. The lowest of a series of lifted ways is taken, else the way over the
-    /// clearance surface.
+    /// Poses strictly between `from` and `to` over which the tool gets there without coming nearer
+    /// than the rapid clearance to anything; both ends are clear already. The lowest of a series of
+    /// lifted ways is taken, else the way over the clearance surface.
     ///
-    /// Where the two ends are on different branches, the way leads over the clearance surface, and has there one pose twice,
-    /// on the first branch and on the second: all axes go over together. That motion is for
-    /// [`Linker::rapid_block`] to test, when it is known which turns the axes come with. So it is where a limited rotary axis
-    /// has to turn back: a pose that stands twice, at two windings, outside the clearance surface, see
-    /// [`rewound_axis`].
+    /// Where the two ends are on different branches, the way leads over the clearance surface, and
+    /// has there one pose twice, on the first branch and on the second: all axes go over together.
+    /// That motion is for [`Linker::rapid_block`] to test, when it is known which turns the axes
+    /// come with. So it is where a limited rotary axis has to turn back: a pose that stands twice,
+    /// at two windings, outside the clearance surface, see [`rewound_axis`].
     ///
     /// # Errors
     /// When even the way over the clearance surface is blocked.
@@ -230,7 +236,8 @@ impl<'t, 'a> Linker<'t, 'a> {
         self.over_clearance(from, to)
     }
 
-    /// From `from` out to the clearance surface, along it, and back to `to`, by the first free way out at each end.
+    /// From `from` out to the clearance surface, along it, and back to `to`, by the first free way
+    /// out at each end.
     fn over_clearance(&mut self, from: &Waypoint, to: &Waypoint) -> Result<Vec<Waypoint>, LinkBlocked> {
         let margin = self.test.clearance_margin();
         let mut first = None;
@@ -274,7 +281,8 @@ impl<'t, 'a> Linker<'t, 'a> {
         Ok(way)
     }
 
-    /// The way from a pose straight to the clearance surface in the plane across a direction, without the pose itself.
+    /// The way from a pose straight to the clearance surface in the plane across a direction,
+    /// without the pose itself.
     ///
     /// # Errors
     /// When it is blocked, or does not get there.
@@ -323,7 +331,8 @@ impl<'t, 'a> Linker<'t, 'a> {
             .collect()
     }
 
-    /// Walks a leg by the free distance at each pose, up to the first that is nearer than the rapid clearance to something.
+    /// Walks a leg by the free distance at each pose, up to the first that is nearer than the rapid
+    /// clearance to something.
     fn leg(&mut self, from: &Waypoint, to: &ClPoint) -> Result<Waypoint, LinkBlocked> {
         let (test, clearance) = (self.test, self.settings.rapid_clearance);
         let mut walk = Walk { t: 0.0, step: 1.0 };
@@ -354,8 +363,8 @@ impl<'t, 'a> Linker<'t, 'a> {
     }
 }
 
-/// Poses between two that are on the clearance surface. A straight line between two points outside a convex surface may cut
-/// through it: points in between are pushed out.
+/// Poses between two that are on the clearance surface. A straight line between two points outside
+/// a convex surface may cut through it: points in between are pushed out.
 fn along_clearance(surface: &ClearanceSurface, margin: f64, a: &ClPoint, b: &ClPoint) -> Vec<ClPoint> {
     const N_BETWEEN: usize = 24;
     if matches!(surface, ClearanceSurface::Plane { .. }) {
@@ -375,8 +384,8 @@ pub(crate) struct Walk {
 }
 
 impl Walk {
-    /// Goes on as far as no point of tool and machine moves by more than `free`, to the leg's end at most. `motion` bounds
-    /// that motion up to a later place.
+    /// Goes on as far as no point of tool and machine moves by more than `free`, to the leg's end
+    /// at most. `motion` bounds that motion up to a later place.
     pub(crate) fn advance(
         &mut self,
         free: f64,
@@ -398,12 +407,14 @@ impl Walk {
 /// Distances are not searched farther than this, mm: more would only save steps.
 pub(crate) const FAR: f64 = 150.0;
 
-/// Smallest step of a walk next to something, mm: half of it may lack of the clearance between two tested stands.
+/// Smallest step of a walk next to something, mm: half of it may lack of the clearance between two
+/// tested stands.
 pub(crate) fn least_advance(clearance: f64) -> f64 {
     (0.5 * clearance).clamp(0.05, 1.0)
 }
 
-/// Smallest step, as a fraction of the leg: at the pole of the rotary axes a body turns at once, however small the step.
+/// Smallest step, as a fraction of the leg: at the pole of the rotary axes a body turns at once,
+/// however small the step.
 const MIN_STEP: f64 = 1e-4;
 
 /// Steps of a leg at most, all of them the smallest.

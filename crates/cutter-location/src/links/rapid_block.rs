@@ -10,28 +10,30 @@ use crate::pose::workcell::{Configuration, Infeasible};
 /// Largest turn of all rotary axes together in a step of a rapid block, rad.
 const LARGEST_TURN: f64 = 0.06;
 
-/// How much farther than to its end a point may move on a step that turns by so little: the tip goes on an arc.
+/// How much farther than to its end a point may move on a step that turns by so little: the tip
+/// goes on an arc.
 const ARC_FACTOR: f64 = 1.1;
 
-/// Turn of all rotary axes together, rad, that is too far for one step even of the smallest: next to the pole they turn fast, and
-/// to another branch or winding no turn of the tool leads at all.
+/// Turn of all rotary axes together, rad, that is too far for one step even of the smallest: next
+/// to the pole they turn fast, and to another branch or winding no turn of the tool leads at all.
 const JUMP: f64 = 2.0 * LARGEST_TURN;
 
 /// Way of a point, mm, that is too far for the smallest step where so much is not free.
 const UNTESTED: f64 = 1.0;
 
-/// Part of the arrow between the middle of a step and that of its chord by which an axis may go beyond both ends and the middle:
-/// a quarter where the way is a parabola, and as much again.
+/// Part of the arrow between the middle of a step and that of its chord by which an axis may go
+/// beyond both ends and the middle: a quarter where the way is a parabola, and as much again.
 const BEYOND_MIDDLE: f64 = 0.5;
 
 impl Linker<'_, '_> {
-    /// Tests a rapid block as the control drives it, such as the one from one branch to the other: at stands close enough for
-    /// the free distance beyond `clearance` to cover what the machine moves to the next. Where the control keeps the tip on a
-    /// line, so that linear axes go beyond both ends, the block's limits are tested, too.
+    /// Tests a rapid block as the control drives it, such as the one from one branch to the other:
+    /// at stands close enough for the free distance beyond `clearance` to cover what the machine
+    /// moves to the next. Where the control keeps the tip on a line, so that linear axes go beyond
+    /// both ends, the block's limits are tested, too.
     ///
     /// # Errors
-    /// The first stand that is nearer than `clearance` to something, beyond a limit, or where the axes would have to jump; the
-    /// start where the motion is none.
+    /// The first stand that is nearer than `clearance` to something, beyond a limit, or where the
+    /// axes would have to jump; the start where the motion is none.
     pub fn rapid_block(&mut self, from: &AxisValues, to: &AxisValues, clearance: f64) -> Result<(), LinkBlocked> {
         let test = self.test;
         let machine = test.cell.machine;

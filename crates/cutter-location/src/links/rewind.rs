@@ -1,4 +1,5 @@
-//! Where a limited rotary axis turns back: on a link, outside the clearance surface, tested as it turns.
+//! Where a limited rotary axis turns back: on a link, outside the clearance surface, tested as it
+//! turns.
 
 use facemill_cl_data::ClPoint;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine, Motion};
@@ -6,17 +7,19 @@ use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine, Motion};
 use crate::links::link::{LinkBlocked, Linker, Waypoint};
 use crate::pose::workcell::Infeasible;
 
-/// Way of a rotary axis, rad, up to which it goes the short way round; beyond rounding, more than half a turn is turning back.
+/// Way of a rotary axis, rad, up to which it goes the short way round; beyond rounding, more than
+/// half a turn is turning back.
 const HALF_TURN: f64 = std::f64::consts::PI + 1e-6;
 
-/// Heights above the clearance surface, besides the margin, at which an axis may turn back, mm. Each about trebles: the tool is
-/// lifted by at most about three times as much as it needs.
+/// Heights above the clearance surface, besides the margin, at which an axis may turn back, mm.
+/// Each about trebles: the tool is lifted by at most about three times as much as it needs.
 const HEIGHTS: [f64; 4] = [0.0, 60.0, 180.0, 600.0];
 
 /// Largest step of a rotary axis where all axes go evenly, rad.
 const LARGEST_STEP: f64 = 0.15;
 
-/// Places on a turn at which its tip is held against the clearance surface: they are less than 6° apart.
+/// Places on a turn at which its tip is held against the clearance surface: they are less than 6°
+/// apart.
 const PLACES: usize = 64;
 
 /// Limited rotary axes of a machine: those that have to turn back at an end of their travel.
@@ -24,20 +27,21 @@ pub fn limited_rotaries(machine: &Machine) -> impl Iterator<Item = usize> + '_ {
     machine.axes().iter().enumerate().filter(|(_, a)| a.kind == AxisKind::Rotary && !a.endless).map(|(k, _)| k)
 }
 
-/// The limited rotary axis that goes by more than half a turn between two positions, the one that goes farthest: it does not
-/// take the nearest turn, because its limits do not let it.
+/// The limited rotary axis that goes by more than half a turn between two positions, the one that
+/// goes farthest: it does not take the nearest turn, because its limits do not let it.
 pub fn rewound_axis(machine: &Machine, from: &AxisValues, to: &AxisValues) -> Option<usize> {
     let way = |k: usize| (to.get_or_zero(k) - from.get_or_zero(k)).abs();
     limited_rotaries(machine).filter(|&k| way(k) > HALF_TURN).max_by(|&a, &b| way(a).total_cmp(&way(b)))
 }
 
-/// How high over the clearance surface a link goes, and whether an axis that turns back there keeps the tip outside.
+/// How high over the clearance surface a link goes, and whether an axis that turns back there keeps
+/// the tip outside.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Height {
     /// Besides the margin, mm.
     pub(crate) above: f64,
-    /// Whether the tip stays outside the surface on the turn; else only the rapid clearance is kept, which is tested either
-    /// way.
+    /// Whether the tip stays outside the surface on the turn; else only the rapid clearance is
+    /// kept, which is tested either way.
     outside: bool,
 }
 
@@ -55,11 +59,12 @@ impl Linker<'_, '_> {
         [true, false].into_iter().flat_map(|outside| HEIGHTS.map(|above| Height { above, outside })).collect()
     }
 
-    /// From `out` along the clearance surface through `poses`, the last of them that of `over`; where limited axes have to turn
-    /// back, with a pose twice, at both windings: at the far end, or at the near one, or at both, or else on the whole way.
+    /// From `out` along the clearance surface through `poses`, the last of them that of `over`;
+    /// where limited axes have to turn back, with a pose twice, at both windings: at the far end,
+    /// or at the near one, or at both, or else on the whole way.
     ///
-    /// Where the way of the tool leads an axis beyond a limit and the nearest turn does not (past the pole, on its other side),
-    /// all axes go evenly, and the tool goes where that leads it.
+    /// Where the way of the tool leads an axis beyond a limit and the nearest turn does not (past
+    /// the pole, on its other side), all axes go evenly, and the tool goes where that leads it.
     pub(crate) fn across(
         &mut self,
         out: &Waypoint,
@@ -129,7 +134,8 @@ impl Linker<'_, '_> {
         Ok(way)
     }
 
-    /// The way, if an axis may turn back at its end as `over` asks for it. Changes of branch are tested where they are driven.
+    /// The way, if an axis may turn back at its end as `over` asks for it. Changes of branch are
+    /// tested where they are driven.
     fn turned_at_end(
         &mut self,
         way: Vec<Waypoint>,

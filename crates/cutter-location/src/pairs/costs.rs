@@ -6,7 +6,8 @@ use crate::cusp::cut_point::Strip;
 use crate::pairs::shared_axis::PostureRange;
 use crate::passes::cost::CuspScale;
 
-/// Costs of postures per second, on a grid over a range; linear between its nodes, which is close enough to choose by.
+/// Costs of postures per second, on a grid over a range; linear between its nodes, which is close
+/// enough to choose by.
 pub(crate) struct CostTable {
     range: PostureRange,
     /// Cost above which the cusp is higher than allowed.
@@ -52,6 +53,6 @@ fn node([low, high]: [f64; 2], k: usize, n: usize) -> f64 {
     low + (high - low) * k as f64 / (n - 1) as f64
 }
 
-/// What the square of a tilt over its largest costs, where a cusp as high as allowed costs 1: enough to decide between postures
-/// that leave no cusps.
+/// What the square of a tilt over its largest costs, where a cusp as high as allowed costs 1:
+/// enough to decide between postures that leave no cusps.
 const TILT_SHARE: f64 = 0.1;

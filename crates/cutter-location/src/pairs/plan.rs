@@ -1,4 +1,5 @@
-//! Two passes cut at once by two heads that share an axis: its values along the way, and both heads' postures.
+//! Two passes cut at once by two heads that share an axis: its values along the way, and both
+//! heads' postures.
 
 use std::f64::consts::TAU;
 
@@ -32,24 +33,27 @@ pub struct PairSettings {
     pub cusps: [f64; 2],
     /// What lies between a pass and its neighbour on each side.
     pub strips: [Strip; 2],
-    /// Largest change of tilt per path length, rad/mm. Larger: less tilt spent on smoothness, but heads that jump.
+    /// Largest change of tilt per path length, rad/mm. Larger: less tilt spent on smoothness, but
+    /// heads that jump.
     pub max_turn_per_mm: f64,
-    /// Longest way between stations at which values of the shared axis are compared, mm. Larger: less to test, but what
-    /// needs another value for a shorter stretch is passed over.
+    /// Longest way between stations at which values of the shared axis are compared, mm. Larger:
+    /// less to test, but what needs another value for a shorter stretch is passed over.
     pub spacing: f64,
 }
 
 /// Poses of both heads at every station, or why there are none.
 ///
-/// The values of the shared axis are the cheapest sequence over stations at most `spacing` apart: cusps on both sides against
-/// the allowed ones, tilts against their largest, and the axis' speed, each squared. Between them they follow a smooth
-/// curve. Postures that leave a cusp above the allowed one, between passes that are `strips` apart, are not taken. At every
-/// station each head has the cheapest feasible tilt of those looked at, raised where that keeps its change
-/// within `max_turn_per_mm` and where the heads would else be in each other's way, and is tested as it stands, alone and
-/// then with the other head.
+/// The values of the shared axis are the cheapest sequence over stations at most `spacing` apart:
+/// cusps on both sides against the allowed ones, tilts against their largest, and the axis' speed,
+/// each squared. Between them they follow a smooth curve. Postures that leave a cusp above the
+/// allowed one, between passes that are `strips` apart, are not taken. At every station each head
+/// has the cheapest feasible tilt of those looked at, raised where that keeps its change within
+/// `max_turn_per_mm` and where the heads would else be in each other's way, and is tested as it
+/// stands, alone and then with the other head.
 ///
-/// `start` is how the first head stands at the first station ([`PairTest::stands`] gives one for each branch); the second one takes the branch on which it needs the nearest
-/// value of the shared axis.
+/// `start` is how the first head stands at the first station ([`PairTest::stands`] gives one for
+/// each branch); the second one takes the branch on which it needs the nearest value of the shared
+/// axis.
 ///
 /// # Errors
 /// When the monitor cancels.
@@ -125,7 +129,8 @@ impl PairPlan<'_, '_, '_> {
             let values: Vec<Result<f64, PairBlocked>> =
                 times.iter().enumerate().map(|(k, &time)| path.value(k, time)).collect();
             let found = self.apart(&values, axes, &mut hints)?;
-            // Where the curve between nodes passes what a head can do, its values are looked at, too.
+            // Where the curve between nodes passes what a head can do, its values are looked at,
+            // too.
             let is_node = |k: &usize| nodes.binary_search_by_key(k, |n| n.station).is_ok();
             wanted = (0..found.len())
                 .filter(|k| {
@@ -142,8 +147,8 @@ impl PairPlan<'_, '_, '_> {
         }
     }
 
-    /// The same with a limited shared axis at turns within its limits: one for as many stations that follow each other as
-    /// there is one for, the fewest turns from where the values are.
+    /// The same with a limited shared axis at turns within its limits: one for as many stations
+    /// that follow each other as there is one for, the fewest turns from where the values are.
     fn wound(&self, mut found: Vec<PairOutcome>) -> Vec<PairOutcome> {
         let shared = self.pair.shared;
         let mut from = 0;
@@ -170,7 +175,8 @@ impl PairPlan<'_, '_, '_> {
         found
     }
 
-    /// Values of the shared axis at which both heads can stand at a station at once, of a lattice; and why there are none, if so.
+    /// Values of the shared axis at which both heads can stand at a station at once, of a lattice;
+    /// and why there are none, if so.
     fn states(&self, station: usize, axes: &Axes<'_, '_>, hints: &mut [Hints; 2]) -> (Vec<ValueState>, PairBlocked) {
         let of_heads = &axes.axes[station];
         let values = [of_heads[0].values(), of_heads[1].values()];
@@ -193,8 +199,8 @@ impl PairPlan<'_, '_, '_> {
         (states, blocked.unwrap_or(none))
     }
 
-    /// What the cheapest postures at a value cost with which the heads are not in each other's way: both tilts raised as in
-    /// [`PairPlan::apart`].
+    /// What the cheapest postures at a value cost with which the heads are not in each other's way:
+    /// both tilts raised as in [`PairPlan::apart`].
     fn cost_apart(
         &self,
         station: usize,
@@ -228,7 +234,8 @@ impl PairPlan<'_, '_, '_> {
         })
     }
 
-    /// The next tilts above those of two poses, as far as there are any; `None` where there are none.
+    /// The next tilts above those of two poses, as far as there are any; `None` where there are
+    /// none.
     fn raised(&self, poses: [&FeasiblePose; 2]) -> Option<[f64; 2]> {
         let next = |h: usize| self.settings.ranges[h].tilts().find(|t| *t > poses[h].posture.tilt + 1e-9);
         let next = [next(0), next(1)];
@@ -236,9 +243,9 @@ impl PairPlan<'_, '_, '_> {
         next.iter().any(Option::is_some).then(|| [least(0), least(1)])
     }
 
-    /// Poses of both heads at the values of the shared axis. At the ends, where cutters reach beyond the edges, both tilts are
-    /// raised; where heads are in each other's way still, they are raised step by step: opposite cutters that lean forward
-    /// part behind their points.
+    /// Poses of both heads at the values of the shared axis. At the ends, where cutters reach
+    /// beyond the edges, both tilts are raised; where heads are in each other's way still, they are
+    /// raised step by step: opposite cutters that lean forward part behind their points.
     fn apart(
         &self,
         values: &[Result<f64, PairBlocked>],
@@ -286,8 +293,8 @@ impl PairPlan<'_, '_, '_> {
         Ok(found)
     }
 
-    /// Draws tilts toward those of their neighbours, where both heads can stand so: those that were found step from one of a
-    /// few looked at to the next.
+    /// Draws tilts toward those of their neighbours, where both heads can stand so: those that were
+    /// found step from one of a few looked at to the next.
     fn round_tilts(
         &self,
         values: &[Result<f64, PairBlocked>],
@@ -323,7 +330,8 @@ impl PairPlan<'_, '_, '_> {
         Ok(())
     }
 
-    /// The pose of a head at a value of the shared axis and a tilt, next to the one it has; `None` where none may be taken.
+    /// The pose of a head at a value of the shared axis and a tilt, next to the one it has; `None`
+    /// where none may be taken.
     fn at_tilt(
         &self,
         axes: &Axes<'_, '_>,
@@ -371,7 +379,8 @@ impl PairPlan<'_, '_, '_> {
         CostTable::new(&scale, &self.settings.strips[head], self.settings.ranges[head])
     }
 
-    /// How each head would stand at each station in its plain posture: branch and windings along the way.
+    /// How each head would stand at each station in its plain posture: branch and windings along
+    /// the way.
     fn nears(&self, start: &Configuration) -> Vec<[Configuration; 2]> {
         let Some(first) = self.stations.first() else { return Vec::new() };
         let mut near = [*start, self.second_start(first, start)];
@@ -393,7 +402,8 @@ impl PairPlan<'_, '_, '_> {
         self.stations.iter().map(follow).collect()
     }
 
-    /// How the second head stands at the first station: on the branch whose shared value is nearest to the first head's.
+    /// How the second head stands at the first station: on the branch whose shared value is nearest
+    /// to the first head's.
     fn second_start(&self, station: &PairStation, start: &Configuration) -> Configuration {
         let (shared, kind) = (self.pair.shared, self.pair.kind());
         let wanted = start.axes.get_or_zero(shared);
@@ -417,7 +427,8 @@ impl PairPlan<'_, '_, '_> {
         self.stations.iter().map(step).collect()
     }
 
-    /// Stations at which values are compared: the first, the last, and between them one for every `spacing`.
+    /// Stations at which values are compared: the first, the last, and between them one for every
+    /// `spacing`.
     fn node_stations(&self) -> Vec<usize> {
         let mut chosen = Vec::new();
         let mut way = f64::INFINITY;
@@ -431,7 +442,8 @@ impl PairPlan<'_, '_, '_> {
         chosen
     }
 
-    /// Tilts that are nowhere below those found and change by no more than allowed from neighbour to neighbour.
+    /// Tilts that are nowhere below those found and change by no more than allowed from neighbour
+    /// to neighbour.
     fn rate_limited(&self, head: usize, found: &[Result<FeasiblePose, PairBlocked>]) -> Vec<Option<f64>> {
         let mut tilts: Vec<Option<f64>> = found.iter().map(|f| f.as_ref().ok().map(|p| p.posture.tilt)).collect();
         let sweep = |tilts: &mut Vec<Option<f64>>, from: usize, to: usize| {
@@ -453,13 +465,15 @@ impl PairPlan<'_, '_, '_> {
 /// Step of the values of the shared axis that are compared, rad.
 const VALUE_STEP: f64 = 1.0 * std::f64::consts::PI / 180.0;
 
-/// Least tilt at the ends of a way, as part of the range: cutters reach beyond the edges there, with nothing between them.
+/// Least tilt at the ends of a way, as part of the range: cutters reach beyond the edges there,
+/// with nothing between them.
 const END_SHARE: f64 = 0.375;
 
 /// Rounds of looking at values of the shared axis where the curve between others is not feasible.
 const NODE_ROUNDS: usize = 3;
 
-/// Rounds of drawing tilts to their neighbours': a step of the lattice is spread over about as many stations.
+/// Rounds of drawing tilts to their neighbours': a step of the lattice is spread over about as many
+/// stations.
 const ROUNDING_ROUNDS: usize = 8;
 
 /// Tilts nearer than this to their neighbours' stay, rad.

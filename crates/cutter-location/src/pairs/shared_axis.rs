@@ -1,7 +1,9 @@
-//! Postures in which one axis of the machine stands at a given value: two heads that share an axis have to agree on it.
+//! Postures in which one axis of the machine stands at a given value: two heads that share an axis
+//! have to agree on it.
 //!
-//! A pose of the tool has five degrees of freedom, so a posture at a CC point gives every axis its value. Asking one axis for
-//! a value leaves a curve of postures, at most a few on each tilt: the shared axis costs each head one of its two freedoms.
+//! A pose of the tool has five degrees of freedom, so a posture at a CC point gives every axis its
+//! value. Asking one axis for a value leaves a curve of postures, at most a few on each tilt: the
+//! shared axis costs each head one of its two freedoms.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,7 +14,8 @@ use facemill_tool_model::cl_from_cc;
 use crate::pose::pose_test::PoseTest;
 use crate::pose::workcell::{Configuration, FeasiblePose, Hints, Infeasible};
 
-/// Postures that may be taken: tilt and rotate from the first to the second value, rad; rotate as [`Posture`] counts it.
+/// Postures that may be taken: tilt and rotate from the first to the second value, rad; rotate as
+/// [`Posture`] counts it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PostureRange {
     /// Smallest and largest tilt.
@@ -26,7 +29,8 @@ pub(crate) const TILT_STEPS: usize = 8;
 
 const ROTATE_STEP: f64 = 6.0 * PI / 180.0;
 
-/// How near to the asked value the axis is in a returned posture, rad or mm: what is left when a double is exhausted.
+/// How near to the asked value the axis is in a returned posture, rad or mm: what is left when a
+/// double is exhausted.
 pub(crate) const SHARED_ACCURACY: f64 = 1e-10;
 
 impl PostureRange {
@@ -62,7 +66,8 @@ pub(crate) struct SharedAxis<'t, 'a> {
     rows: Vec<(f64, Row)>,
 }
 
-/// Rotates in ascending order, each with the axis' value there; `None` where the machine cannot stand so.
+/// Rotates in ascending order, each with the axis' value there; `None` where the machine cannot
+/// stand so.
 type Row = Vec<(f64, Option<f64>)>;
 
 impl<'t, 'a> SharedAxis<'t, 'a> {
@@ -92,8 +97,8 @@ impl<'t, 'a> SharedAxis<'t, 'a> {
         row
     }
 
-    /// A value at the turn nearest to the reference: a limited axis has turns within its limits only, and would seem to jump
-    /// between them where it goes on.
+    /// A value at the turn nearest to the reference: a limited axis has turns within its limits
+    /// only, and would seem to jump between them where it goes on.
     fn unwound(&self, value: f64) -> f64 {
         let kind = self.test.cell.machine.axes()[self.axis].kind;
         turned_to(kind, value, self.near.axes.get_or_zero(self.axis))
@@ -111,7 +116,8 @@ impl<'t, 'a> SharedAxis<'t, 'a> {
         Some(self.unwound(configuration.axes.get_or_zero(self.axis)))
     }
 
-    /// Smallest and largest value over the postures of the range that are looked at; `None` where there is none.
+    /// Smallest and largest value over the postures of the range that are looked at; `None` where
+    /// there is none.
     pub(crate) fn values(&self) -> Option<[f64; 2]> {
         let mut range: Option<[f64; 2]> = None;
         for value in self.rows.iter().flat_map(|(_, row)| row).filter_map(|(_, value)| *value) {
@@ -178,10 +184,12 @@ impl<'t, 'a> SharedAxis<'t, 'a> {
         (at_b.abs() < SHARED_ACCURACY).then_some(b)
     }
 
-    /// A tested pose with the axis at `value` and this tilt; its configuration may have the axis at another turn.
+    /// A tested pose with the axis at `value` and this tilt; its configuration may have the axis at
+    /// another turn.
     ///
     /// # Errors
-    /// `None` where no posture of the range has it there; else why the first one that has cannot be taken.
+    /// `None` where no posture of the range has it there; else why the first one that has cannot be
+    /// taken.
     pub(crate) fn feasible(
         &self,
         value: f64,
@@ -190,7 +198,8 @@ impl<'t, 'a> SharedAxis<'t, 'a> {
     ) -> Result<FeasiblePose, Option<Infeasible>> {
         let mut lift = 0.0;
         let mut reason = None;
-        // Seating moves the tip; where the axis depends on the tip, the posture follows, and the next lift differs by little.
+        // Seating moves the tip; where the axis depends on the tip, the posture follows, and the
+        // next lift differs by little.
         for _ in 0..SEATINGS {
             let raised = CcPoint { position: self.cc.position + self.cc.normal.into_inner() * lift, ..self.cc };
             let mut seated = None;
@@ -223,8 +232,8 @@ impl<'t, 'a> SharedAxis<'t, 'a> {
         Err(reason)
     }
 
-    /// The tested pose with the axis at `value` that costs least by its posture, of the tilts that are looked at from `least`
-    /// on, and its cost.
+    /// The tested pose with the axis at `value` that costs least by its posture, of the tilts that
+    /// are looked at from `least` on, and its cost.
     ///
     /// # Errors
     /// As [`SharedAxis::feasible`], of the cheapest tilt with a posture.
@@ -253,7 +262,8 @@ impl<'t, 'a> SharedAxis<'t, 'a> {
     }
 }
 
-/// The last rotate with a value between one with and one without, to a part of their distance that no posture is as exact as.
+/// The last rotate with a value between one with and one without, to a part of their distance that
+/// no posture is as exact as.
 fn edge(a: (f64, Option<f64>), b: (f64, Option<f64>), at: impl Fn(f64) -> (f64, Option<f64>)) -> (f64, Option<f64>) {
     let (mut with, mut without) = if a.1.is_some() { (a, b.0) } else { (b, a.0) };
     for _ in 0..EDGE_HALVINGS {
@@ -274,7 +284,8 @@ pub(crate) fn turned_to(kind: AxisKind, value: f64, reference: f64) -> f64 {
     }
 }
 
-/// Steps of regula falsi: Illinois converges with order 1.44; a posture at the edge of reach takes more.
+/// Steps of regula falsi: Illinois converges with order 1.44; a posture at the edge of reach takes
+/// more.
 const MAX_STEPS: usize = 80;
 
 /// Where a root is found, rad or mm.

@@ -9,8 +9,8 @@ use crate::pairs::shared_axis::{PostureRange, SharedAxis};
 use crate::pose::pose_test::PoseTest;
 use crate::pose::workcell::{Configuration, FeasiblePose, Hints, Infeasible};
 
-/// Two heads of one machine that share an axis. Both tests are of views of the same machine, whose axes are the same in the
-/// same order, the first of the head that is numbered 0.
+/// Two heads of one machine that share an axis. Both tests are of views of the same machine, whose
+/// axes are the same in the same order, the first of the head that is numbered 0.
 #[derive(Clone, Copy)]
 pub struct PairTest<'t, 'a> {
     /// One test for each head.
@@ -31,8 +31,8 @@ pub struct PairPose {
 /// Why both heads cannot be at a station at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PairBlocked {
-    /// No value of the shared axis is among those that both heads can stand at with their postures; told are the values of
-    /// each, rad or mm, where it has some.
+    /// No value of the shared axis is among those that both heads can stand at with their postures;
+    /// told are the values of each, rad or mm, where it has some.
     NoCommonValue([Option<[f64; 2]>; 2]),
     /// The values before and behind are too far apart for the axis to go on from one to the other.
     Jump,
@@ -43,7 +43,8 @@ pub enum PairBlocked {
         /// Why its first posture with that value cannot be taken; `None` where it has none.
         why: Option<Infeasible>,
     },
-    /// Every posture that a head has at the value of the shared axis leaves a cusp above the allowed one.
+    /// Every posture that a head has at the value of the shared axis leaves a cusp above the
+    /// allowed one.
     Cusp {
         /// The head, 0 or 1.
         head: usize,
@@ -80,7 +81,8 @@ impl<'t, 'a> PairTest<'t, 'a> {
         AxisValues::from_fn(of_heads[0].len(), |k| of_heads[usize::from(from_second(k))].get_or_zero(k))
     }
 
-    /// Both poses at one value of the shared axis as one stand of the machine, which is tested: each head was tested alone.
+    /// Both poses at one value of the shared axis as one stand of the machine, which is tested:
+    /// each head was tested alone.
     ///
     /// # Errors
     /// What one head hits of the other.
@@ -95,8 +97,8 @@ impl<'t, 'a> PairTest<'t, 'a> {
         }
     }
 
-    /// What one of the heads hits at axis values, and which head. Both are asked: what a head keeps off of the other one is
-    /// larger than that one's own body.
+    /// What one of the heads hits at axis values, and which head. Both are asked: what a head keeps
+    /// off of the other one is larger than that one's own body.
     pub fn blocked(&self, axes: &AxisValues, hints: &mut [Hints; 2]) -> Option<(usize, Infeasible)> {
         (0..2).find_map(|head| Some((head, self.tests[head].collision(axes, &mut hints[head])?)))
     }
@@ -109,8 +111,8 @@ impl<'t, 'a> PairTest<'t, 'a> {
         }
     }
 
-    /// How a head (0 or 1) may stand at a CC point, nothing but limits tested: the first configuration of each branch, in the
-    /// plain posture of the range or else in another.
+    /// How a head (0 or 1) may stand at a CC point, nothing but limits tested: the first
+    /// configuration of each branch, in the plain posture of the range or else in another.
     pub fn stands(&self, head: usize, cc: &CcPoint, range: &PostureRange) -> Vec<Configuration> {
         let others = range.tilts().flat_map(|tilt| range.rotates().map(move |rotate| Posture { tilt, rotate }));
         let mut found: Vec<Configuration> = Vec::new();
@@ -131,8 +133,8 @@ impl<'t, 'a> PairTest<'t, 'a> {
         self.tests[0].cell.machine.axes()[self.shared].kind
     }
 
-    /// Full turns of the shared axis by which a value may be turned within its limits, from the fewest to the most; `None`
-    /// where there are none within them, or the axis is endless.
+    /// Full turns of the shared axis by which a value may be turned within its limits, from the
+    /// fewest to the most; `None` where there are none within them, or the axis is endless.
     pub(crate) fn turns(&self, value: f64) -> Option<[i64; 2]> {
         let axis = &self.tests[0].cell.machine.axes()[self.shared];
         if axis.endless || axis.kind == AxisKind::Linear {
@@ -179,7 +181,8 @@ impl<'t, 'a> PairTest<'t, 'a> {
 }
 
 impl PairTest<'_, '_> {
-    /// Both heads at CC points between two stops, with the shared axis and both tilts halfway between theirs.
+    /// Both heads at CC points between two stops, with the shared axis and both tilts halfway
+    /// between theirs.
     ///
     /// # Errors
     /// Why they cannot be there.

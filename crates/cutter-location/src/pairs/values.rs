@@ -33,16 +33,16 @@ pub(crate) struct ValuePath {
 /// Part of an axis' largest speed that is much for it.
 const MUCH: f64 = 0.1;
 
-/// Values further apart than this in one step are no way, rad: between two stations the axis would turn past what was
-/// tested at neither.
+/// Values further apart than this in one step are no way, rad: between two stations the axis would
+/// turn past what was tested at neither.
 const WIDEST_STEP: f64 = 0.35;
 
 /// Rounds of smoothing: steps of the lattice are spread over about as many nodes.
 const ROUNDS: usize = 12;
 
 impl ValuePath {
-    /// The sequence that costs least: each value's cost over the time around it, and the square of the speed between values
-    /// against one that is much for the axis.
+    /// The sequence that costs least: each value's cost over the time around it, and the square of
+    /// the speed between values against one that is much for the axis.
     pub(crate) fn cheapest(nodes: &[ValueNode], max_velocity: f64) -> Self {
         let mut path = Self { runs: Vec::new(), blocked: Vec::new() };
         let mut from = 0;

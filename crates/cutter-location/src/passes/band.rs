@@ -1,10 +1,12 @@
 //! Smoothing of a sequence of numbers over time.
 
-/// The sequence y that makes `Σ weightₖ·(yₖ − targetₖ)² + τ⁴·Σ hₖ·y″ₖ²` smallest, y″ its second differences over the times
-/// and hₖ the time that one stands for: the targets without what changes faster than τ.
+/// The sequence y that makes `Σ weightₖ·(yₖ − targetₖ)² + τ⁴·Σ hₖ·y″ₖ²` smallest, y″ its second
+/// differences over the times and hₖ the time that one stands for: the targets without what changes
+/// faster than τ.
 ///
-/// Times ascend strictly, weights are above 0; all slices are equally long. Straight sequences (up to two targets, or targets
-/// on a line) come back as they are. Linear cost: the normal equations are positive definite with five diagonals.
+/// Times ascend strictly, weights are above 0; all slices are equally long. Straight sequences (up
+/// to two targets, or targets on a line) come back as they are. Linear cost: the normal equations
+/// are positive definite with five diagonals.
 pub(crate) fn smoothed(times: &[f64], targets: &[f64], weights: &[f64], tau: f64) -> Vec<f64> {
     let n = times.len();
     if n < 3 {

@@ -7,18 +7,19 @@ use rayon::prelude::*;
 
 use crate::cusp::cut_point::Strip;
 
-/// Cusps above this many times the allowed one count alike, as does a strip that stays uncut: both are to be avoided, and
-/// neither is to outweigh everything else.
+/// Cusps above this many times the allowed one count alike, as does a strip that stays uncut: both
+/// are to be avoided, and neither is to outweigh everything else.
 const HIGHEST: f64 = 4.0;
 
-/// From this part of the allowed cusp on, more of it costs steeply: smoothing and the neighbour's own posture are still to come.
+/// From this part of the allowed cusp on, more of it costs steeply: smoothing and the neighbour's
+/// own posture are still to come.
 pub(crate) const NEARLY: f64 = 0.9;
 
 /// How steeply.
 const STEEP: f64 = 20.0;
 
-/// What a cusp costs per second of cutting, by its height over the allowed one: its square, so that a cusp as high as allowed
-/// costs about 1, and much more beyond.
+/// What a cusp costs per second of cutting, by its height over the allowed one: its square, so that
+/// a cusp as high as allowed costs about 1, and much more beyond.
 fn rate(height: f64) -> f64 {
     height.powi(2) + (STEEP * (height - NEARLY).max(0.0)).powi(2)
 }
@@ -32,7 +33,8 @@ pub(crate) struct CuspScale {
 }
 
 impl CuspScale {
-    /// Cost per second of cutting a strip in a posture, its neighbour in the same one: exact outlines.
+    /// Cost per second of cutting a strip in a posture, its neighbour in the same one: exact
+    /// outlines.
     pub(crate) fn rate(&self, posture: Posture, strip: &Strip) -> f64 {
         rate(self.height(posture, strip))
     }
@@ -57,11 +59,12 @@ impl CuspScale {
     }
 }
 
-/// Nodes of a [`CuspTable`] in each direction. Cusps are nearly linear in the curvature and in the square of the step-over.
+/// Nodes of a [`CuspTable`] in each direction. Cusps are nearly linear in the curvature and in the
+/// square of the step-over.
 const NODES: usize = 17;
 
-/// Relative cusp heights of some postures over the range of most strips: exact at the nodes of a grid, linear between them.
-/// Strips outside of it are worked out exactly, one by one.
+/// Relative cusp heights of some postures over the range of most strips: exact at the nodes of a
+/// grid, linear between them. Strips outside of it are worked out exactly, one by one.
 #[derive(Clone, Debug)]
 pub(crate) struct CuspTable {
     scale: CuspScale,
@@ -79,7 +82,8 @@ struct Range {
 }
 
 impl Range {
-    /// From the value that 2 % are below to the one that 2 % are above: a few outliers would make the grid coarse.
+    /// From the value that 2 % are below to the one that 2 % are above: a few outliers would make
+    /// the grid coarse.
     fn of(values: impl Iterator<Item = f64>) -> Self {
         let mut values: Vec<f64> = values.collect();
         values.sort_by(f64::total_cmp);
@@ -147,10 +151,12 @@ impl CuspTable {
     }
 }
 
-/// How the motion of axes is counted: the square of each axis' speed against a speed that is much for it, over time.
+/// How the motion of axes is counted: the square of each axis' speed against a speed that is much
+/// for it, over time.
 ///
-/// Much is what the axis reaches from rest in the time from one layer to the next, its largest speed at most; for a rotary
-/// axis also the job's own limit on the turn of the tool axis per path length, at the programmed feed.
+/// Much is what the axis reaches from rest in the time from one layer to the next, its largest
+/// speed at most; for a rotary axis also the job's own limit on the turn of the tool axis per path
+/// length, at the programmed feed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MotionScale {
     n: usize,
@@ -165,7 +171,8 @@ pub(crate) struct MotionScale {
 pub(crate) type Scaled = [f64; MAX_AXES];
 
 impl MotionScale {
-    /// For layers that are this far apart in time, s, and the turn of the tool axis at its limit, rad/s.
+    /// For layers that are this far apart in time, s, and the turn of the tool axis at its limit,
+    /// rad/s.
     pub(crate) fn new(machine: &Machine, layer_time: f64, turn_rate: f64) -> Self {
         let mut scale = Self {
             n: machine.axes().len(),
@@ -196,8 +203,9 @@ impl MotionScale {
         (0..self.n).map(|k| self.way(k, from, to).powi(2)).sum::<f64>() / time
     }
 
-    /// By how much an axis would have to be faster than it can, to keep the programmed feed: the largest ratio of both speeds,
-    /// 0 where all can. Per path length, that is a limit on the step of each axis: its largest velocity over the feed.
+    /// By how much an axis would have to be faster than it can, to keep the programmed feed: the
+    /// largest ratio of both speeds, 0 where all can. Per path length, that is a limit on the step
+    /// of each axis: its largest velocity over the feed.
     pub(crate) fn excess(&self, from: &Scaled, to: &Scaled, time: f64) -> f64 {
         let ratio = |k: usize| self.way(k, from, to).abs() / time / self.limit[k];
         let largest = (0..self.n).map(ratio).fold(0.0, f64::max);

@@ -9,12 +9,12 @@ use crate::passes::smooth_pass::{Gap, Node, PassClock, SmoothPass, seen_from};
 use crate::pose::workcell::{Configuration, Hints};
 use crate::search;
 
-/// What a turn or the step of an axis beyond its limit, or a change of branch, costs, s: more than a pass of any length saves by
-/// it, and the more the larger it is.
+/// What a turn or the step of an axis beyond its limit, or a change of branch, costs, s: more than
+/// a pass of any length saves by it, and the more the larger it is.
 const JUMP: f64 = 1e4;
 
-/// The graph of one pass. Of a layer are kept the indices of its nodes, so that memory per point is small; the machine is made
-/// to stand in them again where they are looked at again.
+/// The graph of one pass. Of a layer are kept the indices of its nodes, so that memory per point is
+/// small; the machine is made to stand in them again where they are looked at again.
 pub(crate) struct PassGraph<'g, 's, 'a> {
     pass: &'g SmoothPass<'s, 'a>,
     pub(crate) clock: &'g PassClock,
@@ -31,7 +31,8 @@ struct Layer {
     nodes: Option<Vec<NodeIndex>>,
 }
 
-/// Posture by index, the one besides the lattice being the last, and the way to stand in it among all of these.
+/// Posture by index, the one besides the lattice being the last, and the way to stand in it among
+/// all of these.
 type NodeIndex = (u16, u8);
 
 /// The cheapest sequence.
@@ -111,8 +112,9 @@ impl<'g, 's, 'a> PassGraph<'g, 's, 'a> {
         0.5 * (time((layer + 1).min(self.layers.len() - 1)) - time(layer.saturating_sub(1)))
     }
 
-    /// Takes a node out that turned out not to stand where it is seated (it is free at the largest lift only), and with it the
-    /// others of its layer that do not stand either. A layer that is left without nodes is no part of what is compared.
+    /// Takes a node out that turned out not to stand where it is seated (it is free at the largest
+    /// lift only), and with it the others of its layer that do not stand either. A layer that is
+    /// left without nodes is no part of what is compared.
     pub(crate) fn remove(&mut self, fallen: &ChosenNode, hints: &mut Hints) {
         let Some(k) = self.layers.iter().position(|layer| layer.point == fallen.point) else { return };
         let indices = self.layers[k].nodes.take().unwrap_or_default();
@@ -133,7 +135,8 @@ impl<'g, 's, 'a> PassGraph<'g, 's, 'a> {
         pose.is_ok_and(|pose| pose.configuration.branch == node.configuration.branch)
     }
 
-    /// The nodes of a layer: of the lattice, and that of the search, which is at the border of what is feasible.
+    /// The nodes of a layer: of the lattice, and that of the search, which is at the border of what
+    /// is feasible.
     fn nodes(&mut self, layer: usize, hints: &mut Hints) -> Vec<Node> {
         if let Some(indices) = &self.layers[layer].nodes {
             let of_posture = |chunk: &[NodeIndex]| -> Vec<Node> {

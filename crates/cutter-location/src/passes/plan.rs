@@ -12,21 +12,24 @@ use crate::search::Found;
 use crate::search::bezier::{SearchCurve, TurnTable};
 use crate::search::lattice::Lattice;
 
-/// Finds a pose for every CC point of every pass (CLOPT, items 3 and 4 of the method), as the mode asks.
+/// Finds a pose for every CC point of every pass (CLOPT, items 3 and 4 of the method), as the mode
+/// asks.
 ///
-/// `Smallest`: each point gets the smallest feasible posture of its curve; then the postures are raised where that is needed
-/// to keep the turn of the axis along the pass below `max_turn_per_mm`, each raised one tested again (a raised posture that is
-/// not feasible gives way to the next feasible one above it, or else to the point's own smallest).
+/// `Smallest`: each point gets the smallest feasible posture of its curve; then the postures are
+/// raised where that is needed to keep the turn of the axis along the pass below `max_turn_per_mm`,
+/// each raised one tested again (a raised posture that is not feasible gives way to the next
+/// feasible one above it, or else to the point's own smallest).
 ///
-/// `Smooth`: postures of a lattice over the search's ranges are tested at layers along the pass; the cheapest sequence is the
-/// shortest way through them; the rotary axes are smoothed along it, and each point is tested in the posture that results. One
-/// that is not feasible is raised until it is, and the band bent there; a point for which that fails gets the first feasible
-/// posture of its curve, so that no point is left out that `Smallest` plans, or one beside the curve.
+/// `Smooth`: postures of a lattice over the search's ranges are tested at layers along the pass;
+/// the cheapest sequence is the shortest way through them; the rotary axes are smoothed along it,
+/// and each point is tested in the posture that results. One that is not feasible is raised until
+/// it is, and the band bent there; a point for which that fails gets the first feasible posture of
+/// its curve, so that no point is left out that `Smallest` plans, or one beside the curve.
 ///
 /// `Fixed` and `Toward` take the posture that they ask for or none.
 ///
-/// Every pose has been tested as it stands. The result does not depend on the number of threads. The monitor advances by one
-/// for every CC point.
+/// Every pose has been tested as it stands. The result does not depend on the number of threads.
+/// The monitor advances by one for every CC point.
 ///
 /// # Errors
 /// When the monitor cancels.
@@ -141,11 +144,13 @@ fn smallest(
     Ok(PlannedPass { outcomes, optimum: None })
 }
 
-/// Raising one posture can ask for more at its neighbours when the raised one was not feasible; each round spreads that
-/// by one rate-limited ramp, and more than a few rounds mean that the feasible set itself jumps.
+/// Raising one posture can ask for more at its neighbours when the raised one was not feasible;
+/// each round spreads that by one rate-limited ramp, and more than a few rounds mean that the
+/// feasible set itself jumps.
 const SMOOTHING_ROUNDS: usize = 4;
 
-/// The smallest u at each point that is not below its own and changes by no more than the allowed turn from its neighbours.
+/// The smallest u at each point that is not below its own and changes by no more than the allowed
+/// turn from its neighbours.
 fn rate_limited(
     pass: &Pass<CcPoint>,
     found: &[Result<Found, Infeasible>],

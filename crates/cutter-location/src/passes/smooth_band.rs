@@ -45,7 +45,8 @@ struct Beside {
     in_vain: usize,
 }
 
-/// Points in a row without a posture beside the curve after which only every [`SELDOM`]th is looked at.
+/// Points in a row without a posture beside the curve after which only every [`SELDOM`]th is looked
+/// at.
 const PATIENCE: usize = 20;
 
 /// See [`PATIENCE`].
@@ -82,8 +83,9 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
         Self { pass, clock, scale, tau, rotary, beside: Cell::default() }
     }
 
-    /// Poses of all points, along a smooth band through chosen nodes where that is feasible. A point of which no posture near
-    /// the band is feasible gets the first feasible one of its search curve.
+    /// Poses of all points, along a smooth band through chosen nodes where that is feasible. A
+    /// point of which no posture near the band is feasible gets the first feasible one of its
+    /// search curve.
     pub(crate) fn through(
         &self,
         nodes: &[(usize, Node)],
@@ -111,7 +113,8 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
         Ok(known.into_iter().map(outcome).collect())
     }
 
-    /// One stretch for every run of nodes on the same branch; points between two runs go with the first.
+    /// One stretch for every run of nodes on the same branch; points between two runs go with the
+    /// first.
     fn stretches(&self, nodes: &[(usize, Node)]) -> Vec<Stretch> {
         let n = self.pass.task.pass.points.len();
         let runs: Vec<&[(usize, Node)]> =
@@ -125,7 +128,8 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
             .collect()
     }
 
-    /// Wanted are the chosen postures, and between two of them what is between them: tilt and rotate linear over the way.
+    /// Wanted are the chosen postures, and between two of them what is between them: tilt and
+    /// rotate linear over the way.
     fn stretch(&self, run: &[(usize, Node)], first: usize, last: usize) -> Stretch {
         let mut targets = vec![Vec::with_capacity(last + 1 - first); self.rotary.len()];
         let mut near = run[0].1.configuration;
@@ -155,14 +159,15 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
         Posture { tilt: blend(p.tilt, q.tilt), rotate: blend(p.rotate, q.rotate) }
     }
 
-    /// How the machine stands in a posture at a point, near to how it stood; as it stood where it cannot.
+    /// How the machine stands in a posture at a point, near to how it stood; as it stood where it
+    /// cannot.
     fn reached(&self, k: usize, posture: Posture, near: &Configuration) -> Configuration {
         let cl = cl_from_cc(self.pass.test.cell.tool.cutter(), &self.pass.task.pass.points[k], posture);
         self.pass.test.configuration_like(&cl, near).unwrap_or(*near)
     }
 
-    /// Smooths, tests what has changed, and binds what is not feasible to a posture that is; whether another round is worth
-    /// while.
+    /// Smooths, tests what has changed, and binds what is not feasible to a posture that is;
+    /// whether another round is worth while.
     fn round(&self, stretch: &mut Stretch, known: &mut [Known], is_last: bool, hints: &mut Hints) -> bool {
         let times = &self.clock.times[stretch.first..=stretch.last];
         let bands: Vec<Vec<f64>> =
@@ -187,7 +192,8 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
             let wanted = self.standing(stretch.branch, stretch.targets.iter().map(|targets| targets[at]));
             let wanted = self.posture(k, &wanted.axes);
             *known = match self.raised(k, [posture, wanted], &configuration, hints) {
-                // On the other branch the machine stands elsewhere: nothing for the band to go through.
+                // On the other branch the machine stands elsewhere: nothing for the band to go
+                // through.
                 Ok(pose) if pose.configuration.branch != stretch.branch => Known::Bound(pose),
                 Ok(pose) => {
                     bound = true;
@@ -203,8 +209,8 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
         !is_last && (self.rebound(stretch, known) || bound)
     }
 
-    /// Binds points of which the smooth posture turns too fast or leaves too much standing, and which stood better where they
-    /// were to stand; whether there was one.
+    /// Binds points of which the smooth posture turns too fast or leaves too much standing, and
+    /// which stood better where they were to stand; whether there was one.
     fn rebound(&self, stretch: &mut Stretch, known: &[Known]) -> bool {
         let mut any = false;
         for k in stretch.first..=stretch.last {
@@ -241,9 +247,9 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
         height > NEARLY && height > 1.001 * wanted()
     }
 
-    /// A feasible posture near one that is not: with more tilt, one step beyond the first such one where that is feasible, too,
-    /// because the band will not keep to it exactly; else the one that the band was to go through; else the first one of the
-    /// search curve, or one beside it.
+    /// A feasible posture near one that is not: with more tilt, one step beyond the first such one
+    /// where that is feasible, too, because the band will not keep to it exactly; else the one that
+    /// the band was to go through; else the first one of the search curve, or one beside it.
     fn raised(&self, k: usize, [posture, wanted]: [Posture; 2], near: &Configuration, hints: &mut Hints) -> Outcome {
         let cc = &self.pass.task.pass.points[k];
         let mut first = None;
@@ -274,9 +280,10 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
         found.map(|found| found.pose).or_else(|why| self.beside_the_curve(k, wanted, near, hints).ok_or(why))
     }
 
-    /// A feasible posture of a fine lattice over the ranges: where all of the curve is blocked, a narrow place beside it may be
-    /// free. The posture found at the point before is tried first, then those of the lattice, the nearest to the wanted one
-    /// first, without one the first by tilt. After many points in a row without one, only now and then another is looked at so
+    /// A feasible posture of a fine lattice over the ranges: where all of the curve is blocked, a
+    /// narrow place beside it may be free. The posture found at the point before is tried first,
+    /// then those of the lattice, the nearest to the wanted one first, without one the first by
+    /// tilt. After many points in a row without one, only now and then another is looked at so
     /// closely.
     fn beside_the_curve(
         &self,
@@ -317,9 +324,9 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
         Configuration { axes, branch }
     }
 
-    /// The posture of a rotary position at a point, brought into the ranges of the search. With three rotary axes a position that
-    /// has been smoothed gives the tool axis, but brings the tip to its place only with the rotary values that are solved for
-    /// when the posture is tested.
+    /// The posture of a rotary position at a point, brought into the ranges of the search. With
+    /// three rotary axes a position that has been smoothed gives the tool axis, but brings the tip
+    /// to its place only with the rotary values that are solved for when the posture is tested.
     fn posture(&self, k: usize, axes: &AxisValues) -> Posture {
         let test = self.pass.test;
         let on_table = test.cell.machine.cl_point(axes, test.cell.tool.gauge_length());

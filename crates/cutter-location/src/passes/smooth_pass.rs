@@ -1,5 +1,5 @@
-//! The cheapest sequence of postures along a pass: shortest way over layers of feasible postures, then a smooth band through
-//! it.
+//! The cheapest sequence of postures along a pass: shortest way over layers of feasible postures,
+//! then a smooth band through it.
 
 use facemill_cl_data::{Cancelled, CcPoint, Monitor, Pass, Posture};
 use facemill_inverse_kinematics::Machine;
@@ -38,7 +38,8 @@ pub(crate) struct Node {
     pub(crate) cusp_rate: f64,
 }
 
-/// Layers lie so far apart that a turn from one posture of the lattice to the next over is within the limit.
+/// Layers lie so far apart that a turn from one posture of the lattice to the next over is within
+/// the limit.
 const SPACINGS: f64 = 1.5;
 
 /// What changes faster than this part of the time between layers is smoothed away.
@@ -78,7 +79,8 @@ impl SmoothPass<'_, '_> {
         Ok(PlannedPass { outcomes: Pass::new(outcomes), optimum })
     }
 
-    /// By how much a turn against the surface is more than the limit, 0 within it; as the chord of the turn.
+    /// By how much a turn against the surface is more than the limit, 0 within it; as the chord of
+    /// the turn.
     pub(crate) fn excess(&self, from: &Vector3<f64>, to: &Vector3<f64>, gap: Gap) -> f64 {
         turn_excess(self.settings.max_turn_per_mm, from, to, gap)
     }
@@ -138,8 +140,9 @@ impl SmoothPass<'_, '_> {
         optimum
     }
 
-    /// Whether the way from a pose to that of a later point is beyond a limit: the tool axis turns too far against the surface
-    /// for the length of it, or an axis of the machine would have to be faster than it can.
+    /// Whether the way from a pose to that of a later point is beyond a limit: the tool axis turns
+    /// too far against the surface for the length of it, or an axis of the machine would have to be
+    /// faster than it can.
     pub(crate) fn is_beyond(&self, ends: &Ends<'_>, [from, to]: [&FeasiblePose; 2]) -> bool {
         let Ends { clock, scale, points: [a, b] } = *ends;
         let gap = clock.gap(a, b);
@@ -158,9 +161,9 @@ impl SmoothPass<'_, '_> {
     }
 }
 
-/// Steps between neighbouring points of a pass on which the tool axis turns against the surface by more than a largest turn, rad/mm,
-/// or an axis of the machine would have to be faster than it can at a feed, mm/s: what [`Optimum::jumps`] counts. Steps without a
-/// pose at an end are none.
+/// Steps between neighbouring points of a pass on which the tool axis turns against the surface by
+/// more than a largest turn, rad/mm, or an axis of the machine would have to be faster than it can
+/// at a feed, mm/s: what [`Optimum::jumps`] counts. Steps without a pose at an end are none.
 pub fn steps_beyond_limits(
     machine: &Machine,
     pass: &Pass<CcPoint>,
@@ -180,7 +183,8 @@ pub fn steps_beyond_limits(
     (1..points.len().min(outcomes.len())).filter(beyond).count()
 }
 
-/// By how much a turn against the surface is more than the limit, rad/mm; 0 within it; as the chord of the turn.
+/// By how much a turn against the surface is more than the limit, rad/mm; 0 within it; as the chord
+/// of the turn.
 fn turn_excess(max_turn_per_mm: f64, from: &Vector3<f64>, to: &Vector3<f64>, gap: Gap) -> f64 {
     let limit = max_turn_per_mm * gap.length * (1.0 + 1e-9);
     let chord_sq = (to - from).norm_squared();

@@ -11,12 +11,13 @@ use crate::search::bezier::SearchCurve;
 /// How the postures of a pass are chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PostureMode {
-    /// At every point the smallest feasible posture of its search curve (CLOPT), raised where that is needed to keep the turn
-    /// of the axis within [`PassSettings::max_turn_per_mm`].
+    /// At every point the smallest feasible posture of its search curve (CLOPT), raised where that
+    /// is needed to keep the turn of the axis within [`PassSettings::max_turn_per_mm`].
     Smallest,
     /// The cheapest sequence over the whole pass, smoothed.
     Smooth(SmoothSettings),
-    /// The same posture at every point, rotate counted toward the side that the search curve turns to.
+    /// The same posture at every point, rotate counted toward the side that the search curve turns
+    /// to.
     Fixed(Posture),
     /// The tool axis through a point or line.
     Toward(AxisTarget),
@@ -25,7 +26,8 @@ pub enum PostureMode {
 /// What the cheapest sequence of postures is counted by.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmoothSettings {
-    /// Programmed feed along the path, mm/s. Larger: axes move faster, so that their motion counts for more.
+    /// Programmed feed along the path, mm/s. Larger: axes move faster, so that their motion counts
+    /// for more.
     pub feed: f64,
     /// Cusp that is allowed, mm. Larger: cusps count for less, motion for more.
     pub cusp: f64,
@@ -67,15 +69,15 @@ pub struct PassSettings {
     pub search: SearchSettings,
     /// How the postures of a pass are chosen.
     pub mode: PostureMode,
-    /// Largest turn of the tool axis against surface and feed per path length, rad/mm. Where neighbouring points need
-    /// different postures, the larger one is approached at this rate from both sides. Larger: less tilt spent on smoothness,
-    /// but rotary axes that jump.
+    /// Largest turn of the tool axis against surface and feed per path length, rad/mm. Where
+    /// neighbouring points need different postures, the larger one is approached at this rate from
+    /// both sides. Larger: less tilt spent on smoothness, but rotary axes that jump.
     pub max_turn_per_mm: f64,
 }
 
 impl PassSettings {
-    /// How a point is searched where the posture that its neighbours suggest is not feasible; `None` where the mode allows no
-    /// other.
+    /// How a point is searched where the posture that its neighbours suggest is not feasible;
+    /// `None` where the mode allows no other.
     pub fn fallback(&self) -> Option<&SearchSettings> {
         match self.mode {
             PostureMode::Smallest | PostureMode::Smooth(_) => Some(&self.search),
@@ -104,25 +106,27 @@ pub struct PlannedPass {
     pub optimum: Option<Optimum>,
 }
 
-/// What the postures of a pass cost, in s: time of cutting, weighted with `(cusp / allowed cusp)²` and with
-/// `Σ(speed / speed that is much)²` of the axes, over the points at which postures were chosen.
+/// What the postures of a pass cost, in s: time of cutting, weighted with `(cusp / allowed cusp)²`
+/// and with `Σ(speed / speed that is much)²` of the axes, over the points at which postures were
+/// chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Optimum {
     /// The cheapest sequence in the graph of tested postures: no sequence of these costs less.
     pub graph: f64,
-    /// The smoothed sequence, as planned, counted at the same points. It may cost less than the graph's, because it may take
-    /// postures between those of the graph.
+    /// The smoothed sequence, as planned, counted at the same points. It may cost less than the
+    /// graph's, because it may take postures between those of the graph.
     pub smoothed: f64,
     /// Points at which postures were chosen and that have a pose.
     pub layers: usize,
-    /// Steps between neighbouring points of the planned sequence on which the tool axis turns by more than the limit, or an
-    /// axis of the machine would have to be faster than it can at the programmed feed.
+    /// Steps between neighbouring points of the planned sequence on which the tool axis turns by
+    /// more than the limit, or an axis of the machine would have to be faster than it can at the
+    /// programmed feed.
     pub jumps: usize,
 }
 
 impl Optimum {
-    /// How much more the smoothed sequence costs than the cheapest of the graph, as part of the latter; 0 where that costs
-    /// nothing.
+    /// How much more the smoothed sequence costs than the cheapest of the graph, as part of the
+    /// latter; 0 where that costs nothing.
     pub fn gap(&self) -> f64 {
         if self.graph > 0.0 { self.smoothed / self.graph - 1.0 } else { 0.0 }
     }

@@ -8,8 +8,8 @@ use nalgebra::{Isometry3, Point3};
 
 use crate::pose::workcell::Workcell;
 
-/// Whether a body of the machine is one of those that this head brings near the workpiece. Those of another head are held
-/// against the workpiece in that one's own view.
+/// Whether a body of the machine is one of those that this head brings near the workpiece. Those of
+/// another head are held against the workpiece in that one's own view.
 pub(crate) fn is_moved_along(body: &MachineBody) -> bool {
     body.joints_from_table() > 0 && body.carrier() != Some(Carrier::OtherHead)
 }
@@ -45,11 +45,12 @@ impl Ball {
     }
 }
 
-/// What the places of two bodies may be wrong by from rounding, mm: far more than of metres to 1e-12.
+/// What the places of two bodies may be wrong by from rounding, mm: far more than of metres to
+/// 1e-12.
 const ROUNDING: f64 = 1e-6;
 
-/// A body of the machine's bed or table that moves against the workpiece, such as a column or the cradle of a trunnion; or
-/// one of the other head.
+/// A body of the machine's bed or table that moves against the workpiece, such as a column or the
+/// cradle of a trunnion; or one of the other head.
 pub(crate) struct MachineObstacle {
     /// Index among the machine's bodies.
     pub(crate) body: usize,
@@ -77,12 +78,15 @@ impl MachineObstacle {
     }
 }
 
-/// Which bodies are tested against which obstacles: those of the workcell, then those of the machine.
+/// Which bodies are tested against which obstacles: those of the workcell, then those of the
+/// machine.
 ///
-/// Two bodies of the machine that one joint joins lie within each other by construction (a ram in its guide), and those
-/// without a joint between them never move against each other: both are left out. Bodies of bed and table are held against
-/// the workpiece, but not against each other: that is a matter of the axes' limits. Bodies of the other head are held against
-/// tool, cutter and the bodies of this head; against the workpiece, table and bed they are held by the other head's own test.
+/// Two bodies of the machine that one joint joins lie within each other by construction (a ram in
+/// its guide), and those without a joint between them never move against each other: both are left
+/// out. Bodies of bed and table are held against the workpiece, but not against each other: that is
+/// a matter of the axes' limits. Bodies of the other head are held against tool, cutter and the
+/// bodies of this head; against the workpiece, table and bed they are held by the other head's own
+/// test.
 pub(crate) struct Meetings {
     /// Of the cutter.
     pub(crate) cutter: Vec<bool>,

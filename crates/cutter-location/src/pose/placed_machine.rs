@@ -19,7 +19,8 @@ pub(crate) struct PlacedMachine<'m> {
     bodies: Vec<PlacedBody>,
     /// Of these, the obstacles.
     obstacles: Vec<PlacedBody>,
-    /// Indices of the bodies of this head, and of those of the other one; empty where there is no other.
+    /// Indices of the bodies of this head, and of those of the other one; empty where there is no
+    /// other.
     heads: [Vec<usize>; 2],
 }
 
@@ -75,13 +76,15 @@ impl<'m> PlacedMachine<'m> {
         }
     }
 
-    /// Largest distance by which any point of tool and machine can come nearer to any point of workpiece and machine on the
-    /// way to another stance, mm, as long as every body turns one way and the tip goes straight.
+    /// Largest distance by which any point of tool and machine can come nearer to any point of
+    /// workpiece and machine on the way to another stance, mm, as long as every body turns one way
+    /// and the tip goes straight.
     ///
-    /// A point moves with the tip, turns about it with its body, and moves as the body does against the tip (a ram that does
-    /// not tilt with the tool). The tool is round: turning about its own axis moves nothing. What moves on the other side
-    /// (a column, seen from the workpiece) adds to it. Against the other head, which moves on its own, counts what either
-    /// does on the bed, by all that its axes do.
+    /// A point moves with the tip, turns about it with its body, and moves as the body does against
+    /// the tip (a ram that does not tilt with the tool). The tool is round: turning about its own
+    /// axis moves nothing. What moves on the other side (a column, seen from the workpiece) adds to
+    /// it. Against the other head, which moves on its own, counts what either does on the bed, by
+    /// all that its axes do.
     pub(crate) fn motion_to(&self, other: &Self) -> f64 {
         let largest = |a: &[PlacedBody], b: &[PlacedBody], least: f64| {
             a.iter().zip(b).map(|(a, b)| a.motion_to(b)).fold(least, f64::max)
@@ -94,7 +97,8 @@ impl<'m> PlacedMachine<'m> {
         against_bed.max(self.of_both_heads_to(other))
     }
 
-    /// The same for tool and bodies of this head against the bodies of the other head; 0 without one.
+    /// The same for tool and bodies of this head against the bodies of the other head; 0 without
+    /// one.
     fn of_both_heads_to(&self, other: &Self) -> f64 {
         let [own, others] = &self.heads;
         if others.is_empty() {

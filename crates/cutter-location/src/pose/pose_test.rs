@@ -62,9 +62,9 @@ impl<'a> PoseTest<'a> {
         }
     }
 
-    /// The same test for choosing postures away from the pole: one whose tool axis is within this angle (rad) of the rotary axis
-    /// nearest to the workpiece is not feasible. With three rotary axes nothing is avoided. What a path has to do there all the
-    /// same is for a test without it.
+    /// The same test for choosing postures away from the pole: one whose tool axis is within this
+    /// angle (rad) of the rotary axis nearest to the workpiece is not feasible. With three rotary
+    /// axes nothing is avoided. What a path has to do there all the same is for a test without it.
     #[must_use]
     pub fn avoiding_pole(self, half_angle: f64) -> Self {
         Self { pole_cone: half_angle, ..self }
@@ -75,8 +75,9 @@ impl<'a> PoseTest<'a> {
         self.pole_cone
     }
 
-    /// CC points of all searches with a proof made with this test so far, in which `SearchSettings::certified` was too narrow
-    /// to be reached; `None` where there were none. Does not depend on the order of the searches.
+    /// CC points of all searches with a proof made with this test so far, in which
+    /// `SearchSettings::certified` was too narrow to be reached; `None` where there were none. Does
+    /// not depend on the order of the searches.
     pub fn widened(&self) -> Option<Widened> {
         self.widths.widened()
     }
@@ -128,10 +129,11 @@ impl<'a> PoseTest<'a> {
         }
     }
 
-    /// Tests one posture at a CC point: cone, limits, gouge with seating, collision (CLOPT, feasibility test).
+    /// Tests one posture at a CC point: cone, limits, gouge with seating, collision (CLOPT,
+    /// feasibility test).
     ///
-    /// `near` is the configuration to stay close to; its branch is tried first, because going over to the other one is only
-    /// possible through the pole.
+    /// `near` is the configuration to stay close to; its branch is tried first, because going over
+    /// to the other one is only possible through the pole.
     ///
     /// # Errors
     /// The first reason found, in the order of the tests.
@@ -144,7 +146,8 @@ impl<'a> PoseTest<'a> {
     ) -> Result<FeasiblePose, Infeasible> {
         let cl = cl_from_cc(self.cell.tool.cutter(), cc, posture);
         self.within_cone(&cl)?;
-        // Limits before gouge: they cost a microsecond, and a lift of hundredths of a millimetre hardly changes them.
+        // Limits before gouge: they cost a microsecond, and a lift of hundredths of a millimetre
+        // hardly changes them.
         let _ = self.configurations(&cl, near)?;
         let lift = self.seat(&cl, &cc.normal, hints)?;
         let seated = cl.translated(cc.normal.into_inner() * lift);
@@ -158,9 +161,10 @@ impl<'a> PoseTest<'a> {
         Err(reason.expect("configurations() gives at least one"))
     }
 
-    /// Ways for the machine to stand, in which a posture at a CC point is free at the largest lift: with cone, limits and
-    /// collision judged there, a millimetre's hundredths above where [`PoseTest::try_posture`] would seat it. For choosing
-    /// among postures; what is chosen is tested as it stands.
+    /// Ways for the machine to stand, in which a posture at a CC point is free at the largest lift:
+    /// with cone, limits and collision judged there, a millimetre's hundredths above where
+    /// [`PoseTest::try_posture`] would seat it. For choosing among postures; what is chosen is
+    /// tested as it stands.
     ///
     /// # Errors
     /// The first reason found, in the order of the tests.
@@ -188,8 +192,9 @@ impl<'a> PoseTest<'a> {
         if free.is_empty() { Err(reason.expect("configurations() gives at least one")) } else { Ok(free) }
     }
 
-    /// All ways for the machine to stand in a posture at a CC point at the largest lift, within its limits, nothing else tested:
-    /// those of [`PoseTest::configurations_of`] are among them, in the same order.
+    /// All ways for the machine to stand in a posture at a CC point at the largest lift, within its
+    /// limits, nothing else tested: those of [`PoseTest::configurations_of`] are among them, in the
+    /// same order.
     pub(crate) fn lifted_configurations(&self, cc: &CcPoint, posture: Posture) -> Vec<Configuration> {
         let cl = cl_from_cc(self.cell.tool.cutter(), cc, posture);
         let lifted = cl.translated(cc.normal.into_inner() * self.cell.max_lift);
@@ -219,7 +224,8 @@ impl<'a> PoseTest<'a> {
         self.cell.machine.inverse_near(&cl, length, reference).map_err(Infeasible::Unreachable)
     }
 
-    /// Configurations for a pose, at least one: with `near`, the one on its branch comes first; without, the preferred one.
+    /// Configurations for a pose, at least one: with `near`, the one on its branch comes first;
+    /// without, the preferred one.
     fn configurations(
         &self,
         cl: &ClPoint,
@@ -256,7 +262,8 @@ impl<'a> PoseTest<'a> {
         on_branch(all, branch)
     }
 
-    /// How the machine stands at a pose on the branch of `near`, its rotary axes at the turns nearest to it.
+    /// How the machine stands at a pose on the branch of `near`, its rotary axes at the turns
+    /// nearest to it.
     ///
     /// # Errors
     /// When the pose is out of reach, or in reach on the other branch only.
@@ -284,8 +291,9 @@ impl<'a> PoseTest<'a> {
         Ok(free)
     }
 
-    /// First obstacle that the cutter's test body cuts, with a point of it inside the body (workpiece frame). Bodies of the
-    /// machine that move against the workpiece are left to [`PoseTest::collision`], which knows where they are.
+    /// First obstacle that the cutter's test body cuts, with a point of it inside the body
+    /// (workpiece frame). Bodies of the machine that move against the workpiece are left to
+    /// [`PoseTest::collision`], which knows where they are.
     pub fn gouge(&self, cl: &ClPoint, hints: &mut Hints) -> Option<(usize, Point3<f64>)> {
         let work_from_tool = tool_frame(cl);
         hints.gouge.resize(self.cell.obstacles.len(), None);
@@ -307,8 +315,8 @@ impl<'a> PoseTest<'a> {
         self.work_from_table * self.cell.machine.forward(axes, self.cell.tool.gauge_length())
     }
 
-    /// Every body that is tested for collision: of the tool assembly, then those of the machine that move against the
-    /// workpiece.
+    /// Every body that is tested for collision: of the tool assembly, then those of the machine
+    /// that move against the workpiece.
     pub(crate) fn placed<'b>(&'b self, axes: &'b AxisValues) -> impl Iterator<Item = Placed<'b>> {
         let work_from_tool = self.work_from_tool(axes);
         let tool = self.tool_bodies.iter().enumerate().map(move |(k, b)| Placed {
@@ -325,7 +333,8 @@ impl<'a> PoseTest<'a> {
         tool.chain(moving)
     }
 
-    /// First collision of a non-cutting body at these axis values, or of the cutter with a body of the machine.
+    /// First collision of a non-cutting body at these axis values, or of the cutter with a body of
+    /// the machine.
     pub fn collision(&self, axes: &AxisValues, hints: &mut Hints) -> Option<Infeasible> {
         let frames = self.machine_frames(axes);
         for (slot, placed) in self.placed(axes).enumerate() {
@@ -351,7 +360,8 @@ impl<'a> PoseTest<'a> {
         self.cutter_at_machine(axes, &frames)
     }
 
-    /// The cutter, which nothing of the machine is to touch, against the bodies that move against the workpiece.
+    /// The cutter, which nothing of the machine is to touch, against the bodies that move against
+    /// the workpiece.
     fn cutter_at_machine(&self, axes: &AxisValues, frames: &[Isometry3<f64>]) -> Option<Infeasible> {
         let work_from_tool = self.work_from_tool(axes);
         for k in self.cell.obstacles.len()..self.n_obstacles() {
@@ -370,8 +380,8 @@ impl<'a> PoseTest<'a> {
         None
     }
 
-    /// Whether balls alone tell that a body, which is there in the frame of the obstacle, does not touch it. Of the
-    /// workcell's obstacles they tell nothing.
+    /// Whether balls alone tell that a body, which is there in the frame of the obstacle, does not
+    /// touch it. Of the workcell's obstacles they tell nothing.
     fn is_beyond(&self, obstacle: usize, ball: &Ball, obstacle_from_body: &Isometry3<f64>) -> bool {
         let own = obstacle.checked_sub(self.cell.obstacles.len());
         own.is_some_and(|own| ball.is_beyond(&self.machine_obstacles[own].ball, obstacle_from_body, 0.0))
@@ -432,8 +442,8 @@ impl<'a> PoseTest<'a> {
         })
     }
 
-    /// Tests a pose that is not at a CC point (an approach), on the branch of `near`: cone excepted, as
-    /// [`PoseTest::try_posture`] without seating.
+    /// Tests a pose that is not at a CC point (an approach), on the branch of `near`: cone
+    /// excepted, as [`PoseTest::try_posture`] without seating.
     ///
     /// # Errors
     /// The first reason found.
@@ -448,8 +458,9 @@ impl<'a> PoseTest<'a> {
         }
     }
 
-    /// Distance from the whole tool and the machine's bodies, dilated as they are and cutter included, to the nearest
-    /// obstacle or the stock on it, searched up to `at_most`, and what that is.
+    /// Distance from the whole tool and the machine's bodies, dilated as they are and cutter
+    /// included, to the nearest obstacle or the stock on it, searched up to `at_most`, and what
+    /// that is.
     pub fn rapid_distance(&self, axes: &AxisValues, at_most: f64, hints: &mut Hints) -> (f64, Option<Infeasible>) {
         let frames = self.machine_frames(axes);
         let work_from_tool = self.work_from_tool(axes);
@@ -480,7 +491,8 @@ impl<'a> PoseTest<'a> {
         nearest
     }
 
-    /// How far above a clearance surface the tip has to be for the whole cutter to be outside, whatever its axis, mm.
+    /// How far above a clearance surface the tip has to be for the whole cutter to be outside,
+    /// whatever its axis, mm.
     pub fn clearance_margin(&self) -> f64 {
         self.cell.tool.cutter().radius()
     }

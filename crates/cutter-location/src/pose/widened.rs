@@ -14,8 +14,8 @@ pub struct Widened {
     pub largest: f64,
 }
 
-/// The largest width of each point at which more than the asked one was needed, by the bits of its place: a sum that does not
-/// hang on the order of the searches.
+/// The largest width of each point at which more than the asked one was needed, by the bits of its
+/// place: a sum that does not hang on the order of the searches.
 #[derive(Debug, Default)]
 pub(crate) struct Widths(Mutex<BTreeMap<[u64; 3], f64>>);
 

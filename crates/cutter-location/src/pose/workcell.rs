@@ -12,9 +12,11 @@ pub struct Obstacle<'a> {
     pub name: String,
     /// The mesh.
     pub mesh: &'a dyn Interference,
-    /// Distance that the cutter's test body keeps from the mesh, mm; `None` where the cutter may go (stock).
+    /// Distance that the cutter's test body keeps from the mesh, mm; `None` where the cutter may go
+    /// (stock).
     pub gouge_allowance: Option<f64>,
-    /// Distance that every dilated non-cutting body keeps from the mesh, mm: the thickness of the stock on it.
+    /// Distance that every dilated non-cutting body keeps from the mesh, mm: the thickness of the
+    /// stock on it.
     pub collision_allowance: f64,
     /// Index among the machine's bodies, where it is one that stands still against the workpiece.
     pub machine_body: Option<usize>,
@@ -46,8 +48,8 @@ pub struct Workcell<'a> {
     pub table_from_work: Isometry3<f64>,
     /// Tool assembly.
     pub tool: &'a ToolAssembly,
-    /// What must not be cut or hit. Bodies of the machine that move against the workpiece are held against tool and head
-    /// besides; those of the table that stand still against it belong here.
+    /// What must not be cut or hit. Bodies of the machine that move against the workpiece are held
+    /// against tool and head besides; those of the table that stand still against it belong here.
     pub obstacles: Vec<Obstacle<'a>>,
     /// Branch of the inverse solution to take where nothing comes before.
     pub preferred_branch: BranchPreference,
@@ -59,12 +61,13 @@ pub struct Workcell<'a> {
     pub max_lift: f64,
     /// Accuracy of the seating lift, mm.
     pub lift_resolution: f64,
-    /// Z-map of all obstacles, dilated nowhere, with its pose: answers first for bodies that are far above it.
+    /// Z-map of all obstacles, dilated nowhere, with its pose: answers first for bodies that are
+    /// far above it.
     pub z_map: Option<(&'a ZMap, Isometry3<f64>)>,
 }
 
-/// How a machine stands at a pose: axis values, and the branch of the inverse solution that they belong to. At the pole both
-/// branches have the same values.
+/// How a machine stands at a pose: axis values, and the branch of the inverse solution that they
+/// belong to. At the pole both branches have the same values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Configuration {
     /// Axis values.
@@ -94,13 +97,15 @@ pub enum Infeasible {
         /// Angle outside the cone, rad.
         excess: f64,
     },
-    /// The tool axis is so near to the rotary axis nearest to the workpiece that this one would have to turn fast; only where
-    /// the test avoids that ([`PoseTest::avoiding_pole`](crate::pose::pose_test::PoseTest::avoiding_pole)).
+    /// The tool axis is so near to the rotary axis nearest to the workpiece that this one would
+    /// have to turn fast; only where the test avoids that
+    /// ([`PoseTest::avoiding_pole`](crate::pose::pose_test::PoseTest::avoiding_pole)).
     Singular {
         /// Angle inside the cone to avoid, rad.
         within: f64,
     },
-    /// The posture asked for has the tool axis 90° or more from the surface's normal, or no direction at all.
+    /// The posture asked for has the tool axis 90° or more from the surface's normal, or no
+    /// direction at all.
     FromBelow,
     /// No axis values within the limits give this pose.
     Unreachable(Unreachable),
@@ -125,7 +130,8 @@ pub enum Infeasible {
         /// Angle below the cutter's bottom plane, rad.
         angle: f64,
     },
-    /// A dilated non-cutting body hits an obstacle, or the cutter something that it must keep away from.
+    /// A dilated non-cutting body hits an obstacle, or the cutter something that it must keep away
+    /// from.
     Collision {
         /// The body.
         body: Body,
@@ -147,7 +153,8 @@ pub enum Body {
     Machine(usize),
 }
 
-/// The triangles that answered last, one per pair of body and obstacle: neighbouring poses are usually blocked by the same.
+/// The triangles that answered last, one per pair of body and obstacle: neighbouring poses are
+/// usually blocked by the same.
 #[derive(Clone, Debug, Default)]
 pub struct Hints {
     pub(crate) gouge: Vec<Option<u32>>,
@@ -155,7 +162,8 @@ pub struct Hints {
     pub(crate) distance: Vec<Option<u32>>,
 }
 
-/// A tool frame at a pose: origin at the tip, z along the axis, x anywhere. For bodies of revolution only.
+/// A tool frame at a pose: origin at the tip, z along the axis, x anywhere. For bodies of
+/// revolution only.
 pub fn tool_frame(cl: &ClPoint) -> Isometry3<f64> {
     let rotation = UnitQuaternion::rotation_between(&Vector3::z(), &cl.axis)
         .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI));

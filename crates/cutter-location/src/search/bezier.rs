@@ -10,10 +10,11 @@ pub enum SearchOrder {
     RotateFirst,
 }
 
-/// CLOPT's search curve: the rational quadratic Bézier from the smallest to the largest tilt and rotate.
+/// CLOPT's search curve: the rational quadratic Bézier from the smallest to the largest tilt and
+/// rotate.
 ///
-/// `C(u) = [(1−u)²·V1 + 2·w·u(1−u)·V2 + u²·V3] / [(1−u)² + 2·w·u(1−u) + u²]`, u in 0..=1. Tilt and |rotate| never
-/// decrease along it, because every coordinate of V2 is that of one end.
+/// `C(u) = [(1−u)²·V1 + 2·w·u(1−u)·V2 + u²·V3] / [(1−u)² + 2·w·u(1−u) + u²]`, u in 0..=1. Tilt
+/// and |rotate| never decrease along it, because every coordinate of V2 is that of one end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SearchCurve {
     start: Posture,
@@ -37,7 +38,8 @@ pub enum SearchCurveError {
 }
 
 impl SearchCurve {
-    /// The curve from `start` to `end`; `weight` > 0 sets how closely it hugs the middle control point.
+    /// The curve from `start` to `end`; `weight` > 0 sets how closely it hugs the middle control
+    /// point.
     ///
     /// # Errors
     /// When a range or the weight is not as [`SearchCurveError`] says.
@@ -80,7 +82,8 @@ impl SearchCurve {
         }
     }
 
-    /// The curve of the same start, order and weight to another end; `None` where that makes no curve.
+    /// The curve of the same start, order and weight to another end; `None` where that makes no
+    /// curve.
     pub fn with_end(&self, end: Posture) -> Option<Self> {
         let tilt_first = Posture { tilt: self.end.tilt, rotate: self.start.rotate };
         let order = if self.middle == tilt_first { SearchOrder::TiltFirst } else { SearchOrder::RotateFirst };
@@ -98,9 +101,9 @@ impl SearchCurve {
     }
 }
 
-/// Length of the path that the tool axis runs on the unit sphere (against surface and feed) along a [`SearchCurve`]: turns
-/// "how fast may the posture change" into a bound on u. Tabulated; the inverse is exact at the table's nodes and monotone
-/// between them.
+/// Length of the path that the tool axis runs on the unit sphere (against surface and feed) along a
+/// [`SearchCurve`]: turns "how fast may the posture change" into a bound on u. Tabulated; the
+/// inverse is exact at the table's nodes and monotone between them.
 #[derive(Clone, Debug)]
 pub struct TurnTable {
     /// Turn from u = 0 to u = k / n, rad.

@@ -1,9 +1,11 @@
 //! Proofs that hold for every posture of a range at one CC point.
 //!
-//! Between the postures of a range the tool turns about the point r above the contact: by the tilt's difference about the
-//! axis across the tilt direction, then by the rotate's difference about the normal. What is free of the mesh in all of
-//! these poses is told by [`Interference::turn`](facemill_interference::Interference::turn), what is hit in all of them by
-//! a point of the mesh that stays within the body. Proofs are about [`PoseTest::try_posture`], seating included.
+//! Between the postures of a range the tool turns about the point r above the contact: by the
+//! tilt's difference about the axis across the tilt direction, then by the rotate's difference
+//! about the normal. What is free of the mesh in all of these poses is told by
+//! [`Interference::turn`](facemill_interference::Interference::turn), what is hit in all of them by
+//! a point of the mesh that stays within the body. Proofs are about [`PoseTest::try_posture`],
+//! seating included.
 
 use facemill_cl_data::{CcPoint, ClPoint, Posture, Solid};
 use facemill_interference::{Interference, SweepVerdict, TurnRange, Verdict, penetration};
@@ -21,14 +23,15 @@ use crate::search::machine_proof::OnMachine;
 pub(crate) enum Proof {
     /// Every posture is feasible.
     Free,
-    /// No posture is feasible, and this blocks all of them; places are those of the posture in the middle.
+    /// No posture is feasible, and this blocks all of them; places are those of the posture in the
+    /// middle.
     Blocked(Infeasible),
     /// Nothing; the verdict on the posture in the middle.
     None(Option<Infeasible>),
 }
 
-/// Distance by which every proof is on the safe side, mm: the pose by kinematics is 1e-9 mm from the CL point's, verdicts have
-/// a band of 1e-9 mm.
+/// Distance by which every proof is on the safe side, mm: the pose by kinematics is 1e-9 mm from
+/// the CL point's, verdicts have a band of 1e-9 mm.
 pub(crate) const MARGIN: f64 = 1e-6;
 
 /// The same for angles, rad.
@@ -77,7 +80,8 @@ impl<'t, 'a> PostureCell<'t, 'a> {
         }
     }
 
-    /// The proof that all are blocked, where the middle is blocked by `why`: by that, else by another body.
+    /// The proof that all are blocked, where the middle is blocked by `why`: by that, else by
+    /// another body.
     pub(crate) fn blocked_by(&self, why: &Infeasible) -> Option<Infeasible> {
         match why {
             Infeasible::OutsideCone { excess } => (*excess > self.axis_turn() + ANGLE_MARGIN).then_some(*why),
@@ -97,7 +101,8 @@ impl<'t, 'a> PostureCell<'t, 'a> {
         self.test.cell.max_lift
     }
 
-    /// No tool axis is farther than this from that in the middle, rad: the length of the way there on the unit sphere.
+    /// No tool axis is farther than this from that in the middle, rad: the length of the way there
+    /// on the unit sphere.
     fn axis_turn(&self) -> f64 {
         let steepest = (self.middle.tilt + self.half[0]).min(std::f64::consts::FRAC_PI_2);
         self.half[0] + self.half[1] * steepest.sin()
@@ -138,8 +143,8 @@ impl<'t, 'a> PostureCell<'t, 'a> {
         if !within_cone {
             return false;
         }
-        // Where the cutter is free as it stands, no posture is lifted; where it is free at the largest lift, each is lifted by
-        // some amount up to that.
+        // Where the cutter is free as it stands, no posture is lifted; where it is free at the
+        // largest lift, each is lifted by some amount up to that.
         let lift = [0.0, self.max_lift()].into_iter().find(|lift| self.cutter_is_free(*lift, hints));
         lift.is_some_and(|lift| self.tool_is_free(lift, hints) && OnMachine::new(self, lift).is_free())
     }
@@ -166,7 +171,8 @@ impl<'t, 'a> PostureCell<'t, 'a> {
         })
     }
 
-    /// The bodies that turn with the tool against the obstacles of the workcell, dilated by their allowances.
+    /// The bodies that turn with the tool against the obstacles of the workcell, dilated by their
+    /// allowances.
     fn tool_tests(&self) -> impl Iterator<Item = (&'t SpunBody, usize, &'t dyn Interference, Solid)> {
         let test = self.test;
         test.spun_bodies.iter().flat_map(move |spun| {
@@ -186,7 +192,8 @@ impl<'t, 'a> PostureCell<'t, 'a> {
         })
     }
 
-    /// A gouge of all postures: one both without lift and at the largest one, so that none is seated.
+    /// A gouge of all postures: one both without lift and at the largest one, so that none is
+    /// seated.
     fn gouged(&self) -> Option<Infeasible> {
         self.gouge_at(0.0)?;
         let (obstacle, place) = self.gouge_at(self.max_lift())?;
@@ -199,7 +206,8 @@ impl<'t, 'a> PostureCell<'t, 'a> {
         self.gouge_tests().find_map(|(k, mesh, body)| Some((k, witness(mesh, &body, &range)?)))
     }
 
-    /// A body that turns with the tool, with a point of an obstacle that stays in it in all postures and lifts.
+    /// A body that turns with the tool, with a point of an obstacle that stays in it in all
+    /// postures and lifts.
     fn hit_by_tool(&self) -> Option<Infeasible> {
         self.tool_tests().find_map(|(spun, obstacle, mesh, solid)| {
             let range = self.turns(&spun.tool_from_solid, [0.0, self.max_lift()]);
@@ -209,8 +217,8 @@ impl<'t, 'a> PostureCell<'t, 'a> {
     }
 }
 
-/// A point of the mesh that is in the dilated solid in all poses of a range, or, of a solid that is wholly inside a closed
-/// part in all of them, a point on its way out; `None` where none is found.
+/// A point of the mesh that is in the dilated solid in all poses of a range, or, of a solid that is
+/// wholly inside a closed part in all of them, a point on its way out; `None` where none is found.
 fn witness(mesh: &dyn Interference, solid: &Solid, range: &TurnRange) -> Option<Point3<f64>> {
     let Verdict::Hit(hit) = mesh.verdict(solid, &range.mesh_from_solid, None) else { return None };
     if stays_within(solid, range, &hit.point) {
@@ -219,12 +227,14 @@ fn witness(mesh: &dyn Interference, solid: &Solid, range: &TurnRange) -> Option<
     if is_far_from_surface(mesh, solid, range) {
         return Some(hit.point);
     }
-    // The deepest point stays longest where depth counts, which is everywhere but beside the fixed point.
+    // The deepest point stays longest where depth counts, which is everywhere but beside the fixed
+    // point.
     let deepest = penetration(mesh, solid, &range.mesh_from_solid)?.point;
     stays_within(solid, range, &deepest).then_some(deepest)
 }
 
-/// Whether the surface is farther from the dilated solid than it moves within the range: what is inside stays inside.
+/// Whether the surface is farther from the dilated solid than it moves within the range: what is
+/// inside stays inside.
 fn is_far_from_surface(mesh: &dyn Interference, solid: &Solid, range: &TurnRange) -> bool {
     let bounds = solid.aabb();
     let pick = |k: usize, axis: usize| if k >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
@@ -236,8 +246,8 @@ fn is_far_from_surface(mesh: &dyn Interference, solid: &Solid, range: &TurnRange
 
 /// Whether a point is in the dilated solid in all poses of a range.
 ///
-/// The depth is concave, so that over first-order movements it is least at a corner of the range; the rest of the movement
-/// takes no more of it than its own length.
+/// The depth is concave, so that over first-order movements it is least at a corner of the range;
+/// the rest of the movement takes no more of it than its own length.
 fn stays_within(solid: &Solid, range: &TurnRange, q: &Point3<f64>) -> bool {
     let depth = |p: Point3<f64>| solid.depth(&range.mesh_from_solid.inverse_transform_point(&p));
     let least = range.corner_moves(q).iter().map(|by| depth(q + by)).fold(f64::INFINITY, f64::min);

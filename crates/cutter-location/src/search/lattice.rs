@@ -8,7 +8,8 @@ const MOST: usize = 96;
 /// Finest distance of neighbours, as a turn of the tool axis, rad.
 const FINEST: f64 = 2.0 * std::f64::consts::PI / 180.0;
 
-/// Postures spread evenly over the ranges of a search curve, rotate counted as an amount: rows of equal tilt.
+/// Postures spread evenly over the ranges of a search curve, rotate counted as an amount: rows of
+/// equal tilt.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Lattice {
     /// Tilt and amount of rotate.
@@ -18,7 +19,8 @@ pub(crate) struct Lattice {
 }
 
 impl Lattice {
-    /// The lattice over a curve's ranges, corners included, as fine as [`MOST`] and [`FINEST`] allow.
+    /// The lattice over a curve's ranges, corners included, as fine as [`MOST`] and [`FINEST`]
+    /// allow.
     pub(crate) fn new(curve: &SearchCurve) -> Self {
         Self::within(curve, FINEST, MOST)
     }
@@ -51,7 +53,8 @@ fn postures(curve: &SearchCurve, spacing: f64) -> Vec<Posture> {
         .collect()
 }
 
-/// Values from one end to the other, both included, so many that neighbours are `spacing` of the `extent` apart at most.
+/// Values from one end to the other, both included, so many that neighbours are `spacing` of the
+/// `extent` apart at most.
 fn evenly(ends: [f64; 2], extent: f64, spacing: f64) -> impl Iterator<Item = f64> {
     let steps = (extent / spacing - 1e-9).ceil().max(if ends[1] > ends[0] { 1.0 } else { 0.0 }) as usize;
     (0..=steps).map(move |k| if k == 0 { ends[0] } else { ends[0] + (ends[1] - ends[0]) * k as f64 / steps as f64 })

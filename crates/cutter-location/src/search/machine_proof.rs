@@ -1,4 +1,5 @@
-//! Proofs over a range of postures that have to do with the machine: limits, and bodies that move with its axes.
+//! Proofs over a range of postures that have to do with the machine: limits, and bodies that move
+//! with its axes.
 
 use facemill_cl_data::Solid;
 use facemill_interference::{Interference, Verdict, penetration};
@@ -42,8 +43,8 @@ impl<'t, 'a> OnMachine<'t, 'a> {
         Self { test: cell.test, set, ranges }
     }
 
-    /// Whether on one branch all postures are within the limits and nothing of the machine is touched. Which branch that is does
-    /// not matter: the test of a posture tries both.
+    /// Whether on one branch all postures are within the limits and nothing of the machine is
+    /// touched. Which branch that is does not matter: the test of a posture tries both.
     pub(crate) fn is_free(&self) -> bool {
         let AxisRanges::Both(branches) = &self.ranges else { return false };
         branches.iter().any(|range| {
@@ -88,8 +89,8 @@ impl<'t, 'a> OnMachine<'t, 'a> {
         })
     }
 
-    /// The pairs that single postures are tested for, but for those that [`PostureCell`] bounds more sharply: bodies that turn
-    /// with the tool against the workpiece.
+    /// The pairs that single postures are tested for, but for those that [`PostureCell`] bounds
+    /// more sharply: bodies that turn with the tool against the workpiece.
     fn pairs(&self, range: &AxisRange) -> Vec<Pair<'t>> {
         let test = self.test;
         let (n_own, n_all) = (test.cell.obstacles.len(), test.n_obstacles());
@@ -142,7 +143,8 @@ impl<'t, 'a> OnMachine<'t, 'a> {
         })
     }
 
-    /// How far a body of revolution of the tool moves: with the tip, and with the tool axis' turn about it.
+    /// How far a body of revolution of the tool moves: with the tip, and with the tool axis' turn
+    /// about it.
     fn spun_travel(&self, solid: &Solid, work_from_solid: &Isometry3<f64>) -> f64 {
         let bounds = solid.aabb();
         let center = work_from_solid * nalgebra::center(&bounds.min, &bounds.max);

@@ -1,7 +1,8 @@
 //! The feasible set over tilt × rotate at one CC point (CLOPT fig. 3), in cells that are proven.
 //!
-//! A cell is proven free or blocked as a whole, by bounds on how the tool turns within it, or split into quarters, down to a
-//! resolution. What is proven is the answer of [`PoseTest::try_posture`] for every posture of the cell, its edges included.
+//! A cell is proven free or blocked as a whole, by bounds on how the tool turns within it, or split
+//! into quarters, down to a resolution. What is proven is the answer of [`PoseTest::try_posture`]
+//! for every posture of the cell, its edges included.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -46,11 +47,11 @@ pub const MAX_DIVISIONS: u32 = 4000;
 pub enum CellState {
     /// All are feasible: proven.
     Free,
-    /// None is feasible: proven. All are blocked by this body and obstacle, limit or cone; places and values are those of the
-    /// posture in the middle.
+    /// None is feasible: proven. All are blocked by this body and obstacle, limit or cone; places
+    /// and values are those of the posture in the middle.
     Blocked(Infeasible),
-    /// Neither could be proven of a cell of the finest size; the verdict on the posture in its middle, `None` where that is
-    /// feasible.
+    /// Neither could be proven of a cell of the finest size; the verdict on the posture in its
+    /// middle, `None` where that is feasible.
     Uncertain(Option<Infeasible>),
 }
 
@@ -92,7 +93,8 @@ const LEVELS: u32 = 5;
 
 /// Maps the feasible set of a CC point to an angular resolution, rad.
 ///
-/// The result does not depend on the number of threads. The monitor advances by one for each of [`n_steps`].
+/// The result does not depend on the number of threads. The monitor advances by one for each of
+/// [`n_steps`].
 ///
 /// # Errors
 /// When range or resolution make no map, or the monitor cancels.
@@ -141,7 +143,8 @@ struct Mapper<'m, 'a> {
 }
 
 impl Mapper<'_, '_> {
-    /// The cells of a range: itself where something is proven of it or it is small enough, else those of its parts.
+    /// The cells of a range: itself where something is proven of it or it is small enough, else
+    /// those of its parts.
     fn divide(&self, range: PostureRange, hints: &mut Hints, cells: &mut Vec<MapCell>) {
         self.judged.fetch_add(1, Ordering::Relaxed);
         let cell = PostureCell::new(self.test, self.cc, range.middle(), range.half());

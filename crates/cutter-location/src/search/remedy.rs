@@ -17,7 +17,8 @@ pub enum Relief {
     Tilt(f64),
     /// The search curve may go on to this rotate, rad, with its sign.
     Rotate(f64),
-    /// A cutter of this radius, mm: its body narrower in proportion, its corner as it is where that fits.
+    /// A cutter of this radius, mm: its body narrower in proportion, its corner as it is where that
+    /// fits.
     Radius(f64),
     /// The same cutter sticking out this far, mm: its body longer by as much.
     StickOut(f64),
@@ -37,7 +38,8 @@ const FARTHEST_ROTATE: f64 = 120.0 * std::f64::consts::PI / 180.0;
 /// Largest growth of the stick-out that is tried, in radii.
 const LONGEST: f64 = 4.0;
 
-/// Amounts of a change that are tried before the smallest is bisected: what only helps in between is not found.
+/// Amounts of a change that are tried before the smallest is bisected: what only helps in between
+/// is not found.
 const TRIALS: u32 = 24;
 
 /// How near below the reported amount the point is still blocked.
@@ -46,20 +48,25 @@ const BLOCKED_AT: f64 = 0.95;
 /// Amounts that are tried in bisection: enough to exhaust a double.
 const MAX_BISECTIONS: u32 = 60;
 
-/// Width to which "blocked" is proven: feasible stretches of the curve that are shorter count as none. Larger: what is told to
-/// be needed may be more than is; smaller: slower, and the width may not be reached in [`MOST_TESTS`](crate::search::certified::MOST_TESTS).
+/// Width to which "blocked" is proven: feasible stretches of the curve that are shorter count as
+/// none. Larger: what is told to be needed may be more than is; smaller: slower, and the width may
+/// not be reached in [`MOST_TESTS`](crate::search::certified::MOST_TESTS).
 const WIDTH: f64 = 0.01;
 
-/// The smallest width that any curve is searched to within [`MOST_TESTS`](crate::search::certified::MOST_TESTS) intervals: halving to 2^-11 takes
-/// 2^12 − 1 of them.
+/// The smallest width that any curve is searched to within
+/// [`MOST_TESTS`](crate::search::certified::MOST_TESTS) intervals: halving to 2^-11 takes 2^12 − 1
+/// of them.
 const SMALLEST_WIDTH: f64 = 1.0 / 2048.0;
 
-/// The smallest single changes of range or tool, each alone, with which a CC point has a posture on its search curve.
+/// The smallest single changes of range or tool, each alone, with which a CC point has a posture on
+/// its search curve.
 ///
-/// With the change a posture has been tested as feasible. With 95 % of it the curve is proven blocked, but for feasible stretches
-/// shorter than 0.01 of it (than `settings.certified`, where that is less, down to 1/2048). Changes that do not help, or only in
-/// amounts between the tried ones, are not among them, nor are postures beside the curve. A point in which the search finds a
-/// posture needs none; one in which it only steps over what the proof finds needs [`Relief::CertifiedWidth`].
+/// With the change a posture has been tested as feasible. With 95 % of it the curve is proven
+/// blocked, but for feasible stretches shorter than 0.01 of it (than `settings.certified`, where
+/// that is less, down to 1/2048). Changes that do not help, or only in amounts between the tried
+/// ones, are not among them, nor are postures beside the curve. A point in which the search finds a
+/// posture needs none; one in which it only steps over what the proof finds needs
+/// [`Relief::CertifiedWidth`].
 pub fn reliefs(cell: &Workcell<'_>, cc: &CcPoint, curve: &SearchCurve, settings: &SearchSettings) -> Vec<Relief> {
     let test = PoseTest::new(cell);
     if search(&test, cc, curve, settings, 0.0, None, &mut Hints::default()).is_ok() {
@@ -96,8 +103,8 @@ pub fn reliefs(cell: &Workcell<'_>, cc: &CcPoint, curve: &SearchCurve, settings:
     .collect()
 }
 
-/// An amount up to `most` that is enough while 95 % of it are not; `None` where no tried one is, or none is found with less
-/// of it not enough.
+/// An amount up to `most` that is enough while 95 % of it are not; `None` where no tried one is, or
+/// none is found with less of it not enough.
 fn smallest(most: f64, mut is_enough: impl FnMut(f64) -> bool) -> Option<f64> {
     if !(most > 0.0 && most.is_finite()) {
         return None;

@@ -99,7 +99,8 @@ fn a_roll_in_comes_from_the_finished_side_and_from_above() {
     }
 }
 
-/// Lowest height of the cutter over z = 0: that of the lower rim of the circle of corner centres, less r.
+/// Lowest height of the cutter over z = 0: that of the lower rim of the circle of corner centres,
+/// less r.
 fn height_over_plane(tool: &ToolAssembly, cl: &ClPoint) -> f64 {
     let cutter = tool.cutter();
     let r = cutter.corner_radius();

@@ -1,7 +1,7 @@
 //! What the smooth band does where little is feasible, and where it would turn too fast.
 //!
-//! Most scenes put cages around the holder: three balls that leave it room for a few postures about one of them. The
-//! postures that a plan may try there are few and known.
+//! Most scenes put cages around the holder: three balls that leave it room for a few postures about
+//! one of them. The postures that a plan may try there are few and known.
 
 use facemill_cl_data::{CcPoint, Pass, Posture, Silent};
 use facemill_cutter_location::{
@@ -16,11 +16,13 @@ use crate::kit::{Ball, Random, cc_on_plane, curve_deg, machine, obstacle, plane,
 use crate::pass_costs::SMOOTH;
 use crate::rods::beside;
 
-/// Distance of neighbours in the lattice that the graph takes its nodes from, deg of axis turn (docs/method.md).
+/// Distance of neighbours in the lattice that the graph takes its nodes from, deg of axis turn
+/// (docs/method.md).
 const COARSE: f64 = 2.0;
 /// Distance of neighbours in the fine lattice, deg of axis turn (docs/method.md).
 const FINE: f64 = 0.25 * COARSE;
-/// Radius of the holder of `kit::tool` with its clearance, and a height above the tip at which it is met, mm.
+/// Radius of the holder of `kit::tool` with its clearance, and a height above the tip at which it
+/// is met, mm.
 const HOLDER: f64 = 32.0;
 const HEIGHT: f64 = 120.0;
 /// Cages of points this far apart do not meet each other's holders, mm.
@@ -30,8 +32,8 @@ fn mill() -> ToolAssembly {
     tool(16.0, 2.0, 12.0)
 }
 
-/// Balls that leave the tool axis a triangle of postures about one, whose middle is `room` (rad) away from its sides;
-/// the triangle is turned by an angle about the axis.
+/// Balls that leave the tool axis a triangle of postures about one, whose middle is `room` (rad)
+/// away from its sides; the triangle is turned by an angle about the axis.
 fn cage(cutter: &Cutter, cc: &CcPoint, posture: Posture, room: f64, turn: f64) -> Vec<MeshTree> {
     let radius = 4.0;
     let away = HOLDER + radius + HEIGHT * room.tan();
@@ -63,7 +65,8 @@ fn planned(test: &PoseTest<'_>, points: &[CcPoint], curve: SearchCurve, settings
     plan_passes(test, &[task], settings, &Silent).unwrap().remove(0)
 }
 
-/// The lattice over tilts and rotates (deg) as docs/method.md defines it, neighbours at most `spacing` (deg) apart.
+/// The lattice over tilts and rotates (deg) as docs/method.md defines it, neighbours at most
+/// `spacing` (deg) apart.
 fn lattice(tilts: [f64; 2], rotates: [f64; 2], spacing: f64) -> Vec<Posture> {
     let steps = |extent: f64| (extent / spacing - 1e-9).ceil() as usize;
     let part = |ends: [f64; 2], k: usize, n: usize| ends[0] + (ends[1] - ends[0]) * k as f64 / n.max(1) as f64;
@@ -76,7 +79,8 @@ fn lattice(tilts: [f64; 2], rotates: [f64; 2], spacing: f64) -> Vec<Posture> {
     (0..=rows).flat_map(row).collect()
 }
 
-/// Ranges for places beside the curve: of so few postures that the lattices are as fine as they may be.
+/// Ranges for places beside the curve: of so few postures that the lattices are as fine as they may
+/// be.
 const TILTS: [f64; 2] = [6.0, 16.0];
 const ROTATES: [f64; 2] = [0.0, -60.0];
 
@@ -90,8 +94,8 @@ fn is_beside(test: &PoseTest<'_>, cc: &CcPoint) -> bool {
     found.is_err() && lattice(TILTS, ROTATES, COARSE).iter().all(|p| !is_free(test, cc, *p))
 }
 
-/// Whether all postures of a disc about one are feasible, of so large a radius that a posture of the fine lattice is in
-/// it (half the diagonal of its meshes, and a little): looked at on a grid.
+/// Whether all postures of a disc about one are feasible, of so large a radius that a posture of
+/// the fine lattice is in it (half the diagonal of its meshes, and a little): looked at on a grid.
 fn is_wide_place(test: &PoseTest<'_>, cc: &CcPoint, p: Posture) -> bool {
     let radius = 0.75 * FINE.to_radians();
     let grid = (-4..=4).flat_map(|i| (-4..=4).map(move |j| (0.25 * f64::from(i), 0.25 * f64::from(j))));
@@ -132,7 +136,8 @@ fn a_place_as_wide_as_the_fine_lattice_is_found_where_curve_and_graph_have_none(
 
 #[test]
 fn a_place_beside_the_curve_is_found_again_behind_many_points_without_one() {
-    // One point with a place, more blocked ones than are all looked at closely, and one with the same place again.
+    // One point with a place, more blocked ones than are all looked at closely, and one with the
+    // same place again.
     let blocked = 25;
     let ends = [cc_on_plane(0.0, 0.0), cc_on_plane(2.0 * APART, 0.0)];
     let between = (0..blocked).map(|k| cc_on_plane(APART + 0.1 * f64::from(k), 0.0));
@@ -162,7 +167,8 @@ fn a_place_beside_the_curve_is_found_again_behind_many_points_without_one() {
 
 #[test]
 fn a_point_with_room_for_its_node_only_stands_in_it() {
-    // One tilt, so that none above can be tried; rotates of the graph's lattice, which the fine one does not have.
+    // One tilt, so that none above can be tried; rotates of the graph's lattice, which the fine one
+    // does not have.
     let (tilts, rotates) = ([12.0, 12.0], [-20.0, -60.0]);
     let curve = curve_deg([12.0, rotates[0]], [12.0, rotates[1]], SearchOrder::TiltFirst, 1.0);
     let (coarse, fine) = (lattice(tilts, rotates, COARSE), lattice(tilts, rotates, FINE));
@@ -188,8 +194,8 @@ fn a_point_with_room_for_its_node_only_stands_in_it() {
     });
 }
 
-/// Points over an edge rounded by a small radius between two planes: the normal turns by `bend` (rad) within a few of
-/// them.
+/// Points over an edge rounded by a small radius between two planes: the normal turns by `bend`
+/// (rad) within a few of them.
 fn over_an_edge(bend: f64, at: usize, n: usize, step: f64) -> Vec<CcPoint> {
     const ROUNDED: usize = 3;
     let mut position = Point3::origin();
@@ -209,14 +215,16 @@ fn most_passes_that_smoothing_makes_turn_too_fast_are_bound_until_they_do_not() 
     let (machine, tool) = (machine(), mill());
     let cell: Workcell<'_> = workcell(&machine, &tool, Vec::new());
     let test = PoseTest::new(&cell);
-    // Smoothed without regard to the limit, the axis would swing through the ranges at the edge. They are so small that a turn
-    // over all of them is within the limit between layers, and not between neighbours.
+    // Smoothed without regard to the limit, the axis would swing through the ranges at the edge.
+    // They are so small that a turn over all of them is within the limit between layers, and not
+    // between neighbours.
     let curve = curve_deg([12.0, -20.0], [12.6, -22.0], SearchOrder::TiltFirst, 1.0);
     // A cusp that binds nothing.
     let smooth = SmoothSettings { cusp: 0.5, ..SMOOTH };
     let settings = PassSettings { mode: PostureMode::Smooth(smooth), ..settings(SearchSettings::default(), 5e-4) };
     let mut random = Random(73);
-    // Rounds are few, so that steps may be left, which are told as jumps; unbound, there are some in every pass.
+    // Rounds are few, so that steps may be left, which are told as jumps; unbound, there are some
+    // in every pass.
     let (mut settled, scenes) = (0, 20);
     for _ in 0..scenes {
         let (bend, at) = (random.between(0.015, 0.03), random.between(11.0, 19.0) as usize);

@@ -18,7 +18,8 @@ const CLEARANCE: f64 = 10.0;
 /// What may lack between two tested positions, mm.
 const HALF_STEP: f64 = 0.5;
 
-/// The preset with its ram beside the tool, so that the two branches hold it over different sides of the part.
+/// The preset with its ram beside the tool, so that the two branches hold it over different sides
+/// of the part.
 fn lopsided() -> Machine {
     let mut file = machine().to_file();
     let ram = &mut file.tool_chains[0].rows[2].bodies[0];
@@ -56,8 +57,8 @@ fn whole(from: Waypoint, way: &[Waypoint], to: Waypoint) -> Vec<Waypoint> {
     [&[from], way, &[to]].concat()
 }
 
-/// Smallest distance over the straight moves of a link, each position on the branch of the move's ends, and over its swings,
-/// all axes in proportion (the preset's rapid law).
+/// Smallest distance over the straight moves of a link, each position on the branch of the move's
+/// ends, and over its swings, all axes in proportion (the preset's rapid law).
 fn smallest(test: &PoseTest<'_>, way: &[Waypoint], balls: &[Ball]) -> f64 {
     const N: usize = 600;
     let mut smallest = f64::INFINITY;
@@ -177,7 +178,8 @@ fn links_stay_on_the_branch_of_their_ends_and_keep_the_clearance_there() {
     assert!(judged > 40 && around > 5, "{judged} judged, {around} not direct");
 }
 
-/// Two columns where the ram comes by when the table turns half around under the tool, but not before and after.
+/// Two columns where the ram comes by when the table turns half around under the tool, but not
+/// before and after.
 fn columns() -> Vec<Ball> {
     let column = |y: f64| (0..14).map(move |k| Point3::new(100.0, y, 900.0 + 150.0 * f64::from(k)));
     column(470.0).chain(column(-470.0)).map(|center| Ball { center, radius: 140.0 }).collect()

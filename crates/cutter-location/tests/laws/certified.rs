@@ -1,4 +1,5 @@
-//! The search with a proof against dense scans, where feasible stretches are too short for the paper's steps.
+//! The search with a proof against dense scans, where feasible stretches are too short for the
+//! paper's steps.
 
 use facemill_cl_data::Solid;
 use facemill_cutter_location::{
@@ -34,8 +35,8 @@ fn no_feasible_stretch_of_the_width_lies_before_what_is_found() {
                         0 => (&flat, cc_on_plane(x, y)),
                         _ => (&patch, cc_on_patch(&spec, x, y, random.vector())),
                     };
-                    // A rod under the rear of the cutter up to some u, one before its front from a bit later on, and some
-                    // anywhere under it.
+                    // A rod under the rear of the cutter up to some u, one before its front from a
+                    // bit later on, and some anywhere under it.
                     let u = random.between(0.1, 0.7);
                     let later = curve.at(u + random.between(0.02, 0.12));
                     let mut places = vec![
@@ -136,14 +137,16 @@ fn a_width_that_needs_too_many_tests_gives_way_and_says_so() {
         let blocked = at(asked);
         assert_eq!(test.describe(&blocked.found.unwrap_err()), "cutter gouges fog");
         assert_eq!(blocked.width == asked, wide_enough, "{}", blocked.width);
-        // Halving to the width takes twice as many intervals as it leaves, so there are as many as fit and no fewer.
+        // Halving to the width takes twice as many intervals as it leaves, so there are as many as
+        // fit and no fewer.
         let intervals = 2.0 / blocked.width;
         assert!(intervals <= 2.0 * MOST_TESTS as f64 && (wide_enough || intervals > 0.25 * MOST_TESTS as f64));
         assert!(blocked.tests <= 12 * MOST_TESTS, "{}", blocked.tests);
     }
 }
 
-/// A plate in front of the cutter's axis up to some height of the pose, and so up to some tilt; what it hits, no proof can use.
+/// A plate in front of the cutter's axis up to some height of the pose, and so up to some tilt;
+/// what it hits, no proof can use.
 struct UpTo {
     tip: f64,
 }

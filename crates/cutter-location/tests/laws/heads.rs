@@ -102,7 +102,8 @@ fn what_the_other_head_is_in_the_way_of_is_no_pose() {
                     tools += usize::from(is_other && text.contains("the other cutter"));
                     is_other
                 });
-                // Sampled points miss touches of less than their spacing, never the other way round.
+                // Sampled points miss touches of less than their spacing, never the other way
+                // round.
                 assert!(deepest <= 1e-9 || found.is_some(), "{name} {h}: {deepest} mm deep at {q:?}");
                 assert!(deepest > -150.0 || !against_other, "{name} {h}: {deepest} mm at {q:?} {found:?}");
                 free += usize::from(deepest <= -150.0);

@@ -140,8 +140,9 @@ impl Ball {
 /// Quads along a quarter turn of a ball.
 const N_BALL: f64 = 20.0;
 
-/// Distance from cutter, tool and head, dilated as they are, to the nearest ball, at a pose. From the definition of the
-/// cutter (flute cylinder and corner torus) and the poses of the bodies; without the interference of the crate under test.
+/// Distance from cutter, tool and head, dilated as they are, to the nearest ball, at a pose. From
+/// the definition of the cutter (flute cylinder and corner torus) and the poses of the bodies;
+/// without the interference of the crate under test.
 pub(crate) fn distance_to_balls(cell: &Workcell<'_>, cl: &ClPoint, balls: &[Ball]) -> f64 {
     let length = cell.tool.gauge_length();
     let on_table = cl.transformed(&cell.table_from_work);
@@ -173,7 +174,8 @@ pub(crate) fn distance_at(cell: &Workcell<'_>, axes: &AxisValues, balls: &[Ball]
     balls.iter().map(to_ball).fold(f64::INFINITY, f64::min)
 }
 
-/// The smallest of [`distance_to_balls`] over a way, tip straight and axis turned in the plane of its ends, `n` poses a leg.
+/// The smallest of [`distance_to_balls`] over a way, tip straight and axis turned in the plane of
+/// its ends, `n` poses a leg.
 pub(crate) fn smallest_distance(cell: &Workcell<'_>, way: &[ClPoint], n: usize, balls: &[Ball]) -> f64 {
     let mut smallest = f64::INFINITY;
     for leg in way.windows(2) {

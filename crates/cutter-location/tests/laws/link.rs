@@ -9,7 +9,8 @@ use crate::kit::{Ball, Random, distance_to_balls, machine, obstacle, smallest_di
 
 const CLEARANCE: f64 = 10.0;
 
-/// Poses of a link are tested at most 1 mm of motion apart where they are near the clearance, so that half of it may lack.
+/// Poses of a link are tested at most 1 mm of motion apart where they are near the clearance, so
+/// that half of it may lack.
 const HALF_STEP: f64 = 0.5;
 
 fn settings(clearance: ClearanceSurface) -> LinkSettings {
@@ -80,7 +81,8 @@ fn a_link_is_lifted_over_what_stands_between_and_no_higher_than_twice_as_needed(
         let smallest = smallest_distance(&cell, &way, 2000, &balls);
         assert!(smallest >= CLEARANCE - HALF_STEP, "{smallest}");
         let top = way.iter().map(|p| p.tip.z).fold(0.0, f64::max);
-        // The tip must pass the ball's top by the clearance; the first lift is 25 mm, and each at most 2.4 times the last.
+        // The tip must pass the ball's top by the clearance; the first lift is 25 mm, and each at
+        // most 2.4 times the last.
         assert!(top >= radius + CLEARANCE - HALF_STEP && top <= (2.5 * (radius + CLEARANCE)).max(25.0) + 1.0, "{top}");
     }
 }
@@ -131,8 +133,8 @@ fn no_link_among_scattered_balls_comes_nearer_than_the_rapid_clearance() {
 
 #[test]
 fn the_head_is_farther_from_the_tip_than_the_tool_and_moves_farther_in_a_turn() {
-    // The tip stays nearly where it is, the axis turns by 80°, and the head, 150 to 900 mm away, swings past a ball that
-    // it meets at one moment of the turn only.
+    // The tip stays nearly where it is, the axis turns by 80°, and the head, 150 to 900 mm away,
+    // swings past a ball that it meets at one moment of the turn only.
     let (machine, tool) = (machine(), tool(16.0, 2.0, 20.0));
     let mut random = Random(12);
     let mut judged = 0;
@@ -160,7 +162,8 @@ fn the_head_is_farther_from_the_tip_than_the_tool_and_moves_farther_in_a_turn() 
 
 #[test]
 fn the_whole_flute_counts_for_the_rapid_clearance() {
-    // A ball-end mill beside a small ball at the upper rim of its flute, where no corner is rounded.
+    // A ball-end mill beside a small ball at the upper rim of its flute, where no corner is
+    // rounded.
     let (machine, tool) = (machine(), tool(30.0, 30.0, 60.0));
     let upright = pose(0.0, 0.0, 0.0, [0.0, 0.0, 1.0]);
     for lacking in [2.0, 0.5, -0.5] {
@@ -173,7 +176,8 @@ fn the_whole_flute_counts_for_the_rapid_clearance() {
         let axes = stand(&cell, &upright).configuration.axes;
         let (distance, nearest) = test.rapid_distance(&axes, 2.0 * CLEARANCE, &mut Hints::default());
         assert!((distance - (CLEARANCE - lacking)).abs() < 2e-2 && nearest.is_some(), "{lacking}: {distance}");
-        // Stock of the clearance's thickness around the ball is touched by the same part of the flute.
+        // Stock of the clearance's thickness around the ball is touched by the same part of the
+        // flute.
         let mut cell = cell;
         cell.obstacles[0].collision_allowance = CLEARANCE;
         cell.obstacles[0].gouge_allowance = None;
@@ -214,7 +218,8 @@ fn a_link_from_where_nothing_is_clear_says_what_blocks() {
     let cell = cell_with_balls(&machine, &tool, &trees);
     let test = PoseTest::new(&cell);
     let (from, to) = (pose(0.0, 0.0, 0.0, [0.0, 0.0, 1.0]), pose(300.0, 0.0, 0.0, [0.0, 0.0, 1.0]));
-    // 45 mm beside the axis: the holder of radius 30 comes within 3 mm, its own clearance of 2 mm included.
+    // 45 mm beside the axis: the holder of radius 30 comes within 3 mm, its own clearance of 2 mm
+    // included.
     let blocked = linked(&cell, high_plane(500.0), &from, &to).unwrap_err();
     assert!(matches!(blocked.why, Infeasible::Collision { obstacle: 0, .. }));
     assert_eq!(test.describe(&blocked.why), "holder section 1 hits ball");

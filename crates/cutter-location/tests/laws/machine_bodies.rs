@@ -9,7 +9,8 @@ use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::kit::{MOUNT, Random, machine, stand, tool, workcell};
 
-/// The preset with a post on its bed that stands 180 mm beside the workpiece's origin, `top` above it.
+/// The preset with a post on its bed that stands 180 mm beside the workpiece's origin, `top` above
+/// it.
 pub(crate) fn with_post(top: f64) -> Machine {
     let mut file = machine().to_file();
     // Bed and table frame agree while C is at 0.
@@ -37,7 +38,8 @@ fn points_of(solid: &Solid, random: &mut Random) -> Vec<Point3<f64>> {
     points
 }
 
-/// Deepest that sampled points of tool and head are in the post, both dilated: an estimate from outside the tests.
+/// Deepest that sampled points of tool and head are in the post, both dilated: an estimate from
+/// outside the tests.
 fn deepest(machine: &Machine, tool: &ToolAssembly, axes: &AxisValues, random: &mut Random) -> f64 {
     let length = tool.gauge_length();
     let table_from_tool = machine.forward(axes, length);
@@ -92,7 +94,8 @@ fn what_a_post_on_the_bed_is_in_the_way_of_is_no_pose_wherever_the_table_stands(
 #[test]
 fn clearances_of_head_and_post_are_both_kept_and_the_cutter_keeps_the_posts() {
     let tool = tool(16.0, 2.0, 20.0);
-    // The head's lower side is the gauge length and the pivot's face above the tip; found by lifting until it is free.
+    // The head's lower side is the gauge length and the pivot's face above the tip; found by
+    // lifting until it is free.
     let blocked = |top: f64, tip: Point3<f64>| {
         let machine = with_post(top);
         let cell = workcell(&machine, &tool, vec![]);
@@ -107,7 +110,8 @@ fn clearances_of_head_and_post_are_both_kept_and_the_cutter_keeps_the_posts() {
     let over = |gap: f64| Point3::new(0.0, 180.0, 400.0 + gap);
     assert_eq!(blocked(400.0, over(4.9)), Some(Body::Cutter));
     assert_eq!(blocked(400.0, over(5.1)), None);
-    // The head beside the tool: the lowest top that blocks it, against its own lower side and both clearances.
+    // The head beside the tool: the lowest top that blocks it, against its own lower side and both
+    // clearances.
     let machine = machine();
     let tip = Point3::new(0.0, 0.0, 300.0);
     let cell = workcell(&machine, &tool, vec![]);

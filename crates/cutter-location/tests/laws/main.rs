@@ -1,4 +1,5 @@
-//! Laws of the tilt and rotate search, of passes, entries, exits and links, against closed forms and dense scans.
+//! Laws of the tilt and rotate search, of passes, entries, exits and links, against closed forms
+//! and dense scans.
 
 mod approach;
 mod band;

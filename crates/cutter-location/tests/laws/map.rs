@@ -239,7 +239,8 @@ fn limits_and_bodies_of_the_bed_are_proven_as_the_single_postures_say() {
     let mut tested = Tested::default();
     let (mut by_limits, mut by_post, mut known) = (0, 0, 0.0);
     for round in 0..8 {
-        // Far out, where X ends at 2600 mm, or near the post; the part leans, so that C does not turn freely.
+        // Far out, where X ends at 2600 mm, or near the post; the part leans, so that C does not
+        // turn freely.
         let far = round % 2 == 0;
         let place = if far {
             Isometry3::translation(random.between(2500.0, 2900.0), random.between(-100.0, 100.0), MOUNT)

@@ -39,8 +39,8 @@ fn rear_gouge_in_a_bowl_ends_at_the_closed_form_for_every_rotate() {
     };
     let test = PoseTest::new(&cell);
     let cc = CcPoint::new(Point3::new(0.0, 0.0, -RADIUS), Vector3::z(), Vector3::x()).unwrap();
-    // The circle of corner centres lies in a ball of radius RADIUS − r, through one point of it: the farthest one is
-    // 2·(R − r) away along a chord at the angle of the tilt.
+    // The circle of corner centres lies in a ball of radius RADIUS − r, through one point of it:
+    // the farthest one is 2·(R − r) away along a chord at the angle of the tilt.
     let closed_form = (61.0f64 / (RADIUS - 2.0)).asin();
     // Two directions of facets, tolerance and lift, seen across the disc.
     let facets = 2.0 * RADIUS * (1.0 - (0.25 * std::f64::consts::PI / N as f64).cos());
@@ -133,7 +133,8 @@ fn a_ceiling_that_only_a_lifted_cutter_meets_blocks_nothing_that_needs_no_lift()
         let (u, v) = (Vector3::new(0.01, 0.0, up), Vector3::new(0.0, 0.01, up));
         MeshTree::new(&TriMesh::new(vec![at, at + u, at + v], vec![[0, 1, 2]]).unwrap())
     };
-    // Under the rear as high as the cutter at 10°, and as far above its upper end as half of the largest lift.
+    // Under the rear as high as the cutter at 10°, and as far above its upper end as half of the
+    // largest lift.
     let floor = speck(frame * Point3::origin() - front * 14.0 + axis * 0.02, -1.0);
     let ceiling = speck(frame * Point3::origin() + front * 14.0 + axis * 12.3, 1.0);
     let obstacles = vec![obstacle("part", &flat), obstacle("floor", &floor), obstacle("ceiling", &ceiling)];

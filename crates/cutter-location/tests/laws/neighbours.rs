@@ -1,4 +1,5 @@
-//! Passes beside a point, against strips of known width and against what a ball leaves on the surface, place by place.
+//! Passes beside a point, against strips of known width and against what a ball leaves on the
+//! surface, place by place.
 
 use facemill_cl_data::{CcPoint, Posture};
 use facemill_cutter_location::cusp::Ridge;
@@ -56,7 +57,8 @@ fn line(from: f64, to: f64, y: f64) -> Vec<[f64; 2]> {
     (0..=n as i32).map(|k| [from + (to - from) * f64::from(k) / n, y]).collect()
 }
 
-/// A line along x that ends in a bend by 110° to the left, with the inner one of a radius of 8 mm: parallel curves.
+/// A line along x that ends in a bend by 110° to the left, with the inner one of a radius of 8 mm:
+/// parallel curves.
 fn hook(number: f64) -> Vec<[f64; 2]> {
     let radius = 8.0 + STEP * number;
     let bend = (1..=44).map(|k| f64::from(k) * 2.5f64.to_radians());
@@ -79,7 +81,8 @@ fn steps(neighbours: &Neighbours, pass: usize) -> Vec<Vec<f64>> {
     beside(neighbours, pass).into_iter().map(of).collect()
 }
 
-/// The most that balls along all passes leave between two places of the surface: every place against every ball.
+/// The most that balls along all passes leave between two places of the surface: every place
+/// against every ball.
 fn left_by_balls(passes: &[CutPass], from: &CcPoint, to: &CcPoint) -> f64 {
     let mut centers: Vec<Point3<f64>> = Vec::new();
     for pass in passes {
@@ -169,7 +172,8 @@ fn partial_passes_are_neighbours_where_they_are_and_nowhere_else() {
     let between = Neighbours::new(vec![full(0.0), partial(STEP), full(2.0 * STEP)], REACH);
     for (point, found) in steps(&between, 2).iter().enumerate() {
         let missing = (40.0 - x(&between, 2, point)).max(0.0);
-        // Before it begins a ball reaches as far back from its end as to the places that are as near to this pass.
+        // Before it begins a ball reaches as far back from its end as to the places that are as
+        // near to this pass.
         let expected = (STEP + missing * missing / STEP).min(2.0 * STEP);
         assert!(found.len() == 1 && (found[0] - expected).abs() < 1e-9, "{point}: {found:?}");
     }
@@ -239,13 +243,15 @@ fn a_pass_goes_across_another_on_one_surface_alone() {
         let lean = |from: f64, to: f64| -> Vec<[f64; 2]> {
             (0..=20).map(|k| f64::from(k) / 20.0).map(|t| [-20.0 + 40.0 * t, from + (to - from) * t]).collect()
         };
-        // Between, beside, and ending short of the one it leads to; then over one of them at a slant, and over both.
+        // Between, beside, and ending short of the one it leads to; then over one of them at a
+        // slant, and over both.
         assert!(!is_across(&line(-30.0, 30.0, 0.5 * STEP)) && !is_across(&lean(-0.3 * STEP, -0.1 * STEP)));
         assert!(!is_across(&lean(0.1 * STEP, 0.9 * STEP)));
         assert!(is_across(&lean(-0.1 * STEP, 0.2 * STEP)) && is_across(&lean(0.9 * STEP, 1.1 * STEP)));
         assert!(is_across(&lean(-STEP, 2.0 * STEP)));
     }
-    // Above and below it crosses in a picture alone, and on the other side of a thin wall another surface is cut.
+    // Above and below it crosses in a picture alone, and on the other side of a thin wall another
+    // surface is cut.
     let laid = Neighbours::new(vec![pass(&PLANE, &line(-30.0, 30.0, 0.0))], REACH);
     let over: Vec<[f64; 2]> = line(-10.0, 10.0, 0.0).into_iter().map(|[a, b]| [b, a]).collect();
     let above = Shape { at: |x, y| Point3::new(x, y, 20.0), normal: |_, _| Vector3::z() };

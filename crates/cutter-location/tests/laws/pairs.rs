@@ -15,11 +15,13 @@ use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::kit::{obstacle, tool, workcell};
 
-/// Middle of the part above the table frame's origin, along C; and its distance from C, along which the heads' B turns, mm.
+/// Middle of the part above the table frame's origin, along C; and its distance from C, along which
+/// the heads' B turns, mm.
 const ALONG: f64 = 150.0;
 const OUT: f64 = 350.0;
 
-/// The plate lies across the heads like a blade at its pitch: along C itself neither head's solution would be regular.
+/// The plate lies across the heads like a blade at its pitch: along C itself neither head's
+/// solution would be regular.
 fn table_from_work() -> Isometry3<f64> {
     Isometry3::translation(0.0, OUT, ALONG) * Isometry3::rotation(Vector3::y() * 35.0_f64.to_radians())
 }
@@ -117,8 +119,8 @@ fn planned_on(machine_file: &str, spacing: f64) -> Planned {
     Planned { stations, poses, machines, tools }
 }
 
-/// Every stand has one value of the shared axis, both tips and axes where their postures say, postures in range, cutters that
-/// keep out of the plate, and heads that are apart.
+/// Every stand has one value of the shared axis, both tips and axes where their postures say,
+/// postures in range, cutters that keep out of the plate, and heads that are apart.
 #[test]
 fn both_heads_stand_where_they_were_planned() {
     let planned = planned(6.0);
@@ -150,7 +152,8 @@ fn angle(a: &Unit<Vector3<f64>>, b: &Unit<Vector3<f64>>) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }
 
-/// The shared axis goes on evenly: its steps are no larger than what the normals' own turn and the tilts' range explain.
+/// The shared axis goes on evenly: its steps are no larger than what the normals' own turn and the
+/// tilts' range explain.
 #[test]
 fn the_shared_axis_does_not_jump() {
     let planned = planned(6.0);
@@ -163,8 +166,8 @@ fn the_shared_axis_does_not_jump() {
     assert!(bends < 0.02, "{bends}");
 }
 
-/// A limited shared axis stands where an endless one does, at turns within its limits, and changes the turn once where one end
-/// of its travel lies on the way.
+/// A limited shared axis stands where an endless one does, at turns within its limits, and changes
+/// the turn once where one end of its travel lies on the way.
 #[test]
 fn a_limited_shared_axis_goes_as_far_as_its_limits_and_on_from_the_other() {
     let file: serde_json::Value = serde_json::from_str(preset_dual_xyzb()).unwrap();
@@ -197,7 +200,8 @@ fn a_limited_shared_axis_goes_as_far_as_its_limits_and_on_from_the_other() {
     }
 }
 
-/// Where both heads are told to be at the same place with nothing between them, they are refused for each other.
+/// Where both heads are told to be at the same place with nothing between them, they are refused
+/// for each other.
 #[test]
 fn heads_in_one_place_are_refused() {
     let far = crate::kit::plane(10.0).transformed(&Isometry3::translation(0.0, 0.0, -2000.0));

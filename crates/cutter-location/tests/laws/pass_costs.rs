@@ -12,7 +12,8 @@ use nalgebra::Vector3;
 pub(crate) const STRIP: Strip = Strip { step_over: 6.0, curvature: 0.0 };
 pub(crate) const SMOOTH: SmoothSettings = SmoothSettings { feed: 20.0, cusp: 0.05, strip: STRIP };
 
-/// What beginning on the branch that is not preferred costs, or changing branch, or each limit times the ratio, s.
+/// What beginning on the branch that is not preferred costs, or changing branch, or each limit
+/// times the ratio, s.
 const JUMP: f64 = 1e4;
 
 /// Tool axis by its parts along feed, left and normal.
@@ -50,7 +51,8 @@ impl Cost<'_> {
         self.start(&way[0].1) + standing + steps
     }
 
-    /// The least cost of all sequences that take one of these at each point, every one of them looked at.
+    /// The least cost of all sequences that take one of these at each point, every one of them
+    /// looked at.
     pub(crate) fn least(&self, choices: &[Vec<Stood>]) -> f64 {
         let standing = |k: usize| choices[k].iter().map(|c| self.standing(k, c.0)).collect();
         let standing: Vec<Vec<f64>> = (0..choices.len()).map(standing).collect();
@@ -111,7 +113,8 @@ impl Cost<'_> {
         sum
     }
 
-    /// Speed of the axis that is nearest to its largest velocity, or farthest beyond it, over that velocity.
+    /// Speed of the axis that is nearest to its largest velocity, or farthest beyond it, over that
+    /// velocity.
     pub(crate) fn fastest(&self, from: AxisValues, to: AxisValues, time: f64) -> f64 {
         let axes = self.cell.machine.axes().iter().enumerate();
         axes.map(|(index, axis)| axis_step(axis, index, from, to).abs() / time / axis.max_velocity).fold(0.0, f64::max)

@@ -1,4 +1,5 @@
-//! Passes beside a point where passes end, against the nearest of all places of the others on analytic surfaces.
+//! Passes beside a point where passes end, against the nearest of all places of the others on
+//! analytic surfaces.
 
 use facemill_cl_data::{CcPoint, Posture};
 use facemill_cutter_location::cusp::cut_point::CutPoint;
@@ -68,8 +69,9 @@ fn beside(own: &CcPoint, place: &Point3<f64>, is_left: bool) -> Option<[f64; 2]>
     (aside > 1e-6 && own.feed.dot(&between).abs() <= aside).then(|| [between.norm(), aside])
 }
 
-/// The least and the largest step-over that a ball may be said to have there: to the nearest place of the others if they went on,
-/// and twice the way across the feed to where some other is as near as this one.
+/// The least and the largest step-over that a ball may be said to have there: to the nearest place
+/// of the others if they went on, and twice the way across the feed to where some other is as near
+/// as this one.
 fn bounds(
     own: &CcPoint,
     is_left: bool,
@@ -101,7 +103,8 @@ fn passes_five_apart_are_five_apart_up_to_their_ends_wherever_a_surface_falls() 
                     let is_outermost = pass == if is_left { n_passes - 1 } else { 0 };
                     assert_eq!(found.is_none(), is_outermost, "{name}: {pass} {point} {found:?}");
                     let Some(found) = found else { continue };
-                    // Five millimetres of y, on a slope that is less steep across than these surfaces are anywhere.
+                    // Five millimetres of y, on a slope that is less steep across than these
+                    // surfaces are anywhere.
                     let step = found.strip.step_over;
                     assert!((4.99..5.6).contains(&step), "{name}: pass {pass} point {point}: {step}");
                 }

@@ -75,7 +75,8 @@ fn the_turn_between_neighbours_is_bounded_wherever_a_raised_posture_is_feasible(
                 steep_before += usize::from(turn(p, q) > allowed);
             }
             if turn(a.posture, b.posture) > allowed {
-                // The lower of the two could not be raised: nothing above it that is near enough is feasible.
+                // The lower of the two could not be raised: nothing above it that is near enough is
+                // feasible.
                 let (low, high, cc) = if a.posture.tilt < b.posture.tilt {
                     (a.posture, b.posture, &task.pass.points[k - 1])
                 } else {
@@ -209,7 +210,8 @@ fn the_plan_moves_with_part_and_mounting() {
             continue;
         };
         planned += 1;
-        // Rounding may end bisections one step apart: of u by 0.001 of the curve, of the lift by its resolution.
+        // Rounding may end bisections one step apart: of u by 0.001 of the curve, of the lift by
+        // its resolution.
         let meant = a.cl.transformed(&motion);
         assert!(turn(a.posture, b.posture) < 2e-3 && (a.lift - b.lift).abs() < 3e-3);
         assert!((meant.tip - b.cl.tip).norm() < 0.05 && (*meant.axis - *b.cl.axis).norm() < 2e-3);

@@ -63,8 +63,8 @@ fn the_graphs_optimum_is_that_of_all_sequences_and_the_gap_is_true() {
     let (machine, tool) = (machine(), tool(16.0, 2.0, 12.0));
     let cell = workcell(&machine, &tool, vec![obstacle("part", &tree)]);
     let test = PoseTest::new(&cell);
-    // Few postures: tilts 12 and 14 degrees of the lattice, and what the search finds. No turn is too fast, and every point
-    // is a layer.
+    // Few postures: tilts 12 and 14 degrees of the lattice, and what the search finds. No turn is
+    // too fast, and every point is a layer.
     let curve = curve_deg([12.0, 0.0], [14.0, 0.0], SearchOrder::TiltFirst, 1.0);
     let max_turn = 1.0;
     let (mut undercut, mut too_fast) = (0, 0);
@@ -297,7 +297,8 @@ fn a_fixed_posture_has_its_lead_and_leans_to_the_side_of_the_curve() {
             assert!((axis.y / axis.z - side * 5f64.to_radians().tan()).abs() < 1e-12);
         }
     }
-    // Backward: the rear of a disc would cut the plane, were it not tilted about its contact: lead −3 tips it the other way.
+    // Backward: the rear of a disc would cut the plane, were it not tilted about its contact: lead
+    // −3 tips it the other way.
     let back = Posture::from_lead_lean(-3f64.to_radians(), 0.0);
     let curve = curve_deg([2.0, 0.0], [25.0, 80.0], SearchOrder::TiltFirst, 1.0);
     assert!(on_a_plane(PostureMode::Fixed(back), curve).iter().all(|o| o.as_ref().unwrap().cl.axis.x < -0.05));
@@ -316,7 +317,8 @@ fn the_tool_axis_meets_the_point_or_line_it_is_to_point_to() {
                 AxisTarget::Point(p) => (p - cc.position, p),
                 AxisTarget::Line { origin, .. } => (origin - cc.position, origin),
             };
-            // Parallel to the axis from the CC point on: the target is met; a line, at a right angle.
+            // Parallel to the axis from the CC point on: the target is met; a line, at a right
+            // angle.
             let across = match along {
                 None => to.cross(&pose.cl.axis).norm(),
                 Some(d) => (to.cross(&pose.cl.axis)).dot(&d).abs().max(pose.cl.axis.dot(&d).abs() * 100.0),

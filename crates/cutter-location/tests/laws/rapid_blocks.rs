@@ -1,4 +1,5 @@
-//! Rapid blocks as the control drives them under RTCP: the tip on a line, the rotary axes evenly or the vector turned.
+//! Rapid blocks as the control drives them under RTCP: the tip on a line, the rotary axes evenly or
+//! the vector turned.
 
 use facemill_cl_data::{ClPoint, CuttingLaw, RapidLaw};
 use facemill_cutter_location::links::link::{ClearanceSurface, LinkSettings, Linker};
@@ -23,7 +24,8 @@ fn pose(tip: [f64; 3], axis: [f64; 3]) -> ClPoint {
     ClPoint { tip: Point3::from(tip), axis: Unit::new_normalize(Vector3::from(axis)) }
 }
 
-/// The axes at a time: rotary ones even, the tip on its line, linear ones where they have to be for it.
+/// The axes at a time: rotary ones even, the tip on its line, linear ones where they have to be for
+/// it.
 fn following(machine: &Machine, length: f64, [a, b]: [&AxisValues; 2], t: f64) -> AxisValues {
     let tip = |q: &AxisValues| machine.cl_point(q, length).tip;
     let tip = tip(a) + (tip(b) - tip(a)) * t;
@@ -75,7 +77,8 @@ fn a_rapid_block_that_would_take_an_axis_beyond_its_limit_between_the_ends_is_re
     let (whole, tool) = (machine(), tool(16.0, 2.0, 20.0));
     let length = tool.gauge_length();
     let cell = workcell(&whole, &tool, vec![]);
-    // The tool stands upright, the table turns by 120 deg below it, and the linear axes go round on an arc.
+    // The tool stands upright, the table turns by 120 deg below it, and the linear axes go round on
+    // an arc.
     let from = stand(&cell, &pose([40.0, 120.0, 100.0], [0.0, 0.0, 1.0])).configuration.axes;
     let mut turned = from;
     turned[4] += 120_f64.to_radians();

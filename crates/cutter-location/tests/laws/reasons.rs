@@ -13,11 +13,13 @@ use crate::kit::{Ball, cc_on_plane, curve_deg, machine, obstacle, plane, posture
 fn an_axis_limit_is_named_with_axis_value_and_limits() {
     let tree = MeshTree::new(&plane(400.0));
     let (machine, tool) = (machine(), tool(16.0, 2.0, 12.0));
-    // The table is 4 m wide, X reaches 2.6 m: with C free to turn, a part at 3 m is out of reach whatever C is.
+    // The table is 4 m wide, X reaches 2.6 m: with C free to turn, a part at 3 m is out of reach
+    // whatever C is.
     let table_from_work = Isometry3::translation(3000.0, 0.0, 900.0);
     let cell = Workcell { table_from_work, ..workcell(&machine, &tool, vec![obstacle("part", &tree)]) };
     let test = PoseTest::new(&cell);
-    // Leaning outward along the radius: the preferred branch turns C so that the part lies on the X axis.
+    // Leaning outward along the radius: the preferred branch turns C so that the part lies on the X
+    // axis.
     let why = test.try_posture(&cc_on_plane(0.0, 0.0), posture_deg(10.0, 0.0), None, &mut Hints::default());
     let Err(why @ Infeasible::Unreachable(Unreachable::AxisLimit { axis, kind, value, min, max, .. })) = why else {
         panic!("{why:?}")
@@ -53,7 +55,8 @@ fn leaving_the_cone_is_told_with_the_angle_outside() {
 #[test]
 fn a_gouge_names_the_obstacle_and_a_place_in_the_cutter() {
     let part = MeshTree::new(&plane(400.0));
-    // A knob on the plane under the trailing part of the cutter, which a tilt of 5° does not clear and one of 30° does.
+    // A knob on the plane under the trailing part of the cutter, which a tilt of 5° does not clear
+    // and one of 30° does.
     let knob = Ball { center: Point3::new(-40.0, 0.0, 0.0), radius: 8.0 };
     let knob_tree = MeshTree::new(&knob.mesh());
     let (machine, tool) = (machine(), tool(25.0, 2.0, 12.0));
@@ -74,8 +77,9 @@ fn a_gouge_names_the_obstacle_and_a_place_in_the_cutter() {
 fn a_collision_names_the_body_and_the_obstacle() {
     let part = MeshTree::new(&plane(400.0));
     let (machine, tool) = (machine(), tool(16.0, 2.0, 12.0));
-    // Beside the upright tool, as far from its axis as said, with a ball of radius 5: within the body of radius 12 from 12
-    // to 52 mm, the holder of radius 30 from 52 to 152 mm, the nose of radius 90, the head of half width 150.
+    // Beside the upright tool, as far from its axis as said, with a ball of radius 5: within the
+    // body of radius 12 from 12 to 52 mm, the holder of radius 30 from 52 to 152 mm, the nose of
+    // radius 90, the head of half width 150.
     for (name, height, outer) in [
         ("cutter body section 1", 30.0, 12.0),
         ("holder section 1", 100.0, 30.0),

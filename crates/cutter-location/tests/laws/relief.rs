@@ -1,4 +1,5 @@
-//! What is told to help helps, and a little less does not: by dense scans of the curve, without either search.
+//! What is told to help helps, and a little less does not: by dense scans of the curve, without
+//! either search.
 
 use facemill_cutter_location::{
     Hints, PoseTest, Relief, SearchCurve, SearchOrder, SearchSettings, Workcell, reliefs, search,
@@ -22,7 +23,8 @@ fn finds(cell: &Workcell<'_>, curve: &SearchCurve) -> bool {
     search(&test, &cc_on_plane(0.0, 0.0), curve, &settings, 0.0, None, &mut Hints::default()).is_ok()
 }
 
-/// Feasible stretches of the curve with the change, or with a part of the way to it, and whether the paper's steps find one.
+/// Feasible stretches of the curve with the change, or with a part of the way to it, and whether
+/// the paper's steps find one.
 fn changed(cell: &Workcell<'_>, curve: &SearchCurve, relief: Relief, part: f64) -> (Vec<[f64; 2]>, bool) {
     let (end, tool) = (curve.end(), cell.tool);
     let to = |from: f64, to: f64| from + part * (to - from);
@@ -102,7 +104,8 @@ fn a_change_that_opens_only_a_short_stretch_is_told_and_less_of_it_opens_none() 
     let mut random = Random(41);
     let (mut told, mut past_steps) = (0, 0);
     for _ in 0..16 {
-        // A rod under the rear of the cutter until it is tilted so far, and one before its front from a bit later on.
+        // A rod under the rear of the cutter until it is tilted so far, and one before its front
+        // from a bit later on.
         let free = posture_deg(random.between(11.0, 30.0), -20.0);
         let blocked = posture_deg(free.tilt.to_degrees() + random.between(0.4, 2.0), -20.0);
         let places = [

@@ -32,7 +32,8 @@ pub(crate) fn post(at: &Point3<f64>, width: f64) -> TriMesh {
     TriMesh::new(vertices, sides.to_vec()).unwrap()
 }
 
-/// A place in the frame of the cutter at a posture: along the front (the tilt's direction), to its left, and up the axis.
+/// A place in the frame of the cutter at a posture: along the front (the tilt's direction), to its
+/// left, and up the axis.
 pub(crate) fn beside(cutter: &Cutter, cc: &CcPoint, posture: Posture, front_left_up: [f64; 3]) -> Point3<f64> {
     let cl = cl_from_cc(cutter, cc, posture);
     let (sin, cos) = posture.tilt.sin_cos();

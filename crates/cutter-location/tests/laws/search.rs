@@ -110,8 +110,9 @@ fn rear_gouge_is_refused_on_a_concave_cylinder_below_the_closed_form_tilt() {
         let tool = tool(radius, corner, 40.0);
         let cell = with_y_up(workcell(&machine, &tool, vec![obstacle("hollow", &tree)]));
         let test = PoseTest::new(&cell);
-        // The circle of corner centres starts HOLLOW − r from the axis; with tilt α its point `back` behind comes as near to
-        // the surface again where back = 2·(HOLLOW − r)·sin α, and the farthest one is 2·(R − r) behind.
+        // The circle of corner centres starts HOLLOW − r from the axis; with tilt α its point
+        // `back` behind comes as near to the surface again where back = 2·(HOLLOW − r)·sin α, and
+        // the farthest one is 2·(R − r) behind.
         let closed_form = ((radius - corner) / (HOLLOW - corner)).asin();
         // Tolerance, lift and facets, seen from the front rim across the disc.
         let facets = HOLLOW * (1.0 - (std::f64::consts::PI / N_HOLLOW as f64).cos());

@@ -21,8 +21,8 @@ const C_LIMIT: f64 = 400.0 * TAU / 360.0;
 const ROTATES: [f64; 2] = [-20.0, -24.0];
 const TILT: f64 = 12.0;
 
-/// The preset with a table that turns a little more than once to either side, and its ram beside the tool, so that the
-/// two branches hold it over different sides of the part.
+/// The preset with a table that turns a little more than once to either side, and its ram beside
+/// the tool, so that the two branches hold it over different sides of the part.
 fn wound() -> Machine {
     let mut file = machine().to_file();
     file.tool_chains[0].rows[2].bodies[0].position_mm[0] = 400.0;
@@ -34,7 +34,8 @@ fn wound() -> Machine {
     Machine::from_file(file).unwrap()
 }
 
-/// Points of the plane most of the way around a circle, so that the table has to turn with the feed.
+/// Points of the plane most of the way around a circle, so that the table has to turn with the
+/// feed.
 fn around() -> Vec<CcPoint> {
     let at = |angle: f64| {
         let (sin, cos) = angle.sin_cos();
@@ -43,8 +44,9 @@ fn around() -> Vec<CcPoint> {
     (0..4).map(|k| at(1.8 * f64::from(k))).collect()
 }
 
-/// Every way to stand at a point: of both postures and the one that is searched, both branches, at every number of full
-/// turns of the table that its limits hold; whether nothing is hit there comes with it.
+/// Every way to stand at a point: of both postures and the one that is searched, both branches, at
+/// every number of full turns of the table that its limits hold; whether nothing is hit there comes
+/// with it.
 fn ways_to_stand(test: &PoseTest<'_>, cc: &CcPoint, curve: &SearchCurve) -> Vec<(Stood, bool)> {
     let (cell, hints) = (test.cell, &mut Hints::default());
     let c = cell.machine.axis_index("C").unwrap();

@@ -32,7 +32,8 @@ fn a_neighbour_beyond_reach_is_none() {
 
 #[test]
 fn expected_posture_clears_a_concave_cylinder_along_the_feed() {
-    // Radius 500 along the feed: the rear rim of a disc of radius 80 at tilt α clears it for tan α ≥ 80/500 about.
+    // Radius 500 along the feed: the rear rim of a disc of radius 80 at tilt α clears it for tan α
+    // ≥ 80/500 about.
     let cutter = Cutter::new(80.0, 0.0, 10.0).unwrap();
     let cc = CcPoint::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
     let tensor = CurvatureTensor {

@@ -1,4 +1,5 @@
-//! The picture of a part in the colours of its deviation, as the GLB of `facemill verify --deviation` has them.
+//! The picture of a part in the colours of its deviation, as the GLB of `facemill verify
+//! --deviation` has them.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -13,7 +14,8 @@ type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
 /// Side of the patch, mm.
 const SIZE: f64 = 60.0;
-/// Cells of the picture to a side; of the stock twice as many, which sees cusps between passes that are 2 mm apart.
+/// Cells of the picture to a side; of the stock twice as many, which sees cusps between passes that
+/// are 2 mm apart.
 const CELLS: usize = 120;
 /// Pixels to a cell.
 const PIXELS: f64 = 4.0;

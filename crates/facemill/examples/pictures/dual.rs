@@ -61,7 +61,8 @@ fn tilt_range(job: &Job) -> [f64; 2] {
     job.file.operations[0].search.tilt_deg
 }
 
-/// The second pass of both heads: a row of cuts in which rotary axes move; those of entries and exits stand.
+/// The second pass of both heads: a row of cuts in which rotary axes move; those of entries and
+/// exits stand.
 fn moments(job: &Job, planned: &Planned) -> Result<Vec<Moment>> {
     let nc = planned.files.iter().find(|(name, _)| name == "program.nc").ok_or("no program")?;
     let program = read_program(&nc.1, job.post.dialect())?;
@@ -133,8 +134,8 @@ fn sides(job: &Job) -> Result<[Surface; 2]> {
     Ok([side("blade-1/suction"), side("blade-1/pressure")])
 }
 
-/// Angle between the tool's axis and the normal of the surface where the cutter touches it, deg. The contact is found by
-/// turns from the normal, and the normal from the contact.
+/// Angle between the tool's axis and the normal of the surface where the cutter touches it, deg.
+/// The contact is found by turns from the normal, and the normal from the contact.
 fn tilt(side: &Surface, cutter: &Cutter, cl: &ClPoint) -> Option<f64> {
     let axis = cl.axis.into_inner();
     let mut normal = side.normal_at(&side.closest_point(&cl.tip, f64::INFINITY)?);

@@ -12,7 +12,8 @@ pub(crate) const GREEN: &str = "#2f9e62";
 /// A point of the drawing, mm: x to the right, y up.
 pub(crate) type Mm = [f64; 2];
 
-/// A drawing; `origin` (pixels) and `scale` (pixels per mm, of x and y) may be changed between two things drawn.
+/// A drawing; `origin` (pixels) and `scale` (pixels per mm, of x and y) may be changed between two
+/// things drawn.
 pub(crate) struct Figure {
     svg: String,
     pub(crate) origin: Mm,
@@ -103,8 +104,8 @@ impl Figure {
     }
 }
 
-/// Width that a letter of a bold title of 16 pixels is given, pixels: in DejaVu Sans, the widest font that pictures are drawn with,
-/// those of a title take 8.9 on the mean.
+/// Width that a letter of a bold title of 16 pixels is given, pixels: in DejaVu Sans, the widest
+/// font that pictures are drawn with, those of a title take 8.9 on the mean.
 const TITLE_LETTER: f64 = 10.0;
 
 /// A title in lines that fit a picture of this width.

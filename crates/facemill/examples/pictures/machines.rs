@@ -64,7 +64,8 @@ impl View {
     }
 }
 
-/// In the frame of a table that turns about a level axis: that is drawn along x, and the table's y up.
+/// In the frame of a table that turns about a level axis: that is drawn along x, and the table's y
+/// up.
 fn level(v: &Vector3<f64>) -> Vector3<f64> {
     Vector3::new(v.y, v.z, v.x)
 }
@@ -114,7 +115,8 @@ fn picture(heads: &[Machine], z: f64) -> String {
     figure.finish()
 }
 
-/// Puts what moves inside the margins, and of what stands still as much as lies near; size of the drawing, mm.
+/// Puts what moves inside the margins, and of what stands still as much as lies near; size of the
+/// drawing, mm.
 fn fit(figure: &mut Figure, mut points: Vec<Mm>, still: &[Mm]) -> f64 {
     let ranges = |points: &[Mm]| {
         [0, 1].map(|k| points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(p[k]), b.max(p[k]))))

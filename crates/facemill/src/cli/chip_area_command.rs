@@ -12,9 +12,10 @@ use crate::cli::output::say;
 
 #[derive(Args)]
 pub(crate) struct ChipAreaArguments {
-    /// Cases as comma-separated values, a column for each option below; the areas are put behind them. The first line names
-    /// the columns, in any order: radius_mm, corner_radius_mm, surface, depth_of_cut_mm, left and right are needed;
-    /// surface_radius_mm, left_mm, right_mm, lead_deg, lean_deg, neighbour_axis and name may be left out
+    /// Cases as comma-separated values, a column for each option below; the areas are put behind
+    /// them. The first line names the columns, in any order: radius_mm, corner_radius_mm, surface,
+    /// depth_of_cut_mm, left and right are needed; surface_radius_mm, left_mm, right_mm, lead_deg,
+    /// lean_deg, neighbour_axis and name may be left out
     #[arg(long, value_name = "FILE", conflicts_with_all = ["radius_mm", "depth_of_cut_mm"])]
     table: Option<PathBuf>,
     /// File to write the table to; standard output where it is not given
@@ -127,8 +128,9 @@ const DIGITS: i32 = 6;
 /// Decimals that are told at the most where these are more digits.
 const DECIMALS: i32 = 6;
 
-/// An area to six decimals or six digits, whichever are more, and no finer than it may be off: a unit of the last digit is at
-/// least the bound. One that is 0 to these digits, or below 0 by no more than it may be off, is 0.
+/// An area to six decimals or six digits, whichever are more, and no finer than it may be off: a
+/// unit of the last digit is at least the bound. One that is 0 to these digits, or below 0 by no
+/// more than it may be off, is 0.
 fn rounded(area: f64, error_bound: f64) -> String {
     let size = area.abs();
     if size == 0.0 || area < 0.0 && size <= error_bound {

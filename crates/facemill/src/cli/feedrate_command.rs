@@ -25,22 +25,25 @@ pub(crate) struct FeedrateArguments {
     /// From the gauge line to the tip
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = length)]
     tool_length_mm: f64,
-    /// Speed of the tip (mm/min, also of a program in inches), or keep: as fast as it goes by the program's F, as that control counts it. Where it is not given each
-    /// block's own F is the tip's speed; programs whose F is computed already are then refused
+    /// Speed of the tip (mm/min, also of a program in inches), or keep: as fast as it goes by the
+    /// program's F, as that control counts it. Where it is not given each block's own F is the
+    /// tip's speed; programs whose F is computed already are then refused
     #[arg(long, value_name = "MM_MIN|keep", allow_negative_numbers = true, value_parser = tip_feed)]
     tip_feed: Option<TipFeed>,
-    /// Where the zero of an axis' words is on the machine, as X=-120.5, mm or deg; more than one are allowed
+    /// Where the zero of an axis' words is on the machine, as X=-120.5, mm or deg; more than one
+    /// are allowed
     #[arg(long, value_name = "AXIS=VALUE", value_parser = offset)]
     work_offset: Vec<(String, f64)>,
-    /// Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; by the file's ending where it is
-    /// not given (ngc, mpf, h, else fanuc)
+    /// Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; by
+    /// the file's ending where it is not given (ngc, mpf, h, else fanuc)
     #[arg(long, value_name = "NAME", value_parser = dialect)]
     dialect: Option<Dialect>,
-    /// Time the program within acceleration and jerk of every axis, too, and lower feeds to what the axes reach in each block
+    /// Time the program within acceleration and jerk of every axis, too, and lower feeds to what
+    /// the axes reach in each block
     #[arg(long)]
     time_law: bool,
-    /// How far the control may take the tip off the program's lines at corners, 0: it stops there; as the machine file says where it
-    /// is not given
+    /// How far the control may take the tip off the program's lines at corners, 0: it stops there;
+    /// as the machine file says where it is not given
     #[arg(long, value_name = "MM", requires = "time_law", allow_negative_numbers = true, value_parser = blend_tolerance)]
     blend_tolerance_mm: Option<f64>,
     /// File to write; standard output where it is not given

@@ -5,8 +5,9 @@ use facemill::virtual_machine::Finding;
 /// Heads of the columns; the text of the block follows without one.
 const HEADS: [&str; 6] = ["line", "time", "what", "between", "size", "place, mm"];
 
-/// Lines of a table, each finding on one: where in the program, when, what, between what, how bad, where on the workpiece, and
-/// the text of its block with what else there is to say. None without findings.
+/// Lines of a table, each finding on one: where in the program, when, what, between what, how bad,
+/// where on the workpiece, and the text of its block with what else there is to say. None without
+/// findings.
 pub(crate) fn findings_table(findings: &[Finding]) -> Vec<String> {
     if findings.is_empty() {
         return Vec::new();

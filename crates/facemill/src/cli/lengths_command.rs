@@ -27,13 +27,15 @@ pub(crate) struct LengthsArguments {
     /// Length that none goes beyond
     #[arg(long, value_name = "MM", default_value_t = 1000.0, allow_negative_numbers = true, value_parser = from_zero)]
     longest_mm: f64,
-    /// Cut the stock on lines so far apart, and hold the tool assembly against it as it is at every moment
+    /// Cut the stock on lines so far apart, and hold the tool assembly against it as it is at every
+    /// moment
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
     stock_cell_mm: Option<f64>,
     /// How far from the truth what is cut may be
     #[arg(long, value_name = "MM", default_value_t = 0.05, allow_negative_numbers = true, value_parser = stock_tolerance)]
     stock_tolerance_mm: f64,
-    /// Begin with the rest that another program left (facemill verify --rest-out) in place of the job's stock
+    /// Begin with the rest that another program left (facemill verify --rest-out) in place of the
+    /// job's stock
     #[arg(long, value_name = "FILE", conflicts_with = "stock_cell_mm")]
     rest: Option<PathBuf>,
     /// Prove for every block what happens between its ends with the lengths that are found
@@ -122,8 +124,8 @@ pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
 
 const NOTHING_WORKS: &str = "no tool works";
 
-/// Refuses outputs under whose names there is something else than what an earlier run wrote: it would be written over, or removed where
-/// nothing is found.
+/// Refuses outputs under whose names there is something else than what an earlier run wrote: it
+/// would be written over, or removed where nothing is found.
 fn look_at_earlier(arguments: &LengthsArguments, dialect: Dialect) -> Result<(), Failure> {
     let is_program = |text: &[u8]| read_program(text, dialect).is_ok();
     refuse_other(arguments.tool_out.as_deref(), "tool file (\"format\": \"facemill-tool/1\")", is_tool_file)?;

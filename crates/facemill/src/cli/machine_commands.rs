@@ -11,7 +11,8 @@ use crate::cli::output::say;
 
 #[derive(Subcommand)]
 pub(crate) enum MachineCommand {
-    /// Tells a machine's chain, axes, family, reach and assumed values, head by head, and tries poses there and back
+    /// Tells a machine's chain, axes, family, reach and assumed values, head by head, and tries
+    /// poses there and back
     Check {
         /// Machine file
         file: PathBuf,

@@ -16,7 +16,8 @@ use crate::cli::output::say;
 pub(crate) struct NewArguments {
     #[command(subcommand)]
     part: NewPart,
-    /// Machine that the job is for; the part is mounted where it is reached. The example's own where it is not given
+    /// Machine that the job is for; the part is mounted where it is reached. The example's own
+    /// where it is not given
     #[arg(long, value_name = "NAME", global = true, value_parser = facemill::machine_names())]
     machine: Option<String>,
     /// Control that the job is for; fanuc where it is not given

@@ -31,17 +31,20 @@ pub(crate) struct PlanArguments {
     /// Folder to write to; out/<name of the job's folder> where it is not given
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Put a value in place of the job file's: KEY as operations[0].tolerances.cusp_mm or as a JSON pointer, VALUE as JSON or a
-    /// string; null takes the key out. Can be given several times; the report tells them
+    /// Put a value in place of the job file's: KEY as operations[0].tolerances.cusp_mm or as a JSON
+    /// pointer, VALUE as JSON or a string; null takes the key out. Can be given several times; the
+    /// report tells them
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<JobSetting>,
     /// Threads, 1 to 1024; all processors where it is not given
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-    /// Do not run the written program on the virtual machine, nor cut the stock (program, report and summary say so)
+    /// Do not run the written program on the virtual machine, nor cut the stock (program, report
+    /// and summary say so)
     #[arg(long)]
     no_verify: bool,
-    /// Cut the stock on lines so far apart; as the job says, or as suits what is cut, where it is not given
+    /// Cut the stock on lines so far apart; as the job says, or as suits what is cut, where it is
+    /// not given
     #[arg(long, value_name = "MM", allow_negative_numbers = true, conflicts_with = "no_verify", value_parser = above_zero)]
     stock_cell_mm: Option<f64>,
     /// Prove for every block what happens between its ends, and write certificates.json

@@ -20,12 +20,12 @@ static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 /// Set while files are being put in place, which is not to be cut short.
 static WRITING: AtomicBool = AtomicBool::new(false);
 
-/// How long a stage may take to notice an interruption before the program ends without it. Nothing is written before the
-/// last stage is done, so ending loses nothing.
+/// How long a stage may take to notice an interruption before the program ends without it. Nothing
+/// is written before the last stage is done, so ending loses nothing.
 const PATIENCE: Duration = Duration::from_millis(600);
 
-/// Makes Ctrl-C (and a termination request) set the flag that every [`Monitor`] of a [`Progress`] asks for, and end the program soon after where
-/// nobody asks.
+/// Makes Ctrl-C (and a termination request) set the flag that every [`Monitor`] of a [`Progress`]
+/// asks for, and end the program soon after where nobody asks.
 ///
 /// # Errors
 /// When the system does not let a handler be installed.
@@ -69,7 +69,8 @@ impl Progress {
         Self { show, expected: Mutex::default(), next: AtomicUsize::new(0) }
     }
 
-    /// Title of a stage with its number among those that are expected. One that comes again has the number that it had, and says so.
+    /// Title of a stage with its number among those that are expected. One that comes again has the
+    /// number that it had, and says so.
     fn title(&self, what: &str) -> String {
         let expected = self.expected.lock().unwrap_or_else(PoisonError::into_inner);
         let next = self.next.load(Ordering::Relaxed).min(expected.len());
@@ -160,7 +161,8 @@ impl Monitor for Bar {
     }
 }
 
-/// Time between two lines on the same stage; a stage that is done before the first of them has none.
+/// Time between two lines on the same stage; a stage that is done before the first of them has
+/// none.
 const BETWEEN_LINES: [Duration; 2] = [Duration::from_secs(2), Duration::from_secs(15)];
 
 /// Lines on a stage: when it goes on for a while, now and then, and at its end.

@@ -18,7 +18,8 @@ use crate::cli::progress::Progress;
 pub(crate) struct RapidsArguments {
     #[command(flatten)]
     program: ProgramArguments,
-    /// Depth of the cutter that is a finding; where it is not given the smallest that the setup's operations allow
+    /// Depth of the cutter that is a finding; where it is not given the smallest that the setup's
+    /// operations allow
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = from_zero)]
     gouge_mm: Option<f64>,
     /// Cut the stock on lines so far apart
@@ -27,7 +28,8 @@ pub(crate) struct RapidsArguments {
     /// How far from the truth what is cut may be
     #[arg(long, value_name = "MM", default_value_t = 0.05, allow_negative_numbers = true, value_parser = stock_tolerance)]
     stock_tolerance_mm: f64,
-    /// Begin with the rest that another program left (facemill verify --rest-out) in place of the job's stock
+    /// Begin with the rest that another program left (facemill verify --rest-out) in place of the
+    /// job's stock
     #[arg(long, value_name = "FILE", conflicts_with = "stock_cell_mm")]
     rest: Option<PathBuf>,
     /// Distance to keep from stock and fixtures; the setup's for rapids where it is not given

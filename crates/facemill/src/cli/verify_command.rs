@@ -33,31 +33,34 @@ pub(crate) struct VerifyArguments {
     program: ProgramArguments,
     #[command(flatten)]
     stand: StandArguments,
-    /// Depth of the cutter that is a finding; where it is not given the smallest that the setup's operations allow, and 0.02 with
-    /// --part
+    /// Depth of the cutter that is a finding; where it is not given the smallest that the setup's
+    /// operations allow, and 0.02 with --part
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = from_zero)]
     gouge_mm: Option<f64>,
     /// Prove for every block what happens between its ends
     #[arg(long)]
     certificates: bool,
-    /// Only estimate collisions: positions 2 mm apart in cuts and the cutter's radius in rapids, and of tool and holder only the edges. For
-    /// a first look; what it does not find may still be there
+    /// Only estimate collisions: positions 2 mm apart in cuts and the cutter's radius in rapids,
+    /// and of tool and holder only the edges. For a first look; what it does not find may still be
+    /// there
     #[arg(long, conflicts_with = "certificates")]
     fast: bool,
-    /// Cut the stock on lines so far apart, and hold tool assembly, bodies of the machine and rapids against it as it is at
-    /// every moment
+    /// Cut the stock on lines so far apart, and hold tool assembly, bodies of the machine and
+    /// rapids against it as it is at every moment
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
     stock_cell_mm: Option<f64>,
     /// How far from the truth what is cut may be [default: 0.05]
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = stock_tolerance)]
     stock_tolerance_mm: Option<f64>,
-    /// Which part of the stock to cut: whole, operations (the rectangle around what the job's operations cut, with the cutter's
-    /// diameter around it), or X0,Y0,X1,Y1 in mm of the workpiece frame. What meets stock elsewhere is not seen
+    /// Which part of the stock to cut: whole, operations (the rectangle around what the job's
+    /// operations cut, with the cutter's diameter around it), or X0,Y0,X1,Y1 in mm of the workpiece
+    /// frame. What meets stock elsewhere is not seen
     #[arg(long, value_name = "PART", default_value = "whole", value_parser = region, allow_hyphen_values = true,
         requires = "stock_cell_mm", conflicts_with = "rest")]
     stock_region: StockRegion,
-    /// Cut lines along x and y of the workpiece frame, too (tri-dexel): they show walls along z, and what stands thin between lines
-    /// along z, for three times the time and memory. What --rest-out and --rest-mesh write are the lines along z
+    /// Cut lines along x and y of the workpiece frame, too (tri-dexel): they show walls along z,
+    /// and what stands thin between lines along z, for three times the time and memory. What
+    /// --rest-out and --rest-mesh write are the lines along z
     #[arg(long, requires = "stock_cell_mm", conflicts_with = "rest")]
     stock_across: bool,
     /// Begin with the rest that another program left (--rest-out) in place of the job's stock
@@ -66,14 +69,17 @@ pub(crate) struct VerifyArguments {
     /// File to write the stock behind the program to
     #[arg(long, value_name = "FILE")]
     rest_out: Option<PathBuf>,
-    /// File to write the stock behind the program to as a closed mesh, by its ending .obj, .stl or .glb
+    /// File to write the stock behind the program to as a closed mesh, by its ending .obj, .stl or
+    /// .glb
     #[arg(long, value_name = "FILE", value_parser = rest_mesh)]
     rest_mesh: Option<PathBuf>,
-    /// Hold the stock behind the program against the part, and write the part in colours of the deviation to this .glb
+    /// Hold the stock behind the program against the part, and write the part in colours of the
+    /// deviation to this .glb
     #[arg(long, value_name = "FILE", value_parser = painted_mesh)]
     deviation: Option<PathBuf>,
-    /// Hold the stock behind the program against the part, with this deviation to both sides within tolerance; where it
-    /// is not given with --deviation, the largest height that the setup's operations may leave
+    /// Hold the stock behind the program against the part, with this deviation to both sides within
+    /// tolerance; where it is not given with --deviation, the largest height that the setup's
+    /// operations may leave
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
     deviation_tolerance_mm: Option<f64>,
     /// File to write what was found to, as JSON

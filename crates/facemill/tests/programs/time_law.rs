@@ -69,7 +69,8 @@ struct Motion {
     feed: Option<f64>,
 }
 
-/// G0, G1, X, Y, Z, B, C and F behind the length compensation, which stay until they are given again.
+/// G0, G1, X, Y, Z, B, C and F behind the length compensation, which stay until they are given
+/// again.
 fn motions(text: &str) -> Vec<Motion> {
     let body = text.lines().skip_while(|l| !l.contains("G43")).skip(1).take_while(|l| !l.contains("G91"));
     let (mut at, mut rapid, mut feed) = (AxisValues::zeros(5), true, 0.0);
@@ -115,8 +116,8 @@ fn cutting_runs(motions: &[Motion]) -> Vec<(AxisValues, Vec<ProgramBlock>)> {
     runs
 }
 
-/// Largest share of any limit by first, second and third differences of positions over steps of `time`/`n`: averages of
-/// derivatives, which in a motion within its limits no difference exceeds.
+/// Largest share of any limit by first, second and third differences of positions over steps of
+/// `time`/`n`: averages of derivatives, which in a motion within its limits no difference exceeds.
 fn worst_share(bounds: &[AxisBounds], time: f64, n: usize, position: impl Fn(f64) -> AxisValues) -> f64 {
     let h = time / n as f64;
     let q: Vec<AxisValues> = (0..n + 7).map(|k| position((k as f64 - 3.0) * h)).collect();
@@ -172,7 +173,8 @@ fn feeds_are_lowered_to_what_the_axes_reach_and_no_limit_is_exceeded_at_them() {
     }
     let told = law.passes_time_s + law.approach_time_s;
     assert!((time / told - 1.0).abs() < 0.05, "{time} {told}");
-    // Few blocks ask for a tenth more than they reach: the tolerance here is not quite the planner's.
+    // Few blocks ask for a tenth more than they reach: the tolerance here is not quite the
+    // planner's.
     assert!(hot[0] * 10 < hot[1], "{hot:?}");
     let at_f: f64 = cutting_runs(&after).iter().flat_map(|r| &r.1).map(|b| b.tip_time).sum();
     let totals = &lowered.report.totals;
@@ -299,7 +301,8 @@ fn new_feeds_within_the_law_are_those_that_a_plan_has_within_it() {
     assert!((told.cutting_time_s / time - 1.0).abs() < 0.01, "{told:?} {law:?}");
     // Here the feeds that there were are those of FEED.
     assert!((told.cutting_time_before_s / time - 1.0).abs() < 0.01, "{told:?} {law:?}");
-    // The same program under the same law has one time, whoever reads it, with the ways to the part and home.
+    // The same program under the same law has one time, whoever reads it, with the ways to the part
+    // and home.
     let again = refeed(text(&lowered).as_bytes(), &within_the_law(&machine, tool_length, None)).unwrap().summary;
     let of_text = again.time_law.unwrap();
     let is_same = |a: f64, b: f64| (a - b).abs() < 1e-9 * b;

@@ -1,4 +1,5 @@
-//! Small jobs whose rotary axes have to turn back, or come near to the pole, read back from the program's text.
+//! Small jobs whose rotary axes have to turn back, or come near to the pole, read back from the
+//! program's text.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -9,7 +10,8 @@ use facemill::{Job, PlanSettings, Planned, SilentStages, plan_setup};
 use nalgebra::{Isometry3, Point3};
 use serde_json::{Value, json};
 
-/// The example patch, its surface replaced by one of heights `z(x)` over ±40 mm, with values of job and machine set.
+/// The example patch, its surface replaced by one of heights `z(x)` over ±40 mm, with values of job
+/// and machine set.
 fn planned(z: fn(f64) -> f64, job: &[(&str, Value)], machine: &[(&str, Value)], path: Option<Value>) -> Planned {
     let folder = tempfile::tempdir().unwrap();
     let mut files: BTreeMap<String, Vec<u8>> = new_job(&NewJob::Patch { size_mm: 80.0 }).unwrap().into_iter().collect();
@@ -44,7 +46,8 @@ fn sheet(z: fn(f64) -> f64) -> TriMesh {
     TriMesh::new(vertices, quads.flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect()).unwrap()
 }
 
-/// A line of the program with a motion: its number from 1, whether it is rapid, and the words of the rotary axes behind it, deg.
+/// A line of the program with a motion: its number from 1, whether it is rapid, and the words of
+/// the rotary axes behind it, deg.
 struct Line {
     number: usize,
     rapid: bool,
@@ -117,7 +120,8 @@ struct Turned {
 }
 
 impl Turned {
-    /// The fewest turns back on links with which whole passes are cut in any windings within limits.
+    /// The fewest turns back on links with which whole passes are cut in any windings within
+    /// limits.
     fn fewest(&self, [min, max]: [f64; 2]) -> usize {
         let mut ends: Vec<(f64, usize)> = Vec::new();
         for (k, [from, to]) in self.ways.iter().enumerate() {
@@ -173,7 +177,8 @@ fn rings_on(machine: &[(&str, Value)], limits: Option<[f64; 2]>) -> Turned {
 fn rings_on_a_table_with_stops_are_cut_whole_and_the_table_turns_back_in_the_air() {
     let endless = turned_back(None);
     assert!(endless.count == 0 && endless.ways.iter().all(|[from, to]| ((to - from).abs() - 360.0).abs() < 20.0));
-    // Once around asks for all that ±180° has: each ring is ended once, and goes on in a part of its own.
+    // Once around asks for all that ±180° has: each ring is ended once, and goes on in a part of
+    // its own.
     let tight = turned_back(Some([-180.0, 180.0]));
     assert!((tight.inserted, tight.ways.len()) == (3, 6) && tight.count >= 3, "{}", tight.count);
     for limits in [[-200.0, 560.0], [-540.0, 540.0], [-900.0, 900.0]] {
@@ -240,7 +245,8 @@ fn postures_leave_the_cone_about_the_pole_where_there_is_tilt_to_leave_it_with()
         let around = near_pole(z, mode, [0.0, 10.0], 1.5, FEED);
         is_clean(&around);
         assert!(nearest_to_pole(&around) >= 1.499, "{mode}: {}", nearest_to_pole(&around));
-        // Next to the cone the table may still be too slow for the feed, which is told; in it there is nothing.
+        // Next to the cone the table may still be too slow for the feed, which is told; in it there
+        // is nothing.
         let told = &around.report.singular_blocks;
         assert!(told.iter().all(|s| s.smallest_angle_deg > 1.5 && s.smallest_angle_deg < 5.0), "{told:?}");
         if mode == "smallest" {

@@ -16,7 +16,8 @@ use crate::time_law::{AxisBounds, MotionBounds, TimeLawError};
 pub struct ProgramBlock {
     /// Axis values at its end; it starts where the one before it ends.
     pub end: AxisValues,
-    /// Least time by its tip feed, s: the tip's way over the feed (Dc/Fc, FEED (4)); 0 where the feed is not capped.
+    /// Least time by its tip feed, s: the tip's way over the feed (Dc/Fc, FEED (4)); 0 where the
+    /// feed is not capped.
     pub tip_time: f64,
     /// Whether the axes stand at its end.
     pub exact_stop: bool,
@@ -25,12 +26,13 @@ pub struct ProgramBlock {
 /// How a program is run.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProgramSettings {
-    /// Most by which each axis leaves the program's lines where corners are blended, mm or rad; `None` stops at every
-    /// corner. Where a blend within it would take longer than a stop, the axes stop.
+    /// Most by which each axis leaves the program's lines where corners are blended, mm or rad;
+    /// `None` stops at every corner. Where a blend within it would take longer than a stop, the
+    /// axes stop.
     pub tolerance: Option<AxisValues>,
-    /// Length of the spans that the law is made of where the path would allow longer ones, as a share of the time in
-    /// which an axis gets from rest to its largest speed. Shorter ones come nearer to the least time and cost more
-    /// computing.
+    /// Length of the spans that the law is made of where the path would allow longer ones, as a
+    /// share of the time in which an axis gets from rest to its largest speed. Shorter ones come
+    /// nearer to the least time and cost more computing.
     pub resolution: f64,
 }
 
@@ -52,7 +54,8 @@ pub enum ProgramLawError {
     /// A limit is wrong.
     #[error(transparent)]
     Bounds(#[from] TimeLawError),
-    /// The position that the program starts from is not finite, or has not as many axes as there are limits.
+    /// The position that the program starts from is not finite, or has not as many axes as there
+    /// are limits.
     #[error("the start has {axes} axes with limits for {bounds}, or a value that is not finite")]
     BadStart {
         /// Axes of the start.
@@ -104,18 +107,22 @@ pub enum ProgramLawError {
     },
 }
 
-/// Lines that are shorter than this are left out, s at the axes' largest speeds: 1e-8 mm at 100 mm/s.
+/// Lines that are shorter than this are left out, s at the axes' largest speeds: 1e-8 mm at 100
+/// mm/s.
 const SHORTEST: f64 = 1e-10;
 
-/// Least tolerance, mm or rad; it stands in where the program stops at every corner. Below it rounding would count.
+/// Least tolerance, mm or rad; it stands in where the program stops at every corner. Below it
+/// rounding would count.
 const STRAIGHT: f64 = 1e-9;
 
-/// The motion of a program from rest to rest in short time: within velocity, acceleration and jerk of every axis and
-/// the tip feed of every block, corners blended within the tolerance, with look-ahead over the whole program.
+/// The motion of a program from rest to rest in short time: within velocity, acceleration and jerk
+/// of every axis and the tip feed of every block, corners blended within the tolerance, with
+/// look-ahead over the whole program.
 ///
-/// Guarantee: no limit is exceeded at any time, proven by Bernstein coefficients to rounding, and no axis is farther
-/// from the program's lines than its tolerance. The cost is linear in the number of blocks. The time is not proven to
-/// be the least one. Blocks without motion take no time. The result does not depend on the number of threads.
+/// Guarantee: no limit is exceeded at any time, proven by Bernstein coefficients to rounding, and
+/// no axis is farther from the program's lines than its tolerance. The cost is linear in the number
+/// of blocks. The time is not proven to be the least one. Blocks without motion take no time. The
+/// result does not depend on the number of threads.
 ///
 /// # Errors
 /// Limits, settings or blocks that cannot be meant, with the index of the block.
@@ -144,8 +151,8 @@ pub fn program_law(
     program_law_of(start, blocks.iter().copied(), axes, settings)
 }
 
-/// [`program_law`] of blocks that are made where they are asked for, several times and each time alike: a million of them need not be
-/// held.
+/// [`program_law`] of blocks that are made where they are asked for, several times and each time
+/// alike: a million of them need not be held.
 ///
 /// # Errors
 /// As [`program_law`].
@@ -181,7 +188,8 @@ fn blended(polyline: Polyline, tolerance: &AxisValues, grain: &Grain, scaled: &S
     let mut is_rounding = true;
     if let Some(path) = path {
         is_rounding = path.bending() as f64 > SMOOTH * lines;
-        // Rounded corners are not held beside the spline: they are made again where they are quicker.
+        // Rounded corners are not held beside the spline: they are made again where they are
+        // quicker.
         let others = if is_rounding { stopping.min(duration(&rounded())) } else { stopping };
         let section = Section::plan(&polyline, path, scaled);
         if section.duration() <= others {
@@ -193,11 +201,13 @@ fn blended(polyline: Polyline, tolerance: &AxisValues, grain: &Grain, scaled: &S
     if is_quicker { Motion::Rounded(rounded) } else { Motion::Lines(polyline.stopping(axes).collect()) }
 }
 
-/// Spans a line up to which a spline over several lines is so much quicker than rounded corners that these are not asked for.
+/// Spans a line up to which a spline over several lines is so much quicker than rounded corners
+/// that these are not asked for.
 const SMOOTH: f64 = 0.7;
 
-/// Spans a line up to which a spline over several lines is worth its computing, besides those for the way from rest and back. Where
-/// there are more, each corner has spans of its own, and rounded corners take some percent more or less for a tenth of the computing.
+/// Spans a line up to which a spline over several lines is worth its computing, besides those for
+/// the way from rest and back. Where there are more, each corner has spans of its own, and rounded
+/// corners take some percent more or less for a tenth of the computing.
 const SPANS_A_LINE: f64 = 3.0;
 
 /// What lies between two stops.
@@ -236,8 +246,8 @@ impl Open<'_> {
     }
 }
 
-/// The points at the ends of the blocks, one after the other from the start on, and what lies between stops. A block
-/// without motion ends where the one before it does.
+/// The points at the ends of the blocks, one after the other from the start on, and what lies
+/// between stops. A block without motion ends where the one before it does.
 fn stretches(
     start: &AxisValues,
     blocks: impl ExactSizeIterator<Item = ProgramBlock>,

@@ -3,7 +3,8 @@ use facemill_inverse_kinematics::{AxisValues, MAX_AXES};
 use super::s_curve::SCurve;
 use crate::time_law::AxisBounds;
 
-/// A line of the program over its length r, in which each axis counts by the time it takes at its largest speed.
+/// A line of the program over its length r, in which each axis counts by the time it takes at its
+/// largest speed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Line {
     /// s at the axes' largest speeds.
@@ -33,10 +34,12 @@ impl Line {
         SCurve::new(self.length, self.limits)
     }
 
-    /// Time that a blend over ±`w` at the speed `c` saves on this side of a corner against a stop, s.
+    /// Time that a blend over ±`w` at the speed `c` saves on this side of a corner against a stop,
+    /// s.
     ///
-    /// From the speed u of the line with the acceleration a and jerk j, changes of speed by jerk-limited ramps with the
-    /// way that is left out run at u: (2c − c²/u)/(2a) + c·a/(2u·j) for the ramps less w/c − w/u for the blend.
+    /// From the speed u of the line with the acceleration a and jerk j, changes of speed by
+    /// jerk-limited ramps with the way that is left out run at u: (2c − c²/u)/(2a) + c·a/(2u·j) for
+    /// the ramps less w/c − w/u for the blend.
     pub(crate) fn saved_by_blend(&self, w: f64, c: f64) -> f64 {
         let [_, a, j] = self.limits;
         let u = self.alone().speed();
@@ -48,15 +51,15 @@ impl Line {
     }
 }
 
-/// Share of an axis's speed by which directions may differ and count as one: rounding passes, and a jump of the
-/// velocity by this share is blended within nanometres.
+/// Share of an axis's speed by which directions may differ and count as one: rounding passes, and a
+/// jump of the velocity by this share is blended within nanometres.
 const SAME_DIRECTION: f64 = 1e-9;
 
-/// Whether the axes stand between two lines: without a tolerance at every corner; with one, where a blend within it
-/// takes longer than a stop.
+/// Whether the axes stand between two lines: without a tolerance at every corner; with one, where a
+/// blend within it takes longer than a stop.
 ///
-/// A blend over ±w turns with the speed that the acceleration and jerk of its bend allow. What it saves is an estimate,
-/// which only chooses between two motions that hold all limits.
+/// A blend over ±w turns with the speed that the acceleration and jerk of its bend allow. What it
+/// saves is an estimate, which only chooses between two motions that hold all limits.
 pub(crate) fn stops_between(before: &Line, after: &Line, axes: &[AxisBounds], tolerance: Option<&AxisValues>) -> bool {
     let bend = |k: usize| (after.slopes[k] - before.slopes[k]).abs();
     let turns = |k: usize| bend(k) > SAME_DIRECTION * axes[k].velocity;

@@ -14,12 +14,12 @@ pub(crate) struct Grain {
 /// Most by which neighbouring pieces differ, and a little for rounding.
 const GRADING: f64 = 2.01;
 
-/// The spline has to be straight on the first and the last piece. As pieces at most double, the control points of these
-/// reach less than so many times as far.
+/// The spline has to be straight on the first and the last piece. As pieces at most double, the
+/// control points of these reach less than so many times as far.
 pub(crate) const CHORD: f64 = 4.0;
 
-/// Length of the first or last piece: such that the chord over [`CHORD`] times that length stays within half the
-/// tolerance.
+/// Length of the first or last piece: such that the chord over [`CHORD`] times that length stays
+/// within half the tolerance.
 fn ramp_length(polyline: &Polyline, tolerance: &AxisValues, ramp: f64, at_end: bool) -> f64 {
     let length = polyline.length();
     let mut w = ramp.min(length / (2.0 * CHORD));
@@ -38,7 +38,8 @@ fn ramp_length(polyline: &Polyline, tolerance: &AxisValues, ramp: f64, at_end: b
     }
 }
 
-/// Ends of pieces such that a uniform spline with pieces of these lengths would stay within half the tolerance.
+/// Ends of pieces such that a uniform spline with pieces of these lengths would stay within half
+/// the tolerance.
 pub(crate) fn coarse(polyline: &Polyline, tolerance: &AxisValues, grain: &Grain) -> Vec<f64> {
     let length = polyline.length();
     let ramp = grain.ramp;
@@ -73,7 +74,8 @@ pub(crate) fn coarse(polyline: &Polyline, tolerance: &AxisValues, grain: &Grain)
     ends
 }
 
-/// Pieces are not halved below this, where rounding would count as bending: 1e-8 mm at 100 mm/s, on long programs more.
+/// Pieces are not halved below this, where rounding would count as bending: 1e-8 mm at 100 mm/s, on
+/// long programs more.
 pub(crate) fn shortest(length: f64) -> f64 {
     1e-10 + 1e-13 * length
 }
@@ -94,7 +96,8 @@ fn is_rough(polyline: &Polyline, tolerance: &AxisValues, (a, b): (f64, f64), lin
     inside.into_iter().any(|v| bent(second(polyline.vertex(v), polyline.r[v])))
 }
 
-/// Whether the caps of the lines in an interval differ so much that the least of them must not hold for all of it.
+/// Whether the caps of the lines in an interval differ so much that the least of them must not hold
+/// for all of it.
 fn is_uneven(polyline: &Polyline, span: f64, (a, b): (f64, f64), line: usize) -> bool {
     let lines = (line..polyline.lines()).take_while(|&k| polyline.r[k] < b);
     let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
@@ -109,8 +112,8 @@ fn is_uneven(polyline: &Polyline, span: f64, (a, b): (f64, f64), line: usize) ->
 /// Ratio of caps on one piece at most, unless it is as short as a span.
 const EVEN: f64 = 1.02;
 
-/// The same ends with more between them, so that neighbouring pieces differ by a factor of 2 at most. The first and the
-/// last one stay: nothing bends there.
+/// The same ends with more between them, so that neighbouring pieces differ by a factor of 2 at
+/// most. The first and the last one stay: nothing bends there.
 pub(crate) fn graded(ends: Vec<f64>) -> Vec<f64> {
     let mut ends = ends;
     loop {
@@ -125,7 +128,8 @@ pub(crate) fn graded(ends: Vec<f64>) -> Vec<f64> {
     }
 }
 
-/// Halves spans that are longer than twice the one before them; `sign` is −1 where the ends descend.
+/// Halves spans that are longer than twice the one before them; `sign` is −1 where the ends
+/// descend.
 fn graded_forward(ends: &[f64], sign: f64) -> Vec<f64> {
     let mut out = Vec::with_capacity(ends.len());
     out.push(ends[0]);
@@ -153,12 +157,12 @@ fn graded_forward(ends: &[f64], sign: f64) -> Vec<f64> {
     out
 }
 
-/// Growth of neighbouring pieces where the path bends. More than this bends the spline more than the path; less needs
-/// more pieces.
+/// Growth of neighbouring pieces where the path bends. More than this bends the spline more than
+/// the path; less needs more pieces.
 const SMOOTH: f64 = 1.25;
 
-/// Ends of pieces whose lengths change slowly where the path bends, and are about those given there or shorter. The
-/// first and the last piece stay.
+/// Ends of pieces whose lengths change slowly where the path bends, and are about those given there
+/// or shorter. The first and the last piece stay.
 pub(crate) fn smoothed(polyline: &Polyline, ends: &[f64]) -> Vec<f64> {
     let n = ends.len() - 1;
     if n < 4 {
@@ -183,7 +187,8 @@ pub(crate) fn smoothed(polyline: &Polyline, ends: &[f64]) -> Vec<f64> {
     out
 }
 
-/// Lengths of pieces, of which neighbours where the path bends differ by the factor [`SMOOTH`] at most.
+/// Lengths of pieces, of which neighbours where the path bends differ by the factor [`SMOOTH`] at
+/// most.
 fn slowly_changing(polyline: &Polyline, ends: &[f64]) -> Vec<f64> {
     let n = ends.len() - 1;
     let mut widths: Vec<f64> = ends.windows(2).map(|e| e[1] - e[0]).collect();

@@ -163,7 +163,8 @@ impl ProgramLaw {
         self.sections.last().map_or(0.0, Timed::end)
     }
 
-    /// Number of parts that the law is made of: lines run from stop to stop, and spans of blended ones.
+    /// Number of parts that the law is made of: lines run from stop to stop, and spans of blended
+    /// ones.
     pub fn parts(&self) -> usize {
         let parts = |section: &Timed| match section {
             Timed::Line { .. } => 1,
@@ -173,8 +174,8 @@ impl ProgramLaw {
         self.sections.iter().map(parts).sum()
     }
 
-    /// Times at which the blocks end, s, in order. A block whose end is a blended corner ends where the path passes the
-    /// corner.
+    /// Times at which the blocks end, s, in order. A block whose end is a blended corner ends where
+    /// the path passes the corner.
     pub fn block_ends(&self) -> &[f64] {
         &self.block_ends
     }
@@ -185,11 +186,13 @@ impl ProgramLaw {
         self.block_ends.iter().zip(starts).map(|(end, start)| end - start).collect()
     }
 
-    /// Time in which each block would be run at the largest speed that it has in this motion, s: proven to be no more than its
-    /// time, and 0 without motion. A block of which a feed asks no less time than this can be run as here: what is asked
-    /// for beyond its largest speed the machine cannot do.
+    /// Time in which each block would be run at the largest speed that it has in this motion, s:
+    /// proven to be no more than its time, and 0 without motion. A block of which a feed asks no
+    /// less time than this can be run as here: what is asked for beyond its largest speed the
+    /// machine cannot do.
     ///
-    /// A block counts with the blends at its ends, where its neighbours take part, as far as they reach.
+    /// A block counts with the blends at its ends, where its neighbours take part, as far as they
+    /// reach.
     pub fn block_peak_times(&self) -> &[f64] {
         &self.peak_times
     }
@@ -271,8 +274,9 @@ impl ProgramLaw {
         AxisValues::from_fn(self.n_axes, |k| at[k])
     }
 
-    /// What holds each block back: the limit that is used most at its middle and its ends, of equal ones that of the middle, and the
-    /// share of it that is used there. `None` for blocks without motion.
+    /// What holds each block back: the limit that is used most at its middle and its ends, of equal
+    /// ones that of the middle, and the share of it that is used there. `None` for blocks without
+    /// motion.
     pub fn block_limits(&self, axes: &[AxisBounds]) -> Vec<Option<(MotionLimit, f64)>> {
         let bounds = MotionBounds::new(axes.to_vec());
         let most = |block: usize| {

@@ -4,10 +4,12 @@ use super::ProgramBlock;
 use super::blocks::length;
 use crate::time_law::AxisBounds;
 
-/// Least times of blocks, raised where a control that looks ahead over `n` blocks, the one it runs included, could not stop
-/// within them: an estimate, which takes what is ahead for straight and its accelerations and jerks for their means.
+/// Least times of blocks, raised where a control that looks ahead over `n` blocks, the one it runs
+/// included, could not stop within them: an estimate, which takes what is ahead for straight and
+/// its accelerations and jerks for their means.
 ///
-/// Blocks in which nothing moves count as one each. Programs of no more than `n` blocks stay as they are.
+/// Blocks in which nothing moves count as one each. Programs of no more than `n` blocks stay as
+/// they are.
 #[must_use]
 pub fn within_look_ahead(start: &AxisValues, blocks: &[ProgramBlock], axes: &[AxisBounds], n: usize) -> Vec<f64> {
     let mut out: Vec<f64> = blocks.iter().map(|block| block.tip_time).collect();

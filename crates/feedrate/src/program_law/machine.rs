@@ -29,8 +29,9 @@ pub fn machine_bounds(machine: &Machine) -> Result<Vec<AxisBounds>, MissingLimit
     machine.axes().iter().map(bounds).collect()
 }
 
-/// The blocks of [`plan_feeds`](crate::plan::plan_feeds) for [`program_law`](crate::program_law): each with the least time that its
-/// tip feed asks for, Dc/Fc of FEED (4) with Dc the distance of the tip's two positions. None stops.
+/// The blocks of [`plan_feeds`](crate::plan::plan_feeds) for [`program_law`](crate::program_law):
+/// each with the least time that its tip feed asks for, Dc/Fc of FEED (4) with Dc the distance of
+/// the tip's two positions. None stops.
 ///
 /// # Errors
 /// For the first block whose tip feed is not above 0 or whose positions are not finite.

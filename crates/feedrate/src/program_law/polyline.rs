@@ -11,8 +11,8 @@ use crate::time_law::AxisBounds;
 /// Axis values of a point without their number.
 pub(crate) type Point = [f64; MAX_AXES];
 
-/// The blocks between two stops as straight lines over their summed length r, in which each axis counts by the time it
-/// takes at its largest speed: s.
+/// The blocks between two stops as straight lines over their summed length r, in which each axis
+/// counts by the time it takes at its largest speed: s.
 #[derive(Clone, Debug)]
 pub(crate) struct Polyline {
     pub(crate) n_axes: usize,

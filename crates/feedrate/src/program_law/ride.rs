@@ -1,9 +1,10 @@
 use super::s_curve::peak;
 
-/// A motion over a straight way from one speed to another, both without acceleration: up to a speed, along at it, and down to the
-/// other.
+/// A motion over a straight way from one speed to another, both without acceleration: up to a
+/// speed, along at it, and down to the other.
 ///
-/// Lengths and speeds are those of r, as in [`super::s_curve::SCurve`], which is the same from rest to rest.
+/// Lengths and speeds are those of r, as in [`super::s_curve::SCurve`], which is the same from rest
+/// to rest.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ride {
     pub(crate) length: f64,
@@ -56,13 +57,15 @@ impl Change {
     }
 }
 
-/// Times a bracket of speeds is narrowed at most. A larger speed that is missed by little costs as little.
+/// Times a bracket of speeds is narrowed at most. A larger speed that is missed by little costs as
+/// little.
 const NARROWED: u32 = 24;
 
 /// Share of the way that may be left for the largest speed, where a larger one is possible.
 const LEFT: f64 = 1e-6;
 
-/// The largest speed within a bracket for which `way` of it is no more than `length`; the lower end is known to be one.
+/// The largest speed within a bracket for which `way` of it is no more than `length`; the lower end
+/// is known to be one.
 fn largest(mut low: f64, mut high: f64, length: f64, way: impl Fn(f64) -> f64) -> f64 {
     let most = way(high) - length;
     if most <= 0.0 {

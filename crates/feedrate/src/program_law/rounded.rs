@@ -5,11 +5,13 @@ use super::polyline::Polyline;
 use super::ride::{Ride, reached};
 use crate::time_law::AxisBounds;
 
-/// A line of a program between corners that are rounded each by itself, and run round at constant speed.
+/// A line of a program between corners that are rounded each by itself, and run round at constant
+/// speed.
 ///
-/// Over ±w around a corner, in r, the axes are a cubic spline: their second derivative rises evenly from 0 at −w to bend/w at the
-/// corner and falls back to 0 at w, where bend is the change of their slopes. So the spline leaves the corner by bend·w/6, its slopes
-/// are means of those of the two lines, and at the speed c the accelerations are at most bend/w·c² and the jerks bend/w²·c³.
+/// Over ±w around a corner, in r, the axes are a cubic spline: their second derivative rises evenly
+/// from 0 at −w to bend/w at the corner and falls back to 0 at w, where bend is the change of their
+/// slopes. So the spline leaves the corner by bend·w/6, its slopes are means of those of the two
+/// lines, and at the speed c the accelerations are at most bend/w·c² and the jerks bend/w²·c³.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RoundedLine {
     pub(crate) block: usize,
@@ -21,7 +23,8 @@ pub(crate) struct RoundedLine {
     pub(crate) halves: [f64; 2],
 }
 
-/// Share of a line that a corner takes at most: between two corners there has to be a way to change the speed on.
+/// Share of a line that a corner takes at most: between two corners there has to be a way to change
+/// the speed on.
 const SHARE: f64 = 0.4;
 
 /// Taken off the tolerance and the speeds of corners for rounding.
@@ -35,7 +38,8 @@ struct Corner {
 }
 
 impl Corner {
-    /// The widest one within the tolerance and the quickest speed round it; none where a stop is quicker.
+    /// The widest one within the tolerance and the quickest speed round it; none where a stop is
+    /// quicker.
     fn between(before: &Line, after: &Line, axes: &[AxisBounds], tolerance: &AxisValues) -> Self {
         let bends = |k: usize| (after.slopes[k] - before.slopes[k]).abs();
         let within = |k: usize| 6.0 * tolerance[k] * (1.0 - ROUNDING) / bends(k);
@@ -67,7 +71,8 @@ impl RoundedLine {
         // Lines are made again where they are needed: a million of them take more memory than time.
         let n = polyline.lines();
         let line = |k: usize| polyline.line(k, axes);
-        // The corner before each line, and that behind the last one; first only as quick as they are reached from the start.
+        // The corner before each line, and that behind the last one; first only as quick as they
+        // are reached from the start.
         let mut corners = vec![Corner::default(); n + 1];
         let mut before = line(0);
         for k in 1..n {
@@ -133,12 +138,14 @@ impl RoundedLine {
         [self.halves[0] + r, v, a, j]
     }
 
-    /// What the corner that holds the way `r` adds to an axis of the line and to its first three derivatives by r, where the slope of
-    /// the axis changes by so much at the start and at the end.
+    /// What the corner that holds the way `r` adds to an axis of the line and to its first three
+    /// derivatives by r, where the slope of the axis changes by so much at the start and at the
+    /// end.
     pub(crate) fn rounding(&self, r: f64, bends: [f64; 2]) -> [f64; 4] {
         let [first, last] = self.halves;
         let back = self.length() - r;
-        // Before a corner at −u and behind it at u the spline is off alike; odd derivatives change their sign.
+        // Before a corner at −u and behind it at u the spline is off alike; odd derivatives change
+        // their sign.
         let (u, w, bend, sign) = if r < first {
             (first - r, first, bends[0], -1.0)
         } else if back < last {

@@ -1,4 +1,5 @@
-/// The least-time motion over one straight line from rest to rest: up to seven phases of constant jerk, in closed form.
+/// The least-time motion over one straight line from rest to rest: up to seven phases of constant
+/// jerk, in closed form.
 ///
 /// Jerk j, acceleration a and speed v are limits of r, the length along the line.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,7 +12,8 @@ pub(crate) struct SCurve {
     cruise: f64,
 }
 
-/// The speed that is reached between two stops: with the largest acceleration, or without reaching it.
+/// The speed that is reached between two stops: with the largest acceleration, or without reaching
+/// it.
 pub(crate) fn peak(length: f64, [a, j]: [f64; 2]) -> f64 {
     let both = 0.5 * a * ((a / j).hypot(2.0 * (length / a).sqrt()) - a / j);
     if both * j >= a * a { both } else { (0.25 * length * length * j).cbrt() }

@@ -8,7 +8,8 @@ use crate::time_law::certify::{speed_bound, stretch};
 use crate::time_law::descent::{Effort, lower};
 use crate::time_law::law::Pace;
 
-/// Spans that are solved at once. Longer windows have fewer borders; shorter ones need fewer steps each.
+/// Spans that are solved at once. Longer windows have fewer borders; shorter ones need fewer steps
+/// each.
 const WINDOW: usize = 256;
 
 /// The motion between two stops.
@@ -32,7 +33,8 @@ struct Task<'a> {
     kept: Option<Problem>,
 }
 
-/// A motion within every limit. Its unknowns are held in place of its paces, which are three times as much.
+/// A motion within every limit. Its unknowns are held in place of its paces, which are three times
+/// as much.
 struct Certified {
     x: Vec<f64>,
     /// How much slower it is run than the unknowns say.
@@ -41,8 +43,8 @@ struct Certified {
     time: f64,
 }
 
-/// Passes over all windows where there are several: where the first window ends, and how far each goes. The second one speeds up what
-/// the first one held at the windows' ends.
+/// Passes over all windows where there are several: where the first window ends, and how far each
+/// goes. The second one speeds up what the first one held at the windows' ends.
 const SHIFTED: [(usize, Effort); 2] =
     [(WINDOW, Effort { steps: 30, gaps: (0.1, 0.02) }), (WINDOW / 2, Effort { steps: 20, gaps: (0.02, 0.001) })];
 
@@ -109,7 +111,8 @@ impl Task<'_> {
         }
         let most = self.draw_in(&x);
         let mut best = Certified { time: self.time(&x, most), x: x.clone(), stretch: most };
-        // Where spans are few more passes cost little, and where one is far beyond its limits all of them pay for it.
+        // Where spans are few more passes cost little, and where one is far beyond its limits all
+        // of them pay for it.
         let more = if is_smooth { LAST.len() } else { usize::from(most >= BEYOND) };
         for (first, effort) in &LAST[..more] {
             self.kept = self.kept.is_some().then(|| self.problem(0, self.h.len()));
@@ -122,12 +125,14 @@ impl Task<'_> {
                 (best.stretch, best.time) = (most, time);
             }
         }
-        // A long program's paces are what most memory is held for: no more beside them than they are made of.
+        // A long program's paces are what most memory is held for: no more beside them than they
+        // are made of.
         drop((x, std::mem::take(&mut self.tightening)));
         (0..self.h.len()).map(|i| self.certified_pace(i, &best.x, best.stretch)).collect()
     }
 
-    /// Draws limits in by as much as a motion exceeds them in each span; returns the largest stretch of time that a span asks for.
+    /// Draws limits in by as much as a motion exceeds them in each span; returns the largest
+    /// stretch of time that a span asks for.
     fn draw_in(&mut self, x: &[f64]) -> f64 {
         let stretches = self.stretches(x);
         for (factor, stretch) in self.tightening.iter_mut().zip(&stretches) {
@@ -141,10 +146,11 @@ impl Task<'_> {
         (0..self.h.len()).into_par_iter().map(|i| self.stretch(i, &self.pace(i, x))).collect()
     }
 
-    /// A motion to start from, nearly within the limits: at the steady speeds of the spans, with changes between that a part of
-    /// acceleration and jerk allow.
+    /// A motion to start from, nearly within the limits: at the steady speeds of the spans, with
+    /// changes between that a part of acceleration and jerk allow.
     ///
-    /// From rest at the jerk j the square of the speed is β with β^¾ = 3/√2·√j·r, so that β^¾ may rise and fall by so much.
+    /// From rest at the jerk j the square of the speed is β with β^¾ = 3/√2·√j·r, so that β^¾ may
+    /// rise and fall by so much.
     fn guess(&self) -> Vec<f64> {
         let windows = self.windows(WINDOW);
         let n = self.h.len();

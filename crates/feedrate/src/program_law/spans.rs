@@ -6,8 +6,8 @@ use super::spline::{Quartic, Spline};
 
 /// A spline cut into the spans of a law, from rest to rest.
 ///
-/// Its first and last piece lie on straight lines and are run through in another variable x with r ~ x³, so that the
-/// path is at rest with finite jerk there.
+/// Its first and last piece lie on straight lines and are run through in another variable x with r
+/// ~ x³, so that the path is at rest with finite jerk there.
 #[derive(Clone, Debug)]
 pub(crate) struct Spans {
     pub(crate) spline: Spline,
@@ -25,8 +25,8 @@ struct Place {
 /// Spans of the first and the last piece, in which speeds grow from rest.
 const RAMP: u32 = 12;
 
-/// Spans of a piece on one line at most. Its bends are about as far away as it is long, so that speeds change within it
-/// only where it is shorter than so many spans.
+/// Spans of a piece on one line at most. Its bends are about as far away as it is long, so that
+/// speeds change within it only where it is shorter than so many spans.
 const STRAIGHT: f64 = 8.0;
 
 /// Length of a span at most, as a share of its distance from the stop.
@@ -38,8 +38,8 @@ const RISE: Quartic = [0.0, 0.0, 0.0, 2.0, -1.0];
 const FALL: Quartic = [0.0, 2.0, 0.0, -2.0, 1.0];
 
 impl Spans {
-    /// The spans of the spline within the tolerance of a polyline; `None` where they are more than `most` a line, besides those for the
-    /// way from rest and back.
+    /// The spans of the spline within the tolerance of a polyline; `None` where they are more than
+    /// `most` a line, besides those for the way from rest and back.
     pub(crate) fn along(polyline: &Polyline, tolerance: &AxisValues, grain: &Grain, most: f64) -> Option<Self> {
         let most = most * polyline.lines() as f64;
         // Its first and its last piece are the ramps.
@@ -120,8 +120,8 @@ impl Spans {
         self.advance(span)
     }
 
-    /// The axes as in [`Spans::polynomials`] with their limits; on a straight piece r alone with the limits that the
-    /// axes set it, which is the same and less to compute.
+    /// The axes as in [`Spans::polynomials`] with their limits; on a straight piece r alone with
+    /// the limits that the axes set it, which is the same and less to compute.
     pub(crate) fn limited(
         &self,
         span: usize,

@@ -6,7 +6,8 @@ use super::polyline::Polyline;
 /// Polynomial of degree 4 by its powers, lowest first.
 pub(crate) type Quartic = [f64; 5];
 
-/// A cubic spline with continuous second derivative whose control points lie on a polyline, straight at both ends.
+/// A cubic spline with continuous second derivative whose control points lie on a polyline,
+/// straight at both ends.
 #[derive(Clone, Debug)]
 pub(crate) struct Spline {
     pub(crate) n_axes: usize,
@@ -14,16 +15,17 @@ pub(crate) struct Spline {
     knots: Vec<f64>,
     /// Control points, one after the other: piece i has those from i to i + 3.
     control: Vec<f64>,
-    /// Line of the polyline on which each control point lies, or beside which where it lies on a chord.
+    /// Line of the polyline on which each control point lies, or beside which where it lies on a
+    /// chord.
     lines: Vec<u32>,
-    /// Control points before the first number lie on the chord from the start, those from the second on on that to the
-    /// end.
+    /// Control points before the first number lie on the chord from the start, those from the
+    /// second on on that to the end.
     chords: (usize, usize),
 }
 
 impl Spline {
-    /// The spline that stays within `tolerance` of the polyline in every axis at every r, with a first and
-    /// a last piece that are straight and no longer than the grain says.
+    /// The spline that stays within `tolerance` of the polyline in every axis at every r, with a
+    /// first and a last piece that are straight and no longer than the grain says.
     ///
     /// `None` where it has more pieces than `most`.
     pub(crate) fn along(polyline: &Polyline, tolerance: &AxisValues, grain: &Grain, most: f64) -> Option<Self> {
@@ -147,11 +149,12 @@ impl Spline {
         }
     }
 
-    /// A bound of the distance between spline and polyline at the same r in a piece, in shares of the tolerance.
+    /// A bound of the distance between spline and polyline at the same r in a piece, in shares of
+    /// the tolerance.
     ///
-    /// Between two breaks (vertices of the polyline and the piece's ends) their difference is cubic, with the second
-    /// derivative of the spline, which is at most its larger end value M: so it is at most the larger value at the
-    /// breaks and M·(distance of the breaks)²/8.
+    /// Between two breaks (vertices of the polyline and the piece's ends) their difference is
+    /// cubic, with the second derivative of the spline, which is at most its larger end value M: so
+    /// it is at most the larger value at the breaks and M·(distance of the breaks)²/8.
     fn deviation(&self, polyline: &Polyline, tolerance: &AxisValues, piece: usize, line: &mut usize) -> f64 {
         if self.is_on_line(piece) {
             return 0.0;

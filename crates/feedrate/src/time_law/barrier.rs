@@ -1,8 +1,8 @@
 use super::lanes::{LANES, Lanes};
 use super::span::eval;
 
-/// Limits in the form the solver works with: reciprocals of velocity², acceleration and jerk of every axis, and of the
-/// square of the tip's speed.
+/// Limits in the form the solver works with: reciprocals of velocity², acceleration and jerk of
+/// every axis, and of the square of the tip's speed.
 pub(crate) struct Scaled {
     pub(crate) axes: Vec<[f64; 3]>,
     pub(crate) tip: Option<f64>,
@@ -24,7 +24,8 @@ struct Group {
     lines: std::ops::Range<u32>,
 }
 
-/// One axis at samples: |a·(β, β')| ≤ 1 and √β·|j·(β, β', β'')| ≤ 1; 0 where a sample has fewer axes.
+/// One axis at samples: |a·(β, β')| ≤ 1 and √β·|j·(β, β', β'')| ≤ 1; 0 where a sample has fewer
+/// axes.
 struct Line {
     a: [Lanes; 2],
     j: [Lanes; 3],
@@ -68,7 +69,8 @@ pub(crate) struct Reach {
     pub(crate) bend: f64,
 }
 
-/// The discrete problem: least time over the unknowns of a quadratic spline β with all limits at the samples.
+/// The discrete problem: least time over the unknowns of a quadratic spline β with all limits at
+/// the samples.
 pub(crate) struct Problem {
     groups: Vec<Group>,
     lines: Vec<Line>,
@@ -84,7 +86,8 @@ pub(crate) struct Quadratic {
     pub(crate) band: Vec<[f64; 3]>,
 }
 
-/// Weights of the values at the left and right end of span `i` from the unknowns i, i + 1 and i + 1, i + 2.
+/// Weights of the values at the left and right end of span `i` from the unknowns i, i + 1 and i +
+/// 1, i + 2.
 pub(crate) fn end_weights(h: &[f64], i: usize) -> ([f64; 2], [f64; 2]) {
     let share = |a: f64, b: f64| [b / (a + b), a / (a + b)];
     let left = if i == 0 { [1.0, 0.0] } else { share(h[i - 1], h[i]) };
@@ -101,7 +104,8 @@ impl Problem {
 
     /// Adds the samples of a span.
     pub(crate) fn push<const K: usize>(&mut self, part: &Part<K>) {
-        // The largest steady speed, and reciprocals: by velocity and acceleration, by jerk; of change and bend.
+        // The largest steady speed, and reciprocals: by velocity and acceleration, by jerk; of
+        // change and bend.
         let mut most = [0.0; 4];
         for (s, weight) in [(0.0, 1.0 / 6.0), (0.5, 4.0 / 6.0), (1.0, 1.0 / 6.0)] {
             self.sample(part, s, weight, &mut most);
@@ -180,7 +184,8 @@ impl Problem {
         pulp::Arch::new().dispatch(Dilation { problem: self, x })
     }
 
-    /// Time by Simpson's rule on each span and the sum of the barriers; `None` where a limit is reached.
+    /// Time by Simpson's rule on each span and the sum of the barriers; `None` where a limit is
+    /// reached.
     pub(crate) fn value(&self, x: &[f64]) -> Option<(f64, f64)> {
         // Then β is above 0 on the whole of every span.
         if x.iter().any(|&x| x.is_nan() || x <= 0.0) {
@@ -189,7 +194,8 @@ impl Problem {
         pulp::Arch::new().dispatch(Value { problem: self, x })
     }
 
-    /// Gradient and Hessian; `curved` is the share of the jerk limits' own curvature (which may make it indefinite).
+    /// Gradient and Hessian; `curved` is the share of the jerk limits' own curvature (which may
+    /// make it indefinite).
     pub(crate) fn derivatives(&self, x: &[f64], kappa: f64, curved: f64) -> Quadratic {
         let mut out = Quadratic { gradient: vec![0.0; self.n], band: vec![[0.0; 3]; self.n] };
         for (i, x) in x.iter().enumerate() {
@@ -283,8 +289,9 @@ impl Group {
     }
 }
 
-/// The largest stretch of time that a sample asks for. Of its own type, as [`Value`] and [`Derivatives`] are, because of a closure
-/// called by [`pulp::Arch::dispatch`] only a shell would get the vector instructions.
+/// The largest stretch of time that a sample asks for. Of its own type, as [`Value`] and
+/// [`Derivatives`] are, because of a closure called by [`pulp::Arch::dispatch`] only a shell would
+/// get the vector instructions.
 struct Dilation<'a> {
     problem: &'a Problem,
     x: &'a [f64],
@@ -321,7 +328,8 @@ impl pulp::NullaryFnOnce for Value<'_> {
 
     #[inline(always)]
     fn call(self) -> Self::Output {
-        // Logarithms are dear: factors are multiplied first, as long as they are far from underflow.
+        // Logarithms are dear: factors are multiplied first, as long as they are far from
+        // underflow.
         let (mut barrier, mut product) = (0.0, 1.0);
         for x in self.x {
             product *= x;
@@ -418,7 +426,8 @@ fn flush(product: &mut f64, barrier: &mut f64) {
     }
 }
 
-/// Solves H·step = −gradient by the Cholesky factors of the band; `None` where H is not positive definite.
+/// Solves H·step = −gradient by the Cholesky factors of the band; `None` where H is not positive
+/// definite.
 pub(crate) fn newton_step(q: &Quadratic) -> Option<Vec<f64>> {
     let n = q.gradient.len();
     let mut l = q.band.clone();

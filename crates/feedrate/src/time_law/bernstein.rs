@@ -1,4 +1,5 @@
-//! Polynomials on [0, 1] by Bernstein coefficients: they lie between the smallest and the largest one.
+//! Polynomials on [0, 1] by Bernstein coefficients: they lie between the smallest and the largest
+//! one.
 
 /// Highest degree that occurs: the square of a degree 6 times a degree 2.
 pub(crate) const MAX_DEGREE: usize = 14;
@@ -108,8 +109,8 @@ impl Bernstein {
         (low, high)
     }
 
-    /// An upper bound of the polynomial on [0, 1]: either at most `floor`, or within the share `tolerance` of its
-    /// maximum.
+    /// An upper bound of the polynomial on [0, 1]: either at most `floor`, or within the share
+    /// `tolerance` of its maximum.
     pub(crate) fn upper_bound(&self, floor: f64, tolerance: f64) -> f64 {
         // Each split halves the interval, and the gap shrinks by four: 30 are beyond rounding.
         self.bound(floor, tolerance, 30)

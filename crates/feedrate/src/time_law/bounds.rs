@@ -1,6 +1,7 @@
 use facemill_inverse_kinematics::Axis;
 
-/// Largest velocity, acceleration and jerk of one axis, the same in both directions: mm or rad per s, s² and s³.
+/// Largest velocity, acceleration and jerk of one axis, the same in both directions: mm or rad per
+/// s, s² and s³.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisBounds {
     /// Largest speed, mm/s or rad/s.
@@ -89,7 +90,8 @@ pub enum TimeLawError {
         /// Where in the path's parameter.
         parameter: f64,
     },
-    /// Position, first or second derivative jumps between two pieces, so that no motion with finite jerk passes there.
+    /// Position, first or second derivative jumps between two pieces, so that no motion with finite
+    /// jerk passes there.
     #[error("derivative {order} of axis {axis} jumps at the start of piece {piece}: stop there, or blend the corner")]
     Jump {
         /// Index of the piece that starts there.

@@ -16,11 +16,13 @@ fn derivative(c: &[f64], d: usize) -> Bernstein {
     Bernstein::from_powers(&powers[..n])
 }
 
-/// The factor by which time has to be stretched on this span so that no limit is exceeded: 1 where one is just reached.
+/// The factor by which time has to be stretched on this span so that no limit is exceeded: 1 where
+/// one is just reached.
 ///
-/// It is an upper bound over the whole span, at most the share [`ACCURACY`] above the least one, or below `floor`. With
-/// ṡ² = ρ(s), velocity² = q_s²·ρ, acceleration = q_ss·ρ + q_s·ρ'/2 and jerk² = ρ·(q_sss·ρ + 3/2·q_ss·ρ' + q_s·ρ''/2)²
-/// are polynomials in s, bounded by their Bernstein coefficients.
+/// It is an upper bound over the whole span, at most the share [`ACCURACY`] above the least one, or
+/// below `floor`. With ṡ² = ρ(s), velocity² = q_s²·ρ, acceleration = q_ss·ρ + q_s·ρ'/2 and jerk² =
+/// ρ·(q_sss·ρ + 3/2·q_ss·ρ' + q_s·ρ''/2)² are polynomials in s, bounded by their Bernstein
+/// coefficients.
 pub(crate) fn stretch<const K: usize>(
     (axes, limits): (&[[f64; K]], &[[f64; 3]]),
     (tip, tip_limit): (&[[f64; K]], f64),
@@ -69,7 +71,8 @@ pub(crate) fn stretch<const K: usize>(
     most
 }
 
-/// A bound of ṙ over a span on which r is this polynomial of s: at most the share [`ACCURACY`] above its largest value.
+/// A bound of ṙ over a span on which r is this polynomial of s: at most the share [`ACCURACY`]
+/// above its largest value.
 pub(crate) fn speed_bound<const K: usize>(r: &[f64; K], pace: &Pace) -> f64 {
     let rate = derivative(r, 1);
     let speed_sq = rate.times(&rate).times(&Bernstein::from_coefficients(&pace.0));

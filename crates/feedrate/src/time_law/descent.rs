@@ -1,20 +1,23 @@
 use super::barrier::{Problem, newton_step};
 
-/// Factor by which the weight of time against the barrier grows from one stage to the next. Larger ones need fewer
-/// stages of more steps.
+/// Factor by which the weight of time against the barrier grows from one stage to the next. Larger
+/// ones need fewer stages of more steps.
 const GROWTH: f64 = 4.0;
 
-/// Newton steps of one stage at most; it takes up to 30 until the first limits are near and then about 7.
+/// Newton steps of one stage at most; it takes up to 30 until the first limits are near and then
+/// about 7.
 const STEPS: usize = 60;
 
 /// Stages end when the barrier costs this share of the time at most, and so many there are at most.
 const GAP: f64 = 1e-6;
 const STAGES: usize = 40;
 
-/// Factor by which the barrier's share of the time shrinks at once where the steps follow its minima.
+/// Factor by which the barrier's share of the time shrinks at once where the steps follow its
+/// minima.
 const SHRINKING: f64 = 4.0;
 
-/// Decrease promised per unknown below which a point is near enough to the barrier's minimum to go on from, and near enough to stay.
+/// Decrease promised per unknown below which a point is near enough to the barrier's minimum to go
+/// on from, and near enough to stay.
 const CENTRED: f64 = 2.0;
 const DONE: f64 = 0.05;
 
@@ -37,7 +40,8 @@ impl Iterate {
     }
 }
 
-/// Unknowns of least time by a barrier method: strictly within every sampled limit, from a slow law on.
+/// Unknowns of least time by a barrier method: strictly within every sampled limit, from a slow law
+/// on.
 pub(crate) fn minimise(problem: &Problem) -> Vec<f64> {
     let mut x = vec![1.0; problem.n];
     let slow = 1.5 * problem.dilation(&x);
@@ -69,7 +73,8 @@ pub(crate) struct Effort {
     pub(crate) gaps: (f64, f64),
 }
 
-/// Lowers the time from `x` on, which is strictly within every limit; the weight of the barrier follows the time.
+/// Lowers the time from `x` on, which is strictly within every limit; the weight of the barrier
+/// follows the time.
 pub(crate) fn lower(problem: &Problem, x: &mut Vec<f64>, effort: &Effort) {
     let Some(mut at) = Iterate::new(problem, x.clone()) else { return };
     let (mut gap, last) = effort.gaps;
@@ -95,14 +100,16 @@ pub(crate) fn lower(problem: &Problem, x: &mut Vec<f64>, effort: &Effort) {
     *x = at.x;
 }
 
-/// One step of Newton's method, which stays strictly feasible and lowers κ·T + barrier, from a point that is about the minimum for the
-/// weight of time `before`.
+/// One step of Newton's method, which stays strictly feasible and lowers κ·T + barrier, from a
+/// point that is about the minimum for the weight of time `before`.
 ///
-/// With the slacks s of the limits that are reached, which fall as 1/κ, Newton's step for the weight κ would go to s·(2 − κ/before):
-/// beyond the limits where κ is twice as large. The one that goes to s·before/κ is that for before·(2 − before/κ). Returns the decrease that the
-/// full step promises, in units of one logarithm; `None` where there is no step.
+/// With the slacks s of the limits that are reached, which fall as 1/κ, Newton's step for the
+/// weight κ would go to s·(2 − κ/before): beyond the limits where κ is twice as large. The one that
+/// goes to s·before/κ is that for before·(2 − before/κ). Returns the decrease that the full step
+/// promises, in units of one logarithm; `None` where there is no step.
 fn newton(problem: &Problem, at: &mut Iterate, (before, kappa): (f64, f64)) -> Option<f64> {
-    // The exact Hessian where it is positive definite; without the jerk limits' curvature it always is.
+    // The exact Hessian where it is positive definite; without the jerk limits' curvature it always
+    // is.
     let toward = before * (2.0 - before / kappa);
     let exact = problem.derivatives(&at.x, toward, 1.0);
     let (step, gradient) = match newton_step(&exact) {

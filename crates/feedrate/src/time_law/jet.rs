@@ -6,8 +6,8 @@ use std::ops::{Add, Mul, Neg, Sub};
 
 /// A value and its first three derivatives by one parameter, in this order.
 ///
-/// Arithmetic on jets gives the derivatives of formulas exactly (to rounding), so that a path through the inverse
-/// kinematics of a machine needs no finite differences:
+/// Arithmetic on jets gives the derivatives of formulas exactly (to rounding), so that a path
+/// through the inverse kinematics of a machine needs no finite differences:
 ///
 /// ```
 /// use facemill_feedrate::Jet;
@@ -49,7 +49,8 @@ impl Jet {
         self.0[3]
     }
 
-    /// f(self), of which `outer` are the value and derivatives by its own argument: the chain rule of Faà di Bruno.
+    /// f(self), of which `outer` are the value and derivatives by its own argument: the chain rule
+    /// of Faà di Bruno.
     #[must_use]
     pub fn chain(&self, outer: [f64; 4]) -> Self {
         let [_, x1, x2, x3] = self.0;
@@ -86,11 +87,13 @@ impl Jet {
         self.chain([i, -i * i, 2.0 * i * i * i, -6.0 * i * i * i * i])
     }
 
-    /// Angle of the vector (`x`, `self`), rad, in (−π, π]; its derivatives know no jump. Not finite at the origin.
+    /// Angle of the vector (`x`, `self`), rad, in (−π, π]; its derivatives know no jump. Not finite
+    /// at the origin.
     #[must_use]
     pub fn atan2(&self, x: Self) -> Self {
         let (y, angle) = (*self, self.value().atan2(x.value()));
-        // The derivative is (x y' − y x')/(x² + y²); jets of derivatives lose the highest one, which is not needed.
+        // The derivative is (x y' − y x')/(x² + y²); jets of derivatives lose the highest one,
+        // which is not needed.
         let shift = |j: Jet| Jet([j.0[1], j.0[2], j.0[3], 0.0]);
         let rate = (x * shift(y) - y * shift(x)) * (x * x + y * y).recip();
         Self([angle, rate.0[0], rate.0[1], rate.0[2]])

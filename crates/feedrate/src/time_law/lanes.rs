@@ -5,8 +5,8 @@ use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 /// So many samples are looked at at once.
 pub(crate) const LANES: usize = 8;
 
-/// A number of each of [`LANES`] samples; arithmetic is that of each by itself, so that it does not depend on what the processor does
-/// at once.
+/// A number of each of [`LANES`] samples; arithmetic is that of each by itself, so that it does not
+/// depend on what the processor does at once.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lanes(pub(crate) [f64; LANES]);
 

@@ -19,8 +19,8 @@ pub struct AxisMotion {
 }
 
 impl AxisMotion {
-    /// Share of each limit that is used, from 0 (not at all) to 1 (wholly): velocity, acceleration and jerk of every
-    /// axis, and the tip feed where it is capped.
+    /// Share of each limit that is used, from 0 (not at all) to 1 (wholly): velocity, acceleration
+    /// and jerk of every axis, and the tip feed where it is capped.
     pub fn shares<'a>(&'a self, bounds: &'a MotionBounds) -> impl Iterator<Item = (MotionLimit, f64)> + 'a {
         bounds
             .axes
@@ -42,7 +42,8 @@ impl AxisMotion {
     }
 }
 
-/// ρ(s) = ṡ² over a span, s ∈ [0, 1]: a quadratic by its Bernstein coefficients, all above 0. Per s².
+/// ρ(s) = ṡ² over a span, s ∈ [0, 1]: a quadratic by its Bernstein coefficients, all above 0. Per
+/// s².
 ///
 /// Then s̈ = ρ'(s)/2 is linear in s, so that s(t) has a closed form.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -170,7 +171,8 @@ impl TimeLaw {
         self.ramp.at((span.start + span.h * s).min(1.0))[0].min(self.ramp.start + self.ramp.length)
     }
 
-    /// Times at which the pieces of the path end, s, in order; the last one is [`TimeLaw::total_time`].
+    /// Times at which the pieces of the path end, s, in order; the last one is
+    /// [`TimeLaw::total_time`].
     pub fn piece_ends(&self) -> Vec<f64> {
         let mut ends = vec![0.0; self.spans.last().map_or(0, |s| s.piece + 1)];
         for (span, &end) in self.spans.iter().zip(&self.starts[1..]) {

@@ -9,10 +9,12 @@ use facemill_inverse_kinematics::AxisValues;
 /// Effort of [`minimum_time_law`]. The result depends on these numbers alone, not on a clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimeLawSettings {
-    /// Spans that the path is cut into, on each of which ṙ² is quadratic; each piece of the path has at least one, and where the path needs it to be kept to 1e-6 mm and rad it has more. The
+    /// Spans that the path is cut into, on each of which ṙ² is quadratic; each piece of the path
+    /// has at least one, and where the path needs it to be kept to 1e-6 mm and rad it has more. The
     /// time above the least falls about as 1/spans, and computing time grows as spans.
     pub spans: usize,
-    /// Solutions in turn in which the limits of spans are drawn in by what they are exceeded between the samples.
+    /// Solutions in turn in which the limits of spans are drawn in by what they are exceeded
+    /// between the samples.
     pub rounds: usize,
 }
 
@@ -30,16 +32,17 @@ impl TimeLawSettings {
     }
 }
 
-/// The law of motion from rest to rest that takes the least time along a smooth path within the limits of all axes and
-/// the cap on the tip feed.
+/// The law of motion from rest to rest that takes the least time along a smooth path within the
+/// limits of all axes and the cap on the tip feed.
 ///
-/// Guarantee: along the path as cut into polynomials of degree 7 (which meet the given path and its three derivatives
-/// at every knot) no limit is exceeded at any time, proven by the Bernstein coefficients of velocity, acceleration and
-/// jerk, to rounding. That the time is the least is not proven: the problem has the local minima of jerk limits.
+/// Guarantee: along the path as cut into polynomials of degree 7 (which meet the given path and its
+/// three derivatives at every knot) no limit is exceeded at any time, proven by the Bernstein
+/// coefficients of velocity, acceleration and jerk, to rounding. That the time is the least is not
+/// proven: the problem has the local minima of jerk limits.
 ///
 /// # Errors
-/// Limits that are not positive, a path that is not finite, stands still, or whose position, first or second derivative
-/// jumps.
+/// Limits that are not positive, a path that is not finite, stands still, or whose position, first
+/// or second derivative jumps.
 pub fn minimum_time_law(
     path: &dyn JointPath,
     bounds: &MotionBounds,
@@ -150,11 +153,12 @@ fn cut(path: &dyn JointPath, bounds: &MotionBounds, spans: usize) -> Result<(Vec
     }
 }
 
-/// Most by which a span's polynomials leave the path between its ends, mm or rad, as far as two points in between show.
+/// Most by which a span's polynomials leave the path between its ends, mm or rad, as far as two
+/// points in between show.
 const ACCURACY: f64 = 1e-6;
 
-/// A span is halved so often at most. Each time a smooth path comes nearer by 2⁸; one that still is off has derivatives
-/// that are not its own.
+/// A span is halved so often at most. Each time a smooth path comes nearer by 2⁸; one that still is
+/// off has derivatives that are not its own.
 const HALVINGS: u32 = 8;
 
 /// The span between two ends, halved until it keeps to the path.
@@ -188,10 +192,12 @@ fn push_spans(
     push_spans(path, piece, ramp, (mid, b), within, halvings - 1, out)
 }
 
-/// Largest jump of a derivative between pieces as a share of its largest value: rounding passes, corners do not.
+/// Largest jump of a derivative between pieces as a share of its largest value: rounding passes,
+/// corners do not.
 const JUMP: f64 = 1e-9;
 
-/// The ends of the pieces, after position, first and second derivative have been found to be continuous there.
+/// The ends of the pieces, after position, first and second derivative have been found to be
+/// continuous there.
 fn checked_breaks(path: &dyn JointPath) -> Result<Vec<f64>, TimeLawError> {
     let breaks = path.breaks();
     if let Some(index) = breaks.iter().position(|b| !b.is_finite()) {

@@ -47,9 +47,11 @@ pub(crate) fn eval(c: &[f64], s: f64) -> [f64; 4] {
     [out[0], out[1], 2.0 * out[2], 6.0 * out[3]]
 }
 
-/// How the path variable r ∈ [0, 1] runs through the parameter: u = u0 + length·(10 r³ − 15 r⁴ + 6 r⁵).
+/// How the path variable r ∈ [0, 1] runs through the parameter: u = u0 + length·(10 r³ − 15 r⁴ + 6
+/// r⁵).
 ///
-/// Its first two derivatives vanish at both ends, so every law with a finite speed ṙ is at rest there with finite jerk.
+/// Its first two derivatives vanish at both ends, so every law with a finite speed ṙ is at rest
+/// there with finite jerk.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ramp {
     pub(crate) start: f64,

@@ -21,7 +21,8 @@ pub(crate) enum Junction {
     Stop,
     /// Lets the next segment start while this one stops.
     Overlap,
-    /// Goes through at this speed at most; the change of direction takes this share of the acceleration on both sides.
+    /// Goes through at this speed at most; the change of direction takes this share of the
+    /// acceleration on both sides.
     Through { speed: f64, share: f64 },
     /// Rounds the corner by an arc.
     Arc(Arc),
@@ -64,13 +65,15 @@ impl Pace {
     }
 }
 
-/// Half of the angle between two segments as seen from the corner, rad: π/2 where they go straight on.
+/// Half of the angle between two segments as seen from the corner, rad: π/2 where they go straight
+/// on.
 pub(crate) fn half_angle(before: &Segment, after: &Segment) -> f64 {
     let along: f64 = before.direction.iter().zip(after.direction.iter()).map(|(a, b)| a * b).sum();
     0.5 * (-along).clamp(-1.0, 1.0).acos()
 }
 
-/// Speeds of an overlap: it lasts no longer than half of either segment, and takes the corner within the tolerance.
+/// Speeds of an overlap: it lasts no longer than half of either segment, and takes the corner
+/// within the tolerance.
 pub(crate) fn overlap(before: Pace, after: Pace, half_angle: f64, tolerance: f64) -> OverlapSpeeds {
     let (v, w) = (before.reachable(), after.reachable());
     let longest = (before.length / v).min(after.length / w);

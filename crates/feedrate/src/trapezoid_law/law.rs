@@ -17,10 +17,12 @@ pub struct TrapezoidSettings {
     pub cycle: f64,
 }
 
-/// Times of a program's blocks by [`trapezoid_law`], in their order; blocks without motion take none.
+/// Times of a program's blocks by [`trapezoid_law`], in their order; blocks without motion take
+/// none.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrapezoidLaw {
-    /// Times, s. Where two blocks overlap the time counts for the first one; an arc counts half for each.
+    /// Times, s. Where two blocks overlap the time counts for the first one; an arc counts half for
+    /// each.
     pub times: Vec<f64>,
     /// Times at the largest speed in each block, s.
     pub peak_times: Vec<f64>,
@@ -28,16 +30,18 @@ pub struct TrapezoidLaw {
     pub limits: Vec<Option<MotionLimit>>,
 }
 
-/// Times a program on a control that limits acceleration and not jerk, and looks ahead over a number of blocks as long as no
-/// rotary axis moves.
+/// Times a program on a control that limits acceleration and not jerk, and looks ahead over a
+/// number of blocks as long as no rotary axis moves.
 ///
-/// Lines of the linear axes are joined by arcs within the tolerance, or directly where the direction hardly changes; the speed
-/// at each joint is one from which the control can stop within its look-ahead. A block that turns a rotary axis, and its
-/// neighbours, know of no look-ahead: each is run from rest to rest at half of the acceleration, and the next one starts while
-/// it stops. This is the trajectory planner of LinuxCNC as it behaves; `docs/time-law.md` has the comparison.
+/// Lines of the linear axes are joined by arcs within the tolerance, or directly where the
+/// direction hardly changes; the speed at each joint is one from which the control can stop within
+/// its look-ahead. A block that turns a rotary axis, and its neighbours, know of no look-ahead:
+/// each is run from rest to rest at half of the acceleration, and the next one starts while it
+/// stops. This is the trajectory planner of LinuxCNC as it behaves; `docs/time-law.md` has the
+/// comparison.
 ///
-/// `is_linear` names the linear axes, taken as at right angles; bounds of jerk are not used. It is a model of times: no
-/// positions are claimed.
+/// `is_linear` names the linear axes, taken as at right angles; bounds of jerk are not used. It is
+/// a model of times: no positions are claimed.
 ///
 /// # Errors
 /// Limits or blocks that cannot be meant, with the index of the block.
@@ -108,7 +112,8 @@ fn timed(
     law
 }
 
-/// Where the next entry is when this one stands: it gets as fast in the same time as this one gets slower.
+/// Where the next entry is when this one stands: it gets as fast in the same time as this one gets
+/// slower.
 fn start_of_next(speeds: OverlapSpeeds, profile: &Profile, slowing: f64, starting: f64) -> Begun {
     let leaving = speeds.leaving.min(profile.peak);
     let time = leaving / slowing;
@@ -123,7 +128,8 @@ struct Profile {
 }
 
 impl Profile {
-    /// The profile from what has begun to at most a speed at the end, and the speed that is reached there.
+    /// The profile from what has begun to at most a speed at the end, and the speed that is reached
+    /// there.
     fn new(entry: &Entry, begun: Begun, most_at_end: f64) -> (Self, f64) {
         let (a, v) = (entry.acceleration, begun.speed);
         let way = (entry.length - begun.way).max(0.0);

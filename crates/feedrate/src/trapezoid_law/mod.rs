@@ -1,4 +1,5 @@
-//! Motion of a control that limits acceleration, not jerk, and looks ahead over lines of the linear axes alone.
+//! Motion of a control that limits acceleration, not jerk, and looks ahead over lines of the linear
+//! axes alone.
 
 mod junction;
 mod law;

@@ -87,7 +87,8 @@ fn along(before: &Junction, after: &Junction) -> f64 {
     (1.0 - share(before).max(share(after))) * if is_shared { 0.5 } else { 1.0 }
 }
 
-/// Speed at the end of each entry from which the control can stop within its look-ahead; 0 where it stops anyhow.
+/// Speed at the end of each entry from which the control can stop within its look-ahead; 0 where it
+/// stops anyhow.
 pub(crate) fn end_speeds(entries: &[Entry], look_ahead: usize) -> Vec<f64> {
     let of_entry = |k: usize| {
         let End::Through(_) = entries[k].end else { return 0.0 };

@@ -12,7 +12,8 @@ const STANDS: f64 = 1e-9;
 /// Share of a cycle beyond 1 that a control spends in a segment at least.
 pub(crate) const LEAST_CYCLES: f64 = 1.02;
 
-/// A block as a control's queue holds it. Lengths are those of the linear axes, mm; of the rotary ones, deg, where these stand.
+/// A block as a control's queue holds it. Lengths are those of the linear axes, mm; of the rotary
+/// ones, deg, where these stand.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Segment {
     /// Index of its block.

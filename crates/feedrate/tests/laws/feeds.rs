@@ -12,7 +12,8 @@ fn mill() -> Machine {
     Machine::head_b_table_c().unwrap()
 }
 
-/// Runs a law on seeded blocks: start, travel of every axis (mm, rad), distance of the tip, programmed feed.
+/// Runs a law on seeded blocks: start, travel of every axis (mm, rad), distance of the tip,
+/// programmed feed.
 fn for_blocks(law: impl Fn(AxisValues, AxisValues, f64, f64) -> Result<(), TestCaseError>) {
     let travel = |most: f64| prop_oneof![1 => Just(0.0), 6 => -most..most, 1 => -1e-7..1e-7];
     let travels = (travel(20.0), travel(20.0), travel(20.0), travel(0.2), travel(0.4));
@@ -55,7 +56,8 @@ fn no_axis_exceeds_its_speed_and_the_feed_is_the_papers() {
         match feed.limit {
             // FEED (4).
             FeedLimit::TipFeed => prop_assert!((feed.tip_feed - tip_feed).abs() <= 1e-9 * tip_feed),
-            // FEED (7), (8): the limiting axis runs at its largest speed, the tip below the programmed one.
+            // FEED (7), (8): the limiting axis runs at its largest speed, the tip below the
+            // programmed one.
             FeedLimit::Axis(k) => {
                 prop_assert!((speeds[k] - most[k]).abs() <= 1e-9 * most[k]);
                 prop_assert!(feed.tip_feed <= tip_feed * (1.0 + 1e-9));
@@ -203,7 +205,8 @@ fn rapids_take_the_time_of_their_slowest_axis_or_of_the_rapid_feed() {
 
 #[test]
 fn a_rapid_that_keeps_its_tip_takes_the_time_of_the_axis_that_has_to_be_fastest_for_it() {
-    // The tip stands still beside the table's axis while that turns by 180°: X and Y go round on half a circle.
+    // The tip stands still beside the table's axis while that turns by 180°: X and Y go round on
+    // half a circle.
     let machine = mill();
     let length = 260.0;
     let start = AxisValues::from([700.0, 0.0, 700.0, 0.0, 0.0]);

@@ -5,7 +5,8 @@ use std::path::Path;
 use facemill_feedrate::{FeedBlock, FeedLimit, g94_length, plan_feeds};
 use facemill_inverse_kinematics::{AxisValues, Machine};
 
-/// FEED's machine: 253 mm from the B axis to the tip, 100 mm of it tool. NC words are joint values, Z less the tool.
+/// FEED's machine: 253 mm from the B axis to the tip, 100 mm of it tool. NC words are joint values,
+/// Z less the tool.
 fn feed_machine() -> Machine {
     let mut file = Machine::head_b_table_c().unwrap().to_file();
     let rows = &mut file.tool_chains[0].rows;

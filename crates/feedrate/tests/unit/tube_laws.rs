@@ -69,7 +69,8 @@ fn rounding_of_a_smooth_curve_is_taken_out() {
     }
 }
 
-/// A bend that is larger than the widths remains: of a corner the slopes on both sides, a few places away.
+/// A bend that is larger than the widths remains: of a corner the slopes on both sides, a few
+/// places away.
 #[test]
 fn what_the_widths_do_not_hide_stays() {
     let mut random = Random(9);
@@ -78,7 +79,8 @@ fn what_the_widths_do_not_hide_stays() {
     let text: Vec<f64> = at.iter().map(|x| rounded(corner(*x), 5e-6)).collect();
     let smooth = smoothest_within(&at, &text, &vec![5e-6; 301]);
     let [second, _] = largest_derivatives(&at, &smooth);
-    // A slope that changes by 1 over a place's 0.01 is a second derivative of 100, or of 50 over two.
+    // A slope that changes by 1 over a place's 0.01 is a second derivative of 100, or of 50 over
+    // two.
     assert!(second > 40.0, "{second}");
     let slope = |k: usize| (smooth[k + 10] - smooth[k]) / (at[k + 10] - at[k]);
     assert!(slope(100).abs() < 1e-4 && (slope(180) - 1.0).abs() < 1e-4, "{} {}", slope(100), slope(180));

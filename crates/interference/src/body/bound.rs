@@ -1,17 +1,17 @@
 //! The volume around a piece of the surface: a flat round slab.
 //!
-//! A piece of a machined surface is nearly flat, and a face mill nearly parallel to it, so that boxes along the axes
-//! overlap the mill's disc long before triangles do. A disc-shaped slab that lies in the piece's own plane is about as
-//! thin as the piece is curved, and with the convexity of the body's distance one evaluation at its centre bounds the
-//! distance of all.
+//! A piece of a machined surface is nearly flat, and a face mill nearly parallel to it, so that
+//! boxes along the axes overlap the mill's disc long before triangles do. A disc-shaped slab that
+//! lies in the piece's own plane is about as thin as the piece is curved, and with the convexity of
+//! the body's distance one evaluation at its centre bounds the distance of all.
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
 use crate::body::Body;
 use crate::body::lanes::{Lanes, Lanes3, N};
 
-/// Every point within `radius` of the axis through `center` along `normal` and within `half_thickness` of `center`
-/// along it.
+/// Every point within `radius` of the axis through `center` along `normal` and within
+/// `half_thickness` of `center` along it.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Slab {
     pub(crate) center: Point3<f64>,
@@ -42,8 +42,9 @@ impl Slabs {
 
     /// Lower bounds of the body's distance over each slab; below 0 where the body reaches into it.
     ///
-    /// With the distance f and its slope g at the centre, f + g·(q − c) bounds the distance at q from below, and over the
-    /// slab g·(q − c) is at least −(radius·sin + half thickness·|cos|) of the angle between slope and normal.
+    /// With the distance f and its slope g at the centre, f + g·(q − c) bounds the distance at q
+    /// from below, and over the slab g·(q − c) is at least −(radius·sin + half thickness·|cos|) of
+    /// the angle between slope and normal.
     #[inline(always)]
     pub(crate) fn least_distances(&self, body: &impl Body) -> Lanes {
         let (distances, cosines) = body.distances(&self.center, &self.normal);
@@ -54,7 +55,8 @@ impl Slabs {
         bounds
     }
 
-    /// How far a slab reaches from its centre along a direction of at most unit length whose component along its normal is `cos`.
+    /// How far a slab reaches from its centre along a direction of at most unit length whose
+    /// component along its normal is `cos`.
     #[inline(always)]
     pub(crate) fn reach(&self, lane: usize, cos: f64) -> f64 {
         let rest = 1.0 - cos * cos;
@@ -73,20 +75,22 @@ impl Slabs {
     }
 }
 
-/// Relative inflation of a slab: covers the rounding of its own computation (some 1e-16 of the coordinates), and costs
-/// nothing measurable in tightness.
+/// Relative inflation of a slab: covers the rounding of its own computation (some 1e-16 of the
+/// coordinates), and costs nothing measurable in tightness.
 const INFLATION: f64 = 1e-13;
 
-/// Part of the area that the sum of the normals must have for the triangles to face one way. Smaller: thin blades get slabs
-/// across directions that mean nothing; larger: more nodes pay for their least spread.
+/// Part of the area that the sum of the normals must have for the triangles to face one way.
+/// Smaller: thin blades get slabs across directions that mean nothing; larger: more nodes pay for
+/// their least spread.
 const FACING: f64 = 0.5;
 
-/// Added to the squared sine of the angle between slope and slab: covers the rounding of 1 − cos², which near 0 would
-/// otherwise make the sine too small by up to 1.5e-8.
+/// Added to the squared sine of the angle between slope and slab: covers the rounding of 1 − cos²,
+/// which near 0 would otherwise make the sine too small by up to 1.5e-8.
 const SINE_SQ_SLACK: f64 = 4e-16;
 
 impl Slab {
-    /// A slab around triangles: in the plane across their mean normal, or, where they face both ways, of their least spread.
+    /// A slab around triangles: in the plane across their mean normal, or, where they face both
+    /// ways, of their least spread.
     pub(crate) fn around(triangles: &[[Point3<f64>; 3]]) -> Self {
         let points = || triangles.iter().flatten();
         let (mut sum, mut area) = (Vector3::zeros(), 0.0);

@@ -29,18 +29,19 @@ impl Sample {
     }
 }
 
-/// The certified gap between the value found and the least one, mm. Smaller costs steps at grazing edges; larger widens
-/// the band in which a verdict errs toward a hit.
+/// The certified gap between the value found and the least one, mm. Smaller costs steps at grazing
+/// edges; larger widens the band in which a verdict errs toward a hit.
 pub(crate) const GAP: f64 = 1e-10;
 
 /// Bound on steps: every third one halves the bracket, so 200 exhaust a double.
 const MAX_STEPS: usize = 200;
 
-/// A point of the open edge from `a` to `b` whose distance is the least on the edge to within [`GAP`], or at most
-/// `goal.enough`. `None` where the least is at an end, or is proven larger than `goal.beyond`.
+/// A point of the open edge from `a` to `b` whose distance is the least on the edge to within
+/// [`GAP`], or at most `goal.enough`. `None` where the least is at an end, or is proven larger than
+/// `goal.beyond`.
 ///
-/// The distance is convex on the edge, so two slopes of opposite sign bracket its least value, and the crossing of the
-/// two tangents bounds it from below.
+/// The distance is convex on the edge, so two slopes of opposite sign bracket its least value, and
+/// the crossing of the two tangents bounds it from below.
 #[inline(always)]
 pub(crate) fn least_within_edge(body: &impl Body, a: &Sample, b: &Sample, goal: Goal) -> Option<Sample> {
     let along = b.point - a.point;
@@ -57,7 +58,8 @@ pub(crate) fn least_within_edge(body: &impl Body, a: &Sample, b: &Sample, goal: 
         if best.is_some_and(|s| s.distance <= goal.enough || s.distance - bound <= GAP) {
             return best;
         }
-        // The crossing finds a kink at once, the secant of the slopes a smooth least value, the middle ends the rest.
+        // The crossing finds a kink at once, the secant of the slopes a smooth least value, the
+        // middle ends the rest.
         let t = match step % 3 {
             0 => t_crossing,
             1 => (low.t * high.slope - high.t * low.slope) / (high.slope - low.slope),

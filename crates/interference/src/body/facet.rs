@@ -1,18 +1,19 @@
 //! Least distance of a body over a triangle.
 //!
-//! The least distance over a triangle lies at a corner, within an edge, or inside. Inside, either the body's support
-//! point against the facet's normal projects onto the triangle (where the body's support is a whole face that overlaps
-//! the triangle without any edge being as near, that face projects wholly inside, so that any of its points will do),
-//! or the body passes through the triangle without meeting an edge, and then every point of its section by the plane is
-//! inside. Both are closed forms; only the edges iterate.
+//! The least distance over a triangle lies at a corner, within an edge, or inside. Inside, either
+//! the body's support point against the facet's normal projects onto the triangle (where the body's
+//! support is a whole face that overlaps the triangle without any edge being as near, that face
+//! projects wholly inside, so that any of its points will do), or the body passes through the
+//! triangle without meeting an edge, and then every point of its section by the plane is inside.
+//! Both are closed forms; only the edges iterate.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::body::Body;
 use crate::body::edge::{GAP, Goal, Sample, least_within_edge};
 
-/// A point of the triangle whose distance from `body` is the least on it to within [`GAP`], or at most `goal.enough`.
-/// `None` where the least distance is proven larger than `goal.beyond`.
+/// A point of the triangle whose distance from `body` is the least on it to within [`GAP`], or at
+/// most `goal.enough`. `None` where the least distance is proven larger than `goal.beyond`.
 ///
 /// With `enough == beyond` this is the verdict: `None` says proven farther.
 #[inline(always)]
@@ -93,7 +94,8 @@ fn nearest_inside(body: &impl Body, corners: &[Point3<f64>; 3], goal: Goal) -> I
     let normal = scaled / area;
     let (below, above) = (body.support(&-normal), body.support(&normal));
     let (low, high) = (normal.dot(&(below - corners[0])), normal.dot(&(above - corners[0])));
-    // Any direction separates soundly, whatever its rounding, as long as it is measured against all three corners.
+    // Any direction separates soundly, whatever its rounding, as long as it is measured against all
+    // three corners.
     if separation(&normal, &below, corners).max(separation(&-normal, &above, corners)) > goal.beyond {
         return Inside::Beyond;
     }
@@ -115,14 +117,16 @@ fn nearest_inside(body: &impl Body, corners: &[Point3<f64>; 3], goal: Goal) -> I
     Inside::Candidate(sample)
 }
 
-/// Width of the slab across `along` between the corners (below) and the body, whose support point is `support`.
+/// Width of the slab across `along` between the corners (below) and the body, whose support point
+/// is `support`.
 #[inline(always)]
 fn separation(along: &Vector3<f64>, support: &Point3<f64>, corners: &[Point3<f64>; 3]) -> f64 {
     let reach = |p: &Point3<f64>| along.dot(&(support - p));
     reach(&corners[0]).min(reach(&corners[1])).min(reach(&corners[2]))
 }
 
-/// Projection of a vector from corner 0 onto the triangle spanned by `u` and `v`; `None` where it falls outside.
+/// Projection of a vector from corner 0 onto the triangle spanned by `u` and `v`; `None` where it
+/// falls outside.
 #[inline(always)]
 fn projected(w: &Vector3<f64>, u: &Vector3<f64>, v: &Vector3<f64>, scaled: &Vector3<f64>) -> Option<Vector3<f64>> {
     let area_sq = scaled.norm_squared();

@@ -1,9 +1,11 @@
-//! Eight numbers side by side: plain arrays, in loops that the compiler turns into vector instructions.
+//! Eight numbers side by side: plain arrays, in loops that the compiler turns into vector
+//! instructions.
 
 use nalgebra::Vector3;
 use pulp::{Arch, NullaryFnOnce};
 
-/// Children of a node. Eight doubles are two AVX2 registers or one of AVX-512; with four, the tree is deeper and slower.
+/// Children of a node. Eight doubles are two AVX2 registers or one of AVX-512; with four, the tree
+/// is deeper and slower.
 pub(crate) const N: usize = 8;
 
 /// One number for each child.
@@ -32,8 +34,9 @@ impl Lanes3 {
 
 /// What `run` returns, computed with the vector instructions that the processor has.
 ///
-/// They reach what is inlined and nothing else: `run` has to be marked `#[inline(always)]` and what it calls, too. A closure
-/// given to [`Arch::dispatch`] itself is called through a shim that is not.
+/// They reach what is inlined and nothing else: `run` has to be marked `#[inline(always)]` and what
+/// it calls, too. A closure given to [`Arch::dispatch`] itself is called through a shim that is
+/// not.
 #[inline(always)]
 pub(crate) fn vectorized<R>(arch: Arch, run: impl Fn() -> R) -> R {
     struct Run<F>(F);

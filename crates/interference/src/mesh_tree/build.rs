@@ -31,7 +31,8 @@ const NONE: u32 = u32::MAX;
 /// Marks a child that is a triangle.
 const TRIANGLE: u32 = 1 << 31;
 
-/// Runs of at least so many triangles are sorted by several threads; shorter ones are done before a thread has started.
+/// Runs of at least so many triangles are sorted by several threads; shorter ones are done before a
+/// thread has started.
 const PARALLEL: usize = 1 << 13;
 
 /// Most nodes made by a thread at a time: small, because those of the topmost levels take long.
@@ -68,7 +69,8 @@ impl Node {
     }
 }
 
-/// Nodes with the root first, each before those below it, and the triangles in the order of the leaves.
+/// Nodes with the root first, each before those below it, and the triangles in the order of the
+/// leaves.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tree {
     pub(crate) nodes: Vec<Node>,
@@ -112,8 +114,8 @@ fn node(corners: &[[Point3<f64>; 3]], at: u32, first: u32, sizes: &Sizes) -> Nod
     node
 }
 
-/// Parts of a run of triangles: as many as full subtrees of the next height are needed, so that all nodes but the topmost are
-/// nearly full.
+/// Parts of a run of triangles: as many as full subtrees of the next height are needed, so that all
+/// nodes but the topmost are nearly full.
 fn n_parts(len: usize) -> usize {
     let mut capacity = 1;
     while capacity * N < len {
@@ -188,8 +190,8 @@ struct Item {
     triangle: u32,
 }
 
-/// The triangles with their centres. Centres nearer than a 2³²th of the extent may count as equal: that costs nothing but a trifle
-/// of the tree's quality.
+/// The triangles with their centres. Centres nearer than a 2³²th of the extent may count as equal:
+/// that costs nothing but a trifle of the tree's quality.
 fn items(mesh: &TriMesh) -> Vec<Item> {
     let center = |t: &[u32; 3]| t.map(|v| mesh.vertices()[v as usize].coords / 3.0).iter().sum::<Vector3<f64>>();
     let none = [Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)];
@@ -213,7 +215,8 @@ fn sort(items: &mut [Item]) {
     }
 }
 
-/// Splits a node's run at medians into its parts, of which `items` are those from `first_part` on up to `end_part`, and sorts each.
+/// Splits a node's run at medians into its parts, of which `items` are those from `first_part` on
+/// up to `end_part`, and sorts each.
 fn split(items: &mut [Item], node_len: usize, first_part: usize, end_part: usize) {
     if end_part - first_part == 1 {
         return sort(items);

@@ -1,11 +1,13 @@
 //! Verdicts over an interval of time: what a moving body touches at no moment of it.
 //!
-//! A body that slides along a surface is near to it all the time, so that its speed says nothing: what counts is how far
-//! it moves *toward* each piece of the surface. With the separating direction g of a piece in the middle of the interval
-//! (the gradient of the distance there), the distance at any time is at least g·p − h, the extent h of the body along g
-//! at that time. To first order in time every point of the body goes straight, and the extent of points that go straight
-//! is a largest value of linear functions, so it is largest at an end of the interval, where it is a support point in
-//! another direction. What motion departs from the straight one is bounded by the caller.
+//! A body that slides along a surface is near to it all the time, so that its speed says nothing:
+//! what counts is how far it moves *toward* each piece of the surface. With the separating
+//! direction g of a piece in the middle of the interval (the gradient of the distance there), the
+//! distance at any time is at least g·p − h, the extent h of the body along g at that time. To
+//! first order in time every point of the body goes straight, and the extent of points that go
+//! straight is a largest value of linear functions, so it is largest at an end of the interval,
+//! where it is a support point in another direction. What motion departs from the straight one is
+//! bounded by the caller.
 
 use facemill_cl_data::Solid;
 use nalgebra::{Point3, Vector3};
@@ -19,11 +21,14 @@ use crate::mesh_tree::{MeshTree, STACK, TOUCH, is_finite};
 use crate::query::sweep_verdict::{MotionInterval, SweepVerdict};
 
 impl MeshTree {
-    /// Whether the dilated solid touches nothing of the mesh at any time of an interval, and is in no closed component.
+    /// Whether the dilated solid touches nothing of the mesh at any time of an interval, and is in
+    /// no closed component.
     ///
-    /// Clear is proven, up to the rounding band of [`Interference::verdict`](crate::query::Interference::verdict). Unproven says
-    /// that the solid may touch, that the core does in the middle, or that the interval is too long; a shorter one tells more.
-    /// The lack falls with the square of the length where `deviation` does. `hint` is a triangle to look at first.
+    /// Clear is proven, up to the rounding band of
+    /// [`Interference::verdict`](crate::query::Interference::verdict). Unproven says that the solid
+    /// may touch, that the core does in the middle, or that the interval is too long; a shorter one
+    /// tells more. The lack falls with the square of the length where `deviation` does. `hint` is a
+    /// triangle to look at first.
     pub(crate) fn swept(&self, solid: &Solid, motion: &MotionInterval, hint: Option<u32>) -> SweepVerdict {
         let pose = &motion.mesh_from_solid;
         let numbers = motion.velocity.iter().chain(motion.spin.iter()).chain([&motion.half, &motion.deviation]);
@@ -107,7 +112,8 @@ impl<'b, B: Body> Sweep<'b, B> {
         Self { body, origin: motion.mesh_from_solid * Point3::origin(), motion, farthest }
     }
 
-    /// How much farther the body reaches along a unit direction at some time of the interval than in its middle, mm.
+    /// How much farther the body reaches along a unit direction at some time of the interval than
+    /// in its middle, mm.
     #[inline(always)]
     fn approach(&self, along: &Vector3<f64>) -> f64 {
         let extent = |direction: &Vector3<f64>| (self.body.support(direction) - self.origin).dot(direction);

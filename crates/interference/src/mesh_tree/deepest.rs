@@ -1,8 +1,9 @@
 //! The deepest point of a mesh in a body's core, in one walk of the tree.
 //!
-//! The depth of a point in a convex body is the least below any of its faces, each a plane or the wall of a cone. So the depth of a
-//! slab is bounded face by face, eight slabs at once, and the depth of a triangle by the slopes at a few of its points; between
-//! these bounds the body made smaller tells.
+//! The depth of a point in a convex body is the least below any of its faces, each a plane or the
+//! wall of a cone. So the depth of a slab is bounded face by face, eight slabs at once, and the
+//! depth of a triangle by the slopes at a few of its points; between these bounds the body made
+//! smaller tells.
 
 use facemill_cl_data::{ConvexPolyhedron, Solid};
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
@@ -25,7 +26,8 @@ trait Faces {
     /// What the height over each slab is not below.
     fn least_heights(&self, slabs: &Slabs) -> Lanes;
 
-    /// The lowest point of a triangle and its depth, to [`ACCURACY`], where that is between what was found and `most`.
+    /// The lowest point of a triangle and its depth, to [`ACCURACY`], where that is between what
+    /// was found and `most`.
     #[inline(always)]
     fn lowest(&self, found: &Deepest<'_>, corners: &[Point3<f64>; 3], most: f64) -> Option<(f64, Point3<f64>)> {
         found.lowest_by_distances(corners, most)
@@ -224,7 +226,8 @@ struct Many<'a> {
 }
 
 impl Many<'_> {
-    /// A point of a triangle, in the solid's frame, that is lower than given below every face; `None` where there is none.
+    /// A point of a triangle, in the solid's frame, that is lower than given below every face;
+    /// `None` where there is none.
     fn point_below(&self, corners: &[Point3<f64>; 3], depth: f64) -> Option<Point3<f64>> {
         let mut left = corners.to_vec();
         for face in self.core.faces() {
@@ -270,7 +273,8 @@ impl Faces for Many<'_> {
         least
     }
 
-    /// What of the triangle is below every face by a depth is a polygon: it is halved until it vanishes.
+    /// What of the triangle is below every face by a depth is a polygon: it is halved until it
+    /// vanishes.
     fn lowest(&self, found: &Deepest<'_>, corners: &[Point3<f64>; 3], most: f64) -> Option<(f64, Point3<f64>)> {
         let corners = corners.map(|p| self.mesh_from_solid.inverse_transform_point(&p));
         let mut lowest = None;

@@ -14,8 +14,9 @@ use crate::query::lift::LiftSearch;
 /// Most trials on the way up: what is then left is climbed triangle by triangle.
 const MAX_TRIALS: usize = 32;
 
-/// Height (mm) of a trial above the present lift, at least, and as part of what the last one brought: smaller, and more trials
-/// end below the free lift; larger, and more of the surface is as near to the trial as what is in the way.
+/// Height (mm) of a trial above the present lift, at least, and as part of what the last one
+/// brought: smaller, and more trials end below the free lift; larger, and more of the surface is as
+/// near to the trial as what is in the way.
 const LEAST_HEADROOM: f64 = 0.003;
 
 const HEADROOM: f64 = 0.01;
@@ -30,7 +31,8 @@ pub(crate) struct Way<'a> {
 }
 
 impl MeshTree {
-    /// The first lift at which the body touches nothing and is inside nothing, but for windows narrower than the resolution.
+    /// The first lift at which the body touches nothing and is inside nothing, but for windows
+    /// narrower than the resolution.
     pub(crate) fn first_free(&self, body: &impl Body, way: &Way) -> Option<f64> {
         // A little more than a verdict's, which rounds the pose in another way.
         let reach = way.solid.rounding() + 2.0 * TOUCH;
@@ -53,7 +55,8 @@ impl MeshTree {
         }
     }
 
-    /// The first lift not below `lift` at which the body touches nothing; `None` where it is above `max_lift`.
+    /// The first lift not below `lift` at which the body touches nothing; `None` where it is above
+    /// `max_lift`.
     #[inline(always)]
     fn risen<B: Body>(&self, rising: &LiftSearch<B>, lift: f64, max_lift: f64) -> Option<f64> {
         let (mut lift, is_free) = self.climbed(rising, lift);
@@ -93,8 +96,9 @@ impl MeshTree {
 
     /// A lift with no free one below it, and whether it is proven free itself, which it mostly is.
     ///
-    /// Triangles are looked at from a trial lift above, the nearest first: what is as far as the trial is above the present lift
-    /// cannot be in the way in between. From each that is touched at the present lift, that goes to the end of its interval.
+    /// Triangles are looked at from a trial lift above, the nearest first: what is as far as the
+    /// trial is above the present lift cannot be in the way in between. From each that is touched
+    /// at the present lift, that goes to the end of its interval.
     #[inline(always)]
     fn climbed<B: Body>(&self, rising: &LiftSearch<B>, mut lift: f64) -> (f64, bool) {
         let mut before = lift;
@@ -111,8 +115,8 @@ impl MeshTree {
         (lift, false)
     }
 
-    /// Raises a lift up to a trial at `above`, or beyond it, by triangles that are touched on the way; returns those that may
-    /// be in the way between lift and trial.
+    /// Raises a lift up to a trial at `above`, or beyond it, by triangles that are touched on the
+    /// way; returns those that may be in the way between lift and trial.
     #[inline(always)]
     fn climbed_below<B: Body>(&self, rising: &LiftSearch<B>, above: f64, lift: &mut f64) -> Passed {
         let body = rising.at(above);
@@ -148,7 +152,8 @@ impl MeshTree {
         passed
     }
 
-    /// Whether none of the triangles passed at a trial lift is touched at a lift below: with the others, that proves it free.
+    /// Whether none of the triangles passed at a trial lift is touched at a lift below: with the
+    /// others, that proves it free.
     #[inline(always)]
     fn are_clear<B: Body>(&self, rising: &LiftSearch<B>, passed: &Passed, above: f64, lift: f64) -> bool {
         let beyond = rising.reach + (above - lift);
@@ -180,7 +185,8 @@ impl MeshTree {
 /// Most triangles kept aside: with more of them the tree is walked again.
 const MOST_PASSED: usize = 128;
 
-/// Triangles near a trial that were not touched at the lift of the moment, with their distances at the trial.
+/// Triangles near a trial that were not touched at the lift of the moment, with their distances at
+/// the trial.
 struct Passed {
     near: [(f64, u32); MOST_PASSED],
     /// Their number, or one more than there is room for.

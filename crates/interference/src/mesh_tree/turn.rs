@@ -1,11 +1,12 @@
 //! Verdicts over a range of turns about a fixed point: what a body touches in no pose of it.
 //!
-//! A cutter that turns about the point where it touches the surface moves far at its other end and not at all at the
-//! contact, so that one bound for all its points proves nothing. Seen from the body it is the mesh that turns, and a point
-//! q of the mesh moves in proportion to its own distance from the centre. The body's distance f is convex: with its slope
-//! g at a point c, f(q′) ≥ f(c) + g·(q′ − c) wherever q gets to. To first order q′ is linear in the angles and in q, so
-//! that the least value over a slab or triangle and over all angles is at their corners; what is left is second order in
-//! the angles, times the distance from the centre.
+//! A cutter that turns about the point where it touches the surface moves far at its other end and
+//! not at all at the contact, so that one bound for all its points proves nothing. Seen from the
+//! body it is the mesh that turns, and a point q of the mesh moves in proportion to its own
+//! distance from the centre. The body's distance f is convex: with its slope g at a point c, f(q′)
+//! ≥ f(c) + g·(q′ − c) wherever q gets to. To first order q′ is linear in the angles and in q, so
+//! that the least value over a slab or triangle and over all angles is at their corners; what is
+//! left is second order in the angles, times the distance from the centre.
 
 use facemill_cl_data::Solid;
 use nalgebra::{Point3, Vector3};
@@ -23,10 +24,12 @@ use crate::query::sweep_verdict::{SweepVerdict, TurnRange};
 const MAX_SPLITS: u32 = 12;
 
 impl MeshTree {
-    /// Whether the dilated solid touches nothing of the mesh in any pose of a range, and is in no closed component.
+    /// Whether the dilated solid touches nothing of the mesh in any pose of a range, and is in no
+    /// closed component.
     ///
-    /// Clear is proven, up to the rounding band of verdicts. Unproven says that the solid may touch, or that the range is
-    /// too large; a smaller one tells more. `hint` is a triangle to look at first.
+    /// Clear is proven, up to the rounding band of verdicts. Unproven says that the solid may
+    /// touch, or that the range is too large; a smaller one tells more. `hint` is a triangle to
+    /// look at first.
     pub(crate) fn turned(&self, solid: &Solid, range: &TurnRange, hint: Option<u32>) -> SweepVerdict {
         let pose = &range.mesh_from_solid;
         if !(is_finite(solid, pose) && range.is_finite()) {
@@ -106,7 +109,8 @@ impl<B: Body> Turned<'_, B> {
         (slab.center - self.range.center).norm() + slab.radius + slab.half_thickness
     }
 
-    /// What the turns add to a slope, at the four corners of the range: movements of q along g are q's height along g × turn.
+    /// What the turns add to a slope, at the four corners of the range: movements of q along g are
+    /// q's height along g × turn.
     #[inline(always)]
     fn turned_slopes(&self, slope: &Vector3<f64>) -> [Vector3<f64>; 4] {
         let [first, second] = self.range.turns.map(|turn| slope.cross(&turn));
@@ -149,8 +153,8 @@ impl<B: Body> Turned<'_, B> {
         quarters(corners).iter().all(|quarter| self.clears_triangle(quarter, splits - 1))
     }
 
-    /// Lower bound of the distance over a triangle and all corners of the range, from its slope at one point, but for the
-    /// remainder.
+    /// Lower bound of the distance over a triangle and all corners of the range, from its slope at
+    /// one point, but for the remainder.
     fn least_over(&self, sample: &Sample, corners: &[Point3<f64>; 3]) -> f64 {
         let from_center = sample.point - self.range.center;
         let slopes = self.turned_slopes(&sample.gradient);

@@ -23,16 +23,18 @@ pub(crate) const ACCURACY: f64 = 1e-7;
 /// Bound on the steps: every third one halves the bracket.
 const MAX_STEPS: usize = 200;
 
-/// The largest penetration of a body normal to the surface, to 1e-6 mm; `None` where the body is free.
+/// The largest penetration of a body normal to the surface, to 1e-6 mm; `None` where the body is
+/// free.
 ///
-/// It is the largest distance from a point of the mesh within the dilated body to the body's outside: the radius of the
-/// largest ball about a point of the surface that fits into the body. At the deepest point, where it is within a facet,
-/// the shortest way out of the body is along the facet's normal; at an edge or corner it is along one of the normals
-/// there. So a cutter removes at most so much below the surface, measured across it. Of a cutter's test body it
-/// is what the virtual machine calls depth, as long as that is less than the corner radius.
+/// It is the largest distance from a point of the mesh within the dilated body to the body's
+/// outside: the radius of the largest ball about a point of the surface that fits into the body. At
+/// the deepest point, where it is within a facet, the shortest way out of the body is along the
+/// facet's normal; at an edge or corner it is along one of the normals there. So a cutter removes
+/// at most so much below the surface, measured across it. Of a cutter's test body it is what the
+/// virtual machine calls depth, as long as that is less than the corner radius.
 ///
-/// A body that touches nothing and is wholly inside a closed component counts as deep as it can be: the radius of the largest
-/// ball within it.
+/// A body that touches nothing and is wholly inside a closed component counts as deep as it can be:
+/// the radius of the largest ball within it.
 pub fn penetration(
     mesh: &(impl Interference + ?Sized),
     solid: &Solid,
@@ -43,7 +45,8 @@ pub fn penetration(
     let at = |depth: f64, s: &Separation| Some(Penetration { depth, triangle: s.triangle, point: s.point });
     let touched = rounding + 1e-9;
     match mesh.core_distance(solid, mesh_from_solid, touched, Some(witness.triangle)) {
-        // The body is dilated by the rounding: what of the mesh is outside its core is that much less deep.
+        // The body is dilated by the rounding: what of the mesh is outside its core is that much
+        // less deep.
         Some(s) if s.distance > 0.0 => at((rounding - s.distance).max(0.0), &s),
         Some(s) => {
             let (depth, s) = mesh.core_depth(solid, mesh_from_solid, s);
@@ -56,7 +59,8 @@ pub fn penetration(
     }
 }
 
-/// [`Interference::core_depth`] by distances alone, for any mesh; of a polyhedron no more than what it is not above.
+/// [`Interference::core_depth`] by distances alone, for any mesh; of a polyhedron no more than what
+/// it is not above.
 pub(crate) fn stepped_depth(
     mesh: &(impl Interference + ?Sized),
     solid: &Solid,
@@ -74,11 +78,12 @@ pub(crate) fn stepped_depth(
     })
 }
 
-/// The depth of a surface in a body between two bounds, at most [`ACCURACY`] too large, and what `away` tells of it there: the
-/// distance of the surface from the body made smaller by so much, 0 where they meet, and where it is.
+/// The depth of a surface in a body between two bounds, at most [`ACCURACY`] too large, and what
+/// `away` tells of it there: the distance of the surface from the body made smaller by so much, 0
+/// where they meet, and where it is.
 ///
-/// The smaller body is away from the surface just where it is smaller by more than the depth, and then by at least the
-/// excess: so each distance brackets the depth from both sides.
+/// The smaller body is away from the surface just where it is smaller by more than the depth, and
+/// then by at least the excess: so each distance brackets the depth from both sides.
 #[inline(always)]
 pub(crate) fn innermost<P>(mut low: f64, mut high: f64, mut away: impl FnMut(f64) -> (f64, P)) -> (f64, P) {
     // Nearest to the body that is away, and so the deepest.
@@ -106,7 +111,8 @@ pub(crate) fn innermost<P>(mut low: f64, mut high: f64, mut away: impl FnMut(f64
     (high, nearest)
 }
 
-/// Radius of the largest ball within the undilated body, mm; of a polyhedron a bound that is not below it.
+/// Radius of the largest ball within the undilated body, mm; of a polyhedron a bound that is not
+/// below it.
 pub(crate) fn inner_radius(solid: &Solid) -> f64 {
     match solid {
         Solid::Box(b) => b.half_extents.min(),
@@ -122,8 +128,8 @@ pub(crate) fn inner_radius(solid: &Solid) -> f64 {
     }
 }
 
-/// The undilated body without what is nearer than `by` to its outside; `by` is at most the inner radius. A polyhedron stays
-/// as it is: what is deepest in it is found by its faces.
+/// The undilated body without what is nearer than `by` to its outside; `by` is at most the inner
+/// radius. A polyhedron stays as it is: what is deepest in it is found by its faces.
 pub(crate) fn eroded(solid: &Solid, by: f64) -> Solid {
     match solid {
         Solid::Box(b) => {

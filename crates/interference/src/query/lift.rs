@@ -6,21 +6,25 @@ use crate::body::edge::{Goal, Sample};
 use crate::body::facet::nearest_on_triangle;
 use crate::query::Interference;
 
-/// Steps by distance before bisection takes over: seating on a nearly parallel surface takes 2 to 5.
+/// Steps by distance before bisection takes over: seating on a nearly parallel surface takes 2
+/// to 5.
 const MAX_STEPS: usize = 24;
 
 /// Finest resolution, mm: the accuracy of a verdict.
 const FINEST: f64 = 1e-9;
 
-/// Least lift (mm, from 0 to `max_lift`) of a solid along a direction that frees it; `None` where none is found.
+/// Least lift (mm, from 0 to `max_lift`) of a solid along a direction that frees it; `None` where
+/// none is found.
 ///
-/// The returned lift is itself verified free, and the lift `resolution` below it is a hit or negative. `direction` is in the
-/// mesh frame. A `resolution` of 0 or less counts as 1e-9 mm, the accuracy of a verdict.
+/// The returned lift is itself verified free, and the lift `resolution` below it is a hit or
+/// negative. `direction` is in the mesh frame. A `resolution` of 0 or less counts as 1e-9 mm, the
+/// accuracy of a verdict.
 ///
-/// Of a [`crate::mesh_tree::MeshTree`] it is the *first* free lift but for free windows narrower than the resolution: the lifts at
-/// which a convex body touches a triangle are an interval, and from each triangle that is met the lift goes to the end of
-/// its interval; inside a closed component it goes to where the component ends. Of other meshes it is found by
-/// steps and bisection, which may pass over windows.
+/// Of a [`crate::mesh_tree::MeshTree`] it is the *first* free lift but for free windows narrower
+/// than the resolution: the lifts at which a convex body touches a triangle are an interval, and
+/// from each triangle that is met the lift goes to the end of its interval; inside a closed
+/// component it goes to where the component ends. Of other meshes it is found by steps and
+/// bisection, which may pass over windows.
 pub fn lift_to_free(
     mesh: &(impl Interference + ?Sized),
     solid: &Solid,
@@ -35,11 +39,12 @@ pub fn lift_to_free(
 
 /// [`lift_to_free`] by verdicts and distances alone, for any mesh.
 ///
-/// While the core is clear of the surface, the lift advances by what the separation lacks to the rounding: no lift in
-/// between can be free, because a distance changes by at most the lift. So on a surface that the direction leaves, the
-/// answer is the *first* free lift. Where that is too slow (a core in the surface, a body inside, a direction along the
-/// surface) the rest is bisected between a hit and `max_lift`, which then must be free; a free window in between may be
-/// passed over, and a hit at `max_lift` gives `None`.
+/// While the core is clear of the surface, the lift advances by what the separation lacks to the
+/// rounding: no lift in between can be free, because a distance changes by at most the lift. So on
+/// a surface that the direction leaves, the answer is the *first* free lift. Where that is too slow
+/// (a core in the surface, a body inside, a direction along the surface) the rest is bisected
+/// between a hit and `max_lift`, which then must be free; a free window in between may be passed
+/// over, and a hit at `max_lift` gives `None`.
 pub(crate) fn stepped_lift(
     mesh: &(impl Interference + ?Sized),
     solid: &Solid,
@@ -74,7 +79,8 @@ pub(crate) fn stepped_lift(
     bisected(hit, max_lift, resolution, |lift| is_free(lift, &mut hint))
 }
 
-/// A free lift at most `resolution` above a hit, between the hit at `low` and `high`, if that is free.
+/// A free lift at most `resolution` above a hit, between the hit at `low` and `high`, if that is
+/// free.
 fn bisected(mut low: f64, mut high: f64, resolution: f64, mut is_free: impl FnMut(f64) -> bool) -> Option<f64> {
     if !(low <= high && is_free(high)) {
         return None;
@@ -118,8 +124,8 @@ impl<B: Body> LiftSearch<'_, B> {
         self.body.moved(&(self.direction * lift))
     }
 
-    /// The end of the interval of lifts at which the body touches a triangle that it touches at `low`: not before the end,
-    /// and beyond it by at most the accuracy.
+    /// The end of the interval of lifts at which the body touches a triangle that it touches at
+    /// `low`: not before the end, and beyond it by at most the accuracy.
     #[inline(always)]
     pub(crate) fn exit(&self, corners: &[Point3<f64>; 3], low: f64) -> f64 {
         let top = corners.iter().map(|p| self.direction.dot(&p.coords)).fold(f64::NEG_INFINITY, f64::max);
@@ -138,7 +144,8 @@ impl<B: Body> LiftSearch<'_, B> {
 
     /// The same by steps from `next` on.
     ///
-    /// The distance is a convex function of the lift, so that beyond the end Newton's steps come closer from above.
+    /// The distance is a convex function of the lift, so that beyond the end Newton's steps come
+    /// closer from above.
     #[inline(always)]
     fn exit_between(&self, corners: &[Point3<f64>; 3], mut low: f64, mut high: f64, mut next: f64) -> f64 {
         for step in 0..MAX_EXIT_STEPS {
@@ -177,7 +184,8 @@ impl<B: Body> LiftSearch<'_, B> {
         nearest_on_triangle(&self.at(lift), corners, goal).is_some()
     }
 
-    /// What the distance at a lift is more than the reach, and its slope there; `None` where the triangle is touched.
+    /// What the distance at a lift is more than the reach, and its slope there; `None` where the
+    /// triangle is touched.
     #[inline(always)]
     fn beyond(&self, corners: &[Point3<f64>; 3], lift: f64) -> Option<(f64, f64)> {
         let goal = Goal { enough: 0.0, beyond: f64::INFINITY };

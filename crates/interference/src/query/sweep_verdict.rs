@@ -13,8 +13,8 @@ pub struct MotionInterval {
     pub spin: Vector3<f64>,
     /// Half of the interval's length: time runs from −half to half.
     pub half: f64,
-    /// No point of the solid's core is ever farther than this from where its velocity in the middle would have brought it,
-    /// mm.
+    /// No point of the solid's core is ever farther than this from where its velocity in the middle
+    /// would have brought it, mm.
     pub deviation: f64,
 }
 
@@ -29,8 +29,9 @@ pub enum SweepVerdict {
 
 /// Poses that a solid gets into by two turns about a fixed point.
 ///
-/// For a and b in −1..=1, the solid is turned from its pose in the middle about the centre by a times the first turn, then
-/// by b times the second, and moved by at most `shift`. A solid of revolution may be spun about its own axis besides.
+/// For a and b in −1..=1, the solid is turned from its pose in the middle about the centre by a
+/// times the first turn, then by b times the second, and moved by at most `shift`. A solid of
+/// revolution may be spun about its own axis besides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TurnRange {
     /// Pose in the middle, a = b = 0.
@@ -56,13 +57,14 @@ impl TurnRange {
 
     /// What a point at a distance from the centre may depart from its first-order movement, mm.
     ///
-    /// The second derivative along a straight way from the middle to any (a, b) is no longer than the square of the sum of
-    /// the angles times the distance.
+    /// The second derivative along a straight way from the middle to any (a, b) is no longer than
+    /// the square of the sum of the angles times the distance.
     pub fn remainder(&self, from_center: f64) -> f64 {
         0.5 * self.angle().powi(2) * from_center + self.shift
     }
 
-    /// First-order movements of a mesh point, seen from the solid, at the four corners of the range.
+    /// First-order movements of a mesh point, seen from the solid, at the four corners of the
+    /// range.
     pub fn corner_moves(&self, q: &Point3<f64>) -> [Vector3<f64>; 4] {
         let [first, second] = self.turns.map(|turn| turn.cross(&(q - self.center)));
         [first + second, first - second, second - first, -first - second]

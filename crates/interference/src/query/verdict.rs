@@ -7,8 +7,9 @@ use nalgebra::Point3;
 pub struct Witness {
     /// Index of the triangle in the mesh.
     pub triangle: u32,
-    /// A point of that triangle within the body, mesh frame. Of a body that is wholly inside a closed component it is
-    /// the point where the component's surface is crossed on the way out along the body's z axis.
+    /// A point of that triangle within the body, mesh frame. Of a body that is wholly inside a
+    /// closed component it is the point where the component's surface is crossed on the way out
+    /// along the body's z axis.
     pub point: Point3<f64>,
 }
 

@@ -10,7 +10,8 @@ use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 use crate::kit::{Lcg, cube, frustum, golden, patch, sample_solids, soup, sphere, square};
 use crate::reference::{Stepped, closed_contains};
 
-/// Signed distance of a point from the dilated solid, negative inside: the largest over the planes that hold it.
+/// Signed distance of a point from the dilated solid, negative inside: the largest over the planes
+/// that hold it.
 fn signed_distance(solid: &Solid, p: &Point3<f64>) -> f64 {
     let outside = solid.core_distance(p);
     if outside > 0.0 {
@@ -41,7 +42,8 @@ fn inner_radius(solid: &Solid) -> f64 {
     cells.map(|[i, j, k]| -signed_distance(&core, &point(i, j, k))).fold(0.0, f64::max)
 }
 
-/// Largest depth of a point of the mesh in the solid, by golden sections over every triangle; negative where none is in it.
+/// Largest depth of a point of the mesh in the solid, by golden sections over every triangle;
+/// negative where none is in it.
 fn brute_depth(solid: &Solid, pose: &Isometry3<f64>, mesh: &TriMesh) -> f64 {
     let mut deepest = f64::NEG_INFINITY;
     for t in 0..mesh.triangles().len() {
@@ -135,8 +137,9 @@ fn depth_in_a_plane_is_the_closed_form() {
         let tip = (radius - corner) * sin + corner - corner * cos - sunk;
         let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), tilt);
         let pose = Isometry3::from_parts(Translation3::new(lcg.range(-9.0, 9.0), 3.0, tip), turn);
-        // Within the corner's skin the ball about the deepest point rolls on the plane. Deeper, its centre is on the edge
-        // of the smaller cylinder: each step in costs a step of the bottom and one of the wall.
+        // Within the corner's skin the ball about the deepest point rolls on the plane. Deeper, its
+        // centre is on the edge of the smaller cylinder: each step in costs a step of the bottom
+        // and one of the wall.
         let expected = if sunk <= corner { sunk } else { corner + (sunk - corner) / (sin + cos) };
         let found = penetration(&tree, &mill, &pose).unwrap().depth;
         assert!(
@@ -188,7 +191,8 @@ fn body_inside_counts_as_deep_as_it_can_be_and_a_free_one_has_no_depth() {
 
 #[test]
 fn lift_on_fine_meshes_is_free_and_hits_just_below() {
-    // Thousands of small triangles near the trial: what one walk keeps aside must suffice, or the walk be repeated.
+    // Thousands of small triangles near the trial: what one walk keeps aside must suffice, or the
+    // walk be repeated.
     let mut lcg = Lcg::new(55);
     let mut n_lifted = 0;
     for mesh in [patch(90), sphere(25.0, 60), soup(&mut Lcg::new(5), 3000)] {

@@ -1,4 +1,5 @@
-//! What the crate's tests share: seeded numbers, bodies, meshes, and the slow definitions of correct.
+//! What the crate's tests share: seeded numbers, bodies, meshes, and the slow definitions of
+//! correct.
 #![allow(dead_code, reason = "the laws and the tests within the crate each use a part of it")]
 
 use std::sync::Arc;
@@ -39,7 +40,8 @@ impl Lcg {
         }
     }
 
-    /// Any turn; every fourth about a coordinate axis by a right angle or none, the axis-parallel cases.
+    /// Any turn; every fourth about a coordinate axis by a right angle or none, the axis-parallel
+    /// cases.
     pub(crate) fn pose(&mut self, reach: f64) -> Isometry3<f64> {
         let turn = match self.range(0.0, 8.0) as u32 {
             0 => UnitQuaternion::identity(),
@@ -81,7 +83,8 @@ pub(crate) fn random_hull(lcg: &mut Lcg, n_points: usize, rounding: f64) -> Soli
     Solid::Hull(RoundHull { core: Arc::new(core), rounding })
 }
 
-/// Least core distance over a triangle by golden sections in two nested directions: slow, and nothing but convexity.
+/// Least core distance over a triangle by golden sections in two nested directions: slow, and
+/// nothing but convexity.
 pub(crate) fn brute_triangle_distance(solid: &Solid, pose: &Isometry3<f64>, corners: &[Point3<f64>; 3]) -> f64 {
     let [a, b, c] = corners.map(|p| pose.inverse_transform_point(&p));
     // The least over t of a convex function of (s, t) on a convex set is convex in s.
@@ -110,8 +113,8 @@ pub(crate) fn golden(f: impl Fn(f64) -> f64) -> f64 {
     least
 }
 
-/// Least core distance over all triangles of a mesh, by [`brute_triangle_distance`] where the corners do not already
-/// say that it is larger than `at_most`.
+/// Least core distance over all triangles of a mesh, by [`brute_triangle_distance`] where the
+/// corners do not already say that it is larger than `at_most`.
 pub(crate) fn brute_distance(solid: &Solid, pose: &Isometry3<f64>, mesh: &TriMesh, at_most: f64) -> f64 {
     let mut least = f64::INFINITY;
     for t in 0..mesh.triangles().len() {
@@ -134,7 +137,8 @@ pub(crate) fn sheet() -> TriMesh {
     height_field(24, 40.0, |x, y| 3.0 * (0.11 * x).sin() * (0.08 * y).cos())
 }
 
-/// An open surface over a square about the origin, from −`half` to `half`: n × n vertices at their heights.
+/// An open surface over a square about the origin, from −`half` to `half`: n × n vertices at their
+/// heights.
 fn height_field(n: u32, half: f64, height: impl Fn(f64, f64) -> f64) -> TriMesh {
     let at = |i: u32| 2.0 * half * f64::from(i) / f64::from(n - 1) - half;
     let vertices = (0..n * n).map(|k| (at(k / n), at(k % n))).map(|(x, y)| Point3::new(x, y, height(x, y))).collect();

@@ -1,4 +1,5 @@
-//! Laws that hold for every [`Interference`](facemill_interference::Interference), and between them.
+//! Laws that hold for every [`Interference`](facemill_interference::Interference), and between
+//! them.
 
 mod kit;
 mod reference;

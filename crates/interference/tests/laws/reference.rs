@@ -6,7 +6,8 @@ use nalgebra::{Isometry3, Translation3};
 
 use crate::kit::frustum;
 
-/// A mesh of which verdicts and distances are known and nothing else: lifts and depths are found in steps.
+/// A mesh of which verdicts and distances are known and nothing else: lifts and depths are found in
+/// steps.
 pub(crate) struct Stepped<'a>(pub(crate) &'a MeshTree);
 
 impl Interference for Stepped<'_> {
@@ -25,7 +26,8 @@ impl Interference for Stepped<'_> {
     }
 }
 
-/// Whether a body that touches nothing of the surface is inside a closed component: a point of it is.
+/// Whether a body that touches nothing of the surface is inside a closed component: a point of it
+/// is.
 pub(crate) fn closed_contains(tree: &MeshTree, solid: &Solid, pose: &Isometry3<f64>) -> bool {
     let point = Translation3::from((pose * solid.interior_point()).coords);
     !tree.verdict(&frustum([0.0, 0.0], [0.0, 0.0], 0.0), &point.into(), None).is_free()

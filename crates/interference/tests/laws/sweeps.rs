@@ -7,8 +7,8 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use crate::kit::{Lcg, cube, frustum, sample_solids, sheet, square};
 
-/// Turn about an axis through the solid's origin at constant rate, and constant velocity of the origin: its pose at a
-/// time, and how far points of the solid leave their tangents.
+/// Turn about an axis through the solid's origin at constant rate, and constant velocity of the
+/// origin: its pose at a time, and how far points of the solid leave their tangents.
 struct Screw {
     middle: Isometry3<f64>,
     velocity: Vector3<f64>,
@@ -74,7 +74,8 @@ fn a_short_enough_interval_proves_what_is_free() {
                 continue;
             }
             let screw = Screw { middle, velocity: lcg.unit() * 5.0, spin: lcg.unit() * 0.3 };
-            // No point of the samples is farther than 100 mm from its origin: 35 mm per unit of time.
+            // No point of the samples is farther than 100 mm from its origin: 35 mm per unit of
+            // time.
             let half = gap / 40.0;
             assert_eq!(tree.sweep(&solid, &screw.interval(&solid, half), None), SweepVerdict::Clear, "{solid:?} {gap}");
             proven += 1;
@@ -94,7 +95,8 @@ fn a_disc_that_slides_along_a_plane_is_certified_over_its_whole_way() {
         half: 1.0,
         deviation: 0.0,
     };
-    // A micrometre over the plane, 200 mm far: distance over speed would have to stop every micrometre.
+    // A micrometre over the plane, 200 mm far: distance over speed would have to stop every
+    // micrometre.
     assert_eq!(tree.sweep(&mill, &slide(1e-3, 0.0), None), SweepVerdict::Clear);
     assert_eq!(tree.sweep(&mill, &slide(1e-3, 0.9e-3), None), SweepVerdict::Clear);
     assert!(matches!(tree.sweep(&mill, &slide(1e-3, 1.1e-3), None), SweepVerdict::Unproven(Some(_))));

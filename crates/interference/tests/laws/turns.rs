@@ -48,7 +48,8 @@ fn what_is_clear_is_touched_in_no_sampled_pose() {
 
 #[test]
 fn a_mill_that_turns_about_its_contact_is_cleared_over_degrees() {
-    // R 25, r 2, smaller by 0.02 as its test body, leaning by 6° on a plane, its corner's centre 2 mm above the contact.
+    // R 25, r 2, smaller by 0.02 as its test body, leaning by 6° on a plane, its corner's centre 2
+    // mm above the contact.
     let mill = frustum([2.0, 48.0], [23.0, 23.0], 1.98);
     let center = Point3::new(0.0, 0.0, 2.0);
     let tilt = 6f64.to_radians();
@@ -102,7 +103,8 @@ fn a_needle_that_is_met_within_the_range_is_never_cleared() {
 
 #[test]
 fn a_point_that_comes_nearer_to_second_order_only_is_not_overlooked() {
-    // Above a disc that turns about a point 50 mm below its top: to first order a point over the middle goes sideways.
+    // Above a disc that turns about a point 50 mm below its top: to first order a point over the
+    // middle goes sideways.
     let disc = frustum([40.0, 50.0], [30.0, 30.0], 0.0);
     for angle in [0.05f64, 0.1, 0.2] {
         let dip = 50.0 * (1.0 - angle.cos());

@@ -38,7 +38,8 @@ fn tree_agrees_with_brute_force() {
                     Some(s) => assert!((s.distance - brute).abs() < 1e-9, "{solid:?} {pose}: {s:?} for {brute}"),
                     None => assert!(brute > 12.0 - 1e-9, "{solid:?} {pose}: none for {brute}"),
                 }
-                // Grazing on purpose: the same core with a rounding just short of the distance and just beyond it.
+                // Grazing on purpose: the same core with a rounding just short of the distance and
+                // just beyond it.
                 let core = solid.dilated(-solid.rounding());
                 if brute < 12.0 && brute > 1e-6 {
                     let closed = closed_contains(&tree, &core, &pose);
@@ -161,7 +162,8 @@ fn rigid_motion_of_mesh_and_body_changes_nothing() {
 
 #[test]
 fn needle_under_the_disc_is_found() {
-    // A spike 0.01 mm wide under the bottom of a face mill that is otherwise 0.1 mm clear of the patch.
+    // A spike 0.01 mm wide under the bottom of a face mill that is otherwise 0.1 mm clear of the
+    // patch.
     let flat = |x: f64, y: f64| Point3::new(x, y, 0.0);
     let mill = frustum([2.0, 40.0], [23.0, 23.0], 2.0);
     let mut lcg = Lcg::new(7);
@@ -200,7 +202,8 @@ fn verdict_on_a_plane_is_the_closed_form() {
 
 #[test]
 fn distance_from_a_sphere_converges_to_the_closed_form() {
-    // Corner touching a ball from outside: the facets are inside the sphere by at most their chord error.
+    // Corner touching a ball from outside: the facets are inside the sphere by at most their chord
+    // error.
     let mut lcg = Lcg::new(9);
     let ball = crate::kit::sphere(30.0, 40);
     let tree = MeshTree::new(&ball);
@@ -342,8 +345,8 @@ fn empty_mesh_is_free_everywhere() {
 
 #[test]
 fn lift_is_the_first_free_one_of_brute_force() {
-    // Both are found without passing over a window: by exits of triangles, and by stepping over the intervals in which
-    // golden sections find a triangle touched.
+    // Both are found without passing over a window: by exits of triangles, and by stepping over the
+    // intervals in which golden sections find a triangle touched.
     let mut lcg = Lcg::new(14);
     let (mut n_lifted, mut n_windows) = (0, 0);
     for mesh in meshes() {

@@ -1,7 +1,8 @@
 //! Dual mills: two heads that face each other along a level C.
 //!
-//! All numbers stand in the table's frame with all axes at 0: z is C and points to the first head, y is up, the hub's seat
-//! is at the origin. The second head is the first one turned by half a turn about the upright through [`CENTRE`].
+//! All numbers stand in the table's frame with all axes at 0: z is C and points to the first head,
+//! y is up, the hub's seat is at the origin. The second head is the first one turned by half a turn
+//! about the upright through [`CENTRE`].
 
 use std::f64::consts::PI;
 
@@ -113,7 +114,8 @@ fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6 + 0.0
 }
 
-/// Homes beside the arbor and the headstock, and as far out as Z goes: behind them there is no room for the second head.
+/// Homes beside the arbor and the headstock, and as far out as Z goes: behind them there is no room
+/// for the second head.
 fn at_home(mut line: AxisLine) -> AxisLine {
     if let Joint::Prismatic(j) = &mut line.joint {
         j.home_mm = match j.axis.as_str() {

@@ -4,10 +4,12 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Part of a turn by which a way of half a turn is taken for the one that goes on: rounding of words.
+/// Part of a turn by which a way of half a turn is taken for the one that goes on: rounding of
+/// words.
 const HALF_TURNS_ON: f64 = 1e-9;
 
-/// Part of a turn by which two places are one: rounding of words. Larger: a way that is meant is not gone; smaller: a whole turn is.
+/// Part of a turn by which two places are one: rounding of words. Larger: a way that is meant is
+/// not gone; smaller: a whole turn is.
 const SAME_PLACE: f64 = 1e-9;
 
 /// What a joint does.
@@ -26,22 +28,24 @@ pub enum Carrier {
     Head,
     /// The workpiece's side: between bed and table.
     Table,
-    /// On a machine with two heads, the one whose tool the view does not move: between bed and its spindle. Its axes do not
-    /// move this view's tool, its bodies are in the way of it.
+    /// On a machine with two heads, the one whose tool the view does not move: between bed and its
+    /// spindle. Its axes do not move this view's tool, its bodies are in the way of it.
     OtherHead,
 }
 
 /// Address of an axis in NC text: a letter, and a number for a second head (`B`, `X2`).
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct AxisLetter {
-    // The number stands first so that the derived order is that of NC words: X Y Z A B C, then the second head.
+    // The number stands first so that the derived order is that of NC words: X Y Z A B C, then the
+    // second head.
     number: u8,
     rank: u8,
     text: [u8; 2],
 }
 
 impl AxisLetter {
-    /// Reads one of X Y Z A B C U V W, optionally with one digit from 1 to 9 behind it; `None` for anything else.
+    /// Reads one of X Y Z A B C U V W, optionally with one digit from 1 to 9 behind it; `None` for
+    /// anything else.
     pub fn parse(text: &str) -> Option<Self> {
         let (letter, number) = match *text.as_bytes() {
             [letter] => (letter, 0),
@@ -107,7 +111,8 @@ pub struct Axis {
     pub endless: bool,
     /// How far an axis without stops may be wound from home, rad; its limits are there.
     pub max_wind_up: Option<f64>,
-    /// How the control reads the words of an endless axis; `None` where the file does not say: words wind on.
+    /// How the control reads the words of an endless axis; `None` where the file does not say:
+    /// words wind on.
     pub rollover: Option<Rollover>,
     /// Which side of the machine it is on.
     pub carried_by: Carrier,
@@ -124,8 +129,8 @@ impl Axis {
         matches!(self.rollover, Some(Rollover::Shortest | Rollover::SignDirected))
     }
 
-    /// The value that an absolute word leads to from the value `from`; the word in the unit of values, `offset` its zero. Exactly
-    /// their sum where words wind on.
+    /// The value that an absolute word leads to from the value `from`; the word in the unit of
+    /// values, `offset` its zero. Exactly their sum where words wind on.
     pub fn led_to(&self, from: f64, offset: f64, word: f64) -> f64 {
         match self.rollover {
             None | Some(Rollover::None) => offset + word,
@@ -164,9 +169,11 @@ impl Axis {
 pub enum Rollover {
     /// Words wind on: the axis turns back by 340 deg.
     None,
-    /// Words count to 360 deg, and the axis goes the shorter way: on by 20 deg. By half a turn it goes on.
+    /// Words count to 360 deg, and the axis goes the shorter way: on by 20 deg. By half a turn it
+    /// goes on.
     Shortest,
-    /// Words count to 360 deg, and their sign says which way round: `C10.` is on by 20 deg, `C-10.` back by 340 deg, to the same place.
+    /// Words count to 360 deg, and their sign says which way round: `C10.` is on by 20 deg, `C-10.`
+    /// back by 340 deg, to the same place.
     SignDirected,
 }
 

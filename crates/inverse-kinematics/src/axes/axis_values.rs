@@ -3,7 +3,8 @@ use std::ops::{Index, IndexMut};
 /// The most axes a machine can have: the dual mill has nine.
 pub const MAX_AXES: usize = 10;
 
-/// One value per axis, in the order of [`Machine::axes`](crate::machine::Machine::axes): mm for linear axes, rad for rotary ones.
+/// One value per axis, in the order of [`Machine::axes`](crate::machine::Machine::axes): mm for
+/// linear axes, rad for rotary ones.
 ///
 /// They are what the machine's scales show (joint values), not the words of an NC program.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,8 +59,8 @@ impl AxisValues {
         self.values.get(index).copied().unwrap_or(0.0)
     }
 
-    /// Every axis at the fraction `t` of its way from here (t = 0) to `end` (t = 1). Both ends are met exactly, and an
-    /// axis that does not move keeps its value exactly.
+    /// Every axis at the fraction `t` of its way from here (t = 0) to `end` (t = 1). Both ends are
+    /// met exactly, and an axis that does not move keeps its value exactly.
     #[must_use]
     pub fn lerp(&self, end: &Self, t: f64) -> Self {
         if t == 1.0 {

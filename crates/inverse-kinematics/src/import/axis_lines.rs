@@ -2,11 +2,12 @@ use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::machine_file::{BodyFile, DhRow, Joint};
 
-/// A joint told by the line it moves along or turns about, with all axes at 0. The frame is the bed's.
+/// A joint told by the line it moves along or turns about, with all axes at 0. The frame is the
+/// bed's.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisLine {
-    /// Address, limits and speeds. Its sense counts against `direction`: a table axis whose direction is that of its ISO
-    /// letter is negative, because the table moves against the tool.
+    /// Address, limits and speeds. Its sense counts against `direction`: a table axis whose
+    /// direction is that of its ISO letter is negative, because the table moves against the tool.
     pub joint: Joint,
     /// Direction of the row's z axis.
     pub direction: Unit<Vector3<f64>>,
@@ -19,8 +20,8 @@ pub struct AxisLine {
 /// Sine below which two directions are taken as parallel: rounding of unit vectors.
 const PARALLEL: f64 = 1e-14;
 
-/// Sine below which the foot of a common normal lies so far away (more than 100 times the distance of the lines) that its
-/// place costs digits: the turn and the offset then get a row each.
+/// Sine below which the foot of a common normal lies so far away (more than 100 times the distance
+/// of the lines) that its place costs digits: the turn and the offset then get a row each.
 const NEARLY_PARALLEL: f64 = 1e-2;
 
 /// Distance below which two parallel lines are one, mm.
@@ -28,9 +29,10 @@ const SAME_LINE: f64 = 1e-12;
 
 /// The rows of a chain from the bed whose joints lie on these lines and which ends in this frame.
 ///
-/// Craig's rows turn and shift about the x axis before, so every frame gets its x along the common normal to the next
-/// line. Rows without a joint stand only where they have to: before the first joint, between two nearly parallel lines,
-/// and at the end. The rows reproduce lines and end frame to rounding (1e-9 mm for machines of metres).
+/// Craig's rows turn and shift about the x axis before, so every frame gets its x along the common
+/// normal to the next line. Rows without a joint stand only where they have to: before the first
+/// joint, between two nearly parallel lines, and at the end. The rows reproduce lines and end frame
+/// to rounding (1e-9 mm for machines of metres).
 pub fn rows_from_axes(axes: &[AxisLine], bed_from_end: &Isometry3<f64>) -> Vec<DhRow> {
     let mut chain = Chain { rows: Vec::new(), open: fixed(), frame: Isometry3::identity() };
     for axis in axes {
@@ -46,7 +48,8 @@ pub fn rows_from_axes(axes: &[AxisLine], bed_from_end: &Isometry3<f64>) -> Vec<D
 }
 
 impl DhRow {
-    /// RotX(alpha) · TransX(a) · RotZ(theta) · TransZ(d): pose of the row's frame in the one before it, its joint at 0.
+    /// RotX(alpha) · TransX(a) · RotZ(theta) · TransZ(d): pose of the row's frame in the one before
+    /// it, its joint at 0.
     pub fn transform(&self) -> Isometry3<f64> {
         let about = |axis, deg: f64| UnitQuaternion::from_axis_angle(&axis, deg.to_radians());
         Isometry3::from_parts(Translation3::identity(), about(Vector3::x_axis(), self.alpha_deg))

@@ -9,8 +9,8 @@ use crate::machine::Machine;
 
 /// Where the rotary axes of a machine are, and how they lie: what kind of machine it is.
 ///
-/// Written as shops say it: `head B, table C`; `table-table A-C` and `head-head C-A`, the axis nearest to the bed first;
-/// `head B (nutating, 45°), table C`.
+/// Written as shops say it: `head B, table C`; `table-table A-C` and `head-head C-A`, the axis
+/// nearest to the bed first; `head B (nutating, 45°), table C`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Family {
     /// Rotary axes of the head, from the bed outward.

@@ -15,20 +15,23 @@ pub struct JointLine {
     pub carrier: Carrier,
     /// Row of its chain, from 0.
     pub row: usize,
-    /// Direction in which, or about which (right-handed), a growing value moves the tool relative to the table.
+    /// Direction in which, or about which (right-handed), a growing value moves the tool relative
+    /// to the table.
     pub direction: Unit<Vector3<f64>>,
     /// Origin of its row, mm: for a rotary joint a point on its axis.
     pub point: Point3<f64>,
 }
 
 impl Machine {
-    /// The joints that move the tool, in the order from the table to it: the table's from the table inward, then the head's outward.
+    /// The joints that move the tool, in the order from the table to it: the table's from the table
+    /// inward, then the head's outward.
     pub fn joint_lines(&self) -> Vec<JointLine> {
         let file = self.to_file();
         let (table, bed_from_table) = walk(&file.workpiece_chain.rows);
         let head = file.tool_chains.get(self.head).map(|c| walk(&c.rows).0).unwrap_or_default();
         let table_from_bed = bed_from_table.inverse();
-        // A table joint moves the table against the bed: seen from the table the tool moves the other way.
+        // A table joint moves the table against the bed: seen from the table the tool moves the
+        // other way.
         let from_table = table.into_iter().rev().map(|j| (j, Carrier::Table, -1.0));
         let to_tool = head.into_iter().map(|j| (j, Carrier::Head, 1.0));
         let line = |((joint, row, frame), carrier, side): ((Joint, usize, Isometry3<f64>), Carrier, f64)| {

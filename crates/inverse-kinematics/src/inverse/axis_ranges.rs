@@ -1,8 +1,9 @@
 //! Axis values over a set of tool poses, bounded from outside.
 //!
-//! For tool axes within a cone and tips within a ball: the second rotary axis stands by the angle between tool axis and first
-//! rotary axis alone, and monotonically; the first by that and by the tool axis' azimuth, which a cone beside the pole
-//! bounds. What the linear axes have to make up for is bounded by the ways of the tip about both rotary axes.
+//! For tool axes within a cone and tips within a ball: the second rotary axis stands by the angle
+//! between tool axis and first rotary axis alone, and monotonically; the first by that and by the
+//! tool axis' azimuth, which a cone beside the pole bounds. What the linear axes have to make up
+//! for is bounded by the ways of the tip about both rotary axes.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -30,8 +31,9 @@ pub struct PoseSet {
 
 /// Axis values of one branch over a [`PoseSet`]; limits are not asked.
 ///
-/// Axes that do not [move the tool](Machine::moves_tool) are no matter of the poses: they stand at home, with 0 for the
-/// half. Whoever moves them sets both before [`Machine::body_travel`] is asked.
+/// Axes that do not [move the tool](Machine::moves_tool) are no matter of the poses: they stand at
+/// home, with 0 for the half. Whoever moves them sets both before [`Machine::body_travel`] is
+/// asked.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisRange {
     /// The branch.
@@ -50,8 +52,9 @@ pub enum AxisRanges {
     Both([AxisRange; 2]),
     /// No pose of the set is in reach, whatever the limits.
     OutOfReach(Unreachable),
-    /// Nothing is proven: the set reaches to the pole or to the edge of the reach, or the machine's joints stand in an order
-    /// that is not treated (a rotary joint between two linear ones, or three rotary joints).
+    /// Nothing is proven: the set reaches to the pole or to the edge of the reach, or the machine's
+    /// joints stand in an order that is not treated (a rotary joint between two linear ones, or
+    /// three rotary joints).
     Unknown,
 }
 
@@ -66,11 +69,12 @@ pub enum LimitVerdict {
     Unknown,
 }
 
-/// Added to every half range, mm or rad: rounding of the closed forms, which is 1e-12 of some metres, and the excess over a
-/// limit that counts as rounding (2e-10).
+/// Added to every half range, mm or rad: rounding of the closed forms, which is 1e-12 of some
+/// metres, and the excess over a limit that counts as rounding (2e-10).
 const SLACK: f64 = 1e-8;
 
-/// Distance that the cone keeps from the pole and from the edge of the reach, rad: nearer, angles are noise.
+/// Distance that the cone keeps from the pole and from the edge of the reach, rad: nearer, angles
+/// are noise.
 const FROM_POLE: f64 = 1e-6;
 
 impl Machine {
@@ -140,8 +144,8 @@ impl Machine {
 
     /// How far the three linear axes get from their values in the middle, in chain order.
     ///
-    /// Whatever way the rotaries go, D·(linear rates) is the tip's rate less what the rotaries give it, each no more than its
-    /// own rate times the tip's distance from its axis.
+    /// Whatever way the rotaries go, D·(linear rates) is the tip's rate less what the rotaries give
+    /// it, each no more than its own rate times the tip's distance from its axis.
     fn linear_halves(&self, joints: &Joints<'_>, rotary: &[f64; 2], set: &PoseSet) -> Option<[f64; 3]> {
         let screws = &self.chain.screws;
         let first = screws.iter().position(|s| s.kind == AxisKind::Linear)?;
@@ -157,7 +161,8 @@ impl Machine {
         (determinant > 1e-6).then(|| [yz, zx, xy].map(|row| way * row.norm() / determinant))
     }
 
-    /// The limits over a range of axis values. Axes that do not move the tool are not asked, as for a solution.
+    /// The limits over a range of axis values. Axes that do not move the tool are not asked, as for
+    /// a solution.
     pub fn limits_over(&self, range: &AxisRange) -> LimitVerdict {
         let mut all_within = true;
         for (index, axis) in self.axes.iter().enumerate().filter(|(k, _)| self.moves_tool(*k)) {
@@ -175,9 +180,10 @@ impl Machine {
         if all_within { LimitVerdict::Within } else { LimitVerdict::Unknown }
     }
 
-    /// Distance, mm, within which every point of a body of the machine stays of its place in the middle of the range, table
-    /// frame. The smaller of two bounds: the joints between table and body moving the body, or tip and tool axis and the
-    /// joints between tool and body. A body of the other head moves by that one's axes too, as far as the range says.
+    /// Distance, mm, within which every point of a body of the machine stays of its place in the
+    /// middle of the range, table frame. The smaller of two bounds: the joints between table and
+    /// body moving the body, or tip and tool axis and the joints between tool and body. A body of
+    /// the other head moves by that one's axes too, as far as the range says.
     pub fn body_travel(&self, body: usize, range: &AxisRange, set: &PoseSet, tool_length: f64) -> f64 {
         let body = &self.bodies[body];
         let chain = self.chain_to(body);
@@ -190,7 +196,8 @@ impl Machine {
             _ => joints.axes,
         };
         let half = |screw: &Screw| range.half.get_or_zero(screw.axis);
-        // Each joint carries what is behind it; the distances from it grow with the joints on the way.
+        // Each joint carries what is behind it; the distances from it grow with the joints on the
+        // way.
         let reach = (bounds.max - bounds.min).norm() * 0.5;
         let way = |order: &mut dyn Iterator<Item = (&Screw, &Line)>| {
             order.fold(0.0, |way, (screw, line)| {
@@ -213,7 +220,8 @@ impl Machine {
         let against_tool = way(&mut to_body().skip(parts_at).rev().chain(to_tool));
         let from_tip = |p: &Point3<f64>| p - joints.tip;
         let tool_axis = self.linear_map(&range.middle, tool_length).tool_axis;
-        // The tool's frame turns as its axis does, and about its axis by no more than it turns in all and back.
+        // The tool's frame turns as its axis does, and about its axis by no more than it turns in
+        // all and back.
         let all = corners(&bounds).map(|p| pose * p);
         let largest = |of: &dyn Fn(&Point3<f64>) -> f64| all.iter().map(of).fold(0.0, f64::max);
         let by_axis =
@@ -253,8 +261,8 @@ impl Sides {
         [at_first, 2.0 * (between * spindle).sqrt().atan2((all * first).sqrt())]
     }
 
-    /// How far both angles get from those at `to_first` when it changes by up to `turn`. The second is monotone; the first turns
-    /// back at most once.
+    /// How far both angles get from those at `to_first` when it changes by up to `turn`. The second
+    /// is monotone; the first turns back at most once.
     fn halves(&self, to_first: f64, turn: f64) -> [f64; 2] {
         let (least, most) = (to_first - turn, to_first + turn);
         let at = self.angles(to_first);
@@ -265,8 +273,9 @@ impl Sides {
             .fold([0.0, 0.0], |far: [f64; 2], e| [far[0].max((e[0] - at[0]).abs()), far[1].max((e[1] - at[1]).abs())])
     }
 
-    /// Where the angle at the first axis is largest or smallest: its cosine (cos c − cos a·cos b)/(sin a·sin b) has the derivative
-    /// (cos b − cos c·cos a)/(sin²a·sin b), with a the side to the tool axis, b between, c of the spindle.
+    /// Where the angle at the first axis is largest or smallest: its cosine (cos c − cos a·cos
+    /// b)/(sin a·sin b) has the derivative (cos b − cos c·cos a)/(sin²a·sin b), with a the side to
+    /// the tool axis, b between, c of the spindle.
     fn turning_point(&self) -> Option<f64> {
         let cosine = self.between.cos() / self.spindle.cos();
         (cosine.abs() <= 1.0).then(|| cosine.acos())
@@ -311,8 +320,9 @@ impl<'m> Joints<'m> {
 
     /// Sum of the ways that the rotary joints move the tip, for their half ranges in chain order.
     ///
-    /// The tip's distance from an axis changes with the joints behind it; or, seen from the link before the axis, with the
-    /// tip and the joints in front of it. Linear joints, whose ways are not known yet, may stand on one side only.
+    /// The tip's distance from an axis changes with the joints behind it; or, seen from the link
+    /// before the axis, with the tip and the joints in front of it. Linear joints, whose ways are
+    /// not known yet, may stand on one side only.
     fn tip_ways(&self, rotary: &[f64; 2], shift: f64) -> Option<f64> {
         let at: Vec<usize> = (0..self.screws.len()).filter(|&k| self.screws[k].kind == AxisKind::Rotary).collect();
         let (first, second) = (*at.first()?, *at.get(1)?);
@@ -330,13 +340,15 @@ impl<'m> Joints<'m> {
     }
 }
 
-/// Whether values within `half` of `value` can all be taken within the limits (`Some(true)`), or none (`Some(false)`).
+/// Whether values within `half` of `value` can all be taken within the limits (`Some(true)`), or
+/// none (`Some(false)`).
 fn on_axis(axis: &Axis, value: f64, half: f64) -> Option<bool> {
     let value = if axis.kind == AxisKind::Rotary { nearest_to(axis, value) } else { value };
     if axis.min <= value - half && value + half <= axis.max {
         return Some(true);
     }
-    // Of a rotary axis, the turn nearest to the limits is outside: all others are farther, but for those on the other side.
+    // Of a rotary axis, the turn nearest to the limits is outside: all others are farther, but for
+    // those on the other side.
     let beyond = |v: f64| v - half > axis.max || v + half < axis.min;
     let turns: &[f64] = if axis.kind == AxisKind::Rotary { &[-TAU, 0.0, TAU] } else { &[0.0] };
     turns.iter().all(|turn| beyond(value + turn)).then_some(false)

@@ -14,12 +14,13 @@ use crate::solver::inverse_solution::BranchPreference;
 
 /// Which directions of the tool axis a machine reaches with its rotary axes inside their limits.
 ///
-/// With two rotary axes that holds wherever the tip is, linear axes long enough. With three it depends on the tip: it is told
-/// for one [`tip`](Self::tip), and the linear axes are inside their limits too.
+/// With two rotary axes that holds wherever the tip is, linear axes long enough. With three it
+/// depends on the tip: it is told for one [`tip`](Self::tip), and the linear axes are inside their
+/// limits too.
 ///
-/// Angles are counted from the z axis of the table frame, rad. They come from a grid of directions with bisection between
-/// its points: estimates, good to what the reach changes within 1.5° of azimuth (6° with three rotary axes). The smallest
-/// and largest angle are reached.
+/// Angles are counted from the z axis of the table frame, rad. They come from a grid of directions
+/// with bisection between its points: estimates, good to what the reach changes within 1.5° of
+/// azimuth (6° with three rotary axes). The smallest and largest angle are reached.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisReach {
     /// Share of the sphere of directions, 0 to 1.
@@ -28,17 +29,19 @@ pub struct AxisReach {
     pub smallest_tilt: f64,
     /// Largest one.
     pub largest_tilt: f64,
-    /// Every direction up to this angle from z is reached; 0 where z itself is not, or nothing about it.
+    /// Every direction up to this angle from z is reached; 0 where z itself is not, or nothing
+    /// about it.
     pub full_cone: f64,
-    /// Directions in which a rotary axis has no effect on the tool axis. Not told with three rotary axes, which are singular
-    /// in poses, not in directions.
+    /// Directions in which a rotary axis has no effect on the tool axis. Not told with three rotary
+    /// axes, which are singular in poses, not in directions.
     pub singular: Vec<SingularDirection>,
-    /// The tip for which all this holds, table frame, mm: that of the bare spindle nose with every axis in the middle of its
-    /// travel, endless ones at home. `None` where it holds for every tip.
+    /// The tip for which all this holds, table frame, mm: that of the bare spindle nose with every
+    /// axis in the middle of its travel, endless ones at home. `None` where it holds for every tip.
     pub tip: Option<Point3<f64>>,
 }
 
-/// A direction of the tool axis along the rotary axis nearest to the workpiece, which may then stand anywhere.
+/// A direction of the tool axis along the rotary axis nearest to the workpiece, which may then
+/// stand anywhere.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SingularDirection {
     /// The rotary axis.
@@ -61,14 +64,16 @@ const VALUES: usize = 25;
 /// Halvings of an interval of the grid: to 1e-9 rad.
 const HALVINGS: usize = 24;
 
-/// Limits of linear axes that no pose about the origin exceeds, mm; small enough that solutions stay exact.
+/// Limits of linear axes that no pose about the origin exceeds, mm; small enough that solutions
+/// stay exact.
 const FAR: f64 = 1e6;
 
 impl Machine {
     /// Which directions of the tool axis the rotary axes reach.
     ///
     /// # Errors
-    /// None for a machine that was built: with two rotary axes it is built again with longer linear axes.
+    /// None for a machine that was built: with two rotary axes it is built again with longer linear
+    /// axes.
     pub fn axis_reach(&self) -> Result<AxisReach, MachineError> {
         if let Solver::Numeric(_) = self.solver {
             let tip = self.middle_tip();
@@ -76,7 +81,8 @@ impl Machine {
         }
         let machine = self.with_long_linear_axes()?;
         let mut reach = machine.reach_on_grid(STEPS, &Point3::origin());
-        // Corners of the reach lie between azimuths; they are where rotary axes stand at their limits.
+        // Corners of the reach lie between azimuths; they are where rotary axes stand at their
+        // limits.
         for tilt in machine.tilts() {
             reach.smallest_tilt = reach.smallest_tilt.min(tilt);
             reach.largest_tilt = reach.largest_tilt.max(tilt);
@@ -85,7 +91,8 @@ impl Machine {
         Ok(reach)
     }
 
-    /// The reach at a tip, from a grid with so many steps of tilt and azimuth; singular directions and tip left open.
+    /// The reach at a tip, from a grid with so many steps of tilt and azimuth; singular directions
+    /// and tip left open.
     fn reach_on_grid(&self, steps: usize, tip: &Point3<f64>) -> AxisReach {
         let reaches = |tilt: f64, azimuth: f64| self.reaches_direction(tip, &direction(tilt, azimuth));
         let step = PI / steps as f64;
@@ -150,7 +157,8 @@ impl Machine {
         build_view(file, self.head)
     }
 
-    /// Angles of the tool axis from z with the rotary axes on a grid of their values, both limits included.
+    /// Angles of the tool axis from z with the rotary axes on a grid of their values, both limits
+    /// included.
     fn tilts(&self) -> impl Iterator<Item = f64> + '_ {
         let rotary: Vec<usize> = (0..self.axes().len()).filter(|&k| self.is_rotary(k)).collect();
         (0..VALUES.pow(rotary.len() as u32)).map(move |combination| {

@@ -15,28 +15,29 @@ use crate::machine::Machine;
 use crate::solver::Solver;
 use crate::solver::inverse_solution::Unreachable;
 
-/// Smallest angle between the tool axis, on its way too, and the rotary axis nearest to the workpiece at which a choice
-/// is told, rad. Nearer to the pole controls have settings of their own for what their axes do, and the decimals of a
-/// vector turn that axis by more than thirty times what they turn the tool. Smaller tells what no one knows; larger
-/// refuses what controls do alike.
+/// Smallest angle between the tool axis, on its way too, and the rotary axis nearest to the
+/// workpiece at which a choice is told, rad. Nearer to the pole controls have settings of their own
+/// for what their axes do, and the decimals of a vector turn that axis by more than thirty times
+/// what they turn the tool. Smaller tells what no one knows; larger refuses what controls do alike.
 pub const POLE_CONE: f64 = 2.0 * std::f64::consts::PI / 180.0;
 
-/// How much farther than by the factor another position must be for the choice to be clear, rad: rounding of what is
-/// near, and what a control adds to a comparison. Smaller trusts controls to tell what is nearly alike; larger refuses
-/// short ways.
+/// How much farther than by the factor another position must be for the choice to be clear, rad:
+/// rounding of what is near, and what a control adds to a comparison. Smaller trusts controls to
+/// tell what is nearly alike; larger refuses short ways.
 const CLEARLY: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
-/// Largest ratio of the ways of two rotary axes as one control compares them and another one does: the sum of two ways is
-/// up to twice the larger one. What is more than twice as far by its larger way is farther by the sum, and by every norm
-/// between the two.
+/// Largest ratio of the ways of two rotary axes as one control compares them and another one does:
+/// the sum of two ways is up to twice the larger one. What is more than twice as far by its larger
+/// way is farther by the sum, and by every norm between the two.
 const BY_ANY_NORM: f64 = 2.0;
 
 /// How far an axis may be beyond its limit from rounding, rad.
 const AT_LIMIT: f64 = 1e-9;
 
-/// Angle between the tool and a vector below which the control turns nothing, rad: what a position of the axes is solved to. A
-/// program cannot say so small a turn. Smaller would turn the axes by rounding where a vector is said again; larger would take
-/// a vector that is another one for the same.
+/// Angle between the tool and a vector below which the control turns nothing, rad: what a position
+/// of the axes is solved to. A program cannot say so small a turn. Smaller would turn the axes by
+/// rounding where a vector is said again; larger would take a vector that is another one for the
+/// same.
 const STILL: f64 = 1e-12;
 
 /// Why it is not known where a control turns the rotary axes to.
@@ -90,16 +91,18 @@ struct Candidate {
 }
 
 impl Machine {
-    /// The position that a control goes to for a tool axis that is given as a vector, from where its axes are: of all
-    /// positions within the limits of the rotary axes, on every branch and at every full turn, the one with the smallest
-    /// largest turn of a rotary axis. `cl` is in the table frame. Limits of linear axes are not asked.
+    /// The position that a control goes to for a tool axis that is given as a vector, from where
+    /// its axes are: of all positions within the limits of the rotary axes, on every branch and at
+    /// every full turn, the one with the smallest largest turn of a rotary axis. `cl` is in the
+    /// table frame. Limits of linear axes are not asked.
     ///
-    /// Where the tool has the direction of the vector already, to 1e-12 rad, the rotary axes stay as they are to the last bit:
-    /// so they do in all blocks that say the same vector.
+    /// Where the tool has the direction of the vector already, to 1e-12 rad, the rotary axes stay
+    /// as they are to the last bit: so they do in all blocks that say the same vector.
     ///
-    /// Guaranteed is that every other position within the limits has a largest turn of more than twice that and 5°, so that
-    /// a control that compares sums takes the same one, and that the tool stays [`POLE_CONE`] away from the pole if it
-    /// turns in the plane of both directions. The forward solution differs from `cl` by at most 1e-9 mm and 1e-12 rad.
+    /// Guaranteed is that every other position within the limits has a largest turn of more than
+    /// twice that and 5°, so that a control that compares sums takes the same one, and that the
+    /// tool stays [`POLE_CONE`] away from the pole if it turns in the plane of both directions. The
+    /// forward solution differs from `cl` by at most 1e-9 mm and 1e-12 rad.
     ///
     /// # Errors
     /// When there is no such position: what a control does then is not known.
@@ -136,7 +139,8 @@ impl Machine {
         }
     }
 
-    /// All positions, each rotary axis at the full turn nearest to where it is and one to either side of it.
+    /// All positions, each rotary axis at the full turn nearest to where it is and one to either
+    /// side of it.
     fn candidates(
         &self,
         rotary: [usize; 2],
@@ -166,12 +170,14 @@ fn is_beyond(axis: &Axis, value: f64) -> bool {
     !axis.endless && !(axis.min - AT_LIMIT..=axis.max + AT_LIMIT).contains(&value)
 }
 
-/// The smallest angle between a line and a vector that turns evenly from `a` to `b` in their plane, rad.
+/// The smallest angle between a line and a vector that turns evenly from `a` to `b` in their plane,
+/// rad.
 fn smallest_angle(a: &Unit<Vector3<f64>>, b: &Unit<Vector3<f64>>, line: &Vector3<f64>) -> f64 {
     let angle = |v: &Vector3<f64>| line.cross(v).norm().atan2(line.dot(v).abs());
     let ends = angle(a).min(angle(b));
     let Some(normal) = Unit::try_new(a.cross(b), 0.0) else { return ends };
-    // In the plane the direction nearest to the line is what is left of the line without its part along the normal.
+    // In the plane the direction nearest to the line is what is left of the line without its part
+    // along the normal.
     let nearest = line - normal.into_inner() * normal.dot(line);
     let is_passed = |v: &Vector3<f64>| a.cross(v).dot(&normal) >= 0.0 && v.cross(b).dot(&normal) >= 0.0;
     if is_passed(&nearest) || is_passed(&-nearest) { FRAC_PI_2 - angle(&normal) } else { ends }

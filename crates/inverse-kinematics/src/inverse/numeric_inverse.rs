@@ -12,7 +12,8 @@ use crate::solver::inverse_solution::{InverseSolution, InverseSolutions, Unreach
 use crate::solver::rotary_triples::{RotaryTriple, Target};
 use crate::solver::screw_chain::METRE;
 
-/// Largest turn of any rotary axis for which the solution that Newton's method finds is taken without a look at the others.
+/// Largest turn of any rotary axis for which the solution that Newton's method finds is taken
+/// without a look at the others.
 const CONTINUED: f64 = 5.0 * TAU / 360.0;
 
 /// Steps of Newton's method on all joints, after which a solution is given up.
@@ -51,8 +52,8 @@ impl Machine {
         self.numeric_at(numeric, cl, tool_length, reference, at)
     }
 
-    /// The solutions; of a curve of them those at these values of its free joints. Windings are those nearest to the
-    /// reference.
+    /// The solutions; of a curve of them those at these values of its free joints. Windings are
+    /// those nearest to the reference.
     fn numeric_at(
         &self,
         numeric: &NumericSolver,
@@ -79,8 +80,8 @@ impl Machine {
         }
     }
 
-    /// Solutions within the limits on a curve of which those at the reference are not: at the nearest of a row of values of a
-    /// free axis. Those between two of the row may be missed.
+    /// Solutions within the limits on a curve of which those at the reference are not: at the
+    /// nearest of a row of values of a free axis. Those between two of the row may be missed.
     pub(crate) fn along_curve(
         &self,
         numeric: &NumericSolver,
@@ -121,8 +122,8 @@ impl Machine {
         numeric.rotaries.iter().all(|k| turn(k) < CONTINUED).then_some(solution.values)
     }
 
-    /// Newton's method on all five joints, for poses in which the tip condition alone is not enough: where the linear axes are
-    /// nearly parallel.
+    /// Newton's method on all five joints, for poses in which the tip condition alone is not
+    /// enough: where the linear axes are nearly parallel.
     pub(crate) fn refined(
         &self,
         cl: &ClPoint,
@@ -138,7 +139,8 @@ impl Machine {
             }
             let (velocities, across) = self.chain.tool_velocities(&values, tool_length);
             let off = [across[0].dot(&axis), across[1].dot(&axis), tip.x / METRE, tip.y / METRE, tip.z / METRE];
-            // Without the directions in which the joints hardly move the tool: steps along them would be noise.
+            // Without the directions in which the joints hardly move the tool: steps along them
+            // would be noise.
             let Ok(step) = velocities.svd(true, true).solve(&SVector::from(off), HARDLY) else { break };
             for (k, screw) in self.chain.screws.iter().enumerate() {
                 values[screw.axis] += step[k] * if screw.kind == AxisKind::Linear { METRE } else { 1.0 };
@@ -160,8 +162,9 @@ impl Machine {
         Ok(InverseSolution { values, branch: triple.branch, free_axis: triple.free.map(|k| numeric.rotaries[k]) })
     }
 
-    /// Where the tip condition has no root: the solution from where it is least, or by how much the tip is missed there. There
-    /// is one only where the condition hardly depends on what is solved for and rounding decides.
+    /// Where the tip condition has no root: the solution from where it is least, or by how much the
+    /// tip is missed there. There is one only where the condition hardly depends on what is solved
+    /// for and rounding decides.
     fn almost(
         &self,
         numeric: &NumericSolver,
@@ -183,8 +186,9 @@ impl Machine {
         Err(Unreachable::Tip { first, second, by })
     }
 
-    /// The distance of the tip from the plane of the two linear axes, and the rotary values, at the best pose found:
-    /// equidistant ones, and the smallest between the neighbours of the best of them by golden section.
+    /// The distance of the tip from the plane of the two linear axes, and the rotary values, at the
+    /// best pose found: equidistant ones, and the smallest between the neighbours of the best of
+    /// them by golden section.
     fn nearest_miss(
         &self,
         numeric: &NumericSolver,

@@ -7,11 +7,12 @@ use crate::axes::axis_values::AxisValues;
 use crate::machine::Machine;
 
 impl Machine {
-    /// The rotary values of `q` with the linear values that bring the tip to `tip` (table frame): what a control does under
-    /// RTCP. `None` where the machine has not three linear axes, or they lie in a plane there.
+    /// The rotary values of `q` with the linear values that bring the tip to `tip` (table frame):
+    /// what a control does under RTCP. `None` where the machine has not three linear axes, or they
+    /// lie in a plane there.
     ///
-    /// With the rotary axes at rest the tip is an affine function of the linear ones, so that four forward solutions tell it
-    /// whole.
+    /// With the rotary axes at rest the tip is an affine function of the linear ones, so that four
+    /// forward solutions tell it whole.
     pub fn with_tip_at(&self, q: &AxisValues, tip: &Point3<f64>, tool_length: f64) -> Option<AxisValues> {
         let axes = self.axes();
         let linears: Vec<usize> = (0..axes.len()).filter(|&k| axes[k].kind == AxisKind::Linear).collect();

@@ -7,11 +7,12 @@ use crate::machine::Machine;
 use crate::solver::screw_chain::Screw;
 
 impl Machine {
-    /// Upper bound, mm, for how far any point of a body gets from its place on the bed while every axis goes one way from
-    /// one position to another, at any time on the way. The body is told by its index in [`Machine::bodies`].
+    /// Upper bound, mm, for how far any point of a body gets from its place on the bed while every
+    /// axis goes one way from one position to another, at any time on the way. The body is told by
+    /// its index in [`Machine::bodies`].
     ///
-    /// Only the axes between body and bed count. A body of one head and one of the other, which may both move, come nearer
-    /// to each other by no more than the sum of their ways.
+    /// Only the axes between body and bed count. A body of one head and one of the other, which may
+    /// both move, come nearer to each other by no more than the sum of their ways.
     pub fn body_way_on_bed(&self, body: usize, from: &AxisValues, to: &AxisValues) -> f64 {
         let body = &self.bodies[body];
         let chain = self.chain_to(body);
@@ -45,9 +46,10 @@ impl Machine {
 
 /// Way of the points that are at most `reach` from `center`, the joints told from them inward.
 ///
-/// The motion from the one position to any on the way is the product of the joints' motions about their lines at the first
-/// one, the outermost applied first: each moves a point by its own way times the point's distance from its line, which
-/// the joints before have changed by no more than the way so far.
+/// The motion from the one position to any on the way is the product of the joints' motions about
+/// their lines at the first one, the outermost applied first: each moves a point by its own way
+/// times the point's distance from its line, which the joints before have changed by no more than
+/// the way so far.
 fn way(
     joints: &mut dyn Iterator<Item = (&Screw, &Line)>,
     center: &Point3<f64>,

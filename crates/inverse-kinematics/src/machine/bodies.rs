@@ -14,7 +14,8 @@ pub struct MachineBody {
     pub clearance: f64,
     /// The link it is fixed to.
     pub link: LinkId,
-    /// Joints between its link and the table, in the chain from the table to the tool of the head it is on.
+    /// Joints between its link and the table, in the chain from the table to the tool of the head
+    /// it is on.
     pub(crate) n_joints: usize,
     /// Pose at the zero pose of the machine.
     pub(crate) table_from_solid_at_zero: Isometry3<f64>,
@@ -49,8 +50,8 @@ impl MachineBody {
         &self.body.name
     }
 
-    /// The side of the machine it moves with; `None` for a body of the bed. Bodies of the other head are not
-    /// [`Carrier::Head`].
+    /// The side of the machine it moves with; `None` for a body of the bed. Bodies of the other
+    /// head are not [`Carrier::Head`].
     pub fn carrier(&self) -> Option<Carrier> {
         match self.link {
             LinkId::Bed => None,
@@ -60,8 +61,10 @@ impl MachineBody {
 
     /// Joints between the table and the body's link: 0 where it stands still against the table.
     ///
-    /// How many lie between it and another body, or the tool, says [`Machine::joints_between`](crate::machine::Machine::joints_between) and
-    /// [`Machine::joints_to_tool`](crate::machine::Machine::joints_to_tool): the chains to two heads part at the bed.
+    /// How many lie between it and another body, or the tool, says
+    /// [`Machine::joints_between`](crate::machine::Machine::joints_between) and
+    /// [`Machine::joints_to_tool`](crate::machine::Machine::joints_to_tool): the chains to two
+    /// heads part at the bed.
     pub fn joints_from_table(&self) -> usize {
         self.n_joints
     }

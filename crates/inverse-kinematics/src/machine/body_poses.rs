@@ -8,7 +8,8 @@ use crate::machine::bodies::{BodyPose, MachineBody};
 use crate::solver::screw_chain::ScrewChain;
 
 impl Machine {
-    /// The same machine with more clearance around its bodies: `by` gives what is added for each, mm.
+    /// The same machine with more clearance around its bodies: `by` gives what is added for each,
+    /// mm.
     #[must_use]
     pub fn with_more_clearance(&self, by: impl Fn(&MachineBody) -> f64) -> Self {
         let mut machine = self.clone();
@@ -22,7 +23,8 @@ impl Machine {
 
     /// Where every body is in the table frame, in the order of [`Machine::bodies`].
     ///
-    /// Those of the other head are placed by its own axes. A table's bodies are among them; they touch the part by design, so filter by [`MachineBody::carrier`].
+    /// Those of the other head are placed by its own axes. A table's bodies are among them; they
+    /// touch the part by design, so filter by [`MachineBody::carrier`].
     pub fn body_poses<'a>(&'a self, q: &'a AxisValues) -> impl ExactSizeIterator<Item = BodyPose<'a>> + 'a {
         // Bodies of one chain stand in its order: what moves the one before moves the next one too.
         let mut before: Option<(&ScrewChain, usize, Isometry3<f64>)> = None;

@@ -15,7 +15,8 @@ use crate::solver::screw_chain::{Screw, ScrewChain};
 
 /// One chain walked from the bed at the zero pose.
 struct WalkedChain {
-    /// Axis, sense and frame of every joint, from the bed outward; the joint acts along or about the frame's z.
+    /// Axis, sense and frame of every joint, from the bed outward; the joint acts along or about
+    /// the frame's z.
     joints: Vec<(Axis, Sense, Isometry3<f64>)>,
     /// Frame behind every row.
     bed_from_link: Vec<Isometry3<f64>>,
@@ -100,7 +101,8 @@ impl Walked {
     /// The joints in the order from the table to the tool of a head.
     fn chain(&self, head: usize, axes: &[Axis]) -> ScrewChain {
         let table_from_bed = self.table.end().inverse();
-        // A table joint moves the table relative to the bed: seen from the table the bed moves the opposite way.
+        // A table joint moves the table relative to the bed: seen from the table the bed moves the
+        // opposite way.
         let from_table = self.table.joints.iter().rev().map(|(a, s, frame)| (a, -s.sign(), frame));
         let to_tool = self.heads[head].joints.iter().map(|(a, s, frame)| (a, s.sign(), frame));
         let screws = from_table.chain(to_tool).map(|(axis, sign, frame)| {
@@ -228,7 +230,8 @@ fn refuse_structure(table: &WalkedChain, head: usize, chain: &WalkedChain) -> Re
     }
 }
 
-/// Refuses machines that cannot place the tip in every direction while the tool axis stands, in any pose (tried in a few).
+/// Refuses machines that cannot place the tip in every direction while the tool axis stands, in any
+/// pose (tried in a few).
 fn refuse_dependent_linears(machine: &Machine) -> Result<(), MachineError> {
     let free_somewhere = [0.0, 0.7, -1.1].iter().any(|&angle| {
         let q = AxisValues::from_fn(machine.axes.len(), |k| {

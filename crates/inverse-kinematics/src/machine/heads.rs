@@ -24,13 +24,14 @@ pub(crate) struct OtherChain {
 }
 
 impl Machine {
-    /// The machine of a file as each of its heads sees it, one view for each tool chain: the workpiece chain belongs to
-    /// all of them.
+    /// The machine of a file as each of its heads sees it, one view for each tool chain: the
+    /// workpiece chain belongs to all of them.
     ///
-    /// Every view has *all* axes of the file in the same order, so that one position goes to all of them; its tool is moved
-    /// by those of the workpiece chain and of its own head alone. Solutions leave the other ones where they are:
-    /// [`Machine::inverse_near`] at the reference, [`Machine::inverse`] at home. Bodies of the other head are among
-    /// [`Machine::bodies`] and move by their own axes.
+    /// Every view has *all* axes of the file in the same order, so that one position goes to all of
+    /// them; its tool is moved by those of the workpiece chain and of its own head alone. Solutions
+    /// leave the other ones where they are: [`Machine::inverse_near`] at the reference,
+    /// [`Machine::inverse`] at home. Bodies of the other head are among [`Machine::bodies`] and
+    /// move by their own axes.
     ///
     /// ```
     /// use facemill_cl_data::ClPoint;
@@ -78,19 +79,23 @@ impl Machine {
         self.file.tool_chains.get(self.head).map_or(1, |chain| chain.channel)
     }
 
-    /// Whether an axis is between the workpiece and this head's tool. All are, but for those of the other head.
+    /// Whether an axis is between the workpiece and this head's tool. All are, but for those of the
+    /// other head.
     pub fn moves_tool(&self, axis: usize) -> bool {
         self.axes[axis].carried_by != Carrier::OtherHead
     }
 
-    /// Whether an axis moves the workpiece against the tools of two heads, so that both have to agree on its value.
+    /// Whether an axis moves the workpiece against the tools of two heads, so that both have to
+    /// agree on its value.
     pub fn is_shared(&self, axis: usize) -> bool {
         self.other.is_some() && self.axes[axis].carried_by == Carrier::Table
     }
 
-    /// Joints between two bodies, by their indices in [`Machine::bodies`]: 0 where they move as one.
+    /// Joints between two bodies, by their indices in [`Machine::bodies`]: 0 where they move as
+    /// one.
     ///
-    /// The chains to two heads part at the bed: from a body of one to a body of the other the way leads through it.
+    /// The chains to two heads part at the bed: from a body of one to a body of the other the way
+    /// leads through it.
     pub fn joints_between(&self, body: usize, other: usize) -> usize {
         let [a, b] = [&self.bodies[body], &self.bodies[other]];
         match (&self.other, a.carrier(), b.carrier()) {
@@ -100,7 +105,8 @@ impl Machine {
         }
     }
 
-    /// Joints between a body, by its index in [`Machine::bodies`], and the tool: 0 where it is fixed to the spindle.
+    /// Joints between a body, by its index in [`Machine::bodies`], and the tool: 0 where it is
+    /// fixed to the spindle.
     pub fn joints_to_tool(&self, body: usize) -> usize {
         let body = &self.bodies[body];
         let to_tool = self.chain.screws.len();
@@ -110,12 +116,13 @@ impl Machine {
         }
     }
 
-    /// The same view with a tool in the other head's spindle: its bodies stand behind those of the machine, as bodies of
-    /// the other head that are fixed to its nose.
+    /// The same view with a tool in the other head's spindle: its bodies stand behind those of the
+    /// machine, as bodies of the other head that are fixed to its nose.
     ///
-    /// `bodies` are told in that tool's frame: origin at the tip, z toward the spindle, the nose's face at
-    /// `gauge_length`, mm. All that a solid is dilated by, clearance or corner, counts as its [`MachineBody::clearance`]. A
-    /// machine with one head has no other spindle and stays as it is.
+    /// `bodies` are told in that tool's frame: origin at the tip, z toward the spindle, the nose's
+    /// face at `gauge_length`, mm. All that a solid is dilated by, clearance or corner, counts as
+    /// its [`MachineBody::clearance`]. A machine with one head has no other spindle and stays as it
+    /// is.
     #[must_use]
     pub fn with_tool_in_other_head(&self, bodies: &[PlacedSolid], gauge_length: f64) -> Self {
         let mut machine = self.clone();

@@ -1,4 +1,5 @@
-//! Limits of a machine file's numbers: beyond them a value is a slip of unit or key, and plans with it would mean nothing.
+//! Limits of a machine file's numbers: beyond them a value is a slip of unit or key, and plans with
+//! it would mean nothing.
 
 use facemill_file_format::KeyLimit;
 
@@ -6,9 +7,10 @@ use crate::machine_file::error::FieldProblem;
 
 /// Limits of the keys that have one of their own; lengths have ±1e6 mm.
 ///
-/// Velocities: a thousandth of the slowest axis, and ten times what linear motors and lathe spindles reach. Accelerations: from what
-/// takes minutes to start to a hundred times g. Jerks: from what takes minutes to accelerate to what no drive follows. Control
-/// tolerances: beyond 10 mm and 5 degrees nothing is cut to shape.
+/// Velocities: a thousandth of the slowest axis, and ten times what linear motors and lathe
+/// spindles reach. Accelerations: from what takes minutes to start to a hundred times g. Jerks:
+/// from what takes minutes to accelerate to what no drive follows. Control tolerances: beyond 10 mm
+/// and 5 degrees nothing is cut to shape.
 pub const MACHINE_LIMITS: [KeyLimit; 18] = [
     KeyLimit::new("max_velocity_mm_min", 1.0, 1e6),
     KeyLimit::new("max_acceleration_mm_s2", 0.1, 1e6),
@@ -30,7 +32,8 @@ pub const MACHINE_LIMITS: [KeyLimit; 18] = [
     KeyLimit::new("max_wind_up_turns", 1.0, 1000.0),
 ];
 
-/// What is wrong with a value by the limits of its key; `None` where nothing is, or the key has none.
+/// What is wrong with a value by the limits of its key; `None` where nothing is, or the key has
+/// none.
 ///
 /// `field` is a path such as `tool_chains[0].rows[1].joint.prismatic.max_velocity_mm_min`.
 pub(crate) fn beyond_limits(field: &str, value: f64) -> Option<FieldProblem> {

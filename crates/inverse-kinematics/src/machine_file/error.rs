@@ -65,14 +65,15 @@ pub enum MachineError {
         /// The rotary axis nearest to the tool.
         axis: AxisLetter,
     },
-    /// The linear joints do not add enough for the tip to be placed anywhere: three of them lie in one plane, or two do not
-    /// add to what three rotary joints do.
+    /// The linear joints do not add enough for the tip to be placed anywhere: three of them lie in
+    /// one plane, or two do not add to what three rotary joints do.
     #[error("the linear axes {} leave a direction in which the tip cannot be placed", axes.iter().map(AxisLetter::as_str).collect::<Vec<_>>().join(", "))]
     DependentLinears {
         /// The linear axes.
         axes: Vec<AxisLetter>,
     },
-    /// In every pose some axes can move together without moving the tool, so that the others do not place and turn it.
+    /// In every pose some axes can move together without moving the tool, so that the others do not
+    /// place and turn it.
     #[error(
         "in every pose the axes {} can move together without moving the tool, so that the machine has four degrees of freedom or \
          less; check the directions of these axes",

@@ -7,8 +7,9 @@ use serde::{Deserialize, Serialize};
 use crate::machine_file::error::{FieldProblem, MachineError};
 use crate::machine_file::{BodyFile, DhRow, MachineFile, ShapeFile};
 
-/// A body that is the convex hull of a mesh. The hull holds the mesh, so nothing that keeps clear of it meets the mesh;
-/// a casting with a hollow is described by several bodies, one for each convex piece.
+/// A body that is the convex hull of a mesh. The hull holds the mesh, so nothing that keeps clear
+/// of it meets the mesh; a casting with a hollow is described by several bodies, one for each
+/// convex piece.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshShapeFile {
@@ -17,10 +18,12 @@ pub struct MeshShapeFile {
     /// Unit of the file; metre for glTF and millimetre for others where the key is missing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<MeshUnitFile>,
-    /// Groups that are meant, together one hull; `*` stands for any run of characters. All, where the key is missing.
+    /// Groups that are meant, together one hull; `*` stands for any run of characters. All, where
+    /// the key is missing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub groups: Option<Vec<String>>,
-    /// The hull. The text of a machine file does not have it: [`MachineFile::with_hulls`] puts it here.
+    /// The hull. The text of a machine file does not have it: [`MachineFile::with_hulls`] puts it
+    /// here.
     #[serde(skip)]
     pub hull: Option<Arc<ConvexPolyhedron>>,
 }
@@ -65,8 +68,9 @@ impl MeshShapeFile {
 }
 
 impl MachineFile {
-    /// The file with the hull of every mesh that its bodies name, as `hull_of` tells it. This crate reads no files:
-    /// whoever does reads each mesh and makes the hull, in mm, by [`ConvexPolyhedron::around`].
+    /// The file with the hull of every mesh that its bodies name, as `hull_of` tells it. This crate
+    /// reads no files: whoever does reads each mesh and makes the hull, in mm, by
+    /// [`ConvexPolyhedron::around`].
     ///
     /// ```
     /// use std::sync::Arc;

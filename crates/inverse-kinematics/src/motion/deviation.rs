@@ -13,8 +13,8 @@ use crate::machine::Machine;
 use crate::motion::deviation::block::{Block, Derivatives};
 use crate::motion::{BlockLaw, OPPOSITE_COSINE, Turn};
 
-/// How far the control's motion in a block is from what was meant: the tip on a straight line, the tool axis turning
-/// uniformly in the plane of its ends, both in the same time.
+/// How far the control's motion in a block is from what was meant: the tip on a straight line, the
+/// tool axis turning uniformly in the plane of its ends, both in the same time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Deviation {
     /// Of the tip, mm.
@@ -36,38 +36,45 @@ impl Deviation {
     }
 }
 
-/// Largest excess of a bound over the deviation that is really there, as a part of it, before it is made sharper.
+/// Largest excess of a bound over the deviation that is really there, as a part of it, before it is
+/// made sharper.
 const EXCESS: f64 = 0.03;
 
 /// Most parts into which a block is split to make its bound sharper.
 const MAX_PARTS: usize = 64;
 
-/// Deviation of the tip, mm, and of the axis, rad, below which no bound is made sharper: far below what a control
-/// resolves, far above rounding.
+/// Deviation of the tip, mm, and of the axis, rad, below which no bound is made sharper: far below
+/// what a control resolves, far above rounding.
 const NEGLIGIBLE: Deviation = Deviation { tip: 1e-6, axis: 1e-9 };
 
-/// Upper bound for the deviation of the motion in one block from the straight motion between its ends.
+/// Upper bound for the deviation of the motion in one block from the straight motion between its
+/// ends.
 ///
-/// `law` is a [`CuttingLaw`], a [`RapidLaw`] or a [`BlockLaw`]. The bound is a guarantee up to rounding (1e-15 of the
-/// travels), not an estimate, and it is sharp: for blocks in which the rotary axes turn by some degrees it is within 10
-/// % of the deviation that is really there, mostly within 3 %, where that is more than 1e-6 mm or 1e-9 rad. Zero where
-/// no rotary axis moves, rapids with a speed for each axis aside.
+/// `law` is a [`CuttingLaw`], a [`RapidLaw`] or a [`BlockLaw`]. The bound is a guarantee up to
+/// rounding (1e-15 of the travels), not an estimate, and it is sharp: for blocks in which the
+/// rotary axes turn by some degrees it is within 10 % of the deviation that is really there, mostly
+/// within 3 %, where that is more than 1e-6 mm or 1e-9 rad. Zero where no rotary axis moves, rapids
+/// with a speed for each axis aside.
 ///
-/// - [`CuttingLaw::AxesLinear`] and [`RapidLaw::Linear`]: from the meant pose at the same time, which is at least the
-///   distance from the meant path.
+/// - [`CuttingLaw::AxesLinear`] and [`RapidLaw::Linear`]: from the meant pose at the same time,
+///   which is at least the distance from the meant path.
 /// - [`CuttingLaw::TipAndRotariesLinear`]: the same, the tip without deviation.
-/// - [`CuttingLaw::TipLinearVectorTurned`]: none; but π for an axis that reverses, whose turn has no plane.
-/// - [`RapidLaw::PerAxis`]: the way bends, and time says nothing about the distance from the straight one. For every
-///   pose on the way there is one pose of the meant motion from which tip *and* axis are no farther than the bound.
+/// - [`CuttingLaw::TipLinearVectorTurned`]: none; but π for an axis that reverses, whose turn has
+///   no plane.
+/// - [`RapidLaw::PerAxis`]: the way bends, and time says nothing about the distance from the
+///   straight one. For every pose on the way there is one pose of the meant motion from which tip
+///   *and* axis are no farther than the bound.
 ///
-/// *Proof.* e(t), motion minus meant motion, vanishes at both ends of the block, and |e‴| ≤ P, a sum over triples of
-/// joints. (1) With e″(½) = c, known exactly, a sum over pairs of joints, e is the sum of −t(1−t)·c/2 and of a part
-/// whose second derivative is at most P·|t − ½|; so |e| ≤ |c|/8 + P/48 (Green's function of the second derivative; its
-/// integral with |t − ½| is largest in the middle, 1/48). (2) e differs from the parabola 4t(1−t)·e(½) by at most
-/// P/6·|t(t−½)(t−1)| (interpolation at three times); so |e| ≤ |e(½)| + P·√3/216. (3) Where neither is sharp the block
-/// is split in n equal parts: in each |e| is at most the larger end's plus |e″|/(8n²), with |e″| ≤ |c| + P/2
-/// everywhere. For the tool axis e is a chord between unit vectors, which is made an angle by 2·asin(chord/2). Bends
-/// are at the ends of parts, and there the meant pose may be chosen; in between it runs evenly from one to the next.
+/// *Proof.* e(t), motion minus meant motion, vanishes at both ends of the block, and |e‴| ≤ P, a
+/// sum over triples of joints. (1) With e″(½) = c, known exactly, a sum over pairs of joints, e is
+/// the sum of −t(1−t)·c/2 and of a part whose second derivative is at most P·|t − ½|; so |e|
+/// ≤ |c|/8 + P/48 (Green's function of the second derivative; its integral with |t − ½| is largest
+/// in the middle, 1/48). (2) e differs from the parabola 4t(1−t)·e(½) by at most P/6·|t(t−½)(t−1)|
+/// (interpolation at three times); so |e| ≤ |e(½)| + P·√3/216. (3) Where neither is sharp the block
+/// is split in n equal parts: in each |e| is at most the larger end's plus |e″|/(8n²), with |e″|
+/// ≤ |c| + P/2 everywhere. For the tool axis e is a chord between unit vectors, which is made an
+/// angle by 2·asin(chord/2). Bends are at the ends of parts, and there the meant pose may be
+/// chosen; in between it runs evenly from one to the next.
 ///
 /// Values that are missing count as 0; with values that are not finite the bound is infinite.
 pub fn deviation_bound(
@@ -101,7 +108,8 @@ fn in_equal_time(machine: &Machine, start: &AxisValues, end: &AxisValues, tool_l
     let block = Block::new(machine, start, end, tool_length);
     let meant = Meant::new(machine, start, end, tool_length);
     let (tip, mut axis) = (block.tip(), block.axis());
-    // The second derivative of the axis that is meant is −angle²·axis, the third one has the length angle³.
+    // The second derivative of the axis that is meant is −angle²·axis, the third one has the length
+    // angle³.
     let angle = meant.turn.angle;
     axis.second += meant.turn.at(0.5).into_inner() * (angle * angle);
     axis.third += angle.powi(3);
@@ -129,8 +137,8 @@ fn in_equal_time(machine: &Machine, start: &AxisValues, end: &AxisValues, tool_l
     Deviation { tip: direct.tip.min(split.tip), axis: direct.axis.min(split.axis) }
 }
 
-/// Number of parts after which `curvature`, the largest deviation within an unsplit block, is within the excess
-/// allowed.
+/// Number of parts after which `curvature`, the largest deviation within an unsplit block, is
+/// within the excess allowed.
 fn parts_for(curvature: &Deviation, found: &Deviation) -> usize {
     let n = |curvature: f64, found: f64, negligible: f64| (curvature / (EXCESS * found.max(negligible))).sqrt().ceil();
     let tip = n(curvature.tip, found.tip, NEGLIGIBLE.tip);
@@ -139,7 +147,8 @@ fn parts_for(curvature: &Deviation, found: &Deviation) -> usize {
 }
 
 impl Derivatives {
-    /// Largest distance from the chord in equal time, from the derivatives and from the distance in the middle.
+    /// Largest distance from the chord in equal time, from the derivatives and from the distance in
+    /// the middle.
     fn largest_from_chord(&self, in_the_middle: f64) -> f64 {
         let by_second = self.second.norm() / 8.0 + self.third / 48.0;
         by_second.min(in_the_middle + self.third * (3f64.sqrt() / 216.0))

@@ -13,8 +13,8 @@ use crate::motion::linearise::segment::{AdHocSetup, Segment, Step};
 
 pub use crate::motion::linearise::error::LineariseError;
 
-/// How far the control may be from the meant motion between two positions. All of them have to hold; infinity is no
-/// limit.
+/// How far the control may be from the meant motion between two positions. All of them have to
+/// hold; infinity is no limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionTolerance {
     /// For the tip, mm.
@@ -28,7 +28,8 @@ pub struct MotionTolerance {
 }
 
 impl MotionTolerance {
-    /// The same tolerance for tip and rim of a cutter with this radius, mm; none for the axis of its own.
+    /// The same tolerance for tip and rim of a cutter with this radius, mm; none for the axis of
+    /// its own.
     pub fn of_cutter(tolerance: f64, radius: f64) -> Self {
         Self { tip: tolerance, axis: f64::INFINITY, rim: tolerance, radius }
     }
@@ -57,8 +58,8 @@ impl MotionTolerance {
     }
 }
 
-/// Smallest tolerances, mm and rad: a thousand times what the inverse solution promises. Below, its rounding would
-/// decide whether a block holds.
+/// Smallest tolerances, mm and rad: a thousand times what the inverse solution promises. Below, its
+/// rounding would decide whether a block holds.
 const LEAST_TOLERANCE: Deviation = Deviation { tip: 1e-6, axis: 1e-9 };
 
 /// What [`linearise`] is to hold.
@@ -75,8 +76,8 @@ pub struct Linearisation {
 }
 
 impl Linearisation {
-    /// With at most 10,000 positions between two poses: half a turn of a rotary axis beside a pole, with the tip
-    /// standing still, takes about a thousand.
+    /// With at most 10,000 positions between two poses: half a turn of a rotary axis beside a pole,
+    /// with the tip standing still, takes about a thousand.
     pub fn new(law: impl Into<BlockLaw>, tool_length: f64, tolerance: MotionTolerance) -> Self {
         Self { law: law.into(), tool_length, tolerance, max_between: 10_000 }
     }
@@ -112,25 +113,28 @@ pub struct Linearised {
     pub bound: Deviation,
     /// The largest bound for the rim over all blocks, mm.
     pub rim: f64,
-    /// Index of the position at the start of the block that uses up most of a tolerance; where the control turns the
-    /// tool vector itself, of the block in which a rotary axis turns farthest.
+    /// Index of the position at the start of the block that uses up most of a tolerance; where the
+    /// control turns the tool vector itself, of the block in which a rotary axis turns farthest.
     pub at: usize,
 }
 
-/// The positions between which the control stays within the tolerance of the motion that `poses` mean: from each to the
-/// next the tip on a straight line, the tool axis turning evenly in the plane of its ends.
+/// The positions between which the control stays within the tolerance of the motion that `poses`
+/// mean: from each to the next the tip on a straight line, the tool axis turning evenly in the
+/// plane of its ends.
 ///
-/// Every pose is kept, reached to 1e-9 mm and 1e-12 rad and within the limits. Positions are put between poses only
-/// where [`deviation_bound`](crate::motion::deviation::deviation_bound) does not hold the tolerance, as few as it asks for, and so that
-/// all blocks between two poses use up about the same of it. The way starts where an axis at its largest speed is first
-/// from `start`, and stays on that branch and winding of the rotary axes. The branch changes only within a block that
-/// is proven to hold the tolerance: where the tool axis goes through the pole itself, or passes it closer than the
-/// tolerance. Where the first pose is at the pole, its free axis stands as the first pose beside the pole needs it.
+/// Every pose is kept, reached to 1e-9 mm and 1e-12 rad and within the limits. Positions are put
+/// between poses only where [`deviation_bound`](crate::motion::deviation::deviation_bound) does not
+/// hold the tolerance, as few as it asks for, and so that all blocks between two poses use up about
+/// the same of it. The way starts where an axis at its largest speed is first from `start`, and
+/// stays on that branch and winding of the rotary axes. The branch changes only within a block that
+/// is proven to hold the tolerance: where the tool axis goes through the pole itself, or passes it
+/// closer than the tolerance. Where the first pose is at the pole, its free axis stands as the
+/// first pose beside the pole needs it.
 ///
-/// Limits hold at the positions, and between them where axes move linearly. Under the RTCP laws the linear axes bend
-/// between positions; [`Machine::axis_ranges`] says how far. Where the control turns the tool vector itself, no
-/// tolerance is used up; positions are put so that no rotary axis turns by more than 90° in a block, which leaves no
-/// doubt on which way it turns.
+/// Limits hold at the positions, and between them where axes move linearly. Under the RTCP laws the
+/// linear axes bend between positions; [`Machine::axis_ranges`] says how far. Where the control
+/// turns the tool vector itself, no tolerance is used up; positions are put so that no rotary axis
+/// turns by more than 90° in a block, which leaves no doubt on which way it turns.
 ///
 /// No poses give no positions. The result depends on nothing but the arguments.
 ///

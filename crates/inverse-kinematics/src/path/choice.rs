@@ -14,20 +14,20 @@ pub enum SegmentKind {
     Link,
 }
 
-/// What axes do between two poses other than to go on along the ideal motion: the tip on a straight line, the tool axis
-/// turning evenly in the plane of its ends.
+/// What axes do between two poses other than to go on along the ideal motion: the tip on a straight
+/// line, the tool axis turning evenly in the plane of its ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// A limited rotary axis turns back, or on, by full turns beside what the motion asks for. Told is the axis that
-    /// does most; where two do so in one segment the values tell the other.
+    /// A limited rotary axis turns back, or on, by full turns beside what the motion asks for. Told
+    /// is the axis that does most; where two do so in one segment the values tell the other.
     Rewind {
         /// Index of the axis.
         axis: usize,
         /// Full turns, in the axis's sense.
         turns: i32,
     },
-    /// The next pose is reached by another solution than the one that the motion leads to, or the motion leaves the
-    /// reach of the rotary axes.
+    /// The next pose is reached by another solution than the one that the motion leads to, or the
+    /// motion leaves the reach of the rotary axes.
     Flip,
 }
 
@@ -45,7 +45,8 @@ pub struct PathChange {
 pub struct FreeTurn {
     /// First pose of the stretch in which the axis is free.
     pub first: usize,
-    /// Last pose of it. If it is the first one, the axis turns while the tip stands there: the values hold `from`.
+    /// Last pose of it. If it is the first one, the axis turns while the tip stands there: the
+    /// values hold `from`.
     pub last: usize,
     /// Index of the axis.
     pub axis: usize,
@@ -64,8 +65,8 @@ pub struct SingularStretch {
     pub last: usize,
     /// Smallest angle of a pose's tool axis to the singular direction, rad.
     pub smallest_angle: f64,
-    /// Largest turn of a rotary axis per way of the tip in a cut that begins or ends in the stretch, rad/mm; infinite
-    /// where an axis turns while the tip stands.
+    /// Largest turn of a rotary axis per way of the tip in a cut that begins or ends in the
+    /// stretch, rad/mm; infinite where an axis turns while the tip stands.
     pub largest_speed: f64,
 }
 
@@ -74,7 +75,8 @@ pub struct SingularStretch {
 pub struct PathChoice {
     /// Axis values of every pose; endless axes are unrolled.
     pub values: Vec<AxisValues>,
-    /// Changes in cuts: the tool has to be retracted there, the axes turned, and the tool brought back.
+    /// Changes in cuts: the tool has to be retracted there, the axes turned, and the tool brought
+    /// back.
     pub breaks: Vec<PathChange>,
     /// Changes on links.
     pub link_turns: Vec<PathChange>,

@@ -11,7 +11,8 @@ pub(crate) struct Edges<'a> {
     to: &'a Station,
     kind: SegmentKind,
     weights: &'a AxisValues,
-    /// For each solution of `from`: the solution of `to` it goes on to, and the way of each rotary axis.
+    /// For each solution of `from`: the solution of `to` it goes on to, and the way of each rotary
+    /// axis.
     continued: Vec<(usize, usize, AxisValues)>,
 }
 
@@ -75,7 +76,8 @@ impl<'a> Edges<'a> {
         self.continued.push((a, b, way));
     }
 
-    /// The rotary values at which the axes leave a free stretch for node `to`, if the motion goes on to it.
+    /// The rotary values at which the axes leave a free stretch for node `to`, if the motion goes
+    /// on to it.
     pub(crate) fn leaving(&self, to: &Node) -> Option<AxisValues> {
         let (_, _, way) = self.continued.iter().find(|(_, b, _)| self.from.free.is_some() && *b == to.base)?;
         Some(AxisValues::from_fn(way.len(), |k| to.values[k] - way[k]))
@@ -117,7 +119,8 @@ impl<'a> Edges<'a> {
         (most.1 != 0).then_some(Change::Rewind { axis: most.0, turns: most.1 })
     }
 
-    /// Weighted time of the axis that takes longest, s. Where a free stretch ends or begins only the rotary axes count.
+    /// Weighted time of the axis that takes longest, s. Where a free stretch ends or begins only
+    /// the rotary axes count.
     pub(crate) fn time(&self, way: &AxisValues) -> f64 {
         let only_rotary = self.from.free.is_some() || self.to.free.is_some();
         let axes = self.of.machine.axes();

@@ -16,16 +16,19 @@ use crate::solver::inverse_solution::{Branch, InverseSolution, InverseSolutions}
 pub(crate) struct Base {
     pub(crate) values: AxisValues,
     pub(crate) branch: Branch,
-    /// The branches meet here, or the first rotary axis is free: the way goes on along either branch.
+    /// The branches meet here, or the first rotary axis is free: the way goes on along either
+    /// branch.
     pub(crate) meets: bool,
     pub(crate) free_axis: Option<usize>,
-    /// With three rotary axes: largest difference of a rotary value to the nearest other solution, rad.
+    /// With three rotary axes: largest difference of a rotary value to the nearest other solution,
+    /// rad.
     pub(crate) apart: f64,
     /// Within the limits at some winding.
     pub(crate) within: bool,
 }
 
-/// The motion that is meant between two poses: tip straight, tool axis turning evenly in the plane of its ends.
+/// The motion that is meant between two poses: tip straight, tool axis turning evenly in the plane
+/// of its ends.
 struct Ideal<'a> {
     from: &'a ClPoint,
     to: &'a ClPoint,
@@ -41,27 +44,29 @@ struct Place {
     apart: f64,
 }
 
-/// Turn of a rotary axis, rad, below which the nearest turn is the continuous one. With two rotary axes, on a way of at
-/// most 90° along which the angle to the first axis only grows or shrinks, no value changes by more than 270° (90° of
-/// azimuth, 180° in the triangle), so what looks like less than 90° is not 90° less a full turn.
+/// Turn of a rotary axis, rad, below which the nearest turn is the continuous one. With two rotary
+/// axes, on a way of at most 90° along which the angle to the first axis only grows or shrinks, no
+/// value changes by more than 270° (90° of azimuth, 180° in the triangle), so what looks like less
+/// than 90° is not 90° less a full turn.
 const SURE_STEP: f64 = FRAC_PI_2;
 
 /// The same with three rotary axes, where nothing bounds the change: an estimate.
 const SMALL_STEP: f64 = 10.0 * FRAC_PI_2 / 90.0;
 
-/// With three rotary axes the other solutions at both ends must be farther apart than a step by this factor, or the way
-/// is looked at more closely.
+/// With three rotary axes the other solutions at both ends must be farther apart than a step by
+/// this factor, or the way is looked at more closely.
 const CLEARLY_FARTHER: f64 = 3.0;
 
-/// Places of a way that are looked at: more than halving down to rounding takes with two rotary axes. With three a
-/// solution may need more where it runs along close to another one; it then counts as not going on.
+/// Places of a way that are looked at: more than halving down to rounding takes with two rotary
+/// axes. With three a solution may need more where it runs along close to another one; it then
+/// counts as not going on.
 const MOST_LOOKS: usize = 200;
 
 /// Cosine below which two tool axes count as opposite, as for the motion of a block.
 const OPPOSITE_COSINE: f64 = -1.0 + 5e-15;
 
-/// Distance from the pole at which the limit of the free axis is read, rad: what the limit is wrong by; large enough
-/// for the azimuth to be known to 1e-8.
+/// Distance from the pole at which the limit of the free axis is read, rad: what the limit is wrong
+/// by; large enough for the azimuth to be known to 1e-8.
 const BESIDE_POLE: f64 = 1e-7;
 
 /// Difference of rotary values, full turns aside, that two solutions of one pose never have, rad.
@@ -121,9 +126,9 @@ impl Machine {
         Ok(all.iter().map(base).collect())
     }
 
-    /// The solutions among `ends`, those of pose `to`, to which `start` goes on along the ideal motion from pose
-    /// `from`, and their values with the rotary ones unrolled from those of `start`. One at most, but two from where
-    /// branches meet.
+    /// The solutions among `ends`, those of pose `to`, to which `start` goes on along the ideal
+    /// motion from pose `from`, and their values with the rotary ones unrolled from those of
+    /// `start`. One at most, but two from where branches meet.
     pub(crate) fn followed(
         &self,
         (from, start): (&ClPoint, &Base),
@@ -244,8 +249,8 @@ impl Machine {
         (nearest.0 < SMALL_STEP && clear).then_some(nearest.1)
     }
 
-    /// The values at which a solution comes to a pose where an axis is free, on the ideal motion: the limit of that
-    /// axis, and what the pose asks of the others.
+    /// The values at which a solution comes to a pose where an axis is free, on the ideal motion:
+    /// the limit of that axis, and what the pose asks of the others.
     pub(crate) fn arrival(
         &self,
         (from, start): (&ClPoint, &Base),
@@ -265,15 +270,17 @@ impl Machine {
         self.at_rotaries(pole, tool_length, &values)
     }
 
-    /// The values with the linear axes that belong to these rotary ones, checked by the forward solution.
+    /// The values with the linear axes that belong to these rotary ones, checked by the forward
+    /// solution.
     pub(crate) fn at_rotaries(&self, cl: &ClPoint, tool_length: f64, rotary: &AxisValues) -> Option<AxisValues> {
         let turns = (0..rotary.len()).filter(|&k| self.is_rotary(k)).map(|k| (k, rotary[k]));
         self.with_rotaries(cl, tool_length, rotary, turns).ok()
     }
 
-    /// Angle between the tool axis of a CL point (table frame) and the nearer end of the rotary axis nearest to the workpiece,
-    /// rad: along it that axis may stand anywhere, and near it turns 1/sin of the angle times as fast as the tool axis. `None`
-    /// with three rotary axes, which are singular in poses, not in directions.
+    /// Angle between the tool axis of a CL point (table frame) and the nearer end of the rotary
+    /// axis nearest to the workpiece, rad: along it that axis may stand anywhere, and near it turns
+    /// 1/sin of the angle times as fast as the tool axis. `None` with three rotary axes, which are
+    /// singular in poses, not in directions.
     pub fn angle_to_singular(&self, cl: &ClPoint) -> Option<f64> {
         let Solver::Closed { rotaries, .. } = &self.solver else { return None };
         let w = rotaries.first.direction;

@@ -17,7 +17,8 @@ pub(crate) struct Choosing<'a> {
     result: PathChoice,
 }
 
-/// How the turn of a free axis is spread over its stretch: the first way in which all poses are within the limits.
+/// How the turn of a free axis is spread over its stretch: the first way in which all poses are
+/// within the limits.
 const SPREADS: [fn(f64) -> f64; 3] = [|t| t, |t| if t > 0.0 { 1.0 } else { 0.0 }, |t| if t < 1.0 { 0.0 } else { 1.0 }];
 
 /// Turn of a free axis that is rounding, rad: its values are limits read beside the pole.
@@ -69,7 +70,8 @@ impl<'a> Choosing<'a> {
         Ok(())
     }
 
-    /// Fills in the values of a station; told are those at its end, where a free axis has turned to where it leaves.
+    /// Fills in the values of a station; told are those at its end, where a free axis has turned to
+    /// where it leaves.
     fn leave(&mut self, station: &Station, leaving: Option<&AxisValues>) -> Result<AxisValues, PathError> {
         let Some(axis) = station.free else {
             self.result.values.push(self.at);

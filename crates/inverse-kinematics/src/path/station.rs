@@ -9,7 +9,8 @@ use crate::path::choice::PathError;
 use crate::path::follow::Base;
 use crate::solver::inverse_solution::{InverseSolution, Unreachable};
 
-/// A pose, or neighbouring poses in which the same rotary axis is free, with all that the machine may stand at.
+/// A pose, or neighbouring poses in which the same rotary axis is free, with all that the machine
+/// may stand at.
 #[derive(Clone, Debug)]
 pub(crate) struct Station {
     /// First and last pose.
@@ -80,11 +81,12 @@ impl Poses<'_> {
         bases.map_err(|reason| PathError::Unreachable { index, reason })
     }
 
-    /// The station that begins with a pose; of one with a free axis the values are still to be settled.
+    /// The station that begins with a pose; of one with a free axis the values are still to be
+    /// settled.
     fn station(&self, first: usize) -> Result<Station, PathError> {
         let bases = self.bases(first)?;
-        // With three rotary axes a free axis stays at home: the others make up for it, and where they do is not
-        // followed.
+        // With three rotary axes a free axis stays at home: the others make up for it, and where
+        // they do is not followed.
         let free = bases.iter().find_map(|b| b.free_axis).filter(|_| bases[0].meets);
         let mut station = Station { first, last: first, free, bases, nodes: Vec::new() };
         let Some(axis) = free else {
@@ -103,8 +105,8 @@ impl Poses<'_> {
         Ok(station)
     }
 
-    /// Gives the free axis its values: those at which it arrives from the solutions before, and at which it leaves for
-    /// those behind.
+    /// Gives the free axis its values: those at which it arrives from the solutions before, and at
+    /// which it leaves for those behind.
     fn settle(
         &self,
         station: &mut Station,

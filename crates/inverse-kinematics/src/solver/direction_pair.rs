@@ -4,10 +4,11 @@ use nalgebra::{Unit, Vector3};
 
 /// Turns the spindle to a direction by two rotary axes in general position.
 ///
-/// The tool axis is `Rot(first, q₁) · Rot(second, q₂) · spindle`; linear joints between them do not matter. The three
-/// directions `first`, `second` and the tool axis seen from between the two joints are corners of a triangle on the unit
-/// sphere with known sides, so its angles follow from the half-angle formulas, which lose no digits near the poles.
-/// (The same two circles intersected with vectors are Paden and Kahan's second subproblem.)
+/// The tool axis is `Rot(first, q₁) · Rot(second, q₂) · spindle`; linear joints between them do not
+/// matter. The three directions `first`, `second` and the tool axis seen from between the two
+/// joints are corners of a triangle on the unit sphere with known sides, so its angles follow from
+/// the half-angle formulas, which lose no digits near the poles. (The same two circles intersected
+/// with vectors are Paden and Kahan's second subproblem.)
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct DirectionPair {
     pub(crate) first: RotaryAxis,
@@ -16,7 +17,8 @@ pub(crate) struct DirectionPair {
     between: f64,
     /// Angle between the second axis and the spindle.
     spindle_to_second: f64,
-    /// +1, or −1 where the first axis had to be reversed so that it is within 90° of the spindle at the zero pose.
+    /// +1, or −1 where the first axis had to be reversed so that it is within 90° of the spindle at
+    /// the zero pose.
     first_sign: f64,
     /// What [`DirectionPair::solve_regular`] needs of the sides.
     constants: SideConstants,
@@ -76,12 +78,13 @@ pub(crate) enum PairFault {
     SpindleAlongSecond,
 }
 
-/// Angle below which two directions count as the same, rad. It has to stay below the accuracy promised for solutions
-/// (1e-12), because at the pole the azimuth of the direction is dropped, and above rounding (1e-15), because there the
-/// azimuth is noise.
+/// Angle below which two directions count as the same, rad. It has to stay below the accuracy
+/// promised for solutions (1e-12), because at the pole the azimuth of the direction is dropped, and
+/// above rounding (1e-15), because there the azimuth is noise.
 pub(crate) const SAME_DIRECTION: f64 = 4e-13;
 
-/// Sine of the angle below which axes of a machine count as parallel: what a file in degrees with nine digits leaves.
+/// Sine of the angle below which axes of a machine count as parallel: what a file in degrees with
+/// nine digits leaves.
 pub(crate) const PARALLEL_SINE: f64 = 1e-9;
 
 impl DirectionPair {
@@ -113,9 +116,9 @@ impl DirectionPair {
         Ok(Self { first, second, between, spindle_to_second, first_sign, constants })
     }
 
-    /// The values of both axes on the positive and on the negative side by the law of cosines, which needs fewer functions
-    /// than the half-angle formulas and loses digits near the pole and the edges of the reach: `None` where cosines are nearer
-    /// to those there than `apart`.
+    /// The values of both axes on the positive and on the negative side by the law of cosines,
+    /// which needs fewer functions than the half-angle formulas and loses digits near the pole and
+    /// the edges of the reach: `None` where cosines are nearer to those there than `apart`.
     pub(crate) fn solve_regular(&self, tool_axis: &Vector3<f64>, apart: f64) -> Option<[[Turned; 2]; 2]> {
         let of = &self.constants;
         let cos = tool_axis.dot(&self.first.direction);
@@ -178,8 +181,8 @@ impl DirectionPair {
         PairSolution::Two { positive, negative: [self.first_sign * (azimuth - at_first), -at_second - spindle] }
     }
 
-    /// Whether this value of the second axis belongs to the positive side: the spindle is between 0 and 180° right-handed
-    /// about the second axis from where it is nearest to the first.
+    /// Whether this value of the second axis belongs to the positive side: the spindle is between 0
+    /// and 180° right-handed about the second axis from where it is nearest to the first.
     pub(crate) fn is_positive(&self, second_value: f64) -> bool {
         (second_value + self.second.spindle_azimuth).rem_euclid(TAU) <= PI
     }

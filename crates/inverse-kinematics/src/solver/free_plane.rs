@@ -6,15 +6,16 @@ use crate::solver::summed_rotaries::{Line, along};
 use crate::solver::tip_condition::{functions, value_and_gradient};
 use crate::solver::trig_roots::{SAMPLES, real_roots, sample_angle};
 
-/// Steps of Newton's method from the edge of what is reached, known to 1e-9 rad, or to 1e-6 where two edges meet.
+/// Steps of Newton's method from the edge of what is reached, known to 1e-9 rad, or to 1e-6 where
+/// two edges meet.
 const MOST_STEPS: usize = 40;
 
-/// Three rotary joints, two of them parallel, with the tool along the first axis: the first value and one of the parallel ones
-/// are free, and the tip condition is what they are chosen by.
+/// Three rotary joints, two of them parallel, with the tool along the first axis: the first value
+/// and one of the parallel ones are free, and the tip condition is what they are chosen by.
 ///
-/// Rotary values are `base + outer·by_outer + inner·by_inner`. The tip condition is of degree 1 in the inner value,
-/// f = A + B·cos + C·sin with A, B and C of degree 1 or 2 in the outer one. So at an outer value it has two roots where
-/// B² + C² − A² > 0, one where that is 0, and none elsewhere.
+/// Rotary values are `base + outer·by_outer + inner·by_inner`. The tip condition is of degree 1 in
+/// the inner value, f = A + B·cos + C·sin with A, B and C of degree 1 or 2 in the outer one. So at
+/// an outer value it has two roots where B² + C² − A² > 0, one where that is 0, and none elsewhere.
 pub(crate) struct FreePlane {
     base: [f64; 3],
     branch: Branch,
@@ -26,8 +27,8 @@ pub(crate) struct FreePlane {
 }
 
 impl FreePlane {
-    /// From a position that meets the tool axis; `first_two` tells which two are parallel, `sign` whether they turn opposite
-    /// ways.
+    /// From a position that meets the tool axis; `first_two` tells which two are parallel, `sign`
+    /// whether they turn opposite ways.
     pub(crate) fn new(base: [f64; 3], branch: Branch, first_two: bool, sign: f64) -> Self {
         if first_two {
             Self { base, branch, by_outer: [1.0, 0.0, 0.0], by_inner: [0.0, 1.0, 0.0], outer: 0, inner: 1 }
@@ -36,9 +37,9 @@ impl FreePlane {
         }
     }
 
-    /// The solutions at the reference value of the first joint and of the other free one. If there are none: those at the
-    /// ends of the intervals of outer values that have any, nearest to the reference first. So some are told if there are
-    /// any.
+    /// The solutions at the reference value of the first joint and of the other free one. If there
+    /// are none: those at the ends of the intervals of outer values that have any, nearest to the
+    /// reference first. So some are told if there are any.
     pub(crate) fn solve(&self, target: &Target<'_>, reference: [f64; 3], all: &mut Triples) {
         for line in [self.first_at(reference), self.other_at(reference)] {
             along(target, &line, reference, 0.0, all);
@@ -118,8 +119,9 @@ impl FreePlane {
         }
     }
 
-    /// The nearest values that meet the tip condition, by the shortest step to where its tangent does, and what is left of it
-    /// over its scale. Where both derivatives are 0 every step halves the distance.
+    /// The nearest values that meet the tip condition, by the shortest step to where its tangent
+    /// does, and what is left of it over its scale. Where both derivatives are 0 every step halves
+    /// the distance.
     fn polished(&self, target: &Target<'_>, start: [f64; 2]) -> ([f64; 2], f64) {
         let (mut best, (mut f, mut slope)) = (start, self.condition(target, start));
         for _ in 0..MOST_STEPS {

@@ -8,20 +8,22 @@ pub struct InverseSolution {
     pub values: AxisValues,
     /// The side of the rotary axis nearest to the tool.
     pub branch: Branch,
-    /// At the pole, where the tool axis lies along the rotary axis nearest to the workpiece: the index of that axis. Any
-    /// value of it does; `values` holds the reference value, with the linear values that belong to it.
+    /// At the pole, where the tool axis lies along the rotary axis nearest to the workpiece: the
+    /// index of that axis. Any value of it does; `values` holds the reference value, with the
+    /// linear values that belong to it.
     ///
-    /// With three rotary axes: the axis that can move on while the others make up for it, where a whole curve of solutions
-    /// is. `values` holds those at its reference value, or at one near that.
+    /// With three rotary axes: the axis that can move on while the others make up for it, where a
+    /// whole curve of solutions is. `values` holds those at its reference value, or at one near
+    /// that.
     pub free_axis: Option<usize>,
 }
 
-/// The two ways to reach a tool axis: the rotary axis nearest to the tool turns the spindle to its positive or its
-/// negative side, counted from where the spindle is nearest to the other rotary axis. On a B-head, C-table machine:
-/// B ≥ 0 or B ≤ 0.
+/// The two ways to reach a tool axis: the rotary axis nearest to the tool turns the spindle to its
+/// positive or its negative side, counted from where the spindle is nearest to the other rotary
+/// axis. On a B-head, C-table machine: B ≥ 0 or B ≤ 0.
 ///
-/// With three rotary axes it is the side of the last one as seen from the middle one, or of the sum of both where they are
-/// parallel; there may be several solutions on each side.
+/// With three rotary axes it is the side of the last one as seen from the middle one, or of the sum
+/// of both where they are parallel; there may be several solutions on each side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Branch {
     /// B ≥ 0.
@@ -44,9 +46,9 @@ pub enum BranchPreference {
 
 /// All solutions within the limits, each once.
 ///
-/// With two rotary axes one or two, the positive branch first. With three up to [`MAX_SOLUTIONS`], several on a branch: those
-/// come first that are reached first from the reference position, so that the first one on a branch goes on from where the
-/// machine stands.
+/// With two rotary axes one or two, the positive branch first. With three up to [`MAX_SOLUTIONS`],
+/// several on a branch: those come first that are reached first from the reference position, so
+/// that the first one on a branch goes on from where the machine stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InverseSolutions {
     // Entries from `n` on are empty.
@@ -129,13 +131,15 @@ impl Packed {
     }
 }
 
-/// The most solutions of any pose, windings aside: two with two rotary axes; with three twelve, the roots of a polynomial.
+/// The most solutions of any pose, windings aside: two with two rotary axes; with three twelve, the
+/// roots of a polynomial.
 pub const MAX_SOLUTIONS: usize = 12;
 
 /// Why there are no axis values for a CL point.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Unreachable {
-    /// An axis would leave its limits on every branch; told is the branch with the smallest excess in time of travel.
+    /// An axis would leave its limits on every branch; told is the branch with the smallest excess
+    /// in time of travel.
     #[error(
         "axis {axis} would have to be at {:.4} {unit}, its limits are {:.4} to {:.4}",
         to_word(*kind, *value), to_word(*kind, *min), to_word(*kind, *max),
@@ -165,15 +169,16 @@ pub enum Unreachable {
         /// Smallest turn that brings the direction into reach, rad.
         by: f64,
     },
-    /// Of two linear axes: in no pose of the rotary axes that gives the tool axis is the tip in the plane in which they move
-    /// it.
+    /// Of two linear axes: in no pose of the rotary axes that gives the tool axis is the tip in the
+    /// plane in which they move it.
     #[error("the linear axes {first} and {second} miss the tip by {by:.4} mm in every pose that gives the tool axis")]
     Tip {
         /// Linear axis nearer to the workpiece.
         first: AxisLetter,
         /// Linear axis nearer to the tool.
         second: AxisLetter,
-        /// Distance of the tip from the plane, at the best of the poses tried: some smaller one may be missed, mm.
+        /// Distance of the tip from the plane, at the best of the poses tried: some smaller one may
+        /// be missed, mm.
         by: f64,
     },
     /// In the pose of the rotary axes the linear axes lie in one plane.
@@ -188,7 +193,8 @@ pub enum Unreachable {
 }
 
 impl InverseSolutions {
-    /// A single solution; of one head of two with the axes that move its tool, the others are as in the first one in all.
+    /// A single solution; of one head of two with the axes that move its tool, the others are as in
+    /// the first one in all.
     #[inline]
     pub(crate) fn one(first: &InverseSolution, own: Option<OwnAxes>) -> Self {
         let kept = own.map_or(Kept::NONE, |own| Kept::new(&first.values, own));

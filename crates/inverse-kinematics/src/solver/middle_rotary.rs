@@ -8,23 +8,24 @@ use crate::solver::trig_roots::{SAMPLES, Seeds, real_roots, sample_angle};
 
 /// The tip condition as a function of the value q₂ of the middle joint.
 ///
-/// With b the tool axis seen behind the first joint and w₃′ the third axis at q₂, the parts of b along w₁ and w₃′ are known:
+/// With b the tool axis seen behind the first joint and w₃′ the third axis at q₂, the parts of b
+/// along w₁ and w₃′ are known:
 ///
 /// ```text
 /// b = x·w₁ + y·w₃′ ± z·w₁ × w₃′,  x = (α − βG)/N,  y = (β − αG)/N,  z² = (N − α² − β² + 2αβG)/N²
 /// ```
 ///
-/// with α = w₁·a, β = w₃·s, G = w₁·w₃′, N = 1 − G². Cosine and sine of q₁ and q₃ are linear in b, so that f = even ± odd·z, and
-/// f₊·f₋·N² is a trigonometric polynomial of degree 6 in q₂. Where b comes near to w₂ its roots stay apart, while the values of
-/// the first joint come together.
+/// with α = w₁·a, β = w₃·s, G = w₁·w₃′, N = 1 − G². Cosine and sine of q₁ and q₃ are linear in b,
+/// so that f = even ± odd·z, and f₊·f₋·N² is a trigonometric polynomial of degree 6 in q₂. Where b
+/// comes near to w₂ its roots stay apart, while the values of the first joint come together.
 pub(crate) struct MiddleRotary<'a> {
     pub(crate) w: &'a [Vector3<f64>; 3],
     pub(crate) spindle: &'a Vector3<f64>,
     pub(crate) target: &'a Target<'a>,
 }
 
-/// Everything at one value of the middle joint: 1, cosine and sine of first and third value are the first entry ± z times the
-/// second.
+/// Everything at one value of the middle joint: 1, cosine and sine of first and third value are the
+/// first entry ± z times the second.
 struct AtMiddle {
     first: [[f64; 3]; 2],
     third: [[f64; 3]; 2],
@@ -48,7 +49,8 @@ impl MiddleRotary<'_> {
         real_roots(&samples, 1e-14 * size)
     }
 
-    /// The two triples of rotary values at a value of the middle joint that meet the tool axis, or come near to it.
+    /// The two triples of rotary values at a value of the middle joint that meet the tool axis, or
+    /// come near to it.
     pub(crate) fn triples(&self, second: f64) -> [[f64; 3]; 2] {
         let at = self.at(second);
         let z = at.z_sq.max(0.0).sqrt();

@@ -14,7 +14,8 @@ pub(crate) struct Screw {
     /// Index of its axis.
     pub(crate) axis: usize,
     pub(crate) kind: AxisKind,
-    /// Direction in which, or about which (right-handed), a positive value moves the tool relative to the table.
+    /// Direction in which, or about which (right-handed), a positive value moves the tool relative
+    /// to the table.
     pub(crate) direction: Unit<Vector3<f64>>,
     /// A point on the axis of a rotary joint.
     pub(crate) point: Vector3<f64>,
@@ -22,8 +23,8 @@ pub(crate) struct Screw {
     turn: TurnParts,
 }
 
-/// Rodrigues' formula: the turn is `along + cos·across + sin·cross`, and moves the table frame's origin by
-/// `(1 − cos)·arm − sin·cross_arm`.
+/// Rodrigues' formula: the turn is `along + cos·across + sin·cross`, and moves the table frame's
+/// origin by `(1 − cos)·arm − sin·cross_arm`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct TurnParts {
     along: Matrix3<f64>,
@@ -42,7 +43,8 @@ impl Screw {
         Self { axis, kind, direction, point, turn }
     }
 
-    /// Rotation and translation of everything behind a rotary joint, given cosine and sine of its value.
+    /// Rotation and translation of everything behind a rotary joint, given cosine and sine of its
+    /// value.
     fn turned(&self, [cos, sin]: [f64; 2]) -> (Matrix3<f64>, Vector3<f64>) {
         let turn = &self.turn;
         (turn.along + turn.across * cos + turn.cross * sin, turn.arm * (1.0 - cos) - turn.cross_arm * sin)
@@ -63,10 +65,11 @@ impl Screw {
     }
 }
 
-/// The loop table → bed → tool as one open chain: table joints from the table inward, then head joints outward.
+/// The loop table → bed → tool as one open chain: table joints from the table inward, then head
+/// joints outward.
 ///
-/// The pose of a link is the product of the motions of all joints between it and the table, times its pose at the zero
-/// pose (product of exponentials; the DH rows are only needed to set it up).
+/// The pose of a link is the product of the motions of all joints between it and the table, times
+/// its pose at the zero pose (product of exponentials; the DH rows are only needed to set it up).
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ScrewChain {
     pub(crate) screws: Vec<Screw>,
@@ -74,7 +77,8 @@ pub(crate) struct ScrewChain {
     pub(crate) table_from_nose: Isometry3<f64>,
 }
 
-/// Tool tip as a function of the linear axes while the rotary axes stand still: `tip = offset + directions · linears`.
+/// Tool tip as a function of the linear axes while the rotary axes stand still: `tip = offset +
+/// directions · linears`.
 pub(crate) struct LinearMap {
     pub(crate) offset: Vector3<f64>,
     /// Columns in the order in which the linear joints stand in the chain.
@@ -108,8 +112,9 @@ impl ScrewChain {
         self.table_from_nose.rotation * Vector3::z_axis()
     }
 
-    /// Velocities that the first five joints, in chain order, give the tool at `q`: of the tool axis along two directions
-    /// across it (the two vectors), and of the tip per metre; linear joints per metre too.
+    /// Velocities that the first five joints, in chain order, give the tool at `q`: of the tool
+    /// axis along two directions across it (the two vectors), and of the tip per metre; linear
+    /// joints per metre too.
     pub(crate) fn tool_velocities(&self, q: &AxisValues, tool_length: f64) -> (SMatrix<f64, 5, 5>, [Vector3<f64>; 2]) {
         let end = self.forward(q, tool_length);
         let (tip, tool_axis) = (Point3::from(end.translation.vector), end.rotation * Vector3::z());
@@ -133,7 +138,8 @@ impl ScrewChain {
         (velocities, across)
     }
 
-    /// Tip and tool axis for the rotary values in `q`, its linear values left open. Linear joints beyond three are 0.
+    /// Tip and tool axis for the rotary values in `q`, its linear values left open. Linear joints
+    /// beyond three are 0.
     pub(crate) fn linear_map(&self, q: &AxisValues, tool_length: f64) -> LinearMap {
         let mut rotation = Matrix3::identity();
         let mut offset = Vector3::zeros();
@@ -162,11 +168,13 @@ impl ScrewChain {
 }
 
 impl LinearMap {
-    /// Smallest |determinant| of the three unit directions with which the tip can be placed. At 1e-9 an error of 1e-15 in
-    /// a direction already moves an axis by 1e-6 of the distance; smaller is worse, larger refuses usable poses.
+    /// Smallest |determinant| of the three unit directions with which the tip can be placed. At
+    /// 1e-9 an error of 1e-15 in a direction already moves an axis by 1e-6 of the distance; smaller
+    /// is worse, larger refuses usable poses.
     pub(crate) const MIN_DETERMINANT: f64 = 1e-9;
 
-    /// The linear values that bring the tip to `tip`; `None` when the three directions lie in a plane.
+    /// The linear values that bring the tip to `tip`; `None` when the three directions lie in a
+    /// plane.
     pub(crate) fn solve(&self, tip: &Point3<f64>) -> Option<Vector3<f64>> {
         let (rows, determinant) = self.cofactors();
         if determinant.abs() < Self::MIN_DETERMINANT || determinant.is_nan() {
@@ -186,7 +194,8 @@ impl LinearMap {
         (rows, x.dot(&rows[0]))
     }
 
-    /// The first two linear values that bring the tip nearest to `tip`; `None` when the two directions are parallel.
+    /// The first two linear values that bring the tip nearest to `tip`; `None` when the two
+    /// directions are parallel.
     pub(crate) fn solve_two(&self, tip: &Point3<f64>) -> Option<Vector3<f64>> {
         let [x, y] = [0, 1].map(|k| self.directions.column(k).into_owned());
         let normal = x.cross(&y);

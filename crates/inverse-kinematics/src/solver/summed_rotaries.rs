@@ -7,7 +7,8 @@ use crate::solver::rotary_triples::{RotaryTriple, Target, Triples};
 use crate::solver::tip_condition::{functions, value_and_gradient};
 use crate::solver::trig_roots::{SAMPLES, real_roots, sample_angle};
 
-/// Part of the largest coefficient of the tip condition below which it counts as zero all along a line.
+/// Part of the largest coefficient of the tip condition below which it counts as zero all along a
+/// line.
 const NO_CONDITION: f64 = 1e-11;
 
 /// Part of it that is rounding.
@@ -19,11 +20,12 @@ const DIRECTION_ROUNDING: f64 = 5e-16;
 /// Steps of Newton's method.
 const MOST_STEPS: usize = 12;
 
-/// Three rotary joints, the middle one parallel to one of its neighbours, that turn the tool to a direction and bring the tip
-/// into the plane that two linear joints move it in.
+/// Three rotary joints, the middle one parallel to one of its neighbours, that turn the tool to a
+/// direction and bring the tip into the plane that two linear joints move it in.
 ///
-/// Only the sum of the two parallel ones turns the tool axis, so that sum and the third value follow from it in closed form.
-/// Along each of the two branches the tip condition is a trigonometric polynomial of degree 2 in one of the summands.
+/// Only the sum of the two parallel ones turns the tool axis, so that sum and the third value
+/// follow from it in closed form. Along each of the two branches the tip condition is a
+/// trigonometric polynomial of degree 2 in one of the summands.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SummedRotaries {
     pair: DirectionPair,
@@ -45,7 +47,8 @@ pub(crate) struct Line {
 }
 
 impl SummedRotaries {
-    /// Directions of the rotary joints from the table to the tool, and the spindle, at the machine's zero pose.
+    /// Directions of the rotary joints from the table to the tool, and the spindle, at the
+    /// machine's zero pose.
     pub(crate) fn new(
         w: [Unit<Vector3<f64>>; 3],
         spindle: &Unit<Vector3<f64>>,
@@ -57,15 +60,15 @@ impl SummedRotaries {
         Ok(Self { pair, first_two, sign: w[1].dot(&beside).signum() })
     }
 
-    /// Rounding of a direction over the sine of its angle to the first axis: what is left open of the first value. At the pole
-    /// that is free.
+    /// Rounding of a direction over the sine of its angle to the first axis: what is left open of
+    /// the first value. At the pole that is free.
     fn open(&self, tool_axis: &Vector3<f64>) -> f64 {
         let across = tool_axis.cross(&self.pair.first.direction).norm();
         DIRECTION_ROUNDING / across.max(SAME_DIRECTION)
     }
 
-    /// All solutions for a target. Where a whole curve of them is, those at the reference value of its free joint; with the
-    /// tool along the first axis those of [`FreePlane::solve`].
+    /// All solutions for a target. Where a whole curve of them is, those at the reference value of
+    /// its free joint; with the tool along the first axis those of [`FreePlane::solve`].
     pub(crate) fn solve(&self, target: &Target<'_>, reference: [f64; 3]) -> Triples {
         let mut all = Triples::new();
         if let PairSolution::FirstFree(second) = self.pair.solve(&target.tool_axis) {
@@ -79,7 +82,8 @@ impl SummedRotaries {
         all
     }
 
-    /// The solution nearest to a reference position on its line; `None` where Newton's method does not find one.
+    /// The solution nearest to a reference position on its line; `None` where Newton's method does
+    /// not find one.
     pub(crate) fn near(&self, target: &Target<'_>, reference: [f64; 3]) -> Option<RotaryTriple> {
         let branch = self.branch_of(reference);
         let line = self.lines(target, reference).into_iter().flatten().find(|l| l.branch == branch)?;
@@ -100,8 +104,8 @@ impl SummedRotaries {
         }
     }
 
-    /// The rotary values at a value of the unknown on one branch; with the tool along the first axis those that meet the tip
-    /// condition best there.
+    /// The rotary values at a value of the unknown on one branch; with the tool along the first
+    /// axis those that meet the tip condition best there.
     pub(crate) fn values_at(&self, target: &Target<'_>, value: f64, positive: bool) -> Option<[f64; 3]> {
         if let PairSolution::FirstFree(second) = self.pair.solve(&target.tool_axis) {
             return Some(self.free_plane(second).best_at(target, value)[usize::from(!positive)]);
@@ -144,8 +148,8 @@ impl SummedRotaries {
     }
 }
 
-/// The solutions on one line, the place of which is known to `open`, rad: two that come so near to each other that they may be
-/// one, or just missed, are told too.
+/// The solutions on one line, the place of which is known to `open`, rad: two that come so near to
+/// each other that they may be one, or just missed, are told too.
 pub(crate) fn along(target: &Target<'_>, line: &Line, reference: [f64; 3], open: f64, all: &mut Triples) {
     let mut samples = [0.0; SAMPLES];
     for (k, sample) in samples.iter_mut().enumerate() {

@@ -10,56 +10,63 @@ use crate::solver::screw_chain::ScrewChain;
 use crate::solver::tip_condition::{TipCondition, functions, value_and_gradient};
 use crate::solver::trig_roots::{SAMPLES, real_roots, sample_directions};
 
-/// Rotary values nearer to each other than this are one solution too if those in the middle between them are a solution.
+/// Rotary values nearer to each other than this are one solution too if those in the middle between
+/// them are a solution.
 const MAYBE_SAME: f64 = 1e-2;
 
 /// How nearly: rad, and the part of the tip condition's scale.
 const STILL_SOLUTION: f64 = 2e-13;
 
-/// First and third values nearer to those of a curve of solutions at the pole than this are on it, rad: a solution beside it is a
-/// double root there, known to the root of the rounding.
+/// First and third values nearer to those of a curve of solutions at the pole than this are on it,
+/// rad: a solution beside it is a double root there, known to the root of the rounding.
 const STILL_ON_CURVE: f64 = 1e-7;
 
 /// Rounding of the tip condition as part of its scale.
 const ROUNDING: f64 = 2e-16;
 
-/// Difference from the target, rad and part of the tip condition's scale, that the forward solution may still accept.
+/// Difference from the target, rad and part of the tip condition's scale, that the forward solution
+/// may still accept.
 const MET: f64 = 1e-12;
 
-/// Part of the largest coefficient of the tip condition below which its polynomial counts as zero, so that any value solves it.
+/// Part of the largest coefficient of the tip condition below which its polynomial counts as zero,
+/// so that any value solves it.
 const NO_CONDITION: f64 = 1e-11;
 
-/// Angle from the pole of the middle rotary within which solutions are looked for at the pole as well, rad. There two roots
-/// come nearer and nearer to each other, while their middle values stay apart; larger costs time only.
+/// Angle from the pole of the middle rotary within which solutions are looked for at the pole as
+/// well, rad. There two roots come nearer and nearer to each other, while their middle values stay
+/// apart; larger costs time only.
 const BESIDE_POLE: f64 = 0.02;
 
-/// Part of the largest coefficient of the tip condition below which it hardly tells the middle value at its pole.
+/// Part of the largest coefficient of the tip condition below which it hardly tells the middle
+/// value at its pole.
 const HARDLY_A_CONDITION: f64 = 1e-5;
 
-/// Length of a stretch on which the polynomial is 0 to rounding from which on it is looked at as a curve of solutions, rad. Eight
-/// roots that meet are a stretch of 0.02.
+/// Length of a stretch on which the polynomial is 0 to rounding from which on it is looked at as a
+/// curve of solutions, rad. Eight roots that meet are a stretch of 0.02.
 const CURVE: f64 = 0.1;
 
-/// Steps of Newton's method. From a root of the polynomial two are enough; at a double root every step halves the distance,
-/// from 0.01 rad to what rounding leaves of it in some thirty.
+/// Steps of Newton's method. From a root of the polynomial two are enough; at a double root every
+/// step halves the distance, from 0.01 rad to what rounding leaves of it in some thirty.
 const MOST_STEPS: usize = 40;
 
-/// Three rotary joints, none parallel to the next, that turn the tool to a direction and bring the tip into the plane that
-/// two linear joints move it in.
+/// Three rotary joints, none parallel to the next, that turn the tool to a direction and bring the
+/// tip into the plane that two linear joints move it in.
 ///
-/// Values are counted from the pose in which all directions but the first lie in one plane; see [`ThreeRotaries::zero`].
-/// With b the tool axis seen behind the first joint and v the one seen in front of the third, `Rot(w₂, q₂)·v = b`. So v and b
-/// have the same part along w₂, which makes cos q₃ a linear function of cos φ, φ = azimuth of the tool axis about w₁ − q₁; and
-/// across w₂, D·(cos q₂, sin q₂) is bilinear in b and v, D = 1 − (w₂·b)(w₂·v) being the square of the part across. The tip
-/// condition f then is (g + h·sin q₃)/D with g and h polynomials in cos φ, sin φ, and
+/// Values are counted from the pose in which all directions but the first lie in one plane; see
+/// [`ThreeRotaries::zero`]. With b the tool axis seen behind the first joint and v the one seen in
+/// front of the third, `Rot(w₂, q₂)·v = b`. So v and b have the same part along w₂, which makes cos
+/// q₃ a linear function of cos φ, φ = azimuth of the tool axis about w₁ − q₁; and across w₂, D·(cos
+/// q₂, sin q₂) is bilinear in b and v, D = 1 − (w₂·b)(w₂·v) being the square of the part across.
+/// The tip condition f then is (g + h·sin q₃)/D with g and h polynomials in cos φ, sin φ, and
 ///
 /// ```text
 /// H(φ) = f₊·f₋·D = (g² − sin²q₃·h²)/D
 /// ```
 ///
-/// is a trigonometric polynomial of degree 6: g² has degree 8 (g has degree 2 in φ and 2 in cos q₃), and D, of degree 2,
-/// divides it: where D = 0, b and v across w₂ are isotropic, v that of the one or of the other sign like b, and there g ± h·sin
-/// q₃ is 0. Its real roots with |cos q₃| ≤ 1 are all solutions.
+/// is a trigonometric polynomial of degree 6: g² has degree 8 (g has degree 2 in φ and 2 in cos
+/// q₃), and D, of degree 2, divides it: where D = 0, b and v across w₂ are isotropic, v that of the
+/// one or of the other sign like b, and there g ± h·sin q₃ is 0. Its real roots with |cos q₃| ≤ 1
+/// are all solutions.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ThreeRotaries {
     first: RotaryAxis,
@@ -67,7 +74,8 @@ pub(crate) struct ThreeRotaries {
     spindle: Vector3<f64>,
     /// Cosine and sine of the angles between first and second, second and third, third and spindle.
     sides: [[f64; 2]; 3],
-    /// Least angle between second axis and tool axis in front of the third joint, and what the largest lacks of 180°.
+    /// Least angle between second axis and tool axis in front of the third joint, and what the
+    /// largest lacks of 180°.
     spindle_from_second: [f64; 2],
     between: f64,
     /// Values of the machine's axes where those counted here are 0.
@@ -98,7 +106,8 @@ struct Harmonics {
 }
 
 impl ThreeRotaries {
-    /// Directions of the rotary joints from the table to the tool, and the spindle, at the machine's zero pose.
+    /// Directions of the rotary joints from the table to the tool, and the spindle, at the
+    /// machine's zero pose.
     pub(crate) fn new(w: [Unit<Vector3<f64>>; 3], spindle: &Unit<Vector3<f64>>) -> Self {
         let [u, v, z] = w.map(Unit::into_inner);
         let first = RotaryAxis::new(0, u, &v, &u);
@@ -125,7 +134,8 @@ impl ThreeRotaries {
         TipCondition::new(chain, axes, self.zero)
     }
 
-    /// All solutions for a target; where a whole curve of them is, those at the reference value of its free joint.
+    /// All solutions for a target; where a whole curve of them is, those at the reference value of
+    /// its free joint.
     pub(crate) fn solve(&self, target: &Target<'_>, reference: [f64; 3]) -> Triples {
         let harmonics = self.harmonics(target);
         let mut all = Triples::new();
@@ -165,8 +175,8 @@ impl ThreeRotaries {
         (error < 1e-12).then(|| self.triple(values, None))
     }
 
-    /// The side of the last rotary: the spindle is between 0 and 180° right-handed about it from where it is nearest to the
-    /// middle one.
+    /// The side of the last rotary: the spindle is between 0 and 180° right-handed about it from
+    /// where it is nearest to the middle one.
     pub(crate) fn is_positive(&self, third_value: f64) -> bool {
         (third_value - self.zero[2]).rem_euclid(2.0 * PI) <= PI
     }
@@ -179,7 +189,8 @@ impl ThreeRotaries {
         (nearest - (PI - far)).max(near - farthest).max(0.0)
     }
 
-    /// The rotary values at an angle φ of the first on one side of the third; `None` where there is none.
+    /// The rotary values at an angle φ of the first on one side of the third; `None` where there is
+    /// none.
     pub(crate) fn values_at(&self, target: &Target<'_>, phi: f64, positive: bool) -> Option<[f64; 3]> {
         let harmonics = self.harmonics(target);
         let (sin, cos) = phi.sin_cos();
@@ -223,7 +234,8 @@ impl ThreeRotaries {
         let (vx, vy) = (sin2 * cos3 - cos2 * sin3 * c, -sin3);
         let m: [f64; 9] = std::array::from_fn(|k| of.constant[k] + cos * of.cos[k] + sin * of.sin[k]);
         let [p, r, t] = [0, 3, 6].map(|k| (m[k] + m[k + 1] * c, m[k + 2]));
-        // f·D = D·(p + …) + (bx·vx + by·vy·s)(r + …) + (by·vx − bx·vy·s)(t + …), each bracket (even, odd in s).
+        // f·D = D·(p + …) + (bx·vx + by·vy·s)(r + …) + (by·vx − bx·vy·s)(t + …), each bracket
+        // (even, odd in s).
         let g = d * p.0 + b[0] * vx * r.0 + b[1] * vy * r.1 * s_sq + b[1] * vx * t.0 - b[0] * vy * t.1 * s_sq;
         let h = d * p.1 + b[0] * vx * r.1 + b[1] * vy * r.0 + b[1] * vx * t.1 - b[0] * vy * t.0;
         AtFirst { cos_third: c, sin_third_sq: s_sq, b, d, g, h }
@@ -248,8 +260,9 @@ impl ThreeRotaries {
         let odd = at.h * at.sin_third_sq.max(0.0).sqrt();
         let [plus, minus] = [(at.g + odd).abs(), (at.g - odd).abs()];
         for (positive, own, other) in [(true, plus, minus), (false, minus, plus)] {
-            // The other side's condition is not met there, unless both are nearly. Beside the pole the middle value, and with it the
-            // condition, changes so fast that the place of a root does not tell.
+            // The other side's condition is not met there, unless both are nearly. Beside the pole
+            // the middle value, and with it the condition, changes so fast that the place of a root
+            // does not tell.
             if own <= other || own < 1e-4 * at.d * target.scale || at.d < BESIDE_POLE * BESIDE_POLE {
                 let (values, error) = self.polished(target, self.values(of, &at, phi, positive));
                 self.add(target, values, error, all);
@@ -279,8 +292,8 @@ impl ThreeRotaries {
         }
     }
 
-    /// At the pole of the middle joint, where b and v lie along it, its value follows from the tip condition alone.
-    /// Returns whether it is near.
+    /// At the pole of the middle joint, where b and v lie along it, its value follows from the tip
+    /// condition alone. Returns whether it is near.
     fn beside_pole(&self, target: &Target<'_>, of: &Harmonics, reference: [f64; 3], all: &mut Triples) -> bool {
         let to_first = of.across.atan2(of.along);
         let from_second = [(to_first - self.between).abs(), (PI - to_first - self.between).abs()];
@@ -334,8 +347,8 @@ impl ThreeRotaries {
         self.add(target, values, error, all);
     }
 
-    /// Where every value of the first joint gives solutions: those at its reference value, or, where the third has none
-    /// there, at the nearest of a row of values.
+    /// Where every value of the first joint gives solutions: those at its reference value, or,
+    /// where the third has none there, at the nearest of a row of values.
     fn on_curve(&self, target: &Target<'_>, of: &Harmonics, reference: [f64; 3], all: &mut Triples) {
         let at_reference = of.azimuth - (reference[0] - self.zero[0]);
         let n = 180;
@@ -364,7 +377,8 @@ impl ThreeRotaries {
     fn is_met(&self, target: &Target<'_>, q: [f64; 3]) -> bool {
         let tip = value_and_gradient(&target.t, &q.map(functions)).0.abs();
         let sine = target.condition.sine(&q).min(1.0);
-        // Where the linear joints are nearly parallel, a small value of the condition is a long way of theirs.
+        // Where the linear joints are nearly parallel, a small value of the condition is a long way
+        // of theirs.
         self.error(target, q).0 < STILL_SOLUTION && tip < (STILL_SOLUTION * sine + ROUNDING) * target.scale
     }
 
@@ -378,7 +392,8 @@ impl ThreeRotaries {
         [0, 1, 2].map(|k| values[k] + self.zero[k])
     }
 
-    /// How far values are from the target, rad (the tip condition over its scale), and the Newton step from there.
+    /// How far values are from the target, rad (the tip condition over its scale), and the Newton
+    /// step from there.
     fn error(&self, target: &Target<'_>, q: [f64; 3]) -> (f64, Option<Vector3<f64>>) {
         let e = q.map(functions);
         let [w1, w2, w3] = &self.w;
@@ -401,8 +416,8 @@ impl ThreeRotaries {
         (off.norm() + residual.z.abs(), (determinant != 0.0 && step.iter().all(|s| s.is_finite())).then_some(step))
     }
 
-    /// Newton's method on all three values, which also holds where two roots of the polynomial meet. Returns the best values
-    /// and their [error](Self::error).
+    /// Newton's method on all three values, which also holds where two roots of the polynomial
+    /// meet. Returns the best values and their [error](Self::error).
     fn polished(&self, target: &Target<'_>, start: [f64; 3]) -> ([f64; 3], f64) {
         const LARGEST_STEP: f64 = 0.3;
         let mut best = start;

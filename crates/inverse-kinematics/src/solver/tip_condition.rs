@@ -5,17 +5,17 @@ use nalgebra::{Point3, Vector3};
 use crate::axes::axis_values::AxisValues;
 use crate::solver::screw_chain::ScrewChain;
 
-/// Coefficients of 1, cos and sin of each of three rotary values: entry 9·i + 3·j + k belongs to the i-th function of the
-/// first, the j-th of the second, the k-th of the third.
+/// Coefficients of 1, cos and sin of each of three rotary values: entry 9·i + 3·j + k belongs to
+/// the i-th function of the first, the j-th of the second, the k-th of the third.
 pub(crate) type Coefficients = [f64; 27];
 
-/// What two linear joints cannot do: the tip's distance from the plane in which they move it, as a function of three rotary
-/// values.
+/// What two linear joints cannot do: the tip's distance from the plane in which they move it, as a
+/// function of three rotary values.
 ///
-/// With d and e the directions of the linear joints, the distance times |d × e| is det(d, e, tip − offset). Every rotary
-/// joint turns all that stands behind it alike, and a determinant does not change when all its columns are turned: so each
-/// rotary value stands in it in the first power of its cosine and sine only. It is linear in the tip and in the tool length
-/// too.
+/// With d and e the directions of the linear joints, the distance times |d × e| is det(d, e, tip −
+/// offset). Every rotary joint turns all that stands behind it alike, and a determinant does not
+/// change when all its columns are turned: so each rotary value stands in it in the first power of
+/// its cosine and sine only. It is linear in the tip and in the tool length too.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct TipCondition {
     /// For the constant, the tip's coordinates and the tool length.
@@ -50,7 +50,8 @@ impl TipCondition {
         Self { parts }
     }
 
-    /// Sine of the angle between the two linear joints: the condition over it is the tip's distance from their plane, mm.
+    /// Sine of the angle between the two linear joints: the condition over it is the tip's distance
+    /// from their plane, mm.
     pub(crate) fn sine(&self, values: &[f64; 3]) -> f64 {
         let e = values.map(functions);
         let [_, x, y, z, _] = &self.parts;
@@ -77,7 +78,8 @@ pub(crate) fn functions(value: f64) -> [f64; 3] {
     [1.0, cos, sin]
 }
 
-/// Value of the condition and its derivatives by the three rotary values, from the functions of each.
+/// Value of the condition and its derivatives by the three rotary values, from the functions of
+/// each.
 pub(crate) fn value_and_gradient(t: &Coefficients, e: &[[f64; 3]; 3]) -> (f64, Vector3<f64>) {
     let d = e.map(|[_, cos, sin]| [-sin, cos]);
     let (mut value, mut gradient) = (0.0, Vector3::zeros());

@@ -8,7 +8,8 @@ use nalgebra::Complex;
 /// Largest degree of the polynomials.
 pub(crate) const DEGREE: usize = 6;
 
-/// Equidistant values that tell a polynomial: one more than its coefficients, so that no highest sine is lost.
+/// Equidistant values that tell a polynomial: one more than its coefficients, so that no highest
+/// sine is lost.
 pub(crate) const SAMPLES: usize = 2 * (DEGREE + 1);
 
 /// Arcs in which roots are looked for: as many as keep the grid of samples the same in each.
@@ -17,20 +18,22 @@ const ARCS: usize = SAMPLES / 2;
 /// Bernstein coefficients on an arc.
 const ORDER: usize = 2 * DEGREE + 1;
 
-/// Halvings of an arc: to 9e-7 rad, which is as near as the rounding of the samples (1e-14) lets two roots come before they
-/// are one.
+/// Halvings of an arc: to 9e-7 rad, which is as near as the rounding of the samples (1e-14) lets
+/// two roots come before they are one.
 const HALVINGS: u32 = 20;
 
 /// Pieces looked at before the polynomial counts as zero all along an arc.
 const MOST_PIECES: usize = 1200;
 
-/// Length of a bracket in which a root is taken from the last step, which is much nearer to it; part of an arc.
+/// Length of a bracket in which a root is taken from the last step, which is much nearer to it;
+/// part of an arc.
 const CLOSED: f64 = 1e-6;
 
 /// Most values told.
 const MOST_SEEDS: usize = 64;
 
-/// Length of a stretch, rad, up to which it holds one pair of roots that come together at the rounding of the samples.
+/// Length of a stretch, rad, up to which it holds one pair of roots that come together at the
+/// rounding of the samples.
 const NARROW: f64 = 5e-6;
 
 /// Pieces with roots that cannot be told apart are one when they are so near to each other, rad.
@@ -52,8 +55,9 @@ pub(crate) fn sample_directions() -> &'static [[f64; 2]; SAMPLES] {
     &DIRECTIONS
 }
 
-/// Angles near which every root lies: a simple one to 1e-9 rad; where two or more are nearer to each
-/// other than 1e-6 rad, or than rounding can tell, three or five equidistant ones over the stretch that holds them.
+/// Angles near which every root lies: a simple one to 1e-9 rad; where two or more are nearer to
+/// each other than 1e-6 rad, or than rounding can tell, three or five equidistant ones over the
+/// stretch that holds them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seeds {
     angles: [f64; MOST_SEEDS],
@@ -106,13 +110,14 @@ impl Seeds {
     }
 }
 
-/// The real roots of the trigonometric polynomial of at most [`DEGREE`] with these values at the [sample
-/// angles](sample_angle), known to `noise`.
+/// The real roots of the trigonometric polynomial of at most [`DEGREE`] with these values at the
+/// [sample angles](sample_angle), known to `noise`.
 ///
-/// On an arc around φ₀, x = tan((φ − φ₀)/2) makes it a polynomial of twice the degree over (1 + x²)^degree. Its Bernstein
-/// coefficients have as many changes of sign as there are roots, or an even number more (Descartes' rule); none and one
-/// are proofs. Other pieces are halved; those that cannot be told apart at the smallest width are told as they are. So a
-/// double root is found, and one that rounding has turned into a near miss.
+/// On an arc around φ₀, x = tan((φ − φ₀)/2) makes it a polynomial of twice the degree over (1 +
+/// x²)^degree. Its Bernstein coefficients have as many changes of sign as there are roots, or an
+/// even number more (Descartes' rule); none and one are proofs. Other pieces are halved; those that
+/// cannot be told apart at the smallest width are told as they are. So a double root is found, and
+/// one that rounding has turned into a near miss.
 pub(crate) fn real_roots(samples: &[f64; SAMPLES], noise: f64) -> Seeds {
     let basis: &Basis = &BASIS;
     let mut seeds = Seeds { angles: [0.0; MOST_SEEDS], n: 0, stretch: None, widest: 0.0, cut_off: false };
@@ -139,7 +144,8 @@ pub(crate) fn real_roots(samples: &[f64; SAMPLES], noise: f64) -> Seeds {
     seeds
 }
 
-/// Bernstein coefficients on the part of an arc from `low` to `low + width`, 0 to 1 being all of it.
+/// Bernstein coefficients on the part of an arc from `low` to `low + width`, 0 to 1 being all of
+/// it.
 struct Piece {
     c: [f64; ORDER],
     low: f64,
@@ -228,8 +234,9 @@ impl Piece {
         sum
     }
 
-    /// The root between ends of opposite sign, as a fraction of the piece (Ridders). The bracket itself is closed: where the
-    /// polynomial is nearly zero at an end without a root there, steps get small long before.
+    /// The root between ends of opposite sign, as a fraction of the piece (Ridders). The bracket
+    /// itself is closed: where the polynomial is nearly zero at an end without a root there, steps
+    /// get small long before.
     fn only_root(&self) -> f64 {
         let (mut a, mut b) = ([0.0, self.c[0]], [1.0, self.c[ORDER - 1]]);
         let point = |s: f64| [s, self.value(s)];
@@ -285,13 +292,15 @@ impl Basis {
     }
 }
 
-/// Bernstein coefficients of e^{imφ}(1 + x²)^n = (1 + ix)^{n+m}·(1 − ix)^{n−m}, x = tan(φ/2) from −w to w.
+/// Bernstein coefficients of e^{imφ}(1 + x²)^n = (1 + ix)^{n+m}·(1 − ix)^{n−m}, x = tan(φ/2) from
+/// −w to w.
 fn harmonic(m: i32, w: f64, binomials: &[f64; ORDER]) -> [Complex<f64>; ORDER] {
     let mut scaled = [Complex::new(0.0, 0.0); ORDER];
     scaled[0] = Complex::new(1.0, 0.0);
     for factor in 0..2 * DEGREE as i32 {
         let x = if factor < DEGREE as i32 + m { w } else { -w };
-        // A linear factor has its values at the ends as coefficients; coefficients times binomials multiply as polynomials do.
+        // A linear factor has its values at the ends as coefficients; coefficients times binomials
+        // multiply as polynomials do.
         let (low, high) = (Complex::new(1.0, -x), Complex::new(1.0, x));
         for k in (0..ORDER).rev() {
             scaled[k] = scaled[k] * low + if k > 0 { scaled[k - 1] * high } else { Complex::new(0.0, 0.0) };

@@ -109,8 +109,8 @@ pub fn machine(workpiece: Vec<DhRow>, tool: Vec<DhRow>) -> Machine {
     Machine::from_file(file(workpiece, tool)).unwrap()
 }
 
-/// Trunnion: table tilts about A (x), turns about C; the A axis is offset from C by `dy`, `dz`; both go through the
-/// rotation point. At the zero pose the table frame is the bed's.
+/// Trunnion: table tilts about A (x), turns about C; the A axis is offset from C by `dy`, `dz`;
+/// both go through the rotation point. At the zero pose the table frame is the bed's.
 pub fn trunnion_ac(sense: Sense, rotation_point: [f64; 3], dy: f64, dz: f64, a_limits: Option<(f64, f64)>) -> Machine {
     let [x, y, z] = rotation_point;
     let table = vec![
@@ -141,12 +141,14 @@ pub fn head_ca() -> Machine {
     machine(Vec::new(), tool)
 }
 
-/// A machine with joints in random order, senses and general directions, split anywhere between table and head.
+/// A machine with joints in random order, senses and general directions, split anywhere between
+/// table and head.
 pub fn random_machine(r: &mut Random) -> Machine {
     random_machine_of(r, ["X", "Y", "Z", "B", "C"], |r| r.within(-180.0, 180.0))
 }
 
-/// The same with joints of these addresses, and angles between them as given: right ones make poles and parallel joints.
+/// The same with joints of these addresses, and angles between them as given: right ones make poles
+/// and parallel joints.
 pub fn random_machine_of(r: &mut Random, axes: [&str; 5], angle: impl Fn(&mut Random) -> f64) -> Machine {
     loop {
         let mut joints = axes;
@@ -183,8 +185,8 @@ fn right_angle(r: &mut Random) -> f64 {
     [-90.0, 0.0, 90.0, 180.0][r.below(4)]
 }
 
-/// CLOPT's variant of the dual mill as one head sees it: two linear and two rotary joints in the head, C of the workpiece
-/// level along the bed's x. Head: Y, Z, then B about y, then A about x.
+/// CLOPT's variant of the dual mill as one head sees it: two linear and two rotary joints in the
+/// head, C of the workpiece level along the bed's x. Head: Y, Z, then B about y, then A about x.
 pub fn dual_mill_head() -> Machine {
     // The table's z is the bed's x.
     let table = vec![rotary("C", Sense::Positive, None, row(0.0, 90.0, 0.0, 90.0)), row(0.0, 0.0, 0.0, 0.0)];
@@ -198,8 +200,8 @@ pub fn dual_mill_head() -> Machine {
     machine(table, tool)
 }
 
-/// Two linear and three rotary joints: a dual mill's head, machines in general position, and ones with right angles, many of
-/// them with two rotary joints parallel.
+/// Two linear and three rotary joints: a dual mill's head, machines in general position, and ones
+/// with right angles, many of them with two rotary joints parallel.
 pub fn families_of_three_rotaries() -> Vec<Machine> {
     let axes = ["X", "Y", "A", "B", "C"];
     let mut r = Random(12);
@@ -223,7 +225,8 @@ pub fn families() -> Vec<Machine> {
     all
 }
 
-/// Both views of each preset with two heads: one of three linear and two rotary joints, one of two and three.
+/// Both views of each preset with two heads: one of three linear and two rotary joints, one of two
+/// and three.
 pub fn dual_mills() -> [Vec<Machine>; 2] {
     ["dual-c-horizontal-xyzb", "dual-c-horizontal-xzab"].map(|name| {
         let path = format!("{}/../../assets/machines/{name}.json", env!("CARGO_MANIFEST_DIR"));
@@ -272,7 +275,8 @@ pub fn cl_by_matrices(machine: &Machine, q: &AxisValues, tool_length: f64) -> Cl
     ClPoint { tip: Point3::from(tip.xyz()), axis: Unit::new_normalize(axis.xyz()) }
 }
 
-/// Largest difference of linear (mm) and rotary values (rad) of the axes that move the tool, full turns aside.
+/// Largest difference of linear (mm) and rotary values (rad) of the axes that move the tool, full
+/// turns aside.
 pub fn difference(machine: &Machine, a: &AxisValues, b: &AxisValues) -> (f64, f64) {
     let mut worst = (0.0_f64, 0.0_f64);
     for (k, axis) in machine.axes().iter().enumerate().filter(|(_, a)| a.carried_by != Carrier::OtherHead) {

@@ -1,4 +1,5 @@
-//! A second inverse solution: damped Newton with finite differences on Craig's matrices, from many seeds.
+//! A second inverse solution: damped Newton with finite differences on Craig's matrices, from many
+//! seeds.
 
 use facemill_cl_data::ClPoint;
 use facemill_inverse_kinematics::*;
@@ -22,7 +23,8 @@ pub struct Oracle<'m> {
 #[derive(Debug)]
 pub struct Found {
     pub values: AxisValues,
-    /// Least singular value of the Jacobian, lengths counted in units of 500 mm: how far from double the solution is.
+    /// Least singular value of the Jacobian, lengths counted in units of 500 mm: how far from
+    /// double the solution is.
     pub least_singular: f64,
 }
 
@@ -74,7 +76,8 @@ impl<'m> Oracle<'m> {
     pub fn volume(&self, q: &AxisValues) -> f64 {
         let cl = self.cl_point(q);
         let j = self.jacobian(q, &cl);
-        // With the tool axis itself as a sixth column the determinant is that of the five others, up to a fixed sign.
+        // With the tool axis itself as a sixth column the determinant is that of the five others,
+        // up to a fixed sign.
         let mut full = SMatrix::<f64, 6, 6>::zeros();
         full.fixed_view_mut::<6, 5>(0, 0).copy_from(&j);
         full.fixed_view_mut::<3, 1>(3, 5).copy_from(&cl.axis.into_inner());

@@ -15,7 +15,8 @@ fn joint_of(axis: &str, kind: AxisKind, sense: Sense) -> Joint {
     }
 }
 
-/// Directions along axes, in general, parallel, opposite and nearly parallel to the one before; points near and equal.
+/// Directions along axes, in general, parallel, opposite and nearly parallel to the one before;
+/// points near and equal.
 fn random_lines(r: &mut Random) -> Vec<AxisLine> {
     let mut lines: Vec<AxisLine> = Vec::new();
     for axis in ["X", "Y", "Z", "A", "B", "C"].into_iter().take(r.below(7)) {

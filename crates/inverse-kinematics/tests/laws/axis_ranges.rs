@@ -155,7 +155,8 @@ fn sets_that_hold_the_pole_are_unknown_and_those_out_of_reach_are_told() {
     assert!(matches!(machine.axis_ranges(&set(0.01, 0.009), TOOL), AxisRanges::Both(_)));
     assert_eq!(machine.axis_ranges(&set(0.1, f64::NAN), TOOL), AxisRanges::Unknown);
     assert_eq!(machine.axis_ranges(&set(0.1, -1.0), TOOL), AxisRanges::Unknown);
-    // A head that leans by 45° at most on half of the sphere: turned about an axis at 45° it reaches down to the horizontal.
+    // A head that leans by 45° at most on half of the sphere: turned about an axis at 45° it
+    // reaches down to the horizontal.
     let nutating = nutating_head();
     let down = |below: f64| PoseSet {
         cl: ClPoint { axis: Unit::new_normalize(Vector3::new(below.cos(), 0.0, -below.sin())), ..set(0.0, 0.0).cl },

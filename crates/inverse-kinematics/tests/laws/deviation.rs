@@ -73,7 +73,8 @@ fn the_bound_of_large_blocks_is_sharp_too() {
     }
 }
 
-/// A pass as on a blade: on a cylinder about the table's axis, the tool leaning over a surface that turns.
+/// A pass as on a blade: on a cylinder about the table's axis, the tool leaning over a surface that
+/// turns.
 fn blade_pass(n: u32) -> Vec<ClPoint> {
     let at = |k| f64::from(k) / f64::from(n - 1);
     (0..n)

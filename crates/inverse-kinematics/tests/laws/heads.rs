@@ -7,7 +7,8 @@ use nalgebra::{Isometry3, Matrix4, Vector3};
 
 const TOOL: f64 = 237.0;
 
-/// A machine with one head as the first of two: the second is a copy of it elsewhere, with numbers in its letters.
+/// A machine with one head as the first of two: the second is a copy of it elsewhere, with numbers
+/// in its letters.
 fn doubled(file: &MachineFile) -> MachineFile {
     let mut file = file.clone();
     let mut second = file.tool_chains[0].clone();
@@ -221,7 +222,8 @@ fn both_tools_face_each_other_at_the_zero_pose() {
         let zero = AxisValues::zeros(heads[0].axes().len());
         for (view, along) in heads.iter().zip([1.0, -1.0]) {
             assert!((*view.cl_point(&zero, 0.0).axis - Vector3::z() * along).norm() < 1e-12);
-            // Z points toward the spindle, and X and Y, where there is a Y, make a right-handed frame with it.
+            // Z points toward the spindle, and X and Y, where there is a Y, make a right-handed
+            // frame with it.
             let has_y = view.axes().iter().any(|a| a.letter.as_str().starts_with('Y'));
             let frame = view.work_coordinates(&zero);
             assert_eq!(frame.is_some(), has_y);

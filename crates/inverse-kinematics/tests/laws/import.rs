@@ -77,7 +77,8 @@ impl Element {
     }
 }
 
-/// Table from nose by the elements themselves: table in the order of the file, of the head the rotary ones backwards.
+/// Table from nose by the elements themselves: table in the order of the file, of the head the
+/// rotary ones backwards.
 fn pose_by_elements(text: &str, value: &dyn Fn(&str) -> f64) -> Isometry3<f64> {
     let all = elements(text);
     let simulation = text.lines().find(|l| l.contains("<simulation ")).unwrap();

@@ -44,7 +44,8 @@ fn every_branch_reaches_the_pose_and_one_is_the_pose_it_came_from() {
                 assert_reaches(&machine, &s.values, &cl, TOOL);
                 assert_eq!(machine.first_beyond_limit(&s.values), None);
                 let (mm, rad) = difference(&machine, &s.values, &q);
-                // Near the edges of the reach the rotaries are only known to the root of the rounding.
+                // Near the edges of the reach the rotaries are only known to the root of the
+                // rounding.
                 found |= mm < 1e-4 && rad < 1e-6;
             }
             assert!(found, "{q:?} is not among {solutions:?}");
@@ -71,7 +72,8 @@ fn branches_are_on_the_two_sides_of_the_last_rotary_axis() {
     }
 }
 
-/// The B-head, C-table machine by hand: B is the angle to z, C the azimuth, then the pivot is turned back by C.
+/// The B-head, C-table machine by hand: B is the angle to z, C the azimuth, then the pivot is
+/// turned back by C.
 #[test]
 fn head_b_table_c_agrees_with_its_closed_form() {
     let machine = Machine::head_b_table_c().unwrap();
@@ -115,7 +117,8 @@ fn at_the_pole_the_free_axis_keeps_its_value() {
 fn near_the_poles_no_accuracy_is_lost() {
     let mut r = Random(5);
     for machine in families() {
-        // The tool axis is along the rotary axis nearest to the workpiece: found by turning the other one.
+        // The tool axis is along the rotary axis nearest to the workpiece: found by turning the
+        // other one.
         for exponent in 0..=16 {
             for _ in 0..5 {
                 let off = 10f64.powi(-exponent);

@@ -1,4 +1,5 @@
-//! Laws of linearised ways: every block holds by dense sampling, no pose is lost, few positions, typed errors.
+//! Laws of linearised ways: every block holds by dense sampling, no pose is lost, few positions,
+//! typed errors.
 
 use crate::common::*;
 use crate::meant::*;
@@ -13,7 +14,8 @@ fn settings(law: impl Into<BlockLaw>, tip: f64, axis: f64, rim: f64) -> Linearis
     Linearisation::new(law, TOOL, MotionTolerance { tip, axis, rim, radius: RADIUS })
 }
 
-/// Poses from one position to the next, each a part `size` of the axes' ranges away; the first position.
+/// Poses from one position to the next, each a part `size` of the axes' ranges away; the first
+/// position.
 fn wandering(machine: &Machine, r: &mut Random, n: usize, size: f64) -> (AxisValues, Vec<ClPoint>) {
     let start = r.values(machine);
     let mut q = start;
@@ -62,8 +64,8 @@ fn every_block_holds_the_tolerances_by_dense_sampling() {
     assert!(n_ways > 90 && n_between > 1000, "{n_ways} ways, {n_between} positions between poses");
 }
 
-/// Fewest blocks from one pose to the next whose ends are on a fine grid of the way and which hold: dynamic programming
-/// over all pairs of the grid.
+/// Fewest blocks from one pose to the next whose ends are on a fine grid of the way and which hold:
+/// dynamic programming over all pairs of the grid.
 fn fewest_blocks(machine: &Machine, grid: &[AxisValues], holds: impl Fn(usize, usize) -> bool) -> usize {
     let mut fewest = vec![0];
     for j in 1..grid.len() {
@@ -93,10 +95,12 @@ fn there_are_at_most_a_tenth_more_blocks_than_the_optimum() {
                 near = machine.nearest_inverse(&cl, TOOL, Some(&near), BranchPreference::Nearest).ok()?;
                 Some(near)
             });
-            // Where the way leaves the reach between its ends by less than the tolerance there is no grid.
+            // Where the way leaves the reach between its ends by less than the tolerance there is
+            // no grid.
             let Some(grid) = grid.collect::<Option<Vec<AxisValues>>>() else { continue };
             let cls: Vec<ClPoint> = grid.iter().map(|q| machine.cl_point(q, TOOL)).collect();
-            // By sampling, the middle first, which settles most blocks that are too long; and by the bound.
+            // By sampling, the middle first, which settles most blocks that are too long; and by
+            // the bound.
             let sampled = |i: usize, j: usize| {
                 [0.5, 0.4, 0.6, 0.45, 0.55, 0.3, 0.7, 0.2, 0.8].into_iter().all(|t| {
                     let cl = machine.cl_point(&grid[i].lerp(&grid[j], t), TOOL);

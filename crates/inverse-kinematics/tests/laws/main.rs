@@ -1,4 +1,5 @@
-//! Laws of machines: their files, forward and inverse solutions, ways between positions, branches and windings.
+//! Laws of machines: their files, forward and inverse solutions, ways between positions, branches
+//! and windings.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -157,8 +157,9 @@ fn deviation_bound_is_never_below_dense_sampling() {
 
 #[test]
 fn deviation_bound_exceeds_the_deviation_in_third_order_only() {
-    // About 2°, 0.2° and 0.02° in both rotary axes, and the excess of the median block. Where the second derivative happens
-    // to vanish in the middle of a block the third order is all there is, so this is no law for every block.
+    // About 2°, 0.2° and 0.02° in both rotary axes, and the excess of the median block. Where the
+    // second derivative happens to vanish in the middle of a block the third order is all there is,
+    // so this is no law for every block.
     for (size, excess) in [(1e-2, 0.15), (1e-3, 0.015), (1e-4, 0.0015)] {
         let mut r = Random(24);
         let mut ratios = Vec::new();

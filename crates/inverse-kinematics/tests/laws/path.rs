@@ -52,8 +52,9 @@ fn leaning(tilt: f64, azimuth: f64) -> ClPoint {
     ClPoint { tip: Point3::new(100.0 * azimuth.cos(), 100.0 * azimuth.sin(), 50.0 + azimuth), axis }
 }
 
-/// The slow obvious version: the solution followed through 300 places of the ideal motion; `None` where a step is too
-/// large to be sure, or the tool axis comes within 1° of the pole, which such steps jump over.
+/// The slow obvious version: the solution followed through 300 places of the ideal motion; `None`
+/// where a step is too large to be sure, or the tool axis comes within 1° of the pole, which such
+/// steps jump over.
 fn followed_slowly(machine: &Machine, from: &ClPoint, to: &ClPoint, start: &AxisValues) -> Option<AxisValues> {
     let angle = from.axis.angle(&to.axis);
     let first = machine.joint_lines().into_iter().find(|l| l.kind == AxisKind::Rotary).unwrap().direction;
@@ -88,7 +89,8 @@ fn followed_slowly(machine: &Machine, from: &ClPoint, to: &ClPoint, start: &Axis
 
 type Cost = (usize, usize, f64);
 
-/// The cheapest of all sequences, one by one; `None` where the slow version of following cannot be sure.
+/// The cheapest of all sequences, one by one; `None` where the slow version of following cannot be
+/// sure.
 fn cheapest_of_all(machine: &Machine, poses: &[ClPoint], segments: &[SegmentKind]) -> Option<Cost> {
     let layers: Vec<Vec<AxisValues>> =
         poses.iter().map(|cl| machine.all_solutions(cl, LENGTH).unwrap().iter().map(|s| s.values).collect()).collect();
@@ -226,7 +228,8 @@ fn spiral(turns: usize, links_at: &[usize]) -> (Vec<ClPoint>, Vec<SegmentKind>) 
     (poses, segments)
 }
 
-/// C at ±200° goes 400° without a change, and 360° more with each: a rewind is a whole turn, and so is at most a flip.
+/// C at ±200° goes 400° without a change, and 360° more with each: a rewind is a whole turn, and so
+/// is at most a flip.
 #[test]
 fn a_limited_table_rewinds_no_oftener_than_it_has_to_and_on_links_where_there_are_any() {
     let machine = with_range(&Machine::head_b_table_c().unwrap(), &["C"], Some((-200.0, 200.0)));

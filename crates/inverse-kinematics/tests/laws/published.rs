@@ -12,7 +12,8 @@ fn numbers(text: &str) -> Vec<Vec<f64>> {
     lines.map(|l| l.split(',').map(|w| w.trim().parse().unwrap_or(f64::NAN)).collect()).collect()
 }
 
-/// FEED's machine: 253 mm from the B axis to the tip, 100 mm of it tool. NC words are joint values, Z less the tool.
+/// FEED's machine: 253 mm from the B axis to the tip, 100 mm of it tool. NC words are joint values,
+/// Z less the tool.
 fn feed_machine() -> Machine {
     let mut file = Machine::head_b_table_c().unwrap().to_file();
     let rows = &mut file.tool_chains[0].rows;
@@ -47,7 +48,8 @@ fn feed_tables_and_equation_9_are_reproduced() {
     }
 }
 
-/// LinuxCNC's xyzac-trt with its old sense of rotation and with ISO's; offsets as in the headers of the files.
+/// LinuxCNC's xyzac-trt with its old sense of rotation and with ISO's; offsets as in the headers of
+/// the files.
 #[test]
 fn linuxcnc_trunnion_joints_are_reproduced() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/reference");
@@ -83,7 +85,8 @@ fn linuxcnc_trunnion_joints_are_reproduced() {
     }
 }
 
-/// The 25 poses of a published fan path on a trunnion: reached on both branches, and followed without a jump.
+/// The 25 poses of a published fan path on a trunnion: reached on both branches, and followed
+/// without a jump.
 #[test]
 fn published_fan_path_is_followed_on_a_trunnion() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/nc/ijms2021_fan_path.csv");

@@ -33,8 +33,9 @@ fn every_solution_reaches_the_pose_and_one_is_the_pose_it_came_from() {
     assert!(counts[4..].iter().sum::<usize>() > 500 && counts[5..].iter().sum::<usize>() > 20, "{counts:?}");
 }
 
-/// Values with the tool along the first rotary axis where two of them are parallel: it stays where it is while that axis
-/// turns, and while another does and the third is made to follow. `None` where the machine has none of this kind.
+/// Values with the tool along the first rotary axis where two of them are parallel: it stays where
+/// it is while that axis turns, and while another does and the third is made to follow. `None`
+/// where the machine has none of this kind.
 fn along_first(machine: &Machine, r: &mut Random) -> Option<AxisValues> {
     let rotary: Vec<usize> = (0..5).filter(|&k| machine.axes()[k].kind == AxisKind::Rotary).collect();
     let tool_axis = |q: &AxisValues| *machine.cl_point(q, TOOL).axis;
@@ -103,7 +104,8 @@ fn with_the_tool_along_the_first_of_parallel_rotaries_a_pose_is_reached_from_any
     assert!(n_machines >= 6 && far > 20, "{n_machines} machines, {far} far");
 }
 
-/// A table that turns about its z, and a head with Y and X level at a right angle to each other, B and A.
+/// A table that turns about its z, and a head with Y and X level at a right angle to each other, B
+/// and A.
 fn with_head(rotaries: Vec<DhRow>) -> Result<Machine, MachineError> {
     let table = vec![rotary("C", Sense::Positive, None, row(0.0, 0.0, 0.0, 0.0))];
     let mut tool = head_yxz();

@@ -90,7 +90,8 @@ fn all_solutions_are_all_branches_at_all_turns_within_the_limits_and_reach_the_p
                 assert_eq!(machine.first_beyond_limit(&s.values), None);
                 assert_eq!(machine.branch_of(&s.values), s.branch);
             }
-            // The position itself is among them, and each other whole number of turns within the limits is too.
+            // The position itself is among them, and each other whole number of turns within the
+            // limits is too.
             let same = |a: &AxisValues, b: &AxisValues| (0..5).all(|k| (a[k] - b[k]).abs() < 1e-3);
             assert!(all.iter().any(|s| same(&s.values, &q)), "{q:?}");
             for s in &all {

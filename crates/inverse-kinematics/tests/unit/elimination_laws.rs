@@ -71,7 +71,8 @@ fn has_degree_six(polynomial: impl Fn(&ThreeRotaries, &Target<'_>, f64) -> f64) 
     let condition = TipCondition::new(&chain([Linear, Rotary, Rotary, Rotary, Linear], &mut r), [1, 2, 3], [0.0; 3]);
     for _ in 0..200 {
         let three = ThreeRotaries::new([r.direction(), r.direction(), r.direction()], &r.direction());
-        // The proof asks for nothing but degree one in each value, so that any coefficients will do.
+        // The proof asks for nothing but degree one in each value, so that any coefficients will
+        // do.
         let t = std::array::from_fn(|_| r.within_one());
         let target = Target { condition: &condition, tool_axis: r.direction().into_inner(), t, scale: 1.0 };
         let angle = |k: usize| std::f64::consts::TAU * (k as f64 + 0.5) / N as f64;

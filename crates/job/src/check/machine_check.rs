@@ -24,7 +24,8 @@ const TOOL_LENGTH: f64 = 200.0;
 /// What the inverse solution promises: mm and rad; the second forward solution rounds as well.
 const CLOSED: [f64; 2] = [2e-9, 2e-12];
 
-/// Tells chain, axes, zero pose, family, reach and assumed values of a machine, and tries poses there and back.
+/// Tells chain, axes, zero pose, family, reach and assumed values of a machine, and tries poses
+/// there and back.
 ///
 /// # Errors
 /// When the reach cannot be found, as the kinematics say it.
@@ -58,8 +59,8 @@ pub fn describe_machine(machine: &Machine) -> Result<MachineCheck, facemill_inve
     Ok(MachineCheck { lines, fault: (!closed).then(fault) })
 }
 
-/// The same for a machine as each of its heads sees it: every head in turn, then what they share and whether the views
-/// agree on where everything is.
+/// The same for a machine as each of its heads sees it: every head in turn, then what they share
+/// and whether the views agree on where everything is.
 ///
 /// # Errors
 /// As [`describe_machine`].
@@ -250,7 +251,8 @@ fn bodies_of(machine: &Machine) -> Vec<String> {
     vec![format!("bodies (link; clearance): {}", each.collect::<Vec<_>>().join(", "))]
 }
 
-/// Tells the hulls of bodies that are meshes: how many vertices each has, and how much more it holds than its mesh.
+/// Tells the hulls of bodies that are meshes: how many vertices each has, and how much more it
+/// holds than its mesh.
 pub fn describe_hulls(hulls: &[BodyHull]) -> Vec<String> {
     let mut lines = Vec::new();
     if !hulls.is_empty() {

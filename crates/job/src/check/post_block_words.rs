@@ -34,16 +34,19 @@ const SWITCH_KEYS: [&str; 6] = [
     "words.coolant.off",
 ];
 
-/// State words that may be said again with a motion: what they say is held against what was meant with the block.
+/// State words that may be said again with a motion: what they say is held against what was meant
+/// with the block.
 const HELD: [StateWord; 5] =
     [StateWord::WorkOffset, StateWord::RadiusOff, StateWord::Unit, StateWord::Distance, StateWord::FeedMode];
 
-/// Sees to it that the motions of a program around `spec`, whose blocks are a plan's, and what switches spindle and coolant, say no
-/// more than with the dialect's own words: a stop, a speed, a register or a coolant besides runs otherwise than was planned, and
-/// no block of a plan shows where it comes from.
+/// Sees to it that the motions of a program around `spec`, whose blocks are a plan's, and what
+/// switches spindle and coolant, say no more than with the dialect's own words: a stop, a speed, a
+/// register or a coolant besides runs otherwise than was planned, and no block of a plan shows
+/// where it comes from.
 ///
-/// The shop's keys are taken one after the other into a file that has the dialect's own, so that the one that adds is known. A
-/// file whose text cannot be read on the way is passed over; the last is the shop's.
+/// The shop's keys are taken one after the other into a file that has the dialect's own, so that
+/// the one that adds is known. A file whose text cannot be read on the way is passed over; the last
+/// is the shop's.
 ///
 /// # Errors
 /// When a block says more, with key and line.
@@ -111,7 +114,8 @@ struct State {
     lengths: AxisLengths,
 }
 
-/// The motions and switches of a program by these rules; `None` where they write nothing that can be read.
+/// The motions and switches of a program by these rules; `None` where they write nothing that can
+/// be read.
 fn motions(job: &Job, spec: &ProgramSpec, rules: &serde_json::Value) -> Option<Vec<Motion>> {
     let rules: DialectFile = serde_json::from_value(rules.clone()).ok()?;
     let written = write_program_with_lines(spec, &job.post.with_rules(rules)).ok()?;
@@ -147,7 +151,8 @@ impl Motion {
         }
     }
 
-    /// Whether it says more than another one, besides what may be said by a key: modes that hold from there on, and dwells.
+    /// Whether it says more than another one, besides what may be said by a key: modes that hold
+    /// from there on, and dwells.
     fn adds_to(&self, before: Option<&Self>, key: &str) -> bool {
         let is_free = |c: &&ReadCommand| match c {
             ReadCommand::Mode(_) => FIRST_KEYS.contains(&key),

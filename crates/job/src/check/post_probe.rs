@@ -71,8 +71,8 @@ fn template_keys(mode: FeedMode) -> Vec<TemplateKey> {
     vec![on, off, change, end]
 }
 
-/// A key that the shop has changed and that changes nothing, because the template says it: then the shop means something
-/// else than what is written.
+/// A key that the shop has changed and that changes nothing, because the template says it: then the
+/// shop means something else than what is written.
 fn without_effect(job: &Job, spec: &ProgramSpec, text: &str) -> Result<(), Failure> {
     let own = job.post.dialect().file();
     let has_template = job.file.post.template.is_some();
@@ -103,14 +103,15 @@ fn without_effect(job: &Job, spec: &ProgramSpec, text: &str) -> Result<(), Failu
     Ok(())
 }
 
-/// How far a probe's cut goes along every axis, mm or deg: no word stays as it was, and every decimal is one.
+/// How far a probe's cut goes along every axis, mm or deg: no word stays as it was, and every
+/// decimal is one.
 const PROBE_WAY: f64 = 1.234_567;
 
 /// A feed that stays the same with one decimal.
 const PROBE_FEED: f64 = 432.5;
 
-/// Holds what a shop's own dialect file writes against what the reader of the dialect reads: a program around `spec` with a
-/// block of each kind that plans write.
+/// Holds what a shop's own dialect file writes against what the reader of the dialect reads: a
+/// program around `spec` with a block of each kind that plans write.
 ///
 /// # Errors
 /// When a block is not read as it is meant, with the line.
@@ -127,7 +128,8 @@ pub fn probe(job: &Job, spec: &ProgramSpec) -> Result<(), Failure> {
     let lines: Vec<&str> = written.text.lines().collect();
     for (k, block) in spec.program.blocks.iter().enumerate() {
         let from = written.block_lines[k];
-        // The last block's lines are told apart from the template's by nothing: it is a cut, on one line.
+        // The last block's lines are told apart from the template's by nothing: it is a cut, on one
+        // line.
         let to = written.block_lines.get(k + 1).copied().unwrap_or(from + 1);
         let read: Vec<&ReadBlock> = program.blocks.iter().filter(|b| (from..to).contains(&b.line)).collect();
         if let Err(what) = is_read(job, block, &read) {
@@ -216,7 +218,8 @@ fn is_read(job: &Job, block: &Block, read: &[&ReadBlock]) -> Result<(), String> 
     }
 }
 
-/// Whether a feed move with this feed was read, the feed not faster and not more than a unit slower.
+/// Whether a feed move with this feed was read, the feed not faster and not more than a unit
+/// slower.
 fn is_cut(job: &Job, read: &[&ReadBlock], feed: f64) -> Result<(), String> {
     let motion = read.iter().find_map(|b| b.motion.as_ref()).ok_or("a feed move")?;
     let mode = job.post.feed_mode();
@@ -241,8 +244,8 @@ fn is_at(job: &Job, read: &[&ReadBlock], word: AxisWord) -> Result<(), String> {
     }
 }
 
-/// Tries the post's template on a program that only stands at home, so that a fault in it is told before anything is
-/// planned.
+/// Tries the post's template on a program that only stands at home, so that a fault in it is told
+/// before anything is planned.
 ///
 /// # Errors
 /// When no program can be written with it.

@@ -12,16 +12,16 @@ use crate::load::obstacle_meshes::ObstacleRole;
 use crate::load::part_size::unit_advice;
 use crate::setup::pattern::places;
 
-/// CC points and directions of tilt that are tried, and steps of tilt, deg. More than any operation searches, so that none
-/// is refused that could be planned.
+/// CC points and directions of tilt that are tried, and steps of tilt, deg. More than any operation
+/// searches, so that none is refused that could be planned.
 const POINTS: usize = 48;
 
 const TURNS: u32 = 12;
 
 const TILTS_DEG: [f64; 10] = [0.0, 2.0, 5.0, 10.0, 20.0, 30.0, 45.0, 60.0, 75.0, 89.0];
 
-/// How far a linear (mm) or rotary axis (rad) must be beyond its limits at the best of what is tried: between two tries one may
-/// be a little better.
+/// How far a linear (mm) or rotary axis (rad) must be beyond its limits at the best of what is
+/// tried: between two tries one may be a little better.
 const SURE: [f64; 2] = [2.0, 0.035];
 
 /// What keeps a place from being reached.
@@ -32,7 +32,8 @@ enum Barrier {
     Table(String),
 }
 
-/// Refuses a mounting in which no posture at all reaches any of the points that are tried, in no place of the pattern.
+/// Refuses a mounting in which no posture at all reaches any of the points that are tried, in no
+/// place of the pattern.
 ///
 /// # Errors
 /// A message with operation, axis and limit, or the body of the table that the region lies in.
@@ -102,7 +103,8 @@ fn sure(why: &Unreachable) -> f64 {
     if is_linear(why) { SURE[0] } else { SURE[1] }
 }
 
-/// The one that says more: a linear axis before a rotary one, that before the table; of two alike the smaller excess.
+/// The one that says more: a linear axis before a rotary one, that before the table; of two alike
+/// the smaller excess.
 fn lesser(known: Option<Barrier>, new: Barrier) -> Barrier {
     let rank = |b: &Barrier| match b {
         Barrier::Axis(why, by) => (u8::from(!is_linear(why)), *by),

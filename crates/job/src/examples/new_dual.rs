@@ -10,10 +10,11 @@ use crate::examples::new_job::{
 /// Diameters that the preset machine has room for, mm.
 const DIAMETERS: [f64; 2] = [600.0, 1100.0];
 
-/// DTMB 4119 on the mill with two heads along a horizontal C, the suction side cut by head 1 and the pressure side by head 2.
+/// DTMB 4119 on the mill with two heads along a horizontal C, the suction side cut by head 1 and
+/// the pressure side by head 2.
 ///
-/// The tool of head 2 is left-handed: seen from outside, the sides of a blade are mirror images, and so both are cut climbing
-/// from the leading to the trailing edge, at opposite places.
+/// The tool of head 2 is left-handed: seen from outside, the sides of a blade are mirror images,
+/// and so both are cut climbing from the leading to the trailing edge, at opposite places.
 pub fn dual_propeller_job(diameter: f64) -> Result<Vec<(String, Vec<u8>)>, String> {
     let [least, most] = DIAMETERS;
     if !(least..=most).contains(&diameter) {

@@ -59,7 +59,8 @@ pub enum Series {
     },
 }
 
-/// Scales of [`NewJob::Rotor37`]: of smaller ones no cutter is small enough, and larger ones no machine holds.
+/// Scales of [`NewJob::Rotor37`]: of smaller ones no cutter is small enough, and larger ones no
+/// machine holds.
 pub const ROTOR_SCALES: RangeInclusive<f64> = 0.1..=100.0;
 
 /// Files of an example job, names relative to its folder. The same job always gives the same bytes.
@@ -75,8 +76,8 @@ pub fn new_job(job: &NewJob) -> Result<Vec<(String, Vec<u8>)>, String> {
     }
 }
 
-/// Quads between hub and tip, and between leading and trailing edge: facets of about 10 mm on a blade of 3 m diameter, 2 MB
-/// for the file.
+/// Quads between hub and tip, and between leading and trailing edge: facets of about 10 mm on a
+/// blade of 3 m diameter, 2 MB for the file.
 pub const RADIAL_QUADS: usize = 160;
 
 /// Quads of a blade along the chord.
@@ -112,15 +113,16 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
     let chord = chord_error(&spec, resolution).sides;
     let n_blades = spec.n_blades();
     let tip = 0.5 * diameter;
-    // Blades of high area ratio overlap: a thin tool that reaches far comes between most of them, and what it does not
-    // reach in one setup is left out.
+    // Blades of high area ratio overlap: a thin tool that reaches far comes between most of them,
+    // and what it does not reach in one setup is left out.
     let overlapping = match series {
         PropellerSeries::Dtmb4119 => false,
         PropellerSeries::Dtmb4382 | PropellerSeries::Vp1304 => true,
         PropellerSeries::WageningenB { n_blades, area_ratio, .. } => n_blades > 4 || area_ratio > 0.6,
     };
     let radius = cutter_radius(if overlapping { 0.025 } else { 0.02625 } * diameter);
-    // The flange and the nose of the spindle are as large for a small propeller as for a large one, and stay above its blades.
+    // The flange and the nose of the spindle are as large for a small propeller as for a large one,
+    // and stay above its blades.
     let reach = if overlapping { 0.3 * diameter } else { (4.0 * radius).max(140.0) };
     let from_radius = if overlapping { 0.6 } else { 0.535 };
     let stock = stock_for(radius);
@@ -150,9 +152,11 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
     // Rounded up to the next hundredth.
     operation["tolerances"]["mesh_chord_mm"] = json!(round_to((100.0 * chord).ceil() / 100.0, 2));
     operation["pattern"] = json!({ "copies": n_blades, "index_angle_deg": 360.0 / n_blades as f64 });
-    // From the tip inward: cut climbing, the passes then run down the blade, and their ends leave over its lower edge.
+    // From the tip inward: cut climbing, the passes then run down the blade, and their ends leave
+    // over its lower edge.
     operation["path"]["strategy"]["order"] = json!("decreasing");
-    // What is not asked for, and what may not be reached, is said in the name; a plan that leaves more out than is allowed says so, too.
+    // What is not asked for, and what may not be reached, is said in the name; a plan that leaves
+    // more out than is allowed says so, too.
     let hidden = if overlapping { ", but for what the next blade hides" } else { "" };
     let name = format!("{name}, D {diameter} mm, from r {:.0} mm outward{hidden}", from_radius * tip);
     let job = job_file(&name, setup, operation);

@@ -1,4 +1,5 @@
-//! Example jobs for another machine or control: mounted where the machine reaches the part, and tried before they are written.
+//! Example jobs for another machine or control: mounted where the machine reaches the part, and
+//! tried before they are written.
 
 use std::path::Path;
 
@@ -41,14 +42,15 @@ pub fn machine_names() -> [&'static str; MACHINES.len()] {
     MACHINES.map(|(name, _)| name)
 }
 
-/// Files of an example for a machine by its name and a control; what is not given is the example's own.
+/// Files of an example for a machine by its name and a control; what is not given is the example's
+/// own.
 ///
-/// On another machine the part is mounted where all of some hundred points that are spread over its passes are reached, and
-/// nearly all of them have a feasible posture.
+/// On another machine the part is mounted where all of some hundred points that are spread over its
+/// passes are reached, and nearly all of them have a feasible posture.
 ///
 /// # Errors
-/// When the numbers describe no part, there is no such machine, the part cannot be cut on it, or the control cannot be
-/// programmed as the job asks.
+/// When the numbers describe no part, there is no such machine, the part cannot be cut on it, or
+/// the control cannot be programmed as the job asks.
 pub fn new_job_for(
     example: &NewJob,
     machine: Option<&str>,
@@ -168,8 +170,9 @@ fn samples(job: &Job, setup: &Setup<'_>) -> Result<Vec<Sample>, Failure> {
     Ok(all)
 }
 
-/// Where the workpiece frame is on the table so that the machine reaches all samples, mm: where the example has it, else higher or lower,
-/// or with the part's middle over the table's; of several the first.
+/// Where the workpiece frame is on the table so that the machine reaches all samples, mm: where the
+/// example has it, else higher or lower, or with the part's middle over the table's; of several the
+/// first.
 fn mounting(folder: &Path) -> Result<[f64; 3], Failure> {
     let job = Job::read(folder)?;
     let setup = Setup::read(&job, 0)?;

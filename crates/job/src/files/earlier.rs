@@ -13,11 +13,13 @@ const EARLIER: &str = ".earlier";
 /// Ending of APT files, which a plan writes whatever the control is.
 const APT: &str = "apt";
 
-/// What stands in the names of programs behind the setup: nothing, or which head or channel they are for.
+/// What stands in the names of programs behind the setup: nothing, or which head or channel they
+/// are for.
 const PROGRAMS: [&str; 5] = ["", "-head-1", "-head-2", "-channel-1", "-channel-2"];
 
-/// Gives the files that an earlier plan wrote to a folder names with `.earlier`, so that no program looks current while a plan runs,
-/// or after one that failed. Returns the names they had, in order; none where the folder is not there.
+/// Gives the files that an earlier plan wrote to a folder names with `.earlier`, so that no program
+/// looks current while a plan runs, or after one that failed. Returns the names they had, in order;
+/// none where the folder is not there.
 ///
 /// # Errors
 /// [`Failure::Write`], naming the file.
@@ -39,8 +41,9 @@ pub(super) fn replaced_by(folder: &Path, written: &[(String, Vec<u8>)]) -> Vec<P
     names.filter(|name| written.iter().all(|(new, _)| new != name)).map(|name| folder.join(name)).collect()
 }
 
-/// Names of the files in a folder that a plan writes: of a job with one setup, of those that reports of ours in the folder speak of,
-/// and of those that are now written. Names alone decide, so that a program of another name is nobody's.
+/// Names of the files in a folder that a plan writes: of a job with one setup, of those that
+/// reports of ours in the folder speak of, and of those that are now written. Names alone decide,
+/// so that a program of another name is nobody's.
 fn of_plans(folder: &Path, written: &[(String, Vec<u8>)]) -> Vec<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let is_file = |e: &std::fs::DirEntry| e.file_type().is_ok_and(|t| t.is_file() || t.is_symlink());

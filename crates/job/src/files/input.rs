@@ -1,4 +1,5 @@
-//! What is read: regular files, to a bound, and of those that a job names the ones in its folder or in one that was allowed.
+//! What is read: regular files, to a bound, and of those that a job names the ones in its folder or
+//! in one that was allowed.
 
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result};
@@ -13,10 +14,12 @@ pub(super) const MOST_TEXT: u64 = 64 << 20;
 /// Largest file of any other kind (mesh, path, program, stock), bytes.
 pub(super) const MOST: u64 = 2 << 30;
 
-/// Reads a regular file of at most so many bytes. Nothing else is opened: a pipe would be waited for, and a device may have no end.
+/// Reads a regular file of at most so many bytes. Nothing else is opened: a pipe would be waited
+/// for, and a device may have no end.
 ///
 /// # Errors
-/// As the system says; [`ErrorKind::InvalidInput`] when it is no regular file, [`ErrorKind::FileTooLarge`] when it has more bytes.
+/// As the system says; [`ErrorKind::InvalidInput`] when it is no regular file,
+/// [`ErrorKind::FileTooLarge`] when it has more bytes.
 pub(super) fn read_at_most(file: &Path, most: u64) -> Result<Vec<u8>> {
     let opened = open_at_most(file, most)?;
     let mut bytes = Vec::new();
@@ -59,7 +62,8 @@ impl Places {
         Self { folders: folders.filter_map(|folder| folder.canonicalize().ok()).collect() }
     }
 
-    /// Refuses a file that is in none of them, by where links lead. What is not there is left to whoever reads it.
+    /// Refuses a file that is in none of them, by where links lead. What is not there is left to
+    /// whoever reads it.
     ///
     /// # Errors
     /// [`Failure::Input`], which names the option.
@@ -76,11 +80,12 @@ impl Places {
     }
 }
 
-/// What a process has allowed, and the places that come of it when a job is read; no bound until it is set.
+/// What a process has allowed, and the places that come of it when a job is read; no bound until it
+/// is set.
 static ALLOWED: OnceLock<(Vec<PathBuf>, Mutex<Option<Places>>)> = OnceLock::new();
 
-/// From now on a job may name files in its folder and in these ones, and no others. For a process that runs jobs of others, as a command
-/// does; without it a job may name every file.
+/// From now on a job may name files in its folder and in these ones, and no others. For a process
+/// that runs jobs of others, as a command does; without it a job may name every file.
 pub fn confine_jobs(allowed: Vec<PathBuf>) {
     ALLOWED.get_or_init(|| (allowed, Mutex::default()));
 }

@@ -38,8 +38,9 @@ impl Inputs {
 /// The inputs of the process; none are kept until this is set.
 static INPUTS: OnceLock<Mutex<Inputs>> = OnceLock::new();
 
-/// From now on every file that is read here, or named by a job that is, counts as an input of this process, and none of them is written over. For a
-/// process that does one thing, as a command does; without it nothing is kept.
+/// From now on every file that is read here, or named by a job that is, counts as an input of this
+/// process, and none of them is written over. For a process that does one thing, as a command does;
+/// without it nothing is kept.
 pub fn guard_inputs() {
     INPUTS.get_or_init(Mutex::default);
 }
@@ -54,15 +55,16 @@ pub fn note_input(file: &Path) {
 /// Refuses an output that cannot be one. A symbolic link is one: it is replaced.
 ///
 /// # Errors
-/// [`Failure::Write`] where a folder has the name; [`Failure::Input`] where something else that is no regular file has it, also behind a
-/// link, or a link of the system, or it is an input.
+/// [`Failure::Write`] where a folder has the name; [`Failure::Input`] where something else that is
+/// no regular file has it, also behind a link, or a link of the system, or it is an input.
 pub(super) fn check_place(file: &Path) -> Result<(), Failure> {
     let failed = |source: std::io::Error| Failure::Write { file: file.to_owned(), source };
     let no_file = || Failure::input(file, "is no regular file; give the name of a file to write to");
     match std::fs::metadata(file) {
         Ok(there) if there.is_dir() => return Err(failed(ErrorKind::IsADirectory.into())),
         Ok(there) if !there.is_file() || is_of_system(file) => return Err(no_file()),
-        // What may not be looked at is told here. A link that leads nowhere, or round in circles, is replaced.
+        // What may not be looked at is told here. A link that leads nowhere, or round in circles,
+        // is replaced.
         Err(e) if !file.is_symlink() && !matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => {
             return Err(failed(e));
         }
@@ -74,13 +76,15 @@ pub(super) fn check_place(file: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Whether a file is among the system's own: its links (`/dev/stdout`) are no files of the user, even where they lead to one.
+/// Whether a file is among the system's own: its links (`/dev/stdout`) are no files of the user,
+/// even where they lead to one.
 fn is_of_system(file: &Path) -> bool {
     let folder = folder_of(file).canonicalize().unwrap_or_default();
     ["/dev", "/proc", "/sys"].iter().any(|system| folder.starts_with(system))
 }
 
-/// Whether two paths are of one file, by their folders as the system knows them and their names without case.
+/// Whether two paths are of one file, by their folders as the system knows them and their names
+/// without case.
 pub(super) fn is_same_place(a: &Path, b: &Path) -> bool {
     let folder = |file: &Path| folder_of(file).canonicalize().unwrap_or_else(|_| folder_of(file).to_owned());
     let name = |file: &Path| file.file_name().map(|n| n.to_string_lossy().to_lowercase());

@@ -14,8 +14,8 @@ const AT_ONCE: usize = 1 << 18;
 /// Counts the temporary files of this process.
 static COUNT: AtomicU64 = AtomicU64::new(0);
 
-/// A file that is written and has not got its name yet. Its process holds a lock on it as long as it writes, so that whoever can lock it
-/// knows that its process is gone.
+/// A file that is written and has not got its name yet. Its process holds a lock on it as long as
+/// it writes, so that whoever can lock it knows that its process is gone.
 pub(super) struct Temporary {
     waiting: BufWriter<File>,
     path: PathBuf,
@@ -65,7 +65,8 @@ impl Temporary {
         self.waiting.get_ref().sync_all()
     }
 
-    /// Gives the file its name; what was there is replaced, a symbolic link itself and not what it leads to.
+    /// Gives the file its name; what was there is replaced, a symbolic link itself and not what it
+    /// leads to.
     ///
     /// # Errors
     /// As the system says; nothing is left under the temporary name then.
@@ -91,7 +92,8 @@ impl Drop for Temporary {
     }
 }
 
-/// Removes the temporary files in a folder whose processes are gone: killed, or out of their limits. What cannot be locked stays.
+/// Removes the temporary files in a folder whose processes are gone: killed, or out of their
+/// limits. What cannot be locked stays.
 pub(super) fn clear_left_behind(folder: &Path) {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     for entry in entries.filter(|e| e.file_name().to_str().is_some_and(is_temporary)) {

@@ -2,7 +2,8 @@
 
 use crate::format::report::Report;
 
-/// Reasons for which a plan is incomplete, each in words; empty where it does what the job asks for.
+/// Reasons for which a plan is incomplete, each in words; empty where it does what the job asks
+/// for.
 pub fn incomplete_because(report: &Report) -> Vec<String> {
     let (totals, worst) = (&report.totals, &report.worst);
     let left = report.remaining.iter().flat_map(|r| &r.operations).filter(|o| o.exceeded);

@@ -20,8 +20,8 @@ pub struct JobFile {
     pub name: String,
     /// Tool file, relative to the job file.
     pub tool: String,
-    /// Tool file of the second head, on a machine with two, relative to the job file; its number and length register must
-    /// not be those of the first head's tool.
+    /// Tool file of the second head, on a machine with two, relative to the job file; its number
+    /// and length register must not be those of the first head's tool.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_tool: Option<String>,
     /// Machine file, relative to the job file.
@@ -49,8 +49,9 @@ pub struct JobFile {
 pub struct VerificationSettingsFile {
     /// Cut the stock of every setup as its program goes, and report what meets it as it then is.
     pub cut_stock: bool,
-    /// Distance of the lines that the stock is made of. Where the key is missing: 200 lines along the longer side of what the
-    /// operations cut, no less than 1 mm apart, and close enough for the rapid clearance.
+    /// Distance of the lines that the stock is made of. Where the key is missing: 200 lines along
+    /// the longer side of what the operations cut, no less than 1 mm apart, and close enough for
+    /// the rapid clearance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stock_cell_mm: Option<f64>,
     /// How far from the truth what is cut may be, on every line.
@@ -67,10 +68,11 @@ impl Default for VerificationSettingsFile {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FeedsWithin {
-    /// Each axis' largest velocity; the control slows down where axes cannot be accelerated so fast.
+    /// Each axis' largest velocity; the control slows down where axes cannot be accelerated so
+    /// fast.
     Velocity,
-    /// Velocity, acceleration and jerk of each axis: each block asks for the largest speed that the axes reach in it. Where the
-    /// machine file lacks a limit, as `velocity`.
+    /// Velocity, acceleration and jerk of each axis: each block asks for the largest speed that the
+    /// axes reach in it. Where the machine file lacks a limit, as `velocity`.
     #[default]
     Acceleration,
 }
@@ -96,7 +98,8 @@ pub struct SetupFile {
     pub stock: StockFile,
     /// Surface outside of which rapids are free.
     pub clearance: ClearanceFile,
-    /// The same for the second head of a machine with two; the surface of the first, where the key is missing.
+    /// The same for the second head of a machine with two; the surface of the first, where the key
+    /// is missing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_clearance: Option<ClearanceFile>,
     /// Distance that the whole tool keeps from part, stock and fixtures in rapids.
@@ -111,7 +114,8 @@ pub struct SetupFile {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LinksFile {
-    /// Replace each by the fastest one that is found and proven free, where the stock is cut; else they go over the clearance surface.
+    /// Replace each by the fastest one that is found and proven free, where the stock is cut; else
+    /// they go over the clearance surface.
     pub shorten: bool,
     /// Which stock they keep the rapid clearance from.
     pub stock: LinkStockFile,
@@ -129,11 +133,12 @@ impl Default for LinksFile {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LinkStockFile {
-    /// As it was before the program: the whole tool is proven to keep 0.9 of the rapid clearance from it everywhere.
+    /// As it was before the program: the whole tool is proven to keep 0.9 of the rapid clearance
+    /// from it everywhere.
     #[default]
     AtFirst,
-    /// As it is when the link is driven, on the lines of the cut stock: through what has been cut, and near the ends of a link nearer
-    /// than the rapid clearance.
+    /// As it is when the link is driven, on the lines of the cut stock: through what has been cut,
+    /// and near the ends of a link nearer than the rapid clearance.
     AsCut,
 }
 
@@ -144,7 +149,8 @@ pub enum PassOrderFile {
     /// Pass by pass as the path has them, place by place of the pattern.
     #[default]
     AsLaid,
-    /// With the shortest links; pieces so near each other that one place is in reach of the cutter on both keep their order.
+    /// With the shortest links; pieces so near each other that one place is in reach of the cutter
+    /// on both keep their order.
     Shortest,
 }
 
@@ -220,7 +226,8 @@ pub struct MeshFile {
     /// Up axis of the file; y for glTF and z for others where the key is missing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up_axis: Option<UpAxisFile>,
-    /// Turns all triangles, of a file that is wound inside out; all entries with the same file say the same.
+    /// Turns all triangles, of a file that is wound inside out; all entries with the same file say
+    /// the same.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub reverse_winding: bool,
     /// Material that must be left on it by the cutter.
@@ -425,8 +432,9 @@ fn is_first_head(head: &u32) -> bool {
     *head == first_head()
 }
 
-/// Two operations of one setup that two heads machine at the same time, on a machine whose heads share the workpiece's axes:
-/// their passes are paired, and both heads' postures chosen so that they agree on the shared axis.
+/// Two operations of one setup that two heads machine at the same time, on a machine whose heads
+/// share the workpiece's axes: their passes are paired, and both heads' postures chosen so that
+/// they agree on the shared axis.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PairFile {
@@ -434,8 +442,9 @@ pub struct PairFile {
     pub first: String,
     /// Name of the operation of the second head.
     pub second: String,
-    /// How far rotate may turn away from the uncut stock where the common value of the shared axis asks for it: with opposite
-    /// sides of a blade one head leans to the one side where the other leans to the other.
+    /// How far rotate may turn away from the uncut stock where the common value of the shared axis
+    /// asks for it: with opposite sides of a blade one head leans to the one side where the other
+    /// leans to the other.
     #[serde(default = "default_lean_back_deg")]
     pub lean_back_deg: f64,
 }
@@ -490,7 +499,8 @@ pub struct PathFromStrategy {
     /// Where passes lie on the drive surface.
     #[serde(default)]
     pub region: RegionFile,
-    /// Passes advance toward larger levels (distance along the planes' normal, radius of the cylinders) or smaller ones.
+    /// Passes advance toward larger levels (distance along the planes' normal, radius of the
+    /// cylinders) or smaller ones.
     #[serde(default)]
     pub order: LevelOrderFile,
     /// Order of cutting: always the same way, or back and forth.
@@ -526,8 +536,8 @@ pub enum LinkingFile {
     Zigzag,
 }
 
-/// Cutting direction. With the spindle sense it says on which side of the feed the uncut stock lies, and toward that side
-/// rotate turns.
+/// Cutting direction. With the spindle sense it says on which side of the feed the uncut stock
+/// lies, and toward that side rotate turns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum DirectionFile {
@@ -581,8 +591,8 @@ pub struct PatternFile {
 pub struct SearchFile {
     /// Smallest and largest tilt.
     pub tilt_deg: [f64; 2],
-    /// Smallest and largest amount of rotate, 0 to 180, toward the uncut stock. The paper's sign follows from direction,
-    /// spindle sense and the side of the uncut stock.
+    /// Smallest and largest amount of rotate, 0 to 180, toward the uncut stock. The paper's sign
+    /// follows from direction, spindle sense and the side of the uncut stock.
     pub rotate_deg: [f64; 2],
     /// How the postures of a pass are chosen.
     #[serde(default)]
@@ -599,8 +609,9 @@ pub struct SearchFile {
     /// Accuracy of the curve's parameter.
     #[serde(default = "default_u_tolerance")]
     pub u_tolerance: f64,
-    /// Proves of everything before the posture that is found that it is blocked, but for feasible stretches of the curve's
-    /// parameter shorter than this. Where the key is missing, the search steps by `u_step`.
+    /// Proves of everything before the posture that is found that it is blocked, but for feasible
+    /// stretches of the curve's parameter shorter than this. Where the key is missing, the search
+    /// steps by `u_step`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub certified_u_width: Option<f64>,
     /// Largest turn of the tool axis against the surface per mm of path.
@@ -609,9 +620,9 @@ pub struct SearchFile {
     /// Directions allowed to the tool axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool_axis_cone: Option<ConeFile>,
-    /// Angle between the tool axis and the rotary axis nearest to the workpiece, below which that axis turns fast for little
-    /// motion of the tool. Postures nearer than this are taken only where no other is feasible, and are told in the report. 0
-    /// avoids nothing.
+    /// Angle between the tool axis and the rotary axis nearest to the workpiece, below which that
+    /// axis turns fast for little motion of the tool. Postures nearer than this are taken only
+    /// where no other is feasible, and are told in the report. 0 avoids nothing.
     #[serde(default = "default_singular_cone")]
     pub singular_cone_deg: f64,
     /// Which of the machine's solutions is taken at the start.
@@ -645,7 +656,8 @@ fn default_turn() -> f64 {
 pub enum PostureModeFile {
     /// At every point the smallest feasible posture of the search curve.
     Smallest,
-    /// Over the whole pass the sequence with the least of cusps and of motion of the axes, within the ranges.
+    /// Over the whole pass the sequence with the least of cusps and of motion of the axes, within
+    /// the ranges.
     #[default]
     Smooth,
     /// The same posture at every point; points where it is not feasible are left out.
@@ -742,7 +754,8 @@ pub struct FeedsFile {
     /// Lowers the speed along the passes where the chips are thick.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chip_thickness: Option<ChipThicknessFile>,
-    /// Speed of the tool tip along the passes where there is nothing to cut; `cutting_mm_min` where it is missing.
+    /// Speed of the tool tip along the passes where there is nothing to cut; `cutting_mm_min` where
+    /// it is missing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub air_mm_min: Option<f64>,
     /// Spindle speed.
@@ -758,11 +771,13 @@ pub struct FeedsFile {
 pub struct RemovalRateFile {
     /// Largest removal rate.
     pub target_cm3_min: f64,
-    /// Smallest speed of the tool tip that it may lead to; with larger chips the removal rate is exceeded.
+    /// Smallest speed of the tool tip that it may lead to; with larger chips the removal rate is
+    /// exceeded.
     pub min_mm_min: f64,
 }
 
-/// A chip thickness that is kept: the feed per tooth times the sine of the angles at which the cutting edge meets the stock.
+/// A chip thickness that is kept: the feed per tooth times the sine of the angles at which the
+/// cutting edge meets the stock.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChipThicknessFile {
@@ -789,7 +804,8 @@ pub enum CoolantFile {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TolerancesFile {
-    /// How far the mesh's facets may be from the true surface; part of the budget, as the mesh's maker states it.
+    /// How far the mesh's facets may be from the true surface; part of the budget, as the mesh's
+    /// maker states it.
     pub mesh_chord_mm: f64,
     /// Straight path between two CC points against the surface.
     pub path_chord_mm: f64,
@@ -807,18 +823,21 @@ pub struct TolerancesFile {
     pub max_step_over_mm: f64,
 }
 
-/// Most material that an operation may leave on its region, as it is measured on the written program; with more the plan has failed.
+/// Most material that an operation may leave on its region, as it is measured on the written
+/// program; with more the plan has failed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FinishFile {
-    /// Part of the area that may be left higher than `cusp_mm` with path chord, linearisation and gouge tolerance.
+    /// Part of the area that may be left higher than `cusp_mm` with path chord, linearisation and
+    /// gouge tolerance.
     pub max_above_fraction: f64,
     /// Part of the area that no cut may reach.
     pub max_never_cut_fraction: f64,
 }
 
 impl Default for FinishFile {
-    /// A finished part: up to a hundredth at borders and corners of the region, next to nothing never cut.
+    /// A finished part: up to a hundredth at borders and corners of the region, next to nothing
+    /// never cut.
     fn default() -> Self {
         Self { max_above_fraction: 0.01, max_never_cut_fraction: 0.002 }
     }

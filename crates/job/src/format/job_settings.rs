@@ -23,8 +23,9 @@ pub struct JobSetting {
 impl FromStr for JobSetting {
     type Err = String;
 
-    /// Reads `KEY=VALUE`: the key as a JSON pointer (`/operations/0/tolerances/cusp_mm`) or as a path with dots
-    /// (`operations[0].tolerances.cusp_mm`), the value as JSON, or as a string where it is none.
+    /// Reads `KEY=VALUE`: the key as a JSON pointer (`/operations/0/tolerances/cusp_mm`) or as a
+    /// path with dots (`operations[0].tolerances.cusp_mm`), the value as JSON, or as a string where
+    /// it is none.
     fn from_str(text: &str) -> Result<Self, String> {
         let (key, value) =
             text.split_once('=').ok_or("must be KEY=VALUE, as in operations[0].tolerances.cusp_mm=0.05")?;

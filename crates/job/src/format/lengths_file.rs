@@ -41,13 +41,14 @@ pub struct LengthsFile {
     /// The length that nothing up to the longest is free with; absent where there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub none_is_free: Option<NoLength>,
-    /// Name of the holder that was chosen; absent without a library, and where none of its holders works.
+    /// Name of the holder that was chosen; absent without a library, and where none of its holders
+    /// works.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub holder: Option<String>,
     /// Every holder of the library, in its order; empty without one.
     pub holders: Vec<HolderReport>,
-    /// Shorter assemblies that the job was planned again with, in the order in which they were tried; empty where that
-    /// was not asked for.
+    /// Shorter assemblies that the job was planned again with, in the order in which they were
+    /// tried; empty where that was not asked for.
     pub replans: Vec<ReplanTry>,
     /// All that the ordinary run finds with these lengths, or with the holder that was chosen.
     pub findings: Vec<Finding>,

@@ -5,7 +5,8 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// The program that a file speaks of, by name and content: a file beside another program speaks of it only where both are the same.
+/// The program that a file speaks of, by name and content: a file beside another program speaks of
+/// it only where both are the same.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct ProgramStamp {
     /// Name of its file, without the folder.
@@ -39,7 +40,8 @@ pub fn stamped_svg(svg: String, programs: &[ProgramStamp]) -> String {
     svg + &programs.iter().map(comment).collect::<String>()
 }
 
-/// Names the programs in the APT files among the files of a plan, in comments behind their first line.
+/// Names the programs in the APT files among the files of a plan, in comments behind their first
+/// line.
 pub fn stamp_apt(files: &mut [(String, Vec<u8>)], programs: &[ProgramStamp]) {
     let comments: String = programs.iter().map(|program| format!("$$ {}\n", program.text())).collect();
     for (_, bytes) in files.iter_mut().filter(|(name, _)| name.ends_with(".apt")) {

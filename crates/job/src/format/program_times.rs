@@ -1,15 +1,17 @@
-//! How long a program takes, as its text says it: the same for who plans it and for who verifies it.
+//! How long a program takes, as its text says it: the same for who plans it and for who verifies
+//! it.
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::duration_text::clock;
 
-/// Times of a program. Cuts are all blocks at a feed: passes, entries and exits; rapids are all at rapid rate, with the ways to the
-/// part and home.
+/// Times of a program. Cuts are all blocks at a feed: passes, entries and exits; rapids are all at
+/// rapid rate, with the ways to the part and home.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct ProgramTimes {
-    /// Cuts within velocity, acceleration and jerk of every axis, s; `null` where that is not known.
+    /// Cuts within velocity, acceleration and jerk of every axis, s; `null` where that is not
+    /// known.
     pub cutting_s: Option<f64>,
     /// Rapids within the same, s.
     pub rapid_s: Option<f64>,

@@ -27,14 +27,15 @@ pub struct RapidsFile {
     pub dialect: String,
     /// Distance that was kept from stock and fixtures, mm.
     pub clearance_mm: f64,
-    /// Whether times are within acceleration and jerk of every axis; else within their velocities alone, because the machine file
-    /// does not give all of them.
+    /// Whether times are within acceleration and jerk of every axis; else within their velocities
+    /// alone, because the machine file does not give all of them.
     pub by_acceleration_and_jerk: bool,
     /// Time of all links as they were, s.
     pub time_before_s: f64,
     /// Time of all links as they are now, s.
     pub time_after_s: f64,
-    /// Time of the slowest axis of each link by itself, with nothing in the way: no ways are faster, s.
+    /// Time of the slowest axis of each link by itself, with nothing in the way: no ways are
+    /// faster, s.
     pub lower_bound_s: f64,
     /// `time_after_s` by `lower_bound_s`; `null` without links.
     pub ratio_to_lower_bound: Option<f64>,

@@ -1,5 +1,5 @@
-//! The report, `"format": "facemill-report/1"`: what was planned and what the written program does. Deterministic; wall
-//! times go to a file of their own.
+//! The report, `"format": "facemill-report/1"`: what was planned and what the written program does.
+//! Deterministic; wall times go to a file of their own.
 
 pub mod chips;
 pub mod cusps;
@@ -47,7 +47,8 @@ pub const CERTIFICATES_FORMAT: &str = "facemill-certificates/1";
 pub struct CertificatesFile {
     /// Always "facemill-certificates/1".
     pub format: &'static str,
-    /// The program that this speaks of; of a control with two channels, those that are written besides have the same motions.
+    /// The program that this speaks of; of a control with two channels, those that are written
+    /// besides have the same motions.
     pub programs: Vec<ProgramStamp>,
     /// Sums, and one certificate for each block.
     #[serde(flatten)]
@@ -67,7 +68,8 @@ pub struct Report {
     pub made_from: MadeFrom,
     /// Values that were put in place of those of the job file.
     pub settings: Vec<JobSetting>,
-    /// The program that this speaks of; with channel programs for a control with two channels, these, too.
+    /// The program that this speaks of; with channel programs for a control with two channels,
+    /// these, too.
     pub programs: Vec<ProgramStamp>,
     /// Whether the program was run on the virtual machine after it was written.
     pub verified: bool,
@@ -83,37 +85,43 @@ pub struct Report {
     pub totals: Totals,
     /// How long it takes, by its text: what `verify` tells of it, too.
     pub times: ProgramTimes,
-    /// Times of the program within velocity, acceleration and jerk of every axis; `null` where the machine file lacks a limit.
+    /// Times of the program within velocity, acceleration and jerk of every axis; `null` where the
+    /// machine file lacks a limit.
     pub time_law: Option<TimeLawReport>,
     /// The limits that it lacks. All times then are lower bounds, at constant speeds.
     pub no_time_law: Vec<String>,
     /// Extreme values, each with its place.
     pub worst: Worst,
-    /// Material that the written program leaves on the regions of its operations; `null` where the setup has none.
+    /// Material that the written program leaves on the regions of its operations; `null` where the
+    /// setup has none.
     pub remaining: Option<RemainingReport>,
     /// How the postures of each operation were chosen, and how the rotary axes move with them.
     pub postures: Vec<PosturesReport>,
-    /// Whether each operation's passes keep the allowed cusp, what was done for it, and why not where they do not.
+    /// Whether each operation's passes keep the allowed cusp, what was done for it, and why not
+    /// where they do not.
     pub cusps: Vec<CuspsKeptReport>,
     /// Chips and removal rates along the passes of each operation.
     pub chips: Vec<ChipsReport>,
     /// Operations that two heads cut at once; empty on a machine with one.
     pub pairs: Vec<PairReport>,
-    /// How far each rotary axis without stops winds in the written program; empty where that was not verified.
+    /// How far each rotary axis without stops winds in the written program; empty where that was
+    /// not verified.
     pub wind_up: Vec<WindUp>,
-    /// Where limited rotary axes turn back, and how often the machine goes over to its other branch.
+    /// Where limited rotary axes turn back, and how often the machine goes over to its other
+    /// branch.
     pub rewinds: RewindsReport,
-    /// Blocks along passes in which the tool axis is so near to the pole of the rotary axes that one of them has to turn fast.
+    /// Blocks along passes in which the tool axis is so near to the pole of the rotary axes that
+    /// one of them has to turn fast.
     pub singular_blocks: Vec<SingularBlocks>,
-    /// Causes for which the tip is slower than the programmed feed, where one takes more than a tenth of an operation's time in
-    /// passes, and remedies. Of programs of one head.
+    /// Causes for which the tip is slower than the programmed feed, where one takes more than a
+    /// tenth of an operation's time in passes, and remedies. Of programs of one head.
     pub lost_times: Vec<LostTimeReport>,
     /// Error budget of each operation, and what of it the written program uses up.
     pub budgets: Vec<BudgetReport>,
     /// Faults found in the written program, in program order.
     pub findings: Vec<Finding>,
-    /// What the written program leaves to the control, and what was taken for it: a template of one's own may leave out more than
-    /// the built-in ones.
+    /// What the written program leaves to the control, and what was taken for it: a template of
+    /// one's own may leave out more than the built-in ones.
     pub assumptions: Vec<Assumption>,
     /// CC points that were left out, by reason.
     pub infeasible: Vec<InfeasibleReport>,
@@ -188,18 +196,20 @@ pub struct Totals {
     pub planned_fraction: f64,
     /// Whether an operation leaves out more than the job allows.
     pub trims_too_much: bool,
-    /// Largest part of the CC points that the job allows to be left out; of several operations the smallest such part.
+    /// Largest part of the CC points that the job allows to be left out; of several operations the
+    /// smallest such part.
     pub max_trimmed_fraction: f64,
     /// Points between which and the pass before a strip stays uncut.
     pub uncut_points: usize,
     /// Pieces of passes dropped because they are shorter than asked.
     pub dropped_pieces: usize,
-    /// Blocks that were halved because the program, as run or as proven, would have cut too deep in them.
+    /// Blocks that were halved because the program, as run or as proven, would have cut too deep in
+    /// them.
     pub mended_blocks: usize,
     /// Blocks with a motion in the program, as a verification counts them.
     pub blocks: usize,
-    /// Way of the tip at a feed, in passes, entries and exits, as a verification measures it; of a program that is not run, the sum
-    /// of its written positions' distances.
+    /// Way of the tip at a feed, in passes, entries and exits, as a verification measures it; of a
+    /// program that is not run, the sum of its written positions' distances.
     pub cutting_length_mm: f64,
     /// Way of the tip in passes alone.
     pub passes_length_mm: f64,
@@ -207,12 +217,14 @@ pub struct Totals {
     pub passes_time_s: f64,
     /// Time in entries and exits at the written feeds.
     pub approach_time_s: f64,
-    /// Time in rapids at the axes' largest velocities, without acceleration, with the ways to the part and home.
+    /// Time in rapids at the axes' largest velocities, without acceleration, with the ways to the
+    /// part and home.
     pub rapid_time_s: f64,
 }
 
-/// Times of a motion from rest to rest that no axis exceeds a limit in, corners blended within the control's tolerance. A stop
-/// stands between rapids and cutting moves, and where spindle or coolant change.
+/// Times of a motion from rest to rest that no axis exceeds a limit in, corners blended within the
+/// control's tolerance. A stop stands between rapids and cutting moves, and where spindle or
+/// coolant change.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct TimeLawReport {
     /// The whole program, without tool change, spindle and coolant.
@@ -223,7 +235,8 @@ pub struct TimeLawReport {
     pub approach_time_s: f64,
     /// Rapids, with the ways to the part and home.
     pub rapid_time_s: f64,
-    /// Whether the axes stop at every corner, because the machine file gives the control no tolerance to blend them within.
+    /// Whether the axes stop at every corner, because the machine file gives the control no
+    /// tolerance to blend them within.
     pub stops_at_corners: bool,
     /// Blocks whose feed was lowered to what the axes reach in them.
     pub lowered_blocks: usize,
@@ -241,7 +254,8 @@ pub struct VectorTimeReport {
     pub decimals: u8,
     /// By how much the rounding turns the tool at the most, deg.
     pub turn_deg: f64,
-    /// How much longer feed moves take than with exact vectors, at the feeds that were asked for, s; 0 where they do not.
+    /// How much longer feed moves take than with exact vectors, at the feeds that were asked for,
+    /// s; 0 where they do not.
     pub added_time_s: f64,
 }
 
@@ -267,7 +281,8 @@ pub struct Worst {
     pub clearance_between: Option<String>,
     /// Line of the program with that distance.
     pub clearance_line: Option<u32>,
-    /// Largest cusp that is predicted from the outlines of neighbouring passes; `remaining` has what the text leaves.
+    /// Largest cusp that is predicted from the outlines of neighbouring passes; `remaining` has
+    /// what the text leaves.
     pub cusp_mm: Option<f64>,
     /// Whether that, or a strip that stays uncut, is more than an operation's `cusp_mm`.
     pub cusp_exceeded: bool,
@@ -275,9 +290,11 @@ pub struct Worst {
     pub lift_mm: f64,
     /// Largest distance between neighbouring passes.
     pub step_over_mm: Option<f64>,
-    /// Largest deviation of the cutter between two blocks from the straight way, rounding of the words included.
+    /// Largest deviation of the cutter between two blocks from the straight way, rounding of the
+    /// words included.
     pub linearisation_mm: f64,
-    /// Whether that is more than an operation's budget allows: near a pole, more blocks do not help.
+    /// Whether that is more than an operation's budget allows: near a pole, more blocks do not
+    /// help.
     pub linearisation_exceeded: bool,
     /// Largest chip section across the feed.
     pub chip_area_mm2: Option<f64>,
@@ -292,43 +309,50 @@ pub struct PosturesReport {
     pub operation: String,
     /// The mode that the job asks for.
     pub mode: PostureModeFile,
-    /// How near to the best the sequence of postures is; `null` in modes that seek none, and for operations in a pair.
+    /// How near to the best the sequence of postures is; `null` in modes that seek none, and for
+    /// operations in a pair.
     pub optimum: Option<OptimumReport>,
-    /// How finely the searches along the curve are proven; `null` where the job does not ask for a `certified_u_width`.
+    /// How finely the searches along the curve are proven; `null` where the job does not ask for a
+    /// `certified_u_width`.
     pub search_proof: Option<SearchProofReport>,
     /// Rotary axes in passes, all places of the pattern, at the programmed feed.
     pub rotary: Vec<RotaryReport>,
 }
 
-/// What the postures of the first place of the pattern cost: seconds of cutting, weighted with the square of the cusp against
-/// the allowed one, and with the squares of the axes' speeds against speeds that are much for them.
+/// What the postures of the first place of the pattern cost: seconds of cutting, weighted with the
+/// square of the cusp against the allowed one, and with the squares of the axes' speeds against
+/// speeds that are much for them.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct OptimumReport {
     /// The cheapest sequence of all in the graph of tested postures.
     pub graph_s: f64,
     /// The planned, smoothed sequence, at the same points.
     pub planned_s: f64,
-    /// How much more the planned one costs, as part of the graph's; below 0 where smoothing has made it cheaper.
+    /// How much more the planned one costs, as part of the graph's; below 0 where smoothing has
+    /// made it cheaper.
     pub gap: f64,
-    /// Steps on which the tool axis turns against the surface by more than the job's limit, or an axis would have to be faster
-    /// than it can at the programmed feed.
+    /// Steps on which the tool axis turns against the surface by more than the job's limit, or an
+    /// axis would have to be faster than it can at the programmed feed.
     pub jumps: usize,
 }
 
-/// How finely searches along the curve at the path's CC points are proven to have passed over nothing feasible, in all places of
-/// the pattern.
+/// How finely searches along the curve at the path's CC points are proven to have passed over
+/// nothing feasible, in all places of the pattern.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct SearchProofReport {
     /// `certified_u_width` of the job.
     pub asked_u_width: f64,
-    /// The largest width that was needed: no feasible stretch so long was passed over at any CC point of the path that was
-    /// searched along the curve. Poses put between CC points are not counted here.
+    /// The largest width that was needed: no feasible stretch so long was passed over at any CC
+    /// point of the path that was searched along the curve. Poses put between CC points are not
+    /// counted here.
     pub largest_u_width: f64,
-    /// CC points at which more than the asked width was needed, because the proof would have taken too many tests.
+    /// CC points at which more than the asked width was needed, because the proof would have taken
+    /// too many tests.
     pub wider_points: usize,
 }
 
-/// Motion of a rotary axis along passes, at the programmed feed of the tool tip, whatever the axis can do.
+/// Motion of a rotary axis along passes, at the programmed feed of the tool tip, whatever the axis
+/// can do.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct RotaryReport {
     /// The axis.
@@ -360,11 +384,11 @@ pub struct BudgetReport {
     pub gouge_mm: f64,
     /// Their sum: the largest depth below the true surface that the program may reach.
     pub total_mm: f64,
-    /// What of it the programmed motion may use up against the mesh: all but the mesh's own error and the control's. Deeper
-    /// is a finding.
+    /// What of it the programmed motion may use up against the mesh: all but the mesh's own error
+    /// and the control's. Deeper is a finding.
     pub against_mesh_mm: f64,
-    /// Deepest place of the cutter below the part's mesh in the operation's blocks; `null` where it was nowhere below, or
-    /// the program was not run.
+    /// Deepest place of the cutter below the part's mesh in the operation's blocks; `null` where it
+    /// was nowhere below, or the program was not run.
     pub largest_gouge_mm: Option<f64>,
 }
 
@@ -394,8 +418,8 @@ pub struct InfeasibleReport {
     pub points: usize,
     /// The first of them, workpiece frame.
     pub first_place_mm: [f64; 3],
-    /// Changes, each alone, with which that point has a posture on its search curve: with 95 % of the change the curve is proven
-    /// blocked but for feasible stretches shorter than 0.01 of it.
+    /// Changes, each alone, with which that point has a posture on its search curve: with 95 % of
+    /// the change the curve is proven blocked but for feasible stretches shorter than 0.01 of it.
     pub would_help: Vec<HelpReport>,
 }
 
@@ -404,8 +428,9 @@ pub struct InfeasibleReport {
 pub struct HelpReport {
     /// The field of job or tool file.
     pub field: &'static str,
-    /// Its value with the change; of a radius with the body narrower, of a stick-out with the body longer in proportion; of a
-    /// width the one with which the search finds what its steps went over.
+    /// Its value with the change; of a radius with the body narrower, of a stick-out with the body
+    /// longer in proportion; of a width the one with which the search finds what its steps went
+    /// over.
     pub value: f64,
 }
 
@@ -470,6 +495,7 @@ pub struct PassReport {
     pub step_over_mm: Option<f64>,
     /// Mean and largest chip section across the feed.
     pub chip_area_mm2: Option<[f64; 2]>,
-    /// Smallest and largest speed of the tool tip at the written feeds; less than programmed where an axis cannot follow.
+    /// Smallest and largest speed of the tool tip at the written feeds; less than programmed where
+    /// an axis cannot follow.
     pub tip_feed_mm_min: Option<[f64; 2]>,
 }

@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The feasible set over tilt × rotate at one CC point. Angles are those of the paper: rotate is positive to the left of the
-/// feed.
+/// The feasible set over tilt × rotate at one CC point. Angles are those of the paper: rotate is
+/// positive to the left of the feed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SolutionSpaceFile {
@@ -36,8 +36,8 @@ pub struct SolutionSpaceFile {
     pub pose_tests: usize,
     /// Parts of the map's area, 0 to 1.
     pub area: AreaFile,
-    /// The posture that the operation's search finds at the point, before it is adapted to its neighbours; `null` where it finds
-    /// none.
+    /// The posture that the operation's search finds at the point, before it is adapted to its
+    /// neighbours; `null` where it finds none.
     pub found: Option<PostureFile>,
     /// Cells that cover the map.
     pub cells: Vec<CellFile>,
@@ -84,8 +84,8 @@ pub struct CellFile {
     pub rotate_deg: [f64; 2],
     /// What is known of its postures.
     pub state: StateFile,
-    /// Of a blocked cell, what blocks every posture of it. Of an uncertain cell, what blocks the posture in its middle;
-    /// missing where that is feasible.
+    /// Of a blocked cell, what blocks every posture of it. Of an uncertain cell, what blocks the
+    /// posture in its middle; missing where that is feasible.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<ReasonFile>,
 }

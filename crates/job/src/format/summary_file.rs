@@ -1,4 +1,5 @@
-//! The summary of a plan as a file, `"format": "facemill-summary/1"`, for programs that start facemill.
+//! The summary of a plan as a file, `"format": "facemill-summary/1"`, for programs that start
+//! facemill.
 
 use facemill_virtual_machine::WindUp;
 use schemars::JsonSchema;
@@ -51,13 +52,16 @@ pub struct SetupSummary {
     pub faults: usize,
     /// Number of assumptions.
     pub assumptions: usize,
-    /// Why the program is not all that the job asks for, in words; empty where it is. With `faults` it must not be run at all.
+    /// Why the program is not all that the job asks for, in words; empty where it is. With `faults`
+    /// it must not be run at all.
     pub incomplete_because: Vec<String>,
-    /// Material that the written program leaves on the regions of its operations; `null` where the setup has none.
+    /// Material that the written program leaves on the regions of its operations; `null` where the
+    /// setup has none.
     pub remaining: Option<RemainingReport>,
     /// Whether each operation's passes keep the allowed cusp, and why not where they do not.
     pub cusps: Vec<CuspsKeptReport>,
-    /// How far each rotary axis without stops winds in the written program; empty where that was not verified.
+    /// How far each rotary axis without stops winds in the written program; empty where that was
+    /// not verified.
     pub wind_up: Vec<WindUp>,
     /// CC points that were left out, by reason.
     pub infeasible: Vec<InfeasibleReport>,

@@ -33,10 +33,12 @@ pub struct VerificationFile {
     /// What the run showed.
     #[serde(flatten)]
     pub verification: Verification,
-    /// What the run rests on because neither the program nor the command line says it, what its feeds are held against where cuts
-    /// are not told from other feed moves, and that the program reaches no stock.
+    /// What the run rests on because neither the program nor the command line says it, what its
+    /// feeds are held against where cuts are not told from other feed moves, and that the program
+    /// reaches no stock.
     pub assumptions: Vec<Assumption>,
-    /// Material that the program leaves on the regions of the setup's operations; absent where no operation is known, and of an estimate.
+    /// Material that the program leaves on the regions of the setup's operations; absent where no
+    /// operation is known, and of an estimate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub remaining: Option<RemainingReport>,
     /// What was cut; absent where the stock was not.

@@ -1,4 +1,5 @@
-//! Part, stock, machine and tool that are named one by one: what a program is run on where there is no job.
+//! Part, stock, machine and tool that are named one by one: what a program is run on where there is
+//! no job.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +15,8 @@ use crate::load::job::Job;
 use crate::load::mesh_files::read_mesh;
 use crate::validate::check_setups;
 
-/// Depth of the cutter below the part beyond which it is a finding, mm, where no operation of a job says what is allowed.
+/// Depth of the cutter below the part beyond which it is a finding, mm, where no operation of a job
+/// says what is allowed.
 pub const AD_HOC_GOUGE_LIMIT: f64 = 0.02;
 
 /// What a program is run on. Paths are those of the caller, not of a job file.
@@ -38,7 +40,8 @@ pub struct AdHocSetup {
     pub length_register: Option<u32>,
     /// Control that the program is for.
     pub dialect: Dialect,
-    /// Dialect file of that control, whose harmless functions count; the dialect's own where it is not given.
+    /// Dialect file of that control, whose harmless functions count; the dialect's own where it is
+    /// not given.
     pub dialect_file: Option<PathBuf>,
     /// Where the workpiece frame is on the machine's table, mm along the table's axes.
     pub mount: [f64; 3],
@@ -63,11 +66,13 @@ pub enum AdHocStock {
 const PLACE: &str = "what the program is run on";
 
 impl Job {
-    /// A job without operations: machine and tool of a stand, and a setup with its part, fixtures and stock. What needs operations
-    /// does not work with it: nothing can be planned, and feeds are held against nothing.
+    /// A job without operations: machine and tool of a stand, and a setup with its part, fixtures
+    /// and stock. What needs operations does not work with it: nothing can be planned, and feeds
+    /// are held against nothing.
     ///
     /// # Errors
-    /// When a file cannot be read or is wrong, a number is out of its range, or the machine has two heads.
+    /// When a file cannot be read or is wrong, a number is out of its range, or the machine has two
+    /// heads.
     pub fn of_ad_hoc_setup(stand: &AdHocSetup) -> Result<Self, Failure> {
         stand.check_numbers().map_err(|e| Failure::input(Path::new(PLACE), e))?;
         let file: JobFile = serde_json::from_value(stand.file()?).map_err(|e| Failure::Internal(e.to_string()))?;

@@ -12,11 +12,13 @@ use crate::load::obstacle_meshes::{ObstacleMesh, ObstacleRole};
 /// How far a part may stand out of its stock by rounding, mm: mesh files have single precision.
 const STOCK_ROUNDING: f64 = 1e-3;
 
-/// First thing that stock or clearance surface leave outside, as `field: what is wrong and what to do`.
+/// First thing that stock or clearance surface leave outside, as `field: what is wrong and what to
+/// do`.
 ///
-/// The part is to lie in the stock: in a box or cylinder as it is, in a mesh's bounding box where the stock is a casting,
-/// which may lack some material but not be elsewhere. Part, stock and fixtures are to lie inside the clearance surface.
-/// `obstacles` are those of the job, without the machine's bodies; workpiece frame.
+/// The part is to lie in the stock: in a box or cylinder as it is, in a mesh's bounding box where
+/// the stock is a casting, which may lack some material but not be elsewhere. Part, stock and
+/// fixtures are to lie inside the clearance surface. `obstacles` are those of the job, without the
+/// machine's bodies; workpiece frame.
 ///
 /// # Errors
 /// When there is one.

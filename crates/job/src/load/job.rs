@@ -48,8 +48,9 @@ pub struct SecondHead {
 }
 
 impl Job {
-    /// What the control does in the rapids of a program, between the first position and the way home: under RTCP with a control
-    /// that keeps the tip straight at rapid rate, too, the law of its cuts, else the machine's law of rapids.
+    /// What the control does in the rapids of a program, between the first position and the way
+    /// home: under RTCP with a control that keeps the tip straight at rapid rate, too, the law of
+    /// its cuts, else the machine's law of rapids.
     pub fn rapid_law(&self) -> BlockLaw {
         match self.post.rtcp_rapids() {
             Some(RtcpRapids::TipLinear) => self.post.cutting_law().into(),
@@ -62,9 +63,10 @@ impl Job {
         self.path.parent().unwrap_or(Path::new("")).join(name)
     }
 
-    /// The job as one of the machine's two heads sees it (0 or 1): its tool, its clearance surfaces, and its view of the machine
-    /// with the other one's tool, thicker by `apart` mm, where that is above 0 with what the control may stray added to the
-    /// clearances of the head. With one head it is the job itself.
+    /// The job as one of the machine's two heads sees it (0 or 1): its tool, its clearance
+    /// surfaces, and its view of the machine with the other one's tool, thicker by `apart` mm,
+    /// where that is above 0 with what the control may stray added to the clearances of the head.
+    /// With one head it is the job itself.
     pub fn seen_by(&self, head: usize, apart: f64) -> Self {
         let mut file = self.file.clone();
         let Some(second) = &self.second else { return self.clone() };
@@ -90,7 +92,8 @@ impl Job {
         Failure::input(&self.path, message)
     }
 
-    /// Its own program could not be read back: the fault of the job's own template or dialect file, where it has one.
+    /// Its own program could not be read back: the fault of the job's own template or dialect file,
+    /// where it has one.
     pub fn unread(&self, why: &ReadError) -> Failure {
         let (post, reader) = (&self.file.post, self.post.dialect().name());
         match post.template.as_ref().or(post.dialect_file.as_ref()) {
@@ -113,7 +116,8 @@ pub struct Setup<'a> {
     pub file: &'a SetupFile,
     /// What the passes cut, alone: for paths that are projected on it.
     pub drive: Surface,
-    /// The whole files that the drive surface is in: normals and curvatures at its border know what lies beyond.
+    /// The whole files that the drive surface is in: normals and curvatures at its border know what
+    /// lies beyond.
     pub around_drive: Surface,
     /// Groups of `around_drive` that are the drive surface.
     pub drive_groups: Vec<String>,
@@ -121,7 +125,8 @@ pub struct Setup<'a> {
     pub drive_files: Vec<(FileKey, usize)>,
     /// Everything that must not be cut or hit.
     pub obstacles: Vec<ObstacleMesh>,
-    /// Thickness of the stock on part and check surfaces, mm; 0 where the stock is a solid of its own.
+    /// Thickness of the stock on part and check surfaces, mm; 0 where the stock is a solid of its
+    /// own.
     pub stock_thickness: f64,
     /// The stock, where it is a solid of its own.
     pub stock_solid: Option<Surface>,
@@ -142,7 +147,8 @@ impl<'a> Setup<'a> {
         job.post.with_number_after(before as u32)
     }
 
-    /// Thickness of the stock along the normal at a CC point, mm, before anything is cut; 0 where there is none.
+    /// Thickness of the stock along the normal at a CC point, mm, before anything is cut; 0 where
+    /// there is none.
     pub fn stock_above(&self, cc: &CcPoint) -> f64 {
         match &self.stock_solid {
             None => (self.stock_thickness - self.drive_allowance).max(0.0),
@@ -170,8 +176,8 @@ impl<'a> Setup<'a> {
     }
 }
 
-/// By how much the bodies of a head may be beside their planned way, mm: a certificate counts the control's
-/// tolerance in, so stands at the very clearance could not be proven.
+/// By how much the bodies of a head may be beside their planned way, mm: a certificate counts the
+/// control's tolerance in, so stands at the very clearance could not be proven.
 pub(crate) fn straying(machine: &Machine, gauge_length: f64) -> f64 {
     let home = machine.home();
     let tip = machine.cl_point(&home, gauge_length).tip;

@@ -1,4 +1,5 @@
-//! The text of a job: where it is, what it is where it is no job, and the settings that change it for one run.
+//! The text of a job: where it is, what it is where it is no job, and the settings that change it
+//! for one run.
 
 use std::path::{Path, PathBuf};
 
@@ -23,7 +24,8 @@ pub fn job_path(path: &Path) -> PathBuf {
 /// Reads a job file, changes it by settings, and checks what it then says.
 ///
 /// # Errors
-/// When it cannot be read, is no job, or says what cannot be meant; a message about a value that was set names the setting.
+/// When it cannot be read, is no job, or says what cannot be meant; a message about a value that
+/// was set names the setting.
 pub fn read_job_file(path: &Path, settings: &[JobSetting]) -> Result<JobFile, Failure> {
     let text = files::read_text(path)?;
     if let Some(other) = other_format(path, &text) {
@@ -57,7 +59,8 @@ pub fn blamed(settings: &[JobSetting], path: &Path, failure: Failure) -> Failure
     }
 }
 
-/// What a file is that is given as an NC program and is of another format, and what to do; `None` where it may be a program.
+/// What a file is that is given as an NC program and is of another format, and what to do; `None`
+/// where it may be a program.
 ///
 /// The start of a file is enough.
 pub fn no_program(path: &Path, start: &[u8]) -> Option<String> {
@@ -84,7 +87,8 @@ fn format_key(start: &[u8]) -> Option<&str> {
     std::str::from_utf8(kind).ok()
 }
 
-/// What a file is that is given as a job and is of another format, and what to do; `None` where it may be a job.
+/// What a file is that is given as a job and is of another format, and what to do; `None` where it
+/// may be a job.
 fn other_format(path: &Path, text: &[u8]) -> Option<String> {
     let (what, instead) = match from_json::<Value>(text) {
         Ok(json) => {

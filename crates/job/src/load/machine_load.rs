@@ -39,7 +39,8 @@ pub struct BodyHull {
 /// Reads a machine file and the meshes beside it.
 ///
 /// # Errors
-/// When a file cannot be read or is wrong; the message names the machine file, its field and the mesh file.
+/// When a file cannot be read or is wrong; the message names the machine file, its field and the
+/// mesh file.
 pub fn read_machine(path: &Path) -> Result<ReadMachine, Failure> {
     let file: MachineFile =
         facemill_file_format::from_json(&files::read_named_text(path)?).map_err(|e| Failure::input(path, e))?;

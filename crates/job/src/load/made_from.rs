@@ -11,7 +11,8 @@ use crate::format::made_from::{InputFile, MadeFrom};
 use crate::load::job::Job;
 
 impl MadeFrom {
-    /// Reads all files that a job names, and those that these name; what cannot be read is left out, as planning tells it.
+    /// Reads all files that a job names, and those that these name; what cannot be read is left
+    /// out, as planning tells it.
     pub fn of(job: &Job) -> Self {
         let mut inputs = BTreeMap::new();
         let folder = job.path.parent().unwrap_or(Path::new(""));

@@ -8,7 +8,8 @@ use crate::failure::Failure;
 use crate::load::job::{Job, Setup};
 use crate::load::mesh_files::FileKey;
 
-/// Part of what a piece closes around that must be out of the tool's reach, so that it is not the wall of a hollow.
+/// Part of what a piece closes around that must be out of the tool's reach, so that it is not the
+/// wall of a hollow.
 const NO_ROOM: f64 = 0.9;
 
 /// Triangles of a piece from which room for the tool is sought, and directions of its axis.
@@ -43,17 +44,20 @@ impl ToolRoom {
 struct FileWinding {
     n_triangles: usize,
     n_inward: usize,
-    /// Pieces that are wound inward: their number, first triangle within the file and number of triangles of the largest.
+    /// Pieces that are wound inward: their number, first triangle within the file and number of
+    /// triangles of the largest.
     pieces: usize,
     largest: (usize, usize),
     n_hollow: usize,
     n_undecided: usize,
 }
 
-/// Refuses meshes that are wound inside out, and returns a line for each mesh of which this cannot be known.
+/// Refuses meshes that are wound inside out, and returns a line for each mesh of which this cannot
+/// be known.
 ///
 /// # Errors
-/// When a file of the drive surface, or the stock, closes around what lies in front of its triangles, and no tool has room there.
+/// When a file of the drive surface, or the stock, closes around what lies in front of its
+/// triangles, and no tool has room there.
 pub fn check_winding(job: &Job, setup: &Setup<'_>, index: usize) -> Result<Vec<String>, Failure> {
     check_stock(job, setup, index)?;
     let found = windings(&setup.around_drive, &setup.drive_files, ToolRoom::of(job));
@@ -117,7 +121,8 @@ fn windings(surface: &Surface, files: &[(FileKey, usize)], room: ToolRoom) -> Ve
     windings
 }
 
-/// Whether a tool may have room in front of these triangles: at more than a tenth of the places nothing is in its way that must be.
+/// Whether a tool may have room in front of these triangles: at more than a tenth of the places
+/// nothing is in its way that must be.
 fn has_room(surface: &Surface, triangles: &[usize], room: ToolRoom) -> bool {
     let step = triangles.len().div_ceil(PLACES).max(1);
     let (mut places, mut closed) = (0, 0);

@@ -61,8 +61,8 @@ pub fn obstacle(role: ObstacleRole, allowance: f64, name: String, mesh: TriMesh)
     ObstacleMesh { name, role, tree: MeshTree::new(&mesh), mesh, allowance, labels: Vec::new(), machine_body: None }
 }
 
-/// Bodies of the machine's table that stand still against the workpiece. Those that move against it are taken from the
-/// machine by the tests themselves.
+/// Bodies of the machine's table that stand still against the workpiece. Those that move against it
+/// are taken from the machine by the tests themselves.
 pub fn table_bodies(machine: &Machine, table_from_work: &Isometry3<f64>) -> Vec<ObstacleMesh> {
     let work_from_table = table_from_work.inverse();
     machine
@@ -90,8 +90,8 @@ pub struct Selection {
     pub groups: Vec<bool>,
 }
 
-/// Adds a selection to the one of the same meaning, so that a group that is named twice is there once: a closed part with
-/// one side doubled would not be closed.
+/// Adds a selection to the one of the same meaning, so that a group that is named twice is there
+/// once: a closed part with one side doubled would not be closed.
 pub fn select_also(selections: &mut Vec<Selection>, new: Selection) {
     let same = |s: &&mut Selection| s.role == new.role && s.allowance == new.allowance && s.file == new.file;
     match selections.iter_mut().find(same) {

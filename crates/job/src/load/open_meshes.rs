@@ -9,8 +9,8 @@ use nalgebra::Point3;
 use crate::load::job::Setup;
 use crate::load::obstacle_meshes::ObstacleRole;
 
-/// That stock which is told as an allowance is on both sides of part and check surfaces; `None` where these are closed together, and
-/// where the stock is a solid or there is none.
+/// That stock which is told as an allowance is on both sides of part and check surfaces; `None`
+/// where these are closed together, and where the stock is a solid or there is none.
 pub fn open_stock(setup: &Setup<'_>) -> Option<Assumption> {
     let allowance = setup.stock_thickness;
     let is_surface = |role: ObstacleRole| matches!(role, ObstacleRole::Part | ObstacleRole::Check);

@@ -12,7 +12,8 @@ use crate::load::obstacle_meshes::{ObstacleMesh, ObstacleRole};
 /// A part shorter than this part of the cutter's diameter is not meant.
 const SHORTEST: f64 = 0.5;
 
-/// Nor one longer than so many times the longest travel: of a part that turns on a table, half is cut at a time.
+/// Nor one longer than so many times the longest travel: of a part that turns on a table, half is
+/// cut at a time.
 const LONGEST: f64 = 2.0;
 
 /// Units in the order in which they are proposed.
@@ -62,7 +63,8 @@ fn length(b: &Aabb) -> f64 {
     2.0 * b.half_extents().max()
 }
 
-/// Names the units in which a part would have a likely size, where as it is read it has none that tool and machine suit.
+/// Names the units in which a part would have a likely size, where as it is read it has none that
+/// tool and machine suit.
 pub fn unit_advice(job: &Job, setup: &Setup<'_>) -> Option<String> {
     let suitable = Suitable::of(job);
     let length = length(&part_box(&setup.obstacles, &crate::frames::pose(&setup.file.work_from_part)));
@@ -74,7 +76,8 @@ pub fn unit_advice(job: &Job, setup: &Setup<'_>) -> Option<String> {
     advice(&suitable, length, unit, likely)
 }
 
-/// Names the units in which a part that reaches beyond the clearance surface would lie inside of it and have a likely size.
+/// Names the units in which a part that reaches beyond the clearance surface would lie inside of it
+/// and have a likely size.
 pub fn unit_inside(
     job: &Job,
     unit: LengthUnit,

@@ -50,7 +50,8 @@ pub fn read_post(job_path: &Path, file: &JobFile) -> Result<PostSettings, Failur
 }
 
 impl Job {
-    /// Reads a program as one for a control. Where that is the job's, functions are harmless that the job's dialect file says so of.
+    /// Reads a program as one for a control. Where that is the job's, functions are harmless that
+    /// the job's dialect file says so of.
     ///
     /// # Errors
     /// As [`read_program`].
@@ -63,7 +64,8 @@ impl Job {
     }
 }
 
-/// Where the largest value that a number of `post` can have is one that the dialect file of this name says: its key.
+/// Where the largest value that a number of `post` can have is one that the dialect file of this
+/// name says: its key.
 fn said_by(rules: &DialectFile, name: &str, error: &PostError) -> String {
     let PostError::Range { field, value, max, .. } = error else { return String::new() };
     let most = &rules.numbers.max_decimals;
@@ -79,8 +81,9 @@ fn said_by(rules: &DialectFile, name: &str, error: &PostError) -> String {
     if limit == *max && value > max { format!(", the {key} of {name}") } else { String::new() }
 }
 
-/// The control whose own file these rules were made from, where that is not `own`: the one of the fewest words that it does not
-/// write so. Numbers and switches, which every shop sets as its control takes them, do not count, nor do words left out.
+/// The control whose own file these rules were made from, where that is not `own`: the one of the
+/// fewest words that it does not write so. Numbers and switches, which every shop sets as its
+/// control takes them, do not count, nor do words left out.
 fn control_of(rules: &DialectFile, own: Dialect) -> Option<Dialect> {
     let found = words(rules);
     let apart = |dialect: Dialect| {
@@ -94,7 +97,8 @@ fn control_of(rules: &DialectFile, own: Dialect) -> Option<Dialect> {
 /// Keys of dialect files whose texts are no words of programs.
 const NO_WORDS: [&str; 5] = ["note", "absent", "law", "laws", "rapids"];
 
-/// What a dialect file writes into programs, by its place: every text, and every list of texts as a whole.
+/// What a dialect file writes into programs, by its place: every text, and every list of texts as a
+/// whole.
 fn words(rules: &DialectFile) -> BTreeMap<String, serde_json::Value> {
     fn add(at: &str, value: &serde_json::Value, all: &mut BTreeMap<String, serde_json::Value>) {
         use serde_json::Value::{Array, Object, String};

@@ -6,7 +6,8 @@ use nalgebra::{Isometry3, Point3, Rotation3, Vector3};
 use crate::format::job_file::{BoxStockFile, CylinderStockFile, StockFile};
 use crate::frames::direction;
 
-/// Sides of the prism that a round bar becomes; its corners lie outside the bar, so that it is bounded from outside.
+/// Sides of the prism that a round bar becomes; its corners lie outside the bar, so that it is
+/// bounded from outside.
 const CYLINDER_SIDES: u32 = 96;
 
 /// The mesh of a box or a cylinder, from outside; empty for stock that is no solid of its own.
@@ -24,7 +25,8 @@ fn box_mesh(b: &BoxStockFile) -> TriMesh {
         Point3::new(pick(0), pick(1), pick(2))
     };
     let vertices = (0..8).map(corner).collect();
-    // Each face as a quad, counter-clockwise from outside; bit k of a corner's number is its side along axis k.
+    // Each face as a quad, counter-clockwise from outside; bit k of a corner's number is its side
+    // along axis k.
     let quads: [[u32; 4]; 6] = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let triangles = quads.iter().flat_map(|[p, q, r, s]| [[*p, *q, *r], [*p, *r, *s]]).collect();
     TriMesh::new(vertices, triangles).unwrap_or_default()

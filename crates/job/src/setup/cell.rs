@@ -17,10 +17,12 @@ use crate::frames::direction;
 use crate::load::job::{Job, Setup};
 use crate::load::obstacle_meshes::ObstacleRole;
 
-/// Least step-over as part of the largest that the user allows: a surface that asks for less asks for another tool.
+/// Least step-over as part of the largest that the user allows: a surface that asks for less asks
+/// for another tool.
 pub const LEAST_STEP: f64 = 0.01;
 
-/// Cells along the longer side of the Z-map: fine enough to follow a part, coarse enough to cost nothing.
+/// Cells along the longer side of the Z-map: fine enough to follow a part, coarse enough to cost
+/// nothing.
 const Z_MAP_CELLS: f64 = 200.0;
 
 /// Z-map of everything that stands on the table, seen along +Z of the workpiece frame.
@@ -75,7 +77,8 @@ pub fn workcell<'a>(job: &'a Job, setup: &'a Setup<'_>, operation: &OperationFil
             .map(|c| AxisCone { axis: direction(&c.axis), half_angle: c.half_angle_deg.to_radians() }),
         gouge_tolerance: tolerances.gouge_mm,
         max_lift: tolerances.max_lift_mm,
-        // A tenth of the smallest excess anyone measures on such parts; seating costs one test per halving.
+        // A tenth of the smallest excess anyone measures on such parts; seating costs one test per
+        // halving.
         lift_resolution: (tolerances.max_lift_mm / 32.0).max(1e-3),
         z_map: Some((z_map, Isometry3::identity())),
     }
@@ -93,13 +96,15 @@ pub fn budget(job: &Job, operation: &OperationFile) -> ErrorBudget {
     }
 }
 
-/// Height up to which a finished surface may stand above the operation's, mm: the cusp between passes, and what the written program
-/// may be off the planned one. Plans, verifications and maps of deviations ask by this one.
+/// Height up to which a finished surface may stand above the operation's, mm: the cusp between
+/// passes, and what the written program may be off the planned one. Plans, verifications and maps
+/// of deviations ask by this one.
 pub fn largest_left(job: &Job, operation: &OperationFile) -> f64 {
     operation.tolerances.cusp_mm + budget(job, operation).simulated()
 }
 
-/// The search curve for passes with the uncut stock on this side of the feed: rotate turns toward it.
+/// The search curve for passes with the uncut stock on this side of the feed: rotate turns toward
+/// it.
 ///
 /// # Errors
 /// When the ranges make no curve.
@@ -154,8 +159,8 @@ pub fn search_settings(operation: &OperationFile) -> SearchSettings {
 
 /// Side of the feed on which the uncut stock must lie, `None` where either will do.
 ///
-/// A spindle that turns clockwise, seen from the spindle, moves its teeth against the feed on the right of the feed: climb
-/// milling has the uncut stock there.
+/// A spindle that turns clockwise, seen from the spindle, moves its teeth against the feed on the
+/// right of the feed: climb milling has the uncut stock there.
 pub fn wanted_uncut_left(job: &Job, direction: DirectionFile) -> Option<bool> {
     let clockwise = job.tool.spindle_rotation() == SpindleRotation::Clockwise;
     match direction {

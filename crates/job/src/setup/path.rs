@@ -31,8 +31,8 @@ pub struct LaidPath {
 /// Lays or projects the path of an operation.
 ///
 /// # Errors
-/// When the path file is wrong, or the region holds nothing that passes could be laid on; a part of a size that cannot be meant
-/// has the likely unit in the message.
+/// When the path file is wrong, or the region holds nothing that passes could be laid on; a part of
+/// a size that cannot be meant has the likely unit in the message.
 pub fn lay(job: &Job, setup: &Setup<'_>, index: usize, operation: &OperationFile) -> Result<LaidPath, Failure> {
     laid(job, setup, index, operation).map_err(|e| match unit_advice(job, setup) {
         Some(advice) => job.wrong(format!("{advice} As it is, no passes can be laid for \"{}\"", operation.name)),
@@ -72,7 +72,8 @@ fn raised(cc: &CcPoint, allowance: f64) -> CcPoint {
     CcPoint { position: cc.position + cc.normal.into_inner() * allowance, ..*cc }
 }
 
-/// Passes of a path file. The file's order of points is turned round where the wanted side of the uncut stock asks for it.
+/// Passes of a path file. The file's order of points is turned round where the wanted side of the
+/// uncut stock asks for it.
 fn from_file(
     job: &Job,
     setup: &Setup<'_>,

@@ -3,8 +3,9 @@
 use facemill_inverse_kinematics::{Axis, Rollover};
 use facemill_nc_program::{AxisLetter, AxisWords, Block, NcProgram};
 
-/// Writes the words of axes with rollover within a turn, from words that wind on. Where the sign says the way round it is that of
-/// the planned way; where the control takes the shorter way, that is the planned one below half a turn.
+/// Writes the words of axes with rollover within a turn, from words that wind on. Where the sign
+/// says the way round it is that of the planned way; where the control takes the shorter way, that
+/// is the planned one below half a turn.
 pub fn roll(program: &mut NcProgram, axes: &[Axis]) {
     let mut all: Vec<Rolled> = axes.iter().filter(|a| a.rolls_over()).filter_map(Rolled::new).collect();
     for block in &mut program.blocks {
@@ -50,7 +51,8 @@ impl Rolled {
     }
 }
 
-/// Words below this may be written as 0, deg: half of the third decimal, the coarsest of any dialect.
+/// Words below this may be written as 0, deg: half of the third decimal, the coarsest of any
+/// dialect.
 const SMALLEST: f64 = 5e-4;
 
 #[cfg(test)]

@@ -62,7 +62,8 @@ pub fn axis_offset(setup: &Setup<'_>, axis: &Axis) -> f64 {
     }
 }
 
-/// The frame that X, Y and Z words count in under RTCP, seen from the table: that of the work offset, fixed to the table.
+/// The frame that X, Y and Z words count in under RTCP, seen from the table: that of the work
+/// offset, fixed to the table.
 ///
 /// # Errors
 /// When the machine has no X, Y and Z at right angles.
@@ -75,7 +76,8 @@ pub fn table_from_rtcp_words(job: &Job, words: &WordMap) -> Result<Isometry3<f64
     })
 }
 
-/// [`table_from_rtcp_words`] whatever the job's own feed mode is; `None` without X, Y and Z at right angles.
+/// [`table_from_rtcp_words`] whatever the job's own feed mode is; `None` without X, Y and Z at
+/// right angles.
 pub fn rtcp_frame(job: &Job, words: &WordMap) -> Option<Isometry3<f64>> {
     word_frame(&job.machine, words)
 }
@@ -103,7 +105,8 @@ pub fn rtcp_start_axes(job: &Job, words: &WordMap) -> AxisValues {
 /// How joint values become words: one length for each head, along its spindle's axis.
 ///
 /// # Errors
-/// When the work offset names an axis that the machine does not have, or the heads cannot be told apart in a program.
+/// When the work offset names an axis that the machine does not have, or the heads cannot be told
+/// apart in a program.
 pub fn dual_word_map(jobs: [&Job; 2], setup: &Setup<'_>, setup_index: usize) -> Result<WordMap, Failure> {
     check_offset_axes(jobs[0], setup, setup_index)?;
     let mut along = vec![0.0; jobs[0].machine.axes().len()];

@@ -18,8 +18,8 @@ pub enum StockRegion {
     /// All of it.
     #[default]
     Whole,
-    /// The rectangle around what the setup's operations cut, in all places of their patterns, with the cutter's diameter around
-    /// it, of two heads the larger one's.
+    /// The rectangle around what the setup's operations cut, in all places of their patterns, with
+    /// the cutter's diameter around it, of two heads the larger one's.
     Operations,
     /// Between two corners, x and y of the workpiece frame, mm.
     Rectangle([[f64; 2]; 2]),
@@ -56,7 +56,8 @@ impl StockMeshes {
         self.mesh.aabb().dilated(self.allowance)
     }
 
-    /// The stock before anything is cut as lines that show all of it: with a layer of half the diagonal of a cell around it.
+    /// The stock before anything is cut as lines that show all of it: with a layer of half the
+    /// diagonal of a cell around it.
     ///
     /// # Errors
     /// As [`map`](Self::map).
@@ -64,8 +65,8 @@ impl StockMeshes {
         self.with_layer(outside_layer(cell), &Isometry3::identity(), job, setup, (cell, region))
     }
 
-    /// The stock before anything is cut: lines along z of the workpiece frame, `cell` mm apart. Where a mesh with an allowance
-    /// is open, it is a layer on both sides.
+    /// The stock before anything is cut: lines along z of the workpiece frame, `cell` mm apart.
+    /// Where a mesh with an allowance is open, it is a layer on both sides.
     ///
     /// # Errors
     /// When a mesh of the stock is not closed, the lines are too many, or the region has no stock.

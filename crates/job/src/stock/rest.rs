@@ -11,12 +11,12 @@ use crate::load::job::{Job, Setup};
 use crate::stock::map::StockMeshes;
 use crate::stock::setup_order::follows;
 
-/// Reads the rest that a program left of the stock of a job's setup (`verify --rest-out`), or of another setup of the job with the same
-/// workpiece frame and stock.
+/// Reads the rest that a program left of the stock of a job's setup (`verify --rest-out`), or of
+/// another setup of the job with the same workpiece frame and stock.
 ///
 /// # Errors
-/// When the file cannot be read, is none of stock or damaged, and when its stock was other stock before anything was cut: the message
-/// says what differs.
+/// When the file cannot be read, is none of stock or damaged, and when its stock was other stock
+/// before anything was cut: the message says what differs.
 pub fn read_rest(job: &Job, setup: usize, path: &Path) -> Result<DexelMap, Failure> {
     let rest = DexelMap::from_bytes(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
     let Some(began_as) = Origin::from_bytes(rest.origin()) else {
@@ -59,11 +59,12 @@ const DIGEST: usize = 32;
 /// Digest, allowance and corners.
 const BYTES: usize = DIGEST + 7 * 8;
 
-/// What coordinates are rounded to, mm. Smaller: transforms that another computer rounds in another way make another stock of it. Larger:
-/// parts that differ by that are one.
+/// What coordinates are rounded to, mm. Smaller: transforms that another computer rounds in another
+/// way make another stock of it. Larger: parts that differ by that are one.
 const QUANTUM: f64 = 1e-3;
 
-/// Where the steps of rounding lie, mm: not at coordinates with few decimals, which many meshes have.
+/// Where the steps of rounding lie, mm: not at coordinates with few decimals, which many meshes
+/// have.
 const SHIFT: f64 = 0.271_828e-3;
 
 impl Origin {

@@ -3,7 +3,8 @@
 use crate::format::job_file::SetupFile;
 use crate::frames::pose;
 
-/// Whether a setup begins with what another one leaves: both in one workpiece frame, with one stock stated for both.
+/// Whether a setup begins with what another one leaves: both in one workpiece frame, with one stock
+/// stated for both.
 ///
 /// # Errors
 /// With why it does not.

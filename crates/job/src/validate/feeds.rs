@@ -42,8 +42,9 @@ pub fn check_feed_laws(at: &Field, feeds: &FeedsFile) -> Result<(), String> {
 /// Smallest feed that a program or an APT file can say, mm/min.
 const SMALLEST_FEED: f64 = 1e-3;
 
-/// Chip thicknesses of a head's operations against the smallest F of the control, with the inserts of its tool: where the chip is
-/// as thick as the feed per tooth, which it never exceeds, the feed must be one that the control takes.
+/// Chip thicknesses of a head's operations against the smallest F of the control, with the inserts
+/// of its tool: where the chip is as thick as the feed per tooth, which it never exceeds, the feed
+/// must be one that the control takes.
 ///
 /// # Errors
 /// When one asks for less; with the least that works.

@@ -1,4 +1,5 @@
-//! Limits of a job file's numbers: beyond them a value is a slip of unit or key, or asks for work without end.
+//! Limits of a job file's numbers: beyond them a value is a slip of unit or key, or asks for work
+//! without end.
 
 use std::ops::RangeInclusive;
 
@@ -45,19 +46,21 @@ const LARGEST_STEP: f64 = 1e4;
 /// Smallest tolerance, mm: a thousandth of what is written or measured.
 pub const SMALLEST_TOLERANCE: f64 = 1e-6;
 
-/// Largest of the tolerances that let the cutter into the part or off it, mm: above it, it would be a depth of cut.
+/// Largest of the tolerances that let the cutter into the part or off it, mm: above it, it would be
+/// a depth of cut.
 const LARGEST_TOLERANCE: f64 = 2.0;
 
 /// Largest cusp and chord of a mesh, mm: beyond, nothing is cut to shape.
 const LARGEST_HEIGHT: f64 = 100.0;
 
-/// Largest radius of entries and exits, mm: beyond, an arc is as good as straight, and longer than any machine.
+/// Largest radius of entries and exits, mm: beyond, an arc is as good as straight, and longer than
+/// any machine.
 const LARGEST_ARC: f64 = 1e4;
 
 /// Limits of the numbers of an operation.
 ///
-/// Fineness: below the smallest steps and tolerances a program has more blocks than a control can read; how many points come of them is
-/// counted when passes are laid.
+/// Fineness: below the smallest steps and tolerances a program has more blocks than a control can
+/// read; how many points come of them is counted when passes are laid.
 pub const OPERATION_LIMITS: [JobLimit<OperationFile>; 30] = [
     limit("path.file.max_distance_mm", |o| path_file(o).map(|f| f.max_distance_mm), 0.0, FARTHEST),
     limit("path.strategy.edge_margin_mm", |o| strategy(o).map(|s| s.edge_margin_mm), 0.0, FARTHEST),
@@ -139,8 +142,8 @@ fn rolled(approach: &ApproachFile) -> Option<&ArcFile> {
     }
 }
 
-/// That a cutter is no wider than the machine's table, whose bodies' diagonals in a row are more than it can be; nothing where the machine
-/// file gives the table no body.
+/// That a cutter is no wider than the machine's table, whose bodies' diagonals in a row are more
+/// than it can be; nothing where the machine file gives the table no body.
 ///
 /// # Errors
 /// When it is wider.
@@ -156,8 +159,8 @@ pub fn check_cutter_width(machine: &Machine, tool: &ToolAssembly) -> Result<(), 
     ))
 }
 
-/// Tolerances that stock can be cut within, mm. Smaller: motions fall into more parts than memory holds. Larger: what goes less deep into
-/// the stock than twice the tolerance is no finding.
+/// Tolerances that stock can be cut within, mm. Smaller: motions fall into more parts than memory
+/// holds. Larger: what goes less deep into the stock than twice the tolerance is no finding.
 pub const STOCK_TOLERANCES: RangeInclusive<f64> = 0.0001..=0.5;
 
 #[cfg(test)]

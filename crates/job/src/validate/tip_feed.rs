@@ -30,8 +30,9 @@ pub struct TipFeed {
 /// cm³ in mm³.
 pub const CM3: f64 = 1000.0;
 
-/// Speed of the tool tip that a move is programmed with: in cuts as chips allow; on entries and exits in the
-/// stock the approach feed, but not faster than the cut that they belong to; outside the approach feed.
+/// Speed of the tool tip that a move is programmed with: in cuts as chips allow; on entries and
+/// exits in the stock the approach feed, but not faster than the cut that they belong to; outside
+/// the approach feed.
 pub fn programmed_feed(feeds: &FeedsFile, teeth: u32, kind: MoveKind, chip: Option<&Chip>) -> TipFeed {
     let approach = TipFeed { mm_min: feeds.approach_mm_min, law: FeedLaw::Given };
     match kind {
@@ -49,8 +50,9 @@ fn given(feeds: &FeedsFile) -> TipFeed {
     TipFeed { mm_min: feeds.cutting_mm_min, law: FeedLaw::Given }
 }
 
-/// Speed of the tool tip in a cut that takes this chip: the job's, lowered to the target of the removal rate, but not
-/// below its smallest feed, then to the chip thickness, below that feed, too; in air the feed of air.
+/// Speed of the tool tip in a cut that takes this chip: the job's, lowered to the target of the
+/// removal rate, but not below its smallest feed, then to the chip thickness, below that feed, too;
+/// in air the feed of air.
 fn cutting_feed(feeds: &FeedsFile, teeth: u32, chip: Option<&Chip>) -> TipFeed {
     let Some(chip) = chip else { return given(feeds) };
     if let (true, Some(mm_min)) = (chip.is_air, feeds.air_mm_min) {
@@ -87,9 +89,11 @@ pub fn depends_on_chips(feeds: &FeedsFile) -> bool {
 pub struct CutFeed {
     /// What it was programmed with.
     pub asked: TipFeed,
-    /// Speed that the tip would reach at the job's cutting feed, mm/min: by the law where there is one.
+    /// Speed that the tip would reach at the job's cutting feed, mm/min: by the law where there is
+    /// one.
     pub before: f64,
-    /// Time of the move less the time that it would take at the job's cutting feed, s; both by the law where there is one.
+    /// Time of the move less the time that it would take at the job's cutting feed, s; both by the
+    /// law where there is one.
     pub added_time: f64,
 }
 

@@ -36,8 +36,8 @@ impl Channel<'_> {
     }
 }
 
-/// The two channels: each has the axes with the number of its head's spindle axis, the first one those without a number
-/// too.
+/// The two channels: each has the axes with the number of its head's spindle axis, the first one
+/// those without a number too.
 pub(super) fn channels<'a>(spec: &ProgramSpec, heads: &'a [HeadSpec]) -> Result<[Channel<'a>; 2], WriteError> {
     let [first, second] = heads else { return Err(crate::program::heads::HeadError::Count { n: heads.len() }.into()) };
     let numbers = [first, second].map(|h| h.spindle_axis.number());
@@ -66,7 +66,8 @@ impl Place {
         Self { units: axes.iter().map(|a| (a.letter, None)).collect(), decimals }
     }
 
-    /// Goes to these words; the axes that are somewhere else than before, and the norm of their ways, mm and deg.
+    /// Goes to these words; the axes that are somewhere else than before, and the norm of their
+    /// ways, mm and deg.
     pub(super) fn go(&mut self, words: &AxisWords, place: &str) -> Result<Vec<(AxisLetter, f64)>, WriteError> {
         let mut changed = Vec::new();
         for word in words.iter() {

@@ -60,8 +60,9 @@ pub enum SiemensFault {
     },
 }
 
-/// Reads what [`write_siemens_pair`](crate::channels::write_siemens_pair) writes, and nothing else: the same marks in both
-/// channels, between them the same blocks, with the words of both and the times that they take in each.
+/// Reads what [`write_siemens_pair`](crate::channels::write_siemens_pair) writes, and nothing else:
+/// the same marks in both channels, between them the same blocks, with the words of both and the
+/// times that they take in each.
 ///
 /// # Errors
 /// At the first line that the writer would not have written there.
@@ -305,7 +306,8 @@ fn dwell(s: &Statement) -> Option<f64> {
     if let Statement::Dwell(seconds) = s { Some(*seconds) } else { None }
 }
 
-/// Both channels as one: item by item, marks with marks of the same number and blocks with blocks of the same kind.
+/// Both channels as one: item by item, marks with marks of the same number and blocks with blocks
+/// of the same kind.
 fn merge(first: &Channel, second: &Channel) -> Result<ReadPair, SiemensReadError> {
     let mut pair =
         ReadPair { blocks: Vec::new(), marks: Vec::new(), tool_lengths: [first.tool_length, second.tool_length] };

@@ -7,7 +7,8 @@ use crate::words::number_text;
 /// Metric, XY plane, no radius compensation, absolute, feed per minute.
 pub(super) const SAFE_START: &str = "G710 G17 G40 G90 G94";
 
-/// Reference radius of a rotary axis at which 1 deg counts as 1 mm: 180/π mm, what controls have until told otherwise.
+/// Reference radius of a rotary axis at which 1 deg counts as 1 mm: 180/π mm, what controls have
+/// until told otherwise.
 pub(super) const FGREF: &str = "57.29578";
 
 /// Where a tool of another length leads to, and what stops the control there.

@@ -17,20 +17,21 @@ use crate::write::codes::spindle_speed;
 /// Decimals of the seconds of a dwell.
 const DWELL_DECIMALS: u8 = 6;
 
-/// The blocks of a program of two heads as two channel programs for Siemens 840D, one for each head; the axes that no
-/// head has (C) belong to the first. The tool and spindle of `spec` are those of the first head, as for
-/// [`write_program_of_heads`](crate::write_program_of_heads).
+/// The blocks of a program of two heads as two channel programs for Siemens 840D, one for each
+/// head; the axes that no head has (C) belong to the first. The tool and spindle of `spec` are
+/// those of the first head, as for [`write_program_of_heads`](crate::write_program_of_heads).
 ///
-/// Each block stands in both channels and takes the same time in both: where a channel's axes stand it waits (`G4 F`).
-/// Marks (`WAITM(n,1,2)`) stand behind every rapid, before and behind every row of cutting blocks, before a comment,
-/// and after every [`SiemensSettings::blocks_per_mark`] cutting blocks. Between marks each channel runs by itself, so
-/// that the two heads are together where they were planned only at marks, unless C is coupled: the text says at its
-/// head that it is an estimate.
+/// Each block stands in both channels and takes the same time in both: where a channel's axes stand
+/// it waits (`G4 F`). Marks (`WAITM(n,1,2)`) stand behind every rapid, before and behind every row
+/// of cutting blocks, before a comment, and after every [`SiemensSettings::blocks_per_mark`]
+/// cutting blocks. Between marks each channel runs by itself, so that the two heads are together
+/// where they were planned only at marks, unless C is coupled: the text says at its head that it is
+/// an estimate.
 ///
 /// # Errors
-/// When there are not two heads or they share something, an axis has the number of neither, a setting is out of its
-/// range, the program does not start with a rapid that names every axis, holds blocks other than comments, starts of spindles, rapids and
-/// cuts, or a number fits no word.
+/// When there are not two heads or they share something, an axis has the number of neither, a
+/// setting is out of its range, the program does not start with a rapid that names every axis,
+/// holds blocks other than comments, starts of spindles, rapids and cuts, or a number fits no word.
 pub fn write_siemens_pair(
     spec: &ProgramSpec,
     all: &[HeadSpec],
@@ -97,7 +98,8 @@ impl Text {
     fn block(&mut self, line: &str) {
         if let Some(numbers) = self.numbers {
             let number = u64::from(numbers.start) + u64::from(numbers.step) * u64::from(self.next);
-            // Eight digits; a number that comes again is a name that nothing goes to. Writing to a String cannot fail.
+            // Eight digits; a number that comes again is a name that nothing goes to. Writing to a
+            // String cannot fail.
             let _ = write!(self.text, "N{} ", number % 100_000_000);
             self.next += 1;
         }
@@ -206,7 +208,8 @@ impl PairWriter<'_> {
         }
     }
 
-    /// In the channel of its head; both wait before, so that none cuts with the speed of what follows.
+    /// In the channel of its head; both wait before, so that none cuts with the speed of what
+    /// follows.
     fn spindle(&mut self, rpm: f64, clockwise: bool, spindle: Option<u32>, place: String) -> Result<(), WriteError> {
         if self.since_mark > 0 {
             self.wait();
@@ -281,7 +284,8 @@ fn rounded_down(value: f64, decimals: u8, what: &'static str, place: &str) -> Re
     Ok(units.ok_or_else(error)?.max(1))
 }
 
-/// Words of the channel's axes that have changed; of all its axes where none has, so that every block stands in both.
+/// Words of the channel's axes that have changed; of all its axes where none has, so that every
+/// block stands in both.
 fn words_of(channel: &Channel<'_>, changed: &[(AxisLetter, f64)], place: &Place) -> String {
     let is_changed = |letter: &AxisLetter| changed.iter().any(|(l, _)| l == letter);
     let none = !channel.letters().any(|l| is_changed(&l));

@@ -32,8 +32,8 @@ pub struct DialectFile {
     pub feeds: FeedRule,
     /// What the control does between two positions.
     pub motion: MotionRule,
-    /// How the control runs its queue of blocks in time; where it is absent as [`ControlMotion::default`] says. No word of a
-    /// program changes by it.
+    /// How the control runs its queue of blocks in time; where it is absent as
+    /// [`ControlMotion::default`] says. No word of a program changes by it.
     #[serde(default)]
     pub control_motion: ControlMotion,
     /// Whether one program can move several heads.
@@ -41,8 +41,9 @@ pub struct DialectFile {
     pub several_heads: bool,
     /// Words of the body.
     pub words: WordRule,
-    /// M functions, by their numbers, that neither move nor call nor change anything which positions, feeds or the tool depend
-    /// on; every other one besides those that the reader follows is a finding of a program.
+    /// M functions, by their numbers, that neither move nor call nor change anything which
+    /// positions, feeds or the tool depend on; every other one besides those that the reader
+    /// follows is a finding of a program.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub harmless_functions: Vec<u32>,
 }
@@ -82,7 +83,8 @@ pub struct LineRule {
 pub enum Numbering {
     /// `N12`, where the job asks for numbers; comments have none.
     Optional,
-    /// Every line has its number, from 0, without a letter; the job's `block_numbers` say nothing here.
+    /// Every line has its number, from 0, without a letter; the job's `block_numbers` say nothing
+    /// here.
     EveryLine,
 }
 
@@ -96,7 +98,8 @@ pub struct CommentRule {
     pub close: String,
     /// Characters that they may hold besides letters, digits and blanks.
     pub characters: String,
-    /// Comments that start with one of these do something on this control: a point is written in front.
+    /// Comments that start with one of these do something on this control: a point is written in
+    /// front.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub active: Vec<String>,
 }
@@ -174,8 +177,8 @@ pub struct RtcpRule {
     pub on: LengthRule,
     /// Lines that switch it off and let no length compensation stay.
     pub off: Vec<String>,
-    /// What the tool can do between two positions, each with the words that select it. The first is taken where no
-    /// machine says which.
+    /// What the tool can do between two positions, each with the words that select it. The first is
+    /// taken where no machine says which.
     pub cutting: Vec<CuttingRule>,
     /// What rapids do.
     pub rapids: RtcpRapids,
@@ -234,7 +237,8 @@ pub struct VectorRule {
     pub laws: Vec<RtcpLaw>,
     /// What stands before the components of the tool's axis.
     pub tool: [String; 3],
-    /// What stands before the components of the surface normal; absent where the control takes none.
+    /// What stands before the components of the surface normal; absent where the control takes
+    /// none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal: Option<[String; 3]>,
     /// Whether every such block names all linear axes and vectors, changed or not.
@@ -244,13 +248,15 @@ pub struct VectorRule {
     pub between_rotary_words: bool,
 }
 
-/// Blending within a tolerance. `{path}` is mm, `{orientation}` deg: what plan and verification allow the control.
+/// Blending within a tolerance. `{path}` is mm, `{orientation}` deg: what plan and verification
+/// allow the control.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BlendingRule {
     /// Lines that allow so much, and that undo it at the end.
     pub within: Switch,
-    /// Lines that allow nothing; absent where the control always blends, and has to be told how much.
+    /// Lines that allow nothing; absent where the control always blends, and has to be told how
+    /// much.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exact: Option<Switch>,
 }
@@ -302,7 +308,8 @@ impl Default for ControlMotion {
 }
 
 impl ControlMotion {
-    /// What times rest on where these values have not been checked against the control; `None` where they have.
+    /// What times rest on where these values have not been checked against the control; `None`
+    /// where they have.
     #[must_use]
     pub fn assumption(&self) -> Option<String> {
         let limited_by = match self.limited_by {

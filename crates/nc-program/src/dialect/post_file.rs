@@ -16,8 +16,9 @@ pub struct PostFile {
     /// What F means.
     #[serde(default)]
     pub feed_mode: FeedMode,
-    /// Path of a dialect file, of which the caller makes settings with [`PostFile::settings_of`]; the one of [`PostFile::dialect`]
-    /// where absent. [`PostFile::dialect`] then says which reader reads the programs, and whose template is taken.
+    /// Path of a dialect file, of which the caller makes settings with [`PostFile::settings_of`];
+    /// the one of [`PostFile::dialect`] where absent. [`PostFile::dialect`] then says which reader
+    /// reads the programs, and whose template is taken.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dialect_file: Option<String>,
     /// Path of a minijinja template; the dialect's own where absent.
@@ -35,11 +36,13 @@ pub struct PostFile {
     /// Decimals of the words.
     #[serde(default)]
     pub decimals: Decimals,
-    /// Write `X100.000` instead of `X100.`; both have a decimal point, without which a control may count in micrometres.
+    /// Write `X100.000` instead of `X100.`; both have a decimal point, without which a control may
+    /// count in micrometres.
     #[serde(default)]
     pub trailing_zeros: bool,
-    /// Longest line, 20 to 500 characters, and at most what the control takes. Where it is not given 120; with `orientation: vectors`
-    /// of a control whose blocks name all of them every time, what the control takes.
+    /// Longest line, 20 to 500 characters, and at most what the control takes. Where it is not
+    /// given 120; with `orientation: vectors` of a control whose blocks name all of them every
+    /// time, what the control takes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_line_length: Option<u16>,
     /// How the tool's direction is said under `rtcp`.
@@ -57,12 +60,13 @@ pub enum Orientation {
     /// By words of the rotary axes: the control goes to the positions that were planned and tested.
     #[default]
     Rotary,
-    /// By unit vectors of the tool's axis in cutting moves: the control finds the rotary positions itself, and of two it
-    /// takes the one it finds nearer.
+    /// By unit vectors of the tool's axis in cutting moves: the control finds the rotary positions
+    /// itself, and of two it takes the one it finds nearer.
     Vectors,
 }
 
-/// Numbering of blocks. Behind 99999 it starts again; numbers that the template uses itself are left out.
+/// Numbering of blocks. Behind 99999 it starts again; numbers that the template uses itself are
+/// left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BlockNumbers {
@@ -205,8 +209,8 @@ impl Default for PostFile {
 }
 
 impl PostFile {
-    /// Checks the ranges and joins the template: the text of the file that [`PostFile::template`] names, which the
-    /// caller has read, or `None` for the dialect's own.
+    /// Checks the ranges and joins the template: the text of the file that [`PostFile::template`]
+    /// names, which the caller has read, or `None` for the dialect's own.
     ///
     /// # Errors
     /// When a number is out of its range, or the control has no word for what is asked.
@@ -330,8 +334,8 @@ impl PostSettings {
         self.decimals
     }
 
-    /// The same with another program number, of at most eight digits: programs of one job must not overwrite each other on
-    /// the control.
+    /// The same with another program number, of at most eight digits: programs of one job must not
+    /// overwrite each other on the control.
     #[must_use]
     pub fn with_number_after(&self, programs_before: u32) -> Self {
         let program_number = self.program_number.saturating_add(programs_before).min(LAST_PROGRAM_NUMBER);
@@ -349,8 +353,8 @@ impl PostSettings {
         self.program_number
     }
 
-    /// How far rounding to the written decimals may move an axis: half a unit of the last decimal. A vector of which every
-    /// component is off by that is off by the diagonal of its cube.
+    /// How far rounding to the written decimals may move an axis: half a unit of the last decimal.
+    /// A vector of which every component is off by that is off by the diagonal of its cube.
     #[must_use]
     pub fn rounding_bound(&self) -> RoundingBound {
         let half_unit = |decimals: u8| 0.5 * 10f64.powi(-i32::from(decimals));

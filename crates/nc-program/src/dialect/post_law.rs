@@ -1,4 +1,5 @@
-//! How the control moves: what a dialect's words select, and whether that is what plan and verification assume.
+//! How the control moves: what a dialect's words select, and whether that is what plan and
+//! verification assume.
 
 use facemill_cl_data::{ControlTolerance, CuttingLaw, MotionLaw, RapidLaw};
 
@@ -14,8 +15,8 @@ use crate::words::number_text;
 const TOLERANCE_DECIMALS: u8 = 4;
 
 impl PostSettings {
-    /// The same for a machine: the motion law that plan and verification assume, and where its axes stand at the reference
-    /// position (machine values, mm or deg).
+    /// The same for a machine: the motion law that plan and verification assume, and where its axes
+    /// stand at the reference position (machine values, mm or deg).
     ///
     /// # Errors
     /// When the control does not move so: its words select another law, or none does.
@@ -25,8 +26,8 @@ impl PostSettings {
         Ok(Self { motion: Some(motion), home: Some(home), ..self.clone() })
     }
 
-    /// The law that the words of a program select: axes on a line without RTCP, and with it the machine's, or the dialect's
-    /// first where no machine has been said.
+    /// The law that the words of a program select: axes on a line without RTCP, and with it the
+    /// machine's, or the dialect's first where no machine has been said.
     #[must_use]
     pub fn cutting_law(&self) -> CuttingLaw {
         self.rtcp_law().map_or(CuttingLaw::AxesLinear, |rule| rule.law.into())
@@ -102,7 +103,8 @@ impl PostSettings {
         Ok(Switch { on, off: rule.within.off.clone() })
     }
 
-    /// A tolerance as a word's number, rounded down, so that the control is not allowed more than was assumed.
+    /// A tolerance as a word's number, rounded down, so that the control is not allowed more than
+    /// was assumed.
     fn tolerance(&self, value: f64, key: &'static str) -> Result<String, WriteError> {
         let units = number_text::units_below(value, TOLERANCE_DECIMALS).filter(|units| *units > 0);
         let units = units.ok_or_else(|| WriteError::Tolerance { name: self.rules.name.clone(), key })?;

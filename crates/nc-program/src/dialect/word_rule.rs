@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::dialect::file::Switch;
 
-/// Length compensation switched on with a move. `{register}` is the length register, `{law}` the words of the cutting law.
+/// Length compensation switched on with a move. `{register}` is the length register, `{law}` the
+/// words of the cutting law.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LengthRule {
@@ -21,7 +22,8 @@ pub struct LengthRule {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WordRule {
-    /// What makes words absolute, said with the feed mode in the first motion; empty where words are so anyway.
+    /// What makes words absolute, said with the feed mode in the first motion; empty where words
+    /// are so anyway.
     pub absolute: String,
     /// A rapid.
     pub rapid: String,
@@ -41,7 +43,8 @@ pub struct WordRule {
     pub home: HomeRule,
     /// Lines that change to tool `{number}`.
     pub tool_change: Vec<String>,
-    /// Lines that start the only spindle: `{rpm}`, `{code}` of [`WordRule::clockwise`] or the other, `{m}` its number.
+    /// Lines that start the only spindle: `{rpm}`, `{code}` of [`WordRule::clockwise`] or the
+    /// other, `{m}` its number.
     pub spindle_on: Vec<String>,
     /// Lines that stop it.
     pub spindle_off: Vec<String>,

@@ -8,7 +8,8 @@ use crate::words::axis_words::{AxisKind, AxisLetter};
 pub struct MappedHead {
     /// What findings and comments call it.
     pub name: String,
-    /// Its axis parallel to its spindle at the zero pose, which has a number (`Z1`): length compensation acts on it.
+    /// Its axis parallel to its spindle at the zero pose, which has a number (`Z1`): length
+    /// compensation acts on it.
     pub spindle_axis: AxisLetter,
     /// From the gauge line to the tip, mm.
     pub tool_length: f64,
@@ -25,7 +26,8 @@ pub struct MappedHead {
 pub struct HeadSpec {
     /// What the operator reads.
     pub name: String,
-    /// Its axis parallel to its spindle at the zero pose, which has a number (`Z1`): length compensation acts on it.
+    /// Its axis parallel to its spindle at the zero pose, which has a number (`Z1`): length
+    /// compensation acts on it.
     pub spindle_axis: AxisLetter,
     /// Number of its spindle, from 1 (P).
     pub spindle_number: u32,
@@ -107,8 +109,8 @@ pub enum HeadError {
 /// Largest number of a register, tool or spindle.
 const LARGEST_NUMBER: u32 = 99_999_999;
 
-/// By how much an axis may fail to be parallel to a spindle, mm per mm of tool length. A larger one takes an inclined
-/// axis for a parallel one; a smaller one refuses chains for their rounding.
+/// By how much an axis may fail to be parallel to a spindle, mm per mm of tool length. A larger one
+/// takes an inclined axis for a parallel one; a smaller one refuses chains for their rounding.
 const PARALLEL: f64 = 1e-9;
 
 /// Checks heads by themselves.
@@ -167,7 +169,8 @@ pub(crate) fn check_program(spec: &ProgramSpec, heads: &[HeadSpec]) -> Result<()
     Ok(check_retracted(heads, &spec.axes)?)
 }
 
-/// Checks that a program's axes along a spindle, which go home first, are the spindle axes of its heads.
+/// Checks that a program's axes along a spindle, which go home first, are the spindle axes of its
+/// heads.
 fn check_retracted(heads: &[HeadSpec], axes: &[AxisSpec]) -> Result<(), HeadError> {
     for head in heads {
         if !axes.iter().any(|a| a.letter == head.spindle_axis && a.along_spindle) {
@@ -201,8 +204,8 @@ pub struct MappedAxis {
     pub letter: AxisLetter,
     /// Machine value that the work offset calls zero, mm or rad.
     pub offset: f64,
-    /// Travel of this axis per mm of tool length that keeps the tip in its place at the machine's zero pose: 1 for the
-    /// axis parallel to the spindle (−1 where its positive sense is into the work), 0 for all others. Length compensation
-    /// acts on it.
+    /// Travel of this axis per mm of tool length that keeps the tip in its place at the machine's
+    /// zero pose: 1 for the axis parallel to the spindle (−1 where its positive sense is into the
+    /// work), 0 for all others. Length compensation acts on it.
     pub along_spindle: f64,
 }

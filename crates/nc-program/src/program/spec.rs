@@ -3,7 +3,8 @@ use facemill_cl_data::RapidLaw;
 use crate::program::{Coolant, NcProgram, WorkOffset};
 use crate::words::axis_words::{AxisLetter, AxisWords};
 
-/// Everything a dialect's writer needs to know: the program and what the template's header says about it.
+/// Everything a dialect's writer needs to know: the program and what the template's header says
+/// about it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProgramSpec {
     /// What the operator reads at the top.
@@ -20,14 +21,15 @@ pub struct ProgramSpec {
     pub axes: Vec<AxisSpec>,
     /// Smallest feed per minute that the control can be given, mm/min; 0 where every word is.
     pub smallest_feed: f64,
-    /// The motions. The first must be a rapid and name every axis the program uses: the template brings the machine there
-    /// axis by axis.
+    /// The motions. The first must be a rapid and name every axis the program uses: the template
+    /// brings the machine there axis by axis.
     pub program: NcProgram,
     /// What rapids were planned to do between two positions.
     pub rapid: RapidLaw,
-    /// Where RTCP is switched on: rotary words of 0, and the words that the tip then has under RTCP with the linear axes at
-    /// home. Needed under RTCP, which fixes the frame of X, Y and Z to the table as it stands there; not used otherwise,
-    /// where the machine goes to the first position axis by axis.
+    /// Where RTCP is switched on: rotary words of 0, and the words that the tip then has under RTCP
+    /// with the linear axes at home. Needed under RTCP, which fixes the frame of X, Y and Z to the
+    /// table as it stands there; not used otherwise, where the machine goes to the first position
+    /// axis by axis.
     pub approach: Option<AxisWords>,
 }
 
@@ -66,8 +68,10 @@ pub struct AxisSpec {
     pub min: f64,
     /// Largest machine value, mm or deg; ∞ for an axis without a limit.
     pub max: f64,
-    /// Whether it is the linear axis parallel to the spindle at the zero pose: retracted first, approached last.
+    /// Whether it is the linear axis parallel to the spindle at the zero pose: retracted first,
+    /// approached last.
     pub along_spindle: bool,
-    /// Machine value where the program's words are 0: what the work offset was planned to hold, mm or deg.
+    /// Machine value where the program's words are 0: what the work offset was planned to hold, mm
+    /// or deg.
     pub work_offset: f64,
 }

@@ -128,7 +128,8 @@ pub enum WriteError {
         /// The axis.
         letter: AxisLetter,
     },
-    /// A number that no word can hold: not finite, too large, or a feed, speed or time that is not positive once rounded.
+    /// A number that no word can hold: not finite, too large, or a feed, speed or time that is not
+    /// positive once rounded.
     #[error("{place}: {value} cannot be written as {what}")]
     Number {
         /// Block, such as `block 12`, or field, such as `tool.length`.

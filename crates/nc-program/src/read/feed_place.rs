@@ -2,8 +2,8 @@ use std::ops::Range;
 
 /// Where the feed of a block stands in the source, or would stand.
 ///
-/// All else of the line belongs to other words, so that a program with new feeds is the old one with these ranges
-/// replaced.
+/// All else of the line belongs to other words, so that a program with new feeds is the old one
+/// with these ranges replaced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FeedPlace {
     /// Byte of the source at which the line begins.
@@ -39,21 +39,23 @@ impl FeedPlace {
         self.insert = u32::try_from(at + 1).unwrap_or(0);
     }
 
-    /// Bytes of the source that are the F word, with blanks and comments inside it; `None` without one, and where F is
-    /// the argument of a cycle or call.
+    /// Bytes of the source that are the F word, with blanks and comments inside it; `None` without
+    /// one, and where F is the argument of a cycle or call.
     #[must_use]
     pub fn span(&self) -> Option<Range<usize>> {
         (self.start < self.end).then(|| self.at(self.start)..self.at(self.end))
     }
 
-    /// Bytes of the source that are the number of the F word as it is written, or the variable or expression.
+    /// Bytes of the source that are the number of the F word as it is written, or the variable or
+    /// expression.
     #[must_use]
     pub fn number_span(&self) -> Option<Range<usize>> {
         (self.start < self.end).then(|| self.at(self.number)..self.at(self.end))
     }
 
-    /// Byte of the source before which a feed belongs that the block does not have yet, with a blank before and behind
-    /// it; the start of the word where it has one. `None` where a feed has no meaning.
+    /// Byte of the source before which a feed belongs that the block does not have yet, with a
+    /// blank before and behind it; the start of the word where it has one. `None` where a feed has
+    /// no meaning.
     #[must_use]
     pub fn insert_at(&self) -> Option<usize> {
         Some(self.at(self.insert.checked_sub(1)?))

@@ -20,17 +20,19 @@ use crate::read::source;
 use crate::read::source::Source;
 use crate::read::values::variables::Variables;
 
-/// Reads a Heidenhain program in dialogue format (Klartext): what it says, with modal state resolved and nothing executed.
+/// Reads a Heidenhain program in dialogue format (Klartext): what it says, with modal state
+/// resolved and nothing executed.
 ///
-/// Blanks, either case, block numbers, comments, `/` and a comma as decimal point are understood. Q parameters are
-/// evaluated where FN 0 to FN 8 and formulas say their values, until a label, branch or call. A branch (FN 9 to FN 12) is
-/// followed where its values say that it does not jump, and where it jumps over nothing but an alarm (FN 14) and stops.
-/// Cycles, label and program calls, PLANE and FUNCTION are kept with their arguments (a list of Q parameters over several
-/// lines as one block for each line); where they may have moved an axis or the frame of the words, positions are unknown
-/// until they are programmed again. The vectors of LN are kept with their motion.
+/// Blanks, either case, block numbers, comments, `/` and a comma as decimal point are understood. Q
+/// parameters are evaluated where FN 0 to FN 8 and formulas say their values, until a label, branch
+/// or call. A branch (FN 9 to FN 12) is followed where its values say that it does not jump, and
+/// where it jumps over nothing but an alarm (FN 14) and stops. Cycles, label and program calls,
+/// PLANE and FUNCTION are kept with their arguments (a list of Q parameters over several lines as
+/// one block for each line); where they may have moved an axis or the frame of the words, positions
+/// are unknown until they are programmed again. The vectors of LN are kept with their motion.
 ///
-/// M91 is read as the axes' own places: these blocks count neither presets nor the tool's length. In a tilted plane, and of
-/// linear axes under TCPM, what it means is not known.
+/// M91 is read as the axes' own places: these blocks count neither presets nor the tool's length.
+/// In a tilted plane, and of linear axes under TCPM, what it means is not known.
 ///
 /// The compensation's register is the number of the tool, 0 for a tool that is called by its name.
 ///
@@ -86,16 +88,17 @@ impl HeidenhainReader {
         Self::default()
     }
 
-    /// The same reader, which keeps neither the text of blocks nor comments nor lines that hold nothing else: memory for a
-    /// program does not grow with what only people read.
+    /// The same reader, which keeps neither the text of blocks nor comments nor lines that hold
+    /// nothing else: memory for a program does not grow with what only people read.
     #[must_use]
     pub fn without_text(mut self) -> Self {
         self.source.keeps_no_text = true;
         self
     }
 
-    /// Reads the next line (with or without its line end): its block, or `None` where it is empty. Bytes of the source
-    /// are counted as if every line but the last had a line end of one byte, besides a `\r` that it still has.
+    /// Reads the next line (with or without its line end): its block, or `None` where it is empty.
+    /// Bytes of the source are counted as if every line but the last had a line end of one byte,
+    /// besides a `\r` that it still has.
     ///
     /// # Errors
     /// As [`read_heidenhain`].
@@ -132,7 +135,8 @@ impl HeidenhainReader {
         self.source.finish()
     }
 
-    /// The line up to its comment in upper case, a comma between digits as a point; where the comment begins.
+    /// The line up to its comment in upper case, a comma between digits as a point; where the
+    /// comment begins.
     fn take_code(&mut self, line: &[u8]) -> Option<usize> {
         let mut is_text = false;
         let comment = line.iter().position(|byte| {

@@ -1,4 +1,5 @@
-//! Checks of a program that compare the tool's length with a number: the length that the program was made for.
+//! Checks of a program that compare the tool's length with a number: the length that the program
+//! was made for.
 
 /// What a program compares the tool's length with.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -28,7 +29,8 @@ pub enum LengthRelation {
 }
 
 impl LengthRelation {
-    /// Whether a length is so to that of the program; two lengths are the same that are apart by no more than `same`.
+    /// Whether a length is so to that of the program; two lengths are the same that are apart by no
+    /// more than `same`.
     #[must_use]
     pub fn holds(self, length: f64, of_program: f64, same: f64) -> bool {
         match self {
@@ -40,7 +42,8 @@ impl LengthRelation {
         }
     }
 
-    /// What is so where this is not; of the same it is the same, as programs write both senses of it.
+    /// What is so where this is not; of the same it is the same, as programs write both senses of
+    /// it.
     pub(crate) fn opposite(self) -> Self {
         match self {
             Self::Same => Self::Same,
@@ -66,7 +69,8 @@ impl LengthRelation {
 /// Where a control shows the length of the tool.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum LengthVariables {
-    /// `#11001..` with the wear `#10001..`, and `#2001..` with `#2201..`: FANUC and its closer relatives.
+    /// `#11001..` with the wear `#10001..`, and `#2001..` with `#2201..`: FANUC and its closer
+    /// relatives.
     Registers,
     /// `#5403`: LinuxCNC.
     Parameter,
@@ -86,9 +90,9 @@ enum Term {
     Other,
 }
 
-/// The comparison of a line in upper case: a sum of the length, its wear and one number (`ABS[#11002+#10002-142.]`), or the length
-/// beside a number with a sign of equality between; or, as the whole condition of a line, with a sign of order. `None` where there is
-/// none, or more.
+/// The comparison of a line in upper case: a sum of the length, its wear and one number
+/// (`ABS[#11002+#10002-142.]`), or the length beside a number with a sign of equality between; or,
+/// as the whole condition of a line, with a sign of order. `None` where there is none, or more.
 pub(crate) fn length_check(code: &[u8], variables: LengthVariables) -> Option<LengthCheck> {
     let code: Vec<u8> = code.iter().copied().filter(|b| !b.is_ascii_whitespace()).collect();
     let at = (0..code.len()).find(|&at| length_at(&code[at..], variables).is_some())?;
@@ -130,7 +134,8 @@ pub(crate) fn length_check(code: &[u8], variables: LengthVariables) -> Option<Le
     (length > 0.0).then_some(LengthCheck { length, register: registers.flatten(), relation })
 }
 
-/// The bytes between the brackets around `at`, or from the last `:`, `=` of an assignment or word to the next word.
+/// The bytes between the brackets around `at`, or from the last `:`, `=` of an assignment or word
+/// to the next word.
 fn group_around(code: &[u8], at: usize) -> (usize, usize) {
     let mut depth = 0_i32;
     let start = (0..at).rev().find(|&k| {

@@ -28,7 +28,8 @@ pub(crate) struct Modal {
     pub(crate) compensation: Compensation,
     /// The same by axis.
     pub(crate) lengths: AxisLengths,
-    /// H as last said; `None` before the first, where a control takes the length of the tool or none.
+    /// H as last said; `None` before the first, where a control takes the length of the tool or
+    /// none.
     pub(crate) length_register: Option<u32>,
     pub(crate) position: ReadPosition,
     /// What words count from has been set in a way that is not resolved.
@@ -57,22 +58,24 @@ impl Modal {
         self.position.forget_all();
     }
 
-    /// What words count from is set in a way that is not resolved here: words of axes that do not move now would be other
-    /// numbers.
+    /// What words count from is set in a way that is not resolved here: words of axes that do not
+    /// move now would be other numbers.
     pub(crate) fn set_frame(&mut self) {
         self.has_frame = true;
         self.position.forget_words();
     }
 
-    /// A frame is switched off. Where the text has set none, none is taken to be on, and words stay what they are.
+    /// A frame is switched off. Where the text has set none, none is taken to be on, and words stay
+    /// what they are.
     pub(crate) fn cancel_frame(&mut self) {
         if self.has_frame {
             self.position.forget_words();
         }
     }
 
-    /// Ends a block whose words may say no positions: it moves nothing that is known then, but for axes that go to their
-    /// references, and says why. `moves` tells whether it has words that would.
+    /// Ends a block whose words may say no positions: it moves nothing that is known then, but for
+    /// axes that go to their references, and says why. `moves` tells whether it has words that
+    /// would.
     pub(crate) fn end_block(&mut self, block: &mut ReadBlock, moves: bool) {
         let is_new = self.unfollowed.begins();
         let Some((why, loses_all)) = self.unfollowed.end_block() else { return };
@@ -106,8 +109,8 @@ impl Modal {
         }
     }
 
-    /// Switches the compensation of a control whose length is along Z, or RTCP; words of axes that do not move now would
-    /// be other numbers.
+    /// Switches the compensation of a control whose length is along Z, or RTCP; words of axes that
+    /// do not move now would be other numbers.
     pub(crate) fn switch_compensation(&mut self, compensation: Compensation) {
         let before = std::mem::replace(&mut self.compensation, compensation);
         if before == compensation {
@@ -123,8 +126,8 @@ impl Modal {
         }
     }
 
-    /// A machine value as the axis' own place. Whether the tool's length stays in force in a block of machine values, texts do
-    /// not say; under RTCP they are the tip's.
+    /// A machine value as the axis' own place. Whether the tool's length stays in force in a block
+    /// of machine values, texts do not say; under RTCP they are the tip's.
     pub(crate) fn machine_target(&self, axis: AxisLetter, value: f64) -> Option<AxisAt> {
         let is_own = match self.compensation {
             Compensation::Off => true,

@@ -15,7 +15,8 @@ pub enum AxisAt {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ReadPosition {
     values: AxisWords,
-    /// Bits by index in `values`. An axis in neither is at its word; values of unknown axes have no meaning.
+    /// Bits by index in `values`. An axis in neither is at its word; values of unknown axes have no
+    /// meaning.
     machine: u16,
     reference: u16,
     unknown: u16,
@@ -62,15 +63,15 @@ impl ReadPosition {
         self.values.index_of(letter).is_some_and(|k| self.programmed & (1 << k) != 0)
     }
 
-    /// Whether the block names the axis by its way from where it was (increments, words that say which way round), so that it goes
-    /// that way on controls that count to 360 deg, too.
+    /// Whether the block names the axis by its way from where it was (increments, words that say
+    /// which way round), so that it goes that way on controls that count to 360 deg, too.
     #[must_use]
     pub fn is_way(&self, letter: AxisLetter) -> bool {
         self.values.index_of(letter).is_some_and(|k| self.ways & self.programmed & (1 << k) != 0)
     }
 
-    /// The same position with other words for the axes that are at one; all else is as it was, and axes of `words` that are
-    /// not at a word are left out.
+    /// The same position with other words for the axes that are at one; all else is as it was, and
+    /// axes of `words` that are not at a word are left out.
     #[must_use]
     pub fn with_words(&self, words: &AxisWords) -> Self {
         let mut out = *self;
@@ -128,7 +129,8 @@ impl ReadPosition {
         self.programmed = 0;
     }
 
-    /// Forgets the axes at words: the frame the words refer to has changed and the axes have not moved.
+    /// Forgets the axes at words: the frame the words refer to has changed and the axes have not
+    /// moved.
     pub(crate) fn forget_words(&mut self) {
         self.unknown |= !(self.machine | self.reference);
     }

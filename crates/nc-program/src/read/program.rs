@@ -20,14 +20,15 @@ pub struct ReadProgram {
     pub dialect: Dialect,
     /// Every line that says something, in order.
     pub blocks: Vec<ReadBlock>,
-    /// Tool lengths the program was computed with, from its `(TOOL LENGTH …)` comments and from checks that compare the length
-    /// in a register with a number.
+    /// Tool lengths the program was computed with, from its `(TOOL LENGTH …)` comments and from
+    /// checks that compare the length in a register with a number.
     pub tool_lengths: Vec<ToolLengthNote>,
     /// What a reader could not decide from the text alone.
     pub notes: Vec<ReadNote>,
     /// What the control that the text is for does at rapid rate under RTCP.
     pub rtcp_rapids: RtcpRapids,
-    /// M functions ([`ReadCommand::Function`]) that change nothing which is simulated: those of the dialect file.
+    /// M functions ([`ReadCommand::Function`]) that change nothing which is simulated: those of the
+    /// dialect file.
     pub harmless_functions: Vec<u32>,
 }
 
@@ -38,14 +39,14 @@ pub struct ReadBlock {
     pub line: u32,
     /// Block number (N).
     pub number: Option<u32>,
-    /// The line without blanks at its ends; bytes that are not UTF-8 (they can stand in comments only) are replaced. Empty
-    /// from a reader that keeps no text.
+    /// The line without blanks at its ends; bytes that are not UTF-8 (they can stand in comments
+    /// only) are replaced. Empty from a reader that keeps no text.
     pub text: Box<str>,
-    /// Whether the line starts with `/`, so that a switch on the control decides if it is executed. Positions are
-    /// resolved as if it were.
+    /// Whether the line starts with `/`, so that a switch on the control decides if it is executed.
+    /// Positions are resolved as if it were.
     pub skippable: bool,
-    /// Whether it moves axes or changes what the control remembers of motions: it has macro text or any word but M, S, T
-    /// and those of a dwell.
+    /// Whether it moves axes or changes what the control remembers of motions: it has macro text or
+    /// any word but M, S, T and those of a dwell.
     pub sets_state: bool,
     /// State words that it says.
     pub said: SaidWords,
@@ -80,8 +81,8 @@ impl ReadBlock {
 pub struct ReadMotion {
     /// How it goes.
     pub kind: MotionKind,
-    /// Where every axis is known to be at its end, in the order the program first named them. Axes of unknown position
-    /// (not programmed yet, or since an offset changed) are absent.
+    /// Where every axis is known to be at its end, in the order the program first named them. Axes
+    /// of unknown position (not programmed yet, or since an offset changed) are absent.
     pub position: ReadPosition,
     /// Whether the words count in inches; position and feed are mm and mm/min in either case.
     pub is_inch: bool,
@@ -99,12 +100,14 @@ pub struct ReadMotion {
     pub via: Option<Box<AxisWords>>,
     /// Centre or radius of an arc.
     pub arc: Option<Box<ArcWords>>,
-    /// Direction of the tool as a vector. The rotary axes are not known behind it, and a [`MacroKind::ToolVector`] of the
-    /// same block says so, or a [`MacroKind::VariableWords`] where more is open.
+    /// Direction of the tool as a vector. The rotary axes are not known behind it, and a
+    /// [`MacroKind::ToolVector`] of the same block says so, or a [`MacroKind::VariableWords`] where
+    /// more is open.
     pub tool: Option<Box<ToolVectors>>,
 }
 
-/// Directions that stand in a block instead of rotary words, as programmed: in the frame of the words, of any length.
+/// Directions that stand in a block instead of rotary words, as programmed: in the frame of the
+/// words, of any length.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ToolVectors {
     /// From the tip to the spindle (Siemens A3 B3 C3, Heidenhain TX TY TZ).
@@ -127,7 +130,8 @@ pub enum MotionKind {
     },
     /// At rapid rate to a reference position of the machine (G28, G30).
     ReferenceReturn,
-    /// A drilling or boring cycle (G73 to G89) at the position; what it does along the tool is not resolved.
+    /// A drilling or boring cycle (G73 to G89) at the position; what it does along the tool is not
+    /// resolved.
     Cycle {
         /// The G number.
         code: u8,
@@ -188,8 +192,8 @@ pub struct ArcWords {
     pub k: Option<f64>,
     /// R.
     pub r: Option<f64>,
-    /// X, Y and Z of the centre where they are given as words of the work offset and not from the start: `I=AC(…)`, CC,
-    /// G90.1.
+    /// X, Y and Z of the centre where they are given as words of the work offset and not from the
+    /// start: `I=AC(…)`, CC, G90.1.
     pub centre: [Option<f64>; 3],
     /// Angle of the arc where it is given, deg, positive (Siemens AR, Heidenhain IPA).
     pub angle: Option<f64>,
@@ -210,8 +214,8 @@ pub enum ReadCommand {
     ToolName(String),
     /// Tool that is made ready and not changed to (the second T of a Mazak block, TOOL DEF).
     NextTool(u32),
-    /// Number of the spindle (P) that S, M3, M4 and M5 of the same block are for, on machines of several; it stands
-    /// before them.
+    /// Number of the spindle (P) that S, M3, M4 and M5 of the same block are for, on machines of
+    /// several; it stands before them.
     Spindle(u32),
     /// Spindle speed (S), 1/min.
     SpindleSpeed(f64),
@@ -235,17 +239,20 @@ pub enum ReadCommand {
     },
     /// End of program (M2, M30).
     End,
-    /// Any other M function: harmless where [`ReadProgram::harmless_functions`] has it, else nobody knows what it does.
+    /// Any other M function: harmless where [`ReadProgram::harmless_functions`] has it, else nobody
+    /// knows what it does.
     Function(u32),
-    /// Any other word that goes to the machine builder's logic, as it stands (H of Siemens): nobody knows what it does.
+    /// Any other word that goes to the machine builder's logic, as it stands (H of Siemens): nobody
+    /// knows what it does.
     Auxiliary(String),
-    /// A word of the control that changes how a path is kept, how fast it is gone, or what is shown, as it stands
-    /// (`COMPCAD`, `FGROUP(X,Y)`, `OVR=50`): it changes no position and no number of a feed. In the language of FANUC and its
-    /// relatives with the words of the block that may belong to it (`G64 P0.01 Q0.001`).
+    /// A word of the control that changes how a path is kept, how fast it is gone, or what is
+    /// shown, as it stands (`COMPCAD`, `FGROUP(X,Y)`, `OVR=50`): it changes no position and no
+    /// number of a feed. In the language of FANUC and its relatives with the words of the block
+    /// that may belong to it (`G64 P0.01 Q0.001`).
     Mode(String),
-    /// What is called, and with which arguments: a cycle, a subprogram. What it may do to axes or offsets, a
-    /// [`ReadCommand::Macro`] of the same block tells, or the [`MotionKind::Cycle`] of the motions; without one it does
-    /// nothing to them.
+    /// What is called, and with which arguments: a cycle, a subprogram. What it may do to axes or
+    /// offsets, a [`ReadCommand::Macro`] of the same block tells, or the [`MotionKind::Cycle`] of
+    /// the motions; without one it does nothing to them.
     Call(Box<ReadCall>),
     /// Text that is kept and not evaluated.
     Macro {
@@ -297,14 +304,15 @@ pub enum MacroKind {
     Branch,
     /// Subprogram and macro calls (M98, M99, G65 to G67); may move every axis.
     Call,
-    /// Words whose value is a variable or an expression that is not evaluated, or a vector without all of its components;
-    /// may move every axis.
+    /// Words whose value is a variable or an expression that is not evaluated, or a vector without
+    /// all of its components; may move every axis.
     VariableWords,
-    /// A tool axis as a vector ([`ReadMotion::tool`]): the control finds the rotary axes itself. Nothing else of the block
-    /// is open.
+    /// A tool axis as a vector ([`ReadMotion::tool`]): the control finds the rotary axes itself.
+    /// Nothing else of the block is open.
     ToolVector,
-    /// Words that the control understands and that are not followed: radius compensation, tilted planes, corners. The text says
-    /// why. Where the axes are is not known until what began is ended and words name them again.
+    /// Words that the control understands and that are not followed: radius compensation, tilted
+    /// planes, corners. The text says why. Where the axes are is not known until what began is
+    /// ended and words name them again.
     NotFollowed,
     /// Text for a screen, a file or a printer (DPRNT, FN 16); moves nothing.
     Output,
@@ -357,13 +365,13 @@ pub struct ReadNote {
 /// Kinds of [`ReadNote`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoteKind {
-    /// An axis word or a feed without a decimal point was read in mm, deg or the unit of feeds; a control may count it in
-    /// least increments.
+    /// An axis word or a feed without a decimal point was read in mm, deg or the unit of feeds; a
+    /// control may count it in least increments.
     NoDecimalPoint,
     /// Macro text was kept and not evaluated, and may change where the axes are.
     NotEvaluated,
-    /// Macro text that may skip, repeat or stop what follows was kept and not evaluated. A check that only raises an alarm
-    /// (`IF […] GOTO n`, `#3000=…`, `N n`) does not count.
+    /// Macro text that may skip, repeat or stop what follows was kept and not evaluated. A check
+    /// that only raises an alarm (`IF […] GOTO n`, `#3000=…`, `N n`) does not count.
     Branch,
     /// Blocks with `/` are read as executed.
     Skippable,
@@ -380,7 +388,8 @@ impl ReadProgram {
         self.tool_lengths.iter().find(|note| note.relation == LengthRelation::Same).map(|note| note.length)
     }
 
-    /// Whether the control does what the blocks say: no macro text may skip, repeat or move anything.
+    /// Whether the control does what the blocks say: no macro text may skip, repeat or move
+    /// anything.
     #[must_use]
     pub fn is_evaluated(&self) -> bool {
         self.notes.iter().all(|note| !matches!(note.kind, NoteKind::NotEvaluated | NoteKind::Branch))

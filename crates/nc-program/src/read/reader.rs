@@ -7,8 +7,8 @@ use crate::read::heidenhain::HeidenhainReader;
 use crate::read::program::{ReadBlock, ReadNote, ToolLengthNote};
 use crate::read::siemens::SiemensReader;
 
-/// Reads a program of any dialect line by line, for programs that are not held in memory: [`crate::read_program`] without
-/// the whole.
+/// Reads a program of any dialect line by line, for programs that are not held in memory:
+/// [`crate::read_program`] without the whole.
 #[derive(Debug)]
 pub struct ProgramReader(Inner);
 
@@ -34,16 +34,17 @@ impl ProgramReader {
         })
     }
 
-    /// A reader of this text before its first line: what stands before the first `%` of a FANUC, Haas or Mazak program is passed by,
-    /// as controls do.
+    /// A reader of this text before its first line: what stands before the first `%` of a FANUC,
+    /// Haas or Mazak program is passed by, as controls do.
     #[must_use]
     pub fn of_text(dialect: Dialect, text: &[u8]) -> Self {
         // A text that is there can be read.
         Self::of_source(dialect, text).unwrap_or_else(|_| Self::new(dialect))
     }
 
-    /// A reader of what this source gives, as [`ProgramReader::of_text`]. It is read only as far as it has to be known for that, in most
-    /// programs its first line; the lines to read come from the source's start again.
+    /// A reader of what this source gives, as [`ProgramReader::of_text`]. It is read only as far as
+    /// it has to be known for that, in most programs its first line; the lines to read come from
+    /// the source's start again.
     ///
     /// # Errors
     /// Those of the source.

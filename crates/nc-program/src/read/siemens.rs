@@ -21,14 +21,16 @@ use crate::read::values::variables::Variables;
 
 /// Reads a Siemens 840D part program: what it says, with modal state resolved and nothing executed.
 ///
-/// Blanks between words, either case, comments, block numbers, labels and `/` are understood; `X=AC(…)`, `X=IC(…)`,
-/// `C=DC(…)`; R parameters and variables are evaluated where plain assignments say their values, until a branch or a call.
-/// Cycles, subprograms, frames (TRANS, ROT, …) and statements are kept with their arguments and not evaluated; where they
-/// may have moved an axis or the frame of the words, positions are unknown until they are programmed again. A name that
-/// stands alone in its block and that the control does not have is a subprogram. Tool vectors (`A3= B3= C3=`) are kept
-/// with their motion, whose rotary axes are unknown then.
+/// Blanks between words, either case, comments, block numbers, labels and `/` are understood;
+/// `X=AC(…)`, `X=IC(…)`, `C=DC(…)`; R parameters and variables are evaluated where plain
+/// assignments say their values, until a branch or a call. Cycles, subprograms, frames (TRANS, ROT,
+/// …) and statements are kept with their arguments and not evaluated; where they may have moved an
+/// axis or the frame of the words, positions are unknown until they are programmed again. A name
+/// that stands alone in its block and that the control does not have is a subprogram. Tool vectors
+/// (`A3= B3= C3=`) are kept with their motion, whose rotary axes are unknown then.
 ///
-/// The compensation's register is the D number, which a tool change sets to 1 as controls do unless told otherwise.
+/// The compensation's register is the D number, which a tool change sets to 1 as controls do unless
+/// told otherwise.
 ///
 /// # Errors
 /// When a word is not understood or has no meaning in its block, with line, column and text.
@@ -86,16 +88,17 @@ impl SiemensReader {
         Self::default()
     }
 
-    /// The same reader, which keeps neither the text of blocks nor comments nor lines that hold nothing else: memory for a
-    /// program does not grow with what only people read.
+    /// The same reader, which keeps neither the text of blocks nor comments nor lines that hold
+    /// nothing else: memory for a program does not grow with what only people read.
     #[must_use]
     pub fn without_text(mut self) -> Self {
         self.source.keeps_no_text = true;
         self
     }
 
-    /// Reads the next line (with or without its line end): its block, or `None` where it is empty. Bytes of the source
-    /// are counted as if every line but the last had a line end of one byte, besides a `\r` that it still has.
+    /// Reads the next line (with or without its line end): its block, or `None` where it is empty.
+    /// Bytes of the source are counted as if every line but the last had a line end of one byte,
+    /// besides a `\r` that it still has.
     ///
     /// # Errors
     /// As [`read_siemens`].
@@ -135,7 +138,8 @@ impl SiemensReader {
         self.source.finish()
     }
 
-    /// Reads `/`, `/0` to `/9`, N and labels in front of a block; where the rest of the code starts.
+    /// Reads `/`, `/0` to `/9`, N and labels in front of a block; where the rest of the code
+    /// starts.
     fn block_start(&mut self, line: &[u8], block: &mut ReadBlock) -> Result<usize, ReadError> {
         let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
         let mut at = code.skip_blanks(0);
@@ -180,8 +184,9 @@ impl SiemensReader {
         Ok(at)
     }
 
-    /// A check that raises an alarm or goes on leaves the way as it is written: the branch, the alarm, M0, and the label. Any
-    /// other block between makes it a branch like others, which is noted.
+    /// A check that raises an alarm or goes on leaves the way as it is written: the branch, the
+    /// alarm, M0, and the label. Any other block between makes it a branch like others, which is
+    /// noted.
     fn end_guard(&mut self) {
         if let Some(guard) = self.guard.take() {
             self.source.note_line(guard.number, NoteKind::Branch, &guard.line);
@@ -202,7 +207,8 @@ impl SiemensReader {
         }
     }
 
-    /// Keeps a line of the ISO language; `false` where it is none. G290, which ends the language, stands alone.
+    /// Keeps a line of the ISO language; `false` where it is none. G290, which ends the language,
+    /// stands alone.
     fn keeps_iso(&mut self, line: &[u8], start: usize, block: &mut ReadBlock) -> bool {
         let code = self.code[start..].trim_ascii();
         self.state.is_iso &= code != b"G290";
@@ -256,7 +262,8 @@ impl SiemensReader {
         if block.commands.iter().any(is_not_evaluated) {
             self.source.note(NoteKind::NotEvaluated, line);
         }
-        // A cycle of the control leaves the program's variables alone, a subprogram may set those that it shares.
+        // A cycle of the control leaves the program's variables alone, a subprogram may set those
+        // that it shares.
         let is_call = |c: &ReadCommand| matches!(c, ReadCommand::Macro { kind: MacroKind::Call, .. });
         let is_cycle = |c: &ReadCommand| matches!(c, ReadCommand::Call(call) if call.kind == CallKind::Cycle);
         if block.commands.iter().any(is_call) && !block.commands.iter().any(is_cycle) {

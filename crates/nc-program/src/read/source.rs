@@ -74,8 +74,8 @@ impl Source {
         ReadError { line: self.line_number, column: u32::try_from(at + 1).unwrap_or(u32::MAX), fault }
     }
 
-    /// Takes note of the length that a line compares that of the tool with. A bound is returned: it counts where the line guards an
-    /// alarm.
+    /// Takes note of the length that a line compares that of the tool with. A bound is returned: it
+    /// counts where the line guards an alarm.
     pub(crate) fn length_check(
         &mut self,
         code: &[u8],

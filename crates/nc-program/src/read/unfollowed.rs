@@ -1,4 +1,5 @@
-//! What a control does with the words of blocks that is not followed, from where it begins to where the text ends it.
+//! What a control does with the words of blocks that is not followed, from where it begins to where
+//! the text ends it.
 
 /// Cause for which positions do not follow from the words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -9,7 +10,8 @@ pub(crate) enum Cause {
     Corner,
     /// Radius compensation (G41, G42, RL, RR).
     Radius,
-    /// Tool vectors or angles that the control turns the axes for (G43.5), or a length that is not known.
+    /// Tool vectors or angles that the control turns the axes for (G43.5), or a length that is not
+    /// known.
     Vectors,
     /// A tilted plane (G68.2).
     Plane,
@@ -58,7 +60,8 @@ impl Unfollowed {
         self.causes.retain(|(other, _)| *other != cause);
     }
 
-    /// Whether words say no positions now, of later blocks neither until they are named again: all causes but a corner.
+    /// Whether words say no positions now, of later blocks neither until they are named again: all
+    /// causes but a corner.
     pub(crate) fn loses_all(&self) -> bool {
         self.causes.iter().any(|(cause, _)| *cause != Cause::Corner)
     }

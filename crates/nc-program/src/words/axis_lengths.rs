@@ -1,15 +1,16 @@
 use crate::words::axis_words::AxisLetter;
 
-/// Which length register is on for which axis, as tool length offset type C has it: a `G43` block that names one linear
-/// axis with a number (`G43 Z2=100. H2`) acts on that axis, further ones on further axes, and `G49` ends all.
+/// Which length register is on for which axis, as tool length offset type C has it: a `G43` block
+/// that names one linear axis with a number (`G43 Z2=100. H2`) acts on that axis, further ones on
+/// further axes, and `G49` ends all.
 ///
 /// The text does not say which type the control has. Programs of one head are told by
 /// [`Compensation`](crate::read::program::Compensation) alone, whatever this holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AxisLengths {
     axes: [Option<AxisLetter>; MAX_HEADS],
-    /// Of the axis at the same place; 0 where there is none. Apart from the axes, which takes half the memory: every
-    /// block of a program has them.
+    /// Of the axis at the same place; 0 where there is none. Apart from the axes, which takes half
+    /// the memory: every block of a program has them.
     registers: [u32; MAX_HEADS],
     /// A compensation does not say its one axis.
     is_unclear: bool,

@@ -4,7 +4,8 @@ use std::str::FromStr;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Whether an axis slides or turns; it decides the unit of its words (mm or deg) and their number of decimals.
+/// Whether an axis slides or turns; it decides the unit of its words (mm or deg) and their number
+/// of decimals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum AxisKind {
     /// Words in mm.
@@ -13,8 +14,8 @@ pub enum AxisKind {
     Rotary,
 }
 
-/// Name of a machine axis in NC text: a letter of ISO 841 and, for the second and further axes of that letter, a number
-/// (`X`, `B`, `X2`). X, Y, Z, U, V, W are linear, A, B, C rotary.
+/// Name of a machine axis in NC text: a letter of ISO 841 and, for the second and further axes of
+/// that letter, a number (`X`, `B`, `X2`). X, Y, Z, U, V, W are linear, A, B, C rotary.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(try_from = "String", into = "String")]
 #[schemars(with = "String")]
@@ -46,8 +47,8 @@ impl AxisLetter {
     /// Rotation about Z.
     pub const C: Self = Self { letter: b'C', number: 0 };
 
-    /// The axis of a letter (either case) and a number from 1 to 9, or 0 for the letter alone; `None` where that names
-    /// no axis.
+    /// The axis of a letter (either case) and a number from 1 to 9, or 0 for the letter alone;
+    /// `None` where that names no axis.
     #[must_use]
     pub fn new(letter: char, number: u8) -> Option<Self> {
         let letter = letter.to_ascii_uppercase();
@@ -125,8 +126,9 @@ pub struct AxisWord {
     pub value: f64,
 }
 
-/// The axis words of one block or position: at most one for an axis, at most [`AxisWords::CAPACITY`], in the order they
-/// were first set. It lives on the stack, because a program holds millions of them.
+/// The axis words of one block or position: at most one for an axis, at most
+/// [`AxisWords::CAPACITY`], in the order they were first set. It lives on the stack, because a
+/// program holds millions of them.
 #[derive(Clone, Copy)]
 pub struct AxisWords {
     values: [f64; Self::CAPACITY],

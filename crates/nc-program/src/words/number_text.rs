@@ -3,15 +3,18 @@
 /// Values with more digits before the point do not fit a control's eight-digit words.
 const LARGEST: f64 = 1e6;
 
-/// `value` in units of its last decimal, rounded to nearest; `None` where it is not finite or not below 10⁶.
+/// `value` in units of its last decimal, rounded to nearest; `None` where it is not finite or not
+/// below 10⁶.
 ///
-/// Words are compared as these integers, so that what is suppressed as unchanged is exactly what would be written equal.
+/// Words are compared as these integers, so that what is suppressed as unchanged is exactly what
+/// would be written equal.
 pub(crate) fn units(value: f64, decimals: u8) -> Option<i64> {
     (value.abs() < LARGEST).then(|| (value * 10f64.powi(decimals.into())).round() as i64)
 }
 
-/// How far above a whole number of units a value may lie by the rounding of its own digits, units. Smaller would take a
-/// unit off numbers such as 0.29; a feed larger by so little moves no axis faster than it can.
+/// How far above a whole number of units a value may lie by the rounding of its own digits, units.
+/// Smaller would take a unit off numbers such as 0.29; a feed larger by so little moves no axis
+/// faster than it can.
 const DIGITS: f64 = 1e-6;
 
 /// `value` in units of its last decimal, rounded down; `None` where [`units`] has none.
@@ -24,7 +27,8 @@ pub(crate) fn units_above(value: f64, decimals: u8) -> Option<i64> {
     (value.abs() < LARGEST).then(|| (value * 10f64.powi(decimals.into()) - DIGITS).ceil() as i64)
 }
 
-/// Appends the number of these units: `100.` or, with trailing zeros, `100.000`; always with a decimal point.
+/// Appends the number of these units: `100.` or, with trailing zeros, `100.000`; always with a
+/// decimal point.
 pub(crate) fn push_units(out: &mut String, units: i64, decimals: u8, trailing_zeros: bool) {
     use std::fmt::Write;
     let scale = 10u64.pow(decimals.into());

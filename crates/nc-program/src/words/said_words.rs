@@ -1,4 +1,5 @@
-/// A word whose meaning a control keeps from block to block, and keeps or resets between programs as it is set up.
+/// A word whose meaning a control keeps from block to block, and keeps or resets between programs
+/// as it is set up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StateWord {
     /// A work offset is selected (G54, cycle 247).
@@ -25,8 +26,8 @@ pub enum StateWord {
     Motion,
 }
 
-/// The state words that a text says: what [`ReadMotion`](crate::read::program::ReadMotion) holds where nothing is said is only what
-/// controls commonly begin with.
+/// The state words that a text says: what [`ReadMotion`](crate::read::program::ReadMotion) holds
+/// where nothing is said is only what controls commonly begin with.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SaidWords(u16);
 

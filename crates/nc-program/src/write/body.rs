@@ -174,8 +174,8 @@ impl<'s, 'a> BodyWriter<'s, 'a> {
         self.lines(lines, &[])
     }
 
-    /// Of several heads: the block names the spindle axis of the head whose register and length it takes, and no other
-    /// linear axis.
+    /// Of several heads: the block names the spindle axis of the head whose register and length it
+    /// takes, and no other linear axis.
     fn check_length(&self, register: u32, length: f64, words: &AxisWords) -> Result<(), WriteError> {
         if self.heads.is_empty() {
             return Ok(());

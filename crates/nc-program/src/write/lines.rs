@@ -49,8 +49,8 @@ impl<'a> LineSink<'a> {
         self.limit.saturating_sub(comments.open.len() + comments.close.len() + number)
     }
 
-    /// A line of the template or of the user: made upper case, checked, and numbered where it is a block without a
-    /// number.
+    /// A line of the template or of the user: made upper case, checked, and numbered where it is a
+    /// block without a number.
     pub(super) fn push_template_line(&mut self, line: &str) -> Result<(), WriteError> {
         let line = line.to_ascii_uppercase();
         self.check_characters(&line)?;
@@ -122,7 +122,8 @@ impl<'a> LineSink<'a> {
         if let Some(character) = line.chars().find(|c| *c != ' ' && !c.is_ascii_graphic()) {
             return error(character);
         }
-        // Without a closing mark parentheses are words of the control, and the end of the line ends a comment.
+        // Without a closing mark parentheses are words of the control, and the end of the line ends
+        // a comment.
         if self.rules.comments.close.is_empty() {
             return Ok(());
         }

@@ -8,8 +8,8 @@ use crate::words::number_text;
 use crate::write::body::BodyWriter;
 use crate::write::text::{push_axis_word, push_number};
 
-/// How far from 1 the length of a tool axis or normal may be. Larger takes vectors that are wrong; smaller refuses some for
-/// the rounding of their making.
+/// How far from 1 the length of a tool axis or normal may be. Larger takes vectors that are wrong;
+/// smaller refuses some for the rounding of their making.
 const UNIT_LENGTH: f64 = 1e-6;
 
 /// What the control is known to remember. Words are in units of their last decimal.
@@ -125,9 +125,10 @@ impl BodyWriter<'_, '_> {
         Ok(())
     }
 
-    /// A feed rounded down, so that no axis is faster than it was to be by the last digit; but not to zero, and a feed per
-    /// minute not below the control's smallest, even if that takes less than a unit more. `None` where no word says the
-    /// feed: it is below the smallest, or below half a unit.
+    /// A feed rounded down, so that no axis is faster than it was to be by the last digit; but not
+    /// to zero, and a feed per minute not below the control's smallest, even if that takes less
+    /// than a unit more. `None` where no word says the feed: it is below the smallest, or below
+    /// half a unit.
     fn feed_units(&self, feed: f64, decimals: u8) -> Option<i64> {
         let smallest = match self.settings.feed_mode {
             FeedMode::G94 | FeedMode::Rtcp => self.spec.smallest_feed,
@@ -155,7 +156,8 @@ impl BodyWriter<'_, '_> {
         }
     }
 
-    /// Words that have changed; all of them where none has, so that every block of the program stays a motion.
+    /// Words that have changed; all of them where none has, so that every block of the program
+    /// stays a motion.
     pub(super) fn words(&mut self, words: &AxisWords) -> Result<(), WriteError> {
         let mut is_changed = false;
         for word in words.iter() {

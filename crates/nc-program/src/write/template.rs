@@ -20,10 +20,12 @@ use crate::write::context::{
 use crate::write::template_bounds::{SourceFault, bound, check_source};
 use crate::write::text::{clean_comment, program_id, push_axis_word};
 
-/// Stands for the motions while the template is rendered, because they can be longer than all the rest together.
+/// Stands for the motions while the template is rendered, because they can be longer than all the
+/// rest together.
 pub(super) const BODY: &str = "\u{1}body\u{1}";
 
-/// Steps that a template may take: some hundred times what those that are shipped take, and seconds at the longest.
+/// Steps that a template may take: some hundred times what those that are shipped take, and seconds
+/// at the longest.
 const FUEL: u64 = 200_000;
 
 /// Bytes that a template may write besides the motions.

@@ -1,9 +1,11 @@
-//! Bounds on the size of what a template makes on its way: the engine counts steps, but not what one of them makes.
+//! Bounds on the size of what a template makes on its way: the engine counts steps, but not what
+//! one of them makes.
 //!
-//! A template has no variables of its own, and what a loop goes through is of the context or written out. So nothing that is made can grow
-//! from round to round: every value is made by one expression in one tag, of at most some hundred texts, and repeated texts are at most
-//! a hundred times as long. Filters that make more of their input are bounded themselves. Altogether no value of a program with names of
-//! usual length is longer than a megabyte.
+//! A template has no variables of its own, and what a loop goes through is of the context or
+//! written out. So nothing that is made can grow from round to round: every value is made by one
+//! expression in one tag, of at most some hundred texts, and repeated texts are at most a hundred
+//! times as long. Filters that make more of their input are bounded themselves. Altogether no value
+//! of a program with names of usual length is longer than a megabyte.
 
 use minijinja::value::{Rest, Value, ValueOrKwargs};
 use minijinja::{Environment, Error, ErrorKind, State, filters};
@@ -108,7 +110,8 @@ fn end_outside_of_quotes(text: &str, end: &str) -> Option<usize> {
     None
 }
 
-/// The word at the beginning of a tag's text that is not empty: a quoted text, a name or number, or one character. `**` and `//` are one.
+/// The word at the beginning of a tag's text that is not empty: a quoted text, a name or number, or
+/// one character. `**` and `//` are one.
 fn word(text: &str) -> &str {
     let mut characters = text.char_indices();
     let first = characters.next().map_or(' ', |(_, c)| c);
@@ -145,7 +148,8 @@ fn words(mut text: &str) -> Vec<&str> {
     words
 }
 
-/// A statement is a condition or a loop through something of the context, a list of texts and numbers, or a range.
+/// A statement is a condition or a loop through something of the context, a list of texts and
+/// numbers, or a range.
 fn check_statement(words: &[&str]) -> Result<(), String> {
     let words = if let ["-" | "+", rest @ ..] = words { rest } else { words };
     let name = words.first().copied().unwrap_or("");
@@ -175,7 +179,8 @@ fn check_statement(words: &[&str]) -> Result<(), String> {
     }
 }
 
-/// A text is repeated a bounded number of times, and not one that has been joined or repeated in the same tag.
+/// A text is repeated a bounded number of times, and not one that has been joined or repeated in
+/// the same tag.
 fn check_expression(words: &[&str]) -> Result<(), String> {
     let stars: Vec<usize> = (0..words.len()).filter(|&k| words[k] == "*").collect();
     let Some(&star) = stars.first() else { return Ok(()) };
@@ -222,7 +227,8 @@ fn replace(text: String, from: String, to: String) -> Result<String, Error> {
     Ok(text.replace(from.as_str(), &to))
 }
 
-/// Filter `format(…)`, as in C and Python: `"%04d"|format(7)`. Widths and decimals have two digits at most.
+/// Filter `format(…)`, as in C and Python: `"%04d"|format(7)`. Widths and decimals have two digits
+/// at most.
 fn format(state: &mut State<'_, '_>, directives: &Value, values: Rest<ValueOrKwargs>) -> Result<Value, Error> {
     let text = directives.to_string();
     let is_wide = text.as_bytes().windows(3).any(|w| w.iter().all(u8::is_ascii_digit));

@@ -11,9 +11,10 @@ pub(crate) fn clean_fanuc_comment(text: &str) -> String {
     clean(text, FANUC_CHARACTERS)
 }
 
-/// Text for a comment in the control's characters: upper-case ASCII letters, digits, blanks and those of the rule.
-/// Parentheses become brackets, underscores hyphens, German umlauts two letters, line ends and tabs blanks, everything else
-/// `?`; what replaces something is a blank where it is not allowed itself. Never longer lines: no line end is left.
+/// Text for a comment in the control's characters: upper-case ASCII letters, digits, blanks and
+/// those of the rule. Parentheses become brackets, underscores hyphens, German umlauts two letters,
+/// line ends and tabs blanks, everything else `?`; what replaces something is a blank where it is
+/// not allowed itself. Never longer lines: no line end is left.
 pub(crate) fn clean_comment(text: &str, rule: &CommentRule) -> String {
     let clean = clean(text, &rule.characters);
     let is_active = rule.active.iter().any(|word| clean.trim_start().starts_with(word.as_str()));
@@ -57,8 +58,8 @@ pub(super) fn comment_pieces(clean: &str, limit: usize) -> Vec<&str> {
     pieces
 }
 
-/// The text as a name of a program: upper-case letters, digits and underscores, at most `length` of them, the first of which
-/// is no underscore.
+/// The text as a name of a program: upper-case letters, digits and underscores, at most `length` of
+/// them, the first of which is no underscore.
 pub(super) fn program_id(text: &str, number: u32, length: usize) -> String {
     let clean = clean(text, "");
     let words: Vec<&str> = clean.split(' ').filter(|w| !w.is_empty()).collect();

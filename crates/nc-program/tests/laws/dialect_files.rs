@@ -168,8 +168,8 @@ fn a_dialect_of_ones_own_needs_a_file_and_a_template() {
     assert!(post.settings_of(wrong, template).unwrap_err().to_string().starts_with("dialect file, format: must be"));
 }
 
-/// M functions that move, call, jump, or change tool, state, offsets or kinematics on the control, or give a signal to what the
-/// shop has wired to it.
+/// M functions that move, call, jump, or change tool, state, offsets or kinematics on the control,
+/// or give a signal to what the shop has wired to it.
 const NEVER_HARMLESS: [(Dialect, &[u32]); 6] = [
     (Dialect::Fanuc, &[6, 10, 11, 19, 21, 29, 60, 61, 96, 97, 98, 99, 198]),
     (Dialect::Mazak, &[6, 10, 11, 19, 21, 29, 60, 61, 96, 97, 98, 99, 198]),

@@ -80,8 +80,8 @@ pub(crate) fn write(spec: &ProgramSpec, post: &PostFile) -> WrittenProgram {
     written.unwrap_or_else(|e| panic!("{:?} {:?}: {e}", post.dialect, post.feed_mode))
 }
 
-/// Every word is within half a unit of what was given, what is left out is what the control remembers, and feeds are below
-/// what was given by less than a unit.
+/// Every word is within half a unit of what was given, what is left out is what the control
+/// remembers, and feeds are below what was given by less than a unit.
 #[test]
 fn a_control_that_remembers_words_goes_where_the_blocks_say() {
     let mut random = Random(31);

@@ -297,7 +297,8 @@ fn check_read(text: &[u8]) {
     }
 }
 
-/// A published five-axis program for a relative of the dialect: blanks inside words, inverse time, M functions.
+/// A published five-axis program for a relative of the dialect: blanks inside words, inverse time,
+/// M functions.
 #[test]
 fn linuxcnc_impeller_is_read_whole() {
     let path = Path::new(SHARED_NC).join("impeller-7bl-xyzac.ngc");

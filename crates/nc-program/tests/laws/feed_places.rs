@@ -1,4 +1,5 @@
-//! Every F word of every dialect can be cut out, put back and changed, and nothing else of the program changes.
+//! Every F word of every dialect can be cut out, put back and changed, and nothing else of the
+//! program changes.
 
 use crate::{
     kit::{Random, random_blocks, settings, spec},

@@ -2,8 +2,8 @@
 
 use facemill_nc_program::*;
 
-/// Whether the last line sets something that words depend on, and whether X is still known behind it, from a text that has
-/// moved to X5 in its frame before.
+/// Whether the last line sets something that words depend on, and whether X is still known behind
+/// it, from a text that has moved to X5 in its frame before.
 fn behind(dialect: Dialect, lines: &str) -> (bool, bool) {
     let [home, moved] = match dialect {
         Dialect::Heidenhain => ["L Y+1 R0 FMAX", "L Y+2 R0 FMAX"],
@@ -105,7 +105,8 @@ const OFF: [(Dialect, &str); 30] = [
     (Dialect::Heidenhain, "TRANS MIRROR RESET"),
 ];
 
-/// Nothing that changes coordinates is passed in silence, and no number of the frame before is taken for one of the new frame.
+/// Nothing that changes coordinates is passed in silence, and no number of the frame before is
+/// taken for one of the new frame.
 #[test]
 fn what_sets_a_frame_is_told_and_forgets_the_words() {
     for (dialect, lines) in SET {
@@ -120,7 +121,8 @@ fn what_switches_a_frame_off_is_silent_and_changes_nothing_where_none_was_set() 
     }
 }
 
-/// Axis words that name what is switched off, or are shown, move nothing, and those of a motion beside the same words do.
+/// Axis words that name what is switched off, or are shown, move nothing, and those of a motion
+/// beside the same words do.
 #[test]
 fn axes_whose_mirror_ends_do_not_move() {
     for (dialect, line, x) in [

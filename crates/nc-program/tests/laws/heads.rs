@@ -174,8 +174,8 @@ fn header_and_end_are_those_of_two_heads() {
     assert_eq!(spindles[1], [Spindle(2), SpindleOn { clockwise: false }, SpindleSpeed(512.0)]);
     assert_eq!(spindles[2..], [[Spindle(1), SpindleOff], [Spindle(2), SpindleOff]]);
 
-    // Both spindle axes are home before any other axis moves, before a length is taken off, and before a tool is
-    // changed.
+    // Both spindle axes are home before any other axis moves, before a length is taken off, and
+    // before a tool is changed.
     let homes: Vec<_> = read.motions().filter(|(_, m)| m.kind == MotionKind::ReferenceReturn).collect();
     for home in [homes[0], homes[3]] {
         for letter in letters() {
@@ -259,7 +259,8 @@ pub(crate) fn words_of(values: &[(&str, f64)]) -> AxisWords {
     words(&values.iter().map(|(name, value)| (axis(name), *value)).collect::<Vec<_>>())
 }
 
-/// Switching a length on for one axis leaves the words of the others what they are; ending all does not.
+/// Switching a length on for one axis leaves the words of the others what they are; ending all does
+/// not.
 #[test]
 fn words_of_other_axes_stay_known_while_a_length_is_switched_on() {
     let text = "G21 G90 G94\nG0 X1=1. Y1=2. Z1=3. X2=4. Z2=5.\nG43 Z1=10. H1\nG43 Z2=20. H2\nG49\n";

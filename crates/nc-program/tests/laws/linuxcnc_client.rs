@@ -1,6 +1,8 @@
-//! The interpreter of LinuxCNC itself (program `rs274` of the Debian package `linuxcnc-uspace`) takes our programs.
+//! The interpreter of LinuxCNC itself (program `rs274` of the Debian package `linuxcnc-uspace`)
+//! takes our programs.
 //!
-//! Skipped, with a message, where neither the environment variable `FACEMILL_RS274` nor the search path has it.
+//! Skipped, with a message, where neither the environment variable `FACEMILL_RS274` nor the search
+//! path has it.
 
 use std::{collections::BTreeMap, path::PathBuf, process::Command};
 
@@ -34,7 +36,8 @@ struct Canon {
     rate: f64,
 }
 
-/// Output and success of the interpreter for a program, with a tool table that has one tool of this length.
+/// Output and success of the interpreter for a program, with a tool table that has one tool of this
+/// length.
 fn run(rs274: &PathBuf, text: &str, length: f64, name: &str) -> (bool, String) {
     let folder = std::env::temp_dir().join(format!("facemill-rs274-{}-{name}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
@@ -117,8 +120,8 @@ fn its_interpreter_goes_where_the_words_say_and_takes_the_time_of_f() {
     }
 }
 
-/// The interpreter's rate is for X, Y and Z where one of them moves, else for the rotary axes. What it prints has four
-/// decimals, and it takes no rate below 0.1.
+/// The interpreter's rate is for X, Y and Z where one of them moves, else for the rotary axes. What
+/// it prints has four decimals, and it takes no rate below 0.1.
 fn check_time(before: &Canon, now: &Canon, feed: f64, line: &str) -> bool {
     let norm = |range: std::ops::Range<usize>| {
         range.map(|k| (now.position[k] - before.position[k]).powi(2)).sum::<f64>().sqrt()

@@ -1,4 +1,5 @@
-//! Laws of the readers of all dialects: what does not matter, what is refused where, and that nothing makes them panic.
+//! Laws of the readers of all dialects: what does not matter, what is refused where, and that
+//! nothing makes them panic.
 
 use std::collections::BTreeSet;
 
@@ -56,7 +57,8 @@ fn mutated(random: &mut Random, text: &[u8]) -> Vec<u8> {
     text
 }
 
-/// Reads, and checks that an error and every place are in the text and that numbers are finite; whether it is refused.
+/// Reads, and checks that an error and every place are in the text and that numbers are finite;
+/// whether it is refused.
 fn check_read(name: &str, text: &[u8], read: fn(&[u8]) -> Result<ReadProgram, ReadError>) -> bool {
     match read(text) {
         Ok(program) => {
@@ -136,8 +138,8 @@ fn blanks_and_comments_do_not_matter_on_fanuc_and_its_relatives() {
     }
 }
 
-/// Siemens and Heidenhain: blanks wherever there is one, between a letter and its number, and around signs; comments at
-/// the ends of lines.
+/// Siemens and Heidenhain: blanks wherever there is one, between a letter and its number, and
+/// around signs; comments at the ends of lines.
 #[test]
 fn blanks_and_comments_do_not_matter_on_siemens_and_heidenhain() {
     let mut random = Random(44);

@@ -1,4 +1,5 @@
-//! The same moves, said in every dialect, are read as the same: against a program that the test itself knows.
+//! The same moves, said in every dialect, are read as the same: against a program that the test
+//! itself knows.
 
 use std::fmt::Write;
 

@@ -76,7 +76,8 @@ fn every_block_is_recovered_and_takes_the_same_time_in_both_channels() {
             assert_eq!((found.is_rapid, found.words), (is_rapid, words));
             if !is_rapid {
                 let [a, b] = found.times;
-                // What half a unit of the times' own last decimals may take from or add to each of them.
+                // What half a unit of the times' own last decimals may take from or add to each of
+                // them.
                 let asked = 60.0 / feed;
                 match settings_feed(&texts) {
                     SiemensFeed::G93 => {
@@ -105,7 +106,8 @@ fn settings_feed(texts: &[String; 2]) -> SiemensFeed {
     if texts[0].contains("FGROUP") { SiemensFeed::G94 } else { SiemensFeed::G93 }
 }
 
-/// Marks are where the channels must be together, in the same order in both, and never farther apart than asked.
+/// Marks are where the channels must be together, in the same order in both, and never farther
+/// apart than asked.
 #[test]
 fn marks_stand_around_rapids_and_passes_and_after_every_kth_block() {
     let mut random = Random(22);
@@ -184,7 +186,8 @@ fn each_channel_has_the_words_of_its_head_and_says_that_it_is_an_estimate() {
     }
 }
 
-/// Every line that is left out, doubled or changed is refused, but for comments and what is free: numbers.
+/// Every line that is left out, doubled or changed is refused, but for comments and what is free:
+/// numbers.
 #[test]
 fn nothing_but_what_the_writer_writes_is_read() {
     let texts = write(random_blocks(&mut Random(24), 12), &settings(SiemensFeed::G94, 4)).unwrap();

@@ -123,7 +123,8 @@ fn cycles_and_subprograms_are_kept_with_their_arguments() {
         [0, 1, 2, 3].map(|k| m[k].kind),
         [MotionKind::Rapid, MotionKind::Cycle { code: 83 }, MotionKind::Cycle { code: 83 }, MotionKind::Rapid]
     );
-    // What the swivel cycle may have moved is not known, nor what a cycle behind each position does.
+    // What the swivel cycle may have moved is not known, nor what a cycle behind each position
+    // does.
     assert_eq!((at(&m[1], "X"), at(&m[1], "Y"), at(&m[4], "X"), at(&m[4], "Y")), (word(3.0), None, word(2.0), None));
     let calls = kinds(text).into_iter().filter(|k| *k == MacroKind::Call).count();
     assert_eq!(calls, 1 + 2 + 2 + 2, "the tolerance cycle moves nothing");
@@ -158,8 +159,8 @@ fn variables_are_evaluated_until_a_branch_or_a_call() {
     assert!(!read("G0 X=R1").is_evaluated());
 }
 
-/// Words of the control are no variables: those of feeds are kept as they stand, what is not followed is told, and names
-/// that the control does not have stay variables.
+/// Words of the control are no variables: those of feeds are kept as they stand, what is not
+/// followed is told, and names that the control does not have stay variables.
 #[test]
 fn words_of_the_control_are_no_variables() {
     use MacroKind::{Assignment, Setting};

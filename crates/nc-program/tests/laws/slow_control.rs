@@ -1,5 +1,5 @@
-//! A slow control for the tests: it takes the lines of a program apart at blanks and remembers words as controls do. It shares
-//! nothing with the writers and the readers.
+//! A slow control for the tests: it takes the lines of a program apart at blanks and remembers
+//! words as controls do. It shares nothing with the writers and the readers.
 
 use std::collections::BTreeMap;
 
@@ -67,7 +67,8 @@ impl State {
             }
         }
         if let Some(mark) = look.rapid_mark {
-            // Klartext: every motion says what it is, that it has no radius compensation, and whether it is a rapid.
+            // Klartext: every motion says what it is, that it has no radius compensation, and
+            // whether it is a rapid.
             assert!(words[0] == look.cut && words.iter().any(|w| w == "R0"), "{line}");
             self.is_rapid = words.iter().any(|w| w == mark);
         }

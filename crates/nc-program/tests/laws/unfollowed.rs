@@ -1,4 +1,5 @@
-//! What controls take and the readers do not follow: from there on nothing is known, until the text ends it.
+//! What controls take and the readers do not follow: from there on nothing is known, until the text
+//! ends it.
 
 use facemill_nc_program::*;
 

@@ -54,7 +54,8 @@ fn unit(random: &mut Random) -> Unit<Vector3<f64>> {
     }
 }
 
-/// A rapid that names every axis, then cuts with vectors, some of which say little new, and rapids and cuts without between.
+/// A rapid that names every axis, then cuts with vectors, some of which say little new, and rapids
+/// and cuts without between.
 fn blocks(random: &mut Random, n: usize) -> Vec<Block> {
     let mut at: Vec<(AxisLetter, f64)> = AXES.iter().map(|l| (*l, random.coordinate())).collect();
     let mut vectors = CutVectors { tool_axis: unit(random), normal: unit(random) };
@@ -78,8 +79,9 @@ fn blocks(random: &mut Random, n: usize) -> Vec<Block> {
     all
 }
 
-/// What the text says is, within half a unit, what the blocks say, with what it leaves out remembered; rotary words stand in
-/// blocks without vectors alone, and there anew behind every cut, because only the control knows where it turned them.
+/// What the text says is, within half a unit, what the blocks say, with what it leaves out
+/// remembered; rotary words stand in blocks without vectors alone, and there anew behind every cut,
+/// because only the control knows where it turned them.
 #[test]
 fn vectors_come_back_from_the_text() {
     for dialect in Dialect::ALL {
@@ -157,7 +159,8 @@ fn a_cut_without_vectors_is_refused_where_the_dialect_wants_them_in_all() {
     }
 }
 
-/// The angle between a vector and its text is within the bound, which is nearly reached, and 0 without vectors.
+/// The angle between a vector and its text is within the bound, which is nearly reached, and 0
+/// without vectors.
 #[test]
 fn the_rounding_bound_of_vectors_holds() {
     for dialect in Dialect::ALL.into_iter().filter(|d| names(*d).is_some()) {
@@ -314,7 +317,8 @@ fn heidenhain_says_face_mill_blocks_with_normal_and_tool_vector() {
     let turned = MotionLaw { cutting: CuttingLaw::TipLinearVectorTurned, ..law(0.01) };
     let turned = post(Dialect::Heidenhain).settings(None).unwrap().on_machine(turned, home()).unwrap();
     assert!(write_program(&spec(blocks.clone()), &turned).unwrap().contains("AXIS POS PATHCTRL VECTOR\n"));
-    // It always smooths: how far, a program has to say, and what plan and verification took for nothing cannot be said.
+    // It always smooths: how far, a program has to say, and what plan and verification took for
+    // nothing cannot be said.
     let exact = post(Dialect::Heidenhain).settings(None).unwrap().on_machine(law(0.0), home()).unwrap();
     let error = write_program(&spec(blocks.clone()), &exact).unwrap_err();
     assert_eq!(error, WriteError::Tolerance { name: "Heidenhain TNC".to_owned(), key: "path_mm" });

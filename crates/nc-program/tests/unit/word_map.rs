@@ -25,7 +25,8 @@ fn words_of_joints_turn_back_into_the_joints() {
 
 #[test]
 fn compensated_z_is_the_tip_at_the_zero_pose() {
-    // The gauge line at machine Z = 400 with a tool of 253 has its tip at 147, which G54 with Z = 100 calls 47.
+    // The gauge line at machine Z = 400 with a tool of 253 has its tip at 147, which G54 with Z =
+    // 100 calls 47.
     let words = head_b_table_c(253.0).words(&[0.0, 0.0, 400.0, 0.0, 0.0]).unwrap();
     assert_eq!(words.get(AxisLetter::Z), Some(47.0));
     let words = head_b_table_c(253.0).uncompensated_words(&[0.0, 0.0, 400.0, 0.0, 0.0]).unwrap();

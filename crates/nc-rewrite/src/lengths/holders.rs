@@ -18,8 +18,8 @@ struct Works<'a> {
 /// By how much two stick-outs may differ and count as the same, mm.
 const SAME: f64 = 1e-6;
 
-/// Tries every holder at its own shortest stick-out that is free, and takes the one with the shortest; of those with
-/// the same the widest at its nose, and of these the first by name.
+/// Tries every holder at its own shortest stick-out that is free, and takes the one with the
+/// shortest; of those with the same the widest at its nose, and of these the first by name.
 ///
 /// Where none works, what is told is the job's own tool with the lengths that it needs.
 pub(crate) fn choose(stage: &Stage<'_>, library: &HolderLibrary) -> Result<FoundLengths, Failure> {

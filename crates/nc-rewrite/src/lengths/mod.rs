@@ -1,5 +1,5 @@
-//! The shortest tool assembly for a program that exists, or of a holder library, and postures that let a shorter one
-//! pass.
+//! The shortest tool assembly for a program that exists, or of a holder library, and postures that
+//! let a shorter one pass.
 
 mod holders;
 mod stage;
@@ -46,23 +46,25 @@ pub struct LengthsRequest<'a> {
 pub struct FoundLengths {
     /// As it is written.
     pub file: LengthsFile,
-    /// The tool with the lengths that were found, or in the holder that was chosen; `None` where none is free.
+    /// The tool with the lengths that were found, or in the holder that was chosen; `None` where
+    /// none is free.
     pub tool: Option<ToolFile>,
     /// Name and content of the program that was planned again for it.
     pub replanned: Option<(String, Vec<u8>)>,
 }
 
-/// The shortest lengths L1 to L4 (VMT fig. 2) of the job's tool with which a program collides with nothing and keeps a
-/// margin, with the block that forces each; with a library the holder whose stick-out is the shortest that does.
+/// The shortest lengths L1 to L4 (VMT fig. 2) of the job's tool with which a program collides with
+/// nothing and keeps a margin, with the block that forces each; with a library the holder whose
+/// stick-out is the shortest that does.
 ///
-/// What [`clear_lengths`](facemill_virtual_machine::clear_lengths) guarantees holds. What is returned has besides been
-/// run by [`verify`](facemill_virtual_machine::verify), and where the stock is cut by
-/// [`run_stock`](facemill_virtual_machine::run_stock), with the program as it is posted for it: the file has all that
-/// they found.
+/// What [`clear_lengths`](facemill_virtual_machine::clear_lengths) guarantees holds. What is
+/// returned has besides been run by [`verify`](facemill_virtual_machine::verify), and where the
+/// stock is cut by [`run_stock`](facemill_virtual_machine::run_stock), with the program as it is
+/// posted for it: the file has all that they found.
 ///
 /// # Errors
-/// When a file of the job is wrong, the program is not understood, the machine has two heads or no three linear axes
-/// that hold the tip, or the stages are cancelled.
+/// When a file of the job is wrong, the program is not understood, the machine has two heads or no
+/// three linear axes that hold the tip, or the stages are cancelled.
 pub fn lengths_of_program(
     job: &Job,
     text: &[u8],

@@ -1,4 +1,5 @@
-//! The new program: written, read again and run until no link that changed has a finding that was not there.
+//! The new program: written, read again and run until no link that changed has a finding that was
+//! not there.
 
 use facemill_job::failure::Failure;
 use facemill_job::format::rapids_file::{LinkReport, RAPIDS_FORMAT, RapidsFile};
@@ -60,8 +61,9 @@ fn written(stage: &Stage<'_>, text: &[u8], links: &[Found]) -> (Vec<u8>, Vec<[u3
     (new, places)
 }
 
-/// Reads the new program: outside of changed links its motions are those of the old one, and links end where they did. Where every
-/// line has its number, both texts are held against each other without them.
+/// Reads the new program: outside of changed links its motions are those of the old one, and links
+/// end where they did. Where every line has its number, both texts are held against each other
+/// without them.
 fn same_elsewhere(stage: &Stage<'_>, texts: [&[u8]; 2], links: &[Found], places: &[[u32; 2]]) -> Result<(), Failure> {
     let internal = |why: String| Failure::Internal(format!("the program with other links {why}"));
     let read = |text: &[u8]| {
@@ -100,7 +102,8 @@ fn same_elsewhere(stage: &Stage<'_>, texts: [&[u8]; 2], links: &[Found], places:
     }
 }
 
-/// Takes better ways back where the new program has a finding that the old one does not have there; says whether there were any.
+/// Takes better ways back where the new program has a finding that the old one does not have there;
+/// says whether there were any.
 fn take_back(links: &mut [Found], places: &[[u32; 2]], before: &Verification, after: &Verification) -> bool {
     let touches = |f: &Finding, [first, last]: [u32; 2]| f.first_line <= last && f.last_line >= first;
     let mut is_any = false;

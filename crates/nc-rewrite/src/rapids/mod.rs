@@ -1,4 +1,5 @@
-//! Faster links for a program that exists: each replaced by the fastest way that is proven free, against the stock as it is then.
+//! Faster links for a program that exists: each replaced by the fastest way that is proven free,
+//! against the stock as it is then.
 
 mod finish;
 mod numbered;
@@ -52,7 +53,8 @@ pub struct RapidsRequest<'a> {
 /// A program with faster links.
 #[derive(Clone, Debug)]
 pub struct Rapids {
-    /// Its text: that of the program with other lines in the links that changed, byte for byte elsewhere.
+    /// Its text: that of the program with other lines in the links that changed, byte for byte
+    /// elsewhere.
     pub text: Vec<u8>,
     /// What was done.
     pub file: RapidsFile,
@@ -60,16 +62,18 @@ pub struct Rapids {
     pub verification: VerificationFile,
 }
 
-/// Replaces links of a program (all rapids between two runs of cuts) by the fastest way among those of [`WayKind`] that is free
-/// of the stock as it is then, of part, fixtures and machine: proven as rapids are in certificates, with the clearance as
-/// [`LinkSettings`] says. A link without a faster free way keeps its bytes, as does all else.
+/// Replaces links of a program (all rapids between two runs of cuts) by the fastest way among those
+/// of [`WayKind`] that is free of the stock as it is then, of part, fixtures and machine: proven as
+/// rapids are in certificates, with the clearance as [`LinkSettings`] says. A link without a faster
+/// free way keeps its bytes, as does all else.
 ///
-/// The new program is read again: outside of changed links it has the same motions. It is run with its stock like
-/// [`verify_program`] does, and has no finding in a link that was not there before: such links get their old lines back.
+/// The new program is read again: outside of changed links it has the same motions. It is run with
+/// its stock like [`verify_program`] does, and has no finding in a link that was not there before:
+/// such links get their old lines back.
 ///
 /// # Errors
-/// When a file of the job is wrong, the program is not understood, it is for a control or a machine whose links are not replaced,
-/// or the stages are cancelled.
+/// When a file of the job is wrong, the program is not understood, it is for a control or a machine
+/// whose links are not replaced, or the stages are cancelled.
 pub fn faster_rapids(
     job: &Job,
     text: &[u8],

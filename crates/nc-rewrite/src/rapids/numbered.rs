@@ -1,13 +1,14 @@
-//! Lines of a program in place of others, and the numbers of all lines where the control has one on each.
+//! Lines of a program in place of others, and the numbers of all lines where the control has one on
+//! each.
 
 use std::ops::Range;
 
-/// A program with some lines replaced: each of these lists of lines by these texts, where the first of them stood. Says, for
-/// every list, from which line to which its texts stand.
+/// A program with some lines replaced: each of these lists of lines by these texts, where the first
+/// of them stood. Says, for every list, from which line to which its texts stand.
 ///
-/// With `counts` lines that begin with their number (behind a `/`, too) count on: the texts have numbers where the first line that
-/// they replace has one, and those of all lines behind are moved by as many as there are more or fewer. Lines without a number
-/// get none.
+/// With `counts` lines that begin with their number (behind a `/`, too) count on: the texts have
+/// numbers where the first line that they replace has one, and those of all lines behind are moved
+/// by as many as there are more or fewer. Lines without a number get none.
 pub(crate) fn replaced(text: &[u8], all: &[(&[u32], &[String])], counts: bool) -> (Vec<u8>, Vec<[u32; 2]>) {
     let mut out = Vec::with_capacity(text.len());
     let mut places = vec![[0; 2]; all.len()];

@@ -1,4 +1,5 @@
-//! What of a program with F has to be looked at before it gets new ones, and how numbers of F are written.
+//! What of a program with F has to be looked at before it gets new ones, and how numbers of F are
+//! written.
 
 use facemill_nc_program::{Dialect, Feed, FeedMode, MacroKind, NoteKind, ReadBlock, ReadCommand, ReadMotion, ReadNote};
 use facemill_virtual_machine::motion::follow::FollowedCut;
@@ -58,8 +59,8 @@ impl Doubts {
     }
 }
 
-/// Refuses vectors of a block that the control takes as they stand and that are not of length 1, as `verify` finds them: where
-/// they turn the axes, and so how far they go, is not known.
+/// Refuses vectors of a block that the control takes as they stand and that are not of length 1, as
+/// `verify` finds them: where they turn the axes, and so how far they go, is not known.
 ///
 /// # Errors
 /// With which vector it is.
@@ -71,7 +72,8 @@ pub(crate) fn check_vectors(dialect: Dialect, motion: &ReadMotion) -> Result<(),
     }
 }
 
-/// Whether the F of a program looks computed for the tip already: it follows the axes' ways from block to block.
+/// Whether the F of a program looks computed for the tip already: it follows the axes' ways from
+/// block to block.
 #[derive(Default)]
 pub(crate) struct Computed {
     last: Option<f64>,
@@ -104,8 +106,8 @@ impl Computed {
     }
 }
 
-/// A feed rounded down, as text and as the number that this is: with as many decimals as so many digits take, one at least,
-/// and no more than the control takes.
+/// A feed rounded down, as text and as the number that this is: with as many decimals as so many
+/// digits take, one at least, and no more than the control takes.
 ///
 /// # Errors
 /// When that is zero, or less than the feed by more than [`MOST_LOST`], for want of decimals.
@@ -133,7 +135,8 @@ pub(crate) fn rounded_down(
     Ok((text, number))
 }
 
-/// Sees to it that the control's smallest F does not make a block faster than it is to be, by this factor.
+/// Sees to it that the control's smallest F does not make a block faster than it is to be, by this
+/// factor.
 ///
 /// # Errors
 /// When it does, by more than is lost to decimals at the most.
@@ -151,8 +154,9 @@ pub(crate) fn not_raised(faster: f64, least: f64) -> Result<(), String> {
 /// Share by which what F counts may differ from the tip's way where F is its speed.
 const SAME_WAY: f64 = 1e-3;
 
-/// Share by which a feed may differ because its control takes few decimals, or knows none so small. Larger: blocks are slower or
-/// faster than asked, and nobody is told; smaller: feeds of which a control takes two digits are refused.
+/// Share by which a feed may differ because its control takes few decimals, or knows none so small.
+/// Larger: blocks are slower or faster than asked, and nobody is told; smaller: feeds of which a
+/// control takes two digits are refused.
 const MOST_LOST: f64 = 0.01;
 
 /// Cutting blocks behind another one from which on something can be said of how F was made.

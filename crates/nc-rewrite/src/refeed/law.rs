@@ -16,8 +16,8 @@ use serde::Serialize;
 /// How a program is timed with new feeds.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RefeedLaw {
-    /// How far the control may take the tip off the program's lines, mm; 0 stops at every corner. `None`: as the machine file
-    /// says.
+    /// How far the control may take the tip off the program's lines, mm; 0 stops at every corner.
+    /// `None`: as the machine file says.
     pub blend_tolerance: Option<f64>,
 }
 
@@ -26,13 +26,15 @@ pub struct RefeedLaw {
 pub struct RefeedLawTimes {
     /// Straight cutting blocks, s.
     pub cutting_time_s: f64,
-    /// The same with the feeds of the program as it was; of blocks without a feed with the new ones.
+    /// The same with the feeds of the program as it was; of blocks without a feed with the new
+    /// ones.
     pub cutting_time_before_s: f64,
     /// Rapids, s.
     pub rapid_time_s: f64,
     /// Cutting blocks whose F was lowered to what the axes reach in them.
     pub lowered_blocks: usize,
-    /// Whether the axes stop at every corner of the cuts, because there is no tolerance to blend them within, or too little.
+    /// Whether the axes stop at every corner of the cuts, because there is no tolerance to blend
+    /// them within, or too little.
     pub stops_at_corners: bool,
 }
 
@@ -73,7 +75,8 @@ impl Law {
         }
     }
 
-    /// A cutting move with its feed at constant speed; lowers that to what the axes reach, and says whether.
+    /// A cutting move with its feed at constant speed; lowers that to what the axes reach, and says
+    /// whether.
     ///
     /// Its own time is that at the feed that it had.
     pub fn cut(&mut self, cut: &FollowedCut, fed: &mut BlockFeed, range: &FeedRange) -> bool {
@@ -100,8 +103,8 @@ impl Law {
     }
 }
 
-/// Tolerances of corners from the least to the most, mm. Smaller ones are below what a control's scales show; with larger ones
-/// the motion is that of another program.
+/// Tolerances of corners from the least to the most, mm. Smaller ones are below what a control's
+/// scales show; with larger ones the motion is that of another program.
 pub const BLEND_TOLERANCES: [f64; 2] = [1e-6, 10.0];
 
 /// The tolerance that a program's corners are blended with.
@@ -186,8 +189,9 @@ pub fn timed(
     Ok((peak_times, times))
 }
 
-/// Whether a run that was timed with the least times of its blocks would be run alike with these others: its motion keeps them, and no
-/// block that they would let be quicker was held back by its least time.
+/// Whether a run that was timed with the least times of its blocks would be run alike with these
+/// others: its motion keeps them, and no block that they would let be quicker was held back by its
+/// least time.
 fn is_same_motion(run: &Run, peak_times: &[f64], others: &[f64]) -> bool {
     run.blocks.iter().zip(peak_times).zip(others).all(|((block, &peak), &other)| {
         let was_free = peak > FREE * block.tip_time;
@@ -195,5 +199,6 @@ fn is_same_motion(run: &Run, peak_times: &[f64], others: &[f64]) -> bool {
     })
 }
 
-/// A block whose least time at its largest speed is so many times its least time was not held back by that.
+/// A block whose least time at its largest speed is so many times its least time was not held back
+/// by that.
 const FREE: f64 = 1.05;

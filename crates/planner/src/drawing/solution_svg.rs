@@ -71,8 +71,9 @@ const TEXT_WIDTH: f64 = WIDTH + RIGHT - 10.0 - MARK;
 /// From a mark of the legend to its text.
 const MARK: f64 = 20.0;
 
-/// The picture: tilt to the right, amount of rotate upward; cells in the colour of what is proven of them, where nothing is,
-/// paler, in that of the verdict on the posture in the middle; the search curve as a line, the posture taken as a ring.
+/// The picture: tilt to the right, amount of rotate upward; cells in the colour of what is proven
+/// of them, where nothing is, paler, in that of the verdict on the posture in the middle; the
+/// search curve as a line, the posture taken as a ring.
 pub(crate) fn map_svg(map: &SolutionMap, curve: &SearchCurve, taken: Option<Posture>, title: &str) -> String {
     let plot = Plot::of_map(map);
     let kinds: Vec<Kind> = map.cells.iter().map(|c| kind_of(&c.state)).collect();

@@ -1,7 +1,7 @@
 //! Texts of pictures: how wide they are at the most, and how they are broken so that they fit.
 //!
-//! No renderer has the same fonts: a picture says Helvetica, and is drawn with Liberation, DejaVu or Verdana. What is placed here fits
-//! with the widest of them.
+//! No renderer has the same fonts: a picture says Helvetica, and is drawn with Liberation, DejaVu
+//! or Verdana. What is placed here fits with the widest of them.
 
 use std::fmt::Write;
 
@@ -29,7 +29,8 @@ fn advance(letter: char) -> f64 {
     }
 }
 
-/// A text in lines that are no wider than this: broken between words, and within one that is wider alone.
+/// A text in lines that are no wider than this: broken between words, and within one that is wider
+/// alone.
 pub(crate) fn lines(text: &str, size: f64, bold: bool, width: f64) -> Vec<String> {
     let fits = |line: &str| text_width(line, size, bold) <= width;
     let mut lines: Vec<String> = vec![String::new()];
@@ -56,7 +57,8 @@ pub(crate) fn lines(text: &str, size: f64, bold: bool, width: f64) -> Vec<String
     lines
 }
 
-/// Draws a text in lines from a place on, `attributes` and all; returns by how much it is higher than one line.
+/// Draws a text in lines from a place on, `attributes` and all; returns by how much it is higher
+/// than one line.
 pub(crate) fn draw_lines(svg: &mut String, lines: &[String], [x, y]: [f64; 2], size: f64, attributes: &str) -> f64 {
     for (k, line) in lines.iter().enumerate() {
         let y = y + LEADING * size * k as f64;
@@ -71,7 +73,8 @@ pub(crate) fn more_lines(lines: &[String], size: f64) -> f64 {
     LEADING * size * lines.len().saturating_sub(1) as f64
 }
 
-/// Where entries of these widths go that follow each other from 0 to `width`: the place of each, and its line from 0.
+/// Where entries of these widths go that follow each other from 0 to `width`: the place of each,
+/// and its line from 0.
 pub(crate) fn flow(widths: &[f64], width: f64) -> Vec<(f64, usize)> {
     let (mut x, mut line) = (0.0, 0);
     let mut places = Vec::with_capacity(widths.len());

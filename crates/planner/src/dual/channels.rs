@@ -3,12 +3,14 @@
 use facemill_job::failure::Failure;
 use facemill_nc_program::{HeadSpec, PostSettings, ProgramSpec, SiemensSettings, write_siemens_pair};
 
-/// The same blocks as the program in one channel, as one file for each channel: names with their bytes, channel 1 first.
+/// The same blocks as the program in one channel, as one file for each channel: names with their
+/// bytes, channel 1 first.
 ///
-/// `post` is what the program in one channel is written with: it says what the feeds of `spec` mean and with how many
-/// decimals words are written. Marks stand as [`write_siemens_pair`] puts them, with the settings of
-/// [`SiemensSettings::default`] else: around rapids, at both ends of passes and after every 50 cutting blocks. Between marks
-/// each channel runs by itself, and both texts say that they are an estimate; only the program in one channel is verified.
+/// `post` is what the program in one channel is written with: it says what the feeds of `spec` mean
+/// and with how many decimals words are written. Marks stand as [`write_siemens_pair`] puts them,
+/// with the settings of [`SiemensSettings::default`] else: around rapids, at both ends of passes
+/// and after every 50 cutting blocks. Between marks each channel runs by itself, and both texts say
+/// that they are an estimate; only the program in one channel is verified.
 ///
 /// # Errors
 /// When 840D has no word for what the program asks for, such as work offset 100 and above.

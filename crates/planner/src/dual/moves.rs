@@ -23,7 +23,8 @@ pub(crate) struct DualMove {
     pub axes: AxisValues,
     /// Heads whose tips are programmed with a feed.
     pub working: [bool; 2],
-    /// What each head's cutter takes on it, at most; `None` outside the stock, and until it is known.
+    /// What each head's cutter takes on it, at most; `None` outside the stock, and until it is
+    /// known.
     pub chips: [Option<Chip>; 2],
 }
 
@@ -114,9 +115,10 @@ impl DualMover<'_, '_> {
         }
     }
 
-    /// Moves from next to one end of a run outward to the clearance surfaces, or why there are none with the arcs as asked.
-    /// Where both heads are in each other's way, smaller arcs are tried: beyond an edge, opposite cutters come nearer to each
-    /// other along their tangents than the arcs lift them.
+    /// Moves from next to one end of a run outward to the clearance surfaces, or why there are none
+    /// with the arcs as asked. Where both heads are in each other's way, smaller arcs are tried:
+    /// beyond an edge, opposite cutters come nearer to each other along their tangents than the
+    /// arcs lift them.
     fn end(&self, run: &Run, end: PassEnd) -> Result<Vec<DualMove>, String> {
         let mut first = None;
         for share in ARC_SHARES {
@@ -160,8 +162,8 @@ impl DualMover<'_, '_> {
         })
     }
 
-    /// Direction in the workpiece frame in which a head cannot move its tool while all rotary axes stand: of a head with two
-    /// linear axes the one across both, `None` with three.
+    /// Direction in the workpiece frame in which a head cannot move its tool while all rotary axes
+    /// stand: of a head with two linear axes the one across both, `None` with three.
     fn still_across(&self, head: usize, axes: &AxisValues) -> Option<Unit<Vector3<f64>>> {
         let machine = self.test.tests[head].cell.machine;
         let linears: Vec<usize> =
@@ -200,8 +202,8 @@ impl DualMover<'_, '_> {
         Ok(all)
     }
 
-    /// Both ways at once, each head at the same part of its arc, then of its way out; the shared axis stands still. Every
-    /// place is on both tested ways, because linear axes alone move.
+    /// Both ways at once, each head at the same part of its arc, then of its way out; the shared
+    /// axis stands still. Every place is on both tested ways, because linear axes alone move.
     fn joined_way(&self, ends: &Ends, shared: f64) -> Result<Vec<DualMove>, (usize, Infeasible)> {
         let mut moves = Vec::new();
         let mut hints = [Hints::default(), Hints::default()];
@@ -239,7 +241,8 @@ impl DualMover<'_, '_> {
         test.cell.machine.cl_point(axes, test.cell.tool.gauge_length()).transformed(test.work_from_table())
     }
 
-    /// All axis values turned by the full turns of the shared axis that bring it nearest to another position.
+    /// All axis values turned by the full turns of the shared axis that bring it nearest to another
+    /// position.
     pub(crate) fn turned(&self, axes: &AxisValues, near: &AxisValues) -> AxisValues {
         let machine = self.test.tests[0].cell.machine;
         let mut turned = *axes;
@@ -249,8 +252,8 @@ impl DualMover<'_, '_> {
         turned
     }
 
-    /// A rapid from one position to another with all axes at once, both heads on their clearance surfaces; where that is
-    /// blocked, with both farther out.
+    /// A rapid from one position to another with all axes at once, both heads on their clearance
+    /// surfaces; where that is blocked, with both farther out.
     ///
     /// # Errors
     /// When no height is free.
@@ -324,7 +327,8 @@ impl DualMover<'_, '_> {
         Some(joined)
     }
 
-    /// Sends the other head home for `head` to work alone: rapids from where both are, and where the machine then is.
+    /// Sends the other head home for `head` to work alone: rapids from where both are, and where
+    /// the machine then is.
     ///
     /// # Errors
     /// As [`DualMover::cross`].
@@ -349,8 +353,8 @@ impl DualMover<'_, '_> {
     }
 }
 
-/// Moves found from the cut outward, in reverse order, as they are driven inward: each is of the kind of the way that it
-/// covers, which was told at its outer end.
+/// Moves found from the cut outward, in reverse order, as they are driven inward: each is of the
+/// kind of the way that it covers, which was told at its outer end.
 fn driven_inward(outer_first: Vec<DualMove>) -> Vec<DualMove> {
     let kinds: Vec<MoveKind> = outer_first.iter().map(|m| m.kind).collect();
     let mut inward = outer_first;
@@ -363,7 +367,8 @@ fn driven_inward(outer_first: Vec<DualMove>) -> Vec<DualMove> {
     inward
 }
 
-/// Places on two polylines at equal parts of their lengths: at the corners of both, without the start.
+/// Places on two polylines at equal parts of their lengths: at the corners of both, without the
+/// start.
 fn together(ways: [&[AxisValues]; 2]) -> Vec<[AxisValues; 2]> {
     let parts = ways.map(parts);
     let mut all: Vec<f64> = parts.iter().flatten().copied().filter(|p| *p > 0.0).collect();

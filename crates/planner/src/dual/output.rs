@@ -121,7 +121,8 @@ pub(crate) fn write_dual_texts(
     let post = ground.setups[0].post(jobs[0]);
     let written = write_program_of_heads(&spec, &heads, &post).map_err(|e| jobs[0].wrong(format!("post: {e}")))?;
     let part_lines = timed.operation_starts.iter().map(|&block| written.block_lines[block]).collect();
-    // Tip feeds in the order of the report: all of the first head's operation, then all of the second's.
+    // Tip feeds in the order of the report: all of the first head's operation, then all of the
+    // second's.
     timed.tip_feeds = times.iter().flat_map(|t| t.tip_feeds.iter().flatten().copied()).collect();
     timed.cut_feeds = times.iter().flat_map(|t| t.cut_feeds.iter().flatten().copied()).collect();
     let apt = |h: usize| {
@@ -160,7 +161,8 @@ fn files_of<'a>(part: &Part<'a>) -> Result<[&'a OperationFile; 2], Failure> {
     }
 }
 
-/// The first operation of each head: the spindle speeds that the program starts with, and its coolant, are theirs.
+/// The first operation of each head: the spindle speeds that the program starts with, and its
+/// coolant, are theirs.
 fn spindle_feeds<'a>(parts: &[Part<'a>], first: &Part<'a>) -> Result<[&'a OperationFile; 2], Failure> {
     let fallback = files_of(first)?;
     Ok([0, 1].map(|h| parts.iter().find_map(|p| p.files[h]).unwrap_or(fallback[h])))
@@ -257,7 +259,8 @@ impl DualProgram<'_, '_> {
         Ok([run(0)?, run(1)?])
     }
 
-    /// Measures what the text leaves on the regions of the setup's operations, whichever head cuts there.
+    /// Measures what the text leaves on the regions of the setup's operations, whichever head cuts
+    /// there.
     pub(crate) fn remaining(&self, stages: &dyn Stages) -> Result<Option<RemainingReport>, Failure> {
         let (setups, settings) = ([self.setup(0), self.setup(1)], [self.settings(0), self.settings(1)]);
         let heads = [0, 1].map(|h| RunningHead { at: &setups[h], settings: &settings[h] });

@@ -36,7 +36,8 @@ pub(crate) struct PairPlanner<'p, 'a> {
 pub(crate) type HeadOperations<'a> = [(usize, usize, PlannedOperation<'a>); 2];
 
 impl<'a> PairPlanner<'_, 'a> {
-    /// The two operations and their part of the program; `at` is where the machine is before and after it.
+    /// The two operations and their part of the program; `at` is where the machine is before and
+    /// after it.
     ///
     /// # Errors
     /// As [`crate::plan::plan_setup`].
@@ -114,8 +115,9 @@ impl<'a> PairPlanner<'_, 'a> {
         Ok((planned, part))
     }
 
-    /// What one head cuts alone: the way of both heads to its first move with the other one at home, its moves, and points
-    /// without an entry or exit. Where no link leads there, both heads go home first.
+    /// What one head cuts alone: the way of both heads to its first move with the other one at
+    /// home, its moves, and points without an entry or exit. Where no link leads there, both heads
+    /// go home first.
     fn left_alone(
         &self,
         mover: &DualMover<'_, '_>,
@@ -144,7 +146,8 @@ impl<'a> PairPlanner<'_, 'a> {
         }
     }
 
-    /// The runs with the moves between them. Where no link leads to a run it is given back to each head alone.
+    /// The runs with the moves between them. Where no link leads to a run it is given back to each
+    /// head alone.
     fn both(
         &self,
         mover: &DualMover<'_, '_>,
@@ -207,7 +210,8 @@ impl<'a> PairPlanner<'_, 'a> {
         Ok(sum)
     }
 
-    /// Runs of both heads with their entries and exits, in cutting order, and why other stations have none.
+    /// Runs of both heads with their entries and exits, in cutting order, and why other stations
+    /// have none.
     fn reached(
         &self,
         mover: &DualMover<'_, '_>,
@@ -271,7 +275,8 @@ struct Both {
     at: Option<AxisValues>,
 }
 
-/// The moves of runs one after the other, and where both heads are then; or which run no link leads to, and why.
+/// The moves of runs one after the other, and where both heads are then; or which run no link leads
+/// to, and why.
 fn linked<'s>(
     mover: &DualMover<'_, '_>,
     runs: impl Iterator<Item = &'s ReachedRun>,
@@ -353,10 +358,12 @@ pub(crate) fn run_planner<'r, 'a>(
     }
 }
 
-/// Way between stations at which values of the shared axis are compared, as part of the smaller cutter's radius.
+/// Way between stations at which values of the shared axis are compared, as part of the smaller
+/// cutter's radius.
 const SPACING: f64 = 0.3;
 
-/// Postures of an operation in a pair: those of its search, and as far to the other side as the pair allows.
+/// Postures of an operation in a pair: those of its search, and as far to the other side as the
+/// pair allows.
 fn posture_range(operation: &OperationFile, pair: &PairFile, uncut_left: bool) -> PostureRange {
     let s = &operation.search;
     let most = s.rotate_deg[1];
@@ -378,7 +385,8 @@ pub(crate) fn as_piece(head: usize, run: &Run, piece: &Piece) -> PieceMoves {
     PieceMoves { piece: Piece { cuts: run.stops.iter().map(cut).collect(), ..piece.clone() }, moves: moves.collect() }
 }
 
-/// Tells the moves of runs what a head's cutter takes on them; `pieces` are the head's parts of the runs.
+/// Tells the moves of runs what a head's cutter takes on them; `pieces` are the head's parts of the
+/// runs.
 fn give_run_chips(sections: &mut [Section], head: usize, pieces: &[PieceMoves]) {
     let mut pieces = pieces.iter();
     for k in 0..sections.len() {
@@ -423,8 +431,8 @@ fn points_of(pieces: &[Piece]) -> Places {
     points
 }
 
-/// Counts every point as often as it is to be planned: where two pieces of one head end at the same, it belongs to the first
-/// of them. Of what is said to be lost the rest remains.
+/// Counts every point as often as it is to be planned: where two pieces of one head end at the
+/// same, it belongs to the first of them. Of what is said to be lost the rest remains.
 fn count_once<'p>(
     pieces: impl Iterator<Item = &'p mut PieceMoves>,
     mut asked: Places,

@@ -75,7 +75,8 @@ fn pair_report(part: &Part<'_>, times: &DualTimes, ground: &TwoHeadContext<'_>) 
     })
 }
 
-/// Steps between stops of runs in which a head's tool turns farther against the surface than its operation allows.
+/// Steps between stops of runs in which a head's tool turns farther against the surface than its
+/// operation allows.
 fn posture_jumps(part: &Part<'_>, head: usize) -> usize {
     let Some(operation) = part.files[head] else { return 0 };
     let allowed = operation.search.max_turn_deg_per_mm.to_radians();

@@ -22,10 +22,12 @@ pub(crate) struct Station {
     pub at: [f64; 2],
 }
 
-/// Pairs of pieces of two operations, in the order of both: those that share the most length, the nearest to each other of
-/// equals. A piece is in one pair at most; pieces of different places of the pattern are none.
+/// Pairs of pieces of two operations, in the order of both: those that share the most length, the
+/// nearest to each other of equals. A piece is in one pair at most; pieces of different places of
+/// the pattern are none.
 ///
-/// Longest common way through both orders, which is exact: every pair of the best choice is in its table.
+/// Longest common way through both orders, which is exact: every pair of the best choice is in its
+/// table.
 pub(crate) fn pairs(first: &[Piece], second: &[Piece]) -> Vec<[usize; 2]> {
     let lengths = [first, second].map(|pieces| pieces.iter().map(length).collect::<Vec<f64>>());
     let size = first.iter().chain(second).map(extent).fold(1.0, f64::max);
@@ -85,11 +87,12 @@ const MOST_TO_ONE: usize = 6;
 /// How far one piece may be ahead of the other, as part of the whole.
 const BAND: f64 = 0.2;
 
-/// Stations through all points of two passes, both from end to end: of all ways to bring the points together the one that takes
-/// the shortest time at these feeds, ways between opposite points that are far from each other counted for longer.
+/// Stations through all points of two passes, both from end to end: of all ways to bring the points
+/// together the one that takes the shortest time at these feeds, ways between opposite points that
+/// are far from each other counted for longer.
 ///
-/// Where several points of one head fall between two of the other, that one's CC points are put between, on the straight
-/// line between its two: the path's chord tolerance holds there.
+/// Where several points of one head fall between two of the other, that one's CC points are put
+/// between, on the straight line between its two: the path's chord tolerance holds there.
 pub(crate) fn stations(passes: [&[CcPoint]; 2], feeds: [f64; 2]) -> Vec<Station> {
     let anchors = anchors(passes, feeds);
     let mut stations: Vec<Station> = Vec::new();
@@ -142,8 +145,8 @@ pub(crate) fn between(a: &CcPoint, b: &CcPoint, t: f64) -> Option<CcPoint> {
     CcPoint::new(position, a.normal.lerp(&b.normal, t), a.feed.lerp(&b.feed, t)).ok()
 }
 
-/// Pairs of indices of points that are passed at the same time, from both first ones to both last ones; from one pair to the
-/// next one of the two indices grows by 1.
+/// Pairs of indices of points that are passed at the same time, from both first ones to both last
+/// ones; from one pair to the next one of the two indices grows by 1.
 fn anchors(passes: [&[CcPoint]; 2], feeds: [f64; 2]) -> Vec<[usize; 2]> {
     let [n, m] = passes.map(<[CcPoint]>::len);
     if n == 0 || m == 0 {

@@ -15,7 +15,8 @@ use crate::passes::operation::SetupContext;
 
 /// What both heads stand on.
 pub(crate) struct TwoHeadContext<'a> {
-    /// The job as each head sees it while it is planned: tool and cutter of the other one are larger than they are.
+    /// The job as each head sees it while it is planned: tool and cutter of the other one are
+    /// larger than they are.
     pub jobs: [&'a Job; 2],
     /// The machine as each head sees it, with the other one's tool as it is.
     pub machines: [&'a Machine; 2],

@@ -26,7 +26,8 @@ pub(crate) struct PartFeeds<'a> {
 /// Times and lengths of moves of two heads.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct DualTimes {
-    /// All moves, s; at the feeds that axis velocities allow, with which those one after the other are compared.
+    /// All moves, s; at the feeds that axis velocities allow, with which those one after the other
+    /// are compared.
     pub time: f64,
     /// Way of each tip in cuts of both heads at once, mm.
     pub paired: [f64; 2],

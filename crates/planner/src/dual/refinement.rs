@@ -13,7 +13,8 @@ use crate::dual::parts::{Part, TwoHeadContext};
 use crate::passes::move_settings::move_settings;
 use crate::program::refinement::lines_to_refine;
 
-/// Lines of blocks in which a cutter goes deeper than allowed, or that could not be certified, for either head.
+/// Lines of blocks in which a cutter goes deeper than allowed, or that could not be certified, for
+/// either head.
 pub(crate) fn lines(
     verification: Option<&[Verification; 2]>,
     certificates: Option<&[Certificates; 2]>,
@@ -21,8 +22,8 @@ pub(crate) fn lines(
     (0..2).flat_map(|h| lines_to_refine(verification.map(|v| &v[h]), certificates.map(|c| &c[h]))).collect()
 }
 
-/// Puts tested stops into each block of a run on these lines, one in its middle at least; the number put in. Where none is feasible, and
-/// where one head works alone, the block stays as it is.
+/// Puts tested stops into each block of a run on these lines, one in its middle at least; the
+/// number put in. Where none is feasible, and where one head works alone, the block stays as it is.
 pub(crate) fn refine(
     ground: &TwoHeadContext<'_>,
     parts: &mut [Part<'_>],

@@ -1,5 +1,5 @@
-//! What runs leave of both operations: nothing that a head alone would cut is lost beside them, and what is left for both
-//! heads is cut at once where it can be.
+//! What runs leave of both operations: nothing that a head alone would cut is lost beside them, and
+//! what is left for both heads is cut at once where it can be.
 
 use std::collections::BTreeSet;
 
@@ -27,8 +27,9 @@ pub(crate) struct Remains<'m, 'r, 'a> {
 type Tried = (usize, usize, [u64; 2]);
 
 impl Remains<'_, '_, '_> {
-    /// Runs without the stops at their ends that have to be given back for each head alone to have an entry into what is left
-    /// beside them, and an exit out of it. A run that would keep too little is given back as a whole.
+    /// Runs without the stops at their ends that have to be given back for each head alone to have
+    /// an entry into what is left beside them, and an exit out of it. A run that would keep too
+    /// little is given back as a whole.
     ///
     /// Each round takes stops away or is the last.
     ///
@@ -63,7 +64,8 @@ impl Remains<'_, '_, '_> {
         }
     }
 
-    /// Widens what is left for a head where it would lose points; `kept` is what each run then keeps.
+    /// Widens what is left for a head where it would lose points; `kept` is what each run then
+    /// keeps.
     fn widen(
         &self,
         head: usize,
@@ -91,7 +93,8 @@ impl Remains<'_, '_, '_> {
         Ok(())
     }
 
-    /// The narrowest of the gaps around one that a head alone cuts without losing points; the whole piece where none is.
+    /// The narrowest of the gaps around one that a head alone cuts without losing points; the whole
+    /// piece where none is.
     fn wide_enough(&self, head: usize, gap: &Gap) -> [f64; 2] {
         let whole = [0.0, self.pieces[head][gap.piece].places().count().saturating_sub(1) as f64];
         let wider = |by: f64| {
@@ -140,8 +143,8 @@ const EVERYWHERE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 /// Points of the path that are given back at each end, as they are tried.
 const GIVEN_BACK: [f64; 10] = [0.0, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0];
 
-/// Pieces that each head would cut for itself, both at once where they can be from end to end: what is left at one end of the
-/// blade with what is left at the other. The planner's pieces are these.
+/// Pieces that each head would cut for itself, both at once where they can be from end to end: what
+/// is left at one end of the blade with what is left at the other. The planner's pieces are these.
 ///
 /// # Errors
 /// When the monitor cancels.
@@ -171,7 +174,8 @@ pub(crate) fn paired_left(
     Ok(runs)
 }
 
-/// Pieces of the second head that may go with one of the first: beyond both cutters, the nearest in length first.
+/// Pieces of the second head that may go with one of the first: beyond both cutters, the nearest in
+/// length first.
 fn partners(pieces: [&[Piece]; 2], i: usize, apart: f64) -> impl Iterator<Item = [usize; 2]> {
     let first = &pieces[0][i];
     let middle = |p: &Piece| p.cuts[p.cuts.len() / 2].cc.position;

@@ -1,4 +1,5 @@
-//! Paired pieces as runs of stops that both heads cut at once, and what is left for each head alone.
+//! Paired pieces as runs of stops that both heads cut at once, and what is left for each head
+//! alone.
 
 use std::collections::BTreeMap;
 
@@ -96,7 +97,8 @@ impl Causes {
 pub(crate) struct RunPlanner<'r, 'a> {
     /// Both heads.
     pub test: PairTest<'r, 'a>,
-    /// Postures that each head may take where the uncut stock lies to the right of the feed, and where to the left.
+    /// Postures that each head may take where the uncut stock lies to the right of the feed, and
+    /// where to the left.
     pub ranges: [[PostureRange; 2]; 2],
     /// How postures are chosen from them; its own ranges are those of the first piece.
     pub settings: PairSettings,
@@ -171,8 +173,8 @@ impl RunPlanner<'_, '_> {
         }
     }
 
-    /// Stops to put between two so that the control drives nearer to the meant motion: one in the middle at least, and none of
-    /// the ways between strays too far. `None` where there are none.
+    /// Stops to put between two so that the control drives nearer to the meant motion: one in the
+    /// middle at least, and none of the ways between strays too far. `None` where there are none.
     pub(crate) fn mended(
         &self,
         ranges: &[PostureRange; 2],
@@ -199,8 +201,8 @@ impl RunPlanner<'_, '_> {
         Some(stops)
     }
 
-    /// What is found at the stations with the first head on the branch that it has alone; where that leaves many out, on the
-    /// branch that leaves fewest out.
+    /// What is found at the stations with the first head on the branch that it has alone; where
+    /// that leaves many out, on the branch that leaves fewest out.
     fn outcomes(
         &self,
         pair: &PiecePair,
@@ -235,7 +237,8 @@ impl RunPlanner<'_, '_> {
         outcome.map(|pose| Stop { cc: station.pair.cc, pose, at: station.at })
     }
 
-    /// Stops strictly between two, close enough for the control in both heads; `None` where there are none.
+    /// Stops strictly between two, close enough for the control in both heads; `None` where there
+    /// are none.
     fn between(
         &self,
         ranges: &[PostureRange; 2],
@@ -313,13 +316,15 @@ pub(crate) fn gaps(pieces: &[Piece], head: usize, runs: &[&Run]) -> Vec<Gap> {
     gaps
 }
 
-/// What is left of each piece of an operation (0 or 1) where runs have cut the rest: pieces of its own cuts, each reaching to
-/// the cuts at which the runs beside it end. Single cuts are left out where a run passes over them.
+/// What is left of each piece of an operation (0 or 1) where runs have cut the rest: pieces of its
+/// own cuts, each reaching to the cuts at which the runs beside it end. Single cuts are left out
+/// where a run passes over them.
 pub(crate) fn left_over(pieces: &[Piece], head: usize, runs: &[&Run]) -> Vec<Piece> {
     gaps(pieces, head, runs).iter().filter_map(|gap| part_of(&pieces[gap.piece], gap.at)).collect()
 }
 
-/// The cuts of a piece from one place to another, whole cuts outward; `None` where that is fewer than two.
+/// The cuts of a piece from one place to another, whole cuts outward; `None` where that is fewer
+/// than two.
 pub(crate) fn part_of(piece: &Piece, [from, to]: [f64; 2]) -> Option<Piece> {
     // What was put between places goes with the one before.
     let mut place: f64 = -1.0;

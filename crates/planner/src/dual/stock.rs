@@ -14,11 +14,13 @@ use crate::plan_stock::{CutByPlan, StockToCut, cut_by_plan};
 use crate::program::output::lines_of;
 
 impl DualProgram<'_, '_> {
-    /// Cuts the stock by both heads, where it is verified and there is one to cut, and adds what meets it to each head's run; what bodies of
-    /// the machine meet there of the stock as it was at first alone is taken out, with what that rests on.
+    /// Cuts the stock by both heads, where it is verified and there is one to cut, and adds what
+    /// meets it to each head's run; what bodies of the machine meet there of the stock as it was at
+    /// first alone is taken out, with what that rests on.
     ///
     /// # Errors
-    /// When the stock cannot be made lines of that are as far apart as asked, or the stages are cancelled.
+    /// When the stock cannot be made lines of that are as far apart as asked, or the stages are
+    /// cancelled.
     pub(crate) fn cut_by_plan(
         &self,
         stock: Option<&StockToCut<'_>>,

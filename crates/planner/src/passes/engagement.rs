@@ -29,8 +29,8 @@ pub(crate) struct PointEngagement {
     pub chip: Chip,
 }
 
-/// Ridges and chips of every piece at every point of the path, and at both ends of pieces that begin or end between
-/// two. Moves in the stock learn what the cutter takes on them.
+/// Ridges and chips of every piece at every point of the path, and at both ends of pieces that
+/// begin or end between two. Moves in the stock learn what the cutter takes on them.
 ///
 /// # Errors
 /// When the stages are cancelled, or an area cannot be computed.
@@ -127,7 +127,8 @@ impl<'s> Surroundings<'s> {
             .map(|k| {
                 let (area, thickness) = chips[k];
                 let is_air = area == 0.0 && self.feeds.air_mm_min.is_some() && self.is_clear(k, own, &chips)?;
-                // On the side of what is cut already a pass near by that ends beside the point has left what is not known.
+                // On the side of what is cut already a pass near by that ends beside the point has
+                // left what is not known.
                 let side = usize::from(!piece.uncut_left);
                 let at = OwnPlace { pass, point: k };
                 let is_known =
@@ -151,8 +152,8 @@ impl<'s> Surroundings<'s> {
         ChipSite::new(outline, beside, top)
     }
 
-    /// Whether there is nothing to cut as far along the feed as the cutter reaches from a point. Beyond the ends of a
-    /// pass that is known of a solid stock alone.
+    /// Whether there is nothing to cut as far along the feed as the cutter reaches from a point.
+    /// Beyond the ends of a pass that is known of a solid stock alone.
     fn is_clear(&self, k: usize, own: &[CutPoint], chips: &[(f64, f64)]) -> Result<bool, Failure> {
         let reach = 2.0 * self.job.tool.cutter().radius();
         let point = &own[k];
@@ -186,10 +187,12 @@ fn area(site: &ChipSite) -> Result<f64, Failure> {
     site.area().map_err(|e| Failure::Internal(format!("chip area: {e}")))
 }
 
-/// Sections in front of a point, and as many behind it, that have to be empty for it to be in the air.
+/// Sections in front of a point, and as many behind it, that have to be empty for it to be in the
+/// air.
 const CLEAR_STEPS: i32 = 8;
 
-/// Pieces in other places of a pattern that are cut as one of the first place is, and so are those beside them.
+/// Pieces in other places of a pattern that are cut as one of the first place is, and so are those
+/// beside them.
 struct Twins {
     /// Index of the piece in the first place, of each piece.
     of: Vec<Option<usize>>,
@@ -246,8 +249,9 @@ fn are_twins(first: &Piece, copy: &Piece, place: &Isometry3<f64>) -> bool {
         })
 }
 
-/// Tells every move in the stock what the cutter takes on it, at most: on the way between two points the larger of what
-/// it takes there, on entries and exits what it takes at the end of the pass.
+/// Tells every move in the stock what the cutter takes on it, at most: on the way between two
+/// points the larger of what it takes there, on entries and exits what it takes at the end of the
+/// pass.
 pub(crate) fn give_chips(piece: &mut PieceMoves, along: &[PointEngagement]) {
     let (Some(first), Some(last)) = (along.first(), along.last()) else { return };
     let last_cut = piece.piece.cuts.len().saturating_sub(1);
@@ -269,8 +273,8 @@ pub(crate) fn give_chips(piece: &mut PieceMoves, along: &[PointEngagement]) {
     }
 }
 
-/// Places across the cutter at which the height of a solid stock is looked for; what is narrower than their distance
-/// may be missed.
+/// Places across the cutter at which the height of a solid stock is looked for; what is narrower
+/// than their distance may be missed.
 pub(crate) const SOLID_PLACES: usize = 49;
 
 /// The stock over a point, where the surface has this curvature across the feed.
@@ -294,7 +298,8 @@ pub(crate) fn stock_over(setup: &Setup<'_>, cc: &CcPoint, curvature: f64, extent
     StockTop::Solid { extent, heights }
 }
 
-/// Where the neighbour does not reach, what is known of the nearest point before that, else of the first one after.
+/// Where the neighbour does not reach, what is known of the nearest point before that, else of the
+/// first one after.
 pub(crate) fn carried_on<T: Copy>(mut along: Vec<Option<T>>) -> Vec<Option<T>> {
     let mut last = along.iter().copied().find_map(|s| s);
     for known in &mut along {
@@ -304,8 +309,8 @@ pub(crate) fn carried_on<T: Copy>(mut along: Vec<Option<T>>) -> Vec<Option<T>> {
     along
 }
 
-/// How far to look for the neighbouring pass: as far as the cutter could reach if it lay flat, and beyond, so that a strip that
-/// stays uncut is seen.
+/// How far to look for the neighbouring pass: as far as the cutter could reach if it lay flat, and
+/// beyond, so that a strip that stays uncut is seen.
 pub(crate) fn neighbour_reach(cutter: &Cutter, operation: &OperationFile) -> NeighbourReach {
     let step_over = operation.tolerances.max_step_over_mm;
     NeighbourReach { far: 3.0 * step_over.max(cutter.radius()), opposed: step_over }

@@ -1,5 +1,5 @@
-//! Passes put between those that were laid: beside trimmed ones, as near as postures allow, and where the postures taken leave
-//! more than the allowed cusp.
+//! Passes put between those that were laid: beside trimmed ones, as near as postures allow, and
+//! where the postures taken leave more than the allowed cusp.
 
 #[cfg(test)]
 #[path = "../../tests/unit/passes/extra_passes/laws.rs"]
@@ -61,8 +61,8 @@ pub(crate) struct Interposer<'i, 'a> {
     pub(crate) least_length: f64,
 }
 
-/// Rounds of passes put between others. Each halves a strip at least, which brings its cusp down to a quarter: three take a
-/// cusp of 64 times the allowed one.
+/// Rounds of passes put between others. Each halves a strip at least, which brings its cusp down to
+/// a quarter: three take a cusp of 64 times the allowed one.
 const ROUNDS: usize = 3;
 
 /// Most passes in one strip: more of them in a strip so wide are another plan.
@@ -201,8 +201,9 @@ impl<'a> Interposer<'_, 'a> {
         (0..neighbours.passes().len()).into_par_iter().map(of_run).collect::<Vec<_>>().into_iter().flatten().collect()
     }
 
-    /// Stock that ridges leave beyond the allowed cusp, mm³, as if they were as high over the whole strip: a measure to compare
-    /// rounds by. A strip that stays uncut counts as high as it is wide.
+    /// Stock that ridges leave beyond the allowed cusp, mm³, as if they were as high over the whole
+    /// strip: a measure to compare rounds by. A strip that stays uncut counts as high as it is
+    /// wide.
     fn left_beyond(&self, path: &PlannedPath) -> f64 {
         let neighbours = Neighbours::new(path.planned().passes(), self.reach);
         let cutter = self.tests.plain.cell.tool.cutter();
@@ -245,8 +246,8 @@ impl<'a> Interposer<'_, 'a> {
         if step / (n + 1) as f64 >= self.least_step { n } else { 0 }
     }
 
-    /// Stretches of a run at which passes are wanted, each a point longer at both ends, and as long as passes have to be where
-    /// the pass beside goes on.
+    /// Stretches of a run at which passes are wanted, each a point longer at both ends, and as long
+    /// as passes have to be where the pass beside goes on.
     fn long_enough(&self, points: &[CutPoint], wanted: &[Option<(Neighbour, usize)>]) -> Vec<std::ops::Range<usize>> {
         let mut stretches: Vec<std::ops::Range<usize>> = Vec::new();
         for run in runs_of_one(wanted, |w| w.is_some_and(|(_, n)| n > 0)) {
@@ -270,7 +271,8 @@ impl<'a> Interposer<'_, 'a> {
         stretches.into_iter().filter(|s| s.len() >= 2).collect()
     }
 
-    /// Passes beside the points of trimmed ones, on both sides as near to them as there are postures.
+    /// Passes beside the points of trimmed ones, on both sides as near to them as there are
+    /// postures.
     fn moved(&self, path: &PlannedPath) -> Vec<Extra> {
         let Some(search_settings) = self.settings.fallback() else { return Vec::new() };
         let laid = Neighbours::new(path.tasks.iter().map(as_laid).collect(), self.reach);
@@ -348,7 +350,8 @@ impl<'a> Interposer<'_, 'a> {
         Some(LaidTask { pass, ..like.clone() })
     }
 
-    /// The point of the surface at a share of the way from one CC point to another; `None` where it is far from both.
+    /// The point of the surface at a share of the way from one CC point to another; `None` where it
+    /// is far from both.
     fn between_points(&self, from: &CcPoint, to: &CcPoint, share: f64) -> Option<CcPoint> {
         let foot = |cc: &CcPoint| cc.position - cc.normal.into_inner() * self.allowance;
         let (a, b) = (foot(from), foot(to));
@@ -365,7 +368,8 @@ const SAME_PLACE: f64 = 1e-6;
 /// Share of the way beyond which a pass is not worth its entry and exit: next to the pass beside.
 const FARTHEST: f64 = 0.75;
 
-/// The least share of the way at which a point is feasible, to an eighth of it; `None` where that is next to the pass beside.
+/// The least share of the way at which a point is feasible, to an eighth of it; `None` where that
+/// is next to the pass beside.
 fn nearest_feasible<T>(mut is_feasible: impl FnMut(f64) -> Option<T>) -> Option<f64> {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..MOVES {

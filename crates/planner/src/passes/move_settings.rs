@@ -38,17 +38,19 @@ pub(crate) fn move_settings(job: &Job, setup: &Setup<'_>, operation: &OperationF
         },
         shortest_order: setup.file.links.order == PassOrderFile::Shortest,
         linearity: cut_linearity(job, operation),
-        // Half of the distance that rapids keep anyway; how axes go that each go by themselves is tested block by block.
+        // Half of the distance that rapids keep anyway; how axes go that each go by themselves is
+        // tested block by block.
         rapid_linearity: linearity(job, 0.5 * clearance, law),
     }
 }
 
-/// Poses of an entry's or exit's arc per radius of way: chords leave the arc by 2e-5 of its radius, and are no more than
-/// 0.4° steeper than it.
+/// Poses of an entry's or exit's arc per radius of way: chords leave the arc by 2e-5 of its radius,
+/// and are no more than 0.4° steeper than it.
 pub(crate) const ARC_STEPS: f64 = 80.0;
 
-/// Largest and smallest distance between tested poses on entries and exits, mm. Within, it is a quarter of the corner radius:
-/// a rounded rim then dips by at most 1/128 of it past a point that it touches between two.
+/// Largest and smallest distance between tested poses on entries and exits, mm. Within, it is a
+/// quarter of the corner radius: a rounded rim then dips by at most 1/128 of it past a point that
+/// it touches between two.
 pub(crate) const TEST_STEPS: [f64; 2] = [1.0, 0.25];
 
 /// Settings of an entry or exit.

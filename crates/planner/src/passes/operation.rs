@@ -41,7 +41,8 @@ pub(crate) struct SetupContext<'a> {
     pub(crate) setup: &'a Setup<'a>,
     /// Z-map of the setup's obstacles.
     pub(crate) map: &'a ZMap,
-    /// Whether passes may be put between those that the strategy lays. Not for two heads at once, whose passes go in pairs.
+    /// Whether passes may be put between those that the strategy lays. Not for two heads at once,
+    /// whose passes go in pairs.
     pub(crate) adds_passes: bool,
 }
 
@@ -68,11 +69,12 @@ pub(crate) struct PlannedOperation<'a> {
 }
 
 impl<'a> PlannedOperation<'a> {
-    /// Plans an operation whose program goes on `from` where the one before it ended; with `picture` also draws the
-    /// solution space at one point.
+    /// Plans an operation whose program goes on `from` where the one before it ended; with
+    /// `picture` also draws the solution space at one point.
     ///
     /// # Errors
-    /// When no pass can be laid, the operation's policy does not allow what is infeasible, or the stages are cancelled.
+    /// When no pass can be laid, the operation's policy does not allow what is infeasible, or the
+    /// stages are cancelled.
     pub(crate) fn plan(
         ground: &SetupContext<'_>,
         (index, operation): (usize, &'a OperationFile),
@@ -92,7 +94,8 @@ impl<'a> PlannedOperation<'a> {
         clock.lap("path");
         let mut left_out = Vec::new();
         let settings = move_settings(job, setup, operation);
-        // What looks for postures keeps away from the pole; what is to be tested as it stands does not.
+        // What looks for postures keeps away from the pole; what is to be tested as it stands does
+        // not.
         let choosing = PoseTest::new(&cell).avoiding_pole(operation.search.singular_cone_deg.to_radians());
         let tests = Tests { choosing: &choosing, plain: &test };
         let Placed { pieces, cc_points, optimum, extra } =
@@ -188,8 +191,8 @@ fn reliefs_by_reason(
     firsts.into_par_iter().map(of).collect()
 }
 
-/// Where the job leaves the branch open, takes the one nearest to home at the first CC point for all passes: passes on
-/// different branches would have to be linked through the pole.
+/// Where the job leaves the branch open, takes the one nearest to home at the first CC point for
+/// all passes: passes on different branches would have to be linked through the pole.
 pub(crate) fn settle_branch(cell: &mut Workcell<'_>, tasks: &[LaidTask]) {
     let first = tasks.first().and_then(|t| Some((t.pass.points.first()?, t.curve.start())));
     let (BranchPreference::Nearest, Some((cc, posture))) = (cell.preferred_branch, first) else { return };
@@ -239,7 +242,8 @@ fn place_pieces(
     Ok(Placed { pieces, cc_points: n_points * places.len(), optimum, extra })
 }
 
-/// Poses in the first place of the pattern, with passes put between those laid where that is asked for.
+/// Poses in the first place of the pattern, with passes put between those laid where that is asked
+/// for.
 fn planned_path(
     tests: &Tests<'_>,
     ground: &SetupContext<'_>,
@@ -294,8 +298,8 @@ const PICTURE_CANDIDATES: usize = 300;
 /// Resolution of the picture, rad.
 const PICTURE_RESOLUTION: f64 = 0.25 * std::f64::consts::PI / 180.0;
 
-/// The solution space at the point of the path, of some hundred spread over it, whose smallest feasible posture has the largest
-/// tilt, the first of equals: where it is narrowest.
+/// The solution space at the point of the path, of some hundred spread over it, whose smallest
+/// feasible posture has the largest tilt, the first of equals: where it is narrowest.
 fn picture_of(
     test: &PoseTest<'_>,
     operation: &OperationFile,

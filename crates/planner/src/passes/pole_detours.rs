@@ -1,8 +1,10 @@
-//! Other postures for passes that lose time beside the pole of the rotary axes, judged by the time that the axes really need.
+//! Other postures for passes that lose time beside the pole of the rotary axes, judged by the time
+//! that the axes really need.
 //!
-//! The cost of a sequence of postures counts speeds; how long a pass takes is decided by accelerations and jerks, too, and beside
-//! the pole they are what holds the tip back. So passes that lose much there are planned again, calmer and farther from the
-//! pole, and the machine's law of motion decides which way is taken.
+//! The cost of a sequence of postures counts speeds; how long a pass takes is decided by
+//! accelerations and jerks, too, and beside the pole they are what holds the tip back. So passes
+//! that lose much there are planned again, calmer and farther from the pole, and the machine's law
+//! of motion decides which way is taken.
 
 #[cfg(test)]
 #[path = "../../tests/unit/passes/pole_detours/laws.rs"]
@@ -22,25 +24,29 @@ use facemill_tool_path::pieces::pole::Tests;
 use facemill_virtual_machine::program_time::run::{Run, Timer};
 use rayon::prelude::*;
 
-/// Angle to the pole within which lost time is put down to it, rad: farther away the first rotary axis turns less than six times
-/// as fast as the tool axis. Larger: passes that have nothing to win are planned again.
+/// Angle to the pole within which lost time is put down to it, rad: farther away the first rotary
+/// axis turns less than six times as fast as the tool axis. Larger: passes that have nothing to win
+/// are planned again.
 pub(crate) const BESIDE_POLE: f64 = 10.0 * std::f64::consts::PI / 180.0;
 
-/// Part of a pass's time at the programmed feed that is lost before other ways are tried, and that another way has to win. Smaller: more planning for less.
+/// Part of a pass's time at the programmed feed that is lost before other ways are tried, and that
+/// another way has to win. Smaller: more planning for less.
 const WORTH: f64 = 0.1;
 
-/// Part of the largest turn along the pass that a calmer way keeps to. Postures are then chosen at points four times as far apart,
-/// and what changes faster is smoothed away.
+/// Part of the largest turn along the pass that a calmer way keeps to. Postures are then chosen at
+/// points four times as far apart, and what changes faster is smoothed away.
 const CALMER: f64 = 0.25;
 
-/// Wider cones about the pole, rad: the axis turns a third, a ninth as fast as at the border of the default one.
+/// Wider cones about the pole, rad: the axis turns a third, a ninth as fast as at the border of the
+/// default one.
 const CONES: [f64; 2] = [3.0 * std::f64::consts::PI / 180.0, 9.0 * std::f64::consts::PI / 180.0];
 
 /// Passes that an uncut strip counts for.
 const PASSES_IN_UNCUT: f64 = 8.0;
 
-/// Least time of a pass's entry, exit and link, s: it is 11 s on the example patch of 400 mm, 15 s on the example propeller. Larger: ways
-/// stay that lose more beside the pole; smaller: passes are put between for less than they cost.
+/// Least time of a pass's entry, exit and link, s: it is 11 s on the example patch of 400 mm, 15 s
+/// on the example propeller. Larger: ways stay that lose more beside the pole; smaller: passes are
+/// put between for less than they cost.
 const BETWEEN_PASSES: f64 = 10.0;
 
 /// Plans passes beside the pole again, and judges the ways.
@@ -52,7 +58,8 @@ pub(crate) struct Detours<'d, 'a> {
     pub(crate) feed: f64,
     /// Allowed cusp, mm.
     pub(crate) cusp: f64,
-    /// Whether passes are put between where a cusp is too high: then it costs their time; else no other way may raise it.
+    /// Whether passes are put between where a cusp is too high: then it costs their time; else no
+    /// other way may raise it.
     pub(crate) adds_passes: bool,
 }
 
@@ -73,11 +80,11 @@ struct StepTimes {
 }
 
 impl Detours<'_, '_> {
-    /// Plans the passes again that come beside the pole and lose more than a tenth of their time, and takes the ways that are
-    /// faster.
+    /// Plans the passes again that come beside the pole and lose more than a tenth of their time,
+    /// and takes the ways that are faster.
     ///
-    /// A pass is replaced only where the other way leaves no point out that the pass has, and is in no more parts. All others
-    /// stay as they are. Does not depend on the number of threads.
+    /// A pass is replaced only where the other way leaves no point out that the pass has, and is in
+    /// no more parts. All others stay as they are. Does not depend on the number of threads.
     ///
     /// # Errors
     /// When the stages are cancelled.
@@ -123,7 +130,8 @@ impl Detours<'_, '_> {
         self.tests.plain.cell.machine
     }
 
-    /// Ways to plan besides the job's own: none lets the tool turn faster or nearer to the pole than that.
+    /// Ways to plan besides the job's own: none lets the tool turn faster or nearer to the pole
+    /// than that.
     fn alternatives(&self) -> Vec<Alternative> {
         let own_cone = self.tests.choosing.pole_cone();
         let calmer = PassSettings { max_turn_per_mm: CALMER * self.settings.max_turn_per_mm, ..*self.settings };
@@ -157,8 +165,9 @@ impl Detours<'_, '_> {
         self.machine().angle_to_singular(&cl).is_some_and(|angle| angle < BESIDE_POLE)
     }
 
-    /// Time of the passes that have to be put beside a pass for its postures, s, with their entries, exits and links: so many that
-    /// each strip's cusp, which falls with the square of its width, is kept.
+    /// Time of the passes that have to be put beside a pass for its postures, s, with their
+    /// entries, exits and links: so many that each strip's cusp, which falls with the square of its
+    /// width, is kept.
     fn between(&self, task: &PassTask, outcomes: &Pass<Outcome>) -> f64 {
         let cutter = self.tests.plain.cell.tool.cutter();
         let passes = |k: usize| {
@@ -181,7 +190,8 @@ impl Detours<'_, '_> {
     }
 }
 
-/// Time of passes between, s: so many at each point, with the times of the steps from point to point.
+/// Time of passes between, s: so many at each point, with the times of the steps from point to
+/// point.
 fn time_between(passes: &[f64], steps: &[f64]) -> f64 {
     let along: f64 = passes.windows(2).zip(steps).map(|(ends, step)| step * ends[0].max(ends[1])).sum();
     // Where more are wanted than at the point before, some begin.
@@ -198,7 +208,8 @@ struct Judge<'j, 'd, 'a> {
 }
 
 impl Judge<'_, '_, '_> {
-    /// Whether a pass comes beside the pole and loses more than is worth a second plan: what is won there may be lost farther on.
+    /// Whether a pass comes beside the pole and loses more than is worth a second plan: what is won
+    /// there may be lost farther on.
     fn loses_beside_pole(&self, task: &PassTask, outcomes: &Pass<Outcome>) -> bool {
         if !outcomes.points.iter().any(|o| self.detours.is_beside_pole(o)) {
             return false;
@@ -208,8 +219,8 @@ impl Judge<'_, '_, '_> {
         needed > (1.0 + WORTH) * asked
     }
 
-    /// Whether another way leaves no point out that one has, is in no more parts, and takes less time, that of passes between
-    /// included.
+    /// Whether another way leaves no point out that one has, is in no more parts, and takes less
+    /// time, that of passes between included.
     fn is_better(&self, task: &PassTask, own: &Pass<Outcome>, other: &Pass<Outcome>) -> bool {
         if own.points.iter().zip(&other.points).any(|(own, other)| own.is_ok() && other.is_err()) {
             return false;
@@ -223,7 +234,8 @@ impl Judge<'_, '_, '_> {
         other.runs <= own.runs && other_needed + other_between + WORTH * asked < needed + own_between
     }
 
-    /// The times of a pass's steps, each run of poses from rest to rest. An estimate: the poses put between points are to come.
+    /// The times of a pass's steps, each run of poses from rest to rest. An estimate: the poses put
+    /// between points are to come.
     fn times(&self, points: &[CcPoint], outcomes: &Pass<Outcome>) -> StepTimes {
         let n_steps = points.len().saturating_sub(1);
         let mut times = StepTimes { asked: vec![0.0; n_steps], needed: vec![0.0; n_steps], runs: 0 };
@@ -249,8 +261,8 @@ impl Judge<'_, '_, '_> {
         times
     }
 
-    /// A position with endless axes turned to where they are nearest to the one before; `None` where an axis with stops has to
-    /// turn back.
+    /// A position with endless axes turned to where they are nearest to the one before; `None`
+    /// where an axis with stops has to turn back.
     fn wound(&self, before: &AxisValues, at: &AxisValues) -> Option<AxisValues> {
         let axes = self.detours.machine().axes();
         let mut near = *at;

@@ -84,7 +84,8 @@ impl Texts {
     }
 }
 
-/// Timed blocks, NC text and APT text; `verify` says whether the text will be run on the virtual machine.
+/// Timed blocks, NC text and APT text; `verify` says whether the text will be run on the virtual
+/// machine.
 pub(crate) fn write_texts(
     job: &Job,
     setup: &Setup<'_>,
@@ -114,7 +115,8 @@ pub(crate) fn write_texts(
     Ok(Texts::new(timed, written, apt))
 }
 
-/// The NC text with feeds that no law of motion has lowered, and no APT text: for who asks where it goes.
+/// The NC text with feeds that no law of motion has lowered, and no APT text: for who asks where it
+/// goes.
 pub(crate) fn write_draft(
     job: &Job,
     setup: &Setup<'_>,
@@ -197,8 +199,8 @@ pub(crate) struct OwnProgram<'a> {
     pub operations: &'a [PlannedOperation<'a>],
     pub words: &'a WordMap,
     pub texts: &'a Texts,
-    /// What is held against the stock as it is at that moment, which [`cut_stock`](Self::cut_stock) and
-    /// [`between_lines`](Self::between_lines) do, and not against the stock as it was at first.
+    /// What is held against the stock as it is at that moment, which [`cut_stock`](Self::cut_stock)
+    /// and [`between_lines`](Self::between_lines) do, and not against the stock as it was at first.
     pub as_cut: HeldAsCut,
 }
 
@@ -249,7 +251,8 @@ impl OwnProgram<'_> {
         cut_stock(&self.read()?, [(&on, &settings)], cut, stages)
     }
 
-    /// Adds what meets the setup's own stock between the lines that it was cut on, all over it, to what is found without.
+    /// Adds what meets the setup's own stock between the lines that it was cut on, all over it, to
+    /// what is found without.
     pub(crate) fn between_lines(
         &self,
         cut: &StockReport,
@@ -267,8 +270,8 @@ impl OwnProgram<'_> {
         Ok(())
     }
 
-    /// Takes out of what is found against the setup's own stock as it was at first what bodies of the machine meet of it that has been cut
-    /// then; whether there was any to look at.
+    /// Takes out of what is found against the setup's own stock as it was at first what bodies of
+    /// the machine meet of it that has been cut then; whether there was any to look at.
     pub(crate) fn hold_machine_as_cut(
         &self,
         cut: &StockReport,
@@ -311,13 +314,16 @@ pub(crate) fn lines_of(cut: &StockReport, region: StockRegion) -> CutRequest {
     CutRequest { region, ..CutRequest::on_lines(cut.cell_mm, cut.tolerance_mm) }
 }
 
-/// By what share the time of the written program's cuts may differ from the planned one: F words have few digits.
+/// By what share the time of the written program's cuts may differ from the planned one: F words
+/// have few digits.
 const SAME_TIME: f64 = 0.02;
 
-/// That the text's feeds mean what was planned: its cutting blocks take the planned time, as the control counts F.
+/// That the text's feeds mean what was planned: its cutting blocks take the planned time, as the
+/// control counts F.
 ///
 /// # Errors
-/// When they do not: a shop's own template or dialect file lets F count other axes, or changes feeds.
+/// When they do not: a shop's own template or dialect file lets F count other axes, or changes
+/// feeds.
 pub(crate) fn check_feeds(job: &Job, timed: &Timed, run: Option<&Verification>) -> Result<(), Failure> {
     let planned = timed.passes_time + timed.approach_time;
     // What is not understood of a text has findings of its own, and no time.
@@ -356,8 +362,9 @@ fn virtual_setup<'a>(job: &'a Job, setup: &'a Setup<'_>, words: &'a WordMap) -> 
     })
 }
 
-/// The register of the tool's length as the reader of the dialect tells it: D of Siemens, which the template sets to 1, and the
-/// number of the tool on Heidenhain, whose tools have their length in themselves.
+/// The register of the tool's length as the reader of the dialect tells it: D of Siemens, which the
+/// template sets to 1, and the number of the tool on Heidenhain, whose tools have their length in
+/// themselves.
 fn register_in_text(job: &Job) -> u32 {
     match job.post.dialect() {
         Dialect::Siemens840d => 1,

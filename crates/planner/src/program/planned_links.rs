@@ -1,4 +1,5 @@
-//! Faster links for a plan: put into its moves before its program is run, so that every text of it has them.
+//! Faster links for a plan: put into its moves before its program is run, so that every text of it
+//! has them.
 
 use facemill_inverse_kinematics::AxisValues;
 use facemill_job::failure::Failure;
@@ -22,8 +23,8 @@ use facemill_z_map::DexelMap;
 use crate::passes::operation::PlannedOperation;
 use crate::program::output::{OwnProgram, Texts};
 
-/// Share of the rapid clearance that is proven to be kept from the stock as it was at first: links begin and end at the whole of it,
-/// and the control may leave them by a little.
+/// Share of the rapid clearance that is proven to be kept from the stock as it was at first: links
+/// begin and end at the whole of it, and the control may leave them by a little.
 const KEPT: f64 = 0.9;
 
 /// The links between the passes of a setup, and what becomes of them.
@@ -50,8 +51,8 @@ struct Better {
     time: f64,
     /// What it goes through before its end.
     over: Vec<Move>,
-    /// The rapids that it has taken the place of: those behind the operation before, where the link begins there, and those to the
-    /// piece.
+    /// The rapids that it has taken the place of: those behind the operation before, where the link
+    /// begins there, and those to the piece.
     old: [Vec<Move>; 2],
 }
 
@@ -97,7 +98,8 @@ fn leading_rapids(moves: &[Move]) -> usize {
     moves.iter().take_while(|m| m.kind == MoveKind::Rapid).count()
 }
 
-/// What the program changes between two operations, far from the part, as the link between them goes now.
+/// What the program changes between two operations, far from the part, as the link between them
+/// goes now.
 fn change_before(operations: &[PlannedOperation<'_>], operation: usize) -> Option<&'static str> {
     let [before, now] = [operation.checked_sub(1)?, operation].map(|k| &operations[k].operation.feeds);
     let changes = before.spindle_rpm != now.spindle_rpm || before.coolant != now.coolant;
@@ -105,8 +107,8 @@ fn change_before(operations: &[PlannedOperation<'_>], operation: usize) -> Optio
 }
 
 impl PlannedLinks {
-    /// Looks for the fastest way of every link that is proven free: against the stock as it is then, which is `cut` with its
-    /// tolerance, or off the stock as it was at first.
+    /// Looks for the fastest way of every link that is proven free: against the stock as it is
+    /// then, which is `cut` with its tolerance, or off the stock as it was at first.
     ///
     /// # Errors
     /// When the stages are cancelled.
@@ -165,8 +167,9 @@ impl PlannedLinks {
         }
     }
 
-    /// Gives the links their old ways back in whose blocks the program has a finding or a line that could not be certified, and with
-    /// them, where it is asked for, all others; says whether there were any.
+    /// Gives the links their old ways back in whose blocks the program has a finding or a line that
+    /// could not be certified, and with them, where it is asked for, all others; says whether there
+    /// were any.
     pub(crate) fn take_back(
         &mut self,
         operations: &mut [PlannedOperation<'_>],

@@ -29,8 +29,9 @@ pub(crate) fn lines_to_refine(
     gouged.chain(open).collect()
 }
 
-/// Puts a tested pose into the middle of each of these blocks, and others beside it where the control would stray from one to
-/// the next; the number of poses put in. Where none is feasible, the block stays as it is.
+/// Puts a tested pose into the middle of each of these blocks, and others beside it where the
+/// control would stray from one to the next; the number of poses put in. Where none is feasible,
+/// the block stays as it is.
 pub(crate) fn refine(
     SetupContext { job, setup, map, .. }: &SetupContext<'_>,
     operations: &mut [PlannedOperation<'_>],

@@ -42,7 +42,8 @@ pub(crate) struct Timed {
     pub time_law: Option<TimeLawReport>,
     /// Whether what chips make of feeds is told by the law.
     pub chips_by_law: bool,
-    /// Time of cutting blocks by the law, s, by their lines in the text; empty where there is no law.
+    /// Time of cutting blocks by the law, s, by their lines in the text; empty where there is no
+    /// law.
     pub cut_times: BTreeMap<u32, f64>,
     /// Limits that it lacks.
     pub no_time_law: Vec<String>,

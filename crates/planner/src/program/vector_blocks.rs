@@ -1,5 +1,5 @@
-//! Feed blocks that name the tool's axis and the surface's normal as vectors, where the control goes to the planned position
-//! by itself.
+//! Feed blocks that name the tool's axis and the surface's normal as vectors, where the control
+//! goes to the planned position by itself.
 
 use facemill_cl_data::ClPoint;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine, UnclearChoice};
@@ -7,9 +7,9 @@ use facemill_job::load::job::{Job, Setup};
 use facemill_nc_program::{CutVectors, PostSettings};
 use nalgebra::{Isometry3, Unit, Vector3};
 
-/// By how much the rotary axes may stand beside their planned values for it to be the same position, rad: the decimals of a
-/// vector turn them by less than 1e-4 outside the cone around the pole, and another position is as far as twice its angle at
-/// the least.
+/// By how much the rotary axes may stand beside their planned values for it to be the same
+/// position, rad: the decimals of a vector turn them by less than 1e-4 outside the cone around the
+/// pole, and another position is as far as twice its angle at the least.
 const SAME: f64 = 1e-2;
 
 /// Says the tool's direction as vectors.
@@ -47,8 +47,8 @@ impl<'a> VectorBlocks<'a> {
         })
     }
 
-    /// Tool axis and normal at the end of a block, in the frame of the words; `normal` is told in the workpiece's, and the tool
-    /// axis stands for one that there is not.
+    /// Tool axis and normal at the end of a block, in the frame of the words; `normal` is told in
+    /// the workpiece's, and the tool axis stands for one that there is not.
     ///
     /// # Errors
     /// When a control that is at `from` would not go to `to` for the vector as its text says it.

@@ -20,8 +20,8 @@ pub(crate) struct ChipFiles {
 }
 
 impl ChipFiles {
-    /// Of planned operations and their written program with the lines of its cutting moves, none where they are not known;
-    /// `jobs` are the job as each operation's head sees it.
+    /// Of planned operations and their written program with the lines of its cutting moves, none
+    /// where they are not known; `jobs` are the job as each operation's head sees it.
     pub(crate) fn new(
         jobs: &[&Job],
         setup: &str,
@@ -47,7 +47,8 @@ impl ChipFiles {
         Self { svg: chips_svg(&title, &rows), csv }
     }
 
-    /// The same files, which now name the programs that they speak of: in comments, since neither format has a place for it.
+    /// The same files, which now name the programs that they speak of: in comments, since neither
+    /// format has a place for it.
     pub(crate) fn of(self, programs: &[ProgramStamp]) -> Self {
         let mut csv: String = programs.iter().map(|program| format!("# {}\n", program.text())).collect();
         csv += &self.csv;

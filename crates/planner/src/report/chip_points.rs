@@ -27,8 +27,8 @@ pub(crate) struct ChipPoint {
     pub thickness: f64,
     /// Whether it is known what the pass before has left.
     pub is_known: bool,
-    /// Line of the program on which the tip arrives; `None` at the first point of a piece, which the entry reaches, and where
-    /// lines are not known.
+    /// Line of the program on which the tip arrives; `None` at the first point of a piece, which
+    /// the entry reaches, and where lines are not known.
     pub line: Option<u32>,
     /// How fast the tip arrives; `None` at the first point of a piece, which the entry reaches.
     pub arrival: Option<Arrival>,
@@ -87,13 +87,15 @@ impl ChipPoint {
 }
 
 impl ChipPoint {
-    /// Largest chip thicknesses at the job's cutting feed and as written, mm, with so many teeth per minute.
+    /// Largest chip thicknesses at the job's cutting feed and as written, mm, with so many teeth
+    /// per minute.
     pub(crate) fn thicknesses(&self, teeth_per_minute: f64) -> Option<[f64; 2]> {
         self.arrival.map(|a| [a.before, a.after].map(|feed| self.thickness * feed / teeth_per_minute))
     }
 }
 
-/// The points of every operation; `lines` are those of all cutting moves in program order, none where they are not known.
+/// The points of every operation; `lines` are those of all cutting moves in program order, none
+/// where they are not known.
 pub(crate) fn chip_points(operations: &[PlannedOperation<'_>], timed: &Timed, lines: &[u32]) -> Vec<Vec<ChipPoint>> {
     let lines = lines.iter().copied().map(Some).chain(std::iter::repeat(None));
     let cuts = timed.cut_feeds.iter().zip(&timed.tip_feeds);

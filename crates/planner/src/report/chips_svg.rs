@@ -46,9 +46,9 @@ const AFTER: &str = "#2f5f9e";
 
 const INK: &str = "#22282d";
 
-/// The picture: of each operation the chip area over the cutting length, and below it the removal rate at the job's
-/// cutting feed and as written. Of points that fall into one column smallest and largest are drawn, so that no extreme
-/// is lost.
+/// The picture: of each operation the chip area over the cutting length, and below it the removal
+/// rate at the job's cutting feed and as written. Of points that fall into one column smallest and
+/// largest are drawn, so that no extreme is lost.
 pub(crate) fn chips_svg(title: &str, rows: &[Row<'_>]) -> String {
     let title = lines(title, SIZE, false, WIDTH + RIGHT - 10.0);
     let mut top = TOP + more_lines(&title, SIZE);

@@ -1,4 +1,5 @@
-//! Whether the allowed cusp is kept along the passes of an operation, what was done for it, and why not where it is not.
+//! Whether the allowed cusp is kept along the passes of an operation, what was done for it, and why
+//! not where it is not.
 
 use facemill_job::format::job_file::{OperationFile, PathFile};
 use facemill_job::format::report::cusps::{CuspReasonReport, CuspsKeptReport};
@@ -47,7 +48,8 @@ pub(crate) fn cusps_kept(planned: &PlannedOperation<'_>) -> CuspsKeptReport {
     }
 }
 
-/// Why there is no pass between: the refusal nearest to the place within the strip, where there was one.
+/// Why there is no pass between: the refusal nearest to the place within the strip, where there was
+/// one.
 fn reason(operation: &OperationFile, extra: &ExtraPasses, place: &Point3<f64>, step_over: f64) -> String {
     if matches!(operation.path, PathFile::File(_)) {
         return "passes of a path file are cut as they lie: lay them closer".to_owned();

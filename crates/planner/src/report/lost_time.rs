@@ -45,7 +45,8 @@ struct Lost {
 
 /// Causes that take more than a tenth of the time in passes of their operation, the largest first.
 ///
-/// Times are those of the written text by the law, where there is one, else those at constant speeds.
+/// Times are those of the written text by the law, where there is one, else those at constant
+/// speeds.
 pub(crate) fn lost_times(job: &Job, timed: &Timed, driven: &[Driven<'_>]) -> Vec<LostTimeReport> {
     let mut all: Vec<OfOperation<'_>> = Vec::new();
     let cuts = timed.moves.iter().zip(driven).filter(|(m, _)| m.kind == MoveKind::Cut);
@@ -134,7 +135,8 @@ pub(crate) fn remedy(cause: LostTimeCause) -> &'static str {
 #[derive(Clone, Copy)]
 pub(crate) struct Driven<'p> {
     pub(crate) operation: &'p OperationFile,
-    /// Whether it belongs to a piece that goes on where the one before was ended for an axis to turn back.
+    /// Whether it belongs to a piece that goes on where the one before was ended for an axis to
+    /// turn back.
     pub(crate) goes_on: bool,
     /// Where the machine was before; `None` at the first.
     pub(crate) from: Option<Move>,

@@ -29,8 +29,8 @@ use crate::report::cusps_kept::cusps_kept;
 use crate::report::rotary_motion::rotary_report;
 use crate::report::rotary_reversals::RotaryReversals;
 
-/// Sums, extremes and details of planned operations and of the run of their program; `jobs` are the job as each operation's head
-/// sees it.
+/// Sums, extremes and details of planned operations and of the run of their program; `jobs` are the
+/// job as each operation's head sees it.
 pub(crate) fn report(
     jobs: &[&Job],
     setup: &Setup<'_>,
@@ -132,7 +132,8 @@ pub(crate) fn report(
     }
 }
 
-/// Times of the text: at constant speed of its run, and, where it was not run, of the blocks that it was written from.
+/// Times of the text: at constant speed of its run, and, where it was not run, of the blocks that
+/// it was written from.
 fn program_times(timed: &Timed, run: Option<&Verification>) -> ProgramTimes {
     let planned = [timed.passes_time + timed.approach_time, timed.rapid_time];
     let constant = run.map_or(planned, |v| [v.cutting_time_s, v.rapid_time_s]);
@@ -183,9 +184,11 @@ fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     }
 }
 
-/// Speed of the tool tip where it arrives at each cut of a piece, mm/min; `None` at the first, which the entry reaches.
+/// Speed of the tool tip where it arrives at each cut of a piece, mm/min; `None` at the first,
+/// which the entry reaches.
 ///
-/// `tip_feeds` are those of all cutting moves that are left, in program order; those of this piece are taken from it.
+/// `tip_feeds` are those of all cutting moves that are left, in program order; those of this piece
+/// are taken from it.
 fn feeds_at_cuts(piece: &PieceMoves, tip_feeds: &mut impl Iterator<Item = f64>) -> Vec<Option<f64>> {
     let cuts: Vec<&Cut> = piece.piece.cuts.iter().filter(|c| !c.inserted).collect();
     let mut feeds = vec![None; cuts.len()];

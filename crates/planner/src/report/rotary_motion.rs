@@ -29,7 +29,8 @@ pub(crate) fn rotary_report(machine: &Machine, passes: &[&[Cut]], feed: f64) -> 
         .collect()
 }
 
-/// Times and values of an axis along a pass, without full turns between neighbours of an endless one.
+/// Times and values of an axis along a pass, without full turns between neighbours of an endless
+/// one.
 fn motion(cuts: &[Cut], axis: usize, endless: bool, feed: f64) -> (Vec<f64>, Vec<f64>) {
     let (mut times, mut values): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
     let mut tip = None;
@@ -79,10 +80,12 @@ impl Sum {
     }
 }
 
-/// RotaryReversals points of a sequence: extremes that it comes back from by more than the dead band.
+/// RotaryReversals points of a sequence: extremes that it comes back from by more than the dead
+/// band.
 fn reversals(values: &[f64]) -> usize {
     let Some(&first) = values.first() else { return 0 };
-    // Lowest and highest since the last turning point; with a direction, the end that it goes to counts.
+    // Lowest and highest since the last turning point; with a direction, the end that it goes to
+    // counts.
     let (mut low, mut high) = (first, first);
     let (mut rising, mut count) = (None, 0);
     for &v in values {

@@ -1,4 +1,5 @@
-//! What rotary axes do along the program beside following the tool: turn back, go over to the other branch, race at the pole.
+//! What rotary axes do along the program beside following the tool: turn back, go over to the other
+//! branch, race at the pole.
 
 use facemill_cutter_location::rewound_axis;
 use facemill_inverse_kinematics::{AxisKind, Branch};
@@ -11,8 +12,8 @@ use crate::passes::operation::PlannedOperation;
 use crate::program::output::Texts;
 use crate::report::lost_time::{Driven, lost_times};
 
-/// Angle to the pole up to which an axis that cannot follow the feed is said to race because of it, rad: farther away it turns
-/// less than eleven times as fast as the tool axis.
+/// Angle to the pole up to which an axis that cannot follow the feed is said to race because of it,
+/// rad: farther away it turns less than eleven times as fast as the tool axis.
 const WIDE_CONE: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
 /// What the report says of turning axes.
@@ -33,7 +34,8 @@ impl RotaryReversals {
         Self { rewinds, singular_blocks: singular_blocks(job, &driven), lost_times }
     }
 
-    /// Adds what another head does in the same program; a turn of an axis that both share counts once.
+    /// Adds what another head does in the same program; a turn of an axis that both share counts
+    /// once.
     pub(crate) fn join(&mut self, other: Self) {
         let known = |r: &RewindReport| self.rewinds.rewinds.iter().any(|own| own.line == r.line && own.axis == r.axis);
         let more: Vec<RewindReport> = other.rewinds.rewinds.into_iter().filter(|r| !known(r)).collect();
@@ -64,7 +66,8 @@ fn driven<'p>(operations: &'p [PlannedOperation<'p>], texts: &'p Texts) -> Vec<D
         .collect()
 }
 
-/// Where limited rotary axes turn back; `branch_changes` is how often the machine goes over to its other branch.
+/// Where limited rotary axes turn back; `branch_changes` is how often the machine goes over to its
+/// other branch.
 pub(crate) fn rewinds_report(job: &Job, driven: &[Driven<'_>], branch_changes: usize) -> RewindsReport {
     let machine = &job.machine;
     let rewinds: Vec<RewindReport> = driven
@@ -102,7 +105,8 @@ fn branch_changes(operations: &[PlannedOperation<'_>]) -> usize {
     ends.windows(2).filter(|w| w[0][1] != w[1][0]).count()
 }
 
-/// Blocks along passes near the pole of the rotary axes, or where an axis cannot follow the feed because of it.
+/// Blocks along passes near the pole of the rotary axes, or where an axis cannot follow the feed
+/// because of it.
 pub(crate) fn singular_blocks(job: &Job, driven: &[Driven<'_>]) -> Vec<SingularBlocks> {
     let mut all: Vec<SingularBlocks> = Vec::new();
     let mut last = None;

@@ -287,7 +287,8 @@ fn wider_search(postures: &PosturesReport) -> Option<String> {
     ))
 }
 
-/// A line on what feeds by chips have done to an operation's removal rate, where they are asked for.
+/// A line on what feeds by chips have done to an operation's removal rate, where they are asked
+/// for.
 fn removal_rate(chips: &ChipsReport) -> Option<String> {
     let (before, after) = (chips.removal_rate_before_cm3_min?, chips.removal_rate_after_cm3_min?);
     let how = if chips.by_law { "" } else { " at constant speed" };

@@ -1,5 +1,5 @@
-//! Laws of meshes that are wound inside out: one message that names file, triangles and key, and none where the mesh does
-//! not decide.
+//! Laws of meshes that are wound inside out: one message that names file, triangles and key, and
+//! none where the mesh does not decide.
 
 use std::path::Path;
 
@@ -125,7 +125,8 @@ fn a_program_is_not_verified_on_a_part_that_is_wound_inward() {
 
 #[test]
 fn no_mesh_is_refused_that_may_be_a_surface_or_a_hollow() {
-    // A flat plate and a bore of 90 mm that the cutter of 40 mm fits into: what is there may be meant, and the user is told.
+    // A flat plate and a bore of 90 mm that the cutter of 40 mm fits into: what is there may be
+    // meant, and the user is told.
     let corners = [(-100.0, -100.0), (100.0, -100.0), (100.0, 100.0), (-100.0, 100.0)];
     let vertices = corners.iter().map(|&(x, y)| Point3::new(x, y, 0.0)).collect();
     let plate = TriMesh::new(vertices, vec![[0, 1, 2], [0, 2, 3]]).unwrap();

@@ -19,17 +19,19 @@ pub struct BladeResolution {
 pub(crate) const MOST_ROWS: usize = 2000;
 
 impl Default for BladeResolution {
-    /// 100 by 150: on a DTMB 4119 of 3,048 mm the facets are within 0.07 mm of both sides and 0.13 mm of the edges.
+    /// 100 by 150: on a DTMB 4119 of 3,048 mm the facets are within 0.07 mm of both sides and 0.13
+    /// mm of the edges.
     fn default() -> Self {
         Self { n_radial: 100, n_chord: 150 }
     }
 }
 
 impl BladeResolution {
-    /// Quads from the hub to the rounding of the tip, and along the chord between the bands of the edges; 8 to 2000 each.
+    /// Quads from the hub to the rounding of the tip, and along the chord between the bands of the
+    /// edges; 8 to 2000 each.
     ///
-    /// The bands of the edges (3 % of the chord each), the tip's rounding and the root in the hub get rows and
-    /// columns of their own in proportion.
+    /// The bands of the edges (3 % of the chord each), the tip's rounding and the root in the hub
+    /// get rows and columns of their own in proportion.
     ///
     /// # Errors
     /// When a number is out of range.
@@ -52,12 +54,13 @@ impl BladeResolution {
     }
 }
 
-/// One blade, closed, in mm: shaft axis +Z, suction side facing +Z, generator line in the half plane of +X.
+/// One blade, closed, in mm: shaft axis +Z, suction side facing +Z, generator line in the half
+/// plane of +X.
 ///
-/// +Z points ahead; driving, the propeller turns about +Z (right-handed). Vertices lie on [`BladeSurface`], on cylinders
-/// of constant radius and at constant chord fractions. Groups:
-/// - `suction`, `pressure`: structured patches of n_radial × n_chord quads from the hub's radius to the rounding of the
-///   tip, without the bands of the edges;
+/// +Z points ahead; driving, the propeller turns about +Z (right-handed). Vertices lie on
+/// [`BladeSurface`], on cylinders of constant radius and at constant chord fractions. Groups:
+/// - `suction`, `pressure`: structured patches of n_radial × n_chord quads from the hub's radius to
+///   the rounding of the tip, without the bands of the edges;
 /// - `edge`: leading and trailing edge, 3 % of the chord on both sides;
 /// - `tip`: the rounding that closes the blade at R, over half its thickness;
 /// - `root`: what is inside the hub, 0.15 hub radii deep, with the closing face.

@@ -20,7 +20,8 @@ pub(crate) struct BladeGrid {
     pub(crate) n_edge: usize,
 }
 
-/// Chord fraction covered by the band of each edge, as an angle of (1 − cos)/2: 3 % of the chord, where the curvature of the nose has died away.
+/// Chord fraction covered by the band of each edge, as an angle of (1 − cos)/2: 3 % of the chord,
+/// where the curvature of the nose has died away.
 const EDGE_ANGLE: f64 = 0.35;
 
 /// Least number of columns in the band of an edge: fewer leave a nose with corners.
@@ -32,9 +33,11 @@ const ROOT_DEPTH: f64 = 0.15;
 /// Rows inside the hub.
 const ROOT_ROWS: usize = 3;
 
-/// Weight of the rows that keep the tip's outline smooth against those spread evenly over the radius.
+/// Weight of the rows that keep the tip's outline smooth against those spread evenly over the
+/// radius.
 ///
-/// Larger takes rows from the blade, smaller lets neighbouring rows at the tip differ much in chord.
+/// Larger takes rows from the blade, smaller lets neighbouring rows at the tip differ much in
+/// chord.
 const TIP_WEIGHT: f64 = 0.04;
 
 impl BladeGrid {
@@ -73,7 +76,8 @@ fn n_edge(n_chord: usize) -> usize {
     matching.max(LEAST_EDGE_COLUMNS)
 }
 
-/// Chord fractions (1 − cos β)/2, dense at both ends as the thickness goes with the root of the distance there.
+/// Chord fractions (1 − cos β)/2, dense at both ends as the thickness goes with the root of the
+/// distance there.
 fn fractions(n_chord: usize, n_edge: usize) -> Vec<f64> {
     let half = |k: usize, n: usize, from: f64, to: f64| {
         let sine = (0.5 * (from + (to - from) * share(k, n))).sin();
@@ -85,7 +89,8 @@ fn fractions(n_chord: usize, n_edge: usize) -> Vec<f64> {
     leading.chain(middle).chain(trailing).chain([1.0]).collect()
 }
 
-/// Radius ratio of a row, at a share of the way from `hub` to `tip`, with rows per chord variable v as v + weight/v.
+/// Radius ratio of a row, at a share of the way from `hub` to `tip`, with rows per chord variable v
+/// as v + weight/v.
 fn row_ratio(hub: f64, tip: f64, share: f64) -> f64 {
     if share <= 0.0 {
         return hub;

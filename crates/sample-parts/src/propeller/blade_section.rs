@@ -14,15 +14,15 @@ pub enum BladeSide {
 
 /// The cylindrical section of a blade at one radius; lengths in mm.
 ///
-/// In the unrolled cylinder the helix of the pitch rises at φ = atan(P/2πr). With `s` along the helix toward the leading
-/// edge, from where the generator line goes through it, `n` normal to it toward the suction side, and chord fraction x
-/// from the leading edge,
+/// In the unrolled cylinder the helix of the pitch rises at φ = atan(P/2πr). With `s` along the
+/// helix toward the leading edge, from where the generator line goes through it, `n` normal to it
+/// toward the suction side, and chord fraction x from the leading edge,
 ///
 /// `s = −r·θs/cos φ + c·(½ − x)`, `n = mean(x) ± half(x)`,
 /// `θ = (s·cos φ − n·sin φ)/r`, `z = rake + s·sin φ + n·cos φ`, point `(r·cos θ, r·sin θ, z)`.
 ///
-/// So skew θs moves the middle of the chord against the rotation along the helix (it brings its own rake −r·θs·tan φ),
-/// and thickness is laid off normal to the chord.
+/// So skew θs moves the middle of the chord against the rotation along the helix (it brings its own
+/// rake −r·θs·tan φ), and thickness is laid off normal to the chord.
 #[derive(Clone, Debug)]
 pub struct BladeSection<'a> {
     pub(crate) radius: f64,
@@ -38,7 +38,8 @@ pub struct BladeSection<'a> {
 /// What a section looks like along its chord.
 #[derive(Clone, Debug)]
 pub(crate) enum Profile<'a> {
-    /// NACA 66 (DTMB modified) thickness about an a = 0.8 mean line of largest ordinate `camber` mm.
+    /// NACA 66 (DTMB modified) thickness about an a = 0.8 mean line of largest ordinate `camber`
+    /// mm.
     Naca66 { form: &'a Naca66, camber: f64 },
     /// Wageningen: V1 and V2 over the chord fraction.
     WageningenB { face: CubicSpline, thickness: CubicSpline },
@@ -46,8 +47,8 @@ pub(crate) enum Profile<'a> {
 
 /// Thickness of both edges of a Wageningen section over its largest thickness.
 ///
-/// The series' table of edge thicknesses is not at hand; this is near the trailing edge of the NACA 66 form (0.0666). Larger
-/// makes clumsy edges, much smaller cannot be cast.
+/// The series' table of edge thicknesses is not at hand; this is near the trailing edge of the NACA
+/// 66 form (0.0666). Larger makes clumsy edges, much smaller cannot be cast.
 const WAGENINGEN_EDGE: f64 = 0.05;
 
 impl BladeSection<'_> {
@@ -71,7 +72,8 @@ impl BladeSection<'_> {
         self.pitch.atan2(std::f64::consts::TAU * self.radius)
     }
 
-    /// Skew angle θs of the middle of the chord against the generator line, rad, positive against the rotation.
+    /// Skew angle θs of the middle of the chord against the generator line, rad, positive against
+    /// the rotation.
     pub fn skew(&self) -> f64 {
         self.skew
     }
@@ -86,7 +88,8 @@ impl BladeSection<'_> {
         self.thickness
     }
 
-    /// Height of the mean line above the pitch helix at a chord fraction from the leading edge, 0 to 1.
+    /// Height of the mean line above the pitch helix at a chord fraction from the leading edge, 0
+    /// to 1.
     pub fn mean_height(&self, chord_fraction: f64) -> f64 {
         match &self.profile {
             Profile::Naca66 { form, camber } => camber * form.mean.value(chord_fraction.max(0.0).sqrt()),
@@ -100,8 +103,9 @@ impl BladeSection<'_> {
 
     /// Half the thickness at a chord fraction, zero at both ends.
     ///
-    /// Edges that are blunt in the series' form are rounded by a half ellipse as long as half their thickness, inside the
-    /// chord; likewise the blade's tip over the last half thickness of the radius.
+    /// Edges that are blunt in the series' form are rounded by a half ellipse as long as half their
+    /// thickness, inside the chord; likewise the blade's tip over the last half thickness of the
+    /// radius.
     pub fn half_thickness(&self, chord_fraction: f64) -> f64 {
         let half = 0.5 * self.thickness;
         let from_trailing = self.chord * (1.0 - chord_fraction);
@@ -146,10 +150,12 @@ pub(crate) fn rounding(from_end: f64, length: f64) -> f64 {
     }
 }
 
-/// NACA 66 (DTMB modified) thickness and a = 0.8 mean line, each of largest ordinate 1, over the root of the chord fraction.
+/// NACA 66 (DTMB modified) thickness and a = 0.8 mean line, each of largest ordinate 1, over the
+/// root of the chord fraction.
 ///
-/// In that variable the thickness is odd and the mean line even, so splines through the tables make a round nose with
-/// finite curvature. The closed form of the mean line has an infinite slope there.
+/// In that variable the thickness is odd and the mean line even, so splines through the tables make
+/// a round nose with finite curvature. The closed form of the mean line has an infinite slope
+/// there.
 #[derive(Clone, Debug)]
 pub(crate) struct Naca66 {
     thickness: CubicSpline,

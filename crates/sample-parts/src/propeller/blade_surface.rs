@@ -5,12 +5,14 @@ use crate::propeller::wageningen::WageningenB;
 use crate::spline::CubicSpline;
 use crate::spline::SplineEnd::NotAKnot;
 
-/// The smooth blade that [`crate::blade`] meshes: the radial tables of a series as functions of the radius.
+/// The smooth blade that [`crate::blade`] meshes: the radial tables of a series as functions of the
+/// radius.
 ///
-/// Pitch, skew, rake, thickness and camber are cubic splines (two continuous derivatives) over r/R through the tables.
-/// The chord is one over √(1 + 0.001 − r/R), as planforms end round; where a table gives chord 0 at the tip, it reaches 0
-/// at 1.001 R, so that the blade ends at R with a rounded edge of a few percent of D (4.2 % for DTMB 4119) in place of
-/// a point. Below the innermost table radius, inside the hub, all go on along straight lines.
+/// Pitch, skew, rake, thickness and camber are cubic splines (two continuous derivatives) over r/R
+/// through the tables. The chord is one over √(1 + 0.001 − r/R), as planforms end round; where a
+/// table gives chord 0 at the tip, it reaches 0 at 1.001 R, so that the blade ends at R with a
+/// rounded edge of a few percent of D (4.2 % for DTMB 4119) in place of a point. Below the
+/// innermost table radius, inside the hub, all go on along straight lines.
 #[derive(Clone, Debug)]
 pub struct BladeSurface {
     spec: PropellerSpec,
@@ -48,8 +50,8 @@ enum Form {
 
 /// How far beyond the tip a table's chord 0 is put, over R.
 ///
-/// Larger blunts the tip's outline; smaller shears the mesh there (rows of constant radius meet the outline at
-/// a flatter angle).
+/// Larger blunts the tip's outline; smaller shears the mesh there (rows of constant radius meet the
+/// outline at a flatter angle).
 pub(crate) const TIP_SHIFT: f64 = 1e-3;
 
 /// The variable in which chords are smooth up to the tip.
@@ -62,7 +64,8 @@ pub(crate) fn radius_ratio(chord_variable: f64) -> f64 {
     1.0 + TIP_SHIFT - chord_variable * chord_variable
 }
 
-/// A spline of chords over [`chord_variable`]; points from hub to tip, and what is 0 at the tip is 0 beyond it.
+/// A spline of chords over [`chord_variable`]; points from hub to tip, and what is 0 at the tip is
+/// 0 beyond it.
 pub(crate) fn chord_spline(points: impl DoubleEndedIterator<Item = (f64, f64)>) -> CubicSpline {
     let points = points.rev().map(|(radius, chord)| (if chord > 0.0 { chord_variable(radius) } else { 0.0 }, chord));
     CubicSpline::new(points, NotAKnot, NotAKnot)
@@ -154,7 +157,8 @@ impl BladeSurface {
         &self.spec
     }
 
-    /// The section at a radius in mm, from 0.8 hub radii to the tip; radii outside are taken as the nearest of these.
+    /// The section at a radius in mm, from 0.8 hub radii to the tip; radii outside are taken as the
+    /// nearest of these.
     pub fn section(&self, radius: f64) -> BladeSection<'_> {
         let diameter = self.spec.diameter();
         let radius = radius.clamp(0.8 * self.spec.hub_radius(), 0.5 * diameter);

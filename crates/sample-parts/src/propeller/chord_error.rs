@@ -7,7 +7,8 @@ use crate::propeller::blade_surface::BladeSurface;
 use crate::propeller::spec::PropellerSpec;
 use crate::spec_error::{SpecError, in_range};
 
-/// Largest distance found between the smooth blade and the facets that [`crate::blade`] puts in its place, mm.
+/// Largest distance found between the smooth blade and the facets that [`crate::blade`] puts in its
+/// place, mm.
 ///
 /// An estimate: taken in the middle of every quad and of its edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,8 +46,8 @@ pub fn chord_error(spec: &PropellerSpec, resolution: BladeResolution) -> ChordEr
 }
 
 impl BladeResolution {
-    /// A resolution whose facets are within `tolerance` mm of the smooth blade on the suction and pressure side, by
-    /// [`chord_error`]'s estimate, with not many more quads than that takes.
+    /// A resolution whose facets are within `tolerance` mm of the smooth blade on the suction and
+    /// pressure side, by [`chord_error`]'s estimate, with not many more quads than that takes.
     ///
     /// Rows and columns keep the proportion of the default.
     ///
@@ -61,7 +62,8 @@ impl BladeResolution {
             if error <= tolerance {
                 return Ok(resolution);
             }
-            // Errors go with the square of the spacing; a twentieth more ends the search within a few rounds.
+            // Errors go with the square of the spacing; a twentieth more ends the search within a
+            // few rounds.
             #[expect(
                 clippy::cast_precision_loss,
                 clippy::cast_possible_truncation,
@@ -77,7 +79,8 @@ impl BladeResolution {
     }
 }
 
-/// Points of both sides on a row, midway to the next and on the next, at the columns and midway between them.
+/// Points of both sides on a row, midway to the next and on the next, at the columns and midway
+/// between them.
 fn row_points(surface: &BladeSurface, grid: &BladeGrid, row: usize) -> [[Vec<Point3<f64>>; 3]; 2] {
     let (from, to) = (grid.radii[row], grid.radii[row + 1]);
     let mut fractions = Vec::with_capacity(2 * grid.fractions.len());
@@ -90,9 +93,11 @@ fn row_points(surface: &BladeSurface, grid: &BladeGrid, row: usize) -> [[Vec<Poi
         .map(|side| [0, 1, 2].map(|k| fractions.iter().map(|&x| sections[k].point(side, x)).collect()))
 }
 
-/// Largest distance of the middle points of a quad and its edges from the triangles of its quad and the quads beside it.
+/// Largest distance of the middle points of a quad and its edges from the triangles of its quad and
+/// the quads beside it.
 ///
-/// Those beside it count because columns are bent along the surface: the middle of an edge may lie over the next quad.
+/// Those beside it count because columns are bent along the surface: the middle of an edge may lie
+/// over the next quad.
 fn quad_error(points: &[Vec<Point3<f64>>; 3], column: usize, n_columns: usize) -> f64 {
     let beside = column.saturating_sub(1)..(column + 2).min(n_columns);
     let triangles: Vec<_> = beside.flat_map(|k| quad_triangles(points, 2 * k)).collect();

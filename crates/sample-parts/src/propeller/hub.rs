@@ -20,11 +20,13 @@ const MARGIN: f64 = 0.1;
 /// Longest quad of the cylinder over its width around the axis.
 const LONGEST_QUAD: f64 = 4.0;
 
-/// The hub: a closed cylinder about +Z with rounded edges and flat ends, mm, in the frame of [`crate::blade`].
+/// The hub: a closed cylinder about +Z with rounded edges and flat ends, mm, in the frame of
+/// [`crate::blade`].
 ///
-/// Its cylinder (group `cylinder`) is as long as the blade's root and a little more; group `ends` is the rest. Vertices lie
-/// on the smooth hub, facets within `chord_tolerance` mm of it. A turn by 2π/Z maps the mesh on itself up to rounding. It is
-/// solid: blades reach into it, so hub and blades are overlapping solids.
+/// Its cylinder (group `cylinder`) is as long as the blade's root and a little more; group `ends`
+/// is the rest. Vertices lie on the smooth hub, facets within `chord_tolerance` mm of it. A turn by
+/// 2π/Z maps the mesh on itself up to rounding. It is solid: blades reach into it, so hub and
+/// blades are overlapping solids.
 ///
 /// # Errors
 /// When the tolerance is not between 1e-6 and 1e-1 of the hub radius.

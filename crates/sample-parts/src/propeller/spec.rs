@@ -7,15 +7,17 @@ use crate::spec_error::{SpecError, in_range};
 pub enum PropellerSeries {
     /// DTMB 4119: three blades, no skew, no rake, hub 0.2 D.
     Dtmb4119,
-    /// DTMB 4382: five blades, 36° skew, no rake besides what skew along the helix brings, hub 0.2 D.
+    /// DTMB 4382: five blades, 36° skew, no rake besides what skew along the helix brings, hub 0.2
+    /// D.
     Dtmb4382,
     /// SVA Potsdam test case VP1304: five blades with skew and rake, hub 0.3 D.
     ///
-    /// Its rake is taken as aft, so that with what skew adds the middles of the chords lie on a straight line from 0.6 R
-    /// outward; BladeX's particulars have the same sense, but its single blade has it ahead.
+    /// Its rake is taken as aft, so that with what skew adds the middles of the chords lie on a
+    /// straight line from 0.6 R outward; BladeX's particulars have the same sense, but its single
+    /// blade has it ahead.
     Vp1304,
-    /// Wageningen B screw, rake 15° aft, hub 0.18 D for up to three blades and 0.167 D above; four blades have less pitch
-    /// toward the hub.
+    /// Wageningen B screw, rake 15° aft, hub 0.18 D for up to three blades and 0.167 D above; four
+    /// blades have less pitch toward the hub.
     WageningenB {
         /// Number of blades Z, 2 to 7.
         n_blades: usize,
@@ -82,7 +84,8 @@ impl PropellerSpec {
 
 /// Where blade `blade_index` is: blade 0 turned about +Z by 2π·k/Z.
 ///
-/// Maps the frame of [`crate::blade`] to the propeller's. Any index is allowed; Z gives blade 0 again up to rounding.
+/// Maps the frame of [`crate::blade`] to the propeller's. Any index is allowed; Z gives blade 0
+/// again up to rounding.
 pub fn blade_pose(spec: &PropellerSpec, blade_index: usize) -> Isometry3<f64> {
     let n_blades = spec.n_blades();
     #[expect(clippy::cast_precision_loss, reason = "both are below 8")]

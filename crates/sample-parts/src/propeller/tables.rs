@@ -1,11 +1,12 @@
-//! Published tables of the propeller series without sections of their own, and of their section form.
+//! Published tables of the propeller series without sections of their own, and of their section
+//! form.
 
-/// NACA 66 (DTMB modified) thickness and NACA a = 0.8 mean line:
-/// `[x/c, full thickness over largest thickness, mean line ordinate over c at unit design lift coefficient]`.
+/// NACA 66 (DTMB modified) thickness and NACA a = 0.8 mean line: `[x/c, full thickness over largest
+/// thickness, mean line ordinate over c at unit design lift coefficient]`.
 ///
-/// T. Brockett, "Minimum pressure envelopes for modified NACA-66 sections with NACA a = 0.8 camber and BuShips type I
-/// and type II sections", DTMB report 1780 (1966); mean line also NACA report 824. As tabulated in OpenProp v3
-/// (`GeometryFoil2D.m`).
+/// T. Brockett, "Minimum pressure envelopes for modified NACA-66 sections with NACA a = 0.8 camber
+/// and BuShips type I and type II sections", DTMB report 1780 (1966); mean line also NACA
+/// report 824. As tabulated in OpenProp v3 (`GeometryFoil2D.m`).
 pub(crate) const NACA66_A08: [[f64; 3]; 26] = [
     [0.0, 0.0, 0.0],
     [0.005, 0.133, 0.00287],
@@ -74,11 +75,11 @@ pub(crate) const DTMB_4382: [[f64; 6]; 11] = [
 /// Diameter of the model that [`VP1304`] tabulates, mm.
 pub(crate) const VP1304_DIAMETER: f64 = 250.0;
 
-/// VP1304: `[r, chord, pitch, generator line to leading edge, largest camber, largest thickness, rake]`, all in mm; rake is
-/// negative aft.
+/// VP1304: `[r, chord, pitch, generator line to leading edge, largest camber, largest thickness,
+/// rake]`, all in mm; rake is negative aft.
 ///
-/// SVA Potsdam, Potsdam Propeller Test Case (case 2, `PPTC.PFF`), free to use with credit to SVA Potsdam; the common
-/// columns agree with BladeX's `pptc.prm`.
+/// SVA Potsdam, Potsdam Propeller Test Case (case 2, `PPTC.PFF`), free to use with credit to SVA
+/// Potsdam; the common columns agree with BladeX's `pptc.prm`.
 pub(crate) const VP1304: [[f64; 7]; 12] = [
     [37.5, 45.0, 350.0, 18.25, 0.675, 13.525, 0.0],
     [43.75, 56.25, 363.75, 29.625, 1.125, 12.05, -0.5],

@@ -23,7 +23,8 @@ pub(crate) struct WageningenLaws {
     pub(crate) thickness: CubicSpline,
 }
 
-/// Which of the two columns a number of blades uses. The tables begin at three blades; two use the same.
+/// Which of the two columns a number of blades uses. The tables begin at three blades; two use the
+/// same.
 fn column(n_blades: usize) -> usize {
     usize::from(n_blades > 3)
 }
@@ -67,7 +68,8 @@ impl WageningenB {
         let pitch = |d: &Dims| if n_blades == 4 { pitch_ratio * d.four_blade_pitch } else { pitch_ratio };
         let chord = DIMS.iter().map(|d| (d.radius, unit * d.chord[column])).chain([(1.0, 0.0)]);
         let thickness = DIMS.iter().map(|d| (d.radius, d.thickness[0] - z * d.thickness[1]));
-        // The tip lies where the outer four radii lead: there both lengths that make the tabulated ratio are zero.
+        // The tip lies where the outer four radii lead: there both lengths that make the tabulated
+        // ratio are zero.
         let offset = |d: &Dims| unit * d.chord[column] * (0.5 - d.leading[column]);
         let outer: Vec<_> = DIMS[4..].iter().map(|d| (d.radius, offset(d))).collect();
         let tip_offset = polynomial_through(&outer, 1.0);

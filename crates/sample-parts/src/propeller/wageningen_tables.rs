@@ -1,13 +1,14 @@
 //! Published tables of the Wageningen B series.
 //!
-//! M.W.C. Oosterveld and P. van Oossanen, "Further computer-analyzed data of the Wageningen B-screw series" (1975);
-//! G. Kuiper, "The Wageningen propeller series" (1992); J. Carlton, "Marine propellers and propulsion" (2019). Where
-//! transcriptions differ, the one after Carlton is used.
+//! M.W.C. Oosterveld and P. van Oossanen, "Further computer-analyzed data of the Wageningen B-screw
+//! series" (1975); G. Kuiper, "The Wageningen propeller series" (1992); J. Carlton, "Marine
+//! propellers and propulsion" (2019). Where transcriptions differ, the one after Carlton is used.
 
 /// Radii r/R of [`V1`] and [`V2`].
 pub(crate) const V_RADII: [f64; 13] = [0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.85, 0.9, 0.95, 1.0];
 
-/// Stations P of [`V1`] and [`V2`]: −1 at the trailing edge, 0 at the largest thickness, 1 at the leading edge.
+/// Stations P of [`V1`] and [`V2`]: −1 at the trailing edge, 0 at the largest thickness, 1 at the
+/// leading edge.
 #[rustfmt::skip]
 pub(crate) const V_STATIONS: [f64; 20] = [
     -1.0, -0.95, -0.9, -0.8, -0.7, -0.6, -0.5, -0.4, -0.2, 0.0,
@@ -54,7 +55,8 @@ pub(crate) const TIP_THICKNESS: f64 = 0.003;
 /// Rake angle in degrees, aft.
 pub(crate) const RAKE_DEG: f64 = 15.0;
 
-/// Section function V1: the face above the pitch line; a row per radius of [`V_RADII`], a column per [`V_STATIONS`].
+/// Section function V1: the face above the pitch line; a row per radius of [`V_RADII`], a column
+/// per [`V_STATIONS`].
 #[rustfmt::skip]
 pub(crate) const V1: [[f64; 20]; 13] = [
     [0.3, 0.2824, 0.265, 0.23, 0.195, 0.161, 0.128, 0.0955, 0.0365, 0.0, 0.0096, 0.0384, 0.0615, 0.092, 0.132, 0.187, 0.223, 0.2642, 0.315, 0.386], // 0.15

@@ -3,7 +3,8 @@
 //! Facts from the rotor's NASA report, table IV (public domain), as transcribed in F18/CFFC
 //! (`data/NASA_Rotors/R37/rotor37geometry.dat`).
 
-/// `[Z cm, R cm, theta of the suction side rad, theta of the pressure side rad]`, leading to trailing edge, hub first.
+/// `[Z cm, R cm, theta of the suction side rad, theta of the pressure side rad]`, leading to
+/// trailing edge, hub first.
 #[rustfmt::skip]
 pub(crate) static SURFACES: [[[f64; 4]; 100]; 13] = [
     [

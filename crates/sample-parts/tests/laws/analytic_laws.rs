@@ -1,4 +1,5 @@
-//! What holds for parts with closed forms: projection, normals and curvatures against each other and against meshes.
+//! What holds for parts with closed forms: projection, normals and curvatures against each other
+//! and against meshes.
 
 use crate::kit;
 use facemill_sample_parts::{AnalyticPart, AnalyticShape, MaterialSide, PatchSpec, SpecError, SurfacePoint, patch};
@@ -35,7 +36,8 @@ fn check_frame(s: &SurfacePoint) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// The surface along a direction bends by the curvature: two points at ±h have their middle h²·k/2 inside.
+/// The surface along a direction bends by the curvature: two points at ±h have their middle h²·k/2
+/// inside.
 fn check_curvatures(
     s: &SurfacePoint,
     project: impl Fn(Point3<f64>) -> Option<SurfacePoint>,

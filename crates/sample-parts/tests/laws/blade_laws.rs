@@ -139,8 +139,9 @@ fn vertices_lie_on_the_smooth_blade() {
     }
 }
 
-/// Driving ahead is +Z: the leading edge is ahead of the trailing edge in z and in the sense of the turn about +Z, the suction
-/// side faces +Z and the turn moves the pressure side against the water behind it.
+/// Driving ahead is +Z: the leading edge is ahead of the trailing edge in z and in the sense of the
+/// turn about +Z, the suction side faces +Z and the turn moves the pressure side against the water
+/// behind it.
 #[test]
 fn propellers_are_right_handed_with_the_suction_side_up() {
     for series in SERIES {
@@ -181,8 +182,8 @@ fn pitch_4119(ratio: f64) -> f64 {
     [(0.3, 1.102), (0.5, 1.093), (0.7, 1.084)].iter().find(|row| row.0 == ratio).expect("a table radius").1
 }
 
-/// Chord, pitch, skew, rake and thickness measured on the mesh by cutting it with cylinders, against rows of the tables:
-/// `[r/R, c/D, P/D, skew in degrees, rake/D, t/c, f/c]`.
+/// Chord, pitch, skew, rake and thickness measured on the mesh by cutting it with cylinders,
+/// against rows of the tables: `[r/R, c/D, P/D, skew in degrees, rake/D, t/c, f/c]`.
 #[test]
 fn tables_are_measured_back_from_the_mesh() {
     let rows_4119 = [
@@ -237,8 +238,8 @@ fn tables_are_measured_back_from_the_mesh() {
     }
 }
 
-/// Sections of the Wageningen series from published ordinates, measured on the mesh: `[P, y_face, y_back]` over t at 0.8 R,
-/// where V1 is 0, but for the edge thickness that both ends have.
+/// Sections of the Wageningen series from published ordinates, measured on the mesh: `[P, y_face,
+/// y_back]` over t at 0.8 R, where V1 is 0, but for the edge thickness that both ends have.
 #[test]
 fn wageningen_sections_have_a_flat_face_and_the_published_back() {
     let (n_blades, area_ratio, pitch_ratio, d) = (5, 0.7, 0.95, 1000.0);
@@ -300,7 +301,8 @@ fn size_goes_with_the_diameter() {
         let [small, large] = [250.0, 2000.0].map(|d| blade(&propeller(series, d), resolution(12, 16)));
         assert_eq!(small.triangles(), large.triangles(), "{series:?}");
         for (a, b) in small.vertices().iter().zip(large.vertices()) {
-            // 8 is a power of two, so not even rounding differs where all goes through the diameter.
+            // 8 is a power of two, so not even rounding differs where all goes through the
+            // diameter.
             assert!((a * 8.0 - b).norm() < 1e-9, "{series:?}");
         }
     }

@@ -65,9 +65,11 @@ fn the_suction_side_is_convex_and_faces_the_angle() {
     assert!(length(0) > length(1));
 }
 
-/// The hub's section of a side: the first row of its vertices by the order of the mesh, from its two sheets.
+/// The hub's section of a side: the first row of its vertices by the order of the mesh, from its
+/// two sheets.
 fn hub_section(mesh: &facemill_surface_model::TriMesh, side: usize) -> Vec<Point3<f64>> {
-    // The first row holds 198 vertices: trailing edge, suction side, leading edge (99), pressure side.
+    // The first row holds 198 vertices: trailing edge, suction side, leading edge (99), pressure
+    // side.
     let row = &mesh.vertices()[..198];
     if side == 0 { row[..=99].to_vec() } else { row[99..].iter().chain(&row[..1]).copied().collect() }
 }
@@ -85,8 +87,8 @@ fn sides_are_smooth_between_the_surfaces_of_the_table() {
     assert!(bends[1] < 0.75 * bends[0] && bends[2] < 0.75 * bends[1], "{bends:?}");
 }
 
-/// A blade that joins the same table points by flat facets, axis X: its vertices are table points, so they are on ours to within
-/// the facets and the single precision of the file.
+/// A blade that joins the same table points by flat facets, axis X: its vertices are table points,
+/// so they are on ours to within the facets and the single precision of the file.
 #[test]
 fn the_reference_mesh_has_its_vertices_on_the_blade() {
     let Some(path) = kit::shared("data/meshes/nasa_rotor37_blade.stl") else { return };

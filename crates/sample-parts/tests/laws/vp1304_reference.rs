@@ -8,12 +8,12 @@ use nalgebra::{Point2, Point3};
 
 /// A side of BladeX's blade in our frame.
 ///
-/// BladeX's frame follows from its formulas: its +X is ahead, the generator line goes along −Z, and angles run from −Z to
-/// +Y. So its (x, y, z) is our (−z, y, x): a rotation, nothing fitted.
+/// BladeX's frame follows from its formulas: its +X is ahead, the generator line goes along −Z, and
+/// angles run from −Z to +Y. So its (x, y, z) is our (−z, y, x): a rotation, nothing fitted.
 ///
-/// The rake of these two files has the opposite sign of the table's (and of BladeX's own formula and whole propeller, see
-/// `the_rake_is_aft`). Rake shifts each cylindrical section along the axis and nothing else, so the table's rake, twice,
-/// is put on every vertex by its radius.
+/// The rake of these two files has the opposite sign of the table's (and of BladeX's own formula
+/// and whole propeller, see `the_rake_is_aft`). Rake shifts each cylindrical section along the axis
+/// and nothing else, so the table's rake, twice, is put on every vertex by its radius.
 fn reference(side: &str, rake: Rake) -> Option<TriMesh> {
     let path = kit::shared(&format!("data/meshes/bladex_blade_{side}.stl"))?;
     let spec = propeller();
@@ -68,8 +68,9 @@ fn chord_and_skew_agree_to_two_percent() {
     }
 }
 
-/// The whole propeller in the same data (four blades with sections of another form on the same particulars) has its leading
-/// edge at 0.7 R where our rake, aft, puts it; a forward rake would put it 15 mm ahead.
+/// The whole propeller in the same data (four blades with sections of another form on the same
+/// particulars) has its leading edge at 0.7 R where our rake, aft, puts it; a forward rake would
+/// put it 15 mm ahead.
 #[test]
 fn the_rake_is_aft() {
     let Some(path) = kit::shared("data/meshes/pptc_vp1304_bladex.obj") else { return };
@@ -84,9 +85,10 @@ fn the_rake_is_aft() {
     assert!((foremost - leading).abs() < 1.5, "{foremost} {leading}");
 }
 
-/// Measured: 0.450 mm, at the tip on the pressure side, where the chord falls from 94 to 25 mm between the last three
-/// sections and the two surfaces join them differently; up to 0.375 mm elsewhere, from section ordinates that are the
-/// propeller's own there and NACA 66 with a = 0.8 here. With the file's rake as it is: 14.49 mm, twice the rake.
+/// Measured: 0.450 mm, at the tip on the pressure side, where the chord falls from 94 to 25 mm
+/// between the last three sections and the two surfaces join them differently; up to 0.375 mm
+/// elsewhere, from section ordinates that are the propeller's own there and NACA 66 with a = 0.8
+/// here. With the file's rake as it is: 14.49 mm, twice the rake.
 #[test]
 fn the_largest_deviation_is_the_stated_one() {
     let spec = propeller();

@@ -6,9 +6,9 @@ use crate::mesh::tri_mesh::TriMesh;
 
 /// Binary glTF 2.0 in metres, +Y up.
 ///
-/// Each mesh is stored once, however many nodes use it. A mesh with several groups becomes a node with a child
-/// `node/group` for each. Coordinates are rounded to single precision of a metre (at 1.5 m that is 1e-4 mm). The same scene
-/// always gives the same bytes.
+/// Each mesh is stored once, however many nodes use it. A mesh with several groups becomes a node
+/// with a child `node/group` for each. Coordinates are rounded to single precision of a metre (at
+/// 1.5 m that is 1e-4 mm). The same scene always gives the same bytes.
 ///
 /// # Errors
 /// When a node's mesh does not exist, nothing has a triangle, or the data takes more than 4 GiB.
@@ -32,8 +32,8 @@ fn to_gltf(v: &Vector3<f64>) -> Vector3<f64> {
     Vector3::new(v.x, v.z, -v.y)
 }
 
-// The parts of the glTF schema that are written. Structs and not a map of values, so that the order of the keys, and with it
-// the bytes, is fixed here.
+// The parts of the glTF schema that are written. Structs and not a map of values, so that the order
+// of the keys, and with it the bytes, is fixed here.
 #[derive(Default, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Document {
@@ -158,7 +158,8 @@ const ARRAY_BUFFER: u32 = 34962;
 const ELEMENT_ARRAY_BUFFER: u32 = 34963;
 
 impl Document {
-    /// Stores a mesh and returns the index of the glTF mesh of each of its groups that is not empty.
+    /// Stores a mesh and returns the index of the glTF mesh of each of its groups that is not
+    /// empty.
     pub(super) fn store(&mut self, mesh: &TriMesh, index: usize, bin: &mut Vec<u8>) -> Result<Vec<u32>, ExportError> {
         if mesh.triangles().is_empty() {
             return Ok(Vec::new());
@@ -202,7 +203,8 @@ impl Document {
         Ok(stored)
     }
 
-    /// Gives all meshes these colours of their vertices: linear red, green and blue of 16 bits, and a dull material.
+    /// Gives all meshes these colours of their vertices: linear red, green and blue of 16 bits, and
+    /// a dull material.
     pub(super) fn paint(&mut self, colours: &[[u16; 3]], bin: &mut Vec<u8>) -> Result<(), ExportError> {
         let (buffer_view, accessor) = (self.buffer_views.len() as u32, self.accessors.len() as u32);
         let opaque = colours.iter().flat_map(|&[r, g, b]| [r, g, b, u16::MAX]);

@@ -4,11 +4,13 @@ use super::glb::Document;
 use super::{ExportError, NamedNode, check};
 use crate::mesh::tri_mesh::TriMesh;
 
-/// Binary glTF 2.0 of a mesh whose vertices have colours (`COLOR_0`), in metres, +Y up, under one name.
+/// Binary glTF 2.0 of a mesh whose vertices have colours (`COLOR_0`), in metres, +Y up, under one
+/// name.
 ///
-/// Colours are red, green and blue as screens take them (sRGB); the file has them linear with 16 bits each, as glTF
-/// asks, on a material that is neither metal nor mirror and shows both sides. Between vertices viewers blend.
-/// Coordinates are rounded to single precision of a metre. The same mesh always gives the same bytes.
+/// Colours are red, green and blue as screens take them (sRGB); the file has them linear with 16
+/// bits each, as glTF asks, on a material that is neither metal nor mirror and shows both sides.
+/// Between vertices viewers blend. Coordinates are rounded to single precision of a metre. The same
+/// mesh always gives the same bytes.
 ///
 /// # Errors
 /// When there is not one colour for each vertex, no triangle, or the data takes more than 4 GiB.

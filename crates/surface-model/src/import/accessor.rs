@@ -9,8 +9,8 @@ use crate::import::settings::ImportFault;
 
 /// Reads accessors of a glTF document, with every offset checked.
 ///
-/// The gltf crate's own readers panic on a POSITION accessor that is not float, on sparse values that run out, and on
-/// documents with indices out of range; this one returns where it is wrong.
+/// The gltf crate's own readers panic on a POSITION accessor that is not float, on sparse values
+/// that run out, and on documents with indices out of range; this one returns where it is wrong.
 pub(super) struct Accessors<'a> {
     root: &'a json::Root,
     /// The GLB container's BIN chunk.

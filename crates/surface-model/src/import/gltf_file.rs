@@ -9,10 +9,11 @@ use super::RawMesh;
 use super::accessor::{Accessors, fault};
 use crate::import::settings::ImportFault;
 
-/// Reads glTF or GLB: all triangles of the default scene, in metres or what the file means, with node transforms applied.
+/// Reads glTF or GLB: all triangles of the default scene, in metres or what the file means, with
+/// node transforms applied.
 ///
-/// Points and lines are left out. Skinned and morphed meshes, compression and instancing by extension are refused: their
-/// true shape is not in the accessors that are read here.
+/// Points and lines are left out. Skinned and morphed meshes, compression and instancing by
+/// extension are refused: their true shape is not in the accessors that are read here.
 pub(super) fn read(bytes: &[u8], resolve: &dyn Fn(&str) -> io::Result<Vec<u8>>) -> Result<RawMesh, ImportFault> {
     check_container(bytes)?;
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
@@ -26,7 +27,8 @@ pub(super) fn read(bytes: &[u8], resolve: &dyn Fn(&str) -> io::Result<Vec<u8>>) 
         roots(root)?.into_iter().rev().map(|n| (n, Matrix4::identity())).collect();
     while let Some((index, parent)) = todo.pop() {
         let node = root.nodes.get(index).ok_or_else(|| fault("nodes", index, "it does not exist"))?;
-        // Also ends nodes that share children many times over, whose number would grow without bound.
+        // Also ends nodes that share children many times over, whose number would grow without
+        // bound.
         if std::mem::replace(&mut visited[index], true) {
             return Err(fault("nodes", index, "it is reached twice: the nodes are cyclic, or it has two parents"));
         }
@@ -64,8 +66,9 @@ fn error_text(e: &gltf::Error) -> String {
     }
 }
 
-/// Extensions change what the accessors mean only if they are among those that are refused; all others concern materials,
-/// lights, names and the like, and may be required without changing a triangle.
+/// Extensions change what the accessors mean only if they are among those that are refused; all
+/// others concern materials, lights, names and the like, and may be required without changing a
+/// triangle.
 fn check_extensions(root: &json::Root) -> Result<(), ImportFault> {
     const COMPRESSED: [&str; 3] = ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"];
     const HARMLESS: [&str; 12] = [
@@ -102,7 +105,8 @@ fn check_extensions(root: &json::Root) -> Result<(), ImportFault> {
     }
 }
 
-/// The nodes of the default scene, else of the first; where there are no scenes, all that are no other's child.
+/// The nodes of the default scene, else of the first; where there are no scenes, all that are no
+/// other's child.
 fn roots(root: &json::Root) -> Result<Vec<usize>, ImportFault> {
     let scene = root.scene.map_or(0, |s| s.value());
     match root.scenes.get(scene) {
@@ -120,7 +124,8 @@ fn roots(root: &json::Root) -> Result<Vec<usize>, ImportFault> {
     }
 }
 
-/// `parent_from_node`, from a matrix or from scale, rotation and translation, applied in this order.
+/// `parent_from_node`, from a matrix or from scale, rotation and translation, applied in this
+/// order.
 fn local(node: &json::Node, index: usize) -> Result<Matrix4<f64>, ImportFault> {
     let matrix = match node.matrix {
         Some(m) => Matrix4::from_column_slice(&m.map(f64::from)),

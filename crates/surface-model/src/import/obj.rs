@@ -7,9 +7,9 @@ use crate::import::settings::ImportFault;
 
 /// Reads an OBJ file by `tobj`.
 ///
-/// tobj says what is wrong but not where, takes NaN, refuses comments behind a face, and its index arithmetic overflows on
-/// wild texture indices. So it gets a digest of the file: only positions, faces by position index, and names, each of them
-/// checked here with its line.
+/// tobj says what is wrong but not where, takes NaN, refuses comments behind a face, and its index
+/// arithmetic overflows on wild texture indices. So it gets a digest of the file: only positions,
+/// faces by position index, and names, each of them checked here with its line.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ImportFault> {
     let digest = digest(bytes)?;
     let options = tobj::LoadOptions { triangulate: true, single_index: false, ..Default::default() };
@@ -17,7 +17,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ImportFault> {
         .map_err(|e| ImportFault::Line { line: 1, message: format!("the file cannot be read as OBJ: {e}") })?;
     let mut mesh = RawMesh::default();
     for model in models {
-        // tobj gives each object vertices of its own, so the seams between them are open until they are welded.
+        // tobj gives each object vertices of its own, so the seams between them are open until they
+        // are welded.
         let first = mesh.vertices.len() as u32;
         mesh.begin_group(model.name.strip_prefix(NAME_MARK).unwrap_or_default());
         for &[a, b, c] in model.mesh.indices.as_chunks::<3>().0 {
@@ -28,7 +29,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ImportFault> {
     Ok(mesh)
 }
 
-/// Stands before each name of the digest, so that what tobj calls objects without a name is told from names in the file.
+/// Stands before each name of the digest, so that what tobj calls objects without a name is told
+/// from names in the file.
 const NAME_MARK: &str = "=";
 
 fn digest(bytes: &[u8]) -> Result<String, ImportFault> {
@@ -66,7 +68,8 @@ fn digest(bytes: &[u8]) -> Result<String, ImportFault> {
     Ok(positions + &faces)
 }
 
-/// Lines without comments, those that end in `\` joined with the next, with the number of the first.
+/// Lines without comments, those that end in `\` joined with the next, with the number of the
+/// first.
 fn logical_lines(bytes: &[u8]) -> impl Iterator<Item = (usize, String)> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut lines = bytes.split(|&b| b == b'\n').enumerate();

@@ -15,7 +15,8 @@ pub(crate) struct RawMesh {
 const MAX_TRIANGLES: usize = 1 << 29;
 
 impl RawMesh {
-    /// The triangles that follow belong to a group of this name; a group is continued when it is the last one.
+    /// The triangles that follow belong to a group of this name; a group is continued when it is
+    /// the last one.
     pub(super) fn begin_group(&mut self, name: &str) {
         if self.groups.last().is_some_and(|g| g.name == name) {
             return;

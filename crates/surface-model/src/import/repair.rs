@@ -18,10 +18,11 @@ use crate::mesh::weld::weld;
 pub struct RepairReport {
     /// Triangles in the file, polygons cut into triangles.
     pub n_triangles_in: usize,
-    /// Dropped: triangles that were, after welding, without area (two corners in one place, or a height within the
-    /// weld tolerance).
+    /// Dropped: triangles that were, after welding, without area (two corners in one place, or a
+    /// height within the weld tolerance).
     pub n_degenerate: usize,
-    /// Turned: triangles with three corners in a line, which became part of their neighbour so that no slit opens.
+    /// Turned: triangles with three corners in a line, which became part of their neighbour so that
+    /// no slit opens.
     pub n_turned: usize,
     /// Dropped: triangles that were there before, with the same corners and the same winding.
     pub n_duplicates: usize,
@@ -54,7 +55,8 @@ pub(crate) fn repair(raw: RawMesh, settings: &ImportSettings) -> Result<(TriMesh
     let welded: Vec<[u32; 3]> = raw.triangles.iter().map(|t| t.map(|v| stands_for[v as usize])).collect();
     let mut kept = Kept::default();
     kept.take(&welded, &raw.groups, |t| !is_flat(&points, t, tolerance) || all_differ(t));
-    // Triangles with three corners in a line leave a slit when they are dropped, so these are turned if possible.
+    // Triangles with three corners in a line leave a slit when they are dropped, so these are
+    // turned if possible.
     let mut solid = kept.triangles;
     let n_turned = turn_caps(&points, &mut solid, |t| is_flat(&points, t, tolerance));
     let groups = kept.groups;
@@ -94,7 +96,8 @@ fn all_differ([a, b, c]: [u32; 3]) -> bool {
     a != b && b != c && c != a
 }
 
-/// Whether a triangle's height over its longest side is within the tolerance (mm), or nothing but rounding.
+/// Whether a triangle's height over its longest side is within the tolerance (mm), or nothing but
+/// rounding.
 fn is_flat(points: &[Point3<f64>], t: [u32; 3], tolerance: f64) -> bool {
     let [a, b, c] = t.map(|v| points[v as usize]);
     let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());

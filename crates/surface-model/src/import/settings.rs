@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 /// The kinds of mesh files that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MeshFormat {
-    /// Wavefront OBJ. Polygons are cut into fans; `o` and `g` names become groups; materials are not read.
+    /// Wavefront OBJ. Polygons are cut into fans; `o` and `g` names become groups; materials are
+    /// not read.
     Obj,
     /// glTF 2.0 as text or as GLB container. Nodes with a mesh become groups under the node's name.
     Gltf,
@@ -18,7 +19,8 @@ pub enum MeshFormat {
 }
 
 impl MeshFormat {
-    /// The format by the ending of a file name, with or without the dot, in any case; `None` for others.
+    /// The format by the ending of a file name, with or without the dot, in any case; `None` for
+    /// others.
     pub fn from_extension(extension: &str) -> Option<Self> {
         match extension.trim_start_matches('.').to_ascii_lowercase().as_str() {
             "obj" => Some(Self::Obj),
@@ -85,14 +87,15 @@ pub struct ImportSettings {
     pub unit: LengthUnit,
     /// Axis that points up.
     pub up_axis: UpAxis,
-    /// Vertices nearer to each other than this become one, mm. Larger: thin walls and small triangles collapse. Smaller:
-    /// rounding in the file leaves seams open.
+    /// Vertices nearer to each other than this become one, mm. Larger: thin walls and small
+    /// triangles collapse. Smaller: rounding in the file leaves seams open.
     pub weld_tolerance: f64,
 }
 
 impl ImportSettings {
-    /// glTF is in metres with +Y up by its specification; OBJ and STL say nothing, and are taken as mm with +Z up. Vertices
-    /// are welded within 1 nm, which is above the rounding of any file and below what matters on a machine.
+    /// glTF is in metres with +Y up by its specification; OBJ and STL say nothing, and are taken as
+    /// mm with +Z up. Vertices are welded within 1 nm, which is above the rounding of any file and
+    /// below what matters on a machine.
     pub fn default_for(format: MeshFormat) -> Self {
         let (unit, up_axis) = match format {
             MeshFormat::Gltf => (LengthUnit::Metre, UpAxis::Y),

@@ -3,7 +3,8 @@ use nalgebra::Point3;
 use super::RawMesh;
 use crate::import::settings::ImportFault;
 
-/// Reads an ASCII STL: keywords in any case, solids with or without a name, several solids in a file.
+/// Reads an ASCII STL: keywords in any case, solids with or without a name, several solids in a
+/// file.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ImportFault> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut words = Words { rest: bytes, line: 1 };
@@ -29,7 +30,8 @@ fn solid(words: &mut Words<'_>, mesh: &mut RawMesh) -> Result<(), ImportFault> {
             return Err(words.unexpected(word, "\"facet\" or \"endsolid\""));
         }
         words.keyword("normal")?;
-        // The normal follows from the corners; writers put anything here, such as NaN for triangles without area.
+        // The normal follows from the corners; writers put anything here, such as NaN for triangles
+        // without area.
         for _ in 0..3 {
             words.some("a number")?;
         }

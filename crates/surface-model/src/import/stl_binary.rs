@@ -11,8 +11,9 @@ const TRIANGLE: usize = 50;
 
 /// Whether an STL file is binary.
 ///
-/// Binary headers may begin with `solid` like a text, so the count decides where it fits the length; else a file that begins
-/// with `solid` is text unless there is a zero byte near its start, which no text has.
+/// Binary headers may begin with `solid` like a text, so the count decides where it fits the
+/// length; else a file that begins with `solid` is text unless there is a zero byte near its start,
+/// which no text has.
 pub(super) fn is_binary(bytes: &[u8]) -> bool {
     if count(bytes).is_some_and(|n| n.checked_mul(TRIANGLE).and_then(|l| l.checked_add(TRIANGLES)) == Some(bytes.len()))
     {
@@ -23,7 +24,8 @@ pub(super) fn is_binary(bytes: &[u8]) -> bool {
     !text.get(..5).is_some_and(|w| w.eq_ignore_ascii_case(b"solid")) || start.contains(&0)
 }
 
-/// Reads a binary STL. Fewer bytes after the last triangle than one takes are ignored: some writers pad.
+/// Reads a binary STL. Fewer bytes after the last triangle than one takes are ignored: some writers
+/// pad.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ImportFault> {
     let fault = |offset: usize, message: String| ImportFault::Byte { offset, message };
     let Some(n) = count(bytes) else {

@@ -1,4 +1,5 @@
-/// The bytes of a `data:` address in base64; `None` when it is another kind of address, an error when it is broken.
+/// The bytes of a `data:` address in base64; `None` when it is another kind of address, an error
+/// when it is broken.
 pub(super) fn embedded(uri: &str) -> Option<Result<Vec<u8>, String>> {
     let data = uri.get(..5).filter(|scheme| scheme.eq_ignore_ascii_case("data:")).map(|_| &uri[5..])?;
     let Some((kind, data)) = data.split_once(',') else { return Some(Err("it has no comma before the data".into())) };

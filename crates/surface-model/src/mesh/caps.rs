@@ -3,12 +3,14 @@ use nalgebra::Point3;
 use crate::mesh::edges::Edges;
 use crate::mesh::tri_mesh::TriMesh;
 
-/// Turns triangles of three distinct corners but without area out of the mesh, and returns how many.
+/// Turns triangles of three distinct corners but without area out of the mesh, and returns how
+/// many.
 ///
-/// Such a triangle has one corner b on its longest side, between a and c. Dropping it would leave a slit between the one
-/// neighbour at a–c and the two at a–b and b–c. So the side is turned instead: with the neighbour's third corner d, the two
-/// triangles become (a, b, d) and (b, c, d), which moves the surface by no more than the lost height. Where no single
-/// neighbour lies across, or the turn would give a triangle without area again, it stays for the caller to drop.
+/// Such a triangle has one corner b on its longest side, between a and c. Dropping it would leave a
+/// slit between the one neighbour at a–c and the two at a–b and b–c. So the side is turned instead:
+/// with the neighbour's third corner d, the two triangles become (a, b, d) and (b, c, d), which
+/// moves the surface by no more than the lost height. Where no single neighbour lies across, or the
+/// turn would give a triangle without area again, it stays for the caller to drop.
 pub(crate) fn turn_caps(
     points: &[Point3<f64>],
     triangles: &mut [[u32; 3]],

@@ -4,10 +4,10 @@ use crate::mesh::tri_mesh::TriMesh;
 
 /// The edges of a mesh: which triangle sides lie on each.
 ///
-/// A side is numbered `3 * triangle + k` and runs from corner k to corner k + 1 (mod 3). Sides whose two corners are the same
-/// vertex lie on no edge.
-/// Methods panic when an edge or triangle is out of range, as a slice does; [`Edges::across`] and [`Edges::directions`] take the
-/// mesh it was made of.
+/// A side is numbered `3 * triangle + k` and runs from corner k to corner k + 1 (mod 3). Sides
+/// whose two corners are the same vertex lie on no edge. Methods panic when an edge or triangle is
+/// out of range, as a slice does; [`Edges::across`] and [`Edges::directions`] take the mesh it was
+/// made of.
 #[derive(Clone, Debug)]
 pub struct Edges {
     edges: Vec<Edge>,
@@ -80,7 +80,8 @@ impl Edges {
         Some(self.edge_of_side[3 * triangle as usize + k]).filter(|&e| e != NO_EDGE)
     }
 
-    /// The side across, where exactly two triangles meet in the edge and are wound alike: (triangle, k).
+    /// The side across, where exactly two triangles meet in the edge and are wound alike:
+    /// (triangle, k).
     pub fn across(&self, mesh: &TriMesh, triangle: u32, k: usize) -> Option<(u32, usize)> {
         let &[a, b] = self.sides(self.of_side(triangle, k)?) else { return None };
         let this = 3 * triangle + k as u32;

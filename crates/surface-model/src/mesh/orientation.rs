@@ -1,9 +1,11 @@
-//! Which way the pieces of a mesh are wound, also of an open one, by the generalised winding number (Jacobson, Kavan,
-//! Sorkine-Hornung, Robust inside-outside segmentation using generalized winding numbers, SIGGRAPH 2013).
+//! Which way the pieces of a mesh are wound, also of an open one, by the generalised winding number
+//! (Jacobson, Kavan, Sorkine-Hornung, Robust inside-outside segmentation using generalized winding
+//! numbers, SIGGRAPH 2013).
 //!
-//! The field F of a triangle is the winding number at its centroid, without the triangle itself: 0.5 where the mesh closes
-//! around the material behind it, −0.5 where it closes around what lies in front, 0 on a plate. Turning a piece turns what it
-//! adds to the fields of all pieces, so that pieces of one body that are wound against each other are found, too.
+//! The field F of a triangle is the winding number at its centroid, without the triangle itself:
+//! 0.5 where the mesh closes around the material behind it, −0.5 where it closes around what lies
+//! in front, 0 on a plate. Turning a piece turns what it adds to the fields of all pieces, so that
+//! pieces of one body that are wound against each other are found, too.
 
 #[cfg(test)]
 #[path = "../../tests/unit/mesh/orientation_laws.rs"]
@@ -17,9 +19,9 @@ use crate::mesh::edges::{DisjointSets, Edges};
 use crate::mesh::topology::Topology;
 use crate::mesh::tri_mesh::TriMesh;
 
-/// Least mean field of a piece on whose winding a claim is made: a long tube with a slit of a quarter of its round has 0.37,
-/// a blade as long as its chord, a quarter as thick and open at both ends 0.38, a half-sphere 0.32. Below it the piece may
-/// as well be the wall of a hollow.
+/// Least mean field of a piece on whose winding a claim is made: a long tube with a slit of a
+/// quarter of its round has 0.37, a blade as long as its chord, a quarter as thick and open at both
+/// ends 0.38, a half-sphere 0.32. Below it the piece may as well be the wall of a hollow.
 const DECIDED: f64 = 0.36;
 
 /// Field of the surface of a solid.
@@ -31,7 +33,8 @@ const LEAST_GAIN: f64 = 0.5;
 /// Largest mean field of the others at a closed piece of negative volume that is no cavity of them.
 const NO_CAVITY: f64 = 0.25;
 
-/// Solid angles that are computed at most, and samples at least and at most: half a second for 500,000 triangles.
+/// Solid angles that are computed at most, and samples at least and at most: half a second for
+/// 500,000 triangles.
 const ANGLES: usize = 20_000_000;
 
 const SAMPLES: (usize, usize) = (16, 512);
@@ -77,11 +80,13 @@ pub struct Orientation {
 impl Orientation {
     /// Finds the pieces and which way each is wound.
     ///
-    /// Guaranteed: a mesh that is turned as a whole has `Inward` and `Outward` exchanged, but for cavities; motions do not
-    /// change the result but by rounding. An open piece of small field (a plate, dish, hood or half-sphere) is `Undecided`, and so
-    /// is the closed wall of a cavity. A duct whose inner wall alone is there has the shape of a bar that is wound inward, and is
-    /// called so: whoever knows the tool asks whether it has room there. Pieces beyond the largest few hundred, and fewer in
-    /// large meshes, are `Undecided`. Time is bounded by 20 million solid angles, or 16 for each triangle.
+    /// Guaranteed: a mesh that is turned as a whole has `Inward` and `Outward` exchanged, but for
+    /// cavities; motions do not change the result but by rounding. An open piece of small field (a
+    /// plate, dish, hood or half-sphere) is `Undecided`, and so is the closed wall of a cavity. A
+    /// duct whose inner wall alone is there has the shape of a bar that is wound inward, and is
+    /// called so: whoever knows the tool asks whether it has room there. Pieces beyond the largest
+    /// few hundred, and fewer in large meshes, are `Undecided`. Time is bounded by 20 million solid
+    /// angles, or 16 for each triangle.
     #[must_use]
     pub fn of(mesh: &TriMesh) -> Self {
         let edges = Edges::of(mesh);
@@ -186,7 +191,8 @@ impl Fields {
         self.of[piece].iter().zip(turned).map(|(f, turned)| if *turned { -f } else { *f }).sum()
     }
 
-    /// What lacks to the field of a solid, times area. More than that is no lack: solids may overlap.
+    /// What lacks to the field of a solid, times area. More than that is no lack: solids may
+    /// overlap.
     fn lack(&self, turned: &[bool]) -> f64 {
         (0..self.areas.len()).map(|k| self.areas[k] * (SOLID - self.mean(k, turned)).max(0.0)).sum()
     }
@@ -229,7 +235,8 @@ impl Fields {
             .collect()
     }
 
-    /// Turns piece after piece, the one that saves most first, until none saves what a clear case does.
+    /// Turns piece after piece, the one that saves most first, until none saves what a clear case
+    /// does.
     fn settled(&self, mut turned: Vec<bool>, free: &dyn Fn(usize) -> bool) -> Vec<bool> {
         for _ in 0..2 * turned.len() {
             let gains = (0..turned.len()).filter(|&k| free(k)).map(|k| (k, self.gain(k, &turned)));
@@ -264,8 +271,8 @@ fn field_at(mesh: &TriMesh, sample: u32, triangles: &[u32]) -> f64 {
     others.map(|&t| solid_angle(&p, &mesh.corners(t as usize))).sum::<f64>() / (2.0 * TAU)
 }
 
-/// Solid angle of a triangle, positive where it is seen from behind; 0 in its plane. (Van Oosterom, Strackee, The solid angle
-/// of a plane triangle, IEEE Trans. Biomed. Eng. 1983.)
+/// Solid angle of a triangle, positive where it is seen from behind; 0 in its plane. (Van Oosterom,
+/// Strackee, The solid angle of a plane triangle, IEEE Trans. Biomed. Eng. 1983.)
 fn solid_angle(p: &Point3<f64>, corners: &[Point3<f64>; 3]) -> f64 {
     let [a, b, c] = corners.map(|q| q - p);
     let [la, lb, lc] = [a.norm(), b.norm(), c.norm()];

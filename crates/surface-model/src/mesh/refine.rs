@@ -17,11 +17,12 @@ pub struct Refined {
 const MAX_LEVELS: usize = 40;
 
 impl TriMesh {
-    /// The same surface in triangles with no edge longer than `edge` mm, where that takes no more than `max_triangles`
-    /// (or as many as there are); else as fine as halving the long edges once less often makes it.
+    /// The same surface in triangles with no edge longer than `edge` mm, where that takes no more
+    /// than `max_triangles` (or as many as there are); else as fine as halving the long edges once
+    /// less often makes it.
     ///
-    /// Edges are halved wherever they are too long, on both sides alike: no vertex lies within another triangle's
-    /// edge. The first vertices are those of the mesh.
+    /// Edges are halved wherever they are too long, on both sides alike: no vertex lies within
+    /// another triangle's edge. The first vertices are those of the mesh.
     #[must_use]
     pub fn refined(&self, edge: f64, max_triangles: usize) -> Refined {
         let mut vertices = self.vertices().to_vec();

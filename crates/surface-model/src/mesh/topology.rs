@@ -29,7 +29,8 @@ pub struct Component {
 }
 
 impl Component {
-    /// Whether it is closed and wound inside out. A cavity inside another component is wound so by right.
+    /// Whether it is closed and wound inside out. A cavity inside another component is wound so by
+    /// right.
     pub fn is_inverted(&self) -> bool {
         self.volume_mm3.is_some_and(|v| v < 0.0)
     }
@@ -58,7 +59,8 @@ impl Topology {
         topology
     }
 
-    /// Volumes by the divergence theorem about a vertex of each component, which keeps the cancellation small.
+    /// Volumes by the divergence theorem about a vertex of each component, which keeps the
+    /// cancellation small.
     fn add_volumes(&mut self, mesh: &TriMesh) {
         let mut sums = vec![(None, 0.0); self.components.len()];
         for (t, &c) in self.component_of.iter().enumerate() {

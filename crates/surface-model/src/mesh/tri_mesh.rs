@@ -3,8 +3,9 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Indexed triangle mesh in mm, counter-clockwise seen from outside the material.
 ///
-/// Indices are in range and coordinates finite: [`TriMesh::new`] checks it, and nothing changes it afterwards.
-/// It may be open, non-manifold and of several overlapping components. Triangles belong to named groups.
+/// Indices are in range and coordinates finite: [`TriMesh::new`] checks it, and nothing changes it
+/// afterwards. It may be open, non-manifold and of several overlapping components. Triangles belong
+/// to named groups.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriMesh {
     vertices: Vec<Point3<f64>>,

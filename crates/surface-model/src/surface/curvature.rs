@@ -3,13 +3,16 @@ use nalgebra::{Matrix3, Unit, Vector3};
 use crate::mesh::tri_mesh::TriMesh;
 use crate::surface::normals::SmoothVertices;
 
-/// Curvature of a surface at a point: how the unit normal turns with a step along the surface, 1/mm.
+/// Curvature of a surface at a point: how the unit normal turns with a step along the surface,
+/// 1/mm.
 ///
-/// Positive where the surface bends away from the outside (convex, as a ball seen from outside), negative where it bends
-/// towards it (concave, where a cutter may gouge). It is an estimate: on a mesh of a smooth surface its error falls with the
-/// edge length, and is largest where triangles are irregular and at open edges.
+/// Positive where the surface bends away from the outside (convex, as a ball seen from outside),
+/// negative where it bends towards it (concave, where a cutter may gouge). It is an estimate: on a
+/// mesh of a smooth surface its error falls with the edge length, and is largest where triangles
+/// are irregular and at open edges.
 ///
-/// Source: Rusinkiewicz, Estimating curvatures and their derivatives on triangle meshes, 3DPVT 2004, section 3.
+/// Source: Rusinkiewicz, Estimating curvatures and their derivatives on triangle meshes, 3DPVT
+/// 2004, section 3.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CurvatureTensor {
     /// Unit normal, out of the material.
@@ -59,8 +62,8 @@ impl CurvatureTensor {
         }
     }
 
-    /// The tensors of the parts, each turned from its own normal to `normal`, weighted; `None` where a part that counts is
-    /// missing.
+    /// The tensors of the parts, each turned from its own normal to `normal`, weighted; `None`
+    /// where a part that counts is missing.
     pub(crate) fn blend(
         normal: Unit<Vector3<f64>>,
         parts: &[(f64, Option<&VertexCurvature>)],
@@ -81,7 +84,8 @@ pub(crate) struct VertexCurvature {
     tensor: Matrix3<f64>,
 }
 
-/// Curvature at each smooth vertex: means of the facets around it, weighted by the part of their area nearest to it.
+/// Curvature at each smooth vertex: means of the facets around it, weighted by the part of their
+/// area nearest to it.
 pub(crate) fn vertex_curvatures(
     mesh: &TriMesh,
     facets: &[Option<Unit<Vector3<f64>>>],
@@ -107,8 +111,8 @@ pub(crate) fn vertex_curvatures(
         .collect()
 }
 
-/// The tensor in the facet's plane that best explains the differences of the corner normals along the three sides, by
-/// least squares (Rusinkiewicz, section 3.1).
+/// The tensor in the facet's plane that best explains the differences of the corner normals along
+/// the three sides, by least squares (Rusinkiewicz, section 3.1).
 fn facet_curvature(
     p: &[nalgebra::Point3<f64>; 3],
     facet: &Unit<Vector3<f64>>,
@@ -121,7 +125,8 @@ fn facet_curvature(
         let (i, j) = (k, (k + 1) % 3);
         let step = p[j] - p[i];
         let turn = normals[j].into_inner() - normals[i].into_inner();
-        // Two equations per side for the entries uu, uv, vv: tensor · step = turn, seen in the plane.
+        // Two equations per side for the entries uu, uv, vv: tensor · step = turn, seen in the
+        // plane.
         for row in [
             (Vector3::new(step.dot(&u), step.dot(&v), 0.0), turn.dot(&u)),
             (Vector3::new(0.0, step.dot(&u), step.dot(&v)), turn.dot(&v)),
@@ -136,21 +141,25 @@ fn facet_curvature(
     Some(entries.x * u * u.transpose() + entries.y * mixed + entries.z * v * v.transpose())
 }
 
-/// A tensor of the plane with normal `from`, carried to the plane with normal `to` by the smallest turn.
+/// A tensor of the plane with normal `from`, carried to the plane with normal `to` by the smallest
+/// turn.
 fn turned(tensor: &Matrix3<f64>, from: &Unit<Vector3<f64>>, to: &Unit<Vector3<f64>>) -> Matrix3<f64> {
     let cosine = from.dot(to);
-    // Opposite normals: the planes are the same, and any half turn in them keeps the tensor of a plane.
+    // Opposite normals: the planes are the same, and any half turn in them keeps the tensor of a
+    // plane.
     if cosine <= -1.0 + 1e-9 {
         return *tensor;
     }
-    // Rodrigues' formula with the unnormalised axis: no angle is needed, and nothing is lost near zero.
+    // Rodrigues' formula with the unnormalised axis: no angle is needed, and nothing is lost near
+    // zero.
     let cross = from.cross(to).cross_matrix();
     let turn = Matrix3::identity() + cross + cross * cross / (1.0 + cosine);
     turn * tensor * turn.transpose()
 }
 
-/// The parts of a triangle's area that are nearest to each of its corners; where it is obtuse, half of it for the obtuse
-/// corner and a quarter for each other (Meyer et al., Discrete differential-geometry operators, 2003, section 3.3).
+/// The parts of a triangle's area that are nearest to each of its corners; where it is obtuse, half
+/// of it for the obtuse corner and a quarter for each other (Meyer et al., Discrete
+/// differential-geometry operators, 2003, section 3.3).
 fn voronoi_areas(mesh: &TriMesh, triangle: usize) -> [f64; 3] {
     let p = mesh.corners(triangle);
     let area = 0.5 * mesh.scaled_normal(triangle).norm();

@@ -17,7 +17,8 @@ pub struct LevelCurve {
 pub struct LevelPoint {
     /// Where, mm.
     pub position: Point3<f64>,
-    /// The triangle that the curve runs through after this point; at the end of an open curve the one before it.
+    /// The triangle that the curve runs through after this point; at the end of an open curve the
+    /// one before it.
     pub triangle: u32,
     /// Vertices of the edge it lies on, the lower index first.
     pub edge: [u32; 2],
@@ -27,13 +28,15 @@ pub struct LevelPoint {
 
 /// The curves on a mesh along which values given at its vertices, linear between them, are `level`.
 ///
-/// Values at the level count as above it, so no curve branches, and a curve through a vertex meets it exactly. A row of
-/// vertices at the level gives a curve along them, where lower values are beside it. Seen from outside, the higher values are
-/// on the left. Curves end at open and non-manifold edges and where neighbours are wound against each other. Triangles with
-/// a vertex whose value is missing or not finite carry no curve. Where only one vertex reaches the level, the curve has no
-/// length and is left out.
+/// Values at the level count as above it, so no curve branches, and a curve through a vertex meets
+/// it exactly. A row of vertices at the level gives a curve along them, where lower values are
+/// beside it. Seen from outside, the higher values are on the left. Curves end at open and
+/// non-manifold edges and where neighbours are wound against each other. Triangles with a vertex
+/// whose value is missing or not finite carry no curve. Where only one vertex reaches the level,
+/// the curve has no length and is left out.
 ///
-/// The order is fixed by the triangles: open curves by their first triangle, then closed ones by their lowest.
+/// The order is fixed by the triangles: open curves by their first triangle, then closed ones by
+/// their lowest.
 #[must_use]
 pub fn level_curves(mesh: &TriMesh, values: &[f64], level: f64) -> Vec<LevelCurve> {
     level_curves_among(mesh, &Edges::of(mesh), values, level, 0..mesh.triangles().len() as u32)
@@ -41,8 +44,8 @@ pub fn level_curves(mesh: &TriMesh, values: &[f64], level: f64) -> Vec<LevelCurv
 
 /// As [`level_curves`], in some of the triangles, with the mesh's edges already found.
 ///
-/// `among` are the triangles in rising order, those that do not cross the level included. The work grows with their number, not with the
-/// size of the mesh.
+/// `among` are the triangles in rising order, those that do not cross the level included. The work
+/// grows with their number, not with the size of the mesh.
 #[must_use]
 pub fn level_curves_among(
     mesh: &TriMesh,
@@ -54,7 +57,8 @@ pub fn level_curves_among(
     march(mesh, edges, values, level, among, |_, _, fraction| fraction)
 }
 
-/// The marching itself; `place` may correct where on an edge (lower vertex, higher vertex) the curve crosses.
+/// The marching itself; `place` may correct where on an edge (lower vertex, higher vertex) the
+/// curve crosses.
 pub(crate) fn march(
     mesh: &TriMesh,
     edges: &Edges,
@@ -111,7 +115,8 @@ impl Crossing {
     }
 }
 
-/// Puts the points of a chain of triangles together: each is entered where values fall and left where they rise.
+/// Puts the points of a chain of triangles together: each is entered where values fall and left
+/// where they rise.
 fn curve(chain: &[usize], closed: bool, point: impl Fn(usize, bool) -> LevelPoint) -> Option<LevelCurve> {
     let mut points: Vec<LevelPoint> = chain.iter().map(|&k| point(k, false)).collect();
     if !closed {

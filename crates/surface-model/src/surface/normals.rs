@@ -5,30 +5,33 @@ use crate::mesh::tri_mesh::TriMesh;
 
 /// Unit normal of each facet; `None` where the triangle has no area.
 ///
-/// A triangle counts as such when its height is less than 1e-12 of its longest side: rounding of the coordinates then
-/// decides where its normal points.
+/// A triangle counts as such when its height is less than 1e-12 of its longest side: rounding of
+/// the coordinates then decides where its normal points.
 pub(crate) fn facet_normals(mesh: &TriMesh) -> Vec<Option<Unit<Vector3<f64>>>> {
     (0..mesh.triangles().len())
         .map(|t| {
             let [a, b, c] = mesh.corners(t);
             let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
-            // Divided first, so that neither tiny nor huge triangles leave the range of the numbers.
+            // Divided first, so that neither tiny nor huge triangles leave the range of the
+            // numbers.
             Unit::try_new(((b - a) / longest).cross(&((c - a) / longest)), 1e-12)
         })
         .collect()
 }
 
-/// Smooth vertices: corners of the triangles around a vertex between which no crease runs share one.
+/// Smooth vertices: corners of the triangles around a vertex between which no crease runs share
+/// one.
 pub(crate) struct SmoothVertices {
     /// Smooth vertex of each corner, `3 * triangle + k`.
     pub(crate) of_corner: Vec<u32>,
-    /// Mean of the facet normals weighted by the angle at the corner; `None` where it has no direction.
+    /// Mean of the facet normals weighted by the angle at the corner; `None` where it has no
+    /// direction.
     pub(crate) normals: Vec<Option<Unit<Vector3<f64>>>>,
 }
 
 impl SmoothVertices {
-    /// Two facets are joined across an edge when exactly they meet there, are wound alike, and their normals differ by no
-    /// more than `crease_angle` (rad).
+    /// Two facets are joined across an edge when exactly they meet there, are wound alike, and
+    /// their normals differ by no more than `crease_angle` (rad).
     pub(crate) fn of(mesh: &TriMesh, edges: &Edges, facets: &[Option<Unit<Vector3<f64>>>], crease_angle: f64) -> Self {
         let mut sets = DisjointSets::new(3 * mesh.triangles().len());
         for (t, facet) in facets.iter().enumerate() {
@@ -36,7 +39,8 @@ impl SmoothVertices {
                 let Some((u, j)) = edges.across(mesh, t as u32, k) else { continue };
                 let smooth = match (facet, &facets[u as usize]) {
                     (Some(a), Some(b)) => a.cross(b).norm().atan2(a.dot(b)) <= crease_angle,
-                    // A triangle without area has no normal to differ in; it must not part its neighbours.
+                    // A triangle without area has no normal to differ in; it must not part its
+                    // neighbours.
                     _ => true,
                 };
                 if (u as usize) > t && smooth {

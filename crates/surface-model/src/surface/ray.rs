@@ -19,16 +19,17 @@ struct Crossing {
     on_border: bool,
 }
 
-/// What the crossings of a ray with the closed components say: their signed number, and whether it can be trusted.
+/// What the crossings of a ray with the closed components say: their signed number, and whether it
+/// can be trusted.
 enum Count {
     Clear(i32),
     Touching(i32),
     OnSurface,
 }
 
-/// A ray prepared for triangles and boxes: sheared so that it runs along an axis (Woop, Benthin, Wald, Watertight
-/// ray/triangle intersection, JCGT 2013). Two triangles with a common side compute the same number for it, so no ray slips
-/// through between them.
+/// A ray prepared for triangles and boxes: sheared so that it runs along an axis (Woop, Benthin,
+/// Wald, Watertight ray/triangle intersection, JCGT 2013). Two triangles with a common side compute
+/// the same number for it, so no ray slips through between them.
 struct Ray {
     origin: Point3<f64>,
     direction: Unit<Vector3<f64>>,
@@ -37,10 +38,11 @@ struct Ray {
 }
 
 impl Surface {
-    /// The first point that a ray meets within `max_distance` (mm), from whichever side; of triangles that share it the one
-    /// with the lowest index.
+    /// The first point that a ray meets within `max_distance` (mm), from whichever side; of
+    /// triangles that share it the one with the lowest index.
     ///
-    /// No ray slips through between triangles with a common side. A ray in the plane of a triangle does not meet it.
+    /// No ray slips through between triangles with a common side. A ray in the plane of a triangle
+    /// does not meet it.
     pub fn ray(&self, origin: &Point3<f64>, direction: &Unit<Vector3<f64>>, max_distance: f64) -> Option<RayHit> {
         let ray = Ray::new(*origin, *direction);
         let hit = |t: u32| ray.crossing(self, t).map(|c| c.hit);
@@ -65,12 +67,14 @@ impl Surface {
         hits
     }
 
-    /// How often the closed components wind around `p`: 1 inside one, 2 where two overlap, −1 inside one that is wound
-    /// inside out, 0 outside and in a cavity. Open components do not count. `None` when `p` lies on the surface.
+    /// How often the closed components wind around `p`: 1 inside one, 2 where two overlap, −1
+    /// inside one that is wound inside out, 0 outside and in a cavity. Open components do not
+    /// count. `None` when `p` lies on the surface.
     ///
-    /// Counts signed crossings of a ray; a ray that touches a side or corner is given up for another direction, so the count
-    /// is exact but for points that lie on the surface up to rounding. After 32 directions, which takes triangles finer than
-    /// rounding, the last count stands.
+    /// Counts signed crossings of a ray; a ray that touches a side or corner is given up for
+    /// another direction, so the count is exact but for points that lie on the surface up to
+    /// rounding. After 32 directions, which takes triangles finer than rounding, the last count
+    /// stands.
     pub fn winding(&self, p: &Point3<f64>) -> Option<i32> {
         let mut last = 0;
         for direction in directions() {
@@ -102,9 +106,11 @@ impl Surface {
         }
     }
 
-    /// Whether `p` is inside the material of the closed components, which may overlap; false on the surface.
+    /// Whether `p` is inside the material of the closed components, which may overlap; false on the
+    /// surface.
     ///
-    /// A component wound inside out that lies apart from others counts as material too; inside another it is a cavity.
+    /// A component wound inside out that lies apart from others counts as material too; inside
+    /// another it is a cavity.
     pub fn is_inside(&self, p: &Point3<f64>) -> bool {
         self.winding(p).is_some_and(|w| w != 0)
     }
@@ -121,11 +127,12 @@ impl Ray {
         Self { origin, direction, axes: [x, y, z], shear: Vector3::new(d.x / d.z, d.y / d.z, 1.0 / d.z) }
     }
 
-    /// Distance at which the ray enters a box, 0 when it starts inside, infinite when it misses; never more than the distance
-    /// that [`Ray::crossing`] finds for a triangle in it.
+    /// Distance at which the ray enters a box, 0 when it starts inside, infinite when it misses;
+    /// never more than the distance that [`Ray::crossing`] finds for a triangle in it.
     fn enters(&self, b: &Aabb) -> f64 {
         let (low, high) = (b.min - self.origin, b.max - self.origin);
-        // The triangle test rounds in proportion to the coordinates seen from the origin; the box must not be stricter.
+        // The triangle test rounds in proportion to the coordinates seen from the origin; the box
+        // must not be stricter.
         let pad = 16.0 * f64::EPSILON * low.amax().max(high.amax());
         let (mut near, mut far) = (0.0f64, f64::INFINITY);
         for k in 0..3 {
@@ -166,13 +173,14 @@ impl Ray {
         }
         let position = self.origin + self.direction.into_inner() * distance;
         let point = SurfacePoint { position, triangle, barycentric, distance };
-        // Counter-clockwise as seen along the ray, the frame (x, y, direction) being right-handed, means that the normal
-        // points along the ray.
+        // Counter-clockwise as seen along the ray, the frame (x, y, direction) being right-handed,
+        // means that the normal points along the ray.
         Some(Crossing { hit: RayHit { point, from_outside: sum < 0.0 }, on_border: weights.contains(&0.0) })
     }
 }
 
-/// Directions that no design aligns with: along a spiral on the sphere, the first off all axes and diagonals.
+/// Directions that no design aligns with: along a spiral on the sphere, the first off all axes and
+/// diagonals.
 fn directions() -> impl Iterator<Item = Unit<Vector3<f64>>> {
     (0..32).map(|k| {
         let z = 0.137_131_7 + 0.023_719_3 * f64::from(k);

@@ -2,10 +2,11 @@ use std::ops::Range;
 
 use facemill_cl_data::Aabb;
 
-/// Hierarchy of axis-aligned boxes over items (triangles, mostly), flat in memory, the same for the same boxes.
+/// Hierarchy of axis-aligned boxes over items (triangles, mostly), flat in memory, the same for the
+/// same boxes.
 ///
-/// Items are numbered as in the slice it was built from. Items with an empty box or one that is not finite are left out:
-/// no query returns them.
+/// Items are numbered as in the slice it was built from. Items with an empty box or one that is not
+/// finite are left out: no query returns them.
 #[derive(Clone, Debug, Default)]
 pub struct Tree {
     nodes: Vec<Node>,
@@ -41,10 +42,12 @@ const LEAF_ITEMS: usize = 4;
 /// Cuts compared along the widest axis by the surface area heuristic.
 const BINS: usize = 16;
 
-/// Below this depth nodes are split into halves, so that the depth stays under [`STACK`] for any input.
+/// Below this depth nodes are split into halves, so that the depth stays under [`STACK`] for any
+/// input.
 const HEURISTIC_DEPTH: usize = 40;
 
-/// Most nodes that wait during a traversal: one per level, and no more than 32 levels of halves hold 2³² items.
+/// Most nodes that wait during a traversal: one per level, and no more than 32 levels of halves
+/// hold 2³² items.
 const STACK: usize = HEURISTIC_DEPTH + 34;
 
 impl Tree {
@@ -96,7 +99,8 @@ impl Tree {
         self.visit_boxes(|b| b.intersects(aabb), visit);
     }
 
-    /// Calls `visit` with every item for which `enter` holds on its own box and on all boxes around it.
+    /// Calls `visit` with every item for which `enter` holds on its own box and on all boxes around
+    /// it.
     ///
     /// `enter` must hold on a box when it holds on a part of it.
     pub fn visit_boxes(&self, enter: impl Fn(&Aabb) -> bool, mut visit: impl FnMut(u32)) {
@@ -106,7 +110,8 @@ impl Tree {
         });
     }
 
-    /// As [`Tree::visit_boxes`], but stops at the first item for which `find` returns something, and returns that.
+    /// As [`Tree::visit_boxes`], but stops at the first item for which `find` returns something,
+    /// and returns that.
     pub fn find_in_boxes<T>(&self, enter: impl Fn(&Aabb) -> bool, mut find: impl FnMut(u32) -> Option<T>) -> Option<T> {
         let mut stack = Stack::new();
         stack.push(self.root().filter(|&r| enter(self.node_aabb(r))), 0.0);
@@ -128,10 +133,12 @@ impl Tree {
         None
     }
 
-    /// The item of least value, at most `limit`, and its value; of items with equal value the one with the lowest number.
+    /// The item of least value, at most `limit`, and its value; of items with equal value the one
+    /// with the lowest number.
     ///
-    /// `bound` must not be more than the value of any item inside the box. `measure` gets an item and the least value found
-    /// so far (at first `limit`) and returns the item's value, or `None` where it has none or it is clearly above that.
+    /// `bound` must not be more than the value of any item inside the box. `measure` gets an item
+    /// and the least value found so far (at first `limit`) and returns the item's value, or `None`
+    /// where it has none or it is clearly above that.
     pub fn nearest(
         &self,
         limit: f64,
@@ -167,7 +174,8 @@ impl Tree {
         best
     }
 
-    /// Checks what holds for every tree: each item once, every box around what is below it, depth within the stack.
+    /// Checks what holds for every tree: each item once, every box around what is below it, depth
+    /// within the stack.
     ///
     /// # Errors
     /// Names the first node or item that breaks it.
@@ -249,7 +257,8 @@ fn split(boxes: &[Aabb], items: &mut [u32], range: Range<usize>, depth: usize, n
     split(boxes, items, middle..range.end, depth + 1, nodes);
 }
 
-/// Reorders the items so that the first ones, whose number is returned, go to one child and the rest to the other.
+/// Reorders the items so that the first ones, whose number is returned, go to one child and the
+/// rest to the other.
 fn partition(boxes: &[Aabb], part: &mut [u32], depth: usize) -> usize {
     let center = |i: u32| boxes[i as usize].center();
     let centers = part.iter().fold(Aabb::EMPTY, |a, &i| a.with_point(&center(i)));
@@ -259,7 +268,8 @@ fn partition(boxes: &[Aabb], part: &mut [u32], depth: usize) -> usize {
     let bin = |i: u32| (((center(i)[axis] - low) / width * BINS as f64) as usize).min(BINS - 1);
     if depth < HEURISTIC_DEPTH && width > 0.0 && width.is_finite() {
         let cut = cheapest_cut(part.iter().map(|&i| (bin(i), &boxes[i as usize])));
-        // A stable partition keeps the items of a leaf in ascending order, whatever the sorting algorithm of std.
+        // A stable partition keeps the items of a leaf in ascending order, whatever the sorting
+        // algorithm of std.
         let (mut low_side, mut high_side) = (Vec::with_capacity(part.len()), Vec::new());
         for &i in part.iter() {
             if bin(i) < cut { low_side.push(i) } else { high_side.push(i) }

@@ -39,7 +39,8 @@ fn cut_off_files_are_errors_in_formats_that_can_tell() {
         assert!(import(&bytes, format));
         for n in 0..bytes.len() {
             let sound = import(&bytes[..n], format);
-            // An OBJ file has no end of its own, and an ASCII STL ends with its keyword, whatever follows.
+            // An OBJ file has no end of its own, and an ASCII STL ends with its keyword, whatever
+            // follows.
             let has_end = format != MeshFormat::Obj && n + 3 < bytes.len();
             assert!(!(sound && has_end), "{format:?} cut to {n} of {} bytes", bytes.len());
         }

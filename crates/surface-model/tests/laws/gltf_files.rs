@@ -15,7 +15,8 @@ fn base64(bytes: &[u8]) -> String {
         .collect()
 }
 
-/// A unit square in the xy plane (glTF frame, metres) with any indices; the buffer holds positions, then indices.
+/// A unit square in the xy plane (glTF frame, metres) with any indices; the buffer holds positions,
+/// then indices.
 fn square(mode: u32, index_type: Option<u32>, indices: &[u32]) -> Value {
     let mut bytes: Vec<u8> = [[0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]
         .as_flattened()
@@ -115,7 +116,8 @@ fn nodes_move_turn_scale_and_mirror() {
     assert!((area_vector(&part("a")) - 2.0 * AREA).norm() < 1.0);
     // Mirrored, the winding is turned too, so the normal stays what it was.
     assert!((area_vector(&part("mirrored")) - AREA).norm() < 1.0);
-    // Turned by 90° about z: (1, 0, 0) becomes (0, 1, 0), and 2 m along x become 2 m along y, which is +Z here.
+    // Turned by 90° about z: (1, 0, 0) becomes (0, 1, 0), and 2 m along x become 2 m along y, which
+    // is +Z here.
     let aabb = part("a").aabb();
     assert!((aabb.max.z - 2000.0).abs() < 1e-3 && (aabb.min.y + 1000.0).abs() < 1e-3, "{aabb:?}");
     assert!((part("mirrored").aabb().min.y + 6000.0).abs() < 1e-3);

@@ -197,7 +197,8 @@ fn welding_is_by_the_tolerance_and_flat_triangles_leave_no_slit() {
     };
     assert_eq!((read(1e-6).n_welded_vertices, read(1e-6).n_open_edges, read(1e-6).n_components), (0, 6, 2));
     assert_eq!((read(0.002).n_welded_vertices, read(0.002).n_open_edges, read(0.002).n_components), (2, 4, 1));
-    // A cube whose bottom edge 1–2 has a point 9 in it on one side, and a triangle without area to make up for it.
+    // A cube whose bottom edge 1–2 has a point 9 in it on one side, and a triangle without area to
+    // make up for it.
     let cube = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 0 0 1\nv 1 0 1\nv 0 1 1\nv 1 1 1\nv 0.5 0 0\n\
                 f 1 3 4 2\nf 5 6 8 7\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\nf 1 9 5\nf 9 6 5\nf 9 2 6\nf 9 1 2\n";
     let report = import(cube.as_bytes(), MeshFormat::Obj).unwrap().report;

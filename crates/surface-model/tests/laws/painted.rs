@@ -12,8 +12,8 @@ fn tetrahedron() -> TriMesh {
     TriMesh::new(p.to_vec(), vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]).unwrap()
 }
 
-/// The crate that reads glTF finds the same points, +Y up, and the colours as light; the JSON says what the format's
-/// text asks.
+/// The crate that reads glTF finds the same points, +Y up, and the colours as light; the JSON says
+/// what the format's text asks.
 #[test]
 fn colours_come_back_as_light_and_the_file_is_what_gltf_asks() {
     let mesh = tetrahedron();
@@ -77,8 +77,8 @@ fn colours_come_back_as_light_and_the_file_is_what_gltf_asks() {
     assert_eq!(write_painted_glb("x", &TriMesh::default(), &[]), Err(ExportError::Empty));
 }
 
-/// Edges are short, every edge still has one triangle on each side, areas and normals are those of the parents, and
-/// the limit holds.
+/// Edges are short, every edge still has one triangle on each side, areas and normals are those of
+/// the parents, and the limit holds.
 #[test]
 fn refined_triangles_are_the_same_surface_without_gaps() {
     let mesh = tetrahedron();

@@ -27,15 +27,17 @@ fn cutter_touches_the_cc_point_with_the_surface_normal() {
         .run(&case, |(p, normal, feed, tilt, rotate, cutter)| {
             let Ok(cc) = CcPoint::new(Point3::from(p * 300.0), normal, feed) else { return Ok(()) };
             let cl = cl_from_cc(&cutter, &cc, Posture { tilt, rotate });
-            // The torus' core touches the ball of radius r that lies on the surface: its nearest point is r above
-            // the contact along N, and the tangent plane is a supporting plane of the cutter.
+            // The torus' core touches the ball of radius r that lies on the surface: its nearest
+            // point is r above the contact along N, and the tangent plane is a supporting plane of
+            // the cutter.
             let above = cc.position + cc.normal.into_inner() * cutter.corner_radius();
             let core = Solid::Frustum(cutter.core());
             let z = cl.axis.dot(&(above - cl.tip));
             let radial = (above - cl.tip - cl.axis.into_inner() * z).norm();
             prop_assert!(core.core_distance(&Point3::new(radial, 0.0, z)) < 1e-9);
             prop_assert!((radial - cutter.rim_radius()).abs() < 1e-9 && (z - cutter.corner_radius()).abs() < 1e-9);
-            // Lowest height of the cutter over the tangent plane: that of the core's lower rim, less r.
+            // Lowest height of the cutter over the tangent plane: that of the core's lower rim,
+            // less r.
             let centre = (cl.tip - cc.position).dot(&cc.normal) + cutter.corner_radius() * tilt.cos();
             let lowest = centre - cutter.rim_radius() * tilt.sin() - cutter.corner_radius();
             prop_assert!(lowest.abs() < 1e-9, "tangent plane missed by {lowest}");

@@ -21,7 +21,8 @@ fn ball_cusp_on_plane_and_cylinders_is_the_closed_form() {
         let plane = 10.0 - (100.0f64 - 0.25 * step * step).sqrt();
         assert!((height(cusp_height_between(&ball, &ball, step, 0.0)) - plane).abs() < 1e-9);
         for radius in [30.0, -60.0, 1e7] {
-            // Ball centres on the circle of radius rho + 10 about the section's centre, at half the angle each.
+            // Ball centres on the circle of radius rho + 10 about the section's centre, at half the
+            // angle each.
             let (angle, centre) = (0.5 * step / radius, radius + 10.0);
             let across = centre * f64::sin(angle);
             let expected = centre * f64::cos(angle) - (100.0 - across * across).sqrt() - radius;

@@ -43,7 +43,8 @@ fn outline_is_the_hull_of_the_sampled_cutter() {
     for (cutter, posture) in cases() {
         let outline = Outline::new(&cutter, posture);
         let points = surface_points(&cutter, posture, Vector3::x(), 480);
-        // Nothing is below the outline, and in every direction of the lower half something comes near it.
+        // Nothing is below the outline, and in every direction of the lower half something comes
+        // near it.
         for p in points.iter().step_by(7) {
             if let Some(z) = outline.height_at(p.y) {
                 let vertical = p.y - outline.extent().0 < 1e-6 || outline.extent().1 - p.y < 1e-6;
@@ -85,7 +86,8 @@ fn height_at_inverts_the_parametric_form() {
             let phi = f64::from(k) / 300.0 * FRAC_PI_2;
             let p = outline.point_at(phi);
             let z = outline.height_at(p.x).unwrap();
-            // By convexity the height lies on or above the tangent, and not above a point of the outline.
+            // By convexity the height lies on or above the tangent, and not above a point of the
+            // outline.
             let slack = 1e-11 * cutter.radius() * (1.0 + phi.tan().abs());
             assert!((z - p.y).abs() <= slack, "{cutter:?} {posture:?} {phi}: {z} for {}", p.y);
         }
@@ -116,7 +118,8 @@ fn curvature_at_the_contact_is_the_silhouette_curvature() {
     for (cutter, posture) in cases() {
         let SilhouetteCurvature::Round(k) = silhouette_curvature(&cutter, posture) else { continue };
         let outline = Outline::new(&cutter, posture);
-        // Divided difference of the turn of the normal over the arc length, from the parametric form alone.
+        // Divided difference of the turn of the normal over the arc length, from the parametric
+        // form alone.
         let h = 1e-5 * posture.tilt.min(1.0) + 1e-9 * f64::from(u8::from(posture.tilt == 0.0));
         let arc = (outline.point_at(h) - outline.point_at(-h)).norm();
         let measured = 2.0 * h / arc;
@@ -130,8 +133,8 @@ fn curvature_at_the_contact_is_the_silhouette_curvature() {
 
 #[test]
 fn curvature_is_that_of_a_sampled_silhouette() {
-    // Independent of the outline: radius of curvature h + h'' of the samples' support function h seen along the
-    // feed.
+    // Independent of the outline: radius of curvature h + h'' of the samples' support function h
+    // seen along the feed.
     let cutter = Cutter::new(25.0, 2.0, 20.0).unwrap();
     for (tilt, rotate) in [(0.05, 0.0), (0.1, -0.5), (0.2, -1.2)] {
         let posture = Posture { tilt, rotate };

@@ -29,13 +29,15 @@ pub struct Choice {
     pub better: Option<Chosen>,
 }
 
-/// Distances out that are tried of every kind of way, in squares of this many equal parts of the largest.
+/// Distances out that are tried of every kind of way, in squares of this many equal parts of the
+/// largest.
 const RUNGS: u32 = 14;
 
 /// Halvings between the last distance out that was not free and the first one that was.
 const HALVINGS: u32 = 5;
 
-/// Parts of the distance to the straight line by which places between are pulled in, one after the other.
+/// Parts of the distance to the straight line by which places between are pulled in, one after the
+/// other.
 const PULLS: [f64; 4] = [0.5, 0.25, 0.25, 0.125];
 
 /// By how much a way has to be faster, s: less is rounding.
@@ -67,7 +69,8 @@ struct Innermost<'t> {
     blocked: Option<f64>,
 }
 
-/// The innermost of some ways of one kind that is free, by halving: from the outermost one, or the middle one where that is not.
+/// The innermost of some ways of one kind that is free, by halving: from the outermost one, or the
+/// middle one where that is not.
 fn innermost<'t>(ways: &[&'t Timed], is_free: impl Fn(&Timed) -> bool) -> Option<Innermost<'t>> {
     let outermost = ways.len().checked_sub(1)?;
     // Index of a free way, and how many inside of it are not.
@@ -80,8 +83,9 @@ fn innermost<'t>(ways: &[&'t Timed], is_free: impl Fn(&Timed) -> bool) -> Option
     Some(Innermost { found: ways[free], blocked: blocked.checked_sub(1).map(|k| ways[k].out) })
 }
 
-/// The way with its rotary axes turning all along that goes as far out as this one, where it is faster and free: such ways may be free
-/// at some distances alone, between others that are not, because farther out more is turned near the ends.
+/// The way with its rotary axes turning all along that goes as far out as this one, where it is
+/// faster and free: such ways may be free at some distances alone, between others that are not,
+/// because farther out more is turned near the ends.
 fn spread<'t>(timed: &'t [Timed], best: Innermost<'t>, is_free: impl Fn(&Timed) -> bool) -> Innermost<'t> {
     let kind = match best.found.kind {
         WayKind::Lifted => WayKind::LiftedSpread,
@@ -96,10 +100,12 @@ fn spread<'t>(timed: &'t [Timed], best: Innermost<'t>, is_free: impl Fn(&Timed) 
 }
 
 impl Chooser<'_, '_> {
-    /// The fastest free way of a link among all kinds, each as far in as it is free; never one that is slower than the link is.
+    /// The fastest free way of a link among all kinds, each as far in as it is free; never one that
+    /// is slower than the link is.
     ///
-    /// A way that goes farther out is taken to be free where a nearer one of its kind is, so that few of each kind are asked for:
-    /// where that does not hold, a faster way may be missed, but none is taken that is not free.
+    /// A way that goes farther out is taken to be free where a nearer one of its kind is, so that
+    /// few of each kind are asked for: where that does not hold, a faster way may be missed, but
+    /// none is taken that is not free.
     ///
     /// # Errors
     /// When a way cannot be timed.
@@ -166,8 +172,8 @@ impl Chooser<'_, '_> {
         best
     }
 
-    /// The same way with its places between the ends pulled toward the line through their neighbours, as far as that is free
-    /// and faster.
+    /// The same way with its places between the ends pulled toward the line through their
+    /// neighbours, as far as that is free and faster.
     fn pulled_tight(&self, link: &ProgramLink, stage: &LinkStage<'_, '_>, mut best: Chosen) -> Chosen {
         for by in PULLS {
             for k in 0..best.through.len() - 1 {

@@ -14,7 +14,8 @@ pub struct LinkClock<'a> {
 }
 
 impl<'a> LinkClock<'a> {
-    /// On a machine's view, by its accelerations and jerks where it has them, else by its velocities alone.
+    /// On a machine's view, by its accelerations and jerks where it has them, else by its
+    /// velocities alone.
     pub fn new(views: &'a [View<'a>; 1]) -> Self {
         let (machine, tool_length) = views[0];
         let timer = Timer::new(views, machine.motion_law().control_tolerance).ok().map(Timer::without_limits);
@@ -49,7 +50,8 @@ impl<'a> LinkClock<'a> {
         let plain: Vec<f64> =
             starts.zip(through).map(|(from, to)| rapid_time(self.machine, law, from, to, self.tool_length)).collect();
         let Some(timer) = &self.timer else { return Ok(plain.iter().sum()) };
-        // By the axes' speeds the law knows better; a rapid feed of the control caps as a tip feed does.
+        // By the axes' speeds the law knows better; a rapid feed of the control caps as a tip feed
+        // does.
         let is_capped = self.machine.feed_range().rapid.is_some();
         let block = |(end, time): (&AxisValues, &f64)| ProgramBlock {
             end: *end,
@@ -64,8 +66,9 @@ impl<'a> LinkClock<'a> {
 
 /// Least time of one axis from rest to rest within velocity, acceleration and jerk.
 ///
-/// It gains its largest speed v in v/a + a/j, or where it does not get to its largest acceleration in 2·√(v/j), and loses it in
-/// as long, on half of v times that each. Where the way is too short for that, v is what the way allows.
+/// It gains its largest speed v in v/a + a/j, or where it does not get to its largest acceleration
+/// in 2·√(v/j), and loses it in as long, on half of v times that each. Where the way is too short
+/// for that, v is what the way allows.
 fn rest_to_rest(way: f64, velocity: f64, acceleration: f64, jerk: f64) -> f64 {
     // Speed from which on the largest acceleration is got to.
     let knee = acceleration * acceleration / jerk;

@@ -1,5 +1,5 @@
-//! The order of passes with the shortest links: an open tour, each pass driven in its own direction, and behind those that have to be
-//! cut before it.
+//! The order of passes with the shortest links: an open tour, each pass driven in its own
+//! direction, and behind those that have to be cut before it.
 
 use rayon::prelude::*;
 
@@ -13,7 +13,8 @@ pub struct TourCosts {
     first: Vec<f64>,
     /// From the end of each pass to where the tool goes to.
     last: Vec<f64>,
-    /// Whether the pass of the row has to be cut before that of the column; empty: any may be cut first.
+    /// Whether the pass of the row has to be cut before that of the column; empty: any may be cut
+    /// first.
     before: Vec<bool>,
 }
 
@@ -58,10 +59,12 @@ pub enum TourError {
     },
 }
 
-/// Passes up to which the order is exact: 2¹² sets of 12 ends are nothing, and each pass more doubles them.
+/// Passes up to which the order is exact: 2¹² sets of 12 ends are nothing, and each pass more
+/// doubles them.
 const EXACT: usize = 12;
 
-/// Passes from which the nearest pass is taken next, again and again, to begin with: more seldom find anything shorter.
+/// Passes from which the nearest pass is taken next, again and again, to begin with: more seldom
+/// find anything shorter.
 const BEGINNINGS: usize = 16;
 
 /// Longest row of passes that is moved to another place.
@@ -70,14 +73,17 @@ const LONGEST_ROW: usize = 3;
 /// Least gain of a change, as part of the cost: less is rounding, and could go in circles.
 const LEAST_GAIN: f64 = 1e-12;
 
-/// Rounds of improvements at most: each of them gains something, so that this is never reached but by thousands of passes.
+/// Rounds of improvements at most: each of them gains something, so that this is never reached but
+/// by thousands of passes.
 const MAX_ROUNDS: usize = 1000;
 
 impl TourCosts {
-    /// Costs of n passes: `links` row by row, from the end of the row's pass to the start of the column's.
+    /// Costs of n passes: `links` row by row, from the end of the row's pass to the start of the
+    /// column's.
     ///
     /// # Errors
-    /// When there are not n² links for n ways to the first pass and n from the last, or a cost is negative or not finite.
+    /// When there are not n² links for n ways to the first pass and n from the last, or a cost is
+    /// negative or not finite.
     pub fn new(links: Vec<f64>, first: Vec<f64>, last: Vec<f64>) -> Result<Self, TourError> {
         let n = first.len();
         if links.len() != n * n || last.len() != n {
@@ -92,7 +98,8 @@ impl TourCosts {
         Ok(Self { n, links, first, last, before: Vec::new() })
     }
 
-    /// With pairs of passes of which the first has to be cut before the second, as in the order that they have.
+    /// With pairs of passes of which the first has to be cut before the second, as in the order
+    /// that they have.
     ///
     /// # Errors
     /// When a second pass does not stand behind its first one.
@@ -131,9 +138,9 @@ impl TourCosts {
     }
 }
 
-/// An order of passes that costs as little as is found, each behind those that have to be cut before it: of up to twelve passes the
-/// least of all, of more never more than they cost in the order that they have, with a bound that tells how much less there could be
-/// at most.
+/// An order of passes that costs as little as is found, each behind those that have to be cut
+/// before it: of up to twelve passes the least of all, of more never more than they cost in the
+/// order that they have, with a bound that tells how much less there could be at most.
 #[must_use]
 pub fn shortest_tour(costs: &TourCosts) -> Tour {
     if costs.n <= EXACT {
@@ -188,7 +195,8 @@ fn exact(costs: &TourCosts) -> Vec<usize> {
     order
 }
 
-/// Always on to the nearest pass that is left and may be cut; `None` where the first one must not be.
+/// Always on to the nearest pass that is left and may be cut; `None` where the first one must not
+/// be.
 fn nearest_next(costs: &TourCosts, first: usize) -> Option<Vec<usize>> {
     let mut left: Vec<usize> = (0..costs.n).filter(|k| *k != first).collect();
     if left.iter().any(|&k| costs.is_before(k, first)) {
@@ -207,7 +215,8 @@ fn nearest_next(costs: &TourCosts, first: usize) -> Option<Vec<usize>> {
     Some(order)
 }
 
-/// Rows of passes moved to other places, and the order of rows turned around, until nothing of it is shorter.
+/// Rows of passes moved to other places, and the order of rows turned around, until nothing of it
+/// is shorter.
 fn improved(costs: &TourCosts, mut order: Vec<usize>) -> Vec<usize> {
     for _ in 0..MAX_ROUNDS {
         if !(move_a_row(costs, &mut order) | turn_rows(costs, &mut order)) {
@@ -217,7 +226,8 @@ fn improved(costs: &TourCosts, mut order: Vec<usize>) -> Vec<usize> {
     order
 }
 
-/// Cost from the pass at one place of an order to that at another; outside of it are the ways in and out.
+/// Cost from the pass at one place of an order to that at another; outside of it are the ways in
+/// and out.
 fn between(costs: &TourCosts, from: Option<usize>, to: Option<usize>) -> f64 {
     match (from, to) {
         (Some(from), Some(to)) => costs.link(from, to),
@@ -259,7 +269,8 @@ fn move_a_row(costs: &TourCosts, order: &mut Vec<usize>) -> bool {
     is_any
 }
 
-/// Drives rows in the opposite order where that is shorter (2-opt); each pass keeps its own direction.
+/// Drives rows in the opposite order where that is shorter (2-opt); each pass keeps its own
+/// direction.
 fn turn_rows(costs: &TourCosts, order: &mut [usize]) -> bool {
     let (n, mut is_any) = (order.len(), false);
     let least = LEAST_GAIN * costs.of(order);
@@ -285,8 +296,9 @@ fn turn_rows(costs: &TourCosts, order: &mut [usize]) -> bool {
     is_any
 }
 
-/// What every order costs at least: one way in, one way out, and the largest of three bounds on the links: a spanning tree by
-/// the cheaper direction of each, and the cheapest link to (and from) every pass but the one that this is dearest for.
+/// What every order costs at least: one way in, one way out, and the largest of three bounds on the
+/// links: a spanning tree by the cheaper direction of each, and the cheapest link to (and from)
+/// every pass but the one that this is dearest for.
 fn lower_bound(costs: &TourCosts) -> f64 {
     let n = costs.n;
     let least = |all: &[f64]| all.iter().copied().reduce(f64::min).unwrap_or(0.0);

@@ -14,7 +14,8 @@ pub enum WayKind {
     Original,
     /// All axes together, in one block.
     Direct,
-    /// Out with the axis along the spindle, across at that height, and back in; rotary axes turn on the way across.
+    /// Out with the axis along the spindle, across at that height, and back in; rotary axes turn on
+    /// the way across.
     Lifted,
     /// The same with the rotary axes turning all along.
     LiftedSpread,
@@ -28,7 +29,8 @@ pub enum WayKind {
     AlongTool,
     /// The same with the rotary axes turning all along.
     AlongToolSpread,
-    /// Straight away from the workpiece, around it at an even distance inside or outside of the job's clearance surface, and in.
+    /// Straight away from the workpiece, around it at an even distance inside or outside of the
+    /// job's clearance surface, and in.
     Around,
 }
 
@@ -65,10 +67,12 @@ pub struct Ends<'a> {
     pub spindle: (usize, f64),
 }
 
-/// Largest turn about the workpiece between two places of a way around it, rad: chords come nearer to its middle by at most 1 %.
+/// Largest turn about the workpiece between two places of a way around it, rad: chords come nearer
+/// to its middle by at most 1 %.
 const ARC_STEP: f64 = 0.28;
 
-/// Difference of axis values below which two positions are one, mm or rad: less than a word can say, more than rounding.
+/// Difference of axis values below which two positions are one, mm or rad: less than a word can
+/// say, more than rounding.
 const SAME: f64 = 1e-8;
 
 fn is_same(a: &AxisValues, b: &AxisValues) -> bool {
@@ -76,7 +80,8 @@ fn is_same(a: &AxisValues, b: &AxisValues) -> bool {
 }
 
 impl Ends<'_> {
-    /// The positions of a way of this kind that goes so far out, mm, without its start; `None` where there is none.
+    /// The positions of a way of this kind that goes so far out, mm, without its start; `None`
+    /// where there is none.
     pub fn way(&self, kind: WayKind, out: f64) -> Option<Vec<AxisValues>> {
         let (start, end) = (&self.start, &self.end);
         let lifted = [self.lifted(start, out), self.lifted(end, out)];
@@ -128,7 +133,8 @@ impl Ends<'_> {
         self.machine.with_tip_at(at, tip, self.tool_length)
     }
 
-    /// Two places on the way with their rotary axes turned by the share of the tip's way that is done.
+    /// Two places on the way with their rotary axes turned by the share of the tip's way that is
+    /// done.
     fn turned_on(&self, over: &[AxisValues; 2]) -> [AxisValues; 2] {
         let places = [self.start, over[0], over[1], self.end].map(|at| self.tip(&at));
         let lengths = [0, 1, 2].map(|k| (places[k + 1] - places[k]).norm());
@@ -143,7 +149,8 @@ impl Ends<'_> {
 
     /// Straight away from the workpiece until both ends are as far out, then around it, and in.
     ///
-    /// From the middle of the workpiece every direction is away: the other end's is taken. `None` where both ends are there.
+    /// From the middle of the workpiece every direction is away: the other end's is taken. `None`
+    /// where both ends are there.
     fn around(&self, out: f64) -> Option<Vec<AxisValues>> {
         let tips = [self.start, self.end].map(|at| self.table_from_work.inverse_transform_point(&self.tip(&at)));
         let [from, to] = tips.map(|tip| Outward::of(self.surface, &tip));
@@ -166,8 +173,8 @@ impl Ends<'_> {
     }
 }
 
-/// A point by what is nearest to it in the middle of the workpiece: a point of the clearance plane, of the line of the cylinder,
-/// or the middle of the sphere; work frame, mm.
+/// A point by what is nearest to it in the middle of the workpiece: a point of the clearance plane,
+/// of the line of the cylinder, or the middle of the sphere; work frame, mm.
 struct Outward {
     foot: Point3<f64>,
     /// Away from the workpiece; `None` in its middle, where no direction is.
@@ -176,7 +183,8 @@ struct Outward {
     distance: f64,
 }
 
-/// Distance from the middle of the workpiece within which no direction is away, mm: rounding would tell it.
+/// Distance from the middle of the workpiece within which no direction is away, mm: rounding would
+/// tell it.
 const NO_DIRECTION: f64 = 1e-6;
 
 impl Outward {
@@ -207,7 +215,8 @@ struct Arc {
 const OPPOSITE: f64 = 1e-6;
 
 impl Arc {
-    /// The shorter way; between opposite directions about a cylinder's line, and on the side to which this axis points.
+    /// The shorter way; between opposite directions about a cylinder's line, and on the side to
+    /// which this axis points.
     fn between(
         [from, to]: [Unit<Vector3<f64>>; 2],
         surface: &ClearanceSurface,
@@ -231,7 +240,8 @@ impl Arc {
     }
 }
 
-/// A direction at right angles to another one, and to this line, that is nearest to a side; any of them where none is.
+/// A direction at right angles to another one, and to this line, that is nearest to a side; any of
+/// them where none is.
 fn opposite(from: &Unit<Vector3<f64>>, line: Option<Unit<Vector3<f64>>>, side: &Vector3<f64>) -> Vector3<f64> {
     if let Some(line) = line {
         let across = line.cross(from);

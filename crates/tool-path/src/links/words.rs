@@ -121,12 +121,13 @@ impl LinkWords<'_> {
         AxisWords::from_words(rounded).ok().filter(|all| all.iter().all(|w| w.value.abs() < 1e6))
     }
 
-    /// The lines of a way through these positions in place of a link, without their endings, and without numbers where the control
-    /// has one on each: as many words as change. The last position is the link's own, to the last bit.
+    /// The lines of a way through these positions in place of a link, without their endings, and
+    /// without numbers where the control has one on each: as many words as change. The last
+    /// position is the link's own, to the last bit.
     ///
     /// # Errors
-    /// When no words say it, or where rotary axes go the shorter way (`turns_shorter`), and one would turn by 180 deg or more
-    /// in a block.
+    /// When no words say it, or where rotary axes go the shorter way (`turns_shorter`), and one
+    /// would turn by 180 deg or more in a block.
     pub fn lines(
         &self,
         form: &RapidForm,
@@ -240,7 +241,8 @@ fn is_comment(block: &ReadBlock) -> bool {
     block.motion.is_none() && !block.sets_state && !block.skippable && block.commands.iter().all(says)
 }
 
-/// The motion of a block with nothing but G0, a number and places of axes as absolute words in mm and deg.
+/// The motion of a block with nothing but G0, a number and places of axes as absolute words in mm
+/// and deg.
 fn plain_rapid(dialect: Dialect, block: &ReadBlock) -> Result<&ReadMotion, String> {
     let motion = block.motion.as_ref().ok_or("says something else than a place")?;
     if motion.kind != MotionKind::Rapid || motion.via.is_some() || motion.tool.is_some() || motion.arc.is_some() {

@@ -32,11 +32,13 @@ pub struct PassOrderReport {
     pub is_exact: bool,
 }
 
-/// Pieces in the order with the shortest links, from where the tool comes from, in which all that can touch each other keep the
-/// order that they have: no place is in reach of the flutes on two pieces that change places, their entries and exits with all ways
-/// through stock among them, so that every cut takes the stock that it takes in the order as laid.
+/// Pieces in the order with the shortest links, from where the tool comes from, in which all that
+/// can touch each other keep the order that they have: no place is in reach of the flutes on two
+/// pieces that change places, their entries and exits with all ways through stock among them, so
+/// that every cut takes the stock that it takes in the order as laid.
 ///
-/// Links cost the time of their slowest axis by itself: a guess of what they take, which changes no claim.
+/// Links cost the time of their slowest axis by itself: a guess of what they take, which changes no
+/// claim.
 ///
 /// # Errors
 /// When the monitor cancels.
@@ -79,7 +81,8 @@ fn farthest_touch(cutter: &Cutter) -> f64 {
     cutter.radius().hypot(cutter.flute_length())
 }
 
-/// Pairs of pieces, as they are laid, with poses from which the flutes may reach one place: with tips less than twice so far apart.
+/// Pairs of pieces, as they are laid, with poses from which the flutes may reach one place: with
+/// tips less than twice so far apart.
 fn touching(pieces: &[Reached], reach: f64) -> Vec<(usize, usize)> {
     let beads: Vec<Vec<Bead>> = pieces.iter().map(|p| beads(&tips(p), reach)).collect();
     let touch = |a: &[Bead], b: &[Bead]| {
@@ -102,11 +105,13 @@ struct Bead {
     radius: f64,
 }
 
-/// By how much the tip may leave the straight line between two places, as part of their distance: blocks are near straight, and
-/// an axis that turns about the workpiece goes along its chord's circle.
+/// By how much the tip may leave the straight line between two places, as part of their distance:
+/// blocks are near straight, and an axis that turns about the workpiece goes along its chord's
+/// circle.
 const BEYOND_CHORD: f64 = 0.5;
 
-/// Balls around a way, each of at most a quarter of the reach but for places that are farther from each other.
+/// Balls around a way, each of at most a quarter of the reach but for places that are farther from
+/// each other.
 fn beads(way: &[Point3<f64>], reach: f64) -> Vec<Bead> {
     let mut all: Vec<Bead> = Vec::new();
     let mut first = 0;

@@ -11,7 +11,8 @@ use crate::path_error::PathError;
 use crate::pieces::Cut;
 use crate::winding::unwound;
 
-/// Gives axis values to poses as they were tested and inserts poses where the control would stray between two.
+/// Gives axis values to poses as they were tested and inserts poses where the control would stray
+/// between two.
 pub(crate) struct Sequencer<'t, 'a> {
     test: &'t PoseTest<'a>,
     settings: &'t MoveSettings,
@@ -21,7 +22,8 @@ pub(crate) struct Sequencer<'t, 'a> {
     hints: Hints,
 }
 
-/// Halvings of a block: 2^10 blocks for one say that the machine is near a singular pose, where more would not help.
+/// Halvings of a block: 2^10 blocks for one say that the machine is near a singular pose, where
+/// more would not help.
 const MAX_HALVINGS: u32 = 10;
 
 /// Part of the rapid clearance that is left where a block strays from the tested way by half of it.
@@ -34,7 +36,8 @@ impl<'t, 'a> Sequencer<'t, 'a> {
         Self { test, settings, at, worst: 0.0, hints: Hints::default() }
     }
 
-    /// `before` is the way to the first piece, where there is one; `links` are the ways from each piece to the next.
+    /// `before` is the way to the first piece, where there is one; `links` are the ways from each
+    /// piece to the next.
     pub(crate) fn sequence(
         mut self,
         pieces: Vec<Reached>,
@@ -102,7 +105,8 @@ impl<'t, 'a> Sequencer<'t, 'a> {
         self.go(kind, &Waypoint { cl: *cl, configuration: cut.pose.configuration }, moves)
     }
 
-    /// Goes to a pose on the branch, at the winding, and at the pole with the rotary values, that it was tested with.
+    /// Goes to a pose on the branch, at the winding, and at the pole with the rotary values, that
+    /// it was tested with.
     fn go(&mut self, kind: MoveKind, tested: &Waypoint, moves: &mut Vec<Move>) -> Result<(), PathError> {
         let near = self.at.map_or(tested.configuration.axes, |at| at.configuration.axes);
         let axes = endless_near(self.test, &tested.configuration.axes, &near);
@@ -127,7 +131,8 @@ impl<'t, 'a> Sequencer<'t, 'a> {
         }
     }
 
-    /// The same pose with an endless axis a turn nearer to home, where a rapid that is free takes no longer for it.
+    /// The same pose with an endless axis a turn nearer to home, where a rapid that is free takes
+    /// no longer for it.
     fn unwound(&self, at: &Waypoint, to: &Waypoint) -> Option<Waypoint> {
         let same_branch = at.configuration.branch == to.configuration.branch;
         let is_of_axes = same_branch && matches!(self.settings.link.rapid_law, BlockLaw::Rapid(_));
@@ -141,13 +146,14 @@ impl<'t, 'a> Sequencer<'t, 'a> {
         self.test.configuration_like(cl, near).map_err(|why| self.lost(&why))
     }
 
-    /// What was tested cannot be driven, which happens only where tests and motion disagree by rounding at a limit.
+    /// What was tested cannot be driven, which happens only where tests and motion disagree by
+    /// rounding at a limit.
     fn lost(&self, why: &Infeasible) -> PathError {
         PathError::Blocked(format!("a link, entry or inserted pose cannot be reached: {}", self.test.describe(why)))
     }
 
-    /// Goes over to the other branch, or to another winding, with all axes together, where links do that: clear of everything.
-    /// `why` it has to is told where it must not.
+    /// Goes over to the other branch, or to another winding, with all axes together, where links do
+    /// that: clear of everything. `why` it has to is told where it must not.
     fn swing(
         &mut self,
         at: &Waypoint,
@@ -184,7 +190,8 @@ impl<'t, 'a> Sequencer<'t, 'a> {
         })
     }
 
-    /// The same over poses farther out along the tool axes at both ends: the first heights that are free.
+    /// The same over poses farther out along the tool axes at both ends: the first heights that are
+    /// free.
     fn lifted_swing(&self, at: &Waypoint, to: &Waypoint) -> Option<Vec<Waypoint>> {
         LIFTS.iter().find_map(|lift| {
             let raised = |w: &Waypoint| {
@@ -197,9 +204,9 @@ impl<'t, 'a> Sequencer<'t, 'a> {
         })
     }
 
-    /// Appends the move to `to`, with poses in between where the control would stray too far: tip straight, axis turned
-    /// evenly, as links and approaches were tested. Cuts are close enough already. Rapid blocks are tested once more as the
-    /// control drives them.
+    /// Appends the move to `to`, with poses in between where the control would stray too far: tip
+    /// straight, axis turned evenly, as links and approaches were tested. Cuts are close enough
+    /// already. Rapid blocks are tested once more as the control drives them.
     fn reach(&mut self, kind: MoveKind, to: Waypoint, moves: &mut Vec<Move>) -> Result<(), PathError> {
         let push = |moves: &mut Vec<Move>, w: &Waypoint| {
             moves.push(Move { kind, cl: w.cl, axes: w.configuration.axes, chip: None })

@@ -22,7 +22,8 @@ impl<'t> Tests<'t> {
         Self { choosing: test, plain: test }
     }
 
-    /// Whether the middle of the way between two poses is so near to the pole that a pose between them may be in its cone.
+    /// Whether the middle of the way between two poses is so near to the pole that a pose between
+    /// them may be in its cone.
     pub fn leads_by_pole(&self, from: &ClPoint, to: &ClPoint) -> bool {
         let cone = self.choosing.pole_cone();
         let middle = between(from, to, 0.5).transformed(&self.plain.cell.table_from_work);
@@ -48,7 +49,8 @@ impl<'t> Tests<'t> {
         both.reduce(|a, b| Widened { points: a.points + b.points, largest: a.largest.max(b.largest) })
     }
 
-    /// Points without a pose that have one nearer to the pole: there the first feasible one of the search curve.
+    /// Points without a pose that have one nearer to the pole: there the first feasible one of the
+    /// search curve.
     pub fn at_pole(&self, tasks: &[LaidTask], settings: &PassSettings, outcomes: &mut [Pass<Outcome>]) {
         let Some(search_settings) = settings.fallback() else { return };
         outcomes.par_iter_mut().zip(tasks).for_each(|(outcome, task)| {

@@ -7,7 +7,8 @@ use facemill_cutter_location::cusp::ridges;
 use facemill_tool_model::Cutter;
 use nalgebra::{Point3, Unit, Vector3};
 
-/// Points of a pass along x at arc length `s` to the left over a cylinder along x, whose top line is the x axis.
+/// Points of a pass along x at arc length `s` to the left over a cylinder along x, whose top line
+/// is the x axis.
 fn pass(curvature: f64, s: f64, posture: Posture) -> Vec<CutPoint> {
     let (sin, cos) = (curvature * s).sin_cos();
     let (y, z) = if curvature == 0.0 { (s, 0.0) } else { (sin / curvature, (cos - 1.0) / curvature) };

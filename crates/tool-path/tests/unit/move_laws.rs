@@ -133,9 +133,9 @@ pub(crate) fn linearity(tolerance: f64) -> Linearity {
     Linearity { tolerance, rounding: ROUNDING, law: CuttingLaw::AxesLinear }
 }
 
-/// Pieces of two cuts 20 mm apart that turn the axis by 40° about the normal, over a bump that the cutter touches between
-/// the two only; the number of pieces, and of inserted poses that are lifted. Where the piece ends in between, both cuts are
-/// alone and left out.
+/// Pieces of two cuts 20 mm apart that turn the axis by 40° about the normal, over a bump that the
+/// cutter touches between the two only; the number of pieces, and of inserted poses that are
+/// lifted. Where the piece ends in between, both cuts are alone and left out.
 fn filled_over(out: f64, branch: Branch) -> (usize, usize) {
     let (machine, tool) = (Machine::head_b_table_c().unwrap(), tool());
     let tree = MeshTree::new(&plane_with_bump(Point3::new(12.0, 4.0, 0.0), out));
@@ -266,7 +266,8 @@ fn every_move_is_driven_where_it_was_tested_and_a_branch_changes_above_the_clear
     };
     let settings = move_settings();
     let mut left_out = vec![];
-    // Cuts as they come from the search are too far apart for the control: as planned, they are filled first.
+    // Cuts as they come from the search are too far apart for the control: as planned, they are
+    // filled first.
     let search = SearchSettings::default();
     let pieces = |branches| {
         filled(&Tests::one(&test), &settings.linearity, Some(&search), pieces(branches), &mut Vec::new(), &Silent)

@@ -167,7 +167,8 @@ fn a_pass_once_around_is_cut_whole_and_turns_back_as_rarely_as_can_be() {
             filled(&Tests::one(&test), &linearity(0.05), Some(&search), rings(&test, &passes), &mut left_out, &Silent)
                 .unwrap();
         assert_eq!(whole.len(), 3, "a limit ends no piece before windings are chosen");
-        // A cut every third of a turn is enough to tell where an axis has to turn back, and few enough to try all combinations.
+        // A cut every third of a turn is enough to tell where an axis has to turn back, and few
+        // enough to try all combinations.
         let travel = |piece: &Piece| -> Vec<f64> {
             let mut at = piece.cuts[0].pose.configuration.axes[c];
             let some = piece.cuts.iter().map(|cut| {
@@ -222,7 +223,8 @@ fn with_wind_up(turns: f64) -> Machine {
     Machine::from_file(file).unwrap()
 }
 
-/// Passes that each go once round the part the same way wind the table up on and on; a limit has links turn it back.
+/// Passes that each go once round the part the same way wind the table up on and on; a limit has
+/// links turn it back.
 #[test]
 fn passes_that_go_round_and_round_stay_within_the_limit_of_the_wind_up() {
     let machine = with_wind_up(3.0);

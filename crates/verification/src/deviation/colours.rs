@@ -23,8 +23,9 @@ const DARK_GREY: Colour = [95, 95, 95];
 /// Tolerances from which on the colour is full.
 const FULL: f64 = 4.0;
 
-/// The colour of a place: green within tolerance, orange to red where it is gouged, light to dark blue where material
-/// is left, light grey where the program has not been, dark grey where nothing was measured.
+/// The colour of a place: green within tolerance, orange to red where it is gouged, light to dark
+/// blue where material is left, light grey where the program has not been, dark grey where nothing
+/// was measured.
 pub(crate) fn colour(condition: Condition, tolerance: f64) -> Colour {
     let between = |[near, full]: [Colour; 2], deviation: f64| {
         let share = ((deviation.abs() / tolerance - 1.0) / (FULL - 1.0)).clamp(0.0, 1.0);

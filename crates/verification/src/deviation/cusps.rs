@@ -20,8 +20,8 @@ const SAMPLES: usize = 300;
 /// Cells between passes below which a ridge is too narrow for the lines.
 const CELLS_ACROSS: f64 = 4.0;
 
-/// How much longer the arc to the neighbouring pass may be than the straight way to its nearest point: on surfaces
-/// that a cutter follows an arc is hardly longer than its chord.
+/// How much longer the arc to the neighbouring pass may be than the straight way to its nearest
+/// point: on surfaces that a cutter follows an arc is hardly longer than its chord.
 const NEIGHBOUR: f64 = 1.05;
 
 /// The stock and part that passes are held against.
@@ -37,8 +37,8 @@ pub(crate) struct CuspScene<'a> {
     pub(crate) tolerance: f64,
 }
 
-/// Compares cusps along a program, of each head with its own passes; `None` where the cutter is nowhere on the surface, or
-/// its positions cannot be followed.
+/// Compares cusps along a program, of each head with its own passes; `None` where the cutter is
+/// nowhere on the surface, or its positions cannot be followed.
 pub(crate) fn cusps(program: &ReadProgram, heads: &[&VirtualSetup<'_>], scene: &CuspScene<'_>) -> Option<CuspReport> {
     let of_heads: Vec<_> = heads.iter().map(|at| runs(program, at, scene)).collect();
     let mut all: Vec<(usize, usize, usize)> = Vec::new();
@@ -74,7 +74,8 @@ pub(crate) fn cusps(program: &ReadProgram, heads: &[&VirtualSetup<'_>], scene: &
     Some(report)
 }
 
-/// Indices below `n`: all where they are few, else drawn by a generator that always starts alike (Knuth's MMIX).
+/// Indices below `n`: all where they are few, else drawn by a generator that always starts alike
+/// (Knuth's MMIX).
 fn sample(n: usize) -> Vec<usize> {
     if n <= SAMPLES {
         return (0..n).collect();
@@ -133,7 +134,8 @@ impl CuspScene<'_> {
         if ridge.step_over < CELLS_ACROSS * self.cell {
             return Compared::Not(Why::TooClose);
         }
-        // Where a point of another pass is nearer, that one ends beside this point, and the ridge is not a neighbour's.
+        // Where a point of another pass is nearer, that one ends beside this point, and the ridge
+        // is not a neighbour's.
         if ridge.step_over > NEIGHBOUR * apart {
             return Compared::Not(Why::BesideAnEnd);
         }
@@ -168,8 +170,8 @@ impl CuspScene<'_> {
         places.reduce(f64::max)
     }
 
-    /// Where a pose touches the surface, where it does: the cutter's lowest point against the normal of the part that
-    /// is nearest to it, found by going to and fro.
+    /// Where a pose touches the surface, where it does: the cutter's lowest point against the
+    /// normal of the part that is nearest to it, found by going to and fro.
     fn contact(&self, cutter: &Cutter, pose: ClPoint) -> Option<Contact> {
         let reach = 2.0 * cutter.radius();
         let axis = pose.axis.into_inner();
@@ -199,7 +201,8 @@ struct Contact {
     normal: Unit<Vector3<f64>>,
 }
 
-/// Steps to and fro between cutter and surface; on surfaces that the cutter fits each brings the point much nearer.
+/// Steps to and fro between cutter and surface; on surfaces that the cutter fits each brings the
+/// point much nearer.
 const CONTACT_STEPS: usize = 20;
 
 /// Steps as short as this have arrived, mm.
@@ -208,7 +211,8 @@ const SAME_CONTACT: f64 = 1e-4;
 /// Sine of the tilt below which a disc lies flat and touches everywhere.
 const FLAT: f64 = 1e-6;
 
-/// The passes of a program: positions one after the other in cutting blocks with the cutter on the surface.
+/// The passes of a program: positions one after the other in cutting blocks with the cutter on the
+/// surface.
 fn runs(program: &ReadProgram, at: &VirtualSetup<'_>, scene: &CuspScene<'_>) -> Vec<Vec<CutPoint>> {
     let moves: Vec<&ReadMotion> = program.blocks.iter().filter_map(|b| b.motion.as_ref()).collect();
     let cutter = at.tool.cutter();

@@ -43,7 +43,8 @@ impl Condition {
 /// Steps of the histogram between no deviation and its last bin, to each side.
 pub(crate) const STEPS: i32 = 8;
 
-/// Figures of the places and patches that are asked for, within a tolerance and told to an uncertainty (mm); deviations are those from the surface with its allowance.
+/// Figures of the places and patches that are asked for, within a tolerance and told to an
+/// uncertainty (mm); deviations are those from the surface with its allowance.
 pub(crate) fn deviation_figures(
     places: impl Iterator<Item = Place>,
     patches: impl Iterator<Item = Patch> + Clone,
@@ -90,7 +91,8 @@ pub(crate) fn histogram(patches: impl Iterator<Item = Patch>, tolerance: f64) ->
     bins.map(|(area_mm2, k)| DeviationBin { from_mm: edge(k), to_mm: edge(k + 1), area_mm2 }).collect()
 }
 
-/// Which triangles of a part are of the surface that is cut: those that lie in it, and look the same way.
+/// Which triangles of a part are of the surface that is cut: those that lie in it, and look the
+/// same way.
 pub(crate) fn drive_triangles(part: &Surface, drive: &Surface) -> Vec<bool> {
     let is_drive = |t: u32| {
         let [a, b, c] = part.mesh().corners(t as usize).map(|p| p.coords);

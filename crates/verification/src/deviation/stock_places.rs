@@ -29,7 +29,8 @@ impl<'a> StockPlaces<'a> {
         self.directions.iter().flat_map(Deviation::places)
     }
 
-    /// The place next to a point of the part with this normal, on the lines that are squarest to it and have one.
+    /// The place next to a point of the part with this normal, on the lines that are squarest to it
+    /// and have one.
     pub(crate) fn near(&self, point: &Point3<f64>, normal: &Vector3<f64>) -> Option<Place> {
         let mut squarest: Vec<&Deviation<'_>> = self.directions.iter().collect();
         let square = |d: &Deviation<'_>| d.along().dot(normal).abs();

@@ -9,11 +9,13 @@ use facemill_z_map::DexelMap;
 use crate::stock_run::HeadView;
 use crate::virtual_setup::not_verified;
 
-/// Cuts further maps of the same stock by a program, and tells what it did on all of them together with what is known of the upright
-/// lines: what meets the material of any line, each block's volume, and what the probes of any of them show. Volumes are means with the
-/// weights of lines along x, y and z, which count where there are further maps.
+/// Cuts further maps of the same stock by a program, and tells what it did on all of them together
+/// with what is known of the upright lines: what meets the material of any line, each block's
+/// volume, and what the probes of any of them show. Volumes are means with the weights of lines
+/// along x, y and z, which count where there are further maps.
 ///
-/// The largest removal rate is held against the upright lines alone: a mean of three would only come when all are cut.
+/// The largest removal rate is held against the upright lines alone: a mean of three would only
+/// come when all are cut.
 ///
 /// # Errors
 /// As [`run_stock_of_heads`].
@@ -60,7 +62,8 @@ fn add(run: &mut StockRun, other: StockRun) {
     add_findings(&mut run.findings, other.findings);
 }
 
-/// Adds findings. Of those of the same bodies of which one is of all blocks of the other the wider one stays, with the worse of both.
+/// Adds findings. Of those of the same bodies of which one is of all blocks of the other the wider
+/// one stays, with the worse of both.
 fn add_findings(findings: &mut Vec<Finding>, new: Vec<Finding>) {
     let is_wider = |a: &Finding, b: &Finding| {
         (a.kind, &a.body, &a.obstacle, &a.axis) == (b.kind, &b.body, &b.obstacle, &b.axis)

@@ -1,4 +1,5 @@
-//! Findings as a reader wants them: one for a fault, however often the contact is lost and found again.
+//! Findings as a reader wants them: one for a fault, however often the contact is lost and found
+//! again.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +7,8 @@ use facemill_nc_program::{MotionKind, ReadProgram};
 
 use crate::finding::{Finding, FindingKind};
 
-/// Findings of one kind, bodies and axis that are told by themselves; the last of them stands for all that follow.
+/// Findings of one kind, bodies and axis that are told by themselves; the last of them stands for
+/// all that follow.
 const MOST_ALIKE: usize = 20;
 
 /// What findings of one fault have in common: kind, body, obstacle, axis and note.
@@ -31,12 +33,14 @@ fn without_near(findings: Vec<Finding>) -> Vec<Finding> {
     findings.into_iter().filter(|f| f.kind != FindingKind::NearMiss || !is_met(f)).collect()
 }
 
-/// Findings, without near misses of bodies that meet each other on some of the same blocks, and of which those that are alike and without a rapid between them are one: it tells its first and last line, how many
-/// there were ([`Finding::episodes`]), and all else of the worst. Where there are still more than twenty alike, those
-/// from the twentieth on are one, too. In the order of their first lines; those of the same one stay in theirs.
+/// Findings, without near misses of bodies that meet each other on some of the same blocks, and of
+/// which those that are alike and without a rapid between them are one: it tells its first and last
+/// line, how many there were ([`Finding::episodes`]), and all else of the worst. Where there are
+/// still more than twenty alike, those from the twentieth on are one, too. In the order of their
+/// first lines; those of the same one stay in theirs.
 ///
-/// A joined finding's lines have blocks among them on which nothing is wrong; who asks what is wrong on a block takes the
-/// findings as they are.
+/// A joined finding's lines have blocks among them on which nothing is wrong; who asks what is
+/// wrong on a block takes the findings as they are.
 ///
 /// `rapid_lines` are those of the program, as [`rapid_lines`] tells.
 #[must_use]
@@ -83,7 +87,8 @@ impl Finding {
         (self.first_line, self.last_line, self.episodes) = (first_line, last_line, episodes);
     }
 
-    /// Tells the worst of another one of the same fault where that is worse; lines and number of episodes stay.
+    /// Tells the worst of another one of the same fault where that is worse; lines and number of
+    /// episodes stay.
     pub fn take_worse(&mut self, other: Self) {
         let is_worse = match (&other.measure, &self.measure) {
             (Some(new), Some(old)) => new.is_worse_than(old),

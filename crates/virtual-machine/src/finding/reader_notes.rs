@@ -33,7 +33,8 @@ fn finding(program: &ReadProgram, note: &ReadNote, kind: FindingKind) -> Finding
     Finding::of_line(kind, note.line, block.and_then(|b| b.number), &note.text, format!("{remedy}{more}"))
 }
 
-/// A program that says nowhere that it ends: cut off on its way to the control, or with its last lines taken away.
+/// A program that says nowhere that it ends: cut off on its way to the control, or with its last
+/// lines taken away.
 pub(crate) fn no_end(program: &ReadProgram) -> Option<Finding> {
     let ends = |b: &ReadBlock| b.commands.contains(&ReadCommand::End) || b.said.has(StateWord::Return);
     if program.blocks.iter().any(ends) {

@@ -20,12 +20,13 @@ const MOVES_PER_CHUNK: usize = 128;
 /// How much longer than needed a length may be, mm.
 const RESOLUTION: f64 = 1e-3;
 
-/// Times that the lengths are taken up at one position: more than bodies and obstacles ever ask for one after the
-/// other.
+/// Times that the lengths are taken up at one position: more than bodies and obstacles ever ask for
+/// one after the other.
 const MAX_RAISES: usize = 1000;
 
-/// What the meshes of a scene, which is built for an assembly with these lengths, ask of them: the same positions and
-/// distances as [`verify`](crate::run::verify::verify) finds collisions with. No length goes beyond `longest`.
+/// What the meshes of a scene, which is built for an assembly with these lengths, ask of them: the
+/// same positions and distances as [`verify`](crate::run::verify::verify) finds collisions with. No
+/// length goes beyond `longest`.
 pub(crate) fn mesh_needs(
     scene: &Scene<'_>,
     moves: &[Move],
@@ -119,8 +120,8 @@ impl<'a> Walker<'a> {
         }
     }
 
-    /// The bodies of the tool as they are with the lengths. Lengths that make no tool leave none: the search tells
-    /// them.
+    /// The bodies of the tool as they are with the lengths. Lengths that make no tool leave none:
+    /// the search tells them.
     fn build_tool(&mut self) {
         let of_machine = self.riders.split_off(self.n_of_tool);
         self.riders.clear();

@@ -15,16 +15,17 @@ pub fn words_of_length(words: &WordMap, length: f64) -> Result<WordMap, WordMapE
     WordMap::new(words.axes().to_vec(), words.work_offset(), length)
 }
 
-/// The program as it is posted for a tool of another length, with which `words` is: at the end of every block with
-/// length compensation the tip stands where it stood, and the rotary axes with it, and so the linear axes where they
-/// hold it there.
+/// The program as it is posted for a tool of another length, with which `words` is: at the end of
+/// every block with length compensation the tip stands where it stood, and the rotary axes with it,
+/// and so the linear axes where they hold it there.
 ///
-/// Words of the tip (RTCP), of axes without compensation, and of the machine stay as they are, and so do those of
-/// machines whose head does not turn. Of blocks whose place the text does not tell nothing is changed, nor of feeds: a
-/// program for a head that turns is posted again by whatever made it. What its comments say of the tool's length is
-/// left out.
+/// Words of the tip (RTCP), of axes without compensation, and of the machine stay as they are, and
+/// so do those of machines whose head does not turn. Of blocks whose place the text does not tell
+/// nothing is changed, nor of feeds: a program for a head that turns is posted again by whatever
+/// made it. What its comments say of the tool's length is left out.
 ///
-/// The setup is that of the program as it is. Its machine has three linear axes; with two nothing is changed.
+/// The setup is that of the program as it is. Its machine has three linear axes; with two nothing
+/// is changed.
 #[must_use]
 pub fn posted_for_length(program: &ReadProgram, setup: &VirtualSetup<'_>, words: &WordMap) -> ReadProgram {
     let mut posted = program.clone();
@@ -46,7 +47,8 @@ pub fn posted_for_length(program: &ReadProgram, setup: &VirtualSetup<'_>, words:
     posted
 }
 
-/// Axes that a block does not send anywhere, while others go to a place of the machine, stay where they were posted.
+/// Axes that a block does not send anywhere, while others go to a place of the machine, stay where
+/// they were posted.
 fn keep(motion: &mut ReadMotion, modal: &AxisWords) {
     let stays = |letter| !motion.position.is_programmed(letter);
     let kept = AxisWords::from_words(modal.iter().filter(|w| stays(w.letter)).map(|w| (w.letter, w.value)));

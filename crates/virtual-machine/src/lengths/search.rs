@@ -39,13 +39,13 @@ pub struct LengthStock<'a> {
 pub struct ClearLengths {
     /// L1 to L4 with their margin, mm.
     pub lengths: Lengths,
-    /// The least L1 to L4 at which the run is free, mm; of those that nothing forces, and of those that rest on a
-    /// longer one below them, that are as `lengths`.
+    /// The least L1 to L4 at which the run is free, mm; of those that nothing forces, and of those
+    /// that rest on a longer one below them, that are as `lengths`.
     pub least: Lengths,
     /// What forces each; `None` of those that rest on the one below, or on the tool itself.
     pub forced_by: [Option<ForcedBy>; 4],
-    /// The length that nothing up to the longest is free with, and where; the lengths then are those that it was tried
-    /// with.
+    /// The length that nothing up to the longest is free with, and where; the lengths then are
+    /// those that it was tried with.
     pub hopeless: Option<(AssemblyLength, ForcedBy)>,
     /// The tool with these lengths.
     pub tool: ToolAssembly,
@@ -55,26 +55,30 @@ pub struct ClearLengths {
     pub program: ReadProgram,
 }
 
-/// The shortest lengths of an assembly with which a program that was read from NC text collides with nothing, and a
-/// margin above them. The tip's way is that of the program with the setup's own tool.
+/// The shortest lengths of an assembly with which a program that was read from NC text collides
+/// with nothing, and a margin above them. The tip's way is that of the program with the setup's own
+/// tool.
 ///
-/// - At the positions of [`verify`](crate::run::verify::verify), no body of the assembly, and none of the machine that goes up with
-///   it, is nearer to an obstacle than `verify` allows; least to within 0.01 mm.
-/// - With a stock, no body of the assembly meets it as [`run_stock`](crate::stock::run::run_stock) holds them, cut by a flute of
-///   the returned length. The flute is halved between lengths that were tried, the others are taken up way by way: with
-///   stock that hangs over the tool a shorter one may be free, too.
-/// - Lengths with their margin have been tried as such. Where one is forced, a shorter one by more than the margin is
-///   not free.
+/// - At the positions of [`verify`](crate::run::verify::verify), no body of the assembly, and none
+///   of the machine that goes up with it, is nearer to an obstacle than `verify` allows; least to
+///   within 0.01 mm.
+/// - With a stock, no body of the assembly meets it as [`run_stock`](crate::stock::run::run_stock)
+///   holds them, cut by a flute of the returned length. The flute is halved between lengths that
+///   were tried, the others are taken up way by way: with stock that hangs over the tool a shorter
+///   one may be free, too.
+/// - Lengths with their margin have been tried as such. Where one is forced, a shorter one by more
+///   than the margin is not free.
 ///
-/// What the cutter itself meets, limits of axes and speeds are not asked: [`verify`](crate::run::verify::verify) tells them of the
-/// tool that is returned. Bodies of the machine that move against the workpiece as its linear axes do are taken where
-/// they stand with the length of each run.
+/// What the cutter itself meets, limits of axes and speeds are not asked:
+/// [`verify`](crate::run::verify::verify) tells them of the tool that is returned. Bodies of the
+/// machine that move against the workpiece as its linear axes do are taken where they stand with
+/// the length of each run.
 ///
 /// The result does not depend on the number of threads; the monitor may cancel.
 ///
 /// # Errors
-/// When the setup or a setting makes no sense, the machine has several heads, or no three linear axes that hold the
-/// tip, or the monitor cancels.
+/// When the setup or a setting makes no sense, the machine has several heads, or no three linear
+/// axes that hold the tip, or the monitor cancels.
 pub fn clear_lengths(
     program: &ReadProgram,
     setup: &VirtualSetup<'_>,
@@ -122,8 +126,8 @@ fn check(
     Ok(())
 }
 
-/// Runs through the program, each with what the one before asked for. Every run but the last takes a length up; with
-/// more than these two obstacles raise each other's lengths without an end.
+/// Runs through the program, each with what the one before asked for. Every run but the last takes
+/// a length up; with more than these two obstacles raise each other's lengths without an end.
 const MAX_RUNS: usize = 60;
 
 /// How much longer than needed a flute may be, mm.
@@ -152,7 +156,8 @@ struct Found {
 }
 
 impl Found {
-    /// Takes lengths up to what is asked of them and the margin; whether any was, and none is hopeless.
+    /// Takes lengths up to what is asked of them and the margin; whether any was, and none is
+    /// hopeless.
     fn take(&mut self, needs: &Needs, assembly: &OpenAssembly, margin: f64) -> bool {
         if let Some((length, raise)) = needs.hopeless() {
             self.hopeless = Some((length, raise.clone()));
@@ -207,8 +212,8 @@ impl Search<'_, '_> {
         Ok(found.take(&needs, self.assembly, margin))
     }
 
-    /// What the stock asks of the flute: halved between one that meets it and one that does not, each with a run of its
-    /// own, because a longer flute leaves another stock.
+    /// What the stock asks of the flute: halved between one that meets it and one that does not,
+    /// each with a run of its own, because a longer flute leaves another stock.
     fn flute(&self, lengths: &Lengths, stock: &LengthStock<'_>) -> Result<Option<Needs>, VerifyError> {
         let of_flute = |flute: f64| -> Result<Needs, VerifyError> {
             let mut all = *lengths;
@@ -308,7 +313,8 @@ impl Search<'_, '_> {
         Ok(out)
     }
 
-    /// Whether those below a length leave it to be shorter: one that rests on them is not forced itself.
+    /// Whether those below a length leave it to be shorter: one that rests on them is not forced
+    /// itself.
     fn can_be_shorter(&self, lengths: &Lengths, k: usize) -> bool {
         let mut lower = *lengths;
         lower[k] = 0.0;

@@ -11,7 +11,8 @@ use crate::run::scene::Scene;
 use crate::run::segments::{Coarseness, Segment, segments};
 use crate::stock::bodies::Bodies;
 
-/// Moves that the stock is cut by in one go; where a body meets it there they are gone through again one by one.
+/// Moves that the stock is cut by in one go; where a body meets it there they are gone through
+/// again one by one.
 const MOVES_PER_BATCH: usize = 128;
 
 /// How much longer than needed a length may be, mm.
@@ -40,11 +41,13 @@ pub(crate) struct StockNeeds<'r, 'a> {
 }
 
 impl StockNeeds<'_, '_> {
-    /// What the stock asks of lengths that the scene's tool is built with: it is cut by that tool's flute, and held
-    /// against the bodies as [`run_stock`](crate::stock::run::run_stock) holds them.
+    /// What the stock asks of lengths that the scene's tool is built with: it is cut by that tool's
+    /// flute, and held against the bodies as [`run_stock`](crate::stock::run::run_stock) holds
+    /// them.
     ///
-    /// Where a body meets it on a way, the length goes up to where the body is free of that way: by doubled steps, and
-    /// halves between the last that is not free and the first that is. Windows that the steps pass over are not found.
+    /// Where a body meets it on a way, the length goes up to where the body is free of that way: by
+    /// doubled steps, and halves between the last that is not free and the first that is. Windows
+    /// that the steps pass over are not found.
     pub(crate) fn find(
         &self,
         stock: &DexelMap,

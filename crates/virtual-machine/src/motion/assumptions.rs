@@ -33,12 +33,14 @@ impl fmt::Display for Assumption {
     }
 }
 
-/// What [`verify`](crate::run::verify::verify) and [`certify`](crate::proof::certificate::certify) take for granted of a program on a machine because its text
-/// does not say it: smoothing, motion laws, axes that F counts, offset, length, states that a program before may have left on,
-/// and where the axes stand at its start.
+/// What [`verify`](crate::run::verify::verify) and [`certify`](crate::proof::certificate::certify)
+/// take for granted of a program on a machine because its text does not say it: smoothing, motion
+/// laws, axes that F counts, offset, length, states that a program before may have left on, and
+/// where the axes stand at its start.
 ///
-/// What the text says is not listed. Sorted by line, each once, with the first line that rests on it. What it says wrongly is
-/// a finding, and what the setup holds (lengths in registers, offsets, the machine file) is the setup's.
+/// What the text says is not listed. Sorted by line, each once, with the first line that rests on
+/// it. What it says wrongly is a finding, and what the setup holds (lengths in registers, offsets,
+/// the machine file) is the setup's.
 #[must_use]
 pub fn assumptions(program: &ReadProgram, machine: &Machine) -> Vec<Assumption> {
     let mut state = State::new(program, machine);
@@ -90,8 +92,8 @@ struct State {
     law: MotionLaw,
     /// Axes of the machine that the text has not sent to a place of the machine.
     unplaced: Vec<AxisLetter>,
-    /// Endless axes of which the machine file does not say how words are read, or says that they go the shorter way; and their last
-    /// words, deg.
+    /// Endless axes of which the machine file does not say how words are read, or says that they go
+    /// the shorter way; and their last words, deg.
     winding: Vec<(AxisLetter, Option<Rollover>, Option<f64>)>,
     said: SaidWords,
     smoothing: Smoothing,
@@ -271,8 +273,9 @@ impl State {
         }
     }
 
-    /// Words that lead elsewhere, or another way round, on a control that counts to 360 deg; and those half a turn on, to which both
-    /// ways are the shorter. Where an axis is before its first word is taken to be 0.
+    /// Words that lead elsewhere, or another way round, on a control that counts to 360 deg; and
+    /// those half a turn on, to which both ways are the shorter. Where an axis is before its first
+    /// word is taken to be 0.
     fn winding(&mut self, block: &ReadBlock, motion: &ReadMotion) {
         let mut matters = Vec::new();
         for (letter, rollover, last) in &mut self.winding {

@@ -44,7 +44,8 @@ struct Spindle {
     speed: f64,
 }
 
-/// Difference of tool lengths that is no finding, mm: what the check in the program's text allows, too.
+/// Difference of tool lengths that is no finding, mm: what the check in the program's text allows,
+/// too.
 const SAME_LENGTH: f64 = 0.01;
 
 /// M19, orientation of the spindle: it stands still then.
@@ -70,8 +71,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Compares the lengths that comments of the program name with that of the tool: with several heads, of the head
-    /// whose register the comment names.
+    /// Compares the lengths that comments of the program name with that of the tool: with several
+    /// heads, of the head whose register the comment names.
     pub(crate) fn tool_lengths(&mut self, program: &ReadProgram) {
         for note in &program.tool_lengths {
             let index = program.blocks.partition_point(|b| b.line < note.line);
@@ -97,8 +98,9 @@ impl<'a> Control<'a> {
         self.setup.words.heads().iter().find(|head| is_meant(head))
     }
 
-    /// Follows the next block. `is_home`: the axes along the spindle are at their reference positions before and behind it.
-    /// `may_cut`: the tool moves against the work and is not known to be away from it.
+    /// Follows the next block. `is_home`: the axes along the spindle are at their reference
+    /// positions before and behind it. `may_cut`: the tool moves against the work and is not known
+    /// to be away from it.
     pub(crate) fn block(&mut self, index: usize, block: &ReadBlock, is_home: bool, may_cut: bool) {
         self.behind_end(index, block);
         self.rtcp_at_end(index, block);
@@ -115,7 +117,8 @@ impl<'a> Control<'a> {
             }
         }
         if may_cut && block.motion.as_ref().is_some_and(|m| !m.kind.is_rapid()) {
-            // Whether a control switches before, during or behind the motion of a block is the machine builder's.
+            // Whether a control switches before, during or behind the motion of a block is the
+            // machine builder's.
             let of_head = self.head.map_or_else(String::new, |head| format!("head {}: ", head.name));
             if let Some((kind, note)) = before.or_else(|| self.spindle_fault()) {
                 self.last(kind, index, format!("{of_head}{note}"));
@@ -131,8 +134,8 @@ impl<'a> Control<'a> {
         self.faults
     }
 
-    /// Whether a command is for this head and its spindle, `spindle` being the number that the block names. Without one
-    /// all spindles of several stop, and none is started.
+    /// Whether a command is for this head and its spindle, `spindle` being the number that the
+    /// block names. Without one all spindles of several stop, and none is started.
     fn is_meant(&self, command: &ReadCommand, spindle: Option<u32>, is_changed: bool) -> bool {
         let own = self.head.map_or(1, |head| head.spindle_number);
         match command {
@@ -148,8 +151,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// T calls a tool, in the block of M6 or before, and M6 puts it into the spindle: of several heads into that whose
-    /// tool it is. Whether the tool of this head is changed.
+    /// T calls a tool, in the block of M6 or before, and M6 puts it into the spindle: of several
+    /// heads into that whose tool it is. Whether the tool of this head is changed.
     fn tool(&mut self, index: usize, block: &ReadBlock, is_home: bool) -> bool {
         let number = self.setup.tool.number();
         let heads = self.setup.words.heads();
@@ -234,7 +237,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// What RTCP that is left on does to the next program, or to whoever moves the axes by hand, this one does not say.
+    /// What RTCP that is left on does to the next program, or to whoever moves the axes by hand,
+    /// this one does not say.
     fn rtcp_at_end(&mut self, index: usize, block: &ReadBlock) {
         let ends = block.commands.contains(&ReadCommand::End) && !block.said.has(StateWord::Return);
         if ends && !self.has_ended && matches!(block.compensation, Compensation::Rtcp(_)) {
@@ -253,8 +257,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// A switch on the control decides whether a line with `/` is run. It may only when nothing later depends on it: with
-    /// comments, stops, coolant and dwells.
+    /// A switch on the control decides whether a line with `/` is run. It may only when nothing
+    /// later depends on it: with comments, stops, coolant and dwells.
     fn skippable(&mut self, index: usize, block: &ReadBlock) {
         let is_harmless = |c: &ReadCommand| {
             matches!(
@@ -268,8 +272,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// The tool's length stands in one register; what stands in the others nobody knows. Axes go on as if it were the
-    /// same.
+    /// The tool's length stands in one register; what stands in the others nobody knows. Axes go on
+    /// as if it were the same.
     fn length_register(&mut self, index: usize, block: &ReadBlock) {
         let compensation = block.compensation;
         if self.head.is_some() {
@@ -291,8 +295,8 @@ impl<'a> Control<'a> {
         self.fault(FindingKind::OtherLengthRegister, index, note);
     }
 
-    /// Which edge's length a tool change of Siemens switches on, machine data say (MD20270): its first, none, or that of the tool
-    /// before. Axes go on as if it were the first.
+    /// Which edge's length a tool change of Siemens switches on, machine data say (MD20270): its
+    /// first, none, or that of the tool before. Axes go on as if it were the first.
     fn edge(&mut self, index: usize, block: &ReadBlock) {
         self.has_edge &= !block.commands.contains(&ReadCommand::ToolChange);
         self.has_edge |= block.said.has(StateWord::LengthRegister);

@@ -52,8 +52,9 @@ impl CountedAxes {
         Ok(())
     }
 
-    /// Length of a block as F counts it, mm, and whether that is the norm over all axes (1 deg as 1 mm), which the
-    /// machine's range of F is of. `feed_unit` is how many mm/min an F of 1 is: in a program in inches 1 deg counts as 1 inch.
+    /// Length of a block as F counts it, mm, and whether that is the norm over all axes (1 deg as 1
+    /// mm), which the machine's range of F is of. `feed_unit` is how many mm/min an F of 1 is: in a
+    /// program in inches 1 deg counts as 1 inch.
     ///
     /// # Errors
     /// When nothing moves that F counts, or it counts axes in a way that is not known.
@@ -94,7 +95,8 @@ impl CountedAxes {
         Ok(if counts_all || linear == 0.0 { (all, counts_all && feed_unit == 1.0) } else { (linear, false) })
     }
 
-    /// Whether F is the speed of the tip under TRAORI of a Siemens control, where FGROUP has the linear axes alone.
+    /// Whether F is the speed of the tip under TRAORI of a Siemens control, where FGROUP has the
+    /// linear axes alone.
     ///
     /// # Errors
     /// When FGROUP has other axes, too.
@@ -124,7 +126,8 @@ impl CountedAxes {
     }
 }
 
-/// Why F is not followed behind an M function, where it changes what F counts or how fast a block goes at its F.
+/// Why F is not followed behind an M function, where it changes what F counts or how fast a block
+/// goes at its F.
 fn changed_by(dialect: Dialect, code: u32) -> Option<&'static str> {
     Some(match (dialect, code) {
         (Dialect::LinuxCnc, 430) => "switches the kinematics, and words are no longer those of the axes",
@@ -139,15 +142,16 @@ fn changed_by(dialect: Dialect, code: u32) -> Option<&'static str> {
     })
 }
 
-/// Whether an M function is the control's own and of feeds alone, so that it is no function of the machine's builder: those
-/// that [`CountedAxes`] tells of, and M111 and M117, which switch back.
+/// Whether an M function is the control's own and of feeds alone, so that it is no function of the
+/// machine's builder: those that [`CountedAxes`] tells of, and M111 and M117, which switch back.
 pub(crate) fn is_of_feeds(dialect: Dialect, code: u32) -> bool {
     dialect == Dialect::Heidenhain && (changed_by(dialect, code).is_some() || matches!(code, 111 | 117))
 }
 
-/// Whether a word of a Siemens control (upper case, no blanks) changes how fast a block goes at its F: overrides (OVR, OVRA,
-/// OVRRAP), feeds of one block (FB), tooth (FZ), hand wheel (FD), cutting speed (SVC), axis (FA, FMA, FL), corner (FRC, FRCM) or
-/// turn (FPR, FPRAON), and feeds that change along the path (FLIN, FCUB, FPO); LIMS lowers the spindle, whose speed F belongs to.
+/// Whether a word of a Siemens control (upper case, no blanks) changes how fast a block goes at its
+/// F: overrides (OVR, OVRA, OVRRAP), feeds of one block (FB), tooth (FZ), hand wheel (FD), cutting
+/// speed (SVC), axis (FA, FMA, FL), corner (FRC, FRCM) or turn (FPR, FPRAON), and feeds that change
+/// along the path (FLIN, FCUB, FPO); LIMS lowers the spindle, whose speed F belongs to.
 fn changes_feeds(plain: &str) -> bool {
     let name = plain.split(|c: char| !c.is_ascii_alphanumeric()).next().unwrap_or(plain);
     matches!(

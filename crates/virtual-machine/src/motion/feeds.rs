@@ -20,8 +20,8 @@ impl Feeds {
         Self { dialect, counted: CountedAxes::default(), changed: None, told: None }
     }
 
-    /// Takes note of what a block says of feeds. Functions that switch kinematics are told by others. What has changed feeds
-    /// once is not followed back.
+    /// Takes note of what a block says of feeds. Functions that switch kinematics are told by
+    /// others. What has changed feeds once is not followed back.
     pub(crate) fn read(&mut self, block: &ReadBlock) {
         if matches!(self.dialect, Dialect::Siemens840d | Dialect::Heidenhain)
             && let Err(why) = self.counted.read(self.dialect, block)
@@ -30,8 +30,9 @@ impl Feeds {
         }
     }
 
-    /// The feed of a block as machines are timed by it: in mm/min the speed over all axes, 1 deg as 1 mm, or that of the
-    /// tip, whatever axes the control's F counts. `feed_unit` is how many mm/min an F of 1 is.
+    /// The feed of a block as machines are timed by it: in mm/min the speed over all axes, 1 deg as
+    /// 1 mm, or that of the tip, whatever axes the control's F counts. `feed_unit` is how many
+    /// mm/min an F of 1 is.
     ///
     /// # Errors
     /// When it is not known, and why where that has not been told.

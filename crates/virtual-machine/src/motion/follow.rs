@@ -19,7 +19,8 @@ pub struct Surroundings<'a> {
     pub tool_length: f64,
     /// How words become axis values.
     pub words: &'a WordMap,
-    /// Frame of the words under RTCP on the table; `None` where the machine has no X, Y and Z at right angles.
+    /// Frame of the words under RTCP on the table; `None` where the machine has no X, Y and Z at
+    /// right angles.
     pub frame: Option<Isometry3<f64>>,
     /// Work offset that the words refer to; `None`: the first one that the program names.
     pub work_offset: Option<WorkOffset>,
@@ -38,7 +39,8 @@ pub enum Way {
     },
     /// A straight cut between positions that the program has said.
     Cut(FollowedCut),
-    /// An arc, a cycle, or a cut whose start or end the program has not said; where it ends, if that is known.
+    /// An arc, a cycle, or a cut whose start or end the program has not said; where it ends, if
+    /// that is known.
     Other(Option<AxisValues>),
 }
 
@@ -49,7 +51,8 @@ pub struct FollowedCut {
     pub from: AxisValues,
     /// Where it ends.
     pub to: AxisValues,
-    /// The tool axis as the block's text says it, frame of the words; `None` where rotary words do, or nothing does.
+    /// The tool axis as the block's text says it, frame of the words; `None` where rotary words do,
+    /// or nothing does.
     pub vector: Option<[f64; 3]>,
     /// Straight way of the tip against the workpiece, mm.
     pub way: f64,
@@ -89,7 +92,8 @@ pub struct Follower<'a> {
     known: Vec<Known>,
 }
 
-/// Way of the tip below which it stands, mm: rounding of forward kinematics. F under RTCP says nothing of such a block.
+/// Way of the tip below which it stands, mm: rounding of forward kinematics. F under RTCP says
+/// nothing of such a block.
 const STANDS: f64 = 1e-9;
 
 impl<'a> Follower<'a> {

@@ -58,7 +58,8 @@ impl MotionModes {
                 beyond("smooths within", assigned(word), self.law.control_tolerance.orientation.to_degrees(), "deg")
             }
             "ATOL" => {
-                // Of a linear axis in the program's unit, of a rotary one in deg: which it is, the machine's names say.
+                // Of a linear axis in the program's unit, of a rotary one in deg: which it is, the
+                // machine's names say.
                 beyond(
                     "smooths an axis within",
                     self.length(assigned(word)),
@@ -87,7 +88,8 @@ impl MotionModes {
             .or_else(|| beyond("smooths within", value(orientation), allowed.orientation.to_degrees(), "deg"))
     }
 
-    /// `CYCL DEF 32.1 T0.05`, `CYCL DEF 32.2 HSC-MODE:1 TA0.5`. Without T the control's own tolerance is taken again.
+    /// `CYCL DEF 32.1 T0.05`, `CYCL DEF 32.2 HSC-MODE:1 TA0.5`. Without T the control's own
+    /// tolerance is taken again.
     fn cycle32(&self, call: &ReadCall) -> Option<String> {
         let (step, words) = call.arguments.strip_prefix('.')?.split_once(' ')?;
         if step == "0" {
@@ -101,8 +103,8 @@ impl MotionModes {
         })
     }
 
-    /// G64 P Q: blocks that are straight within Q (P where there is none) are joined first, and what is left is rounded
-    /// within P; without P as far as the axes' accelerations want.
+    /// G64 P Q: blocks that are straight within Q (P where there is none) are joined first, and
+    /// what is left is rounded within P; without P as far as the axes' accelerations want.
     fn g64(&self, text: &str) -> Option<String> {
         let text = text.to_uppercase();
         let words: Vec<&str> = text.split_whitespace().collect();

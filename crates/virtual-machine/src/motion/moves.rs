@@ -38,7 +38,8 @@ pub(crate) struct Move {
 }
 
 impl Move {
-    /// Whether the tool goes at rapid rate: nothing is cut then. Where it stands, it stands where it has cut.
+    /// Whether the tool goes at rapid rate: nothing is cut then. Where it stands, it stands where
+    /// it has cut.
     pub(crate) fn is_rapid_of_tool(&self) -> bool {
         self.is_rapid && self.moves_tool
     }
@@ -123,7 +124,8 @@ impl<'a> State<'a> {
         let zeros = AxisWords::from_words(setup.words.axes().iter().map(|a| (a.letter, 0.0))).unwrap_or_default();
         Self {
             setup,
-            // Words of all axes and of no others are always joint values; the setup has been checked.
+            // Words of all axes and of no others are always joint values; the setup has been
+            // checked.
             compensated_zero: setup.words.joints(&zeros).unwrap_or_default(),
             law: setup.machine.motion_law(),
             rtcp_rapids: program.rtcp_rapids,
@@ -183,8 +185,8 @@ impl<'a> State<'a> {
         self.rolled.go_on(motion);
     }
 
-    /// Under RTCP words count in a frame that controls fix to the table as it stands where RTCP is switched on. The frame of
-    /// the setup is that of rotary words 0.
+    /// Under RTCP words count in a frame that controls fix to the table as it stands where RTCP is
+    /// switched on. The frame of the setup is that of rotary words 0.
     fn start_rtcp(&mut self, index: usize, block: &ReadBlock) {
         let is_on = |c: Compensation| matches!(c, Compensation::Rtcp(_));
         if is_on(self.compensation) || !is_on(block.compensation) {
@@ -210,9 +212,9 @@ impl<'a> State<'a> {
 
     /// Takes note of the compensation behind a block, and of a cancellation that may move an axis.
     ///
-    /// Some controls take the length off at once, as a motion by the tool's length, and others with the next word. It is
-    /// safe where the axis along the spindle is at its reference position, or where the block itself says where the axes
-    /// go: then they go there in either case.
+    /// Some controls take the length off at once, as a motion by the tool's length, and others with
+    /// the next word. It is safe where the axis along the spindle is at its reference position, or
+    /// where the block itself says where the axes go: then they go there in either case.
     fn cancel(&mut self, index: usize, block: &ReadBlock) {
         let lengths = std::mem::replace(&mut self.lengths, block.lengths);
         let before = std::mem::replace(&mut self.compensation, block.compensation);
@@ -232,7 +234,8 @@ impl<'a> State<'a> {
         }
     }
 
-    /// The same for each head, whichever the setup is of: what one axis does, the other head may be in the way of.
+    /// The same for each head, whichever the setup is of: what one axis does, the other head may be
+    /// in the way of.
     fn cancel_of_heads(&mut self, index: usize, block: &ReadBlock, before: AxisLengths) {
         for (letter, _) in before.iter().filter(|(letter, _)| block.lengths.register_of(*letter).is_none()) {
             let axis = self.setup.words.axes().iter().position(|a| a.letter == letter);
@@ -244,7 +247,8 @@ impl<'a> State<'a> {
         }
     }
 
-    /// Whether every axis along the spindle is at its reference position; of several heads that of the setup's.
+    /// Whether every axis along the spindle is at its reference position; of several heads that of
+    /// the setup's.
     fn is_spindle_home(&self) -> bool {
         match self.spindle_axis {
             Some(k) => self.is_home(k),
@@ -262,14 +266,15 @@ impl<'a> State<'a> {
         self.is_known.iter().all(|&known| known).then_some(self.axes)
     }
 
-    /// Whether a feed move from `before` to here may cut. Of several heads one may stand while the other cuts, or be
-    /// away from the work while the table turns: then its spindle need not turn.
+    /// Whether a feed move from `before` to here may cut. Of several heads one may stand while the
+    /// other cuts, or be away from the work while the table turns: then its spindle need not turn.
     fn may_cut(&self, is_home: bool, before: Option<&AxisValues>) -> bool {
         let (Some(before), Some(here)) = (before, self.known_axes()) else { return true };
         self.spindle_axis.is_none() || moves_tool(self.setup.machine, before, &here) && !is_home
     }
 
-    /// Indices of the axes whose words hold the tool's length: those along the spindle, or all linear ones with RTCP.
+    /// Indices of the axes whose words hold the tool's length: those along the spindle, or all
+    /// linear ones with RTCP.
     fn lengthened(&self, compensation: Compensation) -> impl Iterator<Item = usize> + '_ {
         let axes = self.setup.words.axes();
         let is_rtcp = matches!(compensation, Compensation::Rtcp(_));
@@ -379,7 +384,8 @@ impl<'a> State<'a> {
             match (motion.position.get(axis.letter), coordinate) {
                 (None, _) if is_sent_anywhere(motion, axis.letter) => return Err(NoEnd::Unknown(axis.letter)),
                 (Some(AxisAt::Word(word)), Some(coordinate)) => tip[coordinate] = word,
-                // A coordinate of the tip stays only where the tip is known, a rotary axis where it is.
+                // A coordinate of the tip stays only where the tip is known, a rotary axis where it
+                // is.
                 (None, Some(_)) if all_known => {}
                 (None, None) if self.is_known[k] => {}
                 (Some(_), None) if vector.is_some() => {
@@ -439,8 +445,9 @@ impl<'a> State<'a> {
         }
     }
 
-    /// Whether a motion starts or ends beyond the limits of an axis, which is a fault from the first such block to the one that leads
-    /// back. Nothing of it is run: no machine goes there, and its way is as long as the text makes it.
+    /// Whether a motion starts or ends beyond the limits of an axis, which is a fault from the
+    /// first such block to the one that leads back. Nothing of it is run: no machine goes there,
+    /// and its way is as long as the text makes it.
     fn is_beyond_limits(&mut self, index: usize, [start, end]: [&AxisValues; 2]) -> bool {
         let machine = self.setup.machine;
         let was_beyond = excesses(machine, start).next().is_some();
@@ -507,8 +514,9 @@ impl<'a> State<'a> {
         }
     }
 
-    /// Without RTCP all axes go together, whatever the machine's law under RTCP is; with it the tip goes straight, on some
-    /// controls at rapid rate, too. A way to the reference position is always the axes' own.
+    /// Without RTCP all axes go together, whatever the machine's law under RTCP is; with it the tip
+    /// goes straight, on some controls at rapid rate, too. A way to the reference position is
+    /// always the axes' own.
     fn law(&self, motion: &ReadMotion) -> BlockLaw {
         let is_rtcp = matches!(motion.compensation, Compensation::Rtcp(_));
         let keeps_tip = is_rtcp && self.rtcp_rapids == RtcpRapids::TipLinear && motion.kind == MotionKind::Rapid;
@@ -542,7 +550,8 @@ pub(crate) fn excesses<'a>(machine: &'a Machine, q: &'a AxisValues) -> impl Iter
     })
 }
 
-/// Whether a block sends an axis to a place that its reader does not know: it must not be taken to stay.
+/// Whether a block sends an axis to a place that its reader does not know: it must not be taken to
+/// stay.
 fn is_sent_anywhere(motion: &ReadMotion, letter: AxisLetter) -> bool {
     motion.position.is_programmed(letter) && motion.position.get(letter).is_none()
 }

@@ -1,4 +1,5 @@
-//! Bounds on how fast the axes go over an interval of a motion and how that changes, and on accelerations of parts.
+//! Bounds on how fast the axes go over an interval of a motion and how that changes, and on
+//! accelerations of parts.
 
 use facemill_cl_data::{ControlTolerance, CuttingLaw};
 use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, Machine, Motion};
@@ -23,13 +24,13 @@ pub(crate) struct Rates {
 }
 
 impl Rates {
-    /// Largest acceleration of any point of tool and machine against any other part of the machine, mm; the point is
-    /// at most `reach` from the tool tip at the start.
+    /// Largest acceleration of any point of tool and machine against any other part of the machine,
+    /// mm; the point is at most `reach` from the tool tip at the start.
     ///
-    /// The velocity of a point is a sum of one vector per axis between the two parts, which is turned by the others
-    /// at a rate of at most D and whose lever, at most L, changes at a rate of at most S + D·L: together 2·D·(S +
-    /// D·L) at most. To that comes what the axes' own speeds change: at most the sum of the linear accelerations and
-    /// L times that of the rotary.
+    /// The velocity of a point is a sum of one vector per axis between the two parts, which is
+    /// turned by the others at a rate of at most D and whose lever, at most L, changes at a rate of
+    /// at most S + D·L: together 2·D·(S + D·L) at most. To that comes what the axes' own speeds
+    /// change: at most the sum of the linear accelerations and L times that of the rotary.
     pub(crate) fn acceleration(&self, reach: f64) -> f64 {
         let lever = (self.lever + reach + self.linear) / (1.0 - self.turn);
         2.0 * self.turn * (self.linear + self.turn * lever) + self.linear_change + self.turn_change * lever
@@ -93,9 +94,9 @@ impl<'a> RateBounds<'a> {
         Self { other: other.map(|(machine, tool_length)| Head { machine, tool_length }), ..self }
     }
 
-    /// Over the interval from `from` to `to`, in which no axis of a rapid stops, for points of parts with these axes
-    /// between them; `None` where no bound is known: the interval turns too far, or the motion is too near to where the
-    /// axes cannot follow.
+    /// Over the interval from `from` to `to`, in which no axis of a rapid stops, for points of
+    /// parts with these axes between them; `None` where no bound is known: the interval turns too
+    /// far, or the motion is too near to where the axes cannot follow.
     pub(crate) fn over(&self, from: f64, to: f64, parts: Parts) -> Option<Rates> {
         let (start, end) = (self.motion.at(from).ok()?, self.motion.at(to).ok()?);
         let machine = self.head.machine;
@@ -124,10 +125,12 @@ impl<'a> RateBounds<'a> {
         }
     }
 
-    /// Whether the axes can follow a turned tool vector all over an interval, whatever they need to do for it.
+    /// Whether the axes can follow a turned tool vector all over an interval, whatever they need to
+    /// do for it.
     pub(crate) fn turned_is_reached(&self, from: f64, to: f64) -> bool {
         let reached = self.turned.as_ref().is_some_and(|t| t.is_reached(from, to));
-        // Linear axes that cannot be turned against each other are as independent as they are anywhere.
+        // Linear axes that cannot be turned against each other are as independent as they are
+        // anywhere.
         let is_rigid = || {
             let q = self.motion.at(from).ok().filter(|_| self.linears_are_rigid);
             q.is_some_and(|q| largest_inverse(self.head.machine, &q).is_some())
@@ -140,7 +143,8 @@ impl<'a> RateBounds<'a> {
         self.head.n_rotaries()
     }
 
-    /// How far a point strays, as [`Head::strayed`]; of a part against one of the other head, what both stray by together.
+    /// How far a point strays, as [`Head::strayed`]; of a part against one of the other head, what
+    /// both stray by together.
     pub(crate) fn strayed(
         &self,
         tolerance: ControlTolerance,
@@ -162,8 +166,8 @@ impl<'a> RateBounds<'a> {
         (self.motion.ideal(to).tip - self.motion.ideal(from).tip).norm()
     }
 
-    /// Largest distance of the tip from those rotary axes that lie between such parts, mm; `None` where the other head is
-    /// not known.
+    /// Largest distance of the tip from those rotary axes that lie between such parts, mm; `None`
+    /// where the other head is not known.
     fn lever(&self, q: &AxisValues, parts: Parts, turns: impl Fn(usize) -> bool) -> Option<f64> {
         let own = self.head.lever(q, &turns);
         if parts == Parts::OneHead {
@@ -172,13 +176,14 @@ impl<'a> RateBounds<'a> {
         Some(own.max(self.other?.lever_of(q, &self.head.tip(q), turns)))
     }
 
-    /// Rates of linear axes that carry the tip along a straight line at even speed, V = `tip_way` long, while the
-    /// rotary ones turn at D and change that by α at most.
+    /// Rates of linear axes that carry the tip along a straight line at even speed, V = `tip_way`
+    /// long, while the rotary ones turn at D and change that by α at most.
     ///
-    /// With U the directions of the linear axes and N a bound on its inverse, U·l̇ is the tip's velocity less what
-    /// the rotaries give it: S ≤ κ·(V + D·L), κ = √3·N. The tip is not accelerated, so that U·l̈ takes back what the
-    /// others do: at most 2·D·(S + D·L) + α·L. L grows at a rate of at most S + D·L; with S put in, L ≤ (L at the
-    /// start + κ·V) / (1 − D·(1 + κ)). A column of U turns by at most D, so that U changes by at most √3·D.
+    /// With U the directions of the linear axes and N a bound on its inverse, U·l̇ is the tip's
+    /// velocity less what the rotaries give it: S ≤ κ·(V + D·L), κ = √3·N. The tip is not
+    /// accelerated, so that U·l̈ takes back what the others do: at most 2·D·(S + D·L) + α·L. L
+    /// grows at a rate of at most S + D·L; with S put in, L ≤ (L at the start + κ·V) / (1 − D·(1 +
+    /// κ)). A column of U turns by at most D, so that U changes by at most √3·D.
     fn following(&self, start: &AxisValues, [turn, turn_change]: [f64; 2], lever: f64, tip_way: f64) -> Option<Rates> {
         let machine = self.head.machine;
         let is_own_linear = |k: &usize| machine.axes()[*k].kind == AxisKind::Linear && machine.moves_tool(*k);
@@ -228,18 +233,19 @@ impl Head<'_> {
         distances.fold(0.0, f64::max)
     }
 
-    /// How far any point of tool and machine, at most `reach` from the tip at the start, strays against any other
-    /// part of the machine over an interval in which the axes go with `rates`, mm, while the tip strays by
-    /// `tolerance.path` from its way on the work and every rotary axis by `tolerance.orientation`; `None` where no
-    /// bound is known.
+    /// How far any point of tool and machine, at most `reach` from the tip at the start, strays
+    /// against any other part of the machine over an interval in which the axes go with `rates`,
+    /// mm, while the tip strays by `tolerance.path` from its way on the work and every rotary axis
+    /// by `tolerance.orientation`; `None` where no bound is known.
     ///
-    /// The rotary axes stray by D together. The linear ones carry the tip back: as the axes of [`Self::following`] do
-    /// on a way of the length of the path tolerance, S ≤ κ·(path + D·L). A point strays by S and by D times its
-    /// largest distance from a rotary axis.
+    /// The rotary axes stray by D together. The linear ones carry the tip back: as the axes of
+    /// [`Self::following`] do on a way of the length of the path tolerance, S ≤ κ·(path + D·L). A
+    /// point strays by S and by D times its largest distance from a rotary axis.
     fn strayed(&self, tolerance: ControlTolerance, start: &AxisValues, rates: &Rates, reach: f64) -> Option<f64> {
         let turn = self.n_rotaries() * tolerance.orientation;
         let inverse = largest_inverse(self.machine, start)?;
-        // The linear axes turn against each other over the interval, and once more as the rotary ones stray.
+        // The linear axes turn against each other over the interval, and once more as the rotary
+        // ones stray.
         let turned_apart = 3.0_f64.sqrt() * (turn + rates.turn) * inverse;
         let kappa = 3.0_f64.sqrt() * inverse / (1.0 - turned_apart);
         let rest = 1.0 - turn * (1.0 + kappa);
@@ -256,14 +262,15 @@ impl Head<'_> {
     }
 }
 
-/// Largest way of the linear axes together (root of the squares) per way of the tip, up to which the tip's way is
-/// followed.
+/// Largest way of the linear axes together (root of the squares) per way of the tip, up to which
+/// the tip's way is followed.
 const MAX_INVERSE: f64 = 100.0;
 
 /// What the directions lack by the rounding of two tips whose difference they are, as a share.
 const INVERSE_ROUNDING: f64 = 1e-6;
 
-/// Bound on the norm of the inverse of the linear axes' directions; `None` where they all but lie in a plane.
+/// Bound on the norm of the inverse of the linear axes' directions; `None` where they all but lie
+/// in a plane.
 fn largest_inverse(machine: &Machine, q: &AxisValues) -> Option<f64> {
     let smallest = linear_directions(machine, q)?.singular_values().min();
     let inverse = (1.0 + INVERSE_ROUNDING) / smallest;
@@ -298,8 +305,8 @@ const RIGID: f64 = 1e-9;
 
 /// Whether no rotary axis turns the linear ones against each other.
 ///
-/// A product of two of their directions is a trigonometric polynomial of first degree in each rotary value, which is
-/// constant where it is on three evenly spaced values of each.
+/// A product of two of their directions is a trigonometric polynomial of first degree in each
+/// rotary value, which is constant where it is on three evenly spaced values of each.
 fn linears_are_rigid(machine: &Machine, q: &AxisValues) -> bool {
     let axes = machine.axes();
     let rotaries: Vec<usize> = (0..axes.len()).filter(|&k| axes[k].kind == AxisKind::Rotary).collect();

@@ -5,8 +5,9 @@ use std::f64::consts::TAU;
 use facemill_inverse_kinematics::{Axis, AxisKind};
 use facemill_nc_program::{AxisLetter, AxisWords, ReadMotion};
 
-/// Follows the words of a program, so that those of axes with [rollover](facemill_inverse_kinematics::Rollover) lead where the
-/// control takes them. Those of all other axes count as they are.
+/// Follows the words of a program, so that those of axes with
+/// [rollover](facemill_inverse_kinematics::Rollover) lead where the control takes them. Those of
+/// all other axes count as they are.
 #[derive(Clone, Debug, Default)]
 pub struct RolledWords {
     /// The words behind the last motion, as the text has them.
@@ -14,8 +15,9 @@ pub struct RolledWords {
 }
 
 impl RolledWords {
-    /// The value that a word of a motion leads to from the value `from`; `zero` is the value of word 0. A block that does not name
-    /// an axis with rollover leaves it where it is; increments, and words that say the way round themselves, are ways.
+    /// The value that a word of a motion leads to from the value `from`; `zero` is the value of
+    /// word 0. A block that does not name an axis with rollover leaves it where it is; increments,
+    /// and words that say the way round themselves, are ways.
     #[must_use]
     pub fn value(
         &self,
@@ -38,7 +40,8 @@ impl RolledWords {
         }
     }
 
-    /// The value of a place of the machine that an axis is sent to from the value `from`: of one with rollover the nearest turn.
+    /// The value of a place of the machine that an axis is sent to from the value `from`: of one
+    /// with rollover the nearest turn.
     #[must_use]
     pub fn place(axis: &Axis, value: f64, from: f64) -> f64 {
         if axis.rolls_over() { value + TAU * ((from - value) / TAU).round() } else { value }

@@ -5,28 +5,32 @@ use facemill_nc_program::{MappedHead, WordMap};
 use facemill_tool_model::ToolAssembly;
 use nalgebra::Isometry3;
 
-/// The machine as it stands when the program is started: what turns words into motion, and what is in the way.
+/// The machine as it stands when the program is started: what turns words into motion, and what is
+/// in the way.
 ///
 /// Of a machine of several heads it is that of one of them, and a program is run once for each:
-/// [`VirtualSetup::machine`] is the head's view, with the axes of all heads, [`VirtualSetup::words`] a map with heads,
-/// which is the same for all, and tool and length register are the head's own. Bodies of the other head, and of its
-/// tool, are bodies of the view.
+/// [`VirtualSetup::machine`] is the head's view, with the axes of all heads,
+/// [`VirtualSetup::words`] a map with heads, which is the same for all, and tool and length
+/// register are the head's own. Bodies of the other head, and of its tool, are bodies of the view.
 #[derive(Clone)]
 pub struct VirtualSetup<'a> {
     /// The machine; its motion laws, limits and bodies count.
     pub machine: &'a Machine,
     /// Where the workpiece is mounted on the table.
     pub table_from_work: Isometry3<f64>,
-    /// Work offset and length compensation as set on the control: how words become axis values. Its axes are the
-    /// machine's, in the same order.
+    /// Work offset and length compensation as set on the control: how words become axis values. Its
+    /// axes are the machine's, in the same order.
     pub words: &'a WordMap,
-    /// Frame that X, Y and Z words are told in while RTCP is on, fixed to the table. Not used otherwise.
+    /// Frame that X, Y and Z words are told in while RTCP is on, fixed to the table. Not used
+    /// otherwise.
     pub table_from_rtcp_words: Isometry3<f64>,
     /// The tool that the program is to put into the spindle.
     pub tool: &'a ToolAssembly,
-    /// Number of the register (H) that holds the tool's length; any other one holds nobody knows what.
+    /// Number of the register (H) that holds the tool's length; any other one holds nobody knows
+    /// what.
     pub length_register: u32,
-    /// What stands on the table. Bodies of the machine are none of them: they are taken from the machine, all of them.
+    /// What stands on the table. Bodies of the machine are none of them: they are taken from the
+    /// machine, all of them.
     pub obstacles: Vec<VirtualObstacle<'a>>,
 }
 
@@ -41,7 +45,8 @@ pub struct VirtualObstacle<'a> {
     pub kind: ObstacleKind,
     /// Material that the cutter has to leave on the mesh, mm.
     pub allowance: f64,
-    /// Thickness of uncut stock on the mesh, mm: the cutter in rapid and every other body keep out of it.
+    /// Thickness of uncut stock on the mesh, mm: the cutter in rapid and every other body keep out
+    /// of it.
     pub stock: f64,
 }
 
@@ -61,56 +66,66 @@ pub enum ObstacleKind {
 /// How closely the program is looked at, and what is a finding.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VerifySettings {
-    /// Largest way of tip and rim of the cutter, relative to the workpiece, between two tested positions, mm.
+    /// Largest way of tip and rim of the cutter, relative to the workpiece, between two tested
+    /// positions, mm.
     pub max_step: f64,
     /// Largest turn of the tool axis, relative to the workpiece, between two tested positions, rad.
     pub max_turn: f64,
-    /// How much nearer than at tested positions a body may come between them, and how much deeper the cutter, mm. Positions are added
-    /// until it is known. Smaller: more of them.
+    /// How much nearer than at tested positions a body may come between them, and how much deeper
+    /// the cutter, mm. Positions are added until it is known. Smaller: more of them.
     pub between: f64,
-    /// Depth of the cutter below an obstacle's allowance beyond which it is a finding, mm, on lines before the first
-    /// section.
+    /// Depth of the cutter below an obstacle's allowance beyond which it is a finding, mm, on lines
+    /// before the first section.
     pub gouge_limit: f64,
     /// Parts of the program with gouge limits of their own, in the order of their lines.
     pub sections: Vec<GougeSection>,
-    /// Part of a body's clearance that a program may use up between planned points before it is a collision, mm: poses are
-    /// planned to touch the clearance, and words are rounded. Up to this much is a near miss. Too small: every pose at
-    /// the border of its clearance is reported; too large: the clearance is not one.
+    /// Part of a body's clearance that a program may use up between planned points before it is a
+    /// collision, mm: poses are planned to touch the clearance, and words are rounded. Up to this
+    /// much is a near miss. Too small: every pose at the border of its clearance is reported; too
+    /// large: the clearance is not one.
     pub clearance_slack: f64,
     /// Distance outside its clearance up to which a body is reported as a near miss, mm.
     pub near_miss: f64,
     /// How much steeper than the tool allows a ramp may be, rad.
     pub ramp_slack: f64,
-    /// Fraction by which an axis may exceed its largest velocity: feeds are written with few digits.
+    /// Fraction by which an axis may exceed its largest velocity: feeds are written with few
+    /// digits.
     pub velocity_slack: f64,
-    /// Angle between tool axis and pole (where the tool axis is parallel to the first rotary axis) up to which a cut is near it, rad.
+    /// Angle between tool axis and pole (where the tool axis is parallel to the first rotary axis)
+    /// up to which a cut is near it, rad.
     pub singular_cone: f64,
-    /// By how much farther than the tool axis a rotary axis may turn in one cutting block near the pole before it is told, rad.
+    /// By how much farther than the tool axis a rotary axis may turn in one cutting block near the
+    /// pole before it is told, rad.
     pub singular_turn: f64,
     /// What the cutter may take at a time where the stock is cut; `None`: as much as it does.
     pub removal: Option<RemovalLimit>,
-    /// Share by which it may take more: volumes are those of lines, and means over half the cutter's radius or ten cells.
+    /// Share by which it may take more: volumes are those of lines, and means over half the
+    /// cutter's radius or ten cells.
     pub removal_slack: f64,
-    /// What other runs hold against the stock as it is at every moment: here it is not held against the stock as it was at first.
+    /// What other runs hold against the stock as it is at every moment: here it is not held against
+    /// the stock as it was at first.
     pub as_cut: HeldAsCut,
-    /// Lines of the blocks of which [`run_stock`](crate::stock::run::run_stock) is to tell whether they certainly cut
-    /// ([`BlockCut::is_certain`](crate::stock::run::BlockCut::is_certain)) or may be near stock
-    /// ([`BlockCut::may_be_near`](crate::stock::run::BlockCut::may_be_near)), in any order: each takes the time of two more sweeps.
+    /// Lines of the blocks of which [`run_stock`](crate::stock::run::run_stock) is to tell whether
+    /// they certainly cut ([`BlockCut::is_certain`](crate::stock::run::BlockCut::is_certain)) or
+    /// may be near stock ([`BlockCut::may_be_near`](crate::stock::run::BlockCut::may_be_near)), in
+    /// any order: each takes the time of two more sweeps.
     pub probed_lines: Vec<u32>,
     /// Whether the text is a whole program, which has to say where it ends.
     pub is_whole: bool,
-    /// Only estimate collisions, from few positions; `None`: as [`verify`](crate::run::verify::verify) promises.
+    /// Only estimate collisions, from few positions; `None`: as
+    /// [`verify`](crate::run::verify::verify) promises.
     pub estimate: Option<Estimate>,
 }
 
-/// The paper's rule (VMT), which is fast and proves nothing: in rapids positions a radius of the cutter apart, and only the edges of
-/// cutter and bodies.
+/// The paper's rule (VMT), which is fast and proves nothing: in rapids positions a radius of the
+/// cutter apart, and only the edges of cutter and bodies.
 ///
-/// What it finds is there; what lies between positions, or meets a side between the edges of a body, it does not see.
+/// What it finds is there; what lies between positions, or meets a side between the edges of a
+/// body, it does not see.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
-    /// Largest way of tip, rim and gauge line, relative to the workpiece, between two positions of a cutting move, mm. The ends of
-    /// blocks are positions, too.
+    /// Largest way of tip, rim and gauge line, relative to the workpiece, between two positions of
+    /// a cutting move, mm. The ends of blocks are positions, too.
     pub cut_step: f64,
 }
 
@@ -121,13 +136,15 @@ impl Default for Estimate {
     }
 }
 
-/// What is held against the stock as it is at every moment, in runs that cut it; all else is held against the stock as it was at first,
-/// which is on the safe side.
+/// What is held against the stock as it is at every moment, in runs that cut it; all else is held
+/// against the stock as it was at first, which is on the safe side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct HeldAsCut {
-    /// Tool assembly, cutter in rapid, ramps and the cutter's core: by [`run_stock`](crate::stock::run::run_stock).
+    /// Tool assembly, cutter in rapid, ramps and the cutter's core: by
+    /// [`run_stock`](crate::stock::run::run_stock).
     pub tool: bool,
-    /// Bodies of the machine: by [`still_there`](crate::stock::unresolved_findings::still_there), of what they meet of the stock as it was at first.
+    /// Bodies of the machine: by [`still_there`](crate::stock::unresolved_findings::still_there),
+    /// of what they meet of the stock as it was at first.
     pub machine: bool,
 }
 
@@ -145,11 +162,13 @@ impl HeldAsCut {
 pub struct RemovalLimit {
     /// Largest removal rate, mm³/min.
     pub largest: f64,
-    /// Speed of the tip up to which any rate is allowed, mm/min: the slowest that the job lowers its feeds to.
+    /// Speed of the tip up to which any rate is allowed, mm/min: the slowest that the job lowers
+    /// its feeds to.
     pub slowest: f64,
 }
 
-/// A part of the program, from one line to that of the next section, such as an operation with its error budget.
+/// A part of the program, from one line to that of the next section, such as an operation with its
+/// error budget.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GougeSection {
     /// What reports call it.
@@ -173,9 +192,10 @@ impl VerifySettings {
 }
 
 impl Default for VerifySettings {
-    /// Positions at most 0.5 mm and 0.2° apart, and between them nothing by more than 0.05 mm worse; gouges beyond 0.02 mm; 0.1 mm of clearance slack, no near misses
-    /// outside the clearance; ramps by 0.1°, velocities by 2 % and removal rates by 10 % beyond; turns by more than 10° within 1°
-    /// of the pole.
+    /// Positions at most 0.5 mm and 0.2° apart, and between them nothing by more than 0.05 mm
+    /// worse; gouges beyond 0.02 mm; 0.1 mm of clearance slack, no near misses outside the
+    /// clearance; ramps by 0.1°, velocities by 2 % and removal rates by 10 % beyond; turns by more
+    /// than 10° within 1° of the pole.
     fn default() -> Self {
         Self {
             max_step: 0.5,
@@ -370,7 +390,8 @@ pub(crate) fn check(setup: &VirtualSetup<'_>, settings: &VerifySettings) -> Resu
 /// By how much two lengths of one tool may differ, mm: rounding.
 const SAME_LENGTH: f64 = 1e-6;
 
-/// Of a machine of several heads: the setup has the tool of one of them, and the machine is the view of that one.
+/// Of a machine of several heads: the setup has the tool of one of them, and the machine is the
+/// view of that one.
 fn check_head(setup: &VirtualSetup<'_>) -> Result<(), VerifyError> {
     let (heads, n_views) = (setup.words.heads(), setup.machine.head_count());
     if heads.len().max(1) != n_views {

@@ -133,7 +133,8 @@ impl Smoothing {
         })
     }
 
-    /// CTOL and OTOL say what compressors and smoothing keep to; whether corners do, and which, machine data decide.
+    /// CTOL and OTOL say what compressors and smoothing keep to; whether corners do, and which,
+    /// machine data decide.
     fn left_open_by_tolerances(&self) -> String {
         let rounding = self.rounding.as_deref().unwrap_or("G64");
         match self.tolerances {

@@ -1,4 +1,5 @@
-//! The parts of a move that have to be looked at: within one turn of every axis each, and none that repeats another.
+//! The parts of a move that have to be looked at: within one turn of every axis each, and none that
+//! repeats another.
 
 #[cfg(test)]
 #[path = "../../tests/unit/motion/spans_laws.rs"]
@@ -11,30 +12,34 @@ use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, Machine, Motio
 
 use crate::motion::stepping::stops;
 
-/// Whole turns of one axis that are followed in one rapid while other axes move, too. More take positions by the million for
-/// a way that the machine's travel does not ask for; fewer refuse a way home with the table wound far.
+/// Whole turns of one axis that are followed in one rapid while other axes move, too. More take
+/// positions by the million for a way that the machine's travel does not ask for; fewer refuse a
+/// way home with the table wound far.
 const MOST_TURNS: f64 = 200.0;
 
 /// The same of a cut: longer spirals are written in shorter blocks.
 const MOST_TURNS_CUT: f64 = 50.0;
 
-/// Whole turns of all blocks together that turn an axis by more than one while others move: bounds the time of a run by the
-/// machine and not by the numbers of its text.
+/// Whole turns of all blocks together that turn an axis by more than one while others move: bounds
+/// the time of a run by the machine and not by the numbers of its text.
 const MOST_TURNS_OF_PROGRAM: f64 = 500.0;
 
-/// Way of the tip, mm, below which it stands while the rotary axes turn: rounding of forward kinematics.
+/// Way of the tip, mm, below which it stands while the rotary axes turn: rounding of forward
+/// kinematics.
 const STANDS: f64 = 1e-9;
 
 /// The parts of a move that have to be looked at, and what they stand for.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Spans {
-    /// Fractions of the move's time, in order: no axis of a rapid stops within a part, and none turns by more than a turn.
+    /// Fractions of the move's time, in order: no axis of a rapid stops within a part, and none
+    /// turns by more than a turn.
     pub(crate) parts: Vec<[f64; 2]>,
     /// The turns that the last part repeats, where there are any.
     pub(crate) repeated: Option<Repeated>,
 }
 
-/// Turns of one axis alone that end where the last part begins: there is nothing on them that is not on it.
+/// Turns of one axis alone that end where the last part begins: there is nothing on them that is
+/// not on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Repeated {
     /// Fractions of the move's time at which they begin and end.
@@ -130,7 +135,8 @@ fn rotary(machine: &Machine) -> impl Iterator<Item = usize> + '_ {
     machine.axes().iter().enumerate().filter(|(_, a)| a.kind == AxisKind::Rotary).map(|(k, _)| k)
 }
 
-/// For which part of the move's time an axis goes, which is from its start on; 1 for one that stands.
+/// For which part of the move's time an axis goes, which is from its start on; 1 for one that
+/// stands.
 fn goes_for(machine: &Machine, law: BlockLaw, [start, end]: [&AxisValues; 2], axis: usize) -> f64 {
     if law != BlockLaw::Rapid(RapidLaw::PerAxis) || start[axis] == end[axis] {
         return 1.0;
@@ -138,7 +144,8 @@ fn goes_for(machine: &Machine, law: BlockLaw, [start, end]: [&AxisValues; 2], ax
     (end[axis] - start[axis]).abs() / machine.axes()[axis].max_velocity / machine.travel_time(start, end)
 }
 
-/// Whether from this time on one rotary axis turns alone, or with linear axes that hold the tip where it is.
+/// Whether from this time on one rotary axis turns alone, or with linear axes that hold the tip
+/// where it is.
 fn is_alone(machine: &Machine, law: BlockLaw, ends: [&AxisValues; 2], from: f64, tool_length: f64) -> bool {
     let moves = |k: &usize| ends[0][*k] != ends[1][*k] && goes_for(machine, law, ends, *k) > from;
     let mut going = (0..machine.axes().len()).filter(moves);

@@ -1,4 +1,5 @@
-//! How many positions a motion needs, from a bound on how fast the tool moves relative to the workpiece.
+//! How many positions a motion needs, from a bound on how fast the tool moves relative to the
+//! workpiece.
 
 use facemill_cl_data::CuttingLaw;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, Machine, Motion};
@@ -37,7 +38,8 @@ pub(crate) struct Positions {
     steps_before: f64,
 }
 
-/// An interval of a motion, and how many of the longest allowed steps it takes at its bound on the speed.
+/// An interval of a motion, and how many of the longest allowed steps it takes at its bound on the
+/// speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Part {
     from: f64,
@@ -95,19 +97,22 @@ struct Bound {
     slack: f64,
 }
 
-/// Splits of a part of a motion in half, none of which turns farther than once; more would fill the memory with parts.
+/// Splits of a part of a motion in half, none of which turns farther than once; more would fill the
+/// memory with parts.
 const MAX_SPLITS: u32 = 20;
 
-/// Largest turn of all rotary axes together over which speeds are bounded at once, rad. The bound is of second order in it.
+/// Largest turn of all rotary axes together over which speeds are bounded at once, rad. The bound
+/// is of second order in it.
 pub(crate) const MAX_TURN: f64 = 0.25;
 
-/// Positions of the motion from `start` to `end` under `law` such that neither tip nor rim move farther, nor the tool axis
-/// turns farther, than `spacing` allows from one position to the next, relative to the table (and so to the workpiece);
-/// nor all rotary axes together farther than the tool axis may, nor the linear axes of the other head together than the tip.
+/// Positions of the motion from `start` to `end` under `law` such that neither tip nor rim move
+/// farther, nor the tool axis turns farther, than `spacing` allows from one position to the next,
+/// relative to the table (and so to the workpiece); nor all rotary axes together farther than the
+/// tool axis may, nor the linear axes of the other head together than the tip.
 ///
-/// The motion is cut into parts with a bound on the speed in each, in longest steps per time; the positions lie evenly on
-/// the sum of the steps, so that from one to the next it is at most one. Where an axis turns on and on alone, they lie on its last
-/// turn, which repeats those before.
+/// The motion is cut into parts with a bound on the speed in each, in longest steps per time; the
+/// positions lie evenly on the sum of the steps, so that from one to the next it is at most one.
+/// Where an axis turns on and on alone, they lie on its last turn, which repeats those before.
 pub(crate) fn positions(
     machine: &Machine,
     motion: &Motion<'_>,
@@ -157,13 +162,15 @@ impl Walk<'_> {
         }
         let is_bounded = bound.is_some();
         let b = bound.unwrap_or_else(|| Bound { tip: 0.0, turn: ways(self.machine, &start, &end)[1], slack: 0.0 });
-        // A table that turns about the tool moves neither tip nor tool axis, but clamps and cheeks past the head.
+        // A table that turns about the tool moves neither tip nor tool axis, but clamps and cheeks
+        // past the head.
         let turn = b.turn.max(ways(self.machine, &start, &end)[1]);
         // So does the other head, which moves neither.
         let [other_way, _] = ways_of(self.machine, &start, &end, |k| !self.machine.moves_tool(k));
         let steps = ((b.tip + self.spacing.reach * b.turn).max(other_way) / self.spacing.max_step)
             .max(turn / self.spacing.max_turn)
-            // The velocity changes by at most the slack over the part: that is the largest acceleration.
+            // The velocity changes by at most the slack over the part: that is the largest
+            // acceleration.
             .max((b.slack / (8.0 * self.spacing.max_bulge)).sqrt());
         parts.push(Part { from, to, steps });
         is_bounded
@@ -205,13 +212,15 @@ pub(crate) fn ways_of(
     [way(AxisKind::Linear), way(AxisKind::Rotary)]
 }
 
-/// Bounds on the way of the tip and the turn of the tool axis while all axes go linearly from `start` to `end`.
+/// Bounds on the way of the tip and the turn of the tool axis while all axes go linearly from
+/// `start` to `end`.
 ///
-/// With D the turn of all rotary and S the way of all linear axes, and L the largest distance of the tip from a rotary
-/// axis: the tip's velocity is a sum of one vector per axis. Along the motion the vectors are turned by at most D, and the
-/// levers of the rotary ones change by at most S + D·L, so that the velocity stays within 2·D·S + 2·D²·L of that at the
-/// start. In the same way the velocity of the tool axis stays within 2·D² of its start. L itself is at most
-/// (L at the start + S) / (1 − D).
+/// With D the turn of all rotary and S the way of all linear axes, and L the largest distance of
+/// the tip from a rotary axis: the tip's velocity is a sum of one vector per axis. Along the motion
+/// the vectors are turned by at most D, and the levers of the rotary ones change by at most S +
+/// D·L, so that the velocity stays within 2·D·S + 2·D²·L of that at the start. In the same way the
+/// velocity of the tool axis stays within 2·D² of its start. L itself is at most (L at the start +
+/// S) / (1 − D).
 fn joint_bound(machine: &Machine, start: &AxisValues, end: &AxisValues, tool_length: f64) -> Option<Bound> {
     let axes = machine.axes();
     let [linear, turn] = ways_of(machine, start, end, |k| machine.moves_tool(k));
@@ -238,8 +247,8 @@ fn joint_bound(machine: &Machine, start: &AxisValues, end: &AxisValues, tool_len
     Some(Bound { tip: velocity.norm() + slack, turn, slack })
 }
 
-/// Direction of a rotary axis and a point on it, table frame, as they show in the forward solution: a quarter turn of it
-/// moves the tool by a rotation about that line.
+/// Direction of a rotary axis and a point on it, table frame, as they show in the forward solution:
+/// a quarter turn of it moves the tool by a rotation about that line.
 pub(crate) fn rotary_axis(
     machine: &Machine,
     q: &AxisValues,

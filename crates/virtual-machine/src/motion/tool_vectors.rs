@@ -43,11 +43,12 @@ impl Unturned {
     }
 }
 
-/// By how much the length of a unit vector may differ from 1: three decimals, more than any rounding of programs.
+/// By how much the length of a unit vector may differ from 1: three decimals, more than any
+/// rounding of programs.
 const SAME_LENGTH: f64 = 1e-3;
 
-/// Which vectors of a block are none of length 1 within 0.001, in words. Heidenhain controls take them as they stand; others
-/// bring them to length 1 themselves.
+/// Which vectors of a block are none of length 1 within 0.001, in words. Heidenhain controls take
+/// them as they stand; others bring them to length 1 themselves.
 pub fn not_unit(tool: &ToolVectors) -> impl Iterator<Item = &'static str> {
     let is_unit = |v: [f64; 3]| (Vector3::from(v).norm() - 1.0).abs() <= SAME_LENGTH;
     let of = |v: Option<[f64; 3]>, note| v.filter(|v| !is_unit(*v)).map(|_| note);
@@ -58,8 +59,8 @@ pub fn not_unit(tool: &ToolVectors) -> impl Iterator<Item = &'static str> {
     told.into_iter().flatten()
 }
 
-/// Axis values at the end of a block from `from` with the tip at `tip` (table frame) and the tool along `vector`, which is
-/// told in the frame of the tip's words.
+/// Axis values at the end of a block from `from` with the tip at `tip` (table frame) and the tool
+/// along `vector`, which is told in the frame of the tip's words.
 pub(crate) fn turned_to(
     setup: &VirtualSetup<'_>,
     from: &AxisValues,

@@ -9,8 +9,8 @@ use crate::motion::stepping::{rotary_axis, ways};
 
 /// The rotary axes of a motion whose tool vector is turned.
 ///
-/// With d the direction of the rotary axis nearer to the workpiece, which stands still on the table, w = d·a of the
-/// tool axis a depends on the other axis alone: w = c₀ + c₁·cos(θ₂ − φ).
+/// With d the direction of the rotary axis nearer to the workpiece, which stands still on the
+/// table, w = d·a of the tool axis a depends on the other axis alone: w = c₀ + c₁·cos(θ₂ − φ).
 pub(crate) struct TurnedRotaries<'a> {
     machine: &'a Machine,
     motion: Motion<'a>,
@@ -24,14 +24,16 @@ pub(crate) struct TurnedRotaries<'a> {
     alone: Option<f64>,
 }
 
-/// Smallest distance of the tool axis from the first rotary axis, and of cos(θ₂ − φ) from ±1, as sines, at which
-/// rates are told: nearer, they are without use, and rounded values tell the speed of nothing.
+/// Smallest distance of the tool axis from the first rotary axis, and of cos(θ₂ − φ) from ±1, as
+/// sines, at which rates are told: nearer, they are without use, and rounded values tell the speed
+/// of nothing.
 const NEAREST: f64 = 0.01;
 
 /// By what constant values may differ from rounding.
 const STILL: f64 = 1e-9;
 
-/// By how much an axis may be off the right angle, or off the vector, rad: of a metre that is as little as rounding.
+/// By how much an axis may be off the right angle, or off the vector, rad: of a metre that is as
+/// little as rounding.
 const EVEN: f64 = 1e-9;
 
 /// By what the range of w may lack a full one from rounding.
@@ -62,7 +64,8 @@ impl<'a> TurnedRotaries<'a> {
         let middle = e.dot(&axis) * d.dot(&e);
         let amplitude = (d.dot(&axis) - middle).hypot(d.dot(&e.cross(&axis)));
         let sound = amplitude >= NEAREST && d.norm() > 0.5 && e.norm() > 0.5;
-        // About an axis at right angles to it a vector turns in a plane, and about its own not at all.
+        // About an axis at right angles to it a vector turns in a plane, and about its own not at
+        // all.
         let is_even =
             |direction: &Vector3<f64>| direction.dot(&axis).abs() <= EVEN || direction.cross(&axis).norm() <= EVEN;
         // Past the pole some controls turn the first axis by half a turn instead.
@@ -92,18 +95,20 @@ impl<'a> TurnedRotaries<'a> {
         (high >= 1.0 - FULL || height + 0.5 * turn <= high) && (low <= FULL - 1.0 || height - 0.5 * turn >= low)
     }
 
-    /// Bounds on the sum of the rotary speeds and on that of their accelerations, per length of the interval; `None`
-    /// where the axes come near to where they go without bounds, or may change to their other branch.
+    /// Bounds on the sum of the rotary speeds and on that of their accelerations, per length of the
+    /// interval; `None` where the axes come near to where they go without bounds, or may change to
+    /// their other branch.
     ///
-    /// a turns at ω, so that |ẇ| ≤ ω·ρ and |ẅ| ≤ ω²·|w| with ρ² = 1 − w². With z = (w − c₀)/c₁, θ₂ = φ ± acos z has
-    /// the speed |ż|/√(1 − z²) and an acceleration of at most |z̈|/√(1 − z²) + |z|·ż²/√(1 − z²)³. θ₁ is the azimuth
-    /// of a about d less that of where θ₂ turns the tool axis to with θ₁ = 0. That of a has a speed of at most ω/ρ
-    /// and, as ρ² times it is constant, an acceleration of at most 2·ω²·|w|/ρ². The other one, as a function of θ₂,
-    /// has derivatives of at most 1/ρ and 1/ρ + 2/ρ².
+    /// a turns at ω, so that |ẇ| ≤ ω·ρ and |ẅ| ≤ ω²·|w| with ρ² = 1 − w². With z = (w − c₀)/c₁,
+    /// θ₂ = φ ± acos z has the speed |ż|/√(1 − z²) and an acceleration of at most |z̈|/√(1 −
+    /// z²) + |z|·ż²/√(1 − z²)³. θ₁ is the azimuth of a about d less that of where θ₂ turns the tool
+    /// axis to with θ₁ = 0. That of a has a speed of at most ω/ρ and, as ρ² times it is constant,
+    /// an acceleration of at most 2·ω²·|w|/ρ². The other one, as a function of θ₂, has derivatives
+    /// of at most 1/ρ and 1/ρ + 2/ρ².
     ///
-    /// Where one axis alone turns the vector evenly in its plane, or turns about it, axes that go evenly are a solution, and
-    /// no other one is as near to the straight way: there are no bounds to look for, not even where the way begins or ends
-    /// at the pole.
+    /// Where one axis alone turns the vector evenly in its plane, or turns about it, axes that go
+    /// evenly are a solution, and no other one is as near to the straight way: there are no bounds
+    /// to look for, not even where the way begins or ends at the pole.
     pub(crate) fn over(&self, from: f64, to: f64) -> Option<[f64; 2]> {
         if let Some(way) = self.alone {
             return Some([way * (to - from), 0.0]);
@@ -136,9 +141,9 @@ impl<'a> TurnedRotaries<'a> {
                 + second[1] / rho,
         ];
         let speed = first[0] + second[0];
-        // The control takes the branch that is nearer to the straight way of the axes. The other one is 2·acos z away
-        // in θ₂ alone; what is nearer than half of that all over the interval is the nearest all over it, and has no
-        // other winding.
+        // The control takes the branch that is nearer to the straight way of the axes. The other
+        // one is 2·acos z away in θ₂ alone; what is nearer than half of that all over the interval
+        // is the nearest all over it, and has no other winding.
         let farthest = off + 0.5 * (speed + straight_way * (to - from));
         (farthest < z.acos()).then_some([speed, first[1] + second[1]])
     }

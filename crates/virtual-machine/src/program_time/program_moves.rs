@@ -38,8 +38,8 @@ impl Moves {
         self.is_open = false;
     }
 
-    /// A rapid. By the axes' speeds the law knows better; a rapid feed of the control caps as a tip feed does, and so does
-    /// the slowest axis where the tip goes straight.
+    /// A rapid. By the axes' speeds the law knows better; a rapid feed of the control caps as a tip
+    /// feed does, and so does the slowest axis where the tip goes straight.
     pub fn rapid(&mut self, (machine, length): View<'_>, law: BlockLaw, [from, to]: [&AxisValues; 2]) {
         let is_capped = machine.feed_range().rapid.is_some() || matches!(law, BlockLaw::Cutting(_));
         let time = if is_capped { rapid_time(machine, law, from, to, length) } else { 0.0 };
@@ -70,7 +70,8 @@ impl Moves {
     }
 }
 
-/// Whether the axes stand for something that a block says. A tool vector is no such thing: it says where a motion ends.
+/// Whether the axes stand for something that a block says. A tool vector is no such thing: it says
+/// where a motion ends.
 pub fn stands(block: &ReadBlock) -> bool {
     use ReadCommand::{Call, Coolant, Dwell, End, Function, Macro, SpindleOff, SpindleOn, Stop, ToolChange};
     block.commands.iter().any(|command| match command {

@@ -19,7 +19,8 @@ pub struct Run {
     pub blocks: Vec<ProgramBlock>,
     /// Whether they are rapids.
     pub is_rapid: bool,
-    /// The tool axis that each move's text says in place of rotary words, frame of the words; empty where none does.
+    /// The tool axis that each move's text says in place of rotary words, frame of the words; empty
+    /// where none does.
     pub vectors: Vec<Option<[f64; 3]>>,
 }
 
@@ -60,7 +61,8 @@ pub fn missing_limits(machine: &Machine) -> Vec<MissingLimit> {
 }
 
 impl<'a> Timer<'a> {
-    /// A machine as each of its heads sees it, with the length of its tool; corners are blended within `tolerance`.
+    /// A machine as each of its heads sees it, with the length of its tool; corners are blended
+    /// within `tolerance`.
     ///
     /// # Errors
     /// The first axis without a limit.
@@ -93,7 +95,8 @@ impl<'a> Timer<'a> {
         if run.is_rapid && self.rapid == RapidLaw::PerAxis {
             return self.each_axis_on_its_own(run);
         }
-        // Where too little is left for blends, the axes stop at every corner, and so where the text puts it.
+        // Where too little is left for blends, the axes stop at every corner, and so where the text
+        // puts it.
         let evened = self.evened(run).and_then(|e| self.blend(&e.run, e.tolerance).map(|blend| (e.run, blend)));
         let (run, blend) = match &evened {
             Some((evened, blend)) => (evened, Some(*blend)),
@@ -119,7 +122,8 @@ impl<'a> Timer<'a> {
         Ok(RunLaw { times: law.block_times(), peak_times: law.block_peak_times().to_vec(), limits, stops_at_corners })
     }
 
-    /// Least times of the blocks by what the control's look-ahead makes of them; `None` where it runs them as they are.
+    /// Least times of the blocks by what the control's look-ahead makes of them; `None` where it
+    /// runs them as they are.
     fn seen(&self, run: &Run) -> Option<Vec<f64>> {
         let control = self.control.as_ref()?;
         let look_ahead = control.look_ahead_blocks as usize;
@@ -163,7 +167,8 @@ impl<'a> Timer<'a> {
         axes.iter().map(|axis| axis.kind == AxisKind::Linear).collect()
     }
 
-    /// The run without the steps that rounding makes in its vectors; `None` where it stays as it is.
+    /// The run without the steps that rounding makes in its vectors; `None` where it stays as it
+    /// is.
     fn evened(&self, run: &Run) -> Option<Evened> {
         // Vectors are followed on machines with one head.
         let ([view], Some(rounding)) = (self.views, &self.rounding) else { return None };
@@ -177,7 +182,8 @@ impl<'a> Timer<'a> {
         blend_tolerance(tolerance, self.views, &levers, &moving)
     }
 
-    /// Rapids in which every axis goes from stop to stop as fast as it can; the slowest one's time counts.
+    /// Rapids in which every axis goes from stop to stop as fast as it can; the slowest one's time
+    /// counts.
     fn each_axis_on_its_own(&self, run: &Run) -> Result<RunLaw, String> {
         let mut at = run.start;
         let mut times = Vec::with_capacity(run.blocks.len());

@@ -4,11 +4,12 @@ use facemill_nc_program::FeedMode;
 
 use crate::motion::moves::Move;
 
-/// Time of a motion, s: rapids at the axes' largest velocities without acceleration, cutting moves at the programmed feed.
-/// `None` for a cutting move without a positive feed.
+/// Time of a motion, s: rapids at the axes' largest velocities without acceleration, cutting moves
+/// at the programmed feed. `None` for a cutting move without a positive feed.
 ///
-/// G94 is the norm over all axes with 1 deg as 1 mm (FEED (1)), G93 the reciprocal of the minutes, RTCP the speed of the
-/// tip. A rapid whose tip goes straight takes as long as its slowest axis needs at its fastest part.
+/// G94 is the norm over all axes with 1 deg as 1 mm (FEED (1)), G93 the reciprocal of the minutes,
+/// RTCP the speed of the tip. A rapid whose tip goes straight takes as long as its slowest axis
+/// needs at its fastest part.
 pub(crate) fn duration(machine: &Machine, m: &Move, tool_length: f64) -> Option<f64> {
     if m.is_rapid {
         let time = travel_time(machine, m, tool_length);
@@ -29,8 +30,8 @@ pub(crate) fn duration(machine: &Machine, m: &Move, tool_length: f64) -> Option<
 /// Parts of a rapid whose tip goes straight, over which the speeds of its axes are looked at.
 const PARTS: u32 = 32;
 
-/// Time that the axes need at their largest velocities. Where they do not go evenly, the speeds are those of parts of the way,
-/// so that it is a lower bound.
+/// Time that the axes need at their largest velocities. Where they do not go evenly, the speeds are
+/// those of parts of the way, so that it is a lower bound.
 fn travel_time(machine: &Machine, m: &Move, tool_length: f64) -> f64 {
     let whole = machine.travel_time(&m.start, &m.end);
     let motion = Motion::new(machine, m.law, &m.start, &m.end, tool_length);
@@ -46,12 +47,13 @@ fn axis_norm(machine: &Machine, m: &Move) -> f64 {
     (0..m.start.len()).map(|k| way(k).powi(2)).sum::<f64>().sqrt()
 }
 
-/// What the last decimal of the words may add to the way of an axis in one block, mm or deg: half a thousandth at each end,
-/// and half of one for good measure. Larger hides spikes of tiny blocks, smaller reports rounding.
+/// What the last decimal of the words may add to the way of an axis in one block, mm or deg: half a
+/// thousandth at each end, and half of one for good measure. Larger hides spikes of tiny blocks,
+/// smaller reports rounding.
 const WORD_ROUNDING: f64 = 1.5e-3;
 
-/// The axis that would have to be fastest compared with its largest velocity, and that ratio, where it is above 1 +
-/// `slack`; for a cutting move of this duration, on average over the block.
+/// The axis that would have to be fastest compared with its largest velocity, and that ratio, where
+/// it is above 1 + `slack`; for a cutting move of this duration, on average over the block.
 pub(crate) fn spike(machine: &Machine, m: &Move, duration: f64, slack: f64) -> Option<(usize, f64)> {
     let ratio = |k: usize| {
         let axis = &machine.axes()[k];

@@ -1,4 +1,5 @@
-//! How far each axis may leave a program's lines so that the tip stays within the control's tolerance.
+//! How far each axis may leave a program's lines so that the tip stays within the control's
+//! tolerance.
 
 use facemill_cl_data::ControlTolerance;
 use facemill_feedrate::ProgramBlock;
@@ -11,8 +12,8 @@ use crate::program_time::run::Run;
 /// A machine as one head sees it, and the length of its tool, mm.
 pub type View<'a> = (&'a Machine, f64);
 
-/// Turn of all rotary axes between two places at which levers are measured, rad: a hundredth of a lever is what they
-/// may grow in between. Smaller places cost more of them in long moves.
+/// Turn of all rotary axes between two places at which levers are measured, rad: a hundredth of a
+/// lever is what they may grow in between. Smaller places cost more of them in long moves.
 const TURN: f64 = 0.02;
 
 /// Way of all linear axes between two such places, mm.
@@ -21,21 +22,24 @@ const WAY: f64 = 20.0;
 /// Places of one move at most: longer ones are blended a little more tightly.
 const MOST_PLACES: f64 = 256.0;
 
-/// Least tolerance that corners are blended with, mm or rad: below it the law's rounding would count.
+/// Least tolerance that corners are blended with, mm or rad: below it the law's rounding would
+/// count.
 const LEAST: f64 = 1e-9;
 
 /// Moves whose levers are measured one after the other.
 const CHUNK: usize = 1024;
 
-/// Largest levers of the rotary axes that move a head's tool, mm: what the tip moves by per rad. 0 for all others.
+/// Largest levers of the rotary axes that move a head's tool, mm: what the tip moves by per rad. 0
+/// for all others.
 #[derive(Clone, Copy, Debug)]
 pub struct Levers(AxisValues);
 
 impl Levers {
     /// Levers over the moves of a run, on straight lines of the axes: nowhere larger than told.
     ///
-    /// The lever of a rotary axis is the distance of the tip from it, half of the way that half a turn moves the tip by.
-    /// Between the places at which it is measured it grows by no more than the tip moves.
+    /// The lever of a rotary axis is the distance of the tip from it, half of the way that half a
+    /// turn moves the tip by. Between the places at which it is measured it grows by no more than
+    /// the tip moves.
     pub fn over(view: View<'_>, run: &Run) -> Self {
         let of_chunk = |(k, moves): (usize, &[ProgramBlock])| {
             let start = (k * CHUNK).checked_sub(1).map_or(run.start, |before| run.blocks[before].end);
@@ -64,7 +68,8 @@ fn chunk_levers(view: View<'_>, start: AxisValues, moves: &[ProgramBlock]) -> Ax
             let next = levers_at(view, &from.lerp(&to, k as f64 / places));
             let near = larger(&at, &next);
             let most = near.iter().fold(0.0, f64::max);
-            // The tip moves by `way` and by `turn` times the largest lever on the way, which itself grows by as much.
+            // The tip moves by `way` and by `turn` times the largest lever on the way, which itself
+            // grows by as much.
             let growth = if turn < 1.0 { way + turn * (most + way) / (1.0 - turn) } else { f64::INFINITY };
             for k in (0..n).filter(|&k| has_lever(view.0, k)) {
                 levers[k] = levers[k].max(near[k] + growth);
@@ -116,11 +121,13 @@ pub fn moving(machine: &Machine, run: &Run) -> Vec<bool> {
     if turns || !moving.contains(&true) { vec![true; moving.len()] } else { moving }
 }
 
-/// What every axis may leave its lines by, mm or rad, so that no head's tip strays by more than `path` and no tool axis turns by
-/// more than `orientation`: half of the path for the linear axes together, half for the rotary ones by their levers; all of it for the
-/// linear ones where no rotary axis moves. `None` where that is nothing: the axes then stop at every corner.
+/// What every axis may leave its lines by, mm or rad, so that no head's tip strays by more than
+/// `path` and no tool axis turns by more than `orientation`: half of the path for the linear axes
+/// together, half for the rotary ones by their levers; all of it for the linear ones where no
+/// rotary axis moves. `None` where that is nothing: the axes then stop at every corner.
 ///
-/// `levers` are those of each view over the program. Axes that are not `moving` stay, and stray by nothing.
+/// `levers` are those of each view over the program. Axes that are not `moving` stay, and stray by
+/// nothing.
 pub fn blend_tolerance(
     tolerance: ControlTolerance,
     views: &[View<'_>],
@@ -152,8 +159,8 @@ pub fn blend_tolerance(
     all.iter().all(|t| t >= LEAST).then_some(all)
 }
 
-/// How far the tip may be displaced by linear axes that are each displaced by 1: √n where they are at right angles whatever the
-/// rotary axes do, else n.
+/// How far the tip may be displaced by linear axes that are each displaced by 1: √n where they are
+/// at right angles whatever the rotary axes do, else n.
 fn linear_reach(machine: &Machine, linears: &[usize]) -> f64 {
     let axes = machine.axes();
     let n = linears.len() as f64;
@@ -166,7 +173,8 @@ fn linear_reach(machine: &Machine, linears: &[usize]) -> f64 {
         };
         linears.iter().map(moved).collect()
     };
-    // The cosine between two of them is a + b·cos θ + c·sin θ in every rotary axis: 0 at three places of each, 0 everywhere.
+    // The cosine between two of them is a + b·cos θ + c·sin θ in every rotary axis: 0 at three
+    // places of each, 0 everywhere.
     let places = 3_usize.pow(axes.iter().filter(|a| a.kind == AxisKind::Rotary).count() as u32);
     let square = (0..places).all(|mut place| {
         let turned = AxisValues::from_fn(axes.len(), |k| {

@@ -12,11 +12,12 @@ use nalgebra::{Isometry3, Unit, Vector3};
 use crate::program_time::run::Run;
 use crate::program_time::tolerance::{View, stops_at_corners};
 
-/// Decimals at most that a component is looked at for: beyond them it is no rounded number but a computed one.
+/// Decimals at most that a component is looked at for: beyond them it is no rounded number but a
+/// computed one.
 const MOST_DECIMALS: i32 = 12;
 
-/// Arm on which turns of the tool count as ways, mm: where the tip goes on its way decides, where it stands the turn does. On a
-/// longer one the steps of the vectors would make the lengths uneven.
+/// Arm on which turns of the tool count as ways, mm: where the tip goes on its way decides, where
+/// it stands the turn does. On a longer one the steps of the vectors would make the lengths uneven.
 const ARM: f64 = 10.0;
 
 /// Least length of a move, mm: lengths are to grow.
@@ -25,8 +26,9 @@ const SHORTEST: f64 = 1e-6;
 /// What a vector may differ by and is the same: what positions are solved to.
 const STILL: f64 = 1e-12;
 
-/// Decimals that a program has at least: where all components have fewer, as 0.6 and 0.8 do, they are exact numbers rather than
-/// rounded ones. Fewer would let a control without a tolerance of its own turn far.
+/// Decimals that a program has at least: where all components have fewer, as 0.6 and 0.8 do, they
+/// are exact numbers rather than rounded ones. Fewer would let a control without a tolerance of its
+/// own turn far.
 const LEAST_DECIMALS: i32 = 4;
 
 /// With how many decimals a program says its tool vectors: the most that any component has.
@@ -70,7 +72,8 @@ pub struct VectorRounding {
 
 /// A run whose rotary axes go smoothly within the rounding of its vectors.
 pub struct Evened {
-    /// The run with other positions at the ends of its moves: of the same tip, and of a vector that has the same text.
+    /// The run with other positions at the ends of its moves: of the same tip, and of a vector that
+    /// has the same text.
     pub run: Run,
     /// What is left of the control's tolerance for blends.
     pub tolerance: ControlTolerance,
@@ -87,17 +90,20 @@ struct Places {
     of_moves: Vec<usize>,
 }
 
-/// The positions of a run taken so that its tool axis turns smoothly within what rounding leaves open. Every component of a
-/// vector stays within half of its last decimal, and the tool's direction within half of the control's tolerance, by which a
-/// control evens out such steps itself; the tip stays where its words put it. Both ends of the run and positions of rotary
-/// words stay as they are.
+/// The positions of a run taken so that its tool axis turns smoothly within what rounding leaves
+/// open. Every component of a vector stays within half of its last decimal, and the tool's
+/// direction within half of the control's tolerance, by which a control evens out such steps
+/// itself; the tip stays where its words put it. Both ends of the run and positions of rotary words
+/// stay as they are.
 ///
-/// `None` where there is nothing to even out: no vectors, or a control without a tolerance, which stops at every step.
+/// `None` where there is nothing to even out: no vectors, or a control without a tolerance, which
+/// stops at every step.
 pub fn evened(view: View<'_>, run: &Run, rounding: &VectorRounding, tolerance: ControlTolerance) -> Option<Evened> {
     if run.is_rapid || stops_at_corners(tolerance) || run.vectors.iter().all(Option::is_none) {
         return None;
     }
-    // Three components of this width together turn a unit vector by no more than half of the tolerance.
+    // Three components of this width together turn a unit vector by no more than half of the
+    // tolerance.
     let most = (0.5 * tolerance.orientation).sin() / 3f64.sqrt();
     let places = Places::of(view, run, rounding, most);
     let smooth = [0, 1, 2].map(|k| {
@@ -143,15 +149,15 @@ impl Places {
     }
 }
 
-/// Length of a move, mm: the way of the tip and the turn of the tool on a short arm. Axis values would not do, as the steps
-/// that are to be evened out are in them, times their levers.
+/// Length of a move, mm: the way of the tip and the turn of the tool on a short arm. Axis values
+/// would not do, as the steps that are to be evened out are in them, times their levers.
 fn length(from: &ClPoint, to: &ClPoint) -> f64 {
     let (way, turn) = ((to.tip - from.tip).norm(), (to.axis.into_inner() - from.axis.into_inner()).norm());
     way.hypot(ARM * turn).max(SHORTEST)
 }
 
-/// The position with the same tip and this tool axis (frame of the words) next to `end`; `end` where that is not clear, which
-/// is so at the rim of the cone around the pole alone.
+/// The position with the same tip and this tool axis (frame of the words) next to `end`; `end`
+/// where that is not clear, which is so at the rim of the cone around the pole alone.
 fn turned(
     (machine, tool_length): View<'_>,
     rounding: &VectorRounding,

@@ -1,4 +1,5 @@
-//! What is proven of every block: how deep the cutter is at most at any time, and how near a body comes.
+//! What is proven of every block: how deep the cutter is at most at any time, and how near a body
+//! comes.
 
 use std::collections::BTreeMap;
 
@@ -23,21 +24,21 @@ pub struct Certificate {
     pub line: u32,
     /// Number (N) of the block.
     pub block_number: Option<u32>,
-    /// No point of the cutter is ever deeper than this below an obstacle's allowance, mm; in rapid below the stock,
-    /// and that with what the control may leave the programmed motion by. `null` where nothing up to the limit could
-    /// be proven.
+    /// No point of the cutter is ever deeper than this below an obstacle's allowance, mm; in rapid
+    /// below the stock, and that with what the control may leave the programmed motion by. `null`
+    /// where nothing up to the limit could be proven.
     pub depth_mm: Option<f64>,
-    /// The same with the control's tolerance (of the path, and of the orientation at the cutter's farthest point from
-    /// the tip) in cutting moves, too.
+    /// The same with the control's tolerance (of the path, and of the orientation at the cutter's
+    /// farthest point from the tip) in cutting moves, too.
     pub depth_with_control_mm: Option<f64>,
-    /// No non-cutting body ever comes nearer than this to anything it is tested against, mm, with the control's
-    /// tolerance; of the body as it is, without its clearance. `null` where not even its required clearance could be
-    /// proven, or there is nothing to meet.
+    /// No non-cutting body ever comes nearer than this to anything it is tested against, mm, with
+    /// the control's tolerance; of the body as it is, without its clearance. `null` where not even
+    /// its required clearance could be proven, or there is nothing to meet.
     pub clearance_mm: Option<f64>,
     /// The bodies of that pair.
     pub clearance_between: Option<[String; 2]>,
-    /// Whether all of it is proven: the depth within the limit, in rapid none, and every body's required clearance,
-    /// both with the control's tolerance.
+    /// Whether all of it is proven: the depth within the limit, in rapid none, and every body's
+    /// required clearance, both with the control's tolerance.
     pub certified: bool,
     /// Why it is not certified.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -45,8 +46,8 @@ pub struct Certificate {
     /// The first pair for which that could not be proven, where there is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub uncertified_between: Option<[String; 2]>,
-    /// Line of the fault in the text from which on the motion is not known to be the simulated one; nothing is proven
-    /// then.
+    /// Line of the fault in the text from which on the motion is not known to be the simulated one;
+    /// nothing is proven then.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub doubted_since_line: Option<u32>,
     /// Intervals of time that the proof took.
@@ -143,24 +144,27 @@ impl Certificate {
     }
 }
 
-/// Proves for every block of a program what the cutter and the bodies do between its ends: not at positions, but at
-/// every time.
+/// Proves for every block of a program what the cutter and the bodies do between its ends: not at
+/// positions, but at every time.
 ///
-/// Each block is taken in intervals of time. Over an interval the motion relative to an obstacle is a velocity, told
-/// to a proven deviation, and the mesh's tree proves that the moving body stays away by a distance
-/// ([`Interference::sweep`](facemill_interference::Interference::sweep)); where it does not, the interval is halved.
-/// For the cutter the distance is that of its test body for a depth: a little more than the depth at sampled times
-/// first, then more, up to the gouge limit. What is not proven is told as such, and says nothing about the motion.
+/// Each block is taken in intervals of time. Over an interval the motion relative to an obstacle is
+/// a velocity, told to a proven deviation, and the mesh's tree proves that the moving body stays
+/// away by a distance ([`Interference::sweep`](facemill_interference::Interference::sweep)); where
+/// it does not, the interval is halved. For the cutter the distance is that of its test body for a
+/// depth: a little more than the depth at sampled times first, then more, up to the gouge limit.
+/// What is not proven is told as such, and says nothing about the motion.
 ///
-/// Bodies, and the cutter where it must not touch, are proven with what the control may leave the motion by. Of stock that
-/// [`VerifySettings::as_cut`] leaves to the runs that cut it nothing is said.
+/// Bodies, and the cutter where it must not touch, are proven with what the control may leave the
+/// motion by. Of stock that [`VerifySettings::as_cut`] leaves to the runs that cut it nothing is
+/// said.
 ///
-/// Proven are motions under every law. Where no bound on the axes' accelerations is known, nothing is: beside the
-/// places where linear axes cannot follow the tip, and near the pole under
-/// [`TipLinearVectorTurned`](facemill_cl_data::CuttingLaw::TipLinearVectorTurned) where bodies of the machine are
-/// asked for. Nor is anything from a block on after which it is not known where the axes are: an arc, a cycle, a
-/// macro call, an unknown place. Every such fault has a certificate that is not certified and says why. The result
-/// does not depend on the number of threads; `monitor` is told of every block once.
+/// Proven are motions under every law. Where no bound on the axes' accelerations is known, nothing
+/// is: beside the places where linear axes cannot follow the tip, and near the pole under
+/// [`TipLinearVectorTurned`](facemill_cl_data::CuttingLaw::TipLinearVectorTurned) where bodies of
+/// the machine are asked for. Nor is anything from a block on after which it is not known where the
+/// axes are: an arc, a cycle, a macro call, an unknown place. Every such fault has a certificate
+/// that is not certified and says why. The result does not depend on the number of threads;
+/// `monitor` is told of every block once.
 ///
 /// # Errors
 /// When the setup or a setting makes no sense, or the monitor cancels.

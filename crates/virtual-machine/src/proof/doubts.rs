@@ -47,7 +47,8 @@ impl Doubts {
         self.0.iter()
     }
 
-    /// The first fault that puts a line in doubt: one on the line itself before those that last from lines above.
+    /// The first fault that puts a line in doubt: one on the line itself before those that last
+    /// from lines above.
     pub(crate) fn of_line(&self, line: u32) -> Option<&Doubt> {
         let behind = self.0.partition_point(|d| d.line <= line);
         let first = self.0.partition_point(|d| d.line < line);
@@ -63,7 +64,8 @@ enum Scope {
     Nothing,
     /// The blocks that it is told for.
     Block,
-    /// Everything from there on: where the axes are, which tool is in the spindle, or which blocks are run.
+    /// Everything from there on: where the axes are, which tool is in the spindle, or which blocks
+    /// are run.
     Behind,
 }
 

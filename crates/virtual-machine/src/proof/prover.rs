@@ -17,17 +17,19 @@ use crate::proof::{Depth, Nearest, Open, Proof};
 use crate::run::cutter_depth::CutterTrack;
 use crate::run::scene::{Frame, Mount, Role, Scene, SceneObstacle};
 
-/// How much deeper than sampled a depth is tried to be proven first, mm. Larger: certificates say more than is there;
-/// smaller: more intervals.
+/// How much deeper than sampled a depth is tried to be proven first, mm. Larger: certificates say
+/// more than is there; smaller: more intervals.
 const FIRST_LACK: f64 = 2e-3;
 
 /// By what a depth grows that could not be proven on the shortest interval.
 const GROWTH: f64 = 1.5;
 
-/// Halvings of a part of a move, on which no axis turns by more than a turn: shorter intervals only fight rounding.
+/// Halvings of a part of a move, on which no axis turns by more than a turn: shorter intervals only
+/// fight rounding.
 const MAX_HALVINGS: u32 = 10;
 
-/// Part of the distance in the middle of a move that is tried to be proven for all of it, before the required one.
+/// Part of the distance in the middle of a move that is tried to be proven for all of it, before
+/// the required one.
 const CLEARANCE_SHARE: f64 = 0.8;
 
 /// Distances of bodies are not told beyond this, mm.
@@ -36,11 +38,12 @@ const FARTHEST_CLEARANCE: f64 = 50.0;
 /// Part of an interval over which its velocity is measured, on either side of the middle.
 const MEASURED: f64 = 1e-3;
 
-/// Rounding of a velocity so measured, mm per interval: coordinates of metres to 1e-12, over the time.
+/// Rounding of a velocity so measured, mm per interval: coordinates of metres to 1e-12, over the
+/// time.
 const VELOCITY_ROUNDING: f64 = 1e-8;
 
-/// The same where rotary values are solved from the tool axis and linear ones from them: 1e-7 mm of a point anywhere
-/// on the machine, over the time.
+/// The same where rotary values are solved from the tool axis and linear ones from them: 1e-7 mm of
+/// a point anywhere on the machine, over the time.
 const TURNED_ROUNDING: f64 = 1e-4;
 
 /// Proves one move.
@@ -77,7 +80,8 @@ struct CutterBody {
 }
 
 impl Pair<'_> {
-    /// Whether the solid is round about the tool axis, with the tool's frame as its own, and the obstacle the work's.
+    /// Whether the solid is round about the tool axis, with the tool's frame as its own, and the
+    /// obstacle the work's.
     fn is_round_on_the_tool(&self) -> bool {
         let in_tool = self.mount == Mount::Tool(Isometry3::identity());
         in_tool && matches!(self.solid, Solid::Frustum(_)) && self.frame == Frame::Work
@@ -118,10 +122,12 @@ impl<'s, 'a> Prover<'s, 'a> {
         }
     }
 
-    /// The smallest depth that is proven for the whole move against all obstacles, or the obstacle for which none is.
+    /// The smallest depth that is proven for the whole move against all obstacles, or the obstacle
+    /// for which none is.
     ///
-    /// Where the cutter may cut, the control's tolerance is the error budget's, and only told. What it must not touch
-    /// it must not touch with the control's tolerance: there that is part of the proof.
+    /// Where the cutter may cut, the control's tolerance is the error budget's, and only told. What
+    /// it must not touch it must not touch with the control's tolerance: there that is part of the
+    /// proof.
     fn depth(&mut self) -> Result<Depth, Open> {
         let scene = self.scene;
         let mut deepest = Depth { programmed: 0.0, with_control: 0.0 };
@@ -188,8 +194,8 @@ impl<'s, 'a> Prover<'s, 'a> {
         found.map_or(0.0, |d| d.depth)
     }
 
-    /// Whether no cutter point is deeper than `depth` at any time of an interval: its test bodies for it touch
-    /// nothing.
+    /// Whether no cutter point is deeper than `depth` at any time of an interval: its test bodies
+    /// for it touch nothing.
     fn cutter_stays_above(&mut self, body: &CutterBody, depth: f64, interval: [f64; 2]) -> bool {
         let CutterBody { obstacle, thickness, is_charged } = *body;
         let cutter = self.scene.setup.tool.cutter();
@@ -202,8 +208,8 @@ impl<'s, 'a> Prover<'s, 'a> {
             .all(|solid| self.clears(&Pair { mount, frame, solid: &solid, obstacle, is_charged }, interval))
     }
 
-    /// The smallest distance that is proven for all bodies, with what the control may leave its motion by; or the
-    /// first pair that is not proven to keep its required clearance.
+    /// The smallest distance that is proven for all bodies, with what the control may leave its
+    /// motion by; or the first pair that is not proven to keep its required clearance.
     fn clearance(&mut self) -> Result<Option<Nearest>, Open> {
         let scene = self.scene;
         let (mut first_open, mut smallest) = (None, None::<Nearest>);
@@ -260,9 +266,9 @@ impl<'s, 'a> Prover<'s, 'a> {
 
     /// The motion of a solid relative to an obstacle over an interval, in units of its length.
     ///
-    /// A point whose acceleration is at most A is by at most A/8 farther than its velocity in the middle tells, half
-    /// an interval from it; the mean velocity over a short piece around the middle is by at most A times its half
-    /// length another.
+    /// A point whose acceleration is at most A is by at most A/8 farther than its velocity in the
+    /// middle tells, half an interval from it; the mean velocity over a short piece around the
+    /// middle is by at most A times its half length another.
     fn interval(&self, pair: &Pair<'_>, from: f64, to: f64) -> Option<MotionInterval> {
         let start = self.motion.at(from).ok()?;
         let tip = self.pose(pair.mount, pair.frame, &start).inverse()
@@ -280,8 +286,9 @@ impl<'s, 'a> Prover<'s, 'a> {
         let control = self.control(pair, &start, Some(&rates), reach)?;
         let follows = self.m.law == BlockLaw::Cutting(CuttingLaw::TipAndRotariesLinear);
         let acceleration = if follows && self.is_tool_against_work(pair) {
-            // The tip goes straight at even speed, and every point turns about it with the product of two even turns:
-            // the second derivative of a product of rotations is at most the square of the sum of their speeds.
+            // The tip goes straight at even speed, and every point turns about it with the product
+            // of two even turns: the second derivative of a product of rotations is at most the
+            // square of the sum of their speeds.
             rates.turn * rates.turn * reach
         } else {
             rates.acceleration(reach)
@@ -300,9 +307,10 @@ impl<'s, 'a> Prover<'s, 'a> {
         })
     }
 
-    /// The same for a solid round about the tool axis against the workpiece, while the tool axis is turned in the
-    /// plane of its ends about a tip that goes straight: how the tool turns about its own axis does not matter. A
-    /// point at a distance from the tip is accelerated by that times the square of the turn.
+    /// The same for a solid round about the tool axis against the workpiece, while the tool axis is
+    /// turned in the plane of its ends about a tip that goes straight: how the tool turns about its
+    /// own axis does not matter. A point at a distance from the tip is accelerated by that times
+    /// the square of the turn.
     fn turned_interval(&self, pair: &Pair<'_>, from: f64, to: f64, reach: f64, control: f64) -> Option<MotionInterval> {
         let here = self.motion.at(0.5 * (from + to)).ok()?;
         let [a, b] = [from, to].map(|t| self.motion.ideal(t));
@@ -324,12 +332,13 @@ impl<'s, 'a> Prover<'s, 'a> {
         })
     }
 
-    /// By how much a point at most `reach` from the tip may be beside the programmed motion, mm: the control leaves
-    /// the tip's way by its path tolerance, and the tool axis and every rotary axis by its orientation tolerance.
+    /// By how much a point at most `reach` from the tip may be beside the programmed motion, mm:
+    /// the control leaves the tip's way by its path tolerance, and the tool axis and every rotary
+    /// axis by its orientation tolerance.
     ///
-    /// What is round about the tool axis is turned by the tool axis alone, what else is fixed to the tool by all
-    /// rotary axes. Other parts of the machine go with the axes between them and the obstacle
-    /// ([`RateBounds::strayed`]). `None` where that has no bound.
+    /// What is round about the tool axis is turned by the tool axis alone, what else is fixed to
+    /// the tool by all rotary axes. Other parts of the machine go with the axes between them and
+    /// the obstacle ([`RateBounds::strayed`]). `None` where that has no bound.
     fn control(&self, pair: &Pair<'_>, start: &AxisValues, rates: Option<&Rates>, reach: f64) -> Option<f64> {
         let tolerance = self.scene.setup.machine.motion_law().control_tolerance;
         if !pair.is_charged || tolerance == ControlTolerance::default() {

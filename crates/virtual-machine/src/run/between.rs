@@ -23,20 +23,23 @@ use crate::run::cutter_depth::CutterTrack;
 use crate::run::scene::{Frame, Mount, Role, Scene, cl_of};
 use crate::run::track::{Placement, Shape, Track};
 
-/// By how much the motion between two positions of the cutter on the work may leave the straight way, mm.
+/// By how much the motion between two positions of the cutter on the work may leave the straight
+/// way, mm.
 pub(crate) const CUTTER_BULGE: f64 = 0.005;
 
-/// Halvings of a part of a move, on which no axis turns by more than a turn. Shorter intervals only fight rounding, or stand at a place that the axes cannot follow.
+/// Halvings of a part of a move, on which no axis turns by more than a turn. Shorter intervals only
+/// fight rounding, or stand at a place that the axes cannot follow.
 const MAX_HALVINGS: u32 = 18;
 
-/// Halvings of an interval without a bound: next to a place that the axes cannot follow it takes some.
+/// Halvings of an interval without a bound: next to a place that the axes cannot follow it takes
+/// some.
 const MAX_BLIND: u32 = 6;
 
-/// Way of the cutter on the work between two positions, mm: the settings', or less where its edge could come deeper between them
-/// than [`VerifySettings::between`].
+/// Way of the cutter on the work between two positions, mm: the settings', or less where its edge
+/// could come deeper between them than [`VerifySettings::between`].
 ///
-/// A point that goes straight past the edge, and is no deeper at both ends of its way, is deepest in the middle, where it goes at
-/// 45 degrees to both sides; see [`edge_depth`].
+/// A point that goes straight past the edge, and is no deeper at both ends of its way, is deepest
+/// in the middle, where it goes at 45 degrees to both sides; see [`edge_depth`].
 pub(crate) fn cutter_step(cutter: &Cutter, settings: &VerifySettings) -> f64 {
     let edge = (settings.between - CUTTER_BULGE).max(CUTTER_BULGE);
     let r = cutter.corner_radius();
@@ -50,8 +53,9 @@ pub(crate) fn cutter_step(cutter: &Cutter, settings: &VerifySettings) -> f64 {
     settings.max_step.min(way)
 }
 
-/// How deep in an edge of radius `r` the middle of a straight way is whose ends are on its border, at most, mm: that of a chord of
-/// the round; where the way reaches beyond it, of one from side to side, up to the middle of the round and deeper.
+/// How deep in an edge of radius `r` the middle of a straight way is whose ends are on its border,
+/// at most, mm: that of a chord of the round; where the way reaches beyond it, of one from side to
+/// side, up to the middle of the round and deeper.
 fn edge_depth(way: f64, r: f64) -> f64 {
     if way <= SQRT_2 * r {
         r - (r * r - 0.25 * way * way).sqrt()
@@ -62,8 +66,8 @@ fn edge_depth(way: f64, r: f64) -> f64 {
     }
 }
 
-/// How much deeper than at the tested positions the cutter is in part, check surfaces and fixtures between them at most, mm, below
-/// the upper edge of its flute.
+/// How much deeper than at the tested positions the cutter is in part, check surfaces and fixtures
+/// between them at most, mm, below the upper edge of its flute.
 pub(crate) fn cutter_between(cutter: &Cutter, settings: &VerifySettings) -> f64 {
     let (step, turn, r) = (cutter_step(cutter, settings), settings.max_turn, cutter.corner_radius());
     // Seen from the tool, which turns on the way.
@@ -73,9 +77,10 @@ pub(crate) fn cutter_between(cutter: &Cutter, settings: &VerifySettings) -> f64 
 
 /// Follows non-cutting bodies, and the cutter against bodies of the machine, over whole moves.
 ///
-/// Over an interval of time a body goes from one pose to another, D apart. A point of it that is accelerated by at most a over the
-/// interval is at most a/8 beside its straight way, so that the distance from an obstacle is nowhere below half of what the
-/// distances at both ends leave of D, less a/8. Where that is too little the interval is halved, until D/2 + a/8 is within the
+/// Over an interval of time a body goes from one pose to another, D apart. A point of it that is
+/// accelerated by at most a over the interval is at most a/8 beside its straight way, so that the
+/// distance from an obstacle is nowhere below half of what the distances at both ends leave of D,
+/// less a/8. Where that is too little the interval is halved, until D/2 + a/8 is within the
 /// tolerance: then the distance is nowhere less than at one end by more than that.
 pub(crate) struct Follower<'a> {
     scene: &'a Scene<'a>,
@@ -159,7 +164,8 @@ impl<'a> Follower<'a> {
         Self { scene, pairs: pairs.collect(), cutter: Shape::core_of(&Solid::Frustum(whole)) }
     }
 
-    /// Follows one move, which can be reached. Where no bound is known, its index is added to `open` of the result.
+    /// Follows one move, which can be reached. Where no bound is known, its index is added to
+    /// `open` of the result.
     pub(crate) fn run(&mut self, index: usize, m: &Move, result: &mut ChunkResult) {
         let (machine, length) = (self.scene.setup.machine, self.scene.tool_length);
         let Ok(motion) = Motion::new(machine, m.law, &m.start, &m.end, length) else { return };
@@ -210,7 +216,8 @@ impl<'a> Follower<'a> {
                     continue;
                 }
             }
-            // Where no bound is known although the axes hardly turn, there is none on much shorter intervals either.
+            // Where no bound is known although the axes hardly turn, there is none on much shorter
+            // intervals either.
             let is_blind = acceleration.is_none() && ways(self.scene.setup.machine, &a.axes, &b.axes)[1] <= MAX_TURN;
             let blind = if is_blind { blind + 1 } else { 0 };
             let may_halve = halvings < MAX_HALVINGS && blind <= MAX_BLIND;
@@ -265,7 +272,8 @@ impl<'a> Follower<'a> {
         End { t, axes, work_from_tool, at, tool: mesh_from_work * work_from_tool }
     }
 
-    /// By how much more than what is a finding the pair is apart, mm, at most `margin`; below 0 it is one, which is recorded.
+    /// By how much more than what is a finding the pair is apart, mm, at most `margin`; below 0 it
+    /// is one, which is recorded.
     fn slack(&self, pair: &mut Pair, s: &Stretch<'_>, at: &End, margin: f64, result: &mut ChunkResult) -> f64 {
         match pair.what {
             What::Body(k) => self.body_slack(k, pair, s, at, margin, result),

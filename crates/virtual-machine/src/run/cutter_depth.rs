@@ -9,12 +9,14 @@ use crate::run::track::{Placement, Shape, Track};
 
 /// The cutter as what its depth in a mesh is measured with.
 ///
-/// The depth is the smallest t for which a body within the cutter that leaves no cutter point farther than t from it is
-/// free: no cutter point is deeper than that. Up to the corner radius r it is r − distance(core, mesh), exactly; the core
-/// is the cylinder whose r-neighbourhood is the cutter. Deeper, for sharp cutters (r = 0) and at the upper rim of the
-/// flute it is found by bisection over t. Of several bodies that serve for a t one free one is enough: the test body of
-/// `docs/architecture.md`, the cutter raised by t, the cutter narrowed by t, its upper part lowered by t. So the depth of a
-/// flat bottom, a straight wall or a flat ceiling is the true one, and that of an edge at most √2 times it.
+/// The depth is the smallest t for which a body within the cutter that leaves no cutter point
+/// farther than t from it is free: no cutter point is deeper than that. Up to the corner radius r
+/// it is r − distance(core, mesh), exactly; the core is the cylinder whose r-neighbourhood is the
+/// cutter. Deeper, for sharp cutters (r = 0) and at the upper rim of the flute it is found by
+/// bisection over t. Of several bodies that serve for a t one free one is enough: the test body of
+/// `docs/architecture.md`, the cutter raised by t, the cutter narrowed by t, its upper part lowered
+/// by t. So the depth of a flat bottom, a straight wall or a flat ceiling is the true one, and that
+/// of an edge at most √2 times it.
 #[derive(Clone, Debug)]
 pub(crate) struct CutterDepth {
     cutter: Cutter,
@@ -45,7 +47,8 @@ pub(crate) struct Depth {
     pub(crate) place: Point3<f64>,
 }
 
-/// Accuracy of depths found by bisection, mm: a tenth of what findings are told with. Smaller costs verdicts only.
+/// Accuracy of depths found by bisection, mm: a tenth of what findings are told with. Smaller costs
+/// verdicts only.
 const RESOLUTION: f64 = 1e-3;
 
 impl CutterDepth {
@@ -54,8 +57,8 @@ impl CutterDepth {
         Self { cutter: *cutter, core: shape(cutter.core()), band: band(cutter, 0.0).map(shape) }
     }
 
-    /// The same that only looks whether an edge is in the mesh: the bottom with its corner, and the upper end of the flute. How
-    /// deep the cutter then is, is measured of all of it.
+    /// The same that only looks whether an edge is in the mesh: the bottom with its corner, and the
+    /// upper end of the flute. How deep the cutter then is, is measured of all of it.
     pub(crate) fn at_edges(cutter: &Cutter) -> Self {
         let core = disc(cutter.corner_radius(), cutter.rim_radius());
         Self { cutter: *cutter, core, band: Some(disc(cutter.flute_length(), cutter.radius())) }
@@ -69,8 +72,8 @@ impl CutterDepth {
         }
     }
 
-    /// How deep the cutter is in `mesh` with material of thickness `allowance` on it, where that is more than `floor`
-    /// (both mm, at least 0).
+    /// How deep the cutter is in `mesh` with material of thickness `allowance` on it, where that is
+    /// more than `floor` (both mm, at least 0).
     pub(crate) fn beyond(
         &self,
         floor: f64,
@@ -121,7 +124,8 @@ impl CutterDepth {
         Some(Depth { depth: free, place })
     }
 
-    /// A point of the mesh that may be deeper than `tolerance` in the cutter dilated by the allowance; `None` where none is.
+    /// A point of the mesh that may be deeper than `tolerance` in the cutter dilated by the
+    /// allowance; `None` where none is.
     fn hit(
         &self,
         tolerance: f64,
@@ -150,7 +154,8 @@ impl CutterDepth {
     }
 }
 
-/// The part of the cutter above its core, narrowed by `by`; `None` for a sharp cutter, which has none.
+/// The part of the cutter above its core, narrowed by `by`; `None` for a sharp cutter, which has
+/// none.
 fn band(cutter: &Cutter, by: f64) -> Option<RoundFrustum> {
     let z_low = cutter.core().z_high;
     let band = || cylinder((cutter.radius() - by).max(0.0), z_low, cutter.flute_length());

@@ -15,13 +15,15 @@ use crate::run::track::{Shape, Track};
 
 /// The part of the cutter's bottom that does not cut, and everything that its ring has cut before.
 ///
-/// The core is recessed, and the maker's largest ramp angle θ says by how much: on a straight ramp the ring clears the way
-/// down to the height of its inner edge as it passes, and the far edge of the core, a core's diameter behind, comes over
-/// that place 2·c·tan θ lower. So the core at that height above the bottom may be in no stock but what the ring has
-/// removed: a plunge, a tool that goes with its low edge behind, and an entry that is too steep leave some.
+/// The core is recessed, and the maker's largest ramp angle θ says by how much: on a straight ramp
+/// the ring clears the way down to the height of its inner edge as it passes, and the far edge of
+/// the core, a core's diameter behind, comes over that place 2·c·tan θ lower. So the core at that
+/// height above the bottom may be in no stock but what the ring has removed: a plunge, a tool that
+/// goes with its low edge behind, and an entry that is too steep leave some.
 ///
-/// The ring's way is known as poses of all cutting moves of the program, a twentieth of the core's radius apart; only
-/// those before a position count for it. Between them the ring is taken to reach as much farther inward.
+/// The ring's way is known as poses of all cutting moves of the program, a twentieth of the core's
+/// radius apart; only those before a position count for it. Between them the ring is taken to reach
+/// as much farther inward.
 pub(crate) struct DeadCore {
     cutter: Cutter,
     /// The sampled disc, for asking whether any of it is near stock.
@@ -61,15 +63,16 @@ pub(crate) struct InStock {
 /// Where a position is in the program: its move, and the fraction of the move's time.
 pub(crate) type Moment = (usize, f64);
 
-/// Poses on the way over a radius of the core. More cost memory and time, fewer make the ring reach farther inward.
+/// Poses on the way over a radius of the core. More cost memory and time, fewer make the ring reach
+/// farther inward.
 const POSES_PER_RADIUS: f64 = 20.0;
 
-/// Radii of the circles that the core is sampled on, in radii of the core, and points on each. The outer one leaves room for
-/// what the ring is taken to reach inward.
+/// Radii of the circles that the core is sampled on, in radii of the core, and points on each. The
+/// outer one leaves room for what the ring is taken to reach inward.
 const CIRCLES: [(f64, u32); 3] = [(0.0, 1), (0.45, 8), (0.8, 16)];
 
-/// Added to the recess and taken off the stock, mm: rounding of words and of depths. Larger misses as much of a core in
-/// stock, smaller reports rounding.
+/// Added to the recess and taken off the stock, mm: rounding of words and of depths. Larger misses
+/// as much of a core in stock, smaller reports rounding.
 const SLACK: f64 = 0.05;
 
 impl DeadCore {
@@ -134,7 +137,8 @@ impl DeadCore {
         }
     }
 
-    /// The deepest point of the core in stock that is still there at this moment. `tracks` has one for each obstacle.
+    /// The deepest point of the core in stock that is still there at this moment. `tracks` has one
+    /// for each obstacle.
     pub(crate) fn in_stock(
         &self,
         scene: &Scene<'_>,
@@ -143,7 +147,8 @@ impl DeadCore {
         moment: Moment,
     ) -> Option<InStock> {
         let n_before = self.poses.partition_point(|p| (p.move_index, p.at) < moment);
-        // On most of a pass the ring was everywhere a moment before: that is asked first, because it costs least.
+        // On most of a pass the ring was everywhere a moment before: that is asked first, because
+        // it costs least.
         let uncut = self.samples.iter().map(|s| work_from_tool * s).filter(|p| !self.is_cut_lately(p, n_before));
         let uncut: Vec<Point3<f64>> = uncut.collect();
         if uncut.is_empty() {
@@ -212,7 +217,8 @@ fn has_stock(o: &SceneObstacle<'_>) -> bool {
     }
 }
 
-/// How deep a point is in the uncut stock of an obstacle, mm; `None` where it is outside or less than [`SLACK`] within.
+/// How deep a point is in the uncut stock of an obstacle, mm; `None` where it is outside or less
+/// than [`SLACK`] within.
 fn depth_in_stock(p: &Point3<f64>, o: &SceneObstacle<'_>) -> Option<f64> {
     let point = RoundFrustum { z_low: 0.0, z_high: 0.0, radius_low: 0.0, radius_high: 0.0, rounding: 0.0 };
     let (solid, pose) = (Solid::Frustum(point), Isometry3::from(Translation3::from(p.coords)));

@@ -1,4 +1,5 @@
-//! What of tool and bodies is held against obstacles, and at which positions: all of it closely, or by the paper's rule.
+//! What of tool and bodies is held against obstacles, and at which positions: all of it closely, or
+//! by the paper's rule.
 
 use facemill_cl_data::{RoundFrustum, Solid};
 
@@ -21,8 +22,9 @@ pub(crate) struct Asked {
 impl Asked {
     /// All of every body; in an estimate the edges of all but the cutter in cuts.
     ///
-    /// An edge is a disc: the circle at which a section of tool or holder begins or ends, and the flat face within it. Of bodies with
-    /// corners, boxes and hulls of the machine, all is asked: it costs no more.
+    /// An edge is a disc: the circle at which a section of tool or holder begins or ends, and the
+    /// flat face within it. Of bodies with corners, boxes and hulls of the machine, all is asked:
+    /// it costs no more.
     pub(crate) fn new(scene: &Scene<'_>) -> Self {
         let cutter = scene.cutter.clone();
         let shapes = scene.bodies.iter().map(|b| &b.shape);

@@ -1,14 +1,15 @@
 use facemill_cl_data::ClPoint;
 use nalgebra::{Unit, Vector3};
 
-/// What rounded words may tilt a motion by over a whole block, mm: two last decimals at each end. Larger hides short steep
-/// ramps, smaller reports rounding.
+/// What rounded words may tilt a motion by over a whole block, mm: two last decimals at each end.
+/// Larger hides short steep ramps, smaller reports rounding.
 pub(crate) const RAMP_ROUNDING: f64 = 2e-3;
 
 /// Descent of the whole cutter bottom over one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Descent {
-    /// Way down along the tool axis of the point of the bottom that goes down least, mm; negative where one rises.
+    /// Way down along the tool axis of the point of the bottom that goes down least, mm; negative
+    /// where one rises.
     pub(crate) down: f64,
     /// Way of the tip square to the tool axis, mm.
     pub(crate) across: f64,
@@ -17,9 +18,10 @@ pub(crate) struct Descent {
 impl Descent {
     /// Descent of a cutter of radius `radius` from one pose to the next, small turns assumed.
     ///
-    /// A cutter that follows a concave surface swings its trailing half down and its leading half up: only where all of
-    /// the bottom goes down does it go into the material below it. The way down is linear over the bottom, so that it is
-    /// least at the rim: that of the tip less the radius times the turn.
+    /// A cutter that follows a concave surface swings its trailing half down and its leading half
+    /// up: only where all of the bottom goes down does it go into the material below it. The way
+    /// down is linear over the bottom, so that it is least at the rim: that of the tip less the
+    /// radius times the turn.
     pub(crate) fn between(from: &ClPoint, to: &ClPoint, radius: f64) -> Self {
         let way: Vector3<f64> = to.tip - from.tip;
         let axis = Unit::new_normalize(from.axis.into_inner() + to.axis.into_inner());

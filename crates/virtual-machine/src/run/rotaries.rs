@@ -12,18 +12,24 @@ use crate::run::scene::Scene;
 /// What the rounding of words may add to the turn of an axis in one block, rad.
 const ROUNDING: f64 = 2e-3 * std::f64::consts::PI / 180.0;
 
-/// Turn of the rotary axes together between two looks at how near the tool axis is to the pole, rad. It moves the tool axis by no more;
-/// larger passes over a way across a cone that is not much wider.
+/// Turn of the rotary axes together between two looks at how near the tool axis is to the pole,
+/// rad. It moves the tool axis by no more; larger passes over a way across a cone that is not much
+/// wider.
 const LOOK: f64 = 0.25 * std::f64::consts::PI / 180.0;
 
-/// Turn of the tool axis below which it stands still, rad: rounding of words. On the pole itself any turn is free.
+/// Turn of the tool axis below which it stands still, rad: rounding of words. On the pole itself
+/// any turn is free.
 const STANDS: f64 = 0.01 * std::f64::consts::PI / 180.0;
 
-/// Where rotary axes turn by more than half a turn in one block, and where they turn far with the tool axis near the pole.
+/// Where rotary axes turn by more than half a turn in one block, and where they turn far with the
+/// tool axis near the pole.
 ///
-/// More than half a turn is a [`FindingKind::Rewind`] in a cutting move, and a [`FindingKind::LinkRewind`] in a rapid between cuts;
-/// of ways in and home nothing is told. A turn by more than [`singular_turn`](crate::motion::setup::VerifySettings::singular_turn) beyond what the
-/// tool axis turns, in a cutting move that comes within [`singular_cone`](crate::motion::setup::VerifySettings::singular_cone) of the pole is a [`FindingKind::Singularity`].
+/// More than half a turn is a [`FindingKind::Rewind`] in a cutting move, and a
+/// [`FindingKind::LinkRewind`] in a rapid between cuts; of ways in and home nothing is told. A turn
+/// by more than [`singular_turn`](crate::motion::setup::VerifySettings::singular_turn) beyond what
+/// the tool axis turns, in a cutting move that comes within
+/// [`singular_cone`](crate::motion::setup::VerifySettings::singular_cone) of the pole is a
+/// [`FindingKind::Singularity`].
 pub(crate) fn turns(scene: &Scene<'_>, moves: &[Move]) -> ChunkResult {
     let mut result = ChunkResult::default();
     let is_cut = |m: &Move| !m.is_rapid;
@@ -51,8 +57,8 @@ fn farthest(scene: &Scene<'_>, m: &Move) -> Option<(usize, f64)> {
     rotary.map(|k| (k, (m.end[k] - m.start[k]).abs())).reduce(|a, b| if b.1 > a.1 { b } else { a })
 }
 
-/// Where the tool axis is nearest to the pole on a cutting move on which the farthest axis turns by `turn`: the fraction of the
-/// move's time and the axis values; `None` where that is no finding.
+/// Where the tool axis is nearest to the pole on a cutting move on which the farthest axis turns by
+/// `turn`: the fraction of the move's time and the axis values; `None` where that is no finding.
 fn near_pole(scene: &Scene<'_>, m: &Move, turn: f64) -> Option<(f64, AxisValues)> {
     let (machine, settings) = (scene.setup.machine, scene.settings);
     if m.is_rapid || turn <= settings.singular_turn + ROUNDING {
@@ -74,7 +80,8 @@ fn near_pole(scene: &Scene<'_>, m: &Move, turn: f64) -> Option<(f64, AxisValues)
     nearest.filter(|(angle, _)| is_far && *angle <= settings.singular_cone).map(|(_, at)| at)
 }
 
-/// The times of a move at which it is looked how near the tool axis is to the pole, both ends among them.
+/// The times of a move at which it is looked how near the tool axis is to the pole, both ends among
+/// them.
 fn looks(scene: &Scene<'_>, m: &Move) -> Vec<f64> {
     let machine = scene.setup.machine;
     let axes = machine.axes().iter().enumerate().filter(|(_, a)| a.kind == AxisKind::Rotary);

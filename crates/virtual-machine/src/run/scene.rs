@@ -56,9 +56,11 @@ pub(crate) struct SceneObstacle<'a> {
     pub(crate) frame: Frame,
     /// Material that the cutter has to leave on it, mm; the clearance of a body of the machine.
     pub(crate) allowance: f64,
-    /// Distance that everything else keeps from its mesh at least, mm, where the stock is as it was at first.
+    /// Distance that everything else keeps from its mesh at least, mm, where the stock is as it was
+    /// at first.
     pub(crate) stock: f64,
-    /// The same of the tool assembly and the cutter in rapid, as the settings have it; and of bodies of the machine.
+    /// The same of the tool assembly and the cutter in rapid, as the settings have it; and of
+    /// bodies of the machine.
     pub(crate) tool_stock: f64,
     machine_stock: f64,
     pub(crate) role: Role,
@@ -204,16 +206,16 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// What the control may make of a depth, mm: its tolerance at the point of the cutter that is farthest from the
-    /// tip.
+    /// What the control may make of a depth, mm: its tolerance at the point of the cutter that is
+    /// farthest from the tip.
     pub(crate) fn cutter_control(&self) -> f64 {
         let cutter = self.setup.tool.cutter();
         let farthest = cutter.radius().hypot(cutter.flute_length().max(cutter.corner_radius()));
         self.setup.machine.motion_law().control_tolerance.charge(farthest)
     }
 
-    /// Distance from an obstacle's mesh at which a body is a collision, mm: all of the stock, but a little less than
-    /// the clearance.
+    /// Distance from an obstacle's mesh at which a body is a collision, mm: all of the stock, but a
+    /// little less than the clearance.
     pub(crate) fn hit_distance(&self, body: &SceneBody, obstacle: &SceneObstacle<'_>) -> f64 {
         let slack = self.settings.clearance_slack;
         match obstacle.role {
@@ -238,11 +240,12 @@ fn other_view(setup: &VirtualSetup<'_>) -> Option<(Machine, f64)> {
 
 /// Whether a body is tested against an obstacle.
 ///
-/// Bodies of the machine are tested against what stands on the table where they move against it, and those of the head
-/// against those of bed, table and other head, as are tool and cutter. Bodies of the other head are nothing but obstacles
-/// here: against workpiece, table and bed they are tested in that head's own view. Two bodies of the machine that one joint joins lie within each other by construction
-/// (a ram in its guide, a table in its cradle), and those without a joint between them never move against each other:
-/// both are left out.
+/// Bodies of the machine are tested against what stands on the table where they move against it,
+/// and those of the head against those of bed, table and other head, as are tool and cutter. Bodies
+/// of the other head are nothing but obstacles here: against workpiece, table and bed they are
+/// tested in that head's own view. Two bodies of the machine that one joint joins lie within each
+/// other by construction (a ram in its guide, a table in its cradle), and those without a joint
+/// between them never move against each other: both are left out.
 fn may_meet(machine: &Machine, links: &Links, mount: Mount, obstacle: &SceneObstacle<'_>) -> bool {
     match (mount, obstacle.body) {
         (_, None) => true,
@@ -285,8 +288,9 @@ impl Links {
         Self { moved: moved.collect() }
     }
 
-    /// Joints between two parts: those that move one of the two against the table and not the other. The parts stand one
-    /// behind the other in a chain from the table, or, on two heads, each in a chain that begins with the same joints.
+    /// Joints between two parts: those that move one of the two against the table and not the
+    /// other. The parts stand one behind the other in a chain from the table, or, on two heads,
+    /// each in a chain that begins with the same joints.
     fn between(&self, a: Link, b: Link) -> usize {
         let moves = |axis: &[bool], link: Link| match link {
             Link::Work => false,
@@ -331,7 +335,8 @@ impl<'a> SceneObstacle<'a> {
             machine_stock: if machine && is_cut { o.stock.min(o.allowance) } else { o.stock },
             role: Role::Work(o.kind),
             meets_cutter: !(tool && o.kind == ObstacleKind::Stock),
-            // The raw stock is gone where the cutter has been: only of the others is the distance worth telling.
+            // The raw stock is gone where the cutter has been: only of the others is the distance
+            // worth telling.
             counts: o.kind != ObstacleKind::Stock,
             body: None,
             mesh: SceneMesh::Borrowed(o.mesh),

@@ -1,4 +1,5 @@
-//! A move as ways of the tool on which the tip goes straight and the axis turns evenly, within a proven tolerance.
+//! A move as ways of the tool on which the tip goes straight and the axis turns evenly, within a
+//! proven tolerance.
 
 use facemill_cl_data::ClPoint;
 use facemill_inverse_kinematics::{AxisValues, Motion};
@@ -34,18 +35,19 @@ pub(crate) struct Coarseness {
     pub(crate) max_way: f64,
 }
 
-/// Halvings of a part of a move, on which no axis turns by more than a turn. Shorter ones only fight rounding, or stand at a place
-/// that the axes cannot follow.
+/// Halvings of a part of a move, on which no axis turns by more than a turn. Shorter ones only
+/// fight rounding, or stand at a place that the axes cannot follow.
 const MAX_HALVINGS: u32 = 16;
 
-/// The segments of a move, in order; `None` where the axes cannot follow it, or no bound on their motion is known. Turns of one axis
-/// alone that the last one repeats have none.
+/// The segments of a move, in order; `None` where the axes cannot follow it, or no bound on their
+/// motion is known. Turns of one axis alone that the last one repeats have none.
 ///
-/// At both ends of a segment the tool is where it is on the segment's way. Between them a point of the tool axis that is
-/// accelerated by at most a over the whole segment is at most a/8 beside the chord of its true way, and the same point of
-/// the segment's way, h from the tip, is at most h·θ²/8 beside it, with θ the turn of the axis. Where the tip is beside its
-/// place by d and the point at the reach by e, the axis is turned by at most (d + e)/reach, so that no point of the tool is
-/// farther than 2·d + e from its place: three times the larger bound.
+/// At both ends of a segment the tool is where it is on the segment's way. Between them a point of
+/// the tool axis that is accelerated by at most a over the whole segment is at most a/8 beside the
+/// chord of its true way, and the same point of the segment's way, h from the tip, is at most
+/// h·θ²/8 beside it, with θ the turn of the axis. Where the tip is beside its place by d and the
+/// point at the reach by e, the axis is turned by at most (d + e)/reach, so that no point of the
+/// tool is farther than 2·d + e from its place: three times the larger bound.
 pub(crate) fn segments(scene: &Scene<'_>, m: &Move, coarse: &Coarseness) -> Option<Vec<Segment>> {
     common_segments(&[MoveOfHead { scene, m, coarse }])?.pop()
 }
@@ -58,9 +60,10 @@ pub(crate) struct MoveOfHead<'r, 'a> {
     pub(crate) coarse: &'r Coarseness,
 }
 
-/// The segments of each head in one and the same move: those of all heads that go begin and end at the same times, so that the
-/// k-th of one is driven while the k-th of the other is. None for a head that stands; `None` where its way is not known, or
-/// cannot be divided at the times of the others.
+/// The segments of each head in one and the same move: those of all heads that go begin and end at
+/// the same times, so that the k-th of one is driven while the k-th of the other is. None for a
+/// head that stands; `None` where its way is not known, or cannot be divided at the times of the
+/// others.
 pub(crate) fn segments_of_heads(heads: &[MoveOfHead<'_, '_>]) -> Vec<Option<Vec<Segment>>> {
     let going: Vec<usize> = (0..heads.len()).filter(|&h| heads[h].m.moves_tool).collect();
     let mut all = vec![Some(Vec::new()); heads.len()];
@@ -69,7 +72,8 @@ pub(crate) fn segments_of_heads(heads: &[MoveOfHead<'_, '_>]) -> Vec<Option<Vec<
         return all;
     }
     going.iter().for_each(|&h| all[h] = None);
-    // Where the way of one alone is known it is cut as if the other stood: of that one's there is a finding.
+    // Where the way of one alone is known it is cut as if the other stood: of that one's there is a
+    // finding.
     let mut known = going.into_iter().filter_map(|h| Some((h, common_segments(&[heads[h]])?.pop()?)));
     if let (Some((h, segments)), None) = (known.next(), known.next()) {
         all[h] = Some(segments);
@@ -104,7 +108,8 @@ fn common_segments(heads: &[MoveOfHead<'_, '_>]) -> Option<Vec<Vec<Segment>>> {
     Some(ways.into_iter().map(|way| way.segments).collect())
 }
 
-/// The parts of the move that have to be looked at for any of the heads, divided where any of them has to be.
+/// The parts of the move that have to be looked at for any of the heads, divided where any of them
+/// has to be.
 fn common_parts(heads: &[MoveOfHead<'_, '_>]) -> Vec<[f64; 2]> {
     let of_head = |h: &MoveOfHead<'_, '_>| {
         Spans::new(h.scene.setup.machine, h.m.law, [&h.m.start, &h.m.end], h.scene.tool_length).parts

@@ -1,4 +1,5 @@
-//! Blocks that name the normal of the surface: whether the tool can touch the part there, and whether it is the part's.
+//! Blocks that name the normal of the surface: whether the tool can touch the part there, and
+//! whether it is the part's.
 
 use facemill_cl_data::{ClPoint, RoundFrustum, Solid};
 use facemill_nc_program::{Compensation, Dialect, ReadProgram};
@@ -10,19 +11,22 @@ use crate::motion::moves::Move;
 use crate::motion::setup::ObstacleKind;
 use crate::run::scene::{Role, Scene, SceneObstacle};
 
-/// How far a normal may be turned from the part's, rad: what facets and curved surfaces turn it by within a lift and a probe.
-/// Larger: wrong normals pass; smaller: right ones on coarse meshes are told.
+/// How far a normal may be turned from the part's, rad: what facets and curved surfaces turn it by
+/// within a lift and a probe. Larger: wrong normals pass; smaller: right ones on coarse meshes are
+/// told.
 const LIMIT: f64 = 30.0 * std::f64::consts::PI / 180.0;
 
-/// Cosine between normal and tool axis from which on a normal points away from the tool: the rounding of vectors, and a little
-/// more for walls that are cut with the side of the cutter.
+/// Cosine between normal and tool axis from which on a normal points away from the tool: the
+/// rounding of vectors, and a little more for walls that are cut with the side of the cutter.
 const AWAY: f64 = -0.02;
 
-/// Sine between normal and tool axis up to which one stands for the other: blocks that cut no surface say the axis.
+/// Sine between normal and tool axis up to which one stands for the other: blocks that cut no
+/// surface say the axis.
 const ALONG_AXIS: f64 = 1e-3;
 
-/// How far the cutter is lifted along its axis before its nearest place is looked for, and how far from a contact point the
-/// distance has to grow, mm. Larger: other surfaces are nearer; smaller: facets and the depth of cuts turn directions.
+/// How far the cutter is lifted along its axis before its nearest place is looked for, and how far
+/// from a contact point the distance has to grow, mm. Larger: other surfaces are nearer; smaller:
+/// facets and the depth of cuts turn directions.
 const LIFT: f64 = 1.0;
 
 /// How far above allowance and stock a cutter still cuts the part, mm.
@@ -47,8 +51,8 @@ struct Nearest {
 impl SurfaceNormals<'_> {
     /// Tests the normal of a block at the end of its move. Where there is none, nothing is done.
     ///
-    /// A normal that points away from the tool is a fault wherever it stands. One toward it is, where the cutter is near a part
-    /// and no part has such a normal where the cutter touches it.
+    /// A normal that points away from the tool is a fault wherever it stands. One toward it is,
+    /// where the cutter is near a part and no part has such a normal where the cutter touches it.
     pub(crate) fn test(&self, index: usize, m: &Move, episodes: &mut Episodes) {
         let Some(normal) = self.normal(m) else { return };
         let scene = self.scene;
@@ -65,8 +69,9 @@ impl SurfaceNormals<'_> {
         episodes.record(index, Contact { key, measure, place, axes: m.end, cl, at: 1.0 });
     }
 
-    /// The normal at the end of a cutting move under RTCP, workpiece frame; `None` where there is none, or one without a
-    /// direction. Of other controls than Heidenhain's a normal changes the way of the tool, or nothing.
+    /// The normal at the end of a cutting move under RTCP, workpiece frame; `None` where there is
+    /// none, or one without a direction. Of other controls than Heidenhain's a normal changes the
+    /// way of the tool, or nothing.
     fn normal(&self, m: &Move) -> Option<Unit<Vector3<f64>>> {
         let motion = self.program.blocks[m.block].motion.as_ref()?;
         let is_cut = !m.is_rapid && m.moves_tool && matches!(motion.compensation, Compensation::Rtcp(_));
@@ -75,8 +80,9 @@ impl SurfaceNormals<'_> {
         Unit::try_new(in_work, f64::MIN_POSITIVE).filter(|n| n.iter().all(|c| c.is_finite()))
     }
 
-    /// The part that the cutter is near to, by how much the normal is turned from its own (rad), and where; `None` where the
-    /// cutter is near to none, or the normal is that of one. Of several it is the one with the least turn.
+    /// The part that the cutter is near to, by how much the normal is turned from its own (rad),
+    /// and where; `None` where the cutter is near to none, or the normal is that of one. Of several
+    /// it is the one with the least turn.
     fn off_the_parts(
         &self,
         m: &Move,
@@ -108,8 +114,9 @@ impl SurfaceNormals<'_> {
         Unit::try_new(normal.into_inner() - axis * axis.dot(normal), ALONG_AXIS)
     }
 
-    /// The nearest place of a part to the cutter, lifted along its axis so that it has a direction where they touch. `None`
-    /// where the cutter is not near, or is so deep that it has none: that is a gouge.
+    /// The nearest place of a part to the cutter, lifted along its axis so that it has a direction
+    /// where they touch. `None` where the cutter is not near, or is so deep that it has none: that
+    /// is a gouge.
     fn nearest(&self, part: &SceneObstacle<'_>, work_from_tool: &Isometry3<f64>) -> Option<Nearest> {
         let cutter = self.scene.setup.tool.cutter();
         let core = cutter.core();
@@ -124,9 +131,10 @@ impl SurfaceNormals<'_> {
         })
     }
 
-    /// By how much the direction from the nearest place may differ from the part's normal, rad. The core of a cutter that
-    /// touches the part is at least so high above its tangent plane when it is lifted; where the cutter reaches beyond the part's
-    /// border or is higher, the nearest place may be beside it.
+    /// By how much the direction from the nearest place may differ from the part's normal, rad. The
+    /// core of a cutter that touches the part is at least so high above its tangent plane when it
+    /// is lifted; where the cutter reaches beyond the part's border or is higher, the nearest place
+    /// may be beside it.
     fn beside(&self, nearest: &Nearest, part: &SceneObstacle<'_>, work_from_tool: &Isometry3<f64>) -> f64 {
         let axis = work_from_tool.rotation * Vector3::z();
         let lifted = LIFT * (nearest.direction.dot(&axis) / nearest.distance).max(0.0);
@@ -134,12 +142,13 @@ impl SurfaceNormals<'_> {
         (height / nearest.distance).min(1.0).acos()
     }
 
-    /// Whether the point of the cutter that has this normal is near a part, and the part has it there: along it the distance
-    /// grows like the way, but for the limit and for a point below the surface by no more than a gouge. Of a cutter that is
-    /// near in two places, the other one may be the programmed one.
+    /// Whether the point of the cutter that has this normal is near a part, and the part has it
+    /// there: along it the distance grows like the way, but for the limit and for a point below the
+    /// surface by no more than a gouge. Of a cutter that is near in two places, the other one may
+    /// be the programmed one.
     ///
-    /// The point is the tip less `r·N + (R − r)·d − r·a`, with d the direction of the normal N across the axis a: what
-    /// [`facemill_tool_model::cl_from_cc`] adds.
+    /// The point is the tip less `r·N + (R − r)·d − r·a`, with d the direction of the normal N
+    /// across the axis a: what [`facemill_tool_model::cl_from_cc`] adds.
     fn touches(
         &self,
         m: &Move,

@@ -27,7 +27,8 @@ impl Shape {
     pub(crate) fn core_of(solid: &Solid) -> Self {
         let core = solid.dilated(-solid.rounding());
         let (anchors, radius) = match &core {
-            // A turned body is its axis with a disc around every point of it; its own spin moves nothing.
+            // A turned body is its axis with a disc around every point of it; its own spin moves
+            // nothing.
             Solid::Frustum(f) => {
                 let on_axis = |k: usize| Point3::new(0.0, 0.0, if k == 0 { f.z_low } else { f.z_high });
                 (std::array::from_fn(on_axis), f.radius_low.max(f.radius_high))
@@ -58,8 +59,9 @@ impl Shape {
 
     /// Bound on how far any point of the body at one pose is from the body at the other.
     ///
-    /// Between two poses of a rigid body the displacement is affine in the point, so that over the hull of the anchors it
-    /// is largest at one of them; a disc about the axis adds its radius times the turn of the axis.
+    /// Between two poses of a rigid body the displacement is affine in the point, so that over the
+    /// hull of the anchors it is largest at one of them; a disc about the axis adds its radius
+    /// times the turn of the axis.
     pub(crate) fn displacement(&self, from: &Placement, to: &Placement) -> f64 {
         let farthest_sq = from.anchors.iter().zip(&to.anchors).map(|(a, b)| (b - a).norm_squared()).fold(0.0, f64::max);
         farthest_sq.sqrt() + self.radius * (to.axis - from.axis).norm()
@@ -68,7 +70,8 @@ impl Shape {
 
 /// What is known of the distance between one body and one obstacle, from pose to pose.
 ///
-/// An answer stays good until the body has moved by as much as it was free: most poses need no query.
+/// An answer stays good until the body has moved by as much as it was free: most poses need no
+/// query.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Track {
     last: Option<Answer>,
@@ -90,19 +93,22 @@ struct Answer {
     is_outside: bool,
 }
 
-/// Longest row of free queries after which one looks farther: in steady contact looking farther is in vain, and this makes
-/// it rare.
+/// Longest row of free queries after which one looks farther: in steady contact looking farther is
+/// in vain, and this makes it rare.
 const LARGEST_PATIENCE: u32 = 63;
 
-/// Window after some free queries, mm: about two steps. Wider windows last longer and cost more triangles each.
+/// Window after some free queries, mm: about two steps. Wider windows last longer and cost more
+/// triangles each.
 const FIRST_WINDOW: f64 = 1.0;
 
-/// Largest window, mm: far away one query lasts for hundreds of positions, and more would not be noticed.
+/// Largest window, mm: far away one query lasts for hundreds of positions, and more would not be
+/// noticed.
 const LARGEST_WINDOW: f64 = 250.0;
 
 impl Track {
-    /// Nearest point of the mesh to the core where it is not farther than `need` (mm, at least 0, may be infinite), its
-    /// distance 0 where the core touches the mesh or is inside it; `None` where it is farther.
+    /// Nearest point of the mesh to the core where it is not farther than `need` (mm, at least 0,
+    /// may be infinite), its distance 0 where the core touches the mesh or is inside it; `None`
+    /// where it is farther.
     pub(crate) fn nearest_within(
         &mut self,
         need: f64,
@@ -117,7 +123,8 @@ impl Track {
                 if last.is_outside && bound > need {
                     return None;
                 }
-                // The body could be brought here without touching the surface, so it is on the same side.
+                // The body could be brought here without touching the surface, so it is on the same
+                // side.
                 last.is_outside && bound > 0.0
             }
         };
@@ -133,7 +140,8 @@ impl Track {
         self.last = Some(Answer { at: *at, distance, is_outside: distance > 0.0 });
         self.hint = found.map_or(self.hint, |s| Some(s.triangle));
         match found {
-            // In contact: what is nearer than needed is all that matters, and looking farther only costs.
+            // In contact: what is nearer than needed is all that matters, and looking farther only
+            // costs.
             Some(s) if s.distance - need < FIRST_WINDOW => {
                 self.patience = (2 * self.patience + u32::from(self.window > 0.0)).min(LARGEST_PATIENCE);
                 (self.window, self.n_free) = (0.0, 0);
@@ -152,7 +160,8 @@ impl Track {
     }
 }
 
-/// `found`, or distance 0 where the core is inside a closed component, which the distance to the surface does not show.
+/// `found`, or distance 0 where the core is inside a closed component, which the distance to the
+/// surface does not show.
 fn inside(
     shape: &Shape,
     at: &Placement,

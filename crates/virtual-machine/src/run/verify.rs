@@ -16,47 +16,58 @@ use crate::run::scene::Scene;
 use crate::run::surface_normals::SurfaceNormals;
 use crate::run::walker::Walker;
 
-/// Moves that one thread runs in one go. What is known from position to position is lost between chunks, so small ones
-/// cost queries; the result of large ones comes in few portions. It does not depend on the number of threads.
+/// Moves that one thread runs in one go. What is known from position to position is lost between
+/// chunks, so small ones cost queries; the result of large ones comes in few portions. It does not
+/// depend on the number of threads.
 const MOVES_PER_CHUNK: usize = 128;
 
-/// Of so many moves the clearance is looked at beforehand. More looks cost more than a smaller first guess saves.
+/// Of so many moves the clearance is looked at beforehand. More looks cost more than a smaller
+/// first guess saves.
 const MOVES_PER_SAMPLE: usize = 16;
 
 /// Runs a program that was read from NC text and reports what it would do (VMT, first form).
 ///
-/// Every axis starts at home. Each block's motion is followed by forward kinematics under the machine's motion law, at
-/// positions at most [`VerifySettings::max_step`] and [`VerifySettings::max_turn`] apart (proven for the tip, the rim and
-/// the tool axis relative to the workpiece; bodies farther from the tip move more). At every position
-/// - the depth of the cutter in each obstacle is measured from the distance between the cutter's core and the mesh: below
-///   the allowance in cutting moves, in the stock in rapids; the limit is that of the line's section;
-/// - the distance of each non-cutting body of tool and machine from each obstacle is compared with the clearances, and so
-///   is that of the tool with its cutter and of the head's bodies from each body of the machine's bed and table;
-/// - in cutting moves, at positions a twentieth of its radius apart, the core of the cutter's bottom that does not cut is
-///   held against the stock that the rest of the cutter has not removed before in the program;
-/// - at the end of a cutting move that names the surface's normal (LN of Heidenhain) that is held against the part's where the
-///   cutter is near it;
-/// - axis limits are checked; over every block the speed of each axis and the turn of rotary ones, over every step in stock the ramp
-///   angle.
+/// Every axis starts at home. Each block's motion is followed by forward kinematics under the
+/// machine's motion law, at positions at most [`VerifySettings::max_step`] and
+/// [`VerifySettings::max_turn`] apart (proven for the tip, the rim and the tool axis relative to
+/// the workpiece; bodies farther from the tip move more). At every position
+/// - the depth of the cutter in each obstacle is measured from the distance between the cutter's
+///   core and the mesh: below the allowance in cutting moves, in the stock in rapids; the limit is
+///   that of the line's section;
+/// - the distance of each non-cutting body of tool and machine from each obstacle is compared with
+///   the clearances, and so is that of the tool with its cutter and of the head's bodies from each
+///   body of the machine's bed and table;
+/// - in cutting moves, at positions a twentieth of its radius apart, the core of the cutter's
+///   bottom that does not cut is held against the stock that the rest of the cutter has not removed
+///   before in the program;
+/// - at the end of a cutting move that names the surface's normal (LN of Heidenhain) that is held
+///   against the part's where the cutter is near it;
+/// - axis limits are checked; over every block the speed of each axis and the turn of rotary ones,
+///   over every step in stock the ramp angle.
 ///
-/// Of two bodies of the machine those that never move against each other are left out, and those that one joint joins
-/// directly: a ram in its guide, a table in its cradle lie within each other by construction.
+/// Of two bodies of the machine those that never move against each other are left out, and those
+/// that one joint joins directly: a ram in its guide, a table in its cradle lie within each other
+/// by construction.
 ///
-/// Of two heads it is the run of one: the other one's axes are checked too, and its bodies are obstacles that move by them. Of
-/// its cutter only what the view has as a body is known.
+/// Of two heads it is the run of one: the other one's axes are checked too, and its bodies are
+/// obstacles that move by them. Of its cutter only what the view has as a body is known.
 ///
-/// Between the positions nothing is worse than at them by more than [`VerifySettings::between`], on the programmed motion
-/// ([`BetweenPositions`](crate::finding::BetweenPositions)): positions of the cutter lie near enough to each other for that, and bodies are
-/// followed from one to the next until it is known. Ramps, the dead core and the stock on meshes are those of positions.
-/// Stock is only known as a thickness on a mesh, or as it was before cutting; what [`VerifySettings::as_cut`] leaves to the runs that cut
-/// it is not held against it here, and keeps off part and check surfaces with their allowance.
-/// Control tolerance is not added: it is part of the error
-/// budget. A ramp is steep when all of the bottom goes down more steeply than the tool may while the cutter is in stock.
+/// Between the positions nothing is worse than at them by more than [`VerifySettings::between`], on
+/// the programmed motion ([`BetweenPositions`](crate::finding::BetweenPositions)): positions of the
+/// cutter lie near enough to each other for that, and bodies are followed from one to the next
+/// until it is known. Ramps, the dead core and the stock on meshes are those of positions. Stock is
+/// only known as a thickness on a mesh, or as it was before cutting; what
+/// [`VerifySettings::as_cut`] leaves to the runs that cut it is not held against it here, and keeps
+/// off part and check surfaces with their allowance. Control tolerance is not added: it is part of
+/// the error budget. A ramp is steep when all of the bottom goes down more steeply than the tool
+/// may while the cutter is in stock.
 ///
-/// With [`VerifySettings::estimate`] the positions are few and only the edges of bodies are asked: what is found is there, but that
-/// nothing is found says nothing of what is between the positions or between the edges.
+/// With [`VerifySettings::estimate`] the positions are few and only the edges of bodies are asked:
+/// what is found is there, but that nothing is found says nothing of what is between the positions
+/// or between the edges.
 ///
-/// `monitor` is told of every block of the program once. The result does not depend on the number of threads.
+/// `monitor` is told of every block of the program once. The result does not depend on the number
+/// of threads.
 ///
 /// # Errors
 /// When the setup or a setting makes no sense, or the monitor cancels.
@@ -93,8 +104,9 @@ pub fn verify(
     Ok(Report::new(program, &scene, &resolved).assemble(results))
 }
 
-/// Tells of findings without a pose where the machine of the setup stands before the block of their worst line, and when; of lines
-/// that are no blocks, and where the place of an axis is not known, nothing. For findings that are made of the text elsewhere.
+/// Tells of findings without a pose where the machine of the setup stands before the block of their
+/// worst line, and when; of lines that are no blocks, and where the place of an axis is not known,
+/// nothing. For findings that are made of the text elsewhere.
 ///
 /// # Errors
 /// When the setup or a setting makes no sense.
@@ -133,8 +145,8 @@ fn run_chunk(
     Ok(walker.result)
 }
 
-/// Nearest body at the ends of a few moves. It is one of the places where the smallest clearance may be, and lets the run
-/// pass over all that is farther away: most of the program.
+/// Nearest body at the ends of a few moves. It is one of the places where the smallest clearance
+/// may be, and lets the run pass over all that is farther away: most of the program.
 fn sample_clearance(scene: &Scene<'_>, asked: &Asked, first: usize, moves: &[Move]) -> ChunkResult {
     let mut walker = Walker::new(scene, asked, None, None);
     for (k, m) in moves.iter().enumerate().step_by(MOVES_PER_SAMPLE) {

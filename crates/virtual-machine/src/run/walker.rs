@@ -52,15 +52,16 @@ const POSITIONS_PER_CHECK: usize = 64;
 
 const TURNED: BlockLaw = BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned);
 
-/// Way of the rotary axes together that no motion makes at once, rad. Larger: a change of branch next to the pole is taken for
-/// a fast turn; smaller: more looks at fast turns.
+/// Way of the rotary axes together that no motion makes at once, rad. Larger: a change of branch
+/// next to the pole is taken for a fast turn; smaller: more looks at fast turns.
 const JUMP: f64 = 0.2;
 
 /// Halvings after which a step that is as large as a jump is one: beyond the digits of a time.
 const JUMP_HALVINGS: u32 = 40;
 
-/// Whether rotary axes that follow a turned vector have to jump between two times: the block's ends are on different branches or
-/// windings, and the vector's own turn leads from neither to the other.
+/// Whether rotary axes that follow a turned vector have to jump between two times: the block's ends
+/// are on different branches or windings, and the vector's own turn leads from neither to the
+/// other.
 fn jumps(machine: &Machine, motion: &Motion<'_>, from: (f64, AxisValues), to: (f64, AxisValues)) -> bool {
     let (mut from, mut to) = (from, to);
     for _ in 0..JUMP_HALVINGS {
@@ -167,7 +168,8 @@ impl<'a> Walker<'a> {
         Ok(())
     }
 
-    /// The motion of a move, and the positions that are tested; `None` where the axes have no such motion.
+    /// The motion of a move, and the positions that are tested; `None` where the axes have no such
+    /// motion.
     fn positions(&self, m: &Move) -> Option<(Motion<'a>, Positions)> {
         let Scene { setup, tool_length, .. } = *self.scene;
         let motion = Motion::new(setup.machine, m.law, &m.start, &m.end, tool_length).ok()?;
@@ -271,7 +273,8 @@ impl<'a> Walker<'a> {
         let scene = self.scene;
         let o = &scene.obstacles[obstacle];
         let Some(limit) = scene.cutter_limit(o, here.m) else { return };
-        // Only what is deeper than anything before is of interest, until it is a finding: then all of it is.
+        // Only what is deeper than anything before is of interest, until it is a finding: then all
+        // of it is.
         let section = here.m.section;
         let deepest = self.result.gouges.deepest(section).map_or(0.0, |g| g.depth.depth);
         let floor = if limit.kind == FindingKind::Gouge { deepest.min(limit.depth) } else { limit.depth };

@@ -8,7 +8,8 @@ use crate::run::segments::Segment;
 use crate::stock::probe::{Smaller, dilated};
 use crate::stock::run::Purpose;
 
-/// Smallest and largest way of a segment, mm. Within, it is what the flute is wider than the bodies behind it.
+/// Smallest and largest way of a segment, mm. Within, it is what the flute is wider than the bodies
+/// behind it.
 const WAYS: [f64; 2] = [0.5, 8.0];
 
 /// Height of the core that is asked, mm: what it meets higher the cutter's body meets, too.
@@ -25,7 +26,8 @@ pub(crate) struct Bodies {
     /// Each body as it is and with its clearance, by its index among the scene's.
     sections: Vec<(usize, TurnedBody, TurnedBody)>,
     pub(crate) max_way: f64,
-    /// Whether bodies, cores and the cutter in rapid are asked where a segment ends alone, and not on their way to there.
+    /// Whether bodies, cores and the cutter in rapid are asked where a segment ends alone, and not
+    /// on their way to there.
     at_ends: bool,
 }
 
@@ -103,7 +105,8 @@ impl Phase {
     pub(crate) const ALL: [Self; 3] = [Self::Before, Self::Cut, Self::Behind];
 }
 
-/// The part of the cutter's bottom that does not cut, from where its recess ends; `None` where the tool may plunge.
+/// The part of the cutter's bottom that does not cut, from where its recess ends; `None` where the
+/// tool may plunge.
 fn core(tool: &ToolAssembly) -> Option<TurnedBody> {
     let radius = tool.dead_core_radius();
     let recess = crate::run::dead_core::recess(tool);

@@ -18,11 +18,12 @@ const MAX_WAY: f64 = 20.0;
 /// How far from its true place the tool may be on a segment, mm.
 const TOLERANCE: f64 = 1.0;
 
-/// Lines of the blocks, in program order, on which the tool may reach stock beyond the lines of a map that covers a part of the
-/// stock only: there [`run_stock`](crate::stock::run::run_stock) sees nothing. `extents` is a box around all the stock, workpiece frame.
+/// Lines of the blocks, in program order, on which the tool may reach stock beyond the lines of a
+/// map that covers a part of the stock only: there [`run_stock`](crate::stock::run::run_stock) sees
+/// nothing. `extents` is a box around all the stock, workpiece frame.
 ///
-/// No block is left out: the tool counts as the box around it, dilated by its widest body with its clearance, on every part
-/// of its way, and a block that the axes cannot follow counts as reaching.
+/// No block is left out: the tool counts as the box around it, dilated by its widest body with its
+/// clearance, on every part of its way, and a block that the axes cannot follow counts as reaching.
 ///
 /// # Errors
 /// When the setup or a setting makes no sense, or the monitor cancels.
@@ -87,7 +88,8 @@ fn meet(a: &Aabb, b: &Aabb) -> Aabb {
     Aabb { min: a.min.sup(&b.min), max: a.max.inf(&b.max) }
 }
 
-/// Largest distance of a point of the tool from its axis between tip and gauge line, with clearances, mm.
+/// Largest distance of a point of the tool from its axis between tip and gauge line, with
+/// clearances, mm.
 fn widest(tool: &ToolAssembly) -> f64 {
     let bodies = tool.whole().into_iter().map(|body| match body.solid {
         Solid::Frustum(f) => f.radius_low.max(f.radius_high) + f.rounding,

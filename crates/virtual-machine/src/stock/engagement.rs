@@ -4,11 +4,12 @@ use std::collections::VecDeque;
 
 use crate::motion::setup::RemovalLimit;
 
-/// Part of its radius that the cutter goes over which a removal rate is taken. Shorter: the lines of the stock show; longer:
-/// short loads are evened out.
+/// Part of its radius that the cutter goes over which a removal rate is taken. Shorter: the lines
+/// of the stock show; longer: short loads are evened out.
 const WINDOW: f64 = 0.5;
 
-/// The same in cells of the stock: what lies on the border of what is taken is off by about a third of a cell at either end.
+/// The same in cells of the stock: what lies on the border of what is taken is off by about a third
+/// of a cell at either end.
 const CELLS: f64 = 10.0;
 
 /// Speeds of the tip that count as the slowest, as a share above it: rounding of F.
@@ -49,8 +50,9 @@ impl Engagement {
         self.parts.clear();
     }
 
-    /// The removal rate over the last window as a share of the limit, where that is more than allowed. The tip's slowest speed is
-    /// allowed at any rate, and a run that is shorter than the window is not judged.
+    /// The removal rate over the last window as a share of the limit, where that is more than
+    /// allowed. The tip's slowest speed is allowed at any rate, and a run that is shorter than the
+    /// window is not judged.
     pub(crate) fn cut(&mut self, part: Part) -> Option<f64> {
         if part.time <= 0.0 || part.time.is_nan() {
             // Without a feed there is no rate; it is a fault of its own.

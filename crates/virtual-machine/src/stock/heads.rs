@@ -1,4 +1,5 @@
-//! Heads that cut one stock: whether they are those of one machine, and go through the text together.
+//! Heads that cut one stock: whether they are those of one machine, and go through the text
+//! together.
 
 use facemill_nc_program::ReadProgram;
 

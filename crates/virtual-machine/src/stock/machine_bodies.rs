@@ -43,7 +43,8 @@ pub(crate) struct Waiting {
     at_once: usize,
 }
 
-/// Most moves that are asked at once. More are asked in vain where the first of them cuts what the others come near.
+/// Most moves that are asked at once. More are asked in vain where the first of them cuts what the
+/// others come near.
 const MOST_AT_ONCE: usize = 64;
 
 impl<'a> MachineBodies<'a> {
@@ -65,8 +66,9 @@ impl<'a> MachineBodies<'a> {
         self.bodies.iter().map(|(k, body)| (*k, &*body.name))
     }
 
-    /// What bodies do on a move near the stock as it is on these lines: at the positions of [`verify`](crate::run::verify::verify), and followed
-    /// from one to the next as there. A body that is not known to be free at every time has an episode, if need be without a measure.
+    /// What bodies do on a move near the stock as it is on these lines: at the positions of
+    /// [`verify`](crate::run::verify::verify), and followed from one to the next as there. A body
+    /// that is not known to be free at every time has an episode, if need be without a measure.
     fn contacts(
         &self,
         asked: &[usize],
@@ -111,9 +113,10 @@ impl Waiting {
         self.moves.first().map(|asked| asked.index)
     }
 
-    /// What bodies of each head do on the first of the moves, with the lines as they are before it: its head, and the episodes. `first`
-    /// is the index of the batch's first move in the program. The move waits no more, and neither do moves behind it that are free of
-    /// the lines as they are now: what is cut until then is only less.
+    /// What bodies of each head do on the first of the moves, with the lines as they are before it:
+    /// its head, and the episodes. `first` is the index of the batch's first move in the program.
+    /// The move waits no more, and neither do moves behind it that are free of the lines as they
+    /// are now: what is cut until then is only less.
     pub(crate) fn ask_first(
         &mut self,
         heads: &[&MachineBodies<'_>],

@@ -19,9 +19,11 @@ pub(crate) struct FirstStock<'a> {
 
 /// The same at a moment.
 ///
-/// Lines are those that are outside of all stock ([`still_there`](crate::stock::unresolved_findings::still_there)): what is left is only where the stock was at
-/// first, and in cells whose line has material at the same height, or where there are no lines. So its distance is no less than from
-/// the first stock, and no less than from the lines but for half the diagonal of a cell: the larger of both is told.
+/// Lines are those that are outside of all stock
+/// ([`still_there`](crate::stock::unresolved_findings::still_there)): what is left is only where
+/// the stock was at first, and in cells whose line has material at the same height, or where there
+/// are no lines. So its distance is no less than from the first stock, and no less than from the
+/// lines but for half the diagonal of a cell: the larger of both is told.
 pub(crate) struct StockNow<'s> {
     first: &'s FirstStock<'s>,
     lines: &'s DexelMap,
@@ -33,11 +35,13 @@ struct Near {
     place: Option<Point3<f64>>,
 }
 
-/// By how much lines may cover less than there is, mm: rounding of corners, and of the ends of material.
+/// By how much lines may cover less than there is, mm: rounding of corners, and of the ends of
+/// material.
 const ROUNDING: f64 = 1e-6;
 
 impl<'a> FirstStock<'a> {
-    /// `None` where an obstacle is no stock and has none on it. A fixture is not cut, whatever is on it.
+    /// `None` where an obstacle is no stock and has none on it. A fixture is not cut, whatever is
+    /// on it.
     pub(crate) fn of(obstacle: &VirtualObstacle<'a>, grid: &DexelGrid) -> Option<Self> {
         let has_stock = match obstacle.kind {
             ObstacleKind::Stock => true,
@@ -68,8 +72,8 @@ fn beyond(mesh: &dyn Interference, thickness: f64, grid: &DexelGrid) -> Vec<Aabb
 }
 
 impl StockNow<'_> {
-    /// What may be material is no nearer to an undilated body than this; `None` where that is not nearer than `at_most`. Of
-    /// distances up to `enough` any may be told.
+    /// What may be material is no nearer to an undilated body than this; `None` where that is not
+    /// nearer than `at_most`. Of distances up to `enough` any may be told.
     fn now(&self, core: &Solid, work_from_solid: &Isometry3<f64>, [enough, at_most]: [f64; 2]) -> Option<Near> {
         let beside = outside_layer(self.lines.grid().cell()) + ROUNDING;
         let found = self.lines.nearest(core, work_from_solid, [enough, at_most].map(|d| d + beside));
@@ -108,7 +112,8 @@ impl StockNow<'_> {
     }
 }
 
-/// Largest gap of two boxes along an axis, mm: their distance is no less, and it changes by no more than points of one box move.
+/// Largest gap of two boxes along an axis, mm: their distance is no less, and it changes by no more
+/// than points of one box move.
 fn gap(a: &Aabb, b: &Aabb) -> f64 {
     (a.min - b.max).sup(&(b.min - a.max)).sup(&Vector3::zeros()).max()
 }

@@ -1,5 +1,6 @@
-//! Whether a block certainly cuts, or certainly does not: a cutter that is smaller by all that motion and stock may be off
-//! still meets material, and one that is larger by that, and by what lies between the lines, meets none.
+//! Whether a block certainly cuts, or certainly does not: a cutter that is smaller by all that
+//! motion and stock may be off still meets material, and one that is larger by that, and by what
+//! lies between the lines, meets none.
 
 use std::collections::BTreeSet;
 use std::f64::consts::SQRT_2;
@@ -22,7 +23,8 @@ pub(crate) struct Smaller {
 }
 
 impl Smaller {
-    /// A cutter without all that is not `depth` (mm) below its surface; `None` where nothing is left.
+    /// A cutter without all that is not `depth` (mm) below its surface; `None` where nothing is
+    /// left.
     pub(crate) fn of(cutter: &Cutter, depth: f64) -> Option<Self> {
         eroded(cutter, depth).map(|body| Self { body, raised: depth })
     }
@@ -47,14 +49,17 @@ pub(crate) struct Probe {
     blocks: BTreeSet<usize>,
     /// The cutter, eroded; `None` where nothing would be left of it: then no block is known to cut.
     cutter: Option<Smaller>,
-    /// The cutter with the diagonal of a cell around it, and twice `depth`: ways and stock may each be off by that.
+    /// The cutter with the diagonal of a cell around it, and twice `depth`: ways and stock may each
+    /// be off by that.
     around: TurnedBody,
-    /// How much it is smaller on all sides, and how much of a line's material is more than the ways may be off, mm.
+    /// How much it is smaller on all sides, and how much of a line's material is more than the ways
+    /// may be off, mm.
     pub(crate) depth: f64,
 }
 
 impl Probe {
-    /// For the lines that the settings name; `tolerance` is that of the cut stock, `cell` the distance of its lines, mm.
+    /// For the lines that the settings name; `tolerance` is that of the cut stock, `cell` the
+    /// distance of its lines, mm.
     pub(crate) fn new(
         program: &ReadProgram,
         settings: &VerifySettings,
@@ -98,8 +103,9 @@ pub(crate) fn dilated(cutter: &Cutter, around: f64) -> TurnedBody {
     TurnedBody::new(&rings).unwrap_or_else(|_| TurnedBody::of_cutter(cutter))
 }
 
-/// All of a cutter that is `depth` (mm) below its surface, but for the end of its flute where that is not above the corner;
-/// its tip is at the origin, so that it stands `depth` above the cutter's. `None` where nothing is left.
+/// All of a cutter that is `depth` (mm) below its surface, but for the end of its flute where that
+/// is not above the corner; its tip is at the origin, so that it stands `depth` above the cutter's.
+/// `None` where nothing is left.
 fn eroded(cutter: &Cutter, depth: f64) -> Option<TurnedBody> {
     let corner = (cutter.corner_radius() - depth).max(0.0);
     let flute = (cutter.flute_length() - 2.0 * depth).max(corner);

@@ -1,4 +1,5 @@
-//! Solids that the cutting motions of a program sweep: what the material left on a surface is measured against.
+//! Solids that the cutting motions of a program sweep: what the material left on a surface is
+//! measured against.
 
 use facemill_cl_data::Monitor;
 use facemill_nc_program::ReadProgram;
@@ -10,16 +11,19 @@ use crate::motion::setup::{VerifyError, VerifySettings, VirtualSetup};
 use crate::run::scene::Scene;
 use crate::run::segments::{Coarseness, segments};
 
-/// Everything that the cutter of a head sweeps in the feed moves of a program that was read from NC text; the `id` of each motion is
-/// the line of its block. Rapids cut nothing, and neither do moves of the other head.
+/// Everything that the cutter of a head sweeps in the feed moves of a program that was read from NC
+/// text; the `id` of each motion is the line of its block. Rapids cut nothing, and neither do moves
+/// of the other head.
 ///
-/// The motion is that of the machine's law for the text, as straight ways with an evenly turning axis: at no time is a point of the
-/// cutter farther than `tolerance` (mm) from where it is then. So a height that is measured against it
-/// ([`left_heights`](facemill_z_map::left_heights)) is off by no more than that along the normal of the cutter there.
-/// A move that the axes cannot follow sweeps nothing; [`verify`](crate::run::verify::verify) reports it.
+/// The motion is that of the machine's law for the text, as straight ways with an evenly turning
+/// axis: at no time is a point of the cutter farther than `tolerance` (mm) from where it is then.
+/// So a height that is measured against it ([`left_heights`](facemill_z_map::left_heights)) is off
+/// by no more than that along the normal of the cutter there. A move that the axes cannot follow
+/// sweeps nothing; [`verify`](crate::run::verify::verify) reports it.
 ///
 /// # Errors
-/// When the setup or a setting makes no sense, or the monitor cancels. A step of `monitor` is a move.
+/// When the setup or a setting makes no sense, or the monitor cancels. A step of `monitor` is a
+/// move.
 pub fn swept_by_cuts(
     program: &ReadProgram,
     setup: &VirtualSetup<'_>,

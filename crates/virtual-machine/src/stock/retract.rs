@@ -24,8 +24,9 @@ impl CutEnd {
         Self { cl, flute, slack: 2.0 * tolerance }
     }
 
-    /// Whether a rapid goes along the axis of the end of the cut, out of it, and a place beside it is no higher than the flute was: there
-    /// it comes no nearer to anything than the flute has been.
+    /// Whether a rapid goes along the axis of the end of the cut, out of it, and a place beside it
+    /// is no higher than the flute was: there it comes no nearer to anything than the flute has
+    /// been.
     pub(crate) fn has_been_beside(&self, rapid: &Segment, place: &Point3<f64>) -> bool {
         self.is_behind(&rapid.from) && self.is_behind(&rapid.to) && self.height_of(place) <= self.flute + self.slack
     }

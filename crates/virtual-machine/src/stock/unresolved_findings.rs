@@ -1,4 +1,5 @@
-//! What may be left of the stock where no line of it shows: thin walls, fins and edges between the lines.
+//! What may be left of the stock where no line of it shows: thin walls, fins and edges between the
+//! lines.
 
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
@@ -21,22 +22,24 @@ use crate::stock::heads;
 use crate::stock::machine_bodies::{InQuestion, MachineBodies, Waiting};
 use crate::stock::probe::Smaller;
 
-/// Thickness of the layer around the stock with which its lines, `cell` (mm) apart, show all of it, mm: half the diagonal of a cell.
-/// Every place of the stock is then in the material of the line in the middle of its cell, at the same height.
+/// Thickness of the layer around the stock with which its lines, `cell` (mm) apart, show all of it,
+/// mm: half the diagonal of a cell. Every place of the stock is then in the material of the line in
+/// the middle of its cell, at the same height.
 #[must_use]
 pub fn outside_layer(cell: f64) -> f64 {
     cell * FRAC_1_SQRT_2
 }
 
-/// How deep the cutter, or a section of the tool's body or holder, has to go into what is left of the stock for [`still_there`] to find
-/// it, on lines `cell` (mm) apart and with a tolerance (mm), in mm: below its surface, its ends among it. Sections that are nowhere that
-/// deep are not asked.
+/// How deep the cutter, or a section of the tool's body or holder, has to go into what is left of
+/// the stock for [`still_there`] to find it, on lines `cell` (mm) apart and with a tolerance (mm),
+/// in mm: below its surface, its ends among it. Sections that are nowhere that deep are not asked.
 #[must_use]
 pub fn certain_depth(cell: f64, tolerance: f64) -> f64 {
     SQRT_2 * cell + 8.0 * tolerance
 }
 
-/// Whether a cutter is large enough for [`still_there`] to know what it takes, on lines `cell` (mm) apart and with a tolerance (mm).
+/// Whether a cutter is large enough for [`still_there`] to know what it takes, on lines `cell` (mm)
+/// apart and with a tolerance (mm).
 #[must_use]
 pub fn is_known_to_cut(cutter: &Cutter, cell: f64, tolerance: f64) -> bool {
     Smaller::within(cutter, outside_layer(cell) + 2.0 * tolerance).is_some()
@@ -45,26 +48,31 @@ pub fn is_known_to_cut(cutter: &Cutter, cell: f64, tolerance: f64) -> bool {
 /// One head, and its findings against the stock as it was at first.
 pub type HeadFindings<'a> = (&'a VirtualSetup<'a>, &'a VerifySettings, Vec<Finding>);
 
-/// Of findings against the stock as it was at first those that may hold against what is left of it then: bodies of tool and machine, and
-/// the cutter in rapid, that are not proven to be free of it. They are told anew, for the blocks on which that is so, with the obstacle
-/// `stock`.
+/// Of findings against the stock as it was at first those that may hold against what is left of it
+/// then: bodies of tool and machine, and the cutter in rapid, that are not proven to be free of it.
+/// They are told anew, for the blocks on which that is so, with the obstacle `stock`.
 ///
-/// `outside` is the stock before the program with [`outside_layer`] around it, as lines. The cutter takes of it what a smaller one
-/// would, by half the diagonal of a cell and twice the tolerance: so long as there is material in a cell, its line has material at that
-/// height. Bodies are asked smaller by half the diagonal of a cell and six times the tolerance, so that walls that the cutter
-/// itself has left smooth are not found when it goes along them, though ways are off by twice the tolerance. So what goes into remaining
-/// stock deeper than [`certain_depth`] is found, however thin the stock is; and what is found goes through what was stock at first, and comes nearer than
-/// half the diagonal of a cell to what may be left, deep within the body.
+/// `outside` is the stock before the program with [`outside_layer`] around it, as lines. The cutter
+/// takes of it what a smaller one would, by half the diagonal of a cell and twice the tolerance: so
+/// long as there is material in a cell, its line has material at that height. Bodies are asked
+/// smaller by half the diagonal of a cell and six times the tolerance, so that walls that the
+/// cutter itself has left smooth are not found when it goes along them, though ways are off by
+/// twice the tolerance. So what goes into remaining stock deeper than [`certain_depth`] is found,
+/// however thin the stock is; and what is found goes through what was stock at first, and comes
+/// nearer than half the diagonal of a cell to what may be left, deep within the body.
 ///
-/// Bodies of the machine are asked as they are, with their clearances, as [`verify`](crate::run::verify::verify) does: at its positions, and followed
-/// from one to the next, on each move against what is left before it. What is left is where there was stock at first, and within half the
-/// diagonal of a cell of a line's material, or beside all lines. So the distance that is told is never larger than it is; a near miss is
-/// told, too; and where no bound on the motion is known, there is no distance.
+/// Bodies of the machine are asked as they are, with their clearances, as
+/// [`verify`](crate::run::verify::verify) does: at its positions, and followed from one to the
+/// next, on each move against what is left before it. What is left is where there was stock at
+/// first, and within half the diagonal of a cell of a line's material, or beside all lines. So the
+/// distance that is told is never larger than it is; a near miss is told, too; and where no bound
+/// on the motion is known, there is no distance.
 ///
-/// Where a cutter is too small to know what it takes ([`is_known_to_cut`]), nothing is asked, and what was found of bodies of the machine is
-/// told as it was.
+/// Where a cutter is too small to know what it takes ([`is_known_to_cut`]), nothing is asked, and
+/// what was found of bodies of the machine is told as it was.
 ///
-/// Ways, and what is cut, are those of [`run_stock`](crate::stock::run::run_stock), which tells all else.
+/// Ways, and what is cut, are those of [`run_stock`](crate::stock::run::run_stock), which tells all
+/// else.
 ///
 /// # Errors
 /// As [`run_stock_of_heads`](crate::stock::run::run_stock_of_heads).
@@ -290,7 +298,8 @@ struct Asked<'s> {
     index: usize,
 }
 
-/// What is asked and cut on a batch of moves: in each part of a move all heads are asked before any of them cuts.
+/// What is asked and cut on a batch of moves: in each part of a move all heads are asked before any
+/// of them cuts.
 fn steps<'s>(program: &ReadProgram, views: &'s [View<'_>], moves: &[&[Move]], ways: &'s Ways) -> Vec<Asked<'s>> {
     let mut steps = Vec::new();
     for (index, of_heads) in ways.iter().enumerate() {
@@ -324,8 +333,9 @@ fn steps<'s>(program: &ReadProgram, views: &'s [View<'_>], moves: &[&[Move]], wa
     steps
 }
 
-/// Of findings of a setup against the stock as it was at first those that a run against it as it is then does not tell: what is in
-/// question, of bodies of tool and machine, and of the cutter in rapid.
+/// Of findings of a setup against the stock as it was at first those that a run against it as it is
+/// then does not tell: what is in question, of bodies of tool and machine, and of the cutter in
+/// rapid.
 #[must_use]
 pub fn in_question(setup: &VirtualSetup<'_>, at_first: &[Finding], then: &[Finding]) -> Vec<Finding> {
     let of_tool = |f: &Finding| matches!(f.kind, FindingKind::HolderCollision | FindingKind::RapidCollision);

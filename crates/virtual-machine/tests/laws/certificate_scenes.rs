@@ -35,8 +35,8 @@ fn shop(path_mm: f64, orientation_deg: f64, bed_bodies: Vec<BodyFile>) -> Shop {
     Shop::with_machine(Machine::from_file(file).unwrap())
 }
 
-/// The same with a post of 60 mm radius on its bed, 180 mm beside the middle of the plate and up to `top` above it,
-/// that keeps 5 mm.
+/// The same with a post of 60 mm radius on its bed, 180 mm beside the middle of the plate and up to
+/// `top` above it, that keeps 5 mm.
 fn shop_with_post(path_mm: f64, top: f64) -> Shop {
     let foot = Shop::new().table_from_work * Point3::new(0.0, 180.0, 0.0);
     let post = BodyFile {
@@ -60,7 +60,8 @@ fn bare(shop: &Shop) -> VirtualSetup<'_> {
 
 #[test]
 fn the_head_over_a_clamp_is_not_certified_and_over_a_lower_one_is() {
-    // The head's lower side is 370 mm above the tip and keeps 10 mm; the clamp is out of the holder's way.
+    // The head's lower side is 370 mm above the tip and keeps 10 mm; the clamp is out of the
+    // holder's way.
     let shop = shop(0.0, 0.0, Vec::new());
     let over = |top: f64| {
         let mesh = MeshTree::new(&box_mesh([-30.0, 110.0, -80.0], [30.0, 130.0, top]));

@@ -1,4 +1,5 @@
-//! Certificates of random blocks against depths at times close together, and what they refuse to say.
+//! Certificates of random blocks against depths at times close together, and what they refuse to
+//! say.
 
 use std::fmt::Write;
 
@@ -92,8 +93,9 @@ impl Stop {
     }
 }
 
-/// A walk over the sheet: blocks of some millimetres, the axis turning, the cutter now in the sheet, now over it. With RTCP
-/// the linear words are the tip's. The stops are those of the rounded words.
+/// A walk over the sheet: blocks of some millimetres, the axis turning, the cutter now in the
+/// sheet, now over it. With RTCP the linear words are the tip's. The stops are those of the rounded
+/// words.
 fn walk<'a>(shop: &'a Shop, lcg: &mut Lcg, n: usize, rtcp: bool) -> (Text<'a>, Vec<Stop>) {
     let mut text = Text::new(shop);
     if rtcp {
@@ -126,8 +128,9 @@ fn walk<'a>(shop: &'a Shop, lcg: &mut Lcg, n: usize, rtcp: bool) -> (Text<'a>, V
     (text, stops)
 }
 
-/// By what a sampled depth may exceed a certificate, mm. Both sides work in f64 from the same words: coordinates of a metre
-/// are rounded to 1e-13 mm, some hundred operations deep; the sampled depth itself is never more than there is.
+/// By what a sampled depth may exceed a certificate, mm. Both sides work in f64 from the same
+/// words: coordinates of a metre are rounded to 1e-13 mm, some hundred operations deep; the sampled
+/// depth itself is never more than there is.
 const ROUNDING: f64 = 1e-9;
 
 /// A walk and how it is held to its certificates.
@@ -140,7 +143,8 @@ struct Walk {
 }
 
 impl Walk {
-    /// Depths at times close together of each block against its certificate; `at` is the tool between two stops, by the law.
+    /// Depths at times close together of each block against its certificate; `at` is the tool
+    /// between two stops, by the law.
     fn check(&self, shop: &Shop, at: impl Fn(&Stop, &Stop, f64) -> Place) {
         let sheet = sheet();
         let mesh = MeshTree::new(&sheet);
@@ -154,7 +158,8 @@ impl Walk {
                 (0..=self.times).map(|k| at(&ends[0], &ends[1], f64::from(k) / f64::from(self.times))).collect();
             let deepest = kit::CUTTER.depth(places.iter().copied(), &within_reach(&all, &places), LIMIT);
             let Some(depth) = c.depth_mm else {
-                // Where the axes swing past the pole the tip may leave its way by millimetres, deeper than is told.
+                // Where the axes swing past the pole the tip may leave its way by millimetres,
+                // deeper than is told.
                 assert!(deepest > 0.6 * LIMIT, "line {}: {deepest} deep and not certified", c.line);
                 continue;
             };
@@ -253,7 +258,8 @@ fn three_thousand_blocks_with_a_turned_tool_vector_are_never_deeper_than_certifi
 #[test]
 fn a_bump_between_two_ends_is_in_the_certificate() {
     let shop = Shop::new();
-    // A pyramid of 0.3 mm half way, narrower than the way between two sampled positions would have to be.
+    // A pyramid of 0.3 mm half way, narrower than the way between two sampled positions would have
+    // to be.
     let base = |x: f64, y: f64| Point3::new(x, y, -1.0);
     let bump =
         vec![base(0.05, -0.05), base(0.05, 0.05), base(-0.05, 0.05), base(-0.05, -0.05), Point3::new(0.0, 0.0, 0.3)];
@@ -309,8 +315,9 @@ fn a_rapid_with_each_axis_at_its_own_speed_is_certified_on_the_way_it_takes() {
 #[test]
 fn a_post_under_the_bend_of_a_rapid_is_met() {
     let shop = shop_with(CuttingLawFile::AxesLinear, RapidLawFile::PerAxis);
-    // Along X of the machine, three times as far as up: Z is there after a third of the time. The post is met after a quarter
-    // and before the bend; whoever goes on straight from behind the bend back to the quarter passes over it.
+    // Along X of the machine, three times as far as up: Z is there after a third of the time. The
+    // post is met after a quarter and before the bend; whoever goes on straight from behind the
+    // bend back to the quarter passes over it.
     let along = shop.table_from_work.rotation.inverse() * Vector3::x();
     let [foot, end] = [110.0, 300.0].map(|way| along * way);
     let rapid = |top: f64| {
@@ -321,7 +328,8 @@ fn a_post_under_the_bend_of_a_rapid_is_met() {
     };
     let met = rapid(112.0);
     assert!(!met.certified && met.depth_mm.is_none(), "{met:?}");
-    // When the cutter's edge is there, the tip is 80 mm on its way, and as far above where it began.
+    // When the cutter's edge is there, the tip is 80 mm on its way, and as far above where it
+    // began.
     let missed = rapid(95.0);
     assert!(missed.certified, "{missed:?}");
 }
@@ -331,8 +339,8 @@ fn with_rapids(text: &str, rtcp_rapids: RtcpRapids) -> ReadProgram {
     ReadProgram { rtcp_rapids, ..read_program(text, Dialect::Fanuc).unwrap() }
 }
 
-/// Rapids of a walk under RTCP that keep the tip straight: whatever is certified to stay out of the sheet does so at all times
-/// close together, and most of what stays out is certified.
+/// Rapids of a walk under RTCP that keep the tip straight: whatever is certified to stay out of the
+/// sheet does so at all times close together, and most of what stays out is certified.
 fn rapids_stay_out(shop: &Shop, at: impl Fn(&Stop, &Stop, f64) -> Place) {
     const TIMES: u32 = 40;
     const BLOCKS: usize = 250;
@@ -372,7 +380,8 @@ fn rapids_with_a_turned_tool_vector_stay_out_where_they_are_certified() {
     rapids_stay_out(&shop, |a, b, t| (a.tip + (b.tip - a.tip) * t, a.axis.slerp(&b.axis, t)));
 }
 
-/// Two places at which a rapid under RTCP begins and ends while the table turns by 120 deg, and its text.
+/// Two places at which a rapid under RTCP begins and ends while the table turns by 120 deg, and its
+/// text.
 const ENDS: [[f64; 2]; 2] = [[-94.0, -117.0], [94.0, 117.0]];
 
 fn turning_rapid() -> String {

@@ -1,4 +1,5 @@
-//! What a program sets besides axes: each fault in its text is found once, where it is, and its twin is not.
+//! What a program sets besides axes: each fault in its text is found once, where it is, and its
+//! twin is not.
 
 mod functions;
 mod left_unsaid;
@@ -277,7 +278,8 @@ fn lost(text: &str, dialect: Dialect) -> Vec<(FindingKind, u32, Option<String>)>
     told.map(|f| (f.kind, f.first_line, f.axis.clone())).collect()
 }
 
-/// An axis whose word is an expression that nobody evaluates goes somewhere, and does not stay where it was.
+/// An axis whose word is an expression that nobody evaluates goes somewhere, and does not stay
+/// where it was.
 #[test]
 fn an_axis_with_a_word_of_unknown_value_is_lost_and_not_taken_to_stay() {
     let fanuc = |word: &str| format!("G21 G90 G94 G49\nG0 X0. Y0. Z0. B0. C0.\nG0 X10. Y{word}\nG0 X20.\nM30\n");
@@ -299,7 +301,8 @@ fn an_axis_with_a_word_of_unknown_value_is_lost_and_not_taken_to_stay() {
     assert_eq!(lost(cycle, Dialect::Fanuc), [(FindingKind::UnknownPosition, 3, Some("Z".to_owned()))]);
 }
 
-/// In inches 1 deg counts as 1 inch, which is an assumption where a rotary axis moves, and no finding.
+/// In inches 1 deg counts as 1 inch, which is an assumption where a rotary axis moves, and no
+/// finding.
 #[test]
 fn feeds_in_inches_count_a_degree_as_an_inch_and_are_no_findings() {
     let shop = Shop::new();
@@ -316,8 +319,8 @@ fn feeds_in_inches_count_a_degree_as_an_inch_and_are_no_findings() {
     }
 }
 
-/// What F counts: all axes with 1 deg as 1 mm, as FANUC does and FGROUP says it; or the linear axes alone, as Siemens and
-/// LinuxCNC do without it.
+/// What F counts: all axes with 1 deg as 1 mm, as FANUC does and FGROUP says it; or the linear axes
+/// alone, as Siemens and LinuxCNC do without it.
 #[test]
 fn blocks_take_the_time_of_the_axes_that_the_control_counts() {
     let shop = Shop::new();

@@ -1,7 +1,7 @@
 //! Cores of face mills in stock, and twins whose ring has cleared the way.
 //!
-//! The tool has R 25, a core of radius 15 and may ramp at 3 degrees, so that its core is recessed by 2 · 15 · tan 3° = 1.57
-//! mm. On the plate, whose top is z = 0, lie 3 mm of stock.
+//! The tool has R 25, a core of radius 15 and may ramp at 3 degrees, so that its core is recessed
+//! by 2 · 15 · tan 3° = 1.57 mm. On the plate, whose top is z = 0, lie 3 mm of stock.
 
 use crate::kit::{HEAD, Shop, Text, box_mesh, lift_of};
 use facemill_interference::MeshTree;
@@ -166,8 +166,8 @@ struct Heights(Vec<f64>);
 const HALF: i32 = 110;
 
 impl Heights {
-    /// Cuts along a straight way and returns the most cells, within `core` of the axis, that stood higher than `above` over
-    /// the recess at one place.
+    /// Cuts along a straight way and returns the most cells, within `core` of the axis, that stood
+    /// higher than `above` over the recess at one place.
     fn cut(&mut self, from: [f64; 3], to: [f64; 3], inner: f64, core: f64, above: f64) -> usize {
         let way = (0..3).map(|k| (to[k] - from[k]).powi(2)).sum::<f64>().sqrt();
         let n = (way / 0.25).ceil().max(1.0) as u32;

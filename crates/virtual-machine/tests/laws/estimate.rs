@@ -72,7 +72,8 @@ fn fast_settings_of(cut_step: f64) -> VerifySettings {
 
 #[test]
 fn a_thin_fin_between_two_positions_is_missed_and_the_ordinary_mode_finds_it() {
-    // The corner of the cutter goes over the top of a pin beside its way: nearer than 3 mm to it on 13 mm alone.
+    // The corner of the cutter goes over the top of a pin beside its way: nearer than 3 mm to it on
+    // 13 mm alone.
     let depth = 0.1;
     let mut missed = 0;
     for x in [-60.0, -41.3, -7.7, 11.9, 33.1] {
@@ -90,7 +91,8 @@ fn a_thin_fin_between_two_positions_is_missed_and_the_ordinary_mode_finds_it() {
 
 #[test]
 fn the_side_of_a_body_on_a_corner_is_missed_and_an_edge_of_it_is_not() {
-    // The holder, from 60 to 120 mm above the tip and of radius 40, beside an arm that reaches 1 mm into its side.
+    // The holder, from 60 to 120 mm above the tip and of radius 40, beside an arm that reaches 1 mm
+    // into its side.
     let run = |z: [f64; 2]| {
         let mut shop = Shop::new();
         shop.wall = MeshTree::new(&box_mesh([39.0, -5.0, z[0]], [200.0, 5.0, z[1]]));

@@ -1,4 +1,5 @@
-//! Words that send axes far: beyond their limits, or round and round. What they cost is the machine's, not the text's.
+//! Words that send axes far: beyond their limits, or round and round. What they cost is the
+//! machine's, not the text's.
 
 use crate::kit::stock::cut_stock;
 use crate::kit::{HEAD, Shop, Text};
@@ -8,7 +9,8 @@ use facemill_virtual_machine::{FindingKind, Measure, Verification, VerifySetting
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
 
-/// Positions that no program of a few blocks needs on this machine: its travel is 5 m, its cutter's step 0.5 mm.
+/// Positions that no program of a few blocks needs on this machine: its travel is 5 m, its cutter's
+/// step 0.5 mm.
 const MANY: usize = 40_000;
 
 fn start(shop: &Shop) -> Text<'_> {

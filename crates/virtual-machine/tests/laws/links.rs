@@ -1,5 +1,5 @@
-//! Links of a program against the stock as it is there: what is free above uncut stock, in a slot once it is cut, and over a
-//! fixture, by heights that the scene tells.
+//! Links of a program against the stock as it is there: what is free above uncut stock, in a slot
+//! once it is cut, and over a fixture, by heights that the scene tells.
 
 use crate::kit::stock::cut_stock;
 use crate::kit::{Shop, Text};

@@ -17,7 +17,8 @@ fn only_fault(v: &Verification) -> &Finding {
     faults[0]
 }
 
-/// The preset with a post on its bed that stands 180 mm beside the middle of the plate, `top` above the plate.
+/// The preset with a post on its bed that stands 180 mm beside the middle of the plate, `top` above
+/// the plate.
 fn with_post(top: f64) -> Shop {
     let foot = Shop::new().table_from_work * Point3::new(0.0, 180.0, 0.0);
     let mut file = Machine::head_b_table_c().unwrap().to_file();
@@ -27,7 +28,8 @@ fn with_post(top: f64) -> Shop {
     Shop::with_machine(Machine::from_file(file).unwrap())
 }
 
-/// Past the post at tip height 300: the head's lower side, 370 mm above the tip, passes over the post's top.
+/// Past the post at tip height 300: the head's lower side, 370 mm above the tip, passes over the
+/// post's top.
 fn past_the_post(shop: &Shop) -> Verification {
     // Without the plate and the wall: the post is in the way of the head alone.
     let mut setup = shop.setup();
@@ -83,7 +85,8 @@ fn bodies_that_one_joint_joins_are_left_out_and_others_are_not() {
     let run = |row: usize| {
         let mut file = Machine::head_b_table_c().unwrap().to_file();
         let block = ShapeFile::Box { size_mm: [100.0, 100.0, 100.0] };
-        // Rows 0 and 1 are the Y and the X slide; at home both frames' origins are the bed's, the boxes lie in each other.
+        // Rows 0 and 1 are the Y and the X slide; at home both frames' origins are the bed's, the
+        // boxes lie in each other.
         file.bed_bodies = vec![body("guide", block, [0.0, 0.0, -3000.0], 0.0)];
         let machine = Machine::from_file(file.clone()).unwrap();
         let probe = BodyFile { name: "slide".to_owned(), ..file.bed_bodies[0].clone() };
@@ -107,7 +110,8 @@ fn bodies_that_one_joint_joins_are_left_out_and_others_are_not() {
     );
 }
 
-/// Table that turns about C in a cradle that tilts about A, with a cheek at y from 200 to 240, 100 mm above the table.
+/// Table that turns about C in a cradle that tilts about A, with a cheek at y from 200 to 240, 100
+/// mm above the table.
 fn trunnion() -> Machine {
     let row = |alpha_deg: f64, theta_deg: f64| DhRow {
         a_mm: 0.0,

@@ -1,5 +1,5 @@
-//! Bodies of the machine against the stock as it is when they come near it: what has been cut away is not met, and all else is as
-//! it was against the stock before cutting.
+//! Bodies of the machine against the stock as it is when they come near it: what has been cut away
+//! is not met, and all else is as it was against the stock before cutting.
 
 use facemill_cl_data::Silent;
 use facemill_interference::MeshTree;
@@ -77,10 +77,12 @@ impl Block {
     }
 }
 
-/// Depth of cuts, mm: what the flute does not reach by less than a smaller one and the layer around the stock would stay.
+/// Depth of cuts, mm: what the flute does not reach by less than a smaller one and the layer around
+/// the stock would stay.
 const DEPTH: f64 = 9.0;
 
-/// A slot along the block's top, of that depth and twice `half` wide, one block of the program for each of its three passes.
+/// A slot along the block's top, of that depth and twice `half` wide, one block of the program for
+/// each of its three passes.
 pub(crate) fn slot(text: Text<'_>, half: f64) -> Text<'_> {
     let ys = [-(half - RADIUS), 0.0, half - RADIUS];
     ys.into_iter().fold(text, |text, y| pass(text, y, HIGH[2] - DEPTH))
@@ -148,7 +150,8 @@ fn distance(finding: &Finding) -> f64 {
 pub(crate) const BEHIND: u32 = 15;
 const BEFORE: u32 = 3;
 
-/// The guard is 2 mm below the block's top in the pass at this height of the tip, and 7 mm above the slot's floor.
+/// The guard is 2 mm below the block's top in the pass at this height of the tip, and 7 mm above
+/// the slot's floor.
 pub(crate) const IN_SLOT: f64 = 18.0;
 
 #[test]
@@ -172,7 +175,8 @@ fn a_slot_that_has_been_cut_is_not_met_and_one_that_is_too_narrow_or_not_yet_cut
 fn what_is_left_beside_the_guard_is_never_told_to_be_farther_than_it_is() {
     let (shop, block) = (shop_with_guard(), Block::on_the_plate());
     let setup = block.setup(&shop);
-    // The cutter takes as much less, and what is left is seen so far around the lines; ways are within twice the tolerance.
+    // The cutter takes as much less, and what is left is seen so far around the lines; ways are
+    // within twice the tolerance.
     let beside = 2.0 * outside_layer(CELL) + 4.0 * TOLERANCE;
     let settings = VerifySettings { near_miss: 4.0, ..VerifySettings::default() };
     for gap in [0.3, 4.3, 6.6] {
@@ -188,7 +192,8 @@ fn what_is_left_beside_the_guard_is_never_told_to_be_farther_than_it_is() {
     }
 }
 
-/// Over and beside the block at many distances and two angles, the cutter always outside: rapids and feeds.
+/// Over and beside the block at many distances and two angles, the cutter always outside: rapids
+/// and feeds.
 fn around(shop: &Shop) -> Text<'_> {
     let z = HIGH[2] - ABOVE;
     let mut text = Text::new(shop).rapid([-120.0, 155.0, 200.0]);
@@ -231,7 +236,8 @@ fn without_a_cut_all_findings_are_those_against_the_stock_before_cutting() {
     assert!(!told.is_empty() && collisions(&first).into_iter().all(is_told), "{first:?} and {now:?}");
 }
 
-/// A pin of stock of 0.2 mm that a finger of 0.4 mm passes over, with no clearance: positions are a mm apart.
+/// A pin of stock of 0.2 mm that a finger of 0.4 mm passes over, with no clearance: positions are a
+/// mm apart.
 #[test]
 fn stock_that_is_met_between_two_positions_alone_is_found_until_it_is_cut() {
     let length = Shop::new().tool.gauge_length();
@@ -296,7 +302,8 @@ fn findings_are_the_same_on_any_number_of_threads() {
     assert_eq!(of_one, run());
 }
 
-/// Certificates of a program whose stock is cut say nothing of the stock; of all else they say what they did.
+/// Certificates of a program whose stock is cut say nothing of the stock; of all else they say what
+/// they did.
 #[test]
 fn certificates_leave_out_the_stock_that_is_cut_and_nothing_else() {
     let (shop, block) = (shop_with_guard(), Block::on_the_plate());
@@ -313,7 +320,8 @@ fn certificates_leave_out_the_stock_that_is_cut_and_nothing_else() {
     assert_eq!((certified(false), certified(true)), (vec![true, false, false], vec![true, true, false]));
 }
 
-/// Fins and needles, thinner than the distance of the lines, that stand between two of them: beside the cutter, and under the guard.
+/// Fins and needles, thinner than the distance of the lines, that stand between two of them: beside
+/// the cutter, and under the guard.
 #[test]
 fn what_stands_between_the_lines_is_met_wherever_it_stands_until_it_is_cut() {
     let shop = shop_with_guard();
@@ -346,7 +354,8 @@ struct Profile {
 }
 
 impl Profile {
-    /// Whether any of the block is left, by cutters that are smaller by `smaller` on all sides, within `near` of a guard.
+    /// Whether any of the block is left, by cutters that are smaller by `smaller` on all sides,
+    /// within `near` of a guard.
     fn holds(&self, smaller: f64, [y, z]: [f64; 2], near: f64) -> bool {
         // Of a smaller one without all that is outside of the round of its corner.
         let corner = if smaller > 0.0 { CORNER } else { 0.0 };
@@ -367,7 +376,8 @@ impl Profile {
 
 const FLUTE: f64 = 12.0;
 
-/// Passes at random against points of the block's section: what is there for certain is met, and what is met may be there.
+/// Passes at random against points of the block's section: what is there for certain is met, and
+/// what is met may be there.
 #[test]
 fn the_guard_is_told_where_points_of_the_block_are_left_and_nowhere_else() {
     let (shop, block) = (shop_with_guard(), Block::on_the_plate());
@@ -403,7 +413,8 @@ fn the_guard_is_told_where_points_of_the_block_are_left_and_nowhere_else() {
     assert!(n_met > 4 && n_cleared > 2, "{n_met} met, {n_cleared} cut before");
 }
 
-/// The second head's guard, 2 mm narrower than the slot that the first head mills on each side, in it.
+/// The second head's guard, 2 mm narrower than the slot that the first head mills on each side, in
+/// it.
 #[test]
 fn what_one_head_has_cut_is_free_for_bodies_of_the_other() {
     let mut shop = dual::Shop::new();
@@ -441,7 +452,8 @@ fn what_one_head_has_cut_is_free_for_bodies_of_the_other() {
     assert!(!found([0, 1]) && found([1, 0]));
 }
 
-/// From below through a thin block, a guard that is narrower than the cutter over it: what the flute takes on the same way comes later.
+/// From below through a thin block, a guard that is narrower than the cutter over it: what the
+/// flute takes on the same way comes later.
 #[test]
 fn what_the_move_itself_cuts_behind_the_guard_is_met_and_not_a_second_time() {
     let length = Shop::new().tool.gauge_length();
@@ -459,7 +471,8 @@ fn what_the_move_itself_cuts_behind_the_guard_is_met_and_not_a_second_time() {
     assert_eq!(collisions(&found.now), [(4, 4)]);
 }
 
-/// In a slot that is wide enough, a tool half a degree off the pole that turns past it: no bound on the rotary axes is known there.
+/// In a slot that is wide enough, a tool half a degree off the pole that turns past it: no bound on
+/// the rotary axes is known there.
 #[test]
 fn a_body_is_told_where_no_bound_on_its_motion_in_the_cut_stock_is_known() {
     let mut file = shop_with_guard().machine.to_file();

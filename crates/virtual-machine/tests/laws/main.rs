@@ -1,4 +1,5 @@
-//! Programs as text on the virtual machine: planted faults and their twins, certificates, and the stock as it is cut.
+//! Programs as text on the virtual machine: planted faults and their twins, certificates, and the
+//! stock as it is cut.
 
 mod kit;
 

@@ -21,8 +21,8 @@ fn block(size_mm: [f64; 3], as_mesh: bool) -> ShapeFile {
     ShapeFile::Mesh(MeshShapeFile { file: "block.stl".to_owned(), unit: None, groups: None, hull })
 }
 
-/// The preset with a block on its bed beside the middle of the plate, `top` above it; boxes of the head and the block are
-/// meshes where asked for.
+/// The preset with a block on its bed beside the middle of the plate, `top` above it; boxes of the
+/// head and the block are meshes where asked for.
 fn shop(top: f64, as_mesh: bool) -> Shop {
     let foot = Shop::new().table_from_work * Point3::new(0.0, 180.0, 0.0);
     let mut file = Machine::head_b_table_c().unwrap().to_file();
@@ -44,7 +44,8 @@ fn shop(top: f64, as_mesh: bool) -> Shop {
     Shop::with_machine(Machine::from_file(file).unwrap())
 }
 
-/// Past the block at tip height 300, upright and leaning: the head's lower side, 370 mm above the tip, passes over it.
+/// Past the block at tip height 300, upright and leaning: the head's lower side, 370 mm above the
+/// tip, passes over it.
 fn past(shop: &Shop, lean: f64) -> (Vec<Finding>, Certificate) {
     let axis = [lean.sin(), 0.0, lean.cos()];
     let setup = VirtualSetup { obstacles: Vec::new(), ..shop.setup() };

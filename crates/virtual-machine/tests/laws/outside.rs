@@ -1,5 +1,5 @@
-//! Stock that stands between the lines: fins, and walls that cuts leave, wherever they are beside the lines; and that what is cut
-//! is taken to be gone where the cutter goes along its own walls.
+//! Stock that stands between the lines: fins, and walls that cuts leave, wherever they are beside
+//! the lines; and that what is cut is taken to be gone where the cutter goes along its own walls.
 
 use crate::kit::{HEAD, RADIUS, Shop, Text};
 use facemill_cl_data::Silent;
@@ -80,8 +80,8 @@ fn a_fin_between_the_lines_is_met_wherever_it_stands() {
     }
 }
 
-/// Two slots along y with a wall of some thickness between them, the second not to the block's end; then straight up, and across
-/// the wall.
+/// Two slots along y with a wall of some thickness between them, the second not to the block's end;
+/// then straight up, and across the wall.
 fn two_slots(shop: &Shop, wall: f64, x: f64) -> String {
     let [left, right] = [-1.0, 1.0].map(|side| x + side * (RADIUS + 0.5 * wall));
     let first = Text::new(shop).rapid([left, -120.0, 200.0]).rapid([left, -120.0, 10.0]).cut([left, 120.0, 10.0]);
@@ -106,7 +106,8 @@ fn a_wall_that_cuts_leave_is_met_and_their_own_walls_are_not() {
     }
 }
 
-/// What the lines themselves see of a thin wall: nothing, where none is in it; the cutter's own walls are near.
+/// What the lines themselves see of a thin wall: nothing, where none is in it; the cutter's own
+/// walls are near.
 #[test]
 fn such_a_wall_is_not_seen_by_the_lines() {
     let shop = Shop::new();

@@ -1,6 +1,7 @@
 //! Programs as text, each with one planted fault, and twins without it.
 //!
-//! Everything stands on a plate whose top is z = 0 of the workpiece frame, on the preset mill with head B and table C.
+//! Everything stands on a plate whose top is z = 0 of the workpiece frame, on the preset mill with
+//! head B and table C.
 
 mod bodies;
 mod cut_before;
@@ -76,7 +77,8 @@ fn twin_below_the_limit_is_clean_and_its_depth_is_told() {
 
 #[test]
 fn gouge_only_between_two_points_is_found() {
-    // Both ends stand on either side of the wall, upright, and the way goes through it at the height of the cutter.
+    // Both ends stand on either side of the wall, upright, and the way goes through it at the
+    // height of the cutter.
     let shop = Shop::new();
     let v = Text::new(&shop)
         .rapid([100.0, 0.0, 300.0])
@@ -91,8 +93,9 @@ fn gouge_only_between_two_points_is_found() {
 
 #[test]
 fn planted_holder_touch_is_found_and_its_twin_is_not() {
-    // The holder (radius 40, from 60 mm above the tip, clearance 2) beside a wall of 60 mm: the tip at z = 2 lets it pass
-    // over, at z = −3 of a slot it would hit; here the tip goes down to z = 0.5, so that 0.5 mm are left of 2.
+    // The holder (radius 40, from 60 mm above the tip, clearance 2) beside a wall of 60 mm: the tip
+    // at z = 2 lets it pass over, at z = −3 of a slot it would hit; here the tip goes down to z =
+    // 0.5, so that 0.5 mm are left of 2.
     let shop = Shop::new();
     let run = |z: f64| {
         Text::new(&shop)
@@ -118,7 +121,8 @@ fn planted_holder_touch_is_found_and_its_twin_is_not() {
 
 #[test]
 fn a_joined_near_miss_is_of_blocks_without_the_collision_of_the_same_bodies_alone() {
-    // Down beside the wall at the border of the clearance, then into it, and back; and once more at its border alone.
+    // Down beside the wall at the border of the clearance, then into it, and back; and once more at
+    // its border alone.
     let shop = Shop::new();
     let run = |text: Text<'_>| {
         let at = [115.0, 0.0];
@@ -219,7 +223,8 @@ fn feed_that_an_axis_cannot_follow_is_found() {
 #[test]
 fn times_and_lengths_are_those_of_the_words() {
     let shop = Shop::new();
-    // G94: 30 mm and 40 deg at F 100 are half a minute; G93: F 4 is a quarter of one. X and Y rapids at 15 m/min.
+    // G94: 30 mm and 40 deg at F 100 are half a minute; G93: F 4 is a quarter of one. X and Y
+    // rapids at 15 m/min.
     let v = Text::new(&shop)
         .line("G0 X0. Y0. Z1000. B0. C0.")
         .line("G0 X500.")
@@ -273,7 +278,8 @@ fn a_fault_that_goes_on_is_one_finding_until_something_moves_again() {
 
 #[test]
 fn returns_to_the_reference_position_pass_the_point_between() {
-    // From beside the wall, G28 by way of a point beyond it runs through it; straight up it does not.
+    // From beside the wall, G28 by way of a point beyond it runs through it; straight up it does
+    // not.
     let shop = Shop::new();
     let beside = || Text::new(&shop).rapid([115.0, 0.0, 300.0]).rapid([90.0, 0.0, 20.0]);
     assert_eq!(beside().line("G91 G28 Z0.").verify().findings, []);
@@ -287,8 +293,8 @@ fn returns_to_the_reference_position_pass_the_point_between() {
 
 #[test]
 fn rtcp_words_are_the_tip_and_run_like_the_axes_they_stand_for() {
-    // The same two tilted poses, once as axis words and once as tip words: the ends agree, so a gouge that deepens toward
-    // the end has the same depth.
+    // The same two tilted poses, once as axis words and once as tip words: the ends agree, so a
+    // gouge that deepens toward the end has the same depth.
     let shop = Shop::new();
     let (tilt, tip) = ([0.05, 0.02, 1.0], [10.0, 20.0, 0.8]);
     let above = [10.0, 20.0, 80.0];

@@ -1,5 +1,5 @@
-//! What is cut, and what is met, is that of the motion which the control makes: the stock's lines against samples of the motion in
-//! time, by a formula for points in the cutter.
+//! What is cut, and what is met, is that of the motion which the control makes: the stock's lines
+//! against samples of the motion in time, by a formula for points in the cutter.
 
 use std::fmt::Write;
 
@@ -90,8 +90,8 @@ impl Random {
 /// A tip and a tool axis, workpiece frame.
 type Pose = ([f64; 3], [f64; 3]);
 
-/// Poses on a way over a block of ±15 mm that dips into it, the tool leaning by up to 25 degrees, otherwise at each pose but
-/// never upright, where the machines are singular.
+/// Poses on a way over a block of ±15 mm that dips into it, the tool leaning by up to 25 degrees,
+/// otherwise at each pose but never upright, where the machines are singular.
 fn way(random: &mut Random) -> Vec<Pose> {
     [-45.0, -8.0, 12.0, 45.0]
         .map(|x| {
@@ -129,7 +129,8 @@ fn linear([x, y, z]: [f64; 3]) -> String {
 fn program(shop: &Shop, form: Form, poses: &[Pose], axes: &[AxisValues]) -> ReadProgram {
     let ([x, y, _], rotary) = (poses[0].0, words(shop, &axes[0], Some(AxisKind::Rotary)));
     let above = linear([x, y, 200.0]);
-    // At the pole the table turns alone: a vector turned out of it by both axes would have one of them jump.
+    // At the pole the table turns alone: a vector turned out of it by both axes would have one of
+    // them jump.
     let table = rotary.split(' ').find(|w| w.starts_with('C')).unwrap();
     let mut text = match form {
         Form::Axes => format!("{}G0 G43{} H7\n", Text::new(shop).text, words(shop, &axes[0], None)),
@@ -155,7 +156,8 @@ fn program(shop: &Shop, form: Form, poses: &[Pose], axes: &[AxisValues]) -> Read
     read_program(&text, form.dialect()).unwrap_or_else(|e| panic!("{e}\n{text}"))
 }
 
-/// Places of the tool on the work at samples of a motion in time, so many that neither tip nor rim goes far between them.
+/// Places of the tool on the work at samples of a motion in time, so many that neither tip nor rim
+/// goes far between them.
 fn places(shop: &Shop, law: BlockLaw, from: &AxisValues, to: &AxisValues) -> Vec<Place> {
     let length = shop.tool.gauge_length();
     let motion = Motion::new(&shop.machine, law, from, to, length).unwrap();
@@ -183,7 +185,8 @@ fn outside(places: &[Place], p: &Point3<f64>) -> f64 {
     places.iter().map(|place| CUTTER.outside(place, p).0).fold(f64::INFINITY, f64::min)
 }
 
-/// Points of a map's lines within heights, and whether there is material: in steps, and just beside the ends of all intervals.
+/// Points of a map's lines within heights, and whether there is material: in steps, and just beside
+/// the ends of all intervals.
 fn points(map: &DexelMap, [low, high]: [f64; 2]) -> Vec<(Point3<f64>, bool)> {
     let mut points = Vec::new();
     let [nx, ny] = map.grid().n_lines();
@@ -225,7 +228,8 @@ fn sweep(shop: &Shop, form: Form, axes: &[AxisValues]) -> Vec<Place> {
     axes.windows(2).flat_map(|w| places(shop, form.law().into(), &w[0], &w[1])).collect()
 }
 
-/// How deep material that is left is in the cutter at any sample, and how far material that was taken is outside of all, mm.
+/// How deep material that is left is in the cutter at any sample, and how far material that was
+/// taken is outside of all, mm.
 fn errors(stock: &DexelMap, sweep: &[Place]) -> [f64; 2] {
     let mut errors = [0.0_f64; 2];
     for (p, is_material) in points(stock, [0.0, HEIGHT]) {
@@ -235,7 +239,8 @@ fn errors(stock: &DexelMap, sweep: &[Place]) -> [f64; 2] {
     errors
 }
 
-/// What material may be in or outside of the samples, mm: twice the tolerance, and for what was taken half of the samples' distance.
+/// What material may be in or outside of the samples, mm: twice the tolerance, and for what was
+/// taken half of the samples' distance.
 const ALLOWED: [f64; 2] = [2.0 * TOLERANCE + 1e-3, 2.0 * TOLERANCE + 1e-3 + 0.5 * SAMPLE];
 
 #[test]
@@ -293,14 +298,15 @@ fn short_blocks_cut_the_same_stock_in_all_forms() {
 /// Distance that rapids keep from the material of lines, mm, besides tolerances.
 const KEPT: f64 = CELL * std::f64::consts::FRAC_1_SQRT_2;
 
-/// Posts in the way of a rapid on which each axis goes by itself, and of one on which all go together: each is met by the motion of
-/// the machine's law alone.
+/// Posts in the way of a rapid on which each axis goes by itself, and of one on which all go
+/// together: each is met by the motion of the machine's law alone.
 #[test]
 fn rapids_meet_what_stands_in_the_way_of_their_law() {
     let laws = [(RapidLawFile::PerAxis, RapidLaw::PerAxis), (RapidLawFile::Linear, RapidLaw::Linear)];
     let shops = laws.map(|(file, _)| shops(CuttingLawFile::AxesLinear, file));
     let mut random = Random(11);
-    // By machine and by the law whose way the post stands in: how often it was met by this one alone.
+    // By machine and by the law whose way the post stands in: how often it was met by this one
+    // alone.
     let mut alone = [[0; 2]; 2];
     for (machine, _) in shops[0].iter().enumerate().flat_map(|machine| [machine; 4]) {
         let shop = &shops[0][machine];

@@ -1,4 +1,5 @@
-//! Two heads that cut one stock at the same time: what each takes, what each meets, and which comes first.
+//! Two heads that cut one stock at the same time: what each takes, what each meets, and which comes
+//! first.
 
 use facemill_cl_data::Silent;
 use facemill_inverse_kinematics::{Joint, Machine};
@@ -44,7 +45,8 @@ fn away(tips: [Option<[f64; 3]>; 2]) -> [Option<[f64; 3]>; 2] {
     [0, 1].map(|h| tips[h].map(|[x, y, z]| [x, y, z + [200.0, -200.0][h]]))
 }
 
-/// From away straight through one place after the other, and away again; the table turns to each angle on the way.
+/// From away straight through one place after the other, and away again; the table turns to each
+/// angle on the way.
 fn through<'a>(program: Program<'a>, ways: &[(f64, [Option<[f64; 3]>; 2])]) -> Program<'a> {
     let (first, last) = (ways[0], ways[ways.len() - 1]);
     let start = program.rapid(first.0, away(first.1)).rapid(first.0, first.1);
@@ -93,7 +95,8 @@ fn heads_far_apart_cut_the_same_as_one_after_the_other() {
     }
 }
 
-/// With a turning table the ways are divided otherwise than for one head: within the tolerance they are the same.
+/// With a turning table the ways are divided otherwise than for one head: within the tolerance they
+/// are the same.
 #[test]
 fn heads_over_a_turning_table_take_what_each_takes_alone() {
     let shop = Shop::new();
@@ -115,8 +118,9 @@ fn heads_over_a_turning_table_take_what_each_takes_alone() {
     }
 }
 
-/// The second head's body goes through a thin plate along the slot that the first head mills in the same block: it is free where
-/// the first head goes ahead by more than a part of the way, and a collision where it comes at the same time or behind.
+/// The second head's body goes through a thin plate along the slot that the first head mills in the
+/// same block: it is free where the first head goes ahead by more than a part of the way, and a
+/// collision where it comes at the same time or behind.
 #[test]
 fn a_body_is_free_of_what_another_head_has_taken_before_and_of_nothing_else() {
     let shop = Shop::new();
@@ -186,8 +190,8 @@ fn a_head_at_home_changes_nothing() {
     }
 }
 
-/// Flutes of both heads through the same material, above each other: each line is cut once, and counts for the first in order;
-/// what is left does not depend on it.
+/// Flutes of both heads through the same material, above each other: each line is cut once, and
+/// counts for the first in order; what is left does not depend on it.
 #[test]
 fn what_both_flutes_reach_at_once_is_the_first_heads() {
     let shop = Shop::new();
@@ -199,7 +203,8 @@ fn what_both_flutes_reach_at_once_is_the_first_heads() {
     let heads = setups.each_ref().map(|setup| (setup, &settings));
     let other = run_stock_of_heads(&program, heads, &mut turned, TOLERANCE, &Silent).unwrap();
     for runs in [&runs, &other] {
-        // Ahead of it the first one leaves what is under its rounded corner, which the second one takes.
+        // Ahead of it the first one leaves what is under its rounded corner, which the second one
+        // takes.
         assert!(runs[0].removed_mm3 > 5.0 * runs[1].removed_mm3 && runs[1].removed_mm3 > 0.0, "{runs:?}");
     }
     let alone = [0, 1].map(|h| one(&shop, h, &program, &mut in_turn).removed_mm3);

@@ -1,4 +1,5 @@
-//! The stock as programs cut it: volumes of slots, what meets it in rapids and behind the flute, and laws of the run.
+//! The stock as programs cut it: volumes of slots, what meets it in rapids and behind the flute,
+//! and laws of the run.
 
 use crate::kit::stock::cut_stock;
 use crate::kit::{CORNER, HEAD, RADIUS, Shop, Text};
@@ -101,7 +102,8 @@ fn a_rapid_back_out_of_a_cut_is_near_and_one_beside_other_stock_is_a_collision()
 #[test]
 fn a_slot_deeper_than_the_flute_is_a_collision_with_the_body_behind_it() {
     let shop = Shop::new();
-    // The flute ends 12 mm above the tip, and the body behind it is narrower: it meets what is left above.
+    // The flute ends 12 mm above the tip, and the body behind it is narrower: it meets what is left
+    // above.
     let deep = run(&shop, &slot(&shop, 20.0 - 12.1), &mut block(20.0, 2.0));
     assert_eq!(kinds(&deep), [(FindingKind::HolderCollision, 3)], "{:?}", deep.findings);
     assert_eq!(deep.findings[0].body.as_deref(), Some("cutter body section 1"));
@@ -118,7 +120,8 @@ fn a_plunge_into_the_block_is_too_steep_and_one_beside_it_is_not() {
     assert!(run(&shop, &plunge(-260.0), &mut block(20.0, 1.0)).findings.is_empty());
 }
 
-/// Turning motions: what is cut does not depend on how blocks are divided, or on the number of threads.
+/// Turning motions: what is cut does not depend on how blocks are divided, or on the number of
+/// threads.
 #[test]
 fn what_is_cut_depends_on_the_motion_alone() {
     let shop = Shop::new();
@@ -148,7 +151,8 @@ fn what_is_cut_depends_on_the_motion_alone() {
     assert_eq!(again, maps[0]);
 }
 
-/// The tool's widest body is 42 mm from its axis, with its clearance; bounds may add a little, and leave nothing out.
+/// The tool's widest body is 42 mm from its axis, with its clearance; bounds may add a little, and
+/// leave nothing out.
 #[test]
 fn blocks_that_reach_stock_beyond_the_lines_are_told() {
     let shop = Shop::new();
@@ -171,8 +175,9 @@ fn blocks_that_reach_stock_beyond_the_lines_are_told() {
     assert_eq!(beyond(&way(100.0, 10.0), &block(20.0, 4.0)), [] as [u32; 0]);
 }
 
-/// Of blocks at one height over the block, those that go into it by more than four times the tolerance certainly cut: twice
-/// for the ways, twice for what is met. Those that are not asked, or go through what is cut already, do not.
+/// Of blocks at one height over the block, those that go into it by more than four times the
+/// tolerance certainly cut: twice for the ways, twice for what is met. Those that are not asked, or
+/// go through what is cut already, do not.
 #[test]
 fn blocks_that_cut_deeper_than_the_tolerance_are_certain() {
     let shop = Shop::new();
@@ -206,8 +211,9 @@ fn blocks_that_cut_deeper_than_the_tolerance_are_certain() {
     assert!(run.removed_mm3 > 0.0 && run.blocks.iter().all(|b| !b.is_certain), "{:?}", run.blocks);
 }
 
-/// Along the side of a block, whose outermost lines are half a cell inside: what is milled off outside of them is not seen by
-/// the lines, and is told to be near; so is the air above it as far as a cell's diagonal, and none beyond.
+/// Along the side of a block, whose outermost lines are half a cell inside: what is milled off
+/// outside of them is not seen by the lines, and is told to be near; so is the air above it as far
+/// as a cell's diagonal, and none beyond.
 #[test]
 fn blocks_that_may_take_stock_between_the_lines_are_near_it() {
     let (shop, cell) = (Shop::new(), 4.0);

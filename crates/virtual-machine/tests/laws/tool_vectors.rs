@@ -1,5 +1,5 @@
-//! Programs that name the tool's axis as a vector: the control finds the rotary positions, and the machine follows it where
-//! that is clear.
+//! Programs that name the tool's axis as a vector: the control finds the rotary positions, and the
+//! machine follows it where that is clear.
 
 mod surface_normals;
 
@@ -64,7 +64,8 @@ fn vector(axis: [f64; 3]) -> String {
 fn start(shop: &Shop, first: Pose) -> String {
     let (tip, above) = (first.0, [first.0[0], first.0[1], 200.0]);
     let at = rotary(shop, first);
-    // At the pole the table turns alone: a vector turned out of it by both axes would have one of them jump.
+    // At the pole the table turns alone: a vector turned out of it by both axes would have one of
+    // them jump.
     let table = &at[at.find(" C").unwrap()..];
     format!(
         "G710 G90 G94\nT7 M6\nS2000 M3\nG0 B0 C0\nD1\nTRAORI\nORIWKS ORIVECT\nFGROUP(X,Y,Z)\nG0{table}\nG0{}{at}\nG1{} F20\n",
@@ -79,7 +80,8 @@ fn with_vectors(shop: &Shop, poses: &[Pose]) -> String {
     text
 }
 
-/// The axes go on from where they are: a jump to the other branch would be no even turn of the tool's vector.
+/// The axes go on from where they are: a jump to the other branch would be no even turn of the
+/// tool's vector.
 fn with_words(shop: &Shop, poses: &[Pose]) -> String {
     let mut text = start(shop, poses[0]);
     let mut at = shop.axes_at(poses[0].0, poses[0].1);
@@ -90,7 +92,8 @@ fn with_words(shop: &Shop, poses: &[Pose]) -> String {
     text
 }
 
-/// A program for Heidenhain that goes to the first pose with rotary words, and from there with vectors and these normals.
+/// A program for Heidenhain that goes to the first pose with rotary words, and from there with
+/// vectors and these normals.
 fn with_normals(shop: &Shop, poses: &[Pose], mut normal: impl FnMut(usize) -> [f64; 3]) -> String {
     let (first, above) = (poses[0], [poses[0].0[0], poses[0].0[1], 200.0]);
     let mut text = format!(
@@ -166,7 +169,8 @@ fn heidenhain_vectors_run_like_those_of_siemens() {
     assert!((siemens.cutting_length_mm - heidenhain.cutting_length_mm).abs() < 1e-4);
 }
 
-/// What is not clear is told by its block, nothing behind it is proven, and rotary words say again where the axes are.
+/// What is not clear is told by its block, nothing behind it is proven, and rotary words say again
+/// where the axes are.
 #[test]
 fn a_choice_that_is_not_clear_is_a_finding() {
     let shop = shop();

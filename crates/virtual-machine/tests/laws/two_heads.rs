@@ -70,8 +70,8 @@ fn a_gouge_is_the_finding_of_the_head_that_cuts_it() {
     assert!(shop.certify(&text, 1).uncertified().next().is_some());
 }
 
-/// The words of one head move nothing of the other, which may stand where it has cut even while the other goes at rapid
-/// rate.
+/// The words of one head move nothing of the other, which may stand where it has cut even while the
+/// other goes at rapid rate.
 #[test]
 fn the_words_of_one_head_move_nothing_of_the_other() {
     let shop = Shop::new();
@@ -143,7 +143,8 @@ fn heads_that_meet_collide_in_both_views() {
     }
 }
 
-/// The heads pass each other in the middle of one block, tips `gap` apart along the table's axis; one or both move.
+/// The heads pass each other in the middle of one block, tips `gap` apart along the table's axis;
+/// one or both move.
 #[test]
 fn heads_that_pass_each_other_within_a_block_are_seen_and_proven() {
     let shop = Shop::new();

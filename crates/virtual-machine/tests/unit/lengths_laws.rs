@@ -1,5 +1,5 @@
-//! Shortest lengths against closed forms, a slow oracle that samples obstacles and bodies, and the ordinary run of the
-//! program as it is posted again.
+//! Shortest lengths against closed forms, a slow oracle that samples obstacles and bodies, and the
+//! ordinary run of the program as it is posted again.
 
 use facemill_cl_data::Silent;
 use facemill_interference::MeshTree;
@@ -103,8 +103,8 @@ impl Scene {
         verify(&program, &self.setup(&shop), &VerifySettings::default(), &Silent).unwrap()
     }
 
-    /// As returned, nothing but the cutter meets anything; each forced one shorter by the margin and what it may be off
-    /// by, alone, is a collision on the block that forces it.
+    /// As returned, nothing but the cutter meets anything; each forced one shorter by the margin
+    /// and what it may be off by, alone, is a collision on the block that forces it.
     fn holds(&self, found: &ClearLengths, way: &dyn Fn(&Shop) -> String) {
         let collisions = |lengths: Lengths| -> Vec<_> {
             let v = self.run(lengths, way);
@@ -146,7 +146,8 @@ fn along(distance: f64, z: f64) -> impl Fn(&Shop) -> String {
     }
 }
 
-/// Height at which a cylinder with a clearance passes over an edge of this height at this distance from its axis.
+/// Height at which a cylinder with a clearance passes over an edge of this height at this distance
+/// from its axis.
 fn passes(edge: f64, distance: f64, (radius, clearance): (f64, f64)) -> f64 {
     let (kept, beside) = (clearance - SLACK, (distance - radius).max(0.0));
     edge + (kept * kept - beside * beside).max(0.0).sqrt()
@@ -156,7 +157,8 @@ fn passes(edge: f64, distance: f64, (radius, clearance): (f64, f64)) -> f64 {
 fn walls_beside_the_tool_ask_what_their_heights_and_distances_tell() {
     let wall = |x: f64, top: f64| [[x, -200.0, 0.0], [x + 8.0, 200.0, top]];
     for (distance, z) in [(26.0, 10.0), (30.9, 10.0), (31.5, 4.0)] {
-        // A low wall that the lower section has to pass over, and a high one that only the upper one reaches.
+        // A low wall that the lower section has to pass over, and a high one that only the upper
+        // one reaches.
         let scene = Scene::new(vec![wall(150.0, 60.0), wall(150.0 - distance + 45.0, 95.0)]);
         let way = along(distance, z);
         let found = scene.lengths(&way);
@@ -176,8 +178,8 @@ fn walls_beside_the_tool_ask_what_their_heights_and_distances_tell() {
     }
 }
 
-/// A leaning tool: the wall's top edge in the frame of the tool. The head turns, so that words are others for other
-/// lengths.
+/// A leaning tool: the wall's top edge in the frame of the tool. The head turns, so that words are
+/// others for other lengths.
 #[test]
 fn a_leaning_tool_is_asked_along_its_axis() {
     let scene = Scene::new(vec![[[150.0, -200.0, 0.0], [158.0, 200.0, 60.0]]]);
@@ -207,7 +209,8 @@ fn a_leaning_tool_is_asked_along_its_axis() {
     scene.holds(&found, &way);
 }
 
-/// Between a wall, which it has to pass over, and a shelf the upper section has no place: it goes above the shelf.
+/// Between a wall, which it has to pass over, and a shelf the upper section has no place: it goes
+/// above the shelf.
 #[test]
 fn what_hangs_over_the_tool_is_passed_whole() {
     let wall = [[136.0, -200.0, 0.0], [142.0, 200.0, 55.0]];
@@ -235,8 +238,8 @@ fn what_hangs_over_the_tool_is_passed_whole() {
     assert_eq!(at.obstacle, "box 0");
 }
 
-/// The preset's spindle nose, of radius 90, begins at the gauge line and keeps 5 mm; its head is 250 mm above it and
-/// keeps 10.
+/// The preset's spindle nose, of radius 90, begins at the gauge line and keeps 5 mm; its head is
+/// 250 mm above it and keeps 10.
 #[test]
 fn bodies_of_the_machine_ask_for_the_spindle_face() {
     for (x, body, expected) in [(160.0, "spindle nose", 410.0 + 5.0), (200.0, "head", 410.0 + 10.0 - 250.0)] {
@@ -274,12 +277,12 @@ fn points(low: [f64; 3], high: [f64; 3], apart: f64) -> Vec<Point3<f64>> {
     out
 }
 
-/// How much nearer than the nearest sample a body may be, mm: s²/(2·c) of samples s = 0.35 mm from it on faces, and
-/// 0.28 mm along the way, at the clearance c = 1.9 mm.
+/// How much nearer than the nearest sample a body may be, mm: s²/(2·c) of samples s = 0.35 mm from
+/// it on faces, and 0.28 mm along the way, at the clearance c = 1.9 mm.
 const BETWEEN: f64 = 0.055;
 
-/// Whether cylinders from L1, L2 and L3 upward keep their clearances, and so much more, from all points, at places of
-/// the tool.
+/// Whether cylinders from L1, L2 and L3 upward keep their clearances, and so much more, from all
+/// points, at places of the tool.
 fn is_free(lengths: &Lengths, more: f64, places: &[(Point3<f64>, Vector3<f64>)], points: &[Point3<f64>]) -> bool {
     let cylinders = [(lengths[0], lengths[1], BODY), (lengths[1], lengths[2], LOWER), (lengths[2], lengths[3], UPPER)];
     places.iter().all(|(tip, axis)| {
@@ -367,8 +370,8 @@ fn the_stock_that_is_left_asks_for_flute_and_stick_out() {
     let stock = LengthStock { before: &before, tolerance: TOLERANCE };
     let setup = scene.setup(&scene.shop);
     let found = clear_lengths(&program, &setup, &assembly, Some(stock), &settings(), &Silent).unwrap();
-    // What is no deeper than twice the tolerance is no collision. The lower section reaches 5 mm beyond the slot's
-    // side, and keeps its clearance from its edge.
+    // What is no deeper than twice the tolerance is no collision. The lower section reaches 5 mm
+    // beyond the slot's side, and keeps its clearance from its edge.
     assert!((found.least[0] - depth).abs() < 2.0 * TOLERANCE + 0.01, "{:?}", found.least);
     assert!((found.least[1] - (depth + LOWER.1 - SLACK)).abs() < 2.0 * TOLERANCE + 0.01, "{:?}", found.least);
     let forced = found.forced_by[0].as_ref().unwrap();

@@ -1,4 +1,5 @@
-//! Rates and accelerations against finite differences: random machines, places, blocks and intervals.
+//! Rates and accelerations against finite differences: random machines, places, blocks and
+//! intervals.
 
 #[path = "../../../inverse-kinematics/tests/common/mod.rs"]
 pub(crate) mod common;
@@ -76,8 +77,8 @@ struct Sampled<'a> {
 }
 
 impl Sampled<'_> {
-    /// Speeds and accelerations of the axes against their bounds; returns acceleration over bound, where there is
-    /// one.
+    /// Speeds and accelerations of the axes against their bounds; returns acceleration over bound,
+    /// where there is one.
     fn check_axes(&self, what: &str) {
         for w in self.samples.windows(3) {
             let second = |k: usize| (w[0][k] - 2.0 * w[1][k] + w[2][k]) / (STEP * STEP);
@@ -93,7 +94,8 @@ impl Sampled<'_> {
         }
     }
 
-    /// Accelerations of points of every part against every other; returns the largest one over its bound.
+    /// Accelerations of points of every part against every other; returns the largest one over its
+    /// bound.
     fn check_parts(&self, r: &mut Random, what: &str) -> f64 {
         let poses: Vec<_> = self.samples.iter().map(|q| parts(self.machine, q)).collect();
         let tip = Point3::from(poses[0][1].translation.vector);
@@ -114,7 +116,8 @@ impl Sampled<'_> {
         largest
     }
 
-    /// Under RTCP the tool against the table: at most the square of the turn times the distance from the tip.
+    /// Under RTCP the tool against the table: at most the square of the turn times the distance
+    /// from the tip.
     fn check_tool(&self, r: &mut Random, what: &str) {
         let reach = r.within(0.0, 400.0);
         let point = Point3::from(r.direction().into_inner() * reach);
@@ -134,8 +137,8 @@ fn interval_in(breaks: &[f64], r: &mut Random) -> [f64; 2] {
     if r.below(3) == 0 { [low, high] } else { [low + a * (high - low), high - b * (high - low)] }
 }
 
-/// Share of the intervals that have a bound; of those the median over the intervals of the largest acceleration over
-/// its bound.
+/// Share of the intervals that have a bound; of those the median over the intervals of the largest
+/// acceleration over its bound.
 fn judged(law: BlockLaw, mm: f64, rad: f64) -> (f64, f64) {
     let mut r = Random(901);
     let (mut n, mut shares) = (0, Vec::new());
@@ -169,7 +172,8 @@ fn judged(law: BlockLaw, mm: f64, rad: f64) -> (f64, f64) {
 
 #[test]
 fn nothing_is_faster_or_more_accelerated_than_told() {
-    // Short blocks are told of, but for those near to where the axes cannot follow; long ones are to be halved.
+    // Short blocks are told of, but for those near to where the axes cannot follow; long ones are
+    // to be halved.
     let laws = [
         (BlockLaw::Cutting(CuttingLaw::AxesLinear), [1.0, 0.9], 0.1),
         (BlockLaw::Rapid(RapidLaw::Linear), [1.0, 0.9], 0.1),
@@ -294,8 +298,8 @@ fn parts_of_two_heads_are_no_more_accelerated_against_each_other_than_told() {
     );
 }
 
-/// The control leaves both tips' ways and every rotary axis by its tolerance: parts of one head stray against those of the
-/// other by no more than told.
+/// The control leaves both tips' ways and every rotary axis by its tolerance: parts of one head
+/// stray against those of the other by no more than told.
 #[test]
 fn parts_of_two_heads_stray_against_each_other_by_no_more_than_told() {
     let views = two_heads();
@@ -306,7 +310,8 @@ fn parts_of_two_heads_stray_against_each_other_by_no_more_than_told() {
     for _ in 0..300 {
         let [q, _] = random_ends(&views[0], &mut r, 0.0, 0.0);
         let rotary = |k: usize| views[0].axes()[k].kind == AxisKind::Rotary;
-        // Within the limits, and not near the pole, where the inverse solution does not give the table's turn back.
+        // Within the limits, and not near the pole, where the inverse solution does not give the
+        // table's turn back.
         let q = AxisValues::from_fn(q.len(), |k| match views[0].axes()[k].letter.as_str() {
             "C" => q[k],
             "B1" | "B2" => q[k].signum() * (0.3 + q[k].abs() / 2.0),

@@ -18,8 +18,8 @@ pub(crate) struct Crossing {
     pub height: f64,
 }
 
-/// Crossings of the lines of a tile with triangles of a mesh in the map's frame, by line, then upward, at one height
-/// beginnings first. `corner` is the first column and row of the tile.
+/// Crossings of the lines of a tile with triangles of a mesh in the map's frame, by line, then
+/// upward, at one height beginnings first. `corner` is the first column and row of the tile.
 pub(crate) fn crossings_of_tile(grid: &DexelGrid, corner: [usize; 2], mesh: &TriMesh, bin: &[u32]) -> Vec<Crossing> {
     let mut found = Vec::new();
     for &triangle in bin {
@@ -43,9 +43,9 @@ pub(crate) fn crossings_of_tile(grid: &DexelGrid, corner: [usize; 2], mesh: &Tri
     found
 }
 
-/// Of a line's crossings with closed shells those where it comes into the solid and leaves it: where shells overlap,
-/// the surface of one inside another is none of the solid's. `None` where it does not go in as often as out, or out
-/// first.
+/// Of a line's crossings with closed shells those where it comes into the solid and leaves it:
+/// where shells overlap, the surface of one inside another is none of the solid's. `None` where it
+/// does not go in as often as out, or out first.
 pub(crate) fn outer(crossings: impl Iterator<Item = Crossing>) -> Option<Vec<Crossing>> {
     let mut depth = 0_i32;
     let mut kept = Vec::new();

@@ -33,9 +33,10 @@ pub struct Contact {
 impl DexelMap {
     /// Takes what a body sweeps out of the material.
     ///
-    /// Without a turn of the axis each line loses exactly what is inside the swept solid, up to rounding (about
-    /// 10⁻¹⁰ mm where the line is not nearly a tangent). With a turn it loses what is inside a solid no point of
-    /// which is farther than `tolerance` from the swept one, and no point of the swept one is farther from it.
+    /// Without a turn of the axis each line loses exactly what is inside the swept solid, up to
+    /// rounding (about 10⁻¹⁰ mm where the line is not nearly a tangent). With a turn it loses what
+    /// is inside a solid no point of which is farther than `tolerance` from the swept one, and no
+    /// point of the swept one is farther from it.
     ///
     /// # Errors
     /// When a pose or the tolerance is no number to work with; the map is unchanged then.
@@ -43,8 +44,8 @@ impl DexelMap {
         Ok(self.remove_all(std::slice::from_ref(sweep), tolerance)?[0])
     }
 
-    /// [`DexelMap::remove`] of one sweep after the other, with what each of them took: in parallel over the tiles, with
-    /// the same result on any number of threads.
+    /// [`DexelMap::remove`] of one sweep after the other, with what each of them took: in parallel
+    /// over the tiles, with the same result on any number of threads.
     ///
     /// # Errors
     /// As for one; the index tells which. The map is unchanged then.
@@ -54,12 +55,12 @@ impl DexelMap {
         Ok(cuts.into_iter().map(|StepResult { volume, lines, .. }| Cut { volume, lines }).collect())
     }
 
-    /// Where what a body sweeps is deepest in the material, along the lines; `None` where no line's material is met.
-    /// The map stays as it is.
+    /// Where what a body sweeps is deepest in the material, along the lines; `None` where no line's
+    /// material is met. The map stays as it is.
     ///
-    /// Lines are samples: a body that meets the solid only between them is not seen. One that is dilated by half a
-    /// cell's diagonal is seen wherever the undilated one meets the material of a cell, taken as a prism with the
-    /// material of its line.
+    /// Lines are samples: a body that meets the solid only between them is not seen. One that is
+    /// dilated by half a cell's diagonal is seen wherever the undilated one meets the material of a
+    /// cell, taken as a prism with the material of its line.
     ///
     /// # Errors
     /// As for [`DexelMap::remove`].

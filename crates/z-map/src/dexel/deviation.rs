@@ -14,27 +14,29 @@ use crate::dexel::map::DexelMap;
 use crate::dexel::mesh_stock::{MAX_REACH, bins};
 use crate::dexel::tile::{LINES, SIDE};
 
-/// A place where a line of a map goes through the surface of a part, and how far the stock's surface is from it.
+/// A place where a line of a map goes through the surface of a part, and how far the stock's
+/// surface is from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
     /// On the part, workpiece frame, mm.
     pub position: Point3<f64>,
     /// Triangle of the part.
     pub triangle: u32,
-    /// Material too much (positive) or too little (negative: a gouge), mm; −∞ where there is no stock at all under the
-    /// surface of a part that is not closed.
+    /// Material too much (positive) or too little (negative: a gouge), mm; −∞ where there is no
+    /// stock at all under the surface of a part that is not closed.
     pub deviation: f64,
     /// Whether the stock's surface there is another than before: something was cut.
     pub is_cut: bool,
 }
 
-/// Part that is gone although the stock reaches the part's surface on both sides of it along a line.
+/// Part that is gone although the stock reaches the part's surface on both sides of it along a
+/// line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cavity {
     /// Middle of the gap, workpiece frame, mm.
     pub position: Point3<f64>,
-    /// Distance from the part's surface that no point of the gap is beyond, at most a twentieth and 0.01 mm too much,
-    /// mm.
+    /// Distance from the part's surface that no point of the gap is beyond, at most a twentieth and
+    /// 0.01 mm too much, mm.
     pub depth: f64,
 }
 
@@ -55,22 +57,26 @@ pub enum DeviationError {
     Cancelled(#[from] Cancelled),
 }
 
-/// The stock held against a part, at every place where a line of the map goes through the part's surface.
+/// The stock held against a part, at every place where a line of the map goes through the part's
+/// surface.
 ///
-/// At such a place the stock's end is looked for along the line: with material over the place the upper end of that
-/// material, else the end of what is next below it; for a surface that looks down the same the other way round. The
-/// deviation is the distance of this end from that part of the surface that looks the same way as the place (normals
-/// less than 90° apart) and sees the end from the same side, so that a neighbouring blade is not taken for it. So it
-/// is:
-/// - exact up to rounding (10⁻⁷ mm) for every line, whatever its slope to the surface: the end is a point of the
-///   stock's surface;
-/// - never less than the end's distance from the whole part, and never more than its distance along the line;
-/// - stopped where the line comes to the next surface of the part: a blade that is cut through is gouged by its
-///   thickness, a gap between two blades that is full of stock is an excess of its width.
+/// At such a place the stock's end is looked for along the line: with material over the place the
+/// upper end of that material, else the end of what is next below it; for a surface that looks down
+/// the same the other way round. The deviation is the distance of this end from that part of the
+/// surface that looks the same way as the place (normals less than 90° apart) and sees the end from
+/// the same side, so that a neighbouring blade is not taken for it. So it is:
+/// - exact up to rounding (10⁻⁷ mm) for every line, whatever its slope to the surface: the end is a
+///   point of the stock's surface;
+/// - never less than the end's distance from the whole part, and never more than its distance along
+///   the line;
+/// - stopped where the line comes to the next surface of the part: a blade that is cut through is
+///   gouged by its thickness, a gap between two blades that is full of stock is an excess of its
+///   width.
 ///
-/// Of a closed part all that is missing on a line is found: what is not at a surface is told as [`Cavity`]. Stock that
-/// hangs in the air, with a gap between it and the part, is no deviation. Between the lines nothing is said: a gouge
-/// narrower than the cell can be missed. Walls along the lines are not crossed by them; they have no places.
+/// Of a closed part all that is missing on a line is found: what is not at a surface is told as
+/// [`Cavity`]. Stock that hangs in the air, with a gap between it and the part, is no deviation.
+/// Between the lines nothing is said: a gouge narrower than the cell can be missed. Walls along the
+/// lines are not crossed by them; they have no places.
 #[derive(Clone, Debug)]
 pub struct Deviation<'a> {
     part: &'a Surface,
@@ -97,11 +103,12 @@ struct TilePlaces {
 }
 
 impl DexelMap {
-    /// Holds this stock against a part in the workpiece frame. `before` is the stock before it was cut, on the same
-    /// lines.
+    /// Holds this stock against a part in the workpiece frame. `before` is the stock before it was
+    /// cut, on the same lines.
     ///
-    /// Of the part's closed components only the outside counts, also where they overlap; of others every triangle. The
-    /// result does not depend on the number of threads; `monitor` is told of every tile.
+    /// Of the part's closed components only the outside counts, also where they overlap; of others
+    /// every triangle. The result does not depend on the number of threads; `monitor` is told of
+    /// every tile.
     ///
     /// # Errors
     /// When the maps have different lines, the part is too far away, or the monitor cancels.
@@ -160,8 +167,9 @@ impl Deviation<'_> {
         self.tiles.iter().filter_map(|t| t.cavity).reduce(deeper)
     }
 
-    /// The place next to a point of the part with this normal: the nearest one on the nine lines around it, of those
-    /// whose normals are within 60° of it, and that are not farther away than lines may be along such a slope.
+    /// The place next to a point of the part with this normal: the nearest one on the nine lines
+    /// around it, of those whose normals are within 60° of it, and that are not farther away than
+    /// lines may be along such a slope.
     pub fn near(&self, point: &Point3<f64>, normal: &Vector3<f64>) -> Option<Place> {
         let frame = self.grid.work_from_map();
         let p = frame.inverse_transform_point(point);

@@ -8,7 +8,8 @@ use crate::dexel::tile::Interval;
 const MAGIC: &[u8; 8] = b"FMDEXEL\n";
 /// Version of the format.
 const VERSION: u32 = 2;
-/// Bytes before the origin: magic, version, lines along x and y, ten numbers, number of intervals, bytes of the origin.
+/// Bytes before the origin: magic, version, lines along x and y, ten numbers, number of intervals,
+/// bytes of the origin.
 const HEADER: usize = 8 + 4 + 2 * 4 + 10 * 8 + 8 + 8;
 /// Bytes of the checksum at the end.
 const CHECKSUM: usize = 32;
@@ -60,10 +61,11 @@ pub enum StockFileError {
 impl DexelMap {
     /// The map as bytes: the same bytes for the same map on every machine.
     ///
-    /// Little-endian: magic, version, number of lines along x and y (u32), cell, origin (2), translation (3) and
-    /// rotation (i, j, k, w) of `work_from_map` (f64), number of intervals (u64), number of bytes of the
-    /// [origin](Self::origin) (u64); the origin; the number of intervals of each
-    /// line, row by row (u32); bottom and top of each (f64); the BLAKE3 checksum of all that.
+    /// Little-endian: magic, version, number of lines along x and y (u32), cell, origin (2),
+    /// translation (3) and rotation (i, j, k, w) of `work_from_map` (f64), number of intervals
+    /// (u64), number of bytes of the [origin](Self::origin) (u64); the origin; the number of
+    /// intervals of each line, row by row (u32); bottom and top of each (f64); the BLAKE3 checksum
+    /// of all that.
     pub fn to_bytes(&self) -> Vec<u8> {
         let grid = &self.grid;
         let [nx, ny] = grid.n_lines();

@@ -1,8 +1,10 @@
 use nalgebra::{Isometry3, Point3};
 
-/// Where the lines of a dexel map are: along z of a frame, through the centres of a lattice of square cells.
+/// Where the lines of a dexel map are: along z of a frame, through the centres of a lattice of
+/// square cells.
 ///
-/// The line (i, j) is at x = `origin[0]` + (i + ½)·`cell`, y likewise, and stands for its whole cell. mm.
+/// The line (i, j) is at x = `origin[0]` + (i + ½)·`cell`, y likewise, and stands for its whole
+/// cell. mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DexelGrid {
     work_from_map: Isometry3<f64>,
@@ -47,11 +49,12 @@ impl DexelGrid {
     /// Largest number of lines of a map: about 1.1 GB.
     pub const MAX_LINES: usize = 1 << 26;
 
-    /// The lattice over a rectangle of the map's xy plane, beginning at its low corner; the last cells may reach beyond
-    /// the high corner.
+    /// The lattice over a rectangle of the map's xy plane, beginning at its low corner; the last
+    /// cells may reach beyond the high corner.
     ///
     /// # Errors
-    /// When a length or the frame is no number to work with, or there would be more than [`DexelGrid::MAX_LINES`].
+    /// When a length or the frame is no number to work with, or there would be more than
+    /// [`DexelGrid::MAX_LINES`].
     pub fn over(work_from_map: &Isometry3<f64>, low: [f64; 2], high: [f64; 2], cell: f64) -> Result<Self, GridError> {
         if !(cell > 0.0 && cell.is_finite()) {
             return Err(GridError::BadCell { cell });
@@ -116,8 +119,8 @@ impl DexelGrid {
         self.origin[1] + (j as f64 + 0.5) * self.cell
     }
 
-    /// Indices of the lines of an axis (0 for x, 1 for y) between two coordinates, ends included up to rounding;
-    /// `None` when there are none.
+    /// Indices of the lines of an axis (0 for x, 1 for y) between two coordinates, ends included up
+    /// to rounding; `None` when there are none.
     pub(crate) fn between(&self, axis: usize, low: f64, high: f64) -> Option<[usize; 2]> {
         let place = |v: f64| (v - self.origin[axis]) / self.cell - 0.5;
         let first = (place(low) - 1e-9).ceil().max(0.0);

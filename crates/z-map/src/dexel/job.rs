@@ -18,8 +18,9 @@ use crate::dexel::tile::SIDE;
 /// Parts that are placed before tiles are gone through: bounds the memory for their outlines.
 pub(crate) const BATCH: usize = 4096;
 
-/// How many times the tolerance a body is dilated by, and its motion may be off, when it is asked for the first time. More
-/// makes fewer pieces of a motion, and bodies that come near material are asked a second time.
+/// How many times the tolerance a body is dilated by, and its motion may be off, when it is asked
+/// for the first time. More makes fewer pieces of a motion, and bodies that come near material are
+/// asked a second time.
 const COARSER: f64 = 8.0;
 
 /// Part of a step's sweep.
@@ -71,7 +72,8 @@ pub(crate) fn tasks<'a>(grid: &DexelGrid, steps: &'a [Step<'a>], tolerance: f64)
     Ok(tasks)
 }
 
-/// Bodies that hold those that are asked with all that is within the first tolerance of them, by the address of the body.
+/// Bodies that hold those that are asked with all that is within the first tolerance of them, by
+/// the address of the body.
 pub(crate) struct Wider(HashMap<usize, TurnedBody>);
 
 impl Wider {
@@ -89,7 +91,8 @@ impl Wider {
     }
 }
 
-/// The jobs of a batch, and for each tile that is near any of them, upward, which: what bounds tell of the map as it is now.
+/// The jobs of a batch, and for each tile that is near any of them, upward, which: what bounds tell
+/// of the map as it is now.
 pub(crate) struct Plan<'a> {
     pub(crate) jobs: Vec<Job<'a>>,
     /// Tile and job.

@@ -6,9 +6,9 @@ use crate::dexel::tile::{Interval, LINES, SIDE, Tile};
 
 /// A solid as parallel lines, each with the intervals that are material.
 ///
-/// The lines are along z of the map's frame ([`DexelGrid`]). Each holds disjoint closed intervals in rising order, none
-/// empty, no two touching. A line is exact up to rounding; between the lines the map says nothing, and counts each line
-/// for its whole cell.
+/// The lines are along z of the map's frame ([`DexelGrid`]). Each holds disjoint closed intervals
+/// in rising order, none empty, no two touching. A line is exact up to rounding; between the lines
+/// the map says nothing, and counts each line for its whole cell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DexelMap {
     pub(crate) grid: DexelGrid,
@@ -59,8 +59,8 @@ impl DexelMap {
         Self { grid, tiles: vec![Tile::empty(); nx * ny], origin: Vec::new() }
     }
 
-    /// The map with a mark of what it was before anything was cut. Cuts keep it, and so do files; what the bytes mean is known to
-    /// whoever made them.
+    /// The map with a mark of what it was before anything was cut. Cuts keep it, and so do files;
+    /// what the bytes mean is known to whoever made them.
     #[must_use]
     pub fn with_origin(self, origin: Vec<u8>) -> Self {
         Self { origin, ..self }
@@ -147,22 +147,24 @@ impl DexelMap {
         &self.grid
     }
 
-    /// Intervals of the line (i, j), upward; none where there is no such line. Heights in the map's frame, mm.
+    /// Intervals of the line (i, j), upward; none where there is no such line. Heights in the map's
+    /// frame, mm.
     pub fn intervals(&self, i: usize, j: usize) -> impl Iterator<Item = Interval> + '_ {
         let [nx, ny] = self.grid.n_lines();
         let of_line = (i < nx && j < ny).then(|| self.place(i, j));
         of_line.into_iter().flat_map(|(tile, line)| self.tiles[tile].intervals(line))
     }
 
-    /// Volume of the material, mm³: the length of all intervals by the area of a cell. The same on any number of
-    /// threads.
+    /// Volume of the material, mm³: the length of all intervals by the area of a cell. The same on
+    /// any number of threads.
     pub fn volume(&self) -> f64 {
         let lengths: Vec<f64> = self.tiles.par_iter().map(Tile::length).collect();
         lengths.iter().sum::<f64>() * self.grid.cell() * self.grid.cell()
     }
 
-    /// Whether the map is sound: intervals finite, in order, apart and not empty, nothing beyond the lattice, bounds of
-    /// rows and tiles those of their lines. It always is; this is for tests and for what comes from files.
+    /// Whether the map is sound: intervals finite, in order, apart and not empty, nothing beyond
+    /// the lattice, bounds of rows and tiles those of their lines. It always is; this is for tests
+    /// and for what comes from files.
     ///
     /// # Errors
     /// The first line that is not, and how.

@@ -51,14 +51,16 @@ pub enum MeshStockError {
     },
 }
 
-/// Where triangles and lines are rounded to in the lattice's plane, mm: sides of edges are then whole numbers, and
-/// exact. Larger, the stock would be wrong by more; smaller, large parts would not fit.
+/// Where triangles and lines are rounded to in the lattice's plane, mm: sides of edges are then
+/// whole numbers, and exact. Larger, the stock would be wrong by more; smaller, large parts would
+/// not fit.
 pub(crate) const QUANTUM: f64 = 1.0 / (1u64 << 26) as f64;
 
 /// Largest coordinate: products of two differences must fit into 127 bits with room to spare.
 pub(crate) const MAX_REACH: f64 = (1u64 << 24) as f64;
 
-/// What lines may seem to leave a solid before they enter it, mm: heights of two triangles that touch are rounded.
+/// What lines may seem to leave a solid before they enter it, mm: heights of two triangles that
+/// touch are rounded.
 const ROUNDING: f64 = 1e-6;
 
 /// A place in the lattice's plane, in quanta.
@@ -81,20 +83,22 @@ struct End {
 }
 
 impl DexelMap {
-    /// The solid that a closed mesh bounds, as lines of a lattice that begins at its low corner. Where shells overlap
-    /// there is material.
+    /// The solid that a closed mesh bounds, as lines of a lattice that begins at its low corner.
+    /// Where shells overlap there is material.
     ///
-    /// Lines through edges and corners do not leak: each line counts as moved by an infinitely small step, along x
-    /// and by far less along y, and sides are decided exactly on coordinates rounded to 1.5·10⁻⁸ mm.
+    /// Lines through edges and corners do not leak: each line counts as moved by an infinitely
+    /// small step, along x and by far less along y, and sides are decided exactly on coordinates
+    /// rounded to 1.5·10⁻⁸ mm.
     ///
     /// # Errors
-    /// When a line finds the mesh not closed or not wound outward, a length is no number to work with, or the map too
-    /// large.
+    /// When a line finds the mesh not closed or not wound outward, a length is no number to work
+    /// with, or the map too large.
     pub fn of_mesh(mesh: &TriMesh, work_from_map: &Isometry3<f64>, cell: f64) -> Result<Self, MeshStockError> {
         Self::of_mesh_with_allowance(mesh, work_from_map, cell, 0.0)
     }
 
-    /// All that is within an allowance of a mesh, which need not be closed: a layer on both sides of it.
+    /// All that is within an allowance of a mesh, which need not be closed: a layer on both sides
+    /// of it.
     ///
     /// # Errors
     /// As for [`DexelMap::of_mesh_with_allowance`], but for a mesh that is not closed.
@@ -109,8 +113,9 @@ impl DexelMap {
 
     /// The solid of a closed mesh and all that is within an allowance of it.
     ///
-    /// On each line the material is the mesh's own, and of every triangle all that is not farther from it than the
-    /// allowance: exact up to rounding, the corners rounded like a ball rolling on the outside.
+    /// On each line the material is the mesh's own, and of every triangle all that is not farther
+    /// from it than the allowance: exact up to rounding, the corners rounded like a ball rolling on
+    /// the outside.
     ///
     /// # Errors
     /// As for [`DexelMap::of_mesh`].
@@ -123,8 +128,9 @@ impl DexelMap {
         Self::of_triangles(mesh, work_from_map, cell, (allowance, true), None)
     }
 
-    /// [`DexelMap::of_mesh_with_allowance`], or [`DexelMap::of_layer`] where `is_closed` is false, with lines over a rectangle
-    /// of the map's xy plane only, between its low and its high corner. What lies beside is not represented.
+    /// [`DexelMap::of_mesh_with_allowance`], or [`DexelMap::of_layer`] where `is_closed` is false,
+    /// with lines over a rectangle of the map's xy plane only, between its low and its high corner.
+    /// What lies beside is not represented.
     ///
     /// # Errors
     /// As for those; and when the rectangle is beside the stock.
@@ -289,9 +295,9 @@ impl Facet {
     }
 }
 
-/// Twice the area of the triangle from an edge to a place, and whether the place, moved by an infinitely small step
-/// along x and a far smaller one along y, is to the left of the edge. The answer for the edge turned round is the
-/// opposite.
+/// Twice the area of the triangle from an edge to a place, and whether the place, moved by an
+/// infinitely small step along x and a far smaller one along y, is to the left of the edge. The
+/// answer for the edge turned round is the opposite.
 fn side(a: Place, b: Place, at: Place) -> (i128, bool) {
     let [dx, dy] = [0, 1].map(|k| i128::from(b[k]) - i128::from(a[k]));
     let [px, py] = [0, 1].map(|k| i128::from(at[k]) - i128::from(a[k]));
@@ -306,7 +312,8 @@ fn side(a: Place, b: Place, at: Place) -> (i128, bool) {
     (area, sign > 0)
 }
 
-/// The ends in the order of their lines, those of a line as they were: by counting, as the lines of a tile are few.
+/// The ends in the order of their lines, those of a line as they were: by counting, as the lines of
+/// a tile are few.
 fn by_line(ends: &[End]) -> Vec<End> {
     let mut next = [0; LINES];
     ends.iter().for_each(|end| next[usize::from(end.line)] += 1);

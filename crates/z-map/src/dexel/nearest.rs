@@ -7,25 +7,29 @@ use crate::dexel::grid::DexelGrid;
 use crate::dexel::map::DexelMap;
 use crate::dexel::tile::{Interval, SIDE, Tile};
 
-/// By how much less than it is a distance may be told, mm. Larger: bodies seem nearer; smaller: more looks at each line.
+/// By how much less than it is a distance may be told, mm. Larger: bodies seem nearer; smaller:
+/// more looks at each line.
 const RESOLUTION: f64 = 1e-4;
 
 /// The material of a line that is nearest to a solid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NearestMaterial {
-    /// Distance from the solid, mm: no more than it is, and at most 1e-4 less than that of `place`; 0 where they meet.
+    /// Distance from the solid, mm: no more than it is, and at most 1e-4 less than that of `place`;
+    /// 0 where they meet.
     pub distance: f64,
     /// A point of the material; workpiece frame, mm.
     pub place: Point3<f64>,
 }
 
 impl DexelMap {
-    /// The material of the lines that is nearest to a solid, its dilation included, at this pose; `None` where no line has material
-    /// nearer than `at_most` (mm, may be infinite). Where there is some that is no farther than `enough` (mm, at least 0), any
-    /// such is told: the search ends there.
+    /// The material of the lines that is nearest to a solid, its dilation included, at this pose;
+    /// `None` where no line has material nearer than `at_most` (mm, may be infinite). Where there
+    /// is some that is no farther than `enough` (mm, at least 0), any such is told: the search ends
+    /// there.
     ///
-    /// Both are proven for all material of all lines, up to rounding; what lies between the lines is not seen. A solid whose pose or
-    /// size is not finite counts as one that meets the material, where there is any.
+    /// Both are proven for all material of all lines, up to rounding; what lies between the lines
+    /// is not seen. A solid whose pose or size is not finite counts as one that meets the material,
+    /// where there is any.
     pub fn nearest(
         &self,
         solid: &Solid,
@@ -108,8 +112,9 @@ impl<'a> Search<'a> {
         self.solid.core_distance(&(self.solid_from_map * p))
     }
 
-    /// What the undilated solid is apart from a box of the map's frame at least: as its own box is; and as the middle is, less the
-    /// farthest way from there, because the distance changes by no more than the way.
+    /// What the undilated solid is apart from a box of the map's frame at least: as its own box is;
+    /// and as the middle is, less the farthest way from there, because the distance changes by no
+    /// more than the way.
     fn apart(&self, from: &Aabb) -> f64 {
         let gap = (self.around.min - from.max).sup(&(from.min - self.around.max)).sup(&Vector3::zeros()).norm();
         if self.is_no_nearer(gap) { gap } else { gap.max(self.distance(&from.center()) - from.half_extents().norm()) }
@@ -145,8 +150,8 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// One interval of a line. Along it the distance is convex: between two heights it is nowhere below the line through the values at
-    /// two others on one side of them.
+    /// One interval of a line. Along it the distance is convex: between two heights it is nowhere
+    /// below the line through the values at two others on one side of them.
     fn material(&mut self, [x, y]: [f64; 2], Interval { bottom, top }: Interval) {
         let at = |z: f64| Point3::new(x, y, z);
         // Farther up and down than this nothing is nearer than what is known.
@@ -182,7 +187,8 @@ impl<'a> Search<'a> {
 const LONGER: f64 = 0.618_033_988_749_895;
 const SHORTER: f64 = 1.0 - LONGER;
 
-/// What a convex function is at least between the first and the last of four rising places, from its values there.
+/// What a convex function is at least between the first and the last of four rising places, from
+/// its values there.
 fn least_between(z: &[f64; 4], f: &[f64; 4]) -> f64 {
     let slope = |k: usize| (f[k + 1] - f[k]) / (z[k + 1] - z[k]);
     let outer = f[1] - slope(1).max(0.0) * (z[1] - z[0]);

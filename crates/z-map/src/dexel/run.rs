@@ -9,8 +9,8 @@ use crate::dexel::bodies::straight::{Swept, Warmth, interval};
 use crate::dexel::grid::DexelGrid;
 use crate::dexel::tile::{DUST, SIDE, Tile};
 
-/// What a bound must clear the material by, mm: above the rounding of heights and of the slopes that bounds are made
-/// of. Larger costs the exact answer for lines that are nearly touched.
+/// What a bound must clear the material by, mm: above the rounding of heights and of the slopes
+/// that bounds are made of. Larger costs the exact answer for lines that are nearly touched.
 const CLEAR: f64 = 1e-6;
 
 /// The lines of a row that may meet a swept solid.
@@ -24,8 +24,8 @@ pub(crate) struct Run {
 
 /// Cutting a run.
 ///
-/// Of its own type, because of a closure called by [`pulp::Arch::dispatch`] only a shell would get the vector
-/// instructions.
+/// Of its own type, because of a closure called by [`pulp::Arch::dispatch`] only a shell would get
+/// the vector instructions.
 pub(crate) struct Scan<'a, 'b> {
     pub(crate) grid: &'a DexelGrid,
     pub(crate) swept: &'a Swept<'b>,
@@ -159,7 +159,8 @@ impl Ask<'_, '_> {
     }
 }
 
-/// Heights at which the material of lines ends, from a line of a tile on; −∞ without material, and beyond the n-th.
+/// Heights at which the material of lines ends, from a line of a tile on; −∞ without material, and
+/// beyond the n-th.
 #[inline(always)]
 fn tops(tile: &Tile, line: usize, n: usize) -> Wide {
     let mut tops = [f64::NEG_INFINITY; LANES];
@@ -211,7 +212,8 @@ pub(crate) fn is_apart(grid: &DexelGrid, [i0, j0]: [usize; 2], tile: &Tile, swep
         || swept.floor(ends(grid.x(i0)), ends(grid.y(j0))) >= high + CLEAR
 }
 
-/// Rows of a tile that a solid may touch; `None` where its bounds are clear of all of the tile's material.
+/// Rows of a tile that a solid may touch; `None` where its bounds are clear of all of the tile's
+/// material.
 pub(crate) fn rows_to_look_at(
     grid: &DexelGrid,
     i0: usize,
@@ -223,8 +225,8 @@ pub(crate) fn rows_to_look_at(
     (!is_apart(grid, [i0, j0], tile, swept) && first <= last).then_some(first..=last)
 }
 
-/// The lines of a row of a tile that a solid may meet, if they may lose anything; `bounds` are those of the row's
-/// material. `warmth` is what is known from the row before.
+/// The lines of a row of a tile that a solid may meet, if they may lose anything; `bounds` are
+/// those of the row's material. `warmth` is what is known from the row before.
 pub(crate) fn run_of_row(
     grid: &DexelGrid,
     i0: usize,

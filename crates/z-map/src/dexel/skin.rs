@@ -5,11 +5,12 @@ use crate::dexel::map::DexelMap;
 use crate::dexel::tile::Interval;
 
 impl DexelMap {
-    /// The boundary of the material as a closed mesh wound outward, workpiece frame, mm: every interval is the prism
-    /// over its cell, and the mesh encloses exactly the map's [`DexelMap::volume`].
+    /// The boundary of the material as a closed mesh wound outward, workpiece frame, mm: every
+    /// interval is the prism over its cell, and the mesh encloses exactly the map's
+    /// [`DexelMap::volume`].
     ///
-    /// Vertices are shared and no edge ends within another, so every edge has as many triangles on one side as on the
-    /// other. Where two prisms touch in an edge only, four triangles meet there.
+    /// Vertices are shared and no edge ends within another, so every edge has as many triangles on
+    /// one side as on the other. Where two prisms touch in an edge only, four triangles meet there.
     ///
     /// # Errors
     /// When there are more than 2³² vertices; a coarser map is needed then.
@@ -39,8 +40,8 @@ impl DexelMap {
     }
 }
 
-/// A mesh in the making. Vertices stand over the corners of cells, at every height at which a line beside it begins or
-/// ends.
+/// A mesh in the making. Vertices stand over the corners of cells, at every height at which a line
+/// beside it begins or ends.
 struct Skin<'a> {
     map: &'a DexelMap,
     /// First vertex of each corner, row by row.
@@ -87,8 +88,8 @@ impl<'a> Skin<'a> {
         self.triangle(is_up, a, c, d);
     }
 
-    /// Walls between two neighbours, where one has material and the other none. The corners are the right one and the
-    /// left one for who looks from the first neighbour.
+    /// Walls between two neighbours, where one has material and the other none. The corners are the
+    /// right one and the left one for who looks from the first neighbour.
     fn walls(&mut self, first: [usize; 2], second: [usize; 2], corners: [[usize; 2]; 2]) {
         let intervals = |[i, j]: [usize; 2]| self.map.intervals(i, j).collect::<Vec<_>>();
         let (first, second) = (intervals(first), intervals(second));
@@ -104,8 +105,8 @@ impl<'a> Skin<'a> {
         }
     }
 
-    /// A rectangle between two corners, with all vertices that stand at its sides; `is_out` when it looks away from the
-    /// first neighbour.
+    /// A rectangle between two corners, with all vertices that stand at its sides; `is_out` when it
+    /// looks away from the first neighbour.
     fn wall(&mut self, corners: [[usize; 2]; 2], [from, to]: [f64; 2], is_out: bool) {
         let [mut right, mut left] = corners.map(|corner| self.chain(corner, from, to));
         let (mut a, mut b) = (right.start, left.start);

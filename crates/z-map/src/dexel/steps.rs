@@ -38,8 +38,9 @@ impl<'a> Step<'a> {
 type OnTile = (usize, [f64; 2], Option<Deepest>);
 
 impl DexelMap {
-    /// Takes steps one after the other, each on the stock that those before it have left: in parallel over the tiles, which
-    /// know nothing of each other, with the same result on any number of threads.
+    /// Takes steps one after the other, each on the stock that those before it have left: in
+    /// parallel over the tiles, which know nothing of each other, with the same result on any
+    /// number of threads.
     ///
     /// # Errors
     /// As [`DexelMap::remove_all`]; the map is unchanged then.

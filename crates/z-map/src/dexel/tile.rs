@@ -3,8 +3,9 @@ pub(crate) const SIDE: usize = 32;
 /// Lines of a tile.
 pub(crate) const LINES: usize = SIDE * SIDE;
 
-/// Length that is too little to be taken out of an interval, mm: surfaces that are cut again along the same solid
-/// differ by rounding. Smaller, every repeated cut would take dust off; larger, cuts would be less than exact.
+/// Length that is too little to be taken out of an interval, mm: surfaces that are cut again along
+/// the same solid differ by rounding. Smaller, every repeated cut would take dust off; larger, cuts
+/// would be less than exact.
 pub(crate) const DUST: f64 = 1e-9;
 
 /// One interval of material, both ends included, mm.
@@ -23,7 +24,8 @@ struct Further {
     interval: Interval,
 }
 
-/// A square of 32 × 32 lines. The lowest interval of each is stored in place, the others in one list for the tile.
+/// A square of 32 × 32 lines. The lowest interval of each is stored in place, the others in one
+/// list for the tile.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Tile {
     /// Lowest interval of each line; of an empty line bottom +∞ and top −∞.
@@ -127,7 +129,8 @@ impl Tile {
         *bits = if rest.is_empty() { *bits & !bit } else { *bits | bit };
     }
 
-    /// Takes what is strictly between two heights out of a line, unless it is [`DUST`]; returns the length removed, mm.
+    /// Takes what is strictly between two heights out of a line, unless it is [`DUST`]; returns the
+    /// length removed, mm.
     pub(crate) fn subtract(&mut self, line: usize, from: f64, to: f64) -> f64 {
         if self.has_more(line) {
             return self.subtract_from_many(line, from, to);

@@ -6,15 +6,16 @@ use crate::dexel::cut::{Contact, Cut};
 use crate::dexel::map::{Broken, DexelMap, StockError};
 use crate::dexel::mesh_stock::MeshStockError;
 
-/// One stock as three maps, with lines along the workpiece's x, y and z, that are cut together: walls that are steep
-/// for one are flat for another.
+/// One stock as three maps, with lines along the workpiece's x, y and z, that are cut together:
+/// walls that are steep for one are flat for another.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TriDexel {
     maps: [DexelMap; 3],
 }
 
 impl TriDexel {
-    /// Frames of lines (`work_from_map`) whose z is along the workpiece's x, y and z. Their rotations are exact.
+    /// Frames of lines (`work_from_map`) whose z is along the workpiece's x, y and z. Their
+    /// rotations are exact.
     pub fn frames() -> [Isometry3<f64>; 3] {
         let turn = |w: f64, v: f64| UnitQuaternion::new_unchecked(Quaternion::new(w, v, v, v));
         [turn(0.5, 0.5), turn(-0.5, 0.5), turn(1.0, 0.0)].map(|r| Isometry3::from_parts(Translation3::identity(), r))
@@ -60,7 +61,8 @@ impl TriDexel {
     /// As for one map; nothing is removed then.
     pub fn remove_all(&mut self, sweeps: &[Sweep], tolerance: f64) -> Result<Vec<Cut>, SweepError> {
         let mut cuts = vec![Cut::default(); sweeps.len()];
-        // What is wrong with a sweep does not depend on the map: the first one refuses it before any is cut.
+        // What is wrong with a sweep does not depend on the map: the first one refuses it before
+        // any is cut.
         for map in &mut self.maps {
             for (sum, cut) in cuts.iter_mut().zip(map.remove_all(sweeps, tolerance)?) {
                 sum.volume += cut.volume / 3.0;

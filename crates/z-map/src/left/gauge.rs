@@ -14,7 +14,8 @@ pub(super) struct Gauge {
     height: f64,
 }
 
-/// Newton steps to the entry of a line, after which it counts as missing the cutter: near a tangent they halve the rest only.
+/// Newton steps to the entry of a line, after which it counts as missing the cutter: near a tangent
+/// they halve the rest only.
 const MAX_STEPS: usize = 60;
 
 /// Depth to which the entry of a line into the cutter is found, mm.
@@ -27,7 +28,8 @@ const HALVINGS: usize = 32;
 pub(super) struct Approach {
     /// Way along the line where it enters; `None` where it does not.
     pub entry: Option<f64>,
-    /// Nearest point of the cutter to the end of the way, and the direction from there out of the cutter.
+    /// Nearest point of the cutter to the end of the way, and the direction from there out of the
+    /// cutter.
     pub nearest: Point3<f64>,
     pub outward: Vector3<f64>,
     /// Cosine between line and `outward`.
@@ -49,8 +51,9 @@ impl Gauge {
         self.radius.hypot(self.height)
     }
 
-    /// Distance of a point from the cutter at a pose, 0 inside, and the unit direction in which it grows. The distance from a convex solid
-    /// is convex. The direction inside is that of the nearest part of the outline.
+    /// Distance of a point from the cutter at a pose, 0 inside, and the unit direction in which it
+    /// grows. The distance from a convex solid is convex. The direction inside is that of the
+    /// nearest part of the outline.
     pub(super) fn beyond(&self, pose: &ClPoint, point: &Point3<f64>) -> (f64, Vector3<f64>) {
         let from_tip = point - pose.tip;
         let axis = pose.axis.into_inner();
@@ -71,15 +74,17 @@ impl Gauge {
         ((from_core - self.corner).max(0.0), (out * side - axis * down) / from_core)
     }
 
-    /// Follows the line from a place along its normal to its entry into the cutter at a pose: Newton's steps on a convex function,
-    /// which never go beyond it. Of a line that misses the cutter, to where it is nearest.
+    /// Follows the line from a place along its normal to its entry into the cutter at a pose:
+    /// Newton's steps on a convex function, which never go beyond it. Of a line that misses the
+    /// cutter, to where it is nearest.
     pub(super) fn approach(&self, pose: &ClPoint, place: &SurfacePlace) -> Approach {
         let mut way = 0.0;
         let mut before: Option<(f64, Vector3<f64>)> = None;
         for _ in 0..MAX_STEPS {
             let at = place.position + place.normal.into_inner() * way;
             let (distance, direction) = self.beyond(pose, &at);
-            // A step that lands on the outline of a sharp cutter is on its inside, where the direction is that of another side.
+            // A step that lands on the outline of a sharp cutter is on its inside, where the
+            // direction is that of another side.
             let outward = before.filter(|_| distance == 0.0).map_or(direction, |(_, outward)| outward);
             let slope = outward.dot(&place.normal);
             if distance <= ENTRY {
@@ -95,8 +100,9 @@ impl Gauge {
         self.nearest_of_line(pose, place, [before.map_or(way, |(low, _)| low), way])
     }
 
-    /// Where a line that misses the cutter is nearest to it, between two ways along it: there alone the sign of the distance's change
-    /// with time tells on which side in time the line may meet the cutter.
+    /// Where a line that misses the cutter is nearest to it, between two ways along it: there alone
+    /// the sign of the distance's change with time tells on which side in time the line may meet
+    /// the cutter.
     fn nearest_of_line(&self, pose: &ClPoint, place: &SurfacePlace, [mut low, mut high]: [f64; 2]) -> Approach {
         let at = |way: f64| {
             let at = place.position + place.normal.into_inner() * way;

@@ -18,14 +18,16 @@ pub(super) fn pose_at(m: &CutterMotion, t: f64) -> ClPoint {
     let (a, b) = (m.from.axis.into_inner(), m.to.axis.into_inner());
     let turn = a.cross(&b).norm().atan2(a.dot(&b));
     if turn < SMALL_TURN {
-        // Chord and arc are the same up to turn³/15, and opposite axes are no motion that a machine makes in one part.
+        // Chord and arc are the same up to turn³/15, and opposite axes are no motion that a machine
+        // makes in one part.
         return ClPoint { tip, axis: Unit::new_normalize(a + (b - a) * t) };
     }
     let sin = turn.sin();
     ClPoint { tip, axis: Unit::new_normalize(a * (((1.0 - t) * turn).sin() / sin) + b * ((t * turn).sin() / sin)) }
 }
 
-/// Turn below which an axis may go along the chord, rad: 1e-10 mm on a meter. Smaller: the division by its sine loses digits.
+/// Turn below which an axis may go along the chord, rad: 1e-10 mm on a meter. Smaller: the division
+/// by its sine loses digits.
 const SMALL_TURN: f64 = 1e-4;
 
 /// Velocity of a point of the body, per time of the motion; `axis` is the pose's.
@@ -41,7 +43,8 @@ fn velocity(m: &CutterMotion, pose: &ClPoint, point: &Point3<f64>) -> Vector3<f6
 struct Try {
     t: f64,
     entry: Option<f64>,
-    /// Change of the distance between line and cutter with time; its sign is that of the change of the entry.
+    /// Change of the distance between line and cutter with time; its sign is that of the change of
+    /// the entry.
     rate: f64,
     /// Change of the entry with time.
     entry_rate: f64,
@@ -55,11 +58,12 @@ impl Gauge {
         Try { t, entry, rate, entry_rate: if slope == 0.0 { rate } else { rate / slope.abs() } }
     }
 
-    /// Least way along a place's normal to the cutter over the time of a motion; `None` where the line meets it at no pose that was looked
-    /// at.
+    /// Least way along a place's normal to the cutter over the time of a motion; `None` where the
+    /// line meets it at no pose that was looked at.
     ///
-    /// Of a cutter whose axis stands still the distance from the line's points is convex in way and time, so that the sign of its change tells on
-    /// which side of a pose the least is, and its rate how much less that can be.
+    /// Of a cutter whose axis stands still the distance from the line's points is convex in way and
+    /// time, so that the sign of its change tells on which side of a pose the least is, and its
+    /// rate how much less that can be.
     pub(super) fn least_entry(&self, m: &CutterMotion, place: &SurfacePlace, accuracy: f64) -> Option<f64> {
         let mut low = self.attempt(m, place, 0.0);
         let mut best = low.entry;

@@ -3,7 +3,8 @@
 use facemill_cl_data::ClPoint;
 use nalgebra::{Point3, Unit, Vector3};
 
-/// Part of a cutting motion: the tip goes straight and the axis turns evenly, both from `from` to `to`.
+/// Part of a cutting motion: the tip goes straight and the axis turns evenly, both from `from` to
+/// `to`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CutterMotion {
     /// Tool at its start, workpiece frame.

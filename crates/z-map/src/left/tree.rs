@@ -6,8 +6,8 @@ use nalgebra::{Point3, Unit, Vector3};
 use super::gauge::Gauge;
 use crate::left::place::{CutterMotion, SurfacePlace};
 
-/// A run of motions. At every time of it the cutter lies within the one at `middle`, moved by λ·`half` with λ from −1 to 1, and dilated by
-/// `slack`.
+/// A run of motions. At every time of it the cutter lies within the one at `middle`, moved by
+/// λ·`half` with λ from −1 to 1, and dilated by `slack`.
 struct Node {
     bounds: Aabb,
     middle: ClPoint,
@@ -27,7 +27,8 @@ pub(super) struct Tree {
 /// Best height so far, and the motion that leaves it.
 type Best = (f64, Option<usize>);
 
-/// Least cosine of a pose's axis and a node's, from which on turns between motions stay within the larger of their ends' turns.
+/// Least cosine of a pose's axis and a node's, from which on turns between motions stay within the
+/// larger of their ends' turns.
 const NEAR_AXES: f64 = 0.1;
 
 impl Tree {
@@ -55,7 +56,8 @@ impl Tree {
         index as u32
     }
 
-    /// Visits all motions that may leave less on a place than the best so far, which `visit` makes better.
+    /// Visits all motions that may leave less on a place than the best so far, which `visit` makes
+    /// better.
     pub(super) fn visit(
         &self,
         gauge: &Gauge,
@@ -86,8 +88,9 @@ impl Tree {
 }
 
 impl Node {
-    /// Lower bound on the distance of the cutter, at all times of the node, from all points up to `height` over a place; of 0 or less where it may
-    /// be nearer, and the less the nearer it may be.
+    /// Lower bound on the distance of the cutter, at all times of the node, from all points up to
+    /// `height` over a place; of 0 or less where it may be nearer, and the less the nearer it may
+    /// be.
     fn distance_over(&self, gauge: &Gauge, place: &SurfacePlace, height: f64) -> f64 {
         let top = place.position + place.normal.into_inner() * height;
         if !self.bounds.intersects(&Aabb::of_points(&[place.position, top])) {
@@ -106,8 +109,8 @@ impl Node {
 /// Rounding of distances, mm.
 const ROUNDING: f64 = 1e-9;
 
-/// Bounds of a single motion: between its ends the axis, and so each end of the flute, strays from its chord by less than its turn squared times
-/// the length.
+/// Bounds of a single motion: between its ends the axis, and so each end of the flute, strays from
+/// its chord by less than its turn squared times the length.
 fn bounds(gauge: &Gauge, m: &CutterMotion) -> Aabb {
     let chord = (m.to.axis.into_inner() - m.from.axis.into_inner()).norm();
     gauge.aabb(&m.from).union(&gauge.aabb(&m.to)).dilated(gauge.reach() * chord * chord + ROUNDING)

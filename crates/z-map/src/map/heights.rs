@@ -7,8 +7,8 @@ use crate::lattice::{Lattice, Raise, Window};
 use crate::map::{ZMapError, ZMapSettings, grid_over};
 use crate::raster::Grid;
 
-/// The heights of a Z-map's nodes alone: what the paper's test needs, at a fraction of the time of a [`crate::map::ZMap`],
-/// whose proven maxima of the cells they lack.
+/// The heights of a Z-map's nodes alone: what the paper's test needs, at a fraction of the time of
+/// a [`crate::map::ZMap`], whose proven maxima of the cells they lack.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NodeHeights {
     grid: Grid,
@@ -16,7 +16,8 @@ pub struct NodeHeights {
 }
 
 impl NodeHeights {
-    /// The largest z of a mesh over every node, in the frame that `map_from_mesh` leads to; exact up to rounding.
+    /// The largest z of a mesh over every node, in the frame that `map_from_mesh` leads to; exact
+    /// up to rounding.
     ///
     /// Runs in parallel; the result does not depend on the number of threads.
     ///
@@ -38,7 +39,8 @@ impl NodeHeights {
         [self.grid.node_x(i), self.grid.node_y(j)]
     }
 
-    /// Height of the mesh over the node (i, j), map frame, mm. `None` where there is no surface or no such node.
+    /// Height of the mesh over the node (i, j), map frame, mm. `None` where there is no surface or
+    /// no such node.
     pub fn node_height(&self, i: usize, j: usize) -> Option<f64> {
         let [nx, ny] = self.n_nodes();
         (i < nx && j < ny).then(|| self.nodes[j * nx + i]).filter(|z| z.is_finite())

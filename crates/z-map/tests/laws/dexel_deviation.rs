@@ -39,7 +39,8 @@ fn plate() -> Surface {
 
 const BALL: f64 = 4.0;
 
-/// The plate with an allowance of 0.5 mm, its top milled along x by a ball in passes 3 mm apart up to y = 9.
+/// The plate with an allowance of 0.5 mm, its top milled along x by a ball in passes 3 mm apart up
+/// to y = 9.
 fn milled(part: &Surface, frame: &Isometry3<f64>, cell: f64) -> [DexelMap; 2] {
     let before = DexelMap::of_mesh_with_allowance(part.mesh(), frame, cell, 0.5).unwrap();
     let (mut now, ball) = (before.clone(), body(BALL, BALL, 20.0));
@@ -50,8 +51,8 @@ fn milled(part: &Surface, frame: &Isometry3<f64>, cell: f64) -> [DexelMap; 2] {
     [before, now]
 }
 
-/// Between passes the ball leaves r − √(r² − s²/4), told to what the ridge falls off within half the distance of the
-/// lines' places; along a pass nothing; where it was not, the allowance.
+/// Between passes the ball leaves r − √(r² − s²/4), told to what the ridge falls off within half
+/// the distance of the lines' places; along a pass nothing; where it was not, the allowance.
 #[test]
 fn cusps_islands_and_finished_surface_are_the_closed_forms() {
     let part = plate();
@@ -76,15 +77,16 @@ fn cusps_islands_and_finished_surface_are_the_closed_forms() {
             highest <= cusp + ROUNDED && lowest >= -ROUNDED && lowest < cell * cell / BALL,
             "{highest} {cusp} {lowest}"
         );
-        // The ridge is a corner of slope tan(asin(s/2r)) at both sides: what is missed falls with the cell.
+        // The ridge is a corner of slope tan(asin(s/2r)) at both sides: what is missed falls with
+        // the cell.
         let slope = (1.5 / BALL).asin().tan();
         assert!(cusp - highest <= slope * cell, "{highest} {cusp}");
         assert_eq!(deviation.deepest_cavity(), None);
     }
 }
 
-/// A ball that goes in by g is found, g deep, where it went in; the lines miss its lowest point by no more than half a
-/// diagonal.
+/// A ball that goes in by g is found, g deep, where it went in; the lines miss its lowest point by
+/// no more than half a diagonal.
 #[test]
 fn a_planted_gouge_is_found_at_its_place_with_its_depth() {
     let part = plate();
@@ -108,8 +110,8 @@ fn a_planted_gouge_is_found_at_its_place_with_its_depth() {
     }
 }
 
-/// Through a plate the gouge is its thickness; of an open surface the stock below is not known to end, and where there
-/// is none the gouge has no depth.
+/// Through a plate the gouge is its thickness; of an open surface the stock below is not known to
+/// end, and where there is none the gouge has no depth.
 #[test]
 fn cut_through_is_as_deep_as_the_part_is_thick() {
     let part = plate();
@@ -137,8 +139,8 @@ fn cut_through_is_as_deep_as_the_part_is_thick() {
     }
 }
 
-/// A hole across the lines does not touch the part's surface on them. A shell within another is no surface; a gap that
-/// is full of stock is an excess of its width.
+/// A hole across the lines does not touch the part's surface on them. A shell within another is no
+/// surface; a gap that is full of stock is an excess of its width.
 #[test]
 fn holes_inside_overlapping_shells_and_full_gaps_are_told() {
     let part = surface(cuboid([-20.0, -20.0, -20.0], [20.0, 20.0, 20.0]));
@@ -148,7 +150,8 @@ fn holes_inside_overlapping_shells_and_full_gaps_are_told() {
     cut(&mut now, &body(3.0, 0.0, 20.0), along_x(30.0), along_x(5.0), 0.01);
     let deviation = now.deviation(&before, &part, &Silent).unwrap();
     let cavity = deviation.deepest_cavity().unwrap();
-    // The deepest point of the hole is at its end, 15 mm from the end face and from the top; its upper side nearer.
+    // The deepest point of the hole is at its end, 15 mm from the end face and from the top; its
+    // upper side nearer.
     let deepest = (0..=60).map(|k| 15.0_f64.min(20.0 - (5.0 - 3.0 + 0.1 * f64::from(k)))).fold(0.0, f64::max);
     assert!(cavity.depth >= deepest - 0.25 && cavity.depth <= deepest * 1.05 + 0.02, "{cavity:?} {deepest}");
 
@@ -164,8 +167,8 @@ fn holes_inside_overlapping_shells_and_full_gaps_are_told() {
     let deviation = stock.deviation(&stock, &part, &Silent).unwrap();
     for place in deviation.places() {
         let inside = place.position.x.min(place.position.y) > 2.0 && place.position.x.max(place.position.y) < 8.0;
-        // From the gap's upper side the top of the upper shell below is nearer than that of the lower one, also from
-        // beside.
+        // From the gap's upper side the top of the upper shell below is nearer than that of the
+        // lower one, also from beside.
         let beside = |c: f64| (2.0 - c).max(c - 8.0).max(0.0);
         let down = beside(place.position.x).hypot(beside(place.position.y)).hypot(5.0);
         let expected: &[(f64, f64)] = if inside {
@@ -181,8 +184,8 @@ fn holes_inside_overlapping_shells_and_full_gaps_are_told() {
     assert_eq!(deviation.places().count(), 4 * 400);
 }
 
-/// A deviation is no more than the way along the line to the stock's end, and no less than this end's distance from
-/// the part.
+/// A deviation is no more than the way along the line to the stock's end, and no less than this
+/// end's distance from the part.
 #[test]
 fn deviations_lie_between_distance_and_way_along_the_line() {
     let turn = Isometry3::rotation(Vector3::new(0.4, -0.3, 0.2));

@@ -10,7 +10,8 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use crate::dexel_kit::{block, body, cut, pose};
 use crate::kit::Random;
 
-/// A cube from −half to half; its diagonals, edges and corners are where lines of simple lattices go.
+/// A cube from −half to half; its diagonals, edges and corners are where lines of simple lattices
+/// go.
 fn cube(half: f64) -> TriMesh {
     let corner = |k: u32| Point3::from([0, 1, 2].map(|axis| if k >> axis & 1 == 1 { half } else { -half }));
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
@@ -45,7 +46,8 @@ fn sphere(radius: f64, n: u32) -> TriMesh {
     TriMesh::new(vertices, triangles).unwrap()
 }
 
-/// Volume by the divergence theorem, and whether every edge has as many triangles on one side as on the other.
+/// Volume by the divergence theorem, and whether every edge has as many triangles on one side as on
+/// the other.
 fn enclosed(mesh: &TriMesh) -> (f64, bool) {
     let mut edges: HashMap<(u32, u32), i32> = HashMap::new();
     let mut volume = 0.0;
@@ -62,7 +64,8 @@ fn enclosed(mesh: &TriMesh) -> (f64, bool) {
 
 #[test]
 fn a_cube_does_not_leak_at_edges_and_corners() {
-    // Lines through vertical faces, edges, corners and diagonals, in whole frames and in turned ones.
+    // Lines through vertical faces, edges, corners and diagonals, in whole frames and in turned
+    // ones.
     for (half, cell) in [(2.0, 1.0), (2.5, 1.0), (3.0, 0.5), (1.0, 2.0)] {
         let map = DexelMap::of_mesh(&cube(half), &Isometry3::identity(), cell).unwrap();
         map.check_invariants().unwrap();
@@ -76,7 +79,8 @@ fn a_cube_does_not_leak_at_edges_and_corners() {
             }
         }
     }
-    // Corners and edges exactly on lines: whole coordinates, the lattice moved by an allowance that is half a cell.
+    // Corners and edges exactly on lines: whole coordinates, the lattice moved by an allowance that
+    // is half a cell.
     let map = DexelMap::of_mesh_with_allowance(&cube(2.0), &Isometry3::identity(), 1.0, 0.5).unwrap();
     map.check_invariants().unwrap();
     for k in 0..5 {

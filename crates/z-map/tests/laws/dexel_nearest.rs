@@ -28,7 +28,8 @@ fn solids() -> [Solid; 5] {
     ]
 }
 
-/// A block that stands somewhere, of more than one tile, with lines of several intervals and of none.
+/// A block that stands somewhere, of more than one tile, with lines of several intervals and of
+/// none.
 fn stock(frame: &Isometry3<f64>, random: &mut Random) -> DexelMap {
     let mut map = DexelMap::of_box(frame, [-18.0, -18.0, -6.0], [18.0, 18.0, 6.0], 1.0).unwrap();
     for _ in 0..4 {
@@ -40,7 +41,8 @@ fn stock(frame: &Isometry3<f64>, random: &mut Random) -> DexelMap {
     map
 }
 
-/// Least distance from the dilated solid of points of all lines: no less than the truth, and no more than half a step above it.
+/// Least distance from the dilated solid of points of all lines: no less than the truth, and no
+/// more than half a step above it.
 fn of_points(map: &DexelMap, solid: &Solid, work_from_solid: &Isometry3<f64>) -> f64 {
     let [nx, ny] = map.grid().n_lines();
     let solid_from_work = work_from_solid.inverse();

@@ -1,9 +1,11 @@
 //! How fast errors of removed volumes fall with the cell, against closed forms.
 //!
-//! A cut stands at seeded places and headings in lattices of seeded cells, so that no error is one of a lucky offset or of a
-//! lucky ratio of radius and cell. Where the length that lines lose jumps along a curve, the some 1/h cells on it are wrong by up to h² each, with both signs: the root mean
-//! square falls as h^1.5 (Kendall, Quart. J. Math. 19, 1948). Where it begins like a square root, as at the silhouette of what
-//! is round, it falls as h². A volume that is too large or too small on the whole has a mean that does not vanish in that.
+//! A cut stands at seeded places and headings in lattices of seeded cells, so that no error is one
+//! of a lucky offset or of a lucky ratio of radius and cell. Where the length that lines lose jumps
+//! along a curve, the some 1/h cells on it are wrong by up to h² each, with both signs: the root
+//! mean square falls as h^1.5 (Kendall, Quart. J. Math. 19, 1948). Where it begins like a square
+//! root, as at the silhouette of what is round, it falls as h². A volume that is too large or too
+//! small on the whole has a mean that does not vanish in that.
 
 use std::f64::consts::{PI, TAU};
 
@@ -17,10 +19,12 @@ use crate::kit::Random;
 /// Cells in the mean, mm, each half of the one before.
 const CELLS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 
-/// Places and headings at every cell, of cuts of one sweep, whose straight sides may lie along a row of cells, and of others.
+/// Places and headings at every cell, of cuts of one sweep, whose straight sides may lie along a
+/// row of cells, and of others.
 const PLACES: [u32; 2] = [64, 16];
 
-/// What the order of so few places may be less than expected: the root mean squares are known to some 18 % or better.
+/// What the order of so few places may be less than expected: the root mean squares are known to
+/// some 18 % or better.
 const SCATTER: f64 = 0.2;
 
 /// A turn about z and a shift across it to anywhere in a cell.
@@ -37,7 +41,8 @@ fn removed(map: &mut DexelMap, body: &TurnedBody, way: &[ClPoint], place: &Isome
     cut_all(map, &sweeps, tolerance).iter().map(|c| c.volume).sum()
 }
 
-/// Slope of the straight line through the logarithms of errors, each at half the cell of the one before.
+/// Slope of the straight line through the logarithms of errors, each at half the cell of the one
+/// before.
 fn order(errors: &[f64; 4]) -> f64 {
     let at = |k: usize| 1.5 - k as f64;
     let both: f64 = errors.iter().enumerate().map(|(k, error)| at(k) * error.log2()).sum();
@@ -52,8 +57,8 @@ struct Known<'a> {
     way: &'a [ClPoint],
 }
 
-/// The volume that is taken out of new blocks is the exact one in the mean at every cell, and what it is off by falls at least
-/// with this order.
+/// The volume that is taken out of new blocks is the exact one in the mean at every cell, and what
+/// it is off by falls at least with this order.
 fn assert_order(expected: f64, known: &Known<'_>, new: impl Fn(f64) -> DexelMap) {
     let &Known { what, exact, body, way } = known;
     let mut random = Random(81);
@@ -91,8 +96,9 @@ fn moments(radius: f64, corner: f64, flute: f64) -> [f64; 2] {
     ]
 }
 
-/// Volume of a solid of revolution with these moments whose axis goes across itself along `n` chords of this length, each
-/// turned by `turn` from the one before. On the outside of every corner is a sector, on its inside chords overlap in a kite.
+/// Volume of a solid of revolution with these moments whose axis goes across itself along `n`
+/// chords of this length, each turned by `turn` from the one before. On the outside of every corner
+/// is a sector, on its inside chords overlap in a kite.
 fn volume_of_chords(moments: [f64; 2], n: u32, chord: f64, turn: f64, is_closed: bool) -> f64 {
     let corners = if is_closed { n } else { n - 1 };
     let ends = if is_closed { 0.0 } else { PI };
@@ -142,7 +148,8 @@ fn what_is_round_has_the_order_of_a_square_root() {
 /// Radius, corner radius and flute length of the cutter beside the sheet.
 const BESIDE_SHEET: [f64; 3] = [1.5, 0.5, 4.0];
 
-/// Poses of a cutter across the lines along an arc of two radians about an axis along it, in 20 chords.
+/// Poses of a cutter across the lines along an arc of two radians about an axis along it, in 20
+/// chords.
 fn along_sheet(radius: f64) -> Vec<ClPoint> {
     let at = |k: u32| {
         let (sin, cos) = (0.1 * f64::from(k) - 1.0).sin_cos();
@@ -151,7 +158,8 @@ fn along_sheet(radius: f64) -> Vec<ClPoint> {
     (0..=20).map(at).collect()
 }
 
-/// A curved sheet, 2 mm thick, with stock below and above: the side of a cutter goes along both of its sides.
+/// A curved sheet, 2 mm thick, with stock below and above: the side of a cutter goes along both of
+/// its sides.
 #[test]
 fn both_sides_of_a_curved_sheet_have_their_volumes() {
     let [radius, corner, flute] = BESIDE_SHEET;
@@ -175,8 +183,8 @@ fn both_sides_of_a_curved_sheet_have_their_volumes() {
     }
 }
 
-/// A flat cutter whose axis turns about a core leaves a groove around it, whose floor its middle touches. What is removed is
-/// within the tolerance of the surface of what is swept.
+/// A flat cutter whose axis turns about a core leaves a groove around it, whose floor its middle
+/// touches. What is removed is within the tolerance of the surface of what is swept.
 #[test]
 fn a_groove_by_a_turning_axis_is_within_its_tolerance() {
     let (core, radius, flute, n) = (3.0, 2.0, 4.0, 90);

@@ -1,4 +1,5 @@
-//! Sweeps against stamps: never less than dense stamps, never more than stamps dilated by what they leave out.
+//! Sweeps against stamps: never less than dense stamps, never more than stamps dilated by what they
+//! leave out.
 
 use facemill_z_map::{Sweep, SweepError};
 use nalgebra::Vector3;
@@ -9,8 +10,9 @@ use crate::kit::Random;
 const CUTTERS: [[f64; 3]; 6] =
     [[5.0, 1.0, 8.0], [5.0, 0.0, 8.0], [4.0, 4.0, 4.0], [4.0, 4.0, 9.0], [5.0, 2.5, 2.5], [6.0, 0.3, 3.0]];
 
-/// Cuts a block that is higher than the tool, and one that ends within it, and compares every line with stamps: those
-/// dilated by `within` must have lost all, those dilated by `beyond` must have lost all that is lost.
+/// Cuts a block that is higher than the tool, and one that ends within it, and compares every line
+/// with stamps: those dilated by `within` must have lost all, those dilated by `beyond` must have
+/// lost all that is lost.
 fn compare(cutter: [f64; 3], sweep: &Sweep, n: u32, within: f64, beyond: f64, tolerance: f64) {
     let (half, low) = (13.5, -40.0);
     for top in [40.0, sweep.from.tip.z + 1.3] {
@@ -98,7 +100,8 @@ fn a_turning_sweep_is_within_its_tolerance_of_stamps() {
     }
 }
 
-/// Face mills are far wider than high: their turning motions are cut at once, and here not as straight pieces.
+/// Face mills are far wider than high: their turning motions are cut at once, and here not as
+/// straight pieces.
 #[test]
 fn a_turning_sweep_of_a_face_mill_is_within_its_tolerance_of_stamps() {
     let mut random = Random(22);
@@ -140,7 +143,8 @@ fn meeting_a_turning_body_tells_the_depth_that_cutting_it_takes() {
         let deepest =
             (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j))).map(|(i, j)| lost_at(i, j)).fold(0.0, f64::max);
         let asked = map.meets(&sweep, tolerance).unwrap().map_or(0.0, |contact| contact.depth);
-        // Of a piece no line loses more than of all of them, and walls are as steep as the cutter's side leans.
+        // Of a piece no line loses more than of all of them, and walls are as steep as the cutter's
+        // side leans.
         assert!(asked <= deepest + 20.0 * tolerance, "{sweep:?}: {asked} met, {deepest} lost");
         assert!(deepest < 0.2 || asked > 0.0, "{sweep:?}: {deepest} lost and not met");
         met += u32::from(asked > 0.0);

@@ -11,7 +11,8 @@ use crate::kit::Random;
 
 const CELLS: [f64; 3] = [0.4, 0.2, 0.1];
 
-/// Each error is below `slope` × cell, and the finest below 0.6 of the coarsest: they fall at least as said.
+/// Each error is below `slope` × cell, and the finest below 0.6 of the coarsest: they fall at least
+/// as said.
 fn assert_falls(what: &str, exact: f64, slope: f64, volume: impl Fn(f64) -> f64) {
     let errors = CELLS.map(|cell| (volume(cell) - exact).abs());
     for (error, cell) in errors.iter().zip(CELLS) {

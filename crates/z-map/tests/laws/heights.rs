@@ -53,7 +53,8 @@ fn node_heights_are_those_of_vertical_rays() {
 
 #[test]
 fn a_surface_has_no_holes_at_its_edges_and_vertices() {
-    // Nodes on vertices, on edges, and along diagonals: every node over the field has the height of the field.
+    // Nodes on vertices, on edges, and along diagonals: every node over the field has the height of
+    // the field.
     for (square, cell) in [(3.0, 1.0), (1.0, 0.5), (0.1, 0.1), (0.7, 0.35), (3.0, 1.1)] {
         let slope = |x: f64, y: f64| 0.25 * x - 0.5 * y;
         let mesh = field(12, square, slope);
@@ -122,8 +123,8 @@ fn maxima_are_reached_by_the_mesh() {
     }
 }
 
-/// Largest z of a triangle over a rectangle: at a corner of the triangle, where an edge crosses the border, or over a
-/// corner of the rectangle.
+/// Largest z of a triangle over a rectangle: at a corner of the triangle, where an edge crosses the
+/// border, or over a corner of the rectangle.
 fn highest_over(t: [Point3<f64>; 3], x: [f64; 2], y: [f64; 2]) -> f64 {
     let inside = |p: &Point3<f64>| x[0] <= p.x && p.x <= x[1] && y[0] <= p.y && p.y <= y[1];
     let mut candidates: Vec<Point3<f64>> = t.into_iter().filter(inside).collect();

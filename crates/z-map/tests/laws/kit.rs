@@ -91,7 +91,8 @@ pub(crate) fn points_of(corners: [Point3<f64>; 3], n: u32) -> impl Iterator<Item
     })
 }
 
-/// Largest t of origin + t·direction on the mesh, by Möller and Trumbore's intersection with every triangle.
+/// Largest t of origin + t·direction on the mesh, by Möller and Trumbore's intersection with every
+/// triangle.
 pub(crate) fn highest_along(mesh: &TriMesh, origin: Point3<f64>, direction: Vector3<f64>) -> Option<f64> {
     let hit = |[a, b, c]: [Point3<f64>; 3]| {
         let (e1, e2) = (b - a, c - a);

@@ -1,4 +1,5 @@
-//! Heights that a moving cutter leaves, against closed forms and against dense poses tested by the definition of the solid.
+//! Heights that a moving cutter leaves, against closed forms and against dense poses tested by the
+//! definition of the solid.
 
 use facemill_cl_data::{ClPoint, Silent};
 use facemill_tool_model::Cutter;
@@ -7,7 +8,8 @@ use nalgebra::{Point3, Rotation3, Unit, Vector3};
 
 use crate::kit::Random;
 
-/// Straight passes along x over z = 0, `step` apart in y, with the axis leaning by `tilt` along the feed.
+/// Straight passes along x over z = 0, `step` apart in y, with the axis leaning by `tilt` along the
+/// feed.
 fn passes(step: f64, tilt: f64, lift: f64) -> Vec<CutterMotion> {
     let axis = Unit::new_normalize(Vector3::new(-tilt.sin(), 0.0, tilt.cos()));
     (-4..=4)
@@ -56,7 +58,8 @@ fn a_flat_disc_leaves_nothing_under_it_and_all_of_the_stock_beside_it() {
 
 #[test]
 fn a_disc_that_leans_forward_leaves_the_ellipse_of_its_rim() {
-    // The rim of a sharp disc, seen along the feed: half axes R and R·sin(tilt), its lowest point on the surface.
+    // The rim of a sharp disc, seen along the feed: half axes R and R·sin(tilt), its lowest point
+    // on the surface.
     let (radius, tilt) = (20.0, 0.1_f64);
     let cutter = Cutter::new(radius, 0.0, 20.0).expect("a disc");
     let lift = radius * tilt.sin();
@@ -69,7 +72,8 @@ fn a_disc_that_leans_forward_leaves_the_ellipse_of_its_rim() {
     }
 }
 
-/// Whether a point is in the cutter: the union of its flat core, its ring of balls and its upper cylinder.
+/// Whether a point is in the cutter: the union of its flat core, its ring of balls and its upper
+/// cylinder.
 fn is_in(cutter: &Cutter, pose: &ClPoint, p: &Point3<f64>) -> bool {
     let from = p - pose.tip;
     let z = from.dot(&pose.axis);
@@ -127,7 +131,8 @@ fn random_motions_leave_what_a_walk_over_dense_poses_finds() {
             let position = Point3::new(random.within(-9.0, 9.0), random.within(-9.0, 9.0), random.within(-0.5, 0.0));
             let place = SurfacePlace { position, normal, stock: 4.0 };
             let (found, walked) = (swept.left_on(&place).height, by_walking(&cutter, &motions, &place));
-            // The walk looks at some poses only, and stops up to a step too high; near a tangent a pose between is lower.
+            // The walk looks at some poses only, and stops up to a step too high; near a tangent a
+            // pose between is lower.
             let beside = 11.0 * turning * turning + SweptCutter::ACCURACY;
             assert!(found <= walked + beside, "case {case}: {found} above {walked}");
             assert!(walked - found < 0.06, "case {case}: {found} far below {walked}");

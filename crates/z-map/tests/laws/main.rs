@@ -1,4 +1,5 @@
-//! Laws of the Z-map against brute force over all triangles, and of dexel maps against closed forms and stamps.
+//! Laws of the Z-map against brute force over all triangles, and of dexel maps against closed forms
+//! and stamps.
 
 mod dexel_bodies;
 mod dexel_deviation;

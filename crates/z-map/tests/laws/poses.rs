@@ -101,7 +101,8 @@ fn lowest_z(solid: &Solid, pose: &Isometry3<f64>) -> f64 {
 
 #[test]
 fn the_proof_reaches_to_within_a_few_cells_of_a_surface() {
-    // A pin beside a ball: free as soon as it is farther off than what a cell's maximum adds at the slope there.
+    // A pin beside a ball: free as soon as it is farther off than what a cell's maximum adds at the
+    // slope there.
     let mesh = ball(Point3::origin(), 30.0, 90);
     let pin =
         Solid::Frustum(RoundFrustum { z_low: 0.0, z_high: 50.0, radius_low: 4.0, radius_high: 4.0, rounding: 1.0 });

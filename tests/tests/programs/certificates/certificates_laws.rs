@@ -1,5 +1,5 @@
-//! Certificates of planned jobs under every motion law, held to depths and distances by brute force over all
-//! triangles at times close together.
+//! Certificates of planned jobs under every motion law, held to depths and distances by brute force
+//! over all triangles at times close together.
 
 use facemill_tests::interpreter::{Axes, Motion};
 use facemill_tests::jobs::JobFolder;
@@ -44,7 +44,8 @@ fn axis_words(w: &Written, at: &Axes, rtcp: bool) -> Axes {
     }
 }
 
-/// Words at a part of the time of a rapid in which every axis goes at its own speed until it is there.
+/// Words at a part of the time of a rapid in which every axis goes at its own speed until it is
+/// there.
 fn each_at_its_speed(a: &Axes, b: &Axes, t: f64) -> Axes {
     // Speeds of the preset, per minute: 15000 mm and 3600 deg.
     let time = |from: f64, to: f64, speed: f64| (to - from).abs() / speed;
@@ -86,7 +87,8 @@ fn body_distance(w: &Written, (tip, axis): &Place, at_most: f64) -> f64 {
 /// Times at which a motion is looked at.
 const TIMES: u32 = 32;
 
-/// Holds a sample of the motions to their certificates; returns how much of the proven depths is more than there is.
+/// Holds a sample of the motions to their certificates; returns how much of the proven depths is
+/// more than there is.
 fn check(w: &Written, certificates: &Value, laws: [&str; 2]) -> Vec<f64> {
     let all = certificates["certificates"].as_array().expect("a list");
     let mut slacks = Vec::new();

@@ -1,4 +1,5 @@
-//! Chip areas on trial: area × way of the CC point against what the written program takes out of the stock, block by block.
+//! Chip areas on trial: area × way of the CC point against what the written program takes out of
+//! the stock, block by block.
 
 use facemill::StockRegion;
 use facemill::surface_model::{NamedNode, TriMesh, write_obj};
@@ -39,7 +40,8 @@ fn assert_volumes(pieces: &[PieceTrial], factor: f64) {
     }
     let all = of_passes.into_iter().reduce(Volumes::with).expect("passes");
     assert!((all.ratio() / factor - 1.0).abs() < 0.003, "{} for {factor}: {all:?}", all.ratio());
-    // Block by block, lines beside each other count by whole cells: half a cell at both ends of each.
+    // Block by block, lines beside each other count by whole cells: half a cell at both ends of
+    // each.
     for s in pieces.iter().flat_map(|p| p.inner(MARGIN)) {
         let allowed = 0.02 + CELL / s.way;
         assert!((s.removed / (s.area * s.way) / factor - 1.0).abs() < allowed, "{factor}: {s:?}");
@@ -69,8 +71,9 @@ fn arch() -> TriMesh {
     TriMesh::new(vertices, (0..n).flat_map(strip).collect()).expect("indices are in range")
 }
 
-/// Along an arc the centroid of the section goes farther than the CC point (Pappus and Guldin): the section is a slanted strip
-/// as high as the stock all over, with its centroid at half of that but for cusps.
+/// Along an arc the centroid of the section goes farther than the CC point (Pappus and Guldin): the
+/// section is a slanted strip as high as the stock all over, with its centroid at half of that but
+/// for cusps.
 #[test]
 fn an_arch_loses_chip_area_times_the_way_of_the_sections_centroid() {
     let thickness = 0.5;
@@ -88,8 +91,9 @@ fn an_arch_loses_chip_area_times_the_way_of_the_sections_centroid() {
     assert_volumes(&pieces(&job, 12.0), 1.0 + 0.5 * thickness / ARCH);
 }
 
-/// The passes of the sample job's first blade that are cut over the whole step-over: those nearer to the tip of the blade are in
-/// full stock, or where the curvature across the feed changes from pass to pass.
+/// The passes of the sample job's first blade that are cut over the whole step-over: those nearer
+/// to the tip of the blade are in full stock, or where the curvature across the feed changes from
+/// pass to pass.
 const FULL_WIDTH: std::ops::RangeInclusive<u32> = 22..=47;
 
 /// From the ends of the sample job's passes, mm: there the stock ends at the blade's edges.
@@ -115,7 +119,8 @@ fn full_width_passes_of_the_sample_job_lose_chip_area_times_way() {
     }
     let all = of_passes.into_iter().reduce(Volumes::with).expect("passes");
     assert!((all.ratio() - 1.0).abs() < 0.01, "{} of {all:?}", all.ratio());
-    // Ways between two points are 5 mm long, and lines 1 mm apart count by whole cells at both ends of each.
+    // Ways between two points are 5 mm long, and lines 1 mm apart count by whole cells at both ends
+    // of each.
     let steps: Vec<&Step> = pieces.iter().flat_map(|p| p.inner(BLADE_MARGIN)).collect();
     let within = steps.iter().filter(|s| (s.removed / (s.area * s.way) - 1.0).abs() < 0.05).count();
     assert!(4 * within >= 3 * steps.len(), "{within} of {} ways between two points within 5 %", steps.len());

@@ -1,5 +1,5 @@
-//! Whatever stands in a job, `facemill plan` ends: with files, or with a message and the exit code of bad input. No panic, no
-//! signal, no hang, no failure that it calls its own.
+//! Whatever stands in a job, `facemill plan` ends: with files, or with a message and the exit code
+//! of bad input. No panic, no signal, no hang, no failure that it calls its own.
 
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};

@@ -1,5 +1,5 @@
-//! Templates that a shop could have written: one change to ours, planned and run, gives the finding that names it. The
-//! unchanged one gives none, in every mode and for tools of either sense.
+//! Templates that a shop could have written: one change to ours, planned and run, gives the finding
+//! that names it. The unchanged one gives none, in every mode and for tools of either sense.
 
 use std::collections::BTreeSet;
 
@@ -25,7 +25,8 @@ fn rtcp_job() -> JobFolder {
     job
 }
 
-/// A change of the template: the first place of one text becomes another; what the block of the finding starts with.
+/// A change of the template: the first place of one text becomes another; what the block of the
+/// finding starts with.
 struct Mutant {
     from: &'static str,
     to: &'static str,

@@ -1,4 +1,5 @@
-//! Links of programs for Haas, Mazak and LinuxCNC controls, with what their operators write between them.
+//! Links of programs for Haas, Mazak and LinuxCNC controls, with what their operators write between
+//! them.
 
 use facemill::nc_program::Dialect;
 use facemill::rapids::{Rapids, RapidsRequest, WayKind, faster_rapids};
@@ -24,7 +25,8 @@ pub(super) fn faster(job: &Job, dialect: Dialect, text: &str) -> Rapids {
     faster_rapids(job, text.as_bytes(), &request, &SilentStages).unwrap_or_else(|e| panic!("{dialect:?}: {e}"))
 }
 
-/// A control, what a program of two ways above the patch is with these lines for its link, and a link far above them.
+/// A control, what a program of two ways above the patch is with these lines for its link, and a
+/// link far above them.
 type Program = (Dialect, fn(&str) -> String, &'static str);
 
 /// As an older post wrote it: all zeros, no spaces, lines that end as on DOS.
@@ -68,7 +70,8 @@ fn links_for_haas_mazak_and_linuxcnc_become_one_block_among_the_same_bytes() {
     }
 }
 
-/// Under RTCP a rapid goes by the axes on the first two controls; on LinuxCNC the kinematics keep the tip on a line.
+/// Under RTCP a rapid goes by the axes on the first two controls; on LinuxCNC the kinematics keep
+/// the tip on a line.
 #[test]
 fn links_under_rtcp_are_replaced_whatever_rapids_go_by() {
     let folder = block();

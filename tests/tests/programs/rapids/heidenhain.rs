@@ -14,7 +14,8 @@ fn faster(job: &Job, text: &str) -> Rapids {
     super::controls::faster(job, Dialect::Heidenhain, text)
 }
 
-/// Two ways above the patch at feed, and these lines for their link; `head` behind the tool's call. No line has its number.
+/// Two ways above the patch at feed, and these lines for their link; `head` behind the tool's call.
+/// No line has its number.
 fn two_ways(head: &str, across: &str) -> String {
     format!(
         "BEGIN PGM TWO MM\n; TWO WAYS\nCYCL DEF 247 DATUM SETTING ~\n  Q339=+1 ;DATUM NUMBER\nPLANE RESET STAY\n\
@@ -23,7 +24,8 @@ fn two_ways(head: &str, across: &str) -> String {
     )
 }
 
-/// With numbers from 0 on all lines but one that goes on with the line before, and line ends as on DOS.
+/// With numbers from 0 on all lines but one that goes on with the line before, and line ends as on
+/// DOS.
 fn numbered(text: &str) -> String {
     let mut out = String::new();
     let (mut number, mut goes_on) = (0, false);
@@ -72,7 +74,8 @@ fn a_link_with_nothing_in_the_way_is_one_line_and_the_lines_behind_count_on() {
     assert_eq!(String::from_utf8(made.text).unwrap(), numbered(&two_ways(tcpm, DIRECT)));
 }
 
-/// A direct way would turn by 200 deg, which M126 takes for 160 deg the other way around; exactly half a turn goes either way.
+/// A direct way would turn by 200 deg, which M126 takes for 160 deg the other way around; exactly
+/// half a turn goes either way.
 #[test]
 fn no_block_turns_by_half_a_turn_under_m126() {
     let folder = block();

@@ -1,5 +1,6 @@
-//! Lengths of the tool assembly for a program: what the command returns passes as the ordinary run says, and nothing
-//! shorter does; the holder that is chosen; and a plan that lets a shorter one pass.
+//! Lengths of the tool assembly for a program: what the command returns passes as the ordinary run
+//! says, and nothing shorter does; the holder that is chosen; and a plan that lets a shorter one
+//! pass.
 
 use facemill::lengths::{FoundLengths, LengthName, LengthsFile, LengthsRequest, Posting, lengths_of_program};
 use facemill::nc_program::Dialect;
@@ -174,7 +175,8 @@ fn the_holder_with_the_shortest_stick_out_that_works_is_chosen() {
     let shorter = ToolAssembly::new(tool).unwrap().longer_by(-MARGIN - OFF).unwrap().to_file();
     assert!(!collisions(&job, &shorter, PAST).is_empty());
 
-    // By the least stick-out of the ordinary run, found by halves, each holder by itself is as it is told.
+    // By the least stick-out of the ordinary run, found by halves, each holder by itself is as it
+    // is told.
     for holder in library(&holders[..2]).holders() {
         let open = holder.with_tool(&Job::read(&job.job()).unwrap().tool).unwrap();
         let is_free = |stick_out: f64| {
@@ -195,7 +197,8 @@ fn the_holder_with_the_shortest_stick_out_that_works_is_chosen() {
     }
 }
 
-/// A program that leans a lot needs a long tool; planned again it leans less, and a shorter one passes.
+/// A program that leans a lot needs a long tool; planned again it leans less, and a shorter one
+/// passes.
 #[test]
 fn planned_again_a_shorter_tool_passes() {
     let planes = "/operations/0/path/strategy/strategy/parallel_planes";

@@ -20,7 +20,8 @@ fn shelve(job: &JobFolder, name: &str, holders: &[(&str, [f64; 2])]) {
     job.write(name, json!({ "format": "facemill-holders/1", "holders": holders }).to_string().as_bytes());
 }
 
-/// Whether the job's program is free with the tool of a file, and with one that is shorter by the margin and more.
+/// Whether the job's program is free with the tool of a file, and with one that is shorter by the
+/// margin and more.
 fn is_free_with(job: &JobFolder, tool: &str) -> [bool; 2] {
     let own = job.json("job.json")["tool"].clone();
     job.set("job.json", &[("/tool", json!(tool))]);

@@ -1,4 +1,5 @@
-//! Links of plans: shorter ones are free by the kit's own kinematics and distances, and change nothing else.
+//! Links of plans: shorter ones are free by the kit's own kinematics and distances, and change
+//! nothing else.
 
 use facemill::rapids::{ShortenedLinks, WayKind};
 use facemill::{Job, PlanSettings, Planned, SilentStages, plan_job};
@@ -27,7 +28,8 @@ fn shortened(planned: &Planned) -> &ShortenedLinks {
     planned.report.links.shortened.as_ref().expect("links that were looked at")
 }
 
-/// Within bounds, summed up and in order; told of lines that hold a run of rapids between two cuts, and nothing else.
+/// Within bounds, summed up and in order; told of lines that hold a run of rapids between two cuts,
+/// and nothing else.
 fn adds_up(planned: &Planned) {
     let links = shortened(planned);
     let motions = interpreter::run(&text_of(planned, "program.nc"));
@@ -66,7 +68,8 @@ fn links_come_down_to_the_stock_and_cuts_stay_as_they_are() {
     assert_eq!(cuts(&short_run), cuts(&long_run));
     let rapids = |run: &[Motion]| run.iter().filter(|m| m.rapid).count();
     assert!(rapids(&short_run) < rapids(&long_run));
-    // The other text has the same ways: as many places at rapid rate, without those of template and header.
+    // The other text has the same ways: as many places at rapid rate, without those of template and
+    // header.
     let in_apt = |planned: &Planned| text_of(planned, "program.apt").matches("RAPID").count();
     assert_eq!(rapids(&long_run) - rapids(&short_run), in_apt(&long) - in_apt(&short));
 

@@ -67,7 +67,8 @@ fn a_program_keeps_its_faults_and_they_are_exit_1() {
     assert!(n > 1 && told.prints(&["findings", &format!("{n} before, {n} after")]), "{}", told.printed);
 }
 
-/// Between both ways, 30 mm above the workpiece's zero, are a clamp of 20 mm, and stock of 34 mm that another program left.
+/// Between both ways, 30 mm above the workpiece's zero, are a clamp of 20 mm, and stock of 34 mm
+/// that another program left.
 #[test]
 fn clearance_and_the_rest_of_another_program_count() {
     let job = block();

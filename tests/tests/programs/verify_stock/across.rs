@@ -1,4 +1,5 @@
-//! Lines along x and y: walls along z are held against the part, which no line along z goes through.
+//! Lines along x and y: walls along z are held against the part, which no line along z goes
+//! through.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -16,7 +17,8 @@ const CELL: f64 = 0.5;
 /// How deep the pass goes into the wall at y = 15.
 const GOUGE: f64 = 0.2;
 
-/// An upright pass along the wall at y = 15, and one along the wall at x = 15 that leaves a tenth on it; below the plate's bottom.
+/// An upright pass along the wall at y = 15, and one along the wall at x = 15 that leaves a tenth
+/// on it; below the plate's bottom.
 fn program(gouge: f64) -> String {
     let words = |x: f64, y: f64, z: f64| format!("X{x:.4} Y{y:.4} Z{:.4} B0. C0.", z + TABLE);
     let mut text = format!("G21 G90 G94\nG0 G43 {} H1\n", words(-30.0, 25.0, 40.0));
@@ -69,7 +71,8 @@ fn walls_along_z_are_measured_on_lines_across() {
     let left = part.largest_not_reached.expect("nothing was cut elsewhere");
     assert!((left.value_mm - ALLOWANCE).abs() < NEAR, "{left:?}");
 
-    // The same faults of the cutter, and a volume that is nearer to the truth than half a cell along the walls.
+    // The same faults of the cutter, and a volume that is nearer to the truth than half a cell
+    // along the walls.
     let findings = |found: &Verified| found.file.verification.findings.iter().map(|f| f.kind).collect::<Vec<_>>();
     assert_eq!(findings(&across), findings(&upright));
     let [of_upright, of_across] = [&upright, &across].map(|found| found.file.stock.as_ref().expect("it was cut"));
@@ -81,7 +84,8 @@ fn walls_along_z_are_measured_on_lines_across() {
     assert!((of_blocks - of_across.removed_mm3).abs() < 1e-6 * truth, "{of_blocks}");
 }
 
-/// What both passes take of the stock, which is rounded at its edges, mm³: by columns of a fine lattice.
+/// What both passes take of the stock, which is rounded at its edges, mm³: by columns of a fine
+/// lattice.
 fn removed() -> f64 {
     let step = 0.02;
     let n = (2.0 * (15.0 + ALLOWANCE) / step) as i32;
@@ -98,7 +102,8 @@ fn removed() -> f64 {
     sum
 }
 
-/// Half a line's distance into the wall that a pass has left, where no upright line is: lines along y say how deep.
+/// Half a line's distance into the wall that a pass has left, where no upright line is: lines along
+/// y say how deep.
 #[test]
 fn a_rapid_into_a_wall_between_upright_lines_is_measured_on_lines_across() {
     let job = plate();
@@ -127,8 +132,8 @@ fn lines_across_are_of_the_whole_stock() {
     assert!(why.contains("lines along x and y") && why.contains("region"), "{why}");
 }
 
-/// Half a millimetre on a wall, and lines 3 mm apart, of which no upright one stands in it: where the wall is what is cut, lines across
-/// are taken without being asked for.
+/// Half a millimetre on a wall, and lines 3 mm apart, of which no upright one stands in it: where
+/// the wall is what is cut, lines across are taken without being asked for.
 #[test]
 fn the_stock_on_a_wall_that_is_cut_is_seen_without_being_asked_for() {
     let job = plate();

@@ -17,7 +17,8 @@ use super::{GAUGE, TABLE, plate};
 /// Stock on the plate, mm.
 const THICKNESS: f64 = 6.0;
 
-/// The plate with stock of some thickness on it, and a disc on the spindle, its lower side so far above the tip.
+/// The plate with stock of some thickness on it, and a disc on the spindle, its lower side so far
+/// above the tip.
 fn plate_under_a_disc(thickness: f64, radius: f64, above: f64) -> JobFolder {
     let job = plate();
     job.set("job.json", &[("/setups/0/stock/offset/allowance_mm", json!(thickness))]);
@@ -70,7 +71,8 @@ fn found(job: &JobFolder, text: &str, cut: Option<CutRequest>) -> Vec<Finding> {
 fn a_body_of_the_machine_may_go_where_the_program_has_cut() {
     let job = plate_under_a_disc(THICKNESS, 13.0, 3.5);
     let lines = |region| CutRequest { region, ..CutRequest::on_lines(0.5, 0.01) };
-    // At height 3 the disc is above all stock, at 1 it is below its top; the cutter is narrower than the disc.
+    // At height 3 the disc is above all stock, at 1 it is below its top; the cutter is narrower
+    // than the disc.
     let [wide, deep] = [(3.0, true), (1.0, false)];
     let behind = text(&[wide, deep]);
     assert_eq!(found(&job, &behind, None).len(), 1);
@@ -93,8 +95,8 @@ fn a_body_of_the_machine_may_go_where_the_program_has_cut() {
     assert_eq!(found(&job, &behind, Some(lines(half))).len(), 1);
 }
 
-/// A template that goes once more, in rapid, down beside the plate: the disc, 30 mm above the tip, is then over the plate's edge at this
-/// height, in stock that was there at first.
+/// A template that goes once more, in rapid, down beside the plate: the disc, 30 mm above the tip,
+/// is then over the plate's edge at this height, in stock that was there at first.
 fn plan_with_disc_at(height: f64, changes: &[(&str, Value)]) -> Planned {
     let job = plate_under_a_disc(2.0, 22.0, 30.0);
     let words = |x: f64, z: f64| format!("G0 X{x:.3} Y0. Z{:.3} B0. C0.", z + TABLE);

@@ -1,4 +1,5 @@
-//! Feeds of cuts against the job's: which blocks of the plate's passes cut is known from where they are.
+//! Feeds of cuts against the job's: which blocks of the plate's passes cut is known from where they
+//! are.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -19,10 +20,12 @@ const ENTRIES: f64 = 2000.0;
 /// Half of the plate's width with its stock, mm.
 const HALF: f64 = 15.5;
 
-/// By how much the edge of the disc lags behind its foremost point where it is as high as the stock, mm: 0.5/sin 10°.
+/// By how much the edge of the disc lags behind its foremost point where it is as high as the
+/// stock, mm: 0.5/sin 10°.
 const LAG: f64 = 2.9;
 
-/// By how much farther it is until the edge is above the stock by more than is near to it: 1.5/sin 10°, mm.
+/// By how much farther it is until the edge is above the stock by more than is near to it: 1.5/sin
+/// 10°, mm.
 const CLEAR: f64 = 8.7;
 
 /// A block of a pass.
@@ -35,12 +38,14 @@ struct Block {
 }
 
 impl Block {
-    /// Whether the foremost edge comes from where the stock begins, or is in it, for a millimetre or more.
+    /// Whether the foremost edge comes from where the stock begins, or is in it, for a millimetre
+    /// or more.
     fn cuts(&self) -> bool {
         self.to > -HALF + 1.0 && self.from < HALF
     }
 
-    /// Whether it is beside the stock, before or behind it, and farther from it than a cell's diagonal.
+    /// Whether it is beside the stock, before or behind it, and farther from it than a cell's
+    /// diagonal.
     fn is_in_air(&self) -> bool {
         self.to < -HALF - 2.0 || self.from > HALF + LAG + CLEAR
     }
@@ -142,7 +147,8 @@ fn where_cuts_are_not_told_from_entries_that_is_an_assumption() {
     }
     assert_eq!(feeds_of(&file).len(), 3);
     assert!(rests_on(&file).iter().any(|(_, why)| why.contains("beyond the region")), "{:?}", rests_on(&file));
-    // Where no feed is above that of cuts there is nothing to take for granted, and none above all is fine anywhere.
+    // Where no feed is above that of cuts there is nothing to take for granted, and none above all
+    // is fine anywhere.
     let (slow, _) = passes(|_| CUTS);
     let slow = slow.replace(&format!("F{ENTRIES:.1}"), &format!("F{CUTS:.1}"));
     assert!(rests_on(&run(&job, &slow, None)).is_empty());
@@ -154,7 +160,8 @@ fn where_cuts_are_not_told_from_entries_that_is_an_assumption() {
     }
 }
 
-/// Behind the stock the edge is not above it by a cell's diagonal at first, and lines so far apart do not tell whether it cuts.
+/// Behind the stock the edge is not above it by a cell's diagonal at first, and lines so far apart
+/// do not tell whether it cuts.
 #[test]
 fn fast_blocks_near_stock_on_no_line_are_an_assumption() {
     let job = plate();
@@ -166,7 +173,8 @@ fn fast_blocks_near_stock_on_no_line_are_an_assumption() {
     assert_eq!(first, blocks.iter().find(|b| is_near(b)).map(|b| b.line));
 }
 
-/// The plan's own program has cuts, entries and air at feeds of their own, and none is found; with its cuts raised they are.
+/// The plan's own program has cuts, entries and air at feeds of their own, and none is found; with
+/// its cuts raised they are.
 #[test]
 fn a_plan_keeps_to_the_feeds_of_its_job_and_raised_cuts_are_found() {
     let planes = "/operations/0/path/strategy/strategy/parallel_planes";

@@ -22,8 +22,9 @@ fn cut(planned: &Planned) -> &StockReport {
     planned.report.stock.cut.as_ref().unwrap_or_else(|| panic!("not cut: {:?}", planned.report.stock))
 }
 
-/// The plan cuts what the text alone, run as a program from anywhere on the same lines, cuts. The patch is a layer of known
-/// thickness: under six passes beside each other all of it goes but the cusps, and nowhere more than all of it.
+/// The plan cuts what the text alone, run as a program from anywhere on the same lines, cuts. The
+/// patch is a layer of known thickness: under six passes beside each other all of it goes but the
+/// cusps, and nowhere more than all of it.
 #[test]
 fn a_plan_cuts_what_its_text_cuts() {
     let job = tiny_patch();
@@ -101,8 +102,8 @@ fn a_setup_in_another_frame_or_with_other_stock_begins_with_its_own_and_says_why
     }
 }
 
-/// Lines that are farther apart than the rapid clearance say nothing of rapids that are proven to keep off the stock as it was at
-/// first.
+/// Lines that are farther apart than the rapid clearance say nothing of rapids that are proven to
+/// keep off the stock as it was at first.
 #[test]
 fn lines_far_apart_are_no_findings_of_a_program_that_keeps_off_the_stock() {
     let with = &plans(&tiny_patch(), Some(30.0))[0];
@@ -114,8 +115,8 @@ fn lines_far_apart_are_no_findings_of_a_program_that_keeps_off_the_stock() {
     assert!(why.contains("verification.cut_stock") && without.rest.is_none(), "{why}");
 }
 
-/// A template that goes straight down behind the last pass: how steep that is, the cut stock alone tells where links go through what
-/// has been cut.
+/// A template that goes straight down behind the last pass: how steep that is, the cut stock alone
+/// tells where links go through what has been cut.
 #[test]
 fn what_meets_the_cut_stock_rejects_the_program() {
     let job = tiny_patch();
@@ -140,8 +141,8 @@ fn what_meets_the_cut_stock_rejects_the_program() {
     assert!(with.files.iter().any(|(name, _)| name == "program.rejected.nc"));
 }
 
-/// Where nobody asks for a distance of lines, stock that cannot be cut is no fault of the program; where somebody does, it is
-/// one of the job.
+/// Where nobody asks for a distance of lines, stock that cannot be cut is no fault of the program;
+/// where somebody does, it is one of the job.
 #[test]
 fn stock_that_cannot_be_cut_is_told() {
     // The patch is an open mesh: without anything on it there is no solid.

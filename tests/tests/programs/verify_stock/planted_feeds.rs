@@ -1,5 +1,5 @@
-//! Feeds and spindle speeds planted in programs for `facemill verify`: a tenth of their tolerance beyond it they are found, on
-//! their line alone; a tenth within it nothing is.
+//! Feeds and spindle speeds planted in programs for `facemill verify`: a tenth of their tolerance
+//! beyond it they are found, on their line alone; a tenth within it nothing is.
 
 use facemill_tests::commands::facemill_in;
 use facemill_tests::jobs::JobFolder;
@@ -31,11 +31,12 @@ fn job(speed: f64) -> JobFolder {
     job
 }
 
-/// Foremost points of the cutter on one pass over the plate, mm: 20 mm in the middle lie in the stock.
+/// Foremost points of the cutter on one pass over the plate, mm: 20 mm in the middle lie in the
+/// stock.
 const PLACES: [f64; 4] = [-30.0, -10.0, 10.0, 35.0];
 
-/// One pass at this spindle speed; the block in the middle at this feed, and with this speed where one is given, which the
-/// next one takes back. The block is told by its line, from 1.
+/// One pass at this spindle speed; the block in the middle at this feed, and with this speed where
+/// one is given, which the next one takes back. The block is told by its line, from 1.
 fn pass(speed: f64, feed: f64, is_inverse: bool, other: Option<f64>) -> (String, u64) {
     let (mode, first, above) = (if is_inverse { "G93" } else { "G94" }, PLACES[0], 40.0);
     let f = |feed: f64, way: f64| format!("F{:.4}", if is_inverse { feed / way } else { feed });

@@ -22,7 +22,8 @@ fn a_rest_of_other_stock_is_refused_and_one_of_another_setup_is_taken() {
     std::fs::write(&file, rest.to_bytes()).unwrap();
     assert!(read(&job, 0, &file).unwrap() == rest);
 
-    // Another setup of the same job: in the same frame, mounted elsewhere; in another frame; with other stock.
+    // Another setup of the same job: in the same frame, mounted elsewhere; in another frame; with
+    // other stock.
     let setup = job.json("job.json")["setups"][0].clone();
     let with = |name: &str, changes: &[(&str, Value)]| {
         let mut setup = setup.clone();

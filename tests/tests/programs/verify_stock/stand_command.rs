@@ -1,4 +1,5 @@
-//! `facemill verify` on part, stock, machine and tool named one by one: exit codes, what it tells, and what it writes.
+//! `facemill verify` on part, stock, machine and tool named one by one: exit codes, what it tells,
+//! and what it writes.
 
 use facemill_tests::commands::{Told, facemill_in, files_of};
 use facemill_tests::jobs::JobFolder;
@@ -7,7 +8,8 @@ use serde_json::{Value, json};
 
 use super::{GOUGED_AT, NEAR, TABLE, plate, program, words};
 
-/// The plate with [`program`] beside it, with tool, spindle and points behind all numbers, so that nothing else is to be found.
+/// The plate with [`program`] beside it, with tool, spindle and points behind all numbers, so that
+/// nothing else is to be found.
 fn with_program(last: i32, gouge: f64) -> JobFolder {
     let job = plate();
     let text = program(last, gouge).replace("G94\n", "G94\nT1 M6\nS6000 M3\n").replace("B10 ", "B10. ");
@@ -67,7 +69,8 @@ fn a_clean_program_is_exit_0_and_what_nobody_said_is_told() {
     assert!(told.prints(&["no cutting block takes anything of the stock", "mounting"]), "{}", told.printed);
 }
 
-/// What moves workpiece and zero together changes nothing between tool and part, and a mesh means the same in any unit.
+/// What moves workpiece and zero together changes nothing between tool and part, and a mesh means
+/// the same in any unit.
 #[test]
 fn mount_work_offset_and_unit_say_where_the_part_is() {
     let job = with_program(1, 0.15);
@@ -200,7 +203,8 @@ fn a_gouge_beyond_the_limit_is_exit_1_and_one_within_it_is_not() {
     assert!(!told.prints(&["DEEPER THAN ALLOWED"]), "{}", told.printed);
 }
 
-/// A sheet of the part on stock that ends less deep below it than the cutter may go: there the sheet is cut through.
+/// A sheet of the part on stock that ends less deep below it than the cutter may go: there the
+/// sheet is cut through.
 #[test]
 fn an_open_surface_that_is_cut_through_is_exit_1_without_a_finding() {
     let job = with_program(1, 0.015);

@@ -59,7 +59,8 @@ fn passes_end_the_margin_before_the_border_and_short_ones_are_dropped_and_counte
         assert!((last.position.x - (100.0 - p.level - 7.0)).abs() < 1e-9);
         assert!((p.length - (100.0 - p.level - 14.0)).abs() < 1e-9 && p.length >= 20.0);
     }
-    // Step 5: levels 0, 5, … 65 are long enough, 70 … 95 are not; 100 is a corner, cut just below it.
+    // Step 5: levels 0, 5, … 65 are long enough, 70 … 95 are not; 100 is a corner, cut just below
+    // it.
     assert_eq!((laid.passes.len(), laid.n_levels, laid.n_dropped_pieces), (14, 21, 7));
     let e = LaySettings { min_pass_length: 200.0, ..settings };
     let e = lay_passes(&s, &Region::default(), &planes(Vector3::y_axis()), &e, &|_| 5.0, &Silent).unwrap_err();
@@ -103,7 +104,8 @@ fn closed_passes_begin_and_end_at_the_place_asked_for() {
         assert!(p.closed && first.position == last.position);
         // 90 points on a ring: nodes are 1/29 of its radius apart at most.
         assert!((first.position - Point3::new(0.0, ring, p.level)).norm() < 0.04 * ring + 0.3 / ring);
-        // Facets lie inside the sphere: 0.006 mm along the meridian, which is more beside it the flatter it is.
+        // Facets lie inside the sphere: 0.006 mm along the meridian, which is more beside it the
+        // flatter it is.
         assert!((p.length / (std::f64::consts::TAU * ring) - 1.0).abs() < 1e-3 + 0.3 / (ring * ring));
     }
     let mut rng = Lcg::new(3);

@@ -63,7 +63,8 @@ fn chords_keep_to_the_tolerance_on_a_sphere_whose_facets_are_far_coarser() {
             let worst = if angle_x(a).max(angle_x(b)) > 0.5 { &mut at_border } else { &mut largest };
             *worst = worst.max(chord);
         }
-        // The smooth normals turn a little unevenly over the facets: that is the mesh's error, not the path's.
+        // The smooth normals turn a little unevenly over the facets: that is the mesh's error, not
+        // the path's.
         assert!(largest <= 1.12 * tolerance, "{largest} of {tolerance}");
         assert!(largest >= 0.8 * tolerance, "points are too dense: {largest} of {tolerance}");
         // Normals on the border are those of its facets, so over half a facet they do not turn.

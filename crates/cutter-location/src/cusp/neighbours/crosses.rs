@@ -5,11 +5,13 @@ use nalgebra::Point3;
 
 use crate::cusp::neighbours::Neighbours;
 
-/// Sine of the largest slope, seen from the place, between two passes that meet on one surface: steeper, one is above the other.
+/// Sine of the largest slope, seen from the place, between two passes that meet on one surface:
+/// steeper, one is above the other.
 const LARGEST_SLOPE: f64 = 0.5;
 
 impl Neighbours {
-    /// Whether a pass with these points goes across any of the passes, on the same surface, seen along its normals.
+    /// Whether a pass with these points goes across any of the passes, on the same surface, seen
+    /// along its normals.
     pub fn is_crossed_by(&self, pass: &[CcPoint]) -> bool {
         pass.windows(2).any(|pair| self.is_crossed_between([&pair[0], &pair[1]]))
     }
@@ -28,7 +30,8 @@ impl Neighbours {
     }
 }
 
-/// Whether two segments cross, seen along the normal of a point, and are at about the same height there.
+/// Whether two segments cross, seen along the normal of a point, and are at about the same height
+/// there.
 fn cross(seen: &CcPoint, [a, b]: [Point3<f64>; 2], [c, d]: [Point3<f64>; 2]) -> bool {
     let normal = seen.normal.into_inner();
     let (own, other, between) = (b - a, d - c, c - a);

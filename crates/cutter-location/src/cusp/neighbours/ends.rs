@@ -14,15 +14,18 @@ pub(super) struct BesideEnd {
     pub(super) aside: f64,
     /// Distance of its end from the plane, mm.
     pub(super) gap: f64,
-    /// Whether the point's own pass ends nearer than that pass is, on the side where that one is missing.
+    /// Whether the point's own pass ends nearer than that pass is, on the side where that one is
+    /// missing.
     pub(super) is_at_own_end: bool,
 }
 
-/// Newton steps to the plane along a parabola that hardly bends on the way: after two the rest is below rounding.
+/// Newton steps to the plane along a parabola that hardly bends on the way: after two the rest is
+/// below rounding.
 const PLANE_STEPS: usize = 3;
 
-/// Where a pass would cross the plane through `cc` across its feed if it went on beyond its end as it bends before it; `None`
-/// where it would not come there. The end is the first of `points` with `is_first`, else the last.
+/// Where a pass would cross the plane through `cc` across its feed if it went on beyond its end as
+/// it bends before it; `None` where it would not come there. The end is the first of `points` with
+/// `is_first`, else the last.
 pub(super) fn continued(cc: &CcPoint, points: &[CutPoint], is_first: bool) -> Option<CutPoint> {
     let inward = |k: usize| &points[if is_first { k } else { points.len() - 1 - k }];
     let outward = |p: &CutPoint| if is_first { -p.cc.feed.into_inner() } else { p.cc.feed.into_inner() };

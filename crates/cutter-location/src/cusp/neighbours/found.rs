@@ -25,7 +25,8 @@ impl Found {
         let crossings = Found { nearest: self.nearest, earlier: self.earlier };
         for end in ends {
             let side = usize::from(end.neighbour.is_left);
-            // Toward a pass that begins inside a strip the ridge is that pass's own, where it is cut later.
+            // Toward a pass that begins inside a strip the ridge is that pass's own, where it is
+            // cut later.
             if end.neighbour.is_earlier || end.is_of_border(crossings.nearest[side].is_some()) {
                 end.put_into(&mut self.nearest[side], crossings.nearest[side].is_some());
             }
@@ -48,13 +49,15 @@ impl Found {
 }
 
 impl BesideEnd {
-    /// Whether the border of what is cut goes along here: nothing is cut beyond, or the point's own pass ends here, too.
+    /// Whether the border of what is cut goes along here: nothing is cut beyond, or the point's own
+    /// pass ends here, too.
     fn is_of_border(&self, has_crossing: bool) -> bool {
         !has_crossing || self.is_at_own_end
     }
 
     fn put_into(&self, best: &mut Option<(f64, Neighbour)>, has_crossing: bool) {
-        // Inside a strip the end reaches as far as it is nearer to the plane's places than the point is.
+        // Inside a strip the end reaches as far as it is nearer to the plane's places than the
+        // point is.
         let longer = if self.is_of_border(has_crossing) { 1.0 } else { 1.0 + (self.gap / self.aside).powi(2) };
         let Neighbour { strip, arc, .. } = self.neighbour;
         let strip = Strip { step_over: strip.step_over * longer, ..strip };
@@ -62,7 +65,8 @@ impl BesideEnd {
     }
 }
 
-/// Puts a neighbour where the one there is farther. Of equal distances the same one stays whatever order they come in.
+/// Puts a neighbour where the one there is farther. Of equal distances the same one stays whatever
+/// order they come in.
 fn put(best: &mut Option<(f64, Neighbour)>, distance: f64, neighbour: Neighbour) {
     let key = |n: &Neighbour| n.point.cc.position;
     let better = best

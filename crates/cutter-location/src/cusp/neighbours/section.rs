@@ -10,8 +10,8 @@ const CROSSING_STEPS: u32 = 20;
 
 /// Where the segment between two points crosses the plane through `cc` across its feed.
 ///
-/// The segment is the cubic with both feeds at its ends where they go its way, so that points far apart on a strong bend
-/// do not cut the corner; else the chord.
+/// The segment is the cubic with both feeds at its ends where they go its way, so that points far
+/// apart on a strong bend do not cut the corner; else the chord.
 pub(super) fn section_crossing(cc: &CcPoint, [a, b]: [&CutPoint; 2]) -> Option<CutPoint> {
     let ahead = |p: &Point3<f64>| (p - cc.position).dot(&cc.feed);
     let (at_a, at_b) = (ahead(&a.cc.position), ahead(&b.cc.position));

@@ -14,10 +14,12 @@ const WORK_REGISTER: &str = "G54";
 
 #[derive(Args)]
 pub(crate) struct StandArguments {
-    /// Mesh of the part (.obj, .stl, .gltf, .glb), in place of a job: its frame is the workpiece frame
+    /// Mesh of the part (.obj, .stl, .gltf, .glb), in place of a job: its frame is the workpiece
+    /// frame
     #[arg(long, value_name = "MESH", requires_all = ["stock", "machine", "tool"], conflicts_with_all = ["job", "setup"])]
     part: Option<PathBuf>,
-    /// Material before the program: box (the smallest around the part), offset:MM (so much on the part), or a mesh
+    /// Material before the program: box (the smallest around the part), offset:MM (so much on the
+    /// part), or a mesh
     #[arg(long, value_name = "MESH|box|offset:MM", value_parser = stock, requires = "part")]
     stock: Option<AdHocStock>,
     /// Machine file
@@ -29,7 +31,8 @@ pub(crate) struct StandArguments {
     /// Mesh that nothing may touch, such as a clamp; several can be given
     #[arg(long, value_name = "MESH", requires = "part")]
     fixture: Vec<PathBuf>,
-    /// Unit of all meshes: metre, centimetre, millimetre, inch; metre for glTF and millimetre for others where it is not given
+    /// Unit of all meshes: metre, centimetre, millimetre, inch; metre for glTF and millimetre for
+    /// others where it is not given
     #[arg(long, value_name = "UNIT", value_parser = unit, requires = "part")]
     mesh_unit: Option<UnitFile>,
     /// Up axis of all meshes: x, y, z; y for glTF and z for others where it is not given
@@ -38,15 +41,16 @@ pub(crate) struct StandArguments {
     /// Where the workpiece frame is on the machine's table, mm; 0,0,0 where it is not given
     #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true, requires = "part")]
     mount: Option<[f64; 3]>,
-    /// Machine positions of X, Y and Z where the program's words are 0, mm; 0,0,0 where it is not given
+    /// Machine positions of X, Y and Z where the program's words are 0, mm; 0,0,0 where it is not
+    /// given
     #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true, requires = "part")]
     work_offset: Option<[f64; 3]>,
-    /// Register that holds the work offset: G54, G54P1 and on, also for controls that call them otherwise (preset 1 of Heidenhain
-    /// is G54); G54 where it is not given
+    /// Register that holds the work offset: G54, G54P1 and on, also for controls that call them
+    /// otherwise (preset 1 of Heidenhain is G54); G54 where it is not given
     #[arg(long, value_name = "NAME", requires = "part")]
     work_register: Option<String>,
-    /// Dialect file of the control, for functions that its machine builder made harmless; the dialect's own where it is not
-    /// given
+    /// Dialect file of the control, for functions that its machine builder made harmless; the
+    /// dialect's own where it is not given
     #[arg(long, value_name = "FILE", requires = "part")]
     dialect_file: Option<PathBuf>,
     /// Register that holds the tool's length (H); the tool file's where it is not given
@@ -55,8 +59,8 @@ pub(crate) struct StandArguments {
 }
 
 impl StandArguments {
-    /// What is taken where nobody says it, and what is found depends on; none where no part is named. `dialect` is what is said of
-    /// the control.
+    /// What is taken where nobody says it, and what is found depends on; none where no part is
+    /// named. `dialect` is what is said of the control.
     pub(crate) fn assumptions(&self, dialect: Option<Dialect>) -> Vec<Assumption> {
         let (Some(part), Some(tool)) = (&self.part, &self.tool) else { return Vec::new() };
         let control = dialect.unwrap_or_default();
@@ -84,7 +88,8 @@ impl StandArguments {
         taken.into_iter().filter(|(is_taken, _)| *is_taken).map(|(_, text)| Assumption { line: None, text }).collect()
     }
 
-    /// What the unit and the up axis of part, stock and fixtures are where nobody says it, by their formats.
+    /// What the unit and the up axis of part, stock and fixtures are where nobody says it, by their
+    /// formats.
     fn taken_meshes(&self, part: &Path) -> [String; 2] {
         let stock = self.stock.iter().filter_map(|stock| match stock {
             AdHocStock::Mesh(file) => Some(file.as_path()),
@@ -110,7 +115,8 @@ impl StandArguments {
         ]
     }
 
-    /// Depth of the cutter that is a finding where nobody says it, mm; `None` where no part is named, where the job says it.
+    /// Depth of the cutter that is a finding where nobody says it, mm; `None` where no part is
+    /// named, where the job says it.
     pub(crate) fn gouge_limit(&self) -> Option<f64> {
         self.part.as_ref().map(|_| AD_HOC_GOUGE_LIMIT)
     }

@@ -16,13 +16,15 @@ use crate::cli::arguments::dialect::dialect;
 pub(crate) struct ProgramArguments {
     /// NC program, from anywhere
     pub(crate) program: PathBuf,
-    /// Job file, or a folder with job.json: machine, tool, mounting, work offset, part, fixtures and stock are taken from it
+    /// Job file, or a folder with job.json: machine, tool, mounting, work offset, part, fixtures
+    /// and stock are taken from it
     #[arg(long, value_name = "FILE")]
     job: Option<PathBuf>,
     /// Name of the job's setup, or its number from 1; where it is not given, the job must have one
     #[arg(long, value_name = "SETUP")]
     setup: Option<String>,
-    /// Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; the job's where it is not given
+    /// Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; the
+    /// job's where it is not given
     #[arg(long, value_name = "NAME", value_parser = dialect)]
     pub(crate) dialect: Option<Dialect>,
 }

@@ -40,7 +40,8 @@ fn what_a_template_leaves_to_the_control_is_in_report_and_summary() {
         (plan(&folder.path().join("job.json")), machine)
     };
     let (built_in, _) = job(Value::Null);
-    // The patch is no solid: the stock on it is on both sides; and nobody has timed the control. Nothing else is left unsaid.
+    // The patch is no solid: the stock on it is on both sides; and nobody has timed the control.
+    // Nothing else is left unsaid.
     let [control, layer] = &built_in.report.assumptions[..] else { panic!("{:?}", built_in.report.assumptions) };
     assert!(layer.text.contains("not closed") && layer.text.contains("both sides"), "{layer}");
     assert!(control.text.contains("looking 1000 blocks ahead") && control.text.contains("not checked"), "{control}");

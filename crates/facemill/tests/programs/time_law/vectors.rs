@@ -1,4 +1,5 @@
-//! Programs with tool vectors under the law: what their decimals add is no motion, what they turn is.
+//! Programs with tool vectors under the law: what their decimals add is no motion, what they turn
+//! is.
 
 use std::fmt::Write;
 
@@ -75,7 +76,8 @@ fn timed(machine: &Machine, text: &str, said: Said, blend_tolerance: Option<f64>
     (new.summary.time_law.unwrap(), String::from_utf8(new.text).unwrap())
 }
 
-/// Axis values of a tip that goes on from `x` by `step` mm along a wave, with a tool that leans and turns as told (rad).
+/// Axis values of a tip that goes on from `x` by `step` mm along a wave, with a tool that leans and
+/// turns as told (rad).
 fn wave(n: usize, x: f64, step: f64, turn: impl Fn(f64) -> [f64; 2]) -> Vec<AxisValues> {
     let machine = machine();
     let at = |k: usize| {
@@ -101,8 +103,9 @@ fn vectors_take_as_long_as_the_rotary_words_that_they_stand_for() {
     }
 }
 
-/// A vector that is said again turns nothing, so that a straight line of many blocks has no corner: not even for a control
-/// that stops at every one. Where the first vector stands there is one, as it is not quite what the rotary words before it say.
+/// A vector that is said again turns nothing, so that a straight line of many blocks has no corner:
+/// not even for a control that stops at every one. Where the first vector stands there is one, as
+/// it is not quite what the rotary words before it say.
 #[test]
 fn a_vector_that_stays_makes_no_corner() {
     let machine = machine();
@@ -118,9 +121,9 @@ fn a_vector_that_stays_makes_no_corner() {
     assert!(vectors.stops_at_corners && (1.0..1.3).contains(&ratio), "{words:?} {vectors:?}");
 }
 
-/// Swings of the table that are said by vectors take no less than each swing of the axis alone between two places where it
-/// turns back: with speeds of 0 there, the way of a time T is at most J·T³/12 within the jerk J (∫(T/2 − t)·a by parts), and
-/// a·T²/4 within the acceleration.
+/// Swings of the table that are said by vectors take no less than each swing of the axis alone
+/// between two places where it turns back: with speeds of 0 there, the way of a time T is at most
+/// J·T³/12 within the jerk J (∫(T/2 − t)·a by parts), and a·T²/4 within the acceleration.
 #[test]
 fn what_vectors_turn_is_limited() {
     let machine = machine();

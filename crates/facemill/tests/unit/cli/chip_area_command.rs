@@ -14,8 +14,8 @@ fn areas_of_every_size_are_told_to_six_digits() {
     }
 }
 
-/// Whatever the bound, what is told is off by it and half a unit of the last digit at the most, and that unit is no finer
-/// than the bound.
+/// Whatever the bound, what is told is off by it and half a unit of the last digit at the most, and
+/// that unit is no finer than the bound.
 #[test]
 fn no_digit_is_told_that_the_bound_does_not_hold() {
     for (area, error_bound, told) in [

@@ -2,7 +2,8 @@
 
 use facemill_feedrate::AxisBounds;
 
-/// Least time from rest to rest over `distance` of one axis: the law of up to seven phases of constant jerk.
+/// Least time from rest to rest over `distance` of one axis: the law of up to seven phases of
+/// constant jerk.
 pub(crate) fn rest_to_rest(distance: f64, bounds: &AxisBounds) -> f64 {
     let AxisBounds { velocity: v, acceleration: a, jerk: j } = *bounds;
     // Time and distance of the change between rest and a speed.

@@ -1,4 +1,5 @@
-//! Four kinds of program on which controls differ, from the origin on: X, Y, Z in mm, B and C in deg.
+//! Four kinds of program on which controls differ, from the origin on: X, Y, Z in mm, B and C in
+//! deg.
 
 /// A program of straight cuts.
 pub(crate) struct ControlProgram {

@@ -36,8 +36,8 @@ fn block(end: AxisValues) -> ProgramBlock {
     ProgramBlock { end, tip_time: 0.0, exact_stop: false }
 }
 
-/// Programs of all kinds by seed: sharp corners, reversals, dense curves, short blocks between long ones, blocks
-/// without motion, jagged lines, capped blocks, exact stops.
+/// Programs of all kinds by seed: sharp corners, reversals, dense curves, short blocks between long
+/// ones, blocks without motion, jagged lines, capped blocks, exact stops.
 fn program(seed: u64) -> Vec<ProgramBlock> {
     let mut random = Random(seed.wrapping_mul(77) + 5);
     let kind = seed % 5;
@@ -74,7 +74,8 @@ fn no_limit_is_exceeded_at_any_time() {
     for seed in 0..16 {
         let law = blended(&program(seed));
         let time = law.total_time();
-        // Steps of about 0.5 ms: third differences of 100 mm are exact to 1e-3 of their limits there.
+        // Steps of about 0.5 ms: third differences of 100 mm are exact to 1e-3 of their limits
+        // there.
         let n = (time / 5e-4) as usize;
         let (limit, share, t) = worst_share(&bounds, time, n, |t| law.at(t).position);
         assert!(share <= 1.0 + 1e-3, "{seed}: {limit:?} {share} at {t}");
@@ -149,7 +150,8 @@ fn no_block_is_run_faster_than_its_tip_feed_or_its_axes_allow() {
     }
 }
 
-/// The axis that takes the longest over a way, and the rate at which a velocity runs through the way, if it is along it.
+/// The axis that takes the longest over a way, and the rate at which a velocity runs through the
+/// way, if it is along it.
 fn rate_along(way: &AxisValues, velocity: &AxisValues) -> Option<f64> {
     let time = |k: &usize| way[*k].abs() / axes()[*k].velocity;
     let slowest = (0..3).max_by(|a, b| time(a).total_cmp(&time(b)))?;
@@ -197,9 +199,11 @@ fn asking_only_for_the_peaks_costs_hardly_anything() {
             }
             blended(&blocks).total_time() / before.total_time() - 1.0
         };
-        // The law keeps some tenths of a percent from its caps, and with other caps it is another law within its accuracy.
+        // The law keeps some tenths of a percent from its caps, and with other caps it is another
+        // law within its accuracy.
         let (tight, loose) = (with_room(1.0), with_room(1.01));
-        // On jagged lines, whose peaks differ from line to line, it holds each to those of the lines around.
+        // On jagged lines, whose peaks differ from line to line, it holds each to those of the
+        // lines around.
         let most = if seed % 5 == 4 { 0.01 } else { 0.005 };
         assert!(tight < 0.01 && loose < most, "{seed}: {tight} {loose}");
     }
@@ -256,8 +260,9 @@ fn a_slow_block_slows_its_own_stretch_alone() {
     let quick = blended(&blocks).total_time();
     blocks[150].tip_time = 1.0;
     let slow = blended(&blocks).total_time();
-    // 2 mm at 2 mm/s; to this speed and back as to a stop and back, v/a + a/j; and on either side the three spans (of
-    // 0.15 of the time to the largest speed) whose control points may lie on the slow block.
+    // 2 mm at 2 mm/s; to this speed and back as to a stop and back, v/a + a/j; and on either side
+    // the three spans (of 0.15 of the time to the largest speed) whose control points may lie on
+    // the slow block.
     let around = 6.0 * 0.15 * 0.15;
     assert!(slow > quick + 1.0 && slow < quick + 1.0 + 0.15 + around, "{slow} {quick}");
 }
@@ -272,7 +277,8 @@ fn blending_takes_no_longer_than_stopping() {
     }
 }
 
-/// What the law costs, without a clock: spans take the computing, and no line has many of them, however it zigzags.
+/// What the law costs, without a clock: spans take the computing, and no line has many of them,
+/// however it zigzags.
 #[test]
 fn jagged_lines_take_few_parts_each_and_less_time_than_stops() {
     for (off, most_of_stopping) in [(0.02, 0.3), (0.1, 0.5), (0.3, 0.75), (1.0, 1.0)] {

@@ -54,7 +54,8 @@ fn the_published_benchmark_is_met_and_no_limit_violated() {
         let (a, b) = (on_path(t), law.at(t).position);
         assert!(a.iter().zip(b.iter()).all(|(a, b)| (a - b).abs() < 1e-11), "{t}: {a:?} {b:?}");
     }
-    // Steps of 4 ms: third differences of 60 mm and 3 rad, rounded, are exact to 1e-6 of their limits.
+    // Steps of 4 ms: third differences of 60 mm and 3 rad, rounded, are exact to 1e-6 of their
+    // limits.
     for offset in [0.0, 0.3, 0.7] {
         let shift = offset * time / 2000.0;
         let (limit, share, t) = worst_share(&bounds, time, 2000, |t| on_path(t + shift));

@@ -1,5 +1,5 @@
-//! The tool path of Ma, Yuan, Shen, Gao, J. Comput. Des. Eng. 9 (2022): a cubic B-spline of tip and top points on a
-//! machine with a table that tilts about X (A) and turns about Z (C).
+//! The tool path of Ma, Yuan, Shen, Gao, J. Comput. Des. Eng. 9 (2022): a cubic B-spline of tip and
+//! top points on a machine with a table that tilts about X (A) and turns about Z (C).
 
 use facemill_feedrate::{AxisBounds, Jet, JointPath, MotionBounds, PathPoint};
 use facemill_inverse_kinematics::AxisValues;

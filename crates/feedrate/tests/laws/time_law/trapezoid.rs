@@ -1,4 +1,5 @@
-//! Times of a control that limits acceleration alone, against the figures of one and against closed forms.
+//! Times of a control that limits acceleration alone, against the figures of one and against closed
+//! forms.
 
 use facemill_feedrate::{AxisBounds, ProgramBlock, TrapezoidSettings, trapezoid_law, within_look_ahead};
 use facemill_inverse_kinematics::AxisValues;
@@ -56,7 +57,8 @@ fn times_are_those_of_linuxcnc_within_five_percent_on_four_kinds_of_program() {
 /// Programs that the figures are for.
 const SIZE: usize = 5;
 
-/// From rest to rest the closed form; joined lines are never slower than stops, and never quicker than their speeds allow.
+/// From rest to rest the closed form; joined lines are never slower than stops, and never quicker
+/// than their speeds allow.
 #[test]
 fn joined_lines_take_no_longer_than_stops_and_no_less_than_their_speeds_allow() {
     let start = AxisValues::zeros(5);
@@ -66,7 +68,8 @@ fn joined_lines_take_no_longer_than_stops_and_no_less_than_their_speeds_allow() 
         let run = |tolerance| trapezoid_law(&start, &blocks, (&axes, &LINEAR), &settings(tolerance)).unwrap();
         let (joined, stopped) = (run(program.tolerance), run(0.0));
         let sum = |times: &[f64]| times.iter().sum::<f64>();
-        // The arc of a sharp corner may take longer than a stop, which the control itself does not: the model is 1.3 % slow there.
+        // The arc of a sharp corner may take longer than a stop, which the control itself does not:
+        // the model is 1.3 % slow there.
         let most = if program.name == "zigzag" { 1.05 } else { 1.0 };
         assert!(sum(&joined.times) < most * sum(&stopped.times), "{}", program.name);
         assert!(sum(&joined.times) > blocks.iter().map(|b| b.tip_time).sum(), "{}", program.name);
@@ -86,7 +89,8 @@ fn joined_lines_take_no_longer_than_stops_and_no_less_than_their_speeds_allow() 
     }
 }
 
-/// The control can stop within its look-ahead: over short blocks it gets no faster, over longer ones nothing changes.
+/// The control can stop within its look-ahead: over short blocks it gets no faster, over longer
+/// ones nothing changes.
 #[test]
 fn a_short_look_ahead_slows_short_blocks_alone() {
     let axis = AxisBounds { velocity: 500.0, acceleration: 1000.0, jerk: 1e5 };

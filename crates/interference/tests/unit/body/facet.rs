@@ -43,7 +43,8 @@ fn parallel_and_coplanar_triangles_are_exact() {
     for solid in sample_solids() {
         let aabb = solid.dilated(-solid.rounding()).aabb();
         for k in 0..200 {
-            // Level with an end, just beyond it, or through the middle, from tiny to larger than the body.
+            // Level with an end, just beyond it, or through the middle, from tiny to larger than
+            // the body.
             let level = [aabb.min.z, aabb.max.z, aabb.min.z - 1e-7, aabb.max.z + 0.3, aabb.center().z][k % 5];
             let reach = [0.5, 5.0, 60.0][k % 3];
             let corner = |lcg: &mut Lcg| Point3::new(lcg.range(-reach, reach), lcg.range(-reach, reach), level);

@@ -79,7 +79,8 @@ impl Block {
         Derivatives { second: self.second(&self.axis_velocity), third: self.third_bound(&reach) }
     }
 
-    /// Σ over pairs of joints: a rotary joint turns the velocities of itself and of all joints behind it.
+    /// Σ over pairs of joints: a rotary joint turns the velocities of itself and of all joints
+    /// behind it.
     fn second(&self, velocity: &[Vector3<f64>; MAX_AXES]) -> Vector3<f64> {
         let mut behind = Vector3::zeros();
         let mut sum = Vector3::zeros();
@@ -93,8 +94,8 @@ impl Block {
         sum
     }
 
-    /// Σ over triples i ≤ j ≤ k of joints, i and j rotary, of the lengths of their travels times the reach of k, each
-    /// as often as the triple can be ordered.
+    /// Σ over triples i ≤ j ≤ k of joints, i and j rotary, of the lengths of their travels times
+    /// the reach of k, each as often as the triple can be ordered.
     fn third_bound(&self, reach: &[f64; MAX_AXES]) -> f64 {
         let mut sum = 0.0;
         for i in (0..self.n).filter(|&i| self.rotary[i]) {

@@ -5,9 +5,9 @@ use crate::machine::Machine;
 use crate::motion::deviation::{Block, Deviation, Meant, angle_of_chord, chord_of_angle, parts_for};
 use crate::motion::per_axis;
 
-/// Length by which a turn is compared with a way of the tip where the nearest pose of the meant motion is chosen, mm:
-/// about that of a tool. Any value gives a bound; a much smaller or larger one lets the axis or the tip stray more than
-/// need be.
+/// Length by which a turn is compared with a way of the tip where the nearest pose of the meant
+/// motion is chosen, mm: about that of a tool. Any value gives a bound; a much smaller or larger
+/// one lets the axis or the tip stray more than need be.
 const LEVER: f64 = 100.0;
 
 /// The bound for a motion in which each axis stops at its own time.
@@ -76,8 +76,8 @@ fn piece_bound(
 }
 
 impl Meant {
-    /// Where on the meant way a pose belongs: the mean of where its tip and where its axis is nearest, each with the
-    /// weight of the square of its way.
+    /// Where on the meant way a pose belongs: the mean of where its tip and where its axis is
+    /// nearest, each with the weight of the square of its way.
     fn fraction_near(&self, cl: &ClPoint) -> f64 {
         let (tip_weight, axis_weight) = (self.tip_way.norm_squared(), (LEVER * self.turn.angle).powi(2));
         let weight = tip_weight + axis_weight;

@@ -25,7 +25,8 @@ pub enum LineariseError {
         /// Why.
         cause: Unreachable,
     },
-    /// The side of the rotary axes that the pass is on, or the full turns they have made, ends at a limit.
+    /// The side of the rotary axes that the pass is on, or the full turns they have made, ends at a
+    /// limit.
     #[error(
         "{place}: axis {axis} would have to jump by {:.1} deg, because the way that it is on ends at a limit; start on \
          the other branch or another full turn, or retract there and turn", by.to_degrees()
@@ -38,8 +39,8 @@ pub enum LineariseError {
         /// By how much, rad.
         by: f64,
     },
-    /// The rotary axes cannot follow the tool axis, however close positions are: it is at, or too near to, the rotary
-    /// axis nearest to the workpiece.
+    /// The rotary axes cannot follow the tool axis, however close positions are: it is at, or too
+    /// near to, the rotary axis nearest to the workpiece.
     #[error(
         "{place}: no step is short enough, because the tool axis is {:.4} deg from rotary axis {axis}, which would \
          have to jump; tilt the tool away from that axis there, or retract and turn", from.to_degrees()

@@ -47,32 +47,35 @@ pub(super) enum Steps {
     Many(Vec<Step>),
 }
 
-/// Shortest step, as a fraction of the way between two poses. Larger would give up beside a pole that can be passed; a
-/// smaller one is lost in the rounding of the poses.
+/// Shortest step, as a fraction of the way between two poses. Larger would give up beside a pole
+/// that can be passed; a smaller one is lost in the rounding of the poses.
 const SHORTEST: f64 = 1e-9;
 
-/// How often positions are placed anew to even out what their blocks use up, and by how much more than the estimate of
-/// the number of blocks is allowed each time.
+/// How often positions are placed anew to even out what their blocks use up, and by how much more
+/// than the estimate of the number of blocks is allowed each time.
 const MARGINS: [f64; 6] = [1.0, 1.0, 1.0, 1.003, 1.01, 1.03];
 
-/// Most by which the longest of the blocks between two poses is longer than the shortest before they are evened out.
+/// Most by which the longest of the blocks between two poses is longer than the shortest before
+/// they are evened out.
 const EVEN: f64 = 1.1;
 
-/// Part by which an estimate may miss the number of blocks that would do: within it one block fewer is tried.
+/// Part by which an estimate may miss the number of blocks that would do: within it one block fewer
+/// is tried.
 const TRY_FEWER: f64 = 1.01;
 
 /// Trials after blocks hold, with fewer of them or to even them out.
 const AFTER: usize = 2;
 
-/// Where the control turns the tool vector itself: largest turn of a rotary axis in a block, rad. Beyond half a turn
-/// its sense is open.
+/// Where the control turns the tool vector itself: largest turn of a rotary axis in a block, rad.
+/// Beyond half a turn its sense is open.
 const LARGEST_TURN: f64 = FRAC_PI_2;
 
-/// The same: largest part of its turn by which a rotary axis may be away from the mean of its ends in the middle of a
-/// block. A jump at one end is half of it.
+/// The same: largest part of its turn by which a rotary axis may be away from the mean of its ends
+/// in the middle of a block. A jump at one end is half of it.
 const LARGEST_BEND: f64 = 0.25;
 
-/// The same: such a distance that is never too much, rad, where an axis turns back within the block.
+/// The same: such a distance that is never too much, rad, where an axis turns back within the
+/// block.
 const NO_BEND: f64 = 0.005;
 
 impl Steps {
@@ -103,7 +106,8 @@ impl AdHocSetup {
         };
         let mut reference = *start;
         let mut branch = None;
-        // At the pole the axis that is free there stands as the first pose beside the pole needs it.
+        // At the pole the axis that is free there stands as the first pose beside the pole needs
+        // it.
         for (k, cl) in poses.iter().enumerate() {
             let solutions = machine.inverse_near(cl, tool_length, start).map_err(unreachable(k))?;
             let time = |s: &InverseSolution| machine.travel_time(start, &s.values);
@@ -168,8 +172,8 @@ impl<'a> Segment<'a> {
         ClPoint { tip: self.ends[0].tip + self.tip_way * t, axis: self.turn.at(t) }
     }
 
-    /// The block to a fraction of the way: on the branch it is on, unless that does not hold the tolerance and the
-    /// other does.
+    /// The block to a fraction of the way: on the branch it is on, unless that does not hold the
+    /// tolerance and the other does.
     fn step(&self, from: &AdHocSetup, to: f64) -> Result<Step, Unreachable> {
         let solutions = self.machine.inverse_near(&self.meant(to), self.settings.tool_length, &from.values)?;
         let block = |solution: InverseSolution| {
@@ -198,9 +202,9 @@ impl<'a> Segment<'a> {
         Step { to, stand, deviation, used }
     }
 
-    /// How far the rotary axes are from moving evenly where the control turns the tool vector itself; up to 1 there is
-    /// no doubt on which way they go. Farthest from it are jumps at the pole, which stay as they are however short the
-    /// block is.
+    /// How far the rotary axes are from moving evenly where the control turns the tool vector
+    /// itself; up to 1 there is no doubt on which way they go. Farthest from it are jumps at the
+    /// pole, which stay as they are however short the block is.
     fn doubt(&self, from: &AxisValues, to: &AxisValues) -> f64 {
         let turn = self.largest_turn(from, to).1;
         let motion = Motion::new(self.machine, self.settings.law, from, to, self.settings.tool_length);
@@ -217,15 +221,18 @@ impl<'a> Segment<'a> {
         turns.fold((self.machine.axes()[0].letter, 0.0), |most, turn| if turn.1 > most.1 { turn } else { most })
     }
 
-    /// Lengths that add up: the deviation grows with the square of a block's length, at bends in proportion to it.
+    /// Lengths that add up: the deviation grows with the square of a block's length, at bends in
+    /// proportion to it.
     fn length(&self, step: &Step) -> f64 {
         if self.settings.law == BlockLaw::Rapid(RapidLaw::PerAxis) { step.used } else { step.used.sqrt() }
     }
 
-    /// The blocks cut anew so that they are few and of equal length; `None` where that does not come to an end.
+    /// The blocks cut anew so that they are few and of equal length; `None` where that does not
+    /// come to an end.
     ///
-    /// The sum of the lengths of the blocks tells how many are needed. Their ends are then placed at equal parts of it,
-    /// each block's length spread evenly over it; as blocks get shorter, that is more nearly so.
+    /// The sum of the lengths of the blocks tells how many are needed. Their ends are then placed
+    /// at equal parts of it, each block's length spread evenly over it; as blocks get shorter, that
+    /// is more nearly so.
     fn even(&self, mut steps: Vec<Step>, mut held: Option<Vec<Step>>) -> Option<Vec<Step>> {
         let mut n_after = 0;
         for margin in MARGINS {

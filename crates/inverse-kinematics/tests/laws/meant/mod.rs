@@ -1,4 +1,5 @@
-//! What two positions mean, and how far the motion between them is from it, by dense sampling and matrices.
+//! What two positions mean, and how far the motion between them is from it, by dense sampling and
+//! matrices.
 #![allow(dead_code, unreachable_pub, reason = "every test program uses a part of it")]
 
 use crate::common::cl_by_matrices;
@@ -23,8 +24,8 @@ pub fn apart(a: &ClPoint, b: &ClPoint) -> Deviation {
     Deviation { tip: (a.tip - b.tip).norm(), axis: angle(&a.axis, &b.axis) }
 }
 
-/// Largest deviations of tip, axis and rim (tip + R·δ of one time) at points of a dense sampling, all axes moving
-/// linearly.
+/// Largest deviations of tip, axis and rim (tip + R·δ of one time) at points of a dense sampling,
+/// all axes moving linearly.
 pub fn sampled(machine: &Machine, tool: f64, radius: f64, [a, b]: [&AxisValues; 2], n: u32) -> [f64; 3] {
     let [p0, p1] = [a, b].map(|q| cl_by_matrices(machine, q, tool));
     let at = |k| f64::from(k) / f64::from(n);

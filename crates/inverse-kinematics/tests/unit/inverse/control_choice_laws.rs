@@ -60,7 +60,8 @@ fn a_short_way_away_from_the_pole_is_taken_as_it_is_on_both_branches() {
     }
 }
 
-/// Whatever the tip does: a vector that is said again turns nothing, from wherever the first one turned the axes to.
+/// Whatever the tip does: a vector that is said again turns nothing, from wherever the first one
+/// turned the axes to.
 #[test]
 fn the_same_vector_keeps_the_rotary_axes_to_the_last_bit() {
     let machines = ["head-b-table-c", "head-b-nutating-table-c", "head-head-c-a", "table-table-b-c"];
@@ -98,7 +99,8 @@ fn the_same_vector_keeps_the_rotary_axes_to_the_last_bit() {
     assert!(clear > 300, "{clear}");
 }
 
-/// Against all solutions at all windings: whoever adds ways up, and whoever takes the largest, takes the one chosen.
+/// Against all solutions at all windings: whoever adds ways up, and whoever takes the largest,
+/// takes the one chosen.
 #[test]
 fn what_is_chosen_is_the_nearest_by_the_largest_turn_and_by_the_sum() {
     let machine = machine();
@@ -153,7 +155,8 @@ fn the_pole_is_told_at_the_end_and_on_the_way() {
     assert!(is_pole(choice(&at(&machine, 10.0, 0.0), &at(&machine, 0.9 * cone, 0.0)), 0.9 * cone));
     assert!(choice(&at(&machine, 10.0, 0.0), &at(&machine, 1.1 * cone, 0.0)).is_ok());
     assert!(is_pole(choice(&at(&machine, 0.5 * cone, 0.0), &at(&machine, 10.0, 0.0)), 0.5 * cone));
-    // Over the pole from one side to the other, and past it at a distance: half a turn's chord at 5 deg.
+    // Over the pole from one side to the other, and past it at a distance: half a turn's chord at 5
+    // deg.
     assert!(is_pole(choice(&at(&machine, 10.0, 0.0), &at(&machine, -10.0, 0.0)), 0.0));
     let (b, c) = (5.0_f64.to_radians(), 80.0_f64.to_radians());
     let on_the_way = (b.tan() * c.cos()).atan().to_degrees();

@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// Chips of an operation along its CC points, in all places of the pattern. "Before" is at the job's cutting feed,
-/// lowered where an axis cannot follow; "after" is as written.
+/// Chips of an operation along its CC points, in all places of the pattern. "Before" is at the
+/// job's cutting feed, lowered where an axis cannot follow; "after" is as written.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct ChipsReport {
     /// Operation.
@@ -13,10 +13,11 @@ pub struct ChipsReport {
     pub by_chips: bool,
     /// CC points with a chip.
     pub points: usize,
-    /// Those at which it is not known what the pass before has left, beyond its ends: full stock is counted there.
+    /// Those at which it is not known what the pass before has left, beyond its ends: full stock is
+    /// counted there.
     pub full_stock_points: usize,
-    /// Those at which nothing is cut. The feed of air is for those where that is so as far as the cutter reaches along
-    /// the feed.
+    /// Those at which nothing is cut. The feed of air is for those where that is so as far as the
+    /// cutter reaches along the feed.
     pub air_points: usize,
     /// Section of the chip across the feed.
     pub area_mm2: Option<SpreadReport>,
@@ -24,13 +25,14 @@ pub struct ChipsReport {
     pub removal_rate_before_cm3_min: Option<SpreadReport>,
     /// Removal rate after.
     pub removal_rate_after_cm3_min: Option<SpreadReport>,
-    /// Largest thickness of a tooth's chip before and after, at its thickest place; the feed per tooth is the tip feed
-    /// over spindle speed and number of inserts. Too large by at most 0.001 of the feed per tooth where the job asks
-    /// for a chip thickness, 0.02 of it elsewhere.
+    /// Largest thickness of a tooth's chip before and after, at its thickest place; the feed per
+    /// tooth is the tip feed over spindle speed and number of inserts. Too large by at most 0.001
+    /// of the feed per tooth where the job asks for a chip thickness, 0.02 of it elsewhere.
     pub largest_chip_thickness_mm: Option<[f64; 2]>,
     /// CC points by what sets the feed on the way to them.
     pub feeds_set_by: FeedsSetByReport,
-    /// Whether what was before, and the added time, are those of the law of motion; else they are at constant speeds.
+    /// Whether what was before, and the added time, are those of the law of motion; else they are
+    /// at constant speeds.
     pub by_law: bool,
     /// Time in the passes after, less that before; below 0 where air is faster.
     pub added_time_s: f64,
@@ -49,8 +51,8 @@ pub struct SpreadReport {
     pub variation: f64,
 }
 
-/// CC points by what sets the feed on the way to them. A point can count both as lowered by the job's terms and by the
-/// machine.
+/// CC points by what sets the feed on the way to them. A point can count both as lowered by the
+/// job's terms and by the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct FeedsSetByReport {
     /// The target of the removal rate, or its smallest feed.

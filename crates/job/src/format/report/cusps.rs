@@ -8,11 +8,14 @@ use serde::Serialize;
 pub struct CuspsKeptReport {
     /// Name of the operation.
     pub operation: String,
-    /// Passes put beside trimmed ones, as near to them as there are postures, in one place of the pattern.
+    /// Passes put beside trimmed ones, as near to them as there are postures, in one place of the
+    /// pattern.
     pub moved_passes: usize,
-    /// Passes put between others where the postures taken leave more than the allowed cusp, in one place of the pattern.
+    /// Passes put between others where the postures taken leave more than the allowed cusp, in one
+    /// place of the pattern.
     pub passes_between: usize,
-    /// Points with a higher ridge than allowed toward a pass before, or with a strip that stays uncut.
+    /// Points with a higher ridge than allowed toward a pass before, or with a strip that stays
+    /// uncut.
     pub points_beyond: usize,
     /// Why no pass was put where they are.
     pub reasons: Vec<CuspReasonReport>,

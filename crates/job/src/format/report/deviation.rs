@@ -3,29 +3,33 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// How far the cut stock is from the part and the allowance on it: the surface that the program should have left.
+/// How far the cut stock is from the part and the allowance on it: the surface that the program
+/// should have left.
 ///
-/// Largest values are exact on every line of the stock within `uncertainty_mm`; between lines nothing is said. Areas
-/// are estimates: those of small triangles, each with the deviation of the line's place that is nearest to it.
+/// Largest values are exact on every line of the stock within `uncertainty_mm`; between lines
+/// nothing is said. Areas are estimates: those of small triangles, each with the deviation of the
+/// line's place that is nearest to it.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct DeviationReport {
     /// Deviation up to which a place is within tolerance, to both sides, mm.
     pub tolerance_mm: f64,
-    /// How far deviations on lines may be off, mm: twice the tolerance with which the stock was cut.
+    /// How far deviations on lines may be off, mm: twice the tolerance with which the stock was
+    /// cut.
     pub uncertainty_mm: f64,
-    /// Whether the program has cut deeper than the gouge limit and the uncertainty allow, or through a surface that is
-    /// not closed. The findings tell where the cutter was too deep; this says that it shows in the stock.
+    /// Whether the program has cut deeper than the gouge limit and the uncertainty allow, or
+    /// through a surface that is not closed. The findings tell where the cutter was too deep; this
+    /// says that it shows in the stock.
     pub exceeds_gouge_limit: bool,
     /// Of the surface that the setup's operations cut.
     pub drive: DeviationFigures,
     /// Of all the setup's part surfaces, these included.
     pub part: DeviationFigures,
-    /// The deepest place within the part that is not stock any more, with material over and under it on its line,
-    /// where there is one; told by at most a twentieth and 0.01 mm too deep.
+    /// The deepest place within the part that is not stock any more, with material over and under
+    /// it on its line, where there is one; told by at most a twentieth and 0.01 mm too deep.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cavity: Option<DeviationPlace>,
-    /// Cusps between passes against what was to be expected; absent where the program has no passes on the part that
-    /// can be followed by their words (positions with tool vectors cannot).
+    /// Cusps between passes against what was to be expected; absent where the program has no passes
+    /// on the part that can be followed by their words (positions with tool vectors cannot).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cusps: Option<CuspReport>,
 }
@@ -41,7 +45,8 @@ pub struct DeviationFigures {
     pub largest_not_reached: Option<DeviationPlace>,
     /// Area by what it is like.
     pub area_mm2: DeviationAreas,
-    /// Measured area by deviation, in steps of half the tolerance within four times the tolerance, and beyond.
+    /// Measured area by deviation, in steps of half the tolerance within four times the tolerance,
+    /// and beyond.
     pub histogram: Vec<DeviationBin>,
 }
 
@@ -67,8 +72,8 @@ pub struct DeviationAreas {
     pub not_reached: f64,
     /// Of a surface that is not closed: no stock at all under it.
     pub no_stock: f64,
-    /// No line goes through the surface near it: walls along the lines, what lies inside another shell, and what the
-    /// lines of the stock do not reach.
+    /// No line goes through the surface near it: walls along the lines, what lies inside another
+    /// shell, and what the lines of the stock do not reach.
     pub not_measured: f64,
 }
 
@@ -85,19 +90,20 @@ pub struct DeviationBin {
     pub area_mm2: f64,
 }
 
-/// Cusp heights measured at a sample of places between neighbouring passes, against the ridge that the outlines of the
-/// tilted cutter leave there. Both are estimates: measured is the highest line's place on the way across, which misses
-/// the ridge by up to half a cell.
+/// Cusp heights measured at a sample of places between neighbouring passes, against the ridge that
+/// the outlines of the tilted cutter leave there. Both are estimates: measured is the highest
+/// line's place on the way across, which misses the ridge by up to half a cell.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct CuspReport {
     /// Points of passes that were drawn, the same ones for the same program.
     pub sampled: usize,
-    /// Of them with a neighbouring pass at least four cells away, and a predicted ridge that can be told from the
-    /// uncertainty.
+    /// Of them with a neighbouring pass at least four cells away, and a predicted ridge that can be
+    /// told from the uncertainty.
     pub compared: usize,
     /// Of those drawn where the outlines leave a strip that is not cut at all.
     pub uncut: usize,
-    /// Of those drawn the others, by why nothing is compared there: with `compared` and `uncut` these add up to `sampled`.
+    /// Of those drawn the others, by why nothing is compared there: with `compared` and `uncut`
+    /// these add up to `sampled`.
     pub not_compared: CuspsNotCompared,
     /// The highest of the predicted ridges that were compared, mm.
     pub largest_predicted_mm: f64,

@@ -7,7 +7,8 @@ use serde::Serialize;
 /// The links between the passes of a setup.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct LinksReport {
-    /// Why they are as they were planned over the clearance surface; `null` where faster ones were looked for.
+    /// Why they are as they were planned over the clearance surface; `null` where faster ones were
+    /// looked for.
     pub not_shortened_because: Option<String>,
     /// What was found; `null` where nothing was looked for.
     pub shortened: Option<ShortenedLinks>,
@@ -30,14 +31,15 @@ impl LinksReport {
 pub struct ShortenedLinks {
     /// Distance that was kept from stock and fixtures, mm.
     pub clearance_mm: f64,
-    /// Whether times are within acceleration and jerk of every axis; else within their velocities alone, because the machine file
-    /// does not give all of them.
+    /// Whether times are within acceleration and jerk of every axis; else within their velocities
+    /// alone, because the machine file does not give all of them.
     pub by_acceleration_and_jerk: bool,
     /// Time of all links as they were planned over the clearance surface, s.
     pub time_before_s: f64,
     /// Time of all links as they are written, s.
     pub time_after_s: f64,
-    /// Time of the slowest axis of each link by itself, with nothing in the way: no ways are faster, s.
+    /// Time of the slowest axis of each link by itself, with nothing in the way: no ways are
+    /// faster, s.
     pub lower_bound_s: f64,
     /// `time_after_s` by `lower_bound_s`; `null` without links.
     pub ratio_to_lower_bound: Option<f64>,

@@ -12,7 +12,8 @@ pub struct LostTimeReport {
     pub operation: String,
     /// Why the tip is slower than the programmed feed.
     pub cause: LostTimeCause,
-    /// The axis that turns fast beside the pole, or that is at its largest velocity; `null` where it is not one alone.
+    /// The axis that turns fast beside the pole, or that is at its largest velocity; `null` where
+    /// it is not one alone.
     pub axis: Option<String>,
     /// Time lost against the programmed feed, s.
     pub lost_s: f64,
@@ -28,13 +29,15 @@ pub struct LostTimeReport {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LostTimeCause {
-    /// The tool axis is within 10° of the pole of the rotary axes, where one of them turns much faster than the tool.
+    /// The tool axis is within 10° of the pole of the rotary axes, where one of them turns much
+    /// faster than the tool.
     NearPole,
     /// A rotary axis is at its largest velocity.
     RotaryVelocity,
     /// A linear axis is at its largest velocity.
     LinearVelocity,
-    /// Axes cannot change their speeds faster from block to block within acceleration, jerk and the control's tolerance.
+    /// Axes cannot change their speeds faster from block to block within acceleration, jerk and the
+    /// control's tolerance.
     Acceleration,
 }
 

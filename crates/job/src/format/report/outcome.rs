@@ -9,8 +9,8 @@ use serde::Serialize;
 pub enum Outcome {
     /// The program does what the job asks for.
     Done,
-    /// The program has no fault, and leaves more out or over than the job allows, or its blocks are not close enough for the
-    /// linearisation tolerance.
+    /// The program has no fault, and leaves more out or over than the job allows, or its blocks are
+    /// not close enough for the linearisation tolerance.
     Incomplete,
     /// The program has faults, and must not be run: its name says so.
     Faulty,

@@ -28,8 +28,9 @@ pub struct PairReport {
     pub time_ratio: f64,
     /// Smallest and largest speed of each tip in cuts of both heads; `null` where there are none.
     pub tip_feed_mm_min: [Option<[f64; 2]>; 2],
-    /// Steps of each head in cuts of both in which its tool turns against the surface by more than `max_turn_deg_per_mm` of its
-    /// operation allows: rotate follows the shared axis and has no limit of its own.
+    /// Steps of each head in cuts of both in which its tool turns against the surface by more than
+    /// `max_turn_deg_per_mm` of its operation allows: rotate follows the shared axis and has no
+    /// limit of its own.
     pub posture_jumps: [usize; 2],
     /// Largest speed of the shared axis in cuts of both heads, deg/s (mm/s of a linear axis).
     pub shared_velocity: f64,

@@ -6,11 +6,13 @@ use serde::Serialize;
 
 use crate::format::job_file::FinishFile;
 
-/// Material that a program leaves on the surface that its operations are asked to cut, measured on its written text.
+/// Material that a program leaves on the surface that its operations are asked to cut, measured on
+/// its written text.
 ///
-/// Heights are along the surface's normal, from the surface that is to be left (the mesh with the allowance of the drive surface) to the
-/// least height that the cutter reaches in any cut of the program. They contain everything that the program leaves: cusps, lifts,
-/// chords of the mesh, and strips that no pass cuts.
+/// Heights are along the surface's normal, from the surface that is to be left (the mesh with the
+/// allowance of the drive surface) to the least height that the cutter reaches in any cut of the
+/// program. They contain everything that the program leaves: cusps, lifts, chords of the mesh, and
+/// strips that no pass cuts.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct RemainingReport {
     /// How far a height may be off, mm.
@@ -21,17 +23,19 @@ pub struct RemainingReport {
     pub operations: Vec<RemainingOnRegion>,
 }
 
-/// Material left on the region of one operation, in all places of its pattern. Shares and quantiles are by area, from samples that
-/// are spread evenly over the region.
+/// Material left on the region of one operation, in all places of its pattern. Shares and quantiles
+/// are by area, from samples that are spread evenly over the region.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct RemainingOnRegion {
     /// Operation.
     pub operation: String,
     /// Area of the region.
     pub area_mm2: f64,
-    /// Places that were measured all over it. Places on its border and around the highest ones count for the largest alone.
+    /// Places that were measured all over it. Places on its border and around the highest ones
+    /// count for the largest alone.
     pub samples: usize,
-    /// Distance between them, about: what is narrower may be missed. The largest is looked for a quarter of it apart.
+    /// Distance between them, about: what is narrower may be missed. The largest is looked for a
+    /// quarter of it apart.
     pub spacing_mm: f64,
     /// Half of the area has at most this height left.
     pub p50_mm: f64,
@@ -42,7 +46,8 @@ pub struct RemainingOnRegion {
     /// The largest height that is left; absent where the region is too small for a sample.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub largest: Option<RemainingPlace>,
-    /// Height up to which the region counts as finished, mm: `cusp_mm` with path chord, linearisation and gouge tolerance.
+    /// Height up to which the region counts as finished, mm: `cusp_mm` with path chord,
+    /// linearisation and gouge tolerance.
     pub limit_mm: f64,
     /// Part of the area with more than that.
     pub above_fraction: f64,
@@ -145,8 +150,8 @@ impl RemainingReport {
         all.reduce(|a, b| if b.height_mm > a.height_mm { b } else { a })
     }
 
-    /// A finding for each operation that leaves more than it allows, at its highest place; where no cut is near that, on the last line of
-    /// the program.
+    /// A finding for each operation that leaves more than it allows, at its highest place; where no
+    /// cut is near that, on the last line of the program.
     pub fn findings(&self, last_line: u32) -> Vec<Finding> {
         let finding = |o: &RemainingOnRegion| {
             let line = o.largest.and_then(|p| p.line).unwrap_or(last_line);

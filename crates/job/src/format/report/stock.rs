@@ -8,7 +8,8 @@ use serde::Serialize;
 pub struct PlannedStockReport {
     /// Why the stock was not cut; `null` where it was.
     pub not_cut_because: Option<String>,
-    /// What it began as: the setup's own stock, with why it is not the rest of the setup before, or that rest.
+    /// What it began as: the setup's own stock, with why it is not the rest of the setup before, or
+    /// that rest.
     pub began_as: Option<String>,
     /// What was cut; `null` where nothing was.
     pub cut: Option<StockReport>,
@@ -52,20 +53,23 @@ pub struct StockReport {
     pub tolerance_mm: f64,
     /// Axes of the lines' frame along which there are lines: `z`, or all three.
     pub lines_along: Vec<&'static str>,
-    /// Whether a surface that the operations cut has walls along the lines, and nothing shows what is cut of the stock on them.
+    /// Whether a surface that the operations cut has walls along the lines, and nothing shows what
+    /// is cut of the stock on them.
     pub walls_not_seen: bool,
     /// Volume of the stock before the program, mm³: with lines along three axes a mean of them.
     pub before_mm3: f64,
     /// What the program took, mm³.
     pub removed_mm3: f64,
-    /// What each of several heads took of that, mm³: what both reach at once counts for the first. Absent with one head.
+    /// What each of several heads took of that, mm³: what both reach at once counts for the first.
+    /// Absent with one head.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub removed_by_heads_mm3: Vec<f64>,
     /// Cutting blocks on which nothing was taken, by no head.
     pub blocks_in_air: usize,
     /// Low and high corner of the rectangle that has lines, x and y of the lines' frame, mm.
     pub region_mm: [[f64; 2]; 2],
-    /// Blocks on which the tool may reach stock beyond that rectangle: what it meets there is not seen.
+    /// Blocks on which the tool may reach stock beyond that rectangle: what it meets there is not
+    /// seen.
     pub blocks_not_covered: usize,
     /// Line of the first of them.
     #[serde(skip_serializing_if = "Option::is_none")]

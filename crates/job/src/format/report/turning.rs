@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// Where limited rotary axes turn back by more than half a turn, because their limits do not let them go on. None of that is in a
-/// cut.
+/// Where limited rotary axes turn back by more than half a turn, because their limits do not let
+/// them go on. None of that is in a cut.
 #[derive(Clone, Debug, Default, Serialize, JsonSchema)]
 pub struct RewindsReport {
     /// How often, in the whole program.
@@ -45,7 +45,8 @@ pub struct SingularBlocks {
     pub last_line: u32,
     /// Number of blocks.
     pub blocks: usize,
-    /// Smallest angle between the tool axis and the rotary axis nearest to the workpiece, at an end of a block.
+    /// Smallest angle between the tool axis and the rotary axis nearest to the workpiece, at an end
+    /// of a block.
     pub smallest_angle_deg: f64,
     /// The rotary axis that has the most to do in them.
     pub axis: String,

@@ -1,11 +1,12 @@
-//! Laws of units and mountings: a size that cannot be meant names the likely unit, and a mounting that nothing reaches names
-//! operation, axis and limit.
+//! Laws of units and mountings: a size that cannot be meant names the likely unit, and a mounting
+//! that nothing reaches names operation, axis and limit.
 
 use crate::check::describe_setup;
 use crate::examples::new_job::{NewJob, new_job};
 use crate::load::job::Job;
 
-/// Lines of `check` for the patch job on a wavy sheet of 400 mm with its numbers divided by `unit`, or its message.
+/// Lines of `check` for the patch job on a wavy sheet of 400 mm with its numbers divided by `unit`,
+/// or its message.
 fn verdict(unit: f64, settings: &[&str]) -> Result<String, String> {
     let folder = tempfile::tempdir().unwrap();
     for (name, bytes) in new_job(&NewJob::Patch { size_mm: 400.0 }).unwrap() {

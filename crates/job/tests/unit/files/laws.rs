@@ -104,7 +104,8 @@ fn an_input_is_read_to_its_bound_and_no_further() {
     assert!(why.contains("more than") && why.contains("99"), "{why}");
 }
 
-/// A device without end, and a pipe that nobody writes to, both also behind a link: none is waited for.
+/// A device without end, and a pipe that nobody writes to, both also behind a link: none is waited
+/// for.
 #[cfg(unix)]
 #[test]
 fn what_is_no_regular_file_is_not_read() {

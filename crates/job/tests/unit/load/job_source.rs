@@ -14,7 +14,8 @@ fn every_format_that_is_no_job_is_called_by_its_name() {
     assert_eq!((json("job"), told("a.json", "{}"), told("a.json", "{")), (None, None, None));
     assert!(told("a.stl", "solid a").is_some_and(|said| said.contains("a mesh")));
     assert!(told("a.nc", "%\nO1").is_some_and(|said| said.contains("facemill verify")));
-    // A job that another version wrote is refused by its format, and one with a byte order mark is a job.
+    // A job that another version wrote is refused by its format, and one with a byte order mark is
+    // a job.
     assert_eq!(told("a.json", "{\"format\": \"facemill-job/9\"}"), None);
     assert_eq!(told("a.json", "\u{feff}{\"format\": \"facemill-job/1\"}"), None);
 }

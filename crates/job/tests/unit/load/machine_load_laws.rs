@@ -75,7 +75,8 @@ fn body_is_the_hull_of_its_mesh_in_its_unit() {
             assert!((bounds.max - Point3::new(4.0, 2.0, 4.0) * mm).norm() < 1e-9 * mm);
             assert_eq!(body.body.frame_from_solid.translation.vector, Vector3::new(10.0, 0.0, 0.0));
         }
-        // The hull of the stair is a hexagonal prism: the square of 4 × 4 less two triangles of 2 × 2 / 2.
+        // The hull of the stair is a hexagonal prism: the square of 4 × 4 less two triangles of 2 ×
+        // 2 / 2.
         let hull = &read.hulls[0];
         assert_eq!(hull.n_vertices, 12);
         assert!((hull.hull_mm3 / mm.powi(3) - 24.0).abs() < 1e-9);

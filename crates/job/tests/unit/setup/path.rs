@@ -36,10 +36,11 @@ fn path_file(folder: &Path) {
     std::fs::write(folder.join("path.json"), serde_json::to_vec(&file).unwrap()).unwrap();
 }
 
-/// Climb or not, and the lean of the axis, by the motion of a tooth: independent of any sign convention of this crate.
+/// Climb or not, and the lean of the axis, by the motion of a tooth: independent of any sign
+/// convention of this crate.
 ///
-/// Where the cutter is in the uncut stock, its teeth go against the feed when climb milling, with it otherwise; and the
-/// axis leans to that side, so that the disc rises over what is cut.
+/// Where the cutter is in the uncut stock, its teeth go against the feed when climb milling, with
+/// it otherwise; and the axis leans to that side, so that the disc rises over what is cut.
 fn check(job: &Job, direction: &str, case: &str) {
     let setup = Setup::read(job, 0).unwrap();
     let laid = lay(job, &setup, 0, &job.file.operations[0]).unwrap();

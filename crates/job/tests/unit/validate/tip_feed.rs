@@ -58,7 +58,8 @@ fn chip_thickness_lowers_below_the_smallest_feed_of_the_removal_rate() {
         let chip = Chip { area, thickness, is_known: true, is_air: false };
         programmed_feed(&feeds, 4, MoveKind::Cut, Some(&chip))
     };
-    // 500 turns with 4 teeth: at 200 mm/min a feed of 0.1 mm per tooth, half of which is the thickness.
+    // 500 turns with 4 teeth: at 200 mm/min a feed of 0.1 mm per tooth, half of which is the
+    // thickness.
     assert_eq!(of(0.5, 10.0), TipFeed { mm_min: 200.0, law: FeedLaw::ChipThickness });
     assert_eq!(of(0.125, 10.0), TipFeed { mm_min: 800.0, law: FeedLaw::ChipThickness });
     assert_eq!(of(0.125, 40.0), TipFeed { mm_min: 500.0, law: FeedLaw::RemovalRate });

@@ -66,7 +66,8 @@ pub(super) fn interpret(
     Ok(())
 }
 
-/// Every word but G and M stands once in a block; on Mazak controls a second T makes the next tool ready.
+/// Every word but G and M stands once in a block; on Mazak controls a second T makes the next tool
+/// ready.
 fn check_repeated(line: &Line, variant: Variant) -> Result<(), ReadError> {
     for (k, word) in line.words.iter().enumerate() {
         let is_same = |other: &Word| other.letter == word.letter && other.index == word.index;
@@ -89,15 +90,17 @@ pub(super) struct BlockReading<'a> {
     pub(super) role: AxisRole,
     /// Whether the block may hold P, Q, R, I, J, K, L.
     pub(super) has_parameters: bool,
-    /// A word moves its axis to a place that is not known: by a variable, or by a way from an unknown place.
+    /// A word moves its axis to a place that is not known: by a variable, or by a way from an
+    /// unknown place.
     pub(super) has_lost_axis: bool,
     /// The block has words of axes.
     names_axes: bool,
 }
 
 impl BlockReading<'_> {
-    /// `,R5.` and `,C2.` round or chamfer the corner at the end of the block; `,A30.` is the angle of a line, whose end another word
-    /// follows from. `@` and `^` are distance and angle from a pole. A comment that a control may take for words is none of these, and as unclear.
+    /// `,R5.` and `,C2.` round or chamfer the corner at the end of the block; `,A30.` is the angle
+    /// of a line, whose end another word follows from. `@` and `^` are distance and angle from a
+    /// pole. A comment that a control may take for words is none of these, and as unclear.
     fn corners(&mut self) {
         for word in &mut self.line.words {
             let (cause, why) = match word.letter {
@@ -117,7 +120,8 @@ impl BlockReading<'_> {
         }
     }
 
-    /// Words say no positions while what they do is not followed; of a corner they do, for later ones.
+    /// Words say no positions while what they do is not followed; of a corner they do, for later
+    /// ones.
     fn unfollowed_words(&mut self) {
         self.names_axes = self.line.words.iter().any(|w| axis_of(w).is_some());
         let is_home = matches!(self.role, AxisRole::Reference(_) | AxisRole::Dwell);
@@ -188,7 +192,8 @@ impl BlockReading<'_> {
     }
 
     fn feed_and_speed(&mut self) -> Result<(), ReadError> {
-        // S and T of a macro call are its arguments, and S of G92 is the largest speed that there may be.
+        // S and T of a macro call are its arguments, and S of G92 is the largest speed that there
+        // may be.
         let is_macro = self.has_code(65.0) || self.has_code(66.0);
         if !is_macro {
             self.tools()?;

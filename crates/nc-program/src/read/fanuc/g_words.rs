@@ -48,11 +48,13 @@ impl BlockReading<'_> {
             20 | 30 => self.set_motion(MotionCode::Arc { clockwise: code == 20 }),
             40 => self.role = AxisRole::Dwell,
             50 | 51 => self.look_ahead(word)?,
-            // Look-ahead, exact stop, path modes: they change how exactly a path is kept, not where it goes.
+            // Look-ahead, exact stop, path modes: they change how exactly a path is kept, not where
+            // it goes.
             80 | 610 | 611 | 620 | 630 | 640 => self.keep_mode(word),
             // Exact stop of this block, without words of its own.
             90 => self.block.commands.push(ReadCommand::Mode("G9".to_owned())),
-            // States that are off: polar words, polar interpolation, scaling, mirror, rotation, stroke check.
+            // States that are off: polar words, polar interpolation, scaling, mirror, rotation,
+            // stroke check.
             400 => {
                 self.say(StateWord::RadiusOff);
                 self.end(Cause::Radius);
@@ -131,8 +133,8 @@ impl BlockReading<'_> {
         Ok(())
     }
 
-    /// G5 P and G5.1 Q switch the look-ahead, and their axis words say for which axes. On some controls G5 and G5.1 without
-    /// them are splines.
+    /// G5 P and G5.1 Q switch the look-ahead, and their axis words say for which axes. On some
+    /// controls G5 and G5.1 without them are splines.
     fn look_ahead(&mut self, word: &Word) -> Result<(), ReadError> {
         let switch = if word.value == 5.0 { b'P' } else { b'Q' };
         if self.take(switch).is_none() || self.line.words.iter().any(|w| matches!(w.letter, b'I' | b'J')) {
@@ -205,7 +207,8 @@ impl BlockReading<'_> {
         }
     }
 
-    /// A word that needs no axis words switches a frame off; in a block with some, whose they are is not told.
+    /// A word that needs no axis words switches a frame off; in a block with some, whose they are
+    /// is not told.
     pub(super) fn frame_off(&mut self) {
         if self.line.words.iter().any(|w| axis_of(w).is_some()) {
             self.set_role(AxisRole::Data, MacroKind::Setting);
@@ -214,8 +217,8 @@ impl BlockReading<'_> {
         }
     }
 
-    /// G54.2 P and G54.4 P: an offset that turns with the table, or one for how the workpiece is set. P0 switches it off; P of
-    /// an unknown value may be any.
+    /// G54.2 P and G54.4 P: an offset that turns with the table, or one for how the workpiece is
+    /// set. P0 switches it off; P of an unknown value may be any.
     pub(super) fn table_offset(&mut self) {
         let is_zero = |w: &Word| w.letter == b'P' && w.index == 0 && w.is_known && w.value == 0.0;
         if self.line.words.iter().any(is_zero) {
@@ -326,14 +329,15 @@ impl BlockReading<'_> {
         self.line.words.iter().any(|w| w.letter == b'G' && w.value == code)
     }
 
-    /// The axis that a compensation of type C acts on: that of the block's only linear word, where it has a number.
+    /// The axis that a compensation of type C acts on: that of the block's only linear word, where
+    /// it has a number.
     fn length_axis(&self) -> Option<AxisLetter> {
         let mut linear = self.line.words.iter().filter_map(axis_of).filter(|a| a.kind() == AxisKind::Linear);
         linear.next().filter(|axis| axis.number() > 0 && linear.next().is_none())
     }
 
-    /// The words of axes that do not move now would be other numbers: those along the spindle with a length, all linear
-    /// ones with RTCP.
+    /// The words of axes that do not move now would be other numbers: those along the spindle with
+    /// a length, all linear ones with RTCP.
     pub(super) fn change_compensation(&mut self, compensation: Compensation) {
         let before = std::mem::replace(&mut self.modal.compensation, compensation);
         if before == compensation {
@@ -344,8 +348,8 @@ impl BlockReading<'_> {
         let named = self.length_axis().filter(|_| !all && self.has_code(43.0));
         let words = self.modal.position.words();
         for word in words.iter().filter(|w| w.letter.kind() == AxisKind::Linear) {
-            // Which linear axis is along the spindle, the text does not say. Controls use Z unless told otherwise: by
-            // their builder, or with type C by the blocks themselves.
+            // Which linear axis is along the spindle, the text does not say. Controls use Z unless
+            // told otherwise: by their builder, or with type C by the blocks themselves.
             let lengths = &self.modal.lengths;
             let is_lengthened = match named {
                 Some(axis) => word.letter == axis,

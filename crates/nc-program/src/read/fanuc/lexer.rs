@@ -18,7 +18,8 @@ pub(super) struct Word {
     pub(super) index: u8,
     /// Not to be used where it is not known.
     pub(super) value: f64,
-    /// Whether the value is a number or follows from assignments; it does not where a variable is not known.
+    /// Whether the value is a number or follows from assignments; it does not where a variable is
+    /// not known.
     pub(super) is_known: bool,
     pub(super) has_point: bool,
     /// Range in the line's code.
@@ -206,7 +207,8 @@ impl Line {
         }
     }
 
-    /// Whether a variable, an expression, or (on LinuxCNC) a function stands behind an address letter.
+    /// Whether a variable, an expression, or (on LinuxCNC) a function stands behind an address
+    /// letter.
     fn is_expression(&self, at: usize, variant: Variant) -> bool {
         let rest = &self.code[at..];
         let signs = rest.iter().take_while(|b| matches!(b, b'+' | b'-')).count();

@@ -4,9 +4,10 @@ use crate::read::fanuc::reader::{FanucReader, Guard};
 use crate::read::program::{CallKind, MacroKind, NoteKind, ReadBlock, ReadCall, ReadCommand};
 
 impl FanucReader {
-    /// A check that raises an alarm or goes on leaves the way as it is written: it takes three blocks, the branch, the
-    /// alarm, and the label; or, with words of LinuxCNC, `On IF`, comments (one of which may be the alarm), and `On ENDIF`. Any
-    /// other branch may skip blocks or repeat them, and is noted.
+    /// A check that raises an alarm or goes on leaves the way as it is written: it takes three
+    /// blocks, the branch, the alarm, and the label; or, with words of LinuxCNC, `On IF`, comments
+    /// (one of which may be the alarm), and `On ENDIF`. Any other branch may skip blocks or repeat
+    /// them, and is noted.
     pub(super) fn follow_guard(&mut self, block: &ReadBlock, kind: Option<MacroKind>, text: &[u8]) {
         let mut is_guarded = false;
         if let Some(guard) = self.guard.take() {
@@ -79,7 +80,8 @@ impl FanucReader {
         let Some(kind) = kind else { return };
         match kind {
             MacroKind::Assignment | MacroKind::Alarm | MacroKind::Output => {}
-            // What a branch leads to is read as it stands; what it comes from may have set any variable.
+            // What a branch leads to is read as it stands; what it comes from may have set any
+            // variable.
             MacroKind::Branch => {
                 self.variables.forget_all();
                 self.has_jumped |= self.line.code.windows(4).any(|w| w == b"GOTO");
@@ -111,7 +113,8 @@ fn word_call(code: &[u8]) -> ReadCall {
     ReadCall { kind: CallKind::Subprogram, name, arguments: arguments.to_owned(), is_modal: false }
 }
 
-/// What an assignment to `#variable=…` does: common variables hold numbers, system variables hold offsets and settings.
+/// What an assignment to `#variable=…` does: common variables hold numbers, system variables hold
+/// offsets and settings.
 pub(super) fn assignment_kind(variable: &[u8]) -> MacroKind {
     let digits = variable.iter().take_while(|b| b.is_ascii_digit()).count();
     let number: Option<u32> = str::from_utf8(&variable[..digits]).ok().and_then(|text| text.parse().ok());

@@ -40,8 +40,8 @@ impl BlockReading<'_> {
         Ok(())
     }
 
-    /// A full circle names its centre only. A reference return without axes takes all of them there on Haas and LinuxCNC, and
-    /// which those are the text does not tell.
+    /// A full circle names its centre only. A reference return without axes takes all of them there
+    /// on Haas and LinuxCNC, and which those are the text does not tell.
     fn motion_without_axes(&mut self) -> Result<(), ReadError> {
         if matches!((self.role, self.variant), (AxisRole::Reference(_), Variant::Haas | Variant::LinuxCnc)) {
             self.skip();
@@ -59,8 +59,9 @@ impl BlockReading<'_> {
         Ok(())
     }
 
-    /// How the block goes; `None` where something that is not evaluated may have changed that. Before the first motion word it is
-    /// a rapid, as controls begin with unless they are told otherwise; [`StateWord::Motion`] tells whether one was said.
+    /// How the block goes; `None` where something that is not evaluated may have changed that.
+    /// Before the first motion word it is a rapid, as controls begin with unless they are told
+    /// otherwise; [`StateWord::Motion`] tells whether one was said.
     fn motion_kind(&self) -> Option<MotionKind> {
         match (self.modal.cycle, self.modal.motion) {
             (Some(code), _) => Some(MotionKind::Cycle { code }),
@@ -125,7 +126,8 @@ impl BlockReading<'_> {
         }
         let value = word.value * self.axis_unit(axis);
         if self.role == AxisRole::MachineTarget {
-            // With G91 LinuxCNC takes them as they are; others leave G53 out, or the block, or add them to where the axis is.
+            // With G91 LinuxCNC takes them as they are; others leave G53 out, or the block, or add
+            // them to where the axis is.
             let is_open = self.modal.is_incremental && self.variant != Variant::LinuxCnc;
             return (!is_open).then_some(AxisAt::Machine(value));
         }
@@ -135,7 +137,8 @@ impl BlockReading<'_> {
         self.modal.by(axis, value)
     }
 
-    /// Sends the named axes to a reference position and returns the words of the point they go over, if any.
+    /// Sends the named axes to a reference position and returns the words of the point they go
+    /// over, if any.
     fn return_axes(&mut self, number: u8) -> Result<Option<Box<AxisWords>>, ReadError> {
         let mut via = AxisWords::new();
         let mut is_direct = self.modal.is_incremental;

@@ -18,15 +18,17 @@ use crate::read::values::variables::Variables;
 use crate::words::axis_lengths::AxisLengths;
 use crate::words::said_words::SaidWords;
 
-/// Reads a FANUC program, or one of a control close to it: what it says, with modal state resolved and nothing executed.
+/// Reads a FANUC program, or one of a control close to it: what it says, with modal state resolved
+/// and nothing executed.
 ///
-/// Blanks inside words, missing leading zeros, either case, comments in parentheses and behind a semicolon, `/` and `%`
-/// are understood. Variables are evaluated where plain assignments say their values, until a branch or a call; all other
-/// macro text is kept and not evaluated. Where it may have moved an axis, its position is unknown until it is programmed
-/// again. A word that is not understood is an error: nothing is skipped silently.
+/// Blanks inside words, missing leading zeros, either case, comments in parentheses and behind a
+/// semicolon, `/` and `%` are understood. Variables are evaluated where plain assignments say their
+/// values, until a branch or a call; all other macro text is kept and not evaluated. Where it may
+/// have moved an axis, its position is unknown until it is programmed again. A word that is not
+/// understood is an error: nothing is skipped silently.
 ///
-/// Axis words without a decimal point are read in mm and deg, feeds in mm/min (and noted once), G4 P in ms where it has
-/// none.
+/// Axis words without a decimal point are read in mm and deg, feeds in mm/min (and noted once), G4
+/// P in ms where it has none.
 ///
 /// # Errors
 /// When a word is not understood or has no meaning in its block, with line, column and text.
@@ -59,7 +61,8 @@ pub struct FanucReader {
     pub(super) notes: Notes,
 }
 
-/// `IF […] GOTO n`, and whether the alarm that it jumps over has been read; or `On IF […]`, which has none but comments.
+/// `IF […] GOTO n`, and whether the alarm that it jumps over has been read; or `On IF […]`, which
+/// has none but comments.
 #[derive(Debug)]
 pub(super) struct Guard {
     /// `On IF […]`, which `On ENDIF` ends.
@@ -83,8 +86,8 @@ impl FanucReader {
         Self { variant, ..Self::default() }
     }
 
-    /// The same reader, which keeps neither the text of blocks nor comments nor lines that hold nothing else: memory for a
-    /// program does not grow with what only people read.
+    /// The same reader, which keeps neither the text of blocks nor comments nor lines that hold
+    /// nothing else: memory for a program does not grow with what only people read.
     #[must_use]
     pub fn without_text(mut self) -> Self {
         self.keeps_no_text = true;
@@ -105,9 +108,9 @@ impl FanucReader {
         Ok(ReadProgram { dialect, blocks, tool_lengths, notes, rtcp_rapids, harmless_functions })
     }
 
-    /// Reads the next line (with or without its line end): its block, or `None` where it is empty, a `%`, or behind the
-    /// end. Bytes of the source are counted as if every line but the last had a line end of one byte, besides a `\r` that
-    /// it still has.
+    /// Reads the next line (with or without its line end): its block, or `None` where it is empty,
+    /// a `%`, or behind the end. Bytes of the source are counted as if every line but the last had
+    /// a line end of one byte, besides a `\r` that it still has.
     ///
     /// # Errors
     /// As [`read_fanuc`].
@@ -150,8 +153,9 @@ impl FanucReader {
         Ok(Some(block))
     }
 
-    /// Passes by what stands before the first `%` of a text that it begins, as controls do: two lines begin with `%`, and none before
-    /// the first looks like a block. Reads no more of the text than that takes.
+    /// Passes by what stands before the first `%` of a text that it begins, as controls do: two
+    /// lines begin with `%`, and none before the first looks like a block. Reads no more of the
+    /// text than that takes.
     ///
     /// # Errors
     /// Those of the source.
@@ -241,7 +245,8 @@ impl FanucReader {
             if note.relation == LengthRelation::Same {
                 note.add_check(&mut self.tool_lengths);
             } else if let Some(guard) = self.guard.as_mut().filter(|g| g.line == note.line) {
-                // What `On IF` holds, the alarm among it, is run where the condition is met; what GOTO jumps over is not.
+                // What `On IF` holds, the alarm among it, is run where the condition is met; what
+                // GOTO jumps over is not.
                 let relation = if guard.is_word { note.relation.opposite() } else { note.relation };
                 guard.bound = Some(ToolLengthNote { relation, ..note });
             }
@@ -291,7 +296,8 @@ impl FanucReader {
         self.enters_parameters |= takes_them && has(b'G', &[10.0]) && has(b'L', &[50.0, 52.0]);
     }
 
-    /// Keeps a line that is a parameter of the control (`N1020 P1 R88`), whose N is no block number; `false` where it is none.
+    /// Keeps a line that is a parameter of the control (`N1020 P1 R88`), whose N is no block
+    /// number; `false` where it is none.
     fn keeps_parameter(&mut self, start: usize, text: &[u8], block: &mut ReadBlock) -> bool {
         if !self.enters_parameters || self.line.code.is_empty() {
             return false;
@@ -307,7 +313,8 @@ impl FanucReader {
         true
     }
 
-    /// Whether what the block does depends on a variable that is not known, and not only where it goes.
+    /// Whether what the block does depends on a variable that is not known, and not only where it
+    /// goes.
     fn has_unknown_code(&self) -> bool {
         let words = &self.line.words;
         let takes_p = |w: &Word| match w.letter {
@@ -376,7 +383,8 @@ impl FanucReader {
             && code.get(at + 1).is_some_and(u8::is_ascii_digit)
         {
             let (number, end) = self.digits(at + 1)?;
-            // LinuxCNC writes its loops and subprograms as O words; those are macro text and stay whole.
+            // LinuxCNC writes its loops and subprograms as O words; those are macro text and stay
+            // whole.
             let is_address = |at: usize| code.get(at).is_some_and(|b| !b.is_ascii_alphabetic());
             if end == code.len() || is_address(end + 1) {
                 block.commands.push(ReadCommand::ProgramNumber(number));

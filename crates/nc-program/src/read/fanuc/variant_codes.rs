@@ -15,7 +15,8 @@ const MAPPING: &str = "cylindrical or polar interpolation is not followed";
 const THREAD: &str = "a move that follows the spindle is not followed";
 
 impl BlockReading<'_> {
-    /// Takes a G word as the variant has it; `false` where it is as on all controls. `code` is ten times its number.
+    /// Takes a G word as the variant has it; `false` where it is as on all controls. `code` is ten
+    /// times its number.
     pub(super) fn variant_code(&mut self, word: &Word, code: u16) -> Result<bool, ReadError> {
         match self.variant {
             Variant::Fanuc => Ok(self.common_code(code)),
@@ -30,7 +31,8 @@ impl BlockReading<'_> {
         match code {
             // Stroke limits: their words are no targets.
             220 => (self.role, self.has_parameters) = (AxisRole::Data, true),
-            // The way from the reference position; the tool axis along the plane's normal: where they end is not told.
+            // The way from the reference position; the tool axis along the plane's normal: where
+            // they end is not told.
             290 | 531 => self.call_here(code),
             310 => self.skip(),
             542 | 544 => self.table_offset(),
@@ -123,11 +125,12 @@ impl BlockReading<'_> {
         true
     }
 
-    /// What axis words are beside a word that switches something off. Those of G50.1 name the axes whose mirror ends. Data
-    /// (G11), polar interpolation (G13.1), polar words (G15), stroke limits (G23), scale (G50, G50.2) and turn (G69, G69.5) end
-    /// without any of their own: beside a word that moves they are its targets; else, and where G50.1 stands beside a motion,
-    /// whose they are is not told and the block is kept as it stands. States that stay (G40, G80, G97, G98, G99) have no such
-    /// doubt: words beside them go on with the motion in force.
+    /// What axis words are beside a word that switches something off. Those of G50.1 name the axes
+    /// whose mirror ends. Data (G11), polar interpolation (G13.1), polar words (G15), stroke limits
+    /// (G23), scale (G50, G50.2) and turn (G69, G69.5) end without any of their own: beside a word
+    /// that moves they are its targets; else, and where G50.1 stands beside a motion, whose they
+    /// are is not told and the block is kept as it stands. States that stay (G40, G80, G97, G98,
+    /// G99) have no such doubt: words beside them go on with the motion in force.
     pub(super) fn cancelled_axes(&mut self) {
         let tenths = |w: &Word| (w.value * 10.0).round() as u16;
         let has = |wanted: fn(u16) -> bool| self.line.words.iter().any(|w| w.letter == b'G' && wanted(tenths(w)));
@@ -176,18 +179,20 @@ impl BlockReading<'_> {
     /// M functions that only this variant has; `false` for all others.
     pub(super) fn variant_function(&mut self, code: u32) -> bool {
         match (self.variant, code) {
-            // A subprogram from elsewhere (M198); a macro whenever a signal comes (M96), a jump where none does (Haas); a
-            // subprogram in the same program, or a jump (M97 of Haas).
+            // A subprogram from elsewhere (M198); a macro whenever a signal comes (M96), a jump
+            // where none does (Haas); a subprogram in the same program, or a jump (M97 of Haas).
             (Variant::Fanuc | Variant::Mazak, 96 | 198) | (Variant::Haas, 96..=97 | 198) => {
                 self.set_role(AxisRole::Data, MacroKind::Call);
                 self.keep_call(false);
             }
             (Variant::Haas, 16) => self.block.commands.push(ReadCommand::ToolChange),
-            // Modal state comes back that was saved before; programs of the user that run outside of the control.
+            // Modal state comes back that was saved before; programs of the user that run outside
+            // of the control.
             (Variant::LinuxCnc, 72 | 100..=199) => self.set_role(AxisRole::Data, MacroKind::Call),
             // Another tool is said to be in the spindle.
             (Variant::LinuxCnc, 61) => self.set_role(AxisRole::Data, MacroKind::Setting),
-            // Kinematics of the tip, and of the joints, as all sample configurations with a table or a head call them.
+            // Kinematics of the tip, and of the joints, as all sample configurations with a table
+            // or a head call them.
             (Variant::LinuxCnc, 428 | 429) => {
                 self.has_parameters = true;
                 if code == 429 {

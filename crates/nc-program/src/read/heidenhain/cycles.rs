@@ -27,7 +27,8 @@ enum Effect {
 
 fn effect(number: u32) -> Effect {
     match number {
-        // Tolerance, and what is run where it is called: drilling, pockets, studs, slots, contours, a program, facing.
+        // Tolerance, and what is run where it is called: drilling, pockets, studs, slots, contours,
+        // a program, facing.
         32
         | 1..=6
         | 12..=18
@@ -60,8 +61,8 @@ enum FrameStep {
     On,
 }
 
-/// `arguments` is what stands behind the cycle's number: `.1 X+10`. Off are shifts and turns of 0, factors of 1 and a mirror
-/// without axes. A tilt is never off here.
+/// `arguments` is what stands behind the cycle's number: `.1 X+10`. Off are shifts and turns of 0,
+/// factors of 1 and a mirror without axes. A tilt is never off here.
 fn frame_step(number: u32, arguments: &str) -> FrameStep {
     let (step, words) = arguments.split_once(' ').unwrap_or((arguments, ""));
     if step == ".0" && number != 19 && is_title(words) {
@@ -82,8 +83,8 @@ fn frame_step(number: u32, arguments: &str) -> FrameStep {
     if is_off { FrameStep::Off } else { FrameStep::On }
 }
 
-/// Whether what stands behind `.0` is a name alone: letters, as `AXIS-SPEC. SCALING` has them, no single one that would be an
-/// axis, and no number or parameter.
+/// Whether what stands behind `.0` is a name alone: letters, as `AXIS-SPEC. SCALING` has them, no
+/// single one that would be an axis, and no number or parameter.
 fn is_title(words: &str) -> bool {
     let is_name =
         |word: &str| word.len() > 1 && word.bytes().all(|b| b.is_ascii_alphabetic() || matches!(b, b'-' | b'.'));
@@ -156,7 +157,8 @@ impl HeidenhainReader {
         block.commands.push(line_macro(MacroKind::Call, line));
     }
 
-    /// `CYCL CALL`, `CYCL CALL POS …`, `CYCL CALL PAT`: where the tool is behind it, the cycle says.
+    /// `CYCL CALL`, `CYCL CALL POS …`, `CYCL CALL PAT`: where the tool is behind it, the cycle
+    /// says.
     pub(super) fn cycle_call(&mut self, at: usize, line: &[u8], block: &mut ReadBlock) {
         let arguments = String::from_utf8_lossy(&self.code[at..]).trim().to_owned();
         push_call(block, CallKind::Defined, "CYCL CALL".to_owned(), arguments.clone(), false);

@@ -1,4 +1,5 @@
-//! Branches that change nothing of what is run: those that do not jump, and those that jump over an alarm.
+//! Branches that change nothing of what is run: those that do not jump, and those that jump over an
+//! alarm.
 
 use crate::read::heidenhain::HeidenhainReader;
 use crate::read::heidenhain::words::Code;
@@ -45,8 +46,9 @@ impl HeidenhainReader {
         self.guard.is_some()
     }
 
-    /// A check that raises an alarm or goes on leaves the way as it is written: the branch, the alarm, stops, and the label. Any
-    /// other block between makes it a branch like others, which is noted.
+    /// A check that raises an alarm or goes on leaves the way as it is written: the branch, the
+    /// alarm, stops, and the label. Any other block between makes it a branch like others, which is
+    /// noted.
     pub(super) fn end_guard(&mut self) {
         if let Some(guard) = self.guard.take() {
             self.source.note_line(guard.number, crate::read::program::NoteKind::Branch, &guard.line);

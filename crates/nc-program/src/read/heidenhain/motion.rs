@@ -201,7 +201,8 @@ impl Reading<'_> {
         Ok(())
     }
 
-    /// TX TY TZ and NX NY NZ. With a tool vector, or under TCPM without one, the control turns the rotary axes itself.
+    /// TX TY TZ and NX NY NZ. With a tool vector, or under TCPM without one, the control turns the
+    /// rotary axes itself.
     fn vectors(&mut self) -> Option<ToolVectors> {
         if !self.words.iter().any(|w| matches!(w.key, Key::ToolVector(_) | Key::Normal(_))) {
             return None;
@@ -258,7 +259,8 @@ impl Reading<'_> {
         is_own.then_some(AxisAt::Machine(value))
     }
 
-    /// With M126 the way is the shorter one on axes that count to 360 deg, and as it is written on others.
+    /// With M126 the way is the shorter one on axes that count to 360 deg, and as it is written on
+    /// others.
     fn turned_to(&self, axis: AxisLetter, value: f64) -> Option<AxisAt> {
         let is_turned = self.state.goes_shorter && axis.kind() == AxisKind::Rotary;
         match self.state.modal.position.get(axis) {

@@ -276,8 +276,8 @@ impl HeidenhainReader {
         self.state.polar = [None; 2];
     }
 
-    /// A tilted plane: TURN and MOVE turn the rotary axes at once, STAY does not. PLANE RESET STAY moves nothing, and behind it
-    /// words count as before any tilt.
+    /// A tilted plane: TURN and MOVE turn the rotary axes at once, STAY does not. PLANE RESET STAY
+    /// moves nothing, and behind it words count as before any tilt.
     fn plane(&mut self, name: &str, arguments: &str, line: &[u8], block: &mut ReadBlock) {
         push_call(block, CallKind::Cycle, name.to_owned(), arguments.to_owned(), false);
         let stays = arguments.split_whitespace().any(|word| word == "STAY");

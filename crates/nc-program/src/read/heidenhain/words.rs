@@ -62,7 +62,8 @@ pub(super) struct Code<'a> {
     pub(super) variables: &'a Variables,
 }
 
-/// Names of words, the longer ones first, with what they are; axes and M functions are not among them.
+/// Names of words, the longer ones first, with what they are; axes and M functions are not among
+/// them.
 const NAMES: [(&[u8], Key); 16] = [
     (b"IPA", Key::PolarAngleBy),
     (b"IPR", Key::PolarRadiusBy),

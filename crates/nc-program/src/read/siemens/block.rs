@@ -150,7 +150,8 @@ impl BlockReading<'_> {
         self.state.modal.unfollowed.begin(cause, why);
     }
 
-    /// Words say no positions while what they do is not followed; of a corner they do, for later ones.
+    /// Words say no positions while what they do is not followed; of a corner they do, for later
+    /// ones.
     fn unfollowed_words(&mut self) {
         let is_home = matches!(self.role, Role::Reference(_) | Role::Dwell);
         if self.state.modal.unfollowed.loses_all() && !is_home {
@@ -174,8 +175,8 @@ impl BlockReading<'_> {
         self.block.commands.push(ReadCommand::Mode(text));
     }
 
-    /// TRANS, ROT, SCALE and MIRROR alone in a block switch all programmable frames off, TOROTOF and PAROTOF those of the tool
-    /// and the workpiece. All else sets a frame.
+    /// TRANS, ROT, SCALE and MIRROR alone in a block switch all programmable frames off, TOROTOF
+    /// and PAROTOF those of the tool and the workpiece. All else sets a frame.
     fn frame(&mut self, item: &Item) {
         // Any other name with a value, as RPL, would be a variable.
         let is_alone = item.value == Value::None && self.items.len() == 1;

@@ -8,12 +8,13 @@ use crate::read::siemens::{line_macro, names};
 use crate::words::axis_words::AxisLetter;
 
 impl BlockReading<'_> {
-    /// A name that is no word: a cycle of the control, or a subprogram if nothing else stands in the block.
+    /// A name that is no word: a cycle of the control, or a subprogram if nothing else stands in
+    /// the block.
     pub(super) fn call(&mut self, item: &Item, name: &str) -> Result<(), ReadError> {
         let is_alone = self.items.iter().all(|i| i.is_used || i.letter == b'P');
         let is_cycle = names::is_cycle(name);
-        // A cycle has parentheses, and a subprogram stands in its block before all else, of which there is its number of
-        // runs at most.
+        // A cycle has parentheses, and a subprogram stands in its block before all else, of which
+        // there is its number of runs at most.
         let is_first = self.items.first().is_some_and(|first| first.span == item.span);
         if !(is_alone && is_first) {
             return Err(self.fault(item, ReadFault::UnknownWord));

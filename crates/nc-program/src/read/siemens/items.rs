@@ -294,7 +294,8 @@ pub(super) fn is_vector(item: &Item) -> bool {
     matches!(item.letter, b'A' | b'B' | b'C') && matches!(item.index, 3..=5)
 }
 
-/// Whether an item sets a variable: an R parameter, a system variable, or a name that is none of the control's.
+/// Whether an item sets a variable: an R parameter, a system variable, or a name that is none of
+/// the control's.
 pub(super) fn is_assignment(item: &Item, code: &[u8]) -> bool {
     if item.letter > 0 && item.letter != b'R' {
         return false;

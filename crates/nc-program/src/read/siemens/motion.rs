@@ -161,7 +161,8 @@ impl BlockReading<'_> {
         }
     }
 
-    /// An angle that is reached over a way of its own: from an unknown place nobody knows how many turns it is away.
+    /// An angle that is reached over a way of its own: from an unknown place nobody knows how many
+    /// turns it is away.
     fn turned_to(&self, axis: AxisLetter, angle: f64, count: Count) -> Option<AxisAt> {
         let Some(AxisAt::Word(from)) = self.state.modal.position.get(axis) else { return None };
         let ahead = (angle - from).rem_euclid(360.0);

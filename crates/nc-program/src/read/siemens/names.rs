@@ -41,7 +41,8 @@ pub(super) enum Name {
     NotFollowed(Cause, &'static str),
 }
 
-/// Names that change how a path is kept, how fast, and what is shown; and those that declare. They are kept as they stand.
+/// Names that change how a path is kept, how fast, and what is shown; and those that declare. They
+/// are kept as they stand.
 const MODES: &str = "\
     ACC ACCLIMA ADIS ADISPOS ATOL BLSYNC BRISK BRISKA CDOF CDOF2 CFC CFIN CFTCP COMPCAD COMPCURV COMPOF COMPON \
     COMPPATH COMPSURF CTOL CUT2D CUT2DF CUT3DC CUT3DF CUT3DFF CUT3DFS CUTCONOF DIAMCYCOF DIAMOF DISPLOF DISPLON \
@@ -53,9 +54,9 @@ const MODES: &str = "\
     VELOLIMA WAITE WAITM WAITMC WAITP WAITS WALIMOF WALIMON WORKPIECE CLEARM SETM MEAC FB FD FZ SVC FMA \
     FPR FPRAON FPRAOF FAD";
 
-/// Words of the control that a program assigns to, and that are not followed: no variables, whatever they set. They end a
-/// motion elsewhere (FXS), shift the path (OFFN), couple axes (CP…), join or lift off (DISR, POLF), choose a posture (STAT, TU)
-/// or change the tool (CUTMOD).
+/// Words of the control that a program assigns to, and that are not followed: no variables,
+/// whatever they set. They end a motion elsewhere (FXS), shift the path (OFFN), couple axes (CP…),
+/// join or lift off (DISR, POLF), choose a posture (STAT, TU) or change the tool (CUTMOD).
 const NOT_FOLLOWED: &str = "\
     ALF ASUBST BNAT COARSEA CPBC CPDEF CPDEL CPFMOF CPFMON CPFMSON CPFPOS CPFRS CPLA CPLCTID CPLDEF CPLDEL CPLDEN \
     CPLDYPRIO CPLDYVLL CPLDYVLU CPLINSC CPLINTR CPLNUM CPLOF CPLON CPLOUTSC CPLOUTTR CPLPOS CPLSETVAL CPMALARM CPMBRAKE \

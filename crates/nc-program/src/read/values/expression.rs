@@ -19,27 +19,28 @@ pub(crate) struct Parsed {
     pub(crate) end: usize,
 }
 
-/// Deepest nesting, in calls of the parser, six for a pair of brackets: beyond what any control takes, and short of what
-/// fills the stack.
+/// Deepest nesting, in calls of the parser, six for a pair of brackets: beyond what any control
+/// takes, and short of what fills the stack.
 const DEEPEST: u32 = 240;
 
-/// Reads the expression that begins at byte `start` of upper-case text, blanks allowed; `Err` is the byte at which it
-/// cannot be one.
+/// Reads the expression that begins at byte `start` of upper-case text, blanks allowed; `Err` is
+/// the byte at which it cannot be one.
 pub(crate) fn parse(text: &[u8], start: usize, syntax: Syntax, variables: &Variables) -> Result<Parsed, usize> {
     let mut parser = Parser { text, at: start, syntax, variables, depth: 0 };
     let value = parser.binary(0)?;
     Ok(Parsed { value, end: parser.at })
 }
 
-/// Reads one value without operators (`-#1`, `[…]`, `SIN(…)`, `Q5`), as it stands behind an address letter.
+/// Reads one value without operators (`-#1`, `[…]`, `SIN(…)`, `Q5`), as it stands behind an address
+/// letter.
 pub(crate) fn parse_value(text: &[u8], start: usize, syntax: Syntax, variables: &Variables) -> Result<Parsed, usize> {
     let mut parser = Parser { text, at: start, syntax, variables, depth: 0 };
     let value = parser.unary()?;
     Ok(Parsed { value, end: parser.at })
 }
 
-/// Reads `name =` of an assignment at `start` in the bracket syntax (`#1=`, `#<name>=`, `#[…]=`): the name, `None` where
-/// it is not known which, and the byte behind the `=`.
+/// Reads `name =` of an assignment at `start` in the bracket syntax (`#1=`, `#<name>=`, `#[…]=`):
+/// the name, `None` where it is not known which, and the byte behind the `=`.
 pub(crate) fn parse_target(
     text: &[u8],
     start: usize,
@@ -176,7 +177,8 @@ impl Parser<'_> {
         Ok(None)
     }
 
-    /// `#1`, `#<name>`, `##1`, `#[…]` without the value: the name, `None` where it depends on what is not known.
+    /// `#1`, `#<name>`, `##1`, `#[…]` without the value: the name, `None` where it depends on what
+    /// is not known.
     fn parameter_name(&mut self) -> Result<Option<Vec<u8>>, usize> {
         if self.peek() != Some(b'#') {
             return Err(self.at);
@@ -212,7 +214,8 @@ impl Parser<'_> {
             return Err(start);
         }
         if self.peek() == Some(b'[') {
-            // An element of a field or a system variable: its index is read and its value is not known.
+            // An element of a field or a system variable: its index is read and its value is not
+            // known.
             self.arguments(b']')?;
             return Ok(None);
         }
@@ -242,7 +245,8 @@ impl Parser<'_> {
         })
     }
 
-    /// The first two arguments of a function, the opening mark and the closing one included, and how many there are.
+    /// The first two arguments of a function, the opening mark and the closing one included, and
+    /// how many there are.
     fn arguments(&mut self, close: u8) -> Result<Arguments, usize> {
         self.at += 1;
         let mut arguments = Arguments::default();
@@ -288,7 +292,8 @@ pub(crate) fn is_name_byte(byte: u8) -> bool {
     byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'$')
 }
 
-/// What is not the same on all controls has no value: AND, OR and XOR take bits on some, and `%` may have either sign.
+/// What is not the same on all controls has no value: AND, OR and XOR take bits on some, and `%`
+/// may have either sign.
 fn apply(operator: &[u8], a: f64, b: f64) -> Option<f64> {
     let truth = |is_true: bool| if is_true { 1.0 } else { 0.0 };
     Some(match operator {

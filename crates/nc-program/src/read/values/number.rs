@@ -10,8 +10,9 @@ const EXACT_DIGITS: usize = 15;
 const POWERS: [f64; EXACT_DIGITS + 1] =
     [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15];
 
-/// `-12.5`, `.5`, `5.`: at least one digit, at most one point, a sign only in front. The nearest number there is: with
-/// few digits as a quotient of two exact numbers, which is rounded once, else by the standard library.
+/// `-12.5`, `.5`, `5.`: at least one digit, at most one point, a sign only in front. The nearest
+/// number there is: with few digits as a quotient of two exact numbers, which is rounded once, else
+/// by the standard library.
 pub(crate) fn parse(text: &[u8]) -> Option<f64> {
     let (is_negative, unsigned) = match text {
         [b'-', rest @ ..] => (true, rest),

@@ -1,12 +1,14 @@
 use std::collections::BTreeMap;
 
-/// Variables whose values the text so far says: from plain assignments that every run of the program comes by.
+/// Variables whose values the text so far says: from plain assignments that every run of the
+/// program comes by.
 #[derive(Debug, Default)]
 pub(crate) struct Variables {
     values: BTreeMap<Box<[u8]>, f64>,
 }
 
-/// Most variables that are remembered. More are taken as not known, so that no program fills the memory.
+/// Most variables that are remembered. More are taken as not known, so that no program fills the
+/// memory.
 const MOST: usize = 10_000;
 
 impl Variables {

@@ -14,7 +14,8 @@ fn settings(machine: &Machine, dialect: Dialect) -> RefeedSettings<'_> {
     }
 }
 
-/// A program that is made as it is read, which asserts that its lines have been written but for so many.
+/// A program that is made as it is read, which asserts that its lines have been written but for so
+/// many.
 struct Stream<'a> {
     made: std::collections::VecDeque<u8>,
     line: u32,
@@ -149,8 +150,8 @@ fn a_program_in_inches_gets_the_feeds_of_the_same_program_in_mm_in_its_unit() {
     assert!(told.contains("line 3") && told.contains("inches"), "{told}");
 }
 
-/// What F gives, how long a vector is, and what a number without a point is worth are refused with their line where they
-/// are not what they seem; what is next to it is not.
+/// What F gives, how long a vector is, and what a number without a point is worth are refused with
+/// their line where they are not what they seem; what is next to it is not.
 #[test]
 fn feeds_vectors_and_numbers_that_mean_something_else_are_refused_with_their_line() {
     let machine = Machine::head_b_table_c().unwrap();
@@ -193,7 +194,8 @@ fn feeds_vectors_and_numbers_that_mean_something_else_are_refused_with_their_lin
     }
 }
 
-/// Never faster, never more decimals than the control takes, and nearer than its last decimal or its digits are; or refused.
+/// Never faster, never more decimals than the control takes, and nearer than its last decimal or
+/// its digits are; or refused.
 #[test]
 fn feeds_are_rounded_down_to_what_the_control_takes_or_refused() {
     let mut refused = 0;

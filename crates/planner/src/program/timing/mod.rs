@@ -1,4 +1,5 @@
-//! A planned program in time: within velocity, acceleration and jerk of every axis, with feeds that ask for no more.
+//! A planned program in time: within velocity, acceleration and jerk of every axis, with feeds that
+//! ask for no more.
 
 pub(crate) mod text;
 
@@ -49,8 +50,8 @@ pub(crate) struct Written<'a> {
 }
 
 impl Written<'_> {
-    /// Axis values of the rounded words: where the control goes from `before`. Where the block says a tool vector, the control
-    /// finds the rotary axes by it.
+    /// Axis values of the rounded words: where the control goes from `before`. Where the block says
+    /// a tool vector, the control finds the rotary axes by it.
     fn values(&self, before: &AxisValues, axes: &AxisValues, turn: Turn) -> Option<AxisValues> {
         let (machine, length) = (&self.job.machine, self.job.tool.gauge_length());
         if self.job.post.feed_mode() != FeedMode::Rtcp {
@@ -79,7 +80,8 @@ impl Written<'_> {
         }
     }
 
-    /// How a block turns the tool behind one that says, or keeps, the vector `said`; takes note of its own.
+    /// How a block turns the tool behind one that says, or keeps, the vector `said`; takes note of
+    /// its own.
     fn turn(&self, block: &Block, said: &mut Option<[f64; 3]>) -> Turn {
         let (Block::LinearVectors { vectors, .. }, Some(rule)) = (block, self.job.post.vector_rule()) else {
             *said = None;
@@ -101,12 +103,13 @@ impl Written<'_> {
     }
 }
 
-/// Times all moves of a program by the law, and lowers the feeds of cutting blocks to what the machine reaches in them, if the
-/// job says so. Where the machine file lacks a limit, this is said and nothing else is done. The times that are told are those of
-/// the text, by [`time_text`](text::time_text).
+/// Times all moves of a program by the law, and lowers the feeds of cutting blocks to what the
+/// machine reaches in them, if the job says so. Where the machine file lacks a limit, this is said
+/// and nothing else is done. The times that are told are those of the text, by
+/// [`time_text`](text::time_text).
 ///
-/// `views` are the machine as each head sees it, with the lengths of its tool. Returns by what each move's time has grown
-/// at the new feeds, as a factor.
+/// `views` are the machine as each head sees it, with the lengths of its tool. Returns by what each
+/// move's time has grown at the new feeds, as a factor.
 ///
 /// # Errors
 /// None but for a fault in here.
@@ -140,8 +143,8 @@ pub(crate) fn time_program(views: &[View<'_>], written: &Written<'_>, timed: &mu
     Ok(slower)
 }
 
-/// What the rounding of tool vectors costs: the times of the runs that say some against those through the planned positions;
-/// `None` without vectors.
+/// What the rounding of tool vectors costs: the times of the runs that say some against those
+/// through the planned positions; `None` without vectors.
 fn tool_vectors(
     timer: &Timer<'_>,
     job: &Job,
@@ -174,7 +177,8 @@ fn tool_vectors(
     }))
 }
 
-/// Where chips have changed feeds, what the job's own feeds would have reached by the law, and how long it would have taken.
+/// Where chips have changed feeds, what the job's own feeds would have reached by the law, and how
+/// long it would have taken.
 fn without_chips(
     timer: &Timer<'_>,
     job: &Job,
@@ -221,8 +225,8 @@ fn vector_rounding(written: &Written<'_>, runs: &[Run]) -> Option<VectorRounding
     Some(VectorRounding { table_from_words: written.table_from_rtcp_words, half: decimals.half() })
 }
 
-/// The runs of a program: moves of one kind with nothing between them that the axes stand for. The first move of the program
-/// is in the first run, without a way: it is not known where it starts.
+/// The runs of a program: moves of one kind with nothing between them that the axes stand for. The
+/// first move of the program is in the first run, without a way: it is not known where it starts.
 fn runs(machine: &Machine, written: &Written<'_>, timed: &Timed) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     let mut before: Option<(usize, AxisValues)> = None;
@@ -237,7 +241,8 @@ fn runs(machine: &Machine, written: &Written<'_>, timed: &Timed) -> Vec<Run> {
         if stops || runs.last().is_none_or(|run| run.is_rapid != is_rapid) {
             runs.push(Run { start, blocks: Vec::new(), is_rapid, vectors: Vec::new() });
         }
-        // By the axes' speeds the law knows better; a rapid feed of the control caps as a tip feed does.
+        // By the axes' speeds the law knows better; a rapid feed of the control caps as a tip feed
+        // does.
         let capped = !is_rapid || machine.feed_range().rapid.is_some();
         let tip_time = if capped { m.time } else { 0.0 };
         if let Some(run) = runs.last_mut() {
@@ -249,7 +254,8 @@ fn runs(machine: &Machine, written: &Written<'_>, timed: &Timed) -> Vec<Run> {
     runs
 }
 
-/// Lowers the feed of a block to that with which it takes this long; says by what factor its time has grown.
+/// Lowers the feed of a block to that with which it takes this long; says by what factor its time
+/// has grown.
 fn lowered(job: &Job, timed: &mut Timed, m: &TimedMove, time: f64) -> f64 {
     let (Block::Linear { feed, .. } | Block::LinearVectors { feed, .. }) = &mut timed.program.blocks[m.block] else {
         return 1.0;
@@ -308,7 +314,8 @@ impl Tally {
     }
 }
 
-/// A limit in words. What the law takes for the tip feed's cap may be that of FEED by an axis or by the control.
+/// A limit in words. What the law takes for the tip feed's cap may be that of FEED by an axis or by
+/// the control.
 pub(crate) fn limit_name(machine: &Machine, limit: MotionLimit, feed: Option<FeedLimit>) -> String {
     let axis = |what: &str, k: usize| format!("{what} of axis {}", machine.axes()[k].letter);
     match (limit, feed) {

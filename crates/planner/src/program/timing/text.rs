@@ -11,8 +11,8 @@ use facemill_virtual_machine::program_time::tolerance::View;
 use crate::program::timed::{Timed, TimedMove};
 use crate::program::timing::Tally;
 
-/// Takes the time of rapids and the times by the law from the text as it is read back: the same as anyone finds who reads it.
-/// Where the axes are at the start, at home, it is known.
+/// Takes the time of rapids and the times by the law from the text as it is read back: the same as
+/// anyone finds who reads it. Where the axes are at the start, at home, it is known.
 ///
 /// # Errors
 /// None but for a fault in here.

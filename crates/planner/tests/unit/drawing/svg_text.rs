@@ -1,7 +1,7 @@
 use crate::drawing::svg_text::*;
 
-/// Advances of the letters from space to tilde in DejaVu Sans and its bold face, thousandths of the size: the widest font that
-/// renderers fall back to.
+/// Advances of the letters from space to tilde in DejaVu Sans and its bold face, thousandths of the
+/// size: the widest font that renderers fall back to.
 const DEJAVU: [[u16; 95]; 2] = [
     [
         318, 401, 460, 838, 636, 950, 780, 275, 390, 390, 500, 838, 318, 361, 318, 337, 636, 636, 636, 636, 636, 636,
@@ -19,7 +19,8 @@ const DEJAVU: [[u16; 95]; 2] = [
     ],
 ];
 
-/// Width of a text in DejaVu Sans; other letters count as wide as their size, as ° and Greek ones are less.
+/// Width of a text in DejaVu Sans; other letters count as wide as their size, as ° and Greek ones
+/// are less.
 fn drawn_width(text: &str, size: f64, bold: bool) -> f64 {
     let of = |letter: char| match (letter as usize).checked_sub(32).filter(|k| *k < 95) {
         Some(k) => f64::from(DEJAVU[usize::from(bold)][k]) / 1000.0,
@@ -39,7 +40,8 @@ fn number(tag: &str, name: &str) -> Option<f64> {
     attribute(tag, name)?.parse().ok()
 }
 
-/// Texts of a picture that are not wholly in it, drawn with a wide font. Groups may move what is in them down, and nothing else.
+/// Texts of a picture that are not wholly in it, drawn with a wide font. Groups may move what is in
+/// them down, and nothing else.
 pub(crate) fn texts_outside(svg: &str) -> Vec<String> {
     let head = &svg[svg.find("<svg").expect("a picture")..];
     let frame: Vec<f64> =

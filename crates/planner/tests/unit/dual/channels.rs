@@ -77,7 +77,8 @@ fn read(files: &[(String, Vec<u8>)]) -> ReadPair {
     read_siemens_pair([text(0), text(1)]).unwrap()
 }
 
-/// One step goes an eighth of k mm or deg on the kth axis: the time of a block is the root of the sum of squares over F.
+/// One step goes an eighth of k mm or deg on the kth axis: the time of a block is the root of the
+/// sum of squares over F.
 #[test]
 fn blocks_of_both_channels_take_the_time_of_the_program_in_one() {
     let step = 0.125 * (1..=9).map(|k| f64::from(k * k)).sum::<f64>().sqrt();

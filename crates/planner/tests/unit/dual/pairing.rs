@@ -20,7 +20,8 @@ fn pass(random: &mut Random, n: usize, z: f64) -> Vec<CcPoint> {
         .collect()
 }
 
-/// Every point of both passes is at a station, in its order, and what stands between is on the line of its neighbours.
+/// Every point of both passes is at a station, in its order, and what stands between is on the line
+/// of its neighbours.
 #[test]
 fn stations_pass_all_points_of_both() {
     let mut random = Random(3);
@@ -43,7 +44,8 @@ fn stations_pass_all_points_of_both() {
     }
 }
 
-/// A pass that is many times shorter is stretched over the longer one only as far as points may wait.
+/// A pass that is many times shorter is stretched over the longer one only as far as points may
+/// wait.
 #[test]
 fn passes_that_do_not_go_together_have_no_stations() {
     let mut random = Random(4);

@@ -75,7 +75,8 @@ fn links_that_are_taken_back_are_as_they_were() {
     // The way out of the first operation and into the second are one link.
     assert!(n == 2 * passes - 1 && after[passes].is_empty() && !before[passes].is_empty());
 
-    // A finding takes the link back in whose blocks it is, here the one between the operations; none of the others.
+    // A finding takes the link back in whose blocks it is, here the one between the operations;
+    // none of the others.
     let texts = write_draft(&job, &setup, &operations, &words).unwrap();
     assert!(!links.take_back(&mut operations, &texts, (&[], &[]), false) && places(&operations) == after);
     let line = links.report(&operations, &texts).links[passes - 1].lines[0];

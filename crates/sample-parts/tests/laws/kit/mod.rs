@@ -60,7 +60,8 @@ pub(crate) fn largest_bend(mesh: &TriMesh, triangles: std::ops::Range<usize>) ->
     pairs.map(|pair| mesh.scaled_normal(pair[0]).angle(&mesh.scaled_normal(pair[1]))).fold(0.0, f64::max)
 }
 
-/// Where a mesh cuts the cylinder of a radius about z, unrolled to (r·θ, z), θ from +X; one segment per cut triangle.
+/// Where a mesh cuts the cylinder of a radius about z, unrolled to (r·θ, z), θ from +X; one segment
+/// per cut triangle.
 pub(crate) fn cylinder_cut(mesh: &TriMesh, radius: f64) -> Vec<[Point2<f64>; 2]> {
     let mut segments = Vec::new();
     for t in 0..mesh.triangles().len() {
@@ -98,7 +99,8 @@ pub(crate) fn open_edges_on_cylinder(mesh: &TriMesh, radius: f64) -> Vec<Point2<
     open.filter_map(|((a, b), _)| edge_crossing(vertex(a), vertex(b), radius)).map(|p| unrolled(&p, radius)).collect()
 }
 
-/// A cylinder cut turned into section coordinates: along the helix of a pitch and across it, origin where θ = z = 0.
+/// A cylinder cut turned into section coordinates: along the helix of a pitch and across it, origin
+/// where θ = z = 0.
 pub(crate) struct Cut {
     pub(crate) segments: Vec<[Point2<f64>; 2]>,
 }

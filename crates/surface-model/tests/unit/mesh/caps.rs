@@ -12,7 +12,8 @@ fn caps_on_each_other_are_turned_and_no_slit_opens() {
         .iter()
         .map(|&(x, y)| Point3::new(x, y, 0.0))
         .collect();
-    // Below the line, triangles reach its inner points; above, one spans it; caps fill the gap of no width.
+    // Below the line, triangles reach its inner points; above, one spans it; caps fill the gap of
+    // no width.
     let mut triangles = vec![[0, 1, 2], [0, 4, 1], [0, 3, 4], [0, 5, 3], [3, 5, 4], [4, 5, 1]];
     let area = |ts: &[[u32; 3]]| {
         let mesh = TriMesh::new(points.clone(), ts.to_vec()).unwrap();

@@ -8,7 +8,8 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 use super::*;
 use crate::test_kit::{Lcg, cuboid, grid, sphere, torus};
 
-/// Blade of lens section, chord 2, thickness `t`, span `h`, twisted, wound outward and open at both ends.
+/// Blade of lens section, chord 2, thickness `t`, span `h`, twisted, wound outward and open at both
+/// ends.
 fn blade(t: f64, h: f64) -> TriMesh {
     grid((40, 20), (true, false), |u, v| {
         let (s, c) = (u * TAU).sin_cos();

@@ -19,7 +19,8 @@ fn check(mesh: &TriMesh, values: &[f64], level: f64, curves: &[LevelCurve]) {
             if last {
                 continue;
             }
-            // The piece to the next point lies in the triangle of this one, with the higher values on the left.
+            // The piece to the next point lies in the triangle of this one, with the higher values
+            // on the left.
             let next = &c.points[(k + 1) % n];
             let step = next.position - p.position;
             assert!(step.norm() > 0.0);
@@ -85,7 +86,8 @@ fn a_plane_through_vertices_cuts_a_torus_in_two_whole_circles() {
 
 #[test]
 fn the_length_of_a_slanted_section_is_that_of_the_ellipse() {
-    // Cylinder of radius 5 about z, cut by z = x / 2: half axes 5 and 5·√1.25; circumference after Ramanujan.
+    // Cylinder of radius 5 about z, cut by z = x / 2: half axes 5 and 5·√1.25; circumference after
+    // Ramanujan.
     let mesh = grid((200, 30), (true, false), |u, v| {
         Point3::new(5.0 * (u * TAU).cos(), 5.0 * (u * TAU).sin(), 12.0 * v - 6.0)
     });

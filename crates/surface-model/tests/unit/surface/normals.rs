@@ -18,7 +18,8 @@ fn a_box_has_a_normal_per_face_and_corner_below_the_crease_and_one_per_vertex_ab
     let round = smooth(&cube, 2.0);
     assert_eq!(round.normals.len(), 8);
     for (corner, &s) in round.of_corner.iter().enumerate() {
-        // Three right angles around each vertex, however the faces are cut: the normal is the diagonal.
+        // Three right angles around each vertex, however the faces are cut: the normal is the
+        // diagonal.
         let p = cube.corners(corner / 3)[corner % 3];
         let diagonal = (p - Point3::new(0.5, 0.5, 0.5)).normalize();
         assert!((round.normals[s as usize].unwrap().into_inner() - diagonal).norm() < 1e-12);

@@ -66,7 +66,8 @@ fn no_ray_slips_through_a_side_or_corner() {
             1 => -Vector3::ith_axis(k / 4 % 3),
             _ => rng.direction(),
         };
-        // Rays that graze the facets, which are turned by up to 20° from the sphere, may pass beside it for good.
+        // Rays that graze the facets, which are turned by up to 20° from the sphere, may pass
+        // beside it for good.
         if d.dot(&target.coords).abs() < 4.0 {
             continue;
         }

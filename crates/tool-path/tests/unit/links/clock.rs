@@ -1,11 +1,12 @@
 use crate::links::clock::*;
 
-/// Way of an axis that changes its acceleration by the jerk all the time, or keeps the largest one or the largest speed:
-/// integrated step by step to the middle of its time, and doubled.
+/// Way of an axis that changes its acceleration by the jerk all the time, or keeps the largest one
+/// or the largest speed: integrated step by step to the middle of its time, and doubled.
 fn way_in(time: f64, velocity: f64, acceleration: f64, jerk: f64) -> f64 {
     let n = 40_000;
     let (step, ramp) = (0.5 * time / f64::from(n), (acceleration / jerk).min((velocity / jerk).sqrt()));
-    // Gains speed for `ramp`, holds, and stops gaining in `ramp`, so that it is at its largest speed in the middle at the latest.
+    // Gains speed for `ramp`, holds, and stops gaining in `ramp`, so that it is at its largest
+    // speed in the middle at the latest.
     let hold = (velocity / (jerk * ramp) - ramp).min(0.5 * time - 2.0 * ramp).max(0.0);
     let ramp = ramp.min(0.25 * time);
     let (mut v, mut way) = (0.0, 0.0);

@@ -8,7 +8,8 @@ impl Lcg {
         (self.0 >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Costs that go neither by distance nor the same way back; every other set has many that are equal.
+    /// Costs that go neither by distance nor the same way back; every other set has many that are
+    /// equal.
     fn costs(&mut self, n: usize) -> TourCosts {
         let is_coarse = self.unit() < 0.5;
         let mut all = |n: usize| -> Vec<f64> {

@@ -88,7 +88,8 @@ const CLEARANCE: f64 = 1.0;
 const REGISTER: Compensation = Compensation::Length(7);
 
 impl Shop {
-    /// The workpiece's origin is where the tip is with all linear axes in the middle of their ranges.
+    /// The workpiece's origin is where the tip is with all linear axes in the middle of their
+    /// ranges.
     fn new(name: &str) -> Self {
         let (machine, tool) = (machine(name), tool());
         let middle = AxisValues::from_fn(machine.axes().len(), |k| {
@@ -231,8 +232,8 @@ const MARGIN: f64 = 0.1;
 /// By how much the choice may be slower than the ladder's best, s: its own ladder has other steps.
 const STEPS: f64 = 0.02;
 
-/// Among all kinds this one's fastest free way is the fastest by far, and it is what is taken: faster than the link was, and run
-/// without a finding.
+/// Among all kinds this one's fastest free way is the fastest by far, and it is what is taken:
+/// faster than the link was, and run without a finding.
 fn assert_taken(scene: &Scene, wanted: WayKind) {
     let shop = Shop::new(scene.machine);
     let setup = shop.setup(scene);
@@ -311,7 +312,8 @@ fn over_a_thin_wall_half_way_a_link_has_a_peak() {
     }
 }
 
-/// From a pit into a slot in which the tool leans; behind the head stands a wall, so that it cannot back out along the tool.
+/// From a pit into a slot in which the tool leans; behind the head stands a wall, so that it cannot
+/// back out along the tool.
 #[test]
 fn between_two_pits_a_link_is_lifted_where_the_head_cannot_go_back() {
     let ends = [leaning([-150.0, 0.0, 0.0], 0.0), leaning([150.0, 0.0, 0.0], 40.0)];
@@ -349,8 +351,8 @@ fn out_of_leaning_pits_a_link_goes_along_the_tool() {
     }
 }
 
-/// Pockets of a pattern about a slow table, that are wide enough for the table to turn a little while the tool leaves them, and
-/// a post between them that it has to keep away from.
+/// Pockets of a pattern about a slow table, that are wide enough for the table to turn a little
+/// while the tool leaves them, and a post between them that it has to keep away from.
 #[test]
 fn out_of_wide_leaning_pits_on_a_slow_table_a_link_along_the_tool_turns_all_along() {
     let a = leaning([100.0, 0.0, 0.0], 40.0);

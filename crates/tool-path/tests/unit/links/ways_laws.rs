@@ -1,4 +1,5 @@
-//! Laws of the ways of links, on machines with their rotary axes in the head, in the table and in both, by matrices of their own.
+//! Laws of the ways of links, on machines with their rotary axes in the head, in the table and in
+//! both, by matrices of their own.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -232,7 +233,8 @@ fn outward(ends: &Ends<'_>, places: &[AxisValues]) -> Vec<(Point3<f64>, Vector3<
     places.iter().map(of).collect()
 }
 
-/// Even level over the surface, by the shorter way, with chords that keep 99 % of it; returns the places' directions.
+/// Even level over the surface, by the shorter way, with chords that keep 99 % of it; returns the
+/// places' directions.
 fn assert_around(ends: &Ends<'_>, out: f64) -> Vec<Vector3<f64>> {
     let way = ends.way(WayKind::Around, out).unwrap();
     let (_, over) = way.split_last().unwrap();
@@ -278,7 +280,8 @@ fn a_way_around_keeps_an_even_level_over_the_clearance_surface() {
     });
 }
 
-/// A machine, and where its tool stands at places of the work, with its axis pointing away from there as far as it can.
+/// A machine, and where its tool stands at places of the work, with its axis pointing away from
+/// there as far as it can.
 fn standing(machine: &Machine, places: [Point3<f64>; 2], axes: [Vector3<f64>; 2]) -> [AxisValues; 2] {
     [0, 1].map(|k| {
         let cl = facemill_cl_data::ClPoint { tip: places[k], axis: Unit::new_normalize(axes[k]) };
@@ -287,8 +290,9 @@ fn standing(machine: &Machine, places: [Point3<f64>; 2], axes: [Vector3<f64>; 2]
     })
 }
 
-/// Opposite ends leave the side open on which the way goes: it is that of the tool. Where the straight line between both ends is
-/// near to the middle, the way around is no nearer than it is elsewhere.
+/// Opposite ends leave the side open on which the way goes: it is that of the tool. Where the
+/// straight line between both ends is near to the middle, the way around is no nearer than it is
+/// elsewhere.
 #[test]
 fn a_way_around_opposite_ends_goes_by_the_side_of_the_tool() {
     let machine = machine("head-head-c-a");

@@ -1,4 +1,5 @@
-//! What calls, jumps, changes the tool or goes to the machine builder is a fault on every control; what is known to do nothing is not.
+//! What calls, jumps, changes the tool or goes to the machine builder is a fault on every control;
+//! what is known to do nothing is not.
 
 use facemill_cl_data::Silent;
 use facemill_nc_program::Dialect;

@@ -1,4 +1,5 @@
-//! What programs leave unsaid, what they leave on, and how they end: each beside its twin that says it.
+//! What programs leave unsaid, what they leave on, and how they end: each beside its twin that says
+//! it.
 
 use facemill_cl_data::Silent;
 use facemill_inverse_kinematics::{CuttingLawFile, Machine, RapidLawFile};
@@ -162,7 +163,8 @@ fn what_is_not_said_is_told_and_what_is_said_is_not() {
         let after = rests_on(&with(SIEMENS, "CYCLE832(0.0100,11,0.0050)\n", to), siemens);
         assert!(after.len() == 1 && after[0].starts_with(told), "{to}: {after:?}");
     }
-    // A tolerance of its own behind that of the cycle, and exact stop, which no tolerance takes back.
+    // A tolerance of its own behind that of the cycle, and exact stop, which no tolerance takes
+    // back.
     for to in ["CYCLE832(0.01,11,0.005)\nCTOL=0.005\nOTOL=0.001\n", "G60\nCTOL=-1\nOTOL=-1\n"] {
         assert_eq!(rests_on(&with(SIEMENS, "CYCLE832(0.0100,11,0.0050)\n", to), siemens), [""; 0], "{to}");
     }
@@ -171,7 +173,8 @@ fn what_is_not_said_is_told_and_what_is_said_is_not() {
     assert_eq!(rests_on(&with(SIEMENS, "CYCLE832(0.0100,11,0.0050)", "G60"), siemens), [""; 0]);
 }
 
-/// Smoothing beyond the machine file's, vectors that are none of length 1, RTCP that stays on, and programs without an end.
+/// Smoothing beyond the machine file's, vectors that are none of length 1, RTCP that stays on, and
+/// programs without an end.
 #[test]
 fn what_is_said_wrongly_is_a_finding_and_its_twin_is_none() {
     use FindingKind::{NoEnd, NotUnitVector, OtherMotion, RtcpLeftOn};
@@ -215,7 +218,8 @@ fn what_is_said_wrongly_is_a_finding_and_its_twin_is_none() {
     assert!(NoEnd.is_fault() && NotUnitVector.is_fault() && RtcpLeftOn.is_fault());
 }
 
-/// Frames that are not simulated are told where they are set; words that switch them off are not, and change nothing.
+/// Frames that are not simulated are told where they are set; words that switch them off are not,
+/// and change nothing.
 #[test]
 fn frames_are_told_where_they_are_set_and_nothing_where_they_are_off() {
     let (siemens, heidenhain) = (Dialect::Siemens840d, Dialect::Heidenhain);
@@ -248,8 +252,8 @@ fn frames_are_told_where_they_are_set_and_nothing_where_they_are_off() {
     }
 }
 
-/// M functions of Heidenhain that change what F gives are a fault at the next cut, and no function of the machine's builder;
-/// those that switch back are silent.
+/// M functions of Heidenhain that change what F gives are a fault at the next cut, and no function
+/// of the machine's builder; those that switch back are silent.
 #[test]
 fn functions_that_change_feeds_are_told_and_their_end_is_not() {
     let found = |word: &str| -> Vec<(FindingKind, String)> {

@@ -1,4 +1,5 @@
-//! Depth of a cutter in triangles, by formulas of its own and bisection of triangles: the definition of correct.
+//! Depth of a cutter in triangles, by formulas of its own and bisection of triangles: the
+//! definition of correct.
 
 use nalgebra::{Point3, Unit, Vector3};
 
@@ -20,8 +21,8 @@ pub type Triangle = [Point3<f64>; 3];
 const RESOLUTION: f64 = 1e-9;
 
 impl Cutter {
-    /// How far a point is outside, mm (inside negative: its distance from the cutter's surface), and a slope of that. It is
-    /// the largest of convex functions, and so is convex.
+    /// How far a point is outside, mm (inside negative: its distance from the cutter's surface),
+    /// and a slope of that. It is the largest of convex functions, and so is convex.
     pub fn outside(&self, (tip, axis): &Place, p: &Point3<f64>) -> (f64, Vector3<f64>) {
         let up = axis.into_inner();
         let z = (p - tip).dot(&up);
@@ -40,8 +41,9 @@ impl Cutter {
         if z - self.height > lower.0 { (z - self.height, up) } else { lower }
     }
 
-    /// How deep the cutter is at most in the triangles at any of the places: the largest distance of a point of theirs in it
-    /// from its surface, to a millionth of a micrometre; 0 where it touches none. Of depths above `at_most` only that they are.
+    /// How deep the cutter is at most in the triangles at any of the places: the largest distance
+    /// of a point of theirs in it from its surface, to a millionth of a micrometre; 0 where it
+    /// touches none. Of depths above `at_most` only that they are.
     pub fn depth(&self, places: impl Iterator<Item = Place>, triangles: &[Triangle], at_most: f64) -> f64 {
         let mut lowest = 0.0;
         for place in places {
@@ -55,8 +57,8 @@ impl Cutter {
         -lowest
     }
 
-    /// Brings `lowest` down to the lowest value over a triangle. A convex function lies above its slope's plane: where that is
-    /// not below `lowest` at a corner, nothing is.
+    /// Brings `lowest` down to the lowest value over a triangle. A convex function lies above its
+    /// slope's plane: where that is not below `lowest` at a corner, nothing is.
     fn lower(&self, place: &Place, t: &Triangle, lowest: &mut f64) {
         let middle = Point3::from((t[0].coords + t[1].coords + t[2].coords) / 3.0);
         let (here, slope) = self.outside(place, &middle);

@@ -101,8 +101,8 @@ impl Shop {
         }
     }
 
-    /// The table at `c`, both heads square to the plate with their tips at these points of it; without one the head is
-    /// where `from` has it.
+    /// The table at `c`, both heads square to the plate with their tips at these points of it;
+    /// without one the head is where `from` has it.
     pub fn axes_at(&self, c: f64, tips: [Option<[f64; 3]>; 2], from: &AxisValues) -> AxisValues {
         let mut q = *from;
         q[0] = c;

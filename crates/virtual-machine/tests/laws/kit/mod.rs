@@ -180,8 +180,8 @@ pub fn only(v: &Verification) -> &Finding {
     &v.findings[0]
 }
 
-/// Height of the tip above the plane that a cutter with the axis (slope, 0, 1) touches: (R − r)·sin α + r·(1 − cos α), the
-/// rim's lowest point being that much below the tip.
+/// Height of the tip above the plane that a cutter with the axis (slope, 0, 1) touches: (R − r)·sin
+/// α + r·(1 − cos α), the rim's lowest point being that much below the tip.
 pub fn lift_of(slope: f64) -> f64 {
     let alpha = slope.atan();
     (RADIUS - CORNER) * alpha.sin() + CORNER * (1.0 - alpha.cos())

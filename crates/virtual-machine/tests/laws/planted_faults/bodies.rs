@@ -63,7 +63,8 @@ fn holder(scale: f64, kind: ObstacleKind, stock: f64) -> Outcome {
     ran(&text.cut([115.0, 0.0, stock + 2.0 - SLACK * scale]).cut([115.0, 0.0, 40.0]), &setup, HEAD + 3)
 }
 
-/// A holder of three sections of 20 mm, each 10 mm wider than the one below, at a lip that is as high as one of them.
+/// A holder of three sections of 20 mm, each 10 mm wider than the one below, at a lip that is as
+/// high as one of them.
 fn section(scale: f64, k: usize) -> Outcome {
     let sections: Vec<String> = [60, 80, 100]
         .map(|d| format!(r#"{{ "length_mm": 20, "diameter_low_mm": {d}, "diameter_high_mm": {d} }}"#))
@@ -112,7 +113,8 @@ fn head(scale: f64, kind: ObstacleKind, stock: f64) -> Outcome {
     over_a_post(([115.0, 130.0], 370.0), 10.0, scale, kind, stock)
 }
 
-/// The preset with a post on its bed beside the plate's middle, so high above the plate; it keeps 5.
+/// The preset with a post on its bed beside the plate's middle, so high above the plate; it
+/// keeps 5.
 fn with_post(top: f64) -> Shop {
     let foot = Shop::new().table_from_work * Point3::new(0.0, 180.0, 0.0);
     let mut file = Machine::head_b_table_c().unwrap().to_file();
@@ -150,7 +152,8 @@ pub(crate) fn turned(shop: &Shop, z: f64, degrees: f64) -> [Point3<f64>; 2] {
     [work_from_table * shop.machine.cl_point(&q, shop.tool.gauge_length()).tip, work_from_table * Point3::origin()]
 }
 
-/// The tool stands still, and a post beside the way of its axis over the table passes under the holder.
+/// The tool stands still, and a post beside the way of its axis over the table passes under the
+/// holder.
 fn post_on_the_table(scale: f64) -> Outcome {
     let mut shop = Shop::new();
     let [way, middle] = turned(&shop, 20.0, 40.0);
@@ -163,8 +166,8 @@ fn post_on_the_table(scale: f64) -> Outcome {
     ran(&text, &shop.setup(), HEAD + 3)
 }
 
-/// A post 0.2 mm thick beside the middle of a long block. Positions are 500 mm apart; bodies are followed all the same, to
-/// within 0.05 mm.
+/// A post 0.2 mm thick beside the middle of a long block. Positions are 500 mm apart; bodies are
+/// followed all the same, to within 0.05 mm.
 fn thin_post(scale: f64) -> Outcome {
     let mut shop = Shop::new();
     let between = VerifySettings::default().between;

@@ -1,7 +1,8 @@
 //! Bodies and rapids at what the program itself has cut before, or has left.
 //!
-//! Lines are 1 mm apart and stand in the middles of cells. A wall that a pass has left begins at the first line beyond the cutter's
-//! flank: passes are laid so that it is 0.3 mm beyond, and what comes later is measured from that line.
+//! Lines are 1 mm apart and stand in the middles of cells. A wall that a pass has left begins at
+//! the first line beyond the cutter's flank: passes are laid so that it is 0.3 mm beyond, and what
+//! comes later is measured from that line.
 
 use facemill_cl_data::Silent;
 use facemill_nc_program::read_program;
@@ -57,8 +58,8 @@ fn line_of_pass(n: u32) -> u32 {
 /// How far beyond the flank of a pass the first line is that it leaves, mm.
 const BEYOND: f64 = 0.3;
 
-/// A pocket 6 mm deep, and a slot in its floor that is so deep that the holder, of radius 40 and clearance 2, comes beside the
-/// pocket's wall.
+/// A pocket 6 mm deep, and a slot in its floor that is so deep that the holder, of radius 40 and
+/// clearance 2, comes beside the pocket's wall.
 fn holder_in_a_pocket(scale: f64) -> Outcome {
     let mut file = Shop::new().tool.to_file();
     file.flute_length_mm = 40.0;
@@ -76,7 +77,8 @@ fn holder_in_a_pocket(scale: f64) -> Outcome {
     cut_box(&shop.setup(), &text.text, [[-60.0, -60.0, 0.0], [60.0, 60.0, 50.0]], line_of_pass(4))
 }
 
-/// The shank, of radius 22 and clearance 1, beside what is left of a pass above it: the flute goes under that.
+/// The shank, of radius 22 and clearance 1, beside what is left of a pass above it: the flute goes
+/// under that.
 fn shank_at_a_step(scale: f64) -> Outcome {
     let shop = Shop::new();
     let wall = 20.5;
@@ -85,7 +87,8 @@ fn shank_at_a_step(scale: f64) -> Outcome {
     cut_box(&shop.setup(), &text.text, [[-60.0, -60.0, 0.0], [60.0, 60.0, 20.0]], line_of_pass(1))
 }
 
-/// A post beside the table's middle is cut down by a pass; then C turns back by 200 degrees and brings it under the cutter.
+/// A post beside the table's middle is cut down by a pass; then C turns back by 200 degrees and
+/// brings it under the cutter.
 fn back_over_stock(scale: f64) -> Outcome {
     let shop = Shop::new();
     let [way, _] = turned(&shop, 20.0, 100.0);
@@ -102,7 +105,8 @@ fn back_over_stock(scale: f64) -> Outcome {
     cut_box(&shop.setup(), &(high.text + rest), corners, HEAD + 3 + 7)
 }
 
-/// Two slots leave a rib between them, which a third pass cuts down; a rapid goes over it from slot to slot.
+/// Two slots leave a rib between them, which a third pass cuts down; a rapid goes over it from slot
+/// to slot.
 fn over_a_rib(scale: f64) -> Outcome {
     let shop = Shop::new();
     let text = [(-30.0, 9.0), (30.0, 9.0), (0.0, 14.0)].into_iter().fold(Text::new(&shop), |t, (y, z)| pass(t, y, z));
@@ -111,8 +115,8 @@ fn over_a_rib(scale: f64) -> Outcome {
     cut_box(&shop.setup(), &text.text, [[-60.0, -50.0, 0.0], [60.0, 50.0, 20.0]], HEAD + 3 * PASS + 3)
 }
 
-/// The first head mills a slot through a thin plate, above its rounded corner, and the shank of the second one, of radius 22 and clearance 1, follows it from
-/// the other side beside the slot's wall.
+/// The first head mills a slot through a thin plate, above its rounded corner, and the shank of the
+/// second one, of radius 22 and clearance 1, follows it from the other side beside the slot's wall.
 fn second_heads_shank(scale: f64) -> Outcome {
     let shop = dual::Shop::new();
     let wall = 20.5;

@@ -31,7 +31,8 @@ fn dip(scale: f64) -> Outcome {
     ran(&text, &shop.setup(), HEAD + 4)
 }
 
-/// A ridge that is 2 mm wide, and as high as the cutter may be deep; both ends of the block are beside it.
+/// A ridge that is 2 mm wide, and as high as the cutter may be deep; both ends of the block are
+/// beside it.
 fn over_a_ridge(shop: &mut Shop, scale: f64) -> String {
     shop.wall = MeshTree::new(&box_mesh([-1.0, -50.0, -5.0], [1.0, 50.0, GOUGE * scale]));
     let text = Text::new(shop).rapid([-60.0, 0.0, 300.0]).rapid([-60.0, 0.0, 20.0]).cut([-60.0, 0.0, 0.0]);
@@ -62,7 +63,8 @@ fn tilt(scale: f64) -> Outcome {
     ran(&text, &shop.setup(), HEAD + 4)
 }
 
-/// What the rounding of rotary words makes of a pose; the height is chosen so that the depth is known.
+/// What the rounding of rotary words makes of a pose; the height is chosen so that the depth is
+/// known.
 fn rounded(scale: f64) -> Outcome {
     let shop = Shop::new();
     let lean = [0.05, 0.02, 1.0];
@@ -117,7 +119,8 @@ fn check(scale: f64) -> Outcome {
     ran(&text, &setup, HEAD + 3)
 }
 
-/// The cutter is 12 mm high and reaches 3 mm under a lip; heights seen from above do not tell it from a wall.
+/// The cutter is 12 mm high and reaches 3 mm under a lip; heights seen from above do not tell it
+/// from a wall.
 fn overhang(scale: f64) -> Outcome {
     let mut shop = Shop::new();
     shop.wall = MeshTree::new(&box_mesh([-100.0, 22.0, 30.0], [100.0, 90.0, 40.0]));

@@ -1,4 +1,5 @@
-//! Length compensation and RTCP: switched off where an axis may move by the tool's length, and on over a turned table.
+//! Length compensation and RTCP: switched off where an axis may move by the tool's length, and on
+//! over a turned table.
 
 use facemill_nc_program::AxisLetter;
 use facemill_virtual_machine::FindingKind;
@@ -18,7 +19,8 @@ fn cancelling_the_length_away_from_home_is_found_and_behind_the_way_home_it_is_n
     assert_eq!(kinds(&at_work().line("G0 G49 X0.").line(home)), found);
     assert_eq!(kinds(&at_work().line(home).line("G49").line("G91 G28 X0. Y0.")), []);
     assert_eq!(kinds(&at_work().line(home).line("H0")), []);
-    // The block says where the axis goes: with the length off, word 300 is 300 mm above the offset for the nose.
+    // The block says where the axis goes: with the length off, word 300 is 300 mm above the offset
+    // for the nose.
     assert_eq!(kinds(&at_work().line("G0 G49 Z300.")), []);
     assert_eq!(kinds(&at_work().line("G0 G53 G49 Z3000.").line("G91 G28 X0. Y0.")), []);
     // With RTCP the same, tilted.

@@ -1,7 +1,9 @@
-//! A table of planted faults: each program has one fault of 1.1 times what is allowed, and its twin 0.9 times of it.
+//! A table of planted faults: each program has one fault of 1.1 times what is allowed, and its twin
+//! 0.9 times of it.
 //!
-//! Every fault is found once, at its block, and nothing else is; of the twins nothing is. What a row's number stands for, its
-//! function says: a depth beside the gouge limit, a way into the clearance beside its slack, an angle, a speed.
+//! Every fault is found once, at its block, and nothing else is; of the twins nothing is. What a
+//! row's number stands for, its function says: a depth beside the gouge limit, a way into the
+//! clearance beside its slack, an angle, a speed.
 
 use facemill_cl_data::Silent;
 use facemill_nc_program::Dialect;

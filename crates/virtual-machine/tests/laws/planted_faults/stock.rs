@@ -43,12 +43,14 @@ fn cut_with(setup: VirtualSetup<'_>, text: &Text<'_>, high: [f64; 3], settings: 
     Outcome { findings: run.findings, line }
 }
 
-/// What a rapid keeps from the material of lines 1 mm apart, half the diagonal of a cell: 0.9 times that, or 1.1.
+/// What a rapid keeps from the material of lines 1 mm apart, half the diagonal of a cell: 0.9 times
+/// that, or 1.1.
 pub(crate) fn gap(scale: f64) -> f64 {
     (2.0 - scale) * std::f64::consts::FRAC_1_SQRT_2
 }
 
-/// A rapid over a block, a pass at z = 15 through it, and a rapid over that: the first one comes too near to what is not cut yet.
+/// A rapid over a block, a pass at z = 15 through it, and a rapid over that: the first one comes
+/// too near to what is not cut yet.
 fn too_early(scale: f64) -> Outcome {
     let shop = Shop::new();
     let z = 20.0 + gap(scale);
@@ -76,8 +78,8 @@ fn deep_slot(scale: f64) -> Outcome {
     cut(&shop, &text.rapid([110.0, 0.0, 220.0]), [50.0, 40.0, 20.0], &VerifySettings::default(), HEAD + 3)
 }
 
-/// A cutter with a thin shank cuts a groove into the side of a block, backs out of it, and goes up beside what hangs over it:
-/// its outermost line stands half a cell inside of the side, y = −20.
+/// A cutter with a thin shank cuts a groove into the side of a block, backs out of it, and goes up
+/// beside what hangs over it: its outermost line stands half a cell inside of the side, y = −20.
 fn under_stock(scale: f64) -> Outcome {
     let file = Shop::new().tool.to_file();
     let mut thin = file;
@@ -102,7 +104,8 @@ fn plunge(scale: f64) -> Outcome {
     cut(&shop, &text, [100.0, 30.0, 20.0], &VerifySettings::default(), HEAD + 3)
 }
 
-/// A core of radius 15 that is recessed by 2·15·tan 3°, deeper than that in stock by what is not told, a tenth of a mm.
+/// A core of radius 15 that is recessed by 2·15·tan 3°, deeper than that in stock by what is not
+/// told, a tenth of a mm.
 fn core(scale: f64) -> Outcome {
     let mut file = Shop::new().tool.to_file();
     file.dead_core_radius_mm = 15.0;
@@ -116,8 +119,8 @@ fn core(scale: f64) -> Outcome {
     ran(&text, &setup, HEAD + 2)
 }
 
-/// A slot as wide as the block, 40 mm, and 5 mm deep, at 2000 mm/min: 400 cm³/min. What is allowed, with the slack of a tenth, is
-/// that over the number.
+/// A slot as wide as the block, 40 mm, and 5 mm deep, at 2000 mm/min: 400 cm³/min. What is allowed,
+/// with the slack of a tenth, is that over the number.
 fn load(scale: f64) -> Outcome {
     let shop = Shop::new();
     let limit = RemovalLimit { largest: 40.0 * 5.0 * 2000.0 / 1.1 / scale, slowest: 200.0 };
@@ -126,7 +129,8 @@ fn load(scale: f64) -> Outcome {
     cut(&shop, &text.rapid([90.0, 0.0, 200.0]), [50.0, 20.0, 20.0], &settings, HEAD + 3)
 }
 
-/// A disc about the tool in a slot that is so much narrower or wider than the disc with its clearance needs.
+/// A disc about the tool in a slot that is so much narrower or wider than the disc with its
+/// clearance needs.
 fn narrow_slot(scale: f64) -> Outcome {
     let (shop, block) = (shop_with_guard(), Block::on_the_plate());
     let text = pass(slot(Text::new(&shop), (2.0 - scale) * NEEDED), 0.0, IN_SLOT);

@@ -1,4 +1,5 @@
-//! Normals of Heidenhain's LN: wrong ones are told where they are, and those that facets and rounding may turn are not.
+//! Normals of Heidenhain's LN: wrong ones are told where they are, and those that facets and
+//! rounding may turn are not.
 
 use facemill_cl_data::{CcPoint, Posture};
 use facemill_interference::MeshTree;
@@ -59,8 +60,8 @@ impl Cuts {
         Self::new(part, (0..40).map(point).collect(), 18.0, above)
     }
 
-    /// A sheet of facets on a sphere, cut around its pole and, at the last points, so near its border that the cutter reaches
-    /// beyond it.
+    /// A sheet of facets on a sphere, cut around its pole and, at the last points, so near its
+    /// border that the cutter reaches beyond it.
     fn dome() -> Self {
         const RADIUS: f64 = 120.0;
         let normal = |polar: f64, turn: f64| {
@@ -113,7 +114,8 @@ fn normals_of_the_surface_and_those_ten_degrees_off_are_not_told() {
     }
 }
 
-/// Every third normal is turned to any side by 45 deg, or round: each is told by its line and angle.
+/// Every third normal is turned to any side by 45 deg, or round: each is told by its line and
+/// angle.
 #[test]
 fn normals_that_are_turned_or_flipped_are_told_each_by_its_line() {
     let mut rng = Lcg(11);
@@ -137,7 +139,8 @@ fn normals_that_are_turned_or_flipped_are_told_each_by_its_line() {
     }
 }
 
-/// A normal toward the tool's back is a fault even where no part is; others are compared with a surface alone, and in cuts.
+/// A normal toward the tool's back is a fault even where no part is; others are compared with a
+/// surface alone, and in cuts.
 #[test]
 fn away_from_the_part_only_normals_that_point_away_from_the_tool_are_told() {
     let cuts = Cuts::plate(20.0);

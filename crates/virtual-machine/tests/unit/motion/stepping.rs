@@ -24,8 +24,8 @@ fn random_ends(machine: &Machine, rng: &mut Lcg, mm: f64, rad: f64) -> [AxisValu
     [start, end]
 }
 
-/// Largest step of tip and farthest rim point, and largest turn, between neighbouring positions; and what the sum of
-/// all steps would need at least.
+/// Largest step of tip and farthest rim point, and largest turn, between neighbouring positions;
+/// and what the sum of all steps would need at least.
 fn measure(machine: &Machine, law: BlockLaw, [start, end]: [&AxisValues; 2]) -> (f64, f64, f64, usize) {
     let motion = Motion::new(machine, law, start, end, LENGTH).unwrap();
     let all = positions(machine, &motion, law, [start, end], LENGTH, &SPACING);
@@ -84,8 +84,8 @@ fn a_table_that_turns_about_the_tool_is_followed() {
 
 #[test]
 fn axes_that_cancel_at_the_tip_need_few_positions() {
-    // The table turns half a degree and X and Y follow the tip, 1.4 m from the table's axis: 12 mm of axis travel for
-    // a tip that hardly moves.
+    // The table turns half a degree and X and Y follow the tip, 1.4 m from the table's axis: 12 mm
+    // of axis travel for a tip that hardly moves.
     let machine = Machine::head_b_table_c().unwrap();
     let start = AxisValues::from([1000.0, 1000.0, 300.0, 0.0, 0.0]);
     let mut turned = start;

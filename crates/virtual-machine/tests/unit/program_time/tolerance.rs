@@ -62,7 +62,8 @@ fn axes_within_the_tolerance_take_no_tip_and_no_tool_axis_farther_than_the_contr
     }
 }
 
-/// The tip reaches the whole tolerance where two linear axes move, at a corner of what both may stray by.
+/// The tip reaches the whole tolerance where two linear axes move, at a corner of what both may
+/// stray by.
 #[test]
 fn linear_axes_have_the_whole_tolerance_where_no_rotary_axis_moves() {
     let given = ControlTolerance { path: 0.02, orientation: 3e-4 };

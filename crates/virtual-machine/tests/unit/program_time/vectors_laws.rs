@@ -19,7 +19,8 @@ fn rounded(v: Vector3<f64>, decimals: i32) -> [f64; 3] {
     v.map(|c| (c * scale).round() / scale).into()
 }
 
-/// Positions that a control takes for vectors along a wave, and the vectors. Every fortieth block has rotary words.
+/// Positions that a control takes for vectors along a wave, and the vectors. Every fortieth block
+/// has rotary words.
 fn run(machine: &Machine, decimals: i32, turn: impl Fn(f64) -> [f64; 2]) -> Run {
     let frame = table_from_words();
     let at = |k: usize| {
@@ -44,7 +45,8 @@ fn run(machine: &Machine, decimals: i32, turn: impl Fn(f64) -> [f64; 2]) -> Run 
     run
 }
 
-/// Least distance of a vector of any length along `axis` from the one of the text, by its largest component.
+/// Least distance of a vector of any length along `axis` from the one of the text, by its largest
+/// component.
 fn off(axis: Vector3<f64>, text: [f64; 3]) -> f64 {
     let at = |length: f64| (axis * length - Vector3::from(text)).amax();
     let (mut low, mut high) = (0.99, 1.01);
@@ -55,7 +57,8 @@ fn off(axis: Vector3<f64>, text: [f64; 3]) -> f64 {
     at(low)
 }
 
-/// Largest second difference of the rotary axes, without those at the ends, which are as the text has them.
+/// Largest second difference of the rotary axes, without those at the ends, which are as the text
+/// has them.
 fn roughness(run: &Run) -> f64 {
     let second = |w: &[ProgramBlock], k: usize| (w[2].end[k] - 2.0 * w[1].end[k] + w[0].end[k]).abs();
     run.blocks[2..run.blocks.len() - 2].windows(3).flat_map(|w| [second(w, 3), second(w, 4)]).fold(0.0, f64::max)
@@ -89,7 +92,8 @@ fn evened_positions_have_the_tip_and_the_vector_of_the_text_and_are_smoother() {
         }
         assert!(turned > 0.0 && turned <= orientation - left.orientation + 1e-11, "{turned}");
         assert_eq!(run.blocks.last(), even.run.blocks.last());
-        // A tolerance as small as the steps leaves some of them. What turns is 8e-6 and 6.8e-5 from move to move.
+        // A tolerance as small as the steps leaves some of them. What turns is 8e-6 and 6.8e-5 from
+        // move to move.
         let [before, after] = [roughness(&run), roughness(&even.run)];
         assert!(orientation < 1e-4 || after < 1.2 * 6.8e-5 && after < before, "{decimals}: {before} {after}");
     }

@@ -19,7 +19,8 @@ impl Lcg {
     }
 }
 
-/// Largest departure of points of a rod along the tool axis from what the interval tells, over its deviation.
+/// Largest departure of points of a rod along the tool axis from what the interval tells, over its
+/// deviation.
 fn farthest(law: BlockLaw, rng: &mut Lcg) -> Vec<f64> {
     let shop = kit::Shop::with_machine(Machine::head_b_table_c().unwrap());
     let (setup, settings) = (shop.setup(), VerifySettings::default());
@@ -68,8 +69,8 @@ fn no_point_of_the_tool_departs_farther_from_its_interval_than_told() {
     }
 }
 
-/// Whether the cutter, 25 mm wide, is told to stay above 0 at a ledge from `edge` mm beside its axis on, between 11.5
-/// and 13 mm above the tip; its flute ends at 12 mm with a sharp rim.
+/// Whether the cutter, 25 mm wide, is told to stay above 0 at a ledge from `edge` mm beside its
+/// axis on, between 11.5 and 13 mm above the tip; its flute ends at 12 mm with a sharp rim.
 fn stays_off_the_ledge(edge: f64) -> bool {
     let shop = kit::Shop::new();
     let ledge = MeshTree::new(&kit::box_mesh([edge, -2.0, 11.5], [edge + 10.0, 2.0, 13.0]));
@@ -93,7 +94,8 @@ fn stays_off_the_ledge(edge: f64) -> bool {
 
 #[test]
 fn the_sharp_upper_rim_is_part_of_what_stays_above() {
-    // The rounded test body ends √(3² + 3.5²) = 4.6 mm from the middle of its 4 mm rounding, short of the ledge's edge.
+    // The rounded test body ends √(3² + 3.5²) = 4.6 mm from the middle of its 4 mm rounding, short
+    // of the ledge's edge.
     assert!(!stays_off_the_ledge(24.0));
     assert!(stays_off_the_ledge(25.1));
 }

@@ -17,8 +17,8 @@ impl Lcg {
     }
 }
 
-/// Times of a motion at which distances are taken, and by how much they may be too large, mm: half of what a point of the tool
-/// goes from one to the next.
+/// Times of a motion at which distances are taken, and by how much they may be too large, mm: half
+/// of what a point of the tool goes from one to the next.
 const TIMES: u32 = 3000;
 
 const BETWEEN_TIMES: f64 = 0.15;
@@ -42,7 +42,8 @@ fn pose_of(scene: &Scene<'_>, mount: Mount, axes: &AxisValues) -> Isometry3<f64>
         }
 }
 
-/// A small post beside the way of a body: at a random time, and a random distance from where the body is then.
+/// A small post beside the way of a body: at a random time, and a random distance from where the
+/// body is then.
 fn post(shop: &kit::Shop, m: &Move, rng: &mut Lcg) -> MeshTree {
     let (machine, length) = (&shop.machine, shop.tool.gauge_length());
     let motion = Motion::new(machine, m.law, &m.start, &m.end, length).unwrap();
@@ -59,7 +60,8 @@ fn post(shop: &kit::Shop, m: &Move, rng: &mut Lcg) -> MeshTree {
     MeshTree::new(&kit::box_mesh((at - Vector3::repeat(half)).into(), (at + Vector3::repeat(half)).into()))
 }
 
-/// Of every body: whether it was told, and its smallest distance over all times beyond what is a finding.
+/// Of every body: whether it was told, and its smallest distance over all times beyond what is a
+/// finding.
 fn told_and_true(shop: &kit::Shop, m: &Move) -> Vec<(bool, f64)> {
     let mut setup = shop.setup();
     setup.obstacles.remove(0);
@@ -123,7 +125,8 @@ fn a_sharp_edge_needs_nearer_positions_than_a_round_one_and_the_tolerance_is_kep
         assert!(step >= before && step <= settings.max_step, "{corner}: {step}");
         assert!(depth <= settings.between + 1e-3, "{corner}: {depth}");
         before = step;
-        // A point that goes straight through the edge between two positions, in the plane of the tool axis: by all ways there are.
+        // A point that goes straight through the edge between two positions, in the plane of the
+        // tool axis: by all ways there are.
         let mut deepest = 0.0_f64;
         for k in 0..200 {
             let (sin, cos) = (std::f64::consts::FRAC_PI_2 * f64::from(k) / 199.0).sin_cos();

@@ -85,7 +85,8 @@ fn depth_of_random_poses_is_that_of_a_dense_cloud_of_mesh_points() {
         let deepest = cloud.iter().map(|p| depth_in_cutter(&cutter, &at.inverse_transform_point(p)));
         let sampled = deepest.fold(f64::NEG_INFINITY, f64::max);
         let found = probe.beyond(0.0, 0.0, &probe.placed(&at), &mut track, &tree).map_or(0.0, |d| d.depth);
-        // Below r the depth of a point is its distance from the cutter's surface; deeper, sharp bodies bound it.
+        // Below r the depth of a point is its distance from the cutter's surface; deeper, sharp
+        // bodies bound it.
         if sampled < 4.0 {
             assert!(found >= sampled - 1e-9, "{found} {sampled}");
             assert!(found <= sampled.max(0.0) + spacing, "{found} {sampled}");

@@ -15,7 +15,8 @@ fn straight_ramp_has_its_own_angle() {
 
 #[test]
 fn following_a_concave_cylinder_is_no_descent() {
-    // Cylinder of radius 300 about (0, 0, 300), cutter of radius 40 tilted 2 degrees, contact at angle u.
+    // Cylinder of radius 300 about (0, 0, 300), cutter of radius 40 tilted 2 degrees, contact at
+    // angle u.
     let (cylinder, radius, tilt) = (300.0, 40.0, 2f64.to_radians());
     let at = |u: f64| {
         let contact = Vector3::new(cylinder * u.sin(), 0.0, cylinder * (1.0 - u.cos()));

@@ -4,7 +4,8 @@ use facemill_tool_model::Cutter;
 
 use crate::dexel::bodies::lanes::{LANES, Wide};
 
-/// A ring about the tool axis that is rounded by a ball: a disc of this radius at this height, dilated. mm, tool frame.
+/// A ring about the tool axis that is rounded by a ball: a disc of this radius at this height,
+/// dilated. mm, tool frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RoundRing {
     /// Radius of the ring, 0 on the axis.
@@ -17,9 +18,9 @@ pub struct RoundRing {
 
 /// A convex body of revolution: the convex hull of rounded rings about one axis.
 ///
-/// Every convex part of a tool is of this kind: a ball is one ring of radius 0, a bull-nose cutter the ring of its
-/// corner and the sharp one at the end of its flute, a section of a shank or holder two rings. Tool frame: origin at
-/// the tip, z toward the spindle, mm.
+/// Every convex part of a tool is of this kind: a ball is one ring of radius 0, a bull-nose cutter
+/// the ring of its corner and the sharp one at the end of its flute, a section of a shank or holder
+/// two rings. Tool frame: origin at the tip, z toward the spindle, mm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TurnedBody {
     corners: Vec<Corner>,
@@ -31,7 +32,8 @@ pub struct TurnedBody {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Corner {
     pub(crate) ring: RoundRing,
-    /// Whether only the lower half of the ball counts: a cutter's corner, above which the flute may end.
+    /// Whether only the lower half of the ball counts: a cutter's corner, above which the flute may
+    /// end.
     is_lower: bool,
 }
 
@@ -59,7 +61,8 @@ pub enum BodyError {
     Flat,
 }
 
-/// Part of the outline in the half plane of distance from the axis and height: normals between two directions.
+/// Part of the outline in the half plane of distance from the axis and height: normals between two
+/// directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Arc {
     ring: RoundRing,
@@ -147,7 +150,8 @@ impl TurnedBody {
         along(1.0) + along(-1.0)
     }
 
-    /// The height on the axis from which no point of the body is farther than the returned distance, mm.
+    /// The height on the axis from which no point of the body is farther than the returned
+    /// distance, mm.
     pub(crate) fn middle(&self) -> (f64, f64) {
         let along = |sense: f64| self.corners.iter().map(|c| c.reach(0.0, sense)).fold(f64::NEG_INFINITY, f64::max);
         let middle = 0.5 * (along(1.0) - along(-1.0));
@@ -156,8 +160,9 @@ impl TurnedBody {
         (middle, reach)
     }
 
-    /// Signed distance from the outline of a point at this distance from the axis and this height, and the outward
-    /// normal there. Exact outside; inside a lower bound of the depth with the same zeroes. Convex.
+    /// Signed distance from the outline of a point at this distance from the axis and this height,
+    /// and the outward normal there. Exact outside; inside a lower bound of the depth with the same
+    /// zeroes. Convex.
     #[inline(always)]
     pub(crate) fn gap(&self, radial: f64, height: f64) -> (f64, [f64; 2]) {
         let mut best = (f64::NEG_INFINITY, [0.0, -1.0]);
@@ -179,8 +184,8 @@ impl TurnedBody {
         best
     }
 
-    /// The same for several points: distance (less beyond the upper edge), and the normal's parts across and along
-    /// the axis.
+    /// The same for several points: distance (less beyond the upper edge), and the normal's parts
+    /// across and along the axis.
     #[inline(always)]
     pub(crate) fn gaps(&self, radial: &Wide, height: &Wide) -> (Wide, Wide, Wide) {
         let (mut gap, mut across, mut along) = ([f64::NEG_INFINITY; LANES], [0.0; LANES], [-1.0; LANES]);
@@ -227,7 +232,8 @@ impl TurnedBody {
 }
 
 impl Corner {
-    /// How far the corner reaches along a unit direction with these parts across and along the axis.
+    /// How far the corner reaches along a unit direction with these parts across and along the
+    /// axis.
     #[inline(always)]
     pub(crate) fn reach(&self, across: f64, along: f64) -> f64 {
         let RoundRing { radius, height, rounding } = self.ring;

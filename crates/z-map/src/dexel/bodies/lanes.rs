@@ -1,4 +1,5 @@
-//! Sixteen lines of a row at once: most of them are decided by one look at where their material ends.
+//! Sixteen lines of a row at once: most of them are decided by one look at where their material
+//! ends.
 
 use nalgebra::Vector3;
 
@@ -34,11 +35,13 @@ impl Verdicts {
     }
 }
 
-/// Distance from the swept solid within which material counts as outside of it, mm: rounding of surfaces that have been
-/// cut before. Smaller, a cut along an old one would take dust off; larger, cuts would be less than exact.
+/// Distance from the swept solid within which material counts as outside of it, mm: rounding of
+/// surfaces that have been cut before. Smaller, a cut along an old one would take dust off; larger,
+/// cuts would be less than exact.
 const ROUNDING: f64 = 1e-11;
 
-/// Slope of the entry along the whole motion that counts as level, mm: the entry is too high by less than that.
+/// Slope of the entry along the whole motion that counts as level, mm: the entry is too high by
+/// less than that.
 const LEVEL: f64 = 1e-9;
 
 /// How often lines are looked at again from a better place.
@@ -63,7 +66,8 @@ impl Course {
     }
 }
 
-/// A run of sixteen lines whose material ends at `tops`, under straight sweeps that are not below `floors`.
+/// A run of sixteen lines whose material ends at `tops`, under straight sweeps that are not below
+/// `floors`.
 pub(crate) struct Lanes<'a> {
     pub(crate) body: &'a TurnedBody,
     /// The tool axis, the same all the time.
@@ -76,7 +80,8 @@ pub(crate) struct Lanes<'a> {
 }
 
 impl Lanes<'_> {
-    /// Signed distances as of single points, and normals. The body is moved by `share` of the motion.
+    /// Signed distances as of single points, and normals. The body is moved by `share` of the
+    /// motion.
     #[inline(always)]
     fn gaps(&self, share: &Wide, z: &Wide) -> Gaps {
         let (Course { tip, motion }, axis) = (&self.course, self.axis);
@@ -137,11 +142,12 @@ impl Lanes<'_> {
         verdicts
     }
 
-    /// What is known where lines meet any part, and the place on the motion that the last line touches.
+    /// What is known where lines meet any part, and the place on the motion that the last line
+    /// touches.
     ///
-    /// The place is where the entry is lowest: there the normal is across the motion. It is found by the secant method
-    /// while Newton's method finds the entry. The entry is a convex function of the place, so what it is above its
-    /// least by is not more than its slope.
+    /// The place is where the entry is lowest: there the normal is across the motion. It is found
+    /// by the secant method while Newton's method finds the entry. The entry is a convex function
+    /// of the place, so what it is above its least by is not more than its slope.
     #[inline(always)]
     pub(crate) fn any(&self) -> (Verdicts, f64) {
         let ends = [[0.0; LANES], [1.0; LANES]];
@@ -168,8 +174,8 @@ impl Lanes<'_> {
         (verdicts, share[LANES - 1])
     }
 
-    /// Looks at lines whose material ends outside of the body, but not clearly so, from places where the normal is
-    /// better across the motion.
+    /// Looks at lines whose material ends outside of the body, but not clearly so, from places
+    /// where the normal is better across the motion.
     #[inline(always)]
     fn look_again(
         &self,
@@ -248,8 +254,8 @@ impl Lanes<'_> {
 
     /// Which lines lose nothing, and which have the end of their material inside the body.
     ///
-    /// A normal at which the material's end is beyond all of the swept solid, and that does not look upward, proves
-    /// that the line loses nothing: all that is below is beyond it as well.
+    /// A normal at which the material's end is beyond all of the swept solid, and that does not
+    /// look upward, proves that the line loses nothing: all that is below is beyond it as well.
     #[inline(always)]
     fn look(&self, at: &Gaps, share: &Wide) -> ([bool; LANES], [bool; LANES]) {
         let (mut is_untouched, mut is_open) = ([false; LANES], [false; LANES]);
@@ -264,7 +270,8 @@ impl Lanes<'_> {
         (is_untouched, is_open)
     }
 
-    /// Heights below the entries to begin from: where the tangent at the material's end is zero, or the floor.
+    /// Heights below the entries to begin from: where the tangent at the material's end is zero, or
+    /// the floor.
     #[inline(always)]
     fn below(&self, at_top: &Gaps) -> Wide {
         let mut z = self.floors;

@@ -21,7 +21,8 @@ pub(crate) struct Entry {
     pub(crate) normal: Vector3<f64>,
 }
 
-/// Steps after which a line is said to miss: each at least halves what is left where it only grazes.
+/// Steps after which a line is said to miss: each at least halves what is left where it only
+/// grazes.
 const MAX_STEPS: usize = 80;
 
 impl<'a> Placed<'a> {
@@ -79,10 +80,11 @@ impl<'a> Placed<'a> {
         self.gap(p).0 <= 0.0
     }
 
-    /// Where the line through (x, y) enters the body, searched from a height near it; `None` where it misses.
+    /// Where the line through (x, y) enters the body, searched from a height near it; `None` where
+    /// it misses.
     ///
-    /// Newton's method on a convex function: from the left of the root every step stays left of it and converges, from
-    /// beyond it the first step comes back.
+    /// Newton's method on a convex function: from the left of the root every step stays left of it
+    /// and converges, from beyond it the first step comes back.
     #[inline]
     pub(crate) fn entry(&self, x: f64, y: f64, near: Option<f64>) -> Option<Entry> {
         let mut p = Vector3::new(x, y, near.unwrap_or(self.below));

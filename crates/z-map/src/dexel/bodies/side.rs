@@ -8,10 +8,10 @@ use crate::dexel::bodies::placed::{Entry, Placed, Support};
 
 /// A body's straight motion, seen from below.
 ///
-/// The swept solid is convex. Over (x, y) its lower surface is the least height, over the positions of the motion, at
-/// which the line enters the body; as a function of the position this is convex. So the least is at the start where the
-/// surface there does not face the motion, at the end where it does, and otherwise on the tunnel between the two, where
-/// the normal is across the motion.
+/// The swept solid is convex. Over (x, y) its lower surface is the least height, over the positions
+/// of the motion, at which the line enters the body; as a function of the position this is convex.
+/// So the least is at the start where the surface there does not face the motion, at the end where
+/// it does, and otherwise on the tunnel between the two, where the normal is across the motion.
 #[derive(Clone, Debug)]
 pub(crate) struct Side<'a> {
     start: Placed<'a>,
@@ -30,7 +30,8 @@ struct Tunnel {
     w: Vector3<f64>,
     /// Across the motion and `w`, downward.
     down: Vector3<f64>,
-    /// Sine of the normal along a line of the tunnel that faces neither side of a flat end of the body.
+    /// Sine of the normal along a line of the tunnel that faces neither side of a flat end of the
+    /// body.
     flat: Option<Flat>,
 }
 
@@ -63,16 +64,17 @@ pub(crate) struct Warm {
     sine: f64,
 }
 
-/// Length in the lattice's plane below which a motion counts as being along the lines, mm: the swept solid is then
-/// wrong by less than this. Much smaller, and rounding of the tunnel's heights would be larger than that.
+/// Length in the lattice's plane below which a motion counts as being along the lines, mm: the
+/// swept solid is then wrong by less than this. Much smaller, and rounding of the tunnel's heights
+/// would be larger than that.
 const ALONG_LINES: f64 = 1e-9;
 
-/// How far beside the line the point may be whose tangent plane tells the height, mm: the height is wrong by its
-/// square over the radius of curvature.
+/// How far beside the line the point may be whose tangent plane tells the height, mm: the height is
+/// wrong by its square over the radius of curvature.
 const REACHED: f64 = 1e-6;
 
-/// Sine of the angle between the plane of a flat end and the motion below which it slides in its plane. On a body of
-/// 100 mm the swept solid is wrong by 10⁻⁷ mm.
+/// Sine of the angle between the plane of a flat end and the motion below which it slides in its
+/// plane. On a body of 100 mm the swept solid is wrong by 10⁻⁷ mm.
 const IN_PLANE: f64 = 1e-9;
 
 impl<'a> Side<'a> {
@@ -115,7 +117,8 @@ impl<'a> Side<'a> {
             }
         }
         let tunnel = self.tunnel_entry(x, y, warm);
-        // Which part it is can be lost in rounding at the border of two: all that are met lie in the swept solid.
+        // Which part it is can be lost in rounding at the border of two: all that are met lie in
+        // the swept solid.
         let lies_within = |(_, place): &(Entry, f64)| (-1e-9..=1.0 + 1e-9).contains(place);
         let of_tunnel = tunnel.filter(lies_within).map(|(entry, _)| entry);
         if of_tunnel.is_some() {
@@ -155,7 +158,8 @@ impl<'a> Side<'a> {
 }
 
 impl Warm {
-    /// What sixteen lines lose, as far as that is quickly told: first by the part that the last line met.
+    /// What sixteen lines lose, as far as that is quickly told: first by the part that the last
+    /// line met.
     #[inline(always)]
     pub(crate) fn verdicts(&mut self, lanes: &Lanes) -> Verdicts {
         if self.part != Part::Tunnel {
@@ -191,11 +195,12 @@ impl Tunnel {
         self.down * (1.0 - sine * sine).max(0.0).sqrt() + self.w * sine
     }
 
-    /// Entry into the tunnel without ends, and the place on the motion, 0 at the start and 1 at the end, that touches
-    /// there.
+    /// Entry into the tunnel without ends, and the place on the motion, 0 at the start and 1 at the
+    /// end, that touches there.
     ///
-    /// The farthest boundary point across the motion moves to one side as the normal turns to it: its place is a rising
-    /// function, whose root between the extremes is found by Newton's method within a bracket.
+    /// The farthest boundary point across the motion moves to one side as the normal turns to it:
+    /// its place is a rising function, whose root between the extremes is found by Newton's method
+    /// within a bracket.
     fn entry(&self, start: &Placed, motion: &Vector3<f64>, x: f64, y: f64, sine: &mut f64) -> Option<(Entry, f64)> {
         let at = Vector3::new(x, y, 0.0);
         let aside = at.dot(&self.w);
@@ -216,13 +221,15 @@ impl Tunnel {
             let step = off / slope;
             let next = m + step;
             let is_short = step.abs() < 1e-8 * (1.0 - m * m) && slope > 0.0;
-            // Beside a flat end the place jumps: there a short step does not mean that it is reached.
+            // Beside a flat end the place jumps: there a short step does not mean that it is
+            // reached.
             let has_converged = is_short && off.abs() < REACHED;
             if has_converged || width < 1e-15 {
                 let point = if has_converged { support.point } else { between(&bracket)? };
                 let share = place(&point);
                 *sine = m;
-                // From a point of the surface beside the line, along the tangent plane: an error of second order.
+                // From a point of the surface beside the line, along the tangent plane: an error of
+                // second order.
                 let base = point + motion * share;
                 let beside = at - base;
                 let height = base.z - (n.x * beside.x + n.y * beside.y) / n.z;
@@ -255,7 +262,8 @@ impl Tunnel {
 /// A sine, and of its normal the farthest point and how far the line is ahead of it.
 type Bracket = (f64, Option<(Vector3<f64>, f64)>);
 
-/// The point between the ends of a bracket, on the side that a line meets: where the boundary is straight there.
+/// The point between the ends of a bracket, on the side that a line meets: where the boundary is
+/// straight there.
 fn between(bracket: &[Bracket; 2]) -> Option<Vector3<f64>> {
     let [(_, Some((low, ahead))), (_, Some((high, behind)))] = bracket else { return None };
     let share = if ahead - behind > 0.0 { ahead / (ahead - behind) } else { 0.5 };
@@ -268,7 +276,8 @@ impl Flat {
         if axis.dot(motion).abs() > IN_PLANE {
             return None;
         }
-        // The end that looks downward. The plane of the normals holds the axis, as both are across the motion.
+        // The end that looks downward. The plane of the normals holds the axis, as both are across
+        // the motion.
         let outward = if axis.dot(down) < 0.0 { -axis } else { axis };
         let (cosine, sine) = (outward.dot(down), outward.dot(w));
         if cosine <= 0.0 || outward.z >= 0.0 {
@@ -284,8 +293,8 @@ impl Flat {
         Some(Self { sine, centre, radius: widest.radius, along: *motion, across })
     }
 
-    /// Entry through the flat end where the line meets it, and the nearest place on the motion within 0 and 1 if there
-    /// is one.
+    /// Entry through the flat end where the line meets it, and the nearest place on the motion
+    /// within 0 and 1 if there is one.
     fn entry(&self, tunnel: &Tunnel, motion: &Vector3<f64>, at: &Vector3<f64>, aside: f64) -> Option<(Entry, f64)> {
         let aside = (aside - self.centre.dot(&tunnel.w)) / self.across.dot(&tunnel.w);
         let half = self.radius * self.radius - aside * aside;

@@ -13,7 +13,8 @@ use crate::dexel::bodies::sweep::{Part, slerp};
 use crate::dexel::bodies::turning::Turning;
 use crate::dexel::grid::DexelGrid;
 
-/// Directions in which the outline is bounded on each side of a row: it is too wide by some 10⁻³ of the body's radius.
+/// Directions in which the outline is bounded on each side of a row: it is too wide by some 10⁻³ of
+/// the body's radius.
 const OUTLINE: usize = 32;
 
 /// A swept solid over the lines of a map; heights in the map's frame.
@@ -96,7 +97,8 @@ impl<'a> Swept<'a> {
         }
     }
 
-    /// Straight motions that are the same within the tolerance, each seen from below and from above.
+    /// Straight motions that are the same within the tolerance, each seen from below and from
+    /// above.
     pub(crate) fn pieces(&self) -> &[[Side<'a>; 2]] {
         match &self.way {
             Way::Straight(sides) => std::slice::from_ref(sides),
@@ -118,7 +120,8 @@ impl<'a> Swept<'a> {
     }
 }
 
-/// What the line at (x, y) loses at most of a straight motion, if it may lose anything; its material ends at `highest`.
+/// What the line at (x, y) loses at most of a straight motion, if it may lose anything; its
+/// material ends at `highest`.
 #[inline]
 pub(crate) fn interval(
     [below, above]: &[Side; 2],

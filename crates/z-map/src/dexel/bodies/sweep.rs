@@ -3,8 +3,8 @@ use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::dexel::bodies::body::TurnedBody;
 
-/// A body's motion from one pose to another, workpiece frame: the tip on a straight line, the axis turning evenly in
-/// the plane of both.
+/// A body's motion from one pose to another, workpiece frame: the tip on a straight line, the axis
+/// turning evenly in the plane of both.
 #[derive(Clone, Copy, Debug)]
 pub struct Sweep<'a> {
     /// What moves.
@@ -49,7 +49,8 @@ pub const MAX_PIECES: usize = 1 << 16;
 /// Turns below this are none: on a body that reaches 10 m it is 10⁻⁸ mm.
 const NO_TURN: f64 = 1e-12;
 
-/// Part of a sweep in a map's frame, and how far it must be divided to be straight pieces within the tolerance.
+/// Part of a sweep in a map's frame, and how far it must be divided to be straight pieces within
+/// the tolerance.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Part<'a> {
     pub(crate) body: &'a TurnedBody,
@@ -62,8 +63,8 @@ pub(crate) struct Part<'a> {
 }
 
 impl<'a> Part<'a> {
-    /// The part as straight motions: each has the axis of its middle, and its tip is set so that the middle of the body
-    /// moves from where it is to where it will be.
+    /// The part as straight motions: each has the axis of its middle, and its tip is set so that
+    /// the middle of the body moves from where it is to where it will be.
     pub(crate) fn pieces(&self, n: usize) -> impl Iterator<Item = [ClPoint; 2]> + use<'a> {
         let Self { body, from, to, turn, .. } = *self;
         let (middle, _) = body.middle();
@@ -96,8 +97,9 @@ pub(crate) enum Purpose {
 impl<'a> Sweep<'a> {
     /// The parts that the motion is looked at in, of equal turn; poses in the map's frame.
     ///
-    /// With a turn of θ and a body that reaches ρ from its middle, which is c from the tip, a point of a straight piece is
-    /// off by at most ρθ/2 for the axis and cθ²/8 for the chord of the middle's path.
+    /// With a turn of θ and a body that reaches ρ from its middle, which is c from the tip, a point
+    /// of a straight piece is off by at most ρθ/2 for the axis and cθ²/8 for the chord of the
+    /// middle's path.
     pub(crate) fn parts(
         &self,
         index: usize,
@@ -153,15 +155,16 @@ impl<'a> Sweep<'a> {
     }
 }
 
-/// How far a fixed point's way in the tool's frame is from its chord, mm, while the tool turns by `turn` and its tip moves
-/// straight by `way`: the point is accelerated by at most turn² times its distance from the tip and twice turn times way.
+/// How far a fixed point's way in the tool's frame is from its chord, mm, while the tool turns by
+/// `turn` and its tip moves straight by `way`: the point is accelerated by at most turn² times its
+/// distance from the tip and twice turn times way.
 pub(crate) fn bulge(body: &TurnedBody, turn: f64, way: f64) -> f64 {
     let (middle, reach) = body.middle();
     (turn * turn * (middle.abs() + reach + way) + 2.0 * turn * way) / 8.0
 }
 
-/// Least number of parts of which each is within half the tolerance for the bulge, and for the turn along lines of the
-/// body's height.
+/// Least number of parts of which each is within half the tolerance for the bulge, and for the turn
+/// along lines of the body's height.
 fn n_turning(body: &TurnedBody, turn: f64, way: f64, tolerance: f64) -> f64 {
     let for_height = turn * body.height() / tolerance;
     let for_bulge = (2.0 * bulge(body, turn, way) / tolerance).sqrt();

@@ -10,10 +10,10 @@ use crate::dexel::bodies::sweep::{Part, bulge, slerp};
 
 /// Part of a sweep with a turning axis.
 ///
-/// In the tool's frame a fixed point of the workpiece goes along a curve, which is beside its chord by no more than
-/// [`bulge`]. Seen in the workpiece's frame with the axis at its mean, the body goes straight, by a motion of the point's
-/// own. A line takes the motion of one of its points: for another of its points, h away, it is off by as much as
-/// half the turn times h.
+/// In the tool's frame a fixed point of the workpiece goes along a curve, which is beside its chord
+/// by no more than [`bulge`]. Seen in the workpiece's frame with the axis at its mean, the body
+/// goes straight, by a motion of the point's own. A line takes the motion of one of its points: for
+/// another of its points, h away, it is off by as much as half the turn times h.
 #[derive(Clone, Debug)]
 pub(crate) struct Turning<'a> {
     body: &'a TurnedBody,
@@ -55,13 +55,14 @@ impl<'a> Turning<'a> {
         }
     }
 
-    /// A coordinate along a direction that no point of the swept solid, dilated by the tolerance, exceeds.
+    /// A coordinate along a direction that no point of the swept solid, dilated by the tolerance,
+    /// exceeds.
     pub(crate) fn height_in(&self, n: &Vector3<f64>) -> f64 {
         self.ends[0].height_in(n).max(self.ends[1].height_in(n)) + self.slack * n.norm()
     }
 
-    /// What sixteen lines lose, as far as that is quickly told and within the tolerance. `floors` are heights that the
-    /// swept solid is not below.
+    /// What sixteen lines lose, as far as that is quickly told and within the tolerance. `floors`
+    /// are heights that the swept solid is not below.
     #[inline(always)]
     pub(crate) fn verdicts(&self, x: &Wide, y: f64, tops: &Wide, floors: &Wide, warm: &mut Warm) -> Verdicts {
         let course = self.course(x, y, tops);

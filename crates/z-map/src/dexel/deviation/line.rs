@@ -50,8 +50,8 @@ impl Line<'_> {
         Record { height, deviation, triangle, is_cut: now != far(&self.before) }
     }
 
-    /// Distance of a height on the line from the part's surface that looks the same way as a triangle through which
-    /// the line goes at another height, and has the height on the same side.
+    /// Distance of a height on the line from the part's surface that looks the same way as a
+    /// triangle through which the line goes at another height, and has the height on the same side.
     fn distance_from_sheet(&self, z: f64, height: f64, triangle: u32) -> f64 {
         let along = (z - height).abs();
         let part = self.part;
@@ -67,15 +67,16 @@ impl Line<'_> {
         nearest.map_or(along, |p| p.distance)
     }
 
-    /// The deepest gap between two intervals that both reach into one and the same interval of the part.
+    /// The deepest gap between two intervals that both reach into one and the same interval of the
+    /// part.
     pub(crate) fn cavities(&self, solid: &[Crossing]) -> Option<Cavity> {
         let gaps = self.now.windows(2).map(|w| [w[0].top, w[1].bottom]);
         let inside = |g: &[f64; 2]| solid.chunks_exact(2).any(|p| p[0].height < g[0] && g[1] < p[1].height);
         gaps.filter(inside).map(|gap| self.cavity(gap)).reduce(deeper)
     }
 
-    /// The greatest distance from the part over a gap, from above: distance changes by no more than the way along the
-    /// line.
+    /// The greatest distance from the part over a gap, from above: distance changes by no more than
+    /// the way along the line.
     fn cavity(&self, gap: [f64; 2]) -> Cavity {
         let at = |z: f64| self.grid.in_work(self.i, self.j, z);
         let distance = |z: f64| self.part.closest_point(&at(z), f64::INFINITY).map_or(0.0, |p| p.distance);
@@ -95,20 +96,21 @@ impl Line<'_> {
     }
 }
 
-/// How far from a triangle's plane a point may be and still be on both sides of it, mm: less than anyone measures,
-/// more than heights are rounded.
+/// How far from a triangle's plane a point may be and still be on both sides of it, mm: less than
+/// anyone measures, more than heights are rounded.
 const ON_PLANE: f64 = 1e-6;
 
 /// Heights that are the same, mm: those of triangles that touch are rounded.
 const SAME_HEIGHT: f64 = 1e-6;
 
-/// How much a cavity may be told too deep: share of its depth, and mm. Less takes more distances; more says less.
+/// How much a cavity may be told too deep: share of its depth, and mm. Less takes more distances;
+/// more says less.
 const CAVITY_SHARE: f64 = 0.05;
 
 const CAVITY_LENGTH: f64 = 0.01;
 
-/// Where the stock's surface is, seen from a height at which the part's material begins or ends upward. `stops` are
-/// the part's next surfaces into its material and out of it.
+/// Where the stock's surface is, seen from a height at which the part's material begins or ends
+/// upward. `stops` are the part's next surfaces into its material and out of it.
 fn far(line: &[Interval], height: f64, is_begin: bool, stops: [Option<f64>; 2]) -> Far {
     // Turned so that the part's material is below.
     let sign = if is_begin { -1.0 } else { 1.0 };

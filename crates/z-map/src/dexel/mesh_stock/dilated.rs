@@ -6,8 +6,9 @@ use nalgebra::{Point3, Vector3};
 pub(crate) struct Dilated {
     corners: [Point3<f64>; 3],
     radius: f64,
-    /// Unit normal, and for each edge the vector within the plane whose product with a point's offset from the edge's
-    /// start is positive inside; `None` for a triangle without area, which is its edges.
+    /// Unit normal, and for each edge the vector within the plane whose product with a point's
+    /// offset from the edge's start is positive inside; `None` for a triangle without area, which
+    /// is its edges.
     plane: Option<(Vector3<f64>, [Vector3<f64>; 3])>,
     edges: [Edge; 3],
 }
@@ -34,8 +35,8 @@ impl Dilated {
 
     /// Where the line through (x, y) is inside.
     ///
-    /// The solid is convex, so the line's ends are the least and the greatest of all places where it meets one of the
-    /// parts' surfaces.
+    /// The solid is convex, so the line's ends are the least and the greatest of all places where
+    /// it meets one of the parts' surfaces.
     pub(crate) fn interval(&self, x: f64, y: f64) -> Option<[f64; 2]> {
         let mut found = [f64::INFINITY, f64::NEG_INFINITY];
         let mut meet = |z: f64| {
@@ -79,8 +80,8 @@ impl Edge {
         Self { along, length, across, across_sq: across.norm_squared() }
     }
 
-    /// Heights at which a line meets the side of the cylinder about the edge, between its ends; the line's foot is from its
-    /// start.
+    /// Heights at which a line meets the side of the cylinder about the edge, between its ends; the
+    /// line's foot is from its start.
     fn rod(&self, foot: &Vector3<f64>, radius: f64) -> Option<[f64; 2]> {
         let reach = foot.dot(&self.along);
         let beside = foot - self.along * reach;

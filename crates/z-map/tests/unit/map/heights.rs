@@ -15,8 +15,8 @@ impl Lcg {
     }
 }
 
-/// Triangles from tiny to as large as the map, of both senses: any, needles, slivers without area, vertical ones, points,
-/// and some with corners on nodes.
+/// Triangles from tiny to as large as the map, of both senses: any, needles, slivers without area,
+/// vertical ones, points, and some with corners on nodes.
 fn odd_triangles(seed: u64, n: usize) -> TriMesh {
     let mut random = Lcg(seed);
     let mut vertices = Vec::new();
@@ -90,7 +90,8 @@ fn any_number_of_threads_makes_the_same_heights() {
 
 #[test]
 fn a_node_on_an_edge_belongs_to_a_triangle_at_it() {
-    // Fans around nodes and off them, with edges along rows, columns and diagonals: no hole anywhere inside.
+    // Fans around nodes and off them, with edges along rows, columns and diagonals: no hole
+    // anywhere inside.
     let mut random = Lcg(5);
     for k in 0..200 {
         let center = if k % 2 == 0 { Point3::new(0.0, 0.0, 1.0) } else { random.point(0.9) };

@@ -13,7 +13,8 @@ fn of_even_steps_the_end_is_told_as_it_comes() {
     assert!(all.len() > 280 && all.iter().all(|(t, left)| (t + left - 60.0).abs() < 0.5), "{all:?}");
 }
 
-/// The second half of the steps takes three times as long as the first; the end then moves, and does not jump.
+/// The second half of the steps takes three times as long as the first; the end then moves, and
+/// does not jump.
 #[test]
 fn of_uneven_steps_the_end_moves_slowly() {
     let all = told(80.0, |t| if t < 20.0 { t / 40.0 } else { 0.5 + (t - 20.0) / 120.0 });

@@ -80,7 +80,8 @@ fn planes(from: f64, to: f64) -> Value {
 
 #[test]
 fn a_cusp_that_postures_beside_a_wall_raise_is_kept_by_passes_between() {
-    // In the flat the surface asks for the least tilt, and so wide are strips laid; beside the wall the head does not let it.
+    // In the flat the surface asks for the least tilt, and so wide are strips laid; beside the wall
+    // the head does not let it.
     let values = [
         ("/path", planes(-7.0, -1.0)),
         ("/search/tilt_deg", json!([2.0, 45.0])),
@@ -130,8 +131,8 @@ fn a_trimmed_pass_is_moved_as_near_as_there_are_postures() {
     };
     let (moved, own) = nearest_to_bottom(1.0);
     assert!(moved > 0);
-    // As near as many passes come that find the border by themselves: but for an eighth of the step, and on a side where a
-    // pass would come next to the one beside, a quarter.
+    // As near as many passes come that find the border by themselves: but for an eighth of the
+    // step, and on a side where a pass would come next to the one beside, a quarter.
     let (_, best) = nearest_to_bottom(0.2);
     for side in 0..2 {
         assert!(own[side] < best[side] + 0.27 && own[side] > best[side] - 0.22, "{own:?} {best:?}");
