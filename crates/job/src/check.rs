@@ -1,4 +1,4 @@
-//! What `check` says of a setup.
+//! Description of a setup, as `check` prints it.
 
 pub mod machine_check;
 pub mod mesh_summary;
@@ -29,10 +29,10 @@ fn up(axis: UpAxis) -> &'static str {
     }
 }
 
-/// Reads a setup, lays its passes, and tells in lines what was found; nothing is planned.
+/// Reads a setup, generates its passes and describes the result in lines; plans nothing.
 ///
 /// # Errors
-/// As planning would, as far as reading and laying go.
+/// As planning, for reading the setup and generating its passes.
 pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
     let setup = Setup::read(job, index)?;
     let words = word_map(job, &setup, index)?;
@@ -67,7 +67,7 @@ pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
     Ok(lines)
 }
 
-/// Size and place of the part by itself.
+/// Line with size and position of the part in its own frame.
 fn part_line(setup: &Setup<'_>) -> String {
     let b = part_box(&setup.obstacles, &pose(&setup.file.work_from_part));
     let size = b.max - b.min;

@@ -5,7 +5,8 @@ use std::process::ExitCode;
 
 use facemill_tool_path::path_error::PathError;
 
-/// Why the planner did not do what was asked. A plan with findings is no failure: it is a result.
+/// Reason why the planner did not fulfil a request. A plan with findings is no failure: it is a
+/// result.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
     /// The input is wrong; exit code 2.
@@ -13,7 +14,7 @@ pub enum Failure {
     Input {
         /// The file at fault.
         file: PathBuf,
-        /// What is wrong there and what to do.
+        /// Fault and remedy.
         message: String,
     },
     /// A file could not be read; exit code 2, because the user named it.
@@ -21,7 +22,7 @@ pub enum Failure {
     Read {
         /// The file.
         file: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
     /// A file could not be written; exit code 3.
@@ -29,7 +30,7 @@ pub enum Failure {
     Write {
         /// The file.
         file: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: std::io::Error,
     },
     /// The job cannot be planned under its own terms; exit code 1.
@@ -44,13 +45,13 @@ pub enum Failure {
 }
 
 impl Failure {
-    /// An [`Failure::Input`] about `file`.
+    /// Returns a [`Failure::Input`] about `file`.
     pub fn input(file: &Path, message: impl ToString) -> Self {
         Self::Input { file: file.to_owned(), message: message.to_string() }
     }
 
-    /// Exit code: 1 infeasible, 2 bad input, 3 input/output or internal failure, 130 interrupted. 4
-    /// is of a plan whose program has faults
+    /// Returns the exit code: 1 infeasible, 2 bad input, 3 input/output or internal failure, 130
+    /// interrupted. Code 4 means a plan whose program has faults
     /// ([`Outcome`](crate::format::report::outcome::Outcome)), which is no failure.
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {

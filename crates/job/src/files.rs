@@ -22,7 +22,7 @@ pub use crate::files::input::enter_job;
 pub use crate::files::output_place::guard_inputs;
 pub use crate::files::output_place::note_input;
 
-/// Reads a file that the user named: a regular one of at most 2 GiB.
+/// Reads a file that the user named: a regular file of at most 2 GiB.
 ///
 /// # Errors
 /// [`Failure::Read`], also of a device, a pipe or a folder.
@@ -30,7 +30,7 @@ pub fn read(file: &Path) -> Result<Vec<u8>, Failure> {
     read_bounded(file, input::MOST).map_err(|source| Failure::Read { file: file.to_owned(), source })
 }
 
-/// Opens a file that the user named to be read part by part: a regular one of at most 2 GiB.
+/// Opens a file that the user named, to be read in parts: a regular file of at most 2 GiB.
 ///
 /// # Errors
 /// As [`read`].
@@ -52,7 +52,7 @@ pub fn read_text(file: &Path) -> Result<Vec<u8>, Failure> {
 /// Reads a file of text that a job names.
 ///
 /// # Errors
-/// As [`read`], and [`Failure::Input`] where the job may not name it ([`confine_jobs`]).
+/// As [`read`], and [`Failure::Input`] if the job may not name it ([`confine_jobs`]).
 pub fn read_named_text(file: &Path) -> Result<Vec<u8>, Failure> {
     input::check_named(file)?;
     read_text(file)
@@ -61,13 +61,13 @@ pub fn read_named_text(file: &Path) -> Result<Vec<u8>, Failure> {
 /// Reads a mesh or path file that a job names.
 ///
 /// # Errors
-/// As [`read`], and [`Failure::Input`] where the job may not name it ([`confine_jobs`]).
+/// As [`read`], and [`Failure::Input`] if the job may not name it ([`confine_jobs`]).
 pub fn read_named(file: &Path) -> Result<Vec<u8>, Failure> {
     input::check_named(file)?;
     read(file)
 }
 
-/// Reads a file that a mesh names; it is an input as that one is.
+/// Reads a file that a mesh names; it is an input like the mesh.
 pub fn read_beside(file: &Path) -> std::io::Result<Vec<u8>> {
     input::check_named(file).map_err(std::io::Error::other)?;
     read_bounded(file, input::MOST)
@@ -79,19 +79,19 @@ fn read_bounded(file: &Path, most: u64) -> std::io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Writes files into a folder, as [`write_each`] does; the folder is made where it is missing.
+/// Writes files into a folder, as [`write_each`] does; makes the folder if it is missing.
 ///
 /// # Errors
-/// As [`write_each`], and [`Failure::Internal`] when two files have one name, where case does not
-/// count, as it does not on some systems.
+/// As [`write_each`], and [`Failure::Internal`] if two files have one name, regardless of case, as
+/// on some systems.
 pub fn write_all(folder: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Failure> {
     write_in(folder, files, Vec::new)
 }
 
-/// Writes the files of a plan into a folder, as [`write_all`] does, and removes what an earlier
-/// plan left there and this one does not write: nothing that speaks of another program stays beside
-/// a new one. What is removed goes before the first new file has its name, so that an interruption
-/// leaves too little and nothing that is stale.
+/// Writes the files of a plan into a folder, as [`write_all`] does, and removes the files of an
+/// earlier plan that this one does not write: nothing about another program stays beside a new one.
+/// Removes them before the first new file has its name, so that an interruption leaves too little
+/// but nothing stale.
 ///
 /// # Errors
 /// As [`write_all`].
@@ -99,7 +99,7 @@ pub fn write_plan(folder: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Fail
     write_in(folder, files, || earlier::replaced_by(folder, files))
 }
 
-/// Refuses a folder to write to that is something else, for a command that has long to compute.
+/// Refuses an output path that is something other than a folder, for commands that compute long.
 ///
 /// # Errors
 /// [`Failure::Write`], naming it.
@@ -107,7 +107,7 @@ pub fn check_folder(folder: &Path) -> Result<(), Failure> {
     match std::fs::metadata(folder) {
         Ok(there) if !there.is_dir() => {
             let source =
-                std::io::Error::other("it is there and is no folder; give the name of a folder, or of none yet");
+                std::io::Error::other("it exists and is not a folder; give the name of a folder, existing or new");
             Err(Failure::Write { file: folder.to_owned(), source })
         }
         _ => Ok(()),
@@ -125,16 +125,15 @@ fn write_in(folder: &Path, files: &[(String, Vec<u8>)], stale: impl Fn() -> Vec<
     put_in_place(&placed, &stale())
 }
 
-/// Writes files that the user named, wherever they are, each to a temporary name beside it first;
-/// only when all are written are they renamed, so that an interruption leaves whole old files or
-/// whole new ones, and a file that cannot be written leaves all others as they were. A symbolic
-/// link is replaced, and not what it leads to. What a killed run left under temporary names in
-/// these folders is removed.
+/// Writes files that the user named, in any folder, each to a temporary name beside it first;
+/// renames them only when all are written. An interruption leaves whole old files or whole new
+/// ones, and a file that cannot be written leaves all others as they were. Replaces a symbolic
+/// link, and not its target. Removes the temporary files that a killed run left in these folders.
 ///
 /// # Errors
-/// [`Failure::Write`], naming the file; [`Failure::Input`] when a path names no file, or something
-/// else than a regular file (a device, a pipe), or an input ([`guard_inputs`]), or two are one and
-/// the same, where case does not count.
+/// [`Failure::Write`], naming the file; [`Failure::Input`] if a path names no file, or something
+/// other than a regular file (a device, a pipe), or an input ([`guard_inputs`]), or if two paths
+/// are one, regardless of case.
 pub fn write_each(files: &[(&Path, Vec<u8>)]) -> Result<(), Failure> {
     check_outputs(files.iter().map(|(file, _)| *file))?;
     for folder in files.iter().map(|(file, _)| folder_of(file)) {
@@ -144,15 +143,15 @@ pub fn write_each(files: &[(&Path, Vec<u8>)]) -> Result<(), Failure> {
     put_in_place(&placed, &[])
 }
 
-/// Refuses names of files that [`write_each`] would refuse when it is called now: for a command
-/// that has read its inputs and has long to compute.
+/// Refuses names of files that [`write_each`] would refuse if it were called now: for a command
+/// that has read its inputs and computes long.
 ///
 /// # Errors
-/// As [`write_each`], but for what is found out in writing.
+/// As [`write_each`], except those found only in writing.
 pub fn check_outputs<'a>(files: impl IntoIterator<Item = &'a Path>) -> Result<(), Failure> {
     let files: Vec<&Path> = files.into_iter().collect();
     if let Some(file) = files.iter().find(|file| file.file_name().is_none()) {
-        return Err(Failure::input(file, "is no name of a file; give one to write to"));
+        return Err(Failure::input(file, "does not name a file; give the file to write to"));
     }
     for (k, place) in files.iter().enumerate() {
         check_place(place)?;
@@ -171,8 +170,8 @@ pub fn write_one(file: &Path, bytes: Vec<u8>) -> Result<(), Failure> {
     write_each(&[(file, bytes)])
 }
 
-/// Writes one file, as [`write_each`] does, part by part: it gets its name when all of it is
-/// written, and nothing is left where that fails.
+/// Writes one file, as [`write_each`] does, in parts: the file gets its name when all of it is
+/// written, and a failure leaves nothing.
 ///
 /// # Errors
 /// As [`write_each`], and those of `write`.
@@ -195,8 +194,8 @@ pub fn write_through<T, E>(
     Ok(Ok(written))
 }
 
-/// Writes files into folders that are there, all or none, and removes what is stale when all are
-/// written. What is told of a fault names a file as it was named, not the temporary one.
+/// Writes files into existing folders, all or none, and removes stale files when all are written.
+/// An error names a file as the user did, not the temporary one.
 fn put_in_place(files: &[(PathBuf, &[u8])], stale: &[PathBuf]) -> Result<(), Failure> {
     let failed = |file: &Path| {
         let file = file.to_owned();
@@ -217,12 +216,12 @@ fn put_in_place(files: &[(PathBuf, &[u8])], stale: &[PathBuf]) -> Result<(), Fai
     Ok(())
 }
 
-/// Removes the file that an earlier run wrote under a name that the user gave again, where this run
-/// has nothing to write to it: what is there would be taken for its result. Of a symbolic link the
-/// link goes. Says whether there was one.
+/// Removes the file that an earlier run wrote under a name that the user gave again, if this run
+/// has nothing to write to it: the old file would be taken for its result. Removes a symbolic link,
+/// and not its target. Returns whether there was a file.
 ///
 /// # Errors
-/// [`Failure::Write`], naming the file; [`Failure::Input`] where [`write_each`] would not write it,
+/// [`Failure::Write`], naming the file; [`Failure::Input`] if [`write_each`] would not write it
 /// either.
 pub fn remove_earlier(file: &Path) -> Result<bool, Failure> {
     check_place(file)?;
@@ -238,5 +237,5 @@ fn remove(file: PathBuf) -> Result<(), Failure> {
     }
 }
 
-/// Stands in the names of programs with faults.
+/// Part of the names of programs with faults.
 pub const REJECTED: &str = ".rejected";

@@ -1,4 +1,4 @@
-//! Files of jobs, reports and other results, as they are written.
+//! Formats of the files of jobs, reports and other results.
 
 pub mod incomplete;
 pub mod job_file;

@@ -1,4 +1,5 @@
-//! Jobs: a setup of a part on a machine, and all that is planned, verified or rewritten for it.
+//! Jobs: a setup of a part on a machine, and the operations that are planned, verified or rewritten
+//! for it.
 //!
 //! Modules, each of which imports those above it alone:
 //!
@@ -11,9 +12,9 @@
 //! | [`mod@frames`] | poses and directions of files |
 //! | [`mod@stages`] | stages of a long computation, and their monitors |
 //! | [`mod@validate`] | limits of numbers ([`validate::limits`]), feeds and names of a job file |
-//! | [`mod@load`] | a job with all that it names: tool, machine, meshes, post; [`load::job::Setup`] with drive surface, obstacles and stock; setups without a job file ([`load::ad_hoc_setup`]) |
+//! | [`mod@load`] | a job with all files that it names: tool, machine, meshes, post; [`load::job::Setup`] with drive surface, obstacles and stock; setups without a job file ([`load::ad_hoc_setup`]) |
 //! | [`mod@setup`] | an operation as the stages need it: workcell ([`setup::cell`]), words, passes ([`setup::path`]), feeds, places of a pattern |
-//! | [`mod@check`] | refuses what cannot be meant: size, place and winding of parts |
+//! | [`mod@check`] | checks of size, position and winding of parts |
 //! | [`mod@examples`] | new jobs, for a part, a machine and a control |
 //! | [`mod@stock`] | solid stock, its map of lines, rests of setups before |
 //!

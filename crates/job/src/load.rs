@@ -1,4 +1,4 @@
-//! From a job file to everything it names, checked.
+//! Jobs read with all files that they name, checked.
 
 pub mod ad_hoc_setup;
 pub mod clearance_surface;
@@ -49,7 +49,7 @@ use crate::validate::feeds::check_chip_thickness;
 use crate::validate::limits::check_cutter_width;
 use crate::validate::{check_feeds, check_gouge_tolerances, check_heads, check_rounding};
 
-/// Where the axes stand at the reference position, in the unit of words.
+/// Returns the values of the axes at the reference position, in the unit of words.
 pub(crate) fn home_words(machine: &Machine) -> Result<AxisWords, Failure> {
     let mut words = AxisWords::new();
     for (k, axis) in machine.axes().iter().enumerate() {
@@ -63,8 +63,8 @@ pub(crate) fn work_offset(register: &str) -> Option<WorkOffset> {
     (1..=WorkOffset::MAX).filter_map(WorkOffset::new).find(|w| w.to_string() == register)
 }
 
-/// All files with a drive surface, joined, the names of the groups that are it, and the files with
-/// their numbers of triangles.
+/// Returns the joined mesh of all files with a drive surface, the names of the groups of the drive
+/// surface, and the files with their numbers of triangles.
 pub(crate) fn around_drive(
     file: &SetupFile,
     files: &MeshFiles<'_>,
@@ -90,7 +90,7 @@ pub(crate) fn around_drive(
     (around, names, seen)
 }
 
-/// The mesh files that a job names.
+/// Returns the mesh files that a job names.
 pub(crate) fn mesh_names(file: &JobFile) -> impl Iterator<Item = &str> {
     file.setups.iter().flat_map(|setup| {
         let stock = if let StockFile::Mesh(mesh) = &setup.stock { Some(mesh.file.as_str()) } else { None };
@@ -98,7 +98,7 @@ pub(crate) fn mesh_names(file: &JobFile) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Distance that the two tools keep from each other at planned stands, mm: what moves between them
+/// Least distance of the two tools from each other at planned postures, mm: the motion between them
 /// is run and proven.
 pub const HEADS_APART: f64 = 1.0;
 
@@ -106,12 +106,12 @@ impl Job {
     /// Reads a job file, or `job.json` of a folder, with its tool, machine and template.
     ///
     /// # Errors
-    /// When a file cannot be read or is wrong; the message names file, field and line.
+    /// If a file cannot be read or is wrong; the message names file, field and line.
     pub fn read(path: &Path) -> Result<Self, Failure> {
         Self::read_with(path, &[])
     }
 
-    /// Reads a job as [`Job::read`] does, with these values in place of those of the file.
+    /// Reads a job as [`Job::read`] does, with these values in place of the file's.
     ///
     /// # Errors
     /// As [`Job::read`]; a message about a value that was set names the setting.
@@ -123,8 +123,8 @@ impl Job {
         Ok(Self { settings: settings.to_vec(), ..job })
     }
 
-    /// A job with the tool, machine and template that its checked file names, relative to `path`,
-    /// which errors name, too.
+    /// Returns a job with the tool, machine and template that its checked file names, relative to
+    /// `path`, which errors name, too.
     ///
     /// # Errors
     /// As [`Job::read`].
@@ -167,7 +167,7 @@ impl Job {
         }
         check_rounding(&file, &post.rounding_bound()).map_err(|e| Failure::input(path, e))?;
         if file.operations.is_empty() {
-            // Nothing is written, so that the control need not move as the machine file says.
+            // Nothing is written, so the control need not move as the machine file says.
             return Ok(Self { path: path.to_owned(), file, tool, machine, post, second, settings: Vec::new() });
         }
         if post.feed_mode() == FeedMode::Rtcp && machine.motion_law().cutting == CuttingLaw::AxesLinear {
@@ -186,7 +186,7 @@ impl<'a> Setup<'a> {
     /// Reads the meshes of a setup.
     ///
     /// # Errors
-    /// When a file cannot be read or is wrong, or groups do not exist.
+    /// If a file cannot be read or is wrong, or groups do not exist.
     pub fn read(job: &'a Job, index: usize) -> Result<Self, Failure> {
         let file = &job.file.setups[index];
         let work_from_part = pose(&file.work_from_part);
@@ -259,7 +259,7 @@ impl<'a> Setup<'a> {
     }
 }
 
-/// An axis' letter in NC text.
+/// Returns the letter of an axis in NC text.
 pub fn letter(text: &str) -> Result<AxisLetter, Failure> {
     let mut chars = text.chars();
     let first = chars.next().unwrap_or(' ');

@@ -2,9 +2,9 @@
 
 use facemill_cl_data::{Monitor, Silent};
 
-/// Gives each stage of a plan the monitor it reports to.
+/// Supplier of the monitor that each stage of a plan reports to.
 pub trait Stages {
-    /// Names the stages to come, in their order. Some may not come, and some again.
+    /// Announces the stages to come, in their order. A stage may be skipped, or come again.
     fn expect(&self, _stages: Vec<&'static str>) {}
     /// Starts a stage of `n` steps; it ends when the monitor is dropped.
     fn start(&self, what: &'static str, n: usize) -> Box<dyn Monitor>;
@@ -20,59 +20,59 @@ impl Stages for SilentStages {
     }
 }
 
-/// Reads meshes.
+/// Reading of meshes.
 pub const READ: &str = "read the meshes";
 
-/// Lays the passes of an operation.
+/// Generation of the passes of an operation.
 pub const LAY: &str = "lay the passes";
 
-/// Finds postures at all points of the path.
+/// Search for postures at all points of the path.
 pub const POSTURES: &str = "tilt and rotate";
 
-/// Plans passes beside the pole again.
+/// Replanning of passes beside the pole.
 pub const DETOURS: &str = "other ways past the pole";
 
-/// Tests passes in another place of the pattern.
+/// Test of passes in another place of the pattern.
 pub const PLACES: &str = "other places of the pattern";
 
-/// Plans passes put between those laid.
+/// Planning of additional passes between the generated ones.
 pub const ADDED: &str = "passes between";
 
-/// Puts postures between points.
+/// Interpolation of postures between points.
 pub const BETWEEN: &str = "between points";
 
-/// Draws the feasible postures of one point.
+/// Drawing of the feasible postures of one point.
 pub const PICTURE: &str = "picture of the postures";
 
-/// Makes entries and links.
+/// Generation of entries and links.
 pub const LINKS: &str = "entries and links";
 
-/// Takes cusps and chips along the passes.
+/// Computation of cusps and chips along the passes.
 pub const CHIPS: &str = "cusps and chips";
 
-/// Looks for changes with which points that were left out have a posture.
+/// Search for changes that give left-out points a posture.
 pub const HELP: &str = "what would help";
 
-/// Looks for faster links.
+/// Search for faster links.
 pub const SHORTEN: &str = "shorten links";
 
-/// Writes the program, with feeds that the axes reach.
+/// Writing of the program, with feeds that the axes reach.
 pub const WRITE: &str = "write the program";
 
-/// Runs the program.
+/// Run of the program.
 pub const VERIFY: &str = "verify program";
 
-/// Proves what its blocks do between their ends.
+/// Proof of the motion of its blocks between their ends.
 pub const CERTIFY: &str = "certify program";
 
-/// Cuts the stock.
+/// Cutting of the stock.
 pub const CUT: &str = "cut the stock";
 
-/// Looks what meets the stock between its lines.
+/// Search for collisions of stock below the distance of its lines.
 pub const LOOK: &str = "look between the lines";
 
-/// Measures what the program leaves on the surface that is asked for.
+/// Measurement of the material that the program leaves on the drive surface.
 pub const MATERIAL: &str = "material left";
 
-/// Times the program by its text.
+/// Timing of the program by its text.
 pub const TIMES: &str = "times of the program";

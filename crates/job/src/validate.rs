@@ -1,5 +1,5 @@
 //! Checks of a job file's numbers that its types cannot express. Every message names the field and
-//! what it must be.
+//! its permitted values.
 
 pub mod feeds;
 pub mod limits;
@@ -16,10 +16,10 @@ use crate::format::job_file::{
 use crate::validate::feeds::{check_feed_laws, check_stock_to_cut, feeds_of_chips};
 use crate::validate::limits::{JOB_LIMITS, OPERATION_LIMITS, SETUP_LIMITS, SMALLEST_TOLERANCE, check_limits};
 
-/// First thing wrong with a job, as `field: what it must be`.
+/// Returns the first fault of a job as `field: what it must be`.
 ///
 /// # Errors
-/// When there is one.
+/// If there is a fault.
 pub fn validate(job: &JobFile) -> Result<(), String> {
     if job.format != JOB_FORMAT {
         return Err(format!("format: must be \"{JOB_FORMAT}\", is \"{}\"", job.format));
@@ -38,7 +38,7 @@ pub fn validate(job: &JobFile) -> Result<(), String> {
     unused.map_or(Ok(()), |k| Err(format!("setups[{k}]: no operation belongs to \"{}\"", job.setups[k].name)))
 }
 
-/// Links that go through cut stock need it to be cut.
+/// Refuses links that go through cut stock in a job that does not cut the stock.
 fn check_links(job: &JobFile) -> Result<(), String> {
     for (k, setup) in job.setups.iter().enumerate().filter(|(_, s)| s.links.stock == LinkStockFile::AsCut) {
         let why = if !setup.links.shorten {
@@ -64,10 +64,10 @@ fn check_operations(job: &JobFile) -> Result<(), String> {
     Ok(())
 }
 
-/// First thing wrong with a job's setups, as `field: what it must be`.
+/// Returns the first fault of a job's setups as `field: what it must be`.
 ///
 /// # Errors
-/// When there is one.
+/// If there is a fault.
 pub fn check_setups(job: &JobFile) -> Result<(), String> {
     for (k, setup) in job.setups.iter().enumerate() {
         check_setup(&Field::new("setups", k), setup)?;
@@ -83,10 +83,10 @@ pub fn check_setups(job: &JobFile) -> Result<(), String> {
     Ok(())
 }
 
-/// What a job asks of a machine's heads, against their number.
+/// Checks a job's use of heads against the number of the machine's heads.
 ///
 /// # Errors
-/// When it names a head that there is not, or pairs what cannot be paired.
+/// If the job names a head that does not exist, or pairs operations that cannot be paired.
 pub fn check_heads(job: &JobFile, n_heads: usize) -> Result<(), String> {
     for (k, operation) in job.operations.iter().enumerate() {
         if operation.head == 0 || operation.head as usize > n_heads {
@@ -167,12 +167,12 @@ fn check_pair(job: &JobFile, k: usize, pair: &PairFile) -> Result<(), String> {
     Ok(())
 }
 
-/// A setup's name as part of a file name.
+/// Returns a setup's name as part of a file name.
 pub fn file_stem(name: &str) -> String {
     name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' }).collect()
 }
 
-/// Whether an operation is machined in a setup.
+/// Returns whether an operation is machined in a setup.
 pub fn belongs(operation: &OperationFile, setup: &SetupFile, job: &JobFile) -> bool {
     operation.setup.as_ref().map_or(job.setups.len() == 1, |name| *name == setup.name)
 }
@@ -189,11 +189,11 @@ fn check_setup_name(k: usize, operation: &OperationFile, job: &JobFile) -> Resul
     }
 }
 
-/// Largest length and coordinate of a job, and of a mesh's vertices, mm. Farther out, rounding
-/// alone is 1e-10 mm and more, and no machine reaches.
+/// Largest length and coordinate of a job, and of a mesh's vertices, mm. Beyond it, rounding alone
+/// is 1e-10 mm and more, and no machine reaches.
 pub const FARTHEST: f64 = 1e6;
 
-/// A place in the job file.
+/// Field of the job file.
 pub struct Field(pub String);
 
 impl Field {
@@ -215,7 +215,7 @@ impl Field {
         if holds && value.is_finite() { Ok(()) } else { Err(format!("{}.{key}: must be {what}, is {value}", self.0)) }
     }
 
-    /// A length that is more than 0.
+    /// Refuses a length that is not more than 0.
     fn length(&self, key: &str, value: f64) -> Result<(), String> {
         self.require(key, value, value > 0.0 && value <= FARTHEST, &format!("more than 0 and at most {FARTHEST}"))
     }
@@ -331,15 +331,15 @@ fn check_operation(at: &Field, o: &OperationFile) -> Result<(), String> {
     Ok(())
 }
 
-/// Part of the cutter's radius that the gouge tolerance may be: with more, the test body is no
-/// likeness of the cutter.
+/// Largest gouge tolerance as part of the cutter's radius: with more, the test body no longer
+/// resembles the cutter.
 const LARGEST_GOUGE: f64 = 0.1;
 
-/// First tolerance of a head's operations that does not fit its cutter, as `field: what it must
-/// be`.
+/// Returns the first tolerance of a head's operations that does not fit its cutter, as `field: what
+/// it must be`.
 ///
 /// # Errors
-/// When there is one.
+/// If there is one.
 pub fn check_gouge_tolerances(job: &JobFile, head: u32, cutter_radius: f64) -> Result<(), String> {
     let mut of_head = job.operations.iter().enumerate().filter(|(_, o)| o.head == head);
     of_head.try_for_each(|(k, o)| {
@@ -349,7 +349,7 @@ pub fn check_gouge_tolerances(job: &JobFile, head: u32, cutter_radius: f64) -> R
     })
 }
 
-/// Places of a pattern must be apart: a place that comes back to another one would be cut twice.
+/// Refuses a pattern in which a place coincides with another one: it would be cut twice.
 fn check_pattern(at: &Field, p: &PatternFile) -> Result<(), String> {
     at.point("pattern.origin_mm", &p.origin_mm)?;
     at.direction("pattern.axis", &p.axis)?;
@@ -365,26 +365,26 @@ fn check_pattern(at: &Field, p: &PatternFile) -> Result<(), String> {
     }
 }
 
-/// Feeds against what the control takes as F.
+/// Checks feeds against the range of F that the control accepts.
 ///
 /// # Errors
-/// When a feed is beyond it.
+/// If a feed is outside the range.
 pub fn check_feeds(job: &JobFile, range: &FeedRange) -> Result<(), String> {
     for (k, o) in job.operations.iter().enumerate() {
         let at = Field::new("operations", k);
         let given = [("cutting_mm_min", o.feeds.cutting_mm_min), ("approach_mm_min", o.feeds.approach_mm_min)];
         for (key, feed) in given.into_iter().chain(feeds_of_chips(&o.feeds)) {
             at.within(&format!("feeds.{key}"), feed, range.min, range.max)
-                .map_err(|e| format!("{e}; that is what the machine's control takes as F"))?;
+                .map_err(|e| format!("{e}, the range of F that the machine's control accepts"))?;
         }
     }
     Ok(())
 }
 
-/// Linearisation against what the rounding of linear words uses up alone.
+/// Checks linearisation tolerances against the part that the rounding of linear words consumes.
 ///
 /// # Errors
-/// When nothing is left of it, so that no number of blocks would keep it.
+/// If nothing remains, so that no number of blocks would keep the tolerance.
 pub fn check_rounding(job: &JobFile, rounding: &RoundingBound) -> Result<(), String> {
     let words = rounding.linear * 3f64.sqrt();
     match job.operations.iter().position(|o| o.tolerances.linearisation_mm <= words) {

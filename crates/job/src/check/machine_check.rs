@@ -1,4 +1,4 @@
-//! What `machine check` says of a machine.
+//! Description of a machine, as `machine check` prints it.
 
 use facemill_inverse_kinematics::{
     AssumedValue, Axis, AxisKind, AxisReach, AxisValues, Carrier, DhRow, LinkId, Machine, MachineFile, Rollover,
@@ -7,28 +7,29 @@ use nalgebra::{Point3, Vector3};
 
 use crate::load::machine_load::BodyHull;
 
-/// A machine in lines, and whether its inverse solution gave back every pose that was tried.
+/// Description of a machine in lines, and whether the inverse solution returned every pose tried.
 pub struct MachineCheck {
-    /// What was found, for people.
+    /// Lines of the description.
     pub lines: Vec<String>,
-    /// What is wrong; none where the round trip was closed.
+    /// Fault found; `None` if the round trip closes.
     pub fault: Option<String>,
 }
 
-/// Poses of the round trip.
+/// Number of poses of the round trip.
 const POSES: usize = 2000;
 
 /// Tool length of the round trip, mm.
 const TOOL_LENGTH: f64 = 200.0;
 
-/// What the inverse solution promises: mm and rad; the second forward solution rounds as well.
+/// Accuracy that the inverse solution guarantees, mm and rad; the second forward solution adds
+/// rounding.
 const CLOSED: [f64; 2] = [2e-9, 2e-12];
 
-/// Tells chain, axes, zero pose, family, reach and assumed values of a machine, and tries poses
+/// Describes chain, axes, zero pose, family, reach and assumed values of a machine, and tries poses
 /// there and back.
 ///
 /// # Errors
-/// When the reach cannot be found, as the kinematics say it.
+/// If the reach cannot be found; the error is that of the kinematics.
 pub fn describe_machine(machine: &Machine) -> Result<MachineCheck, facemill_inverse_kinematics::MachineError> {
     let file = machine.to_file();
     let reach = machine.axis_reach()?;
@@ -59,8 +60,8 @@ pub fn describe_machine(machine: &Machine) -> Result<MachineCheck, facemill_inve
     Ok(MachineCheck { lines, fault: (!closed).then(fault) })
 }
 
-/// The same for a machine as each of its heads sees it: every head in turn, then what they share
-/// and whether the views agree on where everything is.
+/// Describes a machine as each of its heads sees it: every head in turn, then what the heads share
+/// and whether both views agree on where everything is.
 ///
 /// # Errors
 /// As [`describe_machine`].
@@ -104,9 +105,10 @@ pub fn describe_heads(views: &[Machine]) -> Result<MachineCheck, facemill_invers
     Ok(MachineCheck { lines, fault })
 }
 
-/// Largest distance between the places that two views give a body's own origin and corners, mm.
+/// Returns the largest distance between the positions that two views give the origin and corners of
+/// a body, mm.
 fn views_differ_by(first: &Machine, second: &Machine) -> f64 {
-    // What is of this head in one view is of the other head in the other.
+    // A body of this head in one view belongs to the other head in the other view.
     let groups = [
         (None, None),
         (Some(Carrier::Table), Some(Carrier::Table)),
@@ -131,7 +133,7 @@ fn views_differ_by(first: &Machine, second: &Machine) -> f64 {
     worst
 }
 
-/// Numbers without trailing zeros, and 0 without a sign.
+/// Formats a number without trailing zeros, and 0 without a sign.
 fn short(value: f64) -> String {
     let text = format!("{value:.4}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
@@ -229,7 +231,7 @@ fn zero_pose(machine: &Machine, file: &MachineFile) -> Vec<String> {
     let nose = triple(&pose.translation.vector);
     let mut lines = vec![format!("zero pose: spindle nose at {nose} mm, tool axis {}", triple(&axis))];
     if let Some(k) = machine.first_beyond_limit(&zero) {
-        lines.push(format!("  (axis {} cannot stand at 0)", machine.axes()[k].letter));
+        lines.push(format!("  (axis {} cannot be at 0)", machine.axes()[k].letter));
     }
     let takes = file.tool_chains.get(machine.head()).and_then(|c| c.tool_interface.as_ref()).into_iter();
     lines.extend(takes.map(|t| format!("  the nose takes {t}")));
@@ -251,8 +253,8 @@ fn bodies_of(machine: &Machine) -> Vec<String> {
     vec![format!("bodies (link; clearance): {}", each.collect::<Vec<_>>().join(", "))]
 }
 
-/// Tells the hulls of bodies that are meshes: how many vertices each has, and how much more it
-/// holds than its mesh.
+/// Describes the hulls of bodies that are meshes: number of vertices, and by how much the volume
+/// exceeds that of the mesh.
 pub fn describe_hulls(hulls: &[BodyHull]) -> Vec<String> {
     let mut lines = Vec::new();
     if !hulls.is_empty() {
@@ -279,7 +281,7 @@ fn reach_lines(reach: &AxisReach) -> Vec<String> {
     )];
     lines.extend(reach.tip.map(|tip| {
         format!(
-            "  told for the tip {} in the table frame, bare nose, all axes in the middle of their travel: with two linear \
+            "  computed for the tip {} in the table frame, bare nose, all axes in the middle of their travel: with two linear \
              axes the reach depends on the tip",
             triple(&tip.coords)
         )
@@ -306,11 +308,11 @@ fn assumed_line(file: &MachineFile) -> String {
 struct RoundTrip {
     /// Largest errors, mm and rad.
     worst: [f64; 2],
-    /// Poses that no solution came back to.
+    /// Number of poses that no solution returns.
     lost: usize,
 }
 
-/// Poses from seeded axis values within the limits, solved and driven again.
+/// Solves poses from seeded axis values within the limits and drives them again.
 fn round_trip(machine: &Machine) -> RoundTrip {
     let mut seed = 1_u64;
     let mut trip = RoundTrip { worst: [0.0; 2], lost: 0 };
@@ -346,7 +348,7 @@ fn within_limits(machine: &Machine, seed: &mut u64) -> AxisValues {
     })
 }
 
-/// A number from 0 to 1 (splitmix64).
+/// Returns a number from 0 to 1 (splitmix64).
 fn random(seed: &mut u64) -> f64 {
     *seed = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let mut z = *seed;

@@ -1,9 +1,9 @@
-//! What happened to a mesh file when it was read, in words.
+//! Summary of reading a mesh file, in words.
 
 use crate::format::report::MeshReport;
 
 impl MeshReport {
-    /// What was read, mended and dropped, what is left, and what is wrong with that.
+    /// Returns the numbers of triangles read, repaired, dropped and kept, and the remaining faults.
     pub fn summary_line(&self) -> String {
         let count = |key: &str| self.repair.get(key).and_then(serde_json::Value::as_u64).unwrap_or(0);
         let n = |key: &str, one: &str, more: &str| counted(count(key), one, more);
@@ -52,7 +52,7 @@ impl MeshReport {
     }
 }
 
-/// A number in its words, `#` for it; empty for 0.
+/// Returns a count in words, with the number in place of `#`; empty for 0.
 fn counted(n: u64, one: &str, more: &str) -> String {
     match n {
         0 => String::new(),

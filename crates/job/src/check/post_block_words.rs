@@ -1,4 +1,4 @@
-//! Whether a shop's own dialect file adds to every block something that is not its motion.
+//! Check that a shop's own dialect file adds nothing to a block but its motion.
 
 use std::ops::Range;
 
@@ -10,10 +10,10 @@ use facemill_nc_program::{
 use crate::failure::Failure;
 use crate::load::job::Job;
 
-/// Keys whose text stands in the first motion alone: modes that hold from there on belong there.
+/// Keys whose text is in the first motion alone: modes that hold from there on belong there.
 const FIRST_KEYS: [&str; 4] = ["words.absolute", "feeds.g94", "feeds.g93", "feeds.rtcp"];
 
-/// Keys whose text stands in every block of a kind of motion.
+/// Keys whose text is in every block of a kind of motion.
 const BLOCK_KEYS: [&str; 7] = [
     "words.rapid",
     "words.rapid_end",
@@ -24,7 +24,7 @@ const BLOCK_KEYS: [&str; 7] = [
     "motion.rtcp.vectors.normal",
 ];
 
-/// Keys whose text switches the spindle or the coolant between passes; a dwell may stand with it.
+/// Keys whose text switches the spindle or the coolant between passes; a dwell may accompany it.
 const SWITCH_KEYS: [&str; 6] = [
     "words.spindle_on",
     "words.clockwise",
@@ -34,22 +34,21 @@ const SWITCH_KEYS: [&str; 6] = [
     "words.coolant.off",
 ];
 
-/// State words that may be said again with a motion: what they say is held against what was meant
-/// with the block.
+/// State words that a motion may repeat: their meaning is compared with the one intended for the
+/// block.
 const HELD: [StateWord; 5] =
     [StateWord::WorkOffset, StateWord::RadiusOff, StateWord::Unit, StateWord::Distance, StateWord::FeedMode];
 
-/// Sees to it that the motions of a program around `spec`, whose blocks are a plan's, and what
-/// switches spindle and coolant, say no more than with the dialect's own words: a stop, a speed, a
-/// register or a coolant besides runs otherwise than was planned, and no block of a plan shows
-/// where it comes from.
+/// Checks that the motions of a program around `spec`, whose blocks are a plan's, and the lines
+/// that switch spindle and coolant say no more than with the dialect's own words. An additional
+/// stop, speed, register or coolant makes the program run otherwise than planned, and no block of a
+/// plan shows its origin.
 ///
-/// The shop's keys are taken one after the other into a file that has the dialect's own, so that
-/// the one that adds is known. A file whose text cannot be read on the way is passed over; the last
-/// is the shop's.
+/// Moves the shop's keys one by one into a file of the dialect's own, so that the key that adds is
+/// known. Passes over an intermediate file whose text cannot be read; the last file is the shop's.
 ///
 /// # Errors
-/// When a block says more, with key and line.
+/// If a block says more, with key and line.
 pub fn nothing_added(job: &Job, spec: &ProgramSpec) -> Result<(), Failure> {
     let value = |rules: &DialectFile| serde_json::to_value(rules).unwrap_or_default();
     let (shop, own) = (value(job.post.rules()), value(&job.post.dialect().file()));
@@ -85,17 +84,17 @@ fn told(job: &Job, key: &str, is: Option<&serde_json::Value>, motion: &Motion) -
     let is = is.map(|v| v.as_str().map_or_else(|| v.to_string(), str::to_owned)).unwrap_or_default();
     let Motion { line, text, .. } = motion;
     let what = match key {
-        key if FIRST_KEYS.contains(&key) => "to the first motion what is neither a part of it nor a mode",
-        key if SWITCH_KEYS.contains(&key) => "what switches something else",
-        _ => "to every such block what is no part of its motion",
+        key if FIRST_KEYS.contains(&key) => "to the first motion something that is neither part of it nor a mode",
+        key if SWITCH_KEYS.contains(&key) => "a switch of something else",
+        _ => "to every such block something that is not part of its motion",
     };
     job.wrong(format!(
-        "post.dialect_file: {name}, {key}: `{is}` adds {what}: line {line}, `{text}`; take it out, and what the program shall say \
-         once, write into a template of your own (post.template)"
+        "post.dialect_file: {name}, {key}: `{is}` adds {what}: line {line}, `{text}`; take it out; words that the program needs \
+         once belong in a template of your own (post.template)"
     ))
 }
 
-/// What a block says besides where it goes and how fast.
+/// Content of a block besides target and feed.
 struct Motion {
     line: u32,
     text: String,
@@ -104,7 +103,7 @@ struct Motion {
     state: State,
 }
 
-/// What holds in a motion, and its arc.
+/// State in a motion, and its arc.
 #[derive(Default, PartialEq)]
 struct State {
     is_skippable: bool,
@@ -114,8 +113,8 @@ struct State {
     lengths: AxisLengths,
 }
 
-/// The motions and switches of a program by these rules; `None` where they write nothing that can
-/// be read.
+/// Returns the motions and switches of a program written by these rules; `None` if the rules write
+/// nothing readable.
 fn motions(job: &Job, spec: &ProgramSpec, rules: &serde_json::Value) -> Option<Vec<Motion>> {
     let rules: DialectFile = serde_json::from_value(rules.clone()).ok()?;
     let written = write_program_with_lines(spec, &job.post.with_rules(rules)).ok()?;
@@ -127,10 +126,10 @@ fn motions(job: &Job, spec: &ProgramSpec, rules: &serde_json::Value) -> Option<V
 }
 
 impl Motion {
-    /// What the blocks on these lines say together.
+    /// Returns the joint content of the blocks on these lines.
     fn of(blocks: &[ReadBlock], lines: Range<u32>, text: &str) -> Self {
         let there = || blocks.iter().filter(|b| lines.contains(&b.line));
-        // Comments do nothing, and the vector of a cut is held against the one that was meant.
+        // Comments do nothing, and the vector of a cut is compared with the intended one elsewhere.
         let counts = |c: &&ReadCommand| {
             !matches!(c, ReadCommand::Comment(_) | ReadCommand::Macro { kind: MacroKind::ToolVector, .. })
         };
@@ -151,8 +150,8 @@ impl Motion {
         }
     }
 
-    /// Whether it says more than another one, besides what may be said by a key: modes that hold
-    /// from there on, and dwells.
+    /// Returns whether it says more than another one, apart from the permitted words of a key: modes that
+    /// hold from there on, and dwells.
     fn adds_to(&self, before: Option<&Self>, key: &str) -> bool {
         let is_free = |c: &&ReadCommand| match c {
             ReadCommand::Mode(_) => FIRST_KEYS.contains(&key),

@@ -1,4 +1,4 @@
-//! Whether what a shop's own dialect file writes is what the reader of the dialect reads.
+//! Check that the reader of the dialect reads what a shop's own dialect file writes.
 
 use facemill_nc_program::{
     AxisAt, AxisKind, AxisWord, Block, Coolant, CutVectors, DialectFile, FeedMode, LengthRule, NcProgram, ProgramSpec,
@@ -11,11 +11,11 @@ use crate::failure::Failure;
 use crate::load::job::{Job, Setup};
 use crate::setup::program_spec::program_spec;
 
-/// A key of dialect files that says what stands around the motions, which is the template's.
+/// Key of dialect files for text around the motions, which the template determines.
 struct TemplateKey {
     key: &'static str,
     lines: fn(&DialectFile) -> Vec<String>,
-    /// Takes the value of the second into the first.
+    /// Copies the value of the second file into the first.
     reset: fn(&mut DialectFile, &DialectFile),
 }
 
@@ -23,7 +23,7 @@ fn length_lines(rule: &LengthRule) -> Vec<String> {
     rule.before.iter().chain([&rule.code, &rule.end]).cloned().collect()
 }
 
-/// Keys that a program of this feed mode depends on.
+/// Returns the keys that a program of this feed mode depends on.
 fn template_keys(mode: FeedMode) -> Vec<TemplateKey> {
     let [on, off] = if mode == FeedMode::Rtcp {
         let on = TemplateKey {
@@ -71,8 +71,8 @@ fn template_keys(mode: FeedMode) -> Vec<TemplateKey> {
     vec![on, off, change, end]
 }
 
-/// A key that the shop has changed and that changes nothing, because the template says it: then the
-/// shop means something else than what is written.
+/// Finds a key that the shop has changed without effect, because the template has its own text: the
+/// shop then means something else than what is written.
 fn without_effect(job: &Job, spec: &ProgramSpec, text: &str) -> Result<(), Failure> {
     let own = job.post.dialect().file();
     let has_template = job.file.post.template.is_some();
@@ -95,26 +95,26 @@ fn without_effect(job: &Job, spec: &ProgramSpec, text: &str) -> Result<(), Failu
             let name = job.file.post.dialect_file.as_deref().unwrap_or_default();
             let (is, was) = (lines(rules).join(" "), lines(&own).join(" "));
             return Err(job.wrong(format!(
-                "post.dialect_file: {name}, {key}: is `{is}` in place of `{was}`, and no line of the program changes by it: the \
-                 template says it; write it into a template of your own (post.template), or leave the key as it was"
+                "post.dialect_file: {name}, {key}: is `{is}` in place of `{was}`, but changes no line of the program: the \
+                 template determines it; write it into a template of your own (post.template), or leave the key as it was"
             )));
         }
     }
     Ok(())
 }
 
-/// How far a probe's cut goes along every axis, mm or deg: no word stays as it was, and every
-/// decimal is one.
+/// Length of a probe's cut along every axis, mm or deg: every word changes, and every decimal is
+/// non-zero.
 const PROBE_WAY: f64 = 1.234_567;
 
-/// A feed that stays the same with one decimal.
+/// Feed that one decimal represents exactly.
 const PROBE_FEED: f64 = 432.5;
 
-/// Holds what a shop's own dialect file writes against what the reader of the dialect reads: a
+/// Compares what a shop's own dialect file writes with what the reader of the dialect reads, for a
 /// program around `spec` with a block of each kind that plans write.
 ///
 /// # Errors
-/// When a block is not read as it is meant, with the line.
+/// If a block is read otherwise than meant, with the line.
 pub fn probe(job: &Job, spec: &ProgramSpec) -> Result<(), Failure> {
     let Some(name) = &job.file.post.dialect_file else { return Ok(()) };
     let wrong = |why: String| {
@@ -128,7 +128,7 @@ pub fn probe(job: &Job, spec: &ProgramSpec) -> Result<(), Failure> {
     let lines: Vec<&str> = written.text.lines().collect();
     for (k, block) in spec.program.blocks.iter().enumerate() {
         let from = written.block_lines[k];
-        // The last block's lines are told apart from the template's by nothing: it is a cut, on one
+        // Nothing distinguishes the last block's lines from the template's: it is a cut, on one
         // line.
         let to = written.block_lines.get(k + 1).copied().unwrap_or(from + 1);
         let read: Vec<&ReadBlock> = program.blocks.iter().filter(|b| (from..to).contains(&b.line)).collect();
@@ -140,7 +140,7 @@ pub fn probe(job: &Job, spec: &ProgramSpec) -> Result<(), Failure> {
     nothing_added(job, &spec)
 }
 
-/// A rapid, the commands between passes, and cuts.
+/// Returns a rapid, the commands between passes, and cuts.
 fn blocks(job: &Job, spec: &ProgramSpec) -> Vec<Block> {
     let first =
         spec.program.blocks.iter().find_map(|b| if let Block::Rapid { words } = b { Some(*words) } else { None });
@@ -178,12 +178,12 @@ fn blocks(job: &Job, spec: &ProgramSpec) -> Vec<Block> {
     all
 }
 
-/// Whether cuts with rotary words can be written.
+/// Returns whether cuts with rotary words can be written.
 fn may_mix(job: &Job) -> bool {
     job.post.vector_rule().is_none_or(|rule| rule.between_rotary_words)
 }
 
-/// Whether what was read is what was meant; else what was meant.
+/// Errors with the intended meaning if the blocks read differ from it.
 fn is_read(job: &Job, block: &Block, read: &[&ReadBlock]) -> Result<(), String> {
     let has = |wanted: &ReadCommand| read.iter().any(|b| b.commands.contains(wanted));
     let ok = |is_so: bool, what: &str| if is_so { Ok(()) } else { Err(what.to_owned()) };
@@ -218,8 +218,7 @@ fn is_read(job: &Job, block: &Block, read: &[&ReadBlock]) -> Result<(), String> 
     }
 }
 
-/// Whether a feed move with this feed was read, the feed not faster and not more than a unit
-/// slower.
+/// Errors unless a feed move with this feed was read: not faster, and at most one unit slower.
 fn is_cut(job: &Job, read: &[&ReadBlock], feed: f64) -> Result<(), String> {
     let motion = read.iter().find_map(|b| b.motion.as_ref()).ok_or("a feed move")?;
     let mode = job.post.feed_mode();
@@ -244,11 +243,11 @@ fn is_at(job: &Job, read: &[&ReadBlock], word: AxisWord) -> Result<(), String> {
     }
 }
 
-/// Tries the post's template on a program that only stands at home, so that a fault in it is told
+/// Tries the post's template on a program that only is at home, so that its faults are reported
 /// before anything is planned.
 ///
 /// # Errors
-/// When no program can be written with it.
+/// If no program can be written with it.
 pub fn try_template(job: &Job, setup: &Setup<'_>, words: &WordMap) -> Result<(), Failure> {
     let Some((_, operation)) = job.operations_of(setup.file).next() else { return Ok(()) };
     let home = job.machine.home();

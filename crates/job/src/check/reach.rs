@@ -1,4 +1,4 @@
-//! Whether a mounting lets an operation reach any of its region.
+//! Check that a mounting lets an operation reach some of its region.
 
 use facemill_cl_data::{CcPoint, ClPoint, Posture};
 use facemill_inverse_kinematics::{AxisKind, Unreachable};
@@ -12,28 +12,28 @@ use crate::load::obstacle_meshes::ObstacleRole;
 use crate::load::part_size::unit_advice;
 use crate::setup::pattern::places;
 
-/// CC points and directions of tilt that are tried, and steps of tilt, deg. More than any operation
-/// searches, so that none is refused that could be planned.
+/// CC points and directions of tilt to try, and steps of tilt, deg. More than any operation
+/// searches, so that no plannable mounting is refused.
 const POINTS: usize = 48;
 
 const TURNS: u32 = 12;
 
 const TILTS_DEG: [f64; 10] = [0.0, 2.0, 5.0, 10.0, 20.0, 30.0, 45.0, 60.0, 75.0, 89.0];
 
-/// How far a linear (mm) or rotary axis (rad) must be beyond its limits at the best of what is
-/// tried: between two tries one may be a little better.
+/// Least excess of a linear (mm) or rotary axis (rad) over its limits, at the best try, that counts
+/// as out of reach: a posture between two tries may be a little better.
 const SURE: [f64; 2] = [2.0, 0.035];
 
-/// What keeps a place from being reached.
+/// Reason why a position cannot be reached.
 enum Barrier {
-    /// An axis at its limit, by so much, mm or rad.
+    /// An axis at its limit, exceeded by so much, mm or rad.
     Axis(Unreachable, f64),
-    /// The place lies in a body of the table.
+    /// The position lies in a body of the table.
     Table(String),
 }
 
-/// Refuses a mounting in which no posture at all reaches any of the points that are tried, in no
-/// place of the pattern.
+/// Refuses a mounting in which no posture reaches any of the points tried, in any place of the
+/// pattern.
 ///
 /// # Errors
 /// A message with operation, axis and limit, or the body of the table that the region lies in.
@@ -57,13 +57,13 @@ pub fn check_reach(job: &Job, setup: &Setup<'_>, operation: &OperationFile, task
     Err(message(job, setup, operation, points.len(), &barrier))
 }
 
-/// Bodies of the table that stand still against the workpiece, workpiece frame.
+/// Returns the bodies of the table that are still relative to the workpiece, workpiece frame.
 fn table(setup: &Setup<'_>) -> Vec<(String, Surface)> {
     let bodies = setup.obstacles.iter().filter(|o| o.role == ObstacleRole::Table && !o.mesh.triangles().is_empty());
     bodies.map(|o| (o.name.clone(), Surface::new(o.mesh.clone(), SurfaceSettings::default()))).collect()
 }
 
-/// The least that keeps the tool from a CC point; `None` where a posture reaches it.
+/// Returns the least barrier between the tool and a CC point; `None` if a posture reaches it.
 fn barrier(job: &Job, setup: &Setup<'_>, table: &[(String, Surface)], cc: &CcPoint) -> Option<Barrier> {
     if let Some((name, _)) = table.iter().find(|(_, body)| body.is_inside(&cc.position)) {
         return Some(Barrier::Table(name.clone()));
@@ -86,7 +86,7 @@ fn barrier(job: &Job, setup: &Setup<'_>, table: &[(String, Surface)], cc: &CcPoi
     least
 }
 
-/// By how much limits are exceeded, mm or rad; `None` where it is no matter of the mounting.
+/// Returns by how much limits are exceeded, mm or rad; `None` if the mounting has no influence.
 fn excess(why: &Unreachable) -> Option<f64> {
     match why {
         Unreachable::AxisLimit { value, min, max, .. } => Some((min - value).max(value - max)),
@@ -103,8 +103,8 @@ fn sure(why: &Unreachable) -> f64 {
     if is_linear(why) { SURE[0] } else { SURE[1] }
 }
 
-/// The one that says more: a linear axis before a rotary one, that before the table; of two alike
-/// the smaller excess.
+/// Returns the barrier that says more: a linear axis before a rotary one, a rotary one before the
+/// table; of two alike the smaller excess.
 fn lesser(known: Option<Barrier>, new: Barrier) -> Barrier {
     let rank = |b: &Barrier| match b {
         Barrier::Axis(why, by) => (u8::from(!is_linear(why)), *by),
@@ -124,9 +124,9 @@ fn message(job: &Job, setup: &Setup<'_>, operation: &OperationFile, n: usize, ba
                 AxisKind::Linear => format!("{by:.1} mm"),
                 AxisKind::Rotary => format!("{:.1} deg", by.to_degrees()),
             };
-            format!("at the nearest, {why}; move or turn the part on the table so that {axis} has {by} less to go")
+            format!("at best, {why}; move or turn the part on the table so that {axis} has {by} less to travel")
         }
-        Barrier::Axis(why, _) => format!("at the nearest, {why}; turn the part on the table"),
+        Barrier::Axis(why, _) => format!("at best, {why}; turn the part on the table"),
         Barrier::Table(body) => format!("all of them lie inside {body}, a body of the machine's table; raise the part"),
     };
     let unit = unit_advice(job, setup).map_or_else(String::new, |advice| format!("; {advice}"));

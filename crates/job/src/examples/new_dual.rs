@@ -7,7 +7,7 @@ use crate::examples::new_job::{
     CHORD_QUADS, RADIAL_QUADS, cutter_radius, job_file, operation, propeller_glb, round_to, stock_for, tool_file,
 };
 
-/// Diameters that the preset machine has room for, mm.
+/// Diameters that fit the preset machine, mm.
 const DIAMETERS: [f64; 2] = [600.0, 1100.0];
 
 /// DTMB 4119 on the mill with two heads along a horizontal C, the suction side cut by head 1 and
@@ -34,7 +34,7 @@ pub fn dual_propeller_job(diameter: f64) -> Result<Vec<(String, Vec<u8>)>, Strin
     ]);
     let setup = json!({
         "name": "on the arbor",
-        // The hub stands on the arbor's face.
+        // The hub rests on the arbor's face.
         "table_from_work": { "translation_mm": [0.0, 0.0, round_to((-bottom).ceil(), 0)] },
         "work_offset": { "register": "G54" },
         "meshes": meshes,
@@ -61,9 +61,9 @@ pub fn dual_propeller_job(diameter: f64) -> Result<Vec<(String, Vec<u8>)>, Strin
         // Rounded up to the next hundredth.
         tolerances["mesh_chord_mm"] = json!(round_to((100.0 * chord).ceil() / 100.0, 2));
         tolerances["max_step_mm"] = json!(round_to(0.004 * diameter, 1));
-        // Both heads lean a little for the common C.
+        // Both heads tilt a little for the common C.
         tolerances["cusp_mm"] = json!(0.12);
-        // Closer than the cusps ask for on either side, so that both have the same passes.
+        // Narrower than the cusps require on either side, so that both have the same passes.
         tolerances["max_step_over_mm"] = json!(round_to(0.0065 * diameter, 1));
         operation
     };
@@ -85,7 +85,7 @@ pub fn dual_propeller_job(diameter: f64) -> Result<Vec<(String, Vec<u8>)>, Strin
     ])
 }
 
-/// The same tool for the other head.
+/// Returns the same tool for the other head.
 fn left_handed(mut tool: Value) -> Value {
     let name = format!("{} left-handed", tool["name"].as_str().unwrap_or_default());
     tool["name"] = json!(name);

@@ -59,14 +59,15 @@ pub enum Series {
     },
 }
 
-/// Scales of [`NewJob::Rotor37`]: of smaller ones no cutter is small enough, and larger ones no
-/// machine holds.
+/// Scales of [`NewJob::Rotor37`]: below them no cutter is small enough, above them no machine is
+/// large enough.
 pub const ROTOR_SCALES: RangeInclusive<f64> = 0.1..=100.0;
 
-/// Files of an example job, names relative to its folder. The same job always gives the same bytes.
+/// Returns the files of an example job, names relative to its folder. The same job always gives the
+/// same bytes.
 ///
 /// # Errors
-/// When the numbers describe no part.
+/// If the numbers describe no part.
 pub fn new_job(job: &NewJob) -> Result<Vec<(String, Vec<u8>)>, String> {
     match *job {
         NewJob::Propeller { series, diameter_mm } => propeller_job(series, diameter_mm),
@@ -86,12 +87,12 @@ pub const CHORD_QUADS: usize = 120;
 /// Radii of face mills that can be bought, mm.
 const CUTTER_RADII: [f64; 12] = [4.0, 5.0, 6.0, 8.0, 10.0, 12.5, 16.0, 20.0, 25.0, 40.0, 63.0, 80.0];
 
-/// The largest cutter that is not larger than wanted.
+/// Returns the largest cutter that is not larger than wanted.
 pub fn cutter_radius(wanted: f64) -> f64 {
     CUTTER_RADII.iter().rev().copied().find(|r| *r <= wanted * 1.001).unwrap_or(CUTTER_RADII[0])
 }
 
-/// A number for a file: no more digits than anyone typed.
+/// Rounds a number for a file: no more digits than anyone types.
 pub fn round_to(value: f64, decimals: i32) -> f64 {
     let unit = 10f64.powi(decimals);
     (value * unit).round() / unit
@@ -114,15 +115,15 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
     let n_blades = spec.n_blades();
     let tip = 0.5 * diameter;
     // Blades of high area ratio overlap: a thin tool that reaches far comes between most of them,
-    // and what it does not reach in one setup is left out.
+    // and regions out of its reach in one setup are left out.
     let overlapping = match series {
         PropellerSeries::Dtmb4119 => false,
         PropellerSeries::Dtmb4382 | PropellerSeries::Vp1304 => true,
         PropellerSeries::WageningenB { n_blades, area_ratio, .. } => n_blades > 4 || area_ratio > 0.6,
     };
     let radius = cutter_radius(if overlapping { 0.025 } else { 0.02625 } * diameter);
-    // The flange and the nose of the spindle are as large for a small propeller as for a large one,
-    // and stay above its blades.
+    // Flange and spindle nose are as large for a small propeller as for a large one, and stay above
+    // its blades.
     let reach = if overlapping { 0.3 * diameter } else { (4.0 * radius).max(140.0) };
     let from_radius = if overlapping { 0.6 } else { 0.535 };
     let stock = stock_for(radius);
@@ -155,15 +156,15 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
     // From the tip inward: cut climbing, the passes then run down the blade, and their ends leave
     // over its lower edge.
     operation["path"]["strategy"]["order"] = json!("decreasing");
-    // What is not asked for, and what may not be reached, is said in the name; a plan that leaves
-    // more out than is allowed says so, too.
-    let hidden = if overlapping { ", but for what the next blade hides" } else { "" };
+    // The name says which part is not requested and which may be unreachable; a plan that leaves
+    // out more than allowed says so, too.
+    let hidden = if overlapping { ", except regions hidden by the next blade" } else { "" };
     let name = format!("{name}, D {diameter} mm, from r {:.0} mm outward{hidden}", from_radius * tip);
     let job = job_file(&name, setup, operation);
     Ok(job_folder(("propeller.glb", glb), &job, (radius, reach)))
 }
 
-/// The propeller as a file, and how low and high it reaches, mm.
+/// Returns the propeller as a file, and its lowest and highest z, mm.
 pub fn propeller_glb(spec: &PropellerSpec, resolution: BladeResolution) -> Result<(Vec<u8>, [f64; 2]), String> {
     let blade = blade(spec, resolution);
     let hub = hub(spec, 2e-4 * spec.hub_radius()).map_err(|e| e.to_string())?;
@@ -190,7 +191,7 @@ pub fn propeller_glb(spec: &PropellerSpec, resolution: BladeResolution) -> Resul
     Ok((write_glb(&meshes, &nodes).map_err(|e| e.to_string())?, reach))
 }
 
-/// The mesh without vertices that no triangle uses.
+/// Returns the mesh without vertices that no triangle uses.
 fn compact(mesh: &TriMesh) -> TriMesh {
     let mut new_index = vec![u32::MAX; mesh.vertices().len()];
     let mut vertices: Vec<Point3<f64>> = Vec::new();
@@ -251,7 +252,7 @@ fn rotor37_job(scale: f64) -> Result<Vec<(String, Vec<u8>)>, String> {
     let obj = write_obj(&parts.iter().collect::<Vec<_>>(), &nodes).map_err(|e| e.to_string())?;
     let radius = cutter_radius(2.0 * scale);
     let suction = names.iter().find(|n| n.contains("suction")).or(names.first()).cloned().unwrap_or_default();
-    // The blade stands along +X at its radius; on the table it lies, its span toward the operator.
+    // The blade points along +X at its radius; on the table it lies, its span toward the operator.
     let setup = json!({
         "name": "suction side",
         "work_from_part": { "rotation_axis": [1.0, 0.0, 0.0], "rotation_deg": 90.0 },
@@ -272,14 +273,15 @@ fn rotor37_job(scale: f64) -> Result<Vec<(String, Vec<u8>)>, String> {
     ))
 }
 
-/// Material that a cutter takes off in one finishing cut, mm.
+/// Returns the material that a cutter removes in one finishing cut, mm.
 pub fn stock_for(radius: f64) -> f64 {
     round_to((radius / 40.0).max(0.2), 2)
 }
 
-/// An operation; `scale` is 1 for parts of about 3 m, for which lengths along the path are given.
+/// Returns an operation; `scale` is 1 for parts of about 3 m, for which lengths along the path are
+/// given.
 pub fn operation(name: &str, radius: f64, strategy: &Value, scale: f64) -> Value {
-    // So flat that the cutter is in the stock only where it goes down by less than its ramp angle.
+    // So flat that the cutter is in the stock only where it descends by less than its ramp angle.
     let arc = json!({ "tangential_arc": { "radius_mm": round_to(12.5 * radius, 1), "angle_deg": 8.0 } });
     json!({
         "name": name,
@@ -312,7 +314,7 @@ pub fn operation(name: &str, radius: f64, strategy: &Value, scale: f64) -> Value
     })
 }
 
-/// Job file of one setup and one operation.
+/// Returns the job file of one setup and one operation.
 pub fn job_file(name: &str, setup: Value, operation: Value) -> Value {
     json!({
         "format": crate::format::job_file::JOB_FORMAT,
@@ -330,7 +332,7 @@ pub fn job_file(name: &str, setup: Value, operation: Value) -> Value {
     })
 }
 
-/// A face mill of this radius on an arbor that reaches between blades.
+/// Returns a face mill of this radius on an arbor that reaches between blades.
 pub fn tool_file(radius: f64, reach: f64) -> Value {
     let flute = round_to(0.15 * radius, 2);
     let body = round_to(0.65 * radius, 2);

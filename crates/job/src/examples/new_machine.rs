@@ -37,20 +37,20 @@ const MACHINES: [(&str, &str); 12] = [
     ("table-y-x-a-c-head-z", include_str!("../../../../assets/machines/table-y-x-a-c-head-z.json")),
 ];
 
-/// Names of the machines that an example can be written for.
+/// Returns the names of the machines that an example can be written for.
 pub fn machine_names() -> [&'static str; MACHINES.len()] {
     MACHINES.map(|(name, _)| name)
 }
 
-/// Files of an example for a machine by its name and a control; what is not given is the example's
-/// own.
+/// Returns the files of an example for a machine by its name and a control; defaults are the
+/// example's own.
 ///
-/// On another machine the part is mounted where all of some hundred points that are spread over its
-/// passes are reached, and nearly all of them have a feasible posture.
+/// On another machine, mounts the part where the machine reaches all of some hundred points spread
+/// over its passes, nearly all of them in a feasible posture.
 ///
 /// # Errors
-/// When the numbers describe no part, there is no such machine, the part cannot be cut on it, or
-/// the control cannot be programmed as the job asks.
+/// If the numbers describe no part, the machine is unknown, the part cannot be cut on it, or the
+/// control cannot be programmed as the job requires.
 pub fn new_job_for(
     example: &NewJob,
     machine: Option<&str>,
@@ -77,7 +77,7 @@ pub fn new_job_for(
     let fault = |e: Failure| told(e, machine, dialect);
     let write = |job: &Value, written: &mut Vec<(String, Vec<u8>)>| {
         *content(written, "job.json")? = facemill_file_format::to_json(job).into_bytes();
-        // A trial is read and written again: what is read in it is no input that has to be kept.
+        // A trial is read and rewritten: its files are not inputs to preserve.
         written
             .iter()
             .try_for_each(|(name, bytes)| std::fs::write(folder.path().join(name), bytes))
@@ -97,7 +97,7 @@ pub fn new_job_for(
     Ok(written)
 }
 
-/// Lets F count in the first way that the control has.
+/// Sets the first feed mode that the control has.
 fn with_feed_mode(job: &mut Value, mut try_job: impl FnMut(&Value) -> Result<(), String>) -> Result<(), String> {
     let mut first = None;
     for mode in FEED_MODES {
@@ -110,7 +110,7 @@ fn with_feed_mode(job: &mut Value, mut try_job: impl FnMut(&Value) -> Result<(),
     Err(first.unwrap_or_default())
 }
 
-/// How F is counted, by preference: not every control has each of them.
+/// Feed modes, by preference: not every control has each of them.
 const FEED_MODES: [&str; 3] = ["g94", "g93", "rtcp"];
 
 fn content<'f>(files: &'f mut [(String, Vec<u8>)], name: &str) -> Result<&'f mut Vec<u8>, String> {
@@ -118,7 +118,7 @@ fn content<'f>(files: &'f mut [(String, Vec<u8>)], name: &str) -> Result<&'f mut
     found.ok_or_else(|| format!("the example has no {name}"))
 }
 
-/// The machine file of this name, where the example can be on one with so many heads.
+/// Returns the machine file of this name, if the example can run on a machine with so many heads.
 fn machine_for(example: &NewJob, name: &str) -> Result<&'static str, String> {
     let found = MACHINES.iter().find(|(known, _)| *known == name);
     let (_, text) = found.ok_or_else(|| format!("no machine \"{name}\"; there are {}", machine_names().join(", ")))?;
@@ -132,7 +132,7 @@ fn machine_for(example: &NewJob, name: &str) -> Result<&'static str, String> {
     }
 }
 
-/// A failure without the temporary folder's name.
+/// Returns the text of a failure without the temporary folder's name.
 fn told(failure: Failure, machine: Option<&str>, dialect: Option<Dialect>) -> String {
     let what = match failure {
         Failure::Input { message, .. } => message,
@@ -143,19 +143,20 @@ fn told(failure: Failure, machine: Option<&str>, dialect: Option<Dialect>) -> St
     format!("{}: {what}", [on, with].into_iter().flatten().collect::<Vec<_>>().join(" "))
 }
 
-/// Points at which a mounting is tried, at most, in each operation and place of its pattern.
+/// Largest number of points at which a mounting is tried, in each operation and place of its
+/// pattern.
 const SAMPLES: usize = 60;
 
-/// How far the tool must be able to go back from a point along its axis, mm.
+/// Least distance that the tool must be able to retract from a point along its axis, mm.
 const BACK: f64 = 30.0;
 
-/// A point with its search curve.
+/// Point with its search curve.
 struct Sample {
     cc: CcPoint,
     curve: SearchCurve,
 }
 
-/// Points spread over the passes of all operations, in all places.
+/// Returns points spread over the passes of all operations, in all places.
 fn samples(job: &Job, setup: &Setup<'_>) -> Result<Vec<Sample>, Failure> {
     let mut all = Vec::new();
     for (index, operation) in job.operations_of(setup.file) {
@@ -170,9 +171,9 @@ fn samples(job: &Job, setup: &Setup<'_>) -> Result<Vec<Sample>, Failure> {
     Ok(all)
 }
 
-/// Where the workpiece frame is on the table so that the machine reaches all samples, mm: where the
-/// example has it, else higher or lower, or with the part's middle over the table's; of several the
-/// first.
+/// Returns the first position of the workpiece frame on the table, mm, at which the machine reaches
+/// all samples: the example's own, then higher or lower ones, then those with the part's middle
+/// over the table's.
 fn mounting(folder: &Path) -> Result<[f64; 3], Failure> {
     let job = Job::read(folder)?;
     let setup = Setup::read(&job, 0)?;
@@ -203,7 +204,7 @@ fn mounting(folder: &Path) -> Result<[f64; 3], Failure> {
     )))
 }
 
-/// Why no posture of the curve takes the tool to a sample and back from it.
+/// Returns why no posture of the curve takes the tool to a sample and back from it.
 fn not_reached(job: &Job, table_from_work: &Isometry3<f64>, sample: &Sample) -> Option<String> {
     let mut why = None;
     for u in [0.0, 0.5, 1.0] {
@@ -220,10 +221,11 @@ fn not_reached(job: &Job, table_from_work: &Isometry3<f64>, sample: &Sample) -> 
     why
 }
 
-/// Part of the samples that may be without a feasible posture: what the plan leaves out, and says.
+/// Largest fraction of the samples that may lack a feasible posture: the plan leaves them out, and
+/// reports it.
 const WITHOUT_POSTURE: f64 = 0.05;
 
-/// That the samples have feasible postures, with all bodies of the machine.
+/// Checks that the samples have feasible postures, with all bodies of the machine.
 fn try_postures(folder: &Path) -> Result<(), Failure> {
     let job = Job::read(folder)?;
     let setup = Setup::read(&job, 0)?;

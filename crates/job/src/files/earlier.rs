@@ -7,19 +7,18 @@ use facemill_nc_program::Dialect;
 use crate::failure::Failure;
 use crate::files::REJECTED;
 
-/// Stands in the names of files that an earlier plan wrote, from the beginning of the next plan on.
+/// Part of the names of files of an earlier plan, from the beginning of the next plan on.
 const EARLIER: &str = ".earlier";
 
-/// Ending of APT files, which a plan writes whatever the control is.
+/// Extension of APT files, which a plan writes for every control.
 const APT: &str = "apt";
 
-/// What stands in the names of programs behind the setup: nothing, or which head or channel they
-/// are for.
+/// Suffixes of program names behind the setup: none, or that of a head or channel.
 const PROGRAMS: [&str; 5] = ["", "-head-1", "-head-2", "-channel-1", "-channel-2"];
 
-/// Gives the files that an earlier plan wrote to a folder names with `.earlier`, so that no program
-/// looks current while a plan runs, or after one that failed. Returns the names they had, in order;
-/// none where the folder is not there.
+/// Renames the files that an earlier plan wrote to a folder with `.earlier`, so that no program
+/// looks current while a plan runs, or after one that failed. Returns the old names, in order; none
+/// if the folder does not exist.
 ///
 /// # Errors
 /// [`Failure::Write`], naming the file.
@@ -35,15 +34,15 @@ pub fn set_aside_earlier(folder: &Path) -> Result<Vec<String>, Failure> {
     Ok(moved)
 }
 
-/// Files of earlier plans in a folder that the ones now written stand for.
+/// Returns the files of earlier plans in a folder that the files now written replace.
 pub(super) fn replaced_by(folder: &Path, written: &[(String, Vec<u8>)]) -> Vec<PathBuf> {
     let names = of_plans(folder, written).into_iter();
     names.filter(|name| written.iter().all(|(new, _)| new != name)).map(|name| folder.join(name)).collect()
 }
 
-/// Names of the files in a folder that a plan writes: of a job with one setup, of those that
-/// reports of ours in the folder speak of, and of those that are now written. Names alone decide,
-/// so that a program of another name is nobody's.
+/// Returns the names of the files in a folder that a plan writes: those of a job with one setup,
+/// those that our reports in the folder list, and those now written. Names alone decide, so that a
+/// program of another name is not touched.
 fn of_plans(folder: &Path, written: &[(String, Vec<u8>)]) -> Vec<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let is_file = |e: &std::fs::DirEntry| e.file_type().is_ok_and(|t| t.is_file() || t.is_symlink());
@@ -59,11 +58,11 @@ fn of_plans(folder: &Path, written: &[(String, Vec<u8>)]) -> Vec<String> {
     there
 }
 
-/// What names of a plan's files may hold.
+/// Recognized parts of the names of a plan's files.
 struct Kin {
-    /// What stands for the setup.
+    /// Suffixes of setups.
     suffixes: Vec<String>,
-    /// Endings of programs.
+    /// Extensions of programs.
     endings: Vec<String>,
 }
 
@@ -75,7 +74,7 @@ impl Default for Kin {
 }
 
 impl Kin {
-    /// Learns from the name of a file of ours.
+    /// Learns from the name of one of our files.
     fn learn(&mut self, name: &str) {
         let Some((stem, ending)) = name.rsplit_once('.') else { return };
         let stem = clean(stem);
@@ -104,16 +103,16 @@ impl Kin {
     }
 }
 
-/// A name without what says that it is of an earlier plan, or has faults.
+/// Returns a name without the marks of an earlier plan and of faults.
 fn clean(stem: &str) -> &str {
     let stem = stem.strip_suffix(EARLIER).unwrap_or(stem);
     stem.strip_suffix(REJECTED).unwrap_or(stem)
 }
 
-/// Largest report that is looked into, bytes.
+/// Largest report that is read, bytes.
 const LARGEST_REPORT: u64 = 1 << 28;
 
-/// A report of a plan of this program, whatever its version.
+/// Returns a report of a plan of this program, of any version.
 fn our_report(file: &Path) -> Option<serde_json::Value> {
     let name = file.file_name()?.to_str()?;
     if !name.starts_with("report") || !name.ends_with(".json") {
@@ -125,7 +124,8 @@ fn our_report(file: &Path) -> Option<serde_json::Value> {
     is_ours.then_some(report)
 }
 
-/// Names of the programs that a report speaks of; none of an earlier version's.
+/// Returns the names of the programs that a report lists; none for the report of an earlier
+/// version.
 fn programs_of(report: &serde_json::Value) -> impl Iterator<Item = &str> {
     let programs = report.get("programs").and_then(serde_json::Value::as_array).into_iter().flatten();
     programs.filter_map(|program| program.get("file")?.as_str())

@@ -1,5 +1,5 @@
-//! What is read: regular files, to a bound, and of those that a job names the ones in its folder or
-//! in one that was allowed.
+//! Bounded reading of regular files, and the folders in which a job may name files: its own and
+//! those that the user allowed.
 
 use std::fs::File;
 use std::io::{Error, ErrorKind, Read, Result};
@@ -14,16 +14,16 @@ pub(super) const MOST_TEXT: u64 = 64 << 20;
 /// Largest file of any other kind (mesh, path, program, stock), bytes.
 pub(super) const MOST: u64 = 2 << 30;
 
-/// Reads a regular file of at most so many bytes. Nothing else is opened: a pipe would be waited
-/// for, and a device may have no end.
+/// Reads a regular file of at most so many bytes. Opens nothing else: a pipe would block, and a
+/// device may have no end.
 ///
 /// # Errors
-/// As the system says; [`ErrorKind::InvalidInput`] when it is no regular file,
-/// [`ErrorKind::FileTooLarge`] when it has more bytes.
+/// As the system reports; [`ErrorKind::InvalidInput`] if it is no regular file,
+/// [`ErrorKind::FileTooLarge`] if it has more bytes.
 pub(super) fn read_at_most(file: &Path, most: u64) -> Result<Vec<u8>> {
     let opened = open_at_most(file, most)?;
     let mut bytes = Vec::new();
-    // Its length may change, and that of a file of the system says nothing.
+    // Its length may change, and the length of a system file means nothing.
     opened.take(most + 1).read_to_end(&mut bytes)?;
     if bytes.len() as u64 > most {
         return Err(too_large(most));
@@ -31,13 +31,13 @@ pub(super) fn read_at_most(file: &Path, most: u64) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// Opens a regular file that says to have at most so many bytes.
+/// Opens a regular file whose metadata claims at most so many bytes.
 ///
 /// # Errors
 /// As [`read_at_most`].
 pub(super) fn open_at_most(file: &Path, most: u64) -> Result<File> {
     if !std::fs::metadata(file)?.is_file() {
-        return Err(Error::new(ErrorKind::InvalidInput, "it is no regular file; give one"));
+        return Err(Error::new(ErrorKind::InvalidInput, "it is not a regular file; give one"));
     }
     let opened = File::open(file)?;
     if opened.metadata()?.len() > most { Err(too_large(most)) } else { Ok(opened) }
@@ -48,22 +48,22 @@ fn too_large(most: u64) -> Error {
     Error::new(ErrorKind::FileTooLarge, what)
 }
 
-/// Folders that files which a job names may be in.
+/// Folders in which a job may name files.
 #[derive(Default)]
 pub(super) struct Places {
     folders: Vec<PathBuf>,
 }
 
 impl Places {
-    /// A job's folder and those that were allowed besides; one that is not there allows nothing.
+    /// Returns a job's folder and the allowed ones; a folder that does not exist allows nothing.
     pub(super) fn new(job: &Path, allowed: impl IntoIterator<Item = PathBuf>) -> Self {
         let job = if job.as_os_str().is_empty() { Path::new(".") } else { job };
         let folders = std::iter::once(job.to_owned()).chain(allowed);
         Self { folders: folders.filter_map(|folder| folder.canonicalize().ok()).collect() }
     }
 
-    /// Refuses a file that is in none of them, by where links lead. What is not there is left to
-    /// whoever reads it.
+    /// Refuses a file outside of all these folders, after resolving links. Leaves a missing file to
+    /// its reader.
     ///
     /// # Errors
     /// [`Failure::Input`], which names the option.
@@ -80,17 +80,17 @@ impl Places {
     }
 }
 
-/// What a process has allowed, and the places that come of it when a job is read; no bound until it
-/// is set.
+/// Folders that the process allows, and the folders in force for the job read last; `None` until a
+/// job is read. Without [`confine_jobs`] there is no bound.
 static ALLOWED: OnceLock<(Vec<PathBuf>, Mutex<Option<Places>>)> = OnceLock::new();
 
-/// From now on a job may name files in its folder and in these ones, and no others. For a process
-/// that runs jobs of others, as a command does; without it a job may name every file.
+/// Confines jobs from now on to files in their own folder and in these. For a process that runs the
+/// jobs of others, as a command does; without it a job may name every file.
 pub fn confine_jobs(allowed: Vec<PathBuf>) {
     ALLOWED.get_or_init(|| (allowed, Mutex::default()));
 }
 
-/// Binds what is read as named by a job from now on to the folder of this job.
+/// Confines the files that a job names to this job's folder from now on.
 pub fn enter_job(job: &Path) {
     if let Some((allowed, places)) = ALLOWED.get() {
         let new = Places::new(job.parent().unwrap_or(Path::new("")), allowed.iter().cloned());
@@ -98,7 +98,7 @@ pub fn enter_job(job: &Path) {
     }
 }
 
-/// Refuses a file that a job may not name; every file may be where no job of a file was read.
+/// Refuses a file that a job may not name; permits every file if no job was read from a file.
 ///
 /// # Errors
 /// As [`Places::check`].

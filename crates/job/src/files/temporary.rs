@@ -5,17 +5,17 @@ use std::io::{BufWriter, Error, ErrorKind, Result, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What temporary names begin and end with; between them are the process and a count.
+/// Beginning and end of temporary names; between them are the process and a count.
 const NAME: [&str; 2] = [".facemill-", ".tmp"];
 
-/// Bytes that are written at once.
+/// Bytes per write.
 const AT_ONCE: usize = 1 << 18;
 
 /// Counts the temporary files of this process.
 static COUNT: AtomicU64 = AtomicU64::new(0);
 
-/// A file that is written and has not got its name yet. Its process holds a lock on it as long as
-/// it writes, so that whoever can lock it knows that its process is gone.
+/// File under a temporary name, before it gets its own. Its process holds a lock on it while it
+/// writes: whoever can lock it knows that the process is gone.
 pub(super) struct Temporary {
     waiting: BufWriter<File>,
     path: PathBuf,
@@ -25,7 +25,7 @@ impl Temporary {
     /// Writes bytes to a new temporary file in a folder, through to the disk.
     ///
     /// # Errors
-    /// As the system says; nothing is left then.
+    /// As the system reports; leaves nothing then.
     pub(super) fn write_in(folder: &Path, bytes: &[u8]) -> Result<Self> {
         let mut temporary = Self::empty_in(folder)?;
         temporary.write_all(bytes)?;
@@ -33,10 +33,10 @@ impl Temporary {
         Ok(temporary)
     }
 
-    /// A new temporary file in a folder to be written to, and then [`Temporary::finish`]ed.
+    /// Returns a new temporary file in a folder, to be written and then [`Temporary::finish`]ed.
     ///
     /// # Errors
-    /// As the system says; nothing is left then.
+    /// As the system reports; leaves nothing then.
     pub(super) fn empty_in(folder: &Path) -> Result<Self> {
         let [first, last] = NAME;
         for _ in 0..100 {
@@ -46,9 +46,9 @@ impl Temporary {
                 Err(e) if e.kind() == ErrorKind::AlreadyExists => continue,
                 other => other?,
             };
-            // Where files cannot be locked nobody clears them, either.
+            // Where files cannot be locked, no process clears them, either.
             let _ = file.lock();
-            // Whoever clears the folder may have taken it before it was locked.
+            // A process that clears the folder may have removed it before it was locked.
             if path.exists() {
                 return Ok(Self { waiting: BufWriter::with_capacity(AT_ONCE, file), path });
             }
@@ -56,20 +56,20 @@ impl Temporary {
         Err(Error::other("no temporary file can be made"))
     }
 
-    /// Brings what was written through to the disk.
+    /// Flushes the written bytes to the disk.
     ///
     /// # Errors
-    /// As the system says.
+    /// As the system reports.
     pub(super) fn finish(&mut self) -> Result<()> {
         self.waiting.flush()?;
         self.waiting.get_ref().sync_all()
     }
 
-    /// Gives the file its name; what was there is replaced, a symbolic link itself and not what it
-    /// leads to.
+    /// Gives the file its name and replaces an existing file; of a symbolic link the link, not its
+    /// target.
     ///
     /// # Errors
-    /// As the system says; nothing is left under the temporary name then.
+    /// As the system reports; leaves nothing under the temporary name then.
     pub(super) fn rename_to(self, place: &Path) -> Result<()> {
         std::fs::rename(&self.path, place)
     }
@@ -87,13 +87,13 @@ impl Write for Temporary {
 
 impl Drop for Temporary {
     fn drop(&mut self) {
-        // Nothing is there any more where it was renamed.
+        // After a rename there is nothing to remove.
         let _ = std::fs::remove_file(&self.path);
     }
 }
 
 /// Removes the temporary files in a folder whose processes are gone: killed, or out of their
-/// limits. What cannot be locked stays.
+/// limits. Leaves files that cannot be locked.
 pub(super) fn clear_left_behind(folder: &Path) {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     for entry in entries.filter(|e| e.file_name().to_str().is_some_and(is_temporary)) {
@@ -111,7 +111,7 @@ pub(super) fn clear_left_behind(folder: &Path) {
     }
 }
 
-/// Whether a name is one that this program gives to its temporary files.
+/// Returns whether a name is one that this program gives to its temporary files.
 fn is_temporary(name: &str) -> bool {
     let [first, last] = NAME;
     let between = name.strip_prefix(first).and_then(|name| name.strip_suffix(last));

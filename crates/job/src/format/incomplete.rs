@@ -1,9 +1,8 @@
-//! Why a program without faults is not all that its job asks for.
+//! Reasons why a program without faults does less than its job requires.
 
 use crate::format::report::Report;
 
-/// Reasons for which a plan is incomplete, each in words; empty where it does what the job asks
-/// for.
+/// Returns the reasons why a plan is incomplete, in words; empty if it meets the job.
 pub fn incomplete_because(report: &Report) -> Vec<String> {
     let (totals, worst) = (&report.totals, &report.worst);
     let left = report.remaining.iter().flat_map(|r| &r.operations).filter(|o| o.exceeded);
@@ -24,7 +23,7 @@ pub fn incomplete_because(report: &Report) -> Vec<String> {
     }));
     reasons.extend(worst.linearisation_exceeded.then(|| {
         format!(
-            "blocks are off the straight way by up to {:.5} mm, more than an operation allows",
+            "blocks deviate from the straight path by up to {:.5} mm, more than an operation allows",
             worst.linearisation_mm
         )
     }));

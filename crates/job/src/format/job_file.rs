@@ -1,4 +1,4 @@
-//! The job file, `"format": "facemill-job/1"`, as it is written.
+//! Format of the job file, `"format": "facemill-job/1"`.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 /// Value of the key `format` in a job file.
 pub const JOB_FORMAT: &str = "facemill-job/1";
 
-/// A job: what is machined, with what, how, and what is written.
+/// Job: parts, tools, machine, operations and the form of the program.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct JobFile {
@@ -35,7 +35,7 @@ pub struct JobFile {
     pub pairs: Vec<PairFile>,
     /// How the program is written.
     pub post: PostFile,
-    /// What the feeds of cutting moves ask of the axes at most.
+    /// Limits of the axes that the feeds of cutting moves keep.
     #[serde(default)]
     pub feeds_within: FeedsWithin,
     /// How the written programs are verified.
@@ -47,14 +47,15 @@ pub struct JobFile {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct VerificationSettingsFile {
-    /// Cut the stock of every setup as its program goes, and report what meets it as it then is.
+    /// Cut the stock of every setup as its program goes, and report collisions with the stock as it
+    /// then is.
     pub cut_stock: bool,
-    /// Distance of the lines that the stock is made of. Where the key is missing: 200 lines along
-    /// the longer side of what the operations cut, no less than 1 mm apart, and close enough for
-    /// the rapid clearance.
+    /// Distance of the lines that the stock is made of. Default: 200 lines along the longer side of
+    /// the region that the operations cut, no less than 1 mm apart, and close enough for the rapid
+    /// clearance.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stock_cell_mm: Option<f64>,
-    /// How far from the truth what is cut may be, on every line.
+    /// Largest error of the cut stock on every line.
     pub stock_tolerance_mm: f64,
 }
 
@@ -64,15 +65,15 @@ impl Default for VerificationSettingsFile {
     }
 }
 
-/// What feeds ask of the axes at most.
+/// Limits of the axes that feeds keep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FeedsWithin {
-    /// Each axis' largest velocity; the control slows down where axes cannot be accelerated so
+    /// Largest velocity of each axis; the control slows down where the axes cannot accelerate so
     /// fast.
     Velocity,
-    /// Velocity, acceleration and jerk of each axis: each block asks for the largest speed that the
-    /// axes reach in it. Where the machine file lacks a limit, as `velocity`.
+    /// Velocity, acceleration and jerk of each axis: each block has the largest speed that the axes
+    /// reach in it. If the machine file lacks a limit, as `velocity`.
     #[default]
     Acceleration,
 }
@@ -98,28 +99,27 @@ pub struct SetupFile {
     pub stock: StockFile,
     /// Surface outside of which rapids are free.
     pub clearance: ClearanceFile,
-    /// The same for the second head of a machine with two; the surface of the first, where the key
-    /// is missing.
+    /// Clearance surface of the second head of a machine with two; default: that of the first head.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_clearance: Option<ClearanceFile>,
     /// Distance that the whole tool keeps from part, stock and fixtures in rapids.
     #[serde(default = "default_rapid_clearance_mm")]
     pub rapid_clearance_mm: f64,
-    /// Ways from one pass to the next.
+    /// Links from one pass to the next.
     #[serde(default)]
     pub links: LinksFile,
 }
 
-/// How the ways from one pass to the next are made.
+/// How the links from one pass to the next are made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LinksFile {
-    /// Replace each by the fastest one that is found and proven free, where the stock is cut; else
-    /// they go over the clearance surface.
+    /// Replace each link by the fastest one that is found and proven free, if the stock is cut;
+    /// else links go over the clearance surface.
     pub shorten: bool,
-    /// Which stock they keep the rapid clearance from.
+    /// Stock from which links keep the rapid clearance.
     pub stock: LinkStockFile,
-    /// In which order the pieces of an operation's passes are cut.
+    /// Order in which the pieces of an operation's passes are cut.
     pub order: PassOrderFile,
 }
 
@@ -129,28 +129,28 @@ impl Default for LinksFile {
     }
 }
 
-/// Stock that links keep off.
+/// Stock that links avoid.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LinkStockFile {
-    /// As it was before the program: the whole tool is proven to keep 0.9 of the rapid clearance
-    /// from it everywhere.
+    /// The stock as it was before the program: the whole tool is proven to keep 0.9 of the rapid
+    /// clearance from it everywhere.
     #[default]
     AtFirst,
-    /// As it is when the link is driven, on the lines of the cut stock: through what has been cut,
-    /// and near the ends of a link nearer than the rapid clearance.
+    /// The stock as it is at the time of the link, on the lines of the cut stock: links go through
+    /// cut regions, and near their ends closer than the rapid clearance.
     AsCut,
 }
 
-/// In which order the pieces of an operation's passes are cut.
+/// Order in which the pieces of an operation's passes are cut.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PassOrderFile {
-    /// Pass by pass as the path has them, place by place of the pattern.
+    /// Pass by pass in the order of the path, place by place of the pattern.
     #[default]
     AsLaid,
-    /// With the shortest links; pieces so near each other that one place is in reach of the cutter
-    /// on both keep their order.
+    /// Shortest links; pieces so close that the cutter on either reaches a common place keep their
+    /// order.
     Shortest,
 }
 
@@ -173,7 +173,7 @@ pub struct PoseFile {
     pub rotation_deg: f64,
 }
 
-/// Direction of the z axis.
+/// Returns the direction of the z axis.
 pub fn z_axis() -> [f64; 3] {
     [0.0, 0.0, 1.0]
 }
@@ -209,37 +209,37 @@ impl Default for WorkOffsetFile {
     }
 }
 
-/// A mesh, or some groups of it, and what it means.
+/// A mesh, or some groups of it, with its role.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshFile {
     /// Mesh file (OBJ, STL, glTF, GLB), relative to the job file.
     pub file: String,
-    /// Groups that are meant; `*` stands for any run of characters. All, where the key is missing.
+    /// Groups to use; `*` matches any run of characters. Default: all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub groups: Option<Vec<String>>,
-    /// What the mesh means.
+    /// Role of the mesh.
     pub role: RoleFile,
-    /// Unit of the file; metre for glTF and millimetre for others where the key is missing.
+    /// Unit of the file; default: metre for glTF, millimetre for others.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<UnitFile>,
-    /// Up axis of the file; y for glTF and z for others where the key is missing.
+    /// Up axis of the file; default: y for glTF, z for others.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up_axis: Option<UpAxisFile>,
-    /// Turns all triangles, of a file that is wound inside out; all entries with the same file say
-    /// the same.
+    /// Reverses all triangles of a file that is wound inside out; all entries with the same file
+    /// must agree.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub reverse_winding: bool,
-    /// Material that must be left on it by the cutter.
+    /// Material that the cutter must leave on it.
     #[serde(default)]
     pub allowance_mm: f64,
 }
 
-/// What a mesh means (APT's part, check and drive surfaces).
+/// Role of a mesh (APT's part, check and drive surfaces).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RoleFile {
-    /// What the passes cut; counts as part, too.
+    /// The surface that the passes cut; counts as part, too.
     Drive,
     /// Must not be gouged.
     Part,
@@ -279,7 +279,7 @@ pub enum UpAxisFile {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StockFile {
-    /// The part with material of this thickness on it.
+    /// The part with a layer of this thickness on it.
     Offset(OffsetStockFile),
     /// A box.
     Box(BoxStockFile),
@@ -289,7 +289,7 @@ pub enum StockFile {
     Mesh(MeshStockFile),
 }
 
-/// The part with material on it.
+/// The part with a layer of material on it.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OffsetStockFile {
@@ -339,7 +339,7 @@ pub struct MeshStockFile {
     pub reverse_winding: bool,
 }
 
-/// Surface that the whole workpiece lies inside of, workpiece frame.
+/// Surface that encloses the whole workpiece, workpiece frame.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ClearanceFile {
@@ -393,19 +393,19 @@ pub struct SphereFile {
 pub struct OperationFile {
     /// Name; findings and the report refer to it.
     pub name: String,
-    /// Setup it belongs to; may be missing where there is only one.
+    /// Setup of the operation; may be missing if there is only one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setup: Option<String>,
     /// Head that machines it, from 1: the number of its chain in the machine file.
     #[serde(default = "first_head", skip_serializing_if = "is_first_head")]
     pub head: u32,
-    /// Where the cutter-contact points come from.
+    /// Source of the cutter-contact points.
     pub path: PathFile,
     /// Cutting direction.
     pub direction: DirectionFile,
-    /// How the cutter comes into every pass.
+    /// Entry of every pass.
     pub entry: ApproachFile,
-    /// How it leaves every pass.
+    /// Exit of every pass.
     pub exit: ApproachFile,
     /// Copies about an axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -416,10 +416,10 @@ pub struct OperationFile {
     pub feeds: FeedsFile,
     /// Tolerances: the error budget.
     pub tolerances: TolerancesFile,
-    /// Most material that may be left on the operation's region.
+    /// Largest amount of material that may be left on the operation's region.
     #[serde(default)]
     pub finish: FinishFile,
-    /// What happens where no posture is feasible.
+    /// Treatment of points without a feasible posture.
     pub infeasible: InfeasibleFile,
 }
 
@@ -442,9 +442,8 @@ pub struct PairFile {
     pub first: String,
     /// Name of the operation of the second head.
     pub second: String,
-    /// How far rotate may turn away from the uncut stock where the common value of the shared axis
-    /// asks for it: with opposite sides of a blade one head leans to the one side where the other
-    /// leans to the other.
+    /// Largest turn of rotate away from the uncut stock for the common value of the shared axis:
+    /// with opposite sides of a blade, one head leans to one side and the other head to the other.
     #[serde(default = "default_lean_back_deg")]
     pub lean_back_deg: f64,
 }
@@ -459,7 +458,7 @@ fn default_lean_back_deg() -> f64 {
 pub enum PathFile {
     /// A path file, projected on the drive surface.
     File(PathFromFile),
-    /// Passes laid on the drive surface.
+    /// Passes generated on the drive surface.
     Strategy(PathFromStrategy),
 }
 
@@ -469,12 +468,12 @@ pub enum PathFile {
 pub struct PathFromFile {
     /// Path file ("facemill-path/1"), relative to the job file.
     pub file: String,
-    /// Farthest that a point may be from the drive surface.
+    /// Largest permitted distance of a point from the drive surface.
     pub max_distance_mm: f64,
     /// Side of the feed on which the uncut stock lies, seen from outside.
     #[serde(default)]
     pub uncut_side: UncutSideFile,
-    /// What the passes are to finish: what they leave is measured on it.
+    /// Region that the passes finish: the remaining material is measured on it.
     #[serde(default)]
     pub region: RegionFile,
 }
@@ -490,20 +489,20 @@ pub enum UncutSideFile {
     Right,
 }
 
-/// A path laid by a strategy.
+/// A path generated by a strategy.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PathFromStrategy {
-    /// How passes lie.
+    /// Arrangement of the passes.
     pub strategy: StrategyFile,
-    /// Where passes lie on the drive surface.
+    /// Region of the drive surface to cover with passes.
     #[serde(default)]
     pub region: RegionFile,
-    /// Passes advance toward larger levels (distance along the planes' normal, radius of the
-    /// cylinders) or smaller ones.
+    /// Direction in which passes advance: toward larger levels (distance along the planes' normal,
+    /// radius of the cylinders) or smaller ones.
     #[serde(default)]
     pub order: LevelOrderFile,
-    /// Order of cutting: always the same way, or back and forth.
+    /// Direction of successive passes: always the same way, or back and forth.
     #[serde(default)]
     pub linking: LinkingFile,
     /// Distance kept from the region's edge along each pass.
@@ -536,8 +535,8 @@ pub enum LinkingFile {
     Zigzag,
 }
 
-/// Cutting direction. With the spindle sense it says on which side of the feed the uncut stock
-/// lies, and toward that side rotate turns.
+/// Cutting direction. With the sense of the spindle it determines the side of the feed on which the
+/// uncut stock lies; rotate turns toward that side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum DirectionFile {
@@ -545,7 +544,7 @@ pub enum DirectionFile {
     Climb,
     /// Up milling.
     Conventional,
-    /// Whatever the order of passes gives.
+    /// Either, as the order of passes gives it.
     Either,
 }
 
@@ -565,7 +564,7 @@ pub enum ApproachFile {
 pub struct ArcFile {
     /// Radius.
     pub radius_mm: f64,
-    /// Angle it runs through, more than 0 and up to 90.
+    /// Angle of the arc, more than 0 and up to 90.
     pub angle_deg: f64,
 }
 
@@ -575,7 +574,7 @@ pub struct ArcFile {
 pub struct PatternFile {
     /// Number of places, the first included.
     pub copies: u32,
-    /// Angle from one to the next, right-handed.
+    /// Angle from one place to the next, right-handed.
     pub index_angle_deg: f64,
     /// A point of the axis.
     #[serde(default)]
@@ -597,7 +596,7 @@ pub struct SearchFile {
     /// How the postures of a pass are chosen.
     #[serde(default)]
     pub mode: PostureModeFile,
-    /// Which grows first.
+    /// Angle that grows first.
     #[serde(default)]
     pub order: OrderFile,
     /// Weight of the Bézier's middle control point.
@@ -609,23 +608,22 @@ pub struct SearchFile {
     /// Accuracy of the curve's parameter.
     #[serde(default = "default_u_tolerance")]
     pub u_tolerance: f64,
-    /// Proves of everything before the posture that is found that it is blocked, but for feasible
-    /// stretches of the curve's parameter shorter than this. Where the key is missing, the search
-    /// steps by `u_step`.
+    /// Proves that no posture before the one found is feasible, except feasible stretches of the
+    /// curve's parameter shorter than this. Default: the search steps by `u_step`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub certified_u_width: Option<f64>,
-    /// Largest turn of the tool axis against the surface per mm of path.
+    /// Largest turn of the tool axis relative to the surface per mm of path.
     #[serde(default = "default_turn")]
     pub max_turn_deg_per_mm: f64,
-    /// Directions allowed to the tool axis.
+    /// Permitted directions of the tool axis.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool_axis_cone: Option<ConeFile>,
     /// Angle between the tool axis and the rotary axis nearest to the workpiece, below which that
-    /// axis turns fast for little motion of the tool. Postures nearer than this are taken only
-    /// where no other is feasible, and are told in the report. 0 avoids nothing.
+    /// axis turns fast for little motion of the tool. The plan uses postures below this angle only
+    /// if no other is feasible, and reports them. 0 avoids nothing.
     #[serde(default = "default_singular_cone")]
     pub singular_cone_deg: f64,
-    /// Which of the machine's solutions is taken at the start.
+    /// Which of the machine's solutions the program starts with.
     #[serde(default)]
     pub preferred_branch: BranchFile,
 }
@@ -656,13 +654,14 @@ fn default_turn() -> f64 {
 pub enum PostureModeFile {
     /// At every point the smallest feasible posture of the search curve.
     Smallest,
-    /// Over the whole pass the sequence with the least of cusps and of motion of the axes, within
-    /// the ranges.
+    /// The sequence of postures over the whole pass with the least cost of cusps and axis motion,
+    /// within the ranges.
     #[default]
     Smooth,
     /// The same posture at every point; points where it is not feasible are left out.
     Fixed(FixedPostureFile),
-    /// The tool axis toward a point or line; points where that is not feasible are left out.
+    /// The tool axis toward a point or line; points where this posture is not feasible are left
+    /// out.
     Toward(AxisTargetFile),
 }
 
@@ -670,14 +669,14 @@ pub enum PostureModeFile {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FixedPostureFile {
-    /// Lean of the tool axis along the feed.
+    /// Inclination of the tool axis along the feed.
     pub lead_deg: f64,
-    /// Lean of the tool axis across the feed, toward the uncut stock.
+    /// Inclination of the tool axis across the feed, toward the uncut stock.
     #[serde(default)]
     pub lean_deg: f64,
 }
 
-/// What the tool axis points to: the spindle is on its side of the surface. Workpiece frame.
+/// Target of the tool axis: the spindle is on its side of the surface. Workpiece frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum AxisTargetFile {
@@ -687,15 +686,15 @@ pub enum AxisTargetFile {
     Line(TargetLineFile),
 }
 
-/// A point that the tool axis points to.
+/// Point that the tool axis points to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TargetPointFile {
-    /// Where it is.
+    /// Its position.
     pub position_mm: [f64; 3],
 }
 
-/// A line that the tool axis points to.
+/// Line that the tool axis points to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TargetLineFile {
@@ -705,7 +704,7 @@ pub struct TargetLineFile {
     pub direction: [f64; 3],
 }
 
-/// Which angle grows first along the search curve.
+/// Angle that grows first along the search curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum OrderFile {
@@ -727,7 +726,7 @@ pub struct ConeFile {
     pub half_angle_deg: f64,
 }
 
-/// Which of the machine's solutions is taken where nothing comes before.
+/// Which of the machine's solutions is used if no pose precedes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum BranchFile {
@@ -754,8 +753,8 @@ pub struct FeedsFile {
     /// Lowers the speed along the passes where the chips are thick.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chip_thickness: Option<ChipThicknessFile>,
-    /// Speed of the tool tip along the passes where there is nothing to cut; `cutting_mm_min` where
-    /// it is missing.
+    /// Speed of the tool tip along the passes where there is no stock to cut; default:
+    /// `cutting_mm_min`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub air_mm_min: Option<f64>,
     /// Spindle speed.
@@ -765,23 +764,23 @@ pub struct FeedsFile {
     pub coolant: CoolantFile,
 }
 
-/// A removal rate that is kept: the section of the chip times the speed of the tool tip.
+/// Largest removal rate: the section of the chip times the speed of the tool tip.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RemovalRateFile {
     /// Largest removal rate.
     pub target_cm3_min: f64,
-    /// Smallest speed of the tool tip that it may lead to; with larger chips the removal rate is
-    /// exceeded.
+    /// Smallest speed of the tool tip that the target may lead to; larger chips exceed the removal
+    /// rate.
     pub min_mm_min: f64,
 }
 
-/// A chip thickness that is kept: the feed per tooth times the sine of the angles at which the
-/// cutting edge meets the stock.
+/// Largest chip thickness: the feed per tooth times the sine of the angles at which the cutting
+/// edge meets the stock.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChipThicknessFile {
-    /// Largest thickness of a tooth's chip, at its thickest place.
+    /// Largest thickness of a tooth's chip, at its thickest point.
     pub max_mm: f64,
 }
 
@@ -804,18 +803,19 @@ pub enum CoolantFile {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TolerancesFile {
-    /// How far the mesh's facets may be from the true surface; part of the budget, as the mesh's
-    /// maker states it.
+    /// Largest distance of the mesh's facets from the true surface, as the mesh's maker states it;
+    /// part of the budget.
     pub mesh_chord_mm: f64,
-    /// Straight path between two CC points against the surface.
+    /// Deviation of the straight path between two CC points from the surface.
     pub path_chord_mm: f64,
     /// Largest distance between two CC points.
     pub max_step_mm: f64,
-    /// Motion of the control between two blocks against the straight path with turning axis.
+    /// Deviation of the control's motion between two blocks from the straight path with turning
+    /// axis.
     pub linearisation_mm: f64,
-    /// How deep the cutter may be in the part's mesh.
+    /// Largest depth of the cutter in the part's mesh.
     pub gouge_mm: f64,
-    /// Largest lift along the normal by which a pose may be freed of facets.
+    /// Largest lift along the normal that may free a pose of facets.
     pub max_lift_mm: f64,
     /// Largest cusp between passes.
     pub cusp_mm: f64,
@@ -823,40 +823,40 @@ pub struct TolerancesFile {
     pub max_step_over_mm: f64,
 }
 
-/// Most material that an operation may leave on its region, as it is measured on the written
-/// program; with more the plan has failed.
+/// Largest amount of material that an operation may leave on its region, measured on the written
+/// program; if more is left, the plan has failed.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FinishFile {
-    /// Part of the area that may be left higher than `cusp_mm` with path chord, linearisation and
-    /// gouge tolerance.
+    /// Fraction of the area that may be left higher than `cusp_mm` with path chord, linearisation
+    /// and gouge tolerance.
     pub max_above_fraction: f64,
-    /// Part of the area that no cut may reach.
+    /// Fraction of the area that no cut may reach.
     pub max_never_cut_fraction: f64,
 }
 
 impl Default for FinishFile {
-    /// A finished part: up to a hundredth at borders and corners of the region, next to nothing
-    /// never cut.
+    /// Returns the limits of a finished part: up to a hundredth at borders and corners of the
+    /// region, next to nothing never cut.
     fn default() -> Self {
         Self { max_above_fraction: 0.01, max_never_cut_fraction: 0.002 }
     }
 }
 
-/// What happens where no posture is feasible.
+/// Treatment of points without a feasible posture.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum InfeasibleFile {
     /// The job is infeasible.
     Stop,
-    /// The pass leaves the part before such points and comes back behind them.
+    /// The pass leaves the part before such points and returns behind them.
     Trim(TrimFile),
 }
 
-/// How much may be left out.
+/// Amount that may be left out.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TrimFile {
-    /// Largest part of the CC points that may be left out; above it the job has failed.
+    /// Largest fraction of the CC points that may be left out; above it the job has failed.
     pub max_trimmed_fraction: f64,
 }

@@ -1,4 +1,4 @@
-//! Values of a job file that are put in place for one run.
+//! Values that replace those of a job file for one run.
 
 use std::fmt;
 use std::str::FromStr;
@@ -7,12 +7,12 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-/// A value in place of the one that the job file has under a key.
+/// A value that replaces the job file's value of a key.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct JobSetting {
     /// The key as errors name it, such as `operations[0].tolerances.cusp_mm`.
     pub key: String,
-    /// The value; `null` takes the key out, so that its default holds.
+    /// The value; `null` removes the key, so that its default applies.
     pub value: Value,
     /// The key, step by step.
     #[serde(skip)]
@@ -24,8 +24,8 @@ impl FromStr for JobSetting {
     type Err = String;
 
     /// Reads `KEY=VALUE`: the key as a JSON pointer (`/operations/0/tolerances/cusp_mm`) or as a
-    /// path with dots (`operations[0].tolerances.cusp_mm`), the value as JSON, or as a string where
-    /// it is none.
+    /// path with dots (`operations[0].tolerances.cusp_mm`), the value as JSON, or as a string if it
+    /// is not JSON.
     fn from_str(text: &str) -> Result<Self, String> {
         let (key, value) =
             text.split_once('=').ok_or("must be KEY=VALUE, as in operations[0].tolerances.cusp_mm=0.05")?;
@@ -36,17 +36,17 @@ impl FromStr for JobSetting {
 }
 
 impl fmt::Display for JobSetting {
-    /// The option that it was given by.
+    /// Writes the option that gave the setting.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "--set {}={}", self.key, self.value)
     }
 }
 
 impl JobSetting {
-    /// Puts the value into a job; objects that are missing on the way are made.
+    /// Puts the value into a job, and adds missing objects on the path to it.
     ///
     /// # Errors
-    /// When a step of the key leads nowhere: the message names the step.
+    /// If a step of the key leads nowhere: the message names the step.
     pub fn put_in(&self, job: &mut Value) -> Result<(), String> {
         let mut at = job;
         let (last, way) = self.steps.split_last().ok_or("the key is empty")?;
@@ -61,7 +61,7 @@ impl JobSetting {
         Ok(())
     }
 
-    /// Whether a message is about the value under the key, or about what holds it.
+    /// Returns whether a message is about the value under the key, or about its parent.
     pub fn is_meant_by(&self, message: &str) -> bool {
         let goes_on = |key: &str, with: &[char]| message.strip_prefix(key).is_some_and(|rest| rest.starts_with(with));
         let holds = |n: usize| goes_on(&dotted(&self.steps[..n]), &[':', ',', ' ']);
@@ -69,7 +69,7 @@ impl JobSetting {
     }
 }
 
-/// The value under a step, made where an object lacks it.
+/// Returns the value under a step, added if an object lacks it.
 fn child<'v>(at: &'v mut Value, step: &str) -> Result<&'v mut Value, String> {
     if at.is_null() {
         *at = Value::Object(Map::new());
@@ -80,9 +80,9 @@ fn child<'v>(at: &'v mut Value, step: &str) -> Result<&'v mut Value, String> {
             let n = list.len();
             let index =
                 step.parse::<usize>().map_err(|_| format!("is a list of {n}; name one by its number from 0"))?;
-            list.get_mut(index).ok_or_else(|| format!("is not there: the list has {n}, counted from 0"))
+            list.get_mut(index).ok_or_else(|| format!("does not exist: the list has {n}, counted from 0"))
         }
-        _ => Err("lies in a value that holds no keys".to_owned()),
+        _ => Err("is in a value that has no keys".to_owned()),
     }
 }
 
@@ -92,7 +92,7 @@ fn steps_of(key: &str) -> Result<Vec<String>, String> {
         None => key.replace('[', ".").replace(']', "").split('.').map(str::to_owned).collect(),
     };
     if steps.iter().any(String::is_empty) {
-        return Err(format!("\"{key}\" is no key; give it as operations[0].tolerances.cusp_mm or as a JSON pointer"));
+        return Err(format!("\"{key}\" is not a key; give it as operations[0].tolerances.cusp_mm or as a JSON pointer"));
     }
     Ok(steps)
 }

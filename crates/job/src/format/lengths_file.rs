@@ -1,4 +1,4 @@
-//! What is told of lengths.
+//! Report on lengths.
 
 use facemill_tool_model::AssemblyLength;
 use facemill_virtual_machine::{Certificates, Finding, ForcedBy};
@@ -11,7 +11,7 @@ use crate::format::report::InfeasibleReport;
 /// Value of the key `format` in the file.
 pub const LENGTHS_FORMAT: &str = "facemill-lengths/1";
 
-/// The lengths that a program needs.
+/// Lengths that a program needs.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct LengthsFile {
     /// Always "facemill-lengths/1".
@@ -20,50 +20,50 @@ pub struct LengthsFile {
     pub job: String,
     /// Name of the setup.
     pub setup: String,
-    /// The program that was run; lengths for which the job was planned again are of another one.
+    /// The program that was run; lengths with which the job was planned again belong to another
+    /// one.
     pub program: ProgramStamp,
-    /// BLAKE3 checksum of the program that the job was planned again to; absent where it was not.
+    /// BLAKE3 checksum of the program of the new plan; absent if the job was not planned again.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub replanned_blake3: Option<String>,
     /// Control that the program was read for.
     pub dialect: String,
     /// Name of the tool.
     pub tool: String,
-    /// What a length that is forced has above the least that is free.
+    /// Margin of a forced length above the least free one.
     pub margin_mm: f64,
-    /// Distance of the lines of the stock; absent where it was not cut.
+    /// Distance of the lines of the stock; absent if it was not cut.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stock_cell_mm: Option<f64>,
-    /// What becomes of the program's words with the new length.
+    /// Effect of the new length on the program's words.
     pub posting: Posting,
-    /// L1 to L4; without L3 where the holder has one section.
+    /// L1 to L4; without L3 if the holder has one section.
     pub lengths: Vec<LengthReport>,
-    /// The length that nothing up to the longest is free with; absent where there is none.
+    /// The length that is free with no value up to the longest; absent if there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub none_is_free: Option<NoLength>,
-    /// Name of the holder that was chosen; absent without a library, and where none of its holders
-    /// works.
+    /// Name of the chosen holder; absent without a library, and if none of its holders works.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub holder: Option<String>,
     /// Every holder of the library, in its order; empty without one.
     pub holders: Vec<HolderReport>,
-    /// Shorter assemblies that the job was planned again with, in the order in which they were
-    /// tried; empty where that was not asked for.
+    /// Shorter assemblies with which the job was planned again, in the order of the tries; empty if
+    /// that was not requested.
     pub replans: Vec<ReplanTry>,
-    /// All that the ordinary run finds with these lengths, or with the holder that was chosen.
+    /// All findings of the ordinary run with these lengths, or with the chosen holder.
     pub findings: Vec<Finding>,
-    /// What is proven of each block with them; absent where it was not asked for, or none is free.
+    /// Proofs for each block with these lengths; absent if not requested, or if no length is free.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certificates: Option<Certificates>,
 }
 
-/// What becomes of a program's words when the length of the tool is another one.
+/// Effect of another tool length on a program's words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Posting {
-    /// They stay: the control adds the length, which stands in the tool's register.
+    /// They stay: the control adds the length from the tool's register.
     AsItIs,
-    /// The head turns, and the words hold the length: the program is to be posted again.
+    /// The head turns, and the words include the length: the program must be posted again.
     Again,
 }
 
@@ -81,12 +81,12 @@ pub enum LengthName {
 }
 
 impl LengthName {
-    /// Name of a length of the assembly.
+    /// Returns the name of a length of the assembly.
     pub fn of(length: AssemblyLength) -> Self {
         [Self::L1, Self::L2, Self::L3, Self::L4][length.index()]
     }
 
-    /// What it is, in words.
+    /// Returns its meaning in words.
     pub fn meaning(self) -> &'static str {
         match self {
             Self::L1 => "tip to end of flute",
@@ -100,30 +100,30 @@ impl LengthName {
 /// One length.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct LengthReport {
-    /// Which.
+    /// Name of the length.
     pub name: LengthName,
-    /// What it is, in words.
+    /// Its meaning in words.
     pub meaning: &'static str,
-    /// Of the job's tool.
+    /// Length of the job's tool.
     pub now_mm: f64,
-    /// The shortest, with the margin where it is forced.
+    /// Shortest length, with the margin if it is forced.
     pub length_mm: f64,
-    /// The place that forces it; absent where nothing does.
+    /// Place that forces it; absent if none does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub forced_by: Option<ForcedBy>,
-    /// What keeps it from being shorter, where no place does.
+    /// Reason why it is not shorter, if no place forces it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rests_on: Option<&'static str>,
 }
 
-/// A length that no value up to the longest is free with.
+/// A length that is free with no value up to the longest.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct NoLength {
-    /// Which.
+    /// Name of the length.
     pub name: LengthName,
-    /// The longest that was allowed.
+    /// Longest permitted length.
     pub longest_mm: f64,
-    /// Where.
+    /// Place that blocks it.
     pub by: ForcedBy,
 }
 
@@ -132,22 +132,22 @@ pub struct NoLength {
 pub struct HolderReport {
     /// Its name.
     pub name: String,
-    /// The shortest stick-out that works; absent where none does.
+    /// Shortest stick-out that works; absent if none does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stick_out_mm: Option<f64>,
-    /// The place that forces it; absent where it is the holder's shortest.
+    /// Place that forces it; absent if it is the holder's shortest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub forced_by: Option<ForcedBy>,
-    /// Why it does not work.
+    /// Reason why it does not work.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why_not: Option<String>,
 }
 
-/// Findings that are told; the file has them all.
+/// Largest number of findings in the table; the file has them all.
 const TOLD: usize = 30;
 
 impl LengthsFile {
-    /// The file as a table to read.
+    /// Returns the file as a table to read.
     #[must_use]
     pub fn table(&self) -> String {
         let posting = match self.posting {
@@ -217,30 +217,30 @@ fn place(by: &ForcedBy) -> String {
     format!("line {} ({}): {} and {} at ({x:.2}, {y:.2}, {z:.2})", by.line, by.block_text, by.body, by.obstacle)
 }
 
-/// A shorter assembly that the job was planned again with.
+/// A shorter assembly with which the job was planned again.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct ReplanTry {
     /// Name of the holder.
     pub holder: String,
-    /// Stick-out that it was planned with.
+    /// Stick-out of the plan.
     pub stick_out_mm: f64,
     /// CC points with a pose in its program.
     pub planned_points: usize,
-    /// How many CC points fewer that is than with the assembly that works as the program is.
+    /// Number of CC points fewer than with the assembly that works with the unchanged program.
     pub lost_points: usize,
-    /// All that its plan leaves out, by reason, with the first place of each.
+    /// All points that its plan leaves out, by reason, with the first place of each.
     pub left_out: Vec<InfeasibleReport>,
-    /// Faults that its program was found with.
+    /// Number of faults found in its program.
     pub faults: usize,
-    /// Whether it was taken.
+    /// Whether it was chosen.
     pub taken: bool,
-    /// Why it could not be planned at all.
+    /// Reason why it could not be planned at all.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub why_not: Option<String>,
 }
 
 impl ReplanTry {
-    /// As a line to read.
+    /// Returns a line to read.
     pub fn line(&self) -> String {
         let Self { holder, stick_out_mm, planned_points, lost_points, left_out, faults, taken, why_not } = self;
         let mark = if *taken { "*" } else { " " };

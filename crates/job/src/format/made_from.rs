@@ -1,26 +1,27 @@
-//! What a program was made from, and by what: so that a report can be told from one of other files.
+//! Inputs and version that a program was made from: they distinguish its report from that of other
+//! files.
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// What a program was made from, and by what.
+/// Inputs and version that a program was made from.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct MadeFrom {
     /// Version of facemill.
     pub facemill: &'static str,
-    /// Name of the tool; of the first head's, where there are two.
+    /// Name of the tool; with two heads, of the first head's.
     pub tool: String,
-    /// Name of the second head's tool; `null` where there is none.
+    /// Name of the second head's tool; `null` if there is none.
     pub second_tool: Option<String>,
     /// Name of the machine.
     pub machine: String,
     /// Control that the program is for.
     pub dialect: String,
-    /// The files that were read, by name.
+    /// Input files, by name.
     pub inputs: Vec<InputFile>,
 }
 
-/// A file that was read.
+/// An input file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct InputFile {
     /// Its name, relative to the job file, as the job or another input names it.

@@ -1,5 +1,4 @@
-//! How long a program takes, as its text says it: the same for who plans it and for who verifies
-//! it.
+//! Time that a program takes according to its text: planner and verification compute the same.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -7,34 +6,33 @@ use serde::Serialize;
 use crate::duration_text::clock;
 
 /// Times of a program. Cuts are all blocks at a feed: passes, entries and exits; rapids are all at
-/// rapid rate, with the ways to the part and home.
+/// rapid rate, with the moves to the part and home.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct ProgramTimes {
-    /// Cuts within velocity, acceleration and jerk of every axis, s; `null` where that is not
-    /// known.
+    /// Cuts within velocity, acceleration and jerk of every axis, s; `null` if unknown.
     pub cutting_s: Option<f64>,
-    /// Rapids within the same, s.
+    /// Rapids within the same limits, s.
     pub rapid_s: Option<f64>,
     /// Cuts at their programmed feeds, without acceleration, s.
     pub constant_cutting_s: f64,
     /// Rapids at the axes' largest velocities, without acceleration, s.
     pub constant_rapid_s: f64,
-    /// Why nothing is known within acceleration and jerk; empty where it is.
+    /// Reasons why times within acceleration and jerk are unknown; empty if they are known.
     pub no_law_because: Vec<String>,
 }
 
 impl ProgramTimes {
-    /// Times at constant speed, [cuts, rapids] in s, of which no other ones are known.
+    /// Returns times at constant speed, [cuts, rapids] in s, without others.
     pub fn constant([cutting, rapid]: [f64; 2], why: Vec<String>) -> Self {
         Self { constant_cutting_s: cutting, constant_rapid_s: rapid, no_law_because: why, ..Self::default() }
     }
 
-    /// Times at constant speed and within the limits of the axes, each [cuts, rapids] in s.
+    /// Returns times at constant speed and within the limits of the axes, each [cuts, rapids] in s.
     pub fn by_law(constant: [f64; 2], [cutting, rapid]: [f64; 2]) -> Self {
         Self { cutting_s: Some(cutting), rapid_s: Some(rapid), ..Self::constant(constant, Vec::new()) }
     }
 
-    /// Lines for a person.
+    /// Returns lines for a person.
     pub fn summary_lines(&self) -> Vec<String> {
         let line = |what: &str, law: Option<f64>, constant: f64| match law {
             Some(time) => format!("  {what:<17} {} (at constant speed {})", clock(time), clock(constant)),

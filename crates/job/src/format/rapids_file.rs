@@ -1,4 +1,4 @@
-//! What is told of links before and after.
+//! Report on links before and after.
 
 use facemill_tool_path::links::ways::WayKind;
 use schemars::JsonSchema;
@@ -10,7 +10,7 @@ use crate::format::program_stamp::ProgramStamp;
 /// Value of the key `format` in the file.
 pub const RAPIDS_FORMAT: &str = "facemill-rapids/1";
 
-/// The links of a program before and after.
+/// Links of a program before and after.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct RapidsFile {
     /// Always "facemill-rapids/1".
@@ -19,29 +19,29 @@ pub struct RapidsFile {
     pub job: String,
     /// Name of the setup.
     pub setup: String,
-    /// The program as it was.
+    /// The original program.
     pub program: ProgramStamp,
-    /// BLAKE3 checksum of the program as it is now.
+    /// BLAKE3 checksum of the new program.
     pub new_program_blake3: String,
     /// Control that the program was read for.
     pub dialect: String,
-    /// Distance that was kept from stock and fixtures, mm.
+    /// Distance kept from stock and fixtures, mm.
     pub clearance_mm: f64,
     /// Whether times are within acceleration and jerk of every axis; else within their velocities
-    /// alone, because the machine file does not give all of them.
+    /// alone, because the machine file lacks other limits.
     pub by_acceleration_and_jerk: bool,
-    /// Time of all links as they were, s.
+    /// Time of all original links, s.
     pub time_before_s: f64,
-    /// Time of all links as they are now, s.
+    /// Time of all new links, s.
     pub time_after_s: f64,
-    /// Time of the slowest axis of each link by itself, with nothing in the way: no ways are
-    /// faster, s.
+    /// Sum over all links of the time of the slowest axis by itself, without obstacles: no links
+    /// are faster, s.
     pub lower_bound_s: f64,
     /// `time_after_s` by `lower_bound_s`; `null` without links.
     pub ratio_to_lower_bound: Option<f64>,
-    /// Links with another way.
+    /// Number of changed links.
     pub changed: usize,
-    /// Findings of the program as it was, and as it is now.
+    /// Number of findings of the original program and of the new one.
     pub findings: [usize; 2],
     /// All links, in program order.
     pub links: Vec<LinkReport>,
@@ -50,28 +50,28 @@ pub struct RapidsFile {
 /// One link.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct LinkReport {
-    /// Its first and last line in the program as it was.
+    /// Its first and last line in the original program.
     pub lines: [u32; 2],
-    /// Its first and last line now.
+    /// Its first and last line in the new program.
     pub new_lines: [u32; 2],
-    /// Time as it was, s.
+    /// Original time, s.
     pub time_before_s: f64,
-    /// Time now, s.
+    /// New time, s.
     pub time_after_s: f64,
-    /// Time of its slowest axis by itself, with nothing in the way: no way is faster, s.
+    /// Time of its slowest axis by itself, without obstacles: no link is faster, s.
     pub lower_bound_s: f64,
-    /// How it goes now.
+    /// Its new path.
     pub way: WayKind,
-    /// Why it was not looked at, or went back to the original.
+    /// Reason why it was not examined, or was restored.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kept_because: Option<String>,
 }
 
-/// Links that are told line by line; the file has them all.
+/// Largest number of links in the table; the file has them all.
 const TOLD: usize = 60;
 
 impl RapidsFile {
-    /// The file as a table to read.
+    /// Returns the file as a table to read.
     #[must_use]
     pub fn table(&self) -> String {
         let within = if self.by_acceleration_and_jerk { "velocity, acceleration and jerk" } else { "velocity alone" };

@@ -1,5 +1,5 @@
-//! The report, `"format": "facemill-report/1"`: what was planned and what the written program does.
-//! Deterministic; wall times go to a file of their own.
+//! Format of the report, `"format": "facemill-report/1"`: the plan and the behaviour of the written
+//! program. Deterministic; wall times go to a separate file.
 
 pub mod chips;
 pub mod cusps;
@@ -42,13 +42,13 @@ pub const REPORT_FORMAT: &str = "facemill-report/1";
 /// Value of the key `format` in a file of certificates.
 pub const CERTIFICATES_FORMAT: &str = "facemill-certificates/1";
 
-/// What is proven of each block of a program, as it is written.
+/// Proofs for each block of a program, as it is written.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct CertificatesFile {
     /// Always "facemill-certificates/1".
     pub format: &'static str,
-    /// The program that this speaks of; of a control with two channels, those that are written
-    /// besides have the same motions.
+    /// The program described; for a control with two channels, the additional channel programs have
+    /// the same motions.
     pub programs: Vec<ProgramStamp>,
     /// Sums, and one certificate for each block.
     #[serde(flatten)]
@@ -64,87 +64,85 @@ pub struct Report {
     pub job: String,
     /// Name of the setup.
     pub setup: String,
-    /// What the program was made from, and by what.
+    /// Inputs and version that the program was made from.
     pub made_from: MadeFrom,
-    /// Values that were put in place of those of the job file.
+    /// Settings that replaced values of the job file.
     pub settings: Vec<JobSetting>,
-    /// The program that this speaks of; with channel programs for a control with two channels,
-    /// these, too.
+    /// The program described; with channel programs for a control with two channels, these, too.
     pub programs: Vec<ProgramStamp>,
     /// Whether the program was run on the virtual machine after it was written.
     pub verified: bool,
-    /// What it cuts of the stock, as it was run.
+    /// Stock that it cuts, as run.
     pub stock: PlannedStockReport,
     /// Its links between passes, before and after.
     pub links: LinksReport,
-    /// The order of the passes of each operation, where the job leaves it open.
+    /// Order of the passes of each operation, if the job leaves it open.
     pub orders: Vec<PassOrderReport>,
-    /// What was proven of the motion between positions; `null` where it was not asked for.
+    /// Proofs of the motion between positions; `null` if not requested.
     pub certified: Option<CertifiedReport>,
     /// Sums over the program.
     pub totals: Totals,
-    /// How long it takes, by its text: what `verify` tells of it, too.
+    /// Time that it takes, by its text, as `verify` reports it, too.
     pub times: ProgramTimes,
-    /// Times of the program within velocity, acceleration and jerk of every axis; `null` where the
+    /// Times of the program within velocity, acceleration and jerk of every axis; `null` if the
     /// machine file lacks a limit.
     pub time_law: Option<TimeLawReport>,
-    /// The limits that it lacks. All times then are lower bounds, at constant speeds.
+    /// Missing limits. All times are then lower bounds, at constant speeds.
     pub no_time_law: Vec<String>,
     /// Extreme values, each with its place.
     pub worst: Worst,
-    /// Material that the written program leaves on the regions of its operations; `null` where the
+    /// Material that the written program leaves on the regions of its operations; `null` if the
     /// setup has none.
     pub remaining: Option<RemainingReport>,
-    /// How the postures of each operation were chosen, and how the rotary axes move with them.
+    /// How the postures of each operation were chosen, and the resulting motion of the rotary axes.
     pub postures: Vec<PosturesReport>,
-    /// Whether each operation's passes keep the allowed cusp, what was done for it, and why not
-    /// where they do not.
+    /// Whether each operation's passes keep the permitted cusp, the measures taken for it, and
+    /// reasons if they do not.
     pub cusps: Vec<CuspsKeptReport>,
     /// Chips and removal rates along the passes of each operation.
     pub chips: Vec<ChipsReport>,
     /// Operations that two heads cut at once; empty on a machine with one.
     pub pairs: Vec<PairReport>,
-    /// How far each rotary axis without stops winds in the written program; empty where that was
-    /// not verified.
+    /// How far each rotary axis without stops winds in the written program; empty if this was not
+    /// verified.
     pub wind_up: Vec<WindUp>,
-    /// Where limited rotary axes turn back, and how often the machine goes over to its other
-    /// branch.
+    /// Reversals of limited rotary axes, and the number of changes to the machine's other branch.
     pub rewinds: RewindsReport,
     /// Blocks along passes in which the tool axis is so near to the pole of the rotary axes that
-    /// one of them has to turn fast.
+    /// one of them must turn fast.
     pub singular_blocks: Vec<SingularBlocks>,
-    /// Causes for which the tip is slower than the programmed feed, where one takes more than a
-    /// tenth of an operation's time in passes, and remedies. Of programs of one head.
+    /// Causes for which the tip is slower than the programmed feed, if one takes more than a tenth
+    /// of an operation's time in passes, and remedies. For programs of one head.
     pub lost_times: Vec<LostTimeReport>,
-    /// Error budget of each operation, and what of it the written program uses up.
+    /// Error budget of each operation, and the part of it that the written program uses.
     pub budgets: Vec<BudgetReport>,
     /// Faults found in the written program, in program order.
     pub findings: Vec<Finding>,
-    /// What the written program leaves to the control, and what was taken for it: a template of
-    /// one's own may leave out more than the built-in ones.
+    /// Behaviour that the written program leaves to the control, and the values assumed for it: a
+    /// template of one's own may omit more than the built-in ones.
     pub assumptions: Vec<Assumption>,
-    /// CC points that were left out, by reason.
+    /// CC points left out, by reason.
     pub infeasible: Vec<InfeasibleReport>,
-    /// What was found in the mesh files.
+    /// Reports on the mesh files.
     pub meshes: Vec<MeshReport>,
     /// Each pass, in cutting order.
     pub passes: Vec<PassReport>,
 }
 
-/// What is proven of the program's motion at every time.
+/// Proofs of the program's motion at every time.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct CertifiedReport {
-    /// Blocks with a motion, and those with a fault that may hide one.
+    /// Blocks with a motion, or with a fault that may hide one.
     pub blocks: usize,
-    /// Those for which depth and clearances are proven.
+    /// Blocks for which depth and clearances are proven.
     pub certified: usize,
-    /// Largest proven depth of the cutter; `null` where a block has none.
+    /// Largest proven depth of the cutter; `null` if a block has none.
     pub largest_depth_mm: Option<f64>,
-    /// Those that are not certified, as ranges of lines with the same reason.
+    /// Blocks that are not certified, as ranges of lines with the same reason.
     pub uncertified: Vec<UncertifiedReport>,
 }
 
-/// Blocks that follow each other and are not certified for the same reason.
+/// Consecutive blocks that are not certified for the same reason.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct UncertifiedReport {
     /// First line.
@@ -153,12 +151,12 @@ pub struct UncertifiedReport {
     pub last_line: u32,
     /// Number of blocks.
     pub blocks: usize,
-    /// Why.
+    /// The reason.
     pub reason: String,
 }
 
 impl CertifiedReport {
-    /// The sums of certificates.
+    /// Returns the sums of certificates.
     pub fn new(certificates: &Certificates) -> Self {
         let mut uncertified: Vec<UncertifiedReport> = Vec::new();
         let mut last = None;
@@ -184,7 +182,7 @@ impl CertifiedReport {
 /// Sums over the program.
 #[derive(Clone, Debug, Default, Serialize, JsonSchema)]
 pub struct Totals {
-    /// Passes as cut (a trimmed pass counts once for each piece).
+    /// Passes as cut (a trimmed pass counts once for each of its pieces).
     pub passes: usize,
     /// CC points of the path.
     pub cc_points: usize,
@@ -192,39 +190,38 @@ pub struct Totals {
     pub planned_points: usize,
     /// CC points left out.
     pub trimmed_points: usize,
-    /// Part of the CC points that is planned.
+    /// Fraction of the CC points that is planned.
     pub planned_fraction: f64,
     /// Whether an operation leaves out more than the job allows.
     pub trims_too_much: bool,
-    /// Largest part of the CC points that the job allows to be left out; of several operations the
-    /// smallest such part.
+    /// Largest fraction of the CC points that the job permits to be left out; of several operations
+    /// the smallest.
     pub max_trimmed_fraction: f64,
-    /// Points between which and the pass before a strip stays uncut.
+    /// Points with a strip between them and the pass before that stays uncut.
     pub uncut_points: usize,
-    /// Pieces of passes dropped because they are shorter than asked.
+    /// Pieces of passes dropped because they are shorter than required.
     pub dropped_pieces: usize,
-    /// Blocks that were halved because the program, as run or as proven, would have cut too deep in
-    /// them.
+    /// Blocks halved because the program, as run or as proven, would have cut too deep in them.
     pub mended_blocks: usize,
     /// Blocks with a motion in the program, as a verification counts them.
     pub blocks: usize,
-    /// Way of the tip at a feed, in passes, entries and exits, as a verification measures it; of a
-    /// program that is not run, the sum of its written positions' distances.
+    /// Length of the tip's path at a feed, in passes, entries and exits, as a verification measures
+    /// it; for a program that is not run, the sum of its written positions' distances.
     pub cutting_length_mm: f64,
-    /// Way of the tip in passes alone.
+    /// Length of the tip's path in passes alone.
     pub passes_length_mm: f64,
     /// Time in passes at the written feeds, without entries and exits.
     pub passes_time_s: f64,
     /// Time in entries and exits at the written feeds.
     pub approach_time_s: f64,
-    /// Time in rapids at the axes' largest velocities, without acceleration, with the ways to the
+    /// Time in rapids at the axes' largest velocities, without acceleration, with the moves to the
     /// part and home.
     pub rapid_time_s: f64,
 }
 
-/// Times of a motion from rest to rest that no axis exceeds a limit in, corners blended within the
-/// control's tolerance. A stop stands between rapids and cutting moves, and where spindle or
-/// coolant change.
+/// Times of a motion from rest to rest in which no axis exceeds a limit, with corners blended
+/// within the control's tolerance. The motion stops between rapids and cutting moves, and where
+/// spindle or coolant change.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct TimeLawReport {
     /// The whole program, without tool change, spindle and coolant.
@@ -233,33 +230,33 @@ pub struct TimeLawReport {
     pub passes_time_s: f64,
     /// Entries and exits.
     pub approach_time_s: f64,
-    /// Rapids, with the ways to the part and home.
+    /// Rapids, with the moves to the part and home.
     pub rapid_time_s: f64,
     /// Whether the axes stop at every corner, because the machine file gives the control no
-    /// tolerance to blend them within.
+    /// tolerance for blending.
     pub stops_at_corners: bool,
-    /// Blocks whose feed was lowered to what the axes reach in them.
+    /// Blocks whose feed was lowered to one that the axes reach.
     pub lowered_blocks: usize,
-    /// What holds the passes back, the largest share of their time first.
+    /// Limiting factors of the passes, the largest share of their time first.
     pub held_back_by: Vec<HeldBackReport>,
-    /// What the rounding of tool vectors does; absent where the program has none.
+    /// Effect of rounding tool vectors; absent if the program has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tool_vectors: Option<VectorTimeReport>,
 }
 
-/// What the decimals of tool vectors cost.
+/// Cost of the decimals of tool vectors.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct VectorTimeReport {
     /// Decimals of their components.
     pub decimals: u8,
-    /// By how much the rounding turns the tool at the most, deg.
+    /// Largest turn of the tool by the rounding, deg.
     pub turn_deg: f64,
-    /// How much longer feed moves take than with exact vectors, at the feeds that were asked for,
-    /// s; 0 where they do not.
+    /// Additional time of feed moves compared with exact vectors, at the requested feeds, s; 0 if
+    /// there is none.
     pub added_time_s: f64,
 }
 
-/// A limit that is used most in some of the blocks.
+/// Constraint that is the active one in some of the blocks.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct HeldBackReport {
     /// `tip feed`, `range of F`, or `velocity`, `acceleration` or `jerk` of an axis.
@@ -268,33 +265,32 @@ pub struct HeldBackReport {
     pub share: f64,
 }
 
-/// Extreme values. `null` where there is none.
+/// Extreme values. `null` if there is none.
 #[derive(Clone, Debug, Default, Serialize, JsonSchema)]
 pub struct Worst {
-    /// Deepest place of the cutter below the part's mesh in the written program.
+    /// Largest depth of the cutter below the part's mesh in the written program.
     pub gouge_mm: Option<f64>,
-    /// Line of the program with that place.
+    /// Line of the program with that depth.
     pub gouge_line: Option<u32>,
     /// Smallest distance of a non-cutting body from part, stock or fixture in the written program.
     pub clearance_mm: Option<f64>,
-    /// That body and what it is near to.
+    /// That body and the nearest obstacle.
     pub clearance_between: Option<String>,
     /// Line of the program with that distance.
     pub clearance_line: Option<u32>,
-    /// Largest cusp that is predicted from the outlines of neighbouring passes; `remaining` has
-    /// what the text leaves.
+    /// Largest cusp predicted from the outlines of neighbouring passes; `remaining` has the
+    /// material that the text leaves.
     pub cusp_mm: Option<f64>,
-    /// Whether that, or a strip that stays uncut, is more than an operation's `cusp_mm`.
+    /// Whether that cusp, or a strip that stays uncut, exceeds an operation's `cusp_mm`.
     pub cusp_exceeded: bool,
     /// Largest lift of a pose off the facets: excess left on the part.
     pub lift_mm: f64,
     /// Largest distance between neighbouring passes.
     pub step_over_mm: Option<f64>,
-    /// Largest deviation of the cutter between two blocks from the straight way, rounding of the
-    /// words included.
+    /// Largest deviation of the cutter from the straight path between two blocks, including
+    /// rounding of the words.
     pub linearisation_mm: f64,
-    /// Whether that is more than an operation's budget allows: near a pole, more blocks do not
-    /// help.
+    /// Whether that deviation exceeds an operation's budget: near a pole, more blocks do not help.
     pub linearisation_exceeded: bool,
     /// Largest chip section across the feed.
     pub chip_area_mm2: Option<f64>,
@@ -302,66 +298,65 @@ pub struct Worst {
     pub removal_rate_mm3_min: Option<f64>,
 }
 
-/// How postures were chosen, and how the rotary axes move with them.
+/// How postures were chosen, and the resulting motion of the rotary axes.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct PosturesReport {
     /// Operation.
     pub operation: String,
-    /// The mode that the job asks for.
+    /// Mode of the job.
     pub mode: PostureModeFile,
-    /// How near to the best the sequence of postures is; `null` in modes that seek none, and for
-    /// operations in a pair.
+    /// Distance of the sequence of postures from the optimum; `null` in modes that seek none, and
+    /// for operations in a pair.
     pub optimum: Option<OptimumReport>,
-    /// How finely the searches along the curve are proven; `null` where the job does not ask for a
+    /// Proven fineness of the searches along the curve; `null` if the job sets no
     /// `certified_u_width`.
     pub search_proof: Option<SearchProofReport>,
     /// Rotary axes in passes, all places of the pattern, at the programmed feed.
     pub rotary: Vec<RotaryReport>,
 }
 
-/// What the postures of the first place of the pattern cost: seconds of cutting, weighted with the
-/// square of the cusp against the allowed one, and with the squares of the axes' speeds against
-/// speeds that are much for them.
+/// Cost of the postures of the first place of the pattern: seconds of cutting, weighted with the
+/// square of the cusp against the permitted one, and with the squares of the axes' speeds against
+/// speeds that are high for them.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct OptimumReport {
-    /// The cheapest sequence of all in the graph of tested postures.
+    /// The cheapest of all sequences in the graph of tested postures.
     pub graph_s: f64,
     /// The planned, smoothed sequence, at the same points.
     pub planned_s: f64,
-    /// How much more the planned one costs, as part of the graph's; below 0 where smoothing has
-    /// made it cheaper.
+    /// Excess cost of the planned sequence, as a fraction of the graph's; below 0 if smoothing made
+    /// it cheaper.
     pub gap: f64,
-    /// Steps on which the tool axis turns against the surface by more than the job's limit, or an
-    /// axis would have to be faster than it can at the programmed feed.
+    /// Steps on which the tool axis turns relative to the surface by more than the job's limit, or
+    /// an axis would have to exceed its largest speed at the programmed feed.
     pub jumps: usize,
 }
 
-/// How finely searches along the curve at the path's CC points are proven to have passed over
-/// nothing feasible, in all places of the pattern.
+/// Proven fineness of the searches along the curve at the path's CC points, in all places of the
+/// pattern: no longer feasible stretch was missed.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct SearchProofReport {
     /// `certified_u_width` of the job.
     pub asked_u_width: f64,
-    /// The largest width that was needed: no feasible stretch so long was passed over at any CC
-    /// point of the path that was searched along the curve. Poses put between CC points are not
-    /// counted here.
+    /// Largest width that was needed: at no CC point of the path searched along the curve was so
+    /// long a feasible stretch missed. Poses inserted between CC points do not count here.
     pub largest_u_width: f64,
-    /// CC points at which more than the asked width was needed, because the proof would have taken
-    /// too many tests.
+    /// CC points that needed more than the requested width, because the proof would have taken too
+    /// many tests.
     pub wider_points: usize,
 }
 
-/// Motion of a rotary axis along passes, at the programmed feed of the tool tip, whatever the axis
-/// can do.
+/// Motion of a rotary axis along passes, at the programmed feed of the tool tip, regardless of the
+/// axis' limits.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct RotaryReport {
     /// The axis.
     pub axis: String,
-    /// Turning points within passes; back and forth by less than 0.01 degrees does not count.
+    /// Turning points within passes, without those of less than 0.01 degrees.
     pub reversals: usize,
     /// Largest speed.
     pub largest_velocity_deg_s: f64,
-    /// Largest acceleration, from the positions of three cuts each.
+    /// Largest acceleration, each from the positions of three cuts.
     pub largest_acceleration_deg_s2: f64,
     /// Root of the mean square of the acceleration over time.
     pub mean_acceleration_deg_s2: f64,
@@ -372,11 +367,11 @@ pub struct RotaryReport {
 pub struct BudgetReport {
     /// Operation.
     pub operation: String,
-    /// Facets against the true surface, as the job states it.
+    /// Deviation of facets from the true surface, as the job states it.
     pub mesh_chord_mm: f64,
-    /// Straight path between CC points.
+    /// Deviation of the straight path between CC points.
     pub path_chord_mm: f64,
-    /// Motion of the control between blocks.
+    /// Deviation of the control's motion between blocks.
     pub linearisation_mm: f64,
     /// Smoothing and blending of the control, with the cutter's radius.
     pub control_mm: f64,
@@ -384,16 +379,16 @@ pub struct BudgetReport {
     pub gouge_mm: f64,
     /// Their sum: the largest depth below the true surface that the program may reach.
     pub total_mm: f64,
-    /// What of it the programmed motion may use up against the mesh: all but the mesh's own error
-    /// and the control's. Deeper is a finding.
+    /// Part of it that the programmed motion may use against the mesh: all but the mesh's own error
+    /// and the control's. Greater depth is a finding.
     pub against_mesh_mm: f64,
-    /// Deepest place of the cutter below the part's mesh in the operation's blocks; `null` where it
+    /// Largest depth of the cutter below the part's mesh in the operation's blocks; `null` if it
     /// was nowhere below, or the program was not run.
     pub largest_gouge_mm: Option<f64>,
 }
 
 impl BudgetReport {
-    /// The report of a budget and of the largest gouge against it.
+    /// Returns the report of a budget and of the largest gouge against it.
     pub fn new(operation: &str, budget: &ErrorBudget, largest_gouge_mm: Option<f64>) -> Self {
         Self {
             operation: operation.to_owned(),
@@ -412,14 +407,14 @@ impl BudgetReport {
 /// Points left out for one reason.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct InfeasibleReport {
-    /// The reason, with the body that blocks.
+    /// The reason, with the blocking body.
     pub reason: String,
     /// Number of CC points.
     pub points: usize,
     /// The first of them, workpiece frame.
     pub first_place_mm: [f64; 3],
-    /// Changes, each alone, with which that point has a posture on its search curve: with 95 % of
-    /// the change the curve is proven blocked but for feasible stretches shorter than 0.01 of it.
+    /// Changes, each alone, that give that point a posture on its search curve: with 95 % of the
+    /// change the curve is proven blocked except for feasible stretches shorter than 0.01 of it.
     pub would_help: Vec<HelpReport>,
 }
 
@@ -428,22 +423,22 @@ pub struct InfeasibleReport {
 pub struct HelpReport {
     /// The field of job or tool file.
     pub field: &'static str,
-    /// Its value with the change; of a radius with the body narrower, of a stick-out with the body
-    /// longer in proportion; of a width the one with which the search finds what its steps went
-    /// over.
+    /// Its value with the change; for a radius with the body narrower in proportion, for a
+    /// stick-out with the body longer in proportion; for a width, the one with which the search
+    /// finds what its steps missed.
     pub value: f64,
 }
 
-/// What was found in a mesh file.
+/// Report on a mesh file.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct MeshReport {
     /// The file, as the job names it.
     pub file: String,
-    /// Unit that its numbers were taken in.
+    /// Unit assumed for its numbers.
     pub unit: LengthUnit,
-    /// Its axis that was taken to point up.
+    /// Axis assumed to point up.
     pub up_axis: UpAxis,
-    /// Whether all its triangles were turned, as the job says.
+    /// Whether all its triangles were reversed, as the job says.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub reverse_winding: bool,
     /// Counts.
@@ -451,7 +446,7 @@ pub struct MeshReport {
 }
 
 impl MeshReport {
-    /// The report of a mesh file that was read with these settings.
+    /// Returns the report of a mesh file read with these settings.
     pub fn new(file: &str, taken: ImportSettings, repair: &RepairReport) -> Self {
         let counts = match serde_json::to_value(repair) {
             Ok(serde_json::Value::Object(map)) => map.into_iter().collect(),
@@ -461,7 +456,7 @@ impl MeshReport {
         Self { file, unit: taken.unit, up_axis: taken.up_axis, reverse_winding: false, repair: counts }
     }
 
-    /// Whether a component of the mesh bounds no volume.
+    /// Returns whether a component of the mesh bounds no volume.
     pub fn is_open(&self) -> bool {
         let count = |key: &str| self.repair.get(key).and_then(serde_json::Value::as_u64);
         count("n_closed") < count("n_components")
@@ -489,7 +484,7 @@ pub struct PassReport {
     pub lift_mm: f64,
     /// Largest predicted cusp toward the pass before; `null` for the first of a region.
     pub cusp_mm: Option<f64>,
-    /// Points between which and the pass before a strip stays uncut.
+    /// Points with a strip between them and the pass before that stays uncut.
     pub uncut_points: usize,
     /// Largest distance from the pass before.
     pub step_over_mm: Option<f64>,

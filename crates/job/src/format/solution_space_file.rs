@@ -1,9 +1,9 @@
-//! The file of a solution space, `"format": "facemill-solution-space/1"`.
+//! Format of the file of a solution space, `"format": "facemill-solution-space/1"`.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The feasible set over tilt × rotate at one CC point. Angles are those of the paper: rotate is
+/// Feasible set over tilt × rotate at one CC point. Angles are those of the paper: rotate is
 /// positive to the left of the feed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -30,14 +30,14 @@ pub struct SolutionSpaceFile {
     pub tilt_deg: [f64; 2],
     /// Smallest and largest rotate of the map.
     pub rotate_deg: [f64; 2],
-    /// No uncertain cell has a side longer than this.
+    /// Largest side of an uncertain cell.
     pub resolution_deg: f64,
-    /// Number of postures tested, one in the middle of each range that was tried.
+    /// Number of postures tested, one in the middle of each tried range.
     pub pose_tests: usize,
     /// Parts of the map's area, 0 to 1.
     pub area: AreaFile,
-    /// The posture that the operation's search finds at the point, before it is adapted to its
-    /// neighbours; `null` where it finds none.
+    /// The posture that the operation's search finds at the point, before adaptation to its
+    /// neighbours; `null` if it finds none.
     pub found: Option<PostureFile>,
     /// Cells that cover the map.
     pub cells: Vec<CellFile>,
@@ -82,15 +82,15 @@ pub struct CellFile {
     pub tilt_deg: [f64; 2],
     /// Smallest and largest rotate.
     pub rotate_deg: [f64; 2],
-    /// What is known of its postures.
+    /// Knowledge of its postures.
     pub state: StateFile,
-    /// Of a blocked cell, what blocks every posture of it. Of an uncertain cell, what blocks the
-    /// posture in its middle; missing where that is feasible.
+    /// For a blocked cell, the reason that blocks every posture of it. For an uncertain cell, the
+    /// reason that blocks the posture in its middle; missing if that is feasible.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<ReasonFile>,
 }
 
-/// What is known of the postures of a cell.
+/// Knowledge of the postures of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StateFile {
@@ -102,18 +102,18 @@ pub enum StateFile {
     Uncertain,
 }
 
-/// Why a posture cannot be taken.
+/// Reason why a posture cannot be used.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReasonFile {
     /// Kind of reason.
     pub kind: ReasonKind,
-    /// The reason in words; values in it are those of the posture in the middle of the cell.
+    /// The reason in words, with the values of the posture in the middle of the cell.
     pub text: String,
-    /// The body that gouges or collides, where there is one.
+    /// The body that gouges or collides, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub body: Option<String>,
-    /// What it gouges or hits, where there is one.
+    /// The body that it gouges or hits, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub obstacle: Option<String>,
 }

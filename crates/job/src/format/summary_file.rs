@@ -1,5 +1,4 @@
-//! The summary of a plan as a file, `"format": "facemill-summary/1"`, for programs that start
-//! facemill.
+//! Format of a plan's summary, `"format": "facemill-summary/1"`, for programs that start facemill.
 
 use facemill_virtual_machine::WindUp;
 use schemars::JsonSchema;
@@ -14,16 +13,16 @@ use crate::format::report::{CuspsKeptReport, InfeasibleReport, Report, Totals, W
 /// Value of the key `format` in a summary.
 pub const SUMMARY_FORMAT: &str = "facemill-summary/1";
 
-/// What became of a plan.
+/// Outcome of a plan.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct SummaryFile {
     /// Always "facemill-summary/1".
     pub format: &'static str,
-    /// What became of it; of several setups the worst.
+    /// Outcome; of several setups the worst.
     pub outcome: Outcome,
     /// Exit code of the command.
     pub exit_code: u8,
-    /// Folder that was written to.
+    /// Output folder.
     pub out: String,
     /// Files in it.
     pub files: Vec<String>,
@@ -31,7 +30,7 @@ pub struct SummaryFile {
     pub setups: Vec<SetupSummary>,
 }
 
-/// What became of a setup: of its report what is no list of passes or findings.
+/// Outcome of a setup: its report without the lists of passes and findings.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct SetupSummary {
     /// Name of the job.
@@ -42,33 +41,33 @@ pub struct SetupSummary {
     pub verified: bool,
     /// Sums over the program.
     pub totals: Totals,
-    /// How long it takes.
+    /// Time that it takes.
     pub times: ProgramTimes,
     /// Extreme values, each with its place.
     pub worst: Worst,
     /// Number of findings.
     pub findings: usize,
-    /// How many of them are faults.
+    /// Number of them that are faults.
     pub faults: usize,
     /// Number of assumptions.
     pub assumptions: usize,
-    /// Why the program is not all that the job asks for, in words; empty where it is. With `faults`
-    /// it must not be run at all.
+    /// Reasons why the program does less than the job requires, in words; empty if it meets the
+    /// job. With `faults` it must not be run at all.
     pub incomplete_because: Vec<String>,
-    /// Material that the written program leaves on the regions of its operations; `null` where the
+    /// Material that the written program leaves on the regions of its operations; `null` if the
     /// setup has none.
     pub remaining: Option<RemainingReport>,
-    /// Whether each operation's passes keep the allowed cusp, and why not where they do not.
+    /// Whether each operation's passes keep the permitted cusp, and reasons if they do not.
     pub cusps: Vec<CuspsKeptReport>,
-    /// How far each rotary axis without stops winds in the written program; empty where that was
-    /// not verified.
+    /// How far each rotary axis without stops winds in the written program; empty if this was not
+    /// verified.
     pub wind_up: Vec<WindUp>,
-    /// CC points that were left out, by reason.
+    /// CC points left out, by reason.
     pub infeasible: Vec<InfeasibleReport>,
 }
 
 impl SetupSummary {
-    /// The summary of a report.
+    /// Returns the summary of a report.
     pub fn of(report: &Report) -> Self {
         Self {
             job: report.job.clone(),

@@ -13,7 +13,7 @@ use crate::format::report::stock::StockReport;
 /// Value of the key `format` in the file of a verification.
 pub const VERIFICATION_FORMAT: &str = "facemill-verification/1";
 
-/// What a program does on a job's setup, as it is written.
+/// Behaviour of a program on a job's setup, according to its text.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct VerificationFile {
     /// Always "facemill-verification/1".
@@ -22,32 +22,32 @@ pub struct VerificationFile {
     pub job: String,
     /// Name of the setup.
     pub setup: String,
-    /// The program that this speaks of.
+    /// The program described.
     pub program: ProgramStamp,
     /// Control that the program was read for.
     pub dialect: String,
     /// Depth of the cutter beyond which it is a finding, mm.
     pub gouge_limit_mm: f64,
-    /// How long it takes, as a plan tells it.
+    /// Time that it takes, as a plan reports it.
     pub times: ProgramTimes,
-    /// What the run showed.
+    /// Results of the run.
     #[serde(flatten)]
     pub verification: Verification,
-    /// What the run rests on because neither the program nor the command line says it, what its
-    /// feeds are held against where cuts are not told from other feed moves, and that the program
-    /// reaches no stock.
+    /// Assumptions of the run for want of words in the program or options on the command line, the
+    /// limit for feeds if cuts cannot be distinguished from other feed moves, and a note if the
+    /// program reaches no stock.
     pub assumptions: Vec<Assumption>,
-    /// Material that the program leaves on the regions of the setup's operations; absent where no
-    /// operation is known, and of an estimate.
+    /// Material that the program leaves on the regions of the setup's operations; absent if no
+    /// operation is known, and from an estimate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub remaining: Option<RemainingReport>,
-    /// What was cut; absent where the stock was not.
+    /// Result of cutting; absent if the stock was not cut.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stock: Option<StockReport>,
-    /// How far the cut stock is from the part; absent where it was not asked for.
+    /// Deviation of the cut stock from the part; absent if not requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub deviation: Option<DeviationReport>,
-    /// What is proven of each block; absent where it was not asked for.
+    /// Proofs for each block; absent if not requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub certificates: Option<Certificates>,
 }

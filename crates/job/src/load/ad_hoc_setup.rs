@@ -1,5 +1,4 @@
-//! Part, stock, machine and tool that are named one by one: what a program is run on where there is
-//! no job.
+//! Setup without a job: part, stock, machine and tool, each named by its own option.
 
 use std::path::{Path, PathBuf};
 
@@ -15,20 +14,20 @@ use crate::load::job::Job;
 use crate::load::mesh_files::read_mesh;
 use crate::validate::check_setups;
 
-/// Depth of the cutter below the part beyond which it is a finding, mm, where no operation of a job
-/// says what is allowed.
+/// Depth of the cutter below the part beyond which it is a finding, mm, if no operation of a job
+/// sets the limit.
 pub const AD_HOC_GOUGE_LIMIT: f64 = 0.02;
 
-/// What a program is run on. Paths are those of the caller, not of a job file.
+/// Setup to run a program on. Paths are those of the caller, not of a job file.
 #[derive(Clone, Debug)]
 pub struct AdHocSetup {
-    /// Mesh file of the part. Its frame is the workpiece frame, in which the stock is told, too.
+    /// Mesh file of the part. Its frame is the workpiece frame, also of the stock.
     pub part: PathBuf,
     /// Meshes that nothing may touch, in the same frame.
     pub fixtures: Vec<PathBuf>,
-    /// Unit of all mesh files; as in a job where it is not given.
+    /// Unit of all mesh files; if not given, as in a job.
     pub unit: Option<UnitFile>,
-    /// Their up axis; as in a job where it is not given.
+    /// Their up axis; if not given, as in a job.
     pub up_axis: Option<UpAxisFile>,
     /// Material before the program.
     pub stock: AdHocStock,
@@ -36,16 +35,16 @@ pub struct AdHocSetup {
     pub machine: PathBuf,
     /// Tool file.
     pub tool: PathBuf,
-    /// Register of the control that holds the tool's length; the tool file's where it is not given.
+    /// Register of the control that holds the tool's length; if not given, that of the tool file.
     pub length_register: Option<u32>,
     /// Control that the program is for.
     pub dialect: Dialect,
-    /// Dialect file of that control, whose harmless functions count; the dialect's own where it is
-    /// not given.
+    /// Dialect file of that control, whose harmless functions count; if not given, the dialect's
+    /// own.
     pub dialect_file: Option<PathBuf>,
-    /// Where the workpiece frame is on the machine's table, mm along the table's axes.
+    /// Position of the workpiece frame on the machine's table, mm along the table's axes.
     pub mount: [f64; 3],
-    /// X, Y and Z of the machine where the program's are 0, mm.
+    /// Machine's X, Y and Z at the program's zero, mm.
     pub work_offset: [f64; 3],
     /// Register of the control that holds the work offset.
     pub register: String,
@@ -56,22 +55,22 @@ pub struct AdHocSetup {
 pub enum AdHocStock {
     /// The smallest axis-parallel box around the part.
     Box,
-    /// The part with so much on it, mm.
+    /// The part with a layer of this thickness, mm.
     Offset(f64),
     /// A mesh file.
     Mesh(PathBuf),
 }
 
-/// What errors call the place of what a job file would say.
-const PLACE: &str = "what the program is run on";
+/// Name that errors use in place of a job file.
+const PLACE: &str = "setup without a job";
 
 impl Job {
-    /// A job without operations: machine and tool of a stand, and a setup with its part, fixtures
-    /// and stock. What needs operations does not work with it: nothing can be planned, and feeds
-    /// are held against nothing.
+    /// Returns a job without operations: machine and tool, and a setup with part, fixtures and
+    /// stock. Functions that need operations do not work with it: nothing can be planned, and feeds
+    /// are not checked.
     ///
     /// # Errors
-    /// When a file cannot be read or is wrong, a number is out of its range, or the machine has two
+    /// If a file cannot be read or is wrong, a number is out of its range, or the machine has two
     /// heads.
     pub fn of_ad_hoc_setup(stand: &AdHocSetup) -> Result<Self, Failure> {
         stand.check_numbers().map_err(|e| Failure::input(Path::new(PLACE), e))?;
@@ -84,7 +83,7 @@ impl Job {
     }
 }
 
-/// The tool of a file with its length in this register.
+/// Returns the tool of a file with its length in this register.
 fn tool_with(path: &Path, register: u32) -> Result<ToolAssembly, Failure> {
     let file: ToolFile =
         facemill_file_format::from_json(&files::read_named_text(path)?).map_err(|e| Failure::input(path, e))?;
@@ -93,7 +92,7 @@ fn tool_with(path: &Path, register: u32) -> Result<ToolAssembly, Failure> {
 }
 
 impl AdHocSetup {
-    /// What JSON has no words for.
+    /// Checks the numbers that JSON cannot express.
     fn check_numbers(&self) -> Result<(), String> {
         let offset = if let AdHocStock::Offset(mm) = self.stock { mm } else { 0.0 };
         let all = [("mount", &self.mount[..]), ("work_offset", &self.work_offset), ("stock offset", &[offset])];
@@ -101,7 +100,7 @@ impl AdHocSetup {
         wrong.map_or(Ok(()), |(what, numbers)| Err(format!("{what}: must be finite numbers in mm, is {numbers:?}")))
     }
 
-    /// The job file that says the same.
+    /// Returns the equivalent job file.
     fn file(&self) -> Result<Value, Failure> {
         let mesh = |role: &str, file: &Path| -> Result<Value, Failure> {
             Ok(json!({ "file": name(file)?, "role": role, "unit": self.unit, "up_axis": self.up_axis }))
@@ -127,11 +126,11 @@ impl AdHocSetup {
                 "work_offset": { "register": self.register, "linear_mm": offsets },
                 "meshes": meshes,
                 "stock": self.stock()?,
-                // Everything is inside of it: whether rapids are free is told by the run alone.
+                // Everything is inside it: only the run shows whether rapids are free.
                 "clearance": { "plane": { "origin_mm": [0.0, 0.0, crate::validate::FARTHEST] } },
             }],
             "operations": [],
-            // No program is written; what the control's own words cannot say does not matter.
+            // No program is written, so words that the control lacks do not matter.
             "post": {
                 "dialect": self.dialect,
                 "feed_mode": feed_mode(self.dialect),
@@ -154,7 +153,7 @@ impl AdHocSetup {
     }
 }
 
-/// A feed mode that a control has.
+/// Returns a feed mode that a control has.
 fn feed_mode(dialect: Dialect) -> FeedMode {
     let feeds = dialect.file().feeds;
     match (feeds.g94, feeds.g93) {
@@ -164,7 +163,7 @@ fn feed_mode(dialect: Dialect) -> FeedMode {
     }
 }
 
-/// A path as a file would have it.
+/// Returns a path as the text of a file.
 fn name(path: &Path) -> Result<&str, Failure> {
     path.to_str().ok_or_else(|| Failure::input(path, "the path is not UTF-8 text; give one that is"))
 }

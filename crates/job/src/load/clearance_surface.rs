@@ -6,7 +6,7 @@ use nalgebra::Point3;
 use crate::format::job_file::ClearanceFile;
 use crate::frames::direction;
 
-/// The clearance surface that a job names.
+/// Returns the clearance surface that a job names.
 pub fn clearance_surface(file: &ClearanceFile) -> ClearanceSurface {
     match file {
         ClearanceFile::Plane(p) => {

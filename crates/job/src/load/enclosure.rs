@@ -1,4 +1,4 @@
-//! Whether stock and clearance surface enclose what they are said to.
+//! Check that stock and clearance surface enclose the part.
 
 use facemill_cutter_location::Pieces;
 use facemill_surface_model::TriMesh;
@@ -9,19 +9,20 @@ use crate::frames::direction;
 use crate::load::clearance_surface::clearance_surface;
 use crate::load::obstacle_meshes::{ObstacleMesh, ObstacleRole};
 
-/// How far a part may stand out of its stock by rounding, mm: mesh files have single precision.
+/// Distance by which rounding alone may put a part out of its stock, mm: mesh files have single
+/// precision.
 const STOCK_ROUNDING: f64 = 1e-3;
 
-/// First thing that stock or clearance surface leave outside, as `field: what is wrong and what to
-/// do`.
+/// Reports the first body that reaches out of stock or clearance surface, as `field: what is wrong
+/// and what to do`.
 ///
-/// The part is to lie in the stock: in a box or cylinder as it is, in a mesh's bounding box where
-/// the stock is a casting, which may lack some material but not be elsewhere. Part, stock and
-/// fixtures are to lie inside the clearance surface. `obstacles` are those of the job, without the
-/// machine's bodies; workpiece frame.
+/// The part must lie in the stock: in a box or cylinder itself, in the bounding box of a mesh,
+/// since a casting may lack some material but not be elsewhere. Part, stock and fixtures must lie
+/// inside the clearance surface. `obstacles` are those of the job, without the machine's bodies;
+/// workpiece frame.
 ///
 /// # Errors
-/// When there is one.
+/// If there is one.
 pub fn check_enclosure(
     at: &str,
     file: &SetupFile,
@@ -38,7 +39,7 @@ pub fn check_enclosure(
         let Some((place, height)) = farthest(&o.mesh, |p| surface.height(p)) else { continue };
         if height + skin > 0.0 {
             return Err(format!(
-                "{at}.clearance: {} with what is on it reaches {:.3} mm beyond the clearance surface at {}; rapids would \
+                "{at}.clearance: {} with its stock or allowance reaches {:.3} mm beyond the clearance surface at {}; rapids would \
                  go through it, so move the surface out",
                 o.name_at(&place),
                 height + skin,
@@ -63,10 +64,10 @@ fn check_stock(at: &str, file: &SetupFile, obstacles: &[ObstacleMesh]) -> Result
     }
 }
 
-/// How far a point lies outside of the stock, negative inside, mm.
+/// Distance of a point outside the stock, negative inside, mm.
 type Outside<'a> = Box<dyn Fn(&Point3<f64>) -> f64 + 'a>;
 
-/// `None` where the stock is a skin on the part.
+/// Returns `None` if the stock is a layer on the part.
 fn outside_of_stock<'a>(stock: &'a StockFile, obstacles: &[ObstacleMesh]) -> Option<Outside<'a>> {
     let of_box = |min: Point3<f64>, max: Point3<f64>| -> Outside<'a> {
         Box::new(move |p: &Point3<f64>| (min - p).sup(&(p - max)).max())
@@ -90,7 +91,7 @@ fn outside_of_stock<'a>(stock: &'a StockFile, obstacles: &[ObstacleMesh]) -> Opt
     }
 }
 
-/// The triangles' corner of largest height, and its height.
+/// Returns the triangles' corner of largest height, and its height.
 fn farthest(mesh: &TriMesh, height: impl Fn(&Point3<f64>) -> f64) -> Option<(Point3<f64>, f64)> {
     let corners = mesh.triangles().iter().flatten().map(|&v| mesh.vertices()[v as usize]);
     corners.map(|p| (p, height(&p))).max_by(|a, b| a.1.total_cmp(&b.1))

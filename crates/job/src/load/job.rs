@@ -1,4 +1,4 @@
-//! A job that has been read, and its setups.
+//! Jobs as read, and their setups.
 
 use std::path::{Path, PathBuf};
 
@@ -19,38 +19,38 @@ use crate::load::mesh_files::FileKey;
 use crate::load::obstacle_meshes::ObstacleMesh;
 use crate::validate::belongs;
 
-/// A job with its tool, machine and post read.
+/// Job with its tool, machine and post.
 #[derive(Clone)]
 pub struct Job {
     /// The job file.
     pub path: PathBuf,
-    /// What it says.
+    /// Its content.
     pub file: JobFile,
     /// Its tool.
     pub tool: ToolAssembly,
-    /// Its machine; of one with two heads, as the first head sees it.
+    /// Its machine; of a machine with two heads, the view of the first head.
     pub machine: Machine,
     /// Its post.
     pub post: PostSettings,
-    /// The second head of its machine, where it has one.
+    /// The second head of its machine, if it has one.
     pub second: Option<SecondHead>,
-    /// Values that were put in place of those of the file.
+    /// Settings that replaced values of the file.
     pub settings: Vec<JobSetting>,
 }
 
-/// What the second head of a machine has of its own.
+/// Tool and machine view of the second head of a machine.
 #[derive(Clone)]
 pub struct SecondHead {
     /// Its tool.
     pub tool: ToolAssembly,
-    /// The machine as it sees it.
+    /// The machine as this head sees it.
     pub machine: Machine,
 }
 
 impl Job {
-    /// What the control does in the rapids of a program, between the first position and the way
-    /// home: under RTCP with a control that keeps the tip straight at rapid rate, too, the law of
-    /// its cuts, else the machine's law of rapids.
+    /// Returns the control's law of motion in the rapids of a program, between the first position
+    /// and the move home: the law of its cuts under RTCP with a control that keeps the tip straight
+    /// at rapid rate, too, else the machine's law of rapids.
     pub fn rapid_law(&self) -> BlockLaw {
         match self.post.rtcp_rapids() {
             Some(RtcpRapids::TipLinear) => self.post.cutting_law().into(),
@@ -58,15 +58,15 @@ impl Job {
         }
     }
 
-    /// A file named in the job, relative to the job file.
+    /// Returns the path of a file named in the job, relative to the job file.
     pub fn beside(&self, name: &str) -> PathBuf {
         self.path.parent().unwrap_or(Path::new("")).join(name)
     }
 
-    /// The job as one of the machine's two heads sees it (0 or 1): its tool, its clearance
-    /// surfaces, and its view of the machine with the other one's tool, thicker by `apart` mm,
-    /// where that is above 0 with what the control may stray added to the clearances of the head.
-    /// With one head it is the job itself.
+    /// Returns the job as one of the machine's two heads sees it (0 or 1): its tool, its clearance
+    /// surfaces, and its view of the machine with the other head's tool, thicker by `apart` mm. If
+    /// `apart` is above 0, adds the control's deviation to the clearances of the head. With one
+    /// head, returns the job itself.
     pub fn seen_by(&self, head: usize, apart: f64) -> Self {
         let mut file = self.file.clone();
         let Some(second) = &self.second else { return self.clone() };
@@ -87,24 +87,24 @@ impl Job {
         Self { file, tool: tool.clone(), machine, ..self.clone() }
     }
 
-    /// An error about the job file.
+    /// Returns an error about the job file.
     pub fn wrong(&self, message: impl ToString) -> Failure {
         Failure::input(&self.path, message)
     }
 
-    /// Its own program could not be read back: the fault of the job's own template or dialect file,
-    /// where it has one.
+    /// Returns the error for its own program that could not be read back: the fault of the job's
+    /// own template or dialect file, if it has one.
     pub fn unread(&self, why: &ReadError) -> Failure {
         let (post, reader) = (&self.file.post, self.post.dialect().name());
         match post.template.as_ref().or(post.dialect_file.as_ref()) {
             Some(name) => self.wrong(format!(
-                "post: what is written with {name} the reader of `{reader}` does not understand, so it cannot be verified: {why}"
+                "post: the reader of `{reader}` does not understand the program written with {name}, so it cannot be verified: {why}"
             )),
             None => Failure::Internal(format!("own program: {why}")),
         }
     }
 
-    /// The operations of a setup, with their index in the job.
+    /// Returns the operations of a setup, with their index in the job.
     pub fn operations_of<'a>(&'a self, setup: &'a SetupFile) -> impl Iterator<Item = (usize, &'a OperationFile)> {
         self.file.operations.iter().enumerate().filter(|(_, o)| belongs(o, setup, &self.file))
     }
@@ -112,43 +112,43 @@ impl Job {
 
 /// A setup with its meshes read, in the workpiece frame.
 pub struct Setup<'a> {
-    /// What the job says.
+    /// Its content in the job file.
     pub file: &'a SetupFile,
-    /// What the passes cut, alone: for paths that are projected on it.
+    /// Surface that the passes cut, alone: for paths that are projected on it.
     pub drive: Surface,
-    /// The whole files that the drive surface is in: normals and curvatures at its border know what
-    /// lies beyond.
+    /// The whole files of the drive surface, so that normals and curvatures at its border take
+    /// account of the surface beyond.
     pub around_drive: Surface,
-    /// Groups of `around_drive` that are the drive surface.
+    /// Groups of `around_drive` that form the drive surface.
     pub drive_groups: Vec<String>,
     /// Files of `around_drive` in their order, with their number of triangles.
     pub drive_files: Vec<(FileKey, usize)>,
-    /// Everything that must not be cut or hit.
+    /// All surfaces that must not be cut or hit.
     pub obstacles: Vec<ObstacleMesh>,
-    /// Thickness of the stock on part and check surfaces, mm; 0 where the stock is a solid of its
-    /// own.
+    /// Thickness of the stock on part and check surfaces, mm; 0 if the stock is a solid of its own.
     pub stock_thickness: f64,
-    /// The stock, where it is a solid of its own.
+    /// The stock, if it is a solid of its own.
     pub stock_solid: Option<Surface>,
-    /// Material that is left on the drive surface, mm.
+    /// Material to leave on the drive surface, mm.
     pub drive_allowance: f64,
     /// Pose of the workpiece frame on the table.
     pub table_from_work: Isometry3<f64>,
     /// Work offset register.
     pub work_offset: WorkOffset,
-    /// What was found in the files.
+    /// Reports on the mesh files.
     pub reports: Vec<MeshReport>,
 }
 
 impl<'a> Setup<'a> {
-    /// How the setup's program is written: numbered on from the job's number, setup by setup.
+    /// Returns the settings for the setup's program: numbers continue from the job's number, setup
+    /// by setup.
     pub fn post(&self, job: &Job) -> PostSettings {
         let before = job.file.setups.iter().take_while(|s| s.name != self.file.name).count();
         job.post.with_number_after(before as u32)
     }
 
-    /// Thickness of the stock along the normal at a CC point, mm, before anything is cut; 0 where
-    /// there is none.
+    /// Returns the thickness of the stock along the normal at a CC point, mm, before anything is
+    /// cut; 0 if there is none.
     pub fn stock_above(&self, cc: &CcPoint) -> f64 {
         match &self.stock_solid {
             None => (self.stock_thickness - self.drive_allowance).max(0.0),
@@ -160,7 +160,7 @@ impl<'a> Setup<'a> {
         }
     }
 
-    /// Machine, tool and workpiece for links.
+    /// Returns machine, tool and workpiece for links.
     pub fn link_scene<'j>(&self, job: &'j Job) -> LinkScene<'j> {
         LinkScene {
             machine: &job.machine,
@@ -170,14 +170,14 @@ impl<'a> Setup<'a> {
         }
     }
 
-    /// Smallest box around everything that stands on the table.
+    /// Returns the smallest box around everything on the table.
     pub fn aabb(&self) -> Aabb {
         self.obstacles.iter().fold(Aabb::EMPTY, |b, o| b.union(&o.mesh.aabb()))
     }
 }
 
-/// By how much the bodies of a head may be beside their planned way, mm: a certificate counts the
-/// control's tolerance in, so stands at the very clearance could not be proven.
+/// Returns the largest deviation of a head's bodies from their planned path, mm. A certificate
+/// includes the control's tolerance, so postures at exactly the clearance could not be proven.
 pub(crate) fn straying(machine: &Machine, gauge_length: f64) -> f64 {
     let home = machine.home();
     let tip = machine.cl_point(&home, gauge_length).tip;

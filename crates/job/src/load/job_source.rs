@@ -1,5 +1,5 @@
-//! The text of a job: where it is, what it is where it is no job, and the settings that change it
-//! for one run.
+//! Text of a job: its location, recognition of files that are no job, and the settings that change
+//! it for one run.
 
 use std::path::{Path, PathBuf};
 
@@ -16,16 +16,16 @@ use crate::validate::validate;
 /// Name of the job file in a job's folder.
 const JOB_NAME: &str = "job.json";
 
-/// The job file that a path names: `job.json` of a folder, else the path itself.
+/// Returns the job file that a path names: `job.json` of a folder, else the path itself.
 pub fn job_path(path: &Path) -> PathBuf {
     if path.is_dir() { path.join(JOB_NAME) } else { path.to_owned() }
 }
 
-/// Reads a job file, changes it by settings, and checks what it then says.
+/// Reads a job file, changes it by settings, and checks the result.
 ///
 /// # Errors
-/// When it cannot be read, is no job, or says what cannot be meant; a message about a value that
-/// was set names the setting.
+/// If it cannot be read, is no job, or has impermissible values; a message about a value that was
+/// set names the setting.
 pub fn read_job_file(path: &Path, settings: &[JobSetting]) -> Result<JobFile, Failure> {
     let text = files::read_text(path)?;
     if let Some(other) = other_format(path, &text) {
@@ -47,7 +47,7 @@ fn changed(path: &Path, text: &[u8], settings: &[JobSetting]) -> Result<JobFile,
     from_value(job).map_err(|e| blamed(settings, path, Failure::input(path, e)))
 }
 
-/// A failure that is about a value that was set, with the setting's name before it.
+/// Prefixes a failure about a value that was set with the setting's name.
 pub fn blamed(settings: &[JobSetting], path: &Path, failure: Failure) -> Failure {
     match failure {
         Failure::Input { file, message } if file == path => {
@@ -59,8 +59,8 @@ pub fn blamed(settings: &[JobSetting], path: &Path, failure: Failure) -> Failure
     }
 }
 
-/// What a file is that is given as an NC program and is of another format, and what to do; `None`
-/// where it may be a program.
+/// Recognizes a file of another format given as an NC program, and says what to do; `None` if it
+/// may be a program.
 ///
 /// The start of a file is enough.
 pub fn no_program(path: &Path, start: &[u8]) -> Option<String> {
@@ -78,7 +78,7 @@ pub fn no_program(path: &Path, start: &[u8]) -> Option<String> {
     is_mesh.then(|| format!("this is a mesh by its name, not an NC program; {INSTEAD}"))
 }
 
-/// Kind in the first key `"format": "facemill-KIND/…"` of JSON that may end anywhere.
+/// Returns the kind in the first key `"format": "facemill-KIND/…"` of JSON that may end anywhere.
 fn format_key(start: &[u8]) -> Option<&str> {
     const KEY: &[u8] = b"\"format\"";
     let key = start.windows(KEY.len()).position(|w| w == KEY)?;
@@ -87,8 +87,8 @@ fn format_key(start: &[u8]) -> Option<&str> {
     std::str::from_utf8(kind).ok()
 }
 
-/// What a file is that is given as a job and is of another format, and what to do; `None` where it
-/// may be a job.
+/// Recognizes a file of another format given as a job, and says what to do; `None` if it may be a
+/// job.
 fn other_format(path: &Path, text: &[u8]) -> Option<String> {
     let (what, instead) = match from_json::<Value>(text) {
         Ok(json) => {
@@ -104,7 +104,7 @@ fn other_format(path: &Path, text: &[u8]) -> Option<String> {
     Some(format!("this is {what}, not a job; {instead}"))
 }
 
-/// A format of ours in words, and what to do with it where a job is asked for.
+/// Returns one of our formats in words, and what to do with it if a job is required.
 fn json_format(kind: &str) -> Option<(&'static str, &'static str)> {
     const NAMED: &str = "give the job that names it";
     const RESULT: &str = "give the job that it was made from";
@@ -126,7 +126,7 @@ fn json_format(kind: &str) -> Option<(&'static str, &'static str)> {
     })
 }
 
-/// What a file that is no JSON is by its name.
+/// Recognizes a file that is not JSON by its name.
 fn text_format(path: &Path) -> Option<(&'static str, &'static str)> {
     let ending = path.extension()?.to_str()?.to_ascii_lowercase();
     if MeshFormat::from_extension(&ending).is_some() {

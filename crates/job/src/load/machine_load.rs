@@ -14,7 +14,7 @@ use crate::format::job_file::UnitFile;
 use crate::load::mesh_files::read_mesh;
 use crate::load::obstacle_meshes::matches_pattern;
 
-/// A machine as each of its heads sees it, and what its bodies that are meshes became.
+/// Machine as each of its heads sees it, and the hulls of its bodies that are meshes.
 pub struct ReadMachine {
     /// One view for each head.
     pub heads: Vec<Machine>,
@@ -22,7 +22,7 @@ pub struct ReadMachine {
     pub hulls: Vec<BodyHull>,
 }
 
-/// What a mesh became as a body of a machine: its convex hull, or a little more.
+/// Body of a machine made from a mesh: its convex hull, or slightly more.
 pub struct BodyHull {
     /// Name of the body.
     pub body: String,
@@ -32,15 +32,15 @@ pub struct BodyHull {
     pub n_vertices: usize,
     /// Volume of the hull, mm³.
     pub hull_mm3: f64,
-    /// Volume of the mesh, mm³; `None` where it is not closed.
+    /// Volume of the mesh, mm³; `None` if it is not closed.
     pub mesh_mm3: Option<f64>,
 }
 
 /// Reads a machine file and the meshes beside it.
 ///
 /// # Errors
-/// When a file cannot be read or is wrong; the message names the machine file, its field and the
-/// mesh file.
+/// If a file cannot be read or is wrong; the message names the machine file, its field and the mesh
+/// file.
 pub fn read_machine(path: &Path) -> Result<ReadMachine, Failure> {
     let file: MachineFile =
         facemill_file_format::from_json(&files::read_named_text(path)?).map_err(|e| Failure::input(path, e))?;
@@ -62,7 +62,8 @@ pub fn read_machine(path: &Path) -> Result<ReadMachine, Failure> {
 }
 
 impl BodyHull {
-    /// By what share of the mesh's volume the hull's exceeds it; `None` where the mesh has none.
+    /// Returns the excess of the hull's volume as a fraction of the mesh's; `None` if the mesh has
+    /// none.
     pub fn excess(&self) -> Option<f64> {
         self.mesh_mm3.filter(|v| *v > 0.0).map(|v| (self.hull_mm3 / v - 1.0).max(0.0))
     }
@@ -72,7 +73,7 @@ fn in_field(wanted: &BodyMesh<'_>, problem: impl std::fmt::Display) -> String {
     format!("{} (body {:?}): mesh file {:?}: {problem}", wanted.field, wanted.body, wanted.shape.file)
 }
 
-/// The groups of the mesh that a body names.
+/// Returns the groups of the mesh that a body names.
 fn mesh_of(machine: &Path, wanted: &BodyMesh<'_>) -> Result<TriMesh, String> {
     let path = machine.parent().unwrap_or(Path::new("")).join(&wanted.shape.file);
     let unit = wanted.shape.unit.map(|unit| match unit {
@@ -100,7 +101,7 @@ fn mesh_of(machine: &Path, wanted: &BodyMesh<'_>) -> Result<TriMesh, String> {
     Ok(mesh.select_groups(|name| patterns.iter().any(|p| matches_pattern(p, name))))
 }
 
-/// A convex polyhedron around the triangles of a mesh.
+/// Returns a convex polyhedron around the triangles of a mesh.
 fn hull_of(mesh: &TriMesh) -> Result<ConvexPolyhedron, String> {
     let used: BTreeSet<u32> = mesh.triangles().iter().flatten().copied().collect();
     let points: Vec<_> = used.into_iter().map(|k| mesh.vertices()[k as usize]).collect();
@@ -109,7 +110,7 @@ fn hull_of(mesh: &TriMesh) -> Result<ConvexPolyhedron, String> {
         .map_err(|e| format!("{e}; give a mesh with a volume, or describe the body as a box, cylinder or frustum"))
 }
 
-/// Volume of a mesh of closed components, mm³.
+/// Returns the volume of a mesh of closed components, mm³.
 fn volume(mesh: &TriMesh) -> Option<f64> {
     let topology = Topology::of(mesh, &Edges::of(mesh));
     let all: Option<Vec<f64>> = topology.components.iter().map(|c| c.volume_mm3).collect();

@@ -1,4 +1,4 @@
-//! Files that a job is made from, read.
+//! Input files of a job, read.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -11,8 +11,8 @@ use crate::format::made_from::{InputFile, MadeFrom};
 use crate::load::job::Job;
 
 impl MadeFrom {
-    /// Reads all files that a job names, and those that these name; what cannot be read is left
-    /// out, as planning tells it.
+    /// Reads all files that a job names, and those that they name. Leaves out unreadable files,
+    /// since planning reports them.
     pub fn of(job: &Job) -> Self {
         let mut inputs = BTreeMap::new();
         let folder = job.path.parent().unwrap_or(Path::new(""));
@@ -29,7 +29,7 @@ impl MadeFrom {
     }
 }
 
-/// Files that the job names.
+/// Returns the files that the job names.
 pub(crate) fn named(job: &Job) -> impl Iterator<Item = &str> {
     let file = &job.file;
     let of_setups = file.setups.iter().flat_map(|setup| {
@@ -63,7 +63,7 @@ pub(crate) fn add(folder: &Path, name: &str, inputs: &mut BTreeMap<String, Strin
     others.into_iter().for_each(|other| add(folder, &beside.join(other).to_string_lossy(), inputs));
 }
 
-/// Mesh files that bodies in a machine file name.
+/// Collects the mesh files that bodies in a machine file name.
 pub(crate) fn meshes_in<'j>(json: &'j Value, found: &mut Vec<&'j str>) {
     match json {
         Value::Object(map) => map.iter().for_each(|(key, value)| match value["file"].as_str() {

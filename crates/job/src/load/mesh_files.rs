@@ -1,4 +1,4 @@
-//! The mesh files that a job names, and what their numbers are taken for.
+//! Mesh files that a job names, and the units and axes assumed for them.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,7 +13,7 @@ use crate::format::report::MeshReport;
 use crate::load::job::Job;
 use crate::validate::FARTHEST;
 
-/// A mesh file with what is said of it.
+/// Mesh file with its settings in the job.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct FileKey {
     /// Path as the job has it.
@@ -24,7 +24,7 @@ pub struct FileKey {
 }
 
 impl FileKey {
-    /// Whether the job turns its triangles.
+    /// Returns whether the job reverses its triangles.
     pub fn reverse_winding(&self) -> bool {
         self.reverse_winding
     }
@@ -44,7 +44,7 @@ impl From<&MeshStockFile> for FileKey {
     }
 }
 
-/// Mesh files already read, by what is said of them.
+/// Mesh files already read, by their settings.
 pub struct MeshFiles<'a> {
     job: &'a Job,
     /// Meshes that have been read.
@@ -52,12 +52,12 @@ pub struct MeshFiles<'a> {
 }
 
 impl<'a> MeshFiles<'a> {
-    /// Files of a job, none of them read.
+    /// Returns the files of a job, none of them read.
     pub fn of(job: &'a Job) -> Self {
         Self { job, read: BTreeMap::new() }
     }
 
-    /// Mesh of a file, turned where the job says so.
+    /// Returns the mesh of a file, reversed if the job says so.
     pub fn get(&mut self, key: &FileKey) -> Result<&Imported, Failure> {
         if !self.read.contains_key(key) {
             let mut imported = read_mesh(&self.job.beside(&key.name), key.unit, key.up)?;
@@ -69,7 +69,7 @@ impl<'a> MeshFiles<'a> {
         Ok(&self.read[key])
     }
 
-    /// What was found in the files, and what they were taken for.
+    /// Returns the reports on the files, with the units and axes assumed.
     pub fn reports(&self) -> Vec<MeshReport> {
         let report = |(key, read): (&FileKey, &Imported)| {
             let format = MeshFormat::from_extension(Path::new(&key.name).extension()?.to_str()?)?;
@@ -83,14 +83,15 @@ impl<'a> MeshFiles<'a> {
     }
 }
 
-/// A mesh with all triangles turned, and what was found in it with them.
+/// Reverses all triangles of a mesh, and updates its report.
 fn reversed(Imported { mesh, mut report }: Imported) -> Imported {
     report.components.iter_mut().for_each(|c| c.volume_mm3 = c.volume_mm3.map(|v| -v));
     report.n_inverted = report.components.iter().filter(|c| c.is_inverted()).count();
     Imported { mesh: mesh.reversed(), report }
 }
 
-/// How a mesh file is meant, with the unit and up axis that the job states, or the format's own.
+/// Returns the import settings of a mesh file, with the unit and up axis that the job states, or
+/// the format's own.
 fn import_settings(format: MeshFormat, unit: Option<UnitFile>, up: Option<UpAxisFile>) -> ImportSettings {
     let mut settings = ImportSettings::default_for(format);
     if let Some(unit) = unit {
@@ -114,7 +115,7 @@ fn import_settings(format: MeshFormat, unit: Option<UnitFile>, up: Option<UpAxis
 /// Reads a mesh file with the unit and up axis that the job states, or the format's own.
 ///
 /// # Errors
-/// When it cannot be read or is no mesh.
+/// If it cannot be read or is no mesh.
 pub fn read_mesh(path: &Path, unit: Option<UnitFile>, up: Option<UpAxisFile>) -> Result<Imported, Failure> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
     let format = MeshFormat::from_extension(extension)

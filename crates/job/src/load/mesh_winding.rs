@@ -1,4 +1,4 @@
-//! Whether the mesh files of a setup are wound the right way round.
+//! Check that the mesh files of a setup are wound outward.
 
 use facemill_surface_model::{Orientation, Surface, Winding};
 use facemill_tool_model::ToolAssembly;
@@ -8,29 +8,29 @@ use crate::failure::Failure;
 use crate::load::job::{Job, Setup};
 use crate::load::mesh_files::FileKey;
 
-/// Part of what a piece closes around that must be out of the tool's reach, so that it is not the
-/// wall of a hollow.
+/// Fraction of the places in front of a piece from which the tool must lack room, so that the piece
+/// is not the wall of a hollow.
 const NO_ROOM: f64 = 0.9;
 
-/// Triangles of a piece from which room for the tool is sought, and directions of its axis.
+/// Triangles of a piece at which room for the tool is sought, and directions of its axis.
 const PLACES: usize = 100;
 
 const DIRECTIONS: usize = 64;
 
-/// Distance from the surface at which a ray begins, mm, so that it does not meet its own triangle.
+/// Distance of a ray's start from the surface, mm, so that it does not meet its own triangle.
 const OFF: f64 = 1e-4;
 
-/// Space that a tool takes at least, whatever its posture, mm.
+/// Least space that a tool needs in any posture, mm.
 #[derive(Clone, Copy)]
 struct ToolRoom {
-    /// Along the normal of what it cuts: its diameter, or its length where that is less.
+    /// Along the normal of the cut surface: its diameter, or its length if that is less.
     across: f64,
     /// Along its axis.
     length: f64,
 }
 
 impl ToolRoom {
-    /// Room of the smallest of a job's tools.
+    /// Returns the room of the smallest of a job's tools.
     fn of(job: &Job) -> Self {
         let tools = || std::iter::once(&job.tool).chain(job.second.iter().map(|s| &s.tool));
         let least = |of: &dyn Fn(&ToolAssembly) -> f64| tools().map(of).fold(f64::INFINITY, f64::min);
@@ -39,32 +39,32 @@ impl ToolRoom {
     }
 }
 
-/// Triangles of a mesh file by what is known of their winding.
+/// Triangles of a mesh file by their winding.
 #[derive(Default)]
 struct FileWinding {
     n_triangles: usize,
     n_inward: usize,
-    /// Pieces that are wound inward: their number, first triangle within the file and number of
-    /// triangles of the largest.
+    /// Pieces that are wound inward: their number, then first triangle within the file and number
+    /// of triangles of the largest.
     pieces: usize,
     largest: (usize, usize),
     n_hollow: usize,
     n_undecided: usize,
 }
 
-/// Refuses meshes that are wound inside out, and returns a line for each mesh of which this cannot
-/// be known.
+/// Refuses meshes that are wound inside out, and returns a line for each mesh whose winding cannot
+/// be determined.
 ///
 /// # Errors
-/// When a file of the drive surface, or the stock, closes around what lies in front of its
-/// triangles, and no tool has room there.
+/// If a file of the drive surface, or the stock, encloses the space in front of its triangles, and
+/// no tool has room there.
 pub fn check_winding(job: &Job, setup: &Setup<'_>, index: usize) -> Result<Vec<String>, Failure> {
     check_stock(job, setup, index)?;
     let found = windings(&setup.around_drive, &setup.drive_files, ToolRoom::of(job));
     for ((key, _), winding) in setup.drive_files.iter().zip(&found) {
         if winding.n_inward > 0 {
             let told = inward(&entries(setup, key, index), key, winding);
-            // A part that is named on the command line has no such entry.
+            // A part named on the command line has no such entry.
             let remedy = if job.file.operations.is_empty() { ", or where the file comes from" } else { "" };
             return Err(job.wrong(format!("{told}{remedy}")));
         }
@@ -86,7 +86,7 @@ fn check_stock(job: &Job, setup: &Setup<'_>, index: usize) -> Result<(), Failure
     Ok(())
 }
 
-/// Entries of a job that name a file, as keys.
+/// Returns the entries of a job that name a file, as keys.
 fn entries(setup: &Setup<'_>, key: &FileKey, index: usize) -> String {
     let of_file = setup.file.meshes.iter().enumerate().filter(|(_, entry)| FileKey::from(*entry) == *key);
     of_file.map(|(k, _)| format!("setups[{index}].meshes[{k}]")).collect::<Vec<_>>().join(", ")
@@ -100,12 +100,12 @@ fn windings(surface: &Surface, files: &[(FileKey, usize)], room: ToolRoom) -> Ve
     let mut windings: Vec<FileWinding> = files.iter().map(new).collect();
     let first: Vec<usize> = files.iter().scan(0, |next, (_, n)| Some(std::mem::replace(next, *next + n))).collect();
     for (piece, triangles) in found.pieces.iter().zip(&of_piece) {
-        // Files are not welded to each other, so a piece is of one.
+        // Files are not welded to each other, so each piece belongs to one.
         let file = first.partition_point(|first| *first <= piece.first_triangle) - 1;
         let (of_file, n) = (&mut windings[file], piece.n_triangles);
         match piece.winding {
             Winding::Outward => {}
-            // The wall of a cavity is wound so by right.
+            // The wall of a cavity is rightly wound so.
             Winding::Undecided if piece.closed => {}
             Winding::Undecided => of_file.n_undecided += n,
             Winding::Inward if piece.closed || !has_room(surface, triangles, room) => {
@@ -121,8 +121,8 @@ fn windings(surface: &Surface, files: &[(FileKey, usize)], room: ToolRoom) -> Ve
     windings
 }
 
-/// Whether a tool may have room in front of these triangles: at more than a tenth of the places
-/// nothing is in its way that must be.
+/// Returns whether a tool may have room in front of these triangles: at more than a tenth of the
+/// places no surface blocks the space that it needs.
 fn has_room(surface: &Surface, triangles: &[usize], room: ToolRoom) -> bool {
     let step = triangles.len().div_ceil(PLACES).max(1);
     let (mut places, mut closed) = (0, 0);
@@ -137,7 +137,7 @@ fn has_room(surface: &Surface, triangles: &[usize], room: ToolRoom) -> bool {
     (closed as f64) < NO_ROOM * f64::from(places)
 }
 
-/// Directions spread over the half-space of a normal.
+/// Returns directions spread over the half-space of a normal.
 fn axes(normal: &Unit<Vector3<f64>>) -> impl Iterator<Item = Unit<Vector3<f64>>> {
     let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
     let to_normal = UnitQuaternion::rotation_between_axis(&Vector3::z_axis(), normal)
@@ -154,8 +154,8 @@ fn inward(entries: &str, key: &FileKey, found: &FileWinding) -> String {
     let FileWinding { n_triangles, n_inward, pieces, largest, .. } = found;
     let what = format!(
         "{entries}: {}: {n_inward} of {n_triangles} triangles are wound inside out (winding number; {pieces} connected \
-         piece{}, the largest of {} triangles from triangle {} on, counted from 0 after import): the mesh closes around what \
-         lies in front of them, and the tool has no room there",
+         piece{}, the largest of {} triangles from triangle {} on, counted from 0 after import): the mesh encloses the space \
+         in front of them, and the tool has no room there",
         key.name,
         if *pieces == 1 { "" } else { "s" },
         largest.1,
@@ -173,7 +173,7 @@ fn inward(entries: &str, key: &FileKey, found: &FileWinding) -> String {
     }
 }
 
-/// What is said of triangles of which the mesh does not tell the side of the material.
+/// Describes the triangles whose side of the material the mesh does not determine.
 fn undecided(key: &FileKey, found: &FileWinding) -> Option<String> {
     let (open, hollow) = (found.n_undecided, found.n_hollow);
     let of = |n: usize| format!("{n} of {} triangles", found.n_triangles);

@@ -1,4 +1,4 @@
-//! The meshes that must not be cut or hit, of the groups that a job gives a role.
+//! Meshes that must not be cut or hit, from the groups to which a job gives a role.
 
 use facemill_cl_data::{RoundBox, Solid};
 use facemill_cutter_location::Pieces;
@@ -12,11 +12,11 @@ use crate::format::job_file::MeshFile;
 use crate::load::job::Job;
 use crate::load::mesh_files::{FileKey, MeshFiles};
 
-/// A mesh that must not be cut or hit, workpiece frame.
+/// Mesh that must not be cut or hit, workpiece frame.
 pub struct ObstacleMesh {
     /// Role and file, for findings.
     pub name: String,
-    /// What it means.
+    /// Its role.
     pub role: ObstacleRole,
     /// The mesh.
     pub mesh: TriMesh,
@@ -24,14 +24,14 @@ pub struct ObstacleMesh {
     pub tree: MeshTree,
     /// Material that the cutter must leave on it, mm.
     pub allowance: f64,
-    /// File and group of each group of the mesh, where it is of the job's files.
+    /// File and group of each group of the mesh, if it is from the job's files.
     pub labels: Vec<String>,
-    /// Index among the machine's bodies, where it is one.
+    /// Index among the machine's bodies, if it is one.
     pub machine_body: Option<usize>,
 }
 
 impl Pieces for ObstacleMesh {
-    /// The obstacle's name with the file and group that are nearest to a place on it.
+    /// Returns the obstacle's name with the file and group nearest to a place on it.
     fn name_at(&self, place: &Point3<f64>) -> String {
         let point = RoundBox { half_extents: Vector3::zeros(), rounding: 0.0 };
         let at = Isometry3::from(Translation3::from(place.coords));
@@ -41,7 +41,7 @@ impl Pieces for ObstacleMesh {
     }
 }
 
-/// What an obstacle means.
+/// Role of an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ObstacleRole {
     /// Drive and part surfaces.
@@ -52,17 +52,17 @@ pub enum ObstacleRole {
     Fixture,
     /// Bodies of the machine's table; the virtual machine takes them from the machine.
     Table,
-    /// The stock, where it is a solid of its own.
+    /// The stock, if it is a solid of its own.
     Stock,
 }
 
-/// Obstacle that is no body of the machine.
+/// Returns an obstacle that is no body of the machine.
 pub fn obstacle(role: ObstacleRole, allowance: f64, name: String, mesh: TriMesh) -> ObstacleMesh {
     ObstacleMesh { name, role, tree: MeshTree::new(&mesh), mesh, allowance, labels: Vec::new(), machine_body: None }
 }
 
-/// Bodies of the machine's table that stand still against the workpiece. Those that move against it
-/// are taken from the machine by the tests themselves.
+/// Returns the bodies of the machine's table that are still relative to the workpiece. The tests
+/// take bodies that move relative to it from the machine themselves.
 pub fn table_bodies(machine: &Machine, table_from_work: &Isometry3<f64>) -> Vec<ObstacleMesh> {
     let work_from_table = table_from_work.inverse();
     machine
@@ -78,19 +78,19 @@ pub fn table_bodies(machine: &Machine, table_from_work: &Isometry3<f64>) -> Vec<
         .collect()
 }
 
-/// Groups of a mesh file that mean the same.
+/// Groups of a mesh file of the same meaning.
 pub struct Selection {
     /// Role.
     pub role: ObstacleRole,
     /// Allowance on it, mm.
     pub allowance: f64,
-    /// File that it is of.
+    /// File of the groups.
     pub file: FileKey,
     /// One for each group of the file.
     pub groups: Vec<bool>,
 }
 
-/// Adds a selection to the one of the same meaning, so that a group that is named twice is there
+/// Merges a selection into the one of the same meaning, so that a group named twice is included
 /// once: a closed part with one side doubled would not be closed.
 pub fn select_also(selections: &mut Vec<Selection>, new: Selection) {
     let same = |s: &&mut Selection| s.role == new.role && s.allowance == new.allowance && s.file == new.file;
@@ -100,7 +100,7 @@ pub fn select_also(selections: &mut Vec<Selection>, new: Selection) {
     }
 }
 
-/// One obstacle for each role and allowance.
+/// Returns one obstacle for each role and allowance.
 pub fn joined_obstacles(
     selections: &[Selection],
     files: &MeshFiles<'_>,
@@ -134,7 +134,7 @@ pub fn joined_obstacles(
         .collect()
 }
 
-/// Which groups of a mesh a job's entry means.
+/// Returns which groups of a mesh a job's entry selects.
 pub fn selected_groups(job: &Job, at: &str, entry: &MeshFile, mesh: &TriMesh) -> Result<Vec<bool>, Failure> {
     let Some(patterns) = &entry.groups else { return Ok(vec![true; mesh.groups().len()]) };
     for pattern in patterns {
@@ -150,13 +150,13 @@ pub fn selected_groups(job: &Job, at: &str, entry: &MeshFile, mesh: &TriMesh) ->
     Ok(mesh.groups().iter().map(|g| patterns.iter().any(|p| matches_pattern(p, &g.name))).collect())
 }
 
-/// The mesh with these groups only.
+/// Returns the mesh with these groups only.
 pub fn only(mesh: &TriMesh, groups: &[bool]) -> TriMesh {
     let mut chosen = groups.iter();
     mesh.select_groups(|_| chosen.next().copied().unwrap_or(false))
 }
 
-/// Whether a name matches a pattern in which `*` stands for any run of characters.
+/// Returns whether a name matches a pattern in which `*` matches any run of characters.
 pub fn matches_pattern(pattern: &str, name: &str) -> bool {
     match pattern.split_once('*') {
         None => pattern == name,

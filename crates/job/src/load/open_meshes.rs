@@ -1,4 +1,4 @@
-//! What is said of meshes that are not closed.
+//! Assumptions about meshes that are not closed.
 
 use std::collections::HashMap;
 
@@ -9,8 +9,8 @@ use nalgebra::Point3;
 use crate::load::job::Setup;
 use crate::load::obstacle_meshes::ObstacleRole;
 
-/// That stock which is told as an allowance is on both sides of part and check surfaces; `None`
-/// where these are closed together, and where the stock is a solid or there is none.
+/// Returns the assumption that stock given as an allowance is on both sides of part and check
+/// surfaces; `None` if these are closed together, if the stock is a solid, or if there is no stock.
 pub fn open_stock(setup: &Setup<'_>) -> Option<Assumption> {
     let allowance = setup.stock_thickness;
     let is_surface = |role: ObstacleRole| matches!(role, ObstacleRole::Part | ObstacleRole::Check);
@@ -24,13 +24,13 @@ pub fn open_stock(setup: &Setup<'_>) -> Option<Assumption> {
     Some(Assumption { line: None, text })
 }
 
-/// The mesh files of a setup within which nothing is found.
+/// Returns an assumption for each mesh file of a setup whose inside cannot be checked.
 pub fn open_files(setup: &Setup<'_>) -> impl Iterator<Item = Assumption> {
     let text = |file: &str| format!("the mesh {file} is not closed: a body wholly inside it is not found");
     setup.reports.iter().filter(|r| r.is_open()).map(move |r| Assumption { line: None, text: text(&r.file) })
 }
 
-/// Whether meshes bound volumes together, those that meet at the same vertices as one.
+/// Returns whether meshes bound volumes together; joins meshes that meet at the same vertices.
 fn is_closed<'a>(meshes: impl Iterator<Item = &'a TriMesh>) -> bool {
     let mut vertices: Vec<Point3<f64>> = Vec::new();
     let mut triangles = Vec::new();
@@ -38,7 +38,7 @@ fn is_closed<'a>(meshes: impl Iterator<Item = &'a TriMesh>) -> bool {
     for mesh in meshes {
         let mut vertex = |k: u32| {
             let p = mesh.vertices()[k as usize];
-            // Of the two zeros one.
+            // Both zeros become one.
             let key = [p.x, p.y, p.z].map(|c| (c + 0.0).to_bits());
             *known.entry(key).or_insert_with(|| {
                 vertices.push(p);

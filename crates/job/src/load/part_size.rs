@@ -1,4 +1,4 @@
-//! Whether the size of a part is one that can be meant, and which unit would make it so.
+//! Check that the size of a part is plausible, and the units that would make it so.
 
 use facemill_cl_data::Aabb;
 use facemill_cutter_location::links::link::ClearanceSurface;
@@ -9,17 +9,17 @@ use nalgebra::{Isometry3, Point3};
 use crate::load::job::{Job, Setup};
 use crate::load::obstacle_meshes::{ObstacleMesh, ObstacleRole};
 
-/// A part shorter than this part of the cutter's diameter is not meant.
+/// Shortest plausible part, as a fraction of the cutter's diameter.
 const SHORTEST: f64 = 0.5;
 
-/// Nor one longer than so many times the longest travel: of a part that turns on a table, half is
-/// cut at a time.
+/// Longest plausible part, as a multiple of the longest travel: half of a part that turns on a
+/// table is cut at a time.
 const LONGEST: f64 = 2.0;
 
 /// Units in the order in which they are proposed.
 const UNITS: [LengthUnit; 4] = [LengthUnit::Millimetre, LengthUnit::Inch, LengthUnit::Metre, LengthUnit::Centimetre];
 
-/// Lengths of a part that its tool and machine suit, mm.
+/// Plausible lengths of a part for its tool and machine, mm.
 struct Suitable {
     diameter: f64,
     travel: f64,
@@ -35,18 +35,19 @@ impl Suitable {
         }
     }
 
-    /// Whether a part of this length may be meant.
+    /// Returns whether a part of this length is plausible.
     fn may_be(&self, length: f64) -> bool {
         length >= SHORTEST * self.diameter && length <= LONGEST * self.travel
     }
 
-    /// Whether it is likely: a length that is proposed.
+    /// Returns whether a length is likely enough to be proposed.
     fn is_likely(&self, length: f64) -> bool {
         length >= self.diameter && length <= self.travel
     }
 }
 
-/// Box of the part's own meshes (drive, part and check surfaces) in the frame of their files, mm.
+/// Returns the box of the part's own meshes (drive, part and check surfaces) in the frame of their
+/// files, mm.
 pub fn part_box(obstacles: &[ObstacleMesh], work_from_part: &Isometry3<f64>) -> Aabb {
     let part_from_work = work_from_part.inverse();
     let corners = parts(obstacles).flat_map(|o| {
@@ -63,8 +64,8 @@ fn length(b: &Aabb) -> f64 {
     2.0 * b.half_extents().max()
 }
 
-/// Names the units in which a part would have a likely size, where as it is read it has none that
-/// tool and machine suit.
+/// Names the units in which a part would have a likely size, if its size as read does not suit tool
+/// and machine.
 pub fn unit_advice(job: &Job, setup: &Setup<'_>) -> Option<String> {
     let suitable = Suitable::of(job);
     let length = length(&part_box(&setup.obstacles, &crate::frames::pose(&setup.file.work_from_part)));
@@ -76,7 +77,7 @@ pub fn unit_advice(job: &Job, setup: &Setup<'_>) -> Option<String> {
     advice(&suitable, length, unit, likely)
 }
 
-/// Names the units in which a part that reaches beyond the clearance surface would lie inside of it
+/// Names the units in which a part that reaches beyond the clearance surface would lie inside it
 /// and have a likely size.
 pub fn unit_inside(
     job: &Job,
@@ -120,7 +121,7 @@ fn advice(
     ))
 }
 
-/// Name of a unit.
+/// Returns the name of a unit.
 pub fn units(unit: LengthUnit) -> &'static str {
     match unit {
         LengthUnit::Metre => "metres",

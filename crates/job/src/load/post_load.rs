@@ -1,4 +1,4 @@
-//! The job's dialect file and template.
+//! Dialect file and template of a job.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,7 +15,7 @@ use crate::load::job::Job;
 /// Reads the files that the job's `post` names, and checks them.
 ///
 /// # Errors
-/// When a file cannot be read or is wrong; the message names file and field.
+/// If a file cannot be read or is wrong; the message names file and field.
 pub fn read_post(job_path: &Path, file: &JobFile) -> Result<PostSettings, Failure> {
     let beside = |name: &str| job_path.parent().unwrap_or(Path::new("")).join(name);
     let post = &file.post;
@@ -37,7 +37,7 @@ pub fn read_post(job_path: &Path, file: &JobFile) -> Result<PostSettings, Failur
     if let Some(other) = control_of(&rules, post.dialect) {
         let (own, other) = (post.dialect.name(), other.name());
         let what = format!(
-            "is a dialect file of {other}, and post.dialect is {own}, whose reader and template do not know its words: set \
+            "is a dialect file of {other}, but post.dialect is {own}, whose reader and template do not know its words: set \
              post.dialect to {other}, or make the file from that of {own}"
         );
         return Err(Failure::input(&path, what));
@@ -50,8 +50,8 @@ pub fn read_post(job_path: &Path, file: &JobFile) -> Result<PostSettings, Failur
 }
 
 impl Job {
-    /// Reads a program as one for a control. Where that is the job's, functions are harmless that
-    /// the job's dialect file says so of.
+    /// Reads a program for a control. If the control is the job's, functions that the job's dialect
+    /// file calls harmless are harmless.
     ///
     /// # Errors
     /// As [`read_program`].
@@ -64,8 +64,8 @@ impl Job {
     }
 }
 
-/// Where the largest value that a number of `post` can have is one that the dialect file of this
-/// name says: its key.
+/// Returns the key of the dialect file of this name that sets the largest value of a number of
+/// `post`; empty if it sets none.
 fn said_by(rules: &DialectFile, name: &str, error: &PostError) -> String {
     let PostError::Range { field, value, max, .. } = error else { return String::new() };
     let most = &rules.numbers.max_decimals;
@@ -81,9 +81,9 @@ fn said_by(rules: &DialectFile, name: &str, error: &PostError) -> String {
     if limit == *max && value > max { format!(", the {key} of {name}") } else { String::new() }
 }
 
-/// The control whose own file these rules were made from, where that is not `own`: the one of the
-/// fewest words that it does not write so. Numbers and switches, which every shop sets as its
-/// control takes them, do not count, nor do words left out.
+/// Returns the control whose own file these rules were made from, if it is not `own`: the one from
+/// which the fewest words differ. Ignores numbers and switches, which every shop sets for its
+/// control, and omitted words.
 fn control_of(rules: &DialectFile, own: Dialect) -> Option<Dialect> {
     let found = words(rules);
     let apart = |dialect: Dialect| {
@@ -94,11 +94,11 @@ fn control_of(rules: &DialectFile, own: Dialect) -> Option<Dialect> {
     (apart(nearest) < apart(own)).then_some(nearest)
 }
 
-/// Keys of dialect files whose texts are no words of programs.
+/// Keys of dialect files whose texts are not words of programs.
 const NO_WORDS: [&str; 5] = ["note", "absent", "law", "laws", "rapids"];
 
-/// What a dialect file writes into programs, by its place: every text, and every list of texts as a
-/// whole.
+/// Returns the texts that a dialect file writes into programs, by their place: every text, and
+/// every list of texts as a whole.
 fn words(rules: &DialectFile) -> BTreeMap<String, serde_json::Value> {
     fn add(at: &str, value: &serde_json::Value, all: &mut BTreeMap<String, serde_json::Value>) {
         use serde_json::Value::{Array, Object, String};

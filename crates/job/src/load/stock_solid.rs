@@ -1,4 +1,4 @@
-//! Solids of stock as meshes.
+//! Meshes of solid stock.
 
 use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Rotation3, Vector3};
@@ -6,11 +6,12 @@ use nalgebra::{Isometry3, Point3, Rotation3, Vector3};
 use crate::format::job_file::{BoxStockFile, CylinderStockFile, StockFile};
 use crate::frames::direction;
 
-/// Sides of the prism that a round bar becomes; its corners lie outside the bar, so that it is
-/// bounded from outside.
+/// Sides of the prism that replaces a round bar; its corners lie outside the bar, so that the prism
+/// contains it.
 const CYLINDER_SIDES: u32 = 96;
 
-/// The mesh of a box or a cylinder, from outside; empty for stock that is no solid of its own.
+/// Returns the mesh of a box or a cylinder, from outside; empty for stock that is no solid of its
+/// own.
 pub fn stock_mesh(stock: &StockFile) -> TriMesh {
     match stock {
         StockFile::Box(b) => box_mesh(b),
@@ -39,7 +40,7 @@ fn cylinder_mesh(c: &CylinderStockFile) -> TriMesh {
     frustum_mesh(c.radius_mm, c.radius_mm, 0.0, c.height_mm).transformed(&pose)
 }
 
-/// A frustum about z, from outside.
+/// Returns a frustum about z, from outside.
 fn frustum_mesh(radius_low: f64, radius_high: f64, z_low: f64, z_high: f64) -> TriMesh {
     let n = CYLINDER_SIDES;
     let outside = 1.0 / (std::f64::consts::PI / f64::from(n)).cos();

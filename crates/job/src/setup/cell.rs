@@ -1,4 +1,4 @@
-//! The workcell of an operation: what its poses are judged by.
+//! Workcell of an operation: the settings and bodies that its poses are judged by.
 
 use facemill_cl_data::{ErrorBudget, Posture};
 use facemill_cutter_location::cusp::cut_point::Strip;
@@ -17,18 +17,18 @@ use crate::frames::direction;
 use crate::load::job::{Job, Setup};
 use crate::load::obstacle_meshes::ObstacleRole;
 
-/// Least step-over as part of the largest that the user allows: a surface that asks for less asks
-/// for another tool.
+/// Least step-over as a fraction of the largest that the user allows: a surface that needs less
+/// needs another tool.
 pub const LEAST_STEP: f64 = 0.01;
 
 /// Cells along the longer side of the Z-map: fine enough to follow a part, coarse enough to cost
 /// nothing.
 const Z_MAP_CELLS: f64 = 200.0;
 
-/// Z-map of everything that stands on the table, seen along +Z of the workpiece frame.
+/// Returns the Z-map of everything on the table, seen along +Z of the workpiece frame.
 ///
 /// # Errors
-/// When the map cannot be built.
+/// If the map cannot be built.
 pub fn z_map(setup: &Setup<'_>) -> Result<ZMap, Failure> {
     let all = setup.obstacles.iter().fold(facemill_surface_model::TriMesh::default(), |all, o| all.joined(&o.mesh));
     let size = setup.aabb().half_extents() * 2.0;
@@ -37,7 +37,7 @@ pub fn z_map(setup: &Setup<'_>) -> Result<ZMap, Failure> {
     ZMap::build(&all, &Isometry3::identity(), &settings).map_err(|e| Failure::Internal(e.to_string()))
 }
 
-/// The workcell of an operation.
+/// Returns the workcell of an operation.
 pub fn workcell<'a>(job: &'a Job, setup: &'a Setup<'_>, operation: &OperationFile, z_map: &'a ZMap) -> Workcell<'a> {
     let obstacles = setup
         .obstacles
@@ -77,14 +77,14 @@ pub fn workcell<'a>(job: &'a Job, setup: &'a Setup<'_>, operation: &OperationFil
             .map(|c| AxisCone { axis: direction(&c.axis), half_angle: c.half_angle_deg.to_radians() }),
         gouge_tolerance: tolerances.gouge_mm,
         max_lift: tolerances.max_lift_mm,
-        // A tenth of the smallest excess anyone measures on such parts; seating costs one test per
-        // halving.
+        // A tenth of the smallest excess that anyone measures on such parts; seating costs one test
+        // per halving.
         lift_resolution: (tolerances.max_lift_mm / 32.0).max(1e-3),
         z_map: Some((z_map, Isometry3::identity())),
     }
 }
 
-/// Error budget of an operation.
+/// Returns the error budget of an operation.
 pub fn budget(job: &Job, operation: &OperationFile) -> ErrorBudget {
     let t = &operation.tolerances;
     ErrorBudget {
@@ -96,18 +96,18 @@ pub fn budget(job: &Job, operation: &OperationFile) -> ErrorBudget {
     }
 }
 
-/// Height up to which a finished surface may stand above the operation's, mm: the cusp between
-/// passes, and what the written program may be off the planned one. Plans, verifications and maps
-/// of deviations ask by this one.
+/// Returns the largest permitted height of a finished surface above the operation's, mm: the cusp
+/// between passes, and the deviation of the written program from the planned one. Plans,
+/// verifications and maps of deviations use this one.
 pub fn largest_left(job: &Job, operation: &OperationFile) -> f64 {
     operation.tolerances.cusp_mm + budget(job, operation).simulated()
 }
 
-/// The search curve for passes with the uncut stock on this side of the feed: rotate turns toward
-/// it.
+/// Returns the search curve for passes with the uncut stock on this side of the feed: rotate turns
+/// toward it.
 ///
 /// # Errors
-/// When the ranges make no curve.
+/// If the ranges make no curve.
 pub fn search_curve(job: &Job, operation: &OperationFile, uncut_left: bool) -> Result<SearchCurve, Failure> {
     let s = &operation.search;
     // Right-handed about the outward normal: turning left is positive.
@@ -123,7 +123,7 @@ pub fn search_curve(job: &Job, operation: &OperationFile, uncut_left: bool) -> R
     SearchCurve::new(posture(0), posture(1), order, s.weight).map_err(|e| job.wrong(format!("search: {e}")))
 }
 
-/// How the postures of the operation's passes are chosen.
+/// Returns how the postures of the operation's passes are chosen.
 pub fn pass_settings(operation: &OperationFile) -> PassSettings {
     let tolerances = &operation.tolerances;
     let mode = match &operation.search.mode {
@@ -151,13 +151,14 @@ pub fn pass_settings(operation: &OperationFile) -> PassSettings {
     }
 }
 
-/// How the curve is walked.
+/// Returns how the curve is searched.
 pub fn search_settings(operation: &OperationFile) -> SearchSettings {
     let s = &operation.search;
     SearchSettings { u_step: s.u_step, u_tolerance: s.u_tolerance, certified: s.certified_u_width }
 }
 
-/// Side of the feed on which the uncut stock must lie, `None` where either will do.
+/// Returns the required side of the uncut stock relative to the feed, `None` if either is
+/// permitted.
 ///
 /// A spindle that turns clockwise, seen from the spindle, moves its teeth against the feed on the
 /// right of the feed: climb milling has the uncut stock there.

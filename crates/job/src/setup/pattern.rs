@@ -1,11 +1,11 @@
-//! Places of a pattern: where passes are cut again.
+//! Places of a pattern, in which passes are cut again.
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
 use crate::format::job_file::PatternFile;
 use crate::frames::direction;
 
-/// Pose of each place of a pattern relative to the first, the first included.
+/// Returns the pose of each place of a pattern relative to the first, the first included.
 pub fn places(pattern: Option<&PatternFile>) -> Vec<Isometry3<f64>> {
     let Some(p) = pattern else { return vec![Isometry3::identity()] };
     let origin = Translation3::from(p.origin_mm);

@@ -1,4 +1,4 @@
-//! What the dialect's writer is told of a setup besides its blocks.
+//! Specification of a setup's program, besides its blocks, for the dialect's writer.
 
 use facemill_inverse_kinematics::Axis;
 use facemill_nc_program::{
@@ -12,7 +12,7 @@ use crate::load::job::{Job, Setup};
 use crate::setup::rolled::roll;
 use crate::setup::word_map::{rtcp_start_axes, table_from_rtcp_words};
 
-/// Words of where RTCP is switched on: linear axes at home, rotary words 0.
+/// Returns the words at which RTCP is switched on: linear axes at home, rotary words 0.
 fn rtcp_start(job: &Job, words: &WordMap) -> Result<AxisWords, Failure> {
     let at = rtcp_start_axes(job, words);
     let tip = job.machine.cl_point(&at, job.tool.gauge_length()).tip;
@@ -20,7 +20,7 @@ fn rtcp_start(job: &Job, words: &WordMap) -> Result<AxisWords, Failure> {
     words.rtcp_words(&tip, at.as_slice()).map_err(|e| Failure::Internal(e.to_string()))
 }
 
-/// The control's word for a coolant.
+/// Returns the control's word for a coolant.
 pub fn coolant(file: CoolantFile) -> Coolant {
     match file {
         CoolantFile::Off => Coolant::Off,
@@ -29,10 +29,10 @@ pub fn coolant(file: CoolantFile) -> Coolant {
     }
 }
 
-/// Everything the dialect's writer needs.
+/// Returns everything that the dialect's writer needs.
 ///
 /// # Errors
-/// When an axis has no NC address.
+/// If an axis has no NC address.
 pub fn program_spec(
     job: &Job,
     setup: &Setup<'_>,
@@ -63,7 +63,7 @@ pub fn program_spec(
     })
 }
 
-/// The axes as the dialect's writer knows them.
+/// Returns the axes in the form of the dialect's writer.
 pub fn axis_specs(job: &Job, words: &WordMap) -> Vec<AxisSpec> {
     let spec = |(a, mapped): (&Axis, &MappedAxis)| AxisSpec {
         letter: mapped.letter,
@@ -75,7 +75,7 @@ pub fn axis_specs(job: &Job, words: &WordMap) -> Vec<AxisSpec> {
     job.machine.axes().iter().zip(words.axes()).map(spec).collect()
 }
 
-/// A tool as the dialect's writer knows it.
+/// Returns a tool in the form of the dialect's writer.
 pub fn tool_spec(tool: &ToolAssembly) -> ToolSpec {
     let cutter = tool.cutter();
     ToolSpec {

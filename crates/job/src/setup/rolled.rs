@@ -1,11 +1,11 @@
-//! Words of axes that count to 360 deg, written so that they mean what was planned.
+//! Words of axes that count to 360 deg, written so that they mean the planned motion.
 
 use facemill_inverse_kinematics::{Axis, Rollover};
 use facemill_nc_program::{AxisLetter, AxisWords, Block, NcProgram};
 
-/// Writes the words of axes with rollover within a turn, from words that wind on. Where the sign
-/// says the way round it is that of the planned way; where the control takes the shorter way, that
-/// is the planned one below half a turn.
+/// Writes the words of axes with rollover within a turn, from words that wind on. If the sign gives
+/// the direction of rotation, it is that of the planned motion; if the control takes the shorter
+/// way, the planned motion is the shorter one below half a turn.
 pub fn roll(program: &mut NcProgram, axes: &[Axis]) {
     let mut all: Vec<Rolled> = axes.iter().filter(|a| a.rolls_over()).filter_map(Rolled::new).collect();
     for block in &mut program.blocks {
@@ -20,7 +20,7 @@ pub fn roll(program: &mut NcProgram, axes: &[Axis]) {
     }
 }
 
-/// An axis, and where it was planned to be last.
+/// Axis with its last planned position.
 struct Rolled {
     letter: AxisLetter,
     is_signed: bool,
@@ -41,12 +41,12 @@ impl Rolled {
             last => {
                 let turned = planned.rem_euclid(360.0);
                 let is_back = self.is_signed && last.map_or(planned, |(before, _)| planned - before) < 0.0;
-                // No sign stands before 0.
+                // 0 has no sign.
                 if is_back { -(if turned < SMALLEST { 360.0 } else { turned }) } else { turned }
             }
         };
         self.last = Some((planned, written));
-        // It has the axis.
+        // The words have the axis.
         let _ = words.set(self.letter, written);
     }
 }

@@ -12,10 +12,10 @@ use crate::load::job::{Job, Setup};
 use crate::load::letter;
 use crate::setup::program_spec::tool_spec;
 
-/// How joint values become words in a setup.
+/// Returns the map from joint values to words in a setup.
 ///
 /// # Errors
-/// When the work offset names an axis that the machine does not have.
+/// If the work offset names an axis that the machine does not have.
 pub fn word_map(job: &Job, setup: &Setup<'_>, setup_index: usize) -> Result<WordMap, Failure> {
     check_offset_axes(job, setup, setup_index)?;
     let machine = &job.machine;
@@ -34,7 +34,7 @@ pub fn word_map(job: &Job, setup: &Setup<'_>, setup_index: usize) -> Result<Word
     WordMap::new(axes, setup.work_offset, job.tool.gauge_length()).map_err(|e| Failure::Internal(e.to_string()))
 }
 
-/// Refuses a work offset that names an axis which the machine does not have.
+/// Refuses a work offset that names an axis that the machine does not have.
 pub fn check_offset_axes(job: &Job, setup: &Setup<'_>, setup_index: usize) -> Result<(), Failure> {
     let machine = &job.machine;
     let offsets = &setup.file.work_offset;
@@ -52,7 +52,7 @@ pub fn check_offset_axes(job: &Job, setup: &Setup<'_>, setup_index: usize) -> Re
     Ok(())
 }
 
-/// Work offset of an axis, mm or rad.
+/// Returns the work offset of an axis, mm or rad.
 pub fn axis_offset(setup: &Setup<'_>, axis: &Axis) -> f64 {
     let offsets = &setup.file.work_offset;
     let of = |named: &BTreeMap<String, f64>| named.get(axis.letter.as_str()).copied().unwrap_or(0.0);
@@ -62,11 +62,11 @@ pub fn axis_offset(setup: &Setup<'_>, axis: &Axis) -> f64 {
     }
 }
 
-/// The frame that X, Y and Z words count in under RTCP, seen from the table: that of the work
-/// offset, fixed to the table.
+/// Returns the frame of X, Y and Z words under RTCP, seen from the table: that of the work offset,
+/// fixed to the table.
 ///
 /// # Errors
-/// When the machine has no X, Y and Z at right angles.
+/// If the machine has no X, Y and Z at right angles.
 pub fn table_from_rtcp_words(job: &Job, words: &WordMap) -> Result<Isometry3<f64>, Failure> {
     if job.post.feed_mode() != FeedMode::Rtcp {
         return Ok(Isometry3::identity());
@@ -76,13 +76,13 @@ pub fn table_from_rtcp_words(job: &Job, words: &WordMap) -> Result<Isometry3<f64
     })
 }
 
-/// [`table_from_rtcp_words`] whatever the job's own feed mode is; `None` without X, Y and Z at
+/// Returns [`table_from_rtcp_words`] for any feed mode of the job; `None` without X, Y and Z at
 /// right angles.
 pub fn rtcp_frame(job: &Job, words: &WordMap) -> Option<Isometry3<f64>> {
     word_frame(&job.machine, words)
 }
 
-/// [`rtcp_frame`] of a machine.
+/// Returns [`rtcp_frame`] of a machine.
 pub fn word_frame(machine: &Machine, words: &WordMap) -> Option<Isometry3<f64>> {
     let mut offset = AxisValues::zeros(words.axes().len());
     for (k, axis) in words.axes().iter().enumerate() {
@@ -91,7 +91,7 @@ pub fn word_frame(machine: &Machine, words: &WordMap) -> Option<Isometry3<f64>> 
     machine.work_coordinates(&offset)
 }
 
-/// Axis values where RTCP is switched on: linear axes at home, rotary words 0.
+/// Returns the axis values at which RTCP is switched on: linear axes at home, rotary words 0.
 pub fn rtcp_start_axes(job: &Job, words: &WordMap) -> AxisValues {
     let mut at = job.machine.home();
     for (k, (axis, mapped)) in job.machine.axes().iter().zip(words.axes()).enumerate() {
@@ -102,11 +102,11 @@ pub fn rtcp_start_axes(job: &Job, words: &WordMap) -> AxisValues {
     at
 }
 
-/// How joint values become words: one length for each head, along its spindle's axis.
+/// Returns the map from joint values to words: one length for each head, along its spindle's axis.
 ///
 /// # Errors
-/// When the work offset names an axis that the machine does not have, or the heads cannot be told
-/// apart in a program.
+/// If the work offset names an axis that the machine does not have, or a program cannot distinguish
+/// the heads.
 pub fn dual_word_map(jobs: [&Job; 2], setup: &Setup<'_>, setup_index: usize) -> Result<WordMap, Failure> {
     check_offset_axes(jobs[0], setup, setup_index)?;
     let mut along = vec![0.0; jobs[0].machine.axes().len()];
@@ -129,7 +129,7 @@ pub fn dual_word_map(jobs: [&Job; 2], setup: &Setup<'_>, setup_index: usize) -> 
     WordMap::with_heads(axes, setup.work_offset, heads).map_err(|e| jobs[0].wrong(format!("post: {e}")))
 }
 
-/// A head as the program names it.
+/// Returns a head as the program names it.
 pub fn head_spec(jobs: [&Job; 2], head: usize, rpm: f64) -> Result<HeadSpec, Failure> {
     let job = jobs[head];
     let travel = job.machine.length_compensation_travel();

@@ -1,4 +1,4 @@
-//! A setup's stock as lines of material.
+//! Stock of a setup as lines of material.
 
 use facemill_cl_data::Aabb;
 use facemill_surface_model::TriMesh;
@@ -12,14 +12,14 @@ use crate::load::obstacle_meshes::ObstacleRole;
 use crate::setup::pattern::places;
 use crate::stock::rest::Origin;
 
-/// Which part of the stock has lines.
+/// Region of the stock that has lines.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum StockRegion {
     /// All of it.
     #[default]
     Whole,
-    /// The rectangle around what the setup's operations cut, in all places of their patterns, with
-    /// the cutter's diameter around it, of two heads the larger one's.
+    /// The rectangle around the region that the setup's operations cut, in all places of their
+    /// patterns, enlarged by the cutter's diameter, of two heads the larger one's.
     Operations,
     /// Between two corners, x and y of the workpiece frame, mm.
     Rectangle([[f64; 2]; 2]),
@@ -32,7 +32,8 @@ pub struct StockMeshes {
 }
 
 impl StockMeshes {
-    /// Stock that is told as an allowance is part and check surfaces with it around them.
+    /// Returns the stock; stock given as an allowance is part and check surfaces with the allowance
+    /// around them.
     pub fn of(setup: &Setup<'_>) -> Self {
         let meshes = |roles: &[ObstacleRole]| {
             let of_role = setup.obstacles.iter().filter(|o| roles.contains(&o.role));
@@ -46,18 +47,18 @@ impl StockMeshes {
         }
     }
 
-    /// What a map of it is marked with: which stock it is.
+    /// Returns the identity of the stock, which marks its maps.
     pub fn origin(&self) -> Origin {
         Origin::of(&self.mesh, self.allowance)
     }
 
-    /// The box around all of it, workpiece frame.
+    /// Returns the box around all of it, workpiece frame.
     pub fn extents(&self) -> Aabb {
         self.mesh.aabb().dilated(self.allowance)
     }
 
-    /// The stock before anything is cut as lines that show all of it: with a layer of half the
-    /// diagonal of a cell around it.
+    /// Returns the stock before anything is cut, as lines that show all of it: with a layer of half
+    /// the diagonal of a cell around it.
     ///
     /// # Errors
     /// As [`map`](Self::map).
@@ -65,17 +66,17 @@ impl StockMeshes {
         self.with_layer(outside_layer(cell), &Isometry3::identity(), job, setup, (cell, region))
     }
 
-    /// The stock before anything is cut: lines along z of the workpiece frame, `cell` mm apart.
-    /// Where a mesh with an allowance is open, it is a layer on both sides.
+    /// Returns the stock before anything is cut: lines along z of the workpiece frame, `cell` mm
+    /// apart. An open mesh with an allowance becomes a layer on both sides.
     ///
     /// # Errors
-    /// When a mesh of the stock is not closed, the lines are too many, or the region has no stock.
+    /// If a mesh of the stock is not closed, the lines are too many, or the region has no stock.
     pub fn map(&self, job: &Job, setup: &Setup<'_>, cell: f64, region: StockRegion) -> Result<DexelMap, Failure> {
         let map = self.with_layer(0.0, &Isometry3::identity(), job, setup, (cell, region))?;
         Ok(map.with_origin(self.origin().to_bytes()))
     }
 
-    /// The same on lines along x and along y of the workpiece frame, of all of the stock.
+    /// Returns the same on lines along x and along y of the workpiece frame, of all of the stock.
     ///
     /// # Errors
     /// As [`map`](Self::map).
@@ -85,7 +86,8 @@ impl StockMeshes {
         Ok([along(&along_x)?, along(&along_y)?])
     }
 
-    /// The stock with a layer of some thickness (mm) around it, as lines along z of a frame.
+    /// Returns the stock with a layer of this thickness (mm) around it, as lines along z of a
+    /// frame.
     fn with_layer(
         &self,
         layer: f64,
@@ -117,10 +119,10 @@ impl StockMeshes {
     }
 }
 
-/// Where the distance of the lines is said.
+/// Options that set the distance of the lines.
 const OF_CELL: &str = " (--stock-cell-mm, in a plan verification.stock_cell_mm)";
 
-/// Low and high corner of a region; `None` where it is all of the stock.
+/// Returns the low and high corner of a region; `None` for all of the stock.
 pub fn rectangle(job: &Job, setup: &Setup<'_>, region: StockRegion) -> Option<[[f64; 2]; 2]> {
     match region {
         StockRegion::Whole => None,

@@ -1,4 +1,4 @@
-//! The rest that another program left, and whether it is of this stock.
+//! Rest of the stock that another program left, and whether it is of this stock.
 
 use std::path::Path;
 
@@ -15,13 +15,13 @@ use crate::stock::setup_order::follows;
 /// another setup of the job with the same workpiece frame and stock.
 ///
 /// # Errors
-/// When the file cannot be read, is none of stock or damaged, and when its stock was other stock
-/// before anything was cut: the message says what differs.
+/// If the file cannot be read, is not a stock file, is damaged, or holds the rest of other stock:
+/// the message says what differs.
 pub fn read_rest(job: &Job, setup: usize, path: &Path) -> Result<DexelMap, Failure> {
     let rest = DexelMap::from_bytes(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
     let Some(began_as) = Origin::from_bytes(rest.origin()) else {
         let message =
-            "does not say what its stock was before anything was cut: write it again with facemill verify --rest-out";
+            "does not identify its stock before cutting: write it again with facemill verify --rest-out";
         return Err(Failure::input(path, message));
     };
     let own = Origin::of_setup(job, setup)?;
@@ -36,18 +36,18 @@ pub fn read_rest(job: &Job, setup: usize, path: &Path) -> Result<DexelMap, Failu
     }
     let (name, differs) = (&setups[setup].name, began_as.differs_from(&own));
     let message = format!(
-        "is no rest of the stock of setup \"{name}\": {differs}. Give the rest of a program that cut this stock, in this workpiece frame, \
+        "is not a rest of the stock of setup \"{name}\": {differs}. Give the rest of a program that cut this stock, in this workpiece frame, \
          or cut the setup's own stock (--stock-cell-mm in place of --rest)"
     );
     Err(Failure::input(path, message))
 }
 
-/// What stock was before anything was cut of it, workpiece frame. Equal ones are of the same stock.
+/// Identity of stock before anything is cut, workpiece frame. Equal ones are of the same stock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Origin {
-    /// Of its mesh.
+    /// Digest of its mesh.
     digest: [u8; DIGEST],
-    /// What is around the mesh, mm.
+    /// Allowance around the mesh, mm.
     allowance: f64,
     /// The box around the mesh, mm, rounded.
     corners: [[f64; 3]; 2],
@@ -56,19 +56,19 @@ pub struct Origin {
 /// Bytes of a digest.
 const DIGEST: usize = 32;
 
-/// Digest, allowance and corners.
+/// Bytes of digest, allowance and corners.
 const BYTES: usize = DIGEST + 7 * 8;
 
-/// What coordinates are rounded to, mm. Smaller: transforms that another computer rounds in another
-/// way make another stock of it. Larger: parts that differ by that are one.
+/// Rounding unit of coordinates, mm. Smaller: different rounding of transforms on another computer
+/// changes the identity. Larger: parts that differ by that are equal.
 const QUANTUM: f64 = 1e-3;
 
-/// Where the steps of rounding lie, mm: not at coordinates with few decimals, which many meshes
+/// Offset of the rounding steps, mm: away from coordinates with few decimals, which many meshes
 /// have.
 const SHIFT: f64 = 0.271_828e-3;
 
 impl Origin {
-    /// Fingerprint of a mesh with an allowance.
+    /// Returns the identity of a mesh with an allowance.
     pub fn of(mesh: &TriMesh, allowance: f64) -> Self {
         let mut hasher = blake3::Hasher::new();
         for coordinate in mesh.vertices().iter().flat_map(|p| p.iter()) {
@@ -87,13 +87,13 @@ impl Origin {
         Ok(StockMeshes::of(&Setup::read(job, setup)?).origin())
     }
 
-    /// As a stock file keeps it.
+    /// Returns the bytes for a stock file.
     pub fn to_bytes(self) -> Vec<u8> {
         let numbers = [self.allowance].into_iter().chain(self.corners.into_iter().flatten());
         self.digest.into_iter().chain(numbers.flat_map(f64::to_le_bytes)).collect()
     }
 
-    /// `None` where these bytes are none.
+    /// Returns `None` if these bytes are not an identity.
     fn from_bytes(bytes: &[u8]) -> Option<Self> {
         let (digest, numbers) = bytes.split_first_chunk::<DIGEST>().filter(|_| bytes.len() == BYTES)?;
         let (numbers, _) = numbers.as_chunks::<8>();
@@ -103,7 +103,7 @@ impl Origin {
         Some(Self { digest: *digest, allowance: number(allowance), corners })
     }
 
-    /// What is another than of a setup's own stock.
+    /// Describes the difference from a setup's own stock.
     fn differs_from(&self, own: &Self) -> String {
         let text = |[low, high]: [[f64; 3]; 2]| {
             let at = |[x, y, z]: [f64; 3]| format!("({x:.3}, {y:.3}, {z:.3})");
@@ -124,7 +124,7 @@ impl Origin {
     }
 }
 
-/// A coordinate in whole steps.
+/// Returns a coordinate in whole steps.
 fn steps(coordinate: f64) -> i64 {
     ((coordinate + SHIFT) / QUANTUM).round() as i64
 }

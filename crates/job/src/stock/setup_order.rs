@@ -1,13 +1,13 @@
-//! Whether a setup goes on with the stock of the one before it.
+//! Check that a setup continues with the stock of the one before it.
 
 use crate::format::job_file::SetupFile;
 use crate::frames::pose;
 
-/// Whether a setup begins with what another one leaves: both in one workpiece frame, with one stock
-/// stated for both.
+/// Checks that a setup begins with the stock that another one leaves: both in one workpiece frame,
+/// with one stock stated for both.
 ///
 /// # Errors
-/// With why it does not.
+/// With the reason why it does not.
 pub fn follows(before: &SetupFile, setup: &SetupFile) -> Result<(), String> {
     let apart = pose(&before.work_from_part).inverse() * pose(&setup.work_from_part);
     if apart.translation.vector.norm() > SAME_FRAME[0] || apart.rotation.angle() > SAME_FRAME[1] {
@@ -20,5 +20,5 @@ pub fn follows(before: &SetupFile, setup: &SetupFile) -> Result<(), String> {
     Ok(())
 }
 
-/// What rounding may make of one frame that is written in two ways: mm, and rad.
+/// Tolerance for one frame that is written in two ways: mm, and rad.
 pub const SAME_FRAME: [f64; 2] = [1e-6, 1e-9];

@@ -1,28 +1,29 @@
-//! Which lines of stock suit the surfaces that a setup's operations cut.
+//! Choice of lines of stock that suit the surfaces that a setup's operations cut.
 
 use facemill_surface_model::TriMesh;
 
 use crate::load::job::Setup;
 
-/// Slope of a facet from the lines, as the cosine between its normal and them, up to which it is a
-/// wall: within 10 deg. A layer on it is cut beside upright lines, or all at once, where it is
+/// Largest cosine between a facet's normal and the lines at which the facet is a wall: within 10
+/// deg. Upright lines show the cut of a layer on it beside them, or all at once if the layer is
 /// thinner than a cell.
 const WALL: f64 = 0.174;
 
-/// Share of the drive surface's area from which on walls are worth lines across them: two more maps
-/// of the stock. Borders of blades are below it, sides of plates above.
+/// Least share of the drive surface's area at which walls are worth lines across them: two more
+/// maps of the stock. Borders of blades are below it, sides of plates above.
 const SHARE: f64 = 0.1;
 
-/// Least share of a direction among the lines: what one block cuts may be square to it wherever
-/// most of the surface lies.
+/// Least share of a direction among the lines: the surface that one block cuts may be square to it,
+/// regardless of where most of the surface lies.
 const LEAST: f64 = 0.05;
 
-/// Whether the drive surface of any of these setups has walls along z of the workpiece frame.
+/// Returns whether the drive surface of any of these setups has walls along z of the workpiece
+/// frame.
 pub fn has_walls(setups: &[&Setup<'_>]) -> bool {
     setups.iter().any(|setup| wall_share(setup.drive.mesh()) >= SHARE)
 }
 
-/// Share of a mesh's area that is within 10 deg of upright.
+/// Returns the share of a mesh's area that is within 10 deg of upright.
 fn wall_share(mesh: &TriMesh) -> f64 {
     let of = |is_counted: &dyn Fn(f64) -> bool| {
         areas(mesh).filter(|a| is_counted(a[2].abs() / norm(a))).map(|a| norm(&a)).sum::<f64>()
@@ -31,9 +32,9 @@ fn wall_share(mesh: &TriMesh) -> f64 {
     if all > 0.0 { of(&|upright| upright <= WALL) / all } else { 0.0 }
 }
 
-/// Weights of what lines along x, y and z show of a cut of these setups' drive surfaces: the mean
-/// squares of the components of their normals, none below a twentieth, together 1. What is cut off
-/// a facet is shown best by the lines that are square to it.
+/// Returns weights of lines along x, y and z for showing a cut of these setups' drive surfaces: the
+/// mean squares of the components of their normals, none below a twentieth, together 1. The lines
+/// that are square to a facet show a cut of it best.
 pub fn weights(setups: &[&Setup<'_>]) -> [f64; 3] {
     weights_of(setups.iter().flat_map(|setup| areas(setup.drive.mesh())))
 }
@@ -49,8 +50,8 @@ fn weights_of(areas: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {
     shares.map(|s| s / all)
 }
 
-/// The triangles of a mesh as vectors along their normals, as long as their areas; those without
-/// area left out.
+/// Returns the triangles of a mesh as vectors along their normals, as long as their areas, without
+/// those of no area.
 fn areas(mesh: &TriMesh) -> impl Iterator<Item = [f64; 3]> + '_ {
     let of = |k: usize| {
         let [a, b, c] = mesh.corners(k);

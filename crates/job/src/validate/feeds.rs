@@ -6,10 +6,10 @@ use crate::format::job_file::{FeedsFile, JobFile, OperationFile, RoleFile, Stock
 use crate::validate::tip_feed::{depends_on_chips, teeth_per_minute};
 use crate::validate::{Field, belongs};
 
-/// Feeds of an operation that chips lead to, against each other.
+/// Checks the chip-dependent feeds of an operation against each other.
 ///
 /// # Errors
-/// When one is not above 0, or where it would have no effect or the opposite one.
+/// If a feed is not above 0, or would have no effect or the opposite one.
 pub fn check_feed_laws(at: &Field, feeds: &FeedsFile) -> Result<(), String> {
     let cutting = feeds.cutting_mm_min;
     if let Some(removal) = &feeds.removal_rate {
@@ -39,15 +39,15 @@ pub fn check_feed_laws(at: &Field, feeds: &FeedsFile) -> Result<(), String> {
     Ok(())
 }
 
-/// Smallest feed that a program or an APT file can say, mm/min.
+/// Smallest feed that a program or an APT file can express, mm/min.
 const SMALLEST_FEED: f64 = 1e-3;
 
-/// Chip thicknesses of a head's operations against the smallest F of the control, with the inserts
-/// of its tool: where the chip is as thick as the feed per tooth, which it never exceeds, the feed
-/// must be one that the control takes.
+/// Checks the chip thicknesses of a head's operations against the smallest F of the control, with
+/// the inserts of its tool: the chip thickness never exceeds the feed per tooth, so at equality the
+/// control must accept the feed.
 ///
 /// # Errors
-/// When one asks for less; with the least that works.
+/// If a thickness requires less; the message has the least that works.
 pub fn check_chip_thickness(job: &JobFile, head: u32, teeth: u32, range: &FeedRange) -> Result<(), String> {
     let slowest = range.min.max(SMALLEST_FEED);
     for (k, o) in job.operations.iter().enumerate().filter(|(_, o)| o.head == head) {
@@ -55,7 +55,7 @@ pub fn check_chip_thickness(job: &JobFile, head: u32, teeth: u32, range: &FeedRa
         let least = slowest / teeth_per_minute(&o.feeds, teeth);
         if thickness.max_mm < least {
             return Err(format!(
-                "operations[{k}].feeds.chip_thickness.max_mm: is {:e}, which may ask for a feed below {slowest} mm/min, the \
+                "operations[{k}].feeds.chip_thickness.max_mm: is {:e}, which may require a feed below {slowest} mm/min, the \
                  smallest F of the machine's control: with {teeth} inserts at {} 1/min give at least {:e}",
                 thickness.max_mm,
                 o.feeds.spindle_rpm,
@@ -66,25 +66,25 @@ pub fn check_chip_thickness(job: &JobFile, head: u32, teeth: u32, range: &FeedRa
     Ok(())
 }
 
-/// A number above 0 rounded up to two digits.
+/// Rounds a number above 0 up to two digits.
 fn rounded_up(value: f64) -> f64 {
     let unit = 10f64.powi(value.log10().floor() as i32 - 1);
-    // Digits, not a product: it has none of its rounding, and stays above.
+    // Digits rather than a product, which could round below the value.
     let up = |units: f64| format!("{units}e{}", unit.log10().round() as i32).parse().unwrap_or(value);
     let units = (value / unit).ceil();
     if up(units) >= value { up(units) } else { up(units + 1.0) }
 }
 
-/// Feeds that chips lead to, by key.
+/// Returns the feeds that depend on chips, by key.
 pub fn feeds_of_chips(feeds: &FeedsFile) -> impl Iterator<Item = (&'static str, f64)> + use<> {
     let smallest = feeds.removal_rate.as_ref().map(|r| ("removal_rate.min_mm_min", r.min_mm_min));
     smallest.into_iter().chain(feeds.air_mm_min.map(|air| ("air_mm_min", air)))
 }
 
-/// That there is stock where feeds depend on what is cut: without, everything would be air.
+/// Checks that there is stock where feeds depend on chips: without stock, everything would be air.
 ///
 /// # Errors
-/// When there is none above the drive surface.
+/// If there is none above the drive surface.
 pub fn check_stock_to_cut(k: usize, operation: &OperationFile, job: &JobFile) -> Result<(), String> {
     if !depends_on_chips(&operation.feeds) {
         return Ok(());

@@ -1,5 +1,5 @@
-//! Limits of a job file's numbers: beyond them a value is a slip of unit or key, or asks for work
-//! without end.
+//! Limits of a job file's numbers: beyond them a value is a slip of unit or key, or needs unbounded
+//! work.
 
 use std::ops::RangeInclusive;
 
@@ -14,9 +14,9 @@ use crate::validate::{FARTHEST, Field};
 
 /// Range of a key's value, in the key's own unit.
 pub struct JobLimit<T> {
-    /// Place of the key below that of what has it.
+    /// Path of the key below its owner.
     key: &'static str,
-    /// Its value, where it is there.
+    /// Its value, if present.
     of: fn(&T) -> Option<f64>,
     least: f64,
     most: f64,
@@ -26,10 +26,10 @@ const fn limit<T>(key: &'static str, of: fn(&T) -> Option<f64>, least: f64, most
     JobLimit { key, of, least, most }
 }
 
-/// First value beyond its limits, as `field: what it must be`.
+/// Reports the first value beyond its limits, as `field: what it must be`.
 ///
 /// # Errors
-/// When there is one.
+/// If there is one.
 pub fn check_limits<T>(at: &Field, limits: &[JobLimit<T>], of: &T) -> Result<(), String> {
     limits.iter().try_for_each(|l| (l.of)(of).map_or(Ok(()), |value| at.within(l.key, value, l.least, l.most)))
 }
@@ -37,20 +37,19 @@ pub fn check_limits<T>(at: &Field, limits: &[JobLimit<T>], of: &T) -> Result<(),
 /// Largest spindle speed, 1/min: the fastest spindles turn at a tenth of it.
 const FASTEST_SPINDLE: f64 = 1e6;
 
-/// Smallest distances between points and between passes, mm.
+/// Smallest distance between points and between passes, mm.
 const SMALLEST_STEP: f64 = 1e-3;
 
-/// Largest of them: the length of the largest parts.
+/// Largest distance between points and between passes: the length of the largest parts.
 const LARGEST_STEP: f64 = 1e4;
 
-/// Smallest tolerance, mm: a thousandth of what is written or measured.
+/// Smallest tolerance, mm: a thousandth of written or measured lengths.
 pub const SMALLEST_TOLERANCE: f64 = 1e-6;
 
-/// Largest of the tolerances that let the cutter into the part or off it, mm: above it, it would be
-/// a depth of cut.
+/// Largest tolerance of the cutter into the part or off it, mm: above, it would be a depth of cut.
 const LARGEST_TOLERANCE: f64 = 2.0;
 
-/// Largest cusp and chord of a mesh, mm: beyond, nothing is cut to shape.
+/// Largest cusp and chord of a mesh, mm: beyond, no shape is cut.
 const LARGEST_HEIGHT: f64 = 100.0;
 
 /// Largest radius of entries and exits, mm: beyond, an arc is as good as straight, and longer than
@@ -60,7 +59,7 @@ const LARGEST_ARC: f64 = 1e4;
 /// Limits of the numbers of an operation.
 ///
 /// Fineness: below the smallest steps and tolerances a program has more blocks than a control can
-/// read; how many points come of them is counted when passes are laid.
+/// read; the generation of passes counts the resulting points.
 pub const OPERATION_LIMITS: [JobLimit<OperationFile>; 30] = [
     limit("path.file.max_distance_mm", |o| path_file(o).map(|f| f.max_distance_mm), 0.0, FARTHEST),
     limit("path.strategy.edge_margin_mm", |o| strategy(o).map(|s| s.edge_margin_mm), 0.0, FARTHEST),
@@ -142,11 +141,11 @@ fn rolled(approach: &ApproachFile) -> Option<&ArcFile> {
     }
 }
 
-/// That a cutter is no wider than the machine's table, whose bodies' diagonals in a row are more
-/// than it can be; nothing where the machine file gives the table no body.
+/// Checks that a cutter is no wider than the machine's table: no table is wider than the sum of the
+/// diagonals of its bodies. Accepts every cutter if the machine file gives the table no body.
 ///
 /// # Errors
-/// When it is wider.
+/// If it is wider.
 pub fn check_cutter_width(machine: &Machine, tool: &ToolAssembly) -> Result<(), String> {
     let on_table = machine.bodies().iter().filter(|b| b.carrier() == Some(Carrier::Table));
     let width: f64 = on_table.map(|b| diagonal(&b.body.solid.aabb())).sum();
@@ -159,8 +158,8 @@ pub fn check_cutter_width(machine: &Machine, tool: &ToolAssembly) -> Result<(), 
     ))
 }
 
-/// Tolerances that stock can be cut within, mm. Smaller: motions fall into more parts than memory
-/// holds. Larger: what goes less deep into the stock than twice the tolerance is no finding.
+/// Range of tolerances for cutting stock, mm. Smaller: motions split into more parts than memory
+/// holds. Larger: a body less deep in the stock than twice the tolerance is no finding.
 pub const STOCK_TOLERANCES: RangeInclusive<f64> = 0.0001..=0.5;
 
 #[cfg(test)]

@@ -1,38 +1,37 @@
-//! Speed of the tool tip that a move is programmed with: the user's, and what chips make of it.
+//! Programmed speed of the tool tip: the user's, modified for chips.
 
 use facemill_tool_path::chips::Chip;
 use facemill_tool_path::moves::MoveKind;
 
 use crate::format::job_file::FeedsFile;
 
-/// What set the tip feed of a move.
+/// Origin of the tip feed of a move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FeedLaw {
     /// The job's feed.
     Given,
-    /// There is nothing to cut.
+    /// The cut is in air.
     Air,
-    /// The removal rate, or the smallest feed that it may lead to.
+    /// The removal rate, or its smallest feed.
     RemovalRate,
     /// The chip thickness.
     ChipThickness,
 }
 
-/// A tip feed and what set it.
+/// Tip feed and its origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TipFeed {
     /// Speed of the tip, mm/min.
     pub mm_min: f64,
-    /// What has set it.
+    /// Its origin.
     pub law: FeedLaw,
 }
 
 /// cm³ in mm³.
 pub const CM3: f64 = 1000.0;
 
-/// Speed of the tool tip that a move is programmed with: in cuts as chips allow; on entries and
-/// exits in the stock the approach feed, but not faster than the cut that they belong to; outside
-/// the approach feed.
+/// Returns the programmed speed of the tool tip: in cuts as chips allow; on entries and exits in
+/// the stock the approach feed, but at most that of their cut; outside the approach feed.
 pub fn programmed_feed(feeds: &FeedsFile, teeth: u32, kind: MoveKind, chip: Option<&Chip>) -> TipFeed {
     let approach = TipFeed { mm_min: feeds.approach_mm_min, law: FeedLaw::Given };
     match kind {
@@ -50,9 +49,9 @@ fn given(feeds: &FeedsFile) -> TipFeed {
     TipFeed { mm_min: feeds.cutting_mm_min, law: FeedLaw::Given }
 }
 
-/// Speed of the tool tip in a cut that takes this chip: the job's, lowered to the target of the
-/// removal rate, but not below its smallest feed, then to the chip thickness, below that feed, too;
-/// in air the feed of air.
+/// Returns the speed of the tool tip in a cut with this chip: the job's, lowered to the target of
+/// the removal rate, but not below its smallest feed, then to the chip thickness, even below that
+/// feed; in air the feed of air.
 fn cutting_feed(feeds: &FeedsFile, teeth: u32, chip: Option<&Chip>) -> TipFeed {
     let Some(chip) = chip else { return given(feeds) };
     if let (true, Some(mm_min)) = (chip.is_air, feeds.air_mm_min) {
@@ -74,26 +73,26 @@ fn cutting_feed(feeds: &FeedsFile, teeth: u32, chip: Option<&Chip>) -> TipFeed {
     feed
 }
 
-/// Teeth that come to the same place per minute: the tip feed over it is the feed per tooth, mm.
+/// Returns the number of teeth that pass a place per minute: the tip feed divided by it is the feed
+/// per tooth, mm.
 pub fn teeth_per_minute(feeds: &FeedsFile, teeth: u32) -> f64 {
     feeds.spindle_rpm * f64::from(teeth)
 }
 
-/// Whether an operation's feeds depend on chips.
+/// Returns whether an operation's feeds depend on chips.
 pub fn depends_on_chips(feeds: &FeedsFile) -> bool {
     feeds.removal_rate.is_some() || feeds.chip_thickness.is_some() || feeds.air_mm_min.is_some()
 }
 
-/// Tip feed of a cutting move and what it would be by the job's feed alone.
+/// Tip feed of a cutting move, and the speed at the job's own feed.
 #[derive(Clone, Copy, Debug)]
 pub struct CutFeed {
-    /// What it was programmed with.
+    /// Programmed feed.
     pub asked: TipFeed,
-    /// Speed that the tip would reach at the job's cutting feed, mm/min: by the law where there is
-    /// one.
+    /// Speed of the tip at the job's cutting feed, mm/min: by the motion law if there is one.
     pub before: f64,
-    /// Time of the move less the time that it would take at the job's cutting feed, s; both by the
-    /// law where there is one.
+    /// Time of the move less its time at the job's cutting feed, s; both by the motion law if there
+    /// is one.
     pub added_time: f64,
 }
 

@@ -1,4 +1,4 @@
-//! What the report says of chips and removal rates along the passes.
+//! Chips and removal rates along the passes, in a report.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -13,11 +13,11 @@ pub struct ChipsReport {
     pub by_chips: bool,
     /// CC points with a chip.
     pub points: usize,
-    /// Those at which it is not known what the pass before has left, beyond its ends: full stock is
-    /// counted there.
+    /// CC points at which the material left by the pass before is unknown, beyond its ends: the
+    /// full stock counts there.
     pub full_stock_points: usize,
-    /// Those at which nothing is cut. The feed of air is for those where that is so as far as the
-    /// cutter reaches along the feed.
+    /// CC points at which no stock is cut. The feed of air applies to those where this is so as far
+    /// as the cutter reaches along the feed.
     pub air_points: usize,
     /// Section of the chip across the feed.
     pub area_mm2: Option<SpreadReport>,
@@ -25,20 +25,20 @@ pub struct ChipsReport {
     pub removal_rate_before_cm3_min: Option<SpreadReport>,
     /// Removal rate after.
     pub removal_rate_after_cm3_min: Option<SpreadReport>,
-    /// Largest thickness of a tooth's chip before and after, at its thickest place; the feed per
+    /// Largest thickness of a tooth's chip before and after, at its thickest point; the feed per
     /// tooth is the tip feed over spindle speed and number of inserts. Too large by at most 0.001
-    /// of the feed per tooth where the job asks for a chip thickness, 0.02 of it elsewhere.
+    /// of the feed per tooth if the job limits the chip thickness, 0.02 of it otherwise.
     pub largest_chip_thickness_mm: Option<[f64; 2]>,
-    /// CC points by what sets the feed on the way to them.
+    /// CC points by the origin of the feed toward them.
     pub feeds_set_by: FeedsSetByReport,
-    /// Whether what was before, and the added time, are those of the law of motion; else they are
+    /// Whether the values before, and the added time, are those of the law of motion; else they are
     /// at constant speeds.
     pub by_law: bool,
-    /// Time in the passes after, less that before; below 0 where air is faster.
+    /// Time in the passes after, less that before; below 0 if air is faster.
     pub added_time_s: f64,
 }
 
-/// Values at the CC points.
+/// Distribution of values at the CC points.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct SpreadReport {
     /// Mean over the points.
@@ -47,12 +47,12 @@ pub struct SpreadReport {
     pub min: f64,
     /// Largest.
     pub max: f64,
-    /// Standard deviation over the mean; 0 where the mean is.
+    /// Standard deviation over the mean; 0 if the mean is 0.
     pub variation: f64,
 }
 
-/// CC points by what sets the feed on the way to them. A point can count both as lowered by the
-/// job's terms and by the machine.
+/// CC points by the origin of the feed toward them. A point can count both as lowered by the job's
+/// limits and by the machine.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct FeedsSetByReport {
     /// The target of the removal rate, or its smallest feed.
@@ -61,14 +61,14 @@ pub struct FeedsSetByReport {
     pub chip_thickness: usize,
     /// The feed of air.
     pub air: usize,
-    /// An axis, the control's largest F, or the other head: slower than what the chips allow.
+    /// An axis, the control's largest F, or the other head: slower than the chips permit.
     pub machine: usize,
-    /// The control's smallest F: faster than what the chips allow.
+    /// The control's smallest F: faster than the chips permit.
     pub smallest_f: usize,
 }
 
 impl SpreadReport {
-    /// Of values; `None` without any.
+    /// Returns the distribution of values; `None` without any.
     pub fn of(values: impl Iterator<Item = f64> + Clone) -> Option<Self> {
         let n = values.clone().count();
         if n == 0 {

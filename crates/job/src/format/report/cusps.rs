@@ -1,36 +1,36 @@
-//! Cusps of a report: whether passes keep what the operation allows.
+//! Cusps of a report: whether passes keep the operation's limit.
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// Cusps of an operation as its passes leave them, by the postures planned.
+/// Cusps that the passes of an operation leave with the planned postures.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct CuspsKeptReport {
     /// Name of the operation.
     pub operation: String,
-    /// Passes put beside trimmed ones, as near to them as there are postures, in one place of the
+    /// Passes moved beside trimmed ones, as near to them as postures permit, in one place of the
     /// pattern.
     pub moved_passes: usize,
-    /// Passes put between others where the postures taken leave more than the allowed cusp, in one
-    /// place of the pattern.
+    /// Passes inserted between others where the chosen postures leave more than the permitted cusp,
+    /// in one place of the pattern.
     pub passes_between: usize,
-    /// Points with a higher ridge than allowed toward a pass before, or with a strip that stays
+    /// Points with a higher ridge than permitted toward a pass before, or with a strip that stays
     /// uncut.
     pub points_beyond: usize,
-    /// Why no pass was put where they are.
+    /// Reasons why no pass was inserted there.
     pub reasons: Vec<CuspReasonReport>,
 }
 
-/// Why the allowed cusp is not kept at some points.
+/// Reason why the permitted cusp is exceeded at some points.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct CuspReasonReport {
-    /// Why.
+    /// The reason.
     pub reason: String,
     /// Points of this reason.
     pub points: usize,
-    /// Highest ridge among them; `null` where strips stay uncut at all of them.
+    /// Highest ridge among them; `null` if strips stay uncut at all of them.
     pub cusp_mm: Option<f64>,
-    /// Where the ridge is highest, or the first strip that stays uncut.
+    /// Place of the highest ridge, or of the first strip that stays uncut.
     pub place_mm: [f64; 3],
     /// Step-over there.
     pub step_over_mm: f64,

@@ -4,46 +4,46 @@ use facemill_tool_path::links::ways::WayKind;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// The links between the passes of a setup.
+/// Links between the passes of a setup.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct LinksReport {
-    /// Why they are as they were planned over the clearance surface; `null` where faster ones were
-    /// looked for.
+    /// Reason why they are as planned over the clearance surface; `null` if faster ones were
+    /// sought.
     pub not_shortened_because: Option<String>,
-    /// What was found; `null` where nothing was looked for.
+    /// Result of the search; `null` without a search.
     pub shortened: Option<ShortenedLinks>,
 }
 
 impl LinksReport {
-    /// Of links that were looked at.
+    /// Returns the report on links that were examined.
     pub fn of(links: ShortenedLinks) -> Self {
         Self { not_shortened_because: None, shortened: Some(links) }
     }
 
-    /// Of links that stay as they are.
+    /// Returns the report on links that stay as they are.
     pub fn not_shortened(why: impl Into<String>) -> Self {
         Self { not_shortened_because: Some(why.into()), shortened: None }
     }
 }
 
-/// The links of a setup before and after.
+/// Links of a setup before and after.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct ShortenedLinks {
-    /// Distance that was kept from stock and fixtures, mm.
+    /// Distance kept from stock and fixtures, mm.
     pub clearance_mm: f64,
     /// Whether times are within acceleration and jerk of every axis; else within their velocities
-    /// alone, because the machine file does not give all of them.
+    /// alone, because the machine file lacks other limits.
     pub by_acceleration_and_jerk: bool,
-    /// Time of all links as they were planned over the clearance surface, s.
+    /// Time of all links as planned over the clearance surface, s.
     pub time_before_s: f64,
-    /// Time of all links as they are written, s.
+    /// Time of all links as written, s.
     pub time_after_s: f64,
-    /// Time of the slowest axis of each link by itself, with nothing in the way: no ways are
-    /// faster, s.
+    /// Sum over all links of the time of the slowest axis by itself, without obstacles: no links
+    /// are faster, s.
     pub lower_bound_s: f64,
     /// `time_after_s` by `lower_bound_s`; `null` without links.
     pub ratio_to_lower_bound: Option<f64>,
-    /// Links with another way than over the clearance surface.
+    /// Number of links by another path than over the clearance surface.
     pub changed: usize,
     /// All links, in program order.
     pub links: Vec<PlannedLinkReport>,
@@ -54,21 +54,21 @@ pub struct ShortenedLinks {
 pub struct PlannedLinkReport {
     /// Its first and last line.
     pub lines: [u32; 2],
-    /// Time as it was planned over the clearance surface, s.
+    /// Time as planned over the clearance surface, s.
     pub time_before_s: f64,
-    /// Time as it is written, s.
+    /// Time as written, s.
     pub time_after_s: f64,
-    /// Time of its slowest axis by itself, with nothing in the way: no way is faster, s.
+    /// Time of its slowest axis by itself, without obstacles: no link is faster, s.
     pub lower_bound_s: f64,
-    /// How it goes.
+    /// Its path.
     pub way: WayKind,
-    /// Why it was not looked at, or went back to the way over the clearance surface.
+    /// Reason why it was not examined, or was restored to the path over the clearance surface.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kept_because: Option<String>,
 }
 
 impl ShortenedLinks {
-    /// Sums of the times of links.
+    /// Returns links with the sums of their times.
     pub fn new(clearance_mm: f64, by_acceleration_and_jerk: bool, links: Vec<PlannedLinkReport>) -> Self {
         let sum = |time: fn(&PlannedLinkReport) -> f64| links.iter().map(time).sum::<f64>();
         let [time_before_s, time_after_s, lower_bound_s] =

@@ -10,22 +10,22 @@ use crate::duration_text::clock;
 pub struct LostTimeReport {
     /// Name of the operation.
     pub operation: String,
-    /// Why the tip is slower than the programmed feed.
+    /// Reason why the tip is slower than the programmed feed.
     pub cause: LostTimeCause,
-    /// The axis that turns fast beside the pole, or that is at its largest velocity; `null` where
-    /// it is not one alone.
+    /// The axis that turns fast beside the pole, or that is at its largest velocity; `null` if it
+    /// is not one alone.
     pub axis: Option<String>,
-    /// Time lost against the programmed feed, s.
+    /// Time lost compared with the programmed feed, s.
     pub lost_s: f64,
-    /// Part of the operation's time in passes.
+    /// Fraction of the operation's time in passes.
     pub share: f64,
     /// Line of the block that loses most.
     pub line: u32,
-    /// What would help.
+    /// Possible remedy.
     pub remedy: String,
 }
 
-/// Why the tip is slower than the programmed feed.
+/// Reason why the tip is slower than the programmed feed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LostTimeCause {
@@ -42,7 +42,7 @@ pub enum LostTimeCause {
 }
 
 impl LostTimeReport {
-    /// The line of the summary.
+    /// Returns the line of the summary.
     pub fn summary_line(&self) -> String {
         let axis = self.axis.as_deref().unwrap_or("");
         let why = match self.cause {

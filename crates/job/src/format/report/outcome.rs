@@ -3,21 +3,21 @@
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// What became of a plan; of several setups the worst counts.
+/// Outcome of a plan; of several setups the worst counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// The program does what the job asks for.
+    /// The program meets the job.
     Done,
-    /// The program has no fault, and leaves more out or over than the job allows, or its blocks are
-    /// not close enough for the linearisation tolerance.
+    /// The program has no fault, but leaves out more points or leaves more material than the job
+    /// permits, or its blocks are not close enough for the linearisation tolerance.
     Incomplete,
     /// The program has faults, and must not be run: its name says so.
     Faulty,
 }
 
 impl Outcome {
-    /// Exit code of `facemill plan`: 0 done, 1 incomplete, 4 faulty.
+    /// Returns the exit code of `facemill plan`: 0 done, 1 incomplete, 4 faulty.
     pub fn exit_code(self) -> u8 {
         match self {
             Self::Done => 0,

@@ -1,4 +1,4 @@
-//! What the report says of operations that two heads cut at once.
+//! Operations that two heads cut at once, in a report.
 
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -14,11 +14,11 @@ pub struct PairReport {
     pub shared_axis: String,
     /// Stretches cut by both heads without lifting.
     pub runs: usize,
-    /// Length of each tip's way in cuts of both heads at once.
+    /// Length of each tip's path in cuts of both heads at once.
     pub paired_length_mm: [f64; 2],
-    /// Length of each tip's way in all cuts.
+    /// Length of each tip's path in all cuts.
     pub cutting_length_mm: [f64; 2],
-    /// Part of both tips' cutting length that is cut by both heads at once.
+    /// Fraction of both tips' cutting length that is cut by both heads at once.
     pub paired_fraction: f64,
     /// Time of all moves of both operations.
     pub time_s: f64,
@@ -26,15 +26,15 @@ pub struct PairReport {
     pub separate_time_s: f64,
     /// The former as part of the latter.
     pub time_ratio: f64,
-    /// Smallest and largest speed of each tip in cuts of both heads; `null` where there are none.
+    /// Smallest and largest speed of each tip in cuts of both heads; `null` if there are none.
     pub tip_feed_mm_min: [Option<[f64; 2]>; 2],
-    /// Steps of each head in cuts of both in which its tool turns against the surface by more than
-    /// `max_turn_deg_per_mm` of its operation allows: rotate follows the shared axis and has no
-    /// limit of its own.
+    /// Steps of each head in cuts of both in which its tool turns relative to the surface by more
+    /// than `max_turn_deg_per_mm` of its operation: rotate follows the shared axis and has no limit
+    /// of its own.
     pub posture_jumps: [usize; 2],
     /// Largest speed of the shared axis in cuts of both heads, deg/s (mm/s of a linear axis).
     pub shared_velocity: f64,
-    /// Why the rest is cut by each head alone.
+    /// Reasons why the rest is cut by each head alone.
     pub splits: Vec<PairSplit>,
 }
 
@@ -45,8 +45,8 @@ pub struct PairSplit {
     pub cause: String,
     /// Number of stations.
     pub stations: usize,
-    /// Where the first head would be at the first of them, workpiece frame.
+    /// Position of the first head at the first of them, workpiece frame.
     pub first_place_mm: [f64; 3],
-    /// What is to be said of the first of them.
+    /// Details of the first of them.
     pub first: String,
 }

@@ -1,23 +1,23 @@
-//! What the report says of rotary axes that turn back, and of the pole.
+//! Reversals of rotary axes, and the pole, in a report.
 
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// Where limited rotary axes turn back by more than half a turn, because their limits do not let
-/// them go on. None of that is in a cut.
+/// Reversals of limited rotary axes by more than half a turn, because their limits do not let them
+/// continue. None is in a cut.
 #[derive(Clone, Debug, Default, Serialize, JsonSchema)]
 pub struct RewindsReport {
-    /// How often, in the whole program.
+    /// Number of reversals in the whole program.
     pub count: usize,
-    /// Of these, how many a pass was ended for; the rest are between passes anyway.
+    /// Number of them for which a pass was ended; the rest are between passes anyway.
     pub inserted: usize,
-    /// How often the machine goes over to its other branch between passes.
+    /// Number of changes to the machine's other branch between passes.
     pub branch_changes: usize,
-    /// Each, in program order.
+    /// All reversals, in program order.
     pub rewinds: Vec<RewindReport>,
 }
 
-/// One turn back, at rapid rate and clear of everything.
+/// One reversal, at rapid rate and clear of everything.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct RewindReport {
     /// Operation.
@@ -28,13 +28,13 @@ pub struct RewindReport {
     pub axis: String,
     /// Value before, as the machine's scale shows it.
     pub from_deg: f64,
-    /// Value behind.
+    /// Value after.
     pub to_deg: f64,
-    /// Whether a pass was ended for it, and goes on behind it.
+    /// Whether a pass was ended for it, and continues behind it.
     pub inserted: bool,
 }
 
-/// Blocks that follow each other near the pole of the rotary axes.
+/// Consecutive blocks near the pole of the rotary axes.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct SingularBlocks {
     /// Operation.
@@ -48,14 +48,14 @@ pub struct SingularBlocks {
     /// Smallest angle between the tool axis and the rotary axis nearest to the workpiece, at an end
     /// of a block.
     pub smallest_angle_deg: f64,
-    /// The rotary axis that has the most to do in them.
+    /// The rotary axis with the most motion in them.
     pub axis: String,
-    /// Its largest turn per mm of the tool tip's way; `null` where the tip stands.
+    /// Its largest turn per mm of the tool tip's path; `null` if the tip is at rest.
     pub largest_step_deg_per_mm: Option<f64>,
 }
 
 impl SingularBlocks {
-    /// Adds blocks that follow.
+    /// Adds the blocks that follow.
     pub fn join(&mut self, next: &Self) {
         let larger = |a: &Self, b: &Self| {
             a.largest_step_deg_per_mm.is_some_and(|a| b.largest_step_deg_per_mm.is_none_or(|b| b > a))

@@ -1,11 +1,11 @@
-//! Laws of units and mountings: a size that cannot be meant names the likely unit, and a mounting
+//! Laws of units and mountings: an implausible size names the likely unit, and a mounting
 //! that nothing reaches names operation, axis and limit.
 
 use crate::check::describe_setup;
 use crate::examples::new_job::{NewJob, new_job};
 use crate::load::job::Job;
 
-/// Lines of `check` for the patch job on a wavy sheet of 400 mm with its numbers divided by `unit`,
+/// Returns the lines of `check` for the patch job on a wavy sheet of 400 mm with its numbers divided by `unit`,
 /// or its message.
 fn verdict(unit: f64, settings: &[&str]) -> Result<String, String> {
     let folder = tempfile::tempdir().unwrap();
@@ -20,7 +20,7 @@ fn verdict(unit: f64, settings: &[&str]) -> Result<String, String> {
     describe_setup(&job, 0).map(|lines| lines.join("\n")).map_err(|e| e.to_string())
 }
 
-/// Sheet of 400 by 400 by 15 mm as an OBJ file, scaled.
+/// Returns a sheet of 400 by 400 by 15 mm as an OBJ file, scaled.
 fn sheet(by: f64) -> Vec<u8> {
     const N: usize = 16;
     let vertex = |k: usize| {

@@ -104,8 +104,8 @@ fn an_input_is_read_to_its_bound_and_no_further() {
     assert!(why.contains("more than") && why.contains("99"), "{why}");
 }
 
-/// A device without end, and a pipe that nobody writes to, both also behind a link: none is waited
-/// for.
+/// Tries a device without end, and a pipe that nobody writes to, both also behind a link: reading
+/// must not wait for any.
 #[cfg(unix)]
 #[test]
 fn what_is_no_regular_file_is_not_read() {
@@ -203,7 +203,7 @@ fn a_link_is_replaced_and_what_it_leads_to_stays() {
     assert!(!at("far/new.nc").exists());
 }
 
-/// A socket stands for all that is there and no regular file.
+/// A socket as an example of an existing path that is not a regular file.
 #[cfg(unix)]
 #[test]
 fn what_is_no_regular_file_is_left_as_it_is_and_nothing_else_is_written() {

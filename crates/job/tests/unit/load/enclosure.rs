@@ -3,7 +3,7 @@ use facemill_surface_model::TriMesh;
 
 use crate::load::enclosure::*;
 
-/// A setup whose part is a triangle with corners 10 mm along each axis.
+/// Returns a setup whose part is a triangle with corners 10 mm along each axis.
 fn obstacles() -> Vec<ObstacleMesh> {
     let corners = vec![Point3::new(10.0, 0.0, 0.0), Point3::new(0.0, 10.0, 0.0), Point3::new(0.0, 0.0, 10.0)];
     let mesh = TriMesh::new(corners, vec![[0, 1, 2]]).unwrap();

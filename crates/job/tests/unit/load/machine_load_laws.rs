@@ -12,7 +12,7 @@ use crate::load::machine_load::read_machine;
 /// Two blocks of 2 × 2 × 2, one beside and above the other, each a group.
 const STAIR: &str = "stair.obj";
 
-/// A block in the OBJ format, its vertices numbered from `first`.
+/// Returns a block in the OBJ format, its vertices numbered from `first`.
 fn block(name: &str, min: [f64; 3], max: [f64; 3], first: u32) -> String {
     let end = |k: usize, axis: usize| if k >> axis & 1 == 0 { min[axis] } else { max[axis] };
     let mut text = format!("g {name}\n");
@@ -30,7 +30,7 @@ fn mesh(file: &str) -> MeshShapeFile {
     MeshShapeFile { file: file.to_owned(), unit: None, groups: None, hull: None }
 }
 
-/// A folder with meshes and a machine file whose bed and first table row have a body of this shape.
+/// Makes a folder with meshes and a machine file whose bed and first table row have a body of this shape.
 fn folder(shape: MeshShapeFile) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();

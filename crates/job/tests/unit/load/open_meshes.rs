@@ -1,6 +1,6 @@
 use crate::load::open_meshes::*;
 
-/// Sides of the unit cube by their axis, or all.
+/// Returns sides of the unit cube by their axis, or all.
 fn sides(of: &[usize]) -> TriMesh {
     let corner = |k: usize| Point3::from([0, 1, 2].map(|axis| (k >> axis & 1) as f64));
     let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];

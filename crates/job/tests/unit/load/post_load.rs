@@ -13,7 +13,7 @@ fn changed(dialect: Dialect, changes: &[(&str, &str, Option<serde_json::Value>)]
     serde_json::from_value(file).unwrap()
 }
 
-/// What a shop sets as its control takes it: no words.
+/// Numbers that a shop sets for its control: no words.
 fn shop_numbers() -> Vec<(&'static str, &'static str, Option<serde_json::Value>)> {
     let four = serde_json::json!({"linear": 4, "rotary": 4, "feed": 4, "inverse_time": 4});
     vec![

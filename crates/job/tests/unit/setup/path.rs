@@ -40,7 +40,7 @@ fn path_file(folder: &Path) {
 /// convention of this crate.
 ///
 /// Where the cutter is in the uncut stock, its teeth go against the feed when climb milling, with
-/// it otherwise; and the axis leans to that side, so that the disc rises over what is cut.
+/// it otherwise; and the axis leans to that side, so that the disc rises over the cut surface.
 fn check(job: &Job, direction: &str, case: &str) {
     let setup = Setup::read(job, 0).unwrap();
     let laid = lay(job, &setup, 0, &job.file.operations[0]).unwrap();

@@ -12,7 +12,7 @@ fn mill(rollover: Rollover) -> Machine {
     Machine::from_file(file).unwrap()
 }
 
-/// Words, as a control with the same rollover reads them, lead the planned way.
+/// Words follow the planned motion when a control with the same rollover reads them.
 #[test]
 fn rolled_words_lead_where_was_planned() {
     let mut seed = 7_u64;
@@ -25,7 +25,7 @@ fn rolled_words_lead_where_was_planned() {
         let c = &machine.axes()[machine.axis_index("C").unwrap()];
         let letter: AxisLetter = "C".parse().unwrap();
         let mut planned = 0.0;
-        // Zero is come to from both sides, and a place is told twice.
+        // Reaches zero from both sides, and programs a position twice.
         let mut all = vec![20.0, 0.0, 0.0, -20.0, 0.0, 350.0, 370.0, 360.0, 100.0];
         for _ in 0..300 {
             planned += largest * (2.0 * random() - 1.0);

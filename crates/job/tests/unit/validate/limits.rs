@@ -5,7 +5,7 @@ use crate::examples::new_job::{NewJob, new_job};
 use crate::validate::limits::*;
 use crate::validate::validate;
 
-/// Example jobs with all keys that have limits between them.
+/// Returns example jobs with all keys that have limits between them.
 fn jobs() -> [Value; 2] {
     let files = new_job(&NewJob::Patch { size_mm: 100.0 }).unwrap();
     let mut laid: Value =
@@ -22,7 +22,7 @@ fn jobs() -> [Value; 2] {
     [laid, read]
 }
 
-/// A value in place of another, as the whole check of a job judges it.
+/// Replaces a value and returns the result of the whole check of the job.
 fn with(job: &Value, place: &str, value: f64, is_count: bool) -> Result<(), String> {
     let mut job = job.clone();
     let mut at = &mut job;
@@ -36,7 +36,7 @@ fn with(job: &Value, place: &str, value: f64, is_count: bool) -> Result<(), Stri
     validate(&from_json::<JobFile>(job.to_string().as_bytes()).map_err(|e| e.to_string())?)
 }
 
-/// Walks over a table with values just outside and inside.
+/// Tries the limits of a table with values just outside and inside.
 fn walk<T>(limits: &[JobLimit<T>], below: &str, of: impl Fn(&JobFile) -> &T) {
     for limit in limits {
         let jobs = jobs();
