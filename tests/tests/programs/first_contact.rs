@@ -163,6 +163,6 @@ fn a_plan_that_cannot_begin_changes_nothing() {
     let names: Vec<_> = std::fs::read_dir(f.path("out")).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert_eq!(names, ["program.nc"]);
     let told = facemill_in(&f, &format!("plan job.json --out {}", f.path("plain").display()));
-    assert!(told.code == 3 && told.errors.contains("no folder"), "{} {}", told.code, told.errors);
+    assert!(told.code == 3 && told.errors.contains("not a folder"), "{} {}", told.code, told.errors);
     assert_eq!(std::fs::read(f.path("plain")).unwrap(), b"mine");
 }

@@ -92,7 +92,9 @@ fn steps_of(key: &str) -> Result<Vec<String>, String> {
         None => key.replace('[', ".").replace(']', "").split('.').map(str::to_owned).collect(),
     };
     if steps.iter().any(String::is_empty) {
-        return Err(format!("\"{key}\" is not a key; give it as operations[0].tolerances.cusp_mm or as a JSON pointer"));
+        return Err(format!(
+            "\"{key}\" is not a key; give it as operations[0].tolerances.cusp_mm or as a JSON pointer"
+        ));
     }
     Ok(steps)
 }

@@ -20,8 +20,7 @@ use crate::stock::setup_order::follows;
 pub fn read_rest(job: &Job, setup: usize, path: &Path) -> Result<DexelMap, Failure> {
     let rest = DexelMap::from_bytes(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
     let Some(began_as) = Origin::from_bytes(rest.origin()) else {
-        let message =
-            "does not identify its stock before cutting: write it again with facemill verify --rest-out";
+        let message = "does not identify its stock before cutting: write it again with facemill verify --rest-out";
         return Err(Failure::input(path, message));
     };
     let own = Origin::of_setup(job, setup)?;

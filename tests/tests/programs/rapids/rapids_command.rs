@@ -104,7 +104,7 @@ fn clearance_and_the_rest_of_another_program_count() {
     assert_eq!(told.code, 0, "{}{}", told.errors, told.printed);
     job.write("job.json", own.to_string().as_bytes());
     let told = facemill_in(&job, "rapids old.nc --job job.json -o new.nc --rest left.stock");
-    assert!(told.is_refused_for(&["left.stock", "is no rest of the stock of setup"]), "{}", told.errors);
+    assert!(told.is_refused_for(&["left.stock", "is not a rest of the stock of setup"]), "{}", told.errors);
     // Marked as the setup's own it stands for what another program left of that.
     facemill_in(&job, "verify old.nc --job job.json --stock-cell-mm 4 --rest-out own.stock");
     let map = |name: &str| DexelMap::from_bytes(&std::fs::read(job.path(name)).unwrap()).unwrap();

@@ -117,7 +117,7 @@ fn what_is_no_regular_file_is_not_read() {
     std::os::unix::fs::symlink("pipe", at("job.json")).unwrap();
     for file in [Path::new("/dev/zero"), &at("pipe"), &at("zero.stl"), &at("job.json"), folder.path()] {
         let why = read(file).unwrap_err().to_string();
-        assert!(why.contains("no regular file") && why.contains(file.to_str().unwrap()), "{why}");
+        assert!(why.contains("not a regular file") && why.contains(file.to_str().unwrap()), "{why}");
     }
 }
 
@@ -214,9 +214,9 @@ fn what_is_no_regular_file_is_left_as_it_is_and_nothing_else_is_written() {
     std::os::unix::fs::symlink("socket", at("link")).unwrap();
     for name in ["socket", "link"] {
         let why = write_each(&[(&at("first"), vec![1]), (&at(name), vec![2])]).unwrap_err().to_string();
-        assert!(why.contains(name) && why.contains("no regular file"), "{why}");
+        assert!(why.contains(name) && why.contains("not a regular file"), "{why}");
         let why = write_all(folder.path(), &[("first".into(), vec![1]), (name.into(), vec![2])]).unwrap_err();
-        assert!(why.to_string().contains("no regular file"), "{why}");
+        assert!(why.to_string().contains("not a regular file"), "{why}");
         assert!(!at("first").exists() && std::fs::metadata(at("socket")).unwrap().file_type().is_socket());
     }
 }
