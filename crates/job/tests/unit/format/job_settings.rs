@@ -36,7 +36,7 @@ fn a_key_that_leads_nowhere_is_named() {
         ("name.of=x", "name.of"),
         ("no value", "KEY=VALUE"),
         ("a..b=1", "a..b"),
-        ("=1", "no key"),
+        ("=1", "not a key"),
     ] {
         let why = set(text).expect_err(text);
         assert!(why.contains(named), "{text}: {why}");
