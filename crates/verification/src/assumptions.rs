@@ -1,11 +1,12 @@
-//! What the run of a program rests on besides its text.
+//! Assumptions of a program's run besides its text.
 
 use std::collections::BTreeSet;
 
 use facemill_job::format::report::stock::StockReport;
 use facemill_virtual_machine::{Assumption, BlockCut, EstimatedPositions};
 
-/// Assumptions in the order of their lines, each once, with the first line that rests on it.
+/// Returns assumptions in the order of their lines, each once, with the first line that depends on
+/// it.
 pub fn all_assumptions(of_text: Vec<Assumption>, of_feeds: Vec<Assumption>) -> Vec<Assumption> {
     let mut all = [of_text, of_feeds].concat();
     all.sort();
@@ -14,20 +15,20 @@ pub fn all_assumptions(of_text: Vec<Assumption>, of_feeds: Vec<Assumption>) -> V
     all
 }
 
-/// That nothing is proven.
+/// Returns the note that nothing is proven.
 pub fn is_estimate(positions: &EstimatedPositions) -> Assumption {
     let EstimatedPositions { cut_step_mm, rapid_step_mm } = positions;
     let text = format!(
         "the fast mode is an estimate: nothing is proven between positions, {cut_step_mm} mm apart in cuts and {rapid_step_mm} mm in rapids, \
-         nor between the edges of tool and holder; verify without --fast before the program is run"
+         nor between the edges of tool and holder; verify without --fast before running the program"
     );
     Assumption { line: None, text }
 }
 
-/// That no cut takes anything of the stock, where all of it is seen: what is found rests on it that
-/// this is meant.
+/// Returns the note that no cut removes stock, if all stock is seen: the findings assume that this
+/// is intended.
 pub fn cuts_nothing(report: &StockReport, blocks: &[BlockCut]) -> Option<Assumption> {
     let in_air = !blocks.is_empty() && report.removed_mm3 == 0.0 && report.blocks_not_covered == 0;
-    let text = "no cutting block takes anything of the stock: check mounting, work offset, tool length and the unit of the meshes";
+    let text = "no cutting block removes stock: check mounting, work offset, tool length and the unit of the meshes";
     in_air.then(|| Assumption { line: None, text: text.to_owned() })
 }

@@ -1,4 +1,4 @@
-//! The cut stock against the part: figures, and the part's surface in colours.
+//! Comparison of the cut stock with the part: figures, and the part's surface in colours.
 
 mod colours;
 mod cusps;
@@ -27,42 +27,42 @@ use crate::deviation::cusps::{CuspScene, cusps};
 use crate::deviation::figures::{Condition, Patch, beyond, deviation_figures, drive_triangles};
 use crate::deviation::stock_places::StockPlaces;
 
-/// What is asked of the deviation.
+/// Options of a deviation report.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DeviationRequest {
-    /// Deviation up to which a place is within tolerance, mm; `None`: the largest height that one
-    /// of the setup's operations may leave ([`largest_left`]).
+    /// Largest deviation within tolerance, mm; `None`: the largest height that one of the setup's
+    /// operations may leave ([`largest_left`]).
     pub tolerance: Option<f64>,
-    /// Write the part's surface in colours, too.
+    /// Also write the part's surface in colours.
     pub painted: bool,
 }
 
-/// Triangles of the surface that are looked at for areas and colours, at most: about 100 MB of GLB.
+/// Largest number of triangles of the surface for areas and colours: about 100 MB of GLB.
 const MAX_PATCHES: usize = 2_000_000;
 
-/// Stock before and after a program, and how well it was cut.
+/// Stock before and after a program, and the accuracy of its cutting.
 pub struct CutStock<'a> {
     /// Program.
     pub program: &'a ReadProgram,
     /// The program, as the painted file names it.
     pub stamp: &'a ProgramStamp,
-    /// What it was run on, for each head.
+    /// Setups of the run, one for each head.
     pub heads: &'a [&'a VirtualSetup<'a>],
-    /// Before and behind the program, on the lines of each direction; all with the same distance
-    /// between them, `cell` mm.
+    /// Stock before and after the program, on the lines of each direction; all with the same
+    /// distance between them, `cell` mm.
     pub lines: &'a [[&'a DexelMap; 2]],
     /// Distance of the lines, mm.
     pub cell: f64,
     /// Tolerance of the cut, mm.
     pub tolerance: f64,
-    /// Depth of a gouge from which on it is a finding, mm.
+    /// Least depth of a gouge that is a finding, mm.
     pub gouge_limit: f64,
 }
 
-/// Holds the cut stock against the setup's part; with it the GLB, where it is asked for.
+/// Compares the cut stock with the setup's part; returns the GLB, too, if requested.
 ///
 /// # Errors
-/// When the tolerance is no length, the part cannot be measured or painted, or the stages are
+/// If the tolerance is no length, the part cannot be measured or painted, or the stages are
 /// cancelled.
 pub fn deviation_of(
     job: &Job,
@@ -123,23 +123,23 @@ pub fn deviation_of(
     Ok((report, painted.transpose()?))
 }
 
-/// What the stock is to become.
+/// Surface that the stock is to become.
 struct Workpiece {
     surface: Surface,
     /// Allowance on each triangle, mm; 0 on check surfaces, whose allowance is the cutter's
     /// distance.
     allowances: Vec<f64>,
-    /// Whether each triangle is of a part and not of a check surface.
+    /// Whether each triangle belongs to a part rather than a check surface.
     is_part: Vec<bool>,
 }
 
-/// All part and check surfaces of a setup: a hub that blades are joined to is no stock on them.
-/// What a job names twice, as the side that is cut and with the whole part, is there once with the
+/// Joins all part and check surfaces of a setup: a hub with blades is no stock on them. A surface
+/// that a job names twice, as the cut side and with the whole part, is included once with the
 /// larger allowance: twice, the part would not be closed.
 fn workpiece(setup: &Setup<'_>) -> Workpiece {
     let mut mesh = TriMesh::default();
     let mut of_triangle = Vec::new();
-    // Parts first: what is both is part.
+    // Parts first: a triangle of both is part.
     for role in [ObstacleRole::Part, ObstacleRole::Check] {
         for obstacle in setup.obstacles.iter().filter(|o| o.role == role) {
             mesh = mesh.joined(&obstacle.mesh);
@@ -147,7 +147,7 @@ fn workpiece(setup: &Setup<'_>) -> Workpiece {
             of_triangle.resize(mesh.triangles().len(), (if is_part { obstacle.allowance } else { 0.0 }, is_part));
         }
     }
-    // The same places are the same vertices, so that the sides hang together.
+    // Equal positions become one vertex, so that the sides are connected.
     let mut places: HashMap<[u64; 3], u32> = HashMap::new();
     let welded: Vec<u32> = mesh
         .vertices()
@@ -159,7 +159,7 @@ fn workpiece(setup: &Setup<'_>) -> Workpiece {
     let (mut triangles, mut allowances, mut parts) = (Vec::new(), Vec::<f64>::new(), Vec::new());
     for (triangle, (allowance, is_part)) in mesh.triangles().iter().zip(of_triangle) {
         let corners = triangle.map(|v| welded[v as usize]);
-        // From the lowest corner on: the same triangle, wound the same way.
+        // Starts at the lowest corner: the same triangle with the same winding has the same key.
         let mut key = corners;
         key.rotate_left((0..3).min_by_key(|&c| corners[c]).unwrap_or(0));
         match known.entry(key) {
@@ -176,11 +176,11 @@ fn workpiece(setup: &Setup<'_>) -> Workpiece {
     Workpiece { surface: Surface::new(mesh, SurfaceSettings::default()), allowances, is_part: parts }
 }
 
-/// The part's triangles in small ones, whose parents are the workpiece's.
+/// Divides the part's triangles into small ones, whose parents are the workpiece's.
 fn refined(workpiece: &Surface, is_part: &[bool], edge: f64) -> Refined {
     let mesh = workpiece.mesh();
     let of_part: Vec<u32> = (0..is_part.len() as u32).filter(|&t| is_part[t as usize]).collect();
-    // With its own vertices alone, so that viewers see its bounds.
+    // Only its own vertices, so that viewers see its bounds.
     let (mut vertices, mut number) = (Vec::new(), vec![None; mesh.vertices().len()]);
     let mut numbered = |v: u32| {
         *number[v as usize].get_or_insert_with(|| {
@@ -195,7 +195,7 @@ fn refined(workpiece: &Surface, is_part: &[bool], edge: f64) -> Refined {
     fine
 }
 
-/// The small triangles with the place that is nearest to the middle of each.
+/// Returns the small triangles, each with the place nearest to its middle.
 fn patches(
     part: &Surface,
     fine: &Refined,
@@ -214,7 +214,7 @@ fn patches(
     (0..fine.parents.len()).into_par_iter().map(patch).collect()
 }
 
-/// The colour of each vertex: the mean of the triangles around it by area.
+/// Returns the colour of each vertex: the mean of the triangles around it by area.
 fn colours(fine: &Refined, patches: &[Patch], accuracy: [f64; 2]) -> Vec<[u8; 3]> {
     let mut sums = vec![[0.0_f64; 4]; fine.mesh.vertices().len()];
     for (triangle, patch) in fine.mesh.triangles().iter().zip(patches) {
@@ -225,6 +225,6 @@ fn colours(fine: &Refined, patches: &[Patch], accuracy: [f64; 2]) -> Vec<[u8; 3]
             sum[3] += patch.area;
         }
     }
-    // A vertex without area around it is nowhere to be seen.
+    // A vertex without area around it is invisible.
     sums.iter().map(|s| [0, 1, 2].map(|k| if s[3] > 0.0 { (s[k] / s[3]).round() as u8 } else { 0 })).collect()
 }

@@ -1,4 +1,4 @@
-//! A program's feeds and spindle speeds against those that a job asks for.
+//! Comparison of a program's feeds and spindle speeds with the job's.
 
 use std::collections::BTreeSet;
 
@@ -10,42 +10,41 @@ use facemill_virtual_machine::motion::follow::{FollowedCut, Follower, Surroundin
 use facemill_virtual_machine::program_time::tolerance::levers_at;
 use facemill_virtual_machine::{Assumption, BlockCut, Finding, FindingKind, Measure, StockRun};
 
-/// What a job asks for in one of its setups, of all its operations and heads.
+/// Feeds and speeds that a job requires in one of its setups, for all its operations and heads.
 pub struct Asked {
     /// Largest speed of a tip in cuts, mm/min.
     cuts: f64,
     /// Largest speed of a tip, mm/min: of cuts, entries, exits and air.
     all: f64,
-    /// Smallest speed of a tip, mm/min; `None` where thick chips may ask for any.
+    /// Smallest speed of a tip, mm/min; `None` if thick chips may require any.
     least: Option<f64>,
     /// Speeds of spindles, 1/min.
     speeds: Vec<f64>,
-    /// What rounding of words may move a linear axis by at one end of a block, mm, and a rotary
-    /// one, rad.
+    /// Largest displacement of a linear axis, mm, and of a rotary one, rad, by rounding of words at
+    /// one end of a block.
     rounding: [f64; 2],
 }
 
-/// A block on which the tip goes faster than the job asks for in cuts.
+/// Block on which the tip is faster than the job's cuts.
 pub struct FastBlock {
     /// Line of the program, from 1.
     pub line: u32,
     /// Index of the block.
     block: usize,
-    /// How many straight cuts are before it: what follows each other counts on.
+    /// Number of straight cuts before it: consecutive ones count on.
     nth: usize,
     /// Speed of the tip, mm/min.
     speed: f64,
-    /// Whether that is more than any feed of the job, which none is of a head that stands by.
+    /// Whether that is more than any feed of the job; the job has none for a head that stands by.
     is_above_all: bool,
 }
 
-/// Feeds of a program's cuts against those that a job asks for, seen by one head.
+/// Feeds of a program's cuts compared with the job's, seen by one head.
 #[derive(Default)]
 pub struct CutFeeds {
-    /// Blocks on which the tip goes faster than the job asks for in cuts.
+    /// Blocks on which the tip is faster than the job's cuts.
     pub fast: Vec<FastBlock>,
-    /// Way of the tip in cuts, mm, and the part of it that is far slower than the job asks for
-    /// anywhere.
+    /// Length of the tip's path in cuts, mm, and of the part far slower than any feed of the job.
     ways: [f64; 2],
     /// Time of that part, s.
     slow_time: f64,
@@ -53,11 +52,11 @@ pub struct CutFeeds {
     first_slow: Option<u32>,
 }
 
-/// Part of the job's smallest feed below which a cut is far slower than it asks for.
+/// Fraction of the job's smallest feed below which a cut is far slower.
 const FAR_SLOWER: f64 = 0.1;
 
-/// Part of the way of all cuts that is far slower where it is worth a note: near poles, cuts have
-/// to be.
+/// Least fraction of the path of all cuts that must be far slower for a note: near poles, cuts have
+/// to be slow.
 const WORTH_A_NOTE: f64 = 0.5;
 
 impl CutFeeds {
@@ -71,8 +70,8 @@ impl CutFeeds {
         }
     }
 
-    /// A note where most of the way is cut far slower than the job asks for: that is no fault, but
-    /// may be a slip.
+    /// Returns a note if most of the cutting path is far slower than the job's feeds: that is no
+    /// fault, but may be a slip.
     pub fn note(&self, asked: &Asked, head: &str) -> Option<Assumption> {
         let least = asked.least?;
         let [all, slow] = self.ways;
@@ -81,8 +80,8 @@ impl CutFeeds {
         }
         let head = if head.is_empty() { String::new() } else { format!("{head}: ") };
         let text = format!(
-            "{head}{:.0} % of the way of the cuts goes at {:.3} mm/min on average, the job asks for at least {least} mm/min; that the \
-             program is meant to be so slow",
+            "{head}{:.0} % of the cutting path is at {:.3} mm/min on average, but the job requires at least {least} mm/min; the \
+             program is taken to be so slow on purpose",
             100.0 * slow / all,
             60.0 * slow / self.slow_time
         );
@@ -90,26 +89,26 @@ impl CutFeeds {
     }
 }
 
-/// What the cut stock tells of a program's blocks.
+/// Knowledge about a program's blocks from the cut stock.
 pub struct KnownCuts {
     /// Lines of the blocks that certainly cut.
     cuts: BTreeSet<u32>,
-    /// Lines of those that take some stock and do not certainly cut.
+    /// Lines of the blocks that remove some stock but do not certainly cut.
     doubtful: BTreeSet<u32>,
-    /// Lines of those that take none on the stock's lines and are so near to it that they may take
-    /// some between.
+    /// Lines of the blocks that remove none on the stock's lines but are so near to it that they
+    /// may remove some between them.
     between_lines: BTreeSet<u32>,
-    /// Lines of those that may reach stock which was not cut.
+    /// Lines of the blocks that may reach stock that was not cut.
     not_covered: BTreeSet<u32>,
-    /// Of the cut stock, mm.
+    /// Tolerance of the cut stock, mm.
     tolerance: f64,
     /// Distance of the stock's lines, mm.
     cell: f64,
 }
 
 impl KnownCuts {
-    /// Of a run that was asked for the fast blocks, and the lines on which it does not see all
-    /// stock.
+    /// Returns the knowledge from a run that probed the fast blocks, and the lines on which it does
+    /// not see all stock.
     pub fn of(run: &StockRun, not_covered: &[u32], [tolerance, cell]: [f64; 2]) -> Self {
         let lines = |is: &dyn Fn(&BlockCut) -> bool| run.blocks.iter().filter(|b| is(b)).map(|b| b.line).collect();
         Self {
@@ -127,14 +126,14 @@ impl KnownCuts {
     }
 }
 
-/// Blocks that follow each other and are too fast by the same limit.
+/// Consecutive blocks that are too fast by the same limit.
 struct Episode<'a> {
-    /// Whether they are held against the feed of cuts.
+    /// Whether they are compared with the feed of cuts.
     is_cut: bool,
     first: &'a FastBlock,
     worst: &'a FastBlock,
     last: &'a FastBlock,
-    /// Whether a block behind them is not fast, or takes no stock.
+    /// Whether a block behind them is not fast, or removes no stock.
     has_ended: bool,
 }
 
@@ -147,24 +146,24 @@ impl<'a> Episode<'a> {
     }
 }
 
-/// How far from its reference position an axis is at it, mm or rad: rounding of sums.
+/// Largest distance of an axis at its reference position from it, mm or rad: rounding of sums.
 const AT_HOME: f64 = 1e-6;
 
-/// What a finding says that is not of one S alone.
-const OTHERS: &str = "; other speeds up to the last line are not asked for either";
+/// Addition to a finding that covers more than one S.
+const OTHERS: &str = "; nor are other speeds up to the last line the job's";
 
-/// The S in force of a spindle.
+/// S in force of a spindle.
 struct InForce {
     spindle: Option<u32>,
-    /// What is wrong with it.
+    /// Its fault.
     finding: Option<Finding>,
     has_cut: bool,
-    /// Index of the finding that the cut before it has, which another one goes on with.
+    /// Index of the finding of the cut before, which another one continues.
     open: Option<usize>,
 }
 
 impl InForce {
-    /// Tells what is wrong with it when it cuts first.
+    /// Reports its fault when it cuts first.
     fn cut(&mut self, found: &mut Vec<Finding>) {
         if std::mem::replace(&mut self.has_cut, true) {
             return;
@@ -188,18 +187,18 @@ impl InForce {
     }
 }
 
-/// Share by which the tip may be faster than the job asks for.
+/// Permitted excess of the tip's speed over the job's, as a fraction.
 const FASTER: f64 = 0.01;
 
-/// What S may differ from the job's speed by, 1/min, or as part of it where that is more: S is a
-/// whole number.
+/// Permitted difference of S from the job's speed, 1/min, or as a fraction of it if that is more: S
+/// is a whole number.
 const SAME_SPEED: [f64; 2] = [0.5, 1e-3];
 
-/// Decimals of words that are expected at least.
+/// Least expected number of decimals of words.
 const DECIMALS: u8 = 3;
 
 impl Asked {
-    /// What a setup's operations ask for; `None` without any.
+    /// Returns the requirements of a setup's operations; `None` without any.
     pub fn of(job: &Job, setup: &SetupFile) -> Option<Self> {
         let feeds: Vec<_> = job.operations_of(setup).map(|(_, o)| &o.feeds).collect();
         let largest = |of: &dyn Fn(&FeedsFile) -> f64| feeds.iter().map(|f| of(f)).reduce(f64::max);
@@ -216,9 +215,9 @@ impl Asked {
         Some(Self { cuts, all, least, speeds: feeds.iter().map(|f| f.spindle_rpm).collect(), rounding })
     }
 
-    /// The speeds of the tip in cuts against what the job asks for, seen by one head. Speeds are
-    /// those at the programmed F without acceleration, over whole blocks; what is not understood
-    /// has findings of its own.
+    /// Compares the speeds of the tip in cuts with the job's, seen by one head. Speeds are those at
+    /// the programmed F without acceleration, over whole blocks; text that is not understood has
+    /// its own findings.
     pub fn feeds_of_cuts(&self, program: &ReadProgram, at: Surroundings<'_>) -> CutFeeds {
         let view = (at.machine, at.tool_length);
         let mut found = CutFeeds::default();
@@ -245,8 +244,8 @@ impl Asked {
         found
     }
 
-    /// Whether a head of several is at home on a block, up to rounding of words: the table turns
-    /// under its tip for another one.
+    /// Returns whether one of several heads is at home on a block, up to rounding of words: the
+    /// table then turns under its tip for another head.
     fn stands_by(&self, machine: &Machine, cut: &FollowedCut) -> bool {
         let is_home = |k: usize, value: f64| {
             let axis = &machine.axes()[k];
@@ -258,10 +257,10 @@ impl Asked {
             && (0..machine.axes().len()).filter(own).all(|k| is_home(k, cut.from[k]) && is_home(k, cut.to[k]))
     }
 
-    /// Findings of one head where the tip is faster than the job asks for: in blocks that are known
-    /// to cut, than it asks for in cuts; in all others, than it asks for anywhere. Blocks that
-    /// follow each other are one finding, also where one between them is faster than cuts and takes
-    /// so little stock that it is not known to be one.
+    /// Returns the findings of one head where the tip is faster than the job permits: in blocks
+    /// that are known to cut, faster than its cuts; in all others, faster than any of its feeds.
+    /// Consecutive blocks are one finding, even if one between them is faster than cuts but removes
+    /// so little stock that it is not known to be a cut.
     pub fn findings(
         &self,
         program: &ReadProgram,
@@ -296,7 +295,7 @@ impl Asked {
         let (limit, there) = if is_cut { (self.cuts, " in cuts") } else { (self.all, "") };
         let head = if head.is_empty() { String::new() } else { format!("{head}: ") };
         let note =
-            format!("{head}the tip goes {:.0} mm/min, the job asks for at most {limit} mm/min{there}", worst.speed);
+            format!("{head}the tip moves at {:.0} mm/min, the job permits at most {limit} mm/min{there}", worst.speed);
         Finding {
             first_line: episode.first.line,
             last_line: episode.last.line,
@@ -305,8 +304,8 @@ impl Asked {
         }
     }
 
-    /// What is taken for granted where a block is faster than the job's cuts, no finding, and not
-    /// known to cut nothing.
+    /// Returns the assumption for a block that is faster than the job's cuts, is no finding, and
+    /// may cut stock.
     pub fn assumptions(&self, fast: &[FastBlock], known: Option<&KnownCuts>) -> Vec<Assumption> {
         let Self { cuts, all, .. } = self;
         let first = |is: &dyn Fn(u32) -> bool| {
@@ -317,19 +316,19 @@ impl Asked {
         let told = |line: Option<u32>, text: String| line.map(|line| Assumption { line: Some(line), text });
         let Some(known) = known else {
             let text = format!(
-                "feeds of cuts are held against {all} mm/min, the largest of cutting, approach and air feeds: the stock is \
-                 not cut, so cuts are not told from entries"
+                "feeds of cuts are compared with {all} mm/min, the largest of cutting, approach and air feeds: the stock is \
+                 not cut, so cuts cannot be distinguished from entries"
             );
             return told(first(&|_| true), text).into_iter().collect();
         };
-        let held = format!("feeds above {cuts} mm/min, the largest of cuts, are held against {all} mm/min where");
+        let held = format!("feeds above {cuts} mm/min, the largest of cuts, are compared with {all} mm/min where");
         let not_covered = format!("{held} the tool may reach stock beyond the region that is cut: it may cut there");
         let doubtful = format!(
-            "{held} no more stock is taken than a tolerance of {} mm explains: such blocks may be cuts",
+            "{held} no more stock is removed than a tolerance of {} mm explains: such blocks may be cuts",
             known.tolerance
         );
         let between_lines = format!(
-            "{held} no stock is met on lines {} mm apart, and some is nearer than a cell's diagonal: such blocks may be cuts",
+            "{held} lines {} mm apart meet no stock, but some is nearer than a cell's diagonal: such blocks may be cuts",
             known.cell
         );
         let in_force =
@@ -337,8 +336,8 @@ impl Asked {
         in_force.into_iter().filter_map(|(lines, text)| told(first(&|line| lines.contains(&line)), text)).collect()
     }
 
-    /// Speed of the tip where it is more than a limit (mm/min) by more than rounding of words
-    /// tells, mm/min.
+    /// Returns the speed of the tip if it exceeds a limit (mm/min) by more than rounding of words
+    /// explains, mm/min.
     fn faster_than(
         &self,
         limit: f64,
@@ -353,13 +352,14 @@ impl Asked {
             return None;
         }
         let feed = block.motion.as_ref().and_then(|m| m.feed)?;
-        // The control knows no smaller F.
+        // The control has no smaller F.
         let is_least = cut.is_norm && feed.value <= machine.feed_range().min;
         let way = cut.way - self.rounded_way(machine, length, cut);
         (!is_least && 60.0 * way / time > allowed).then_some(speed)
     }
 
-    /// What rounding of the words at both ends may have added to the way of the tip, mm.
+    /// Returns the length that rounding of the words at both ends may have added to the tip's path,
+    /// mm.
     fn rounded_way(&self, machine: &Machine, length: f64, cut: &FollowedCut) -> f64 {
         let [linear, rotary] = self.rounding;
         let at = |axes: &AxisValues| {
@@ -371,11 +371,11 @@ impl Asked {
         at(&cut.from) + at(&cut.to)
     }
 
-    /// Findings where a program cuts with S at another speed than those of the job: one from the
-    /// first such S to the last before a cut at a speed that is asked for.
+    /// Returns findings where a program cuts with S at another speed than those of the job: one
+    /// from the first such S to the last before a cut at a speed of the job.
     pub fn other_speeds(&self, program: &ReadProgram) -> Vec<Finding> {
         let mut found: Vec<Finding> = Vec::new();
-        // The finding of the S in force of each spindle; it counts from the first cut on.
+        // Finding of the S in force of each spindle; it counts from the first cut on.
         let mut in_force: Vec<InForce> = Vec::new();
         for block in &program.blocks {
             let mut spindle = None;
@@ -410,7 +410,7 @@ impl Asked {
         }
         let mut asked: Vec<String> = self.speeds.iter().map(f64::to_string).collect();
         asked.dedup();
-        let note = format!("S{speed} is programmed, the job asks for {} 1/min", asked.join(", "));
+        let note = format!("S{speed} is programmed, but the job requires {} 1/min", asked.join(", "));
         Some(of_block(FindingKind::OtherSpindleSpeed, block, note))
     }
 }

@@ -1,4 +1,4 @@
-//! Runs and proofs of two heads as one.
+//! Runs and proofs of two heads, merged into one.
 
 use std::collections::BTreeMap;
 
@@ -7,14 +7,14 @@ use facemill_virtual_machine::{
     Verification,
 };
 
-/// Both runs as one: findings of both, each with its head, those of one and the same axis once;
+/// Merges two runs: the findings of both, each with its head, those of the same axis once; the
 /// extremes of both.
 pub fn merged_runs(runs: [Verification; 2], sections: Vec<SectionGouge>) -> Verification {
     let [first, second] = runs;
     let mut findings: Vec<Finding> = Vec::new();
     for (h, found) in [first.findings, second.findings].into_iter().enumerate() {
         for mut finding in found {
-            // What axes and text do is the same in both runs; their notes name the head.
+            // Findings of axes and text are the same in both runs; their notes name the head.
             let same = |f: &Finding| {
                 let alone = f.body.is_none() && finding.body.is_none();
                 alone
@@ -62,7 +62,7 @@ pub fn merged_runs(runs: [Verification; 2], sections: Vec<SectionGouge>) -> Veri
     }
 }
 
-/// What holds between the positions of both heads.
+/// Merges the bounds between positions of both heads.
 pub fn between_of_both((a, b): (BetweenPositions, BetweenPositions)) -> BetweenPositions {
     BetweenPositions {
         cutter_mm: a.cutter_mm.max(b.cutter_mm),
@@ -72,7 +72,7 @@ pub fn between_of_both((a, b): (BetweenPositions, BetweenPositions)) -> BetweenP
     }
 }
 
-/// How far apart the positions of both heads' estimates are at most.
+/// Returns the largest distance between positions in the estimates of both heads.
 pub fn estimate_of_both((a, b): (EstimatedPositions, EstimatedPositions)) -> EstimatedPositions {
     EstimatedPositions {
         cut_step_mm: a.cut_step_mm.max(b.cut_step_mm),
@@ -80,13 +80,13 @@ pub fn estimate_of_both((a, b): (EstimatedPositions, EstimatedPositions)) -> Est
     }
 }
 
-/// A finding's note without the head that it begins with.
+/// Returns a finding's note without the head at its beginning.
 pub fn without_head(note: &str) -> &str {
     let rest = note.strip_prefix("head 1").or_else(|| note.strip_prefix("head 2"));
     rest.map_or(note, |rest| rest.trim_start_matches(':').trim_start())
 }
 
-/// Both heads' certificates as one for each block: proven is what is proven for both.
+/// Merges the certificates of both heads into one for each block: proven only if proven for both.
 pub fn proven_for_both([first, second]: &[Certificates; 2]) -> Certificates {
     let mut by_line: BTreeMap<u32, [Option<&Certificate>; 2]> = BTreeMap::new();
     for (h, certificates) in [first, second].into_iter().enumerate() {
@@ -96,14 +96,14 @@ pub fn proven_for_both([first, second]: &[Certificates; 2]) -> Certificates {
     }
     let both = by_line.into_values().filter_map(|both| match both {
         [Some(a), Some(b)] => Some(proven_block(a, b)),
-        // A line that only one run has a doubt about is proven for none.
+        // A line that only one run doubts is proven for none.
         [Some(only), None] | [None, Some(only)] => Some(Certificate { certified: false, ..only.clone() }),
         [None, None] => None,
     });
     Certificates::new(both.collect())
 }
 
-/// Certificate of a block for both heads.
+/// Merges the certificates of a block of both heads.
 pub fn proven_block(a: &Certificate, b: &Certificate) -> Certificate {
     let larger = |x: Option<f64>, y: Option<f64>| Some(f64::max(x?, y?));
     let between = |c: &Certificate, h: usize| {

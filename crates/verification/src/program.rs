@@ -1,4 +1,4 @@
-//! A program from anywhere, run on the virtual machine as a job's setup stands.
+//! Program from any source, run on the virtual machine in a job's setup.
 
 use std::path::Path;
 
@@ -41,38 +41,38 @@ use crate::sub_cell_check::{
 use crate::text_times::{TimedText, times_of_text};
 use crate::virtual_setup::{name_obstacles, not_verified, virtual_setup};
 
-/// How a program is run.
+/// Options of a program's run.
 #[derive(Clone, Debug)]
 pub struct VerifyRequest<'a> {
-    /// What errors call the program.
+    /// Name of the program in errors.
     pub program: &'a Path,
     /// Control that it is for.
     pub dialect: Dialect,
     /// Index of the job's setup.
     pub setup: usize,
     /// Depth of the cutter below an allowance beyond which it is a finding, mm; `None`: the
-    /// smallest that one of the setup's operations allows.
+    /// smallest permitted by one of the setup's operations.
     pub gouge_limit: Option<f64>,
-    /// Prove what every block does between its ends, too.
+    /// Also prove the motion of every block between its ends.
     pub certificates: bool,
-    /// Time the program within velocity, acceleration and jerk of the axes, too.
+    /// Also time the program within velocity, acceleration and jerk of the axes.
     pub time_law: bool,
-    /// Only estimate collisions, by the paper's rule ([`Estimate`]): fast, and no proof of
-    /// anything. Not with `certificates`.
+    /// Only estimate collisions, by the paper's rule ([`Estimate`]): fast, but without any proof.
+    /// Not with `certificates`.
     pub fast: bool,
-    /// Cut the stock as the program goes, and hold tool assembly, bodies of the machine and rapids
-    /// against it as it then is. Without it they are held against the stock as it was at first;
-    /// bodies of the machine are also where the cut begins with a rest, the flute is too short to
-    /// know what is left between the lines, or the run is an estimate.
+    /// Cut the stock as the program goes, and test tool assembly, bodies of the machine and rapids
+    /// against it as it then is. Without it, test them against the initial stock; bodies of the
+    /// machine are tested so, too, if the cut begins with a rest, the flute is too short to know
+    /// the remains between the lines, or the run is an estimate.
     pub cut: Option<CutRequest>,
-    /// Whether the program is to finish the regions of the setup's operations: more left than they
-    /// allow is then a finding. What is left is measured in any case.
+    /// Whether the program is to finish the regions of the setup's operations: more material left
+    /// than they permit is then a finding. It is measured in any case.
     pub finishes: bool,
 }
 
 impl<'a> VerifyRequest<'a> {
-    /// In the job's first setup, to the limits of its operations, against the stock as it was at
-    /// first.
+    /// Returns a request for the job's first setup, with the limits of its operations, against the
+    /// initial stock.
     #[must_use]
     pub const fn new(program: &'a Path, dialect: Dialect) -> Self {
         Self {
@@ -89,35 +89,35 @@ impl<'a> VerifyRequest<'a> {
     }
 }
 
-/// What was found, and what is left of the stock where it was cut.
+/// Results of a verification, and the remaining stock if it was cut.
 #[derive(Clone, Debug)]
 pub struct Verified {
-    /// As it is written.
+    /// Content of the file.
     pub file: VerificationFile,
-    /// The stock behind the program.
+    /// The stock after the program.
     pub rest: Option<DexelMap>,
-    /// What every block with a cutting move took out of the stock, in program order, with two heads
-    /// both together; empty where it was not cut.
+    /// Removal of every block with a cutting move, in program order, with two heads both together;
+    /// empty if the stock was not cut.
     pub cuts: Vec<BlockCut>,
-    /// The part's surface in the colours of its deviation, as GLB, where it was asked for.
+    /// The part's surface in the colours of its deviation, as GLB, if requested.
     pub painted: Option<Vec<u8>>,
-    /// Lines of the program's rapids, in order: what findings are
-    /// [merged](facemill_virtual_machine::merge_findings) by.
+    /// Lines of the program's rapids, in order, by which findings are
+    /// [merged](facemill_virtual_machine::merge_findings).
     pub rapid_lines: Vec<u32>,
 }
 
-/// Runs a program on the virtual machine as a setup of a job stands: its machine, mounting, work
-/// offset, tool, part, fixtures and stock. Of two heads it is run for each, and the stock is cut by
-/// both at the same time.
+/// Runs a program on the virtual machine in a job's setup: its machine, mounting, work offset,
+/// tool, part, fixtures and stock. With two heads, runs it for each, and cuts the stock by both at
+/// the same time.
 ///
-/// How the program was made does not matter; the operations of the job only say how deep the cutter
-/// may go. What it guarantees is what [`verify`] does: positions are tested exactly, and between
-/// them nothing is worse by more than it tells; certificates prove it with the control's tolerance.
-/// Where the stock is cut, what [`run_stock`](facemill_virtual_machine::run_stock) guarantees
-/// holds, too.
+/// The origin of the program does not matter; the operations of the job only determine the
+/// permitted depth of the cutter. Guarantees the same as [`verify`]: positions are tested exactly,
+/// and between them nothing is worse by more than reported; certificates prove this with the
+/// control's tolerance. If the stock is cut, guarantees the same as
+/// [`run_stock`](facemill_virtual_machine::run_stock), too.
 ///
 /// # Errors
-/// When a file of the job is wrong, the setup does not exist, the program is not understood (line,
+/// If a file of the job is wrong, the setup does not exist, the program is not understood (line,
 /// column and text), or the stages are cancelled.
 pub fn verify_program(
     job: &Job,
@@ -126,16 +126,14 @@ pub fn verify_program(
     stages: &dyn Stages,
 ) -> Result<Verified, Failure> {
     let setups = &job.file.setups;
-    let setup = setups
-        .get(request.setup)
-        .ok_or_else(|| job.wrong(format!("setup {} was asked for, the job has {}", request.setup + 1, setups.len())))?;
+    let setup = setups.get(request.setup).ok_or_else(|| {
+        job.wrong(format!("setup {} was requested, but the job has {}", request.setup + 1, setups.len()))
+    })?;
     if request.gouge_limit.is_some_and(|g| !(g >= 0.0 && g.is_finite())) {
         return Err(job.wrong("the gouge limit must be a depth of at least 0 mm"));
     }
     if request.fast && request.certificates {
-        return Err(
-            job.wrong("certificates cannot be had from the fast mode, which only estimates: leave out one of both")
-        );
+        return Err(job.wrong("the fast mode only estimates and proves no certificates: leave out one of the two"));
     }
     if let Some(cut) = request.cut.as_ref().filter(|c| !STOCK_TOLERANCES.contains(&c.tolerance)) {
         return Err(job.wrong(format!(
@@ -186,7 +184,7 @@ pub fn verify_program(
     Ok(Verified { file, rest: found.rest, cuts: found.cuts, painted: found.painted, rapid_lines })
 }
 
-/// A program and how it is looked at.
+/// Program and the options of its run.
 struct Run<'a> {
     program: &'a ReadProgram,
     text: &'a [u8],
@@ -197,7 +195,7 @@ struct Run<'a> {
     stages: &'a dyn Stages,
 }
 
-/// What the runs show.
+/// Results of the runs.
 struct Found {
     verification: Verification,
     times: ProgramTimes,
@@ -212,7 +210,7 @@ struct Found {
 }
 
 impl Found {
-    /// Without a cut stock.
+    /// Returns the results without cut stock.
     fn of(verification: Verification, certificates: Option<Certificates>) -> Self {
         let assumptions = Vec::new();
         Self {
@@ -230,25 +228,25 @@ impl Found {
     }
 }
 
-/// What cutting the stock shows.
+/// Results of cutting the stock.
 struct Cut<const N: usize> {
-    /// What is known of each head's cuts.
+    /// Knowledge about each head's cuts.
     known: [KnownCuts; N],
-    /// What meets the stock, of each head.
+    /// Collisions with the stock, of each head.
     findings: [Vec<Finding>; N],
     report: StockReport,
     rest: DexelMap,
     cuts: Vec<BlockCut>,
     deviation: Option<DeviationReport>,
     painted: Option<Vec<u8>>,
-    /// What is seen between the lines.
+    /// Description of the check between the lines.
     seen_between: String,
-    /// What the runs against all of the stock add, but for the findings.
+    /// Additional results of the runs against the whole initial stock, without the findings.
     between: Vec<BetweenLines>,
 }
 
 impl Found {
-    /// Adds what cutting the stock shows; what is left of it is known of the heads' cuts.
+    /// Adds the results of cutting the stock; returns the knowledge about the heads' cuts.
     fn take<const N: usize>(&mut self, cut: Cut<N>) -> [KnownCuts; N] {
         self.verification.findings.extend(cut.findings.into_iter().flatten());
         self.assumptions.extend(cuts_nothing(&cut.report, &cut.cuts));
@@ -292,8 +290,8 @@ impl Run<'_> {
         Ok(found)
     }
 
-    /// Cuts the stock by all heads, and tells which of these blocks of each are cuts; `then` are
-    /// each head's findings so far.
+    /// Cuts the stock by all heads, and determines which of these blocks of each are cuts; `then`
+    /// are each head's findings so far.
     fn cut<const N: usize>(
         &self,
         heads: [(&HeadView<'_>, &[FastBlock]); N],
@@ -354,10 +352,10 @@ impl Run<'_> {
         }
     }
 
-    /// For each head, with the other one's tool as it is.
+    /// Runs the program for each head, with the other one's tool as it is.
     fn two_heads(&self, job: &Job) -> Result<Found, Failure> {
         if self.uses_rtcp() {
-            let message = "its words are the tip's (RTCP), which is not known of machines with two heads";
+            let message = "its words are the tip's (RTCP), which machines with two heads do not support";
             return Err(Failure::input(self.request.program, message));
         }
         let seen = [job.seen_by(0, HEADS_APART), job.seen_by(1, HEADS_APART)];
@@ -374,13 +372,13 @@ impl Run<'_> {
         let certificates = first.certificates.zip(second.certificates).map(|(a, b)| proven_for_both(&[a, b]));
         let heads = [0, 1].map(|h| (&machines[h], seen[h].tool.gauge_length()));
         let asked = Asked::of(job, setups[0].file);
-        // Words are the axes' own, whichever head's view they are read by.
+        // Words are the axes' own, regardless of the head whose view reads them.
         let feeds = self.cut_feeds(asked.as_ref(), heads, &at[0]);
         let on = [0, 1].map(|h| HeadView { job: &seen[h], setup: &setups[h], at: &at[h] });
         let stands = [(&on[0], &feeds[0].fast[..]), (&on[1], &feeds[1].fast[..])];
         let then = [&*first.verification.findings, &*second.verification.findings];
         let mut cut = self.request.cut.as_ref().map(|cut| self.cut(stands, then, cut)).transpose()?;
-        // With the rest of its head's findings each has the name of its head.
+        // Each finding gets the name of its head, with the rest of that head's findings.
         for (h, found) in [&mut first.verification, &mut second.verification].into_iter().enumerate() {
             found.findings.extend(cut.iter_mut().flat_map(|cut| std::mem::take(&mut cut.findings[h])));
         }
@@ -398,8 +396,8 @@ impl Run<'_> {
         Ok(found)
     }
 
-    /// How long the program takes: for machines as each head sees them, with the lengths of their
-    /// tools.
+    /// Returns the time of the program: for machines as each head sees them, with the lengths of
+    /// their tools.
     fn times(
         &self,
         job: &Job,
@@ -410,12 +408,12 @@ impl Run<'_> {
     ) -> ProgramTimes {
         let constant = [found.verification.cutting_time_s, found.verification.rapid_time_s];
         let Some(&(machine, tool_length)) = views.first().filter(|_| self.request.time_law) else {
-            return ProgramTimes::constant(constant, vec!["not asked for".to_owned()]);
+            return ProgramTimes::constant(constant, vec!["not requested".to_owned()]);
         };
         let _timing = self.stages.start(TIMES, 0);
         let at = Surroundings { machine, tool_length, words, frame, work_offset: None };
         let (dialect, rapids) = (self.request.dialect, self.program.rtcp_rapids);
-        // Another control than the job's is as its own dialect file has it.
+        // A control other than the job's has its own dialect file.
         let control = &if job.post.dialect() == dialect {
             job.post.rules().control_motion.clone()
         } else {
@@ -428,8 +426,8 @@ impl Run<'_> {
         times
     }
 
-    /// Measures what the program leaves on the regions of the job's operations; more than they
-    /// allow is a finding where the program is to finish them.
+    /// Measures the material that the program leaves on the regions of the job's operations; an
+    /// excess over their limits is a finding if the program is to finish them.
     fn measure(
         &self,
         job: &Job,
@@ -450,7 +448,7 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Speeds of cuts against the job's, seen by machines with the lengths of their tools.
+    /// Compares speeds of cuts with the job's, seen by machines with the lengths of their tools.
     fn cut_feeds<const N: usize>(
         &self,
         asked: Option<&Asked>,
@@ -464,8 +462,8 @@ impl Run<'_> {
         })
     }
 
-    /// Adds findings where feeds and spindle speeds are not the job's, and what that rests on; of
-    /// the fast blocks of each head, with what is known of its cuts, and its name.
+    /// Adds findings where feeds and spindle speeds differ from the job's, and their assumptions,
+    /// for the fast blocks of each head, with the knowledge about its cuts, and its name.
     fn compare_feeds(&self, asked: Option<&Asked>, heads: &[(&CutFeeds, Option<KnownCuts>, &str)], found: &mut Found) {
         let Some(asked) = asked else { return };
         for (feeds, known, head) in heads {
@@ -477,7 +475,7 @@ impl Run<'_> {
         found.verification.findings.extend(asked.other_speeds(self.program));
     }
 
-    /// Where the machine stands at findings that are made of the text.
+    /// Adds the machine's position to findings that are made from the text.
     fn place(&self, at: &VirtualSetup<'_>, verification: &mut Verification) -> Result<(), Failure> {
         place_findings(self.program, at, &self.settings(), &mut verification.findings).map_err(not_verified)
     }
@@ -503,8 +501,8 @@ impl Run<'_> {
     }
 }
 
-/// The largest removal rate of a head's operations in a setup (0 or 1), where each has one. Entries
-/// and exits are not slowed down for it, so that up to their speed any rate is allowed.
+/// Returns the largest removal rate of a head's operations in a setup (0 or 1), if each has one.
+/// Entries and exits are not slowed down for it, so that up to their speed any rate is permitted.
 pub fn removal_of(job: &Job, setup: &SetupFile, head: usize) -> Option<RemovalLimit> {
     let of = |o: &OperationFile| {
         let removal = o.feeds.removal_rate.as_ref()?;

@@ -1,5 +1,5 @@
-//! Material that a program leaves on the surface that its operations are asked to cut, measured on
-//! its text.
+//! Material that a program leaves on the surface that its operations are to cut, measured on its
+//! text.
 
 use facemill_cc_path::{AskedRegion, Region, RegionSample, Strategy};
 use facemill_cl_data::{CcPoint, Silent};
@@ -18,56 +18,56 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::virtual_setup::not_verified;
 
-/// By how much a point of the cutter may be beside its place where heights are measured, mm: a
-/// tenth of the finest cusps that face mills leave. Smaller: more parts of motions to look at.
+/// Largest error of a point of the cutter in the measurement of heights, mm: a tenth of the finest
+/// cusps that face mills leave. Smaller: more parts of motions to examine.
 const MOTION_TOLERANCE: f64 = 0.002;
 
-/// How far a height may be off, mm.
+/// Largest error of a height, mm.
 pub const ACCURACY: f64 = MOTION_TOLERANCE + SweptCutter::ACCURACY;
 
-/// Samples of an operation's region, at most, but for its border: 100,000 take a second of
+/// Largest number of samples of an operation's region, without its border: 100,000 take a second of
 /// processor time on the sample job.
 const MAX_SAMPLES: f64 = 100_000.0;
 
-/// Samples of it, at least.
+/// Smallest number of samples.
 const MIN_SAMPLES: f64 = 10_000.0;
 
-/// Samples across the step that the cusp allows, at least, where [`MAX_SAMPLES`] allows it.
+/// Least number of samples across the step that the cusp permits, if [`MAX_SAMPLES`] permits it.
 const SAMPLES_ACROSS: f64 = 6.0;
 
-/// How often samples are made finer where box or levels leave a small part of the facets: each time
-/// up to a hundred times.
+/// Number of refinements of samples if box or levels leave a small part of the facets: each by up
+/// to a hundred times.
 const ROUNDS: usize = 4;
 
-/// Places of samples that the largest height is looked for around.
+/// Number of samples around which the largest height is sought.
 const LARGEST_PLACES: usize = 32;
 
-/// How much finer it is looked for there.
+/// Factor of refinement there.
 const FINER: f64 = 4.0;
 
-/// Samples of the whole drive surface for the part of it that no operation is asked to cut.
+/// Samples of the whole drive surface for the part of it that no operation is to cut.
 const DRIVE_SAMPLES: f64 = 10_000.0;
 
-/// How far a copy of a place may be from the surface and still be on it, mm.
+/// Largest distance of a copy of a place from the surface it is on, mm.
 const SAME_SURFACE: f64 = 0.01;
 
-/// A head of the machine, as the program is run on it.
+/// A head of the machine that runs the program.
 pub struct RunningHead<'a> {
-    /// Machine with all that is on it, as the head sees it.
+    /// Machine with everything on it, as the head sees it.
     pub at: &'a VirtualSetup<'a>,
     /// Settings of its runs.
     pub settings: &'a VerifySettings,
 }
 
-/// Measures what a program leaves on the regions of a setup's operations; `None` where no operation
-/// of the setup is known.
+/// Measures the material that a program leaves on the regions of a setup's operations; `None` if no
+/// operation of the setup is known.
 ///
-/// Every cut of the program counts, whichever operation it belongs to. The region is the surface
-/// that the job states: groups, cone, box and levels of the strategy, in all places of the pattern,
-/// whatever passes have been laid on it.
+/// Every cut of the program counts, regardless of its operation. The region is the surface that the
+/// job states: groups, cone, box and levels of the strategy, in all places of the pattern,
+/// regardless of the generated passes.
 ///
 /// # Errors
-/// When a region is wrong, or the stages are cancelled.
+/// If a region is wrong, or the stages are cancelled.
 pub fn remaining(
     job: &Job,
     setup: &Setup<'_>,
@@ -92,7 +92,7 @@ pub fn remaining(
     Ok(Some(RemainingReport { accuracy_mm: ACCURACY, outside_fraction: outside(setup, &asked)?, operations }))
 }
 
-/// What an operation is asked to cut.
+/// Region that an operation is to cut.
 struct Asked<'a> {
     operation: &'a OperationFile,
     region: Region,
@@ -119,8 +119,8 @@ impl<'a> Asked<'a> {
             .map_err(|e| Failure::Internal(format!("operation \"{}\": {e}", self.operation.name)))
     }
 
-    /// Distance between passes that decides how far samples are apart, mm: what the cusp allows on
-    /// a plane, at most what the job allows.
+    /// Returns the distance between passes that determines the spacing of samples, mm: the one that
+    /// the cusp permits on a plane, at most the job's.
     fn step_over(&self, job: &Job) -> Result<f64, Failure> {
         let tolerances = &self.operation.tolerances;
         let most = tolerances.max_step_over_mm;
@@ -131,7 +131,7 @@ impl<'a> Asked<'a> {
         Ok(on_plane.map_or(most, width))
     }
 
-    /// Samples of the region in one place of the pattern.
+    /// Returns samples of the region in one place of the pattern.
     fn samples(&self, job: &Job, region: &AskedRegion<'_>) -> Result<Vec<RegionSample>, Failure> {
         let (spacing, places) = (self.step_over(job)? / SAMPLES_ACROSS, self.places.len() as f64);
         let area = region.facet_area() * places;
@@ -182,7 +182,7 @@ impl<'a> Asked<'a> {
     }
 }
 
-/// A sample in a place of the pattern.
+/// Sample in a place of the pattern.
 #[derive(Clone, Copy)]
 struct Sampled {
     place: usize,
@@ -190,10 +190,10 @@ struct Sampled {
     on: SurfacePlace,
 }
 
-/// What is left on samples.
+/// Material left on samples.
 #[derive(Default)]
 pub struct Measured {
-    /// Area that each counts for, mm²; of borders and of places looked at for the largest none.
+    /// Area of each sample, mm²; zero for borders and for those around the largest.
     pub areas: Vec<f64>,
     /// Samples.
     pub on: Vec<SurfacePlace>,
@@ -214,17 +214,17 @@ impl Measured {
         self.left.extend(left);
     }
 
-    /// Number of samples that count for an area.
+    /// Returns the number of samples with an area.
     pub fn n_of_area(&self) -> usize {
         self.areas.iter().filter(|&&a| a > 0.0).count()
     }
 
-    /// Distance between samples, about, mm.
+    /// Returns the approximate distance between samples, mm.
     pub fn spacing(&self) -> f64 {
         (self.areas.iter().sum::<f64>() / self.n_of_area().max(1) as f64).sqrt()
     }
 
-    /// Indices of the highest samples, the highest first; of equal ones the first.
+    /// Returns the indices of the highest samples, the highest first; of equal ones the first.
     fn highest(&self, n: usize) -> Vec<usize> {
         let mut all: Vec<usize> = (0..self.left.len()).collect();
         all.sort_by(|&a, &b| self.left[b].height.total_cmp(&self.left[a].height));
@@ -233,9 +233,9 @@ impl Measured {
     }
 }
 
-/// A sample in a place of the pattern, on the surface that is to be left, with the stock above it.
-/// Where the job states none, material is looked for as far as the cutter is wide, so that a place
-/// that no cut comes near is not taken for finished.
+/// Returns a sample in a place of the pattern, on the surface to be left, with the stock above it.
+/// If the job states no stock, assumes material up to the cutter's reach, so that a place that no
+/// cut approaches does not count as finished.
 fn surface_place(setup: &Setup<'_>, place: &Isometry3<f64>, sample: &RegionSample, reach: f64) -> SurfacePlace {
     let normal = place * sample.normal;
     let position = place * sample.position + normal.into_inner() * setup.drive_allowance;
@@ -245,10 +245,11 @@ fn surface_place(setup: &Setup<'_>, place: &Isometry3<f64>, sample: &RegionSampl
     SurfacePlace { position, normal, stock }
 }
 
-/// Heights above which material is not measured, mm.
+/// Greatest measured height, mm.
 const MAX_HEIGHT: f64 = 1000.0;
 
-/// Part of the drive surface that no operation is asked to cut, in any place of its pattern.
+/// Returns the fraction of the drive surface that no operation is to cut, in any place of its
+/// pattern.
 fn outside(setup: &Setup<'_>, asked: &[Asked<'_>]) -> Result<f64, Failure> {
     let whole = Region { groups: Some(setup.drive_groups.clone()), ..Region::default() };
     let surface = &setup.around_drive;
@@ -273,7 +274,7 @@ fn outside(setup: &Setup<'_>, asked: &[Asked<'_>]) -> Result<f64, Failure> {
     Ok(area(&outside) / area(&samples).max(f64::MIN_POSITIVE))
 }
 
-/// Heights that parts of the area have at most; 0 where nothing has an area.
+/// Returns the heights that fractions of the area do not exceed; 0 if there is no area.
 pub fn quantiles<const N: usize>(areas: &[f64], left: &[LeftHeight], shares: [f64; N]) -> [f64; N] {
     let mut sorted: Vec<(f64, f64)> = left.iter().map(|l| l.height).zip(areas.iter().copied()).collect();
     sorted.retain(|(_, area)| *area > 0.0);
@@ -289,7 +290,7 @@ pub fn quantiles<const N: usize>(areas: &[f64], left: &[LeftHeight], shares: [f6
     })
 }
 
-/// Figures of what is left on samples.
+/// Returns the figures of the material left on samples.
 pub fn remaining_on_region(operation: &OperationFile, limit_mm: f64, measured: &Measured) -> RemainingOnRegion {
     let Measured { areas, on, left } = measured;
     let area: f64 = areas.iter().sum();
@@ -297,7 +298,7 @@ pub fn remaining_on_region(operation: &OperationFile, limit_mm: f64, measured: &
         (0..left.len()).filter(|&k| is(k)).map(|k| areas[k]).fold(0.0, |sum, a| sum + a) / area.max(f64::MIN_POSITIVE)
     };
     let above_fraction = share(&|k| left[k].height > limit_mm);
-    // Stock as it was before the cut is not finished, however thin it is.
+    // Stock unchanged by the cut is not finished, however thin.
     let never_cut_fraction = share(&|k| left[k].cut_by.is_none() && on[k].stock > ACCURACY);
     let higher = |a: usize, b: usize| if left[b].height > left[a].height { b } else { a };
     let largest = (0..left.len()).reduce(higher).map(|k| RemainingPlace {

@@ -1,4 +1,4 @@
-//! The stock of a job's setup as a program from anywhere cuts it.
+//! Stock of a job's setup, cut by a program from any source.
 
 mod tri_dexel_run;
 use std::collections::BTreeSet;
@@ -17,31 +17,31 @@ use crate::deviation::DeviationRequest;
 use crate::stock_run::tri_dexel_run::cut_across;
 use crate::virtual_setup::not_verified;
 
-/// How stock is cut.
+/// Options of cutting stock.
 #[derive(Clone, Debug)]
 pub struct CutRequest {
     /// Distance of the lines that the stock is made of, mm.
     pub cell: f64,
-    /// How far from the truth what is cut may be, mm.
+    /// Largest error of the cut stock, mm.
     pub tolerance: f64,
-    /// Which part of the job's stock has lines.
+    /// Region of the job's stock that has lines.
     pub region: StockRegion,
-    /// The rest of another program, which this one begins with in place of the job's stock: of the
-    /// same stock, as [`read_rest`](facemill_job::stock::rest::read_rest) makes sure.
+    /// Rest of another program, with which this one begins in place of the job's stock: of the same
+    /// stock, as [`read_rest`](facemill_job::stock::rest::read_rest) ensures.
     pub rest: Option<DexelMap>,
-    /// Cut lines along x and y of the workpiece frame, too, which show walls along z: of all of the
+    /// Also cut lines along x and y of the workpiece frame, which show walls along z: of all of the
     /// job's stock, not of a region or a rest.
     pub across: bool,
-    /// Do so where the operations cut walls along z, too, which have no such lines: volumes are
-    /// then weighed by how square the lines are to the surfaces that are cut. Of the job's own
-    /// stock alone.
+    /// Do so if the operations cut walls along z, which have no such lines: volumes are then
+    /// weighted by how square the lines are to the cut surfaces. For the job's own stock alone.
     pub across_walls: bool,
-    /// Hold what is left against the part.
+    /// Compare the remaining stock with the part.
     pub deviation: Option<DeviationRequest>,
 }
 
 impl CutRequest {
-    /// All of the job's stock on lines so far apart, within this tolerance, mm.
+    /// Returns a request for all of the job's stock on lines so far apart, within this tolerance,
+    /// mm.
     #[must_use]
     pub const fn on_lines(cell: f64, tolerance: f64) -> Self {
         Self {
@@ -56,17 +56,17 @@ impl CutRequest {
     }
 }
 
-/// Where a program is run.
+/// Setup of a program's run, as a head sees it.
 pub struct HeadView<'a> {
     /// Job, as the head sees it.
     pub job: &'a Job,
     /// Setup.
     pub setup: &'a Setup<'a>,
-    /// Machine with all that is on it.
+    /// Machine with everything on it.
     pub at: &'a VirtualSetup<'a>,
 }
 
-/// What a program did to the stock, with the runs of its heads.
+/// Stock after a program, with the runs of its heads.
 pub struct CutDone<const N: usize> {
     /// Report.
     pub report: StockReport,
@@ -74,20 +74,20 @@ pub struct CutDone<const N: usize> {
     pub runs: [StockRun; N],
     /// Lines of the blocks on which each head may reach stock that has no lines in the map.
     pub not_covered: [Vec<u32>; N],
-    /// The stock before the program, on lines of each direction, those along z first; none where
-    /// its deviation is not asked for.
+    /// The stock before the program, on lines of each direction, those along z first; none if no
+    /// deviation is requested.
     pub before: Vec<DexelMap>,
-    /// The stock behind it, on lines along z.
+    /// The stock after it, on lines along z.
     pub rest: DexelMap,
-    /// The same on lines along x and y, where they were asked for.
+    /// The stock after it on lines along x and y, if requested.
     pub across: Vec<DexelMap>,
 }
 
-/// Cuts the stock as a program goes, by all heads of the machine at the same time; it is that of
-/// the first one's setup.
+/// Cuts the stock as a program goes, by all heads of the machine at the same time; the stock is
+/// that of the first head's setup.
 ///
 /// # Errors
-/// When the stock cannot be made lines of, a setting makes no sense, or the stages are cancelled.
+/// If the stock cannot be turned into lines, a setting makes no sense, or the stages are cancelled.
 pub fn cut_stock<const N: usize>(
     program: &ReadProgram,
     heads: [(&HeadView<'_>, &VerifySettings); N],
@@ -107,7 +107,7 @@ pub fn cut_stock<const N: usize>(
     let mut across = match asked {
         Some(Ok(maps)) => maps.to_vec(),
         Some(Err(why)) if cut.across => return Err(why),
-        // Nobody asked for them: without, it is told that walls are not seen.
+        // They were not requested: without them, the report says that walls are not seen.
         Some(Err(_)) | None => Vec::new(),
     };
     let weights = if for_walls { weights(&setups) } else { [1.0 / 3.0; 3] };
@@ -133,8 +133,8 @@ pub fn cut_stock<const N: usize>(
     Ok(CutDone { report, runs, not_covered, before, rest, across })
 }
 
-/// What all heads together did on each block with a cutting move. The runs are of one program,
-/// block by block.
+/// Returns the joint removal of all heads on each block with a cutting move. The runs are of one
+/// program, block by block.
 pub fn blocks_of_heads(runs: &[StockRun]) -> Vec<BlockCut> {
     let mut all = runs.first().map_or(Vec::new(), |run| run.blocks.clone());
     for run in runs.iter().skip(1) {
@@ -148,7 +148,7 @@ pub fn blocks_of_heads(runs: &[StockRun]) -> Vec<BlockCut> {
     all
 }
 
-/// What is told of the heads' runs, with the stock's volume before them, mm³.
+/// Returns the report on the heads' runs, with the stock's volume before them, mm³.
 fn stock_report(
     rest: &DexelMap,
     before: f64,

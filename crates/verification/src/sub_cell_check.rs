@@ -1,4 +1,4 @@
-//! What meets the stock where the lines that it is cut on do not show it.
+//! Collisions with the stock below the resolution of its lines.
 
 use facemill_job::failure::Failure;
 use facemill_job::load::job::Job;
@@ -14,16 +14,17 @@ use facemill_virtual_machine::{
 use crate::stock_run::{CutRequest, HeadView};
 use crate::virtual_setup::{name_obstacles, not_verified};
 
-/// What a head's run against all of the stock adds to one that leaves it to the runs that cut it.
+/// Additional results of a head's run against the whole initial stock, for a run that leaves the
+/// stock to the cutting runs.
 pub struct BetweenLines {
-    /// What is not proven to be free of what is left of the stock.
+    /// Findings that cannot be ruled out against the remaining stock.
     pub findings: Vec<Finding>,
-    /// What is known between the positions of all that moves near the stock as it was at first.
+    /// Bounds between the positions of all bodies that move near the initial stock.
     pub positions: Option<BetweenPositions>,
 }
 
 impl BetweenLines {
-    /// Counts blocks of which nothing is known between the positions near the stock, too.
+    /// Also counts the blocks without bounds between positions near the stock.
     pub fn keep_open(&self, known: &mut Option<BetweenPositions>) {
         let (Some(known), Some(positions)) = (known, &self.positions) else { return };
         known.open_blocks = known.open_blocks.max(positions.open_blocks);
@@ -32,14 +33,15 @@ impl BetweenLines {
     }
 }
 
-/// Of bodies of tool and machine and the cutter in rapid that meet the stock as it was at first,
-/// and are not known to meet what is left of it, those that are not proven to be free of that: of
-/// each head. `then` is what is found of each without the stock at first, `not_covered` the lines
-/// of the blocks on which its tool may reach stock that has no lines: there all of it counts as
-/// left. For bodies of the machine it does wherever there are no lines.
+/// Returns the collisions with the initial stock of tool bodies, machine bodies and the cutter in
+/// rapid that cannot be ruled out against the remaining stock, per head, without those known to
+/// meet the remaining stock. `then` are the findings of each head without the initial stock;
+/// `not_covered` are the lines of the blocks on which its tool may reach stock without lines: all
+/// of it counts as remaining there. For bodies of the machine it counts so wherever there are no
+/// lines.
 ///
 /// # Errors
-/// As of [`cut_stock`](crate::stock_run::cut_stock).
+/// As for [`cut_stock`](crate::stock_run::cut_stock).
 pub fn between_lines<const N: usize>(
     program: &ReadProgram,
     heads: [(&HeadView<'_>, &VerifySettings); N],
@@ -50,7 +52,7 @@ pub fn between_lines<const N: usize>(
     let mut asked = [const { Vec::new() }; N];
     let mut found = Vec::with_capacity(N);
     for (h, (on, settings)) in heads.into_iter().enumerate() {
-        // Whatever is deep enough to be found between the lines is in question.
+        // Every finding deep enough to be detected between the lines needs a check.
         let at_first = VerifySettings {
             as_cut: HeldAsCut::NOTHING,
             probed_lines: Vec::new(),
@@ -69,13 +71,13 @@ pub fn between_lines<const N: usize>(
     found.try_into().map_err(|_| Failure::Internal("a head without a run".to_owned()))
 }
 
-/// Takes out of the heads' runs against the stock as it was at first what bodies of the machine
-/// meet of it that is known to be cut then, where there is any; what is not proven to be free of
-/// what is left is told with that. The region is that of the lines. Returns whether there was any
-/// to look at, and what is left is known.
+/// Removes collisions of machine bodies with the initial stock from the heads' runs if that stock
+/// is known to be cut by then, and adds those that cannot be ruled out against the remaining stock.
+/// The region is that of the lines. Returns whether there were any to check, and the remaining
+/// stock is known.
 ///
 /// # Errors
-/// As of [`cut_stock`](crate::stock_run::cut_stock).
+/// As for [`cut_stock`](crate::stock_run::cut_stock).
 pub fn hold_machine_as_cut<const N: usize>(
     program: &ReadProgram,
     heads: [(&HeadView<'_>, &VerifySettings); N],
@@ -105,7 +107,7 @@ pub fn hold_machine_as_cut<const N: usize>(
     Ok(true)
 }
 
-/// Whether a finding that is in question is of a body of the machine, and not of the tool.
+/// Returns whether a finding to check is of a body of the machine rather than the tool.
 fn is_of_machine(finding: &Finding) -> bool {
     matches!(finding.kind, FindingKind::Collision | FindingKind::NearMiss)
 }
@@ -122,8 +124,7 @@ fn run(
     Ok(run)
 }
 
-/// Of what is in question for each head, what is not proven to be free of what is left of the
-/// stock.
+/// Returns the findings to check of each head that cannot be ruled out against the remaining stock.
 fn left_between<const N: usize>(
     program: &ReadProgram,
     heads: [(&HeadView<'_>, &VerifySettings); N],
@@ -140,8 +141,8 @@ fn left_between<const N: usize>(
     still_there(program, views, &mut outside, cut.tolerance, &*monitor).map_err(not_verified)
 }
 
-/// Adds what was found between the lines, but for what is told of all of these blocks already, of
-/// the same bodies in the stock.
+/// Adds the findings between the lines, except those whose blocks have a finding on the same bodies
+/// in the stock already.
 pub fn add_between(findings: &mut Vec<Finding>, between: Vec<Finding>) {
     let is_told = |f: &Finding| {
         let alike = |k: &&Finding| (k.kind, &k.body, &k.obstacle) == (f.kind, &f.body, &f.obstacle);
@@ -152,8 +153,8 @@ pub fn add_between(findings: &mut Vec<Finding>, between: Vec<Finding>) {
     findings.sort_by_key(|f| (f.first_line, f.kind));
 }
 
-/// What a cut holds against the stock as it is then: bodies of the machine, too, where all that may
-/// be left of it is known.
+/// Returns which bodies a cut tests against the stock at that time: bodies of the machine, too, if
+/// all its possible remains are known.
 pub fn held_as_cut(job: &Job, cut: &CutRequest) -> HeldAsCut {
     let tools: Vec<&ToolAssembly> =
         [&job.tool].into_iter().chain(job.second.as_ref().map(|second| &second.tool)).collect();
@@ -164,49 +165,46 @@ fn tools<'a, const N: usize>(heads: &[(&HeadView<'a>, &VerifySettings); N]) -> [
     heads.map(|(on, _)| &on.job.tool)
 }
 
-/// Whether of all of these tools it is known what they take between the lines.
+/// Returns whether the removal of all these tools between the lines is known.
 pub fn is_cut_known(tools: &[&ToolAssembly], cell: f64, tolerance: f64) -> bool {
     tools.iter().all(|tool| is_known_to_cut(tool.cutter(), cell, tolerance))
 }
 
-/// What bodies of the machine keep off where it is not known what is left between the lines.
-const MACHINE_AT_FIRST: &str = "bodies of the machine are held against the stock as it was at first";
+/// Stock for bodies of the machine if the remains between the lines are unknown.
+const MACHINE_AT_FIRST: &str = "bodies of the machine are tested against the initial stock";
 
-/// What is seen between the lines of stock that began as the rest of another program.
+/// Describes the check between the lines of stock that began as the rest of another program.
 pub fn seen_of_rest(cell: f64) -> String {
     format!(
-        "of the rest that the stock began as, nothing is left between its lines, {cell} mm apart; {MACHINE_AT_FIRST}"
+        "the rest that the stock began as is taken to have no material between its lines, {cell} mm apart; {MACHINE_AT_FIRST}"
     )
 }
 
-/// What is seen between the lines of cut stock by an estimate.
+/// Describes the check between the lines of cut stock by an estimate.
 pub fn seen_in_estimate(cell: f64) -> String {
-    format!(
-        "between the lines of the stock, {cell} mm apart, nothing is looked for in the fast mode; {MACHINE_AT_FIRST}"
-    )
+    format!("the fast mode does not search between the lines of the stock, {cell} mm apart; {MACHINE_AT_FIRST}")
 }
 
-/// What bodies of the machine are held against in a plan that keeps off the stock as it was at
-/// first.
+/// Describes the test of machine bodies in a plan that avoids the initial stock.
 pub fn machine_as_cut(cell: f64, tolerance: f64) -> String {
     format!(
-        "bodies of the machine that meet the stock as it was at first are held against what may be left of it then, on lines {cell} mm \
+        "bodies of the machine that meet the initial stock are tested against all that may remain of it at that time, on lines {cell} mm \
          apart and within {tolerance} mm"
     )
 }
 
-/// What is seen between the lines of cut stock by these tools.
+/// Describes the check between the lines of cut stock by these tools.
 pub fn seen_between(tools: &[&ToolAssembly], cell: f64, tolerance: f64) -> String {
     if !is_cut_known(tools, cell, tolerance) {
         return format!(
-            "between the lines of the stock, {cell} mm apart, nothing is seen: the flute is too short for it; take a smaller \
+            "between the lines of the stock, {cell} mm apart, collisions are not detected: the flute is too short; reduce the \
              distance of the lines; {MACHINE_AT_FIRST}"
         );
     }
     let depth = certain_depth(cell, tolerance);
     format!(
-        "between the lines of the stock, {cell} mm apart, cutter and sections of the tool are found that go deeper than {depth:.2} mm below \
-         their surface into it; what of them is thinner than {:.2} mm is not asked there; bodies of the machine are held against all that may \
+        "between the lines of the stock, {cell} mm apart, cutter and sections of the tool are detected if stock is more than {depth:.2} mm below \
+         their surface; their parts thinner than {:.2} mm are not checked there; bodies of the machine are tested against all that may \
          be left",
         2.0 * depth
     )

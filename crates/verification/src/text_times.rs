@@ -14,7 +14,7 @@ use facemill_virtual_machine::program_time::tolerance::View;
 use nalgebra::Isometry3;
 use rayon::prelude::*;
 
-/// A program's text and what it was written from.
+/// Text of a program and its dialect and control.
 pub struct TimedText<'a> {
     /// Text.
     pub text: &'a [u8],
@@ -22,25 +22,25 @@ pub struct TimedText<'a> {
     pub dialect: Dialect,
     /// How the control runs its blocks.
     pub control: &'a ControlMotion,
-    /// What the control does at rapid rate under RTCP.
+    /// Motion of the control at rapid rate under RTCP.
     pub rapids: RtcpRapids,
     /// Line of the text of every block of the program.
     pub block_lines: &'a [u32],
 }
 
-/// What a motion of the text is: its kind, and what sets its feed.
+/// Meaning of a motion of the text: its kind, and the origin of its feed.
 #[derive(Clone, Copy)]
 pub struct Meant {
     /// Line of the text.
     pub line: u32,
     /// Kind of the move.
     pub kind: MoveKind,
-    /// What sets its feed; `None` for rapids.
+    /// Origin of its feed; `None` for rapids.
     pub limit: Option<FeedLimit>,
 }
 
-/// Times of a text that anyone may have written, at `constant` speeds ([cuts, rapids] in s) and by
-/// the law: the same for anyone who reads it.
+/// Returns the times of a text from any source, at `constant` speeds ([cuts, rapids] in s) and by
+/// the motion law: the same for every reader.
 pub fn times_of_text(
     views: &[View<'_>],
     at: Surroundings<'_>,
@@ -58,7 +58,7 @@ pub fn times_of_text(
     });
     let (laws, meant) = match laws {
         Ok(known) => known,
-        Err(why) => return ProgramTimes::constant(constant, vec![format!("not known within acceleration: {why}")]),
+        Err(why) => return ProgramTimes::constant(constant, vec![format!("unknown within acceleration: {why}")]),
     };
     let mut sums = [0.0; 2];
     for (time, meant) in laws.iter().flat_map(|law| &law.times).zip(&meant) {
@@ -67,23 +67,23 @@ pub fn times_of_text(
     ProgramTimes::by_law(constant, sums)
 }
 
-/// The motions of a text.
+/// Motions of a text.
 #[derive(Default)]
 pub struct Motions {
-    /// In runs between stops.
+    /// Motions in runs between stops.
     pub moves: Moves,
-    /// What each is.
+    /// Meaning of each motion.
     pub meant: Vec<Meant>,
     /// Time of all rapids at the axes' largest velocities, s.
     pub rapid_time: f64,
-    /// The first motion that cannot be followed.
+    /// The first motion of unknown path.
     pub not_followed: Option<String>,
     /// Frame of coordinates under RTCP.
     pub frame: Option<Isometry3<f64>>,
 }
 
 impl Motions {
-    /// The times of each run.
+    /// Returns the times of each run.
     pub fn laws(&self, views: &[View<'_>], machine: &Machine, control: &ControlMotion) -> Result<Vec<RunLaw>, String> {
         let timer = Timer::new(views, machine.motion_law().control_tolerance).map_err(|e| e.to_string())?;
         let timer = timer.on_control(control).with_rounded_vectors(self.moves.vector_rounding(self.frame));
@@ -91,7 +91,7 @@ impl Motions {
     }
 }
 
-/// The motions of the text in runs between stops, and what each is.
+/// Returns the motions of the text in runs between stops, and the meaning of each.
 pub fn motions(
     at: Surroundings<'_>,
     written: &TimedText<'_>,
@@ -102,7 +102,7 @@ pub fn motions(
     let mut follower = Follower::new(at, written.dialect, written.rapids)?;
     let mut reader = ProgramReader::new(written.dialect);
     for line in written.text.split_inclusive(|byte| *byte == b'\n') {
-        // What is not understood is a finding of the run.
+        // Text that is not understood is a finding of the run.
         let Ok(Some(block)) = reader.read_line(line) else { continue };
         let stands = stands(&block);
         if stands {
@@ -127,8 +127,9 @@ pub fn motions(
             Ok(Way::Stands) => {}
             Ok(Way::Other(_)) => {
                 all.moves.stop();
-                all.not_followed
-                    .get_or_insert_with(|| format!("line {} is no straight way between known places", block.line));
+                all.not_followed.get_or_insert_with(|| {
+                    format!("line {} is not a straight move between known positions", block.line)
+                });
             }
             Err(why) => {
                 follower.forget();

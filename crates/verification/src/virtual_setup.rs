@@ -1,4 +1,4 @@
-//! The machine of a setup with all that is on it, for the virtual machine.
+//! Machine of a setup with everything on it, for the virtual machine.
 
 use facemill_cutter_location::Pieces;
 use facemill_job::failure::Failure;
@@ -8,7 +8,7 @@ use facemill_nc_program::{Dialect, WordMap};
 use facemill_virtual_machine::{Finding, ObstacleKind, Verification, VerifyError, VirtualObstacle, VirtualSetup};
 use nalgebra::Isometry3;
 
-/// Why a program was not run.
+/// Returns the failure of a program that was not run.
 pub fn not_verified(e: VerifyError) -> Failure {
     match e {
         VerifyError::Cancelled(_) => Failure::Interrupted,
@@ -16,7 +16,7 @@ pub fn not_verified(e: VerifyError) -> Failure {
     }
 }
 
-/// What stands on the table, for the virtual machine.
+/// Returns the bodies on the table, for the virtual machine.
 pub fn virtual_obstacles<'a>(setup: &'a Setup<'_>) -> Vec<VirtualObstacle<'a>> {
     setup
         .obstacles
@@ -34,21 +34,21 @@ pub fn virtual_obstacles<'a>(setup: &'a Setup<'_>) -> Vec<VirtualObstacle<'a>> {
             allowance: o.allowance,
             stock: match o.role {
                 ObstacleRole::Part | ObstacleRole::Check => setup.stock_thickness.max(o.allowance),
-                // Everything keeps off a fixture by its allowance.
+                // All bodies keep the allowance from a fixture.
                 ObstacleRole::Fixture | ObstacleRole::Table | ObstacleRole::Stock => o.allowance,
             },
         })
         .collect()
 }
 
-/// Says of an obstacle that is several files or groups which of them is at a place.
+/// Adds the file or group at a place to the name of an obstacle that has several.
 pub fn name_obstacle(name: &mut String, place: [f64; 3], setup: &Setup<'_>) {
     if let Some(o) = setup.obstacles.iter().find(|o| o.name == *name) {
         *name = o.name_at(&place.into());
     }
 }
 
-/// The same of every finding.
+/// Does the same for every finding.
 pub fn name_obstacles_of(findings: &mut [Finding], setup: &Setup<'_>) {
     for finding in findings {
         if let (Some(obstacle), Some(place)) = (&mut finding.obstacle, finding.place_work_mm) {
@@ -57,7 +57,7 @@ pub fn name_obstacles_of(findings: &mut [Finding], setup: &Setup<'_>) {
     }
 }
 
-/// The same of everything that a run tells.
+/// Does the same for every name in the result of a run.
 pub fn name_obstacles(verification: &mut Verification, setup: &Setup<'_>) {
     let name = |name: &mut String, place: [f64; 3]| name_obstacle(name, place, setup);
     name_obstacles_of(&mut verification.findings, setup);
@@ -70,7 +70,8 @@ pub fn name_obstacles(verification: &mut Verification, setup: &Setup<'_>) {
     }
 }
 
-/// Machine of a setup with its tool and all that is on it, for a program of this dialect.
+/// Returns the machine of a setup with its tool and everything on it, for a program of this
+/// dialect.
 pub fn virtual_setup<'a>(
     dialect: Dialect,
     job: &'a Job,
@@ -89,8 +90,8 @@ pub fn virtual_setup<'a>(
     }
 }
 
-/// The register of the tool's length as the reader of a control tells it: edge 1 of Siemens, and
-/// the number of the tool on Heidenhain, whose tools have their length in themselves.
+/// Returns the register of the tool's length in a control's reader: edge 1 of Siemens, and the
+/// number of the tool on Heidenhain, whose tools include their length.
 pub fn register_in(dialect: Dialect, job: &Job) -> u32 {
     match dialect {
         Dialect::Siemens840d => 1,

@@ -592,7 +592,7 @@ fn programs_from_anywhere_are_run_as_the_job_stands() {
     let (feed, speed) = (of("feed_above_job").expect("a feed"), of("other_spindle_speed").expect("a speed"));
     let ratio = feed["measure"]["feed_ratio"].as_f64().unwrap();
     assert!(ratio > 1.01 && ratio < 2.02, "{feed}");
-    assert!(feed["note"].as_str().unwrap().contains("the job asks for at most 2000 mm/min"), "{feed}");
+    assert!(feed["note"].as_str().unwrap().contains("the job permits at most 2000 mm/min"), "{feed}");
     assert!(lines[speed["first_line"].as_u64().unwrap() as usize - 1].contains(" S"), "{speed}");
     assert!(speed["note"].as_str().unwrap().contains("S40000"), "{speed}");
 

@@ -103,11 +103,11 @@ fn feeds_far_below_the_jobs_are_a_note_and_no_fault() {
     let note = |text: &str| {
         let file = verified(text);
         assert!(file.verification.findings.iter().all(|f| !f.kind.is_fault()), "{:?}", file.verification.findings);
-        file.assumptions.into_iter().find(|a| a.text.contains("the job asks for at least"))
+        file.assumptions.into_iter().find(|a| a.text.contains("the job requires at least"))
     };
     assert_eq!(note(&text), None);
     let found = note(&slowed(&text)).expect("a note");
-    let words = ["100 % of the way of the cuts", "at least 1000 mm/min"];
+    let words = ["100 % of the cutting path", "at least 1000 mm/min"];
     assert!(words.iter().all(|w| found.text.contains(w)) && found.line.is_some(), "{found:?}");
 }
 

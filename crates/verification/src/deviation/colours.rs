@@ -2,16 +2,16 @@
 
 use crate::deviation::figures::Condition;
 
-/// Red, green and blue as screens take them.
+/// Red, green and blue for screens.
 type Colour = [u8; 3];
 
 /// Within tolerance.
 const GREEN: Colour = [60, 170, 80];
 
-/// Gouged by a little, and by [`FULL`] tolerances or more.
+/// Colours of a slight gouge, and of one of [`FULL`] tolerances or more.
 const RED: [Colour; 2] = [[250, 170, 60], [190, 0, 20]];
 
-/// Left over by a little, and by [`FULL`] tolerances or more.
+/// Colours of slight excess, and of [`FULL`] tolerances or more.
 const BLUE: [Colour; 2] = [[120, 190, 250], [10, 40, 170]];
 
 /// Not reached by the program.
@@ -20,12 +20,12 @@ const LIGHT_GREY: Colour = [205, 205, 205];
 /// Not measured.
 const DARK_GREY: Colour = [95, 95, 95];
 
-/// Tolerances from which on the colour is full.
+/// Least number of tolerances with full colour.
 const FULL: f64 = 4.0;
 
-/// The colour of a place: green within tolerance, orange to red where it is gouged, light to dark
-/// blue where material is left, light grey where the program has not been, dark grey where nothing
-/// was measured.
+/// Returns the colour of a place: green within tolerance, orange to red for gouges, light to dark
+/// blue for remaining material, light grey where the program has not been, dark grey for places
+/// that were not measured.
 pub(crate) fn colour(condition: Condition, tolerance: f64) -> Colour {
     let between = |[near, full]: [Colour; 2], deviation: f64| {
         let share = ((deviation.abs() / tolerance - 1.0) / (FULL - 1.0)).clamp(0.0, 1.0);

@@ -1,4 +1,4 @@
-//! Cusps in the cut stock, and what the passes of the program should have left between them.
+//! Cusps in the cut stock, and those predicted between the passes of the program.
 
 use facemill_cl_data::{Aabb, CcPoint, ClPoint};
 use facemill_cutter_location::cusp::cut_point::CutPoint;
@@ -14,31 +14,31 @@ use rayon::prelude::*;
 
 use crate::deviation::stock_places::StockPlaces;
 
-/// Points that are drawn.
+/// Number of sampled points.
 const SAMPLES: usize = 300;
 
-/// Cells between passes below which a ridge is too narrow for the lines.
+/// Least number of cells between passes at which a ridge is wide enough for the lines.
 const CELLS_ACROSS: f64 = 4.0;
 
-/// How much longer the arc to the neighbouring pass may be than the straight way to its nearest
-/// point: on surfaces that a cutter follows an arc is hardly longer than its chord.
+/// Largest ratio of the arc to the neighbouring pass to the straight distance of its nearest point:
+/// on surfaces that a cutter follows, an arc is hardly longer than its chord.
 const NEIGHBOUR: f64 = 1.05;
 
-/// The stock and part that passes are held against.
+/// Stock and part for the comparison of passes.
 pub(crate) struct CuspScene<'a> {
     pub(crate) part: &'a Surface,
     /// Allowance on each triangle of the part, mm.
     pub(crate) allowances: &'a [f64],
     pub(crate) found: &'a StockPlaces<'a>,
     pub(crate) cell: f64,
-    /// How far deviations may be off, mm.
+    /// Largest error of deviations, mm.
     pub(crate) uncertainty: f64,
-    /// How far the cutter may be from the surface and still count as on a pass, mm.
+    /// Largest distance of a cutter on a pass from the surface, mm.
     pub(crate) tolerance: f64,
 }
 
-/// Compares cusps along a program, of each head with its own passes; `None` where the cutter is
-/// nowhere on the surface, or its positions cannot be followed.
+/// Compares cusps along a program, of each head with its own passes; `None` if the cutter is
+/// nowhere on the surface, or its positions are unknown.
 pub(crate) fn cusps(program: &ReadProgram, heads: &[&VirtualSetup<'_>], scene: &CuspScene<'_>) -> Option<CuspReport> {
     let of_heads: Vec<_> = heads.iter().map(|at| runs(program, at, scene)).collect();
     let mut all: Vec<(usize, usize, usize)> = Vec::new();
@@ -74,7 +74,7 @@ pub(crate) fn cusps(program: &ReadProgram, heads: &[&VirtualSetup<'_>], scene: &
     Some(report)
 }
 
-/// Indices below `n`: all where they are few, else drawn by a generator that always starts alike
+/// Returns indices below `n`: all if they are few, else a sample by a generator of constant seed
 /// (Knuth's MMIX).
 fn sample(n: usize) -> Vec<usize> {
     if n <= SAMPLES {
@@ -105,7 +105,7 @@ fn count(of: &mut CuspsNotCompared, why: Why) {
     } += 1;
 }
 
-/// Why a place is not compared, as [`CuspsNotCompared`] counts.
+/// Reason why a place is not compared, as [`CuspsNotCompared`] counts.
 pub(crate) enum Why {
     NoNeighbour,
     TooClose,
@@ -114,7 +114,7 @@ pub(crate) enum Why {
     NotMeasured,
 }
 
-/// What one place shows.
+/// Result of one place.
 enum Compared {
     Not(Why),
     Uncut,
@@ -134,8 +134,8 @@ impl CuspScene<'_> {
         if ridge.step_over < CELLS_ACROSS * self.cell {
             return Compared::Not(Why::TooClose);
         }
-        // Where a point of another pass is nearer, that one ends beside this point, and the ridge
-        // is not a neighbour's.
+        // If a point of another pass is nearer, that pass ends beside this point, and the ridge is
+        // not a neighbour's.
         if ridge.step_over > NEIGHBOUR * apart {
             return Compared::Not(Why::BesideAnEnd);
         }
@@ -155,7 +155,7 @@ impl CuspScene<'_> {
         }
     }
 
-    /// The most that stands over the surface on the way from a point of it across.
+    /// Returns the greatest height above the surface on the path across from a point of it.
     fn highest(&self, from: &Point3<f64>, across: &Vector3<f64>) -> Option<f64> {
         let width = across.norm();
         let steps = (2.0 * width / self.cell).ceil().max(1.0) as usize;
@@ -170,8 +170,8 @@ impl CuspScene<'_> {
         places.reduce(f64::max)
     }
 
-    /// Where a pose touches the surface, where it does: the cutter's lowest point against the
-    /// normal of the part that is nearest to it, found by going to and fro.
+    /// Returns the point where a pose touches the surface, if it does: the cutter's lowest point
+    /// relative to the normal of the nearest part, found by alternating projection.
     fn contact(&self, cutter: &Cutter, pose: ClPoint) -> Option<Contact> {
         let reach = 2.0 * cutter.radius();
         let axis = pose.axis.into_inner();
@@ -194,24 +194,24 @@ impl CuspScene<'_> {
     }
 }
 
-/// A pose on the surface.
+/// Pose on the surface.
 struct Contact {
     pose: ClPoint,
     position: Point3<f64>,
     normal: Unit<Vector3<f64>>,
 }
 
-/// Steps to and fro between cutter and surface; on surfaces that the cutter fits each brings the
-/// point much nearer.
+/// Number of projections between cutter and surface; on surfaces that the cutter fits, each brings
+/// the point much nearer.
 const CONTACT_STEPS: usize = 20;
 
-/// Steps as short as this have arrived, mm.
+/// Length of a final step, mm.
 const SAME_CONTACT: f64 = 1e-4;
 
 /// Sine of the tilt below which a disc lies flat and touches everywhere.
 const FLAT: f64 = 1e-6;
 
-/// The passes of a program: positions one after the other in cutting blocks with the cutter on the
+/// Returns the passes of a program: consecutive positions in cutting blocks with the cutter on the
 /// surface.
 fn runs(program: &ReadProgram, at: &VirtualSetup<'_>, scene: &CuspScene<'_>) -> Vec<Vec<CutPoint>> {
     let moves: Vec<&ReadMotion> = program.blocks.iter().filter_map(|b| b.motion.as_ref()).collect();
@@ -230,7 +230,7 @@ fn runs(program: &ReadProgram, at: &VirtualSetup<'_>, scene: &CuspScene<'_>) -> 
     runs
 }
 
-/// Points of a pass with feed and posture; `None` of one point alone.
+/// Returns the points of a pass with feed and posture; `None` for one point alone.
 fn pass(run: &[Contact]) -> Option<Vec<CutPoint>> {
     let point = |k: usize| {
         let Contact { pose, position, normal } = &run[k];
@@ -242,7 +242,8 @@ fn pass(run: &[Contact]) -> Option<Vec<CutPoint>> {
     (points.len() > 1).then_some(points)
 }
 
-/// Pose of the tool on the work at the end of a motion; `None` where words alone do not tell it.
+/// Returns the pose of the tool on the work at the end of a motion; `None` if words alone do not
+/// determine it.
 fn pose_at(motion: &ReadMotion, at: &VirtualSetup<'_>) -> Option<ClPoint> {
     let (machine, length) = (at.machine, at.tool.gauge_length());
     let mut axes = machine.home();
@@ -250,7 +251,7 @@ fn pose_at(motion: &ReadMotion, at: &VirtualSetup<'_>) -> Option<ClPoint> {
     let on_table = if matches!(motion.compensation, Compensation::Rtcp(_)) {
         let mut tip = Point3::origin();
         for (k, axis) in at.words.axes().iter().enumerate() {
-            // Where the axes turn for a vector does not matter: the tool is along it.
+            // The axes' positions for a vector do not matter: the tool is along it.
             if vector.is_some() && machine.axes()[k].kind == AxisKind::Rotary {
                 continue;
             }

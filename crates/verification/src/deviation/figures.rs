@@ -1,11 +1,11 @@
-//! Figures of a surface against the stock that a program leaves.
+//! Figures of a surface compared with the stock that a program leaves.
 
 use facemill_job::format::report::deviation::{DeviationBin, DeviationFigures, DeviationPlace};
 use facemill_surface_model::Surface;
 use facemill_z_map::Place;
 use nalgebra::Point3;
 
-/// What a place of a surface is like.
+/// Condition of a place of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Condition {
     Within(f64),
@@ -25,13 +25,14 @@ pub(crate) struct Patch {
 }
 
 impl Condition {
-    /// Condition of a place within a tolerance, deviations being known to an uncertainty, mm.
+    /// Returns the condition of a place within a tolerance; deviations are known to an uncertainty,
+    /// mm.
     pub(crate) fn of(place: Option<&Place>, [tolerance, uncertainty]: [f64; 2]) -> Self {
         match place {
             None => Self::NotMeasured,
             Some(p) if p.deviation == f64::NEG_INFINITY => Self::NoStock,
             Some(p) if p.deviation < -tolerance => Self::Gouged(p.deviation),
-            // Stock as it was before the cut is not finished, however little of it there is.
+            // Stock unchanged by the cut is not finished, however thin.
             Some(p) if !p.is_cut && p.deviation > uncertainty => Self::NotReached,
             Some(p) if p.deviation <= tolerance => Self::Within(p.deviation),
             Some(p) if p.is_cut => Self::Excess(p.deviation),
@@ -43,8 +44,8 @@ impl Condition {
 /// Steps of the histogram between no deviation and its last bin, to each side.
 pub(crate) const STEPS: i32 = 8;
 
-/// Figures of the places and patches that are asked for, within a tolerance and told to an
-/// uncertainty (mm); deviations are those from the surface with its allowance.
+/// Returns the figures of these places and patches, for a tolerance and an uncertainty (mm);
+/// deviations are those from the surface with its allowance.
 pub(crate) fn deviation_figures(
     places: impl Iterator<Item = Place>,
     patches: impl Iterator<Item = Patch> + Clone,
@@ -91,7 +92,7 @@ pub(crate) fn histogram(patches: impl Iterator<Item = Patch>, tolerance: f64) ->
     bins.map(|(area_mm2, k)| DeviationBin { from_mm: edge(k), to_mm: edge(k + 1), area_mm2 }).collect()
 }
 
-/// Which triangles of a part are of the surface that is cut: those that lie in it, and look the
+/// Returns which triangles of a part belong to the surface that is cut: those in it that face the
 /// same way.
 pub(crate) fn drive_triangles(part: &Surface, drive: &Surface) -> Vec<bool> {
     let is_drive = |t: u32| {
@@ -103,10 +104,10 @@ pub(crate) fn drive_triangles(part: &Surface, drive: &Surface) -> Vec<bool> {
     (0..part.mesh().triangles().len() as u32).map(is_drive).collect()
 }
 
-/// Distance that is none, mm: the same triangles, moved in the same way.
+/// Distance that counts as none, mm: the same triangles, moved in the same way.
 pub(crate) const SAME_PLACE: f64 = 1e-6;
 
-/// A place with its deviation from the surface and the allowance on it.
+/// Returns a place with its deviation from the surface with its allowance.
 pub(crate) fn beyond(place: Place, allowances: &[f64]) -> Place {
     Place { deviation: place.deviation - allowances[place.triangle as usize], ..place }
 }

@@ -5,13 +5,13 @@ use facemill_surface_model::Surface;
 use facemill_z_map::{Cavity, Deviation, DeviationError, DexelMap, Place};
 use nalgebra::{Point3, Vector3};
 
-/// The stock held against a part on lines of one direction or several.
+/// Comparison of the stock with a part on lines of one direction or several.
 pub(crate) struct StockPlaces<'a> {
     directions: Vec<Deviation<'a>>,
 }
 
 impl<'a> StockPlaces<'a> {
-    /// `stock` is before and behind the cut, on the lines of each direction.
+    /// `stock` is before and after the cut, on the lines of each direction.
     ///
     /// # Errors
     /// As [`DexelMap::deviation`].
@@ -24,13 +24,13 @@ impl<'a> StockPlaces<'a> {
         Ok(Self { directions: stock.iter().map(of_direction).collect::<Result<_, _>>()? })
     }
 
-    /// All places, direction by direction.
+    /// Returns all places, direction by direction.
     pub(crate) fn all(&self) -> impl Iterator<Item = Place> + '_ {
         self.directions.iter().flat_map(Deviation::places)
     }
 
-    /// The place next to a point of the part with this normal, on the lines that are squarest to it
-    /// and have one.
+    /// Returns the place next to a point of the part with this normal, on the lines most nearly
+    /// parallel to it that have one.
     pub(crate) fn near(&self, point: &Point3<f64>, normal: &Vector3<f64>) -> Option<Place> {
         let mut squarest: Vec<&Deviation<'_>> = self.directions.iter().collect();
         let square = |d: &Deviation<'_>| d.along().dot(normal).abs();
@@ -38,7 +38,7 @@ impl<'a> StockPlaces<'a> {
         squarest.iter().find_map(|d| d.near(point, normal))
     }
 
-    /// The deepest of all cavities.
+    /// Returns the deepest of all cavities.
     pub(crate) fn deepest_cavity(&self) -> Option<Cavity> {
         let cavities = self.directions.iter().filter_map(Deviation::deepest_cavity);
         cavities.reduce(|a, b| if b.depth > a.depth { b } else { a })

@@ -9,13 +9,13 @@ use facemill_z_map::DexelMap;
 use crate::stock_run::HeadView;
 use crate::virtual_setup::not_verified;
 
-/// Cuts further maps of the same stock by a program, and tells what it did on all of them together
-/// with what is known of the upright lines: what meets the material of any line, each block's
-/// volume, and what the probes of any of them show. Volumes are means with the weights of lines
-/// along x, y and z, which count where there are further maps.
+/// Cuts further maps of the same stock by a program, and returns the joint result with that of the
+/// upright lines: collisions with the material of any line, each block's volume, and the evidence
+/// of the probes of any of them. Volumes are means with the weights of lines along x, y and z,
+/// which apply if there are further maps.
 ///
-/// The largest removal rate is held against the upright lines alone: a mean of three would only
-/// come when all are cut.
+/// Checks the largest removal rate on the upright lines alone: a mean of three would be available
+/// only after all are cut.
 ///
 /// # Errors
 /// As [`run_stock_of_heads`].
@@ -45,13 +45,13 @@ pub(crate) fn cut_across<const N: usize>(
     Ok(runs)
 }
 
-/// Takes the volumes of a run with this weight.
+/// Multiplies the volumes of a run by this weight.
 fn weigh(run: &mut StockRun, weight: f64) {
     run.removed_mm3 *= weight;
     run.blocks.iter_mut().for_each(|block| block.removed_mm3 *= weight);
 }
 
-/// Adds what the same program did on other lines of the same stock; volumes are sums.
+/// Adds the result of the same program on other lines of the same stock; volumes are sums.
 fn add(run: &mut StockRun, other: StockRun) {
     run.removed_mm3 += other.removed_mm3;
     for (BlockCut { removed_mm3, is_certain, may_be_near, .. }, more) in run.blocks.iter_mut().zip(other.blocks) {
@@ -62,8 +62,8 @@ fn add(run: &mut StockRun, other: StockRun) {
     add_findings(&mut run.findings, other.findings);
 }
 
-/// Adds findings. Of those of the same bodies of which one is of all blocks of the other the wider
-/// one stays, with the worse of both.
+/// Merges findings on the same pair of bodies: the one whose line range includes the other's
+/// absorbs it and keeps the worse measure.
 fn add_findings(findings: &mut Vec<Finding>, new: Vec<Finding>) {
     let is_wider = |a: &Finding, b: &Finding| {
         (a.kind, &a.body, &a.obstacle, &a.axis) == (b.kind, &b.body, &b.obstacle, &b.axis)

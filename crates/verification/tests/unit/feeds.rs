@@ -21,7 +21,7 @@ fn other_spindle_speeds_that_follow_each_other_are_one_finding() {
     assert!(same[0].0 == [4, 53] && same[0].1.ends_with("6000 1/min"), "{same:?}");
     let other = lines(&[100, 200, 100, 300]);
     assert!(other.len() == 1 && other[0].0 == [4, 7] && other[0].1.ends_with(OTHERS), "{other:?}");
-    // A cut as it is asked for ends it; an S in the air does not, nor is it told.
+    // A cut at the job's speed ends it; an S in the air does not, and is not reported.
     let apart: Vec<[u32; 2]> = lines(&[100, 100, 6000, 100]).into_iter().map(|(lines, _)| lines).collect();
     assert_eq!(apart, [[4, 5], [7, 7]]);
     assert_eq!(found(&format!("{head}S100\nS6000\nG1 X1. F100.\n")), []);

@@ -89,7 +89,7 @@ fn a_body_of_the_machine_may_go_where_the_program_has_cut() {
     let of_rest = verified(&job, &text(&[deep]), Some(CutRequest { rest, ..whole() }));
     assert_eq!(of_disc(&of_rest).len(), 1);
     let says = |of: &Verified, what: &str| of.file.assumptions.iter().any(|a| a.text.contains(what));
-    assert!(says(&of_rest, "held against the stock as it was at first"), "{:?}", of_rest.file.assumptions);
+    assert!(says(&of_rest, "tested against the initial stock"), "{:?}", of_rest.file.assumptions);
     // Half of the plate has no lines.
     let half = StockRegion::Rectangle([[-30.0, -30.0], [0.0, 30.0]]);
     assert_eq!(found(&job, &behind, Some(lines(half))).len(), 1);

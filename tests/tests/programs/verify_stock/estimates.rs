@@ -31,7 +31,7 @@ fn an_estimate_finds_planted_faults_and_says_what_it_is() {
     assert!(fast.verification.between.is_none());
     let says = |file: &VerificationFile, what: &str| file.assumptions.iter().filter(|a| a.text.contains(what)).count();
     assert_eq!((says(&fast, "estimate"), says(&slow, "estimate")), (1, 0));
-    assert_eq!((says(&fast, "--fast"), says(&fast, "nothing is looked for in the fast mode")), (1, 1));
+    assert_eq!((says(&fast, "--fast"), says(&fast, "the fast mode does not search")), (1, 1));
     assert_eq!((says(&slow, "both sides"), says(&slow, "not closed")), (0, 0), "the plate is closed");
     // The gouge of a block, and the cutter that goes through the plate at rapid rate.
     for file in [&fast, &slow] {

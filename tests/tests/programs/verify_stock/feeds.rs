@@ -130,7 +130,7 @@ fn where_cuts_are_not_told_from_entries_that_is_an_assumption() {
     let file = run(&job, &text, None);
     assert!(feeds_of(&file).is_empty());
     let [(first, why)] = rests_on(&file)[..] else { panic!("{:?}", rests_on(&file)) };
-    assert!(first == entry && why.contains("against 2000 mm/min, the largest of cutting, approach and air"), "{why}");
+    assert!(first == entry && why.contains("with 2000 mm/min, the largest of cutting, approach and air"), "{why}");
     // All of it is thinner than what the tolerance explains.
     let file = run(&job, &text, cut(0.2, StockRegion::Whole));
     assert!(feeds_of(&file).is_empty());
@@ -169,7 +169,7 @@ fn fast_blocks_near_stock_on_no_line_are_an_assumption() {
     let (text, blocks) = passes(|b| if is_near(b) { ENTRIES } else { as_asked(b) });
     let file = run(&job, &text, cut(0.002, StockRegion::Whole));
     let [(first, why)] = rests_on(&file)[..] else { panic!("{:?}", rests_on(&file)) };
-    assert!(feeds_of(&file).is_empty() && why.contains("on lines 0.5 mm apart"), "{why}");
+    assert!(feeds_of(&file).is_empty() && why.contains("lines 0.5 mm apart"), "{why}");
     assert_eq!(first, blocks.iter().find(|b| is_near(b)).map(|b| b.line));
 }
 
