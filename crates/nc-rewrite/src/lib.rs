@@ -1,16 +1,16 @@
-//! Programs that exist, written anew.
+//! Rewriting of existing programs.
 //!
-//! [`refeed`] puts feeds that the axes reach, for a steady feed of the tip, into a program line by
-//! line; [`rapids`] replaces its links by faster ones that are free; [`lengths`] finds the shortest
-//! tool with which it is free.
+//! [`refeed`] writes feeds that the axes reach, for a steady feed of the tip, into a program line
+//! by line; [`rapids`] replaces its links by faster ones that are free; [`lengths`] finds the
+//! shortest tool with which it is free.
 //!
 //! Modules, each of which imports those above it alone:
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`mod@lengths`] | the shortest tool assembly for a program that exists, or of a holder library, and postures that let a shorter one pass |
-//! | [`mod@rapids`] | faster links for a program that exists: each replaced by the fastest way that is proven free, against the stock as it is then |
-//! | [`mod@refeed`] | new feeds for a program that exists: the tip moves as fast as programmed, not the norm over all axes (FEED) |
+//! | [`mod@lengths`] | shortest tool assembly for an existing program, or of a holder library, and postures that let a shorter one pass |
+//! | [`mod@rapids`] | faster links for an existing program: each replaced by the fastest path that is proven free of the stock at that time |
+//! | [`mod@refeed`] | new feeds for an existing program: the tip, not the norm over all axes, moves at the programmed speed (FEED) |
 //!
 //! It must not know how a program was planned.
 

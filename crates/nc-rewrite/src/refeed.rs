@@ -1,5 +1,5 @@
-//! New feeds for a program that exists: the tip moves as fast as programmed, not the norm over all
-//! axes (FEED).
+//! New feeds for an existing program: the tip, not the norm over all axes, moves at the programmed
+//! speed (FEED).
 
 mod checks;
 pub mod law;
@@ -22,42 +22,43 @@ use serde::Serialize;
 use crate::refeed::checks::{Computed, Doubts, LAST_BITS, check_vectors, not_raised, rounded_down};
 use crate::refeed::law::{Law, RefeedLaw, RefeedLawTimes, blending, timed};
 
-/// How fast the tip is to go.
+/// Desired speed of the tip.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum TipFeed {
-    /// As each block's own F says, which is taken for the speed of the tip. Where F looks computed
-    /// for that already, this is refused.
+    /// Each block's own F, taken for the speed of the tip. Refused if F looks computed for it
+    /// already.
     #[default]
     Programmed,
-    /// As fast as it goes by the program's F, as the control counts it.
+    /// The tip's speed by the program's F, in the control's measure.
     Keep,
-    /// So fast everywhere, mm/min.
+    /// This speed everywhere, mm/min.
     Given(f64),
 }
 
-/// What a program is run on.
+/// Machine and settings of a program's run.
 pub struct RefeedSettings<'a> {
-    /// The machine; its views with several heads are refused.
+    /// The machine; views of one with several heads are refused.
     pub machine: &'a Machine,
-    /// From the gauge line to the tip, mm.
+    /// Distance from the gauge line to the tip, mm.
     pub tool_length: f64,
     /// Speed of the tip.
     pub tip_feed: TipFeed,
-    /// Where the words' zero is on the axes of the machine, mm or deg, by the axis' name; 0 where
-    /// it is not named.
+    /// Position of the words' zero on the axes of the machine, mm or deg, by the axis' name; 0 for
+    /// unnamed axes.
     pub work_offset: Vec<(String, f64)>,
     /// Control that the program is for.
     pub dialect: Dialect,
-    /// Within acceleration and jerk of every axis, too; `None`: within their velocities.
+    /// Limits of acceleration and jerk of every axis, besides the velocities; `None`: velocities
+    /// alone.
     pub time_law: Option<RefeedLaw>,
 }
 
-/// A program with new feeds.
+/// Program with new feeds.
 #[derive(Debug)]
 pub struct Refed {
-    /// Its text: that of the program with other F words, byte for byte.
+    /// Its text: that of the program with other F words, the same bytes elsewhere.
     pub text: Vec<u8>,
-    /// What was done.
+    /// Summary of the changes.
     pub summary: RefeedSummary,
 }
 
@@ -66,55 +67,56 @@ pub struct Refed {
 pub struct RefeedSummary {
     /// Cutting blocks whose axes are all known.
     pub blocks: usize,
-    /// Of them with another F.
+    /// Number of them with another F.
     pub changed: usize,
-    /// Of them as fast as the tip was asked for.
+    /// Number of them at the requested speed of the tip.
     pub by_tip_feed: usize,
-    /// Of them as fast as an axis can.
+    /// Number of them at the largest speed of an axis.
     pub by_axis: usize,
-    /// Of them at the largest or smallest F of the control.
+    /// Number of them at the largest or smallest F of the control.
     pub by_control: usize,
-    /// Of them lowered to what the axes reach by their accelerations and jerks.
+    /// Number of them lowered to the speed that the axes reach by their accelerations and jerks.
     pub by_law: usize,
     /// Moves that keep their feed: arcs, cycles, and blocks before every axis is known.
     pub kept: usize,
-    /// Time of the cutting blocks at their old F, s; of those that had one.
+    /// Time of the cutting blocks at their old F, s, for blocks that had one.
     pub time_before_s: f64,
     /// Time of the same blocks at their new F, s.
     pub time_after_s: f64,
     /// Time of the rapids, s.
     pub rapid_time_s: f64,
-    /// Times within acceleration and jerk, where these were asked for.
+    /// Times within acceleration and jerk, if requested.
     pub time_law: Option<RefeedLawTimes>,
 }
 
-/// Gives every straight cutting block of a program the F with which the tip moves at its speed
-/// (FEED (3) to (8)); all else is kept byte for byte. Without RTCP F counts axes and the tip's
-/// speed is another in every block: all axes, 1 deg as 1 mm; with LinuxCNC and without FGROUP of a
-/// Siemens control the linear ones alone. Under RTCP and with inverse time the axes' speeds alone
-/// lower it. F has at least four digits, with inverse time five, where the control takes so many
-/// decimals, and is rounded down, by no more than 1 %; one that is as good stays as it is. Feeds of
-/// a program in inches stay inch/min (on Heidenhain tenths of it), and count 1 deg as 1 inch where
-/// they count axes that turn.
+/// Gives every straight cutting block of a program the F at which the tip moves at its speed (FEED
+/// (3) to (8)); keeps all other bytes. Without RTCP, F counts axes, and the tip's speed differs
+/// from block to block: all axes, 1 deg as 1 mm; with LinuxCNC, and without FGROUP of a Siemens
+/// control, the linear ones alone. Under RTCP and with inverse time, only the axes' speeds lower
+/// it. F has at least four digits, with inverse time five, if the control accepts so many decimals,
+/// and is rounded down, by no more than 1 %; an equivalent F stays as it is. Feeds of a program in
+/// inches stay inch/min (on Heidenhain tenths of it), and count 1 deg as 1 inch if they count axes
+/// that turn.
 ///
-/// With a time law the tip never is asked for more than the axes reach in a block: the program is
-/// read twice, all its straight moves are timed between, and each F is lowered to what the largest
-/// speed in its block asks for.
+/// With a time law the tip's speed never exceeds the one that the axes reach in a block: the
+/// program is read twice, with all its straight moves timed between, and each F is lowered to the
+/// largest speed in its block.
 ///
 /// [`refeed_lines`] does the same without holding the text.
 ///
 /// # Errors
-/// With the line: what is not understood, or not evaluated and may move axes or skip blocks; an
-/// axis that the machine does not have; another work offset than the first; motions and feeds that
-/// a switch skips (`/`); a feed of zero, or none; an axis beyond its limits (of linear axes where
-/// the work offset is told); F below the control's smallest, or of more decimals than it takes.
+/// With the line: text that is not understood, or that is not evaluated and may move axes or skip
+/// blocks; an axis that the machine does not have; another work offset than the first; motions and
+/// feeds that a switch skips (`/`); a feed of zero, or none; an axis beyond its limits (for linear
+/// axes only with a work offset); F below the control's smallest, or of more decimals than it
+/// accepts.
 pub fn refeed(text: &[u8], settings: &RefeedSettings<'_>) -> Result<Refed, String> {
     let mut out = Vec::with_capacity(text.len() + text.len() / 8);
     let summary = refeed_lines(|| Ok(text), settings, &mut out).map_err(|stopped| stopped.to_string())?;
     Ok(Refed { text: out, summary })
 }
 
-/// Why a program has no new feeds.
+/// Reason why a program has no new feeds.
 #[derive(Debug, thiserror::Error)]
 pub enum RefeedError {
     /// The program cannot be read.
@@ -123,7 +125,7 @@ pub enum RefeedError {
     /// The new one cannot be written.
     #[error("{0}")]
     Write(std::io::Error),
-    /// What is wrong with it, or with what was asked for.
+    /// The program or the settings have a fault.
     #[error("{0}")]
     Program(String),
 }
@@ -134,13 +136,13 @@ impl From<String> for RefeedError {
     }
 }
 
-/// [`refeed`] line by line from a source, which is opened at its start each time, to a new program:
-/// one line at a time is held, and with a time law the ends of all moves.
+/// Runs [`refeed`] line by line from a source, opened at its start each time, to a new program:
+/// holds one line at a time, and with a time law the ends of all moves.
 ///
-/// What has been written when it fails is no program.
+/// Output that was written before a failure is no program.
 ///
 /// # Errors
-/// As [`refeed`], and those of source and output.
+/// As [`refeed`], and the errors of source and output.
 pub fn refeed_lines<R: BufRead>(
     open: impl Fn() -> std::io::Result<R>,
     settings: &RefeedSettings<'_>,
@@ -169,7 +171,7 @@ pub fn refeed_lines<R: BufRead>(
     Ok(summary)
 }
 
-/// Reads a program line by line, and writes it with its new feeds where it is to be written.
+/// Reads a program line by line, and writes it with its new feeds if there is an output.
 fn read<'s, R: BufRead>(
     open: &impl Fn() -> std::io::Result<R>,
     mut run: Refeeder<'s>,
@@ -209,10 +211,10 @@ fn read<'s, R: BufRead>(
     Ok(run)
 }
 
-/// What is done to a line.
+/// Change of a line.
 enum Edit {
     Keep,
-    /// Its F has this number.
+    /// Its F gets this number.
     Feed(String),
 }
 
@@ -247,19 +249,19 @@ impl Edit {
 struct Refeeder<'s> {
     settings: &'s RefeedSettings<'s>,
     follower: Follower<'s>,
-    /// The feed in force in the new program.
+    /// Feed in force in the new program.
     in_force: Option<Feed>,
-    /// How the control's numbers look.
+    /// Format of the control's numbers.
     numbers: NumberRule,
     law: Law,
     computed: Computed,
     summary: RefeedSummary,
 }
 
-/// Longest tool, mm: as in jobs no length is larger.
+/// Longest tool, mm: as for all lengths in jobs.
 pub const MAX_TOOL_LENGTH: f64 = facemill_job::validate::FARTHEST;
 
-/// Checks the settings, and makes the words of the machine.
+/// Checks the settings, and returns the words of the machine.
 fn word_map(settings: &RefeedSettings<'_>) -> Result<WordMap, String> {
     let machine = settings.machine;
     if machine.head_count() > 1 {
@@ -273,7 +275,7 @@ fn word_map(settings: &RefeedSettings<'_>) -> Result<WordMap, String> {
             return Err(format!("--work-offset {name}: is given twice; give one value for each axis"));
         }
         if !value.is_finite() {
-            return Err(format!("--work-offset {name}: {value} is no finite number"));
+            return Err(format!("--work-offset {name}: {value} is not a finite number"));
         }
     }
     if let TipFeed::Given(feed) = settings.tip_feed
@@ -319,7 +321,7 @@ impl<'s> Refeeder<'s> {
         let is_named = block.feed_span().is_some();
         if block.skippable && (is_named || block.motion.is_some()) {
             return Err(at_line(
-                "a switch decides whether it is run, and so which feed and place the next has".to_owned(),
+                "a switch decides whether it is run, and so determines feed and position of the next block".to_owned(),
             ));
         }
         let stands = stands(block);
@@ -375,14 +377,15 @@ impl<'s> Refeeder<'s> {
         }
     }
 
-    /// An F that stands where it is only remembered is in force behind it, whatever was before.
+    /// An F that is only remembered in its block is in force behind it, regardless of the previous
+    /// one.
     fn forget_feed(&mut self, is_named: bool) {
         if is_named {
             self.in_force = None;
         }
     }
 
-    /// A block that keeps its feed says it where another one is in force.
+    /// A block that keeps its feed states it if another one is in force.
     fn keep(&mut self, block: &ReadBlock, motion: &ReadMotion) -> Result<Edit, String> {
         self.summary.kept += 1;
         let is_other = motion.feed.is_some() && self.in_force.is_some() && motion.feed != self.in_force;
@@ -417,7 +420,7 @@ impl<'s> Refeeder<'s> {
         self.computed_feed(cut, motion.feed);
         let mut range = machine.feed_range();
         if !cut.is_norm {
-            // The range is of F, which is not in mm/min over all axes here.
+            // The range applies to F, which is not in mm/min over all axes here.
             (range.min, range.max) = (0.0, f64::INFINITY);
         }
         let (way, asked) = self.asked(cut, motion.feed)?;
@@ -441,7 +444,7 @@ impl<'s> Refeeder<'s> {
         };
         let least = machine.feed_range().min;
         if !cut.is_norm && mode != FeedMode::G93 && value < least * (1.0 - SAME_FEED) {
-            return Err(format!("it needs F{value:.4}, and the smallest that the machine knows is {least}"));
+            return Err(format!("it needs F{value:.4}, but the smallest that the machine accepts is {least}"));
         }
         let unit = motion.feed_unit;
         let number = self.number(value / unit, motion.feed.map(|f| f.value / unit), mode)?;
@@ -457,15 +460,15 @@ impl<'s> Refeeder<'s> {
         with_place(block, number.map_or_else(|| self.text_of(in_unit(value, unit)), |(text, _)| text))
     }
 
-    /// A number that the program has already, with a point where the control wants one.
+    /// Returns a number of the program, with a point if the control requires one.
     fn text_of(&self, value: f64) -> String {
         let text = value.to_string();
         if self.numbers.always_point && !text.contains('.') { text + "." } else { text }
     }
 
-    /// Way of the tip and the speed that it is to have there.
+    /// Returns the length of the tip's path and its desired speed.
     fn asked(&self, cut: &FollowedCut, feed: Option<Feed>) -> Result<(f64, f64), String> {
-        // Where the tip stands its time is kept by a way of nearly nothing.
+        // For a tip at rest, a path of nearly no length keeps the time.
         let kept = |time: f64| (cut.way.max(LEAST_WAY), 60.0 * cut.way.max(LEAST_WAY) / time);
         match (self.settings.tip_feed, feed, cut.time) {
             (TipFeed::Given(asked), ..) => Ok((cut.way, asked)),
@@ -482,7 +485,7 @@ impl<'s> Refeeder<'s> {
         }
     }
 
-    /// The number of a feed, and what it is; `None` where the one that is there says the same.
+    /// Returns the text and value of a feed; `None` if the existing one is equivalent.
     fn number(&self, value: f64, old: Option<f64>, mode: FeedMode) -> Result<Option<(String, f64)>, String> {
         let most = self.numbers.max_decimals;
         let (most, digits) = match mode {
@@ -511,13 +514,13 @@ impl<'s> Refeeder<'s> {
     }
 }
 
-/// A feed (mm/min) as its program counts it, without what the factor leaves in the last digits.
+/// Converts a feed (mm/min) to the program's unit, without the factor's error in the last digits.
 fn in_unit(feed: f64, unit: f64) -> f64 {
     if unit == 1.0 { feed } else { (feed / unit * 1e9).round() / 1e9 }
 }
 
-/// A speed of the tip (mm/min) whose F, which counts the block's way by the control's rule, the
-/// control knows.
+/// Limits a speed of the tip (mm/min) to those whose F, which counts the block's path by the
+/// control's rule, the control accepts.
 fn within_range(asked: f64, cut: &FollowedCut, range: &FeedRange) -> f64 {
     if cut.mode == FeedMode::G93 || cut.way <= LEAST_WAY || cut.counted <= 0.0 {
         return asked;
@@ -526,15 +529,15 @@ fn within_range(asked: f64, cut: &FollowedCut, range: &FeedRange) -> f64 {
     asked.max(range.min * share).min(range.max * share)
 }
 
-/// The feed of a block, where the block has a place for one.
+/// Returns the feed of a block, if the block has a place for one.
 fn with_place(block: &ReadBlock, number: String) -> Result<Edit, String> {
     match block.feed_span().is_some() || block.insert_feed_at().is_some() {
         true => Ok(Edit::Feed(number)),
-        false => Err(format!("it needs F{number} and has no place for a feed")),
+        false => Err(format!("it needs F{number} but has no place for a feed")),
     }
 }
 
-/// What the control that a dialect is for does at rapid rate under RTCP.
+/// Returns the motion at rapid rate under RTCP of the control of a dialect.
 fn rtcp_rapids(dialect: Dialect) -> RtcpRapids {
     match dialect {
         Dialect::LinuxCnc | Dialect::Siemens840d | Dialect::Heidenhain => RtcpRapids::TipLinear,
@@ -542,12 +545,12 @@ fn rtcp_rapids(dialect: Dialect) -> RtcpRapids {
     }
 }
 
-/// How far beyond a limit a position may seem, mm or rad: rounding of words.
+/// Tolerance of a position beyond a limit, mm or rad: rounding of words.
 const LIMIT_SLACK: f64 = 1e-6;
 
-/// Way that a tip counts for where it stands and its time is kept, mm.
+/// Path length of a tip at rest whose time is kept, mm.
 const LEAST_WAY: f64 = 1e-9;
 
-/// By what part an F that is there may be smaller than the new one and stays. Larger: programs
-/// become slower by it each time.
+/// Largest fraction by which an existing F below the new one still stays. Larger: repeated runs
+/// make programs ever slower.
 const SAME_FEED: f64 = 1e-5;

@@ -415,7 +415,7 @@ fn feedrate_refuses_what_cannot_be_meant() {
     for program in ["rtcp.nc", "one.nc"] {
         let (code, errors) = told(program, "100", &["--tip-feed", "0.5"]);
         assert!(code == Some(2) && errors.contains("line 4: it needs F0.5000"), "{program}: {errors}");
-        assert!(errors.contains("the smallest that the machine knows is 1"), "{program}: {errors}");
+        assert!(errors.contains("the smallest that the machine accepts is 1"), "{program}: {errors}");
         assert_eq!(told(program, "100", &["--tip-feed", "0.995"]).0, Some(0), "{program}");
     }
     let (code, errors) = told("one.nc", "100", &["--time-law", "--blend-tolerance-mm", "0"]);

@@ -1,4 +1,4 @@
-//! The holder of a library whose stick-out is the shortest that works.
+//! Choice of the holder in a library with the shortest stick-out that works.
 
 use facemill_job::failure::Failure;
 use facemill_job::format::lengths_file::HolderReport;
@@ -8,20 +8,20 @@ use facemill_virtual_machine::ClearLengths;
 use crate::lengths::FoundLengths;
 use crate::lengths::stage::{Stage, is_of_bodies};
 
-/// A holder that works.
+/// Holder that works.
 struct Works<'a> {
     holder: &'a HolderFile,
     assembly: OpenAssembly,
     found: ClearLengths,
 }
 
-/// By how much two stick-outs may differ and count as the same, mm.
+/// Largest difference of two stick-outs that count as equal, mm.
 const SAME: f64 = 1e-6;
 
-/// Tries every holder at its own shortest stick-out that is free, and takes the one with the
-/// shortest; of those with the same the widest at its nose, and of these the first by name.
+/// Tries every holder at its own shortest stick-out that is free, and chooses the one with the
+/// shortest; of equal ones the widest at its nose, and of these the first by name.
 ///
-/// Where none works, what is told is the job's own tool with the lengths that it needs.
+/// If none works, reports the job's own tool with the lengths that it needs.
 pub(crate) fn choose(stage: &Stage<'_>, library: &HolderLibrary) -> Result<FoundLengths, Failure> {
     let mut reports = Vec::new();
     let mut best: Option<Works<'_>> = None;

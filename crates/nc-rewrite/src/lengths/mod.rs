@@ -1,5 +1,5 @@
-//! The shortest tool assembly for a program that exists, or of a holder library, and postures that
-//! let a shorter one pass.
+//! Shortest tool assembly for an existing program, or of a holder library, and postures that let a
+//! shorter one pass.
 
 mod holders;
 mod stage;
@@ -20,50 +20,49 @@ pub use facemill_job::format::lengths_file::{
     HolderReport, LENGTHS_FORMAT, LengthName, LengthReport, LengthsFile, NoLength, Posting, ReplanTry,
 };
 
-/// How the lengths of a program's tool are looked at.
+/// Options of the search for lengths of a program's tool.
 #[derive(Clone, Debug)]
 pub struct LengthsRequest<'a> {
-    /// What errors call the program.
+    /// Name of the program in errors.
     pub program: &'a Path,
     /// Control that it is for.
     pub dialect: Dialect,
     /// Index of the job's setup.
     pub setup: usize,
-    /// What a length has above the least that is free, mm.
+    /// Margin of a length above the least free one, mm.
     pub margin: f64,
-    /// Length that none goes beyond, mm.
+    /// Upper limit of every length, mm.
     pub longest: f64,
-    /// Cut the stock as the program goes, and hold the assembly against it as it then is.
+    /// Cut the stock as the program goes, and test the assembly against it as it then is.
     pub cut: Option<CutRequest>,
-    /// Prove what every block does between its ends with what is returned.
+    /// Prove the motion of every block between its ends with the resulting lengths.
     pub certificates: bool,
     /// Holders to choose from; without them the four lengths are open.
     pub holders: Option<&'a HolderLibrary>,
 }
 
-/// What was found.
+/// Result of the search for lengths.
 #[derive(Clone, Debug)]
 pub struct FoundLengths {
-    /// As it is written.
+    /// Content of the file.
     pub file: LengthsFile,
-    /// The tool with the lengths that were found, or in the holder that was chosen; `None` where
-    /// none is free.
+    /// The tool with the lengths found, or in the chosen holder; `None` if none is free.
     pub tool: Option<ToolFile>,
     /// Name and content of the program that was planned again for it.
     pub replanned: Option<(String, Vec<u8>)>,
 }
 
-/// The shortest lengths L1 to L4 (VMT fig. 2) of the job's tool with which a program collides with
-/// nothing and keeps a margin, with the block that forces each; with a library the holder whose
-/// stick-out is the shortest that does.
+/// Finds the shortest lengths L1 to L4 (VMT fig. 2) of the job's tool with which a program has no
+/// collision and keeps a margin, with the block that forces each; with a library, the holder with
+/// the shortest stick-out that does so.
 ///
-/// What [`clear_lengths`](facemill_virtual_machine::clear_lengths) guarantees holds. What is
-/// returned has besides been run by [`verify`](facemill_virtual_machine::verify), and where the
-/// stock is cut by [`run_stock`](facemill_virtual_machine::run_stock), with the program as it is
-/// posted for it: the file has all that they found.
+/// Guarantees the same as [`clear_lengths`](facemill_virtual_machine::clear_lengths). In addition,
+/// the result has been run by [`verify`](facemill_virtual_machine::verify), and if the stock is cut
+/// by [`run_stock`](facemill_virtual_machine::run_stock), with the program as posted for it: the
+/// file has all their findings.
 ///
 /// # Errors
-/// When a file of the job is wrong, the program is not understood, the machine has two heads or no
+/// If a file of the job is wrong, the program is not understood, the machine has two heads or lacks
 /// three linear axes that hold the tip, or the stages are cancelled.
 pub fn lengths_of_program(
     job: &Job,
@@ -72,7 +71,7 @@ pub fn lengths_of_program(
     stages: &dyn Stages,
 ) -> Result<FoundLengths, Failure> {
     if job.second.is_some() {
-        return Err(job.wrong("lengths of machines with two heads are not looked for"));
+        return Err(job.wrong("lengths for machines with two heads are not supported"));
     }
     for (what, value) in [("margin", request.margin), ("longest length", request.longest)] {
         if !(value >= 0.0 && value.is_finite()) {

@@ -1,4 +1,4 @@
-//! A program and everything that lengths are looked at with.
+//! Program with all data for the search for lengths.
 
 use facemill_job::failure::Failure;
 use facemill_job::format::lengths_file::{LENGTHS_FORMAT, LengthName, LengthReport, LengthsFile, NoLength, Posting};
@@ -61,7 +61,7 @@ impl<'a> Stage<'a> {
         virtual_setup(self.request.dialect, self.job, self.setup, &self.words, self.frame)
     }
 
-    /// The shortest lengths of an assembly.
+    /// Returns the shortest lengths of an assembly.
     pub(crate) fn lengths(&self, assembly: &OpenAssembly, longest: f64) -> Result<ClearLengths, Failure> {
         let settings = LengthSettings { verify: self.verify.clone(), margin: self.request.margin, longest };
         let monitor = self.stages.start("find lengths", 0);
@@ -74,7 +74,7 @@ impl<'a> Stage<'a> {
         })
     }
 
-    /// Everything that the ordinary run finds of the program as it is posted for lengths.
+    /// Returns all findings of the ordinary run of the program as posted for these lengths.
     pub(crate) fn findings(&self, found: &ClearLengths) -> Result<Vec<Finding>, Failure> {
         let setup = VirtualSetup { tool: &found.tool, words: &found.words, ..self.at() };
         let monitor = self.stages.start("verify program", found.program.blocks.len());
@@ -90,14 +90,14 @@ impl<'a> Stage<'a> {
         Ok(findings)
     }
 
-    /// What is proven of every block of the program as it is posted for lengths.
+    /// Returns the proofs for every block of the program as posted for these lengths.
     fn certificates(&self, found: &ClearLengths) -> Result<Certificates, Failure> {
         let setup = VirtualSetup { tool: &found.tool, words: &found.words, ..self.at() };
         let monitor = self.stages.start("certify program", found.program.blocks.len());
         certify(&found.program, &setup, &self.verify, &*monitor).map_err(not_verified)
     }
 
-    /// Lengths as they are told.
+    /// Returns the report on lengths.
     pub(crate) fn lengths_report(
         &self,
         found: &ClearLengths,
@@ -153,14 +153,14 @@ impl<'a> Stage<'a> {
         })
     }
 
-    /// With the part of the obstacle that is at its place.
+    /// Adds the part of the obstacle at its place.
     pub(crate) fn named(&self, mut by: ForcedBy) -> ForcedBy {
         name_obstacle(&mut by.obstacle, by.place_work_mm, self.setup);
         by
     }
 }
 
-/// Whether a body above the cutter meets something.
+/// Returns whether a body above the cutter collides.
 pub(crate) fn is_of_bodies(finding: &Finding) -> bool {
     matches!(finding.kind, FindingKind::HolderCollision | FindingKind::Collision)
 }

@@ -1,5 +1,5 @@
-//! The new program: written, read again and run until no link that changed has a finding that was
-//! not there.
+//! Finishing of the new program: writing, reading and running until no changed link has a new
+//! finding.
 
 use facemill_job::failure::Failure;
 use facemill_job::format::rapids_file::{LinkReport, RAPIDS_FORMAT, RapidsFile};
@@ -13,7 +13,8 @@ use facemill_virtual_machine::{Finding, Verification, merge_findings};
 use crate::rapids::numbered::{replaced, without_numbers};
 use crate::rapids::{Found, Rapids, Stage, verified};
 
-/// How often links with new findings get their old lines back before nothing is changed.
+/// Largest number of rounds that restore the old lines of links with new findings, before the
+/// program is left unchanged.
 const ROUNDS: usize = 4;
 
 /// Writes, reads and runs the new program until no changed link has a new finding.
@@ -38,12 +39,12 @@ pub(crate) fn finish(
         }
     }
     Err(Failure::Infeasible(format!(
-        "{}: other ways for its links have findings that the program does not have; nothing is written",
+        "{}: other paths for its links have findings that the program does not have; nothing is written",
         stage.request.program.display()
     )))
 }
 
-/// The program with the links that have a better way, and each link's first and last line in it.
+/// Returns the program with the improved links, and each link's first and last line in it.
 fn written(stage: &Stage<'_>, text: &[u8], links: &[Found]) -> (Vec<u8>, Vec<[u32; 2]>) {
     let changed: Vec<(&[u32], &[String])> =
         links.iter().filter_map(|l| Some((&l.own.as_ref()?.lines[..], &l.better.as_ref()?.1[..]))).collect();
@@ -61,9 +62,9 @@ fn written(stage: &Stage<'_>, text: &[u8], links: &[Found]) -> (Vec<u8>, Vec<[u3
     (new, places)
 }
 
-/// Reads the new program: outside of changed links its motions are those of the old one, and links
-/// end where they did. Where every line has its number, both texts are held against each other
-/// without them.
+/// Checks the new program by reading it: outside of changed links its motions are those of the old
+/// one, and links have the same end points. If every line has a number, compares both texts without
+/// numbers.
 fn same_elsewhere(stage: &Stage<'_>, texts: [&[u8]; 2], links: &[Found], places: &[[u32; 2]]) -> Result<(), Failure> {
     let internal = |why: String| Failure::Internal(format!("the program with other links {why}"));
     let read = |text: &[u8]| {
@@ -72,7 +73,7 @@ fn same_elsewhere(stage: &Stage<'_>, texts: [&[u8]; 2], links: &[Found], places:
         } else {
             read_program(text, stage.request.dialect)
         };
-        program.map_err(|e| internal(format!("is not read: {e}")))
+        program.map_err(|e| internal(format!("cannot be read: {e}")))
     };
     let unnumbered = stage.form.numbers_lines.then(|| read(texts[0])).transpose()?;
     let (before, read) = (unnumbered.as_ref().unwrap_or(stage.program), read(texts[1])?);
@@ -102,8 +103,8 @@ fn same_elsewhere(stage: &Stage<'_>, texts: [&[u8]; 2], links: &[Found], places:
     }
 }
 
-/// Takes better ways back where the new program has a finding that the old one does not have there;
-/// says whether there were any.
+/// Restores links at which the new program has a finding that the old one does not have there;
+/// returns whether there were any.
 fn take_back(links: &mut [Found], places: &[[u32; 2]], before: &Verification, after: &Verification) -> bool {
     let touches = |f: &Finding, [first, last]: [u32; 2]| f.first_line <= last && f.last_line >= first;
     let mut is_any = false;
@@ -111,7 +112,7 @@ fn take_back(links: &mut [Found], places: &[[u32; 2]], before: &Verification, af
         let is_same = |a: &Finding, b: &Finding| a.kind == b.kind && a.body == b.body && a.obstacle == b.obstacle;
         let was = |f: &Finding| before.findings.iter().any(|b| touches(b, link.lines) && is_same(b, f));
         let Some(new) = after.findings.iter().find(|f| touches(f, *place) && !was(f)) else { continue };
-        link.kept_because = Some(format!("the faster way has a finding: {new}"));
+        link.kept_because = Some(format!("the faster path has a finding: {new}"));
         link.better = None;
         is_any = true;
     }

@@ -1,5 +1,5 @@
-//! Faster links for a program that exists: each replaced by the fastest way that is proven free,
-//! against the stock as it is then.
+//! Faster links for an existing program: replaces each by the fastest path that is proven free of
+//! the stock at that time.
 
 mod finish;
 mod numbered;
@@ -33,10 +33,10 @@ pub use facemill_job::format::report::links::{LinksReport, PlannedLinkReport, Sh
 pub use facemill_tool_path::links::tour::{Tour, TourCosts, TourError, shortest_tour};
 pub use facemill_tool_path::links::ways::WayKind;
 
-/// How a program's links are looked at.
+/// Options of the search for faster links.
 #[derive(Clone, Debug)]
 pub struct RapidsRequest<'a> {
-    /// What errors call the program.
+    /// Name of the program in errors.
     pub program: &'a Path,
     /// Control that it is for.
     pub dialect: Dialect,
@@ -44,36 +44,35 @@ pub struct RapidsRequest<'a> {
     pub setup: usize,
     /// As in [`VerifyRequest::gouge_limit`].
     pub gouge_limit: Option<f64>,
-    /// Lines of the stock, and what it begins as.
+    /// Lines of the stock, and its initial state.
     pub cut: CutRequest,
     /// Distance to keep from stock and fixtures, mm; `None`: the setup's for rapids.
     pub clearance: Option<f64>,
 }
 
-/// A program with faster links.
+/// Program with faster links.
 #[derive(Clone, Debug)]
 pub struct Rapids {
-    /// Its text: that of the program with other lines in the links that changed, byte for byte
+    /// Its text: that of the program with other lines in the changed links, the same bytes
     /// elsewhere.
     pub text: Vec<u8>,
-    /// What was done.
+    /// Report on the changes.
     pub file: RapidsFile,
-    /// What the new program does.
+    /// Verification of the new program.
     pub verification: VerificationFile,
 }
 
-/// Replaces links of a program (all rapids between two runs of cuts) by the fastest way among those
-/// of [`WayKind`] that is free of the stock as it is then, of part, fixtures and machine: proven as
-/// rapids are in certificates, with the clearance as [`LinkSettings`] says. A link without a faster
-/// free way keeps its bytes, as does all else.
+/// Replaces links of a program (all rapids between two runs of cuts) by the fastest path among
+/// those of [`WayKind`] that is free of the stock at that time, of part, fixtures and machine:
+/// proven as rapids are in certificates, with the clearance of [`LinkSettings`]. A link without a
+/// faster free path keeps its bytes, as does all other text.
 ///
-/// The new program is read again: outside of changed links it has the same motions. It is run with
-/// its stock like [`verify_program`] does, and has no finding in a link that was not there before:
-/// such links get their old lines back.
+/// Reads the new program again: outside of changed links it has the same motions. Runs it with its
+/// stock as [`verify_program`] does; links with a new finding get their old lines back.
 ///
 /// # Errors
-/// When a file of the job is wrong, the program is not understood, it is for a control or a machine
-/// whose links are not replaced, or the stages are cancelled.
+/// If a file of the job is wrong, the program is not understood, its control or machine is not
+/// supported, or the stages are cancelled.
 pub fn faster_rapids(
     job: &Job,
     text: &[u8],
@@ -102,18 +101,18 @@ fn verified(job: &Job, text: &[u8], request: &RapidsRequest<'_>, stages: &dyn St
         setup: request.setup,
         gouge_limit: request.gouge_limit,
         cut: Some(request.cut.clone()),
-        // Links cut nothing: whether the program finishes its regions is not theirs to judge.
+        // Links cut nothing, so they do not decide whether the program finishes its regions.
         finishes: false,
         ..VerifyRequest::new(request.program, request.dialect)
     };
     verify_program(job, text, &verify, stages)
 }
 
-/// A link with what was found for it.
+/// Link with the result of its search.
 struct Found {
     /// Lines of its first and last motion.
     lines: [u32; 2],
-    /// Its own lines; `None` where they stay.
+    /// Its own lines; `None` if they stay.
     own: Option<LinkLines>,
     before: f64,
     lower_bound: f64,
@@ -121,7 +120,7 @@ struct Found {
     kept_because: Option<String>,
 }
 
-/// Everything that links are looked at with.
+/// Shared data of the search for links.
 struct Stage<'a> {
     job: &'a Job,
     setup: &'a Setup<'a>,
@@ -135,7 +134,7 @@ struct Stage<'a> {
 }
 
 impl Stage<'_> {
-    /// Every link between two runs of cuts, with the fastest free way.
+    /// Returns every link between two runs of cuts, with the fastest free path.
     fn links(&self, stages: &dyn Stages) -> Result<Vec<Found>, Failure> {
         let frame = rtcp_frame(self.job, self.words).unwrap_or_else(Isometry3::identity);
         let at = virtual_setup(self.request.dialect, self.job, self.setup, self.words, frame);
@@ -210,10 +209,10 @@ impl Stage<'_> {
     }
 }
 
-/// Why a link is not looked at.
+/// Returns the reason why a link is not examined.
 fn held(link: &ProgramLink) -> Option<String> {
     match &link.hold {
-        Some(LinkHold::Doubt(what)) => Some(format!("where the axes are is open: {what}")),
+        Some(LinkHold::Doubt(what)) => Some(format!("the positions of the axes are unknown: {what}")),
         Some(LinkHold::Laws) => Some("its blocks move in different ways".to_owned()),
         _ => None,
     }

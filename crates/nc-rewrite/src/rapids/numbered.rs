@@ -1,20 +1,19 @@
-//! Lines of a program in place of others, and the numbers of all lines where the control has one on
-//! each.
+//! Replacement of lines in a program, and renumbering if the control numbers every line.
 
 use std::ops::Range;
 
-/// A program with some lines replaced: each of these lists of lines by these texts, where the first
-/// of them stood. Says, for every list, from which line to which its texts stand.
+/// Replaces each of these lists of lines of a program by these texts, at the place of the first
+/// line. Returns, for every list, the first and last line of its texts.
 ///
-/// With `counts` lines that begin with their number (behind a `/`, too) count on: the texts have
-/// numbers where the first line that they replace has one, and those of all lines behind are moved
-/// by as many as there are more or fewer. Lines without a number get none.
+/// With `counts`, continues the numbers of lines that begin with one (behind a `/`, too): the texts
+/// have numbers if the first line that they replace has one, and the numbers of all lines behind
+/// change by the difference in lines. Lines without a number get none.
 pub(crate) fn replaced(text: &[u8], all: &[(&[u32], &[String])], counts: bool) -> (Vec<u8>, Vec<[u32; 2]>) {
     let mut out = Vec::with_capacity(text.len());
     let mut places = vec![[0; 2]; all.len()];
     let (mut line, mut written) = (0, 0);
     let mut next = 0;
-    // How many more lines with a number there are than in the text.
+    // Number of additional numbered lines compared with the text.
     let mut shift = 0;
     for source in text.split_inclusive(|byte| *byte == b'\n') {
         line += 1;
@@ -46,7 +45,7 @@ pub(crate) fn replaced(text: &[u8], all: &[(&[u32], &[String])], counts: bool) -
     (out, places)
 }
 
-/// The line with its number moved.
+/// Writes the line with its number shifted.
 fn push_moved(out: &mut Vec<u8>, source: &[u8], number: Option<Range<usize>>, shift: i64) {
     match number.filter(|_| shift != 0) {
         Some(digits) => {
@@ -58,7 +57,7 @@ fn push_moved(out: &mut Vec<u8>, source: &[u8], number: Option<Range<usize>>, sh
     }
 }
 
-/// The digits of a number that is moved, as many as before where it begins with zeros; at least 0.
+/// Returns the digits of a shifted number, as many as before if it begins with zeros; at least 0.
 fn moved(digits: &[u8], shift: i64) -> String {
     let text = String::from_utf8_lossy(digits);
     let Ok(number) = text.parse::<i64>() else { return text.into_owned() };
@@ -66,7 +65,7 @@ fn moved(digits: &[u8], shift: i64) -> String {
     format!("{:0width$}", number.saturating_add(shift).max(0))
 }
 
-/// Bytes of a line that are its number.
+/// Returns the bytes of a line that are its number.
 fn number_of(line: &[u8]) -> Option<Range<usize>> {
     let count = |from: usize, is: fn(&u8) -> bool| line[from..].iter().take_while(|byte| is(byte)).count();
     let blanks = |from: usize| from + count(from, u8::is_ascii_whitespace);
@@ -78,7 +77,7 @@ fn number_of(line: &[u8]) -> Option<Range<usize>> {
     (end > start).then_some(start..end)
 }
 
-/// The text without the numbers of its lines: what it says besides them.
+/// Returns the text without the numbers of its lines.
 pub(crate) fn without_numbers(text: &[u8]) -> Vec<u8> {
     let mut out = Vec::with_capacity(text.len());
     for source in text.split_inclusive(|byte| *byte == b'\n') {

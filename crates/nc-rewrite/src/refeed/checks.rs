@@ -1,17 +1,16 @@
-//! What of a program with F has to be looked at before it gets new ones, and how numbers of F are
-//! written.
+//! Checks of a program's F before it gets new ones, and the format of F.
 
 use facemill_nc_program::{Dialect, Feed, FeedMode, MacroKind, NoteKind, ReadBlock, ReadCommand, ReadMotion, ReadNote};
 use facemill_virtual_machine::motion::follow::FollowedCut;
 use facemill_virtual_machine::not_unit;
 
-/// What of a program is not evaluated.
+/// Parts of a program that are not evaluated.
 #[derive(Default)]
 pub(crate) struct Doubts {
     blocks: usize,
-    /// Blocks with nothing open but a tool vector, which is followed.
+    /// Blocks in which only a tool vector is open, which is followed.
     vectors: usize,
-    /// Line of the first one with more.
+    /// Line of the first block with more.
     first: Option<u32>,
 }
 
@@ -33,8 +32,7 @@ impl Doubts {
         if self.blocks == 0 {
             return Err("has no block: give a program with feeds".to_owned());
         }
-        let what =
-            "is not evaluated and may move axes, change offsets or skip blocks, so speeds behind it are not known";
+        let what = "is not evaluated and may move axes, change offsets or skip blocks, so speeds behind it are unknown";
         for note in notes {
             match note.kind {
                 NoteKind::Branch => return Err(format!("line {}: {} {what}", note.line, note.text)),
@@ -46,9 +44,9 @@ impl Doubts {
                     ));
                 }
                 NoteKind::NotEvaluated if note.count > self.vectors => {
-                    // The note tells the first line of all, which may be a vector's.
+                    // The note has the first line of all, which may be a vector's.
                     return Err(match self.first {
-                        Some(line) if line != note.line => format!("line {line}: what it calls or sets {what}"),
+                        Some(line) if line != note.line => format!("line {line}: its call or assignment {what}"),
                         _ => format!("line {}: {} {what}", note.line, note.text),
                     });
                 }
@@ -59,11 +57,11 @@ impl Doubts {
     }
 }
 
-/// Refuses vectors of a block that the control takes as they stand and that are not of length 1, as
-/// `verify` finds them: where they turn the axes, and so how far they go, is not known.
+/// Refuses vectors of a block that the control takes unchanged and that are not of length 1, as
+/// `verify` reports them: their effect on the axes, and so the length of the motion, is unknown.
 ///
 /// # Errors
-/// With which vector it is.
+/// With the vector.
 pub(crate) fn check_vectors(dialect: Dialect, motion: &ReadMotion) -> Result<(), String> {
     let tool = motion.tool.as_ref().filter(|_| dialect == Dialect::Heidenhain);
     match tool.and_then(|tool| not_unit(tool).next()) {
@@ -72,14 +70,14 @@ pub(crate) fn check_vectors(dialect: Dialect, motion: &ReadMotion) -> Result<(),
     }
 }
 
-/// Whether the F of a program looks computed for the tip already: it follows the axes' ways from
-/// block to block.
+/// Detector of F that is computed for the tip already: it follows the axes' motion from block to
+/// block.
 #[derive(Default)]
 pub(crate) struct Computed {
     last: Option<f64>,
-    /// Cutting blocks behind another one, whose F is not the tip's speed anyhow.
+    /// Cutting blocks behind another one, whose F is not the tip's speed anyway.
     pairs: usize,
-    /// Of them with another F.
+    /// Number of them with another F.
     changed: usize,
 }
 
@@ -106,11 +104,11 @@ impl Computed {
     }
 }
 
-/// A feed rounded down, as text and as the number that this is: with as many decimals as so many
-/// digits take, one at least, and no more than the control takes.
+/// Rounds a feed down, to text and the number that it represents: with the decimals for so many
+/// digits, one at least, and no more than the control accepts.
 ///
 /// # Errors
-/// When that is zero, or less than the feed by more than [`MOST_LOST`], for want of decimals.
+/// If the result is zero, or less than the feed by more than [`MOST_LOST`], for want of decimals.
 pub(crate) fn rounded_down(
     value: f64,
     most_decimals: u8,
@@ -121,12 +119,12 @@ pub(crate) fn rounded_down(
     let most = i32::from(most_decimals);
     let decimals = (digits - 1 - leading).clamp(most.min(1), most);
     let scale = 10f64.powi(decimals);
-    // What is a whole number of units but for the last bits of a double stays it.
+    // A whole number of units, apart from the last bits of a double, stays whole.
     let number = (value * scale * (1.0 + LAST_BITS)).floor() / scale;
     if number < value * (1.0 - MOST_LOST) {
         let lost = 100.0 * (1.0 - number / value);
         return Err(format!(
-            "it needs F{value:.9}, and with the {most_decimals} decimals that its control takes F is {number}, {lost:.1} % less: \
+            "it needs F{value:.9}, but with the {most_decimals} decimals that its control accepts F is {number}, {lost:.1} % less: \
              split the block, or give feeds in another mode"
         ));
     }
@@ -135,34 +133,34 @@ pub(crate) fn rounded_down(
     Ok((text, number))
 }
 
-/// Sees to it that the control's smallest F does not make a block faster than it is to be, by this
-/// factor.
+/// Refuses a block that the control's smallest F makes faster than intended, by this factor.
 ///
 /// # Errors
-/// When it does, by more than is lost to decimals at the most.
+/// If it does, by more than the largest loss to decimals ([`MOST_LOST`]).
 pub(crate) fn not_raised(faster: f64, least: f64) -> Result<(), String> {
     if faster <= 1.0 + MOST_LOST {
         return Ok(());
     }
     Err(format!(
-        "it needs F{:.4}, and the smallest that the machine knows is {least}, {faster:.1} times as fast: let the tip go faster, or \
+        "it needs F{:.4}, but the smallest that the machine accepts is {least}, {faster:.1} times as fast: let the tip go faster, or \
          give feed.min_mm_min of the machine file if its control takes less",
         least / faster
     ))
 }
 
-/// Share by which what F counts may differ from the tip's way where F is its speed.
+/// Largest relative difference between the length that F counts and the tip's path if F is its
+/// speed.
 const SAME_WAY: f64 = 1e-3;
 
-/// Share by which a feed may differ because its control takes few decimals, or knows none so small.
-/// Larger: blocks are slower or faster than asked, and nobody is told; smaller: feeds of which a
-/// control takes two digits are refused.
+/// Largest relative difference of a feed for want of decimals, or because the control has none so
+/// small. Larger: blocks are slower or faster than requested, without notice; smaller: refuses
+/// feeds of controls that accept two digits.
 const MOST_LOST: f64 = 0.01;
 
-/// Cutting blocks behind another one from which on something can be said of how F was made.
+/// Least number of cutting blocks behind another one for a judgement on the origin of F.
 const FEWEST_PAIRS: usize = 8;
 
-/// By what part a number may be larger than another one from the last bits of doubles.
+/// Relative difference from the last bits of doubles.
 pub(crate) const LAST_BITS: f64 = 1e-12;
 
 #[cfg(test)]

@@ -1,4 +1,5 @@
-//! The law of motion of a program that exists: its moves from one reading, its feeds for the next.
+//! Motion law for an existing program: collects its moves in one reading, and gives its feeds in
+//! the next.
 
 use facemill_cl_data::ControlTolerance;
 use facemill_feedrate::BlockFeed;
@@ -13,11 +14,11 @@ use nalgebra::Isometry3;
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// How a program is timed with new feeds.
+/// Options of timing a program with new feeds.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RefeedLaw {
-    /// How far the control may take the tip off the program's lines, mm; 0 stops at every corner.
-    /// `None`: as the machine file says.
+    /// Largest deviation of the tip from the program's lines at corners, mm; 0 stops at every
+    /// corner. `None`: as the machine file says.
     pub blend_tolerance: Option<f64>,
 }
 
@@ -26,44 +27,44 @@ pub struct RefeedLaw {
 pub struct RefeedLawTimes {
     /// Straight cutting blocks, s.
     pub cutting_time_s: f64,
-    /// The same with the feeds of the program as it was; of blocks without a feed with the new
-    /// ones.
+    /// The same with the feeds of the original program; of blocks without a feed with the new ones.
     pub cutting_time_before_s: f64,
     /// Rapids, s.
     pub rapid_time_s: f64,
-    /// Cutting blocks whose F was lowered to what the axes reach in them.
+    /// Cutting blocks whose F was lowered to the speed that the axes reach in them.
     pub lowered_blocks: usize,
-    /// Whether the axes stop at every corner of the cuts, because there is no tolerance to blend
-    /// them within, or too little.
+    /// Whether the axes stop at every corner of the cuts, because the blending tolerance is missing
+    /// or too small.
     pub stops_at_corners: bool,
 }
 
-/// What is known of the law while a program is read.
+/// State of the motion law while a program is read.
 pub enum Law {
-    /// It is not asked for.
+    /// The law is not requested.
     Off,
     /// Moves are collected.
     Collecting(Moves),
-    /// The time of each cutting move at its largest speed, in their order; how many have been used.
+    /// The time of each cutting move at its largest speed, in their order, and the number of those
+    /// used.
     Known(Vec<f64>, usize),
 }
 
 impl Law {
-    /// The axes stand.
+    /// Records a stop of the axes.
     pub fn stop(&mut self) {
         if let Self::Collecting(moves) = self {
             moves.stop();
         }
     }
 
-    /// Takes note of a rapid.
+    /// Records a rapid.
     pub fn rapid(&mut self, view: View<'_>, law: BlockLaw, ends: [&AxisValues; 2]) {
         if let Self::Collecting(moves) = self {
             moves.rapid(view, law, ends);
         }
     }
 
-    /// A cutting move of which F says nothing: as fast as the axes are.
+    /// Records a cutting move with an F without meaning: as fast as the axes are.
     pub fn free(&mut self, cut: &FollowedCut) {
         match self {
             Self::Off => {}
@@ -75,10 +76,10 @@ impl Law {
         }
     }
 
-    /// A cutting move with its feed at constant speed; lowers that to what the axes reach, and says
-    /// whether.
+    /// Processes a cutting move with its feed at constant speed; lowers the feed to the speed that
+    /// the axes reach, and returns whether it did.
     ///
-    /// Its own time is that at the feed that it had.
+    /// Its recorded time is that at its original feed.
     pub fn cut(&mut self, cut: &FollowedCut, fed: &mut BlockFeed, range: &FeedRange) -> bool {
         match self {
             Self::Off => false,
@@ -103,14 +104,14 @@ impl Law {
     }
 }
 
-/// Tolerances of corners from the least to the most, mm. Smaller ones are below what a control's
-/// scales show; with larger ones the motion is that of another program.
+/// Smallest and largest tolerance of corners, mm. Smaller ones are below the resolution of a
+/// control's scales; with larger ones the motion is that of another program.
 pub const BLEND_TOLERANCES: [f64; 2] = [1e-6, 10.0];
 
-/// The tolerance that a program's corners are blended with.
+/// Returns the tolerance for blending a program's corners.
 ///
 /// # Errors
-/// When the machine lacks a limit, or the tolerance is none.
+/// If the machine lacks a limit, or the tolerance is invalid.
 pub fn blending(machine: &Machine, law: &RefeedLaw) -> Result<ControlTolerance, String> {
     let missing: Vec<String> =
         missing_limits(machine).iter().map(|m| format!("{} for axis {}", m.what, m.letter)).collect();
@@ -125,7 +126,7 @@ pub fn blending(machine: &Machine, law: &RefeedLaw) -> Result<ControlTolerance, 
     match law.blend_tolerance {
         None => Ok(own),
         Some(path) if path == 0.0 || (BLEND_TOLERANCES[0]..=BLEND_TOLERANCES[1]).contains(&path) => {
-            // Where the machine file says nothing of the tool's direction the tip alone counts.
+            // If the machine file has no tolerance for the tool's direction, only the tip counts.
             let orientation = if own.orientation > 0.0 { own.orientation } else { std::f64::consts::PI };
             Ok(ControlTolerance { path, orientation })
         }
@@ -136,10 +137,10 @@ pub fn blending(machine: &Machine, law: &RefeedLaw) -> Result<ControlTolerance, 
     }
 }
 
-/// Times all moves, and says how long each cutting move takes at its largest speed.
+/// Times all moves, and returns the time of each cutting move at its largest speed.
 ///
 /// # Errors
-/// What is wrong with them.
+/// With the fault of the moves.
 pub fn timed(
     machine: &Machine,
     tool_length: f64,
@@ -167,7 +168,7 @@ pub fn timed(
             peak_times.extend(law.peak_times);
         }
     }
-    // Once more at the feeds that there were, where these make another motion.
+    // Repeats at the original feeds, if these give another motion.
     let (mut before, mut peaks) = (moves.before.as_slice(), peak_times.as_slice());
     moves.runs.retain(|run| !run.is_rapid);
     let mut again = Vec::new();
@@ -189,9 +190,9 @@ pub fn timed(
     Ok((peak_times, times))
 }
 
-/// Whether a run that was timed with the least times of its blocks would be run alike with these
-/// others: its motion keeps them, and no block that they would let be quicker was held back by its
-/// least time.
+/// Returns whether a run timed with the least times of its blocks has the same motion with these
+/// others: its motion keeps them, and no block that they would permit to be quicker was limited by
+/// its least time.
 fn is_same_motion(run: &Run, peak_times: &[f64], others: &[f64]) -> bool {
     run.blocks.iter().zip(peak_times).zip(others).all(|((block, &peak), &other)| {
         let was_free = peak > FREE * block.tip_time;
@@ -199,6 +200,6 @@ fn is_same_motion(run: &Run, peak_times: &[f64], others: &[f64]) -> bool {
     })
 }
 
-/// A block whose least time at its largest speed is so many times its least time was not held back
-/// by that.
+/// Least ratio of a block's least time at its largest speed to its least time at which the latter
+/// did not limit it.
 const FREE: f64 = 1.05;

@@ -83,8 +83,7 @@ fn a_program_has_the_same_findings_by_a_job_and_by_its_files() {
     };
     assert_eq!([counted(None), counted(Some(job.path("dialect.json")))], [1, 0]);
     // A program that flies above the stock says so, and one that meets it does not.
-    let in_air =
-        |found: &VerificationFile| found.assumptions.iter().any(|a| a.text.contains("removes stock"));
+    let in_air = |found: &VerificationFile| found.assumptions.iter().any(|a| a.text.contains("removes stock"));
     let above = other(&|s| s.mount = [0.0, 0.0, TABLE - 50.0]);
     assert!(in_air(&above) && !in_air(&by_files));
     assert_ne!(findings(&above), all);

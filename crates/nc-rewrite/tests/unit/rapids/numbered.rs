@@ -1,6 +1,6 @@
 use crate::rapids::numbered::*;
 
-/// The new text, and where the texts stand.
+/// Returns the new text, and the places of the texts.
 fn told(text: &str, all: &[(&[u32], &[String])]) -> (String, Vec<[u32; 2]>) {
     let (new, places) = replaced(text.as_bytes(), all, true);
     (String::from_utf8(new).unwrap(), places)
@@ -13,7 +13,7 @@ fn numbers_count_on_over_fewer_and_more_lines_and_comments_between_them() {
     let (new, places) = told(text, &[(&[2, 4], &one), (&[7], &three)]);
     let expected = "0 A\r\n1 X\r\n2 ; C\r\n/3 E\r\nF\r\n4 U\r\n5 V\r\n6 W\r\n7 H ~\r\n  Q1=+1\r\n / 8 I\r\n9 J";
     assert_eq!((&*new, &places[..]), (expected, &[[2, 2], [6, 8]][..]));
-    // Without numbers both say the same besides what was replaced.
+    // Without numbers, both are the same apart from the replaced lines.
     let rest = |text: &str, lines: &[usize]| -> Vec<String> {
         let text = String::from_utf8(without_numbers(text.as_bytes())).unwrap();
         text.lines().enumerate().filter(|(k, _)| !lines.contains(k)).map(|(_, l)| l.to_owned()).collect()

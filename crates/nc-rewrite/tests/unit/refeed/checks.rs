@@ -14,8 +14,8 @@ fn settings(machine: &Machine, dialect: Dialect) -> RefeedSettings<'_> {
     }
 }
 
-/// A program that is made as it is read, which asserts that its lines have been written but for so
-/// many.
+/// Program that is made as it is read, and asserts that all its lines but so many have been
+/// written.
 struct Stream<'a> {
     made: std::collections::VecDeque<u8>,
     line: u32,
@@ -58,7 +58,7 @@ impl std::io::Write for Sink<'_> {
     }
 }
 
-/// However long it is; and what is written is what the whole text gives.
+/// For a program of any length; and the output is that of the whole text.
 #[test]
 fn a_program_without_a_law_of_motion_is_held_for_a_window_alone() {
     const WINDOW: usize = 4096;
@@ -80,7 +80,7 @@ fn a_program_without_a_law_of_motion_is_held_for_a_window_alone() {
     assert!(text.len() > 100 * WINDOW);
 }
 
-/// Speeds in a frame that is not followed are not known; words that switch one off change nothing.
+/// Speeds in a frame that is not followed are unknown; words that switch one off change nothing.
 #[test]
 fn frames_are_refused_with_their_line_and_their_end_is_not() {
     let machine = Machine::head_b_table_c().unwrap();
@@ -107,7 +107,7 @@ fn frames_are_refused_with_their_line_and_their_end_is_not() {
     }
 }
 
-/// The same ways have the same speeds, and F has the program's unit.
+/// The same motions have the same speeds, and F has the program's unit.
 #[test]
 fn a_program_in_inches_gets_the_feeds_of_the_same_program_in_mm_in_its_unit() {
     let machine = Machine::head_b_table_c().unwrap();
@@ -131,7 +131,7 @@ fn a_program_in_inches_gets_the_feeds_of_the_same_program_in_mm_in_its_unit() {
         assert_eq!((metric.0, inches.0), (508.0, 20.0), "{}", dialect.name());
         assert!((metric.1.time_before_s - 12.0).abs() < 1e-9 && (metric.1.time_after_s - 6.0).abs() < 1e-9);
         assert!((inches.1.time_before_s - 12.0).abs() < 1e-9 && (inches.1.time_after_s - 6.0).abs() < 1e-9);
-        // What was there stays, to the byte.
+        // Existing text stays, to the byte.
         let kept = run(dialect, &lines(inch, "2.", "10."), TipFeed::Keep);
         assert_eq!((kept.0, kept.1.changed), (10.0, 0), "{}", dialect.name());
     }
@@ -150,8 +150,8 @@ fn a_program_in_inches_gets_the_feeds_of_the_same_program_in_mm_in_its_unit() {
     assert!(told.contains("line 3") && told.contains("inches"), "{told}");
 }
 
-/// What F gives, how long a vector is, and what a number without a point is worth are refused with
-/// their line where they are not what they seem; what is next to it is not.
+/// Refuses, with their line, feeds, vectors and numbers without a point that mean something else
+/// than they seem; not those next to them.
 #[test]
 fn feeds_vectors_and_numbers_that_mean_something_else_are_refused_with_their_line() {
     let machine = Machine::head_b_table_c().unwrap();
@@ -194,8 +194,8 @@ fn feeds_vectors_and_numbers_that_mean_something_else_are_refused_with_their_lin
     }
 }
 
-/// Never faster, never more decimals than the control takes, and nearer than its last decimal or
-/// its digits are; or refused.
+/// Never faster, never more decimals than the control accepts, and nearer than its last decimal or
+/// its digits; or refused.
 #[test]
 fn feeds_are_rounded_down_to_what_the_control_takes_or_refused() {
     let mut refused = 0;
