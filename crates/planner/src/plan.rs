@@ -18,6 +18,7 @@ use facemill_verification::sub_cell_check::{is_cut_known, machine_as_cut, seen_b
 use facemill_virtual_machine::{Assumption, Certificates, HeldAsCut, Verification, merge_findings, rapid_lines};
 
 use crate::dual::plan::plan_dual_setup;
+use crate::passes::extra_passes::AddedPasses;
 use crate::passes::operation::{PlannedOperation, SetupContext};
 use crate::plan_stages::stages_of;
 use crate::plan_stock::{CutByPlan, StockBefore, StockToCut, cut_by_plan};
@@ -63,7 +64,7 @@ pub(crate) fn planned_setup(
     try_template(job, &setup, &words)?;
     drop(reading);
     clock.lap("read");
-    let ground = SetupContext { job, setup: &setup, map: &map, adds_passes: true };
+    let ground = SetupContext { job, setup: &setup, map: &map, added: AddedPasses::All };
     let mut operations: Vec<PlannedOperation<'_>> = Vec::new();
     let mut picture = None;
     for operation in job.operations_of(setup.file) {

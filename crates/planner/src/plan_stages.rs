@@ -1,6 +1,6 @@
 //! The stages of a plan, in their order.
 
-use facemill_job::format::job_file::PathFile;
+use facemill_job::format::job_file::{OperationFile, PathFile};
 use facemill_job::load::job::Job;
 use facemill_job::stages::{
     ADDED, BETWEEN, CERTIFY, CHIPS, CUT, DETOURS, HELP, LAY, LINKS, LOOK, MATERIAL, PICTURE, PLACES, POSTURES, READ,
@@ -36,17 +36,19 @@ pub(crate) fn stages_of_heads(job: &Job, index: usize, settings: PlanSettings, h
     let mut stages = vec![READ];
     let setup = &job.file.setups[index];
     let mut pictured = false;
-    let mut single = |stages: &mut Vec<&'static str>, has_pattern: bool| {
+    let mut single = |stages: &mut Vec<&'static str>, operation: &OperationFile| {
         stages.extend([LAY, POSTURES, DETOURS]);
-        stages.extend(has_pattern.then_some(PLACES));
+        stages.extend(matches!(operation.path, PathFile::Strategy(_)).then_some(ADDED));
+        stages.extend(operation.pattern.is_some().then_some(PLACES));
         stages.push(BETWEEN);
         stages.extend((!std::mem::replace(&mut pictured, true)).then_some(PICTURE));
         stages.extend([LINKS, CHIPS, HELP]);
     };
     for (_, operation) in job.operations_of(setup) {
-        single(&mut stages, operation.pattern.is_some());
+        single(&mut stages, operation);
         if job.file.pairs.iter().any(|pair| pair.second == operation.name) {
             stages.extend(["both heads", "left beside both heads", "left for both heads"]);
+            stages.extend([ADDED, BETWEEN, "left for both heads"]);
             stages.extend(["left for one head", CHIPS, "left for one head", CHIPS]);
         }
     }

@@ -14,6 +14,14 @@ pub struct Widened {
     pub largest: f64,
 }
 
+impl Widened {
+    /// Points of two tests.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        Self { points: self.points + other.points, largest: self.largest.max(other.largest) }
+    }
+}
+
 /// The largest width of each point at which more than the asked one was needed, by the bits of its
 /// place: a sum that does not hang on the order of the searches.
 #[derive(Debug, Default)]

@@ -13,6 +13,7 @@ pub(crate) mod pair;
 pub(crate) mod pair_report;
 pub(crate) mod pairing;
 pub(crate) mod parts;
+pub(crate) mod passes_between;
 pub(crate) mod plan;
 pub(crate) mod program;
 pub(crate) mod refinement;

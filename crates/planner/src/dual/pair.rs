@@ -16,6 +16,7 @@ use rayon::prelude::*;
 
 use super::moves::{DualMove, DualMover, ReachedRun};
 use super::pairing::{PiecePair, pairs, stations};
+use super::passes_between::PassesBetween;
 use super::runs::{Cause, Causes, Run, RunPlanner, Stop, left_over};
 use crate::dual::parts::{PairOutline, Part, Section, TwoHeadContext, alone_sections, cells, mover, section};
 use crate::dual::run_trimming::{Remains, paired_left};
@@ -70,12 +71,22 @@ impl<'a> PairPlanner<'_, 'a> {
         let (reached, mut causes) = self.reached(&mover, slices, files, &settings)?;
         clock.lap("pair");
         let planner = run_planner(&mover, files, &settings, self.pair, slices);
-        let both = self.both(&mover, &planner, reached, &mut causes, *at)?;
+        let mut both = self.both(&mover, &planner, reached, &mut causes, *at)?;
         clock.lap("moves of both");
-        let mut sections = both.sections;
+        let mut points = [0, 1].map(|h| points_of(&pieces[h]));
+        let between = self.between(&both, files)?;
+        for (h, between) in between.iter().enumerate() {
+            add_points(&mut points[h], &between.pieces);
+        }
+        self.with_passes_between(&mover, &planner, &mut both, between.each_ref().map(|b| b.pieces.as_slice()))?;
+        for (h, between) in between.into_iter().enumerate() {
+            between.count(&mut planned[h].2);
+        }
+        clock.lap("passes between");
+        let mut sections = std::mem::take(&mut both.sections);
         *at = both.at;
         let linearisation = both.runs.iter().map(|r| planner.linearisation(&r.stops)).fold(0.0, f64::max);
-        for h in 0..2 {
+        for (h, asked) in points.into_iter().enumerate() {
             let left = both.left[h].clone();
             let (mut alone, mut lost_alone) = (OperationMoves::default(), Vec::new());
             let is_alone = !left.is_empty();
@@ -86,9 +97,8 @@ impl<'a> PairPlanner<'_, 'a> {
                 alone = moves;
                 *at = alone.last().map(|m| m.axes).or(*at);
             }
-            let cut = both.runs.iter().zip(&both.passes).map(|(run, passes)| as_piece(h, run, &passes[h]));
-            let mut all: Vec<PieceMoves> = cut.chain(alone.pieces).collect();
-            let lost = count_once(all.iter_mut(), points_of(&pieces[h]), lost_alone);
+            let mut all: Vec<PieceMoves> = both.cut_by(h).chain(alone.pieces).collect();
+            let lost = count_once(all.iter_mut(), asked, lost_alone);
             planned[h].2.left_out.extend(lost);
             let mut moves = OperationMoves {
                 pieces: all,
@@ -196,6 +206,45 @@ impl<'a> PairPlanner<'_, 'a> {
         }
     }
 
+    /// Passes that each head needs between those that it cuts, in runs and alone.
+    fn between(&self, both: &Both, files: [&OperationFile; 2]) -> Result<[PassesBetween; 2], Failure> {
+        let of = |h: usize| {
+            let cut: Vec<Piece> = both.cut_by(h).map(|p| p.piece).chain(both.left[h].iter().cloned()).collect();
+            PassesBetween::find(&self.ground.ground(h), files[h], &cut, self.stages)
+        };
+        Ok([of(0)?, of(1)?])
+    }
+
+    /// Adds passes put between to what both heads cut: at once where that can be from end to end and
+    /// a link leads there, else to what each head cuts alone.
+    fn with_passes_between(
+        &self,
+        mover: &DualMover<'_, '_>,
+        planner: &RunPlanner<'_, '_>,
+        both: &mut Both,
+        pieces: [&[Piece]; 2],
+    ) -> Result<(), Failure> {
+        let monitor = self.stages.start("left for both heads", pieces[0].len());
+        let of_them = RunPlanner { pieces, shortest: 0.0, ..*planner };
+        let found = paired_left(mover, &of_them, planner.settings.feeds, &*monitor)?;
+        let mut runs = Vec::new();
+        for run in found {
+            let passes = std::array::from_fn(|h| pieces[h][run.run.pieces[h]].clone());
+            // Without a link each head cuts them alone.
+            let Ok((sections, at)) = run_sections(mover, &run, &passes, both.at) else { continue };
+            both.sections.extend(sections);
+            both.at = at;
+            both.passes.push(passes);
+            runs.push(run.run);
+        }
+        let of_runs: Vec<&Run> = runs.iter().collect();
+        for (h, pieces) in pieces.into_iter().enumerate() {
+            both.left[h].extend(left_over(pieces, h, &of_runs));
+        }
+        both.runs.extend(runs);
+        Ok(())
+    }
+
     /// Time of both operations one after the other, each by its head alone, s.
     fn separate_time(&self, planned: &HeadOperations<'a>) -> Result<f64, Failure> {
         let mut sum = 0.0;
@@ -275,6 +324,13 @@ struct Both {
     at: Option<AxisValues>,
 }
 
+impl Both {
+    /// A head's parts of the runs as pieces of its operation.
+    fn cut_by(&self, head: usize) -> impl Iterator<Item = PieceMoves> + '_ {
+        self.runs.iter().zip(&self.passes).map(move |(run, passes)| as_piece(head, run, &passes[head]))
+    }
+}
+
 /// The moves of runs one after the other, and where both heads are then; or which run no link leads
 /// to, and why.
 fn linked<'s>(
@@ -285,22 +341,25 @@ fn linked<'s>(
 ) -> Result<(Vec<Section>, Option<AxisValues>), (usize, String)> {
     let mut sections = Vec::new();
     for (k, (run, passes)) in runs.zip(passes).enumerate() {
-        sections.extend(run_sections(mover, run, passes, &mut at).map_err(|why| (k, why.to_string()))?);
+        let (of_run, behind) = run_sections(mover, run, passes, at).map_err(|why| (k, why.to_string()))?;
+        sections.extend(of_run);
+        at = behind;
     }
     Ok((sections, at))
 }
 
-/// The link to a run, its entry, cuts and exit; `at` is where both heads are before and after it.
+/// The link to a run from where both heads are, its entry, cuts and exit; and where both heads are
+/// behind it.
 fn run_sections(
     mover: &DualMover<'_, '_>,
     run: &ReachedRun,
     passes: &[Piece; 2],
-    at: &mut Option<AxisValues>,
-) -> Result<Vec<Section>, Failure> {
+    at: Option<AxisValues>,
+) -> Result<(Vec<Section>, Option<AxisValues>), Failure> {
     let comment = format!("PASSES {} AND {} PLACE {}", passes[0].pass + 1, passes[1].pass + 1, passes[0].copy + 1);
     let mut sections = Vec::new();
     let mut moves = Vec::new();
-    let mut last = *at;
+    let mut last = at;
     for m in &run.down {
         let axes = last.map_or(m.axes, |near| mover.turned(&m.axes, &near));
         match last {
@@ -322,12 +381,11 @@ fn run_sections(
         up.push(DualMove { axes, ..*m });
         last = Some(axes);
     }
-    *at = last;
     let goes_on = passes.iter().any(|p| p.part.is_some_and(|part| part > 0));
     sections.push(Section { goes_on, ..section(comment, moves) });
     sections.push(Section { run: Some(run.run.clone()), goes_on, ..section(String::new(), cuts) });
     sections.push(section(String::new(), up));
-    Ok(sections)
+    Ok((sections, last))
 }
 
 /// What the pieces of a pair are planned with.
@@ -425,10 +483,14 @@ fn place(p: &Point3<f64>) -> [u64; 3] {
 /// Points of pieces, which are to be planned once each.
 fn points_of(pieces: &[Piece]) -> Places {
     let mut points = Places::new();
+    add_points(&mut points, pieces);
+    points
+}
+
+fn add_points(points: &mut Places, pieces: &[Piece]) {
     for cut in pieces.iter().flat_map(|p| &p.cuts).filter(|c| !c.inserted) {
         *points.entry(place(&cut.cc.position)).or_default() += 1;
     }
-    points
 }
 
 /// Counts every point as often as it is to be planned: where two pieces of one head end at the

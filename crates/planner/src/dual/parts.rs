@@ -11,6 +11,7 @@ use facemill_z_map::ZMap;
 
 use crate::dual::moves::{DualMove, DualMover};
 use crate::dual::runs::Run;
+use crate::passes::extra_passes::AddedPasses;
 use crate::passes::operation::SetupContext;
 
 /// What both heads stand on.
@@ -28,7 +29,12 @@ pub(crate) struct TwoHeadContext<'a> {
 
 impl<'a> TwoHeadContext<'a> {
     pub(crate) fn ground(&self, head: usize) -> SetupContext<'a> {
-        SetupContext { job: self.jobs[head], setup: self.setups[head], map: self.maps[head], adds_passes: false }
+        SetupContext {
+            job: self.jobs[head],
+            setup: self.setups[head],
+            map: self.maps[head],
+            added: AddedPasses::BesideTrimmed,
+        }
     }
 
     pub(crate) fn cell(&self, head: usize, operation: &OperationFile) -> Workcell<'a> {

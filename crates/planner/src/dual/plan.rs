@@ -20,6 +20,7 @@ use super::output::{DualProgram, merged, write_dual_texts};
 use super::pair::{PairPlanner, as_piece};
 use crate::dual::parts::{Part, TwoHeadContext, alone_sections, cells, mover, section};
 use crate::dual::refinement::{lines, refine};
+use crate::passes::extra_passes::AddedPasses;
 use crate::passes::move_settings::move_settings;
 use crate::passes::operation::{PlannedOperation, SetupContext};
 use crate::plan_stages::stages_of_heads;
@@ -167,7 +168,7 @@ fn alone<'a>(
     let mover = mover(ground, &tests, [&settings[0], &settings[1]]);
     let (parking, from) = mover.park_other(head, *at)?;
     let mut sections = vec![section(format!("HEAD {} ALONE", head + 1), parking)];
-    let ground = SetupContext { job, setup, map: ground.maps[head], adds_passes: true };
+    let ground = SetupContext { job, setup, map: ground.maps[head], added: AddedPasses::All };
     let (planned, svg) = PlannedOperation::plan(&ground, (index, operation), from, picture.is_none(), stages, clock)?;
     *picture = picture.take().or(svg);
     sections.extend(alone_sections(head, &planned.moves.pieces, &planned.moves.retract));

@@ -63,7 +63,7 @@ pub(crate) fn engagement_of_passes(
 }
 
 /// Indices of the cuts of a piece that are points of the path, and of both ends.
-fn stations(piece: &Piece) -> Vec<usize> {
+pub(crate) fn stations(piece: &Piece) -> Vec<usize> {
     let last = piece.cuts.len().saturating_sub(1);
     (0..piece.cuts.len()).filter(|&k| k == 0 || k == last || !piece.cuts[k].inserted).collect()
 }

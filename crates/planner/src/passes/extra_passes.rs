@@ -77,6 +77,25 @@ const MOVES: u32 = 3;
 /// Points on either side that a moved pass keeps the same distance from, so that it runs evenly.
 const EVEN: usize = 3;
 
+/// Passes that an operation gets besides those of its strategy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum AddedPasses {
+    /// Beside trimmed passes, and where the postures taken leave more than the allowed cusp.
+    All,
+    /// Beside trimmed passes alone: two heads at once choose postures anew, so that only then it is
+    /// known where the cusp is not kept.
+    BesideTrimmed,
+}
+
+/// When passes between others are cut.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum CutOrder {
+    /// In their strip, before the pass that left too much.
+    InStrip,
+    /// Behind all others, whose order stays.
+    Last,
+}
+
 /// A pass to be put before a pass, by number; behind the last by the number after it.
 struct Extra {
     before: usize,
@@ -84,18 +103,44 @@ struct Extra {
 }
 
 impl<'a> Interposer<'_, 'a> {
+    /// Puts passes beside trimmed ones, and where it is asked for between those planned, until the
+    /// cusp holds or no more fit.
+    ///
+    /// # Errors
+    /// When the stages are cancelled.
+    pub(crate) fn improve(
+        &self,
+        path: &mut PlannedPath,
+        added: AddedPasses,
+        stages: &dyn Stages,
+    ) -> Result<ExtraPasses, Failure> {
+        let mut extra = ExtraPasses::default();
+        let moved = self.moved(path);
+        extra.moved = self.put_in(path, moved, &mut extra.refused, stages)?;
+        if added == AddedPasses::All {
+            self.keep_cusp(path, CutOrder::InStrip, &mut extra, stages)?;
+        }
+        Ok(extra)
+    }
+
     /// Puts passes between those planned, until the cusp holds or no more fit.
     ///
     /// # Errors
     /// When the stages are cancelled.
-    pub(crate) fn improve(&self, path: &mut PlannedPath, stages: &dyn Stages) -> Result<ExtraPasses, Failure> {
-        let mut extra = ExtraPasses::default();
-        let moved = self.moved(path);
-        extra.moved = self.put_in(path, moved, &mut extra.refused, stages)?;
+    pub(crate) fn keep_cusp(
+        &self,
+        path: &mut PlannedPath,
+        order: CutOrder,
+        extra: &mut ExtraPasses,
+        stages: &dyn Stages,
+    ) -> Result<(), Failure> {
         for _ in 0..ROUNDS {
-            let between = self.between(path);
+            let mut between = self.between(path);
             if between.is_empty() {
                 break;
+            }
+            if order == CutOrder::Last {
+                between.iter_mut().for_each(|e| e.before = path.tasks.len());
             }
             let (before, left) = (path.clone(), self.left_beyond(path));
             let put_in = self.put_in(path, between, &mut extra.refused, stages)?;
@@ -109,7 +154,7 @@ impl<'a> Interposer<'_, 'a> {
             }
             extra.between += put_in;
         }
-        Ok(extra)
+        Ok(())
     }
 
     /// Plans passes and puts them between the others, where they are feasible; returns how many.

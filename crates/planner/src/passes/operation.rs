@@ -6,13 +6,13 @@ use facemill_cl_data::{CcPoint, Pass, Posture, Silent};
 use facemill_cutter_location::cusp::neighbours::{Neighbours, OwnPlace};
 use facemill_cutter_location::search::map::{PostureRange, map};
 use facemill_cutter_location::{
-    Hints, Optimum, Outcome, PoseTest, Relief, SearchCurve, SearchSettings, Widened, Workcell, plan_passes, reliefs,
-    search,
+    Hints, Optimum, Outcome, PassSettings, PoseTest, Relief, SearchCurve, SearchSettings, Widened, Workcell,
+    plan_passes, reliefs, search,
 };
 use facemill_inverse_kinematics::{Branch, BranchPreference};
 use facemill_job::check::reach::check_reach;
 use facemill_job::failure::Failure;
-use facemill_job::format::job_file::{InfeasibleFile, OperationFile, PathFile};
+use facemill_job::format::job_file::{InfeasibleFile, OperationFile, PathFile, PathFromStrategy};
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::cell::{LEAST_STEP, pass_settings, search_settings, workcell};
 use facemill_job::setup::path::lay;
@@ -28,7 +28,7 @@ use rayon::prelude::*;
 
 use crate::drawing::solution_svg::map_svg;
 use crate::passes::engagement::{PointEngagement, engagement_of_passes, neighbour_reach};
-use crate::passes::extra_passes::{ExtraPasses, Interposer, PlannedPath, as_laid, pass_tasks};
+use crate::passes::extra_passes::{AddedPasses, ExtraPasses, Interposer, PlannedPath, as_laid, pass_tasks};
 use crate::passes::move_settings::move_settings;
 use crate::passes::pole_detours::Detours;
 use crate::stage_clock::Clock;
@@ -41,9 +41,8 @@ pub(crate) struct SetupContext<'a> {
     pub(crate) setup: &'a Setup<'a>,
     /// Z-map of the setup's obstacles.
     pub(crate) map: &'a ZMap,
-    /// Whether passes may be put between those that the strategy lays. Not for two heads at once,
-    /// whose passes go in pairs.
-    pub(crate) adds_passes: bool,
+    /// Passes that operations get besides those that their strategies lay.
+    pub(crate) added: AddedPasses,
 }
 
 /// An operation on its way to the program.
@@ -259,37 +258,61 @@ fn planned_path(
     let monitor = stages.start(POSTURES, tasks.iter().map(|t| t.pass.points.len()).sum());
     let mut planned = plan_passes(test, &to_plan, &settings, &*monitor)?;
     drop(monitor);
-    let strategy = match &operation.path {
-        PathFile::Strategy(strategy) if ground.adds_passes => Some(strategy),
-        _ => None,
-    };
-    let detours = Detours {
-        tests,
-        settings: &settings,
-        control: &ground.job.post.rules().control_motion,
-        feed: operation.feeds.cutting_mm_min / 60.0,
-        cusp: operation.tolerances.cusp_mm,
-        adds_passes: strategy.is_some(),
-    };
+    let strategy = strategy_of(operation);
+    let adds_passes = strategy.is_some() && ground.added == AddedPasses::All;
+    let detours = detours(tests, ground, operation, &settings, adds_passes);
     detours.take(&to_plan, &mut planned, stages)?;
     let optimum = planned.iter().filter_map(|p| p.optimum).reduce(Optimum::plus);
     let mut outcomes: Vec<Pass<Outcome>> = planned.into_iter().map(|p| p.outcomes).collect();
     tests.at_pole(tasks, &settings, &mut outcomes);
     let mut path = PlannedPath { tasks: tasks.to_vec(), outcomes, optimum };
     let Some(strategy) = strategy else { return Ok((path, ExtraPasses::default())) };
-    let interposer = Interposer {
+    let extra = interposer(&detours, ground, operation, strategy).improve(&mut path, ground.added, stages)?;
+    Ok((path, extra))
+}
+
+/// The strategy that lays an operation's passes; `None` where a file has them, which are cut as
+/// they lie.
+pub(crate) fn strategy_of(operation: &OperationFile) -> Option<&PathFromStrategy> {
+    if let PathFile::Strategy(strategy) = &operation.path { Some(strategy) } else { None }
+}
+
+/// What plans passes of an operation beside the pole again.
+pub(crate) fn detours<'d, 'a>(
+    tests: &'d Tests<'a>,
+    ground: &'d SetupContext<'_>,
+    operation: &OperationFile,
+    settings: &'d PassSettings,
+    adds_passes: bool,
+) -> Detours<'d, 'a> {
+    Detours {
         tests,
-        settings: &settings,
-        detours: &detours,
-        reach,
+        settings,
+        control: &ground.job.post.rules().control_motion,
+        feed: operation.feeds.cutting_mm_min / 60.0,
+        cusp: operation.tolerances.cusp_mm,
+        adds_passes,
+    }
+}
+
+/// What puts passes between those of an operation.
+pub(crate) fn interposer<'d, 'a>(
+    detours: &'d Detours<'d, 'a>,
+    ground: &'d SetupContext<'_>,
+    operation: &OperationFile,
+    strategy: &PathFromStrategy,
+) -> Interposer<'d, 'a> {
+    Interposer {
+        tests: detours.tests,
+        settings: detours.settings,
+        detours,
+        reach: neighbour_reach(detours.tests.plain.cell.tool.cutter(), operation),
         surface: &ground.setup.around_drive,
         allowance: ground.setup.drive_allowance,
         cusp: operation.tolerances.cusp_mm,
         least_step: LEAST_STEP * operation.tolerances.max_step_over_mm,
         least_length: strategy.min_pass_length_mm,
-    };
-    let extra = interposer.improve(&mut path, stages)?;
-    Ok((path, extra))
+    }
 }
 
 /// CC points among which the picture's is sought.

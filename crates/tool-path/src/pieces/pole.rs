@@ -46,7 +46,7 @@ impl<'t> Tests<'t> {
     /// CC points at which searches could not prove as finely as asked, of both tests.
     pub fn widened(&self) -> Option<Widened> {
         let both = [self.choosing.widened(), self.plain.widened()].into_iter().flatten();
-        both.reduce(|a, b| Widened { points: a.points + b.points, largest: a.largest.max(b.largest) })
+        both.reduce(Widened::plus)
     }
 
     /// Points without a pose that have one nearer to the pole: there the first feasible one of the

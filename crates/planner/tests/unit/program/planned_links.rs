@@ -1,5 +1,6 @@
 use facemill_virtual_machine::{FindingKind, HeldAsCut};
 
+use crate::passes::extra_passes::AddedPasses;
 use crate::passes::operation::SetupContext;
 use crate::program::output::write_draft;
 use crate::program::planned_links::*;
@@ -47,7 +48,7 @@ fn links_that_are_taken_back_are_as_they_were() {
     let job = job(folder.path());
     let setup = Setup::read(&job, 0).unwrap();
     let (map, words) = (z_map(&setup).unwrap(), word_map(&job, &setup, 0).unwrap());
-    let ground = SetupContext { job: &job, setup: &setup, map: &map, adds_passes: true };
+    let ground = SetupContext { job: &job, setup: &setup, map: &map, added: AddedPasses::All };
     let stages: &dyn Stages = &SilentStages;
     let mut operations: Vec<PlannedOperation<'_>> = Vec::new();
     for operation in job.operations_of(setup.file) {

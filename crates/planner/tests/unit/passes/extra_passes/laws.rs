@@ -6,6 +6,7 @@ use facemill_surface_model::{NamedNode, TriMesh, write_obj};
 use nalgebra::{Isometry3, Point3};
 use serde_json::{Value, json};
 
+use crate::passes::extra_passes::AddedPasses;
 use crate::passes::operation::{PlannedOperation, SetupContext};
 use crate::plan::plan_setup;
 use crate::planned::{PlanSettings, Planned};
@@ -62,7 +63,7 @@ fn sheet(z: fn(f64) -> f64) -> TriMesh {
 }
 
 /// Flat to x = 0, then a fillet of 3 mm into a slope of 60°.
-fn toward_wall(x: f64) -> f64 {
+pub(crate) fn toward_wall(x: f64) -> f64 {
     let (sin, cos) = 60f64.to_radians().sin_cos();
     match x {
         x if x < 0.0 => 0.0,
@@ -71,7 +72,7 @@ fn toward_wall(x: f64) -> f64 {
     }
 }
 
-fn planes(from: f64, to: f64) -> Value {
+pub(crate) fn planes(from: f64, to: f64) -> Value {
     json!({ "strategy": {
         "strategy": { "parallel_planes": { "normal": [1, 0, 0], "from_mm": from, "to_mm": to } },
         "region": { "box": { "min_mm": [-10, -2, -9], "max_mm": [10, 2, 30] } },
@@ -118,7 +119,7 @@ fn a_trimmed_pass_is_moved_as_near_as_there_are_postures() {
         let job = job(&folder, groove, &values);
         let setup = Setup::read(&job, 0).unwrap();
         let map = z_map(&setup).unwrap();
-        let ground = SetupContext { job: &job, setup: &setup, map: &map, adds_passes: true };
+        let ground = SetupContext { job: &job, setup: &setup, map: &map, added: AddedPasses::All };
         let operation = job.operations_of(setup.file).next().unwrap();
         let (planned, _) =
             PlannedOperation::plan(&ground, operation, None, false, &SilentStages, &mut Clock::new()).unwrap();

@@ -1,0 +1,125 @@
+//! Passes put between those that both heads cut, where the postures of both at once leave more than
+//! the allowed cusp.
+
+use facemill_cl_data::Pass;
+use facemill_cutter_location::{Outcome, PoseTest, Widened};
+use facemill_inverse_kinematics::{Branch, BranchPreference};
+use facemill_job::failure::Failure;
+use facemill_job::format::job_file::OperationFile;
+use facemill_job::setup::cell::{pass_settings, workcell};
+use facemill_job::setup::pattern::places;
+use facemill_job::stages::{BETWEEN, PLACES, Stages};
+use facemill_tool_path::pieces::pole::Tests;
+use facemill_tool_path::pieces::{LaidTask, LeftOut, Piece, copy_outcomes, filled, split};
+use facemill_tool_path::winding::wound;
+use nalgebra::Isometry3;
+
+use crate::passes::engagement::stations;
+use crate::passes::extra_passes::{CutOrder, ExtraPasses, PlannedPath};
+use crate::passes::move_settings::cut_linearity;
+use crate::passes::operation::{PlannedOperation, SetupContext, detours, interposer, strategy_of};
+
+/// Passes of one head put between those that it cuts.
+#[derive(Default)]
+pub(crate) struct PassesBetween {
+    /// Their pieces in all places of the pattern, to be cut behind all others.
+    pub pieces: Vec<Piece>,
+    /// How many in one place of the pattern, at most, and where none could be put.
+    pub extra: ExtraPasses,
+    /// Their CC points.
+    pub cc_points: usize,
+    /// Those without a pose.
+    pub left_out: Vec<LeftOut>,
+    /// CC points at which the search could not prove as finely as asked.
+    pub widened: Option<Widened>,
+}
+
+impl PassesBetween {
+    /// Puts passes between those of an operation; `cut` is what its head cuts in all, in cutting
+    /// order, with the postures that it cuts with. Each place of the pattern is looked at by itself:
+    /// both heads may part there at other points.
+    ///
+    /// The passes are planned as the operation's own, with the other head at home. Passes of a path
+    /// file get none between.
+    ///
+    /// # Errors
+    /// When the stages are cancelled.
+    pub(crate) fn find(
+        ground: &SetupContext<'_>,
+        operation: &OperationFile,
+        cut: &[Piece],
+        stages: &dyn Stages,
+    ) -> Result<Self, Failure> {
+        let (Some(strategy), Some(first)) = (strategy_of(operation), cut.first()) else { return Ok(Self::default()) };
+        let mut cell = workcell(ground.job, ground.setup, operation, ground.map);
+        if cell.preferred_branch == BranchPreference::Nearest {
+            cell.preferred_branch = match first.cuts[0].pose.configuration.branch {
+                Branch::Positive => BranchPreference::Positive,
+                Branch::Negative => BranchPreference::Negative,
+            };
+        }
+        let (plain, cone) = (PoseTest::new(&cell), operation.search.singular_cone_deg.to_radians());
+        let choosing = PoseTest::new(&cell).avoiding_pole(cone);
+        let tests = Tests { choosing: &choosing, plain: &plain };
+        let settings = pass_settings(operation);
+        let detours = detours(&tests, ground, operation, &settings, false);
+        let interposer = interposer(&detours, ground, operation, strategy);
+        let n_passes = cut.iter().map(|p| p.pass + 1).max().unwrap_or(0);
+        let mut found = Self::default();
+        for (copy, place) in places(operation.pattern.as_ref()).iter().enumerate() {
+            let mut path = path_of(cut.iter().filter(|p| p.copy as usize == copy), place);
+            let (n_before, mut extra) = (path.tasks.len(), ExtraPasses::default());
+            interposer.keep_cusp(&mut path, CutOrder::Last, &mut extra, stages)?;
+            found.extra.between = found.extra.between.max(extra.between);
+            found.extra.refused.extend(extra.refused);
+            let (tasks, outcomes) = (path.tasks.split_off(n_before), path.outcomes.split_off(n_before));
+            if tasks.is_empty() {
+                continue;
+            }
+            let n_points = tasks.iter().map(|t| t.pass.points.len()).sum();
+            let monitor = stages.start(PLACES, n_points);
+            let (tasks, mut outcomes) =
+                copy_outcomes(tests.of(&settings), &tasks, &outcomes, place, &settings, &*monitor)?;
+            tests.at_pole(&tasks, &settings, &mut outcomes);
+            found.cc_points += n_points;
+            let pieces = split(tests.plain, &tasks, &outcomes, copy as u32, &mut found.left_out);
+            found.pieces.extend(pieces.into_iter().map(|p| Piece { pass: n_passes + p.pass, ..p }));
+        }
+        let monitor = stages.start(BETWEEN, found.cc_points);
+        let (fallback, linearity) = (settings.fallback(), cut_linearity(ground.job, operation));
+        let pieces = std::mem::take(&mut found.pieces);
+        let pieces = filled(&tests, &linearity, fallback, pieces, &mut found.left_out, &*monitor)?;
+        found.pieces = wound(&plain, fallback, pieces, None);
+        found.widened = tests.widened();
+        Ok(found)
+    }
+
+    /// Counts the passes to their operation.
+    pub(crate) fn count(self, operation: &mut PlannedOperation<'_>) {
+        operation.extra.between += self.extra.between;
+        operation.extra.refused.extend(self.extra.refused);
+        operation.cc_points += self.cc_points;
+        operation.left_out.extend(self.left_out);
+        let widened = [operation.widened, self.widened].into_iter().flatten();
+        operation.widened = widened.reduce(Widened::plus);
+    }
+}
+
+/// Pieces in one place of the pattern as passes in the first place, with the postures that they
+/// have there.
+fn path_of<'p>(pieces: impl Iterator<Item = &'p Piece>, place: &Isometry3<f64>) -> PlannedPath {
+    let to_first = place.inverse();
+    let mut path = PlannedPath { tasks: Vec::new(), outcomes: Vec::new(), optimum: None };
+    for piece in pieces {
+        let cuts: Vec<_> = stations(piece).into_iter().map(|k| piece.cuts[k]).collect();
+        let pass = Pass::new(cuts.iter().map(|c| c.cc.transformed(&to_first)).collect());
+        path.tasks.push(LaidTask { pass, uncut_left: piece.uncut_left, curve: piece.curve });
+        let outcomes: Vec<Outcome> = cuts.iter().map(|c| Ok(c.pose)).collect();
+        path.outcomes.push(Pass::new(outcomes));
+    }
+    path
+}
+
+#[cfg(test)]
+#[path = "../../tests/unit/dual/passes_between.rs"]
+mod tests;
