@@ -135,7 +135,7 @@ fn passes(map: &ZMap, points: &[AptPoint]) -> String {
     svg
 }
 
-/// Brightness of a cell, 0 steep to 8 level; `None` where there is no part.
+/// Returns the brightness of a cell, 0 steep to 8 level; `None` if there is no part.
 fn shade(map: &ZMap, i: usize, j: usize) -> Option<u8> {
     let z = |i, j| map.node_height(i, j);
     let (a, b, c) = (z(i, j)?, z(i + 1, j)?, z(i, j + 1)?);

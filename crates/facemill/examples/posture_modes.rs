@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let path = folder.path().join("job.json");
         let mut job: Value = serde_json::from_slice(&std::fs::read(&path)?)?;
         job["operations"][0]["search"]["mode"] = mode;
-        // Modes that take one posture or none leave out what they must.
+        // Modes of one posture or none leave out points as they must.
         job["operations"][0]["infeasible"] = json!({ "trim": { "max_trimmed_fraction": 1.0 } });
         std::fs::write(&path, serde_json::to_vec(&job)?)?;
         let settings = PlanSettings { verify: false, certificates: false };

@@ -22,7 +22,7 @@ use figure::{BLUE, Figure, RED};
 
 type Failed = Box<dyn std::error::Error>;
 
-/// Z word that the links go to, mm: 65 mm above the workpiece's zero where the tool stands upright.
+/// Z word that the links go to, mm: 65 mm above the workpiece's zero where the tool is upright.
 const FAR: f64 = 365.0;
 
 fn main() -> Result<(), Failed> {
@@ -47,7 +47,7 @@ fn main() -> Result<(), Failed> {
     Ok(())
 }
 
-/// The program with links straight up, over, and straight down.
+/// Returns the program with links straight up, over, and straight down.
 fn with_far_links(text: &[u8]) -> Result<Vec<u8>, Failed> {
     let program = read_program(text, Dialect::Fanuc)?;
     let motions: Vec<_> = program.motions().collect();
@@ -68,10 +68,10 @@ fn with_far_links(text: &[u8]) -> Result<Vec<u8>, Failed> {
 /// Thickness of the stock that is drawn, mm: that of the example.
 const ALLOWANCE: f64 = 1.0;
 
-/// A way of the tip on the work, and whether it is a rapid.
+/// Path of the tip on the work, and whether it is a rapid.
 type Way = (bool, Vec<Point3<f64>>);
 
-/// The ways of the tip behind its first cut and before its last one.
+/// Returns the paths of the tip behind its first cut and before its last one.
 fn tip_ways(job: &Job, text: &[u8]) -> Result<Vec<Way>, Failed> {
     let machine = &job.machine;
     let length = job.tool.gauge_length();
@@ -93,7 +93,7 @@ fn tip_ways(job: &Job, text: &[u8]) -> Result<Vec<Way>, Failed> {
     Ok(ways[first..=last].to_vec())
 }
 
-/// Straight parts that a motion is drawn with.
+/// Number of straight parts that draw a motion.
 const PARTS: u32 = 12;
 
 fn word_map(machine: &Machine, length: f64) -> Result<WordMap, Failed> {

@@ -39,8 +39,7 @@ use facemill::{Failure, Job, JobSetting, SolutionSpaceRequest, VerificationFile,
 #[derive(Parser)]
 #[command(name = "facemill", version, about, max_term_width = 100)]
 pub(crate) struct Arguments {
-    /// Let files that a job names be in this folder, too, and not only in the job's own; can be
-    /// given several times
+    /// Permit a job to name files in this folder, too, besides its own; can be given several times
     #[arg(long, global = true, value_name = "DIR")]
     allow: Vec<PathBuf>,
     #[command(subcommand)]
@@ -52,15 +51,15 @@ enum Command {
     /// Plans a job and writes program, APT file, report and picture
     #[command(after_help = crate::cli::plan_command::EXIT_CODES)]
     Plan(PlanArguments),
-    /// Reads a job and everything it names, and says what is wrong or what was found
+    /// Reads a job and all files that it names, and reports faults or a description
     Check {
         /// Job file, or a folder with job.json
         job: PathBuf,
-        /// Put a value in place of the job file's, as `plan` does
+        /// Replace a value of the job file, as `plan` does
         #[arg(long = "set", value_name = "KEY=VALUE")]
         settings: Vec<JobSetting>,
     },
-    /// Maps tilt and rotate at one CC point: proven feasible, proven blocked and by what
+    /// Maps tilt and rotate at one CC point: proven feasible, or proven blocked and by what
     SolutionSpace {
         /// Job file, or a folder with job.json
         job: PathBuf,
@@ -76,27 +75,26 @@ enum Command {
         /// Finest cells, 0.05 to 10
         #[arg(long, value_name = "DEG", default_value_t = 0.25, allow_negative_numbers = true, value_parser = resolution)]
         resolution_deg: f64,
-        /// Folder to write to; out/<name of the job's folder> where it is not given
+        /// Output folder; default: out/<name of the job's folder>
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
     },
-    /// Gives an existing program new feeds: its tip moves at the programmed speed. All but F words
-    /// is kept byte for byte
+    /// Gives an existing program new feeds: its tip moves at the programmed speed. Only F words
+    /// change
     Feedrate(FeedrateArguments),
-    /// Runs a program from anywhere on the virtual machine as a job's setup stands, and says what
-    /// it would do
+    /// Runs a program from any source on the virtual machine in a job's setup, and reports faults
     Verify(Box<VerifyArguments>),
-    /// Gives an existing program faster links: each the fastest way that is free of stock, part,
+    /// Gives an existing program faster links: each the fastest path that is free of stock, part,
     /// fixtures and machine
     Rapids(RapidsArguments),
-    /// Says how short the lengths of the tool assembly may be for an existing program, and which
-    /// block forces each
+    /// Finds the shortest lengths of the tool assembly for an existing program, and the block that
+    /// forces each
     Lengths(LengthsArguments),
-    /// Section area of the chip of a pass: one case, or a table of them
+    /// Computes the section area of the chip of a pass: one case, or a table of them
     ChipArea(ChipAreaArguments),
     /// Writes an example: a complete job folder
     New(NewArguments),
-    /// Checks machine files, and makes them from those of another program
+    /// Checks machine files, and converts them from other formats
     Machine {
         #[command(subcommand)]
         what: MachineCommand,
@@ -130,10 +128,10 @@ enum Format {
     Summary,
 }
 
-/// Does what the arguments say.
+/// Runs the command of the arguments.
 ///
 /// # Errors
-/// When it cannot be done; what was done with findings is exit code 1 and no error.
+/// If it cannot be done; a result with findings has exit code 1 and is no error.
 pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     files::confine_jobs(arguments.allow);
     match arguments.command {
@@ -162,7 +160,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     }
 }
 
-/// A resolution of the map, deg.
+/// Returns a resolution of the map, deg.
 fn resolution(text: &str) -> Result<f64, String> {
     let value: f64 = text.parse().map_err(|e| format!("{e}"))?;
     if (0.05..=10.0).contains(&value) { Ok(value) } else { Err("must be from 0.05 to 10".to_owned()) }

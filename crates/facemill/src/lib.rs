@@ -1,10 +1,10 @@
-//! Five-axis face milling, from mesh to machine: planned, verified and written anew.
+//! Five-axis face milling, from mesh to machine: planning, verification and rewriting of programs.
 //!
-//! [`Job::read`] reads a job with all it names. [`plan_setup`] plans one of its setups,
-//! [`plan_job`] plans all of them and cuts their stock. [`verify_program`] runs a program from
-//! anywhere on a setup, [`rapids::faster_rapids`] replaces its links, [`refeed`] its feeds, and
+//! [`Job::read`] reads a job with all files that it names. [`plan_setup`] plans one of its setups,
+//! [`plan_job`] plans all of them and cuts their stock. [`verify_program`] runs a program from any
+//! source in a setup, [`rapids::faster_rapids`] replaces its links, [`refeed`] its feeds, and
 //! [`lengths::lengths_of_program`] finds the shortest tool for it. [`files::write_all`] writes
-//! files whole or not at all. Each stage is a crate of its own, re-exported here.
+//! files whole or not at all. Each stage is a separate crate, re-exported here.
 //!
 //! ```no_run
 //! use facemill::{Job, PlanSettings, SilentStages, plan_setup};

@@ -613,7 +613,7 @@ fn programs_from_anywhere_are_run_as_the_job_stands() {
         ("program.nc", &["--stock-cell-mm", "1", "--stock-region", "1e5,1e5,2e5,2e5"], "no rectangle with stock in it"),
         ("program.nc", &["--rest", &path("rest.stock"), "--stock-region", "operations"], "--stock-region"),
         ("program.nc", &["--rest", &path("job.json")], "job.json"),
-        ("program.nc", &["--rest-out", &path("rest.stock")], "nothing is cut"),
+        ("program.nc", &["--rest-out", &path("rest.stock")], "no stock is cut"),
         ("program.nc", &["--dialect", "tnc"], "heidenhain"),
     ] {
         let output = verify(program, more);

@@ -47,7 +47,7 @@ fn a_program_with_faults_has_a_name_of_its_own_and_what_is_left_of_an_earlier_pl
     job.set("job.json", &[("/operations/0/search/tool_axis_cone", cone)]);
     let (code, errors) = plan(&job);
     assert_eq!(code, 1, "{errors}");
-    assert!(errors.contains("program.nc") && errors.contains("of an earlier plan"), "{errors}");
+    assert!(errors.contains("program.nc") && errors.contains("an earlier plan"), "{errors}");
     assert_eq!(programs(&job), ["program.earlier.apt", "program.earlier.nc"]);
 }
 

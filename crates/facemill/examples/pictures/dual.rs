@@ -20,7 +20,7 @@ const BAND: [f64; 2] = [0.432, 0.449];
 /// Diameter of the propeller, mm.
 const DIAMETER: f64 = 1000.0;
 
-/// Both heads at one time.
+/// State of both heads at one time.
 struct Moment {
     /// Since the pass began, s.
     time: f64,
@@ -61,8 +61,8 @@ fn tilt_range(job: &Job) -> [f64; 2] {
     job.file.operations[0].search.tilt_deg
 }
 
-/// The second pass of both heads: a row of cuts in which rotary axes move; those of entries and
-/// exits stand.
+/// The second pass of both heads: a row of cuts in which rotary axes move; in those of entries and
+/// exits they are at rest.
 fn moments(job: &Job, planned: &Planned) -> Result<Vec<Moment>> {
     let nc = planned.files.iter().find(|(name, _)| name == "program.nc").ok_or("no program")?;
     let program = read_program(&nc.1, job.post.dialect())?;

@@ -85,7 +85,7 @@ fn picture(heads: &[Machine], z: f64) -> String {
     let mut bodies: Vec<(BodyPose<'_>, Vec<Side>)> = machine.body_poses(&q).map(|b| (b, sides(&b))).collect();
     // Beds and tables lie behind and below heads; within a group the farther ones come first.
     let rank = |b: &BodyPose<'_>| {
-        // Two heads stand beside the table, the second one behind it.
+        // Two heads are beside the table, the second one behind it.
         let order = [None, Some(Carrier::OtherHead), Some(Carrier::Table), Some(Carrier::Head)];
         order.iter().position(|c| *c == b.body.carrier())
     };
@@ -115,8 +115,8 @@ fn picture(heads: &[Machine], z: f64) -> String {
     figure.finish()
 }
 
-/// Puts what moves inside the margins, and of what stands still as much as lies near; size of the
-/// drawing, mm.
+/// Fits moving bodies into the margins, with the near part of those at rest; returns the size of
+/// the drawing, mm.
 fn fit(figure: &mut Figure, mut points: Vec<Mm>, still: &[Mm]) -> f64 {
     let ranges = |points: &[Mm]| {
         [0, 1].map(|k| points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), p| (a.min(p[k]), b.max(p[k]))))
@@ -209,7 +209,8 @@ fn draw_body(figure: &mut Figure, view: &View, carrier: Option<Carrier>, sides: 
     }
 }
 
-/// Where a joint's row stands when the linear axes have moved and the rotary ones have not.
+/// Returns the position of a joint's row when the linear axes have moved and the rotary ones have
+/// not.
 fn moved(lines: &[JointLine], k: usize, q: &AxisValues) -> Point3<f64> {
     let before = lines[..k].iter().filter(|l| l.kind == AxisKind::Linear);
     before.fold(lines[k].point, |p, l| p + l.direction.into_inner() * q[l.axis])
@@ -228,7 +229,7 @@ fn draw_axes(
     for (h, head) in heads.iter().enumerate() {
         let lines = head.joint_lines();
         let rotary = lines.iter().enumerate().filter(|(_, l)| l.kind == AxisKind::Rotary);
-        // What both heads share is drawn once.
+        // Axes that both heads share are drawn once.
         for (k, line) in rotary.filter(|(_, l)| h == 0 || !head.is_shared(l.axis)) {
             let letter = machine.axes()[line.axis].letter.to_string();
             labels.push(draw_rotary(figure, view, &moved(&lines, k, q), &line.direction, &letter, size)[0]);
@@ -258,7 +259,8 @@ fn draw_axes(
     }
 }
 
-/// The line of a rotary axis, and an arrow round it in its positive sense; where its letter stands.
+/// Draws the line of a rotary axis, and an arrow round it in its positive sense; returns the
+/// position of its letter.
 fn draw_rotary(
     figure: &mut Figure,
     view: &View,

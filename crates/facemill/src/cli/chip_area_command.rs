@@ -12,13 +12,13 @@ use crate::cli::output::say;
 
 #[derive(Args)]
 pub(crate) struct ChipAreaArguments {
-    /// Cases as comma-separated values, a column for each option below; the areas are put behind
-    /// them. The first line names the columns, in any order: radius_mm, corner_radius_mm, surface,
-    /// depth_of_cut_mm, left and right are needed; surface_radius_mm, left_mm, right_mm, lead_deg,
-    /// lean_deg, neighbour_axis and name may be left out
+    /// Cases as comma-separated values, a column for each option below; the output adds the areas.
+    /// The first line names the columns, in any order: radius_mm, corner_radius_mm, surface,
+    /// depth_of_cut_mm, left and right are required; surface_radius_mm, left_mm, right_mm,
+    /// lead_deg, lean_deg, neighbour_axis and name are optional
     #[arg(long, value_name = "FILE", conflicts_with_all = ["radius_mm", "depth_of_cut_mm"])]
     table: Option<PathBuf>,
-    /// File to write the table to; standard output where it is not given
+    /// Output file for the table; default: standard output
     #[arg(short, long, value_name = "FILE", requires = "table")]
     out: Option<PathBuf>,
     /// Radius of the cutter
@@ -30,31 +30,31 @@ pub(crate) struct ChipAreaArguments {
     /// The part's surface across the feed: plane, convex, concave
     #[arg(long, value_name = "KIND", default_value = "plane")]
     surface: String,
-    /// Radius of a surface that is no plane
+    /// Radius of a surface that is not plane
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     surface_radius_mm: Option<f64>,
     /// Thickness of the stock
     #[arg(long, value_name = "MM", required_unless_present = "table", allow_negative_numbers = true)]
     depth_of_cut_mm: Option<f64>,
-    /// What is to the left, seen along the feed: stock, cut (by a pass before), border
+    /// Stock to the left, seen along the feed: stock, cut (by a pass before), border
     #[arg(long, value_name = "WHAT", default_value = "stock")]
     left: String,
-    /// Step-over of what is cut there, or distance of the border
+    /// Step-over of the cut there, or distance of the border
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     left_mm: Option<f64>,
     /// The same to the right
     #[arg(long, value_name = "WHAT", default_value = "stock")]
     right: String,
-    /// Step-over of what is cut there, or distance of the border
+    /// Step-over of the cut there, or distance of the border
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     right_mm: Option<f64>,
-    /// Lean of the tool axis along the feed
+    /// Inclination of the tool axis along the feed
     #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
     lead_deg: f64,
-    /// Lean of the tool axis across the feed, toward the left
+    /// Inclination of the tool axis across the feed, toward the left
     #[arg(long, value_name = "DEG", default_value_t = 0.0, allow_negative_numbers = true)]
     lean_deg: f64,
-    /// Axis of the passes beside: parallel to this one's, or turned with the surface
+    /// Axis of the neighbouring passes: parallel to this one's, or turned with the surface
     #[arg(long, value_name = "HOW", default_value = "parallel")]
     neighbour_axis: String,
 }
@@ -77,7 +77,7 @@ fn of_table(path: &Path, out: Option<&Path>) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// One case is a table of one line.
+/// Prints one case as a table of one line.
 fn of_case(a: &ChipAreaArguments) -> Result<ExitCode, Failure> {
     let number = |value: Option<f64>| value.map(|v| v.to_string()).unwrap_or_default();
     let columns = [
@@ -116,30 +116,30 @@ fn of_case(a: &ChipAreaArguments) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Areas from here on have exponents, mm²: a square kilometre.
+/// Least area written with an exponent, mm²: a square kilometre.
 const LARGE: f64 = 1e12;
 
-/// Areas below this have exponents, mm²: they would be rows of zeros.
+/// Greatest area written with an exponent, mm²: it would be a row of zeros.
 const SMALL: f64 = 1e-4;
 
-/// Digits of an area that are told at the most where it is small, the leading one included.
+/// Largest number of digits of a small area, the leading one included.
 const DIGITS: i32 = 6;
 
-/// Decimals that are told at the most where these are more digits.
+/// Largest number of decimals if these are more digits.
 const DECIMALS: i32 = 6;
 
-/// An area to six decimals or six digits, whichever are more, and no finer than it may be off: a
-/// unit of the last digit is at least the bound. One that is 0 to these digits, or below 0 by no
-/// more than it may be off, is 0.
+/// Rounds an area to six decimals or six digits, whichever are more, but no finer than its error: a
+/// unit of the last digit is at least the bound. An area that is 0 to these digits, or below 0 by
+/// no more than its error, is 0.
 fn rounded(area: f64, error_bound: f64) -> String {
     let size = area.abs();
     if size == 0.0 || area < 0.0 && size <= error_bound {
         return "0".to_owned();
     }
     let leading = size.log10().floor() as i32;
-    // Place of the finest digit that means something, as a power of ten.
+    // Position of the finest significant digit, as a power of ten.
     let finest = if error_bound > 0.0 { error_bound.log10().ceil() as i32 } else { i32::MIN };
-    // Of an area below that digit's unit one unit is told, or none.
+    // An area below that digit's unit becomes one unit, or zero.
     let unit = 10f64.powi(finest);
     if finest > leading && 2.0 * size < unit {
         return "0".to_owned();

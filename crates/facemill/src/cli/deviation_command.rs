@@ -1,4 +1,4 @@
-//! What `facemill verify` says and writes of the cut stock's deviation, and its mesh.
+//! Output of `facemill verify` on the cut stock's deviation and mesh.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use nalgebra::Isometry3;
 type Writer =
     fn(&[&facemill::surface_model::TriMesh], &[NamedNode<'_>]) -> Result<Vec<u8>, facemill::surface_model::ExportError>;
 
-/// The writer that the ending of a file asks for.
+/// Returns the writer for a file's extension.
 fn writer(file: &Path) -> Option<Writer> {
     match file.extension()?.to_str()?.to_ascii_lowercase().as_str() {
         "obj" => Some(write_obj),
@@ -21,36 +21,36 @@ fn writer(file: &Path) -> Option<Writer> {
     }
 }
 
-/// A file for the rest as a mesh.
+/// Returns a file for the rest as a mesh.
 pub(crate) fn rest_mesh(text: &str) -> Result<PathBuf, String> {
     let file = PathBuf::from(text);
     if writer(&file).is_some() { Ok(file) } else { Err("must end in .obj, .stl or .glb".to_owned()) }
 }
 
-/// A file for the part in colours.
+/// Returns a file for the part in colours.
 pub(crate) fn painted_mesh(text: &str) -> Result<PathBuf, String> {
     let file = PathBuf::from(text);
     let is_glb = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("glb"));
     if is_glb { Ok(file) } else { Err("must end in .glb, the format that keeps colours".to_owned()) }
 }
 
-/// The rest as a closed mesh in the workpiece frame, in the format of the file's ending.
+/// Returns the rest as a closed mesh in the workpiece frame, in the format of the file's extension.
 pub(crate) fn mesh_bytes(file: &Path, rest: &DexelMap) -> Result<Vec<u8>, Failure> {
     let coarser = |e: String| Failure::input(file, format!("{e}; take a larger --stock-cell-mm"));
     let mesh = rest.to_mesh().map_err(|e| coarser(e.to_string()))?;
     let node = NamedNode { name: "rest", mesh: 0, transform: Isometry3::identity() };
     let write = writer(file).ok_or_else(|| Failure::input(file, "must end in .obj, .stl or .glb"))?;
     if mesh.triangles().is_empty() {
-        return Err(Failure::input(file, "nothing is left of the stock, and a mesh without triangles is none"));
+        return Err(Failure::input(file, "no stock is left, so there is no mesh to write"));
     }
     write(&[&mesh], &[node]).map_err(|e| coarser(e.to_string()))
 }
 
-/// Lines of the summary.
+/// Returns the lines of the summary.
 pub(crate) fn deviation_lines(report: &DeviationReport) -> Vec<String> {
     let tolerance = report.tolerance_mm;
     let mut lines = vec![format!(
-        "  deviation         within tolerance to {tolerance:.3} mm; told to {:.3} mm on every line",
+        "  deviation         within tolerance to {tolerance:.3} mm; known to {:.3} mm on every line",
         report.uncertainty_mm
     )];
     for (name, figures) in [("drive surface", &report.drive), ("part", &report.part)] {
@@ -72,7 +72,7 @@ pub(crate) fn deviation_lines(report: &DeviationReport) -> Vec<String> {
     lines
 }
 
-/// At how many places cusps are not compared, and why; `None` where they are at all.
+/// Returns the line on places where cusps are not compared, with reasons; `None` if there are none.
 fn not_compared_lines(cusps: &CuspReport) -> Option<String> {
     let CuspsNotCompared { no_neighbour, too_close, beside_an_end, too_low, not_measured } = cusps.not_compared;
     let why = [

@@ -22,41 +22,41 @@ pub(crate) struct FeedrateArguments {
     /// Machine file
     #[arg(long, value_name = "FILE")]
     machine: PathBuf,
-    /// From the gauge line to the tip
+    /// Distance from the gauge line to the tip
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = length)]
     tool_length_mm: f64,
-    /// Speed of the tip (mm/min, also of a program in inches), or keep: as fast as it goes by the
-    /// program's F, as that control counts it. Where it is not given each block's own F is the
-    /// tip's speed; programs whose F is computed already are then refused
+    /// Speed of the tip (mm/min, also for a program in inches), or keep: the speed by the program's
+    /// F, in the measure of its control. Default: each block's own F is the tip's speed; programs
+    /// with computed F are then refused
     #[arg(long, value_name = "MM_MIN|keep", allow_negative_numbers = true, value_parser = tip_feed)]
     tip_feed: Option<TipFeed>,
-    /// Where the zero of an axis' words is on the machine, as X=-120.5, mm or deg; more than one
-    /// are allowed
+    /// Machine position of the zero of an axis' words, as X=-120.5, mm or deg; can be given for
+    /// several axes
     #[arg(long, value_name = "AXIS=VALUE", value_parser = offset)]
     work_offset: Vec<(String, f64)>,
-    /// Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; by
-    /// the file's ending where it is not given (ngc, mpf, h, else fanuc)
+    /// Control of the program: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; default: by
+    /// the file's extension (ngc, mpf, h, else fanuc)
     #[arg(long, value_name = "NAME", value_parser = dialect)]
     dialect: Option<Dialect>,
-    /// Time the program within acceleration and jerk of every axis, too, and lower feeds to what
-    /// the axes reach in each block
+    /// Also time the program within acceleration and jerk of every axis, and lower feeds to those
+    /// that the axes reach in each block
     #[arg(long)]
     time_law: bool,
-    /// How far the control may take the tip off the program's lines at corners, 0: it stops there;
-    /// as the machine file says where it is not given
+    /// Largest deviation of the tip from the program's lines at corners, 0: a stop at every corner;
+    /// default: as the machine file says
     #[arg(long, value_name = "MM", requires = "time_law", allow_negative_numbers = true, value_parser = blend_tolerance)]
     blend_tolerance_mm: Option<f64>,
-    /// File to write; standard output where it is not given
+    /// Output file; default: standard output
     #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// Write what was done to standard output as JSON; the program goes to --out
+    /// Write a summary to standard output as JSON; the program goes to --out
     #[arg(long, requires = "out")]
     json: bool,
 }
 
 fn offset(text: &str) -> Result<(String, f64), String> {
     let (axis, value) = text.split_once('=').ok_or("is not of the form X=-120.5")?;
-    let value = value.parse().map_err(|_| format!("`{value}` is no number"))?;
+    let value = value.parse().map_err(|_| format!("`{value}` is not a number"))?;
     Ok((axis.trim().to_uppercase(), value))
 }
 
@@ -79,7 +79,7 @@ fn blend_tolerance(text: &str) -> Result<f64, String> {
     tolerance.ok_or_else(|| format!("must be {least} to {most} mm, or 0: a stop at every corner"))
 }
 
-/// The control that a file's ending stands for.
+/// Returns the control for a file's extension.
 fn dialect_of(path: &Path) -> Dialect {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_lowercase();
     match ending.as_str() {
@@ -114,7 +114,7 @@ pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
         Ok(BufReader::with_capacity(AT_ONCE, file))
     };
     let Some(out) = &arguments.out else {
-        // Nothing of it is said before all of it is known to be right.
+        // Nothing is printed before the whole program is known to be right.
         let mut text = Vec::new();
         let summary = refeed_lines(from_start, &settings, &mut text).map_err(failed)?;
         say_bytes(&text)?;
@@ -127,10 +127,10 @@ pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Bytes of a program that are read at once.
+/// Bytes of a program per read.
 const AT_ONCE: usize = 1 << 18;
 
-/// Hours, minutes and seconds with tenths.
+/// Formats hours, minutes and seconds with tenths.
 fn clock(seconds: f64) -> String {
     let tenths = (10.0 * seconds).round() as u64;
     let (seconds, tenths) = (tenths / 10, tenths % 10);

@@ -2,12 +2,11 @@
 
 use facemill::virtual_machine::Finding;
 
-/// Heads of the columns; the text of the block follows without one.
+/// Headings of the columns; the text of the block follows without one.
 const HEADS: [&str; 6] = ["line", "time", "what", "between", "size", "place, mm"];
 
-/// Lines of a table, each finding on one: where in the program, when, what, between what, how bad,
-/// where on the workpiece, and the text of its block with what else there is to say. None without
-/// findings.
+/// Returns the lines of a table, one for each finding: line of the program, time, kind, bodies,
+/// amount, place on the workpiece, and the text of its block with a note. Empty without findings.
 pub(crate) fn findings_table(findings: &[Finding]) -> Vec<String> {
     if findings.is_empty() {
         return Vec::new();
@@ -37,13 +36,13 @@ fn cells(f: &Finding) -> [String; 6] {
     };
     let time = f.time_s.map_or_else(String::new, minutes);
     let size = f.measure.map_or_else(String::new, |m| m.to_string());
-    // What has no place of contact is where the tip is.
+    // A finding without a place of contact has the place of the tip.
     let place = f.place_work_mm.or(f.pose.as_ref().map(|p| p.tip_work_mm));
     let place = place.map_or_else(String::new, |p| p.map(|v| format!("{:.2}", v + 0.0)).join(" "));
     [lines, time, f.kind.to_string(), between, size, place]
 }
 
-/// Minutes and tenths of seconds.
+/// Formats minutes and tenths of seconds.
 fn minutes(seconds: f64) -> String {
     // The cast saturates.
     let tenths = (10.0 * seconds).round() as u64;

@@ -21,44 +21,44 @@ use crate::cli::progress::Progress;
 pub(crate) struct LengthsArguments {
     #[command(flatten)]
     program: ProgramArguments,
-    /// What every length that is forced has above the least that is free
+    /// Margin of every forced length above the least free one
     #[arg(long, value_name = "MM", default_value_t = 0.5, allow_negative_numbers = true, value_parser = from_zero)]
     margin_mm: f64,
-    /// Length that none goes beyond
+    /// Upper limit of all lengths
     #[arg(long, value_name = "MM", default_value_t = 1000.0, allow_negative_numbers = true, value_parser = from_zero)]
     longest_mm: f64,
-    /// Cut the stock on lines so far apart, and hold the tool assembly against it as it is at every
+    /// Cut the stock on lines so far apart, and test the tool assembly against the stock of every
     /// moment
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
     stock_cell_mm: Option<f64>,
-    /// How far from the truth what is cut may be
+    /// Tolerance of the cut stock
     #[arg(long, value_name = "MM", default_value_t = 0.05, allow_negative_numbers = true, value_parser = stock_tolerance)]
     stock_tolerance_mm: f64,
     /// Begin with the rest that another program left (facemill verify --rest-out) in place of the
     /// job's stock
     #[arg(long, value_name = "FILE", conflicts_with = "stock_cell_mm")]
     rest: Option<PathBuf>,
-    /// Prove for every block what happens between its ends with the lengths that are found
+    /// Prove the motion of every block between its ends with the lengths found
     #[arg(long, conflicts_with = "replan")]
     certificates: bool,
-    /// Holders to choose from: the one with the shortest stick-out that works is taken, as it is
+    /// Holders to choose from: the one with the shortest stick-out that works is used, unchanged
     #[arg(long, value_name = "FILE")]
     holders: Option<PathBuf>,
     /// Plan the job again with shorter assemblies of the holders: tilting may let them pass
     #[arg(long, requires = "holders")]
     replan: bool,
-    /// File to write what was found to, as JSON
+    /// Output file for the results, as JSON
     #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// File to write the tool with these lengths, or in the chosen holder, to
+    /// Output file for the tool with these lengths, or in the chosen holder
     #[arg(long, value_name = "FILE")]
     tool_out: Option<PathBuf>,
-    /// File to write the program to that was planned again
+    /// Output file for the program of the new plan
     #[arg(long, value_name = "FILE", requires = "replan")]
     program_out: Option<PathBuf>,
 }
 
-/// What the options say of the stock.
+/// Returns the options on stock.
 fn cut_of(arguments: &LengthsArguments, rest: Option<DexelMap>) -> Option<CutRequest> {
     let of = |cell: f64, rest: Option<DexelMap>| {
         let tolerance = arguments.stock_tolerance_mm;
@@ -124,36 +124,36 @@ pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
 
 const NOTHING_WORKS: &str = "no tool works";
 
-/// Refuses outputs under whose names there is something else than what an earlier run wrote: it
-/// would be written over, or removed where nothing is found.
+/// Refuses outputs whose files exist but are not from an earlier run: they would be overwritten, or
+/// removed if no length is found.
 fn look_at_earlier(arguments: &LengthsArguments, dialect: Dialect) -> Result<(), Failure> {
     let is_program = |text: &[u8]| read_program(text, dialect).is_ok();
     refuse_other(arguments.tool_out.as_deref(), "tool file (\"format\": \"facemill-tool/1\")", is_tool_file)?;
     refuse_other(arguments.program_out.as_deref(), "program of this control", is_program)
 }
 
-/// Refuses a file that is there and is not `what` it is to be; an empty one is nothing.
+/// Refuses an existing file that is not `what` it should be; an empty one counts as missing.
 fn refuse_other(out: Option<&Path>, what: &str, is_ours: impl Fn(&[u8]) -> bool) -> Result<(), Failure> {
-    // What cannot be read is told by writing to it. It is looked at to be replaced: no input.
+    // The write reports an unreadable file. The file is inspected for replacement: it is no input.
     let read = |out: &Path| out.metadata().is_ok_and(|m| m.is_file()).then(|| std::fs::read(out).ok()).flatten();
     let Some((out, bytes)) = out.and_then(|out| Some((out, read(out)?))) else { return Ok(()) };
     if bytes.is_empty() || is_ours(&bytes) {
         return Ok(());
     }
     let message =
-        format!("is there already and is no {what}, so it is not of an earlier run: name another file, or remove it");
+        format!("exists and is not a {what}, so it is not from an earlier run: name another file, or remove it");
     Err(Failure::input(out, message))
 }
 
-/// Whether bytes are a tool file of this program, whatever it says.
+/// Returns whether bytes are a tool file of this program, regardless of its content.
 fn is_tool_file(bytes: &[u8]) -> bool {
     let file: Option<serde_json::Value> = serde_json::from_slice(bytes).ok();
     let format = file.as_ref().and_then(|file| file.get("format")?.as_str());
     format.is_some_and(|format| format.starts_with("facemill-tool/"))
 }
 
-/// Removes what an earlier run has left under the name of a file that is not written, and says so.
+/// Removes the output of an earlier run under the name of a file that is not written, and says so.
 fn leave_out(out: &Path, why: &str) -> Result<String, Failure> {
-    let removed = if files::remove_earlier(out)? { "; the one of an earlier run is removed" } else { "" };
+    let removed = if files::remove_earlier(out)? { "; the file of an earlier run was removed" } else { "" };
     Ok(format!("{why}: {} is not written{removed}", out.display()))
 }

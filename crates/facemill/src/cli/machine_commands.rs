@@ -1,4 +1,4 @@
-//! The commands about machine files.
+//! Commands for machine files.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -11,17 +11,17 @@ use crate::cli::output::say;
 
 #[derive(Subcommand)]
 pub(crate) enum MachineCommand {
-    /// Tells a machine's chain, axes, family, reach and assumed values, head by head, and tries
+    /// Describes a machine's chain, axes, family, reach and assumed values, head by head, and tries
     /// poses there and back
     Check {
         /// Machine file
         file: PathBuf,
     },
-    /// Turns an Autodesk machine file into ours, on standard output or in a file
+    /// Converts an Autodesk machine file to our format, on standard output or in a file
     Import {
         /// Autodesk machine file (XML)
         machine: PathBuf,
-        /// File to write
+        /// Output file
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
     },
@@ -49,7 +49,7 @@ fn import(path: &Path, out: Option<&Path>) -> Result<ExitCode, Failure> {
     let text = String::from_utf8(files::read(path)?).map_err(|_| Failure::input(path, "is not text in UTF-8"))?;
     let file = import_autodesk_machine(&text).map_err(|e| Failure::input(path, e))?;
     let json = facemill::file_format::to_json(&file);
-    // What is written can be read and solved.
+    // Ensures that the output can be read and solved.
     let machine = Machine::from_file(file).map_err(|e| Failure::input(path, format!("the machine in it: {e}")))?;
     let Some(out) = out else {
         say(&json)?;
@@ -57,6 +57,6 @@ fn import(path: &Path, out: Option<&Path>) -> Result<ExitCode, Failure> {
     };
     files::write_one(out, json.into_bytes())?;
     say(&format!("{}: {}\n", out.display(), machine.family()))?;
-    say(&format!("it has no bodies, and values that are assumed; see: facemill machine check {}\n", out.display()))?;
+    say(&format!("it has no bodies, and some values are assumed; see: facemill machine check {}\n", out.display()))?;
     Ok(ExitCode::SUCCESS)
 }

@@ -16,11 +16,10 @@ use crate::cli::output::say;
 pub(crate) struct NewArguments {
     #[command(subcommand)]
     part: NewPart,
-    /// Machine that the job is for; the part is mounted where it is reached. The example's own
-    /// where it is not given
+    /// Machine of the job; the part is mounted within its reach. Default: the example's own
     #[arg(long, value_name = "NAME", global = true, value_parser = facemill::machine_names())]
     machine: Option<String>,
-    /// Control that the job is for; fanuc where it is not given
+    /// Control of the job; default: fanuc
     #[arg(long, value_name = "NAME", global = true, value_parser = dialect)]
     dialect: Option<Dialect>,
 }
@@ -37,13 +36,13 @@ pub(crate) enum NewPart {
         /// Diameter
         #[arg(long, value_name = "MM", default_value_t = 3048.0, allow_negative_numbers = true, value_parser = above_zero)]
         diameter_mm: f64,
-        /// Number of blades (Wageningen B only; 4 where it is not given)
+        /// Number of blades (Wageningen B only; default: 4)
         #[arg(long, value_name = "N")]
         blades: Option<u32>,
-        /// Expanded area ratio (Wageningen B only; 0.55 where it is not given)
+        /// Expanded area ratio (Wageningen B only; default: 0.55)
         #[arg(long, value_name = "RATIO")]
         area_ratio: Option<f64>,
-        /// Pitch ratio (Wageningen B only; 1 where it is not given)
+        /// Pitch ratio (Wageningen B only; default: 1)
         #[arg(long, value_name = "RATIO")]
         pitch_ratio: Option<f64>,
     },
@@ -84,7 +83,7 @@ pub(crate) enum SeriesName {
 /// Writes an example into a folder.
 ///
 /// # Errors
-/// When the numbers describe no part, or the folder is not empty or cannot be written.
+/// If the numbers describe no part, or the folder is not empty or cannot be written.
 pub(crate) fn run(arguments: NewArguments) -> Result<ExitCode, Failure> {
     let (dir, job) = match arguments.part {
         NewPart::Propeller { dir, series, diameter_mm, blades, area_ratio, pitch_ratio } => {

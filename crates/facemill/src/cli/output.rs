@@ -1,16 +1,16 @@
-//! Standard output, and the folder that a plan is written to.
+//! Standard output, and the folder of a plan's files.
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use facemill::Failure;
 
-/// Writes to standard output. A reader that has had enough and closed it (`| head`) is no failure.
+/// Writes to standard output. A reader that closed it early (`| head`) is no failure.
 pub(crate) fn say(text: &str) -> Result<(), Failure> {
     say_bytes(text.as_bytes())
 }
 
-/// [`say`] of a file that need not be UTF-8.
+/// Writes bytes like [`say`], for a file that need not be UTF-8.
 pub(crate) fn say_bytes(text: &[u8]) -> Result<(), Failure> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text).and_then(|()| out.flush()) {
@@ -21,7 +21,7 @@ pub(crate) fn say_bytes(text: &[u8]) -> Result<(), Failure> {
     }
 }
 
-/// `out/` and the name of the folder that the job is in.
+/// Returns `out/` with the name of the job's folder.
 pub(crate) fn default_out(job: &Path) -> PathBuf {
     let folder = facemill::job_path(job)
         .canonicalize()

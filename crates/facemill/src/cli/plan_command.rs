@@ -13,47 +13,47 @@ use crate::cli::option_lengths::above_zero;
 use crate::cli::output::{default_out, say};
 use crate::cli::progress::Progress;
 
-/// What is said of exit codes behind the options.
+/// Text on exit codes behind the options.
 pub(crate) const EXIT_CODES: &str = "\
 Exit codes:
-  0    done: the program does what the job asks for
-  1    no fault, and not all of the job: more is left out or over than it allows, or blocks are
-       less straight than asked; or the job is infeasible, and nothing is written
+  0    done: the program meets the job
+  1    no fault, but the job is not met: more points are left out or more material is left than
+       it permits, or blocks are less straight than required; or the job is infeasible, and
+       nothing is written
   2    wrong input or command line
   3    a file cannot be written, or an internal failure
-  4    the program has faults: written as program.rejected.*, and not to be run
+  4    the program has faults: it is written as program.rejected.* and must not be run
   130  interrupted";
 
 #[derive(Args)]
 pub(crate) struct PlanArguments {
     /// Job file, or a folder with job.json
     job: PathBuf,
-    /// Folder to write to; out/<name of the job's folder> where it is not given
+    /// Output folder; default: out/<name of the job's folder>
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Put a value in place of the job file's: KEY as operations[0].tolerances.cusp_mm or as a JSON
-    /// pointer, VALUE as JSON or a string; null takes the key out. Can be given several times; the
-    /// report tells them
+    /// Replace a value of the job file: KEY as operations[0].tolerances.cusp_mm or as a JSON
+    /// pointer, VALUE as JSON or a string; null removes the key. Can be given several times; the
+    /// report lists the settings
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<JobSetting>,
-    /// Threads, 1 to 1024; all processors where it is not given
+    /// Threads, 1 to 1024; default: all processors
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
     /// Do not run the written program on the virtual machine, nor cut the stock (program, report
     /// and summary say so)
     #[arg(long)]
     no_verify: bool,
-    /// Cut the stock on lines so far apart; as the job says, or as suits what is cut, where it is
-    /// not given
+    /// Cut the stock on lines so far apart; default: as the job says, or suited to the cut region
     #[arg(long, value_name = "MM", allow_negative_numbers = true, conflicts_with = "no_verify", value_parser = above_zero)]
     stock_cell_mm: Option<f64>,
-    /// Prove for every block what happens between its ends, and write certificates.json
+    /// Prove the motion of every block between its ends, and write certificates.json
     #[arg(long)]
     certificates: bool,
     /// Write chips.csv: chip area, tip feed and removal rate at every CC point
     #[arg(long)]
     chips: bool,
-    /// Say nothing but errors
+    /// Print errors only
     #[arg(short, long)]
     quiet: bool,
     /// Print the summary as JSON (facemill schema summary), and nothing else, on standard output
@@ -61,10 +61,10 @@ pub(crate) struct PlanArguments {
     json: bool,
 }
 
-/// Plans a job and writes what becomes of it.
+/// Plans a job and writes the result.
 ///
 /// # Errors
-/// When it cannot be planned or written; a program with faults is no error.
+/// If it cannot be planned or written; a program with faults is no error.
 pub(crate) fn run(arguments: &PlanArguments) -> Result<ExitCode, Failure> {
     if let Some(n) = arguments.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(usize::from(n)).build_global();
@@ -72,7 +72,7 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<ExitCode, Failure> {
     }
     let out = arguments.out.clone().unwrap_or_else(|| default_out(&arguments.job));
     crate::cli::progress::watch_interrupts().map_err(Failure::Internal)?;
-    // A job that cannot be read changes nothing in the folder.
+    // A job that cannot be read leaves the folder unchanged.
     let job = Job::read_with(&arguments.job, &arguments.settings)?;
     files::check_folder(&out)?;
     let earlier = files::set_aside_earlier(&out)?;
@@ -114,16 +114,16 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
     Ok(ExitCode::from(outcome.exit_code()))
 }
 
-/// The summary as JSON.
+/// Returns the summary as JSON.
 fn json(outcome: Outcome, out: &Path, files: Vec<String>, setups: Vec<SetupSummary>) -> String {
     let (out, exit_code) = (out.display().to_string(), outcome.exit_code());
     facemill::file_format::to_json(&SummaryFile { format: SUMMARY_FORMAT, outcome, exit_code, out, files, setups })
 }
 
-/// Says which files of an earlier plan were set aside for a plan that failed.
+/// Lists the files of an earlier plan that were set aside for a plan that failed.
 fn tell_earlier(out: &Path, names: &[String]) {
     if !names.is_empty() {
         let (names, out) = (names.join(", "), out.display());
-        eprintln!("facemill: {names} in {out} are of an earlier plan and have .earlier in their names now");
+        eprintln!("facemill: {names} in {out} belong to an earlier plan and now have .earlier in their names");
     }
 }

@@ -1,4 +1,4 @@
-//! The monitor that the command line gives to long computations.
+//! Monitor of the command line for long computations.
 
 pub(crate) mod forecast;
 
@@ -17,18 +17,18 @@ use crate::cli::progress::forecast::Forecast;
 /// Set by Ctrl-C.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
-/// Set while files are being put in place, which is not to be cut short.
+/// Set while files get their names, which must not be interrupted.
 static WRITING: AtomicBool = AtomicBool::new(false);
 
-/// How long a stage may take to notice an interruption before the program ends without it. Nothing
+/// Time that a stage may take to notice an interruption before the program ends without it. Nothing
 /// is written before the last stage is done, so ending loses nothing.
 const PATIENCE: Duration = Duration::from_millis(600);
 
 /// Makes Ctrl-C (and a termination request) set the flag that every [`Monitor`] of a [`Progress`]
-/// asks for, and end the program soon after where nobody asks.
+/// queries, and end the program soon after if none does.
 ///
 /// # Errors
-/// When the system does not let a handler be installed.
+/// If the system does not permit a handler.
 pub(crate) fn watch_interrupts() -> Result<(), String> {
     ctrlc::set_handler(|| {
         INTERRUPTED.store(true, Ordering::Relaxed);
@@ -41,11 +41,11 @@ pub(crate) fn watch_interrupts() -> Result<(), String> {
     .map_err(|e| e.to_string())
 }
 
-/// How a command shows how far it is, on standard error.
+/// Display of a command's progress, on standard error.
 pub(crate) struct Progress {
     show: Show,
     expected: Mutex<Vec<&'static str>>,
-    /// Index among the expected stages behind that of the last one.
+    /// Index of the next expected stage.
     next: AtomicUsize,
 }
 
@@ -53,13 +53,13 @@ pub(crate) struct Progress {
 enum Show {
     /// A bar for each stage, on a terminal.
     Bars,
-    /// A line now and then, where no one rubs bars out.
+    /// A line from time to time, if standard error is no terminal.
     Lines,
     Nothing,
 }
 
 impl Progress {
-    /// Progress as suits where standard error goes; none where it is to be `quiet`.
+    /// Returns progress suited to standard error; none if `quiet`.
     pub(crate) fn new(quiet: bool) -> Self {
         let show = match (quiet, std::io::stderr().is_terminal()) {
             (true, _) => Show::Nothing,
@@ -69,8 +69,8 @@ impl Progress {
         Self { show, expected: Mutex::default(), next: AtomicUsize::new(0) }
     }
 
-    /// Title of a stage with its number among those that are expected. One that comes again has the
-    /// number that it had, and says so.
+    /// Returns the title of a stage with its number among the expected stages. A repeated stage
+    /// keeps its number, and says so.
     fn title(&self, what: &str) -> String {
         let expected = self.expected.lock().unwrap_or_else(PoisonError::into_inner);
         let next = self.next.load(Ordering::Relaxed).min(expected.len());
@@ -103,7 +103,7 @@ impl Stages for Progress {
     }
 }
 
-/// A stage that shows nothing, and can be interrupted.
+/// Stage without display, which can be interrupted.
 struct Quiet;
 
 impl Monitor for Quiet {
@@ -113,7 +113,7 @@ impl Monitor for Quiet {
     }
 }
 
-/// A progress bar.
+/// Progress bar.
 struct Bar {
     bar: ProgressBar,
 }
@@ -129,7 +129,7 @@ impl Bar {
                 let _ = write!(out, "{} left", clock(left));
             }
         };
-        // Of all steps so far: that of the last ones jumps.
+        // Over all steps so far: the rate of the last ones jumps.
         let rate = |state: &ProgressState, out: &mut dyn fmt::Write| {
             let _ = write!(out, "{:.0}/s", state.pos() as f64 / state.elapsed().as_secs_f64().max(0.1));
         };
@@ -161,11 +161,11 @@ impl Monitor for Bar {
     }
 }
 
-/// Time between two lines on the same stage; a stage that is done before the first of them has
-/// none.
+/// Time before the first line on a stage, and between later ones; a stage that ends before the
+/// first has none.
 const BETWEEN_LINES: [Duration; 2] = [Duration::from_secs(2), Duration::from_secs(15)];
 
-/// Lines on a stage: when it goes on for a while, now and then, and at its end.
+/// Lines on a stage: from time to time, and at its end if it had any.
 struct Lines {
     title: String,
     n: usize,
@@ -174,7 +174,7 @@ struct Lines {
     told: Mutex<Told>,
 }
 
-/// What the lines of a stage have told.
+/// State of the lines of a stage.
 struct Told {
     next: Duration,
     lines: usize,
@@ -191,7 +191,7 @@ impl Lines {
 impl Monitor for Lines {
     fn advance(&self, steps: usize) {
         let done = self.done.fetch_add(steps, Ordering::Relaxed) + steps;
-        // Who tells is telling already.
+        // Another thread is reporting already.
         let Ok(mut told) = self.told.try_lock() else { return };
         let elapsed = self.began.elapsed();
         if elapsed < told.next {
@@ -217,13 +217,14 @@ impl Drop for Lines {
     }
 }
 
-/// Says that from now on files are put in place, unless Ctrl-C has been pressed; then it says so.
+/// Announces that files get their names from now on, and returns true, unless Ctrl-C has been
+/// pressed.
 pub(crate) fn start_writing() -> bool {
     WRITING.store(true, Ordering::Relaxed);
     !is_interrupted()
 }
 
-/// Whether Ctrl-C has been pressed.
+/// Returns whether Ctrl-C has been pressed.
 fn is_interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }

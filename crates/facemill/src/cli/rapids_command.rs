@@ -18,32 +18,32 @@ use crate::cli::progress::Progress;
 pub(crate) struct RapidsArguments {
     #[command(flatten)]
     program: ProgramArguments,
-    /// Depth of the cutter that is a finding; where it is not given the smallest that the setup's
-    /// operations allow
+    /// Depth of the cutter that is a finding; default: the smallest that the setup's operations
+    /// permit
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = from_zero)]
     gouge_mm: Option<f64>,
     /// Cut the stock on lines so far apart
     #[arg(long, value_name = "MM", default_value_t = 1.0, allow_negative_numbers = true, value_parser = above_zero)]
     stock_cell_mm: f64,
-    /// How far from the truth what is cut may be
+    /// Tolerance of the cut stock
     #[arg(long, value_name = "MM", default_value_t = 0.05, allow_negative_numbers = true, value_parser = stock_tolerance)]
     stock_tolerance_mm: f64,
     /// Begin with the rest that another program left (facemill verify --rest-out) in place of the
     /// job's stock
     #[arg(long, value_name = "FILE", conflicts_with = "stock_cell_mm")]
     rest: Option<PathBuf>,
-    /// Distance to keep from stock and fixtures; the setup's for rapids where it is not given
+    /// Distance to keep from stock and fixtures; default: the setup's for rapids
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = from_zero)]
     clearance_mm: Option<f64>,
-    /// Program to write
+    /// Output file for the program
     #[arg(short, long, value_name = "FILE")]
     out: PathBuf,
-    /// File to write the times of all links to, as JSON
+    /// Output file for the times of all links, as JSON
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
 }
 
-/// What the options say of the stock.
+/// Returns the options on stock.
 fn cut_of(arguments: &RapidsArguments, rest: Option<DexelMap>) -> CutRequest {
     let cell = rest.as_ref().map_or(arguments.stock_cell_mm, |rest| rest.grid().cell());
     let tolerance = arguments.stock_tolerance_mm;

@@ -19,9 +19,9 @@ use crate::cli::option_lengths::{above_zero, from_zero, stock_tolerance};
 use crate::cli::output::say;
 use crate::cli::progress::Progress;
 
-/// Controls whose programs are read, and which one it is where nobody says.
-const DIALECTS: &str = "Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; where it is not given \
-                        the job's, and fanuc with --part";
+/// Supported controls, and the default.
+const DIALECTS: &str = "Control of the program: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; default: \
+                        the job's, fanuc with --part";
 
 #[derive(Args)]
 #[command(
@@ -33,64 +33,62 @@ pub(crate) struct VerifyArguments {
     program: ProgramArguments,
     #[command(flatten)]
     stand: StandArguments,
-    /// Depth of the cutter that is a finding; where it is not given the smallest that the setup's
-    /// operations allow, and 0.02 with --part
+    /// Depth of the cutter that is a finding; default: the smallest that the setup's operations
+    /// permit, 0.02 with --part
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = from_zero)]
     gouge_mm: Option<f64>,
-    /// Prove for every block what happens between its ends
+    /// Prove the motion of every block between its ends
     #[arg(long)]
     certificates: bool,
     /// Only estimate collisions: positions 2 mm apart in cuts and the cutter's radius in rapids,
-    /// and of tool and holder only the edges. For a first look; what it does not find may still be
-    /// there
+    /// and only the edges of tool and holder. For a first look; it can miss collisions
     #[arg(long, conflicts_with = "certificates")]
     fast: bool,
-    /// Cut the stock on lines so far apart, and hold tool assembly, bodies of the machine and
-    /// rapids against it as it is at every moment
+    /// Cut the stock on lines so far apart, and test tool assembly, bodies of the machine and
+    /// rapids against the stock of every moment
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
     stock_cell_mm: Option<f64>,
-    /// How far from the truth what is cut may be [default: 0.05]
+    /// Tolerance of the cut stock [default: 0.05]
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = stock_tolerance)]
     stock_tolerance_mm: Option<f64>,
-    /// Which part of the stock to cut: whole, operations (the rectangle around what the job's
-    /// operations cut, with the cutter's diameter around it), or X0,Y0,X1,Y1 in mm of the workpiece
-    /// frame. What meets stock elsewhere is not seen
+    /// Part of the stock to cut: whole, operations (the rectangle around the region that the job's
+    /// operations cut, enlarged by the cutter's diameter), or X0,Y0,X1,Y1 in mm of the workpiece
+    /// frame. Collisions with stock elsewhere are not detected
     #[arg(long, value_name = "PART", default_value = "whole", value_parser = region, allow_hyphen_values = true,
         requires = "stock_cell_mm", conflicts_with = "rest")]
     stock_region: StockRegion,
-    /// Cut lines along x and y of the workpiece frame, too (tri-dexel): they show walls along z,
-    /// and what stands thin between lines along z, for three times the time and memory. What
-    /// --rest-out and --rest-mesh write are the lines along z
+    /// Also cut lines along x and y of the workpiece frame (tri-dexel): they show walls along z,
+    /// and stock that is thin between lines along z, for three times the time and memory.
+    /// --rest-out and --rest-mesh write the lines along z
     #[arg(long, requires = "stock_cell_mm", conflicts_with = "rest")]
     stock_across: bool,
     /// Begin with the rest that another program left (--rest-out) in place of the job's stock
     #[arg(long, value_name = "FILE", conflicts_with = "stock_cell_mm")]
     rest: Option<PathBuf>,
-    /// File to write the stock behind the program to
+    /// Output file for the stock after the program
     #[arg(long, value_name = "FILE")]
     rest_out: Option<PathBuf>,
-    /// File to write the stock behind the program to as a closed mesh, by its ending .obj, .stl or
+    /// Output file for the stock after the program as a closed mesh, by its extension .obj, .stl or
     /// .glb
     #[arg(long, value_name = "FILE", value_parser = rest_mesh)]
     rest_mesh: Option<PathBuf>,
-    /// Hold the stock behind the program against the part, and write the part in colours of the
+    /// Compare the stock after the program with the part, and write the part in colours of the
     /// deviation to this .glb
     #[arg(long, value_name = "FILE", value_parser = painted_mesh)]
     deviation: Option<PathBuf>,
-    /// Hold the stock behind the program against the part, with this deviation to both sides within
-    /// tolerance; where it is not given with --deviation, the largest height that the setup's
-    /// operations may leave
+    /// Compare the stock after the program with the part, with this tolerance to both sides;
+    /// default with --deviation: the largest height that the setup's operations may leave
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
     deviation_tolerance_mm: Option<f64>,
-    /// File to write what was found to, as JSON
+    /// Output file for the results, as JSON
     #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
 
-/// How far from the truth what is cut may be where nothing else is asked for, mm.
+/// Default tolerance of the cut stock, mm.
 const STOCK_TOLERANCE: f64 = 0.05;
 
-/// Findings that are told; the file has them all.
+/// Largest number of findings in the table; the file has them all.
 const TOLD: usize = 50;
 
 pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
@@ -126,7 +124,7 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
-/// The files that were asked for, in full: one that cannot be made must not leave others behind.
+/// Returns all requested files in full: one that cannot be made must not leave others behind.
 fn outputs(arguments: &VerifyArguments, verified: Verified) -> Result<Vec<(&Path, Vec<u8>)>, Failure> {
     let Verified { file, rest, painted, .. } = verified;
     let mut outputs: Vec<(&Path, Vec<u8>)> = Vec::new();
@@ -145,7 +143,7 @@ fn outputs(arguments: &VerifyArguments, verified: Verified) -> Result<Vec<(&Path
     Ok(outputs)
 }
 
-/// What the options say of the stock.
+/// Returns the options on stock.
 fn cut_of(arguments: &VerifyArguments, rest: Option<DexelMap>) -> Result<Option<CutRequest>, Failure> {
     let tolerance = arguments.stock_tolerance_mm.unwrap_or(STOCK_TOLERANCE);
     let asked = arguments.deviation.is_some() || arguments.deviation_tolerance_mm.is_some();
@@ -179,14 +177,14 @@ fn cut_of(arguments: &VerifyArguments, rest: Option<DexelMap>) -> Result<Option<
     ];
     match needing.iter().find(|(_, is_there)| *is_there) {
         Some((option, _)) => {
-            let message = format!("{option} needs --stock-cell-mm or --rest: nothing is cut");
+            let message = format!("{option} needs --stock-cell-mm or --rest: without them no stock is cut");
             Err(Failure::input(&arguments.program.program, message))
         }
         None => Ok(None),
     }
 }
 
-/// Part of the stock from its name or corners.
+/// Returns the part of the stock by name or corners.
 fn region(text: &str) -> Result<StockRegion, String> {
     match text {
         "whole" => return Ok(StockRegion::Whole),
@@ -254,7 +252,7 @@ fn between_lines(between: &BetweenPositions) -> String {
     let BetweenPositions { cutter_mm, bodies_mm, open_blocks, first_open_line } = between;
     let known = format!("  between positions cutter within {cutter_mm:.3} mm, bodies within {bodies_mm:.3} mm");
     match first_open_line {
-        Some(line) => format!("{known}; NOT KNOWN on {open_blocks} blocks, first in line {line}"),
+        Some(line) => format!("{known}; UNKNOWN on {open_blocks} blocks, first in line {line}"),
         None => known,
     }
 }

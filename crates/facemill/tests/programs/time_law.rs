@@ -102,7 +102,7 @@ fn f_length(a: &AxisValues, b: &AxisValues) -> f64 {
     (0..5).map(|k| (b[k] - a[k]) * if k > 2 { 1f64.to_degrees() } else { 1.0 }).fold(0.0, f64::hypot)
 }
 
-/// Cutting moves in a row: where they start, and each with the time that its F asks for.
+/// Consecutive cutting moves: their start, and each with the time of its F.
 fn cutting_runs(motions: &[Motion]) -> Vec<(AxisValues, Vec<ProgramBlock>)> {
     let mut runs: Vec<(AxisValues, Vec<ProgramBlock>)> = Vec::new();
     for pair in motions.windows(2) {
@@ -138,7 +138,7 @@ fn bounds() -> Vec<AxisBounds> {
     machine_bounds(&Machine::head_b_table_c().unwrap()).unwrap()
 }
 
-/// About what the control's 0.01 mm leave each axis of the example.
+/// Approximate tolerance of each axis of the example under the control's 0.01 mm.
 fn tolerance() -> ProgramSettings {
     ProgramSettings::blended(AxisValues::from([0.0029, 0.0029, 0.0029, 5e-6, 2e-5]))
 }
@@ -173,7 +173,7 @@ fn feeds_are_lowered_to_what_the_axes_reach_and_no_limit_is_exceeded_at_them() {
     }
     let told = law.passes_time_s + law.approach_time_s;
     assert!((time / told - 1.0).abs() < 0.05, "{time} {told}");
-    // Few blocks ask for a tenth more than they reach: the tolerance here is not quite the
+    // Few blocks have a feed a tenth above the one they reach: the tolerance here is not quite the
     // planner's.
     assert!(hot[0] * 10 < hot[1], "{hot:?}");
     let at_f: f64 = cutting_runs(&after).iter().flat_map(|r| &r.1).map(|b| b.tip_time).sum();
@@ -301,7 +301,7 @@ fn new_feeds_within_the_law_are_those_that_a_plan_has_within_it() {
     assert!((told.cutting_time_s / time - 1.0).abs() < 0.01, "{told:?} {law:?}");
     // Here the feeds that there were are those of FEED.
     assert!((told.cutting_time_before_s / time - 1.0).abs() < 0.01, "{told:?} {law:?}");
-    // The same program under the same law has one time, whoever reads it, with the ways to the part
+    // The same program under the same law has one time for every reader, with the moves to the part
     // and home.
     let again = refeed(text(&lowered).as_bytes(), &within_the_law(&machine, tool_length, None)).unwrap().summary;
     let of_text = again.time_law.unwrap();

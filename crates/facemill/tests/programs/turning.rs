@@ -18,7 +18,7 @@ fn planned(z: fn(f64) -> f64, job: &[(&str, Value)], machine: &[(&str, Value)], 
     let mesh = sheet(z);
     let node = NamedNode { name: "patch", mesh: 0, transform: Isometry3::identity() };
     files.insert("patch.obj".to_owned(), write_obj(&[&mesh], &[node]).unwrap());
-    // Entries may go down steeply: what they do is not the matter here.
+    // Entries may descend steeply: this test does not concern them.
     let tool = [("/max_ramp_angle_deg", json!(60.0)), ("/dead_core_radius_mm", json!(0.0))];
     for (name, values) in [("job.json", job), ("machine.json", machine), ("tool.json", &tool)] {
         let mut file: Value = serde_json::from_slice(&files[name]).unwrap();
@@ -112,7 +112,7 @@ fn turned_back(limits: Option<[f64; 2]>) -> Turned {
     rings_on(machine.as_slice(), limits)
 }
 
-/// What the report counts, and the way of C in each pass or part of one.
+/// Counts of the report, and the path of C in each pass or part of one.
 struct Turned {
     count: usize,
     inserted: usize,
@@ -177,8 +177,8 @@ fn rings_on(machine: &[(&str, Value)], limits: Option<[f64; 2]>) -> Turned {
 fn rings_on_a_table_with_stops_are_cut_whole_and_the_table_turns_back_in_the_air() {
     let endless = turned_back(None);
     assert!(endless.count == 0 && endless.ways.iter().all(|[from, to]| ((to - from).abs() - 360.0).abs() < 20.0));
-    // Once around asks for all that ±180° has: each ring is ended once, and goes on in a part of
-    // its own.
+    // One revolution needs the whole range of ±180°: each ring is ended once, and goes on in a part
+    // of its own.
     let tight = turned_back(Some([-180.0, 180.0]));
     assert!((tight.inserted, tight.ways.len()) == (3, 6) && tight.count >= 3, "{}", tight.count);
     for limits in [[-200.0, 560.0], [-540.0, 540.0], [-900.0, 900.0]] {
@@ -209,7 +209,8 @@ fn a_head_with_stops_turns_back_above_the_part() {
     assert!((tight.inserted, tight.ways.len()) == (3, 6) && tight.count >= 3, "{}", tight.count);
 }
 
-/// Angle of the tool axis to the table's axis in cuts, smallest, deg: what B shows on this machine.
+/// Angle of the tool axis to the table's axis in cuts, smallest, deg: the value of B on this
+/// machine.
 fn nearest_to_pole(planned: &Planned) -> f64 {
     let cutting = planned.report.totals.passes_length_mm;
     assert!(cutting > 100.0);
@@ -245,8 +246,8 @@ fn postures_leave_the_cone_about_the_pole_where_there_is_tilt_to_leave_it_with()
         let around = near_pole(z, mode, [0.0, 10.0], 1.5, FEED);
         is_clean(&around);
         assert!(nearest_to_pole(&around) >= 1.499, "{mode}: {}", nearest_to_pole(&around));
-        // Next to the cone the table may still be too slow for the feed, which is told; in it there
-        // is nothing.
+        // Next to the cone the table may still be too slow for the feed, which the report lists; in
+        // it there is no block.
         let told = &around.report.singular_blocks;
         assert!(told.iter().all(|s| s.smallest_angle_deg > 1.5 && s.smallest_angle_deg < 5.0), "{told:?}");
         if mode == "smallest" {

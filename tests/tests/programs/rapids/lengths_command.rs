@@ -85,7 +85,7 @@ fn where_nothing_works_it_is_exit_1_with_the_report_and_no_tool() {
         assert!(told.printed.contains(of), "{option}: {}", told.printed);
         let said = |what: &str| told.errors.contains(what);
         assert!(said("no tool works") && said("short.json is not written"), "{option}: {}", told.errors);
-        assert_eq!(said("earlier run is removed"), has_earlier, "{option}: {}", told.errors);
+        assert_eq!(said("earlier run was removed"), has_earlier, "{option}: {}", told.errors);
         let file = job.json("lengths.json");
         assert!(file.get("holder").is_none() && !job.path("short.json").exists(), "{option}: {file}");
     }

@@ -1,4 +1,4 @@
-//! Arguments that name what a program is run on one by one, in place of a job.
+//! Arguments that name part, stock, machine and tool one by one, in place of a job.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use facemill::surface_model::MeshFormat;
 use facemill::virtual_machine::Assumption;
 use facemill::{AD_HOC_GOUGE_LIMIT, AdHocSetup, AdHocStock, Failure, Job};
 
-/// Register that holds the work offset where nobody says it.
+/// Default register of the work offset.
 const WORK_REGISTER: &str = "G54";
 
 #[derive(Args)]
@@ -18,7 +18,7 @@ pub(crate) struct StandArguments {
     /// frame
     #[arg(long, value_name = "MESH", requires_all = ["stock", "machine", "tool"], conflicts_with_all = ["job", "setup"])]
     part: Option<PathBuf>,
-    /// Material before the program: box (the smallest around the part), offset:MM (so much on the
+    /// Material before the program: box (the smallest around the part), offset:MM (a layer on the
     /// part), or a mesh
     #[arg(long, value_name = "MESH|box|offset:MM", value_parser = stock, requires = "part")]
     stock: Option<AdHocStock>,
@@ -31,36 +31,35 @@ pub(crate) struct StandArguments {
     /// Mesh that nothing may touch, such as a clamp; several can be given
     #[arg(long, value_name = "MESH", requires = "part")]
     fixture: Vec<PathBuf>,
-    /// Unit of all meshes: metre, centimetre, millimetre, inch; metre for glTF and millimetre for
-    /// others where it is not given
+    /// Unit of all meshes: metre, centimetre, millimetre, inch; default: metre for glTF, millimetre
+    /// for others
     #[arg(long, value_name = "UNIT", value_parser = unit, requires = "part")]
     mesh_unit: Option<UnitFile>,
-    /// Up axis of all meshes: x, y, z; y for glTF and z for others where it is not given
+    /// Up axis of all meshes: x, y, z; default: y for glTF, z for others
     #[arg(long, value_name = "AXIS", value_parser = up_axis, requires = "part")]
     mesh_up: Option<UpAxisFile>,
-    /// Where the workpiece frame is on the machine's table, mm; 0,0,0 where it is not given
+    /// Position of the workpiece frame on the machine's table, mm; default: 0,0,0
     #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true, requires = "part")]
     mount: Option<[f64; 3]>,
-    /// Machine positions of X, Y and Z where the program's words are 0, mm; 0,0,0 where it is not
-    /// given
+    /// Machine's X, Y and Z at the program's zero, mm; default: 0,0,0
     #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true, requires = "part")]
     work_offset: Option<[f64; 3]>,
-    /// Register that holds the work offset: G54, G54P1 and on, also for controls that call them
-    /// otherwise (preset 1 of Heidenhain is G54); G54 where it is not given
+    /// Register of the work offset: G54, G54P1 and so on, also for controls with other names
+    /// (preset 1 of Heidenhain is G54); default: G54
     #[arg(long, value_name = "NAME", requires = "part")]
     work_register: Option<String>,
-    /// Dialect file of the control, for functions that its machine builder made harmless; the
-    /// dialect's own where it is not given
+    /// Dialect file of the control, for functions that its machine builder made harmless; default:
+    /// the dialect's own
     #[arg(long, value_name = "FILE", requires = "part")]
     dialect_file: Option<PathBuf>,
-    /// Register that holds the tool's length (H); the tool file's where it is not given
+    /// Register of the tool's length (H); default: the tool file's
     #[arg(long, value_name = "N", requires = "part")]
     length_register: Option<u32>,
 }
 
 impl StandArguments {
-    /// What is taken where nobody says it, and what is found depends on; none where no part is
-    /// named. `dialect` is what is said of the control.
+    /// Returns the assumptions for omitted options that affect the findings; none if no part is
+    /// named. `dialect` is the option for the control.
     pub(crate) fn assumptions(&self, dialect: Option<Dialect>) -> Vec<Assumption> {
         let (Some(part), Some(tool)) = (&self.part, &self.tool) else { return Vec::new() };
         let control = dialect.unwrap_or_default();
@@ -88,8 +87,7 @@ impl StandArguments {
         taken.into_iter().filter(|(is_taken, _)| *is_taken).map(|(_, text)| Assumption { line: None, text }).collect()
     }
 
-    /// What the unit and the up axis of part, stock and fixtures are where nobody says it, by their
-    /// formats.
+    /// Returns the assumptions on unit and up axis of part, stock and fixtures, by their formats.
     fn taken_meshes(&self, part: &Path) -> [String; 2] {
         let stock = self.stock.iter().filter_map(|stock| match stock {
             AdHocStock::Mesh(file) => Some(file.as_path()),
@@ -115,18 +113,19 @@ impl StandArguments {
         ]
     }
 
-    /// Depth of the cutter that is a finding where nobody says it, mm; `None` where no part is
-    /// named, where the job says it.
+    /// Returns the default depth of the cutter that is a finding, mm; `None` if no part is named:
+    /// the job then sets it.
     pub(crate) fn gouge_limit(&self) -> Option<f64> {
         self.part.as_ref().map(|_| AD_HOC_GOUGE_LIMIT)
     }
 
-    /// The job that they stand for, for a program of this control; `None` where no part is named.
+    /// Returns the job of these arguments, for a program of this control; `None` if no part is
+    /// named.
     ///
     /// # Errors
     /// As [`Job::of_ad_hoc_setup`].
     pub(crate) fn job(&self, dialect: Dialect) -> Result<Option<Job>, Failure> {
-        // clap has seen to it that all four are there where one is.
+        // clap ensures that all four are present if one is.
         let (Some(part), Some(stock), Some(machine), Some(tool)) = (&self.part, &self.stock, &self.machine, &self.tool)
         else {
             return Ok(None);
@@ -157,11 +156,11 @@ fn stock(text: &str) -> Result<AdHocStock, String> {
     let Some(allowance) = text.strip_prefix("offset:") else { return Ok(AdHocStock::Mesh(PathBuf::from(text))) };
     match allowance.parse::<f64>() {
         Ok(mm) if mm >= 0.0 && mm.is_finite() => Ok(AdHocStock::Offset(mm)),
-        _ => Err("behind offset: there must be a thickness in mm of at least 0, as in offset:2.5".to_owned()),
+        _ => Err("offset: must be followed by a thickness in mm of at least 0, as in offset:2.5".to_owned()),
     }
 }
 
-/// A place from three numbers, mm.
+/// Returns a position from three numbers, mm.
 fn place(text: &str) -> Result<[f64; 3], String> {
     let numbers: Result<Vec<f64>, _> = text.split(',').map(|part| part.trim().parse::<f64>()).collect();
     match numbers.as_deref() {

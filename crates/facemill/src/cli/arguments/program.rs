@@ -1,4 +1,4 @@
-//! Arguments of commands that run a program as a job's setup stands.
+//! Arguments of commands that run a program in a job's setup.
 
 use std::fs::File;
 use std::io::Read;
@@ -14,22 +14,22 @@ use crate::cli::arguments::dialect::dialect;
 
 #[derive(Args)]
 pub(crate) struct ProgramArguments {
-    /// NC program, from anywhere
+    /// NC program, from any source
     pub(crate) program: PathBuf,
-    /// Job file, or a folder with job.json: machine, tool, mounting, work offset, part, fixtures
-    /// and stock are taken from it
+    /// Job file, or a folder with job.json: source of machine, tool, mounting, work offset, part,
+    /// fixtures and stock
     #[arg(long, value_name = "FILE")]
     job: Option<PathBuf>,
-    /// Name of the job's setup, or its number from 1; where it is not given, the job must have one
+    /// Name of the job's setup, or its number from 1; may be omitted if the job has only one
     #[arg(long, value_name = "SETUP")]
     setup: Option<String>,
-    /// Control that the program is for: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; the
-    /// job's where it is not given
+    /// Control of the program: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; default: the
+    /// job's
     #[arg(long, value_name = "NAME", value_parser = dialect)]
     pub(crate) dialect: Option<Dialect>,
 }
 
-/// What the arguments name.
+/// Job, setup, control and text that the arguments name.
 pub(crate) struct ProgramOfJob {
     pub(crate) job: Job,
     /// Index of the setup.
@@ -44,11 +44,11 @@ impl ProgramArguments {
     pub(crate) fn read(&self) -> Result<ProgramOfJob, Failure> {
         match &self.job {
             Some(job) => self.read_on(Job::read(job)?),
-            None => Err(Failure::input(&self.program, "needs --job: nothing else says what it is run on")),
+            None => Err(Failure::input(&self.program, "needs --job, which names machine, tool and setup")),
         }
     }
 
-    /// Reads what the program is run on, a job or a stand, then the program.
+    /// Reads the job or the setup without a job, then the program.
     pub(crate) fn read_with(&self, stand: &StandArguments) -> Result<ProgramOfJob, Failure> {
         match stand.job(self.dialect.unwrap_or_default())? {
             Some(job) => self.read_on(job),
@@ -64,17 +64,17 @@ impl ProgramArguments {
     }
 }
 
-/// Text of an NC program.
+/// Returns the text of an NC program.
 ///
 /// # Errors
-/// When the file cannot be read, or is a CL file or of another format.
+/// If the file cannot be read, or is a CL file or of another format.
 pub(crate) fn read_nc(path: &Path) -> Result<Vec<u8>, Failure> {
     let text = files::read(path)?;
     no_other_format(path, &text)?;
     Ok(text)
 }
 
-/// Opens an NC program to be read line by line.
+/// Opens an NC program for reading line by line.
 ///
 /// # Errors
 /// As [`read_nc`].
@@ -87,25 +87,25 @@ pub(crate) fn open_nc(path: &Path) -> Result<File, Failure> {
     Ok(file)
 }
 
-/// Bytes at the start of a program by which a CL file is known.
+/// Bytes at the start of a program that identify a CL file.
 const HEAD: u64 = 1 << 16;
 
 fn no_other_format(path: &Path, head: &[u8]) -> Result<(), Failure> {
     if is_cl_file(head) {
-        let what = "is a CL file (APT): it says where the tool is and not where axes are; give the NC program that a post wrote from it";
+        let what = "is a CL file (APT): it has tool positions rather than axis positions; give the NC program that a post wrote from it";
         return Err(Failure::input(path, what));
     }
     no_program(path, head).map_or(Ok(()), |what| Err(Failure::input(path, what)))
 }
 
-/// Index of the setup of this name or number.
+/// Returns the index of the setup of this name or number.
 fn setup_of(job: &Job, asked: Option<&str>) -> Result<usize, Failure> {
     let setups = &job.file.setups;
     let names: Vec<&str> = setups.iter().map(|s| s.name.as_str()).collect();
     let Some(asked) = asked else {
         return match setups.len() {
             1 => Ok(0),
-            _ => Err(job.wrong(format!("has several setups; say which with --setup: {}", names.join(", ")))),
+            _ => Err(job.wrong(format!("has several setups; choose one with --setup: {}", names.join(", ")))),
         };
     };
     let number = asked.parse::<usize>().ok().filter(|n| (1..=setups.len()).contains(n));

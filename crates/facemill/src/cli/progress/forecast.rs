@@ -1,26 +1,26 @@
-//! When a stage of a plan will be done, told so that it can be believed.
+//! Credible forecast of the end of a plan's stage.
 
-/// Time before which nothing is told, s: the first steps say little of the others.
+/// Time before the first forecast, s: the first steps say little of the others.
 const SILENCE: f64 = 2.0;
 
-/// Share of the steps before which nothing is told.
+/// Share of the steps before the first forecast.
 const LEAST_SHARE: f64 = 0.02;
 
-/// Time in which what is told comes near to what is now known, s. Shorter, it jumps where steps
-/// take unequal time.
+/// Time in which the forecast approaches the present estimate, s. Shorter: it jumps if steps take
+/// unequal time.
 const SETTLING: f64 = 10.0;
 
-/// The time that is left of a stage. It counts down with the clock, and is drawn toward the
-/// estimate from all steps so far.
+/// Remaining time of a stage. It counts down with the clock, and is drawn toward the estimate from
+/// all steps so far.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Forecast {
-    /// When something was told last, s since the start of the stage, and the time that was left, s.
+    /// Time of the last forecast, s since the start of the stage, and its remaining time, s.
     told: Option<[f64; 2]>,
 }
 
 impl Forecast {
-    /// Time that is left, s, `elapsed` s after the start with this share of the steps done; `None`
-    /// where too little is known.
+    /// Returns the remaining time, s, `elapsed` s after the start with this share of the steps
+    /// done; `None` if too little is known.
     pub(crate) fn left(&mut self, elapsed: f64, share: f64) -> Option<f64> {
         if elapsed < SILENCE || share < LEAST_SHARE {
             return None;

@@ -1,4 +1,4 @@
-//! What a written program leaves to the control is told of plans, too.
+//! Reports of plans, too, list the behaviour that a written program leaves to the control.
 
 use facemill::inverse_kinematics::Machine;
 use facemill::nc_program::{Dialect, read_program};
@@ -56,7 +56,7 @@ fn what_a_template_leaves_to_the_control_is_in_report_and_summary() {
     assert_eq!(last, layer);
     let (last, of_text) = of_text.split_last().unwrap();
     assert_eq!(last, control);
-    // As whoever reads the text finds them.
+    // As every reader of the text finds them.
     let program = read_program(file(".mpf"), Dialect::Siemens840d).unwrap();
     let machine = Machine::from_json(&machine).unwrap();
     assert_eq!(of_text, assumptions(&program, &machine));

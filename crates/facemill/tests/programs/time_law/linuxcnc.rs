@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// Why the simulator cannot be run here; `None` where it can.
+/// Returns why the simulator cannot be run here; `None` if it can.
 pub(crate) fn missing() -> Option<&'static str> {
     let is_there = |path: &str| Path::new(path).exists();
     let runs =

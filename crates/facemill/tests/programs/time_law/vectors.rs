@@ -1,5 +1,4 @@
-//! Programs with tool vectors under the law: what their decimals add is no motion, what they turn
-//! is.
+//! Programs with tool vectors under the law: their rounding adds no motion, their turns do.
 
 use std::fmt::Write;
 
@@ -77,7 +76,7 @@ fn timed(machine: &Machine, text: &str, said: Said, blend_tolerance: Option<f64>
 }
 
 /// Axis values of a tip that goes on from `x` by `step` mm along a wave, with a tool that leans and
-/// turns as told (rad).
+/// turns by these functions (rad).
 fn wave(n: usize, x: f64, step: f64, turn: impl Fn(f64) -> [f64; 2]) -> Vec<AxisValues> {
     let machine = machine();
     let at = |k: usize| {
@@ -103,9 +102,9 @@ fn vectors_take_as_long_as_the_rotary_words_that_they_stand_for() {
     }
 }
 
-/// A vector that is said again turns nothing, so that a straight line of many blocks has no corner:
-/// not even for a control that stops at every one. Where the first vector stands there is one, as
-/// it is not quite what the rotary words before it say.
+/// A repeated vector turns nothing, so a straight line of many blocks has no corner, not even for a
+/// control that stops at every one. The first vector makes one, as it differs slightly from the
+/// rotary words before it.
 #[test]
 fn a_vector_that_stays_makes_no_corner() {
     let machine = machine();
@@ -130,7 +129,7 @@ fn what_vectors_turn_is_limited() {
     let (swing, length) = (0.12_f64, 6.0);
     let poses = wave(200, 20.0, 0.3, |s| [0.35, swing * (std::f64::consts::PI * s / length).cos()]);
     let bounds = machine_bounds(&machine).unwrap();
-    // Both ends of each of the ten swings are off by what a blend may leave out, at most.
+    // Both ends of each of the ten swings are off by at most the part that a blend may omit.
     let blend = machine.motion_law().control_tolerance.orientation;
     let (way, c) = (2.0 * swing - 4.0 * blend, bounds[4]);
     let each = (12.0 * way / c.jerk).cbrt().max(2.0 * (way / c.acceleration).sqrt()).max(way / c.velocity);

@@ -14,7 +14,7 @@ fn areas_of_every_size_are_told_to_six_digits() {
     }
 }
 
-/// Whatever the bound, what is told is off by it and half a unit of the last digit at the most, and
+/// For every bound, the text is off by at most the bound and half a unit of the last digit, and
 /// that unit is no finer than the bound.
 #[test]
 fn no_digit_is_told_that_the_bound_does_not_hold() {
@@ -43,7 +43,7 @@ fn no_digit_is_told_that_the_bound_does_not_hold() {
             (found - area).abs() <= 0.51 * unit.max(1e-5 * area).max(1e-16 * area),
             "{area:e} {error_bound:e}: {text}"
         );
-        // The last digit stands for a multiple of the unit.
+        // The last digit is a multiple of the unit.
         let multiple = found / unit;
         assert!((multiple - multiple.round()).abs() <= 1e-6 * multiple.max(1.0), "{area:e} {error_bound:e}: {text}");
     }

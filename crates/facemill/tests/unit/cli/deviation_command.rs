@@ -1,7 +1,7 @@
 use super::*;
 use facemill::surface_model::{ImportSettings, MeshFormat, Surface, SurfaceSettings, import_mesh, no_external_files};
 
-/// Each format reads back as a closed mesh with the lines' volume, where the stock stands.
+/// Each format reads back as a closed mesh with the lines' volume, at the position of the stock.
 #[test]
 fn the_rest_is_a_closed_mesh_in_every_format() {
     let frame = Isometry3::rotation(nalgebra::Vector3::new(0.3, -0.2, 0.1));
@@ -26,5 +26,5 @@ fn other_endings_are_refused_before_anything_is_cut() {
     assert!(painted_mesh("part.stl").is_err_and(|e| e.contains(".glb")) && painted_mesh("part.GLB").is_ok());
     let empty = DexelMap::of_box(&Isometry3::identity(), [0.0; 3], [1.0; 3], 1.0).map(|m| DexelMap::empty(*m.grid()));
     let why = mesh_bytes(Path::new("rest.stl"), &empty.expect("a box")).expect_err("no mesh").to_string();
-    assert!(why.contains("rest.stl") && why.contains("nothing is left"), "{why}");
+    assert!(why.contains("rest.stl") && why.contains("no stock is left"), "{why}");
 }

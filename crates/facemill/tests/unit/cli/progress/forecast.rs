@@ -1,6 +1,6 @@
 use crate::cli::progress::forecast::*;
 
-/// What is told every 0.2 s of a stage whose share at a time is known, with the times.
+/// Returns the forecasts every 0.2 s of a stage of known progress, with their times.
 fn told(end: f64, share: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
     let mut forecast = Forecast::default();
     let times = (0..).map(|k| 0.2 * f64::from(k)).take_while(|t| *t <= end);
