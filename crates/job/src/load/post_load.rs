@@ -50,8 +50,8 @@ pub fn read_post(job_path: &Path, file: &JobFile) -> Result<PostSettings, Failur
 }
 
 impl Job {
-    /// Reads a program for a control. If the control is the job's, functions that the job's dialect
-    /// file calls harmless are harmless.
+    /// Reads a program as one for a control. For the job's own control, harmless functions and
+    /// rapids under RTCP are those of the job's dialect file.
     ///
     /// # Errors
     /// As [`read_program`].
@@ -59,6 +59,7 @@ impl Job {
         let mut program = read_program(text, dialect)?;
         if dialect == self.post.dialect() {
             program.harmless_functions.clone_from(&self.post.rules().harmless_functions);
+            program.rtcp_rapids = self.post.rtcp_rapids().unwrap_or(program.rtcp_rapids);
         }
         Ok(program)
     }

@@ -48,6 +48,14 @@ pub struct DialectFile {
     pub harmless_functions: Vec<u32>,
 }
 
+impl DialectFile {
+    /// Motion of rapids under RTCP; that of a setting without RTCP.
+    #[must_use]
+    pub fn rtcp_rapids(&self) -> RtcpRapids {
+        self.motion.rtcp.as_ref().map_or_else(RtcpRapids::default, |rtcp| rtcp.rapids)
+    }
+}
+
 /// Numbers and names of programs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

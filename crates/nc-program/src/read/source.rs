@@ -1,5 +1,4 @@
 use crate::dialect::Dialect;
-use crate::dialect::file::RtcpRapids;
 use crate::read::error::{ReadError, ReadFault};
 use crate::read::feed_place::FeedPlace;
 use crate::read::length_check::{LengthRelation, LengthVariables, length_check};
@@ -113,8 +112,7 @@ pub(crate) fn read_all<R>(
         blocks.extend(read(&mut reader, line)?);
     }
     let (tool_lengths, notes) = finish(reader);
-    // So do both controls that are read line by line here.
-    let rtcp_rapids = RtcpRapids::TipLinear;
-    let harmless_functions = dialect.file().harmless_functions;
+    let file = dialect.file();
+    let (rtcp_rapids, harmless_functions) = (file.rtcp_rapids(), file.harmless_functions);
     Ok(ReadProgram { dialect, blocks, tool_lengths, notes, rtcp_rapids, harmless_functions })
 }

@@ -4,7 +4,6 @@
 use facemill_job::failure::Failure;
 use facemill_job::format::rapids_file::{LinkReport, RAPIDS_FORMAT, RapidsFile};
 use facemill_job::stages::Stages;
-use facemill_nc_program::read_program;
 use facemill_tool_path::links::clock::LinkClock;
 use facemill_tool_path::links::ways::WayKind;
 use facemill_verification::program::Verified;
@@ -69,9 +68,9 @@ fn same_elsewhere(stage: &Stage<'_>, texts: [&[u8]; 2], links: &[Found], places:
     let internal = |why: String| Failure::Internal(format!("the program with other links {why}"));
     let read = |text: &[u8]| {
         let program = if stage.form.numbers_lines {
-            read_program(without_numbers(text), stage.request.dialect)
+            stage.job.read_program(&without_numbers(text), stage.request.dialect)
         } else {
-            read_program(text, stage.request.dialect)
+            stage.job.read_program(text, stage.request.dialect)
         };
         program.map_err(|e| internal(format!("cannot be read: {e}")))
     };

@@ -1,6 +1,5 @@
 use std::io::BufRead;
 
-use crate::dialect::file::RtcpRapids;
 use crate::read::error::{ReadError, ReadFault};
 use crate::read::fanuc::block::{axis_of, interpret};
 use crate::read::fanuc::lexer::{Assignment, CommentForm, Line, Word};
@@ -101,10 +100,10 @@ impl FanucReader {
         for line in text.split(|byte| *byte == b'\n') {
             blocks.extend(self.read_line(line)?);
         }
-        let rtcp_rapids = if self.variant == Variant::LinuxCnc { RtcpRapids::TipLinear } else { RtcpRapids::BySetting };
         let dialect = self.variant.dialect();
         let (tool_lengths, notes) = self.finish();
-        let harmless_functions = dialect.file().harmless_functions;
+        let file = dialect.file();
+        let (rtcp_rapids, harmless_functions) = (file.rtcp_rapids(), file.harmless_functions);
         Ok(ReadProgram { dialect, blocks, tool_lengths, notes, rtcp_rapids, harmless_functions })
     }
 
