@@ -205,6 +205,12 @@ impl WordMap {
         self.axes.iter().zip(&self.lengths).map(joint).collect()
     }
 
+    /// Joint values of words 0 with the length compensation on, one for each axis.
+    #[must_use]
+    pub fn compensated_zeros(&self) -> Vec<f64> {
+        self.axes.iter().zip(&self.lengths).map(|(axis, length)| joint_of_word(axis, 0.0, *length)).collect()
+    }
+
     /// Joint values at the end of a move that has been read, with the compensation that is on
     /// there. `reference` holds the joint values of the machine's reference position (G28).
     ///

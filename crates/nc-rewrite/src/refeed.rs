@@ -12,10 +12,10 @@ use facemill_job::failure::Failure;
 use facemill_job::load::letter;
 use facemill_job::setup::word_map::word_frame;
 use facemill_nc_program::{
-    Dialect, Feed, FeedMode, MappedAxis, MotionKind, NumberRule, ProgramReader, ReadBlock, ReadMotion, RtcpRapids,
-    WordMap, WorkOffset,
+    Dialect, Feed, FeedMode, MappedAxis, MotionKind, NumberRule, ProgramReader, ReadBlock, ReadMotion, WordMap,
+    WorkOffset,
 };
-use facemill_virtual_machine::motion::follow::{FollowedCut, Follower, Surroundings, Way, legs};
+use facemill_virtual_machine::motion::axis_motion::{AxisMotion, MotionContext, MotionReader, StraightCut, legs};
 use facemill_virtual_machine::program_time::program_moves::{Moves, stands};
 use serde::Serialize;
 
@@ -248,7 +248,7 @@ impl Edit {
 
 struct Refeeder<'s> {
     settings: &'s RefeedSettings<'s>,
-    follower: Follower<'s>,
+    follower: MotionReader<'s>,
     /// Feed in force in the new program.
     in_force: Option<Feed>,
     /// Format of the control's numbers.
@@ -303,11 +303,11 @@ impl<'s> Refeeder<'s> {
     fn new(settings: &'s RefeedSettings<'s>, words: &'s WordMap, law: Law) -> Result<Self, String> {
         let machine = settings.machine;
         let frame = word_frame(machine, words);
-        let at = Surroundings { machine, tool_length: settings.tool_length, words, frame, work_offset: None };
-        let rapids = rtcp_rapids(settings.dialect);
+        let at = MotionContext { machine, tool_length: settings.tool_length, words, frame, work_offset: None };
+        let rapids = settings.dialect.file().rtcp_rapids();
         Ok(Self {
             settings,
-            follower: Follower::new(at, settings.dialect, rapids)?,
+            follower: MotionReader::new(at, settings.dialect, rapids),
             in_force: None,
             numbers: settings.dialect.file().numbers,
             law,
@@ -343,13 +343,13 @@ impl<'s> Refeeder<'s> {
         edit.map_err(at_line)
     }
 
-    fn motion(&mut self, block: &ReadBlock, motion: &ReadMotion, way: Way) -> Result<Edit, String> {
+    fn motion(&mut self, block: &ReadBlock, motion: &ReadMotion, way: AxisMotion) -> Result<Edit, String> {
         match way {
-            Way::Cut(cut) => {
+            AxisMotion::Cut(cut) => {
                 self.within_limits(&cut.to)?;
                 self.cut(block, motion, &cut)
             }
-            Way::Rapid { positions, law } => {
+            AxisMotion::Rapid { positions, law } => {
                 let (machine, length) = (self.settings.machine, self.settings.tool_length);
                 for [from, to] in legs(&positions) {
                     self.within_limits(to)?;
@@ -362,8 +362,8 @@ impl<'s> Refeeder<'s> {
                 self.forget_feed(block.feed_span().is_some());
                 Ok(Edit::Keep)
             }
-            Way::Stands => Ok(Edit::Keep),
-            Way::Other(end) => {
+            AxisMotion::None => Ok(Edit::Keep),
+            AxisMotion::Other(end) => {
                 if let Some(end) = end {
                     self.within_limits(&end)?;
                 }
@@ -411,7 +411,7 @@ impl<'s> Refeeder<'s> {
         Ok(())
     }
 
-    fn cut(&mut self, block: &ReadBlock, motion: &ReadMotion, cut: &FollowedCut) -> Result<Edit, String> {
+    fn cut(&mut self, block: &ReadBlock, motion: &ReadMotion, cut: &StraightCut) -> Result<Edit, String> {
         let machine = self.settings.machine;
         if cut.is_free() {
             self.law.free(cut);
@@ -467,7 +467,7 @@ impl<'s> Refeeder<'s> {
     }
 
     /// Returns the length of the tip's path and its desired speed.
-    fn asked(&self, cut: &FollowedCut, feed: Option<Feed>) -> Result<(f64, f64), String> {
+    fn asked(&self, cut: &StraightCut, feed: Option<Feed>) -> Result<(f64, f64), String> {
         // For a tip at rest, a path of nearly no length keeps the time.
         let kept = |time: f64| (cut.way.max(LEAST_WAY), 60.0 * cut.way.max(LEAST_WAY) / time);
         match (self.settings.tip_feed, feed, cut.time) {
@@ -479,7 +479,7 @@ impl<'s> Refeeder<'s> {
         }
     }
 
-    fn computed_feed(&mut self, cut: &FollowedCut, feed: Option<Feed>) {
+    fn computed_feed(&mut self, cut: &StraightCut, feed: Option<Feed>) {
         if self.settings.tip_feed == TipFeed::Programmed {
             self.computed.read(cut, feed);
         }
@@ -521,7 +521,7 @@ fn in_unit(feed: f64, unit: f64) -> f64 {
 
 /// Limits a speed of the tip (mm/min) to those whose F, which counts the block's path by the
 /// control's rule, the control accepts.
-fn within_range(asked: f64, cut: &FollowedCut, range: &FeedRange) -> f64 {
+fn within_range(asked: f64, cut: &StraightCut, range: &FeedRange) -> f64 {
     if cut.mode == FeedMode::G93 || cut.way <= LEAST_WAY || cut.counted <= 0.0 {
         return asked;
     }
@@ -534,14 +534,6 @@ fn with_place(block: &ReadBlock, number: String) -> Result<Edit, String> {
     match block.feed_span().is_some() || block.insert_feed_at().is_some() {
         true => Ok(Edit::Feed(number)),
         false => Err(format!("it needs F{number} but has no place for a feed")),
-    }
-}
-
-/// Returns the motion at rapid rate under RTCP of the control of a dialect.
-fn rtcp_rapids(dialect: Dialect) -> RtcpRapids {
-    match dialect {
-        Dialect::LinuxCnc | Dialect::Siemens840d | Dialect::Heidenhain => RtcpRapids::TipLinear,
-        _ => RtcpRapids::BySetting,
     }
 }
 

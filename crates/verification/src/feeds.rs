@@ -6,7 +6,7 @@ use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
 use facemill_job::format::job_file::{FeedsFile, SetupFile};
 use facemill_job::load::job::Job;
 use facemill_nc_program::{FeedMode, MotionKind, ReadBlock, ReadCommand, ReadProgram};
-use facemill_virtual_machine::motion::follow::{FollowedCut, Follower, Surroundings, Way};
+use facemill_virtual_machine::motion::axis_motion::{AxisMotion, MotionContext, MotionReader, StraightCut};
 use facemill_virtual_machine::program_time::tolerance::levers_at;
 use facemill_virtual_machine::{Assumption, BlockCut, Finding, FindingKind, Measure, StockRun};
 
@@ -60,7 +60,7 @@ const FAR_SLOWER: f64 = 0.1;
 const WORTH_A_NOTE: f64 = 0.5;
 
 impl CutFeeds {
-    fn add(&mut self, least: Option<f64>, line: u32, cut: &FollowedCut) {
+    fn add(&mut self, least: Option<f64>, line: u32, cut: &StraightCut) {
         let Some(time) = cut.time.filter(|time| *time > 0.0) else { return };
         self.ways[0] += cut.way;
         if least.is_some_and(|least| 60.0 * cut.way / time < FAR_SLOWER * least) {
@@ -218,17 +218,17 @@ impl Asked {
     /// Compares the speeds of the tip in cuts with the job's, seen by one head. Speeds are those at
     /// the programmed F without acceleration, over whole blocks; text that is not understood has
     /// its own findings.
-    pub fn feeds_of_cuts(&self, program: &ReadProgram, at: Surroundings<'_>) -> CutFeeds {
+    pub fn feeds_of_cuts(&self, program: &ReadProgram, at: MotionContext<'_>) -> CutFeeds {
         let view = (at.machine, at.tool_length);
         let mut found = CutFeeds::default();
         let mut nth = 0;
-        let Ok(mut follower) = Follower::new(at, program.dialect, program.rtcp_rapids) else { return found };
+        let mut motions = MotionReader::new(at, program.dialect, program.rtcp_rapids);
         for (index, block) in program.blocks.iter().enumerate() {
-            let cut = match follower.block(block) {
-                Ok(Way::Cut(cut)) => cut,
+            let cut = match motions.block(block) {
+                Ok(AxisMotion::Cut(cut)) => cut,
                 Ok(_) => continue,
                 Err(_) => {
-                    follower.forget();
+                    motions.forget();
                     continue;
                 }
             };
@@ -246,7 +246,7 @@ impl Asked {
 
     /// Returns whether one of several heads is at home on a block, up to rounding of words: the
     /// table then turns under its tip for another head.
-    fn stands_by(&self, machine: &Machine, cut: &FollowedCut) -> bool {
+    fn stands_by(&self, machine: &Machine, cut: &StraightCut) -> bool {
         let is_home = |k: usize, value: f64| {
             let axis = &machine.axes()[k];
             let rounding = self.rounding[usize::from(axis.kind == AxisKind::Rotary)];
@@ -343,7 +343,7 @@ impl Asked {
         limit: f64,
         (machine, length): (&Machine, f64),
         block: &ReadBlock,
-        cut: &FollowedCut,
+        cut: &StraightCut,
     ) -> Option<f64> {
         let time = cut.time.filter(|time| *time > 0.0)?;
         let allowed = (1.0 + FASTER) * limit;
@@ -360,7 +360,7 @@ impl Asked {
 
     /// Returns the length that rounding of the words at both ends may have added to the tip's path,
     /// mm.
-    fn rounded_way(&self, machine: &Machine, length: f64, cut: &FollowedCut) -> f64 {
+    fn rounded_way(&self, machine: &Machine, length: f64, cut: &StraightCut) -> f64 {
         let [linear, rotary] = self.rounding;
         let at = |axes: &AxisValues| {
             // Under RTCP words are the tip's.

@@ -21,7 +21,7 @@ use facemill_job::stages::{Stages, TIMES};
 use facemill_job::stock::map::StockRegion;
 use facemill_job::validate::limits::STOCK_TOLERANCES;
 use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap};
-use facemill_virtual_machine::motion::follow::Surroundings;
+use facemill_virtual_machine::motion::axis_motion::MotionContext;
 use facemill_virtual_machine::{
     Assumption, BlockCut, Certificates, Estimate, Finding, HeldAsCut, RemovalLimit, Verification, VerifySettings,
     VirtualSetup, assumptions, certify, place_findings, rapid_lines, verify,
@@ -411,7 +411,7 @@ impl Run<'_> {
             return ProgramTimes::constant(constant, vec!["not requested".to_owned()]);
         };
         let _timing = self.stages.start(TIMES, 0);
-        let at = Surroundings { machine, tool_length, words, frame, work_offset: None };
+        let at = MotionContext { machine, tool_length, words, frame, work_offset: None };
         let (dialect, rapids) = (self.request.dialect, self.program.rtcp_rapids);
         // A control other than the job's has its own dialect file.
         let control = &if job.post.dialect() == dialect {
@@ -457,7 +457,7 @@ impl Run<'_> {
     ) -> [CutFeeds; N] {
         let (words, frame) = (at.words, Some(at.table_from_rtcp_words));
         views.map(|(machine, tool_length)| {
-            let at = Surroundings { machine, tool_length, words, frame, work_offset: Some(words.work_offset()) };
+            let at = MotionContext { machine, tool_length, words, frame, work_offset: Some(words.work_offset()) };
             asked.map(|asked| asked.feeds_of_cuts(self.program, at)).unwrap_or_default()
         })
     }

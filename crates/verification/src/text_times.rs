@@ -7,7 +7,7 @@ use facemill_inverse_kinematics::Machine;
 use facemill_job::format::program_times::ProgramTimes;
 use facemill_nc_program::{ControlMotion, Dialect, MotionKind, ProgramReader, RtcpRapids};
 use facemill_tool_path::moves::MoveKind;
-use facemill_virtual_machine::motion::follow::{Follower, Surroundings, Way, legs};
+use facemill_virtual_machine::motion::axis_motion::{AxisMotion, MotionContext, MotionReader, legs};
 use facemill_virtual_machine::program_time::program_moves::{Moves, stands};
 use facemill_virtual_machine::program_time::run::{RunLaw, Timer, missing_limits};
 use facemill_virtual_machine::program_time::tolerance::View;
@@ -43,7 +43,7 @@ pub struct Meant {
 /// the motion law: the same for every reader.
 pub fn times_of_text(
     views: &[View<'_>],
-    at: Surroundings<'_>,
+    at: MotionContext<'_>,
     written: &TimedText<'_>,
     constant: [f64; 2],
 ) -> ProgramTimes {
@@ -93,13 +93,13 @@ impl Motions {
 
 /// Returns the motions of the text in runs between stops, and the meaning of each.
 pub fn motions(
-    at: Surroundings<'_>,
+    at: MotionContext<'_>,
     written: &TimedText<'_>,
     planned: &BTreeMap<u32, Meant>,
 ) -> Result<Motions, String> {
     let view = (at.machine, at.tool_length);
     let mut all = Motions { frame: at.frame, ..Motions::default() };
-    let mut follower = Follower::new(at, written.dialect, written.rapids)?;
+    let mut follower = MotionReader::new(at, written.dialect, written.rapids);
     let mut reader = ProgramReader::new(written.dialect);
     for line in written.text.split_inclusive(|byte| *byte == b'\n') {
         // Text that is not understood is a finding of the run.
@@ -109,7 +109,7 @@ pub fn motions(
             all.moves.stop();
         }
         match follower.block(&block) {
-            Ok(Way::Rapid { positions, law }) => {
+            Ok(AxisMotion::Rapid { positions, law }) => {
                 for [from, to] in legs(&positions) {
                     all.rapid_time += rapid_time(view.0, law, from, to, view.1);
                     all.moves.rapid(view, law, [from, to]);
@@ -119,13 +119,13 @@ pub fn motions(
                     all.moves.stop();
                 }
             }
-            Ok(Way::Cut(cut)) => {
+            Ok(AxisMotion::Cut(cut)) => {
                 all.moves.cut(&cut, cut.time.unwrap_or(0.0));
                 let unknown = Meant { line: block.line, kind: MoveKind::Approach, limit: None };
                 all.meant.push(planned.get(&block.line).copied().unwrap_or(unknown));
             }
-            Ok(Way::Stands) => {}
-            Ok(Way::Other(_)) => {
+            Ok(AxisMotion::None) => {}
+            Ok(AxisMotion::Other(_)) => {
                 all.moves.stop();
                 all.not_followed.get_or_insert_with(|| {
                     format!("line {} is not a straight move between known positions", block.line)

@@ -103,12 +103,12 @@ mod stock;
 pub use crate::finding::merge::{merge_findings, rapid_lines};
 pub use crate::motion::assumptions::{Assumption, assumptions};
 pub use crate::motion::counted_axes::CountedAxes;
-pub use crate::motion::rolled_words::RolledWords;
+pub use crate::motion::positions::rolled_words::RolledWords;
+pub use crate::motion::positions::tool_vectors::not_unit;
 pub use crate::motion::setup::{
     Estimate, GougeSection, HeldAsCut, ObstacleKind, RemovalLimit, VerifyError, VerifySettings, VirtualObstacle,
     VirtualSetup,
 };
-pub use crate::motion::tool_vectors::not_unit;
 pub use crate::proof::certificate::{Certificate, Certificates, certify};
 pub use crate::run::verify::{place_findings, verify};
 pub use crate::stock::cover::blocks_beyond;

@@ -1,7 +1,7 @@
 //! Checks of a program's F before it gets new ones, and the format of F.
 
 use facemill_nc_program::{Dialect, Feed, FeedMode, MacroKind, NoteKind, ReadBlock, ReadCommand, ReadMotion, ReadNote};
-use facemill_virtual_machine::motion::follow::FollowedCut;
+use facemill_virtual_machine::motion::axis_motion::StraightCut;
 use facemill_virtual_machine::not_unit;
 
 /// Parts of a program that are not evaluated.
@@ -82,7 +82,7 @@ pub(crate) struct Computed {
 }
 
 impl Computed {
-    pub(crate) fn read(&mut self, cut: &FollowedCut, feed: Option<Feed>) {
+    pub(crate) fn read(&mut self, cut: &StraightCut, feed: Option<Feed>) {
         let value = feed.filter(|f| f.mode == FeedMode::G94).map(|f| f.value);
         if let (Some(value), Some(last)) = (value, self.last) {
             let is_tip = (cut.counted - cut.way).abs() <= SAME_WAY * cut.counted;

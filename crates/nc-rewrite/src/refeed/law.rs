@@ -5,7 +5,7 @@ use facemill_cl_data::ControlTolerance;
 use facemill_feedrate::BlockFeed;
 use facemill_inverse_kinematics::{AxisValues, BlockLaw, FeedRange, Machine};
 use facemill_nc_program::ControlMotion;
-use facemill_virtual_machine::motion::follow::FollowedCut;
+use facemill_virtual_machine::motion::axis_motion::StraightCut;
 use facemill_virtual_machine::program_time::program_moves::Moves;
 use facemill_virtual_machine::program_time::reachable;
 use facemill_virtual_machine::program_time::run::{Run, Timer, missing_limits};
@@ -65,7 +65,7 @@ impl Law {
     }
 
     /// Records a cutting move with an F without meaning: as fast as the axes are.
-    pub fn free(&mut self, cut: &FollowedCut) {
+    pub fn free(&mut self, cut: &StraightCut) {
         match self {
             Self::Off => {}
             Self::Collecting(moves) => {
@@ -80,7 +80,7 @@ impl Law {
     /// the axes reach, and returns whether it did.
     ///
     /// Its recorded time is that at its original feed.
-    pub fn cut(&mut self, cut: &FollowedCut, fed: &mut BlockFeed, range: &FeedRange) -> bool {
+    pub fn cut(&mut self, cut: &StraightCut, fed: &mut BlockFeed, range: &FeedRange) -> bool {
         match self {
             Self::Off => false,
             Self::Collecting(moves) => {

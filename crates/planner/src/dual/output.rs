@@ -16,7 +16,7 @@ use facemill_verification::merged_heads::merged_runs;
 use facemill_verification::remaining::{RunningHead, remaining};
 use facemill_verification::text_times::TimedText;
 use facemill_verification::virtual_setup::{name_obstacles, not_verified, virtual_obstacles};
-use facemill_virtual_machine::motion::follow::Surroundings;
+use facemill_virtual_machine::motion::axis_motion::MotionContext;
 use facemill_virtual_machine::program_time::tolerance::View;
 use facemill_virtual_machine::{
     Assumption, Certificates, GougeSection, SectionGouge, Verification, VerifySettings, VirtualSetup, assumptions,
@@ -202,7 +202,7 @@ impl DualTexts {
         let jobs = ground.jobs;
         let views: [View<'_>; 2] = std::array::from_fn(|h| (&jobs[h].machine, jobs[h].tool.gauge_length()));
         let (machine, tool_length) = views[0];
-        let at = Surroundings { machine, tool_length, words, frame: None, work_offset: None };
+        let at = MotionContext { machine, tool_length, words, frame: None, work_offset: None };
         let (dialect, rapids) = (self.post.dialect(), RtcpRapids::default());
         let control = &self.post.rules().control_motion;
         let written = TimedText { text: self.nc.as_bytes(), dialect, control, rapids, block_lines: &self.block_lines };

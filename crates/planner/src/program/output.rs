@@ -25,7 +25,7 @@ use facemill_verification::stock_run::{CutDone, CutRequest, HeadView, cut_stock}
 use facemill_verification::sub_cell_check::{add_between, between_lines, hold_machine_as_cut};
 use facemill_verification::text_times::TimedText;
 use facemill_verification::virtual_setup::{name_obstacles, not_verified, virtual_obstacles};
-use facemill_virtual_machine::motion::follow::Surroundings;
+use facemill_virtual_machine::motion::axis_motion::MotionContext;
 use facemill_virtual_machine::{
     Assumption, Certificates, GougeSection, HeldAsCut, Verification, VerifySettings, VirtualSetup, assumptions,
     certify, verify,
@@ -164,7 +164,7 @@ fn nc_text(
 /// None but for a fault in here.
 pub(crate) fn time_texts(job: &Job, words: &WordMap, texts: &mut Texts) -> Result<(), Failure> {
     let (machine, tool_length) = (&job.machine, job.tool.gauge_length());
-    let at = Surroundings { machine, tool_length, words, frame: rtcp_frame(job, words), work_offset: None };
+    let at = MotionContext { machine, tool_length, words, frame: rtcp_frame(job, words), work_offset: None };
     let written = TimedText {
         text: texts.nc.as_bytes(),
         dialect: job.post.dialect(),
@@ -287,10 +287,7 @@ impl OwnProgram<'_> {
     /// The program as it stands in the text.
     pub(crate) fn read(&self) -> Result<ReadProgram, Failure> {
         let program = self.job.read_program(self.texts.nc.as_bytes(), self.job.post.dialect());
-        let program = program.map_err(|e| self.job.unread(&e))?;
-        // A dialect file of one's own may say otherwise than the control it was made from.
-        let rtcp_rapids = self.job.post.rtcp_rapids().unwrap_or(program.rtcp_rapids);
-        Ok(ReadProgram { rtcp_rapids, ..program })
+        program.map_err(|e| self.job.unread(&e))
     }
 
     fn settings(&self) -> VerifySettings {

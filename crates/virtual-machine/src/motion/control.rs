@@ -10,8 +10,8 @@ use facemill_tool_model::SpindleRotation;
 
 use crate::finding::{FindingKind, TextFault};
 use crate::motion::counted_axes::is_of_feeds;
+use crate::motion::positions::tool_vectors::not_unit;
 use crate::motion::setup::{VirtualSetup, own_head};
-use crate::motion::tool_vectors::not_unit;
 
 /// What a program has set so far, and what is wrong with it.
 pub(crate) struct Control<'a> {

@@ -5,7 +5,7 @@ use facemill_inverse_kinematics::{AxisValues, BlockLaw};
 use facemill_nc_program::{MacroKind, ReadBlock, ReadCommand};
 use nalgebra::Isometry3;
 
-use crate::motion::follow::FollowedCut;
+use crate::motion::axis_motion::StraightCut;
 use crate::program_time::run::Run;
 use crate::program_time::tolerance::View;
 use crate::program_time::vectors::{VectorDecimals, VectorRounding};
@@ -47,7 +47,7 @@ impl Moves {
     }
 
     /// A cut that takes so long at constant speed.
-    pub fn cut(&mut self, cut: &FollowedCut, time: f64) {
+    pub fn cut(&mut self, cut: &StraightCut, time: f64) {
         if let Some(vector) = &cut.vector {
             self.decimals.read(vector);
         }

@@ -13,6 +13,7 @@ mod links;
 mod machine_bodies;
 mod machine_stock;
 mod mesh_bodies;
+mod one_motion;
 mod outside;
 mod planted_faults;
 mod rollover;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use facemill_job::failure::Failure;
 use facemill_tool_path::moves::MoveKind;
 use facemill_verification::text_times::{Meant, TimedText, motions};
-use facemill_virtual_machine::motion::follow::Surroundings;
+use facemill_virtual_machine::motion::axis_motion::MotionContext;
 use facemill_virtual_machine::program_time::tolerance::View;
 
 use crate::program::timed::{Timed, TimedMove};
@@ -18,7 +18,7 @@ use crate::program::timing::Tally;
 /// None but for a fault in here.
 pub(crate) fn time_text(
     views: &[View<'_>],
-    at: Surroundings<'_>,
+    at: MotionContext<'_>,
     written: &TimedText<'_>,
     timed: &mut Timed,
 ) -> Result<(), Failure> {

@@ -1,12 +1,11 @@
 //! Blocks that name the tool's axis as a vector: where the control turns the rotary axes to.
 
 use facemill_cl_data::ClPoint;
-use facemill_inverse_kinematics::{AxisValues, UnclearChoice};
+use facemill_inverse_kinematics::{AxisValues, Machine, UnclearChoice};
 use facemill_nc_program::{AxisLetter, ToolVectors};
-use nalgebra::{Point3, Unit, Vector3};
+use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::finding::FindingKind;
-use crate::motion::setup::VirtualSetup;
 
 /// Why it is not known where a vector turns the axes to.
 pub(crate) enum Unturned {
@@ -60,17 +59,16 @@ pub fn not_unit(tool: &ToolVectors) -> impl Iterator<Item = &'static str> {
 }
 
 /// Axis values at the end of a block from `from` with the tip at `tip` (table frame) and the tool
-/// along `vector`, which is told in the frame of the tip's words.
+/// along a vector of the frame of the tip's words, given with its table frame ← frame of the words.
 pub(crate) fn turned_to(
-    setup: &VirtualSetup<'_>,
+    (machine, tool_length): (&Machine, f64),
     from: &AxisValues,
     tip: Point3<f64>,
-    vector: [f64; 3],
+    (frame, vector): (Isometry3<f64>, [f64; 3]),
 ) -> Result<AxisValues, Unturned> {
     let in_words = Vector3::from(vector);
     // Written so that NaN is refused, too.
     let axis = Unit::try_new(in_words, f64::MIN_POSITIVE).filter(|a| a.iter().all(|c| c.is_finite()));
-    let axis = axis.ok_or(Unturned::NoLength)?;
-    let cl = ClPoint { tip, axis: setup.table_from_rtcp_words * axis };
-    setup.machine.control_choice(from, &cl, setup.tool.gauge_length()).map_err(Unturned::Unclear)
+    let cl = ClPoint { tip, axis: frame * axis.ok_or(Unturned::NoLength)? };
+    machine.control_choice(from, &cl, tool_length).map_err(Unturned::Unclear)
 }
