@@ -24,8 +24,8 @@
 //! | `planned` | options and result of a planning run |
 //! | `plan_stages` | the stages of a plan, in their order |
 //! | `dual` | setups of a machine with two heads |
-//! | `plan` | the whole way through one setup |
-//! | `plan_job` | all setups of a job, each on the stock that those before it leave |
+//! | `plan` | the complete plan of one setup |
+//! | `plan_job` | all setups of a job, each on the stock that earlier ones leave |
 //! | `replan_lengths` | the job planned again with shorter tools |
 //! | `solution_space` | the proven map of one CC point |
 //!

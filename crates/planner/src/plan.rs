@@ -1,4 +1,4 @@
-//! The whole way through one setup: path, postures, moves, text, verification, report.
+//! Complete plan of one setup: path, postures, moves, text, verification, report.
 
 use facemill_job::check::post_probe::try_template;
 use facemill_job::failure::Failure;
@@ -32,17 +32,17 @@ use crate::report::reporting::report;
 use crate::report::rotary_reversals::RotaryReversals;
 use crate::stage_clock::Clock;
 
-/// Plans one setup of a job. Its program is held against the stock as it was before;
+/// Plans one setup of a job. Its program is tested against the initial stock;
 /// [`plan_job`](crate::plan_job::plan_job) cuts it.
 ///
 /// # Errors
-/// When the input is wrong, the job cannot be planned under its own terms, or the stages are
+/// If the input is wrong, the job cannot be planned under its own terms, or the stages are
 /// cancelled.
 pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn Stages) -> Result<Planned, Failure> {
     planned_setup(job, index, settings, None, stages)
 }
 
-/// Plans one setup of a job, and cuts its stock where it is verified and there is one to cut.
+/// Plans one setup of a job, and cuts its stock if the program is verified and there is stock.
 pub(crate) fn planned_setup(
     job: &Job,
     index: usize,
@@ -110,8 +110,8 @@ pub(crate) fn planned_setup(
     report.assumptions.extend(seen.map(|text| Assumption { line: None, text }));
     report.assumptions.extend(open_stock(&setup));
     report.findings = merge_findings(report.findings, &rapid_lines(&program.read()?));
-    // Also of a program that is not run: whether it does what is asked is another question than
-    // whether it does harm.
+    // Also for a program that is not run: meeting the job and doing no harm are different
+    // questions.
     report.remaining = program.remaining(stages)?;
     clock.lap("material left");
     let chips = ChipFiles::new(&jobs, &setup.file.name, &operations, (&texts.timed, &texts.cut_lines()));
@@ -123,7 +123,8 @@ pub(crate) fn planned_setup(
     Ok(Planned { rest, ..planned_files(&suffix, (report, certificates), files, picture, chips, clock) })
 }
 
-/// Links that are faster than over the clearance surface, put into the moves; or why they are not.
+/// Puts links faster than over the clearance surface into the moves; returns them, or the reason
+/// why there are none.
 fn shorten_links(
     SetupContext { job, setup, .. }: &SetupContext<'_>,
     operations: &mut [PlannedOperation<'_>],
@@ -146,7 +147,7 @@ fn shorten_links(
     Ok(Ok(links))
 }
 
-/// What a program is written, run, mended and cut with.
+/// Data for writing, running, refining and cutting a program.
 struct Rounds<'r, 'a> {
     ground: &'r SetupContext<'a>,
     words: &'r WordMap,
@@ -155,22 +156,22 @@ struct Rounds<'r, 'a> {
     stages: &'r dyn Stages,
 }
 
-/// A program with all that was found out about it.
+/// Program with all results on it.
 struct Sound {
     texts: Texts,
     verification: Option<Verification>,
     certificates: Option<Certificates>,
     cut: CutByPlan,
-    /// What is seen between the lines of the cut stock, where the plan rests on them.
+    /// Description of the check between the lines of the cut stock, if the plan depends on them.
     seen: Option<String>,
     mended: usize,
     links: LinksReport,
 }
 
 impl Rounds<'_, '_> {
-    /// What is held against the stock as it is at that moment alone: where links may go through
-    /// what has been cut, tool and rapids, by its lines; and bodies of the machine where all that
-    /// may be left of it is known.
+    /// Returns which bodies are tested only against the stock at that time: if links may go through
+    /// cut regions, tool and rapids, by its lines; and bodies of the machine, if all its possible
+    /// remains are known.
     fn as_cut(&self) -> HeldAsCut {
         let SetupContext { job, setup, .. } = self.ground;
         let (Ok((stock, began_as)), LinkStockFile::AsCut) = (self.before, setup.file.links.stock) else {
@@ -181,11 +182,11 @@ impl Rounds<'_, '_> {
     }
 }
 
-/// How often links with findings get their old ways back before all of them do.
+/// Number of rounds in which links with findings get their old paths back before all of them do.
 const LINK_ROUNDS: usize = 3;
 
 impl Rounds<'_, '_> {
-    /// Writes the program until no block is left to mend and no faster link has a finding.
+    /// Writes the program until no block needs refinement and no faster link has a finding.
     fn program(
         &self,
         operations: &mut [PlannedOperation<'_>],
@@ -233,7 +234,7 @@ impl Rounds<'_, '_> {
             if take_back(verification.as_ref(), operations) {
                 continue;
             }
-            // Faults that the cut stock has taken away hid the times.
+            // Faults that the cut stock has removed hid the times.
             check_feeds(job, &texts.timed, verification.as_ref())?;
             let links = match shortened {
                 Ok(links) => LinksReport::of(links.report(operations, &texts)),
@@ -257,7 +258,7 @@ impl Rounds<'_, '_> {
         Ok((texts, verification, certificates))
     }
 
-    /// Writes the program until no block is left to refine, or mending has been tried often enough.
+    /// Writes the program until no block needs refinement, or the rounds are used up.
     fn mended(
         &self,
         operations: &mut [PlannedOperation<'_>],
@@ -279,5 +280,5 @@ impl Rounds<'_, '_> {
     }
 }
 
-/// What is written of the operations, and what running and proving it gives.
+/// Texts of the operations, with the results of running and proving them.
 type Written = (Texts, Option<Verification>, Option<Certificates>);

@@ -1,4 +1,4 @@
-//! All setups of a job, each on the stock that those before it leave.
+//! All setups of a job, each on the stock that earlier ones leave.
 
 use facemill_job::failure::Failure;
 use facemill_job::load::job::Job;
@@ -9,17 +9,17 @@ use crate::plan_stock::StockToCut;
 use crate::planned::{PlanSettings, Planned};
 
 /// Plans all setups of a job in their order, and cuts the stock of each by its own verified
-/// program: on lines `cell` mm apart, or as the job's `verification` says. What one program leaves
-/// is what the next one begins with, where both setups have the same workpiece frame and state the
-/// same stock; each report says what its stock began as, or why none was cut.
+/// program: on lines `cell` mm apart, or as the job's `verification` says. A setup begins with the
+/// rest that the one before leaves if both have the same workpiece frame and state the same stock;
+/// each report says what its stock began as, or why none was cut.
 ///
-/// What it guarantees besides what [`plan_setup`](crate::plan::plan_setup) does: on every line of
-/// the stock, nothing that must not meets the material that is left at that moment by more than
+/// Guarantees, besides the guarantees of [`plan_setup`](crate::plan::plan_setup): on every line of
+/// the stock, no body that must not meet the material left at that moment does so by more than
 /// twice the tolerance.
 ///
 /// # Errors
-/// As [`plan_setup`](crate::plan::plan_setup); when the stock cannot be made lines of that are as
-/// far apart as asked.
+/// As [`plan_setup`](crate::plan::plan_setup); if the stock cannot be turned into lines at the
+/// requested distance.
 pub fn plan_job(
     job: &Job,
     settings: PlanSettings,

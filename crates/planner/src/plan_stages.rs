@@ -1,4 +1,4 @@
-//! The stages of a plan, in their order.
+//! Stages of a plan, in their order.
 
 use facemill_job::format::job_file::{OperationFile, PathFile};
 use facemill_job::load::job::Job;
@@ -9,13 +9,13 @@ use facemill_job::stages::{
 
 use crate::planned::PlanSettings;
 
-/// The stages of one setup's plan on a machine with one head.
+/// Returns the stages of one setup's plan on a machine with one head.
 pub(crate) fn stages_of(job: &Job, index: usize, settings: PlanSettings, has_stock: bool) -> Vec<&'static str> {
     let cuts = has_stock && settings.verify;
     let mut stages = vec![READ];
     for (k, (_, operation)) in job.operations_of(&job.file.setups[index]).enumerate() {
         stages.extend([LAY, POSTURES, DETOURS]);
-        // Passes of a file are cut as they are.
+        // Passes of a file are cut unchanged.
         stages.extend(matches!(operation.path, PathFile::Strategy(_)).then_some(ADDED));
         stages.extend(operation.pattern.is_some().then_some(PLACES));
         stages.push(BETWEEN);
@@ -31,7 +31,7 @@ pub(crate) fn stages_of(job: &Job, index: usize, settings: PlanSettings, has_sto
     stages
 }
 
-/// The stages of one setup's plan on a machine with two heads.
+/// Returns the stages of one setup's plan on a machine with two heads.
 pub(crate) fn stages_of_heads(job: &Job, index: usize, settings: PlanSettings, has_stock: bool) -> Vec<&'static str> {
     let mut stages = vec![READ];
     let setup = &job.file.setups[index];

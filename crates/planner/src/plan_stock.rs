@@ -1,4 +1,4 @@
-//! The stock of a plan: cut by each setup's own program, from one setup to the next.
+//! Stock of a plan: cut by each setup's own program, from one setup to the next.
 
 use std::fmt;
 
@@ -13,33 +13,34 @@ use facemill_verification::stock_run::{CutDone, CutRequest};
 use facemill_virtual_machine::{Finding, FindingKind, Verification};
 use facemill_z_map::DexelMap;
 
-/// The stock of a setup that is to be cut.
+/// Stock of a setup for cutting.
 pub(crate) struct StockToCut<'a> {
-    /// Distance of its lines where it is asked for, mm.
+    /// Requested distance of its lines, mm.
     pub cell: Option<f64>,
     /// Index of the setup.
     pub index: usize,
-    /// What the program of the setup before has left.
+    /// Rest that the program of the setup before has left.
     pub before: Option<&'a DexelMap>,
 }
 
-/// What is told of the cut stock, and what is left of it.
+/// Report on the cut stock, and its rest.
 pub(crate) type CutByPlan = (PlannedStockReport, Option<DexelMap>);
 
-/// The stock before a setup's program, and what it began as; or why there is none to be cut.
+/// Stock before a setup's program and its origin, or the reason why there is none to cut.
 pub(crate) type StockBefore = Result<(DexelMap, BeganAs), String>;
 
-/// What the stock before a setup's program is.
+/// Origin of the stock before a setup's program.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum BeganAs {
-    /// The setup's own, and why it is not the rest of the setup before; nothing of the first one.
+    /// The setup's own, with the reason why it is not the rest of the setup before; `None` for the
+    /// first setup.
     Own { why: Option<String> },
     /// The rest of the setup of this name.
     RestOf(String),
 }
 
 impl BeganAs {
-    /// Whether it is the setup's own.
+    /// Returns whether it is the setup's own.
     pub(crate) fn is_own(&self) -> bool {
         matches!(self, Self::Own { .. })
     }
@@ -56,10 +57,10 @@ impl fmt::Display for BeganAs {
 }
 
 impl StockToCut<'_> {
-    /// The stock before the setup's program.
+    /// Returns the stock before the setup's program.
     ///
     /// # Errors
-    /// When the stock cannot be made lines of that are as far apart as asked.
+    /// If the stock cannot be turned into lines at the requested distance.
     pub(crate) fn before(&self, job: &Job, setup: &Setup<'_>) -> Result<StockBefore, Failure> {
         if !job.file.verification.cut_stock {
             return Ok(Err("the job says so (verification.cut_stock)".to_owned()));
@@ -72,8 +73,8 @@ impl StockToCut<'_> {
         Ok(own.map(|stock| (stock, BeganAs::Own { why })))
     }
 
-    /// What the setup before has left and its name; or why this setup does not begin with it,
-    /// nothing where it is the first.
+    /// Returns the rest of the setup before and its name, or the reason why this setup does not
+    /// begin with it; `None` as reason for the first setup.
     fn rest_before<'j>(&'j self, job: &'j Job) -> Result<(&'j DexelMap, &'j str), Option<String>> {
         let Some(of) = self.index.checked_sub(1).map(|k| &job.file.setups[k]) else { return Err(None) };
         follows(of, &job.file.setups[self.index]).map_err(Some)?;
@@ -81,8 +82,9 @@ impl StockToCut<'_> {
         Ok((rest, &of.name))
     }
 
-    /// The setup's own stock as lines over what its operations cut, and those of the setups that go
-    /// on with its rest; or why there is none where nobody has asked for a distance of lines.
+    /// Returns the setup's own stock as lines over the region that its operations cut, and those of
+    /// the setups that continue with its rest; or the reason why there is none if no distance of
+    /// lines is requested.
     fn own(&self, job: &Job, setup: &Setup<'_>, tolerance: f64) -> Result<Result<DexelMap, String>, Failure> {
         let setups = &job.file.setups;
         let last = (self.index + 1..setups.len()).take_while(|&k| follows(&setups[k - 1], &setups[k]).is_ok()).last();
@@ -97,8 +99,8 @@ impl StockToCut<'_> {
         let clearance = clearance.fold(f64::INFINITY, f64::min);
         let meshes = StockMeshes::of(setup);
         let of_stock = meshes.extents();
-        // Links that keep off nothing but these lines have to see all of the stock; and lines
-        // across show all of it.
+        // Links that avoid nothing but these lines must see all of the stock; and lines across show
+        // all of it.
         let sees_all =
             has_walls(&[setup]) || going_on.chain([self.index]).any(|k| setups[k].links.stock == LinkStockFile::AsCut);
         let (part, [low, high]) = if sees_all {
@@ -117,14 +119,14 @@ impl StockToCut<'_> {
     }
 }
 
-/// Cuts the stock by a program, and adds what meets it to what is found already for each head.
-/// Findings of the same kind and body that the head's run against the stock as it was at first has
-/// at the same place of the text are not told twice. Of bodies of the tool and of the cutter in
-/// rapid that run knows all, at every time and without lines, unless the program `rests_on_lines`:
-/// then theirs are told.
+/// Cuts the stock by a program, and adds its collisions to the findings of each head. Does not
+/// repeat findings of the same kind and body that the head's run against the initial stock has at
+/// the same place of the text. For tool bodies and the cutter in rapid that run is complete, at
+/// every time and without lines, unless the program `rests_on_lines`: only then are such findings
+/// added.
 ///
 /// # Errors
-/// When the stages are cancelled.
+/// If the stages are cancelled.
 pub(crate) fn cut_by_plan<const N: usize>(
     before: &StockBefore,
     tolerance: f64,
@@ -155,29 +157,27 @@ pub(crate) fn cut_by_plan<const N: usize>(
     Ok((report, Some(done.rest)))
 }
 
-/// Lines along the longer side of what is cut, where nothing else is said; and at most, in time
-/// that a plan may take.
+/// Default number of lines along the longer side of the cut region; and the largest number, for the
+/// time of a plan.
 const LINES: [f64; 2] = [200.0, 1000.0];
 
-/// Finest lines that are taken without being asked for, mm: stock is not known better than this
-/// before it is cut.
+/// Smallest default distance of lines, mm: the stock before the cut is not known better.
 const FINEST: f64 = 1.0;
 
-/// Share of the rapid clearance that rapids certainly keep: the control's way between two positions
-/// bends by a tenth of it at most. If larger, a rapid that is clean may be a finding; if smaller,
-/// lines are closer than they need be.
+/// Fraction of the rapid clearance that rapids certainly keep: the control's path between two
+/// positions bends by at most a tenth of it. Larger: a clean rapid may be a finding; smaller: lines
+/// are closer than necessary.
 const KEPT: f64 = 0.85;
 
-/// What distances of lines are whole multiples of, mm.
+/// Unit of line distances, mm.
 const STEP: f64 = 0.01;
 
-/// Distance of lines that suits a rectangle, mm: 200 of them along its longer side, no less than 1
-/// mm apart. Rapids are asked with half the diagonal of a cell around the cutter: that has to be
-/// within the rapid clearance, or every link would be a near miss.
+/// Returns the default distance of lines for a rectangle, mm: 200 of them along its longer side, no
+/// less than 1 mm apart. The test of rapids adds half the diagonal of a cell around the cutter: it
+/// must be within the rapid clearance, or every link would be a near miss.
 ///
 /// # Errors
-/// With what to do, where so many lines would be needed for that clearance that a plan has to be
-/// told to take the time.
+/// With the remedy, if that clearance needs so many lines that the user must accept the time.
 fn default_cell(lengths: [f64; 2], clearance: f64, tolerance: f64) -> Result<f64, String> {
     let length = lengths[0].max(lengths[1]);
     let within_clearance = std::f64::consts::SQRT_2 * (KEPT * clearance - 2.0 * tolerance);
@@ -186,19 +186,19 @@ fn default_cell(lengths: [f64; 2], clearance: f64, tolerance: f64) -> Result<f64
         return Ok((cell / STEP).floor() * STEP);
     }
     Err(format!(
-        "lines less than {:.2} mm apart would be needed for rapid_clearance_mm {clearance}, more than {} along the stock; ask for them \
+        "lines less than {:.2} mm apart would be needed for rapid_clearance_mm {clearance}, more than {} along the stock; request them \
          with verification.stock_cell_mm or --stock-cell-mm",
         within_clearance.max(0.0),
         LINES[1]
     ))
 }
 
-/// The rectangle around two.
+/// Returns the rectangle around two.
 fn around(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
     [[0, 1].map(|k| a[0][k].min(b[0][k])), [0, 1].map(|k| a[1][k].max(b[1][k]))]
 }
 
-/// Adds findings that are not there yet, in the order of lines.
+/// Adds new findings, in the order of lines.
 fn add_new(findings: &mut Vec<Finding>, new: Vec<Finding>) {
     let is_known = |f: &Finding| {
         let same = |k: &&Finding| k.kind == f.kind && k.body == f.body;

@@ -14,12 +14,12 @@ use crate::program::output::certificates_json;
 use crate::report::chip_files::ChipFiles;
 use crate::stage_clock::Clock;
 
-/// What is wanted of a plan.
+/// Options of a planning run.
 #[derive(Clone, Copy, Debug)]
 pub struct PlanSettings {
     /// Run the written program on the virtual machine.
     pub verify: bool,
-    /// Prove what every block does between its ends, and write that, too.
+    /// Prove the motion of every block between its ends, and write the proofs, too.
     pub certificates: bool,
 }
 
@@ -27,18 +27,18 @@ pub struct PlanSettings {
 pub struct Planned {
     /// Names and contents.
     pub files: Vec<(String, Vec<u8>)>,
-    /// Name and content of a table of the chips at all CC points, for who wants it.
+    /// Name and content of a table of the chips at all CC points, which is optional output.
     pub chip_table: (String, Vec<u8>),
     /// The report; it is one of the files, too.
     pub report: Report,
-    /// What the program leaves of the stock, where it was cut.
+    /// Rest of the stock after the program, if the stock was cut.
     pub rest: Option<DexelMap>,
     /// Wall time of each stage, s; not deterministic.
     pub timings: Vec<(&'static str, f64)>,
 }
 
 impl Planned {
-    /// What became of the plan.
+    /// Returns the outcome of the plan.
     pub fn outcome(&self) -> Outcome {
         if self.report.findings.iter().any(|f| f.kind.is_fault()) {
             Outcome::Faulty
@@ -49,22 +49,22 @@ impl Planned {
         }
     }
 
-    /// Whether the program can be run as it is and does what the job asks for.
+    /// Returns whether the program can be run as it is and meets the job.
     pub fn is_clean(&self) -> bool {
         self.outcome() == Outcome::Done
     }
 }
 
-/// What stands in the names of a setup's files: of all of them its name, where there are several
-/// setups, and of programs whether they have faults, so that no one takes them for programs to be
-/// run.
+/// Returns the variable parts of the names of a setup's files: for all files the setup's name, if
+/// there are several setups; for programs a mark if they have faults, so that no one takes them for
+/// programs to run.
 pub(crate) fn name_parts(job: &Job, setup: &Setup<'_>, report: &Report) -> (String, &'static str) {
     let suffix = if job.file.setups.len() > 1 { format!("-{}", file_stem(&setup.file.name)) } else { String::new() };
     let state = if report.findings.iter().any(|f| f.kind.is_fault()) { REJECTED } else { "" };
     (suffix, state)
 }
 
-/// A planned setup: its programs with what speaks of them: certificates, report and pictures.
+/// Returns a planned setup: its programs with their certificates, report and pictures.
 pub(crate) fn planned_files(
     suffix: &str,
     (mut report, certificates): (Report, Option<Certificates>),

@@ -1,4 +1,4 @@
-//! From moves to timed blocks and text.
+//! Conversion of moves to timed blocks and text.
 
 pub(crate) mod output;
 pub(crate) mod planned_links;
@@ -24,26 +24,27 @@ use nalgebra::{Isometry3, Unit, Vector3};
 use crate::program::timed::{CutBlock, Timed, TimedMove};
 use crate::program::vector_blocks::VectorBlocks;
 
-/// Turn of the tool that is none, rad: rounding of forward kinematics.
+/// Turn of the tool that counts as none, rad: rounding of forward kinematics.
 const SAME_DIRECTION: f64 = 1e-9;
 
-/// Times moves by FEED and turns them into blocks.
+/// Writer that times moves by FEED and turns them into blocks.
 pub(crate) struct BlockWriter<'a> {
     machine: &'a Machine,
-    /// What the control does in rapids.
+    /// Motion of the control in rapids.
     rapid_law: BlockLaw,
     tool_length: f64,
     words: &'a WordMap,
     table_from_rtcp_words: Isometry3<f64>,
     feed_mode: FeedMode,
     clockwise: bool,
-    /// Where RTCP is switched on, on a control that turns the tool's vector at rapid rate.
+    /// Position at which RTCP is switched on, on a control that turns the tool's vector at rapid
+    /// rate.
     turns_from: Option<AxisValues>,
     teeth: u32,
-    /// Of the operation before.
+    /// Feeds of the operation before.
     feeds: Option<FeedsFile>,
     at: Option<Move>,
-    /// Where the program names the tool's axis as a vector.
+    /// Writer of the tool's axis as a vector, if the program does so.
     vectors: Option<VectorBlocks<'a>>,
     timed: Timed,
 }
@@ -52,7 +53,7 @@ impl<'a> BlockWriter<'a> {
     /// Starts an empty program.
     ///
     /// # Errors
-    /// When the machine cannot be programmed under the job's feed mode.
+    /// If the machine cannot be programmed under the job's feed mode.
     pub(crate) fn new(job: &'a Job, setup: &Setup<'_>, words: &'a WordMap) -> Result<Self, Failure> {
         let table_from_rtcp_words = table_from_rtcp_words(job, words)?;
         Ok(Self {
@@ -76,7 +77,7 @@ impl<'a> BlockWriter<'a> {
     /// Appends an operation.
     ///
     /// # Errors
-    /// When a block has no feed that axes and control allow.
+    /// If a block has no feed that axes and control permit.
     pub(crate) fn operation(&mut self, operation: &OperationFile, moves: &OperationMoves) -> Result<(), Failure> {
         self.timed.operation_starts.push(self.timed.program.blocks.len());
         if let Some(before) = self.feeds.replace(operation.feeds.clone()) {
@@ -93,7 +94,7 @@ impl<'a> BlockWriter<'a> {
                     let block = self.timed.program.blocks.len();
                     self.timed.cut_blocks.push(CutBlock { operation: index, piece: k, cut, at, block });
                 }
-                // On its way in the tool goes to the first cut, and out it comes from the last.
+                // The normal of an entry is that of the first cut, and of an exit that of the last.
                 let normal = piece.piece.cuts.get(cut).map(|c| c.cc.normal);
                 self.block(operation, m, normal.as_ref())?;
             }
@@ -104,8 +105,8 @@ impl<'a> BlockWriter<'a> {
         Ok(())
     }
 
-    /// Spindle and coolant where an operation has others than the one before; the first one's are
-    /// in the header.
+    /// Writes spindle and coolant if an operation has others than the one before; the first one's
+    /// are in the header.
     fn change_of(&mut self, before: &FeedsFile, now: &FeedsFile) {
         if before.spindle_rpm != now.spindle_rpm {
             let (rpm, clockwise) = (now.spindle_rpm, self.clockwise);
@@ -116,7 +117,7 @@ impl<'a> BlockWriter<'a> {
         }
     }
 
-    /// The program so far.
+    /// Returns the program so far.
     pub(crate) fn finish(self) -> Timed {
         self.timed
     }
@@ -162,8 +163,8 @@ impl<'a> BlockWriter<'a> {
         Ok(())
     }
 
-    /// Turns the axis about which the tool stands where RTCP is switched on, before the tool goes
-    /// to the first position: a vector that is turned out of that pole would have it jump.
+    /// Turns the axis about which the tool points where RTCP is switched on, before the move to the
+    /// first position: a vector turned out of that pole would make it jump.
     fn turn_at_pole(&mut self, first: &AxisValues) -> Result<(), Failure> {
         let Some(start) = self.turns_from.take() else { return Ok(()) };
         let direction = |q: &AxisValues| self.machine.cl_point(q, self.tool_length).axis;
@@ -183,7 +184,7 @@ impl<'a> BlockWriter<'a> {
         Ok(())
     }
 
-    /// Vectors of a feed block; `None` where rotary words say it.
+    /// Returns the vectors of a feed block; `None` if rotary words replace them.
     fn vectors_of(
         &self,
         operation: &OperationFile,
@@ -202,8 +203,8 @@ impl<'a> BlockWriter<'a> {
         }
     }
 
-    /// Adds the time of a feed block; its F, the rest of its timing, and its time at the job's own
-    /// feeds, s.
+    /// Adds the time of a feed block; returns its F, the rest of its timing, and its time at the
+    /// job's own feeds, s.
     fn timed(&mut self, operation: &OperationFile, m: &Move) -> Result<(f64, BlockFeed, f64), Failure> {
         let from = self.at.ok_or_else(|| Failure::Internal("a program starts with a cut".to_owned()))?;
         let tip_distance = (m.cl.tip - from.cl.tip).norm();
@@ -229,7 +230,7 @@ impl<'a> BlockWriter<'a> {
         }
         let value = match self.feed_mode {
             FeedMode::G94 => feed.f_word,
-            // A block without motion is over at once; any rate says so.
+            // A block without motion takes no time; every rate is right.
             FeedMode::G93 => feed.inverse_time().unwrap_or(1.0),
             FeedMode::Rtcp => feed.tip_feed.max(range.min),
         };

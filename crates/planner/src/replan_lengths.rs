@@ -1,4 +1,4 @@
-//! The job planned again with shorter assemblies: tilting may let them pass.
+//! Replanning of the job with shorter assemblies: tilting may let them pass.
 
 use facemill_job::failure::Failure;
 use facemill_job::format::lengths_file::{LengthReport, Posting, ReplanTry};
@@ -10,16 +10,15 @@ use facemill_tool_model::{HolderLibrary, OpenAssembly, ToolAssembly};
 use crate::plan::plan_setup;
 use crate::planned::{PlanSettings, Planned};
 
-/// Stick-outs that are tried of each holder, from its shortest toward the one that works as the
-/// program is.
+/// Number of stick-outs to try for each holder, from its shortest toward the one that works with
+/// the unchanged program.
 const STEPS: u32 = 4;
 
-/// Plans the job again with shorter assemblies of the library, the shortest first, and takes the
-/// first that plans no fewer CC points than the assembly that was found, and whose program is
-/// without a fault.
+/// Plans the job again with shorter assemblies of the library, the shortest first, and chooses the
+/// first that plans no fewer CC points than the assembly found, and whose program has no fault.
 ///
 /// # Errors
-/// When the setup cannot be read, or the stages are cancelled.
+/// If the setup cannot be read, or the stages are cancelled.
 pub fn replan_with_shorter_tools(
     job: &Job,
     setup: usize,
@@ -65,7 +64,8 @@ pub fn replan_with_shorter_tools(
     Ok(())
 }
 
-/// A plan of the job with another tool; why it cannot be planned under its own terms.
+/// Returns a plan of the job with another tool, or the reason why it cannot be planned under its
+/// own terms.
 pub(crate) fn planned(
     job: &Job,
     tool: &ToolAssembly,
@@ -80,7 +80,7 @@ pub(crate) fn planned(
     }
 }
 
-/// Assemblies of the library with a shorter stick-out, the shortest first; of those with the same
+/// Returns assemblies of the library with a shorter stick-out, the shortest first; of equal ones
 /// the widest at its nose.
 fn candidates(job: &Job, library: &HolderLibrary, below: f64) -> Result<Vec<(String, ToolAssembly)>, Failure> {
     let mut all = Vec::new();
@@ -123,7 +123,7 @@ fn take(told: &mut FoundLengths, tool: ToolAssembly, made: Planned) {
     told.replanned = made.files.into_iter().find(|(name, _)| name.starts_with("program") && !name.ends_with(".apt"));
 }
 
-/// A length of the assembly that was planned again: what forces it is no longer the old program.
+/// Updates a length of the assembly of the new plan: the old program no longer forces it.
 fn retold(length: &mut LengthReport, tool: &ToolAssembly) {
     let lengths = OpenAssembly::open(tool).lengths();
     length.length_mm = lengths[length.name as usize];

@@ -1,4 +1,4 @@
-//! The map of the feasible set at one CC point of a job: picture and file.
+//! Map of the feasible set at one CC point of a job: picture and file.
 
 use facemill_cl_data::CcPoint;
 use facemill_cutter_location::search::map::{CellState, MapCell, MapError, SolutionMap, map, n_steps};
@@ -18,7 +18,7 @@ use facemill_tool_path::pieces::LaidTask;
 use crate::drawing::solution_svg::map_svg;
 use crate::passes::operation::{mapped_range, settle_branch};
 
-/// Which CC point is mapped, and how finely.
+/// CC point to map, and the resolution.
 #[derive(Clone, Debug)]
 pub struct SolutionSpaceRequest {
     /// Name of the operation, or its number from 1.
@@ -27,11 +27,11 @@ pub struct SolutionSpaceRequest {
     pub pass: usize,
     /// CC point of the pass, from 1.
     pub point: usize,
-    /// Finest cells, deg.
+    /// Size of the finest cells, deg.
     pub resolution_deg: f64,
 }
 
-/// A map as it is written.
+/// Files of a map.
 pub struct SolutionSpace {
     /// Content of `solution-space.json`.
     pub file: SolutionSpaceFile,
@@ -42,8 +42,7 @@ pub struct SolutionSpace {
 /// Maps tilt and rotate, from 0 to the ends of the operation's search, at one CC point.
 ///
 /// # Errors
-/// When the input is wrong, the operation, pass or point does not exist, or the stages are
-/// cancelled.
+/// If the input is wrong, the operation, pass or point does not exist, or the stages are cancelled.
 pub fn solution_space(
     job: &Job,
     request: &SolutionSpaceRequest,
@@ -93,7 +92,7 @@ pub fn solution_space(
     Ok(SolutionSpace { file, svg })
 }
 
-/// The operation of a name, or of a number from 1.
+/// Returns the operation of a name, or of a number from 1.
 fn operation_of<'j>(job: &'j Job, wanted: &str) -> Result<(usize, &'j OperationFile), Failure> {
     let all = &job.file.operations;
     let by_number = || wanted.parse::<usize>().ok().and_then(|n| n.checked_sub(1)).filter(|k| *k < all.len());
@@ -104,7 +103,7 @@ fn operation_of<'j>(job: &'j Job, wanted: &str) -> Result<(usize, &'j OperationF
     })
 }
 
-/// The pass and CC point of a request.
+/// Returns the pass and CC point of a request.
 fn point_of<'l>(
     job: &Job,
     tasks: &'l [LaidTask],
@@ -151,7 +150,7 @@ fn reason(test: &PoseTest<'_>, why: &Infeasible) -> ReasonFile {
             (ReasonKind::Collision, Some(*body), Some((*obstacle, place)))
         }
         Infeasible::OutsideCone { .. } | Infeasible::Singular { .. } => (ReasonKind::Cone, None, None),
-        // The last four are reasons of ways, not of postures.
+        // The last four are reasons of links, not of postures.
         Infeasible::Unreachable(_)
         | Infeasible::OtherBranch(_)
         | Infeasible::FromBelow

@@ -1,4 +1,4 @@
-//! The feasible solution space as a picture (CLOPT fig. 3).
+//! Picture of the feasible solution space (CLOPT fig. 3).
 
 use std::fmt::Write;
 
@@ -8,7 +8,7 @@ use facemill_cutter_location::{Infeasible, SearchCurve};
 
 use crate::drawing::svg_text::{LEADING, draw_lines, flow, lines, more_lines, text_width};
 
-/// What a cell of the picture shows.
+/// State of a cell of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Feasible,
@@ -32,7 +32,7 @@ impl Kind {
             None => Self::Feasible,
             Some(Infeasible::Gouge { .. }) => Self::Gouge,
             Some(Infeasible::Collision { .. }) => Self::Collision,
-            // The last four are reasons of ways, not of postures.
+            // The last four are reasons of links, not of postures.
             Some(
                 Infeasible::Unreachable(_)
                 | Infeasible::OtherBranch(_)
@@ -50,7 +50,7 @@ impl Kind {
     }
 }
 
-/// Where the plot lies in the picture, in pixels.
+/// Position of the plot in the picture, in pixels.
 const LEFT: f64 = 78.0;
 
 const TOP: f64 = 62.0;
@@ -62,18 +62,18 @@ const HEIGHT: f64 = 380.0;
 /// Room right of the plot.
 const RIGHT: f64 = 30.0;
 
-/// Size of all letters but those of the head.
+/// Size of all letters except those of the heading.
 const SIZE: f64 = 13.0;
 
-/// Width that texts below the plot have from their mark on.
+/// Width of texts below the plot from their mark on.
 const TEXT_WIDTH: f64 = WIDTH + RIGHT - 10.0 - MARK;
 
-/// From a mark of the legend to its text.
+/// Distance from a mark of the legend to its text.
 const MARK: f64 = 20.0;
 
-/// The picture: tilt to the right, amount of rotate upward; cells in the colour of what is proven
-/// of them, where nothing is, paler, in that of the verdict on the posture in the middle; the
-/// search curve as a line, the posture taken as a ring.
+/// Returns the picture: tilt to the right, amount of rotate upward; cells in the colour of the
+/// proven state, without a proof paler, in that of the posture in the middle; the search curve as a
+/// line, the posture taken as a ring.
 pub(crate) fn map_svg(map: &SolutionMap, curve: &SearchCurve, taken: Option<Posture>, title: &str) -> String {
     let plot = Plot::of_map(map);
     let kinds: Vec<Kind> = map.cells.iter().map(|c| kind_of(&c.state)).collect();
@@ -89,7 +89,7 @@ pub(crate) fn map_svg(map: &SolutionMap, curve: &SearchCurve, taken: Option<Post
     picture(title, &plot, curve, taken, &kinds, &[&known, &unknown], |svg| map_cells(svg, map, &plot))
 }
 
-/// Head, cells, axes, curve, and a legend that ends with notes.
+/// Draws heading, cells, axes, curve, and a legend that ends with notes.
 fn picture(
     title: &str,
     plot: &Plot,
@@ -121,21 +121,21 @@ fn picture(
     svg
 }
 
-/// Maps postures to pixels.
+/// Map from postures to pixels.
 struct Plot {
     tilt: [f64; 2],
     rotate: [f64; 2],
 }
 
 impl Plot {
-    /// The map's own edges, with rotate 0 at the bottom.
+    /// Returns the map's own edges, with rotate 0 at the bottom.
     fn of_map(map: &SolutionMap) -> Self {
         let [a, b] = map.range.rotate;
         let rotate = if a.abs() <= b.abs() { [a, b] } else { [b, a] };
         Self { tilt: map.range.tilt, rotate }
     }
 
-    /// Place of a posture.
+    /// Returns the position of a posture.
     fn at(&self, p: Posture) -> (f64, f64) {
         let share = |v: f64, ends: [f64; 2]| if ends[1] == ends[0] { 0.5 } else { (v - ends[0]) / (ends[1] - ends[0]) };
         (LEFT + share(p.tilt, self.tilt) * WIDTH, TOP + HEIGHT - share(p.rotate, self.rotate) * HEIGHT)
@@ -221,16 +221,16 @@ fn search_curve(svg: &mut String, curve: &SearchCurve, taken: Option<Posture>, p
     }
 }
 
-/// What the colours mean, with those that are there, and notes behind that on the search curve.
+/// Meaning of the colours present, and notes behind that on the search curve.
 struct Legend {
-    /// Colour and text with the place and the line of each.
+    /// Colour and text, with position and line, of each entry.
     entries: Vec<(&'static str, &'static str, (f64, usize))>,
     n_lines: usize,
     notes: Vec<Vec<String>>,
 }
 
 impl Legend {
-    /// From the plot to the first line.
+    /// Distance from the plot to the first line.
     const ABOVE: f64 = 62.0;
 
     /// Distance of the lines of entries.
@@ -247,7 +247,7 @@ impl Legend {
         Self { entries, n_lines, notes: notes.map(|note| lines(note, SIZE, false, TEXT_WIDTH)).collect() }
     }
 
-    /// Height below the plot, with the axis.
+    /// Returns the height below the plot, with the axis.
     fn height(&self) -> f64 {
         let n_notes: usize = self.notes.iter().map(Vec::len).sum();
         Self::ABOVE + Self::LINE * self.n_lines as f64 + LEADING * SIZE * n_notes as f64 + 10.0

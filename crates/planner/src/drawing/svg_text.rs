@@ -1,20 +1,20 @@
-//! Texts of pictures: how wide they are at the most, and how they are broken so that they fit.
+//! Texts of pictures: upper bounds of their widths, and line breaks that make them fit.
 //!
-//! No renderer has the same fonts: a picture says Helvetica, and is drawn with Liberation, DejaVu
-//! or Verdana. What is placed here fits with the widest of them.
+//! Renderers differ in fonts: a picture names Helvetica, and is drawn with Liberation, DejaVu or
+//! Verdana. Texts placed here fit with the widest of them.
 
 use std::fmt::Write;
 
 /// Distance of the lines of a text, in sizes of its font.
 pub(crate) const LEADING: f64 = 1.4;
 
-/// Width of a text that no usual font without serifs exceeds, in the unit of `size`.
+/// Returns an upper bound of a text's width for usual fonts without serifs, in the unit of `size`.
 pub(crate) fn text_width(text: &str, size: f64, bold: bool) -> f64 {
     let wider = if bold { 1.2 } else { 1.0 };
     text.chars().map(advance).sum::<f64>() * size * wider
 }
 
-/// Advance of a letter, in sizes of the font.
+/// Returns the advance of a letter, in sizes of the font.
 fn advance(letter: char) -> f64 {
     match letter {
         'i' | 'j' | 'l' | 'I' | 'J' | '.' | ',' | ':' | ';' | '\'' | '|' | '!' => 0.46,
@@ -29,7 +29,7 @@ fn advance(letter: char) -> f64 {
     }
 }
 
-/// A text in lines that are no wider than this: broken between words, and within one that is wider
+/// Breaks a text into lines no wider than this: between words, and within a word that is wider
 /// alone.
 pub(crate) fn lines(text: &str, size: f64, bold: bool, width: f64) -> Vec<String> {
     let fits = |line: &str| text_width(line, size, bold) <= width;
@@ -57,8 +57,8 @@ pub(crate) fn lines(text: &str, size: f64, bold: bool, width: f64) -> Vec<String
     lines
 }
 
-/// Draws a text in lines from a place on, `attributes` and all; returns by how much it is higher
-/// than one line.
+/// Draws a text in lines from a position on, with `attributes`; returns the additional height
+/// compared with one line.
 pub(crate) fn draw_lines(svg: &mut String, lines: &[String], [x, y]: [f64; 2], size: f64, attributes: &str) -> f64 {
     for (k, line) in lines.iter().enumerate() {
         let y = y + LEADING * size * k as f64;
@@ -68,13 +68,13 @@ pub(crate) fn draw_lines(svg: &mut String, lines: &[String], [x, y]: [f64; 2], s
     more_lines(lines, size)
 }
 
-/// By how much lines are higher than one.
+/// Returns the additional height of lines compared with one line.
 pub(crate) fn more_lines(lines: &[String], size: f64) -> f64 {
     LEADING * size * lines.len().saturating_sub(1) as f64
 }
 
-/// Where entries of these widths go that follow each other from 0 to `width`: the place of each,
-/// and its line from 0.
+/// Returns the positions of consecutive entries of these widths from 0 to `width`: each with its
+/// line from 0.
 pub(crate) fn flow(widths: &[f64], width: f64) -> Vec<(f64, usize)> {
     let (mut x, mut line) = (0.0, 0);
     let mut places = Vec::with_capacity(widths.len());
@@ -88,7 +88,7 @@ pub(crate) fn flow(widths: &[f64], width: f64) -> Vec<(f64, usize)> {
     places
 }
 
-/// A text as XML has it.
+/// Escapes a text for XML.
 pub(crate) fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }

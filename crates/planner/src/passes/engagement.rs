@@ -1,4 +1,4 @@
-//! Ridges and chips along the passes of an operation, and what of them its moves have to know.
+//! Ridges and chips along the passes of an operation, also for its moves.
 
 use facemill_cl_data::{Aabb, CcPoint, Posture};
 use facemill_cutter_location::cusp::Ridge;
@@ -16,24 +16,25 @@ use facemill_tool_path::pieces::Piece;
 use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
 
-/// What is known at a cut of a piece besides its pose.
+/// Ridge and chip at a cut of a piece.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PointEngagement {
-    /// Index of the cut when this was found.
+    /// Index of the cut at the time of computation.
     pub cut: usize,
     /// Whether it is a point of the path.
     pub is_point: bool,
-    /// Toward the pass beside that was cut before; the higher one where there is one on each side.
+    /// Ridge toward the pass beside that was cut before; the higher one if there is one on each
+    /// side.
     pub ridge: Option<Ridge>,
-    /// What the cutter takes there.
+    /// Chip at the cut.
     pub chip: Chip,
 }
 
-/// Ridges and chips of every piece at every point of the path, and at both ends of pieces that
-/// begin or end between two. Moves in the stock learn what the cutter takes on them.
+/// Returns ridges and chips of every piece at every point of the path, and at both ends of pieces
+/// that begin or end between two. Records the chip in moves in the stock.
 ///
 /// # Errors
-/// When the stages are cancelled, or an area cannot be computed.
+/// If the stages are cancelled, or an area cannot be computed.
 pub(crate) fn engagement_of_passes(
     job: &Job,
     setup: &Setup<'_>,
@@ -62,7 +63,7 @@ pub(crate) fn engagement_of_passes(
     Ok(along)
 }
 
-/// Indices of the cuts of a piece that are points of the path, and of both ends.
+/// Returns the indices of the cuts of a piece that are points of the path, and of both ends.
 pub(crate) fn stations(piece: &Piece) -> Vec<usize> {
     let last = piece.cuts.len().saturating_sub(1);
     (0..piece.cuts.len()).filter(|&k| k == 0 || k == last || !piece.cuts[k].inserted).collect()
@@ -73,7 +74,7 @@ fn cut_point(piece: &Piece, cut: usize) -> CutPoint {
     CutPoint { cc: cut.cc, posture: cut.pose.posture }
 }
 
-/// What lies around the pieces of an operation.
+/// Surroundings of the pieces of an operation.
 struct Surroundings<'s> {
     job: &'s Job,
     setup: &'s Setup<'s>,
@@ -106,7 +107,7 @@ impl<'s> Surroundings<'s> {
         Self { job, setup, feeds, pieces, places, numbers }
     }
 
-    /// Ridges and chips of a piece.
+    /// Returns ridges and chips of a piece.
     fn along(&self, index: usize) -> Result<Vec<PointEngagement>, Failure> {
         let piece = self.pieces[index];
         let (neighbours, pass) = (&self.places[piece.copy as usize], self.numbers[index]);
@@ -127,8 +128,8 @@ impl<'s> Surroundings<'s> {
             .map(|k| {
                 let (area, thickness) = chips[k];
                 let is_air = area == 0.0 && self.feeds.air_mm_min.is_some() && self.is_clear(k, own, &chips)?;
-                // On the side of what is cut already a pass near by that ends beside the point has
-                // left what is not known.
+                // On the side that is already cut, a near pass that ends beside the point has left
+                // unknown material.
                 let side = usize::from(!piece.uncut_left);
                 let at = OwnPlace { pass, point: k };
                 let is_known =
@@ -145,15 +146,15 @@ impl<'s> Surroundings<'s> {
         if self.feeds.chip_thickness.is_some() { THICKNESS_ACCURACY } else { ROUGH_THICKNESS }
     }
 
-    /// The section across the feed through `at`, with the cutter as at a point.
+    /// Returns the section across the feed through `at`, with the cutter as at a point.
     fn site(&self, at: &CcPoint, point: &CutPoint, beside: &[Ridge], curvature: f64) -> ChipSite {
         let outline = Outline::new(self.job.tool.cutter(), point.posture);
         let top = stock_over(self.setup, at, curvature, outline.extent());
         ChipSite::new(outline, beside, top)
     }
 
-    /// Whether there is nothing to cut as far along the feed as the cutter reaches from a point.
-    /// Beyond the ends of a pass that is known of a solid stock alone.
+    /// Returns whether no stock is cut as far along the feed as the cutter reaches from a point.
+    /// Beyond the ends of a pass, only a solid stock is known.
     fn is_clear(&self, k: usize, own: &[CutPoint], chips: &[(f64, f64)]) -> Result<bool, Failure> {
         let reach = 2.0 * self.job.tool.cutter().radius();
         let point = &own[k];
@@ -173,7 +174,7 @@ impl<'s> Surroundings<'s> {
     }
 }
 
-/// The ridge that stands higher: one of a strip that is not cut before all others.
+/// Returns the higher ridge: an uncut strip exceeds all others.
 fn higher(a: Ridge, b: Ridge) -> Ridge {
     let is_higher = match (a.cusp, b.cusp) {
         (Cusp::Height(a), Cusp::Height(b)) => b > a,
@@ -187,22 +188,21 @@ fn area(site: &ChipSite) -> Result<f64, Failure> {
     site.area().map_err(|e| Failure::Internal(format!("chip area: {e}")))
 }
 
-/// Sections in front of a point, and as many behind it, that have to be empty for it to be in the
-/// air.
+/// Number of sections in front of a point, and behind it, that must be empty for a point in air.
 const CLEAR_STEPS: i32 = 8;
 
-/// Pieces in other places of a pattern that are cut as one of the first place is, and so are those
-/// beside them.
+/// Pieces in other places of a pattern that are cut as one of the first place is, with the same
+/// neighbours.
 struct Twins {
-    /// Index of the piece in the first place, of each piece.
+    /// Index of the piece in the first place, for each piece.
     of: Vec<Option<usize>>,
 }
 
-/// How far a point may be from where the pattern puts it, mm: rounding of the turn.
+/// Largest distance of a point from its pattern position, mm: rounding of the turn.
 const SAME_PLACE: f64 = 1e-6;
 
 impl Twins {
-    /// A solid stock need not look alike from everywhere: then there are none.
+    /// Returns the twins; none for a solid stock, which need not be symmetric.
     fn of(pieces: &[&Piece], operation: &OperationFile, setup: &Setup<'_>, reach: f64) -> Self {
         let none = Self { of: vec![None; pieces.len()] };
         if setup.stock_solid.is_some() {
@@ -226,7 +226,7 @@ impl Twins {
             let is_near = move |j: &usize| pieces[*j].copy == pieces[k].copy && boxes[*j].intersects(&boxes[k]);
             (0..pieces.len()).filter(is_near)
         };
-        // What is near one has to be near the other in the same order.
+        // Neighbours of one must be neighbours of the other, in the same order.
         let are_surrounded_alike = |k: usize, first: usize| {
             let twin = |i: usize| (0..pieces.len()).find(|&j| pieces[j].copy == pieces[k].copy && of[j] == Some(i));
             near(k).all(|j| of[j].is_some_and(|i| (i < first) == (j < k)))
@@ -237,7 +237,7 @@ impl Twins {
     }
 }
 
-/// Whether all cuts of two pieces are the same but for their places.
+/// Returns whether all cuts of two pieces are the same apart from their positions.
 fn are_twins(first: &Piece, copy: &Piece, place: &Isometry3<f64>) -> bool {
     let same_posture = |a: Posture, b: Posture| a == b;
     let near = |a: &Point3<f64>, b: &Point3<f64>| (place * a - b).norm() <= SAME_PLACE;
@@ -249,9 +249,8 @@ fn are_twins(first: &Piece, copy: &Piece, place: &Isometry3<f64>) -> bool {
         })
 }
 
-/// Tells every move in the stock what the cutter takes on it, at most: on the way between two
-/// points the larger of what it takes there, on entries and exits what it takes at the end of the
-/// pass.
+/// Records in every move in the stock the largest chip on it: between two points the larger of the
+/// chips there, on entries and exits the chip at the end of the pass.
 pub(crate) fn give_chips(piece: &mut PieceMoves, along: &[PointEngagement]) {
     let (Some(first), Some(last)) = (along.first(), along.last()) else { return };
     let last_cut = piece.piece.cuts.len().saturating_sub(1);
@@ -266,18 +265,18 @@ pub(crate) fn give_chips(piece: &mut PieceMoves, along: &[PointEngagement]) {
                 chip = ends.into_iter().flatten().map(|a| a.chip).reduce(Chip::larger).unwrap_or(chip);
                 m.chip = Some(chip);
             }
-            // The exit has only what the last cut has.
+            // The exit has only the chip of the last cut.
             MoveKind::Engage => m.chip = Some(if cut == last_cut { last.chip } else { first.chip }),
             MoveKind::Approach | MoveKind::Rapid => {}
         }
     }
 }
 
-/// Places across the cutter at which the height of a solid stock is looked for; what is narrower
-/// than their distance may be missed.
+/// Number of places across the cutter at which the height of a solid stock is sampled; narrower
+/// features may be missed.
 pub(crate) const SOLID_PLACES: usize = 49;
 
-/// The stock over a point, where the surface has this curvature across the feed.
+/// Returns the stock over a point, for a surface with this curvature across the feed.
 pub(crate) fn stock_over(setup: &Setup<'_>, cc: &CcPoint, curvature: f64, extent: (f64, f64)) -> StockTop {
     let Some(solid) = &setup.stock_solid else {
         return StockTop::Layer { thickness: setup.stock_above(cc), curvature };
@@ -288,7 +287,7 @@ pub(crate) fn stock_over(setup: &Setup<'_>, cc: &CcPoint, curvature: f64, extent
         .map(|k| {
             let from = cc.position + cc.left().into_inner() * place(k);
             let hits = solid.ray_all(&from, &cc.normal, f64::INFINITY);
-            // The last way out of it: what is empty below counts as stock.
+            // The last exit from it: empty space below counts as stock.
             let out = hits.iter().rfind(|hit| !hit.from_outside);
             out.map_or(0.0, |hit| hit.point.distance)
         })
@@ -298,7 +297,7 @@ pub(crate) fn stock_over(setup: &Setup<'_>, cc: &CcPoint, curvature: f64, extent
     StockTop::Solid { extent, heights }
 }
 
-/// Where the neighbour does not reach, what is known of the nearest point before that, else of the
+/// Fills places that the neighbour does not reach from the nearest point before, else from the
 /// first one after.
 pub(crate) fn carried_on<T: Copy>(mut along: Vec<Option<T>>) -> Vec<Option<T>> {
     let mut last = along.iter().copied().find_map(|s| s);
@@ -309,8 +308,8 @@ pub(crate) fn carried_on<T: Copy>(mut along: Vec<Option<T>>) -> Vec<Option<T>> {
     along
 }
 
-/// How far to look for the neighbouring pass: as far as the cutter could reach if it lay flat, and
-/// beyond, so that a strip that stays uncut is seen.
+/// Returns the search range for the neighbouring pass: as far as the cutter could reach lying flat,
+/// and beyond, to detect a strip that stays uncut.
 pub(crate) fn neighbour_reach(cutter: &Cutter, operation: &OperationFile) -> NeighbourReach {
     let step_over = operation.tolerances.max_step_over_mm;
     NeighbourReach { far: 3.0 * step_over.max(cutter.radius()), opposed: step_over }

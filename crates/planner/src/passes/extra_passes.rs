@@ -1,5 +1,5 @@
-//! Passes put between those that were laid: beside trimmed ones, as near as postures allow, and
-//! where the postures taken leave more than the allowed cusp.
+//! Passes inserted between the generated ones: beside trimmed ones, as near as postures permit, and
+//! where the chosen postures leave more than the permitted cusp.
 
 #[cfg(test)]
 #[path = "../../tests/unit/passes/extra_passes/laws.rs"]
@@ -29,65 +29,66 @@ use crate::passes::pole_detours::Detours;
 pub(crate) struct PlannedPath {
     pub(crate) tasks: Vec<LaidTask>,
     pub(crate) outcomes: Vec<Pass<Outcome>>,
-    /// How near to the best the postures are, where that was sought.
+    /// Distance of the postures from the optimum, if one was sought.
     pub(crate) optimum: Option<Optimum>,
 }
 
-/// Passes that were put between others.
+/// Passes inserted between others.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ExtraPasses {
-    /// Beside trimmed passes.
+    /// Number of passes beside trimmed ones.
     pub moved: usize,
-    /// Where the postures taken left too much.
+    /// Number of passes where the chosen postures left too much.
     pub between: usize,
-    /// Where no pass could be put, and why.
+    /// Places where no pass could be inserted, with reasons.
     pub refused: Vec<(Point3<f64>, String)>,
 }
 
-/// What passes are put between others by.
+/// Data for inserting passes between others.
 pub(crate) struct Interposer<'i, 'a> {
     pub(crate) tests: &'i Tests<'a>,
     pub(crate) settings: &'i PassSettings,
     pub(crate) detours: &'i Detours<'i, 'a>,
     pub(crate) reach: NeighbourReach,
-    /// The surface that passes lie on, and how far above it.
+    /// Surface of the passes, and the passes' height above it.
     pub(crate) surface: &'i Surface,
     pub(crate) allowance: f64,
-    /// Allowed cusp, mm.
+    /// Permitted cusp, mm.
     pub(crate) cusp: f64,
-    /// Step-over below which no pass is put between, mm.
+    /// Step-over below which no pass is inserted, mm.
     pub(crate) least_step: f64,
-    /// Shorter passes are made longer where those beside are, mm.
+    /// Length up to which shorter passes are extended if their neighbours continue, mm.
     pub(crate) least_length: f64,
 }
 
-/// Rounds of passes put between others. Each halves a strip at least, which brings its cusp down to
-/// a quarter: three take a cusp of 64 times the allowed one.
+/// Number of rounds of insertion. Each at least halves a strip, which reduces its cusp to a
+/// quarter: three are enough for a cusp of 64 times the permitted one.
 const ROUNDS: usize = 3;
 
-/// Most passes in one strip: more of them in a strip so wide are another plan.
+/// Largest number of passes in one strip: more in so wide a strip make a different plan.
 const MOST_BETWEEN: usize = 8;
 
-/// How much wider than needed strips are taken to be, for postures that turn out a little steeper.
+/// Factor by which strips are taken wider than needed, for postures that turn out slightly steeper.
 const MARGIN: f64 = 1.02;
 
-/// Bisections of the way from an infeasible point to the pass beside it: an eighth of the strip.
+/// Bisections between an infeasible point and the pass beside it: an eighth of the strip.
 const MOVES: u32 = 3;
 
-/// Points on either side that a moved pass keeps the same distance from, so that it runs evenly.
+/// Number of points on either side from which a moved pass keeps the same distance, so that it runs
+/// evenly.
 const EVEN: usize = 3;
 
 /// Passes that an operation gets besides those of its strategy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum AddedPasses {
-    /// Beside trimmed passes, and where the postures taken leave more than the allowed cusp.
+    /// Beside trimmed passes, and where the chosen postures leave more than the permitted cusp.
     All,
-    /// Beside trimmed passes alone: two heads at once choose postures anew, so that only then it is
-    /// known where the cusp is not kept.
+    /// Beside trimmed passes alone: two heads at once choose postures anew, so only then is it
+    /// known where the cusp is exceeded.
     BesideTrimmed,
 }
 
-/// When passes between others are cut.
+/// Time at which inserted passes are cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum CutOrder {
     /// In their strip, before the pass that left too much.
@@ -96,18 +97,18 @@ pub(crate) enum CutOrder {
     Last,
 }
 
-/// A pass to be put before a pass, by number; behind the last by the number after it.
+/// Pass to insert before a pass, by number; behind the last, the number after it.
 struct Extra {
     before: usize,
     task: LaidTask,
 }
 
 impl<'a> Interposer<'_, 'a> {
-    /// Puts passes beside trimmed ones, and where it is asked for between those planned, until the
+    /// Inserts passes beside trimmed ones, and if requested between the planned ones, until the
     /// cusp holds or no more fit.
     ///
     /// # Errors
-    /// When the stages are cancelled.
+    /// If the stages are cancelled.
     pub(crate) fn improve(
         &self,
         path: &mut PlannedPath,
@@ -123,10 +124,10 @@ impl<'a> Interposer<'_, 'a> {
         Ok(extra)
     }
 
-    /// Puts passes between those planned, until the cusp holds or no more fit.
+    /// Inserts passes between the planned ones, until the cusp holds or no more fit.
     ///
     /// # Errors
-    /// When the stages are cancelled.
+    /// If the stages are cancelled.
     pub(crate) fn keep_cusp(
         &self,
         path: &mut PlannedPath,
@@ -157,7 +158,7 @@ impl<'a> Interposer<'_, 'a> {
         Ok(())
     }
 
-    /// Plans passes and puts them between the others, where they are feasible; returns how many.
+    /// Plans passes and inserts the feasible ones between the others; returns their number.
     fn put_in(
         &self,
         path: &mut PlannedPath,
@@ -208,13 +209,13 @@ impl<'a> Interposer<'_, 'a> {
         Ok(n)
     }
 
-    /// New passes with the strips to those beside them.
+    /// Returns new passes with the strips to those beside them.
     fn tasks_beside(&self, path: &PlannedPath, laid: &[LaidTask]) -> Vec<PassTask> {
         let neighbours = Neighbours::new(path.tasks.iter().map(as_laid).collect(), self.reach);
         pass_tasks(laid, |pass, point| neighbours.beside(&unposed(&laid[pass].pass.points[point])).strip())
     }
 
-    /// Passes where the ridges are too high.
+    /// Returns passes for places where the ridges are too high.
     fn between(&self, path: &PlannedPath) -> Vec<Extra> {
         let planned = path.planned();
         let neighbours = Neighbours::new(planned.passes(), self.reach);
@@ -246,9 +247,9 @@ impl<'a> Interposer<'_, 'a> {
         (0..neighbours.passes().len()).into_par_iter().map(of_run).collect::<Vec<_>>().into_iter().flatten().collect()
     }
 
-    /// Stock that ridges leave beyond the allowed cusp, mm³, as if they were as high over the whole
-    /// strip: a measure to compare rounds by. A strip that stays uncut counts as high as it is
-    /// wide.
+    /// Returns the stock that ridges leave beyond the permitted cusp, mm³, as if they were as high
+    /// over the whole strip: a measure for comparing rounds. A strip that stays uncut counts as
+    /// high as it is wide.
     fn left_beyond(&self, path: &PlannedPath) -> f64 {
         let neighbours = Neighbours::new(path.planned().passes(), self.reach);
         let cutter = self.tests.plain.cell.tool.cutter();
@@ -273,7 +274,7 @@ impl<'a> Interposer<'_, 'a> {
         found.iter().sum()
     }
 
-    /// How many passes a ridge asks for between a point and the pass beside it.
+    /// Returns the number of passes that a ridge requires between a point and the pass beside it.
     fn wanted_between(&self, own: &CutPoint, beside: &Neighbour) -> usize {
         let cutter = self.tests.plain.cell.tool.cutter();
         let ridge = Ridge::toward(cutter, own, beside);
@@ -291,8 +292,8 @@ impl<'a> Interposer<'_, 'a> {
         if step / (n + 1) as f64 >= self.least_step { n } else { 0 }
     }
 
-    /// Stretches of a run at which passes are wanted, each a point longer at both ends, and as long
-    /// as passes have to be where the pass beside goes on.
+    /// Returns the stretches of a run at which passes are needed, each a point longer at both ends,
+    /// and as long as passes must be while the pass beside continues.
     fn long_enough(&self, points: &[CutPoint], wanted: &[Option<(Neighbour, usize)>]) -> Vec<std::ops::Range<usize>> {
         let mut stretches: Vec<std::ops::Range<usize>> = Vec::new();
         for run in runs_of_one(wanted, |w| w.is_some_and(|(_, n)| n > 0)) {
@@ -316,8 +317,8 @@ impl<'a> Interposer<'_, 'a> {
         stretches.into_iter().filter(|s| s.len() >= 2).collect()
     }
 
-    /// Passes beside the points of trimmed ones, on both sides as near to them as there are
-    /// postures.
+    /// Returns passes beside the points of trimmed ones, on both sides as near to them as postures
+    /// permit.
     fn moved(&self, path: &PlannedPath) -> Vec<Extra> {
         let Some(search_settings) = self.settings.fallback() else { return Vec::new() };
         let laid = Neighbours::new(path.tasks.iter().map(as_laid).collect(), self.reach);
@@ -331,7 +332,7 @@ impl<'a> Interposer<'_, 'a> {
                     let cc = &task.pass.points[point];
                     let beside = laid.of(OwnPlace { pass, point }).nearest[side]?;
                     let toward = feasible.beside(&unposed(cc)).nearest[side]?;
-                    // A trimmed pass between has to be moved itself.
+                    // A trimmed pass between must be moved itself.
                     if (toward.point.cc.position - beside.point.cc.position).norm() > SAME_PLACE {
                         return None;
                     }
@@ -364,7 +365,8 @@ impl<'a> Interposer<'_, 'a> {
         trimmed.into_par_iter().map(of_stretch).collect::<Vec<_>>().into_iter().flatten().collect()
     }
 
-    /// A pass through places between points and the pass beside them, each by its share of the way.
+    /// Returns a pass through places between points and the pass beside them, each by its share of
+    /// the distance.
     fn laid<'c>(
         &self,
         places: impl Iterator<Item = (&'c CcPoint, Neighbour, f64)>,
@@ -395,8 +397,8 @@ impl<'a> Interposer<'_, 'a> {
         Some(LaidTask { pass, ..like.clone() })
     }
 
-    /// The point of the surface at a share of the way from one CC point to another; `None` where it
-    /// is far from both.
+    /// Returns the point of the surface at a share of the distance from one CC point to another;
+    /// `None` if it is far from both.
     fn between_points(&self, from: &CcPoint, to: &CcPoint, share: f64) -> Option<CcPoint> {
         let foot = |cc: &CcPoint| cc.position - cc.normal.into_inner() * self.allowance;
         let (a, b) = (foot(from), foot(to));
@@ -407,14 +409,15 @@ impl<'a> Interposer<'_, 'a> {
     }
 }
 
-/// Places nearer than this are the same, mm.
+/// Largest distance of equal places, mm.
 const SAME_PLACE: f64 = 1e-6;
 
-/// Share of the way beyond which a pass is not worth its entry and exit: next to the pass beside.
+/// Share of the distance beyond which a pass is not worth its entry and exit: next to the pass
+/// beside.
 const FARTHEST: f64 = 0.75;
 
-/// The least share of the way at which a point is feasible, to an eighth of it; `None` where that
-/// is next to the pass beside.
+/// Returns the least share of the distance at which a point is feasible, to an eighth of it; `None`
+/// if that is next to the pass beside.
 fn nearest_feasible<T>(mut is_feasible: impl FnMut(f64) -> Option<T>) -> Option<f64> {
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..MOVES {
@@ -424,7 +427,7 @@ fn nearest_feasible<T>(mut is_feasible: impl FnMut(f64) -> Option<T>) -> Option<
     (high <= FARTHEST).then_some(high)
 }
 
-/// Lets shares along a pass not fall short of those of the points around.
+/// Raises shares along a pass to those of the points around.
 fn even_out(shares: &mut [Option<(Neighbour, f64)>]) {
     let before: Vec<Option<f64>> = shares.iter().map(|s| s.map(|(_, share)| share)).collect();
     for (k, share) in shares.iter_mut().enumerate() {
@@ -435,12 +438,12 @@ fn even_out(shares: &mut [Option<(Neighbour, f64)>]) {
     }
 }
 
-/// Runs of at least two items for which something holds.
+/// Returns the runs of at least two items for which a condition holds.
 fn runs<T>(items: &[T], holds: impl Fn(&T) -> bool) -> Vec<std::ops::Range<usize>> {
     runs_of_one(items, holds).into_iter().filter(|run| run.len() >= 2).collect()
 }
 
-/// Runs of items for which something holds.
+/// Returns the runs of items for which a condition holds.
 fn runs_of_one<T>(items: &[T], holds: impl Fn(&T) -> bool) -> Vec<std::ops::Range<usize>> {
     let mut found: Vec<std::ops::Range<usize>> = Vec::new();
     for (k, _) in items.iter().enumerate().filter(|(_, item)| holds(item)) {
@@ -452,17 +455,17 @@ fn runs_of_one<T>(items: &[T], holds: impl Fn(&T) -> bool) -> Vec<std::ops::Rang
     found
 }
 
-/// A CC point without a posture.
+/// Returns a CC point without a posture.
 pub(crate) fn unposed(cc: &CcPoint) -> CutPoint {
     CutPoint { cc: *cc, posture: Posture::default() }
 }
 
-/// A pass as it is laid.
+/// Returns a pass as generated.
 pub(crate) fn as_laid(task: &LaidTask) -> CutPass {
     CutPass { points: task.pass.points.iter().map(unposed).collect(), uncut_left: task.uncut_left }
 }
 
-/// The feasible runs of passes.
+/// Feasible runs of passes.
 struct PlannedRuns {
     passes: Vec<CutPass>,
     /// Number of each run's task.
@@ -483,7 +486,7 @@ impl PlannedPath {
         }
     }
 
-    /// The runs of feasible points with their postures.
+    /// Returns the runs of feasible points with their postures.
     fn planned(&self) -> PlannedRuns {
         let mut found = PlannedRuns { passes: Vec::new(), task: Vec::new() };
         for (k, (task, outcome)) in self.tasks.iter().zip(&self.outcomes).enumerate() {
@@ -501,7 +504,8 @@ impl PlannedPath {
     }
 }
 
-/// Each pass with its search curve and the strip at every point, by numbers of pass and point.
+/// Returns each pass with its search curve and the strip at every point, by numbers of pass and
+/// point.
 pub(crate) fn pass_tasks(tasks: &[LaidTask], strip: impl Fn(usize, usize) -> Option<Strip> + Sync) -> Vec<PassTask> {
     tasks
         .par_iter()

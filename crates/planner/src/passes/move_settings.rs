@@ -12,7 +12,7 @@ use facemill_tool_model::Cutter;
 use facemill_tool_path::linearity::Linearity;
 use facemill_tool_path::moves::MoveSettings;
 
-/// How far the control may stray in cuts, entries and exits of an operation.
+/// Returns the largest deviation of the control in cuts, entries and exits of an operation.
 pub(crate) fn cut_linearity(job: &Job, operation: &OperationFile) -> Linearity {
     linearity(job, operation.tolerances.linearisation_mm, job.post.cutting_law())
 }
@@ -21,10 +21,10 @@ pub(crate) fn linearity(job: &Job, tolerance: f64, law: CuttingLaw) -> Linearity
     Linearity { tolerance, rounding: job.post.rounding_bound(), law }
 }
 
-/// How the moves of an operation are made.
+/// Returns the settings for the moves of an operation.
 pub(crate) fn move_settings(job: &Job, setup: &Setup<'_>, operation: &OperationFile) -> MoveSettings {
     let clearance = setup.file.rapid_clearance_mm;
-    // PointEngagement the tool axis, out of any stock that the tool can be in.
+    // Along the tool axis, out of any stock that the tool can be in.
     let max_retract = diagonal(&setup.aabb()).max(100.0);
     let rapid_law = job.rapid_law();
     let law = if let BlockLaw::Cutting(law) = rapid_law { law } else { CuttingLaw::AxesLinear };
@@ -38,14 +38,14 @@ pub(crate) fn move_settings(job: &Job, setup: &Setup<'_>, operation: &OperationF
         },
         shortest_order: setup.file.links.order == PassOrderFile::Shortest,
         linearity: cut_linearity(job, operation),
-        // Half of the distance that rapids keep anyway; how axes go that each go by themselves is
-        // tested block by block.
+        // Half of the distance that rapids keep anyway; independent axis motions are tested block
+        // by block.
         rapid_linearity: linearity(job, 0.5 * clearance, law),
     }
 }
 
-/// Poses of an entry's or exit's arc per radius of way: chords leave the arc by 2e-5 of its radius,
-/// and are no more than 0.4° steeper than it.
+/// Number of poses of an entry's or exit's arc per radius of path: chords deviate from the arc by
+/// 2e-5 of its radius, and are at most 0.4° steeper than it.
 pub(crate) const ARC_STEPS: f64 = 80.0;
 
 /// Largest and smallest distance between tested poses on entries and exits, mm. Within, it is a
@@ -53,7 +53,7 @@ pub(crate) const ARC_STEPS: f64 = 80.0;
 /// it touches between two.
 pub(crate) const TEST_STEPS: [f64; 2] = [1.0, 0.25];
 
-/// Settings of an entry or exit.
+/// Returns the settings of an entry or exit.
 pub(crate) fn approach_settings(
     file: &ApproachFile,
     cutter: &Cutter,

@@ -33,7 +33,7 @@ use crate::passes::move_settings::move_settings;
 use crate::passes::pole_detours::Detours;
 use crate::stage_clock::Clock;
 
-/// What all operations of a setup stand on.
+/// Shared context of all operations of a setup.
 pub(crate) struct SetupContext<'a> {
     /// The job.
     pub(crate) job: &'a Job,
@@ -41,39 +41,39 @@ pub(crate) struct SetupContext<'a> {
     pub(crate) setup: &'a Setup<'a>,
     /// Z-map of the setup's obstacles.
     pub(crate) map: &'a ZMap,
-    /// Passes that operations get besides those that their strategies lay.
+    /// Passes that operations get besides those of their strategies.
     pub(crate) added: AddedPasses,
 }
 
-/// An operation on its way to the program.
+/// Operation on its way to the program.
 pub(crate) struct PlannedOperation<'a> {
     pub(crate) operation: &'a OperationFile,
     pub(crate) moves: OperationMoves,
     /// CC points of the path, in all places of the pattern.
     pub(crate) cc_points: usize,
-    /// Pieces of passes that were too short to keep.
+    /// Number of pieces of passes that were too short to keep.
     pub(crate) dropped_pieces: usize,
     /// CC points without a pose in the program.
     pub(crate) left_out: Vec<LeftOut>,
-    /// What would help at the first point of each reason.
+    /// Remedies at the first point of each reason.
     pub(crate) reliefs: BTreeMap<String, Vec<Relief>>,
-    /// How near to the best the postures of the first place are, where that was sought.
+    /// Distance of the postures of the first place from the optimum, if one was sought.
     pub(crate) optimum: Option<Optimum>,
-    /// CC points at which the search could not prove as finely as asked.
+    /// CC points at which the search could not prove as finely as requested.
     pub(crate) widened: Option<Widened>,
     /// Ridges and chips of every piece, at points of the path and at both ends.
     pub(crate) along: Vec<Vec<PointEngagement>>,
-    /// Passes put between those laid.
+    /// Passes inserted between the generated ones.
     pub(crate) extra: ExtraPasses,
 }
 
 impl<'a> PlannedOperation<'a> {
-    /// Plans an operation whose program goes on `from` where the one before it ended; with
+    /// Plans an operation whose program continues `from` the end of the one before it; with
     /// `picture` also draws the solution space at one point.
     ///
     /// # Errors
-    /// When no pass can be laid, the operation's policy does not allow what is infeasible, or the
-    /// stages are cancelled.
+    /// If no pass can be generated, the operation's policy forbids infeasible points, or the stages
+    /// are cancelled.
     pub(crate) fn plan(
         ground: &SetupContext<'_>,
         (index, operation): (usize, &'a OperationFile),
@@ -93,8 +93,7 @@ impl<'a> PlannedOperation<'a> {
         clock.lap("path");
         let mut left_out = Vec::new();
         let settings = move_settings(job, setup, operation);
-        // What looks for postures keeps away from the pole; what is to be tested as it stands does
-        // not.
+        // The search for postures avoids the pole; tests of given postures do not.
         let choosing = PoseTest::new(&cell).avoiding_pole(operation.search.singular_cone_deg.to_radians());
         let tests = Tests { choosing: &choosing, plain: &test };
         let Placed { pieces, cc_points, optimum, extra } =
@@ -125,12 +124,12 @@ impl<'a> PlannedOperation<'a> {
         Ok((planned, picture))
     }
 
-    /// CC points with a pose in the program.
+    /// Returns the number of CC points with a pose in the program.
     pub(crate) fn planned_points(&self) -> usize {
         self.moves.pieces.iter().map(|p| p.piece.points()).sum()
     }
 
-    /// Part of the CC points that may be left out.
+    /// Returns the fraction of the CC points that may be left out.
     pub(crate) fn max_trimmed_fraction(&self) -> f64 {
         match &self.operation.infeasible {
             InfeasibleFile::Stop => 0.0,
@@ -138,14 +137,14 @@ impl<'a> PlannedOperation<'a> {
         }
     }
 
-    /// Whether more is left out than the operation allows.
+    /// Returns whether more is left out than the operation permits.
     pub(crate) fn trims_too_much(&self) -> bool {
         self.left_out.len() as f64 > self.max_trimmed_fraction() * self.cc_points as f64
     }
 
     /// Applies the operation's policy for infeasible points.
     fn check_left_out(&self) -> Result<(), Failure> {
-        // A point that was searched says more than one that is left out for its neighbours' sake.
+        // A searched point says more than one left out because of its neighbours.
         let searched = self.left_out.iter().find(|l| l.searched.is_some());
         let Some(first) = searched.or(self.left_out.first()) else { return Ok(()) };
         let (p, name) = (first.place, &self.operation.name);
@@ -163,10 +162,10 @@ impl<'a> PlannedOperation<'a> {
     }
 }
 
-/// Reasons for which it is told what would help; the rest are few points each.
+/// Largest number of reasons with remedies; the rest are few points each.
 const REASONS: usize = 16;
 
-/// What would help at the first point of each of the first reasons.
+/// Returns remedies at the first point of each of the first reasons.
 fn reliefs_by_reason(
     cell: &Workcell<'_>,
     left_out: &[LeftOut],
@@ -190,8 +189,8 @@ fn reliefs_by_reason(
     firsts.into_par_iter().map(of).collect()
 }
 
-/// Where the job leaves the branch open, takes the one nearest to home at the first CC point for
-/// all passes: passes on different branches would have to be linked through the pole.
+/// Chooses the branch nearest to home at the first CC point for all passes, if the job leaves the
+/// branch open: passes on different branches would need links through the pole.
 pub(crate) fn settle_branch(cell: &mut Workcell<'_>, tasks: &[LaidTask]) {
     let first = tasks.first().and_then(|t| Some((t.pass.points.first()?, t.curve.start())));
     let (BranchPreference::Nearest, Some((cc, posture))) = (cell.preferred_branch, first) else { return };
@@ -206,17 +205,17 @@ pub(crate) fn settle_branch(cell: &mut Workcell<'_>, tasks: &[LaidTask]) {
 
 /// Poses in every place of the pattern.
 struct Placed {
-    /// In cutting order.
+    /// Pieces in cutting order.
     pieces: Vec<Piece>,
     /// CC points of all places.
     cc_points: usize,
-    /// How near to the best the postures of the first place are, where that was sought.
+    /// Distance of the postures of the first place from the optimum, if one was sought.
     optimum: Option<Optimum>,
-    /// Passes put between those laid.
+    /// Passes inserted between the generated ones.
     extra: ExtraPasses,
 }
 
-/// Poses in every place of the pattern, as pieces in cutting order.
+/// Returns poses in every place of the pattern, as pieces in cutting order.
 fn place_pieces(
     tests: &Tests<'_>,
     ground: &SetupContext<'_>,
@@ -241,8 +240,7 @@ fn place_pieces(
     Ok(Placed { pieces, cc_points: n_points * places.len(), optimum, extra })
 }
 
-/// Poses in the first place of the pattern, with passes put between those laid where that is asked
-/// for.
+/// Returns poses in the first place of the pattern, with inserted passes if requested.
 fn planned_path(
     tests: &Tests<'_>,
     ground: &SetupContext<'_>,
@@ -271,13 +269,13 @@ fn planned_path(
     Ok((path, extra))
 }
 
-/// The strategy that lays an operation's passes; `None` where a file has them, which are cut as
-/// they lie.
+/// Returns the strategy that generates an operation's passes; `None` if they come from a file,
+/// whose passes are cut unchanged.
 pub(crate) fn strategy_of(operation: &OperationFile) -> Option<&PathFromStrategy> {
     if let PathFile::Strategy(strategy) = &operation.path { Some(strategy) } else { None }
 }
 
-/// What plans passes of an operation beside the pole again.
+/// Returns the replanning of an operation's passes beside the pole.
 pub(crate) fn detours<'d, 'a>(
     tests: &'d Tests<'a>,
     ground: &'d SetupContext<'_>,
@@ -295,7 +293,7 @@ pub(crate) fn detours<'d, 'a>(
     }
 }
 
-/// What puts passes between those of an operation.
+/// Returns the insertion of passes between those of an operation.
 pub(crate) fn interposer<'d, 'a>(
     detours: &'d Detours<'d, 'a>,
     ground: &'d SetupContext<'_>,
@@ -315,14 +313,14 @@ pub(crate) fn interposer<'d, 'a>(
     }
 }
 
-/// CC points among which the picture's is sought.
+/// Number of CC points among which the picture's is sought.
 const PICTURE_CANDIDATES: usize = 300;
 
 /// Resolution of the picture, rad.
 const PICTURE_RESOLUTION: f64 = 0.25 * std::f64::consts::PI / 180.0;
 
-/// The solution space at the point of the path, of some hundred spread over it, whose smallest
-/// feasible posture has the largest tilt, the first of equals: where it is narrowest.
+/// Returns the solution space at one of some hundred points spread over the path: the first whose
+/// smallest feasible posture has the largest tilt, where the space is narrowest.
 fn picture_of(
     test: &PoseTest<'_>,
     operation: &OperationFile,
@@ -355,7 +353,7 @@ fn picture_of(
     }
 }
 
-/// From tilt 0 and rotate 0 to the ends of the curve.
+/// Returns the range from tilt 0 and rotate 0 to the ends of the curve.
 pub(crate) fn mapped_range(curve: &SearchCurve) -> PostureRange {
     let end = curve.end();
     let rotate = if end.rotate == 0.0 { -SHOWN_ROTATE } else { end.rotate };
@@ -363,8 +361,8 @@ pub(crate) fn mapped_range(curve: &SearchCurve) -> PostureRange {
     PostureRange { tilt: [0.0, end.tilt.max(NARROWEST)], rotate: [rotate.min(0.0), rotate.max(0.0)] }
 }
 
-/// Smallest largest tilt and rotate of a map, rad: what has no width cannot be drawn.
+/// Smallest upper limit of tilt and rotate of a map, rad: a range of no width cannot be drawn.
 pub(crate) const NARROWEST: f64 = std::f64::consts::PI / 180.0;
 
-/// Rotate that is shown where the operation's search does not rotate, rad.
+/// Rotate shown if the operation's search does not rotate, rad.
 pub(crate) const SHOWN_ROTATE: f64 = 85.0 * std::f64::consts::PI / 180.0;

@@ -1,10 +1,10 @@
 //! Other postures for passes that lose time beside the pole of the rotary axes, judged by the time
 //! that the axes really need.
 //!
-//! The cost of a sequence of postures counts speeds; how long a pass takes is decided by
-//! accelerations and jerks, too, and beside the pole they are what holds the tip back. So passes
-//! that lose much there are planned again, calmer and farther from the pole, and the machine's law
-//! of motion decides which way is taken.
+//! The cost of a sequence of postures counts speeds; the time of a pass also depends on
+//! accelerations and jerks, and beside the pole these slow the tip. Passes that lose much there are
+//! therefore planned again, calmer and farther from the pole, and the machine's motion law decides
+//! which plan is used.
 
 #[cfg(test)]
 #[path = "../../tests/unit/passes/pole_detours/laws.rs"]
@@ -24,77 +24,77 @@ use facemill_tool_path::pieces::pole::Tests;
 use facemill_virtual_machine::program_time::run::{Run, Timer};
 use rayon::prelude::*;
 
-/// Angle to the pole within which lost time is put down to it, rad: farther away the first rotary
-/// axis turns less than six times as fast as the tool axis. Larger: passes that have nothing to win
+/// Angle to the pole within which lost time is attributed to it, rad: farther away the first rotary
+/// axis turns less than six times as fast as the tool axis. Larger: passes without possible gain
 /// are planned again.
 pub(crate) const BESIDE_POLE: f64 = 10.0 * std::f64::consts::PI / 180.0;
 
-/// Part of a pass's time at the programmed feed that is lost before other ways are tried, and that
-/// another way has to win. Smaller: more planning for less.
+/// Fraction of a pass's time at the programmed feed that must be lost before other plans are tried,
+/// and that another plan must win. Smaller: more planning for less.
 const WORTH: f64 = 0.1;
 
-/// Part of the largest turn along the pass that a calmer way keeps to. Postures are then chosen at
-/// points four times as far apart, and what changes faster is smoothed away.
+/// Fraction of the largest turn along the pass that a calmer plan keeps. Postures are then chosen
+/// at points four times as far apart, and faster changes are smoothed away.
 const CALMER: f64 = 0.25;
 
 /// Wider cones about the pole, rad: the axis turns a third, a ninth as fast as at the border of the
 /// default one.
 const CONES: [f64; 2] = [3.0 * std::f64::consts::PI / 180.0, 9.0 * std::f64::consts::PI / 180.0];
 
-/// Passes that an uncut strip counts for.
+/// Number of passes that an uncut strip counts for.
 const PASSES_IN_UNCUT: f64 = 8.0;
 
 /// Least time of a pass's entry, exit and link, s: it is 11 s on the example patch of 400 mm, 15 s
-/// on the example propeller. Larger: ways stay that lose more beside the pole; smaller: passes are
-/// put between for less than they cost.
+/// on the example propeller. Larger: plans stay that lose more beside the pole; smaller: passes are
+/// inserted for less than they cost.
 const BETWEEN_PASSES: f64 = 10.0;
 
-/// Plans passes beside the pole again, and judges the ways.
+/// Replanner of passes beside the pole, and judge of the plans.
 pub(crate) struct Detours<'d, 'a> {
     pub(crate) tests: &'d Tests<'a>,
     pub(crate) settings: &'d PassSettings,
     pub(crate) control: &'d ControlMotion,
     /// Programmed feed, mm/s.
     pub(crate) feed: f64,
-    /// Allowed cusp, mm.
+    /// Permitted cusp, mm.
     pub(crate) cusp: f64,
-    /// Whether passes are put between where a cusp is too high: then it costs their time; else no
-    /// other way may raise it.
+    /// Whether passes are inserted where a cusp is too high: then it costs their time; else no
+    /// other plan may raise it.
     pub(crate) adds_passes: bool,
 }
 
-/// Another way to choose the postures of a pass.
+/// Alternative choice of the postures of a pass.
 struct Alternative {
     cone: f64,
     settings: PassSettings,
 }
 
-/// Times of the steps of a pass, s; 0 where a step has no pose at an end.
+/// Times of the steps of a pass, s; 0 for a step without a pose at an end.
 struct StepTimes {
     /// At the programmed feed.
     asked: Vec<f64>,
-    /// By the machine's law of motion.
+    /// By the machine's motion law.
     needed: Vec<f64>,
-    /// Runs of poses that the axes go through without turning back or over.
+    /// Runs of poses without reversals or changes of branch.
     runs: usize,
 }
 
 impl Detours<'_, '_> {
     /// Plans the passes again that come beside the pole and lose more than a tenth of their time,
-    /// and takes the ways that are faster.
+    /// and uses the faster plans.
     ///
-    /// A pass is replaced only where the other way leaves no point out that the pass has, and is in
-    /// no more parts. All others stay as they are. Does not depend on the number of threads.
+    /// Replaces a pass only if the other plan omits no point of the pass, and has no more parts.
+    /// All others stay unchanged. Does not depend on the number of threads.
     ///
     /// # Errors
-    /// When the stages are cancelled.
+    /// If the stages are cancelled.
     pub(crate) fn take(
         &self,
         tasks: &[PassTask],
         planned: &mut [PlannedPass],
         stages: &dyn Stages,
     ) -> Result<(), Failure> {
-        // What a proof says of the search is of all its tests together.
+        // A proof on the search concerns all its tests together.
         if self.settings.fallback().is_none() || self.settings.search.certified.is_some() {
             return Ok(());
         }
@@ -130,8 +130,8 @@ impl Detours<'_, '_> {
         self.tests.plain.cell.machine
     }
 
-    /// Ways to plan besides the job's own: none lets the tool turn faster or nearer to the pole
-    /// than that.
+    /// Returns the plans to try besides the job's own: none lets the tool turn faster or come
+    /// nearer to the pole than that.
     fn alternatives(&self) -> Vec<Alternative> {
         let own_cone = self.tests.choosing.pole_cone();
         let calmer = PassSettings { max_turn_per_mm: CALMER * self.settings.max_turn_per_mm, ..*self.settings };
@@ -149,7 +149,7 @@ impl Detours<'_, '_> {
         }
     }
 
-    /// A pass planned within other limits, with the steps counted that are beyond those of the job.
+    /// Returns a pass planned within other limits, with the count of steps beyond those of the job.
     fn counted_again(&self, task: &PassTask, mut found: PlannedPass) -> PlannedPass {
         if let Some(optimum) = &mut found.optimum {
             let limits = (self.settings.max_turn_per_mm, self.feed);
@@ -158,16 +158,16 @@ impl Detours<'_, '_> {
         found
     }
 
-    /// Whether a pose is beside the pole.
+    /// Returns whether a pose is beside the pole.
     fn is_beside_pole(&self, outcome: &Outcome) -> bool {
         let Ok(pose) = outcome else { return false };
         let cl = pose.cl.transformed(&self.tests.plain.cell.table_from_work);
         self.machine().angle_to_singular(&cl).is_some_and(|angle| angle < BESIDE_POLE)
     }
 
-    /// Time of the passes that have to be put beside a pass for its postures, s, with their
-    /// entries, exits and links: so many that each strip's cusp, which falls with the square of its
-    /// width, is kept.
+    /// Returns the time of the passes to insert beside a pass for its postures, s, with their
+    /// entries, exits and links: as many as keep each strip's cusp, which falls with the square of
+    /// its width.
     fn between(&self, task: &PassTask, outcomes: &Pass<Outcome>) -> f64 {
         let cutter = self.tests.plain.cell.tool.cutter();
         let passes = |k: usize| {
@@ -184,31 +184,31 @@ impl Detours<'_, '_> {
         time_between(&passes, &steps)
     }
 
-    /// Time of a step at the programmed feed, s.
+    /// Returns the time of a step at the programmed feed, s.
     fn asked(&self, ends: &[CcPoint]) -> f64 {
         (ends[1].position - ends[0].position).norm() / self.feed
     }
 }
 
-/// Time of passes between, s: so many at each point, with the times of the steps from point to
-/// point.
+/// Returns the time of inserted passes, s: so many at each point, with the times of the steps from
+/// point to point.
 fn time_between(passes: &[f64], steps: &[f64]) -> f64 {
     let along: f64 = passes.windows(2).zip(steps).map(|(ends, step)| step * ends[0].max(ends[1])).sum();
-    // Where more are wanted than at the point before, some begin.
+    // Where more are needed than at the point before, some begin.
     let before = std::iter::once(&0.0).chain(passes);
     let begin: f64 = passes.iter().zip(before).map(|(here, before)| (here - before).max(0.0)).sum();
     along + BETWEEN_PASSES * begin
 }
 
-/// Judges ways by their times.
+/// Judge of plans by their times.
 struct Judge<'j, 'd, 'a> {
     detours: &'j Detours<'d, 'a>,
-    /// The machine's law; `None` where its file lacks a limit: then largest velocities alone count.
+    /// The machine's law; `None` if its file lacks a limit: then only largest velocities count.
     timer: Option<&'j Timer<'j>>,
 }
 
 impl Judge<'_, '_, '_> {
-    /// Whether a pass comes beside the pole and loses more than is worth a second plan: what is won
+    /// Returns whether a pass comes beside the pole and loses enough for a second plan: a gain
     /// there may be lost farther on.
     fn loses_beside_pole(&self, task: &PassTask, outcomes: &Pass<Outcome>) -> bool {
         if !outcomes.points.iter().any(|o| self.detours.is_beside_pole(o)) {
@@ -219,8 +219,8 @@ impl Judge<'_, '_, '_> {
         needed > (1.0 + WORTH) * asked
     }
 
-    /// Whether another way leaves no point out that one has, is in no more parts, and takes less
-    /// time, that of passes between included.
+    /// Returns whether another plan omits no point of the pass, has no more parts, and takes less
+    /// time, including that of inserted passes.
     fn is_better(&self, task: &PassTask, own: &Pass<Outcome>, other: &Pass<Outcome>) -> bool {
         if own.points.iter().zip(&other.points).any(|(own, other)| own.is_ok() && other.is_err()) {
             return false;
@@ -234,8 +234,8 @@ impl Judge<'_, '_, '_> {
         other.runs <= own.runs && other_needed + other_between + WORTH * asked < needed + own_between
     }
 
-    /// The times of a pass's steps, each run of poses from rest to rest. An estimate: the poses put
-    /// between points are to come.
+    /// Returns the times of a pass's steps, each run of poses from rest to rest. An estimate: poses
+    /// between points are still to be inserted.
     fn times(&self, points: &[CcPoint], outcomes: &Pass<Outcome>) -> StepTimes {
         let n_steps = points.len().saturating_sub(1);
         let mut times = StepTimes { asked: vec![0.0; n_steps], needed: vec![0.0; n_steps], runs: 0 };
@@ -261,8 +261,8 @@ impl Judge<'_, '_, '_> {
         times
     }
 
-    /// A position with endless axes turned to where they are nearest to the one before; `None`
-    /// where an axis with stops has to turn back.
+    /// Returns a position with endless axes turned to values nearest to those of the one before;
+    /// `None` if an axis with stops must turn back.
     fn wound(&self, before: &AxisValues, at: &AxisValues) -> Option<AxisValues> {
         let axes = self.detours.machine().axes();
         let mut near = *at;
@@ -294,7 +294,7 @@ impl Judge<'_, '_, '_> {
         times.needed[steps].copy_from_slice(&needed);
     }
 
-    /// Time that the slowest axis takes at its largest velocity, s.
+    /// Returns the time of the slowest axis at its largest velocity, s.
     fn least_time(&self, ends: &[AxisValues]) -> f64 {
         let axes = self.detours.machine().axes().iter().enumerate();
         axes.map(|(k, axis)| (ends[1][k] - ends[0][k]).abs() / axis.max_velocity).fold(0.0, f64::max)

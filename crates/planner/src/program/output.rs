@@ -1,4 +1,4 @@
-//! From planned operations to text, and the run of that text on the virtual machine.
+//! Conversion of planned operations to text, and the run of that text on the virtual machine.
 
 use std::collections::BTreeSet;
 
@@ -37,10 +37,10 @@ use crate::program::timed::{CutBlock, Timed};
 use crate::program::timing::text::time_text;
 use crate::program::timing::{Written, time_program};
 
-/// What a program says of itself that was not run on the virtual machine.
+/// Mark in a program that was not run on the virtual machine.
 pub(crate) const NOT_VERIFIED: &str = "NOT VERIFIED";
 
-/// What is written of a setup.
+/// Texts of a setup.
 pub(crate) struct Texts {
     /// Timed blocks; the program itself is in the text.
     pub timed: Timed,
@@ -60,32 +60,32 @@ impl Texts {
         Self { timed, nc: written.text, apt, operation_lines, block_lines: written.block_lines }
     }
 
-    /// First and last line of a run of moves, each by its index among all.
+    /// Returns the first and last line of a run of moves, each by its index among all.
     pub(crate) fn lines_of_moves(&self, [first, last]: [usize; 2]) -> [u32; 2] {
         let end = self.timed.move_blocks[last] + 1;
         let behind = self.block_lines.get(end).map_or_else(|| self.line_of_move(last), |line| line - 1);
         [self.line_of_move(first), behind.max(self.line_of_move(last))]
     }
 
-    /// Line at which a move begins.
+    /// Returns the line at which a move begins.
     pub(crate) fn line_of_move(&self, index: usize) -> u32 {
         self.block_lines[self.timed.move_blocks[index]]
     }
 
-    /// Lines of all cutting moves, in program order.
+    /// Returns the lines of all cutting moves, in program order.
     pub(crate) fn cut_lines(&self) -> Vec<u32> {
         self.timed.cut_blocks.iter().map(|b| self.block_lines[b.block]).collect()
     }
 
-    /// Blocks along passes that stand on these lines.
+    /// Returns the blocks along passes on these lines.
     pub(crate) fn cut_blocks_at(&self, lines: &BTreeSet<u32>) -> Vec<CutBlock> {
         let on_them = |b: &&CutBlock| lines.contains(&self.block_lines[b.block]);
         self.timed.cut_blocks.iter().filter(on_them).copied().collect()
     }
 }
 
-/// Timed blocks, NC text and APT text; `verify` says whether the text will be run on the virtual
-/// machine.
+/// Returns timed blocks, NC text and APT text; `verify` says whether the text will be run on the
+/// virtual machine.
 pub(crate) fn write_texts(
     job: &Job,
     setup: &Setup<'_>,
@@ -115,8 +115,8 @@ pub(crate) fn write_texts(
     Ok(Texts::new(timed, written, apt))
 }
 
-/// The NC text with feeds that no law of motion has lowered, and no APT text: for who asks where it
-/// goes.
+/// Returns the NC text with feeds that no motion law has lowered, without APT text: for questions
+/// on its path.
 pub(crate) fn write_draft(
     job: &Job,
     setup: &Setup<'_>,
@@ -158,10 +158,10 @@ fn nc_text(
     Ok((spec, written))
 }
 
-/// Takes the times that are told from the text.
+/// Replaces times by those of the text.
 ///
 /// # Errors
-/// None but for a fault in here.
+/// Only an internal fault.
 pub(crate) fn time_texts(job: &Job, words: &WordMap, texts: &mut Texts) -> Result<(), Failure> {
     let (machine, tool_length) = (&job.machine, job.tool.gauge_length());
     let at = MotionContext { machine, tool_length, words, frame: rtcp_frame(job, words), work_offset: None };
@@ -192,15 +192,15 @@ fn apt_moves(operations: &[PlannedOperation<'_>], teeth: u32, verify: bool) -> V
     moves
 }
 
-/// A text and what it was written from: what the virtual machine runs.
+/// Text with its origin, for runs on the virtual machine.
 pub(crate) struct OwnProgram<'a> {
     pub job: &'a Job,
     pub setup: &'a Setup<'a>,
     pub operations: &'a [PlannedOperation<'a>],
     pub words: &'a WordMap,
     pub texts: &'a Texts,
-    /// What is held against the stock as it is at that moment, which [`cut_stock`](Self::cut_stock)
-    /// and [`between_lines`](Self::between_lines) do, and not against the stock as it was at first.
+    /// Bodies tested only against the stock at that time, which [`cut_stock`](Self::cut_stock) and
+    /// [`between_lines`](Self::between_lines) do, and not against the initial stock.
     pub as_cut: HeldAsCut,
 }
 
@@ -212,14 +212,14 @@ impl OwnProgram<'_> {
         let monitor = stages.start(VERIFY, program.blocks.len());
         let mut verification = verify(&program, &setting, &self.settings(), &*monitor).map_err(not_verified)?;
         name_obstacles(&mut verification, self.setup);
-        // A shop's template may turn the spindle as it likes.
+        // A shop's template may turn the spindle at will.
         let asked = Asked::of(self.job, self.setup.file);
         verification.findings.extend(asked.iter().flat_map(|asked| asked.other_speeds(&program)));
         verification.findings.sort_by_key(|f| (f.first_line, f.kind));
         Ok(verification)
     }
 
-    /// Proves what the blocks of the text do between their ends.
+    /// Proves the motion of the blocks of the text between their ends.
     pub(crate) fn certify(&self, stages: &dyn Stages) -> Result<Certificates, Failure> {
         let program = self.read()?;
         let setting = self.virtual_setup()?;
@@ -227,18 +227,18 @@ impl OwnProgram<'_> {
         certify(&program, &setting, &self.settings(), &*monitor).map_err(not_verified)
     }
 
-    /// The machine with what stands on it.
+    /// Returns the machine with everything on it.
     pub(crate) fn virtual_setup(&self) -> Result<VirtualSetup<'_>, Failure> {
         virtual_setup(self.job, self.setup, self.words)
     }
 
-    /// Measures what the text leaves on the regions of the setup's operations.
+    /// Measures the material that the text leaves on the regions of the setup's operations.
     pub(crate) fn remaining(&self, stages: &dyn Stages) -> Result<Option<RemainingReport>, Failure> {
         let heads = [RunningHead { at: &self.virtual_setup()?, settings: &self.settings() }];
         remaining(self.job, self.setup, &self.read()?, &heads, stages)
     }
 
-    /// What the text leaves to the control.
+    /// Returns the assumptions about behaviour that the text leaves to the control.
     pub(crate) fn assumptions(&self) -> Result<Vec<Assumption>, Failure> {
         Ok(assumptions(&self.read()?, &self.job.machine))
     }
@@ -251,8 +251,8 @@ impl OwnProgram<'_> {
         cut_stock(&self.read()?, [(&on, &settings)], cut, stages)
     }
 
-    /// Adds what meets the setup's own stock between the lines that it was cut on, all over it, to
-    /// what is found without.
+    /// Adds collisions with the setup's own stock between the lines that it was cut on, all over
+    /// it, to the other findings.
     pub(crate) fn between_lines(
         &self,
         cut: &StockReport,
@@ -270,8 +270,8 @@ impl OwnProgram<'_> {
         Ok(())
     }
 
-    /// Takes out of what is found against the setup's own stock as it was at first what bodies of
-    /// the machine meet of it that has been cut then; whether there was any to look at.
+    /// Removes collisions of machine bodies with parts of the setup's own initial stock that have
+    /// been cut by then; returns whether there were any to check.
     pub(crate) fn hold_machine_as_cut(
         &self,
         cut: &StockReport,
@@ -284,7 +284,7 @@ impl OwnProgram<'_> {
         hold_machine_as_cut(&self.read()?, [(&on, &self.settings())], &request, [at_first], stages)
     }
 
-    /// The program as it stands in the text.
+    /// Returns the program as read from the text.
     pub(crate) fn read(&self) -> Result<ReadProgram, Failure> {
         let program = self.job.read_program(self.texts.nc.as_bytes(), self.job.post.dialect());
         program.map_err(|e| self.job.unread(&e))
@@ -301,29 +301,29 @@ impl OwnProgram<'_> {
                 gouge_limit: budget(self.job, o.operation).simulated(),
             })
             .collect();
-        // Nothing is cut before the first operation.
+        // No stock is cut before the first operation.
         VerifySettings { gouge_limit: 0.0, sections, is_whole: true, as_cut: self.as_cut, ..VerifySettings::default() }
     }
 }
 
-/// A setup's own stock, on lines like those that it was cut on.
+/// Returns a setup's own stock, on lines like those that it was cut on.
 pub(crate) fn lines_of(cut: &StockReport, region: StockRegion) -> CutRequest {
     CutRequest { region, ..CutRequest::on_lines(cut.cell_mm, cut.tolerance_mm) }
 }
 
-/// By what share the time of the written program's cuts may differ from the planned one: F words
-/// have few digits.
+/// Largest relative difference of the time of the written program's cuts from the planned one: F
+/// words have few digits.
 const SAME_TIME: f64 = 0.02;
 
-/// That the text's feeds mean what was planned: its cutting blocks take the planned time, as the
-/// control counts F.
+/// Checks that the text's feeds have their planned meaning: its cutting blocks take the planned
+/// time, as the control counts F.
 ///
 /// # Errors
-/// When they do not: a shop's own template or dialect file lets F count other axes, or changes
+/// If they do not: a shop's own template or dialect file makes F count other axes, or changes
 /// feeds.
 pub(crate) fn check_feeds(job: &Job, timed: &Timed, run: Option<&Verification>) -> Result<(), Failure> {
     let planned = timed.passes_time + timed.approach_time;
-    // What is not understood of a text has findings of its own, and no time.
+    // Text that is not understood has findings of its own, and no time.
     let Some(found) = run.filter(|v| v.faults().next().is_none()).map(|v| v.cutting_time_s) else { return Ok(()) };
     if (found - planned).abs() <= SAME_TIME * planned {
         return Ok(());
@@ -331,7 +331,7 @@ pub(crate) fn check_feeds(job: &Job, timed: &Timed, run: Option<&Verification>) 
     let own = job.file.post.template.as_ref().or(job.file.post.dialect_file.as_ref());
     let what = format!(
         "the cutting blocks of the written program take {found:.1} s on the control, {planned:.1} s were planned: its F is not \
-         what was meant"
+         the intended one"
     );
     Err(match own {
         Some(name) => {
@@ -341,7 +341,7 @@ pub(crate) fn check_feeds(job: &Job, timed: &Timed, run: Option<&Verification>) 
     })
 }
 
-/// The file of the certificates.
+/// Returns the file of the certificates.
 pub(crate) fn certificates_json(programs: Vec<ProgramStamp>, certificates: Certificates) -> Vec<u8> {
     facemill_file_format::to_json(&CertificatesFile { format: CERTIFICATES_FORMAT, programs, certificates })
         .into_bytes()
@@ -359,9 +359,8 @@ fn virtual_setup<'a>(job: &'a Job, setup: &'a Setup<'_>, words: &'a WordMap) -> 
     })
 }
 
-/// The register of the tool's length as the reader of the dialect tells it: D of Siemens, which the
-/// template sets to 1, and the number of the tool on Heidenhain, whose tools have their length in
-/// themselves.
+/// Returns the register of the tool's length in the dialect's reader: D of Siemens, which the
+/// template sets to 1, and the number of the tool on Heidenhain, whose tools include their length.
 fn register_in_text(job: &Job) -> u32 {
     match job.post.dialect() {
         Dialect::Siemens840d => 1,

@@ -1,4 +1,4 @@
-//! Faster links for a plan: put into its moves before its program is run, so that every text of it
+//! Faster links of a plan: put into its moves before its program is run, so that every text of it
 //! has them.
 
 use facemill_inverse_kinematics::AxisValues;
@@ -23,11 +23,11 @@ use facemill_z_map::DexelMap;
 use crate::passes::operation::PlannedOperation;
 use crate::program::output::{OwnProgram, Texts};
 
-/// Share of the rapid clearance that is proven to be kept from the stock as it was at first: links
-/// begin and end at the whole of it, and the control may leave them by a little.
+/// Fraction of the rapid clearance that is proven to be kept from the initial stock: links begin
+/// and end at the whole clearance, and the control may deviate from them slightly.
 const KEPT: f64 = 0.9;
 
-/// The links between the passes of a setup, and what becomes of them.
+/// Links between the passes of a setup, with the results of the search.
 pub(crate) struct PlannedLinks {
     clearance: f64,
     is_by_law: bool,
@@ -35,9 +35,10 @@ pub(crate) struct PlannedLinks {
 }
 
 struct PlannedLink {
-    /// Where its moves are; `None` where they are not those to a piece alone; the link then stays.
+    /// Piece that its moves go to; `None` if they are not only those to a piece: the link then
+    /// stays.
     goal: Option<Goal>,
-    /// Its lines when it was looked at.
+    /// Its lines at the time of the search.
     lines: [u32; 2],
     before: f64,
     lower_bound: f64,
@@ -45,18 +46,18 @@ struct PlannedLink {
     kept_because: Option<String>,
 }
 
-/// A way in place of a link.
+/// Path that replaces a link.
 struct Better {
     kind: WayKind,
     time: f64,
-    /// What it goes through before its end.
+    /// Positions before its end.
     over: Vec<Move>,
-    /// The rapids that it has taken the place of: those behind the operation before, where the link
-    /// begins there, and those to the piece.
+    /// The replaced rapids: those behind the operation before, if the link begins there, and those
+    /// to the piece.
     old: [Vec<Move>; 2],
 }
 
-/// The piece that a link goes to.
+/// Piece that a link goes to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Goal {
     /// Index of its operation.
@@ -69,11 +70,11 @@ struct Goal {
 struct RapidRun {
     goal: Goal,
     moves: [usize; 2],
-    /// Why they must stay.
+    /// Reason why they must stay.
     hold: Option<&'static str>,
 }
 
-/// The rapids to every piece but the first one of all, in program order.
+/// Returns the rapids to every piece but the first one of all, in program order.
 fn rapid_runs(operations: &[PlannedOperation<'_>]) -> Vec<RapidRun> {
     let mut runs = Vec::new();
     // Index of the next move, and of the first one behind the operation before.
@@ -98,8 +99,8 @@ fn leading_rapids(moves: &[Move]) -> usize {
     moves.iter().take_while(|m| m.kind == MoveKind::Rapid).count()
 }
 
-/// What the program changes between two operations, far from the part, as the link between them
-/// goes now.
+/// Returns the change of the program between two operations, which happens far from the part, on
+/// the present link.
 fn change_before(operations: &[PlannedOperation<'_>], operation: usize) -> Option<&'static str> {
     let [before, now] = [operation.checked_sub(1)?, operation].map(|k| &operations[k].operation.feeds);
     let changes = before.spindle_rpm != now.spindle_rpm || before.coolant != now.coolant;
@@ -107,11 +108,11 @@ fn change_before(operations: &[PlannedOperation<'_>], operation: usize) -> Optio
 }
 
 impl PlannedLinks {
-    /// Looks for the fastest way of every link that is proven free: against the stock as it is
-    /// then, which is `cut` with its tolerance, or off the stock as it was at first.
+    /// Searches for the fastest path of every link that is proven free: of the stock at that time,
+    /// which is `cut` with its tolerance, or off the initial stock.
     ///
     /// # Errors
-    /// When the stages are cancelled.
+    /// If the stages are cancelled.
     pub(crate) fn find(
         program: &OwnProgram<'_>,
         cut: Option<(DexelMap, f64)>,
@@ -154,7 +155,7 @@ impl PlannedLinks {
         Ok(Self { clearance, is_by_law: clock.is_by_law(), links })
     }
 
-    /// Puts the faster ways into the moves.
+    /// Puts the faster paths into the moves.
     pub(crate) fn put_in(&mut self, operations: &mut [PlannedOperation<'_>]) {
         for link in &mut self.links {
             let (Some(goal), Some(better)) = (link.goal, &mut link.better) else { continue };
@@ -162,14 +163,14 @@ impl PlannedLinks {
             let behind = behind.map(|k| std::mem::take(&mut operations[k].moves.retract)).unwrap_or_default();
             let moves = &mut operations[goal.operation].moves.pieces[goal.piece].moves;
             let end = leading_rapids(moves).saturating_sub(1);
-            // The last one stays: where the entry begins, to the last bit.
+            // The last one stays: the start of the entry, to the last bit.
             better.old = [behind, moves.splice(..end, better.over.iter().copied()).collect()];
         }
     }
 
-    /// Gives the links their old ways back in whose blocks the program has a finding or a line that
-    /// could not be certified, and with them, where it is asked for, all others; says whether there
-    /// were any.
+    /// Restores the old paths of links in whose blocks the program has a finding or a line that
+    /// could not be certified, and if requested those of all others; returns whether there were
+    /// any.
     pub(crate) fn take_back(
         &mut self,
         operations: &mut [PlannedOperation<'_>],
@@ -183,7 +184,7 @@ impl PlannedLinks {
             let [first, last] = texts.lines_of_moves(runs.iter().find(|run| run.goal == goal)?.moves);
             let found = findings.iter().find(|f| f.first_line <= last && f.last_line >= first);
             let open = open_lines.iter().any(|line| (first..=last).contains(line));
-            found.map(told).or_else(|| open.then(|| "the faster way could not be certified".to_owned()))
+            found.map(told).or_else(|| open.then(|| "the faster path could not be certified".to_owned()))
         };
         let found: Vec<Option<String>> = self.links.iter().map(why).collect();
         if found.iter().all(Option::is_none) {
@@ -196,13 +197,13 @@ impl PlannedLinks {
             if let Some(before) = goal.operation.checked_sub(1).filter(|_| goal.piece == 0) {
                 operations[before].moves.retract = behind;
             }
-            let others = || "with faster ways of some links the program has findings time and again".to_owned();
+            let others = || "with faster paths of some links the program repeatedly has findings".to_owned();
             link.kept_because = Some(found.unwrap_or_else(others));
         }
         true
     }
 
-    /// What is told of them, by the lines of the written program.
+    /// Returns the report on the links, by the lines of the written program.
     pub(crate) fn report(&self, operations: &[PlannedOperation<'_>], texts: &Texts) -> ShortenedLinks {
         let runs = rapid_runs(operations);
         let of_link = |link: &PlannedLink| {
@@ -220,14 +221,14 @@ impl PlannedLinks {
     }
 }
 
-/// What is told of a finding in blocks that are not written in the end.
+/// Describes a finding in blocks that the final program lacks.
 fn told(finding: &Finding) -> String {
     let bodies = [&finding.body, &finding.obstacle].into_iter().flatten().cloned().collect::<Vec<_>>().join(" at ");
     let measure = finding.measure.as_ref().map_or_else(String::new, |m| format!(", {m}"));
-    format!("the faster way has a finding: {}, {bodies}{measure}", finding.kind)
+    format!("the faster path has a finding: {}, {bodies}{measure}", finding.kind)
 }
 
-/// What links are looked at with.
+/// Data for the search for links.
 struct Seeker<'a> {
     program: &'a OwnProgram<'a>,
     text: &'a ReadProgram,
@@ -260,7 +261,7 @@ impl Seeker<'_> {
         }
     }
 
-    /// The rapids to a piece that these lines are among.
+    /// Returns the rapids to a piece that include these lines.
     fn run_of(&self, lines: [u32; 2]) -> Option<&RapidRun> {
         self.runs.iter().find(|run| {
             let [first, last] = self.program.texts.lines_of_moves(run.moves);
@@ -268,13 +269,13 @@ impl Seeker<'_> {
         })
     }
 
-    /// That another way may take the place of a link.
+    /// Checks that another path may replace a link.
     ///
     /// # Errors
-    /// With why it must stay.
+    /// With the reason why it must stay.
     fn check(&self, link: &ProgramLink, lines: [u32; 2]) -> Result<(), String> {
         match &link.hold {
-            Some(LinkHold::Doubt(_)) => return Err("where the axes are is open".to_owned()),
+            Some(LinkHold::Doubt(_)) => return Err("the positions of the axes are unknown".to_owned()),
             Some(LinkHold::Laws) => return Err("its blocks move in different ways".to_owned()),
             _ => {}
         }

@@ -1,4 +1,4 @@
-//! Poses put where the written program does not hold what it was planned for.
+//! Insertion of poses where the written program does not meet its plan.
 
 use std::collections::BTreeSet;
 
@@ -13,25 +13,26 @@ use crate::passes::move_settings::cut_linearity;
 use crate::passes::operation::{PlannedOperation, SetupContext};
 use crate::program::timed::CutBlock;
 
-/// Rounds of writing, running and mending: each halves the blocks that are mended.
+/// Number of rounds of writing, running and refining: each halves the blocks concerned.
 pub(crate) const ROUNDS: usize = 4;
 
-/// Lines of blocks in which the cutter goes deeper than allowed, or that could not be certified.
+/// Returns the lines of blocks in which the cutter goes deeper than permitted, or that could not be
+/// certified.
 pub(crate) fn lines_to_refine(
     verification: Option<&Verification>,
     certificates: Option<&Certificates>,
 ) -> BTreeSet<u32> {
     let findings = verification.iter().flat_map(|v| &v.findings).filter(|f| f.kind == FindingKind::Gouge);
     let gouged = findings.flat_map(|f| f.first_line..=f.last_line);
-    // A fault of the text is not mended by more poses.
+    // More poses do not cure a fault of the text.
     let is_open = |c: &&Certificate| !c.certified && c.doubted_since_line.is_none();
     let open = certificates.iter().flat_map(|c| &c.certificates).filter(is_open).map(|c| c.line);
     gouged.chain(open).collect()
 }
 
-/// Puts a tested pose into the middle of each of these blocks, and others beside it where the
-/// control would stray from one to the next; the number of poses put in. Where none is feasible,
-/// the block stays as it is.
+/// Inserts a tested pose into the middle of each of these blocks, and others beside it where the
+/// control would deviate from one to the next; returns the number of inserted poses. A block
+/// without a feasible pose stays unchanged.
 pub(crate) fn refine(
     SetupContext { job, setup, map, .. }: &SetupContext<'_>,
     operations: &mut [PlannedOperation<'_>],
@@ -44,7 +45,7 @@ pub(crate) fn refine(
         let settings = pass_settings(planned.operation);
         let linearity = cut_linearity(job, planned.operation);
         let mut hints = Hints::default();
-        // From the last one on: what stands before keeps its index.
+        // From the last one on, so that earlier indices stay valid.
         let own: BTreeSet<&CutBlock> = blocks.iter().filter(|b| b.operation == index).collect();
         for b in own.into_iter().rev() {
             let piece = &mut planned.moves.pieces[b.piece];
@@ -53,7 +54,7 @@ pub(crate) fn refine(
             let Some(cuts) = filler.mended(&linearity, &pair, &mut hints) else { continue };
             put_in += cuts.len();
             let mut axes = piece.moves[b.at - 1].axes;
-            // Between the same two points the cutter takes no more.
+            // Between the same two points the chip is no larger.
             let chip = piece.moves[b.at].chip;
             let moves: Vec<Move> = cuts
                 .iter()

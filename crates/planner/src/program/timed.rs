@@ -9,7 +9,7 @@ use facemill_job::validate::tip_feed::CutFeed;
 use facemill_nc_program::NcProgram;
 use facemill_tool_path::moves::MoveKind;
 
-/// A program before it has a dialect, with its times.
+/// Program before it has a dialect, with its times.
 #[derive(Default)]
 pub(crate) struct Timed {
     /// Blocks.
@@ -20,15 +20,15 @@ pub(crate) struct Timed {
     pub approach_time: f64,
     /// Time in rapids, s.
     pub rapid_time: f64,
-    /// Length of the tip's way in passes, mm.
+    /// Length of the tip's path in passes, mm.
     pub passes_length: f64,
-    /// Length of the tip's way in entries and exits, mm.
+    /// Length of the tip's path in entries and exits, mm.
     pub approach_length: f64,
     /// Motion blocks.
     pub n_blocks: usize,
     /// Tip feed reached at every cutting move, mm/min, in program order.
     pub tip_feeds: Vec<f64>,
-    /// What set it, of every cutting move.
+    /// Origin of it, for every cutting move.
     pub cut_feeds: Vec<CutFeed>,
     /// Index among the program's blocks of the first one of each operation.
     pub operation_starts: Vec<usize>,
@@ -38,19 +38,19 @@ pub(crate) struct Timed {
     pub move_blocks: Vec<usize>,
     /// Every move with its time at constant speeds.
     pub moves: Vec<TimedMove>,
-    /// Times by the law of motion, where the machine has one.
+    /// Times by the motion law, if the machine has one.
     pub time_law: Option<TimeLawReport>,
-    /// Whether what chips make of feeds is told by the law.
+    /// Whether the effect of chips on feeds is reported by the law.
     pub chips_by_law: bool,
-    /// Time of cutting blocks by the law, s, by their lines in the text; empty where there is no
-    /// law.
+    /// Time of cutting blocks by the law, s, by their lines in the text; empty if there is no law.
     pub cut_times: BTreeMap<u32, f64>,
-    /// Limits that it lacks.
+    /// Missing limits of the law.
     pub no_time_law: Vec<String>,
 }
 
 impl Timed {
-    /// Takes the times of moves at constant speeds so much longer, and tip feeds so much slower.
+    /// Lengthens the times of moves at constant speeds by these factors, and slows tip feeds
+    /// accordingly.
     pub(crate) fn slow_down(&mut self, factors: &[f64]) {
         let mut tip_feeds = self.tip_feeds.iter_mut();
         for (m, factor) in self.moves.iter_mut().zip(factors) {
@@ -68,24 +68,24 @@ impl Timed {
     }
 }
 
-/// A motion block with its time at constant speeds.
+/// Motion block with its time at constant speeds.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct TimedMove {
     /// Its index among the program's blocks.
     pub block: usize,
     /// Axis values at its end, as planned.
     pub axes: AxisValues,
-    /// What kind of move it is.
+    /// Kind of the move.
     pub kind: MoveKind,
     /// Time, s.
     pub time: f64,
-    /// Time at the job's own feeds, whatever chips make of them, s.
+    /// Time at the job's own feeds, regardless of chips, s.
     pub given_time: f64,
-    /// What sets it; `None` for rapids.
+    /// Origin of the feed; `None` for rapids.
     pub limit: Option<FeedLimit>,
 }
 
-/// A block of the program that ends at a cut.
+/// Block of the program that ends at a cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct CutBlock {
     /// Index of the operation.

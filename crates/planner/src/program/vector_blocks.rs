@@ -1,5 +1,5 @@
-//! Feed blocks that name the tool's axis and the surface's normal as vectors, where the control
-//! goes to the planned position by itself.
+//! Feed blocks that name the tool's axis and the surface's normal as vectors, if the control
+//! reaches the planned position by itself.
 
 use facemill_cl_data::ClPoint;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine, UnclearChoice};
@@ -7,35 +7,35 @@ use facemill_job::load::job::{Job, Setup};
 use facemill_nc_program::{CutVectors, PostSettings};
 use nalgebra::{Isometry3, Unit, Vector3};
 
-/// By how much the rotary axes may stand beside their planned values for it to be the same
-/// position, rad: the decimals of a vector turn them by less than 1e-4 outside the cone around the
-/// pole, and another position is as far as twice its angle at the least.
+/// Largest deviation of the rotary axes from their planned values at the same position, rad: the
+/// decimals of a vector turn them by less than 1e-4 outside the cone around the pole, and another
+/// position is at least twice its angle away.
 const SAME: f64 = 1e-2;
 
-/// Says the tool's direction as vectors.
+/// Converter of the tool's direction to vectors.
 pub(crate) struct VectorBlocks<'a> {
     machine: &'a Machine,
     tool_length: f64,
     post: &'a PostSettings,
     words_from_table: Isometry3<f64>,
     table_from_work: Isometry3<f64>,
-    /// Whether rotary words may stand where vectors cannot.
+    /// Whether rotary words may replace vectors where these are impossible.
     pub(crate) may_take_words: bool,
 }
 
-/// Why a block has no vectors.
+/// Reason why a block has no vectors.
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum NoVectors {
-    /// What the control does with them is not known.
+    /// The control's choice for them is unknown.
     #[error(transparent)]
     Unclear(#[from] UnclearChoice),
-    /// The control goes somewhere else.
+    /// The control would go elsewhere.
     #[error("the control would take another position of its rotary axes than the planned one")]
     Other,
 }
 
 impl<'a> VectorBlocks<'a> {
-    /// `None` where the program is written with rotary words.
+    /// Returns `None` if the program is written with rotary words.
     pub(crate) fn new(job: &'a Job, setup: &Setup<'_>, table_from_rtcp_words: &Isometry3<f64>) -> Option<Self> {
         job.post.vector_rule().map(|rule| Self {
             machine: &job.machine,
@@ -47,11 +47,11 @@ impl<'a> VectorBlocks<'a> {
         })
     }
 
-    /// Tool axis and normal at the end of a block, in the frame of the words; `normal` is told in
-    /// the workpiece's, and the tool axis stands for one that there is not.
+    /// Returns tool axis and normal at the end of a block, in the frame of the words; `normal` is
+    /// in the workpiece's, and the tool axis replaces a missing one.
     ///
     /// # Errors
-    /// When a control that is at `from` would not go to `to` for the vector as its text says it.
+    /// If a control at `from` would not go to `to` for the vector as its text states it.
     pub(crate) fn between(
         &self,
         from: &AxisValues,

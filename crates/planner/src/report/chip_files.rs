@@ -1,4 +1,4 @@
-//! Chips along the plan as files: a picture, and a table of all CC points.
+//! Files of the chips along the plan: a picture, and a table of all CC points.
 
 use std::fmt::Write;
 
@@ -11,7 +11,7 @@ use crate::program::timed::Timed;
 use crate::report::chip_points::{ChipPoint, chip_points};
 use crate::report::chips_svg::{Row, chips_svg};
 
-/// What is written of the chips of a setup.
+/// Files of the chips of a setup.
 pub(crate) struct ChipFiles {
     /// `chips.svg`.
     pub svg: String,
@@ -20,8 +20,8 @@ pub(crate) struct ChipFiles {
 }
 
 impl ChipFiles {
-    /// Of planned operations and their written program with the lines of its cutting moves, none
-    /// where they are not known; `jobs` are the job as each operation's head sees it.
+    /// Returns the files for planned operations and their written program, with the lines of its
+    /// cutting moves, none if unknown; `jobs` are the job as each operation's head sees it.
     pub(crate) fn new(
         jobs: &[&Job],
         setup: &str,
@@ -47,8 +47,8 @@ impl ChipFiles {
         Self { svg: chips_svg(&title, &rows), csv }
     }
 
-    /// The same files, which now name the programs that they speak of: in comments, since neither
-    /// format has a place for it.
+    /// Adds the names of the programs that the files describe: in comments, since neither format
+    /// has a field for them.
     pub(crate) fn of(self, programs: &[ProgramStamp]) -> Self {
         let mut csv: String = programs.iter().map(|program| format!("# {}\n", program.text())).collect();
         csv += &self.csv;
@@ -84,7 +84,7 @@ fn line(csv: &mut String, operation: &str, p: &ChipPoint, teeth_per_minute: f64)
     );
 }
 
-/// A cell of text, in quotes where it needs them.
+/// Returns a cell of text, in quotes if it needs them.
 fn quoted(text: &str) -> String {
     if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
 }

@@ -1,4 +1,4 @@
-//! What the cutter takes at every CC point of a written program, and how fast it goes there.
+//! Chip and feed at every CC point of a written program.
 
 use facemill_job::format::job_file::OperationFile;
 use facemill_job::format::report::chips::{ChipsReport, FeedsSetByReport, SpreadReport};
@@ -19,33 +19,34 @@ pub(crate) struct ChipPoint {
     pub pass: usize,
     /// Number of the piece's point, from 0.
     pub point: usize,
-    /// Way along the CC points of the operation's passes up to here, mm.
+    /// Length of the path along the CC points of the operation's passes up to here, mm.
     pub way: f64,
     /// Section of the chip, mm².
     pub area: f64,
     /// Largest thickness of the chip as part of the feed per tooth.
     pub thickness: f64,
-    /// Whether it is known what the pass before has left.
+    /// Whether the material left by the pass before is known.
     pub is_known: bool,
     /// Line of the program on which the tip arrives; `None` at the first point of a piece, which
-    /// the entry reaches, and where lines are not known.
+    /// the entry reaches, and if lines are unknown.
     pub line: Option<u32>,
-    /// How fast the tip arrives; `None` at the first point of a piece, which the entry reaches.
+    /// Speed at which the tip arrives; `None` at the first point of a piece, which the entry
+    /// reaches.
     pub arrival: Option<Arrival>,
 }
 
-/// How fast the tip arrives at a point: the largest of the moves since the point before.
+/// Speed of the tip toward a point: the largest of the moves since the point before.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Arrival {
     /// Tip feed at the job's cutting feed, mm/min.
     pub before: f64,
     /// Tip feed as written, mm/min.
     pub after: f64,
-    /// What it was programmed with, mm/min.
+    /// Programmed tip feed, mm/min.
     pub asked: f64,
-    /// What set that.
+    /// Origin of the programmed tip feed.
     pub law: FeedLaw,
-    /// Time on the way from the point before, less that at the job's cutting feed, s.
+    /// Time of the motion from the point before, less that at the job's cutting feed, s.
     pub added_time: f64,
 }
 
@@ -55,7 +56,7 @@ impl Arrival {
         Self { before, after: written, asked: asked.mm_min, law: asked.law, added_time }
     }
 
-    /// That of two moves one after the other.
+    /// Returns that of two consecutive moves.
     fn joined(self, next: Self) -> Self {
         Self {
             before: self.before.max(next.before),
@@ -65,37 +66,38 @@ impl Arrival {
         }
     }
 
-    /// Whether axes, the control or the other head make the tip slower than what the chips allow.
+    /// Returns whether axes, the control or the other head make the tip slower than the chips
+    /// permit.
     pub(crate) fn is_slower_than_asked(&self) -> bool {
         self.after < self.asked * (1.0 - SAME_FEED)
     }
 
-    /// Whether the control's smallest F makes the tip faster than what the chips allow.
+    /// Returns whether the control's smallest F makes the tip faster than the chips permit.
     pub(crate) fn is_faster_than_asked(&self) -> bool {
         self.after > self.asked * (1.0 + SAME_FEED)
     }
 }
 
-/// Feeds that differ by less, as part of them, are the same: rounding.
+/// Relative difference of equal feeds: rounding.
 const SAME_FEED: f64 = 1e-6;
 
 impl ChipPoint {
-    /// Removal rates at the job's cutting feed and as written, cm³/min.
+    /// Returns the removal rates at the job's cutting feed and as written, cm³/min.
     pub(crate) fn removal_rates(&self) -> Option<[f64; 2]> {
         self.arrival.map(|a| [a.before, a.after].map(|feed| self.area * feed / CM3))
     }
 }
 
 impl ChipPoint {
-    /// Largest chip thicknesses at the job's cutting feed and as written, mm, with so many teeth
-    /// per minute.
+    /// Returns the largest chip thicknesses at the job's cutting feed and as written, mm, with so
+    /// many teeth per minute.
     pub(crate) fn thicknesses(&self, teeth_per_minute: f64) -> Option<[f64; 2]> {
         self.arrival.map(|a| [a.before, a.after].map(|feed| self.thickness * feed / teeth_per_minute))
     }
 }
 
-/// The points of every operation; `lines` are those of all cutting moves in program order, none
-/// where they are not known.
+/// Returns the points of every operation; `lines` are those of all cutting moves in program order,
+/// none if unknown.
 pub(crate) fn chip_points(operations: &[PlannedOperation<'_>], timed: &Timed, lines: &[u32]) -> Vec<Vec<ChipPoint>> {
     let lines = lines.iter().copied().map(Some).chain(std::iter::repeat(None));
     let cuts = timed.cut_feeds.iter().zip(&timed.tip_feeds);
@@ -143,7 +145,7 @@ fn points_of(
     arrivals.for_each(drop);
 }
 
-/// Of the points of an operation.
+/// Returns the report on the points of an operation.
 pub(crate) fn chips_report(operation: &OperationFile, teeth: u32, points: &[ChipPoint], by_law: bool) -> ChipsReport {
     let per_minute = teeth_per_minute(&operation.feeds, teeth);
     let thicknesses = points.iter().filter_map(|p| p.thicknesses(per_minute));

@@ -1,19 +1,19 @@
-//! Chip area and removal rate along the passes as a picture.
+//! Picture of chip area and removal rate along the passes.
 
 use std::fmt::Write;
 
 use crate::drawing::svg_text::{LEADING, draw_lines, flow, lines, more_lines, text_width};
 use crate::report::chip_points::ChipPoint;
 
-/// An operation's panels.
+/// Panels of an operation.
 pub(crate) struct Row<'r> {
     pub name: &'r str,
     pub points: &'r [ChipPoint],
-    /// Removal rate that its feeds keep, cm³/min.
+    /// Target of the removal rate, cm³/min.
     pub target: Option<f64>,
 }
 
-/// Where the plots lie in the picture, in pixels.
+/// Position of the plots in the picture, in pixels.
 const LEFT: f64 = 84.0;
 
 const TOP: f64 = 84.0;
@@ -29,13 +29,13 @@ const GAP: f64 = 26.0;
 /// Room right of the plots.
 const RIGHT: f64 = 30.0;
 
-/// Size of all letters but those of the head.
+/// Size of all letters except those of the heading.
 const SIZE: f64 = 13.0;
 
-/// From a mark of the legend to its text.
+/// Distance from a mark of the legend to its text.
 const MARK: f64 = 20.0;
 
-/// Parts of the way that are drawn by their extremes: a pixel each.
+/// Number of parts of the path that are drawn by their extremes: a pixel each.
 const COLUMNS: usize = 820;
 
 const AREA: &str = "#2f6f5e";
@@ -46,9 +46,9 @@ const AFTER: &str = "#2f5f9e";
 
 const INK: &str = "#22282d";
 
-/// The picture: of each operation the chip area over the cutting length, and below it the removal
-/// rate at the job's cutting feed and as written. Of points that fall into one column smallest and
-/// largest are drawn, so that no extreme is lost.
+/// Returns the picture: for each operation the chip area over the cutting length, and below it the
+/// removal rate at the job's cutting feed and as written. Draws smallest and largest of the points
+/// in one column, so that no extreme is lost.
 pub(crate) fn chips_svg(title: &str, rows: &[Row<'_>]) -> String {
     let title = lines(title, SIZE, false, WIDTH + RIGHT - 10.0);
     let mut top = TOP + more_lines(&title, SIZE);
@@ -68,21 +68,21 @@ pub(crate) fn chips_svg(title: &str, rows: &[Row<'_>]) -> String {
     svg
 }
 
-/// Panels with their place.
+/// Panels with their position.
 struct Placed<'r> {
     row: &'r Row<'r>,
     name: Vec<String>,
-    /// Of the upper panel.
+    /// Top of the upper panel.
     top: f64,
-    /// Colours with their texts, place and line.
+    /// Colours with their texts, position and line.
     legend: Vec<(&'static str, &'static str, (f64, usize))>,
 }
 
 impl<'r> Placed<'r> {
-    /// From the lower panel to the legend, and from there to the next row.
+    /// Distances from the lower panel to the legend, and from there to the next row.
     const AROUND_LEGEND: [f64; 2] = [60.0, 38.0];
 
-    /// Places a row below `top`, and moves that on.
+    /// Places a row below `top`, and advances `top`.
     fn new(row: &'r Row<'r>, top: &mut f64) -> Self {
         let name = lines(row.name, SIZE, true, WIDTH + RIGHT - 10.0);
         let own_top = *top + more_lines(&name, SIZE);
@@ -125,14 +125,14 @@ impl<'r> Placed<'r> {
     }
 }
 
-/// A plot of two values over the way.
+/// Plot of two values along the path.
 struct Panel {
     top: f64,
     height: f64,
     length: f64,
     /// Value at the upper edge.
     most: f64,
-    /// Of each column smallest and largest of both values.
+    /// Smallest and largest of both values in each column.
     columns: Vec<Option<[[f64; 2]; 2]>>,
 }
 
@@ -148,7 +148,7 @@ impl Panel {
             let wider = |[low, high]: [f64; 2], v: f64| [low.min(v), high.max(v)];
             *column = Some([wider(a, values[0]), wider(b, values[1])]);
         }
-        // Where nothing is cut.
+        // No stock is cut.
         let most = if most > 0.0 { most } else { 1.0 };
         let step = nice_step(most / 4.0);
         Self { top, height, length, most: step * (most / step).ceil().max(1.0), columns }
@@ -208,7 +208,7 @@ impl Panel {
         }
     }
 
-    /// Smallest and largest of a value in every column, as one line.
+    /// Draws smallest and largest of a value in every column, as one line.
     fn envelope(&self, svg: &mut String, which: usize, color: &str) {
         let mut points = String::new();
         let known = self.columns.iter().enumerate().filter_map(|(k, c)| Some((k, (*c)?[which])));
@@ -226,7 +226,7 @@ impl Panel {
         );
     }
 
-    /// Marks columns with points where full stock is counted.
+    /// Marks columns with points that count full stock.
     fn unknown(&self, svg: &mut String, row: &Row<'_>) {
         let mut marked = vec![false; COLUMNS];
         row.points.iter().filter(|p| !p.is_known).for_each(|p| marked[column_of(p, self.length)] = true);
@@ -254,7 +254,7 @@ fn column_of(p: &ChipPoint, length: f64) -> usize {
     ((p.way / length * COLUMNS as f64) as usize).min(COLUMNS - 1)
 }
 
-/// What the colours mean, with those that the row has.
+/// Returns the meaning of the colours in the row.
 fn legend(row: &Row<'_>) -> Vec<(&'static str, &'static str)> {
     let mut entries = vec![
         (AREA, "chip area"),
@@ -270,19 +270,19 @@ fn legend(row: &Row<'_>) -> Vec<(&'static str, &'static str)> {
     entries
 }
 
-/// A value of an axis, short enough for the room beside it.
+/// Returns a value of an axis, short enough for the room beside it.
 fn label(value: f64, decimals: usize) -> String {
     if decimals > 4 || value >= 1e6 { format!("{value:.0e}") } else { format!("{value:.decimals$}") }
 }
 
-/// The next of 1, 2, 5 times a power of ten.
+/// Returns the next of 1, 2, 5 times a power of ten.
 fn nice_step(least: f64) -> f64 {
     let least = least.max(1e-9);
     let power = 10f64.powf(least.log10().floor());
     [1.0, 2.0, 5.0, 10.0].into_iter().map(|k| k * power).find(|step| *step >= least * (1.0 - 1e-9)).unwrap_or(least)
 }
 
-/// Decimals that tell multiples of a step apart.
+/// Returns the number of decimals that distinguish multiples of a step.
 fn decimals(step: f64) -> usize {
     (-step.log10().floor()).max(0.0) as usize
 }

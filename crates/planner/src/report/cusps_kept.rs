@@ -1,5 +1,5 @@
-//! Whether the allowed cusp is kept along the passes of an operation, what was done for it, and why
-//! not where it is not.
+//! Cusps along the passes of an operation: whether the limit is kept, the measures taken for it,
+//! and reasons if it is not.
 
 use facemill_job::format::job_file::{OperationFile, PathFile};
 use facemill_job::format::report::cusps::{CuspReasonReport, CuspsKeptReport};
@@ -10,7 +10,7 @@ use nalgebra::{Isometry3, Point3};
 use crate::passes::extra_passes::ExtraPasses;
 use crate::passes::operation::PlannedOperation;
 
-/// Cusps of a planned operation against what it allows.
+/// Compares the cusps of a planned operation with its limit.
 pub(crate) fn cusps_kept(planned: &PlannedOperation<'_>) -> CuspsKeptReport {
     let PlannedOperation { operation, extra, along, .. } = planned;
     let mut reasons: Vec<CuspReasonReport> = Vec::new();
@@ -48,16 +48,16 @@ pub(crate) fn cusps_kept(planned: &PlannedOperation<'_>) -> CuspsKeptReport {
     }
 }
 
-/// Why there is no pass between: the refusal nearest to the place within the strip, where there was
-/// one.
+/// Returns the reason why there is no pass between: the refusal nearest to the place within the
+/// strip, if there was one.
 fn reason(operation: &OperationFile, extra: &ExtraPasses, place: &Point3<f64>, step_over: f64) -> String {
     if matches!(operation.path, PathFile::File(_)) {
-        return "passes of a path file are cut as they lie: lay them closer".to_owned();
+        return "passes of a path file are cut unchanged: put them closer".to_owned();
     }
     let near = extra.refused.iter().map(|(at, why)| ((at - place).norm(), why));
     let nearest = near.filter(|(d, _)| *d <= step_over).min_by(|a, b| a.0.total_cmp(&b.0));
     match nearest {
         Some((_, why)) => format!("no pass fits between: {why}"),
-        None => "the postures there leave more, and no pass was put between".to_owned(),
+        None => "the postures there leave more, and no pass was inserted".to_owned(),
     }
 }

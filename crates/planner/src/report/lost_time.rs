@@ -1,4 +1,4 @@
-//! Time that passes take beyond the programmed feed, by cause, and what would help.
+//! Time of passes beyond the programmed feed, by cause, and remedies.
 
 use std::collections::BTreeMap;
 
@@ -11,13 +11,13 @@ use facemill_tool_path::moves::{Move, MoveKind};
 use crate::passes::pole_detours::BESIDE_POLE;
 use crate::program::timed::Timed;
 
-/// Least part of an operation's time in passes that is reported.
+/// Least fraction of an operation's time in passes that is reported.
 const LEAST_SHARE: f64 = 0.1;
 
-/// An axis that needs this part of a block's time is at its largest velocity.
+/// Least fraction of a block's time at which an axis counts as at its largest velocity.
 const AT_VELOCITY: f64 = 0.95;
 
-/// A block along a pass that is slower than programmed.
+/// Block along a pass that is slower than programmed.
 struct SlowBlock {
     cause: LostTimeCause,
     axis: Option<usize>,
@@ -26,7 +26,7 @@ struct SlowBlock {
     line: u32,
 }
 
-/// What each cause takes of an operation.
+/// Losses of an operation by cause.
 #[derive(Default)]
 struct OfOperation<'n> {
     name: &'n str,
@@ -35,7 +35,7 @@ struct OfOperation<'n> {
     causes: BTreeMap<(LostTimeCause, Option<usize>), Lost>,
 }
 
-/// What one cause takes of an operation.
+/// Loss of an operation by one cause.
 #[derive(Default)]
 struct Lost {
     sum: f64,
@@ -43,9 +43,10 @@ struct Lost {
     worst: (f64, u32),
 }
 
-/// Causes that take more than a tenth of the time in passes of their operation, the largest first.
+/// Returns the causes that take more than a tenth of the time in passes of their operation, the
+/// largest first.
 ///
-/// Times are those of the written text by the law, where there is one, else those at constant
+/// Times are those of the written text by the motion law, if there is one, else those at constant
 /// speeds.
 pub(crate) fn lost_times(job: &Job, timed: &Timed, driven: &[Driven<'_>]) -> Vec<LostTimeReport> {
     let mut all: Vec<OfOperation<'_>> = Vec::new();
@@ -59,7 +60,7 @@ pub(crate) fn lost_times(job: &Job, timed: &Timed, driven: &[Driven<'_>]) -> Vec
         });
         let own = &mut all[known];
         own.total += time;
-        // What chips make of the feed is not lost.
+        // A change of the feed for chips is no loss.
         let feed = timed.cut_feeds.get(at).map_or(of_move.operation.feeds.cutting_mm_min, |f| f.asked.mm_min);
         let Some(block) = slow_block(job, of_move, time, feed / 60.0) else { continue };
         let lost = own.causes.entry((block.cause, block.axis)).or_default();
@@ -85,7 +86,7 @@ pub(crate) fn lost_times(job: &Job, timed: &Timed, driven: &[Driven<'_>]) -> Vec
     reports
 }
 
-/// A block along a pass that takes more time than its feed, mm/s, asks for, with the cause of it.
+/// Returns a block along a pass that takes more time than its feed, mm/s, requires, with the cause.
 fn slow_block(job: &Job, driven: &Driven<'_>, time: f64, feed: f64) -> Option<SlowBlock> {
     let machine = &job.machine;
     let from = driven.from.as_ref()?;
@@ -121,7 +122,7 @@ pub(crate) fn remedy(cause: LostTimeCause) -> &'static str {
              part so that another rotary axis follows it (table_from_work)"
         }
         LostTimeCause::LinearVelocity => {
-            "mount the part nearer to the rotary axes (table_from_work), so that their turns ask for shorter ways"
+            "mount the part nearer to the rotary axes (table_from_work), so that their turns need shorter moves"
         }
         LostTimeCause::Acceleration => {
             "let the tool turn more evenly (a smaller search.max_turn_deg_per_mm), or give the control more room at corners \
@@ -131,14 +132,14 @@ pub(crate) fn remedy(cause: LostTimeCause) -> &'static str {
     }
 }
 
-/// A move of the program.
+/// Move of the program.
 #[derive(Clone, Copy)]
 pub(crate) struct Driven<'p> {
     pub(crate) operation: &'p OperationFile,
-    /// Whether it belongs to a piece that goes on where the one before was ended for an axis to
-    /// turn back.
+    /// Whether it belongs to a piece that continues after a reversal of an axis that ended the
+    /// piece before.
     pub(crate) goes_on: bool,
-    /// Where the machine was before; `None` at the first.
+    /// Position of the machine before; `None` at the first.
     pub(crate) from: Option<Move>,
     pub(crate) to: Move,
     pub(crate) line: u32,

@@ -1,4 +1,4 @@
-//! The report of a planned setup.
+//! Report of a planned setup.
 
 use std::collections::BTreeMap;
 
@@ -29,8 +29,8 @@ use crate::report::cusps_kept::cusps_kept;
 use crate::report::rotary_motion::rotary_report;
 use crate::report::rotary_reversals::RotaryReversals;
 
-/// Sums, extremes and details of planned operations and of the run of their program; `jobs` are the
-/// job as each operation's head sees it.
+/// Returns sums, extremes and details of planned operations and of the run of their program; `jobs`
+/// are the job as each operation's head sees it.
 pub(crate) fn report(
     jobs: &[&Job],
     setup: &Setup<'_>,
@@ -100,7 +100,7 @@ pub(crate) fn report(
         format: REPORT_FORMAT,
         job: jobs.first().map_or_else(String::new, |job| job.file.name.clone()),
         setup: setup.file.name.clone(),
-        // As the files were when planning began.
+        // The files at the beginning of planning.
         made_from: MadeFrom::default(),
         settings: jobs.first().map_or_else(Vec::new, |job| job.settings.clone()),
         programs: Vec::new(),
@@ -132,8 +132,8 @@ pub(crate) fn report(
     }
 }
 
-/// Times of the text: at constant speed of its run, and, where it was not run, of the blocks that
-/// it was written from.
+/// Returns the times of the text: at constant speed of its run, or without a run, of the blocks
+/// that it was written from.
 fn program_times(timed: &Timed, run: Option<&Verification>) -> ProgramTimes {
     let planned = [timed.passes_time + timed.approach_time, timed.rapid_time];
     let constant = run.map_or(planned, |v| [v.cutting_time_s, v.rapid_time_s]);
@@ -168,7 +168,7 @@ fn postures_report(job: &Job, o: &PlannedOperation<'_>) -> PosturesReport {
     PosturesReport { operation, mode, optimum, search_proof, rotary }
 }
 
-/// The width that a job asks for, and what became of it.
+/// Returns the width that a job requests, and the width achieved.
 fn search_proof(asked: f64, widened: Option<Widened>) -> SearchProofReport {
     SearchProofReport {
         asked_u_width: asked,
@@ -184,11 +184,11 @@ fn larger(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     }
 }
 
-/// Speed of the tool tip where it arrives at each cut of a piece, mm/min; `None` at the first,
-/// which the entry reaches.
+/// Returns the speed of the tool tip where it arrives at each cut of a piece, mm/min; `None` at the
+/// first, which the entry reaches.
 ///
-/// `tip_feeds` are those of all cutting moves that are left, in program order; those of this piece
-/// are taken from it.
+/// `tip_feeds` are those of all remaining cutting moves, in program order; consumes those of this
+/// piece.
 fn feeds_at_cuts(piece: &PieceMoves, tip_feeds: &mut impl Iterator<Item = f64>) -> Vec<Option<f64>> {
     let cuts: Vec<&Cut> = piece.piece.cuts.iter().filter(|c| !c.inserted).collect();
     let mut feeds = vec![None; cuts.len()];
@@ -204,7 +204,7 @@ fn feeds_at_cuts(piece: &PieceMoves, tip_feeds: &mut impl Iterator<Item = f64>) 
     feeds
 }
 
-/// Largest product of chip section and speed of the tip along a piece, mm³/min.
+/// Returns the largest product of chip section and speed of the tip along a piece, mm³/min.
 fn removal_rate(along: &[PointEngagement], feeds: &[Option<f64>]) -> Option<f64> {
     let rates = along.iter().zip(feeds).filter_map(|(a, f)| Some(a.chip.area * (*f)?));
     rates.fold(None, |worst, rate| larger(worst, Some(rate)))
@@ -261,7 +261,8 @@ fn help(relief: &Relief) -> HelpReport {
     HelpReport { field, value }
 }
 
-/// Reasons by number of points, the most frequent first; equal ones in alphabetical order.
+/// Returns the reasons by number of points, the most frequent first; equal ones in alphabetical
+/// order.
 fn infeasible_report(operations: &[PlannedOperation<'_>]) -> Vec<InfeasibleReport> {
     let mut reasons: BTreeMap<&str, (usize, Point3<f64>)> = BTreeMap::new();
     let all: Vec<&LeftOut> = operations.iter().flat_map(|o| &o.left_out).collect();

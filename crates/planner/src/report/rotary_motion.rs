@@ -1,13 +1,13 @@
-//! How the rotary axes move along passes.
+//! Motion of the rotary axes along passes.
 
 use facemill_inverse_kinematics::{AxisKind, Machine};
 use facemill_job::format::report::RotaryReport;
 use facemill_tool_path::pieces::Cut;
 
-/// Back and forth by less than this is rounding, rad.
+/// Largest amplitude that counts as rounding, rad.
 const DEAD_BAND: f64 = 0.01 * std::f64::consts::PI / 180.0;
 
-/// Motion of each rotary axis, the tool tip at this feed, mm/s.
+/// Returns the motion of each rotary axis, with the tool tip at this feed, mm/s.
 pub(crate) fn rotary_report(machine: &Machine, passes: &[&[Cut]], feed: f64) -> Vec<RotaryReport> {
     let rotary = machine.axes().iter().enumerate().filter(|(_, a)| a.kind == AxisKind::Rotary);
     rotary
@@ -29,8 +29,8 @@ pub(crate) fn rotary_report(machine: &Machine, passes: &[&[Cut]], feed: f64) -> 
         .collect()
 }
 
-/// Times and values of an axis along a pass, without full turns between neighbours of an endless
-/// one.
+/// Returns times and values of an axis along a pass, without full turns between neighbours of an
+/// endless one.
 fn motion(cuts: &[Cut], axis: usize, endless: bool, feed: f64) -> (Vec<f64>, Vec<f64>) {
     let (mut times, mut values): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
     let mut tip = None;
@@ -44,7 +44,7 @@ fn motion(cuts: &[Cut], axis: usize, endless: bool, feed: f64) -> (Vec<f64>, Vec
         };
         let turns = if endless { ((value - last) / std::f64::consts::TAU).round() } else { 0.0 };
         let way: f64 = (cut.pose.cl.tip - before).norm();
-        // Where the tip stands still, so does time.
+        // Where the tip is at rest, no time passes.
         if way > 0.0 {
             times.push(time + way / feed);
             values.push(value - turns * std::f64::consts::TAU);
@@ -80,12 +80,12 @@ impl Sum {
     }
 }
 
-/// RotaryReversals points of a sequence: extremes that it comes back from by more than the dead
-/// band.
+/// Returns the number of turning points of a sequence: extremes from which it returns by more than
+/// the dead band.
 fn reversals(values: &[f64]) -> usize {
     let Some(&first) = values.first() else { return 0 };
-    // Lowest and highest since the last turning point; with a direction, the end that it goes to
-    // counts.
+    // Lowest and highest since the last turning point; once the direction is known, the end in that
+    // direction counts.
     let (mut low, mut high) = (first, first);
     let (mut rising, mut count) = (None, 0);
     for &v in values {

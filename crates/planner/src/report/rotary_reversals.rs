@@ -1,5 +1,5 @@
-//! What rotary axes do along the program beside following the tool: turn back, go over to the other
-//! branch, race at the pole.
+//! Behaviour of rotary axes along the program besides following the tool: reversals, changes of
+//! branch, fast turns at the pole.
 
 use facemill_cutter_location::rewound_axis;
 use facemill_inverse_kinematics::{AxisKind, Branch};
@@ -12,21 +12,21 @@ use crate::passes::operation::PlannedOperation;
 use crate::program::output::Texts;
 use crate::report::lost_time::{Driven, lost_times};
 
-/// Angle to the pole up to which an axis that cannot follow the feed is said to race because of it,
-/// rad: farther away it turns less than eleven times as fast as the tool axis.
+/// Largest angle to the pole at which an axis that cannot follow the feed counts as turning fast
+/// because of it, rad: farther away it turns less than eleven times as fast as the tool axis.
 const WIDE_CONE: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
-/// What the report says of turning axes.
+/// Reports on turning axes.
 #[derive(Default)]
 pub(crate) struct RotaryReversals {
     pub(crate) rewinds: RewindsReport,
     pub(crate) singular_blocks: Vec<SingularBlocks>,
-    /// Causes that take more than a tenth of the time in passes; of programs of one head.
+    /// Causes that take more than a tenth of the time in passes; for programs of one head.
     pub(crate) lost_times: Vec<LostTimeReport>,
 }
 
 impl RotaryReversals {
-    /// Of a program of one head.
+    /// Returns the reports on a program of one head.
     pub(crate) fn of(job: &Job, operations: &[PlannedOperation<'_>], texts: &Texts) -> Self {
         let driven = driven(operations, texts);
         let rewinds = rewinds_report(job, &driven, branch_changes(operations));
@@ -34,8 +34,8 @@ impl RotaryReversals {
         Self { rewinds, singular_blocks: singular_blocks(job, &driven), lost_times }
     }
 
-    /// Adds what another head does in the same program; a turn of an axis that both share counts
-    /// once.
+    /// Adds the reports on another head in the same program; a turn of an axis that both share
+    /// counts once.
     pub(crate) fn join(&mut self, other: Self) {
         let known = |r: &RewindReport| self.rewinds.rewinds.iter().any(|own| own.line == r.line && own.axis == r.axis);
         let more: Vec<RewindReport> = other.rewinds.rewinds.into_iter().filter(|r| !known(r)).collect();
@@ -49,7 +49,7 @@ impl RotaryReversals {
     }
 }
 
-/// All moves in program order.
+/// Returns all moves in program order.
 fn driven<'p>(operations: &'p [PlannedOperation<'p>], texts: &'p Texts) -> Vec<Driven<'p>> {
     let lines = texts.timed.move_blocks.iter().map(|&block| texts.block_lines[block]);
     let moves = operations.iter().flat_map(|operation| {
@@ -66,15 +66,15 @@ fn driven<'p>(operations: &'p [PlannedOperation<'p>], texts: &'p Texts) -> Vec<D
         .collect()
 }
 
-/// Where limited rotary axes turn back; `branch_changes` is how often the machine goes over to its
-/// other branch.
+/// Returns the reversals of limited rotary axes; `branch_changes` is the number of changes to the
+/// machine's other branch.
 pub(crate) fn rewinds_report(job: &Job, driven: &[Driven<'_>], branch_changes: usize) -> RewindsReport {
     let machine = &job.machine;
     let rewinds: Vec<RewindReport> = driven
         .iter()
         .filter_map(|m| {
             let (from, to) = (m.from?.axes, m.to.axes);
-            // A branch is left with whatever turns that takes.
+            // A change of branch may take any turns.
             let axis =
                 rewound_axis(machine, &from, &to).filter(|_| machine.branch_of(&from) == machine.branch_of(&to))?;
             Some(RewindReport {
@@ -95,7 +95,7 @@ pub(crate) fn rewinds_report(job: &Job, driven: &[Driven<'_>], branch_changes: u
     }
 }
 
-/// How often the machine goes over to its other branch between pieces.
+/// Returns the number of changes to the machine's other branch between pieces.
 fn branch_changes(operations: &[PlannedOperation<'_>]) -> usize {
     let ends = operations.iter().flat_map(|o| &o.moves.pieces).filter_map(|p| {
         let branch = |cut: &facemill_tool_path::pieces::Cut| cut.pose.configuration.branch;
@@ -105,8 +105,8 @@ fn branch_changes(operations: &[PlannedOperation<'_>]) -> usize {
     ends.windows(2).filter(|w| w[0][1] != w[1][0]).count()
 }
 
-/// Blocks along passes near the pole of the rotary axes, or where an axis cannot follow the feed
-/// because of it.
+/// Returns the blocks along passes near the pole of the rotary axes, or where an axis cannot follow
+/// the feed because of it.
 pub(crate) fn singular_blocks(job: &Job, driven: &[Driven<'_>]) -> Vec<SingularBlocks> {
     let mut all: Vec<SingularBlocks> = Vec::new();
     let mut last = None;
@@ -135,7 +135,7 @@ fn singular_block(job: &Job, m: &Driven<'_>, from: &Move) -> Option<SingularBloc
     }
     let way = (m.to.cl.tip - from.cl.tip).norm();
     let rotary = machine.axes().iter().enumerate().filter(|(_, a)| a.kind == AxisKind::Rotary);
-    // Part of what the axis can do in the time that the programmed feed leaves.
+    // Fraction of the axis' capacity in the time at the programmed feed.
     let time = way / (operation.feeds.cutting_mm_min / 60.0);
     let steps = rotary.map(|(k, a)| {
         let turn = (m.to.axes[k] - from.axes[k]).abs();

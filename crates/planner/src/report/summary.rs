@@ -1,4 +1,4 @@
-//! What the command line says at the end.
+//! Summary that the command line prints at the end.
 
 use facemill_job::duration_text::clock;
 use facemill_job::format::report::links::LinksReport;
@@ -12,7 +12,7 @@ use facemill_job::format::report::{
 use facemill_tool_path::moves::order::PassOrderReport;
 use facemill_virtual_machine::{Assumption, WindUp};
 
-/// A few lines for a person.
+/// Returns a few lines for a person.
 pub fn summary(report: &Report) -> String {
     let t = &report.totals;
     let w = &report.worst;
@@ -69,7 +69,7 @@ pub fn summary(report: &Report) -> String {
     let jumps: usize = of_single.chain(of_pairs).sum();
     if jumps > 0 {
         lines.push(format!(
-            "  quick turns       {jumps} steps of the search turn by more than max_turn_deg_per_mm, or hold the feed back; all are tested, \
+            "  quick turns       {jumps} steps of the search turn by more than max_turn_deg_per_mm, or slow the feed; all are tested, \
              run and timed as they are"
         ));
     }
@@ -94,10 +94,10 @@ pub fn summary(report: &Report) -> String {
     lines.join("\n")
 }
 
-/// Reasons for points that are left out that are told; the report has them all.
+/// Largest number of reasons for left-out points in the summary; the report has them all.
 const TOLD_REASONS: usize = 5;
 
-/// What is left out, against what the job allows, and why.
+/// Returns lines on the left-out points, compared with the job's limit, and reasons.
 fn left_out(report: &Report) -> Vec<String> {
     let t = &report.totals;
     if t.trimmed_points == 0 {
@@ -117,15 +117,15 @@ fn left_out(report: &Report) -> Vec<String> {
     lines
 }
 
-/// The axes that wind by more than a turn.
+/// Returns lines on the axes that wind by more than a turn.
 fn wound(all: &[WindUp]) -> impl Iterator<Item = String> + '_ {
     all.iter().filter(|w| w.turns > 1.0).map(|w| format!("  wind-up           {w}"))
 }
 
-/// Assumptions that are told; the report has them all.
+/// Largest number of assumptions in the summary; the report has them all.
 const TOLD_ASSUMPTIONS: usize = 4;
 
-/// Passes put between others, and why the allowed cusp is not kept where it is not.
+/// Returns lines on inserted passes, and reasons if the permitted cusp is exceeded.
 fn cusps_kept(cusps: &CuspsKeptReport) -> Vec<String> {
     let mut lines = Vec::new();
     let (between, moved) = (cusps.passes_between, cusps.moved_passes);
@@ -143,7 +143,7 @@ fn cusps_kept(cusps: &CuspsKeptReport) -> Vec<String> {
     lines
 }
 
-/// What the program leaves to the control.
+/// Returns lines on the behaviour that the program leaves to the control.
 fn assumptions(all: &[Assumption]) -> Vec<String> {
     let mut lines = vec![format!("  assumptions       {}", all.len())];
     lines.extend(all.iter().take(TOLD_ASSUMPTIONS).map(|a| format!("    {a}")));
@@ -153,7 +153,7 @@ fn assumptions(all: &[Assumption]) -> Vec<String> {
     lines
 }
 
-/// The part of the cutting time that is no pass.
+/// Returns the line on the part of the cutting time outside passes.
 fn entries_and_exits(report: &Report) -> String {
     let constant = clock(report.totals.approach_time_s);
     let told = match &report.time_law {
@@ -163,36 +163,37 @@ fn entries_and_exits(report: &Report) -> String {
     format!("  of it not passes  {told}: entries and exits")
 }
 
-/// The program's times: by the law where there is one, with those at constant speeds beside them.
+/// Returns lines on the program's times: by the motion law if there is one, with those at constant
+/// speeds beside them.
 fn times(report: &Report) -> Vec<String> {
     let mut lines = report.times.summary_lines();
-    // Behind the cuts, that they are part of.
+    // Behind the cuts, of which they are part.
     lines.insert(1, entries_and_exits(report));
     let Some(law) = &report.time_law else { return lines };
     let held = |h: &HeldBackReport| format!("{} {:.0} %", h.limit, 100.0 * h.share);
     let held: Vec<String> = law.held_back_by.iter().filter(|h| h.share >= TOLD_SHARE).map(held).collect();
-    lines.push(format!("  held back by      {}", held.join(", ")));
+    lines.push(format!("  limited by        {}", held.join(", ")));
     if law.stops_at_corners {
         lines.push("  stops             at every corner: motion.control_tolerance of the machine file is 0".to_owned());
     }
     let slow = |v: &&VectorTimeReport| v.added_time_s >= TOLD_SHARE * (law.passes_time_s + law.approach_time_s);
     lines.extend(law.tool_vectors.iter().filter(slow).map(|v| {
         format!(
-            "  tool vectors      of {} decimals turn the tool by up to {:.1e} deg beside its way, and the axes take {:.1} s longer for it: \
-             more decimals are numbers.vector_decimals of the dialect file",
+            "  tool vectors      of {} decimals deviate by up to {:.1e} deg from the tool's direction, which costs the axes {:.1} s: \
+             for more decimals set numbers.vector_decimals of the dialect file",
             v.decimals, v.turn_deg, v.added_time_s
         )
     }));
     if law.lowered_blocks > 0 {
-        lines.push(format!("  lowered feeds     {} blocks, to what the axes reach in them", law.lowered_blocks));
+        lines.push(format!("  lowered feeds     {} blocks, to speeds that the axes reach", law.lowered_blocks));
     }
     lines
 }
 
-/// Share of the cutting time from which on a limit is told.
+/// Least share of the cutting time of a reported limit.
 const TOLD_SHARE: f64 = 0.01;
 
-/// How much of a pair is cut at once, and what that is worth.
+/// Returns the line on the part of a pair that is cut at once, and the time saved.
 fn pair(p: &PairReport) -> String {
     let worth = if p.time_ratio > 1.0 { ", so one after the other is faster: leave the pair out" } else { "" };
     format!(
@@ -208,16 +209,16 @@ fn or_none(v: Option<f64>, unit: &str) -> String {
     v.map_or_else(|| "none".to_owned(), |v| format!("{v:.3} {unit}"))
 }
 
-/// What is cut of the stock, or why nothing is.
+/// Returns lines on the cut stock, or the reason why none is cut.
 fn stock(of: &PlannedStockReport) -> Vec<String> {
     let mut lines: Vec<String> = of.not_cut_because.iter().map(|why| format!("  stock not cut     {why}")).collect();
     lines.extend(of.cut.iter().flat_map(StockReport::summary_lines));
-    // That a single setup begins with its stock goes without saying.
+    // A single setup obviously begins with its own stock.
     lines.extend(of.began_as.iter().filter(|of| *of != OWN_STOCK).map(|of| format!("  stock before      {of}")));
     lines
 }
 
-/// What another order of passes saves.
+/// Returns the line on the saving by another order of passes.
 fn order(of: &PassOrderReport) -> String {
     let bound = if of.is_exact {
         ", the least of all orders".to_owned()
@@ -225,19 +226,18 @@ fn order(of: &PassOrderReport) -> String {
         format!(", at least {:.1} s in every order", of.lower_bound_s)
     };
     format!(
-        "  order of passes   links of {:.1} s with nothing in the way for {:.1} s as laid{bound}, operation \"{}\"",
+        "  order of passes   links of {:.1} s without obstacles, in place of {:.1} s as laid{bound}, operation \"{}\"",
         of.ordered_s, of.as_laid_s, of.operation
     )
 }
 
-/// The links between passes, or why they are as long as they were planned.
+/// Returns lines on the links between passes, or the reason why they are not shortened.
 fn links(of: &LinksReport) -> Vec<String> {
     let why = of.not_shortened_because.iter();
     let mut lines: Vec<String> = why.map(|why| format!("  links             not shortened: {why}")).collect();
     lines.extend(of.shortened.iter().filter(|s| !s.links.is_empty()).map(|s| {
-        let ratio = s
-            .ratio_to_lower_bound
-            .map_or_else(String::new, |r| format!(", {r:.2} times the least with nothing in the way"));
+        let ratio =
+            s.ratio_to_lower_bound.map_or_else(String::new, |r| format!(", {r:.2} times the least without obstacles"));
         format!(
             "  links             {} of {} faster than over the clearance surface: {} in place of {}{ratio}",
             s.changed,
@@ -249,10 +249,11 @@ fn links(of: &LinksReport) -> Vec<String> {
     lines
 }
 
-/// Ranges of uncertified lines that are told; the file of the certificates has them all.
+/// Largest number of ranges of uncertified lines in the summary; the file of the certificates has
+/// them all.
 const TOLD_RANGES: usize = 5;
 
-/// What is proven, and on which lines it is not.
+/// Returns lines on the proofs, and the lines without one.
 fn certified(c: &CertifiedReport) -> Vec<String> {
     let open = c.blocks - c.certified;
     let depth = c.largest_depth_mm.map_or_else(
@@ -261,7 +262,7 @@ fn certified(c: &CertifiedReport) -> Vec<String> {
     );
     let mut lines = vec![format!("  certified blocks  {} of {}, {depth}", c.certified, c.blocks)];
     if open > 0 {
-        lines.push(format!("  not certified     {open} blocks: what the machine does there is not proven"));
+        lines.push(format!("  not certified     {open} blocks: the motion of the machine there is not proven"));
     }
     lines.extend(c.uncertified.iter().take(TOLD_RANGES).map(|u| {
         let of = if u.first_line == u.last_line {
@@ -278,7 +279,7 @@ fn certified(c: &CertifiedReport) -> Vec<String> {
     lines
 }
 
-/// A line on searches of an operation that are not proven as finely as the job asks.
+/// Returns a line on searches of an operation that are not proven as finely as the job requests.
 fn wider_search(postures: &PosturesReport) -> Option<String> {
     let p = postures.search_proof.as_ref().filter(|p| p.wider_points > 0)?;
     Some(format!(
@@ -287,8 +288,8 @@ fn wider_search(postures: &PosturesReport) -> Option<String> {
     ))
 }
 
-/// A line on what feeds by chips have done to an operation's removal rate, where they are asked
-/// for.
+/// Returns a line on the effect of chip-dependent feeds on an operation's removal rate, if
+/// requested.
 fn removal_rate(chips: &ChipsReport) -> Option<String> {
     let (before, after) = (chips.removal_rate_before_cm3_min?, chips.removal_rate_after_cm3_min?);
     let how = if chips.by_law { "" } else { " at constant speed" };
@@ -310,7 +311,7 @@ fn removal_rate(chips: &ChipsReport) -> Option<String> {
     })
 }
 
-/// Lines on axes that turn back, on changes of branch and on the pole, where there are any.
+/// Returns lines on reversals, changes of branch and the pole, if there are any.
 fn turning(report: &Report) -> Vec<String> {
     let mut lines = Vec::new();
     let r = &report.rewinds;

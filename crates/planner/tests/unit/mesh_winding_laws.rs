@@ -1,5 +1,5 @@
 //! Laws of meshes that are wound inside out: one message that names file, triangles and key, and
-//! none where the mesh does not decide.
+//! none if the mesh does not decide.
 
 use std::path::Path;
 
@@ -15,7 +15,8 @@ use nalgebra::{Isometry3, Point3};
 use crate::plan::plan_setup;
 use crate::planned::PlanSettings;
 
-/// Round wall along x with an outline of these half-axes, wound outward and open at both ends, mm.
+/// Returns a round wall along x with an outline of these half-axes, wound outward and open at both
+/// ends, mm.
 fn wall(chord: f64, thickness: f64) -> TriMesh {
     let (n, rows) = (32, 12);
     let vertices = (0..=rows).flat_map(|i| {
@@ -38,7 +39,7 @@ fn blade() -> TriMesh {
     wall(100.0, 12.0)
 }
 
-/// The patch job with another mesh in place of its own.
+/// Returns the patch job with another mesh in place of its own.
 fn job_with(folder: &Path, mesh: &TriMesh, settings: &[&str]) -> Job {
     for (name, bytes) in new_job(&NewJob::Patch { size_mm: 400.0 }).unwrap() {
         let bytes = if name.ends_with(".obj") { obj(mesh) } else { bytes };
@@ -53,7 +54,7 @@ fn obj(mesh: &TriMesh) -> Vec<u8> {
     write_obj(&[mesh], &[NamedNode { name: "part", mesh: 0, transform: Isometry3::identity() }]).unwrap()
 }
 
-/// Lines of `check`, or its message.
+/// Returns the lines of `check`, or its message.
 fn verdict(mesh: &TriMesh, settings: &[&str]) -> Result<Vec<String>, String> {
     let folder = tempfile::tempdir().unwrap();
     describe_setup(&job_with(folder.path(), mesh, settings), 0).map_err(|e| e.to_string())
@@ -125,8 +126,8 @@ fn a_program_is_not_verified_on_a_part_that_is_wound_inward() {
 
 #[test]
 fn no_mesh_is_refused_that_may_be_a_surface_or_a_hollow() {
-    // A flat plate and a bore of 90 mm that the cutter of 40 mm fits into: what is there may be
-    // meant, and the user is told.
+    // A flat plate and a bore of 90 mm that the cutter of 40 mm fits into: both may be intended,
+    // and the user gets a note.
     let corners = [(-100.0, -100.0), (100.0, -100.0), (100.0, 100.0), (-100.0, 100.0)];
     let vertices = corners.iter().map(|&(x, y)| Point3::new(x, y, 0.0)).collect();
     let plate = TriMesh::new(vertices, vec![[0, 1, 2], [0, 2, 3]]).unwrap();

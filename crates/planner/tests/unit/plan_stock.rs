@@ -12,7 +12,7 @@ fn half_a_cell_is_within_the_rapid_clearance_and_lines_are_not_too_many() {
                         "{length} {clearance} {cell}"
                     );
                     assert!(cell > 0.0 && length / cell <= LINES[1] + 1.0, "{length} {clearance} {cell}");
-                    // No finer than asked but for the clearance.
+                    // No finer than requested except for the clearance.
                     let coarser = cell + 2.0 * STEP;
                     let fits = 0.5 * coarser.hypot(coarser) + 2.0 * tolerance <= KEPT * clearance;
                     assert!(!fits || coarser > FINEST.max(length / LINES[0]), "{length} {clearance} {cell}");

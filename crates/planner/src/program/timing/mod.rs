@@ -1,5 +1,5 @@
-//! A planned program in time: within velocity, acceleration and jerk of every axis, with feeds that
-//! ask for no more.
+//! Planned program in time: within velocity, acceleration and jerk of every axis, with feeds that
+//! require no more.
 
 pub(crate) mod text;
 
@@ -25,24 +25,24 @@ use rayon::prelude::*;
 
 use crate::program::timed::{Timed, TimedMove};
 
-/// What the times of a program by the law rest on where nobody has checked it against the control.
+/// Returns the assumption of times by the law for a control that nobody has compared.
 pub(crate) fn control_assumption(job: &Job, timed: &Timed) -> Option<Assumption> {
     let text = timed.time_law.as_ref().and_then(|_| job.post.rules().control_motion.assumption())?;
     Some(Assumption { line: None, text })
 }
 
-/// How the text of a block turns the tool.
+/// Turn of the tool in the text of a block.
 #[derive(Clone, Copy, PartialEq)]
 enum Turn {
     /// By rotary words.
     Words,
     /// By this vector, frame of the words.
     Vector([f64; 3]),
-    /// Not: its vector is the one of the block before, and is not said again.
+    /// None: its vector is that of the block before, and is not repeated.
     Stays,
 }
 
-/// How axis values are written.
+/// Conversion of axis values to written words.
 pub(crate) struct Written<'a> {
     pub job: &'a Job,
     pub words: &'a WordMap,
@@ -50,8 +50,8 @@ pub(crate) struct Written<'a> {
 }
 
 impl Written<'_> {
-    /// Axis values of the rounded words: where the control goes from `before`. Where the block says
-    /// a tool vector, the control finds the rotary axes by it.
+    /// Returns the axis values of the rounded words, reached by the control from `before`. If the
+    /// block has a tool vector, the control finds the rotary axes by it.
     fn values(&self, before: &AxisValues, axes: &AxisValues, turn: Turn) -> Option<AxisValues> {
         let (machine, length) = (&self.job.machine, self.job.tool.gauge_length());
         if self.job.post.feed_mode() != FeedMode::Rtcp {
@@ -80,8 +80,8 @@ impl Written<'_> {
         }
     }
 
-    /// How a block turns the tool behind one that says, or keeps, the vector `said`; takes note of
-    /// its own.
+    /// Returns the turn of a block behind one that states, or keeps, the vector `said`; records its
+    /// own.
     fn turn(&self, block: &Block, said: &mut Option<[f64; 3]>) -> Turn {
         let (Block::LinearVectors { vectors, .. }, Some(rule)) = (block, self.job.post.vector_rule()) else {
             *said = None;
@@ -103,16 +103,15 @@ impl Written<'_> {
     }
 }
 
-/// Times all moves of a program by the law, and lowers the feeds of cutting blocks to what the
-/// machine reaches in them, if the job says so. Where the machine file lacks a limit, this is said
-/// and nothing else is done. The times that are told are those of the text, by
-/// [`time_text`](text::time_text).
+/// Times all moves of a program by the law, and lowers the feeds of cutting blocks to those that
+/// the machine reaches in them, if the job says so. If the machine file lacks a limit, records only
+/// that. The reported times are those of the text, by [`time_text`](text::time_text).
 ///
-/// `views` are the machine as each head sees it, with the lengths of its tool. Returns by what each
-/// move's time has grown at the new feeds, as a factor.
+/// `views` are the machine as each head sees it, with the lengths of its tool. Returns the growth
+/// of each move's time at the new feeds, as a factor.
 ///
 /// # Errors
-/// None but for a fault in here.
+/// Only an internal fault.
 pub(crate) fn time_program(views: &[View<'_>], written: &Written<'_>, timed: &mut Timed) -> Result<Vec<f64>, Failure> {
     let job = written.job;
     let mut slower = vec![1.0; timed.moves.len()];
@@ -143,8 +142,8 @@ pub(crate) fn time_program(views: &[View<'_>], written: &Written<'_>, timed: &mu
     Ok(slower)
 }
 
-/// What the rounding of tool vectors costs: the times of the runs that say some against those
-/// through the planned positions; `None` without vectors.
+/// Returns the cost of rounding tool vectors: the times of the runs that have some, compared with
+/// those through the planned positions; `None` without vectors.
 fn tool_vectors(
     timer: &Timer<'_>,
     job: &Job,
@@ -177,8 +176,8 @@ fn tool_vectors(
     }))
 }
 
-/// Where chips have changed feeds, what the job's own feeds would have reached by the law, and how
-/// long it would have taken.
+/// Computes, for feeds changed by chips, the speed that the job's own feeds would have reached by
+/// the law, and the time.
 fn without_chips(
     timer: &Timer<'_>,
     job: &Job,
@@ -188,7 +187,7 @@ fn without_chips(
 ) -> Result<(), String> {
     let is_cut: Vec<bool> = timed.moves.iter().map(|m| m.kind == MoveKind::Cut).collect();
     let n_cuts = is_cut.iter().filter(|cut| **cut).count();
-    // Of two heads each has its own, which are told at constant speeds.
+    // With two heads each has its own feeds, which are reported at constant speeds.
     timed.chips_by_law = n_cuts == timed.cut_feeds.len();
     if !timed.chips_by_law || timed.cut_feeds.iter().all(|c| c.asked.law == FeedLaw::Given) {
         return Ok(());
@@ -216,7 +215,7 @@ fn without_chips(
     Ok(())
 }
 
-/// What the text of these runs leaves open of its tool vectors.
+/// Returns the rounding of tool vectors in the text of these runs.
 fn vector_rounding(written: &Written<'_>, runs: &[Run]) -> Option<VectorRounding> {
     let mut decimals = VectorDecimals::default();
     let mut vectors = runs.iter().flat_map(|run| run.vectors.iter().flatten()).peekable();
@@ -225,8 +224,8 @@ fn vector_rounding(written: &Written<'_>, runs: &[Run]) -> Option<VectorRounding
     Some(VectorRounding { table_from_words: written.table_from_rtcp_words, half: decimals.half() })
 }
 
-/// The runs of a program: moves of one kind with nothing between them that the axes stand for. The
-/// first move of the program is in the first run, without a way: it is not known where it starts.
+/// Returns the runs of a program: moves of one kind without a stop of the axes between them. The
+/// first move of the program is in the first run, without a path: its start is unknown.
 fn runs(machine: &Machine, written: &Written<'_>, timed: &Timed) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     let mut before: Option<(usize, AxisValues)> = None;
@@ -241,8 +240,8 @@ fn runs(machine: &Machine, written: &Written<'_>, timed: &Timed) -> Vec<Run> {
         if stops || runs.last().is_none_or(|run| run.is_rapid != is_rapid) {
             runs.push(Run { start, blocks: Vec::new(), is_rapid, vectors: Vec::new() });
         }
-        // By the axes' speeds the law knows better; a rapid feed of the control caps as a tip feed
-        // does.
+        // The law knows the limits of axis speeds better; a rapid feed of the control caps like a
+        // tip feed.
         let capped = !is_rapid || machine.feed_range().rapid.is_some();
         let tip_time = if capped { m.time } else { 0.0 };
         if let Some(run) = runs.last_mut() {
@@ -254,15 +253,15 @@ fn runs(machine: &Machine, written: &Written<'_>, timed: &Timed) -> Vec<Run> {
     runs
 }
 
-/// Lowers the feed of a block to that with which it takes this long; says by what factor its time
-/// has grown.
+/// Lowers the feed of a block to the one at which it takes this long; returns the factor by which
+/// its time has grown.
 fn lowered(job: &Job, timed: &mut Timed, m: &TimedMove, time: f64) -> f64 {
     let (Block::Linear { feed, .. } | Block::LinearVectors { feed, .. }) = &mut timed.program.blocks[m.block] else {
         return 1.0;
     };
     let least = match job.post.feed_mode() {
         FeedMode::G94 | FeedMode::Rtcp => job.machine.feed_range().min,
-        // What a word can say.
+        // Smallest value that a word can express.
         FeedMode::G93 => 10f64.powi(-i32::from(job.post.decimals().inverse_time)),
     };
     if m.time <= 0.0 {
@@ -314,8 +313,8 @@ impl Tally {
     }
 }
 
-/// A limit in words. What the law takes for the tip feed's cap may be that of FEED by an axis or by
-/// the control.
+/// Returns a limit in words. The tip feed's cap in the law may be that of FEED by an axis or by the
+/// control.
 pub(crate) fn limit_name(machine: &Machine, limit: MotionLimit, feed: Option<FeedLimit>) -> String {
     let axis = |what: &str, k: usize| format!("{what} of axis {}", machine.axes()[k].letter);
     match (limit, feed) {

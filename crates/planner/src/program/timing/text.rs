@@ -1,4 +1,4 @@
-//! Times of a program as its text says it: the whole of it, with the ways to the part and home.
+//! Times of a program according to its text: all of it, with the moves to the part and home.
 
 use std::collections::BTreeMap;
 
@@ -11,11 +11,11 @@ use facemill_virtual_machine::program_time::tolerance::View;
 use crate::program::timed::{Timed, TimedMove};
 use crate::program::timing::Tally;
 
-/// Takes the time of rapids and the times by the law from the text as it is read back: the same as
-/// anyone finds who reads it. Where the axes are at the start, at home, it is known.
+/// Replaces the time of rapids and the times by the law by those of the text as read back: the same
+/// as for every reader. The position of the axes at the start, home, is known.
 ///
 /// # Errors
-/// None but for a fault in here.
+/// Only an internal fault.
 pub(crate) fn time_text(
     views: &[View<'_>],
     at: MotionContext<'_>,
@@ -43,7 +43,7 @@ pub(crate) fn time_text(
     Ok(())
 }
 
-/// What the blocks of a planned program are, by the lines of its text.
+/// Returns the meaning of the blocks of a planned program, by the lines of its text.
 fn planned_blocks(written: &TimedText<'_>, timed: &Timed) -> BTreeMap<u32, Meant> {
     let of = |m: &TimedMove| {
         let line = *written.block_lines.get(m.block)?;

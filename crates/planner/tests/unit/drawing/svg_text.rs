@@ -19,8 +19,8 @@ const DEJAVU: [[u16; 95]; 2] = [
     ],
 ];
 
-/// Width of a text in DejaVu Sans; other letters count as wide as their size, as ° and Greek ones
-/// are less.
+/// Returns the width of a text in DejaVu Sans; other letters count as wide as their size, since °
+/// and Greek ones are narrower.
 fn drawn_width(text: &str, size: f64, bold: bool) -> f64 {
     let of = |letter: char| match (letter as usize).checked_sub(32).filter(|k| *k < 95) {
         Some(k) => f64::from(DEJAVU[usize::from(bold)][k]) / 1000.0,
@@ -30,7 +30,7 @@ fn drawn_width(text: &str, size: f64, bold: bool) -> f64 {
     text.chars().map(of).sum::<f64>() * size
 }
 
-/// The value of an attribute in a tag.
+/// Returns the value of an attribute in a tag.
 fn attribute<'t>(tag: &'t str, name: &str) -> Option<&'t str> {
     let start = tag.find(&format!(" {name}=\""))? + name.len() + 3;
     tag[start..].split('"').next()
@@ -40,8 +40,8 @@ fn number(tag: &str, name: &str) -> Option<f64> {
     attribute(tag, name)?.parse().ok()
 }
 
-/// Texts of a picture that are not wholly in it, drawn with a wide font. Groups may move what is in
-/// them down, and nothing else.
+/// Returns the texts of a picture that are not wholly in it, drawn with a wide font. Groups may
+/// only move their content down.
 pub(crate) fn texts_outside(svg: &str) -> Vec<String> {
     let head = &svg[svg.find("<svg").expect("a picture")..];
     let frame: Vec<f64> =
@@ -112,7 +112,7 @@ fn entries_that_do_not_fit_go_to_the_next_line() {
     assert_eq!(flow(&[40.0, 50.0, 20.0, 200.0, 5.0], 100.0), [(0.0, 0), (40.0, 0), (0.0, 1), (0.0, 2), (0.0, 3)]);
 }
 
-/// The test itself sees what is outside.
+/// The test itself detects text outside.
 #[test]
 fn a_text_beyond_the_edge_is_seen() {
     let svg = |x: f64| {

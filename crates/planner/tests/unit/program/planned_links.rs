@@ -12,7 +12,7 @@ use facemill_job::setup::word_map::word_map;
 use facemill_job::stages::{SilentStages, Stages};
 use facemill_job::stock::map::{StockMeshes, StockRegion};
 
-/// A patch of few passes, cut twice.
+/// Returns a patch job of few passes, cut twice.
 fn job(folder: &std::path::Path) -> Job {
     for (name, bytes) in new_job(&NewJob::Patch { size_mm: 80.0 }).unwrap() {
         let bytes = if name == "job.json" { cut_twice(&bytes) } else { bytes };
@@ -33,7 +33,7 @@ fn cut_twice(job: &[u8]) -> Vec<u8> {
     serde_json::to_vec(&job).unwrap()
 }
 
-/// Places of all moves, bit for bit.
+/// Returns the positions of all moves, bit for bit.
 fn places(operations: &[PlannedOperation<'_>]) -> Vec<Vec<(MoveKind, AxisValues)>> {
     let of = |moves: &[Move]| moves.iter().map(|m| (m.kind, m.axes)).collect();
     let of_operation = |o: &PlannedOperation<'_>| -> Vec<Vec<_>> {
@@ -73,11 +73,11 @@ fn links_that_are_taken_back_are_as_they_were() {
     let n = links.links.len();
     assert!(n >= 5 && links.links.iter().all(|l| l.better.is_some()), "{n} links");
     let passes = operations[0].moves.pieces.len();
-    // The way out of the first operation and into the second are one link.
+    // The exit from the first operation and the approach to the second are one link.
     assert!(n == 2 * passes - 1 && after[passes].is_empty() && !before[passes].is_empty());
 
-    // A finding takes the link back in whose blocks it is, here the one between the operations;
-    // none of the others.
+    // A finding restores the link in whose blocks it is, here the one between the operations; none
+    // of the others.
     let texts = write_draft(&job, &setup, &operations, &words).unwrap();
     assert!(!links.take_back(&mut operations, &texts, (&[], &[]), false) && places(&operations) == after);
     let line = links.report(&operations, &texts).links[passes - 1].lines[0];
@@ -91,7 +91,7 @@ fn links_that_are_taken_back_are_as_they_were() {
     let told = links.report(&operations, &write_draft(&job, &setup, &operations, &words).unwrap());
     assert!(told.changed == n - 1 && told.links[passes - 1].kept_because.is_some(), "{told:?}");
 
-    // In the end all of them; of what was taken back nothing is left to take.
+    // In the end it restores all of them; restored links cannot be restored again.
     let texts = write_draft(&job, &setup, &operations, &words).unwrap();
     assert!(!links.take_back(&mut operations, &texts, (&[finding_at(1)], &[]), true));
     let line = links.report(&operations, &texts).links[0].lines[0];

@@ -12,7 +12,7 @@ use crate::plan::plan_setup;
 use crate::planned::{PlanSettings, Planned};
 use crate::stage_clock::Clock;
 
-/// A plan of a job on a surface of heights `z(x)`, with values of the operation.
+/// Returns a plan of a job on a surface of heights `z(x)`, with values of the operation.
 pub(crate) fn planned(z: fn(f64) -> f64, values: &[(&str, Value)]) -> Planned {
     let folder = tempfile::tempdir().unwrap();
     plan_setup(&job(&folder, z, values), 0, PlanSettings { verify: false, certificates: false }, &SilentStages).unwrap()
@@ -26,7 +26,7 @@ pub(crate) fn job(folder: &tempfile::TempDir, z: fn(f64) -> f64, values: &[(&str
                 write_obj(&[&sheet(z)], &[node]).unwrap()
             }
             "job.json" => changed(&bytes, values),
-            // Entries may go down steeply: what they do is not the matter here.
+            // Entries may descend steeply: these tests do not concern them.
             "tool.json" => {
                 let mut tool: Value = serde_json::from_slice(&bytes).unwrap();
                 (tool["max_ramp_angle_deg"], tool["dead_core_radius_mm"]) = (json!(60.0), json!(0.0));
@@ -52,7 +52,7 @@ fn changed(bytes: &[u8], values: &[(&str, Value)]) -> Vec<u8> {
     serde_json::to_vec(&job).unwrap()
 }
 
-/// 20 mm by 20 mm.
+/// Returns a sheet of 20 mm by 20 mm.
 fn sheet(z: fn(f64) -> f64) -> TriMesh {
     let (n, m) = (160u32, 4u32);
     let at = |k: u32, n: u32| 20.0 * f64::from(k) / f64::from(n) - 10.0;
@@ -62,7 +62,7 @@ fn sheet(z: fn(f64) -> f64) -> TriMesh {
     TriMesh::new(vertices, quads.flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect()).unwrap()
 }
 
-/// Flat to x = 0, then a fillet of 3 mm into a slope of 60°.
+/// Returns a surface that is flat to x = 0, then a fillet of 3 mm into a slope of 60°.
 pub(crate) fn toward_wall(x: f64) -> f64 {
     let (sin, cos) = 60f64.to_radians().sin_cos();
     match x {
@@ -81,8 +81,8 @@ pub(crate) fn planes(from: f64, to: f64) -> Value {
 
 #[test]
 fn a_cusp_that_postures_beside_a_wall_raise_is_kept_by_passes_between() {
-    // In the flat the surface asks for the least tilt, and so wide are strips laid; beside the wall
-    // the head does not let it.
+    // In the flat the surface permits the least tilt, and strips are generated as wide; beside the
+    // wall the head prevents it.
     let values = [
         ("/path", planes(-7.0, -1.0)),
         ("/search/tilt_deg", json!([2.0, 45.0])),
@@ -105,14 +105,14 @@ fn a_cusp_that_no_pass_can_keep_is_told_with_the_reason_and_is_no_clean_plan() {
     assert!(crate::report::summary::summary(&planned.report).contains("cusp not kept"));
 }
 
-/// A groove of 3 mm radius and 5 mm width, sharp at its edges.
+/// Returns a groove of 3 mm radius and 5 mm width, sharp at its edges.
 fn groove(x: f64) -> f64 {
     if x.abs() < 2.5 { (9.0f64 - 6.25).sqrt() - (9.0 - x * x).sqrt() } else { 0.0 }
 }
 
 #[test]
 fn a_trimmed_pass_is_moved_as_near_as_there_are_postures() {
-    // The bottom is too narrow for the disc: from some place on nothing is feasible.
+    // The bottom is too narrow for the disc: from some place on no posture is feasible.
     let nearest_to_bottom = |step: f64| {
         let folder = tempfile::tempdir().unwrap();
         let values = [("/path", planes(-4.0, 4.0)), ("/tolerances/max_step_over_mm", json!(step))];

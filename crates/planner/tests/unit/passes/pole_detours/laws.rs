@@ -13,18 +13,18 @@ use crate::passes::operation::settle_branch;
 use crate::passes::pole_detours::*;
 use crate::planned::Planned;
 
-/// A ridge of 24 mm radius along y: cut across, the normals pass the pole at its top.
+/// Returns a ridge of 24 mm radius along y: cut across, the normals pass the pole at its top.
 fn ridge(x: f64) -> f64 {
     (576.0 - x * x).sqrt() - 24.0
 }
 
-/// A slope of 30°, its normals far from the pole.
+/// Returns a slope of 30°, its normals far from the pole.
 fn slope(x: f64) -> f64 {
     -x * 30f64.to_radians().tan()
 }
 
-/// Half of the sheet is a slope, half a ridge that goes on from it: passes along y are far from the
-/// pole on one, beside it on the other.
+/// Returns a sheet of which half is a slope, and half a ridge that continues it: passes along y are
+/// far from the pole on one, beside it on the other.
 fn slope_and_ridge(x: f64) -> f64 {
     let start = 24.0 * 30f64.to_radians().sin();
     if x < 0.0 { ridge(start) - slope(x) } else { ridge((start - 2.0 * x).max(0.0)) }
@@ -43,7 +43,7 @@ fn values(normal: [f64; 3], max_turn_deg_per_mm: f64) -> Vec<(&'static str, Valu
     ]
 }
 
-/// The passes of a job as planned first, and with other ways taken past the pole, on so many
+/// Returns the passes of a job as planned first, and with other plans past the pole, on so many
 /// threads.
 fn both(z: fn(f64) -> f64, values: &[(&str, Value)], threads: usize) -> [Vec<PlannedPass>; 2] {
     let folder = tempfile::tempdir().unwrap();
@@ -78,7 +78,7 @@ fn both(z: fn(f64) -> f64, values: &[(&str, Value)], threads: usize) -> [Vec<Pla
     })
 }
 
-/// The smallest angle of a pass's poses to the table's axis, rad: B on this machine.
+/// Returns the smallest angle of a pass's poses to the table's axis, rad: B on this machine.
 fn nearest_to_pole(pass: &PlannedPass) -> f64 {
     let poses = pass.outcomes.points.iter().flatten();
     poses.map(|pose| pose.cl.axis.z.acos()).fold(f64::INFINITY, f64::min)
@@ -91,8 +91,8 @@ fn cutting_time(planned: &Planned) -> f64 {
 #[test]
 fn passes_between_cost_their_way_and_an_entry_exit_and_link_each() {
     assert_eq!(time_between(&[0.0, 0.0, 0.0], &[3.0, 3.0]), 0.0);
-    // Two passes over the first step and, where a third begins, three over the last two: 2 · 1 + 3
-    // · (2 + 4) s of way.
+    // Two passes over the first step and, where a third begins, three over the last two: a path of
+    // 2 · 1 + 3 · (2 + 4) s.
     assert_eq!(time_between(&[2.0, 2.0, 3.0, 0.0], &[1.0, 2.0, 4.0]), 20.0 + 3.0 * BETWEEN_PASSES);
     // One that ends and one that begins are two.
     assert_eq!(time_between(&[1.0, 0.0, 0.0, 1.0], &[1.0, 1.0, 1.0]), 2.0 + 2.0 * BETWEEN_PASSES);
@@ -141,7 +141,7 @@ fn lost_time_is_reported_with_a_remedy_and_not_where_the_feed_is_kept() {
     let kept = planned(level, &values([0.0, 1.0, 0.0], 1.0));
     assert_eq!(kept.report.lost_times, []);
     assert!(!crate::report::summary::summary(&kept.report).contains("below the feed"));
-    // The lean leaves no way round: beside the pole the table has to turn by half a turn within a
+    // The inclination leaves no detour: beside the pole the table must turn by half a turn within a
     // few blocks.
     let mut narrow = values([0.0, 1.0, 0.0], 1.0);
     narrow.push(("/search/tilt_deg", json!([2.0, 2.0])));
@@ -150,8 +150,8 @@ fn lost_time_is_reported_with_a_remedy_and_not_where_the_feed_is_kept() {
     assert_eq!((first.cause, first.axis.as_deref()), (LostTimeCause::NearPole, Some("C")));
     let law = lost.report.time_law.as_ref().unwrap();
     let lost_s: f64 = lost.report.lost_times.iter().map(|l| l.lost_s).sum();
-    // What is lost is the time in passes less that of their length at the feed of 1200 mm/min;
-    // causes below a tenth are left out.
+    // The loss is the time in passes less that of their length at the feed of 1200 mm/min; causes
+    // below a tenth are left out.
     let all = law.passes_time_s - lost.report.totals.passes_length_mm / 20.0;
     assert!(lost_s <= all + 0.1 && lost_s > 0.7 * all, "{lost_s} of {all} s");
     assert!((first.share - first.lost_s / law.passes_time_s).abs() < 1e-6);
