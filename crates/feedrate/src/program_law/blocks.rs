@@ -1,9 +1,9 @@
 use facemill_inverse_kinematics::AxisValues;
 use rayon::prelude::*;
 
-use super::corner::{Line, stops_between};
+use super::corner::{Line, LineMotion, stops_between};
 use super::knots::Grain;
-use super::law::{Alone, Motion, ProgramLaw};
+use super::law::{Motion, ProgramLaw};
 use super::polyline::Polyline;
 use super::rounded::RoundedLine;
 use super::section::Section;
@@ -213,7 +213,7 @@ const SPANS_A_LINE: f64 = 3.0;
 /// What lies between two stops.
 enum Stretch {
     /// One line.
-    Line(Alone),
+    Line(LineMotion),
     /// Several lines.
     Lines(Polyline),
 }
@@ -237,7 +237,7 @@ impl Open<'_> {
         let Some(line) = self.last.take() else { return };
         if self.polyline.lines() == 1 {
             let (block, cap) = (self.polyline.blocks[0], self.polyline.caps[0]);
-            self.out.push(Stretch::Line(Alone { block, curve: line.alone(), cap }));
+            self.out.push(Stretch::Line(LineMotion { block, curve: line.alone(), cap }));
             self.polyline.restart(at);
         } else {
             let polyline = std::mem::replace(&mut self.polyline, Polyline::new(at));

@@ -3,6 +3,15 @@ use facemill_inverse_kinematics::{AxisValues, MAX_AXES};
 use super::s_curve::SCurve;
 use crate::time_law::AxisBounds;
 
+/// Motion of a block from rest to rest.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LineMotion {
+    pub(crate) block: usize,
+    pub(crate) curve: SCurve,
+    /// Largest ṙ by the tip feed.
+    pub(crate) cap: f64,
+}
+
 /// A line of the program over its length r, in which each axis counts by the time it takes at its
 /// largest speed.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,7 @@
 use facemill_inverse_kinematics::AxisValues;
 use rayon::prelude::*;
 
+use super::corner::LineMotion;
 use super::polyline::Polyline;
 use super::rounded::RoundedLine;
 use super::s_curve::SCurve;
@@ -24,19 +25,10 @@ pub struct ProgramLaw {
     peak_times: Vec<f64>,
 }
 
-/// The motion of a block from rest to rest.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Alone {
-    pub(crate) block: usize,
-    pub(crate) curve: SCurve,
-    /// Largest ṙ by the tip feed.
-    pub(crate) cap: f64,
-}
-
 /// A planned motion from rest to rest.
 pub(crate) enum Motion {
     /// Over lines, each from rest to rest.
-    Lines(Vec<Alone>),
+    Lines(Vec<LineMotion>),
     /// Over several lines, each corner rounded by itself.
     Rounded(Vec<RoundedLine>),
     /// Over several lines, blended.
@@ -115,7 +107,7 @@ impl ProgramLaw {
         law
     }
 
-    fn push_line(&mut self, Alone { block, curve, cap }: Alone) {
+    fn push_line(&mut self, LineMotion { block, curve, cap }: LineMotion) {
         let start = self.total_time();
         self.block_ends[block] = start + curve.duration();
         self.caps[block] = cap;

@@ -4,8 +4,7 @@ mod tests;
 
 use facemill_inverse_kinematics::{AxisValues, MAX_AXES};
 
-use super::corner::Line;
-use super::law::Alone;
+use super::corner::{Line, LineMotion};
 use crate::time_law::AxisBounds;
 
 /// Axis values of a point without their number.
@@ -49,8 +48,8 @@ impl Polyline {
     }
 
     /// The motion that stops at every vertex, line by line.
-    pub(crate) fn stopping(&self, axes: &[AxisBounds]) -> impl Iterator<Item = Alone> {
-        let alone = move |k| Alone { block: self.blocks[k], curve: self.line(k, axes).alone(), cap: self.caps[k] };
+    pub(crate) fn stopping(&self, axes: &[AxisBounds]) -> impl Iterator<Item = LineMotion> {
+        let alone = move |k| LineMotion { block: self.blocks[k], curve: self.line(k, axes).alone(), cap: self.caps[k] };
         (0..self.lines()).map(alone)
     }
 
