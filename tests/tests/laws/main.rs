@@ -2,6 +2,7 @@
 //! force.
 
 mod across_rooms;
+mod circles;
 mod closed_forms;
 mod rooms;
 mod verdicts;

@@ -14,7 +14,7 @@ fn text(path: &Path) -> String {
 }
 
 /// Folders of the crates in the order of the table of rooms, with their layers.
-fn rooms() -> Vec<(String, u32)> {
+pub(crate) fn rooms() -> Vec<(String, u32)> {
     let table = text(&root().join("docs/architecture.md"));
     let row = |line: &str| {
         let mut cells = line.strip_prefix("| `crates/")?.split('|').map(str::trim);
@@ -67,7 +67,7 @@ fn modules(folder: &str) -> Vec<String> {
 }
 
 /// Files of a crate's own code: path below `src` without its end, and text up to its tests.
-fn sources(folder: &str) -> Vec<(String, String)> {
+pub(crate) fn sources(folder: &str) -> Vec<(String, String)> {
     fn collect(at: &Path, files: &mut Vec<PathBuf>) {
         for entry in fs::read_dir(at).expect("a folder") {
             let path = entry.expect("an entry").path();
