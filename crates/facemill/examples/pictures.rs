@@ -69,7 +69,7 @@ fn deviation_picture() -> Result<Picture, Box<dyn std::error::Error>> {
     Ok(("deviation.svg".to_owned(), deviation::deviation()?.into_bytes()))
 }
 
-/// An empty picture with white ground.
+/// Begins an empty picture with white ground.
 fn picture(width: f64, height: f64, title: &str) -> String {
     format!(
         r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" font-family="Helvetica, Arial, sans-serif" font-size="13" fill="#22282d">
@@ -82,8 +82,8 @@ fn picture(width: f64, height: f64, title: &str) -> String {
 /// Room around the part for entries and links, pixels.
 const MARGIN: f64 = 80.0;
 
-/// The part from above, shaded by its slope, with the tool tip's way: cuts dark, entries and exits
-/// orange, rapids blue.
+/// Draws the part from above, shaded by its slope, with the tool tip's path: cuts dark, entries and
+/// exits orange, rapids blue.
 fn passes(map: &ZMap, points: &[AptPoint]) -> String {
     let [nx, ny] = map.n_cells();
     let [x0, y0] = map.node_position(0, 0);
@@ -174,8 +174,8 @@ fn ways(points: &[AptPoint], kind: &str) -> Vec<Vec<(f64, f64)>> {
         .collect()
 }
 
-/// Two neighbouring passes seen along the feed: outlines of the tilted cutter and the cusp between
-/// them, heights twenty times too large.
+/// Draws two neighbouring passes seen along the feed: outlines of the tilted cutter and the cusp
+/// between them, heights twenty times too large.
 fn cusp(cutter: &Cutter) -> String {
     let posture = Posture { tilt: 3f64.to_radians(), rotate: 0.0 };
     let (step, curvature) = (30.0, 1.0 / 3000.0);
@@ -213,7 +213,7 @@ fn cusp(cutter: &Cutter) -> String {
     svg
 }
 
-/// Slope of the drawn surface.
+/// Returns the slope of the drawn surface.
 fn slope(curvature: f64, step: f64, y: f64) -> f64 {
     -curvature * (y - 0.5 * step)
 }

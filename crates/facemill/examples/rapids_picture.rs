@@ -108,7 +108,7 @@ fn word_map(machine: &Machine, length: f64) -> Result<WordMap, Failed> {
 /// Colour of the stock.
 const GROUND: &str = "#c9ced2";
 
-/// From the side: stock, and the way of the tip before and after, one above the other.
+/// Draws from the side the stock, and the path of the tip before and after, one above the other.
 fn picture(stock: &DexelMap, ways: &[Vec<Way>; 2], file: &RapidsFile) -> String {
     let mut figure = Figure::new(760.0, 840.0, "Links of a sculptured surface, from the side");
     let titles = [
@@ -131,7 +131,7 @@ fn picture(stock: &DexelMap, ways: &[Vec<Way>; 2], file: &RapidsFile) -> String 
     figure.finish()
 }
 
-/// Highest place of the stock along y, over x.
+/// Returns the highest place of the stock along y, over x.
 fn outline(stock: &DexelMap) -> Vec<[f64; 2]> {
     let [nx, ny] = stock.grid().n_lines();
     let highest = |i: usize| {

@@ -67,7 +67,7 @@ pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
     Ok(lines)
 }
 
-/// Line with size and position of the part in its own frame.
+/// Returns the line with size and position of the part in its own frame.
 fn part_line(setup: &Setup<'_>) -> String {
     let b = part_box(&setup.obstacles, &pose(&setup.file.work_from_part));
     let size = b.max - b.min;

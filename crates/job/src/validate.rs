@@ -128,7 +128,7 @@ pub fn check_heads(job: &JobFile, n_heads: usize) -> Result<(), String> {
     job.pairs.iter().enumerate().try_for_each(|(k, pair)| check_pair(job, k, pair))
 }
 
-/// A program of two heads switches the coolant once: its operations must agree on it.
+/// Refuses operations with different coolants: a program of two heads switches the coolant once.
 fn check_one_coolant(job: &JobFile) -> Result<(), String> {
     for (k, operation) in job.operations.iter().enumerate() {
         for (j, before) in job.operations[..k].iter().enumerate().filter(|(_, o)| o.setup == operation.setup) {

@@ -377,15 +377,15 @@ impl<'s> Refeeder<'s> {
         }
     }
 
-    /// An F that is only remembered in its block is in force behind it, regardless of the previous
-    /// one.
+    /// Forgets the feed: an F that is only remembered in its block is in force behind it,
+    /// regardless of the previous one.
     fn forget_feed(&mut self, is_named: bool) {
         if is_named {
             self.in_force = None;
         }
     }
 
-    /// A block that keeps its feed states it if another one is in force.
+    /// Keeps the feed of a block, and states it if another one is in force.
     fn keep(&mut self, block: &ReadBlock, motion: &ReadMotion) -> Result<Edit, String> {
         self.summary.kept += 1;
         let is_other = motion.feed.is_some() && self.in_force.is_some() && motion.feed != self.in_force;

@@ -24,7 +24,7 @@ pub struct BetweenLines {
 }
 
 impl BetweenLines {
-    /// Also counts the blocks without bounds between positions near the stock.
+    /// Counts also the blocks without bounds between positions near the stock.
     pub fn keep_open(&self, known: &mut Option<BetweenPositions>) {
         let (Some(known), Some(positions)) = (known, &self.positions) else { return };
         known.open_blocks = known.open_blocks.max(positions.open_blocks);

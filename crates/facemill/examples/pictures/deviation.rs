@@ -20,7 +20,8 @@ const CELLS: usize = 120;
 /// Pixels to a cell.
 const PIXELS: f64 = 4.0;
 
-/// A wavy patch from above: planned, with some blocks 0.3 mm deeper, and the last passes left out.
+/// Draws a wavy patch from above: planned, with some blocks 0.3 mm deeper, and the last passes left
+/// out.
 pub(crate) fn deviation() -> Result<String> {
     let folder = tempfile::tempdir()?;
     files::write_all(folder.path(), &new_job(&NewJob::Patch { size_mm: SIZE })?)?;
@@ -45,7 +46,7 @@ pub(crate) fn deviation() -> Result<String> {
     drawn(&seen_from_above(&verified.painted.ok_or("no colours")?)?, &report)
 }
 
-/// Without the blocks behind three quarters of the cuts, and with a few in the middle deeper.
+/// Removes the blocks behind three quarters of the cuts, and deepens a few in the middle.
 fn spoilt(text: &str) -> String {
     let lines: Vec<&str> = text.lines().collect();
     let is_cut = |l: &str| [" Z", " B", " F"].iter().all(|word| l.contains(word));
@@ -64,7 +65,7 @@ fn spoilt(text: &str) -> String {
     out + "M30\n"
 }
 
-/// Colour of each cell, as screens take it.
+/// Returns the colour of each cell, for screens.
 fn seen_from_above(glb: &[u8]) -> Result<Vec<Option<[u8; 3]>>> {
     let length = u32::from_le_bytes(glb[12..16].try_into()?) as usize;
     let json: serde_json::Value = serde_json::from_slice(&glb[20..20 + length])?;

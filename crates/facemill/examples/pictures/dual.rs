@@ -32,7 +32,7 @@ struct Moment {
     tilt: [f64; 2],
 }
 
-/// C, B1, B2 and both tilts over the time of one pass.
+/// Draws C, B1, B2 and both tilts over the time of one pass.
 pub(crate) fn dual_pass() -> Result<String> {
     let folder = tempfile::tempdir()?;
     for (name, bytes) in new_job(&NewJob::DualPropeller { diameter_mm: DIAMETER })? {
@@ -45,7 +45,7 @@ pub(crate) fn dual_pass() -> Result<String> {
     Ok(draw(&moments, tilt_range(&job)))
 }
 
-/// The job with passes of the band alone, on one blade.
+/// Returns the job with passes of the band alone, on one blade.
 fn narrowed(job: &[u8]) -> Result<Vec<u8>> {
     let mut job: Value = serde_json::from_slice(job)?;
     for operation in job["operations"].as_array_mut().ok_or("no operations")? {
@@ -61,8 +61,8 @@ fn tilt_range(job: &Job) -> [f64; 2] {
     job.file.operations[0].search.tilt_deg
 }
 
-/// The second pass of both heads: a row of cuts in which rotary axes move; in those of entries and
-/// exits they are at rest.
+/// Returns the second pass of both heads: a row of cuts in which rotary axes move; in those of
+/// entries and exits they are at rest.
 fn moments(job: &Job, planned: &Planned) -> Result<Vec<Moment>> {
     let nc = planned.files.iter().find(|(name, _)| name == "program.nc").ok_or("no program")?;
     let program = read_program(&nc.1, job.post.dialect())?;
@@ -126,7 +126,7 @@ fn moments(job: &Job, planned: &Planned) -> Result<Vec<Moment>> {
     Ok(moments)
 }
 
-/// The sides of the blade that head 1 and head 2 cut.
+/// Returns the sides of the blade that head 1 and head 2 cut.
 fn sides(job: &Job) -> Result<[Surface; 2]> {
     let file = &job.file.setups[0].meshes[0];
     let mesh = read_mesh(&job.beside(&file.file), file.unit, file.up_axis)?.mesh;
@@ -134,8 +134,8 @@ fn sides(job: &Job) -> Result<[Surface; 2]> {
     Ok([side("blade-1/suction"), side("blade-1/pressure")])
 }
 
-/// Angle between the tool's axis and the normal of the surface where the cutter touches it, deg.
-/// The contact is found by turns from the normal, and the normal from the contact.
+/// Returns the angle between the tool's axis and the normal of the surface at the contact, deg. The
+/// contact is found by turns from the normal, and the normal from the contact.
 fn tilt(side: &Surface, cutter: &Cutter, cl: &ClPoint) -> Option<f64> {
     let axis = cl.axis.into_inner();
     let mut normal = side.normal_at(&side.closest_point(&cl.tip, f64::INFINITY)?);

@@ -21,7 +21,7 @@ pub(crate) struct Figure {
 }
 
 impl Figure {
-    /// An empty drawing of this size in pixels, on white ground.
+    /// Begins an empty drawing of this size in pixels, on white ground.
     pub(crate) fn new(width: f64, height: f64, title: &str) -> Self {
         let mut svg = format!(
             r##"<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" font-family="Helvetica, Arial, sans-serif" font-size="13" fill="{INK}">
@@ -35,7 +35,7 @@ impl Figure {
         Self { svg, origin: [0.0, 0.0], scale: [1.0, 1.0] }
     }
 
-    /// The SVG text.
+    /// Returns the SVG text.
     pub(crate) fn finish(mut self) -> String {
         self.svg.push_str("</svg>\n");
         self.svg
@@ -53,7 +53,7 @@ impl Figure {
         points.iter().map(place).collect::<Vec<_>>().join(" ")
     }
 
-    /// A curve; `dash` in pixels, empty for a full line.
+    /// Draws a curve; `dash` in pixels, empty for a full line.
     pub(crate) fn curve(&mut self, points: &[Mm], color: &str, width: f64, dash: &str) {
         let places = self.places(points);
         let _ = writeln!(
@@ -62,19 +62,19 @@ impl Figure {
         );
     }
 
-    /// A filled area without a border.
+    /// Draws a filled area without a border.
     pub(crate) fn area(&mut self, points: &[Mm], fill: &str) {
         let places = self.places(points);
         let _ = writeln!(self.svg, r#"<polygon points="{places}" fill="{fill}"/>"#);
     }
 
-    /// A dot of 3.5 pixels.
+    /// Draws a dot of 3.5 pixels.
     pub(crate) fn dot(&mut self, at: Mm, color: &str) {
         let [x, y] = self.pixels(at);
         let _ = writeln!(self.svg, r#"<circle cx="{x:.1}" cy="{y:.1}" r="3.5" fill="{color}"/>"#);
     }
 
-    /// An arrow.
+    /// Draws an arrow.
     pub(crate) fn arrow(&mut self, from: Mm, to: Mm, color: &str) {
         self.curve(&[from, to], color, 1.6, "");
         let (a, b) = (self.pixels(from), self.pixels(to));
@@ -92,13 +92,13 @@ impl Figure {
         );
     }
 
-    /// Text that begins this many pixels right of and below a point.
+    /// Writes text that begins this many pixels right of and below a point.
     pub(crate) fn text(&mut self, at: Mm, [right, down]: Mm, color: &str, text: &str) {
         let [x, y] = self.pixels(at);
         let _ = writeln!(self.svg, r#"<text x="{:.1}" y="{:.1}" fill="{color}">{text}</text>"#, x + right, y + down);
     }
 
-    /// An arc about `center` from one angle (rad, from +x toward +y) to another.
+    /// Draws an arc about `center` from one angle (rad, from +x toward +y) to another.
     pub(crate) fn arc(&mut self, center: Mm, radius: f64, [from, to]: Mm, color: &str, width: f64) {
         self.curve(&arc(center, radius, from, to), color, width, "");
     }
@@ -108,7 +108,7 @@ impl Figure {
 /// font that pictures are drawn with, those of a title take 8.9 on the mean.
 const TITLE_LETTER: f64 = 10.0;
 
-/// A title in lines that fit a picture of this width.
+/// Breaks a title into lines that fit a picture of this width.
 fn title_lines(title: &str, width: f64) -> Vec<String> {
     let most = ((width - 40.0) / TITLE_LETTER) as usize;
     let mut lines: Vec<String> = Vec::new();

@@ -33,7 +33,7 @@ const ROOM_FOR_ARROWS: f64 = 80.0;
 /// Names and contents of files.
 type Files = Vec<(String, Vec<u8>)>;
 
-/// A picture for each machine.
+/// Draws a picture for each machine.
 pub(crate) fn machines() -> Result<Files, Box<dyn std::error::Error>> {
     let draw = |&(name, z): &(&str, f64)| {
         let text = std::fs::read(Path::new("assets/machines").join(format!("{name}.json")))?;

@@ -11,12 +11,13 @@ use crate::figure::{BLUE, Figure, GRAY, GREEN, INK, Mm, RED, arc};
 
 type Drawn = Result<String, Box<dyn std::error::Error>>;
 
-/// A direction times a length, from a point.
+/// Returns a point plus a direction times a length.
 fn along(from: Mm, direction: Mm, length: f64) -> Mm {
     [from[0] + direction[0] * length, from[1] + direction[1] * length]
 }
 
-/// The cutter on a CC point, cut by the plane of N and Et′; and the same seen along −N with rotate.
+/// Draws the cutter on a CC point, cut by the plane of N and Et′; and the same seen along −N with
+/// rotate.
 pub(crate) fn contact() -> Drawn {
     let cutter = Cutter::new(40.0, 10.0, 26.0)?;
     let (tilt, rotate) = (18f64.to_radians(), 35f64.to_radians());
@@ -91,7 +92,7 @@ pub(crate) fn contact() -> Drawn {
     Ok(f.finish())
 }
 
-/// Right half of a dilated cylinder's outline, from the axis below to the axis above.
+/// Returns the right half of a dilated cylinder's outline, from the axis below to the axis above.
 fn half_outline(body: &RoundFrustum, more: f64) -> Vec<Mm> {
     let (radius, rounding) = (body.radius_low, body.rounding + more);
     let lower = arc([radius, body.z_low], rounding, -FRAC_PI_2, 0.0);
@@ -100,14 +101,14 @@ fn half_outline(body: &RoundFrustum, more: f64) -> Vec<Mm> {
     std::iter::once(ends[0]).chain(lower).chain(upper).chain(std::iter::once(ends[1])).collect()
 }
 
-/// Right half of a cutter's outline.
+/// Returns the right half of a cutter's outline.
 fn half_cutter(c: &Cutter) -> Vec<Mm> {
     let corner = arc([c.rim_radius(), c.corner_radius()], c.corner_radius(), -FRAC_PI_2, 0.0);
     let ends = [[c.radius(), c.flute_length()], [0.0, c.flute_length()]];
     std::iter::once([0.0, 0.0]).chain(corner).chain(ends).collect()
 }
 
-/// Cutter and test bodies in the half plane, tolerances far too large to be seen.
+/// Draws cutter and test bodies in the half plane, tolerances far too large to be seen.
 pub(crate) fn test_body() -> Drawn {
     let mut f = Figure::new(860.0, 380.0, "Test bodies: inside the cutter, and no cutter point farther than t away");
     f.scale = [6.6, 6.6];
@@ -151,7 +152,7 @@ pub(crate) fn test_body() -> Drawn {
     Ok(f.finish())
 }
 
-/// A disc that touches the tangent plane and dips into a facet.
+/// Draws a disc that touches the tangent plane and dips into a facet.
 pub(crate) fn seating() -> Drawn {
     let cutter = Cutter::new(80.0, 6.0, 12.0)?;
     let tilt = 2f64.to_radians();
@@ -189,7 +190,7 @@ pub(crate) fn seating() -> Drawn {
     Ok(f.finish())
 }
 
-/// The chip of a pass beside the one before it, across the feed.
+/// Draws the chip of a pass beside the one before it, across the feed.
 pub(crate) fn chip() -> Drawn {
     let cutter = Cutter::new(80.0, 6.0, 12.0)?;
     let outline = Outline::new(&cutter, Posture { tilt: 2f64.to_radians(), rotate: 0.0 });

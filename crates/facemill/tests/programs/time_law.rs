@@ -18,7 +18,7 @@ use facemill::{
 };
 use serde_json::{Value, json};
 
-/// The example patch with two passes, and values of job and machine set; `null` removes.
+/// Plans the example patch with two passes, and values of job and machine set; `null` removes.
 fn planned(job: &[(&str, Value)], machine: &[(&str, Value)]) -> Planned {
     let folder = tempfile::tempdir().unwrap();
     let planes = "/operations/0/path/strategy/strategy/parallel_planes";
@@ -69,8 +69,8 @@ struct Motion {
     feed: Option<f64>,
 }
 
-/// G0, G1, X, Y, Z, B, C and F behind the length compensation, which stay until they are given
-/// again.
+/// Reads G0, G1, X, Y, Z, B, C and F behind the length compensation, which stay until they are
+/// given again.
 fn motions(text: &str) -> Vec<Motion> {
     let body = text.lines().skip_while(|l| !l.contains("G43")).skip(1).take_while(|l| !l.contains("G91"));
     let (mut at, mut rapid, mut feed) = (AxisValues::zeros(5), true, 0.0);
@@ -97,12 +97,12 @@ fn motions(text: &str) -> Vec<Motion> {
     out
 }
 
-/// Length of a block as F counts it: the norm over all axes with 1 deg as 1 mm.
+/// Returns the length of a block as F counts it: the norm over all axes with 1 deg as 1 mm.
 fn f_length(a: &AxisValues, b: &AxisValues) -> f64 {
     (0..5).map(|k| (b[k] - a[k]) * if k > 2 { 1f64.to_degrees() } else { 1.0 }).fold(0.0, f64::hypot)
 }
 
-/// Consecutive cutting moves: their start, and each with the time of its F.
+/// Returns consecutive cutting moves: their start, and each with the time of its F.
 fn cutting_runs(motions: &[Motion]) -> Vec<(AxisValues, Vec<ProgramBlock>)> {
     let mut runs: Vec<(AxisValues, Vec<ProgramBlock>)> = Vec::new();
     for pair in motions.windows(2) {
@@ -116,8 +116,9 @@ fn cutting_runs(motions: &[Motion]) -> Vec<(AxisValues, Vec<ProgramBlock>)> {
     runs
 }
 
-/// Largest share of any limit by first, second and third differences of positions over steps of
-/// `time`/`n`: averages of derivatives, which in a motion within its limits no difference exceeds.
+/// Returns the largest share of any limit by first, second and third differences of positions over
+/// steps of `time`/`n`: averages of derivatives, which in a motion within its limits no difference
+/// exceeds.
 fn worst_share(bounds: &[AxisBounds], time: f64, n: usize, position: impl Fn(f64) -> AxisValues) -> f64 {
     let h = time / n as f64;
     let q: Vec<AxisValues> = (0..n + 7).map(|k| position((k as f64 - 3.0) * h)).collect();
@@ -138,7 +139,7 @@ fn bounds() -> Vec<AxisBounds> {
     machine_bounds(&Machine::head_b_table_c().unwrap()).unwrap()
 }
 
-/// Approximate tolerance of each axis of the example under the control's 0.01 mm.
+/// Returns the approximate tolerance of each axis of the example under the control's 0.01 mm.
 fn tolerance() -> ProgramSettings {
     ProgramSettings::blended(AxisValues::from([0.0029, 0.0029, 0.0029, 5e-6, 2e-5]))
 }
@@ -205,7 +206,7 @@ fn timed_programs_do_not_depend_on_the_number_of_threads() {
     assert!(on(1) == on(2));
 }
 
-/// Time from rest to rest of an axis alone: its largest speed by bisection.
+/// Returns the time from rest to rest of an axis alone: its largest speed by bisection.
 fn rest_to_rest(way: f64, b: &AxisBounds) -> f64 {
     let change = |u: f64| {
         if u * b.jerk >= b.acceleration.powi(2) {
@@ -260,7 +261,7 @@ fn rapids_of_axes_on_their_own_take_the_slowest_axis_time_from_stop_to_stop() {
     assert!((told / stopping - 1.0).abs() < 0.01, "{told} {stopping}");
 }
 
-/// The example's machine, and its tool from the gauge line to the tip, mm.
+/// Returns the example's machine, and its tool from the gauge line to the tip, mm.
 fn shop() -> (Machine, f64) {
     let files = new_job(&NewJob::Patch { size_mm: 60.0 }).unwrap();
     let tool = files.iter().find(|(name, _)| name == "tool.json").unwrap();

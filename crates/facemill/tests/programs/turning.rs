@@ -10,8 +10,8 @@ use facemill::{Job, PlanSettings, Planned, SilentStages, plan_setup};
 use nalgebra::{Isometry3, Point3};
 use serde_json::{Value, json};
 
-/// The example patch, its surface replaced by one of heights `z(x)` over ±40 mm, with values of job
-/// and machine set.
+/// Plans the example patch, its surface replaced by one of heights `z(x)` over ±40 mm, with values
+/// of job and machine set.
 fn planned(z: fn(f64) -> f64, job: &[(&str, Value)], machine: &[(&str, Value)], path: Option<Value>) -> Planned {
     let folder = tempfile::tempdir().unwrap();
     let mut files: BTreeMap<String, Vec<u8>> = new_job(&NewJob::Patch { size_mm: 80.0 }).unwrap().into_iter().collect();
@@ -120,7 +120,7 @@ struct Turned {
 }
 
 impl Turned {
-    /// The fewest turns back on links with which whole passes are cut in any windings within
+    /// Returns the fewest reversals on links with which whole passes are cut in any windings within
     /// limits.
     fn fewest(&self, [min, max]: [f64; 2]) -> usize {
         let mut ends: Vec<(f64, usize)> = Vec::new();
@@ -209,8 +209,8 @@ fn a_head_with_stops_turns_back_above_the_part() {
     assert!((tight.inserted, tight.ways.len()) == (3, 6) && tight.count >= 3, "{}", tight.count);
 }
 
-/// Angle of the tool axis to the table's axis in cuts, smallest, deg: the value of B on this
-/// machine.
+/// Returns the smallest angle of the tool axis to the table's axis in cuts, deg: the value of B on
+/// this machine.
 fn nearest_to_pole(planned: &Planned) -> f64 {
     let cutting = planned.report.totals.passes_length_mm;
     assert!(cutting > 100.0);

@@ -10,8 +10,8 @@ use crate::examples::new_job::{
 /// Diameters that fit the preset machine, mm.
 const DIAMETERS: [f64; 2] = [600.0, 1100.0];
 
-/// DTMB 4119 on the mill with two heads along a horizontal C, the suction side cut by head 1 and
-/// the pressure side by head 2.
+/// Returns DTMB 4119 on the mill with two heads along a horizontal C, the suction side cut by head
+/// 1 and the pressure side by head 2.
 ///
 /// The tool of head 2 is left-handed: seen from outside, the sides of a blade are mirror images,
 /// and so both are cut climbing from the leading to the trailing edge, at opposite places.

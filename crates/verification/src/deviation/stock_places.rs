@@ -11,7 +11,8 @@ pub(crate) struct StockPlaces<'a> {
 }
 
 impl<'a> StockPlaces<'a> {
-    /// `stock` is before and after the cut, on the lines of each direction.
+    /// Compares stock with a part; `stock` is before and after the cut, on the lines of each
+    /// direction.
     ///
     /// # Errors
     /// As [`DexelMap::deviation`].

@@ -26,7 +26,7 @@ fn machine() -> Machine {
     Machine::head_b_table_c().unwrap()
 }
 
-/// A row of cuts at F along the poses of these axis values, tip by tip.
+/// Writes a row of cuts at F along the poses of these axis values, tip by tip.
 fn program(machine: &Machine, poses: &[AxisValues], said: Said, feed: f64) -> String {
     let words_from_table = machine.work_coordinates(&AxisValues::zeros(poses[0].len())).unwrap().inverse();
     let (head, end, cut) = match said {

@@ -1,6 +1,6 @@
 use crate::load::post_load::*;
 
-/// A dialect file with values changed at places, and keys taken away (`None`).
+/// Returns a dialect file with values changed at places, and keys taken away (`None`).
 fn changed(dialect: Dialect, changes: &[(&str, &str, Option<serde_json::Value>)]) -> DialectFile {
     let mut file = serde_json::to_value(dialect.file()).unwrap();
     for (object, key, value) in changes {

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use crate::examples::new_job::{NewJob, new_job};
 use crate::setup::path::*;
 
-/// A patch job in a folder, changed.
+/// Makes a changed patch job in a folder.
 fn job_with(folder: &Path, rotation: &str, changes: &[(&str, Value)]) -> Job {
     for (name, bytes) in new_job(&NewJob::Patch { size_mm: 400.0 }).unwrap() {
         let bytes = match name.as_str() {
@@ -28,7 +28,7 @@ fn changed(bytes: &[u8], changes: &[(&str, Value)]) -> Vec<u8> {
     serde_json::to_vec(&file).unwrap()
 }
 
-/// Two passes along x, 8 mm apart; the second lies to the left.
+/// Writes two passes along x, 8 mm apart; the second lies to the left.
 fn path_file(folder: &Path) {
     let points = |y: f64| (0..20).map(|k| [10.0 * f64::from(k) - 95.0, y, 0.0]).collect::<Vec<_>>();
     let passes: Vec<Value> = [-4.0, 4.0].into_iter().map(|y| json!({ "points_mm": points(y) })).collect();
@@ -36,7 +36,7 @@ fn path_file(folder: &Path) {
     std::fs::write(folder.join("path.json"), serde_json::to_vec(&file).unwrap()).unwrap();
 }
 
-/// Climb or not, and the lean of the axis, by the motion of a tooth: independent of any sign
+/// Checks climb or not, and the lean of the axis, by the motion of a tooth: independent of any sign
 /// convention of this crate.
 ///
 /// Where the cutter is in the uncut stock, its teeth go against the feed when climb milling, with
