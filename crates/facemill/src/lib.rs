@@ -6,6 +6,9 @@
 //! [`lengths::lengths_of_program`] finds the shortest tool for it. [`files::write_all`] writes
 //! files whole or not at all. Each stage is a separate crate, re-exported here.
 //!
+//! The command line is the default feature `cli`. A library leaves out its dependencies with
+//! `facemill = { version = "0.1", default-features = false }`.
+//!
 //! ```no_run
 //! use facemill::{Job, PlanSettings, SilentStages, plan_setup};
 //! use std::path::Path;
