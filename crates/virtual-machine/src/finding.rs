@@ -10,7 +10,7 @@ use facemill_nc_program::AxisLetter;
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// What running a program showed.
+/// Result of running a program.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Verification {
     /// One for each episode of contact or fault, sorted by first line, then kind.
@@ -24,7 +24,7 @@ pub struct Verification {
     /// the machine that stands still against the workpiece or is the other head's, over all tested
     /// positions.
     pub smallest_clearance: Option<ClearancePlace>,
-    /// What holds between the tested positions; absent of an estimate, of which nothing does.
+    /// Bounds between the tested positions; absent of an estimate, which has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub between: Option<BetweenPositions>,
     /// That this is an estimate ([`Estimate`](crate::motion::setup::Estimate)), of so few positions
@@ -81,7 +81,7 @@ pub struct EstimatedPositions {
     pub rapid_step_mm: f64,
 }
 
-/// What holds for the motion between tested positions, as the machine's law has it.
+/// Bounds on the motion between tested positions, under the machine's motion law.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct BetweenPositions {
     /// The cutter is nowhere deeper in part, check surfaces and fixtures than the limit and this
@@ -143,7 +143,7 @@ pub struct ClearancePlace {
 /// One episode: the same thing on blocks that follow each other, told by its worst position.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Finding {
-    /// What happens.
+    /// Kind of the fault.
     pub kind: FindingKind,
     /// First line of the program it happens on, from 1.
     pub first_line: u32,
@@ -162,7 +162,7 @@ pub struct Finding {
     /// The body of the tool or machine.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub body: Option<String>,
-    /// What it meets.
+    /// Obstacle that it meets.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub obstacle: Option<String>,
     /// The axis.
@@ -183,7 +183,7 @@ pub struct Finding {
     /// [`Verification::rapid_time_s`] count. Of lines that are not run there is none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_s: Option<f64>,
-    /// What else there is to say.
+    /// Further explanation.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub note: String,
 }
@@ -226,7 +226,7 @@ pub struct Pose {
     pub tip_work_mm: [f64; 3],
     /// Tool axis, workpiece frame.
     pub axis_work: [f64; 3],
-    /// What the scales show.
+    /// Readings of the scales.
     pub axis_values: Vec<AxisReading>,
 }
 

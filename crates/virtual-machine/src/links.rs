@@ -26,7 +26,7 @@ pub struct ProgramLink {
     pub start: AxisValues,
     /// Axis values at the ends of its motions, in order.
     pub ends: Vec<AxisValues>,
-    /// What the axes do in its first motion.
+    /// Motion law of its first motion.
     pub law: BlockLaw,
     /// Why another way must not take its place.
     pub hold: Option<LinkHold>,
@@ -226,7 +226,7 @@ fn cut(
     for batch in moves.chunks(MOVES_PER_BATCH) {
         monitor.checkpoint()?;
         let cutting = batch.iter().filter(|m| !m.is_rapid && m.moves_tool);
-        // What has no way that is known takes nothing, as in the run of the stock.
+        // A move without a known path takes nothing, as in the run of the stock.
         let ways: Vec<Segment> = cutting.filter_map(|m| segments(scene, m, coarse)).flatten().collect();
         let sweeps: Vec<Sweep<'_>> =
             ways.iter().map(|s| Sweep { body: &bodies.cutter, from: s.from, to: s.to }).collect();
@@ -319,7 +319,7 @@ impl CutStock<'_> {
         let is_kept_clear = |(level, [from, to]): &(usize, [ClPoint; 2])| {
             self.kept[*level].iter().all(|body| self.clears(&Sweep { body, from: *from, to: *to }, 0.0))
         };
-        // What keeps off the stock with clearance is clear of it.
+        // A body that keeps its clearance from the stock is clear of it.
         let plain = way.par_iter().zip(&is_kept).filter(|(_, is_kept)| !**is_kept);
         parts.par_iter().all(is_kept_clear) && plain.all(|(s, _)| is_plainly_clear(s))
     }

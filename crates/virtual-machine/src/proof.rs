@@ -1,9 +1,9 @@
-//! What is proven of a move, and what is not.
+//! Proofs of moves, and their gaps.
 
 pub(crate) mod certificate;
 pub(crate) mod doubts;
 pub(crate) mod prover;
-/// What is proven of a move.
+/// Proof of a move.
 #[derive(Clone, Debug)]
 pub(crate) struct Proof {
     /// The depth, mm, where one is proven.
@@ -27,7 +27,7 @@ pub(crate) struct Depth {
     pub(crate) with_control: f64,
 }
 
-/// What could not be proven.
+/// Unproven claim.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Open {
     /// That the cutter is not deeper in an obstacle than its limit, or in rapid out of it.

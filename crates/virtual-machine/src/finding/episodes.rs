@@ -6,7 +6,7 @@ use nalgebra::Point3;
 
 use crate::finding::{FindingKind, Measure};
 
-/// What makes two contacts the same thing.
+/// Identity of a contact: contacts with equal keys are the same thing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Key {
     pub(crate) kind: FindingKind,
@@ -82,7 +82,8 @@ impl Episode {
     }
 }
 
-/// What is worth telling: all but what a body comes near to, and meets on some of the same moves.
+/// Returns the episodes worth reporting: all but near misses of bodies that collide on some of the
+/// same moves.
 pub(crate) fn worth_telling(all: &[Episode]) -> impl Iterator<Item = &Episode> {
     let pair = |e: &Episode| (e.worst.key.body, e.worst.key.obstacle);
     let mut met: BTreeMap<_, Vec<[usize; 2]>> = BTreeMap::new();

@@ -11,10 +11,10 @@ use crate::finding::{Finding, FindingKind};
 /// all that follow.
 const MOST_ALIKE: usize = 20;
 
-/// What findings of one fault have in common: kind, body, obstacle, axis and note.
+/// Common parts of findings of one fault: kind, body, obstacle, axis and note.
 type Alike = (FindingKind, Option<String>, Option<String>, Option<String>, String);
 
-/// What meets: body and obstacle.
+/// Pair that meets: body and obstacle.
 type Pair = (Option<String>, Option<String>);
 
 /// Findings without the near misses of bodies that meet each other on some of the same blocks.

@@ -1,4 +1,4 @@
-//! What the reader could not decide, as findings.
+//! Undecided places of the reader, as findings.
 
 use facemill_nc_program::{Compensation, NoteKind, ReadBlock, ReadCommand, ReadNote, ReadProgram, StateWord};
 

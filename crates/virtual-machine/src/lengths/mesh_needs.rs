@@ -1,4 +1,4 @@
-//! What meshes and bodies of the machine ask of the lengths, position by position.
+//! Needs of the lengths against meshes and bodies of the machine, position by position.
 
 use facemill_cl_data::{Cancelled, ClPoint, Monitor};
 use facemill_interference::lift_to_free;
@@ -24,9 +24,9 @@ const RESOLUTION: f64 = 1e-3;
 /// one after the other.
 const MAX_RAISES: usize = 1000;
 
-/// What the meshes of a scene, which is built for an assembly with these lengths, ask of them: the
-/// same positions and distances as [`verify`](crate::run::verify::verify) finds collisions with. No
-/// length goes beyond `longest`.
+/// Returns the needs of the lengths against the meshes of a scene, which is built for an assembly
+/// with these lengths: the same positions and distances as those by which
+/// [`verify`](crate::run::verify::verify) finds collisions. No length exceeds `longest`.
 pub(crate) fn mesh_needs(
     scene: &Scene<'_>,
     moves: &[Move],
@@ -84,7 +84,7 @@ struct Here {
     cl: ClPoint,
 }
 
-/// What was met: index of the rider and of the obstacle, and where.
+/// Contact: index of the rider and of the obstacle, and its place.
 type Met = (usize, usize, Point3<f64>);
 
 impl<'a> Walker<'a> {
@@ -139,7 +139,7 @@ impl<'a> Walker<'a> {
 
     fn run(&mut self, m: &Move) {
         let Scene { setup, settings, tool_length, .. } = *self.scene;
-        // What the axes cannot follow `verify` tells.
+        // `verify` reports motions that the axes cannot follow.
         let Ok(motion) = Motion::new(setup.machine, m.law, &m.start, &m.end, tool_length) else { return };
         let reach = setup.tool.cutter().radius().hypot(setup.tool.cutter().flute_length());
         let max_step = cutter_step(setup.tool.cutter(), settings);
@@ -228,7 +228,7 @@ impl<'a> Walker<'a> {
         let now = self.lengths[length.index()];
         let per_mm = self.way_per_mm(rider, obstacle, here);
         let speed = per_mm.norm();
-        // What does not move with the length no length frees.
+        // No length frees a point that does not move with the length.
         let direction = (speed > 1e-6).then(|| Unit::new_normalize(per_mm));
         let lift = direction.and_then(|direction| {
             let most = (self.longest - now) * speed;

@@ -1,4 +1,4 @@
-//! What a run through a program asks of the lengths of an assembly.
+//! Needs of a run through a program, per length of an assembly.
 
 use facemill_cl_data::ClPoint;
 use facemill_tool_model::AssemblyLength;
@@ -17,7 +17,7 @@ pub struct ForcedBy {
     pub block_text: String,
     /// The body that the length keeps free.
     pub body: String,
-    /// What it keeps it free of.
+    /// Obstacle that it keeps free of.
     pub obstacle: String,
     /// Where they meet with a shorter one, workpiece frame, mm.
     pub place_work_mm: [f64; 3],
@@ -40,7 +40,7 @@ pub(crate) struct Raise {
     pub(crate) cl: ClPoint,
 }
 
-/// What was asked of each length.
+/// Needs of each length.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Needs {
     raises: [Option<Raise>; 4],

@@ -19,7 +19,7 @@ use crate::run::scene::Scene;
 pub struct LengthSettings {
     /// As the program is verified.
     pub verify: VerifySettings,
-    /// What a length that is forced has above the least one that is free, mm.
+    /// Addition of a forced length to the least free one, mm.
     pub margin: f64,
     /// Length that none goes beyond, mm.
     pub longest: f64,
@@ -42,7 +42,7 @@ pub struct ClearLengths {
     /// The least L1 to L4 at which the run is free, mm; of those that nothing forces, and of those
     /// that rest on a longer one below them, that are as `lengths`.
     pub least: Lengths,
-    /// What forces each; `None` of those that rest on the one below, or on the tool itself.
+    /// Cause of each; `None` for those that rest on the one below, or on the tool itself.
     pub forced_by: [Option<ForcedBy>; 4],
     /// The length that nothing up to the longest is free with, and where; the lengths then are
     /// those that it was tried with.
@@ -69,10 +69,10 @@ pub struct ClearLengths {
 /// - Lengths with their margin have been tried as such. Where one is forced, a shorter one by more
 ///   than the margin is not free.
 ///
-/// What the cutter itself meets, limits of axes and speeds are not asked:
-/// [`verify`](crate::run::verify::verify) tells them of the tool that is returned. Bodies of the
-/// machine that move against the workpiece as its linear axes do are taken where they stand with
-/// the length of each run.
+/// Contacts of the cutter itself, limits of axes and speeds are not part of it:
+/// [`verify`](crate::run::verify::verify) reports them for the returned tool. Bodies of the machine
+/// that move against the workpiece as its linear axes do are taken at their places with the length
+/// of each run.
 ///
 /// The result does not depend on the number of threads; the monitor may cancel.
 ///
@@ -212,8 +212,8 @@ impl Search<'_, '_> {
         Ok(found.take(&needs, self.assembly, margin))
     }
 
-    /// What the stock asks of the flute: halved between one that meets it and one that does not,
-    /// each with a run of its own, because a longer flute leaves another stock.
+    /// Returns the need of the flute against the stock: bisects between a length that meets it and
+    /// one that does not, each with a run of its own, because a longer flute leaves another stock.
     fn flute(&self, lengths: &Lengths, stock: &LengthStock<'_>) -> Result<Option<Needs>, VerifyError> {
         let of_flute = |flute: f64| -> Result<Needs, VerifyError> {
             let mut all = *lengths;

@@ -1,4 +1,4 @@
-//! What the stock as it is at every moment asks of the lengths, along the ways of the tool.
+//! Needs of the lengths against the stock as it is at every moment, along the paths of the tool.
 
 use facemill_cl_data::{Monitor, RoundFrustum};
 use facemill_tool_model::{AssemblyLength, BuiltAssembly, Lengths, OpenAssembly, ToolAssembly, ToolSection};
@@ -24,7 +24,7 @@ const FIRST_WAY: f64 = 0.25;
 /// Times that the lengths are taken up on one way.
 const MAX_RAISES: usize = 1000;
 
-/// What the stock is called.
+/// Name of the stock.
 const STOCK: &str = "stock";
 
 /// A run through a program with its stock.
@@ -41,9 +41,9 @@ pub(crate) struct StockNeeds<'r, 'a> {
 }
 
 impl StockNeeds<'_, '_> {
-    /// What the stock asks of lengths that the scene's tool is built with: it is cut by that tool's
-    /// flute, and held against the bodies as [`run_stock`](crate::stock::run::run_stock) holds
-    /// them.
+    /// Returns the needs of the lengths of the scene's tool against the stock: that tool's flute
+    /// cuts it, and the bodies are checked against it as in
+    /// [`run_stock`](crate::stock::run::run_stock).
     ///
     /// Where a body meets it on a way, the length goes up to where the body is free of that way: by
     /// doubled steps, and halves between the last that is not free and the first that is. Windows
@@ -77,7 +77,7 @@ impl StockNeeds<'_, '_> {
 
     fn ways<'m>(&self, batch: &'m [Move], coarse: &Coarseness) -> Vec<(&'m Move, Segment)> {
         let of_tool = batch.iter().filter(|m| m.moves_tool);
-        // What has no way that is known cuts nothing, as in the run of the stock.
+        // A move without a known path cuts nothing, as in the run of the stock.
         let of_move =
             |m: &'m Move| segments(self.scene, m, coarse).unwrap_or_default().into_iter().map(move |s| (m, s));
         of_tool.flat_map(of_move).collect()
@@ -105,7 +105,7 @@ impl StockNeeds<'_, '_> {
         Ok(results.iter().any(|r| self.is_deep(r.deepest)))
     }
 
-    /// What is no deeper may be rounding of the ways.
+    /// A shallower contact may be rounding of the paths.
     fn is_deep(&self, met: Option<Contact>) -> bool {
         met.is_some_and(|c| c.depth > 2.0 * self.tolerance)
     }

@@ -1,4 +1,4 @@
-//! What a run of a program rests on because the text does not say it.
+//! Assumptions of a run where the program's text is silent.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -20,7 +20,7 @@ pub struct Assumption {
     /// First line that rests on it, from 1; absent where none does by itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub line: Option<u32>,
-    /// What is not said, and what was taken.
+    /// Missing statement and the assumption made for it.
     pub text: String,
 }
 
@@ -33,14 +33,14 @@ impl fmt::Display for Assumption {
     }
 }
 
-/// What [`verify`](crate::run::verify::verify) and [`certify`](crate::proof::certificate::certify)
-/// take for granted of a program on a machine because its text does not say it: smoothing, motion
-/// laws, axes that F counts, offset, length, states that a program before may have left on, and
-/// where the axes stand at its start.
+/// Returns the assumptions of [`verify`](crate::run::verify::verify) and
+/// [`certify`](crate::proof::certificate::certify) on a program where its text is silent:
+/// smoothing, motion laws, axes that F counts, offset, length, states that an earlier program may
+/// have left on, and the axes' positions at its start.
 ///
-/// What the text says is not listed. Sorted by line, each once, with the first line that rests on
-/// it. What it says wrongly is a finding, and what the setup holds (lengths in registers, offsets,
-/// the machine file) is the setup's.
+/// Statements of the text are not listed. Sorted by line, each once, with the first line that rests
+/// on it. Wrong statements are findings; data of the setup (lengths in registers, offsets, the
+/// machine file) are the setup's.
 #[must_use]
 pub fn assumptions(program: &ReadProgram, machine: &Machine) -> Vec<Assumption> {
     let mut state = State::new(program, machine);
@@ -60,7 +60,7 @@ fn is_rtcp(block: &ReadBlock) -> bool {
     matches!(block.compensation, Compensation::Rtcp(_))
 }
 
-/// What the text has said of the axes that F counts on a Siemens control.
+/// Axes that F counts on a Siemens control, as far as the text says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Group {
     /// Nothing, or no linear axis.
@@ -85,7 +85,7 @@ impl Group {
 /// By how much words may be beyond half a turn from each other, deg: rounding of sums.
 const ROUNDING: f64 = 1e-6;
 
-/// What the text has said so far.
+/// State that the text has set so far.
 struct State {
     dialect: Dialect,
     rtcp_rapids: RtcpRapids,
@@ -228,7 +228,7 @@ impl State {
         }
     }
 
-    /// What may still be on from before, at the first move in words.
+    /// Adds the states that may still be on from before, at the first move in words.
     fn start(&mut self, block: &ReadBlock) {
         let (on_fanuc, on_linuxcnc) = match self.dialect {
             Dialect::Fanuc | Dialect::Haas | Dialect::Mazak => (true, false),

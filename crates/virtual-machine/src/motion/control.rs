@@ -1,4 +1,4 @@
-//! What the control has set besides its axes, as the text tells.
+//! State of the control besides its axes, as the text sets it.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ use crate::motion::counted_axes::is_of_feeds;
 use crate::motion::positions::tool_vectors::not_unit;
 use crate::motion::setup::{VirtualSetup, own_head};
 
-/// What a program has set so far, and what is wrong with it.
+/// State that a program has set so far, with its faults.
 pub(crate) struct Control<'a> {
     setup: &'a VirtualSetup<'a>,
     dialect: Dialect,
@@ -129,7 +129,7 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// What was wrong.
+    /// Returns the faults.
     pub(crate) fn into_faults(self) -> Vec<TextFault> {
         self.faults
     }
@@ -237,8 +237,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// What RTCP that is left on does to the next program, or to whoever moves the axes by hand,
-    /// this one does not say.
+    /// A program that leaves RTCP on does not say how the next program, or a person at the
+    /// handwheel, moves.
     fn rtcp_at_end(&mut self, index: usize, block: &ReadBlock) {
         let ends = block.commands.contains(&ReadCommand::End) && !block.said.has(StateWord::Return);
         if ends && !self.has_ended && matches!(block.compensation, Compensation::Rtcp(_)) {

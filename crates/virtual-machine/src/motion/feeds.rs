@@ -1,4 +1,4 @@
-//! What F means in a block, by control and by what the program has said of it.
+//! Meaning of F in a block, by control and by the program's earlier statements.
 
 use facemill_inverse_kinematics::{AxisValues, Machine};
 use facemill_nc_program::{Dialect, Feed, FeedMode, ReadBlock};
@@ -11,7 +11,7 @@ pub(crate) struct Feeds {
     counted: CountedAxes,
     /// Why what F means is not known any more.
     changed: Option<String>,
-    /// What has been told last of what is not known.
+    /// Last reported reason why a meaning is unknown.
     told: Option<String>,
 }
 

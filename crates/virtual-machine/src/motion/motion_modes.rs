@@ -24,7 +24,7 @@ impl MotionModes {
         Self { law, dialect: program.dialect, unit: if is_inch { 25.4 } else { 1.0 } }
     }
 
-    /// What a block chooses that is not simulated.
+    /// Returns the modes that a block selects and that are not simulated.
     pub(crate) fn strange(&self, block: &ReadBlock) -> Vec<String> {
         let of_command = |command: &ReadCommand| match (self.dialect, command) {
             (Dialect::Siemens840d, ReadCommand::Mode(text)) => self.siemens(&text.to_uppercase()),

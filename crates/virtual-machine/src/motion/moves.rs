@@ -23,7 +23,7 @@ pub(crate) struct Move {
     pub(crate) block: usize,
     /// Section of the program, as [`VerifySettings::section_of`] counts.
     pub(crate) section: usize,
-    /// What the axes do.
+    /// Motion law.
     pub(crate) law: BlockLaw,
     /// Whether it goes at rapid rate.
     pub(crate) is_rapid: bool,
@@ -79,7 +79,7 @@ struct State<'a> {
     resolver: MotionResolver<'a>,
     /// Length compensation in force by axis, of several heads.
     lengths: AxisLengths,
-    /// What F counts.
+    /// Axes that F counts.
     modes: MotionModes,
     feeds: Feeds,
     /// Index of the axis along the spindle of the setup's head; `None` on a machine of one head.

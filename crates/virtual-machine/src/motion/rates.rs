@@ -266,7 +266,7 @@ impl Head<'_> {
 /// the tip's way is followed.
 const MAX_INVERSE: f64 = 100.0;
 
-/// What the directions lack by the rounding of two tips whose difference they are, as a share.
+/// Largest share that the directions lack by the rounding of two tips whose difference they are.
 const INVERSE_ROUNDING: f64 = 1e-6;
 
 /// Bound on the norm of the inverse of the linear axes' directions; `None` where they all but lie
@@ -300,7 +300,7 @@ fn linear_directions(machine: &Machine, q: &AxisValues) -> Option<Matrix3<f64>> 
     }
 }
 
-/// What products of directions may differ by from rounding: of metres to 1e-12.
+/// Largest rounding of products of directions: of metres to 1e-12.
 const RIGID: f64 = 1e-9;
 
 /// Whether no rotary axis turns the linear ones against each other.

@@ -29,19 +29,19 @@ pub struct VirtualSetup<'a> {
     /// Number of the register (H) that holds the tool's length; any other one holds nobody knows
     /// what.
     pub length_register: u32,
-    /// What stands on the table. Bodies of the machine are none of them: they are taken from the
-    /// machine, all of them.
+    /// Obstacles on the table. Bodies of the machine are not among them: all of them come from the
+    /// machine.
     pub obstacles: Vec<VirtualObstacle<'a>>,
 }
 
 /// Something that stands on the machine's table, as a mesh in the workpiece frame.
 #[derive(Clone)]
 pub struct VirtualObstacle<'a> {
-    /// What findings call it.
+    /// Name in findings.
     pub name: String,
     /// Its mesh, workpiece frame.
     pub mesh: &'a dyn Interference,
-    /// What the cutter may do to it.
+    /// Kind, which limits the cutter.
     pub kind: ObstacleKind,
     /// Material that the cutter has to leave on the mesh, mm.
     pub allowance: f64,
@@ -50,7 +50,7 @@ pub struct VirtualObstacle<'a> {
     pub stock: f64,
 }
 
-/// What an obstacle is.
+/// Kind of an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ObstacleKind {
     /// The part: not to be cut below its allowance.
@@ -97,13 +97,13 @@ pub struct VerifySettings {
     /// By how much farther than the tool axis a rotary axis may turn in one cutting block near the
     /// pole before it is told, rad.
     pub singular_turn: f64,
-    /// What the cutter may take at a time where the stock is cut; `None`: as much as it does.
+    /// Limit of the cutter's removal where the stock is cut; `None` for no limit.
     pub removal: Option<RemovalLimit>,
     /// Share by which it may take more: volumes are those of lines, and means over half the
     /// cutter's radius or ten cells.
     pub removal_slack: f64,
-    /// What other runs hold against the stock as it is at every moment: here it is not held against
-    /// the stock as it was at first.
+    /// Bodies and stock that other runs check against the current stock: this run does not check
+    /// them against the initial stock.
     pub as_cut: HeldAsCut,
     /// Lines of the blocks of which [`run_stock`](crate::stock::run::run_stock) is to tell whether
     /// they certainly cut ([`BlockCut::is_certain`](crate::stock::run::BlockCut::is_certain)) or
@@ -120,8 +120,8 @@ pub struct VerifySettings {
 /// The paper's rule (VMT), which is fast and proves nothing: in rapids positions a radius of the
 /// cutter apart, and only the edges of cutter and bodies.
 ///
-/// What it finds is there; what lies between positions, or meets a side between the edges of a
-/// body, it does not see.
+/// Its findings are real; it misses contacts between positions, and those of a side between the
+/// edges of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimate {
     /// Largest way of tip, rim and gauge line, relative to the workpiece, between two positions of
@@ -136,8 +136,8 @@ impl Default for Estimate {
     }
 }
 
-/// What is held against the stock as it is at every moment, in runs that cut it; all else is held
-/// against the stock as it was at first, which is on the safe side.
+/// Parts that runs with cutting check against the current stock; all else is checked against the
+/// initial stock, which is on the safe side.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct HeldAsCut {
     /// Tool assembly, cutter in rapid, ramps and the cutter's core: by
@@ -171,7 +171,7 @@ pub struct RemovalLimit {
 /// error budget.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GougeSection {
-    /// What reports call it.
+    /// Name in reports.
     pub name: String,
     /// Its first line, from 1; above that of the section before.
     pub first_line: u32,
@@ -266,7 +266,7 @@ pub enum VerifyError {
         head: String,
         /// Spindle axis of this or another head.
         axis: String,
-        /// What it does.
+        /// Fault.
         problem: &'static str,
     },
     /// A body of the machine has no mesh.
@@ -274,7 +274,7 @@ pub enum VerifyError {
     Body {
         /// Its name.
         body: String,
-        /// What is wrong.
+        /// Fault.
         problem: String,
     },
     /// A length of an obstacle is out of its range.
@@ -302,7 +302,7 @@ pub enum VerifyError {
     /// A proof was asked for with [`VerifySettings::estimate`].
     #[error("{what} cannot be estimated: leave out `estimate` of the settings")]
     Estimated {
-        /// What.
+        /// Subject.
         what: &'static str,
     },
     /// Setups of several heads do not stand on one machine with one workpiece.
@@ -310,7 +310,7 @@ pub enum VerifyError {
     OneStock {
         /// Its number, from 1.
         setup: usize,
-        /// What is wrong with it.
+        /// Fault.
         what: String,
     },
     /// A section does not follow the one before.
@@ -330,7 +330,7 @@ pub enum VerifyError {
         field: &'static str,
         /// As given.
         value: f64,
-        /// What it has to be.
+        /// Required value.
         needed: &'static str,
     },
 }

@@ -2,12 +2,12 @@
 
 use facemill_nc_program::{Dialect, ReadBlock, ReadCommand};
 
-/// What the text has said of it so far.
+/// State of the smoothing that the text has set so far.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Smoothing {
     /// A tolerance, or exact stop, is in force: CYCLE832, G60, cycle 32, G61, G64, G187 E.
     is_said: bool,
-    /// What is said, CYCLE832 says, whose tolerances CTOL and OTOL change.
+    /// Whether CYCLE832 sets it; CTOL and OTOL change its tolerances.
     is_by_cycle: bool,
     /// CTOL and OTOL are in force: of the tip, and of rotary axes.
     tolerances: [bool; 2],
@@ -98,7 +98,7 @@ impl Smoothing {
         }
     }
 
-    /// What a cut in this state is left to; `None` where the text says it.
+    /// Returns the open question of a cut in this state; `None` if the text settles it.
     pub(crate) fn left_open(&self, dialect: Dialect) -> Option<String> {
         let without_angle = match dialect {
             Dialect::Heidenhain => Some("cycle 32 without TA"),

@@ -1,4 +1,4 @@
-//! What the rotary axes do while the tool vector turns evenly in the plane of its ends.
+//! Motion of the rotary axes while the tool vector turns evenly in the plane of its ends.
 
 use std::f64::consts::PI;
 

@@ -27,7 +27,7 @@ impl Moves {
         &self.runs
     }
 
-    /// What the text leaves open of its tool vectors, which are told in the frame of its words.
+    /// Returns the uncertainty of the text's tool vectors, given in the frame of its words.
     pub fn vector_rounding(&self, table_from_words: Option<Isometry3<f64>>) -> Option<VectorRounding> {
         let half = self.decimals.half();
         table_from_words.map(|table_from_words| VectorRounding { table_from_words, half })

@@ -30,7 +30,7 @@ pub struct RunLaw {
     pub times: Vec<f64>,
     /// Times at the largest speed of each move, s.
     pub peak_times: Vec<f64>,
-    /// What each is held back by; `None` without motion. Empty where it is not told, and in rapids.
+    /// Limiting factor of each; `None` without motion. Empty if not requested, and in rapids.
     pub limits: Vec<Option<MotionLimit>>,
     /// Whether the axes stop at every corner, for want of a tolerance that counts.
     pub stops_at_corners: bool,
@@ -44,7 +44,7 @@ pub struct Timer<'a> {
     /// How the control runs its blocks; `None`: jerk limited, with all of them in sight.
     control: Option<ControlMotion>,
     rapid: RapidLaw,
-    /// What texts leave open of their tool vectors; `None`: they are taken as exact.
+    /// Uncertainty of the text's tool vectors; `None` if they are exact.
     rounding: Option<VectorRounding>,
     /// Whether it is told what holds each move back.
     tells_limits: bool,
@@ -90,7 +90,7 @@ impl<'a> Timer<'a> {
     /// The law of a run, from rest to rest.
     ///
     /// # Errors
-    /// What is wrong with its blocks.
+    /// If a block has a fault, which the message names.
     pub fn time(&self, run: &Run) -> Result<RunLaw, String> {
         if run.is_rapid && self.rapid == RapidLaw::PerAxis {
             return self.each_axis_on_its_own(run);
@@ -175,7 +175,7 @@ impl<'a> Timer<'a> {
         evened(*view, run, rounding, self.tolerance)
     }
 
-    /// What every axis may leave the lines of a run by; `None`: nothing.
+    /// Returns the distance that every axis may keep from the lines of a run; `None` for none.
     fn blend(&self, run: &Run, tolerance: ControlTolerance) -> Option<AxisValues> {
         let levers: Vec<Levers> = self.views.iter().map(|view| Levers::over(*view, run)).collect();
         let moving = self.views.first().map(|(machine, _)| moving(machine, run))?;

@@ -47,9 +47,9 @@ fn axis_norm(machine: &Machine, m: &Move) -> f64 {
     (0..m.start.len()).map(|k| way(k).powi(2)).sum::<f64>().sqrt()
 }
 
-/// What the last decimal of the words may add to the way of an axis in one block, mm or deg: half a
-/// thousandth at each end, and half of one for good measure. Larger hides spikes of tiny blocks,
-/// smaller reports rounding.
+/// Largest contribution of the last decimal of the words to the motion of an axis in one block, mm
+/// or deg: half a thousandth at each end, and half of one for good measure. Larger hides spikes of
+/// tiny blocks, smaller reports rounding.
 const WORD_ROUNDING: f64 = 1.5e-3;
 
 /// The axis that would have to be fastest compared with its largest velocity, and that ratio, where

@@ -121,10 +121,10 @@ pub fn moving(machine: &Machine, run: &Run) -> Vec<bool> {
     if turns || !moving.contains(&true) { vec![true; moving.len()] } else { moving }
 }
 
-/// What every axis may leave its lines by, mm or rad, so that no head's tip strays by more than
-/// `path` and no tool axis turns by more than `orientation`: half of the path for the linear axes
-/// together, half for the rotary ones by their levers; all of it for the linear ones where no
-/// rotary axis moves. `None` where that is nothing: the axes then stop at every corner.
+/// Returns the distance that every axis may keep from its lines, mm or rad, so that no head's tip
+/// strays by more than `path` and no tool axis turns by more than `orientation`: half of the path
+/// for the linear axes together, half for the rotary ones by their levers; all of it for the linear
+/// ones where no rotary axis moves. `None` if that is nothing: the axes then stop at every corner.
 ///
 /// `levers` are those of each view over the program. Axes that are not `moving` stay, and stray by
 /// nothing.

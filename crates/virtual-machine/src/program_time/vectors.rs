@@ -23,7 +23,7 @@ const ARM: f64 = 10.0;
 /// Least length of a move, mm: lengths are to grow.
 const SHORTEST: f64 = 1e-6;
 
-/// What a vector may differ by and is the same: what positions are solved to.
+/// Largest difference of equal vectors: the accuracy of solved positions.
 const STILL: f64 = 1e-12;
 
 /// Decimals that a program has at least: where all components have fewer, as 0.6 and 0.8 do, they
@@ -55,18 +55,18 @@ impl VectorDecimals {
         10f64.powi(self.0)
     }
 
-    /// What a component may be off by: half of the last decimal.
+    /// Returns the largest error of a component: half of the last decimal.
     pub fn half(self) -> f64 {
         0.5 / self.scale()
     }
 }
 
-/// What the text leaves open of its tool vectors.
+/// Uncertainty of the text's tool vectors.
 #[derive(Clone, Copy, Debug)]
 pub struct VectorRounding {
     /// Frame of the words on the table, which the vectors are told in.
     pub table_from_words: Isometry3<f64>,
-    /// What each component may be off by.
+    /// Largest error of each component.
     pub half: f64,
 }
 
@@ -75,7 +75,7 @@ pub struct Evened {
     /// The run with other positions at the ends of its moves: of the same tip, and of a vector that
     /// has the same text.
     pub run: Run,
-    /// What is left of the control's tolerance for blends.
+    /// Rest of the control's tolerance for blends.
     pub tolerance: ControlTolerance,
 }
 
@@ -84,7 +84,7 @@ struct Places {
     at: Vec<f64>,
     /// Unit tool axis, frame of the words.
     axes: Vec<Vector3<f64>>,
-    /// What each component of it may be off by.
+    /// Largest error of each of its components.
     widths: Vec<f64>,
     /// Place at the end of each move.
     of_moves: Vec<usize>,

@@ -1,5 +1,5 @@
-//! What is proven of every block: how deep the cutter is at most at any time, and how near a body
-//! comes.
+//! Certificates of every block: a bound on the depth of the cutter at any time, and on the distance
+//! of each body.
 
 use std::collections::BTreeMap;
 
@@ -17,7 +17,7 @@ use crate::proof::prover::Prover;
 use crate::proof::{Open, Proof};
 use crate::run::scene::Scene;
 
-/// What is proven of one block's motion, from its start to its end under the machine's motion law.
+/// Certificate of one block's motion, from its start to its end under the machine's motion law.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Certificate {
     /// Line of the program, from 1.
@@ -152,7 +152,7 @@ impl Certificate {
 /// away by a distance ([`Interference::sweep`](facemill_interference::Interference::sweep)); where
 /// it does not, the interval is halved. For the cutter the distance is that of its test body for a
 /// depth: a little more than the depth at sampled times first, then more, up to the gouge limit.
-/// What is not proven is told as such, and says nothing about the motion.
+/// An unproven block is marked as such, which says nothing about its motion.
 ///
 /// Bodies, and the cutter where it must not touch, are proven with what the control may leave the
 /// motion by. Of stock that [`VerifySettings::as_cut`] leaves to the runs that cut it nothing is

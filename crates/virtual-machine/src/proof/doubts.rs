@@ -11,7 +11,7 @@ pub(crate) struct Doubt {
     pub(crate) line: u32,
     /// The last line that it puts in doubt.
     last: u32,
-    /// What the fault is.
+    /// Fault.
     pub(crate) what: String,
 }
 
@@ -57,7 +57,7 @@ impl Doubts {
     }
 }
 
-/// What a fault puts in doubt.
+/// Scope of the doubt that a fault raises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Scope {
     /// No motion: spindle, feed, text that is not run.

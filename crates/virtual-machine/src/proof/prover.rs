@@ -52,7 +52,7 @@ pub(crate) struct Prover<'s, 'a> {
     m: &'s Move,
     motion: Motion<'s>,
     rates: RateBounds<'s>,
-    /// What has to be looked at of it.
+    /// Parts of it that need a look.
     parts: Vec<[f64; 2]>,
     tracks: Vec<CutterTrack>,
     intervals: u32,
@@ -73,7 +73,7 @@ struct Pair<'p> {
 #[derive(Clone, Copy)]
 struct CutterBody {
     obstacle: usize,
-    /// What it may not enter, mm.
+    /// Thickness that it may not enter, mm.
     thickness: f64,
     /// As in [`Pair`].
     is_charged: bool,
@@ -142,7 +142,7 @@ impl<'s, 'a> Prover<'s, 'a> {
             };
             let sampled = [0.0, 0.5, 1.0].map(|t| self.sampled_depth(t, k, limit.thickness));
             let mut depth = sampled.into_iter().fold(0.0, f64::max);
-            // What is nowhere near is proven not to be touched at all.
+            // A body that is nowhere near is proven not to touch at all.
             depth += if depth > 0.0 { FIRST_LACK } else { 0.0 };
             let body = CutterBody { obstacle: k, thickness: limit.thickness, is_charged: !cuts };
             let open = Open::Cutter { obstacle: k, limit: largest, is_rapid: self.m.is_rapid_of_tool() };
@@ -336,9 +336,10 @@ impl<'s, 'a> Prover<'s, 'a> {
     /// the control leaves the tip's way by its path tolerance, and the tool axis and every rotary
     /// axis by its orientation tolerance.
     ///
-    /// What is round about the tool axis is turned by the tool axis alone, what else is fixed to
-    /// the tool by all rotary axes. Other parts of the machine go with the axes between them and
-    /// the obstacle ([`RateBounds::strayed`]). `None` where that has no bound.
+    /// Returns the control's largest deviation at a pair. The tool axis alone turns a body of
+    /// revolution about it; all rotary axes turn the other bodies fixed to the tool. Other parts of
+    /// the machine go with the axes between them and the obstacle ([`RateBounds::strayed`]). `None`
+    /// if that has no bound.
     fn control(&self, pair: &Pair<'_>, start: &AxisValues, rates: Option<&Rates>, reach: f64) -> Option<f64> {
         let tolerance = self.scene.setup.machine.motion_law().control_tolerance;
         if !pair.is_charged || tolerance == ControlTolerance::default() {

@@ -1,4 +1,5 @@
-//! What bodies do between two tested positions: followed until it is known within a tolerance.
+//! Motion of bodies between two tested positions, followed until their distance is known within a
+//! tolerance.
 
 #[cfg(test)]
 #[path = "../../tests/unit/run/between_laws.rs"]
@@ -89,7 +90,7 @@ pub(crate) struct Follower<'a> {
     cutter: Shape,
 }
 
-/// What is held against what, and what is known of them from pose to pose.
+/// Body and obstacle, with the known distances from pose to pose.
 struct Pair {
     what: What,
     obstacle: usize,
@@ -98,7 +99,7 @@ struct Pair {
     cutter_track: CutterTrack,
 }
 
-/// What moves.
+/// Moving body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum What {
     Body(usize),

@@ -3,7 +3,7 @@ use nalgebra::Point3;
 use crate::finding::episodes::Episodes;
 use crate::run::cutter_depth::Depth;
 
-/// What a run of moves showed.
+/// Result of a run of moves.
 #[derive(Default)]
 pub(crate) struct ChunkResult {
     pub(crate) episodes: Episodes,

@@ -1,5 +1,5 @@
-//! What of tool and bodies is held against obstacles, and at which positions: all of it closely, or
-//! by the paper's rule.
+//! Parts of tool and bodies that are checked against obstacles, and their positions: all of them
+//! closely, or by the paper's rule.
 
 use facemill_cl_data::{RoundFrustum, Solid};
 
@@ -11,7 +11,7 @@ use crate::run::cutter_depth::{CutterDepth, disc};
 use crate::run::scene::Scene;
 use crate::run::track::Shape;
 
-/// What a run of positions asks.
+/// Queries of a run of positions.
 pub(crate) struct Asked {
     /// Of each body of the scene, without its rounding.
     pub(crate) bodies: Vec<Vec<Shape>>,
@@ -62,7 +62,7 @@ pub(crate) fn rapid_step(scene: &Scene<'_>) -> f64 {
     scene.setup.tool.cutter().radius()
 }
 
-/// What is told of an estimate's positions.
+/// Returns the steps between an estimate's positions for the report.
 pub(crate) fn steps_told(scene: &Scene<'_>, estimate: Estimate) -> crate::finding::EstimatedPositions {
     crate::finding::EstimatedPositions { cut_step_mm: estimate.cut_step, rapid_step_mm: rapid_step(scene) }
 }

@@ -1,7 +1,7 @@
 use facemill_cl_data::ClPoint;
 use nalgebra::{Unit, Vector3};
 
-/// What rounded words may tilt a motion by over a whole block, mm: two last decimals at each end.
+/// Largest tilt of a motion by rounded words over a whole block, mm: two last decimals at each end.
 /// Larger hides short steep ramps, smaller reports rounding.
 pub(crate) const RAMP_ROUNDING: f64 = 2e-3;
 

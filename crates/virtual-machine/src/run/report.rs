@@ -18,7 +18,7 @@ use crate::run::edges::steps_told;
 use crate::run::scene::Scene;
 use crate::run::surface_normals;
 
-/// What the numbers of a run are told with.
+/// Data for the figures of a run.
 pub(crate) struct Report<'a> {
     pub(crate) program: &'a ReadProgram,
     pub(crate) scene: &'a Scene<'a>,
@@ -27,7 +27,7 @@ pub(crate) struct Report<'a> {
     starts: Vec<f64>,
 }
 
-/// What is said of a body that comes near the cut stock.
+/// Returns the note on a body that comes near the cut stock.
 fn near(key: &Key) -> Option<&'static str> {
     let of_body = match (key.body, key.kind) {
         (Some(_), _) => "nearer than its clearance",
@@ -37,7 +37,7 @@ fn near(key: &Key) -> Option<&'static str> {
     (!key.is_contact).then_some(of_body)
 }
 
-/// What the stock is called that the program cuts; its index is behind those of the obstacles.
+/// Name of the stock that the program cuts; its index is behind those of the obstacles.
 const STOCK: &str = "stock";
 
 impl<'a> Report<'a> {
@@ -45,7 +45,7 @@ impl<'a> Report<'a> {
         let mut now = 0.0;
         let mut starts = vec![now];
         for m in &resolved.moves {
-            // What has no feed has no time: it is a fault of its own.
+            // A move without a feed has no time: it is a fault of its own.
             now += duration(scene.setup.machine, m, scene.tool_length).unwrap_or(0.0);
             starts.push(now);
         }
@@ -153,7 +153,7 @@ impl<'a> Report<'a> {
         let worst = self.block(e.worst_move);
         let body = match key.body {
             Some(k) => Some(self.scene.bodies[k].name.clone()),
-            // What meets an obstacle and is no other body is the cutter.
+            // A contact with an obstacle by no other body is the cutter's.
             None => key.obstacle.map(|_| "cutter".to_owned()),
         };
         Finding {
@@ -175,7 +175,8 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// What there is to say of an episode besides its numbers; of several heads which one it is of.
+    /// Returns the explanation of an episode besides its numbers; on several heads with the name of
+    /// the head.
     fn note(&self, key: &Key) -> String {
         let head = own_head(self.scene.setup).map(|head| format!("head {}", head.name));
         let own = surface_normals::note(key).or_else(|| near(key)).map(str::to_owned);

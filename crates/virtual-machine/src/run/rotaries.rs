@@ -9,7 +9,7 @@ use crate::motion::spans::Spans;
 use crate::run::chunk_result::ChunkResult;
 use crate::run::scene::Scene;
 
-/// What the rounding of words may add to the turn of an axis in one block, rad.
+/// Largest contribution of the rounding of words to the turn of an axis in one block, rad.
 const ROUNDING: f64 = 2e-3 * std::f64::consts::PI / 180.0;
 
 /// Turn of the rotary axes together between two looks at how near the tool axis is to the pole,

@@ -41,7 +41,7 @@ pub(crate) struct SceneBody {
     pub(crate) meets: Vec<bool>,
 }
 
-/// What a body moves with.
+/// Carrier of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Mount {
     /// The tool, at this pose in its frame.
@@ -50,7 +50,7 @@ pub(crate) enum Mount {
     Machine(usize),
 }
 
-/// What tool and bodies may meet.
+/// Obstacle of tool and bodies.
 pub(crate) struct SceneObstacle<'a> {
     pub(crate) name: String,
     pub(crate) frame: Frame,
@@ -82,7 +82,7 @@ pub(crate) enum Frame {
     Machine(usize),
 }
 
-/// What may be done to an obstacle.
+/// Permitted contact with an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Role {
     /// As the setup says.
@@ -96,14 +96,14 @@ enum SceneMesh<'a> {
     Own(MeshTree),
 }
 
-/// What the cutter keeps of an obstacle in a move.
+/// Distance that the cutter keeps from an obstacle in a move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct CutterLimit {
     /// Thickness of what the cutter may not enter, mm.
     pub(crate) thickness: f64,
     /// Depth in it from which on it is a finding, mm.
     pub(crate) depth: f64,
-    /// What finding.
+    /// Kind of the finding.
     pub(crate) kind: FindingKind,
 }
 
@@ -128,7 +128,7 @@ impl<'a> Scene<'a> {
         let mut bodies: Vec<_> = tool.chain(moving).collect();
         let meets = |mount: Mount| -> Vec<bool> {
             let is_cut = if matches!(mount, Mount::Tool(_)) { settings.as_cut.tool } else { settings.as_cut.machine };
-            // What is cut in a run of its own is met there.
+            // A run of its own checks the stock that is cut.
             let is_left = |o: &SceneObstacle<'_>| !is_cut || o.role != Role::Work(ObstacleKind::Stock);
             obstacles.iter().map(|o| is_left(o) && may_meet(setup.machine, &links, mount, o)).collect()
         };
@@ -186,7 +186,8 @@ impl<'a> Scene<'a> {
         body.is_some_and(|b| b.carrier() == Some(Carrier::OtherHead))
     }
 
-    /// What the cutter keeps of an obstacle in a move; `None` where it may enter.
+    /// Returns the distance that the cutter keeps from an obstacle in a move; `None` if it may
+    /// enter.
     pub(crate) fn cutter_limit(&self, obstacle: &SceneObstacle<'_>, m: &Move) -> Option<CutterLimit> {
         let (depth, is_rapid) = (self.settings.gouge_limit_in(m.section), m.is_rapid_of_tool());
         match (is_rapid, obstacle.role) {
@@ -206,8 +207,8 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// What the control may make of a depth, mm: its tolerance at the point of the cutter that is
-    /// farthest from the tip.
+    /// Returns the control's largest addition to a depth, mm: its tolerance at the point of the
+    /// cutter that is farthest from the tip.
     pub(crate) fn cutter_control(&self) -> f64 {
         let cutter = self.setup.tool.cutter();
         let farthest = cutter.radius().hypot(cutter.flute_length().max(cutter.corner_radius()));

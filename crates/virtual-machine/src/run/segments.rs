@@ -88,7 +88,7 @@ fn common_segments(heads: &[MoveOfHead<'_, '_>]) -> Option<Vec<Vec<Segment>>> {
     let mut done = 0.0;
     while let Some((from, to, halvings)) = open.pop() {
         if from > done {
-            // What lies between is repeated by what follows.
+            // The next part repeats the motion between.
             ways.iter_mut().try_for_each(|way| way.skip(from))?;
         }
         for way in &mut ways {

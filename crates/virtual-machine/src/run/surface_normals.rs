@@ -170,7 +170,7 @@ impl SurfaceNormals<'_> {
     }
 }
 
-/// What a finding of this key says besides its angle; `None` for other kinds.
+/// Returns the note of a finding of this key besides its angle; `None` for other kinds.
 pub(crate) fn note(key: &Key) -> Option<&'static str> {
     match (key.kind, key.obstacle) {
         (FindingKind::OtherNormal, None) => Some("NX NY NZ point away from the tool's axis"),

@@ -68,7 +68,7 @@ impl Shape {
     }
 }
 
-/// What is known of the distance between one body and one obstacle, from pose to pose.
+/// Known distance between one body and one obstacle, from pose to pose.
 ///
 /// An answer stays good until the body has moved by as much as it was free: most poses need no
 /// query.

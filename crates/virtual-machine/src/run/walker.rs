@@ -241,7 +241,7 @@ impl<'a> Walker<'a> {
         self.test_bodies(here);
     }
 
-    /// What is asked of the cutter on a move.
+    /// Returns the queries of the cutter on a move.
     fn cutter_in(&self, m: &Move) -> &'a CutterDepth {
         let asked = self.asked;
         if m.is_rapid { &asked.cutter_in_rapid } else { &asked.cutter }

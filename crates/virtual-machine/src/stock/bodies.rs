@@ -60,7 +60,7 @@ impl Bodies {
         Self { at_ends: true, ..self }
     }
 
-    /// What is asked and cut on a segment, in order.
+    /// Returns the queries and cuts on a segment, in order.
     pub(crate) fn steps(&self, m: &Move, segment: &Segment) -> Vec<(Purpose, Step<'_>)> {
         Phase::ALL.into_iter().flat_map(|phase| self.steps_in(phase, m, segment)).collect()
     }
@@ -91,7 +91,7 @@ impl Bodies {
     }
 }
 
-/// What is done on a segment one after the other, of all heads.
+/// Phases of a segment, one after the other, of all heads.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Phase {
     /// Bodies as they are, and cores, are asked.

@@ -32,7 +32,7 @@ pub(crate) struct Part {
     pub(crate) way: f64,
     /// Of the tip alone, mm.
     pub(crate) tip_way: f64,
-    /// What was taken, mm³.
+    /// Removed volume, mm³.
     pub(crate) volume: f64,
     /// s.
     pub(crate) time: f64,

@@ -66,9 +66,10 @@ impl<'a> MachineBodies<'a> {
         self.bodies.iter().map(|(k, body)| (*k, &*body.name))
     }
 
-    /// What bodies do on a move near the stock as it is on these lines: at the positions of
-    /// [`verify`](crate::run::verify::verify), and followed from one to the next as there. A body
-    /// that is not known to be free at every time has an episode, if need be without a measure.
+    /// Returns the contacts of bodies on a move near the current stock on these lines: at the
+    /// positions of [`verify`](crate::run::verify::verify), and followed from one to the next as
+    /// there. A body that is not known to be free at every time has an episode, if need be without
+    /// a measure.
     fn contacts(
         &self,
         asked: &[usize],
@@ -113,10 +114,10 @@ impl Waiting {
         self.moves.first().map(|asked| asked.index)
     }
 
-    /// What bodies of each head do on the first of the moves, with the lines as they are before it:
-    /// its head, and the episodes. `first` is the index of the batch's first move in the program.
-    /// The move waits no more, and neither do moves behind it that are free of the lines as they
-    /// are now: what is cut until then is only less.
+    /// Returns the contacts of each head's bodies on the first of the moves, with the lines before
+    /// it: its head, and the episodes. `first` is the index of the batch's first move in the
+    /// program. The move then leaves the queue, and so do later moves that are free of the current
+    /// lines: later cuts only remove material.
     pub(crate) fn ask_first(
         &mut self,
         heads: &[&MachineBodies<'_>],

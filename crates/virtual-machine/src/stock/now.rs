@@ -1,4 +1,4 @@
-//! What may be left of the stock at a moment, as something that bodies keep off.
+//! Possible rest of the stock at a moment, as an obstacle of bodies.
 
 use facemill_cl_data::{Aabb, Solid};
 use facemill_interference::{Interference, Separation, Verdict, Witness};
@@ -72,8 +72,8 @@ fn beyond(mesh: &dyn Interference, thickness: f64, grid: &DexelGrid) -> Vec<Aabb
 }
 
 impl StockNow<'_> {
-    /// What may be material is no nearer to an undilated body than this; `None` where that is not
-    /// nearer than `at_most`. Of distances up to `enough` any may be told.
+    /// Returns a lower bound on the distance of possible material from an undilated body; `None` if
+    /// that is not below `at_most`. Of distances up to `enough` any may be returned.
     fn now(&self, core: &Solid, work_from_solid: &Isometry3<f64>, [enough, at_most]: [f64; 2]) -> Option<Near> {
         let beside = outside_layer(self.lines.grid().cell()) + ROUNDING;
         let found = self.lines.nearest(core, work_from_solid, [enough, at_most].map(|d| d + beside));
@@ -134,7 +134,7 @@ impl Interference for StockNow<'_> {
     ) -> Option<Separation> {
         let core = solid.dilated(-solid.rounding());
         let first = self.at_first(&core, mesh_from_solid, at_most, hint)?;
-        // What is nearer than at first makes no difference.
+        // A distance below the initial one makes no difference.
         let now = self.now(&core, mesh_from_solid, [first.distance, at_most])?;
         let left = Some(first.point).filter(|p| self.may_hold(p));
         let point = left.or(now.place).unwrap_or(first.point);

@@ -79,7 +79,7 @@ impl Probe {
         !m.is_rapid && self.blocks.contains(&m.block)
     }
 
-    /// What is asked on a segment of a move, in any order; nothing where it is not asked about.
+    /// Returns the queries on a segment of a move, in any order; none if the move has none.
     pub(crate) fn steps(&self, m: &Move, segment: &Segment) -> impl Iterator<Item = (Purpose, Step<'_>)> {
         let is_asked = self.is_asked(m);
         let around = Sweep { body: &self.around, from: segment.from, to: segment.to };

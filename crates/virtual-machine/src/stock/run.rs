@@ -22,18 +22,18 @@ use crate::stock::engagement::{Engagement, Part};
 use crate::stock::probe::Probe;
 use crate::stock::retract::CutEnd;
 
-/// What a program does to the stock.
+/// Effect of a program on the stock.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StockRun {
-    /// What met the stock as it was at that moment, in program order.
+    /// Contacts with the current stock, in program order.
     pub findings: Vec<Finding>,
     /// Volume that was cut, mm³.
     pub removed_mm3: f64,
-    /// What each block with a cutting move took, in program order.
+    /// Material that each block with a cutting move removed, in program order.
     pub blocks: Vec<BlockCut>,
 }
 
-/// What a block took out of the stock.
+/// Material that a block removed from the stock.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlockCut {
     /// Line of the program, from 1.
@@ -165,15 +165,15 @@ pub(crate) enum Purpose {
     Kept(usize),
 }
 
-/// What is known of the run so far.
+/// Results of the run so far.
 #[derive(Default)]
 struct Out {
     episodes: Episodes,
-    /// What each move took; lines are not told yet.
+    /// Material that each move removed; without lines yet.
     taken: Vec<BlockCut>,
 }
 
-/// What is asked of one head.
+/// Queries of one head.
 struct View<'a> {
     scene: Scene<'a>,
     bodies: Bodies,
@@ -200,7 +200,7 @@ impl<'a> View<'a> {
             return Ok(Self { scene, bodies, probe, coarse, coarse_in_rapid: coarse, cell });
         }
         let step = rapid_step(&scene);
-        // What is asked at positions alone is exact there: the way between them may be any.
+        // Queries at positions alone are exact there: the path between them may be any.
         let coarse_in_rapid = Coarseness { tolerance: step, max_way: step, ..coarse };
         Ok(Self { scene, bodies: bodies.at_ends(), probe, coarse, coarse_in_rapid, cell })
     }
@@ -288,7 +288,7 @@ impl<'r, 'a> Head<'r, 'a> {
         }
     }
 
-    /// What this head has taken and met.
+    /// Returns the material that this head removed, and its contacts.
     fn report(&self, program: &ReadProgram, resolved: &Moves) -> StockRun {
         let report = Report::new(program, &self.view.scene, resolved);
         let cuts = resolved.moves.iter().zip(&self.out.taken).filter(|(m, _)| !m.is_rapid);
@@ -377,7 +377,7 @@ impl<'r, 'a> Head<'r, 'a> {
     }
 }
 
-/// What happens at the end of a segment.
+/// Returns the contact at the end of a segment.
 fn contact(key: Key, measure: Option<Measure>, segment: &Segment) -> Contact {
     Contact { key, measure, place: None, axes: segment.axes, cl: segment.to, at: segment.end }
 }

@@ -1,5 +1,4 @@
-//! What may be left of the stock where no line of it shows: thin walls, fins and edges between the
-//! lines.
+//! Stock that may be left where no line of it shows: thin walls, fins and edges between the lines.
 
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
@@ -111,7 +110,7 @@ pub fn still_there<const N: usize>(
     Ok(std::array::from_fn(|h| views[h].findings(program, &resolved[h], &look.episodes[h])))
 }
 
-/// What is said of findings that no line shows: of the tool; and of bodies of the machine.
+/// Notes of findings that no line shows: of the tool; and of bodies of the machine.
 const MAY_BE_LEFT: [&str; 2] = [
     "in stock that the lines do not show to be cut",
     "not proven to be free of stock that the lines do not show to be cut",
@@ -164,11 +163,11 @@ impl Look<'_, '_> {
     }
 }
 
-/// What is asked of one head.
+/// Queries of one head.
 struct View<'a> {
     scene: Scene<'a>,
     coarse: Coarseness,
-    /// What the cutter certainly takes; `None` where nothing is left of it.
+    /// Region that the cutter certainly removes; `None` if nothing is left of it.
     takes: Option<Smaller>,
     /// The cutter in rapid, smaller; `None` where nothing is left.
     in_rapid: Option<Smaller>,
@@ -221,7 +220,7 @@ impl<'a> View<'a> {
         self.machine.names().map(|(k, _)| k).filter(|k| is_asked(*k)).collect()
     }
 
-    /// What is told of one head's episodes.
+    /// Returns the findings of one head's episodes.
     fn findings(&self, program: &ReadProgram, resolved: &Moves, episodes: &Episodes) -> Vec<Finding> {
         let report = Report::new(program, &self.scene, resolved);
         let told = |e: &Episode| {
@@ -298,8 +297,8 @@ struct Asked<'s> {
     index: usize,
 }
 
-/// What is asked and cut on a batch of moves: in each part of a move all heads are asked before any
-/// of them cuts.
+/// Returns the queries and cuts on a batch of moves: in each part of a move all heads are queried
+/// before any of them cuts.
 fn steps<'s>(program: &ReadProgram, views: &'s [View<'_>], moves: &[&[Move]], ways: &'s Ways) -> Vec<Asked<'s>> {
     let mut steps = Vec::new();
     for (index, of_heads) in ways.iter().enumerate() {

@@ -238,7 +238,7 @@ fn lines_that_move_nothing_leave_the_certificates_as_they_are() {
         assert_eq!(found.uncertified().count(), 0, "{line}: {found:?}");
         assert!(found.largest_depth_mm.is_some());
     }
-    // What a function does that nobody names as harmless is not known.
+    // A function that nobody names as harmless has an unknown effect.
     let (found, _) = planted(&shop, "M123");
     assert!(found.uncertified().count() > 0, "{found:?}");
 }

@@ -65,7 +65,7 @@ struct Stop {
 }
 
 impl Stop {
-    /// What numbers of a block mean: with RTCP X, Y and Z are the tip's, else the axes'.
+    /// Numbers of a block: with RTCP X, Y and Z are the tip's, else the axes'.
     fn read(shop: &Shop, numbers: [f64; 5], rtcp: bool) -> Self {
         let letters = [AxisLetter::X, AxisLetter::Y, AxisLetter::Z, AxisLetter::B, AxisLetter::C];
         let words = AxisWords::from_words(letters.into_iter().zip(numbers)).unwrap();

@@ -1,5 +1,5 @@
-//! What a program sets besides axes: each fault in its text is found once, where it is, and its
-//! twin is not.
+//! State that a program sets besides axes: each fault in its text is found once, where it is, and
+//! its twin is not.
 
 mod functions;
 mod left_unsaid;
@@ -319,8 +319,8 @@ fn feeds_in_inches_count_a_degree_as_an_inch_and_are_no_findings() {
     }
 }
 
-/// What F counts: all axes with 1 deg as 1 mm, as FANUC does and FGROUP says it; or the linear axes
-/// alone, as Siemens and LinuxCNC do without it.
+/// Axes that F counts: all axes with 1 deg as 1 mm, as FANUC does and FGROUP says it; or the linear
+/// axes alone, as Siemens and LinuxCNC do without it.
 #[test]
 fn blocks_take_the_time_of_the_axes_that_the_control_counts() {
     let shop = Shop::new();

@@ -33,7 +33,7 @@ fn a_move_beyond_the_limits_is_found_and_not_followed() {
         assert!(v.n_positions < MANY, "{word}: {} positions", v.n_positions);
         assert!(v.findings[0].note.contains("not run"), "{:?}", v.findings);
     }
-    // What is within the limits is followed again.
+    // Motions within the limits are followed again.
     let again = far("X1000000.").rapid([-300.0, 0.0, 300.0]).rapid([-300.0, 0.0, -40.0]).rapid([300.0, 0.0, -40.0]);
     assert!(again.verify().findings.iter().any(|f| f.kind == FindingKind::RapidCollision));
 }

@@ -17,7 +17,7 @@ const UP: [f64; 3] = [0.0, 0.0, 1.0];
 
 const KEEP: LinkSettings = LinkSettings { clearance: 3.0, tolerance: 0.01 };
 
-/// What way is kept above material whose lines are 2 mm apart, with 0.1 mm to spare.
+/// Height kept above material whose lines are 2 mm apart, with 0.1 mm to spare.
 const ABOVE: f64 = 3.0 + 2.0 * std::f64::consts::FRAC_1_SQRT_2 + 0.1;
 
 /// A block on the plate in front of the wall, 20 mm high.
@@ -66,7 +66,7 @@ fn a_way_is_free_by_the_stock_at_that_moment_and_the_heights_of_the_scene() {
     };
     run_links(&program, &shop.setup(), (&settings, &KEEP), &mut rest, &mut visit, &Silent).unwrap();
     assert_eq!(seen, [Some(LinkHold::WayIn), None, None, Some(LinkHold::WayOut)]);
-    // What is left is what the run of the stock leaves.
+    // The rest is that of the run of the stock.
     let mut expected = block();
     let run = cut_stock(&program, &shop.setup(), &settings, &mut expected, KEEP.tolerance);
     assert!(run.findings.is_empty(), "{:?}", run.findings);

@@ -21,7 +21,7 @@ const TOLERANCE: f64 = 0.01;
 /// Distance of the lines, mm.
 const CELL: f64 = 2.0;
 
-/// What the guard keeps, and the part of it that may be used up, mm.
+/// Clearance of the guard, and the part of it that may be used up, mm.
 const CLEARANCE: f64 = 3.0;
 const SLACK: f64 = 0.1;
 

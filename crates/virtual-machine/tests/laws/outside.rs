@@ -106,8 +106,7 @@ fn a_wall_that_cuts_leave_is_met_and_their_own_walls_are_not() {
     }
 }
 
-/// What the lines themselves see of a thin wall: nothing, where none is in it; the cutter's own
-/// walls are near.
+/// The lines see nothing of a thin wall that none of them is in; the cutter's own walls are near.
 #[test]
 fn such_a_wall_is_not_seen_by_the_lines() {
     let shop = Shop::new();

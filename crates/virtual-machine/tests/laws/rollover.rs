@@ -101,7 +101,7 @@ fn half_a_turn_of_the_shorter_way_is_told_where_it_is_gone_first() {
     assert_eq!(told(Rollover::Shortest, "C90.\nC630."), Some(3));
     assert_eq!(told(Rollover::Shortest, "C179.99\nC1.\nG91 C180."), None);
     assert_eq!(told(Rollover::SignDirected, "C180."), None);
-    // What is taken is what is run.
+    // The accepted program is the one that runs.
     let shop = shop(Some(Rollover::Shortest), None);
     let v = start(&shop).line("C180.").line("C0.").verify();
     let offset = 0.2_f64.to_degrees();

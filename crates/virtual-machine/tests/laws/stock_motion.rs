@@ -1,5 +1,5 @@
-//! What is cut, and what is met, is that of the motion which the control makes: the stock's lines
-//! against samples of the motion in time, by a formula for points in the cutter.
+//! Cuts and contacts are those of the motion which the control makes: the stock's lines against
+//! samples of the motion in time, by a formula for points in the cutter.
 
 use std::fmt::Write;
 
@@ -239,8 +239,8 @@ fn errors(stock: &DexelMap, sweep: &[Place]) -> [f64; 2] {
     errors
 }
 
-/// What material may be in or outside of the samples, mm: twice the tolerance, and for what was
-/// taken half of the samples' distance.
+/// Largest distance of material in or outside of the samples, mm: twice the tolerance, and for
+/// removed material half of the samples' distance.
 const ALLOWED: [f64; 2] = [2.0 * TOLERANCE + 1e-3, 2.0 * TOLERANCE + 1e-3 + 0.5 * SAMPLE];
 
 #[test]

@@ -169,8 +169,8 @@ fn heidenhain_vectors_run_like_those_of_siemens() {
     assert!((siemens.cutting_length_mm - heidenhain.cutting_length_mm).abs() < 1e-4);
 }
 
-/// What is not clear is told by its block, nothing behind it is proven, and rotary words say again
-/// where the axes are.
+/// An unclear choice is reported at its block, nothing behind it is proven, and rotary words
+/// restore the axes' positions.
 #[test]
 fn a_choice_that_is_not_clear_is_a_finding() {
     let shop = shop();

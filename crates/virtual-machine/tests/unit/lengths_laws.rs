@@ -19,7 +19,7 @@ use crate::stock::run::run_stock;
 
 const MARGIN: f64 = 0.5;
 
-/// What a length may be off by, mm.
+/// Largest error of a length, mm.
 const OFF: f64 = 0.05;
 
 /// Radius and clearance of the cutter body, and of both sections of the holder.
@@ -370,8 +370,8 @@ fn the_stock_that_is_left_asks_for_flute_and_stick_out() {
     let stock = LengthStock { before: &before, tolerance: TOLERANCE };
     let setup = scene.setup(&scene.shop);
     let found = clear_lengths(&program, &setup, &assembly, Some(stock), &settings(), &Silent).unwrap();
-    // What is no deeper than twice the tolerance is no collision. The lower section reaches 5 mm
-    // beyond the slot's side, and keeps its clearance from its edge.
+    // A depth up to twice the tolerance is no collision. The lower section reaches 5 mm beyond the
+    // slot's side, and keeps its clearance from its edge.
     assert!((found.least[0] - depth).abs() < 2.0 * TOLERANCE + 0.01, "{:?}", found.least);
     assert!((found.least[1] - (depth + LOWER.1 - SLACK)).abs() < 2.0 * TOLERANCE + 0.01, "{:?}", found.least);
     let forced = found.forced_by[0].as_ref().unwrap();

@@ -17,7 +17,7 @@ const LENGTH: f64 = 180.0;
 /// Of an interval, the time between values that are held against each other.
 const STEP: f64 = 0.1;
 
-/// What rounding gives to a second difference over it, mm or rad: coordinates of metres to 1e-11.
+/// Rounding of a second difference, mm or rad: coordinates of metres to 1e-11.
 const ROUNDING: f64 = 1e-8;
 
 /// The machine with a body at every row of both chains, and one on the bed.

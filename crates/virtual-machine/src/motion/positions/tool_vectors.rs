@@ -9,7 +9,7 @@ use crate::finding::FindingKind;
 
 /// Why it is not known where a vector turns the axes to.
 pub(crate) enum Unturned {
-    /// What the control does is not known.
+    /// The action of the control is unknown.
     Unclear(UnclearChoice),
     /// The vector has no length.
     NoLength,
@@ -18,7 +18,7 @@ pub(crate) enum Unturned {
 }
 
 impl Unturned {
-    /// What it is told as.
+    /// Returns it as a finding.
     pub(crate) fn finding(&self) -> (FindingKind, Option<AxisLetter>, String) {
         let letter = |text: &str| text.parse().ok();
         match self {

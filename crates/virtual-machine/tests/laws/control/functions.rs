@@ -1,5 +1,5 @@
-//! What calls, jumps, changes the tool or goes to the machine builder is a fault on every control;
-//! what is known to do nothing is not.
+//! Calls, jumps, tool changes and functions of the machine builder are faults on every control;
+//! words that are known to do nothing are not.
 
 use facemill_cl_data::Silent;
 use facemill_nc_program::Dialect;

@@ -1,5 +1,5 @@
-//! What programs leave unsaid, what they leave on, and how they end: each beside its twin that says
-//! it.
+//! Statements that programs lack, states that they leave on, and their ends: each beside its twin
+//! that has it.
 
 use facemill_cl_data::Silent;
 use facemill_inverse_kinematics::{CuttingLawFile, Machine, RapidLawFile};

@@ -63,8 +63,7 @@ fn tilt(scale: f64) -> Outcome {
     ran(&text, &shop.setup(), HEAD + 4)
 }
 
-/// What the rounding of rotary words makes of a pose; the height is chosen so that the depth is
-/// known.
+/// Pose after the rounding of rotary words; the height is chosen so that the depth is known.
 fn rounded(scale: f64) -> Outcome {
     let shop = Shop::new();
     let lean = [0.05, 0.02, 1.0];

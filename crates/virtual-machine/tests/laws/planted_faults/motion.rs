@@ -1,4 +1,4 @@
-//! What axes cannot do, or should not be told to do.
+//! Motions that axes cannot make, or should not be sent on.
 
 use facemill_inverse_kinematics::{CuttingLawFile, Machine};
 use facemill_virtual_machine::{FindingKind, ObstacleKind};

@@ -20,7 +20,7 @@ pub(crate) const GOUGE: f64 = 0.02;
 /// Part of a clearance that may be used up, mm; [`VerifySettings::default`]'s.
 pub(crate) const SLACK: f64 = 0.1;
 
-/// What a program showed, and the line that its fault is planted on.
+/// Result of a program, and the line of its planted fault.
 pub(crate) struct Outcome {
     pub(crate) findings: Vec<Finding>,
     pub(crate) line: u32,
@@ -56,7 +56,7 @@ pub(crate) fn ran_with(text: &str, setup: &VirtualSetup<'_>, settings: &VerifySe
     Outcome { findings: verify(&program, setup, settings, &Silent).unwrap().findings, line }
 }
 
-/// What is wrong with a pair.
+/// Returns the faults of a pair.
 fn problems(row: &Row) -> Vec<String> {
     let (fault, twin) = ((row.run)(1.1), (row.run)(0.9));
     let mut problems = Vec::new();

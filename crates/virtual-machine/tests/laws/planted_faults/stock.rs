@@ -43,8 +43,8 @@ fn cut_with(setup: VirtualSetup<'_>, text: &Text<'_>, high: [f64; 3], settings: 
     Outcome { findings: run.findings, line }
 }
 
-/// What a rapid keeps from the material of lines 1 mm apart, half the diagonal of a cell: 0.9 times
-/// that, or 1.1.
+/// Gap of a rapid to the material of lines 1 mm apart, half the diagonal of a cell: 0.9 times that,
+/// or 1.1.
 pub(crate) fn gap(scale: f64) -> f64 {
     (2.0 - scale) * std::f64::consts::FRAC_1_SQRT_2
 }

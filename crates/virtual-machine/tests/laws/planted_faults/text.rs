@@ -1,4 +1,4 @@
-//! What the text alone says wrongly.
+//! Faults that the text alone shows.
 
 use facemill_virtual_machine::{FindingKind, VerifySettings};
 

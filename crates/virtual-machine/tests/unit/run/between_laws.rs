@@ -1,4 +1,4 @@
-//! What is followed between positions against thousands of positions of the same motion.
+//! Motion followed between positions against thousands of positions of the same motion.
 
 use facemill_cl_data::{CuttingLaw, RapidLaw};
 use facemill_interference::MeshTree;
