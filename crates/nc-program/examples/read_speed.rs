@@ -56,7 +56,7 @@ fn lean(text: &str, dialect: &str, keeps: bool) -> Vec<ReadBlock> {
     blocks.filter(|_| keeps).collect()
 }
 
-/// What this thread has run so far; 0 where the system does not tell.
+/// Returns the running time of this thread so far; 0 if the system does not report it.
 fn seconds_on_core() -> f64 {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
     text.split_whitespace().next().and_then(|ns| ns.parse::<f64>().ok()).unwrap_or(0.0) * 1e-9

@@ -18,7 +18,7 @@ pub use crate::channels::writer::write_siemens_pair;
 /// How two channel programs are written.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SiemensSettings {
-    /// What the feeds of the program to be written mean: G94 (norm over all axes of both heads) or
+    /// Meaning of the feeds of the program to be written: G94 (norm over all axes of both heads) or
     /// G93.
     pub program_feed: FeedMode,
     /// How F is written.

@@ -204,7 +204,7 @@ impl DialectFile {
         all
     }
 
-    /// What says that F means this; `None` where the control has nothing.
+    /// Returns the word that selects a meaning of F; `None` if the control has none.
     pub(crate) fn feed_code(&self, mode: FeedMode) -> Option<&str> {
         match mode {
             FeedMode::G94 => self.feeds.g94.as_deref(),

@@ -115,7 +115,7 @@ pub struct CutVectors {
     pub normal: Unit<Vector3<f64>>,
 }
 
-/// What F means in cutting moves.
+/// Meaning of F in cutting moves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FeedMode {

@@ -233,7 +233,7 @@ impl WordMap {
         reference.iter().enumerate().map(joint).collect()
     }
 
-    /// What the compensation in force takes off the words of an axis, mm.
+    /// Returns the length that the compensation in force takes off the words of an axis, mm.
     fn length_in(&self, motion: &ReadMotion, axis: usize) -> Result<f64, WordMapError> {
         let Some(head) = self.heads.first() else {
             return match motion.compensation {

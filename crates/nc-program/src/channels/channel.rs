@@ -5,7 +5,7 @@ use crate::program::write_error::WriteError;
 use crate::words::axis_words::{AxisKind, AxisLetter, AxisWords};
 use crate::words::number_text;
 
-/// What one channel moves.
+/// Axes of one channel.
 pub(super) struct Channel<'a> {
     /// 0 or 1.
     pub(super) index: usize,

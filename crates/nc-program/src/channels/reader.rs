@@ -11,11 +11,11 @@ pub struct SiemensReadError {
     pub channel: usize,
     /// From 1.
     pub line: u32,
-    /// What is wrong.
+    /// Fault.
     pub fault: SiemensFault,
 }
 
-/// What is wrong at a line of a channel program.
+/// Fault at a line of a channel program.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SiemensFault {
     /// A line that the writer does not write.
@@ -24,13 +24,13 @@ pub enum SiemensFault {
     /// A line that the writer writes somewhere else.
     #[error("expected is {expected}")]
     NotHere {
-        /// What should stand there.
+        /// Expected text.
         expected: &'static str,
     },
     /// The text ends before its end.
     #[error("the program ends here, expected is {expected}")]
     Ends {
-        /// What should stand there.
+        /// Expected text.
         expected: &'static str,
     },
     /// An axis that the header does not send home, or that both channels do.
@@ -129,7 +129,7 @@ fn read(channel: usize, text: &str) -> Result<Channel, SiemensReadError> {
 
 struct Reading {
     channel: Channel,
-    /// What the header sends home together, the spindle axis first.
+    /// Axes that the header sends home together, the spindle axis first.
     homes: Vec<Vec<AxisLetter>>,
     /// Number of the last mark.
     mark: u32,

@@ -19,7 +19,7 @@ pub(super) const ALARM: &str = "SETAL(65000)";
 /// Largest difference of tool lengths that is let pass, mm.
 pub(super) const CHECK_TOLERANCE: &str = "0.01";
 
-/// What a line says.
+/// Statement of a line.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Statement {
     SafeStart,
@@ -55,7 +55,7 @@ pub(super) enum Statement {
     Stop,
 }
 
-/// What a line without its block number says.
+/// Returns the statement of a line without its block number.
 pub(super) fn statement(code: &str) -> Result<Statement, SiemensFault> {
     match code {
         SAFE_START => return Ok(Statement::SafeStart),

@@ -1,4 +1,4 @@
-//! What a dialect says and how, as data: `"format": "facemill-dialect/1"`.
+//! Words of a dialect and their form, as data: `"format": "facemill-dialect/1"`.
 //!
 //! Texts hold placeholders in braces, such as `T{number} M6`; each field says which.
 
@@ -18,7 +18,7 @@ pub const DIALECT_FORMAT: &str = "facemill-dialect/1";
 pub struct DialectFile {
     /// Always "facemill-dialect/1".
     pub format: String,
-    /// What errors call the control.
+    /// Name of the control in errors.
     pub name: String,
     /// Numbers and names of programs.
     pub program: ProgramRule,
@@ -28,9 +28,9 @@ pub struct DialectFile {
     pub comments: CommentRule,
     /// Numbers in words.
     pub numbers: NumberRule,
-    /// What F means: the words that say so, by feed mode; a mode that is absent is refused.
+    /// Words that select the meaning of F, by feed mode; an absent mode is refused.
     pub feeds: FeedRule,
-    /// What the control does between two positions.
+    /// Motion of the control between two positions.
     pub motion: MotionRule,
     /// How the control runs its queue of blocks in time; where it is absent as
     /// [`ControlMotion::default`] says. No word of a program changes by it.
@@ -100,9 +100,9 @@ pub enum Numbering {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CommentRule {
-    /// What they start with.
+    /// Text before a comment.
     pub open: String,
-    /// What they end with; empty where the end of the line ends them.
+    /// Text behind a comment; empty where the end of the line ends it.
     pub close: String,
     /// Characters that they may hold besides letters, digits and blanks.
     pub characters: String,
@@ -146,7 +146,7 @@ pub struct FeedRule {
     pub absent: String,
 }
 
-/// What the control does between two positions.
+/// Motion of the control between two positions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MotionRule {
@@ -173,7 +173,7 @@ pub struct MotionRule {
 pub struct RapidRule {
     /// Words that select it; empty where a setting of the control does.
     pub code: String,
-    /// What the operator has to check, as a comment.
+    /// Setting that the operator has to check, as a comment.
     pub note: String,
 }
 
@@ -185,17 +185,17 @@ pub struct RtcpRule {
     pub on: LengthRule,
     /// Lines that switch it off and let no length compensation stay.
     pub off: Vec<String>,
-    /// What the tool can do between two positions, each with the words that select it. The first is
-    /// taken where no machine says which.
+    /// Laws of the tool between two positions, each with the words that select it. The first is
+    /// taken where no machine names one.
     pub cutting: Vec<CuttingRule>,
-    /// What rapids do.
+    /// Motion of rapids.
     pub rapids: RtcpRapids,
     /// Tool vectors in place of rotary words; absent where the control, or this program, has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub vectors: Option<VectorRule>,
 }
 
-/// What the control does at rapid rate under RTCP.
+/// Motion of the control at rapid rate under RTCP.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RtcpRapids {
@@ -216,7 +216,7 @@ pub struct CuttingRule {
     pub code: String,
 }
 
-/// What the tool does under RTCP between two positions.
+/// Motion of the tool between two positions under RTCP.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RtcpLaw {
@@ -243,10 +243,9 @@ pub struct VectorRule {
     pub code: String,
     /// Laws that can be had with vectors.
     pub laws: Vec<RtcpLaw>,
-    /// What stands before the components of the tool's axis.
+    /// Text before the components of the tool's axis.
     pub tool: [String; 3],
-    /// What stands before the components of the surface normal; absent where the control takes
-    /// none.
+    /// Text before the components of the surface normal; absent where the control takes none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal: Option<[String; 3]>,
     /// Whether every such block names all linear axes and vectors, changed or not.
@@ -316,8 +315,8 @@ impl Default for ControlMotion {
 }
 
 impl ControlMotion {
-    /// What times rest on where these values have not been checked against the control; `None`
-    /// where they have.
+    /// Returns the assumption of times whose values have not been checked against the control;
+    /// `None` if they have.
     #[must_use]
     pub fn assumption(&self) -> Option<String> {
         let limited_by = match self.limited_by {

@@ -13,7 +13,7 @@ use crate::words::axis_words::AxisWords;
 pub struct PostFile {
     /// Control the program is written for.
     pub dialect: Dialect,
-    /// What F means.
+    /// Meaning of F.
     #[serde(default)]
     pub feed_mode: FeedMode,
     /// Path of a dialect file, of which the caller makes settings with [`PostFile::settings_of`];
@@ -76,7 +76,7 @@ pub struct BlockNumbers {
     pub step: u32,
 }
 
-/// What a [`PostFile`], a dialect file or a machine asks for that cannot be written.
+/// Request of a [`PostFile`], a dialect file or a machine that cannot be written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PostError {
     /// A number that is out of its range.
@@ -100,7 +100,7 @@ pub enum PostError {
         value: String,
         /// Name of the control.
         name: String,
-        /// What to do.
+        /// Advice.
         instead: String,
     },
     /// The machine's motion law is not one of the control's.
@@ -112,7 +112,7 @@ pub enum PostError {
         key: &'static str,
         /// Value in the machine file.
         value: &'static str,
-        /// What the control can do.
+        /// Values that the control allows.
         allowed: String,
     },
     /// A dialect file that nothing can be written with.
@@ -120,7 +120,7 @@ pub enum PostError {
     Dialect {
         /// Name in the file.
         field: String,
-        /// What is wrong.
+        /// Fault.
         why: String,
     },
 }
@@ -140,7 +140,7 @@ pub struct PostSettings {
     pub(crate) decimals: Decimals,
     pub(crate) trailing_zeros: bool,
     pub(crate) max_line_length: usize,
-    /// What plan and verification assume.
+    /// Motion that plan and verification assume.
     pub(crate) motion: Option<MotionLaw>,
     /// Machine values of the reference position, mm or deg.
     pub(crate) home: Option<AxisWords>,
@@ -189,7 +189,7 @@ const LONGEST_LINE: u16 = 120;
 const MOST_CHARACTERS: u16 = 500;
 
 impl Default for PostFile {
-    /// What a file says that names the default dialect and nothing else.
+    /// Returns a file that names the default dialect and nothing else.
     fn default() -> Self {
         Self {
             dialect: Dialect::default(),
@@ -322,7 +322,7 @@ impl PostSettings {
         Self { rules, ..self.clone() }
     }
 
-    /// What F means.
+    /// Returns the meaning of F.
     #[must_use]
     pub fn feed_mode(&self) -> FeedMode {
         self.feed_mode

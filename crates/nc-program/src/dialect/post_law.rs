@@ -69,7 +69,8 @@ impl PostSettings {
         rtcp.cutting.iter().filter(|rule| vectors.is_none_or(|v| v.laws.contains(&rule.law))).collect()
     }
 
-    /// What rapids do under RTCP; `None` without it. Plan and verification have to assume the same.
+    /// Returns the motion of rapids under RTCP; `None` without it. Plan and verification have to
+    /// assume the same.
     #[must_use]
     pub fn rtcp_rapids(&self) -> Option<RtcpRapids> {
         let rtcp = self.rules.motion.rtcp.as_ref().filter(|_| self.feed_mode == FeedMode::Rtcp);
@@ -81,7 +82,7 @@ impl PostSettings {
         self.rtcp_law().map_or("", |rule| &rule.code)
     }
 
-    /// What the control may do to the path; nothing where no machine has been said.
+    /// Returns the tolerance of the control on the path; none if no machine is named.
     pub(crate) fn control_tolerance(&self) -> ControlTolerance {
         self.motion.map(|m| m.control_tolerance).unwrap_or_default()
     }

@@ -22,16 +22,16 @@ pub struct LengthRule {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WordRule {
-    /// What makes words absolute, said with the feed mode in the first motion; empty where words
-    /// are so anyway.
+    /// Word that makes words absolute, written with the feed mode in the first motion; empty where
+    /// words are so anyway.
     pub absolute: String,
     /// A rapid.
     pub rapid: String,
-    /// What ends a rapid; never left out.
+    /// Text at the end of a rapid; never left out.
     pub rapid_end: String,
     /// A cut.
     pub linear: String,
-    /// What stands before F in a cut; never left out.
+    /// Text before F in a cut; never left out.
     pub linear_end: String,
     /// Whether rapid and cut are remembered, and left out where nothing changes.
     pub motion_is_modal: bool,
@@ -102,7 +102,7 @@ pub struct OffsetRule {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HomeRule {
-    /// What the axis words of such a block are.
+    /// Meaning of the axis words of such a block.
     pub words: HomeWords,
     /// Words before them.
     pub code: String,
@@ -114,7 +114,7 @@ pub struct HomeRule {
     pub under_rtcp: bool,
 }
 
-/// What axis words on the way home are.
+/// Meaning of axis words on the way home.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum HomeWords {

@@ -6,7 +6,7 @@ use crate::words::axis_words::{AxisKind, AxisLetter};
 /// One head of a machine that has several, as its control knows it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MappedHead {
-    /// What findings and comments call it.
+    /// Name in findings and comments.
     pub name: String,
     /// Its axis parallel to its spindle at the zero pose, which has a number (`Z1`): length
     /// compensation acts on it.
@@ -24,7 +24,7 @@ pub struct MappedHead {
 /// One head of a machine that has several, as a program is written for it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HeadSpec {
-    /// What the operator reads.
+    /// Name for the operator.
     pub name: String,
     /// Its axis parallel to its spindle at the zero pose, which has a number (`Z1`): length
     /// compensation acts on it.
@@ -38,7 +38,7 @@ pub struct HeadSpec {
 }
 
 impl HeadSpec {
-    /// What a [`WordMap`](crate::word_map::WordMap) needs of it.
+    /// Returns its data for a [`WordMap`](crate::word_map::WordMap).
     #[must_use]
     pub fn mapped(&self) -> MappedHead {
         MappedHead {

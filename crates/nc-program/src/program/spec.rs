@@ -7,7 +7,7 @@ use crate::words::axis_words::{AxisLetter, AxisWords};
 /// about it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ProgramSpec {
-    /// What the operator reads at the top.
+    /// Name for the operator, at the top.
     pub job_name: String,
     /// The tool the program was computed for.
     pub tool: ToolSpec,
@@ -24,7 +24,7 @@ pub struct ProgramSpec {
     /// The motions. The first must be a rapid and name every axis the program uses: the template
     /// brings the machine there axis by axis.
     pub program: NcProgram,
-    /// What rapids were planned to do between two positions.
+    /// Planned motion of rapids between two positions.
     pub rapid: RapidLaw,
     /// Where RTCP is switched on: rotary words of 0, and the words that the tip then has under RTCP
     /// with the linear axes at home. Needed under RTCP, which fixes the frame of X, Y and Z to the
@@ -33,7 +33,7 @@ pub struct ProgramSpec {
     pub approach: Option<AxisWords>,
 }
 
-/// What the program says about its tool.
+/// Tool of the program.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ToolSpec {
     /// Place in the magazine (T).
@@ -59,7 +59,7 @@ pub struct SpindleSpec {
     pub clockwise: bool,
 }
 
-/// What the program says about a machine axis.
+/// Machine axis of the program.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisSpec {
     /// Its name in NC text.

@@ -10,7 +10,7 @@ pub enum WriteError {
         name: String,
         /// Line in the template, from 1, where it is known.
         line: Option<usize>,
-        /// What is wrong.
+        /// Fault.
         message: String,
     },
     /// The motions have no place, or more than one.
@@ -54,7 +54,7 @@ pub enum WriteError {
     WhichHead {
         /// Block, such as `block 12`.
         place: String,
-        /// What is missing.
+        /// Missing part.
         why: String,
     },
     /// Something that two channel programs cannot say.
@@ -70,7 +70,7 @@ pub enum WriteError {
     NotInDialect {
         /// Block, such as `block 12`, or field, such as `coolant`.
         place: String,
-        /// What was to be said.
+        /// Statement that cannot be written.
         what: String,
         /// Name of the control.
         name: String,
@@ -134,7 +134,7 @@ pub enum WriteError {
     Number {
         /// Block, such as `block 12`, or field, such as `tool.length`.
         place: String,
-        /// What it was to be.
+        /// Expected meaning.
         what: &'static str,
         /// The number.
         value: f64,

@@ -6,11 +6,11 @@ pub struct ReadError {
     pub line: u32,
     /// Byte in the line, from 1.
     pub column: u32,
-    /// What is wrong.
+    /// Fault.
     pub fault: ReadFault,
 }
 
-/// What is wrong at a place of a program.
+/// Fault at a place of a program.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ReadFault {
     /// A word that the reader does not know.
@@ -50,7 +50,7 @@ pub enum ReadFault {
     Statement {
         /// Major word.
         word: String,
-        /// What is expected.
+        /// Expectation.
         why: &'static str,
     },
 }

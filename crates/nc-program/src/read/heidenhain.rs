@@ -57,7 +57,7 @@ pub struct HeidenhainReader {
     guard: Option<Guard>,
 }
 
-/// What the control remembers.
+/// State that the control remembers.
 #[derive(Debug, Default)]
 struct State {
     modal: Modal,

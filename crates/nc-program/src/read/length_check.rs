@@ -1,7 +1,7 @@
 //! Checks of a program that compare the tool's length with a number: the length that the program
 //! was made for.
 
-/// What a program compares the tool's length with.
+/// Comparison of a program with the tool's length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LengthCheck {
     /// mm, or inches of an inch program.
@@ -42,8 +42,8 @@ impl LengthRelation {
         }
     }
 
-    /// What is so where this is not; of the same it is the same, as programs write both senses of
-    /// it.
+    /// Returns the relation that is true where this one is false; of equality it is the same, as
+    /// programs write both senses of it.
     pub(crate) fn opposite(self) -> Self {
         match self {
             Self::Same => Self::Same,

@@ -7,7 +7,7 @@ use crate::read::unfollowed::Unfollowed;
 use crate::words::axis_lengths::AxisLengths;
 use crate::words::axis_words::{AxisKind, AxisLetter};
 
-/// What a control remembers from block to block, as far as a program's text tells.
+/// State that a control remembers from block to block, as far as a program's text sets it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Modal {
     /// G0 to G3; `None` before the first and behind text that is not evaluated.
@@ -32,7 +32,7 @@ pub(crate) struct Modal {
     /// none.
     pub(crate) length_register: Option<u32>,
     pub(crate) position: ReadPosition,
-    /// What words count from has been set in a way that is not resolved.
+    /// Whether the origin of words has been set in a way that is not resolved.
     pub(crate) has_frame: bool,
     /// Something that is not evaluated may have changed the motion word in force.
     pub(crate) has_lost_motion: bool,
@@ -58,8 +58,8 @@ impl Modal {
         self.position.forget_all();
     }
 
-    /// What words count from is set in a way that is not resolved here: words of axes that do not
-    /// move now would be other numbers.
+    /// Records that the origin of words is set in a way that is not resolved here: words of axes
+    /// that do not move now would be other numbers.
     pub(crate) fn set_frame(&mut self) {
         self.has_frame = true;
         self.position.forget_words();
@@ -92,7 +92,7 @@ impl Modal {
         }
     }
 
-    /// What F means now.
+    /// Returns the current meaning of F.
     pub(crate) fn feed_mode(&self) -> FeedMode {
         match (self.inverse_time, self.compensation) {
             (true, _) => FeedMode::G93,

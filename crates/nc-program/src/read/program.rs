@@ -23,9 +23,9 @@ pub struct ReadProgram {
     /// Tool lengths the program was computed with, from its `(TOOL LENGTH …)` comments and from
     /// checks that compare the length in a register with a number.
     pub tool_lengths: Vec<ToolLengthNote>,
-    /// What a reader could not decide from the text alone.
+    /// Questions that the text alone does not settle.
     pub notes: Vec<ReadNote>,
-    /// What the control that the text is for does at rapid rate under RTCP.
+    /// Motion at rapid rate under RTCP of the control that the text is for.
     pub rtcp_rapids: RtcpRapids,
     /// M functions ([`ReadCommand::Function`]) that change nothing which is simulated: those of the
     /// dialect file.
@@ -58,7 +58,7 @@ pub struct ReadBlock {
     pub feed_place: FeedPlace,
     /// Where the block moves to.
     pub motion: Option<ReadMotion>,
-    /// What else it says.
+    /// Further statements.
     pub commands: Vec<ReadCommand>,
 }
 
@@ -149,7 +149,7 @@ impl MotionKind {
 /// Feed of a cutting move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Feed {
-    /// What the number means.
+    /// Meaning of the number.
     pub mode: FeedMode,
     /// mm/min, or 1/min in G93. As programmed, so 0 is possible.
     pub value: f64,
@@ -201,7 +201,7 @@ pub struct ArcWords {
     pub turns: u32,
 }
 
-/// What a block says besides its motion.
+/// Statement of a block besides its motion.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ReadCommand {
     /// Text in parentheses or behind a semicolon.
@@ -250,13 +250,13 @@ pub enum ReadCommand {
     /// number of a feed. In the language of FANUC and its relatives with the words of the block
     /// that may belong to it (`G64 P0.01 Q0.001`).
     Mode(String),
-    /// What is called, and with which arguments: a cycle, a subprogram. What it may do to axes or
-    /// offsets, a [`ReadCommand::Macro`] of the same block tells, or the [`MotionKind::Cycle`] of
-    /// the motions; without one it does nothing to them.
+    /// Called cycle or subprogram with its arguments. A [`ReadCommand::Macro`] of the same block,
+    /// or the [`MotionKind::Cycle`] of the motions, gives its effect on axes or offsets; without
+    /// one it has none.
     Call(Box<ReadCall>),
     /// Text that is kept and not evaluated.
     Macro {
-        /// What it is.
+        /// Kind.
         kind: MacroKind,
         /// As it stands.
         text: String,
@@ -266,7 +266,7 @@ pub enum ReadCommand {
 /// A cycle or subprogram that a block names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReadCall {
-    /// What it is.
+    /// Kind.
     pub kind: CallKind,
     /// Its number or name, such as `CYCLE81`, `200`, `9010`.
     pub name: String,
@@ -293,7 +293,7 @@ pub enum CallKind {
     Label,
 }
 
-/// What a macro line is.
+/// Kind of a macro line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MacroKind {
     /// `#100=…`.
@@ -342,7 +342,7 @@ impl ToolLengthNote {
 
     /// Adds a check to notes, where none before says the same.
     pub(crate) fn add_check(self, notes: &mut Vec<Self>) {
-        // What a comment says and the check repeats is one cause.
+        // A comment and the check that repeats it are one cause.
         if notes.iter().all(|n| n.length != self.length || n.relation != self.relation) {
             notes.push(self);
         }
@@ -358,7 +358,7 @@ pub struct ReadNote {
     pub text: Box<str>,
     /// Number of lines it concerns.
     pub count: usize,
-    /// What it is.
+    /// Kind.
     pub kind: NoteKind,
 }
 

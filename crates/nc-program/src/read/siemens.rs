@@ -65,7 +65,7 @@ struct Guard {
     bound: Option<ToolLengthNote>,
 }
 
-/// What the control remembers.
+/// State that the control remembers.
 #[derive(Debug, Default)]
 struct State {
     modal: Modal,
@@ -77,7 +77,7 @@ struct State {
     has_inch_feed: bool,
     /// Lines are in the ISO language (G291), up to G290.
     is_iso: bool,
-    /// What MCALL calls behind every motion, where it is no drilling cycle.
+    /// Target of MCALL behind every motion, unless it is a drilling cycle.
     modal_call: Option<String>,
 }
 

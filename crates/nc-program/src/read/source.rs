@@ -7,7 +7,7 @@ use crate::read::program::{Compensation, NoteKind, ReadBlock, ReadNote, ReadProg
 use crate::words::axis_lengths::AxisLengths;
 use crate::words::said_words::SaidWords;
 
-/// What readers keep of the lines of a program besides what the lines mean.
+/// Record of a program's lines besides their meanings.
 #[derive(Debug, Default)]
 pub(crate) struct Source {
     pub(crate) keeps_no_text: bool,

@@ -1,5 +1,4 @@
-//! What a control does with the words of blocks that is not followed, from where it begins to where
-//! the text ends it.
+//! Effects of words that are not followed, from their beginning to the text that ends them.
 
 /// Cause for which positions do not follow from the words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -16,7 +16,7 @@ pub enum StateWord {
     Unit,
     /// Absolute or incremental words (G90, G91).
     Distance,
-    /// What F means (G93, G94).
+    /// Meaning of F (G93, G94).
     FeedMode,
     /// The program goes back to whoever called it (M99 of FANUC and its relatives, M17, RET).
     Return,
@@ -38,7 +38,7 @@ impl SaidWords {
         self.0 & bit(word) != 0
     }
 
-    /// What is said here or there.
+    /// Returns the statements of either.
     #[must_use]
     pub fn or(self, other: Self) -> Self {
         Self(self.0 | other.0)

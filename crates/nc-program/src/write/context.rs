@@ -1,4 +1,4 @@
-//! What a template sees. Names and comments are in the control's characters, positions are words.
+//! Data of a template. Names and comments are in the control's characters, positions are words.
 
 use serde::Serialize;
 
@@ -79,7 +79,7 @@ pub(super) struct HeadContext {
 #[derive(Serialize)]
 pub(super) struct CodeContext {
     pub(super) code: String,
-    /// What switches it off.
+    /// Word that switches it off.
     pub(super) off: String,
 }
 
@@ -87,7 +87,7 @@ pub(super) struct CodeContext {
 pub(super) struct FeedContext {
     pub(super) mode: FeedMode,
     pub(super) code: String,
-    /// What goes back to feed per minute.
+    /// Word that goes back to feed per minute.
     pub(super) per_minute: String,
 }
 
@@ -110,7 +110,7 @@ pub(super) struct RtcpContext {
     pub(super) vectors: bool,
 }
 
-/// What plan and verification allow the control.
+/// Tolerances that plan and verification allow the control.
 #[derive(Serialize)]
 pub(super) struct ToleranceContext {
     /// mm.

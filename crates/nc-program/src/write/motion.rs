@@ -12,7 +12,7 @@ use crate::write::text::{push_axis_word, push_number};
 /// smaller refuses some for the rounding of their making.
 const UNIT_LENGTH: f64 = 1e-6;
 
-/// What the control is known to remember. Words are in units of their last decimal.
+/// State that the control is known to remember. Words are in units of their last decimal.
 #[derive(Default)]
 pub(super) struct Modal {
     /// Absolute words and feed mode have been said.

@@ -3,7 +3,7 @@ use crate::dialect::post_file::PostSettings;
 use crate::words::axis_words::AxisLetter;
 use crate::words::number_text;
 
-/// What FANUC's comments hold besides letters, digits and blanks.
+/// Characters of FANUC's comments besides letters, digits and blanks.
 const FANUC_CHARACTERS: &str = "+-*/=.,:#&'?[]";
 
 /// Text for a FANUC comment, as [`clean_comment`] makes it.

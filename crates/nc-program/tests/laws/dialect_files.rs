@@ -1,4 +1,4 @@
-//! What dialects say otherwise than each other, what they refuse, and their files.
+//! Differences of dialects, their refusals, and their files.
 
 use facemill_cl_data::{CuttingLaw, MotionLaw, RapidLaw};
 use facemill_nc_program::*;
@@ -61,7 +61,7 @@ fn haas_and_mazak_are_fanuc_with_other_words() {
     for line in ["G0 G90 G234 X11. Y12. Z13. H7\n", "IF [ABS[#2007+#2207-420.000] LE 0.01] GOTO 9001\n"] {
         assert!(haas.contains(line), "{line} in\n{haas}");
     }
-    // What the machine file allows the control, rounded down.
+    // The machine file's tolerance, rounded down.
     assert!(haas.contains("G187 E0.0100\n") && haas.contains("G187\n"), "{haas}");
     let mazak = text(Dialect::Mazak, FeedMode::Rtcp, true);
     for line in ["G61.1\n", "G5 P2\n", "G5 P0\n", "G64\n", "G0 G90 G43.4 X11. Y12. Z13. H7\n"] {

@@ -227,7 +227,7 @@ fn same_input_gives_the_same_bytes_in_every_dialect() {
     });
 }
 
-/// What switches RTCP on and off, and what must come behind the end of RTCP.
+/// Returns the words that switch RTCP on and off, and those that must come behind the end of RTCP.
 fn rtcp_marks(dialect: Dialect) -> (&'static str, &'static str, &'static [&'static str]) {
     match dialect {
         Dialect::Fanuc | Dialect::Mazak => ("G43.4", "G49", &["G28 X", "G28 B", "M30"]),
@@ -320,7 +320,7 @@ fn tolerances_are_rounded_down() {
             write_program(&spec(random_blocks(&mut Random(40), 3)), &settings)
         };
         assert!(with(tolerance).unwrap().contains(line), "{dialect:?} {line}");
-        // What is too small for a word is not rounded to nothing or up.
+        // A value too small for a word is not rounded to nothing or up.
         let tiny = with(ControlTolerance { path: 0.000_09, ..tolerance });
         assert!(matches!(tiny, Err(WriteError::Tolerance { key: "path_mm", .. })), "{dialect:?}");
     }

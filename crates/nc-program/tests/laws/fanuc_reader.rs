@@ -1,4 +1,4 @@
-//! What the FANUC reader understands, refuses and survives.
+//! Texts that the FANUC reader understands, refuses and survives.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! What Haas, Mazak and LinuxCNC have besides FANUC's codes.
+//! Codes of Haas, Mazak and LinuxCNC besides FANUC's.
 
 use facemill_nc_program::*;
 
@@ -117,7 +117,7 @@ fn kinematics_of_linuxcnc_switch_the_words_to_the_tip_and_back() {
     let said: Vec<Compensation> = m.iter().map(|m| m.compensation).collect();
     assert_eq!(said, [Length(3), Rtcp(3), Rtcp(4), Length(4), Off, Rtcp(0), Rtcp(0), Off]);
     assert_eq!(m[1].feed.unwrap().mode, FeedMode::Rtcp);
-    // What stays is a rotary word; linear ones count otherwise behind the switch.
+    // A rotary word stays; linear ones count otherwise behind the switch.
     let m = motions(read_linuxcnc("G43 H3\nG0 X1 Y2 Z3 B4\nM428\nX5\nM429\nY5"));
     assert_eq!((at(&m[1], "Y"), at(&m[1], "B"), at(&m[2], "X")), (None, word(4.0), None));
     // On other controls, and with another number, it is the machine builder's.

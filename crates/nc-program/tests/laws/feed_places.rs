@@ -114,7 +114,7 @@ fn check_changed(name: &str, before: &ReadProgram, after: &ReadProgram, k: usize
     assert_eq!(before.tool_lengths, after.tool_lengths);
 }
 
-/// What is not to change; macro text holds the line, the feed with it.
+/// Returns the parts that must not change; macro text holds the line, the feed with it.
 fn without_feed(block: &ReadBlock) -> ReadBlock {
     let mut block = ReadBlock { text: Box::default(), feed_place: FeedPlace::default(), ..block.clone() };
     if let Some(motion) = &mut block.motion {

@@ -1,4 +1,4 @@
-//! What sets the frame that words count in is told, and what switches it off is silent.
+//! Words that set the frame of words are reported, and words that switch it off are silent.
 
 use facemill_nc_program::*;
 
@@ -13,7 +13,7 @@ fn behind(dialect: Dialect, lines: &str) -> (bool, bool) {
     let program = read_program(format!("{home}\n{x}\n{lines}\n{moved}\n"), dialect).unwrap_or_else(|e| panic!("{e}"));
     let last = &program.blocks[program.blocks.len() - 2];
     let is_set = last.commands.iter().any(|c| matches!(c, ReadCommand::Macro { kind: MacroKind::Setting, .. }));
-    // What is told of a block is told of the program, for all that hold on to it.
+    // A mark of a block is one of the program, for all that hold on to it.
     assert!(!is_set || !program.is_evaluated(), "{lines}");
     let (_, motion) = program.motions().last().unwrap();
     (is_set, motion.position.get(AxisLetter::X).is_some())

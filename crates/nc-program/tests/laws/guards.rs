@@ -13,7 +13,7 @@ fn words_of_linuxcnc_around_comments_guard_an_alarm() {
     for (check, n) in [
         ("O100 IF [ABS[#5403-103.2] GT 0.01]\n(ABORT,WRONG LENGTH)\nO100 ENDIF\n", 0),
         ("o100 if [#5403 LT 1]\n(abort,x)\n\n(MSG,y)\no100 endif\n", 0),
-        // What stands between may be skipped.
+        // The lines between may be skipped.
         ("O100 IF [#5403 GT 1]\nG1 X5. F100.\nO100 ENDIF\n", 2),
         ("O100 IF [#5403 GT 1]\n(ABORT,x)\nO100 ELSE\nG0 Z1.\nO100 ENDIF\n", 3),
         ("O100 IF [#5403 GT 1]\n(ABORT,x)\nO101 ENDIF\n", 2),
@@ -48,7 +48,7 @@ fn a_jump_of_heidenhain_over_an_alarm_guards_it() {
         ("; WRONG\nFN 14: ERROR = 1004\nM0\nLBL 99\n", 0),
         ("4 FN 14: ERROR=5\n5 STOP\n6 LBL 99 ; on\n", 0),
         ("FN14: ERROR=5\nLBL 99\n", 0),
-        // What stands between may be skipped; a stop alone lets the program go on.
+        // The lines between may be skipped; a stop alone lets the program go on.
         ("M0\nLBL 99\n", 1),
         ("FN 14: ERROR=5\nL Z+5 FMAX\nLBL 99\n", 1),
         ("FN 14: ERROR=5\nM30\nLBL 99\n", 1),
@@ -80,7 +80,7 @@ fn a_branch_of_heidenhain_whose_values_say_that_it_does_not_jump_is_passed_by() 
     for branch in ["9: IF +Q1 EQU +3", "10: IF +Q1 NE +2", "11: IF +Q1 GT +2", "12: IF +Q1 LT +4", "9: IF +Q5 EQU +2"] {
         assert_eq!(after("Q1 = +3", branch), open, "{branch}");
     }
-    // What the control sets by itself is not what the program has set, and FN 11 asks for no less.
+    // The program has not set values that the control sets by itself, and FN 11 asks for no less.
     assert_eq!(after("Q114 = +3", "9: IF +Q114 EQU +2"), open);
     assert_eq!(after("Q1 = +3", "11: IF +Q1 LT +2"), open);
 }

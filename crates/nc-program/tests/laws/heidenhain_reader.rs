@@ -1,4 +1,4 @@
-//! What the Heidenhain reader understands, refuses and keeps.
+//! Texts that the Heidenhain reader understands, refuses and keeps.
 
 use facemill_nc_program::*;
 
@@ -78,7 +78,7 @@ fn vectors_of_ln_are_kept() {
     assert_eq!((at(&m[1], "A"), at(&m[1], "Z")), (None, word(3.0)));
     assert_eq!(m[2].tool.as_deref(), Some(&vectors(None, Some([0.0, 0.0, 1.0]))));
     assert_eq!((at(&m[4], "A"), kinds(text)), (word(1.0), vec![MacroKind::ToolVector]));
-    // What else is open is told beside it.
+    // Further open questions are beside it.
     let open = [MacroKind::ToolVector, MacroKind::VariableWords];
     assert_eq!(kinds("L X+0 A+0 F9 M128\nLN X+Q1 NX+0 NY+0 NZ+1 TX+0 TY+0 TZ+1"), open);
     assert_eq!(kinds("L X+0 A+0 F9 M128\nLN X+1 NX+0 NY+0 NZ+1 TX+0 TY+0 TZ+Q2"), [MacroKind::VariableWords]);

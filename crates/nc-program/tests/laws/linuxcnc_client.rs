@@ -27,7 +27,7 @@ fn interpreter() -> Option<PathBuf> {
     found
 }
 
-/// What the interpreter does in one block.
+/// Actions of the interpreter in one block.
 #[derive(Clone, Debug, Default)]
 struct Canon {
     is_rapid: bool,

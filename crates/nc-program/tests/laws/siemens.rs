@@ -76,8 +76,8 @@ fn every_block_is_recovered_and_takes_the_same_time_in_both_channels() {
             assert_eq!((found.is_rapid, found.words), (is_rapid, words));
             if !is_rapid {
                 let [a, b] = found.times;
-                // What half a unit of the times' own last decimals may take from or add to each of
-                // them.
+                // Half a unit of the times' own last decimals, which may be taken from or added to
+                // each of them.
                 let asked = 60.0 / feed;
                 match settings_feed(&texts) {
                     SiemensFeed::G93 => {

@@ -1,4 +1,4 @@
-//! What the Siemens reader understands, refuses and keeps.
+//! Texts that the Siemens reader understands, refuses and keeps.
 
 use facemill_nc_program::*;
 
@@ -123,8 +123,8 @@ fn cycles_and_subprograms_are_kept_with_their_arguments() {
         [0, 1, 2, 3].map(|k| m[k].kind),
         [MotionKind::Rapid, MotionKind::Cycle { code: 83 }, MotionKind::Cycle { code: 83 }, MotionKind::Rapid]
     );
-    // What the swivel cycle may have moved is not known, nor what a cycle behind each position
-    // does.
+    // Positions that the swivel cycle may have changed are unknown, and so is the effect of a cycle
+    // behind each position.
     assert_eq!((at(&m[1], "X"), at(&m[1], "Y"), at(&m[4], "X"), at(&m[4], "Y")), (word(3.0), None, word(2.0), None));
     let calls = kinds(text).into_iter().filter(|k| *k == MacroKind::Call).count();
     assert_eq!(calls, 1 + 2 + 2 + 2, "the tolerance cycle moves nothing");

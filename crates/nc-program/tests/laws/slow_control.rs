@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-/// What a dialect's text looks like, said again and independently of its file.
+/// Look of a dialect's text, written again and independently of its file.
 #[derive(Clone, Copy)]
 pub(crate) struct Look {
     pub(crate) rapid: &'static str,

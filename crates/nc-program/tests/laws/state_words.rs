@@ -2,7 +2,7 @@
 
 use facemill_nc_program::*;
 
-/// What a text says of a control's state is told by its block, and what it leaves out is not.
+/// Blocks report the statements of a text on a control's state, and nothing that it leaves out.
 #[test]
 fn state_words_are_told_where_they_stand() {
     let all = [

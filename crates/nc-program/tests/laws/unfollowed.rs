@@ -1,5 +1,5 @@
-//! What controls take and the readers do not follow: from there on nothing is known, until the text
-//! ends it.
+//! Words that controls accept and the readers do not follow: from there on nothing is known, until
+//! the text ends it.
 
 use facemill_nc_program::*;
 
@@ -28,7 +28,7 @@ fn last(program: &ReadProgram) -> Option<[Option<AxisAt>; 3]> {
     Some(['X', 'Y', 'Z'].map(|name| motion.position.get(letter(name))))
 }
 
-/// What begins it, a line with words within, and what ends it; empty where nothing is known to.
+/// Beginning, a line with words within, and end; empty where no end is known.
 const MODAL: [(Dialect, &str, &str, &str); 30] = [
     (Dialect::Fanuc, "G41 D1 X5.", "G1 X6. Y7. F100.", "G40"),
     (Dialect::Haas, "G42 X5. D1", "G1 X6. Y7. F100.", "G40"),
@@ -287,7 +287,7 @@ fn a_part_in_the_iso_language_of_siemens_is_kept_and_nothing_is_known_from_there
     // A part that is never left is so up to the end, which its M30 is.
     let open = read(&format!("{HEAD}G291\nX1.5 (A)\nN5 M30\n"), Dialect::Siemens840d);
     assert!(open.blocks.last().unwrap().commands.contains(&ReadCommand::End));
-    // What is measured on the fly leaves the way as it is.
+    // Measuring on the fly leaves the path as it is.
     let flying = read(&format!("{HEAD}MEAC[X]=(1,1,-1) G1 X5 F100\n"), Dialect::Siemens840d);
     assert_eq!(last(&flying).unwrap()[0], Some(AxisAt::Word(5.0)));
     assert!(read_siemens("VALUE=(1,2\n").is_err());

@@ -79,9 +79,9 @@ fn blocks(random: &mut Random, n: usize) -> Vec<Block> {
     all
 }
 
-/// What the text says is, within half a unit, what the blocks say, with what it leaves out
-/// remembered; rotary words stand in blocks without vectors alone, and there anew behind every cut,
-/// because only the control knows where it turned them.
+/// The text agrees with the blocks within half a unit, if words that it leaves out are remembered;
+/// rotary words are in blocks without vectors alone, and there anew behind every cut, because only
+/// the control knows where it turned them.
 #[test]
 fn vectors_come_back_from_the_text() {
     for dialect in Dialect::ALL {

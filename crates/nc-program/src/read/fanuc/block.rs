@@ -1,4 +1,4 @@
-//! What the words of one block do to the modal state, and where they move the axes.
+//! Effects of the words of one block on the modal state, and its motion.
 
 use crate::program::Coolant;
 use crate::read::error::{ReadError, ReadFault};
@@ -13,7 +13,7 @@ use crate::words::said_words::StateWord;
 /// mm per inch.
 pub(super) const INCH: f64 = 25.4;
 
-/// What the axis words of a block are.
+/// Role of the axis words of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum AxisRole {
     /// Where to go, in the work offset.

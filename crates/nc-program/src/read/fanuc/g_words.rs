@@ -1,4 +1,4 @@
-//! What the G and H words of a block do to the modal state.
+//! Effects of the G and H words of a block on the modal state.
 
 use crate::program::WorkOffset;
 use crate::read::error::{ReadError, ReadFault};
@@ -146,7 +146,7 @@ impl BlockReading<'_> {
         Ok(())
     }
 
-    /// What words do is not followed from here on.
+    /// Stops following words from here on.
     pub(super) fn leave(&mut self, cause: Cause, why: &'static str) {
         self.has_parameters = true;
         self.modal.unfollowed.begin(cause, why);

@@ -222,7 +222,7 @@ impl Line {
         }
     }
 
-    /// What stands there, up to the next word: `GOTO` is one unknown word and not four.
+    /// Returns the fault of the text up to the next word: `GOTO` is one unknown word and not four.
     fn number_fault(&self, start: usize, number_start: usize, length: usize) -> ReadError {
         let is_word = length == 0 && self.code.get(number_start).is_some_and(u8::is_ascii_uppercase);
         let end = if is_word { start + 12 } else { (number_start + length).max(start + 1) };

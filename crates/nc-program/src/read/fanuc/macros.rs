@@ -56,7 +56,7 @@ impl FanucReader {
         label.parse().ok().filter(|_| condition.contains("IF["))
     }
 
-    /// What kind of macro text the code from `start` on is, if it is any.
+    /// Returns the kind of macro text of the code from `start` on, if it is any.
     pub(super) fn macro_kind(&self, start: usize) -> Option<MacroKind> {
         let code = &self.line.code[start..];
         let starts = |words: &[&[u8]]| words.iter().any(|w| code.starts_with(w));
@@ -80,8 +80,8 @@ impl FanucReader {
         let Some(kind) = kind else { return };
         match kind {
             MacroKind::Assignment | MacroKind::Alarm | MacroKind::Output => {}
-            // What a branch leads to is read as it stands; what it comes from may have set any
-            // variable.
+            // The target of a branch is read as it is; the code that branches there may have set
+            // any variable.
             MacroKind::Branch => {
                 self.variables.forget_all();
                 self.has_jumped |= self.line.code.windows(4).any(|w| w == b"GOTO");
@@ -113,8 +113,8 @@ fn word_call(code: &[u8]) -> ReadCall {
     ReadCall { kind: CallKind::Subprogram, name, arguments: arguments.to_owned(), is_modal: false }
 }
 
-/// What an assignment to `#variable=…` does: common variables hold numbers, system variables hold
-/// offsets and settings.
+/// Returns the kind of an assignment `#variable=…`: common variables hold numbers, system variables
+/// hold offsets and settings.
 pub(super) fn assignment_kind(variable: &[u8]) -> MacroKind {
     let digits = variable.iter().take_while(|b| b.is_ascii_digit()).count();
     let number: Option<u32> = str::from_utf8(&variable[..digits]).ok().and_then(|text| text.parse().ok());

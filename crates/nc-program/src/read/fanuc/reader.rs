@@ -132,7 +132,7 @@ impl FanucReader {
             return Ok(None);
         }
         if !self.has_started && trimmed.first() == Some(&b'%') {
-            // What else stands in the line of the mark, controls leave out.
+            // Controls ignore the rest of the mark's line.
             self.has_started = true;
             return Ok(None);
         }
@@ -244,8 +244,8 @@ impl FanucReader {
             if note.relation == LengthRelation::Same {
                 note.add_check(&mut self.tool_lengths);
             } else if let Some(guard) = self.guard.as_mut().filter(|g| g.line == note.line) {
-                // What `On IF` holds, the alarm among it, is run where the condition is met; what
-                // GOTO jumps over is not.
+                // Code within `On IF`, the alarm among it, runs if the condition is met; code that
+                // GOTO jumps over does not.
                 let relation = if guard.is_word { note.relation.opposite() } else { note.relation };
                 guard.bound = Some(ToolLengthNote { relation, ..note });
             }

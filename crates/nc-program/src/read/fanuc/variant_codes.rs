@@ -26,7 +26,7 @@ impl BlockReading<'_> {
         }
     }
 
-    /// What FANUC and its closer relatives share beyond the table of `g_words`.
+    /// Reads codes that FANUC and its closer relatives share beyond the table of `g_words`.
     fn common_code(&mut self, code: u16) -> bool {
         match code {
             // Stroke limits: their words are no targets.
@@ -125,11 +125,11 @@ impl BlockReading<'_> {
         true
     }
 
-    /// What axis words are beside a word that switches something off. Those of G50.1 name the axes
-    /// whose mirror ends. Data (G11), polar interpolation (G13.1), polar words (G15), stroke limits
-    /// (G23), scale (G50, G50.2) and turn (G69, G69.5) end without any of their own: beside a word
-    /// that moves they are its targets; else, and where G50.1 stands beside a motion, whose they
-    /// are is not told and the block is kept as it stands. States that stay (G40, G80, G97, G98,
+    /// Finds the role of axis words beside a word that switches something off. Those of G50.1 name
+    /// the axes whose mirror ends. Data (G11), polar interpolation (G13.1), polar words (G15),
+    /// stroke limits (G23), scale (G50, G50.2) and turn (G69, G69.5) end without any of their own:
+    /// beside a word that moves they are its targets; else, and where G50.1 is beside a motion,
+    /// their role is unknown and the block is kept as it is. States that stay (G40, G80, G97, G98,
     /// G99) have no such doubt: words beside them go on with the motion in force.
     pub(super) fn cancelled_axes(&mut self) {
         let tenths = |w: &Word| (w.value * 10.0).round() as u16;

@@ -10,7 +10,7 @@ use crate::read::values::expression;
 use crate::read::values::expression::Syntax;
 use crate::words::said_words::StateWord;
 
-/// What a definition does where it stands.
+/// Effect of a definition at its place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Effect {
     /// Nothing before it is called.
@@ -50,7 +50,7 @@ fn effect(number: u32) -> Effect {
     }
 }
 
-/// What a line of a cycle that sets a frame does.
+/// Effect of a line of a cycle that sets a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum FrameStep {
     /// `CYCL DEF 7.0 DATUM SHIFT`: nothing; what it is to be follows.

@@ -42,7 +42,7 @@ impl Reading<'_> {
         self.words.iter().filter(|w| w.key == Key::Function).filter_map(of).collect()
     }
 
-    /// What acts at the start of the block.
+    /// Applies the functions that act at the start of the block.
     pub(super) fn functions_before(&mut self) -> Result<(), ReadError> {
         let codes = self.codes();
         if codes.len() != self.words.iter().filter(|w| w.key == Key::Function).count() {
@@ -101,7 +101,7 @@ impl Reading<'_> {
         Ok(())
     }
 
-    /// What acts at the end of the block.
+    /// Applies the functions that act at the end of the block.
     pub(super) fn functions_behind(&mut self) {
         for code in self.codes() {
             match code {

@@ -74,7 +74,7 @@ impl HeidenhainReader {
     }
 }
 
-/// What stands behind the colon of FN 9 to FN 12: `IF +Q1 GT +0.01 GOTO LBL 99`.
+/// Reads the text behind the colon of FN 9 to FN 12: `IF +Q1 GT +0.01 GOTO LBL 99`.
 pub(super) fn condition(code: &Code, function: u32, at: usize) -> Condition {
     let nothing = Condition { is_met: None, label: None };
     let value = |at: usize| expression::parse_value(code.text, at, Syntax::Parentheses, code.variables).ok();

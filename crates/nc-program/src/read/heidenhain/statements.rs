@@ -1,4 +1,4 @@
-//! What a block begins with, and what follows from it.
+//! Beginnings of blocks, and their consequences.
 
 use crate::read::error::{ReadError, ReadFault};
 use crate::read::heidenhain::motion::TENTH_OF_INCH;

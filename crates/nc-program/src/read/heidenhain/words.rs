@@ -9,7 +9,7 @@ use crate::read::values::variables::Variables;
 use crate::read::values::{expression, number};
 use crate::words::axis_words::AxisLetter;
 
-/// What a word is.
+/// Meaning of a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Key {
     Axis(AxisLetter),

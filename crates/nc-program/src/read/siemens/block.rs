@@ -1,4 +1,4 @@
-//! What the words of a block do to the state of the control.
+//! Effects of the words of a block on the state of the control.
 
 use crate::program::Coolant;
 use crate::read::error::{ReadError, ReadFault};
@@ -14,7 +14,7 @@ use crate::words::said_words::StateWord;
 /// mm per inch.
 pub(super) const INCH: f64 = 25.4;
 
-/// What the axis words of a block are.
+/// Role of the axis words of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
     /// Where to go.
@@ -142,7 +142,7 @@ impl BlockReading<'_> {
         Ok(())
     }
 
-    /// What words do is not followed, in this block or from here on.
+    /// Stops following words, in this block or from here on.
     pub(super) fn leave(&mut self, cause: Cause, why: &'static str) {
         if cause == Cause::Path {
             self.state.modal.motion = None;

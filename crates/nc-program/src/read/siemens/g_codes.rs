@@ -1,4 +1,4 @@
-//! What the G codes of a block do to the state of the control.
+//! Effects of the G codes of a block on the state of the control.
 
 use crate::program::WorkOffset;
 use crate::read::error::{ReadError, ReadFault};

@@ -27,7 +27,7 @@ pub(super) struct Item {
     pub(super) is_used: bool,
 }
 
-/// What stands behind a name.
+/// Text behind a name.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Value {
     /// Nothing.

@@ -190,7 +190,7 @@ impl BlockReading<'_> {
         Ok(())
     }
 
-    /// What MCALL has named runs behind the motion.
+    /// Runs the target of MCALL behind the motion.
     fn modal_call_behind(&mut self) {
         if self.block.motion.is_some() && self.state.modal_call.is_some() {
             self.block.commands.push(line_macro(MacroKind::Call, self.line));

@@ -1,4 +1,4 @@
-//! What the names mean that Siemens 840D knows.
+//! Names of Siemens 840D and their meanings.
 
 use crate::read::unfollowed::Cause;
 
@@ -8,7 +8,7 @@ pub(super) const TOOL_ANGLES: &str = "angles of the tool instead of a vector are
 
 const OWN_WAY: &str = "an axis that goes its own way is not followed";
 
-/// What a name does to what is read here.
+/// Effect of a name on the reader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Name {
     /// It changes how a path is kept or what is shown, not where it goes.
@@ -37,7 +37,7 @@ pub(super) enum Name {
     FixedPoint,
     /// End of a subprogram.
     Return,
-    /// What the words of the block do is not followed, for this reason.
+    /// The words of the block are not followed, for this reason.
     NotFollowed(Cause, &'static str),
 }
 
@@ -70,7 +70,7 @@ const FRAMES: &str = "\
     TRANS ATRANS ROT AROT ROTS AROTS CROTS SCALE ASCALE MIRROR AMIRROR TOFRAME TOFRAMEX TOFRAMEY TOFRAMEZ TOROT \
     TOROTX TOROTY TOROTZ TOROTOF PAROT CTRANS CROT MEAFRAME PAROTOF";
 
-/// What a name means; `None` for one that the control does not have, or a subprogram.
+/// Returns the meaning of a name; `None` for one that the control does not have, or a subprogram.
 pub(super) fn meaning(name: &str) -> Option<Name> {
     let plain = name.split('[').next().unwrap_or(name);
     Some(match plain {

@@ -153,7 +153,7 @@ impl SiemensReader {
         for item in self.items.iter().filter(|i| is_assignment(i, &self.code)) {
             let name = &self.code[item.name.clone()];
             match name.first() {
-                // What the control itself keeps: offsets, tool data.
+                // Data of the control itself: offsets, tool data.
                 Some(b'$') => {
                     self.state.modal.set_frame();
                     block.commands.push(line_macro(MacroKind::Setting, line));

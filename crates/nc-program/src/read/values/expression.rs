@@ -292,8 +292,8 @@ pub(crate) fn is_name_byte(byte: u8) -> bool {
     byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'$')
 }
 
-/// What is not the same on all controls has no value: AND, OR and XOR take bits on some, and `%`
-/// may have either sign.
+/// An operation that differs between controls has no value: AND, OR and XOR take bits on some, and
+/// `%` may have either sign.
 fn apply(operator: &[u8], a: f64, b: f64) -> Option<f64> {
     let truth = |is_true: bool| if is_true { 1.0 } else { 0.0 };
     Some(match operator {
