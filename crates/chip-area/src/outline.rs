@@ -11,7 +11,7 @@ pub enum OutlineError {
     /// The accuracy is not positive and finite.
     #[error("an accuracy of {accuracy} mm² cannot be reached: it must be positive and finite")]
     BadAccuracy {
-        /// What was asked for, mm².
+        /// Requested accuracy, mm².
         accuracy: f64,
     },
     /// A height is NaN, or the chip has no end in height.
@@ -23,7 +23,7 @@ pub enum OutlineError {
     /// The accuracy is too fine for the outlines: 2²⁰ heights were not enough.
     #[error("2^20 heights do not give the area to {accuracy} mm²")]
     TooManyHeights {
-        /// What was asked for, mm².
+        /// Requested accuracy, mm².
         accuracy: f64,
     },
 }

@@ -25,7 +25,7 @@ pub struct CutterEnd {
     pub corner_radius: f64,
 }
 
-/// What is on one side of a pass, as seen along the feed.
+/// Neighbour on one side of a pass, as seen along the feed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Beside {
     /// Stock without end.
@@ -51,9 +51,9 @@ pub enum Beside {
 pub struct Engagement {
     /// Thickness of the stock over the surface, along its normal (ta), mm.
     pub depth_of_cut: f64,
-    /// What is on the left.
+    /// Neighbour on the left.
     pub left: Beside,
-    /// What is on the right.
+    /// Neighbour on the right.
     pub right: Beside,
 }
 

@@ -1,4 +1,4 @@
-//! What neighbouring passes leave between them, and how far apart they may lie.
+//! Cusps between neighbouring passes, and step-overs.
 
 pub mod cut_point;
 pub mod neighbours;
@@ -13,12 +13,12 @@ use crate::cusp::cut_point::{CutPoint, Strip};
 use crate::cusp::neighbours::{CutPass, Neighbour, NeighbourReach, Neighbours};
 use crate::search::bezier::SearchCurve;
 
-/// What lies between a point of a pass and the neighbouring pass.
+/// Ridge between a point of a pass and the neighbouring pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ridge {
     /// Arc length to the neighbouring pass across the feed, mm.
     pub step_over: f64,
-    /// What is left standing.
+    /// Cusp that is left.
     pub cusp: Cusp,
     /// Curvature of the surface across the feed between the two, 1/mm, positive where the part is
     /// convex.

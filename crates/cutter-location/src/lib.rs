@@ -9,10 +9,10 @@
 //! is. [`links`] hold the moves that do not cut: entry and exit of a pass, and the way from one to
 //! the next.
 //!
-//! What is returned as feasible has been tested as it stands, with the verdicts of
+//! A pose returned as feasible has been tested as it is, with the verdicts of
 //! `facemill-interference`: no point of the cutter is deeper than the gouge tolerance in an
-//! obstacle, dilated bodies touch nothing, axis values are within their limits. Nothing is said
-//! here about the motion between two points: the virtual machine judges that, on the written
+//! obstacle, dilated bodies touch nothing, axis values are within their limits. This crate claims
+//! nothing about the motion between two points: the virtual machine judges that, on the written
 //! program.
 //!
 //! Modules, each of which imports those above it alone:

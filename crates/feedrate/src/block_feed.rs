@@ -12,11 +12,11 @@ pub struct BlockFeed {
     pub time: f64,
     /// Speed of the tip that is reached, mm/min: chord of the tip over time.
     pub tip_feed: f64,
-    /// What sets the time.
+    /// Limit that sets the time.
     pub limit: FeedLimit,
 }
 
-/// What sets the time of a block.
+/// Limit that sets the time of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FeedLimit {
     /// The tip moves at the programmed speed.

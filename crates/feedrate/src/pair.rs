@@ -16,11 +16,11 @@ pub struct PairFeed {
     /// Speeds that the two tips reach, mm/min: chord of the tip over time, also of a head that is
     /// not to cut.
     pub tip_feeds: [f64; 2],
-    /// What sets the time.
+    /// Limit that sets the time.
     pub limit: PairLimit,
 }
 
-/// What sets the time of a block of two heads.
+/// Limit that sets the time of a block of two heads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PairLimit {
     /// The tip of this head (0 or 1) moves at its programmed speed, the other one at most at its

@@ -20,7 +20,7 @@ pub struct FeedBlock {
 pub struct PlanFeedsError {
     /// Index of the block, from 0.
     pub block: usize,
-    /// What is wrong with it.
+    /// Fault.
     pub source: FeedError,
 }
 

@@ -3,8 +3,8 @@
 /// Points whose third difference counts: one more than its order.
 const POINTS: usize = 4;
 
-/// What a value may be off by against its third difference, squared, where nothing else holds it:
-/// what is longer than some 60 points stays as it is. Smaller evens out longer waves and takes more
+/// Largest error of a value against its third difference, squared, where nothing else fixes it:
+/// waves longer than some 60 points stay as they are. Smaller evens out longer waves and takes more
 /// passes to get back to the values; larger leaves steps that many points are on.
 const LOOSE: f64 = 1e-6;
 

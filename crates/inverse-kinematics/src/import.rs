@@ -30,7 +30,7 @@ pub enum ImportError {
         line: u32,
         /// The element, such as `<axis id="U">`.
         element: String,
-        /// What is wrong there and what to do.
+        /// Fault there, and the remedy.
         problem: String,
     },
 }

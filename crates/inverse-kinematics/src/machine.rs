@@ -78,7 +78,7 @@ impl Machine {
         self.file.clone()
     }
 
-    /// What reports call the machine.
+    /// Returns the name of the machine in reports.
     pub fn name(&self) -> &str {
         &self.file.name
     }
@@ -129,7 +129,7 @@ impl Machine {
         linears
     }
 
-    /// What the control does between two programmed positions.
+    /// Returns the motion of the control between two programmed positions.
     pub fn motion_law(&self) -> MotionLaw {
         self.file.motion.law()
     }

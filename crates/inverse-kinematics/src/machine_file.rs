@@ -21,7 +21,7 @@ use crate::machine_file::mesh_shape::MeshShapeFile;
 pub struct MachineFile {
     /// Name and version of the format.
     pub format: MachineFormat,
-    /// What reports call the machine.
+    /// Name of the machine in reports.
     pub name: String,
     /// Where the numbers come from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -38,7 +38,7 @@ pub struct MachineFile {
     /// Bodies that do not move.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bed_bodies: Vec<BodyFile>,
-    /// What the control does between two programmed positions.
+    /// Motion of the control between two programmed positions.
     pub motion: MotionFile,
     /// Feeds the control can be given.
     pub feed: FeedFile,
@@ -68,7 +68,7 @@ pub struct ToolChain {
     /// Channel of the control that programs this head, from 1.
     #[serde(default = "first_channel")]
     pub channel: u32,
-    /// What the spindle nose takes (HSK-A100, SK 50, Capto C8); nothing depends on it.
+    /// Tool interface of the spindle nose (HSK-A100, SK 50, Capto C8); nothing depends on it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool_interface: Option<String>,
     /// From the bed outward.
@@ -215,7 +215,7 @@ pub enum RevoluteRange {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BodyFile {
-    /// What findings call it.
+    /// Name in findings.
     pub name: String,
     /// Shape in the body's own frame.
     pub shape: ShapeFile,
@@ -259,7 +259,7 @@ pub enum ShapeFile {
     Mesh(MeshShapeFile),
 }
 
-/// What the control does between two programmed positions.
+/// Motion of the control between two programmed positions.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MotionFile {
@@ -272,7 +272,7 @@ pub struct MotionFile {
     pub control_tolerance: ControlToleranceFile,
 }
 
-/// What the control does between two positions of a cutting move.
+/// Motion of the control between two positions of a cutting move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CuttingLawFile {
@@ -285,7 +285,7 @@ pub enum CuttingLawFile {
     TipLinearVectorTurned,
 }
 
-/// What the control does between two positions of a rapid.
+/// Motion of the control between two positions of a rapid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RapidLawFile {

@@ -10,7 +10,7 @@ use crate::axes::axis_values::AxisValues;
 use crate::machine::Machine;
 use crate::solver::inverse_solution::Unreachable;
 
-/// What the control does in one block.
+/// Motion of the control in one block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BlockLaw {
     /// A cutting move.

@@ -88,7 +88,7 @@ fn compare(
     if DMatrix::from_columns(&linear).svd(false, false).singular_values.min() < 1e-6 {
         return Counts::default();
     }
-    // What a residual of 1e-12 leaves open, and, where two solutions meet, its root.
+    // Error that a residual of 1e-12 leaves open, and, where two solutions meet, its root.
     let open = |least: f64| 1e-5 + 1e-11 / least.max(1e-11);
     let solutions = match machine.inverse_near(cl, TOOL, q) {
         Ok(all) => all,

@@ -44,7 +44,7 @@ struct Query<'a> {
     map_from_solid: &'a Isometry3<f64>,
     /// Box around the dilated solid.
     reach: Aabb,
-    /// What a column must be away from the undilated body.
+    /// Least distance of a column from the undilated body.
     distance: f64,
 }
 
@@ -65,8 +65,8 @@ impl Query<'_> {
         true
     }
 
-    /// What of the columns of a block the box around the solid can reach; `None` where that is
-    /// nothing.
+    /// Returns the part of a block's columns that the box around the solid can reach; `None` if
+    /// that is empty.
     fn column(&self, block: Block) -> Option<Aabb> {
         let (grid, reach) = (self.zmap.grid(), &self.reach);
         let [columns, rows] = self.zmap.pyramid().cells(block);

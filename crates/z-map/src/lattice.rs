@@ -14,9 +14,9 @@ pub(crate) struct Lattice {
     per_cell: f64,
     /// Largest index along x and y.
     last: [i32; 2],
-    /// What the rows and columns of a triangle are widened by, in cells: covers the rounding of
-    /// their computation. Smaller than that, nodes on an edge could be missed; larger costs the
-    /// test of a node now and then.
+    /// Margin of the rows and columns of a triangle, in cells: covers the rounding of their
+    /// computation. Smaller than that, nodes on an edge could be missed; larger costs the test of a
+    /// node now and then.
     margin: f64,
 }
 
@@ -274,7 +274,7 @@ impl Facet {
         if z > self.high { self.high } else { z }
     }
 
-    /// What [`Facet::span`] multiplies by.
+    /// Returns the factors of [`Facet::span`].
     #[inline(always)]
     fn crossings(&self) -> [f64; 3] {
         [0, 1, 2].map(|k| 1.0 / self.edges[k].dy)

@@ -17,8 +17,8 @@ use crate::raster::{Band, Grid};
 pub struct ZMapSettings {
     /// Distance of the nodes.
     pub cell: f64,
-    /// What the grid reaches beyond the mesh on each side. The answers do not depend on it: beyond
-    /// the mesh there is no surface.
+    /// Reach of the grid beyond the mesh on each side. The answers do not depend on it: beyond the
+    /// mesh there is no surface.
     pub margin: f64,
 }
 
@@ -185,7 +185,7 @@ impl ZMap {
     /// is; this is for tests.
     ///
     /// # Errors
-    /// What is wrong.
+    /// If an invariant is broken, which the text names.
     pub fn check_invariants(&self) -> Result<(), String> {
         let (nx, ny) = (self.grid.nx, self.grid.ny);
         if self.nodes.len() != (nx + 1) * (ny + 1) || self.pyramid.cells(self.pyramid.top()) != [0..nx, 0..ny] {

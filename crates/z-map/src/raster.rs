@@ -13,8 +13,8 @@ pub(crate) struct Grid {
     pub(crate) nx: usize,
     /// Number of cells along y.
     pub(crate) ny: usize,
-    /// What rounding may move a point of the mesh by, mm: cells are taken larger by it and their
-    /// maxima higher.
+    /// Largest motion of a point of the mesh by rounding, mm: cells are taken larger by it and
+    /// their maxima higher.
     pub(crate) slack: f64,
 }
 

@@ -49,7 +49,7 @@ fn along(from: Mm, [x, y]: Mm, length: f64) -> Mm {
     [from[0] + x * length, from[1] + y * length]
 }
 
-/// What the words mean.
+/// Draws the terms.
 pub(crate) fn section() -> Drawn {
     let mut s = base(6.0, 2.0, SectionSurface::Convex { radius: 30.0 });
     s.orientation.lean = 20f64.to_radians();
@@ -234,7 +234,7 @@ pub(crate) fn cases() -> Drawn {
     Ok(f.finish())
 }
 
-/// What may be on both sides of a pass.
+/// Draws the possible sides of a pass.
 pub(crate) fn sides() -> Drawn {
     let mut f = Figure::new(900.0, 620.0, "First, further and last passes, and the flute in the stock");
     let border = |distance| Beside::Border { distance };

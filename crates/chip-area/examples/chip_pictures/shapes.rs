@@ -116,7 +116,7 @@ pub(crate) fn boolean(a: &[Shape], b: &[Shape], rule: OverlayRule) -> Vec<Shape>
     a.to_vec().overlay_as::<i64>(&b.to_vec(), rule, FillRule::EvenOdd)
 }
 
-/// What is left of the stock after the neighbours, and the chip of this pass.
+/// Returns the rest of the stock after the neighbours, and the chip of this pass.
 pub(crate) fn stock_and_chip(section: &PassSection, reach: f64) -> [Vec<Shape>; 2] {
     let mut uncut = vec![vec![stock(section, reach)]];
     for way in neighbours(section) {

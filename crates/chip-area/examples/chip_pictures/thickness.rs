@@ -13,7 +13,7 @@ fn arc([x, y]: Mm, radius: f64, from: f64, to: f64) -> Vec<Mm> {
         .collect()
 }
 
-/// What two teeth take, one behind the other, and how thick it is along the normal.
+/// Draws the material of two teeth, one behind the other, and its thickness along the normal.
 fn crescent(f: &mut Figure, center: Mm, radius: f64, engaged: [f64; 2], at: f64) {
     let next = [center[0] + FEED, center[1]];
     let mut chip = arc(next, radius, engaged[0], engaged[1]);

@@ -41,7 +41,7 @@ fn fields(section: &PassSection) -> [(&'static str, f64, Rule); 8] {
     ]
 }
 
-/// What a value must be.
+/// Rule of a value.
 #[derive(Clone, Copy)]
 enum Rule {
     Positive,

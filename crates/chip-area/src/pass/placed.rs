@@ -12,7 +12,7 @@ use crate::section::turned::BesideTurned;
 pub(crate) struct Placed {
     pub(crate) layer: Layer,
     pub(crate) tool: ToolSection,
-    /// What is on the left and on the right.
+    /// Borders on the left and on the right.
     pub(crate) borders: [Option<Border>; 2],
     pub(crate) before: [Option<(ToolSection, Contact)>; 2],
     /// Neighbours whose axis has turned: how far along the surface to the right.
@@ -105,7 +105,7 @@ impl Placed {
     }
 }
 
-/// What is seen of the cutter along the feed.
+/// Returns the outline of the cutter seen along the feed.
 fn rim_seen(cutter: &CutterEnd, orientation: &Orientation) -> Rim {
     // A rim that is seen higher than this share of its width is an ellipse; one that is lower
     // changes areas by less than rounding.

@@ -40,7 +40,7 @@ pub use crate::pass::table_error::TableError;
 pub struct TableRow {
     /// Its line, from 1.
     pub line: usize,
-    /// What the line says.
+    /// Section that the line describes.
     pub section: PassSection,
     /// The chip's area.
     pub chip: ChipArea,

@@ -68,7 +68,7 @@ pub enum TableError {
         line: usize,
         /// The column.
         column: &'static str,
-        /// What is there.
+        /// Text there.
         text: String,
     },
     /// A cell has a word that means nothing there.
@@ -78,9 +78,9 @@ pub enum TableError {
         line: usize,
         /// The column.
         column: &'static str,
-        /// What is there.
+        /// Text there.
         text: String,
-        /// What may be there.
+        /// Permitted texts.
         known: &'static str,
     },
     /// A cell is empty that needs a value.
@@ -100,7 +100,7 @@ pub enum TableError {
         line: usize,
         /// The column.
         column: &'static str,
-        /// What is there.
+        /// Text there.
         text: String,
         /// Why it must be empty.
         reason: &'static str,
@@ -137,7 +137,7 @@ impl TableError {
         }
     }
 
-    /// What is wrong without line and column: for a case that stands in no table.
+    /// Returns the fault without line and column: for a case outside of a table.
     #[must_use]
     pub fn problem(&self) -> String {
         let told = self.to_string();

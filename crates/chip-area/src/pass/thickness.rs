@@ -258,11 +258,11 @@ impl Surface {
     }
 }
 
-/// What a step to the side weighs against one in height where cells are divided; it changes the
+/// Weight of a step to the side against one in height where cells are divided; it changes the
 /// number of cells only.
 const SIDEWAYS: f64 = 0.2;
 
-/// What a turn of the normal weighs where there is no corner, as part of the radius; it changes the
+/// Weight of a turn of the normal where there is no corner, as part of the radius; it changes the
 /// number of cells only.
 const SMALLEST_TURN: f64 = 0.05;
 

@@ -121,9 +121,9 @@ impl Cut<'_> {
     /// curves all the way, so the decomposition is exact up to rounding, and equal or touching
     /// outlines only add slabs of no area.
     pub(crate) fn piece(&self) -> Vec<Slab> {
-        // What may be missing between two pieces that are one, relative to the tool's extent:
-        // rounding thins a piece away where it touches the next. Larger, and neighbouring pieces
-        // run together; smaller, and rounding cuts a chip.
+        // Largest gap between two pieces that are one, relative to the tool's extent: rounding
+        // thins a piece away where it touches the next. Larger, and neighbouring pieces run
+        // together; smaller, and rounding cuts a chip.
         const TOUCH: f64 = 1e-10;
         let touch = TOUCH * 2.0 * self.tool.rim.half_width();
         let mut slabs = Vec::with_capacity(32);
@@ -226,7 +226,7 @@ impl Cut<'_> {
         }
     }
 
-    /// What has not been cut before of a slab.
+    /// Returns the part of a slab that has not been cut before.
     fn left_over(&self, slab: &Slab) -> Option<Slab> {
         let middle = 0.5 * (slab.x[0] + slab.x[1]);
         let (mut high, mut y_high) = (slab.high, slab.y[1]);

@@ -272,8 +272,8 @@ impl ToolSection {
             self.extremes(part, |p| least = least.min(part.value(&p)));
             return least;
         }
-        // What the axis in the section plane leaves to be looked at: ends, kinks, and where a
-        // corner is farthest out.
+        // Remaining places in the section plane beside the axis: ends, kinks, and where a corner is
+        // farthest out.
         let Rim { rim, corner, .. } = self.rim;
         let mut at = |off: Vector2<f64>| least = least.min(part.value(&(self.center + off)));
         for side in [-1.0, 1.0] {

@@ -13,7 +13,7 @@ use crate::section::tool_section::Contact;
 /// has a length in closed form but for the crossings of arc and outline, and the area is the
 /// integral of lengths over heights.
 pub(crate) struct BesideTurned<'a> {
-    /// What this pass cuts where nothing has been cut before.
+    /// Cut of this pass where nothing has been cut before.
     pub(crate) cut: Cut<'a>,
     /// Outward normal at the CC point.
     pub(crate) normal: Vector2<f64>,
@@ -128,7 +128,7 @@ impl BesideTurned<'_> {
         left.iter().map(|[from, to]| to - from).sum()
     }
 
-    /// What the tool holds of the arc at a height.
+    /// Returns the parts of the arc at a height that are within the tool.
     fn held(&self, height: f64) -> Vec<Interval> {
         let arc = LevelCurve::offset_of_surface(self.cut.layer.curvature, self.normal, height);
         let mut borders = Vec::with_capacity(8);
@@ -153,7 +153,7 @@ impl BesideTurned<'_> {
     }
 }
 
-/// What is left of an interval beside another.
+/// Returns the rest of an interval beside another.
 fn without([from, to]: Interval, [cut_from, cut_to]: Interval) -> impl Iterator<Item = Interval> {
     let rest = [[from, to.min(cut_from)], [from.max(cut_to), to]];
     rest.into_iter().filter(|[from, to]| from < to)

@@ -1,4 +1,4 @@
-//! What has no chip area, and that everything else has one within bounds.
+//! Sections without a chip area; all others have one within bounds.
 
 use std::f64::consts::FRAC_PI_2;
 

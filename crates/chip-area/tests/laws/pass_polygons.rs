@@ -404,7 +404,7 @@ fn a_pose_is_refused_exactly_where_its_polygon_is_below_the_surface() {
             Err(PassError::BelowSurface { pose }) if below[pose as usize] < 60 => {
                 let way = poses.iter().find(|p| p.0 == pose).expect("a pose there is").1;
                 let (_, n) = contact(&section, way);
-                // What the polygons cannot tell: an axis almost in the surface.
+                // The polygons cannot decide an axis almost in the surface.
                 if n.dot(&axis(&section, n)) > 0.05 {
                     assert!(below_by(way) > least, "{section:?} {pose}");
                     below[pose as usize] += 1;

@@ -180,8 +180,7 @@ fn a_position_is_refused_exactly_where_its_polygon_is_below_the_surface() {
             Err(_) => continue,
         };
         let poses = poses(&section);
-        // What a flank almost along the surface cuts from it is too small to be told from the
-        // chords' error.
+        // A cut by a flank almost along the surface is too small to be told from the chords' error.
         let axis = [section.lean.sin(), section.lean.cos()];
         if poses.iter().any(|p| (p.normal[0] * axis[0] + p.normal[1] * axis[1]).abs() < 0.05) {
             continue;

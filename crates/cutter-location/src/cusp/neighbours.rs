@@ -73,7 +73,7 @@ pub struct Neighbour {
     pub is_earlier: bool,
 }
 
-/// What lies beside a point: to the right of its feed, and to the left.
+/// Neighbours of a point: to the right of its feed, and to the left.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Beside {
     /// The nearest pass.
@@ -151,13 +151,13 @@ impl Neighbours {
         &self.passes
     }
 
-    /// What lies beside a point of one of the passes: those before it, and its own up to it, are
-    /// cut earlier.
+    /// Returns the neighbours of a point of one of the passes: earlier passes, and its own up to
+    /// it, are cut before.
     pub fn of(&self, at: OwnPlace) -> Beside {
         self.find(&self.passes[at.pass].points[at.point], Some(at))
     }
 
-    /// What lies beside a point of another pass, which is cut after all of these.
+    /// Returns the neighbours of a point of another pass, which is cut after all of these.
     pub fn beside(&self, own: &CutPoint) -> Beside {
         self.find(own, None)
     }

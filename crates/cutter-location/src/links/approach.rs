@@ -77,7 +77,7 @@ pub fn arc_poses(
         .collect()
 }
 
-/// What an approach must fulfil.
+/// Requirements of an approach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ApproachSettings {
     /// Shape of the arc.
@@ -261,7 +261,8 @@ impl Outward<'_, '_> {
         Ok(())
     }
 
-    /// What is nearer than the rapid clearance to the whole tool where it is, stock included.
+    /// Returns the obstacle nearer than the rapid clearance to the whole tool at its place, stock
+    /// included.
     fn rapid_blocked(&mut self) -> Option<Infeasible> {
         let clearance = self.settings.rapid_clearance;
         let (distance, nearest) = self.test.rapid_distance(&self.near.axes, clearance, self.hints);

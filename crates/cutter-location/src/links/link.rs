@@ -148,14 +148,14 @@ pub fn between(a: &ClPoint, b: &ClPoint, t: f64) -> ClPoint {
 /// Bisections of a way: enough to exhaust a double.
 const MAX_HALVINGS: u32 = 200;
 
-/// What a link must fulfil.
+/// Requirements of a link.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkSettings {
     /// The clearance surface.
     pub clearance: ClearanceSurface,
     /// Distance the whole tool keeps from stock, part and fixtures, mm.
     pub rapid_clearance: f64,
-    /// What the control does in a rapid block: the machine's law of rapids, or under RTCP, of
+    /// Motion of the control in a rapid block: the machine's law of rapids, or under RTCP, of
     /// controls that keep the tip straight at rapid rate, too, the law of its cuts.
     pub rapid_law: BlockLaw,
 }

@@ -91,7 +91,7 @@ fn turn(machine: &Machine, from: &AxisValues, to: &AxisValues) -> f64 {
     (0..from.len()).filter(rotary).map(|k| (to.get_or_zero(k) - from.get_or_zero(k)).abs()).sum()
 }
 
-/// What is said of axes that would have to jump on their way.
+/// Returns the explanation of axes that would have to jump on their way.
 fn why_jump(machine: &Machine, from: &AxisValues, to: &AxisValues) -> Infeasible {
     let other_branch = Infeasible::OtherBranch(machine.branch_of(to));
     rewound_axis(machine, from, to).map_or(other_branch, |axis| Infeasible::Rewind { axis })

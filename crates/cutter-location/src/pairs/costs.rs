@@ -1,4 +1,4 @@
-//! What postures of a head cost in a pair.
+//! Costs of a head's postures in a pair.
 
 use facemill_cl_data::Posture;
 
@@ -53,6 +53,6 @@ fn node([low, high]: [f64; 2], k: usize, n: usize) -> f64 {
     low + (high - low) * k as f64 / (n - 1) as f64
 }
 
-/// What the square of a tilt over its largest costs, where a cusp as high as allowed costs 1:
-/// enough to decide between postures that leave no cusps.
+/// Weight of the square of a tilt over its largest, where a cusp as high as allowed costs 1: enough
+/// to decide between postures that leave no cusps.
 const TILT_SHARE: f64 = 0.1;

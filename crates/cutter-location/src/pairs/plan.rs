@@ -31,7 +31,7 @@ pub struct PairSettings {
     pub feeds: [f64; 2],
     /// Cusp that is allowed on each side, mm.
     pub cusps: [f64; 2],
-    /// What lies between a pass and its neighbour on each side.
+    /// Strip between a pass and its neighbour on each side.
     pub strips: [Strip; 2],
     /// Largest change of tilt per path length, rad/mm. Larger: less tilt spent on smoothness, but
     /// heads that jump.
@@ -186,12 +186,12 @@ impl PairPlan<'_, '_, '_> {
         let mut blocked = None;
         let mut states = Vec::new();
         let of_lattice = (low / VALUE_STEP).ceil() as i64..=(high / VALUE_STEP).floor() as i64;
-        // What both have in common may lie between two values of the lattice.
+        // The common range may lie between two values of the lattice.
         let between = (of_lattice.is_empty() && low <= high).then_some(0.5 * (low + high));
         for value in of_lattice.map(|index| index as f64 * VALUE_STEP).chain(between) {
             match self.cost_apart(station, value, axes, hints) {
                 Ok(cost) => states.push(ValueState { value, cost }),
-                // What came nearest to standing is told.
+                // The error names the posture that came nearest to being feasible.
                 Err(why) if blocked.is_none_or(|b: PairBlocked| b.progress() < why.progress()) => blocked = Some(why),
                 Err(_) => {}
             }
@@ -199,8 +199,8 @@ impl PairPlan<'_, '_, '_> {
         (states, blocked.unwrap_or(none))
     }
 
-    /// What the cheapest postures at a value cost with which the heads are not in each other's way:
-    /// both tilts raised as in [`PairPlan::apart`].
+    /// Returns the cost of the cheapest postures at a value with which the heads keep clear of each
+    /// other: both tilts raised as in [`PairPlan::apart`].
     fn cost_apart(
         &self,
         station: usize,
@@ -372,7 +372,7 @@ impl PairPlan<'_, '_, '_> {
         }
     }
 
-    /// What postures of a head cost.
+    /// Returns the costs of a head's postures.
     fn cost(&self, head: usize) -> CostTable {
         let cutter = *self.pair.tests[head].cell.tool.cutter();
         let scale = CuspScale { cutter, allowed: self.settings.cusps[head] };

@@ -53,7 +53,7 @@ pub enum PairBlocked {
     Together {
         /// The head whose tool or bodies meet something, 0 or 1.
         head: usize,
-        /// What they meet.
+        /// Obstacle that they meet.
         why: Infeasible,
     },
 }
@@ -70,7 +70,7 @@ impl PairBlocked {
     }
 }
 
-/// What was found at a station.
+/// Result at a station.
 pub type PairOutcome = Result<PairPose, PairBlocked>;
 
 impl<'t, 'a> PairTest<'t, 'a> {
@@ -85,7 +85,7 @@ impl<'t, 'a> PairTest<'t, 'a> {
     /// each head was tested alone.
     ///
     /// # Errors
-    /// What one head hits of the other.
+    /// Tests the heads against each other.
     pub(crate) fn together(&self, mut poses: [FeasiblePose; 2], value: f64, hints: &mut [Hints; 2]) -> PairOutcome {
         for pose in &mut poses {
             pose.configuration.axes[self.shared] = value;
@@ -97,13 +97,13 @@ impl<'t, 'a> PairTest<'t, 'a> {
         }
     }
 
-    /// What one of the heads hits at axis values, and which head. Both are asked: what a head keeps
-    /// off of the other one is larger than that one's own body.
+    /// Returns the head that collides at axis values, and its obstacle. Both are tested: a head
+    /// keeps off a body of the other one that is larger than that head's own.
     pub fn blocked(&self, axes: &AxisValues, hints: &mut [Hints; 2]) -> Option<(usize, Infeasible)> {
         (0..2).find_map(|head| Some((head, self.tests[head].collision(axes, &mut hints[head])?)))
     }
 
-    /// What stations that are blocked for the same cause have in common.
+    /// Returns the common part of stations that are blocked for the same cause.
     pub fn cause(&self, why: &PairBlocked) -> String {
         match why {
             PairBlocked::NoCommonValue(_) => format!("no common {}", self.letter()),

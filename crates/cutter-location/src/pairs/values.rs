@@ -7,7 +7,7 @@ use crate::pairs::test::PairBlocked;
 pub(crate) struct ValueState {
     /// The value.
     pub(crate) value: f64,
-    /// What it costs per second.
+    /// Cost per second.
     pub(crate) cost: f64,
 }
 

@@ -1,4 +1,4 @@
-//! What a sequence of postures along a pass costs: cusps left standing, and axes in motion.
+//! Cost of a sequence of postures along a pass: cusps that are left, and axes in motion.
 
 use facemill_cl_data::Posture;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, MAX_AXES, Machine};
@@ -18,8 +18,8 @@ pub(crate) const NEARLY: f64 = 0.9;
 /// How steeply.
 const STEEP: f64 = 20.0;
 
-/// What a cusp costs per second of cutting, by its height over the allowed one: its square, so that
-/// a cusp as high as allowed costs about 1, and much more beyond.
+/// Returns the cost of a cusp per second of cutting, by its height over the allowed one: its
+/// square, so that a cusp as high as allowed costs about 1, and much more beyond.
 fn rate(height: f64) -> f64 {
     height.powi(2) + (STEEP * (height - NEARLY).max(0.0)).powi(2)
 }

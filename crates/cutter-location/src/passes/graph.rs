@@ -9,8 +9,8 @@ use crate::passes::smooth_pass::{Gap, Node, PassClock, SmoothPass, seen_from};
 use crate::pose::workcell::{Configuration, Hints};
 use crate::search;
 
-/// What a turn or the step of an axis beyond its limit, or a change of branch, costs, s: more than
-/// a pass of any length saves by it, and the more the larger it is.
+/// Cost of a turn or the step of an axis beyond its limit, or of a change of branch, s: more than a
+/// pass of any length saves by it, and the more the larger it is.
 const JUMP: f64 = 1e4;
 
 /// The graph of one pass. Of a layer are kept the indices of its nodes, so that memory per point is
@@ -39,7 +39,7 @@ type NodeIndex = (u16, u8);
 pub(crate) struct Chosen {
     /// One of every layer that has nodes.
     pub(crate) nodes: Vec<ChosenNode>,
-    /// What it costs, s.
+    /// Cost, s.
     pub(crate) cost: f64,
 }
 

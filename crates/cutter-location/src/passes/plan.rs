@@ -64,7 +64,7 @@ pub fn plan_passes(
         .collect()
 }
 
-/// What the passes of one search range have in common.
+/// Common data of the passes of one search range.
 struct Grounds {
     curve: SearchCurve,
     lattice: Lattice,

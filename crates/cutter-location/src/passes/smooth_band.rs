@@ -30,13 +30,13 @@ pub(crate) struct Band<'b, 's, 'a> {
     pass: &'b SmoothPass<'s, 'a>,
     clock: &'b PassClock,
     scale: &'b MotionScale,
-    /// What changes faster than this is smoothed away, s.
+    /// Time scale below which changes are smoothed away, s.
     tau: f64,
     rotary: Vec<usize>,
     beside: Cell<Beside>,
 }
 
-/// What looking beside the search curve has given so far.
+/// Results of the search beside the search curve so far.
 #[derive(Clone, Copy, Default)]
 struct Beside {
     /// The last posture found.
@@ -63,7 +63,7 @@ struct Stretch {
     weights: Vec<f64>,
 }
 
-/// What is known of a point.
+/// Knowledge of a point.
 #[derive(Clone)]
 enum Known {
     /// Nothing yet.

@@ -14,7 +14,7 @@ use crate::pose::pose_test::PoseTest;
 use crate::pose::workcell::{Configuration, FeasiblePose, Hints};
 use crate::search::lattice::Lattice;
 
-/// What postures of one pass are chosen with.
+/// Data for the choice of one pass' postures.
 pub(crate) struct SmoothPass<'s, 'a> {
     pub(crate) test: &'s PoseTest<'a>,
     pub(crate) task: &'s PassTask,
@@ -42,7 +42,7 @@ pub(crate) struct Node {
 /// the limit.
 const SPACINGS: f64 = 1.5;
 
-/// What changes faster than this part of the time between layers is smoothed away.
+/// Time scale of smoothing, as a part of the time between layers.
 const SMOOTHING: f64 = 1.0;
 
 /// A pass has that many layers, where it has so many points.
@@ -109,7 +109,7 @@ impl SmoothPass<'_, '_> {
         Posture { tilt: posture.tilt.clamp(start.tilt, end.tilt), rotate: rotate.clamp(low, high) }
     }
 
-    /// What the chosen sequence and the smoothed one cost, counted alike.
+    /// Returns the costs of the chosen sequence and of the smoothed one, counted alike.
     fn optimum(&self, graph: &PassGraph<'_, '_, '_>, chosen: &Chosen, outcomes: &[Outcome]) -> Optimum {
         let (clock, scale) = (graph.clock, graph.scale);
         let mut optimum = Optimum { graph: chosen.cost, ..Optimum::default() };

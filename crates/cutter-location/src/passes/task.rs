@@ -23,7 +23,7 @@ pub enum PostureMode {
     Toward(AxisTarget),
 }
 
-/// What the cheapest sequence of postures is counted by.
+/// Settings of the cheapest sequence of postures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmoothSettings {
     /// Programmed feed along the path, mm/s. Larger: axes move faster, so that their motion counts
@@ -31,11 +31,11 @@ pub struct SmoothSettings {
     pub feed: f64,
     /// Cusp that is allowed, mm. Larger: cusps count for less, motion for more.
     pub cusp: f64,
-    /// What lies between a point and the neighbouring pass where that is not known.
+    /// Strip between a point and the neighbouring pass where that is not known.
     pub strip: Strip,
 }
 
-/// What the tool axis points to.
+/// Target of the tool axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AxisTarget {
     /// From the CC point to this point, workpiece frame: the spindle is on its side.
@@ -93,7 +93,7 @@ pub struct PassTask {
     pub pass: Pass<CcPoint>,
     /// Search curve, with the sign of rotate that the cutting direction asks for.
     pub curve: SearchCurve,
-    /// What lies between each point and the neighbouring pass; may be empty where nothing is known.
+    /// Strip between each point and the neighbouring pass; may be empty if none is known.
     pub strips: Vec<Option<Strip>>,
 }
 
@@ -106,9 +106,8 @@ pub struct PlannedPass {
     pub optimum: Option<Optimum>,
 }
 
-/// What the postures of a pass cost, in s: time of cutting, weighted with `(cusp / allowed cusp)²`
-/// and with `Σ(speed / speed that is much)²` of the axes, over the points at which postures were
-/// chosen.
+/// Costs of a pass' postures, s: time of cutting, weighted with `(cusp / allowed cusp)²` and with
+/// `Σ(speed / speed that is much)²` of the axes, over the points at which postures were chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Optimum {
     /// The cheapest sequence in the graph of tested postures: no sequence of these costs less.
@@ -143,7 +142,7 @@ impl Optimum {
     }
 }
 
-/// What became of one CC point.
+/// Result at one CC point.
 pub type Outcome = Result<FeasiblePose, Infeasible>;
 
 impl PlannedPass {

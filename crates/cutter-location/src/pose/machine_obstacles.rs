@@ -45,8 +45,7 @@ impl Ball {
     }
 }
 
-/// What the places of two bodies may be wrong by from rounding, mm: far more than of metres to
-/// 1e-12.
+/// Largest error of the places of two bodies from rounding, mm: far more than of metres to 1e-12.
 const ROUNDING: f64 = 1e-6;
 
 /// A body of the machine's bed or table that moves against the workpiece, such as a column or the

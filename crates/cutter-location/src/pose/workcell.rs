@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 /// Something that must not be cut or hit, as a mesh in the workpiece frame.
 #[derive(Clone)]
 pub struct Obstacle<'a> {
-    /// What a finding calls it.
+    /// Name in findings.
     pub name: String,
     /// The mesh.
     pub mesh: &'a dyn Interference,
@@ -48,8 +48,9 @@ pub struct Workcell<'a> {
     pub table_from_work: Isometry3<f64>,
     /// Tool assembly.
     pub tool: &'a ToolAssembly,
-    /// What must not be cut or hit. Bodies of the machine that move against the workpiece are held
-    /// against tool and head besides; those of the table that stand still against it belong here.
+    /// Obstacles, which must not be cut or hit. Tool and head are also tested against bodies of the
+    /// machine that move against the workpiece; those of the table that stand still against it
+    /// belong here.
     pub obstacles: Vec<Obstacle<'a>>,
     /// Branch of the inverse solution to take where nothing comes before.
     pub preferred_branch: BranchPreference,

@@ -18,7 +18,7 @@ use crate::pose::spun_bodies::SpunBody;
 use crate::pose::workcell::{Configuration, Hints, Infeasible, angle_between, tool_frame};
 use crate::search::machine_proof::OnMachine;
 
-/// What is proven of a range of postures.
+/// Proof over a range of postures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Proof {
     /// Every posture is feasible.
@@ -71,7 +71,7 @@ impl<'t, 'a> PostureCell<'t, 'a> {
         Self { others: near.map_or(self.others, |near| near.axes), ..self }
     }
 
-    /// What can be proven, starting from the verdict on the middle.
+    /// Returns the proof that can be had, starting from the verdict on the middle.
     pub(crate) fn judge(&self, hints: &mut Hints) -> Proof {
         match self.test.try_posture(&self.cc, self.middle, None, hints) {
             Ok(_) if self.is_free(hints) => Proof::Free,

@@ -9,7 +9,7 @@ use crate::search::bezier::SearchCurve;
 use crate::search::cell_proof::PostureCell;
 use crate::search::{Found, Reasons, SearchSettings, refine};
 
-/// What the search with a proof comes to.
+/// Result of the search with a proof.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CertifiedSearch {
     /// The pose, or the reason that blocked most of the curve.
@@ -79,7 +79,7 @@ struct Walk<'w, 'a> {
     reasons: Reasons,
 }
 
-/// What became of an interval of the curve.
+/// State of an interval of the curve.
 enum Step {
     /// Proven blocked, or too short to matter.
     Blocked,

@@ -42,7 +42,7 @@ pub enum MapError {
 /// Finest parts of a range: at each side 4000 leave 16 million cells at worst, a gigabyte.
 pub const MAX_DIVISIONS: u32 = 4000;
 
-/// What is known of the postures of a cell.
+/// Knowledge of the postures of a cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum CellState {
     /// All are feasible: proven.
@@ -60,7 +60,7 @@ pub enum CellState {
 pub struct MapCell {
     /// Its postures.
     pub range: PostureRange,
-    /// What is known of them.
+    /// Knowledge of them.
     pub state: CellState,
 }
 

@@ -1,4 +1,4 @@
-//! What would help where no posture is feasible.
+//! Remedies where no posture is feasible.
 
 use facemill_cl_data::{CcPoint, Posture};
 use facemill_tool_model::ToolAssembly;
@@ -118,7 +118,7 @@ fn smallest(most: f64, mut is_enough: impl FnMut(f64) -> bool) -> Option<f64> {
             let middle = 0.5 * (lacking + enough);
             if is_enough(middle) { enough = middle } else { lacking = middle }
         } else if is_enough(less) {
-            // What helps is not all above what does not: on from the smaller amount.
+            // Amounts that help are not all above those that do not: on from the smaller amount.
             (lacking, enough) = (0.0, less);
         } else {
             // Told is only what was tried itself.

@@ -1,4 +1,4 @@
-//! What the smooth band does where little is feasible, and where it would turn too fast.
+//! Smooth band where little is feasible, and where it would turn too fast.
 //!
 //! Most scenes put cages around the holder: three balls that leave it room for a few postures about
 //! one of them. The postures that a plan may try there are few and known.

@@ -15,7 +15,7 @@ use crate::kit::{
 
 const BRANCHES: [Branch; 2] = [Branch::Positive, Branch::Negative];
 const CLEARANCE: f64 = 10.0;
-/// What may lack between two tested positions, mm.
+/// Largest lack between two tested positions, mm.
 const HALF_STEP: f64 = 0.5;
 
 /// The preset with its ram beside the tool, so that the two branches hold it over different sides

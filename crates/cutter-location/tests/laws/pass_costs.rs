@@ -1,4 +1,4 @@
-//! What a sequence of postures costs, as docs/method.md defines it, written down a second time.
+//! Cost of a sequence of postures, as docs/method.md defines it, written a second time.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 pub(crate) const STRIP: Strip = Strip { step_over: 6.0, curvature: 0.0 };
 pub(crate) const SMOOTH: SmoothSettings = SmoothSettings { feed: 20.0, cusp: 0.05, strip: STRIP };
 
-/// What beginning on the branch that is not preferred costs, or changing branch, or each limit
+/// Cost of beginning on the branch that is not preferred, of changing branch, and of each limit
 /// times the ratio, s.
 const JUMP: f64 = 1e4;
 

@@ -12,7 +12,7 @@ use crate::kit::{Ball, Random, distance_at, machine, obstacle, stand, tool, work
 
 const CLEARANCE: f64 = 10.0;
 
-/// What may lack of the clearance between two stands: half of the smallest step.
+/// Largest lack of the clearance between two positions: half of the smallest step.
 const HALF_STEP: f64 = 0.5;
 
 fn settings(rapid_law: impl Into<BlockLaw>) -> LinkSettings {

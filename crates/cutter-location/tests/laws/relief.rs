@@ -1,5 +1,5 @@
-//! What is told to help helps, and a little less does not: by dense scans of the curve, without
-//! either search.
+//! Proposed remedies help, and a little less does not: by dense scans of the curve, without either
+//! search.
 
 use facemill_cutter_location::{
     Hints, PoseTest, Relief, SearchCurve, SearchOrder, SearchSettings, Workcell, reliefs, search,
@@ -11,7 +11,7 @@ use nalgebra::Point3;
 use crate::kit::{Ball, Random, cc_on_plane, curve_deg, machine, obstacle, plane, posture_deg, tool, workcell};
 use crate::rods::{beside, post, stretches};
 
-/// What counts as blocked: no feasible stretch of the curve of this length.
+/// Width of a blocked point: no feasible stretch of the curve of this length.
 const WIDTH: f64 = 0.01;
 
 /// Steps of a dense scan of the curve.

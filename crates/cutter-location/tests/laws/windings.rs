@@ -130,7 +130,7 @@ fn the_graphs_optimum_is_that_of_all_branches_and_windings() {
             let way: Vec<Stood> = poses.map(|pose| (pose.posture, pose.configuration.axes)).collect();
             let smoothed = cost.of(&way);
             assert!((optimum.smoothed - smoothed).abs() < 1e-9 * smoothed, "{} {smoothed}", optimum.smoothed);
-            // What would be cheapest without one of the things that decide.
+            // The cheapest choice without one of the criteria.
             let differs = |other: f64| usize::from((other - least).abs() > 1e-6 * least);
             decides.blocked += differs(cost.least(&only(&ways, |_, _| true)));
             decides.windings += differs(cost.least(&only(&ways, |s, free| free && s.1[c].abs() <= 0.5 * TAU)));

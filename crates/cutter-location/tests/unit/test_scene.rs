@@ -1,4 +1,4 @@
-//! What tests inside the crate stand on.
+//! Scene of the tests inside the crate.
 
 use facemill_inverse_kinematics::{BranchPreference, Machine};
 use facemill_tool_model::{FormatTag, Section, SpindleRotation, Stack, ToolAssembly, ToolFile};

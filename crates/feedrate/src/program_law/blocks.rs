@@ -86,7 +86,7 @@ pub enum ProgramLawError {
     BadTipTime {
         /// Index of the block, from 0.
         block: usize,
-        /// What was given, s.
+        /// Given time, s.
         tip_time: f64,
     },
     /// The tolerance is not a positive number for every axis.
@@ -96,13 +96,13 @@ pub enum ProgramLawError {
     BadTolerance {
         /// Index of the axis.
         axis: usize,
-        /// What was given, mm or rad; 0 where it is missing.
+        /// Given value, mm or rad; 0 where it is missing.
         value: f64,
     },
     /// The resolution is not a positive number.
     #[error("the resolution is {value}, but has to be a finite number above 0")]
     BadResolution {
-        /// What was given.
+        /// Given value.
         value: f64,
     },
 }
@@ -210,7 +210,7 @@ const SMOOTH: f64 = 0.7;
 /// corners take some percent more or less for a tenth of the computing.
 const SPANS_A_LINE: f64 = 3.0;
 
-/// What lies between two stops.
+/// Motion between two stops.
 enum Stretch {
     /// One line.
     Line(LineMotion),

@@ -176,7 +176,7 @@ pub(crate) fn smoothed(polyline: &Polyline, ends: &[f64]) -> Vec<f64> {
             k += 1;
         }
         let width = between(ends, &widths, k, at);
-        // What is left makes one piece, of up to half as much again.
+        // The rest makes one piece, of up to half as much again.
         if at + 1.5 * width >= ends[n - 1] {
             break;
         }

@@ -266,8 +266,8 @@ impl ProgramLaw {
         AxisValues::from_fn(self.n_axes, |k| at[k])
     }
 
-    /// What holds each block back: the limit that is used most at its middle and its ends, of equal
-    /// ones that of the middle, and the share of it that is used there. `None` for blocks without
+    /// Returns the limiting factor of each block: the limit that is used most at its middle and its
+    /// ends, of equal ones that of the middle, and the used share of it. `None` for blocks without
     /// motion.
     pub fn block_limits(&self, axes: &[AxisBounds]) -> Vec<Option<(MotionLimit, f64)>> {
         let bounds = MotionBounds::new(axes.to_vec());

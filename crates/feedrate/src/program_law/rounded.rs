@@ -138,9 +138,9 @@ impl RoundedLine {
         [self.halves[0] + r, v, a, j]
     }
 
-    /// What the corner that holds the way `r` adds to an axis of the line and to its first three
-    /// derivatives by r, where the slope of the axis changes by so much at the start and at the
-    /// end.
+    /// Returns the addition of the corner that holds the place `r` to an axis of the line and to
+    /// its first three derivatives by r, where the slope of the axis changes by so much at the
+    /// start and at the end.
     pub(crate) fn rounding(&self, r: f64, bends: [f64; 2]) -> [f64; 4] {
         let [first, last] = self.halves;
         let back = self.length() - r;

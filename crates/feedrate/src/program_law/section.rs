@@ -19,7 +19,7 @@ pub(crate) struct Section {
     pub(crate) paces: Vec<Pace>,
 }
 
-/// What does not change while a section is solved.
+/// Constants while a section is solved.
 struct Task<'a> {
     path: &'a Spans,
     scaled: &'a Scaled,
@@ -189,7 +189,7 @@ impl Task<'_> {
         x
     }
 
-    /// What the problem of a window says; that of the only one is kept.
+    /// Passes the problem of a window; that of the only one is kept.
     fn on<T>(&self, (start, end): (usize, usize), ask: impl FnOnce(&Problem) -> T) -> T {
         match &self.kept {
             Some(problem) if (start, end) == (0, self.h.len()) => ask(problem),

@@ -8,7 +8,7 @@ pub(crate) struct Scaled {
     pub(crate) tip: Option<f64>,
 }
 
-/// What samples say of β, β' and β'' (derivatives by r of β = ṙ²), each lane of its own.
+/// Samples' bounds of β, β' and β'' (derivatives by r of β = ṙ²), each lane of its own.
 struct Group {
     /// First of the three unknowns that it depends on.
     first: [u32; LANES],
@@ -115,7 +115,8 @@ impl Problem {
         self.reaches.push(Reach { steady, change: 1.0 / change, bend: 1.0 / bend });
     }
 
-    /// What the spans let the motion do, in the order in which they were added.
+    /// Returns the reaches that the spans leave to the motion, in the order in which they were
+    /// added.
     pub(crate) fn reaches(&self) -> &[Reach] {
         &self.reaches
     }
@@ -351,7 +352,7 @@ impl pulp::NullaryFnOnce for Value<'_> {
                     least = least.min(sa).min(sj);
                     products = products * (sa * sj);
                 }
-                // What is no number is below nothing.
+                // A value that is no number is below nothing.
                 let least = least.least();
                 if least.is_nan() || least <= 0.0 {
                     return None;

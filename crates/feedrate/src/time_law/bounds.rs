@@ -24,7 +24,7 @@ impl AxisBounds {
     }
 }
 
-/// What a motion must stay within at all times.
+/// Limits that a motion must keep at all times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotionBounds {
     /// Limits of every axis, in axis order.
@@ -33,7 +33,7 @@ pub struct MotionBounds {
     pub tip_feed: Option<f64>,
 }
 
-/// What holds a motion back.
+/// Limiting factor of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MotionLimit {
     /// The speed of this axis, by index.
@@ -56,13 +56,13 @@ pub enum TimeLawError {
         axis: usize,
         /// `velocity`, `acceleration` or `jerk`.
         what: &'static str,
-        /// What was given.
+        /// Given value.
         value: f64,
     },
     /// The cap on the tip feed is not a positive number.
     #[error("the tip feed is capped at {value} mm/min, but the cap has to be a finite number above 0")]
     BadTipFeed {
-        /// What was given, mm/min.
+        /// Given value, mm/min.
         value: f64,
     },
     /// There is a cap on the tip feed, but the path does not know its tip.

@@ -14,7 +14,7 @@ const REACH: f64 = 0.25;
 /// Turns nearer to a full reversal than this end in a stop, rad.
 const REVERSAL: f64 = std::f64::consts::PI / 90.0;
 
-/// What a control does between two segments.
+/// Motion of a control between two segments.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Junction {
     /// Stands.
@@ -35,7 +35,7 @@ pub(crate) struct Arc {
     pub speed: f64,
     /// Length, mm.
     pub length: f64,
-    /// What it takes of the lines on both sides, mm.
+    /// Length that it takes of the lines on both sides, mm.
     pub cut: f64,
     /// Acceleration along it, mm/s².
     pub acceleration: f64,

@@ -19,7 +19,7 @@ pub(crate) struct Entry {
     pub is_arc: bool,
 }
 
-/// What is at the end of an entry.
+/// End of an entry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum End {
     /// A stop.
@@ -69,7 +69,7 @@ pub(crate) fn entries(segments: &[Segment], axes: &[AxisBounds], settings: &Trap
     out
 }
 
-/// What is left of a line before an arc, which takes it where it is short.
+/// Splits the rest of a line before an arc, which takes it where it is short.
 fn parted(left: f64, arc: Arc, cycle: f64) -> (f64, Option<Arc>) {
     let line = left - arc.cut;
     if line < GAP_CYCLES * cycle * arc.speed {

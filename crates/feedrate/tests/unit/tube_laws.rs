@@ -86,7 +86,7 @@ fn what_the_widths_do_not_hide_stays() {
     assert!(slope(100).abs() < 1e-4 && (slope(180) - 1.0).abs() < 1e-4, "{} {}", slope(100), slope(180));
 }
 
-/// What is solved is where every small change is worse.
+/// The solution is where every small change is worse.
 #[test]
 fn the_equations_are_those_of_the_least_roughness() {
     let mut random = Random(21);

@@ -12,7 +12,7 @@ const HALF_TURNS_ON: f64 = 1e-9;
 /// not gone; smaller: a whole turn is.
 const SAME_PLACE: f64 = 1e-9;
 
-/// What a joint does.
+/// Kind of a joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AxisKind {
     /// Prismatic: values in mm.

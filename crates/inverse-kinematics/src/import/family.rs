@@ -36,7 +36,7 @@ pub struct RotaryRole {
 const RIGHT: f64 = 1e-4;
 
 impl Machine {
-    /// What kind of machine it is.
+    /// Returns the kind of the machine.
     pub fn family(&self) -> Family {
         let lines = self.joint_lines();
         let of = |kind, carrier| -> Vec<&JointLine> {

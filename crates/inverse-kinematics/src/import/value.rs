@@ -3,7 +3,7 @@ use roxmltree::Node;
 
 use crate::import::{ImportError, wrong};
 
-/// What a number with a unit behind it measures.
+/// Quantity of a number with a unit behind it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Unit {
     /// Becomes mm.

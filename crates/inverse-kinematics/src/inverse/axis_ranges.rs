@@ -44,7 +44,7 @@ pub struct AxisRange {
     pub half: AxisValues,
 }
 
-/// What is known of the axis values over a [`PoseSet`].
+/// Knowledge of the axis values over a [`PoseSet`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "copied about on the stack only, where a box would cost more")]
 pub enum AxisRanges {

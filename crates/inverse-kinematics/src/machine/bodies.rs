@@ -45,7 +45,7 @@ pub struct BodyPose<'a> {
 }
 
 impl MachineBody {
-    /// What findings call it.
+    /// Returns the name in findings.
     pub fn name(&self) -> &str {
         &self.body.name
     }

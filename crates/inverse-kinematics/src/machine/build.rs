@@ -114,7 +114,7 @@ impl Walked {
         ScrewChain { screws: screws.collect(), table_from_nose: table_from_bed * self.heads[head].end() }
     }
 
-    /// What the view of a head knows of the other one.
+    /// Returns the data that the view of a head has of the other one.
     fn other(&self, file: &MachineFile, head: usize, axes: &[Axis], chain: &ScrewChain) -> Option<OtherChain> {
         let other = (0..self.heads.len()).find(|&k| k != head)?;
         let mut own: OwnAxes = std::array::from_fn(|k| chain.screws[k].axis as u8);

@@ -229,7 +229,7 @@ pub(crate) fn check_feed(feed: &FeedFile) -> Checked {
     feed.rapid_mm_min.map_or(Ok(()), |v| limited("feed.rapid_mm_min".to_owned(), None, v))
 }
 
-/// What is marked as assumed has to exist.
+/// Checks that the items marked as assumed exist.
 pub(crate) fn check_assumed(file: &MachineFile) -> Checked {
     if let Some(source) = &file.source {
         check_name("source", source)?;

@@ -10,7 +10,7 @@ use crate::machine_file::error::MachineError;
 use crate::solver::inverse_solution::OwnAxes;
 use crate::solver::screw_chain::ScrewChain;
 
-/// What the view of one head knows of the other one.
+/// Data that the view of one head has of the other one.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct OtherChain {
     /// From the table to the other tool.

@@ -32,8 +32,8 @@ pub const MACHINE_LIMITS: [KeyLimit; 18] = [
     KeyLimit::new("max_wind_up_turns", 1.0, 1000.0),
 ];
 
-/// What is wrong with a value by the limits of its key; `None` where nothing is, or the key has
-/// none.
+/// Returns the fault of a value by the limits of its key; `None` if it has none, or the key has no
+/// limits.
 ///
 /// `field` is a path such as `tool_chains[0].rows[1].joint.prismatic.max_velocity_mm_min`.
 pub(crate) fn beyond_limits(field: &str, value: f64) -> Option<FieldProblem> {

@@ -32,7 +32,7 @@ pub enum AssumedValue {
     MaxJerk,
     /// Shapes, places and clearances of bodies.
     Bodies,
-    /// What the control does between two positions.
+    /// Motion of the control between two positions.
     Motion,
     /// Feeds the control can be given.
     Feed,

@@ -17,7 +17,7 @@ pub enum MachineError {
         field: String,
         /// The axis the field belongs to, as the file calls it.
         axis: Option<String>,
-        /// What is wrong with it.
+        /// Fault.
         problem: FieldProblem,
     },
     /// There is no inverse solution for these joints.
@@ -85,7 +85,7 @@ pub enum MachineError {
     },
 }
 
-/// What is wrong with a field of a machine file.
+/// Fault of a field of a machine file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum FieldProblem {
     /// NaN or infinite.

@@ -49,7 +49,7 @@ pub struct BodyMesh<'a> {
     pub field: String,
     /// Name of the body.
     pub body: &'a str,
-    /// What the field says.
+    /// Content of the field.
     pub shape: &'a MeshShapeFile,
 }
 

@@ -168,7 +168,7 @@ fn chord_of_angle(angle: f64) -> f64 {
     2.0 * (0.5 * angle).sin()
 }
 
-/// What is meant between two positions.
+/// Ideal motion between two positions.
 struct Meant {
     start: ClPoint,
     tip_way: Vector3<f64>,

@@ -62,10 +62,10 @@ impl MotionTolerance {
 /// rounding would decide whether a block holds.
 const LEAST_TOLERANCE: Deviation = Deviation { tip: 1e-6, axis: 1e-9 };
 
-/// What [`linearise`] is to hold.
+/// Requirements of [`linearise`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Linearisation {
-    /// What the control does between two positions.
+    /// Motion of the control between two positions.
     pub law: BlockLaw,
     /// Distance from the tip to the spindle nose, mm.
     pub tool_length: f64,

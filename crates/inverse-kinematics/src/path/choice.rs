@@ -5,7 +5,7 @@ use crate::axes::axis_values::AxisValues;
 use crate::machine::Machine;
 use crate::solver::inverse_solution::Unreachable;
 
-/// What lies between two neighbouring poses of a path.
+/// Kind of a segment between two neighbouring poses of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SegmentKind {
     /// The tool cuts: the axes have to go on continuously.
@@ -14,8 +14,8 @@ pub enum SegmentKind {
     Link,
 }
 
-/// What axes do between two poses other than to go on along the ideal motion: the tip on a straight
-/// line, the tool axis turning evenly in the plane of its ends.
+/// Motion of the axes between two poses, other than the ideal one: the tip on a straight line, the
+/// tool axis turning evenly in the plane of its ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
     /// A limited rotary axis turns back, or on, by full turns beside what the motion asks for. Told
@@ -36,7 +36,7 @@ pub enum Change {
 pub struct PathChange {
     /// Index of the segment.
     pub segment: usize,
-    /// What changes.
+    /// Kind of the change.
     pub change: Change,
 }
 
@@ -84,11 +84,11 @@ pub struct PathChoice {
     pub free_turns: Vec<FreeTurn>,
     /// Stretches within [`PathSettings::singular_cone`], ascending.
     pub singular: Vec<SingularStretch>,
-    /// What was minimised last: sum over segments of the weighted time of the slowest axis, s.
+    /// Last criterion of the choice: sum over segments of the weighted time of the slowest axis, s.
     pub weighted_time: f64,
 }
 
-/// What a path costs beside its changes.
+/// Costs of a path besides its changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathSettings {
     /// Factor on the travel time of every axis, 0 or more.

@@ -29,7 +29,7 @@ pub(crate) struct Node {
     pub(crate) values: AxisValues,
 }
 
-/// What stations are made from.
+/// Source of the stations.
 #[derive(Clone, Copy)]
 pub(crate) struct Poses<'a> {
     pub(crate) machine: &'a Machine,

@@ -20,7 +20,7 @@ pub(crate) struct DirectionPair {
     /// +1, or −1 where the first axis had to be reversed so that it is within 90° of the spindle at
     /// the zero pose.
     first_sign: f64,
-    /// What [`DirectionPair::solve_regular`] needs of the sides.
+    /// Constants of the sides for [`DirectionPair::solve_regular`].
     constants: SideConstants,
 }
 

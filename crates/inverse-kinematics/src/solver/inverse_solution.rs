@@ -60,7 +60,7 @@ pub struct InverseSolutions {
 /// Joints between the workpiece and every tool that is solved here.
 pub(crate) const N_JOINTS: usize = 5;
 
-/// What all solutions for one head of two have in common.
+/// Common part of all solutions for one head of two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Kept {
     own: OwnAxes,

@@ -9,8 +9,8 @@ use crate::solver::screw_chain::ScrewChain;
 /// the i-th function of the first, the j-th of the second, the k-th of the third.
 pub(crate) type Coefficients = [f64; 27];
 
-/// What two linear joints cannot do: the tip's distance from the plane in which they move it, as a
-/// function of three rotary values.
+/// Condition that two linear joints cannot meet: the tip's distance from the plane in which they
+/// move it, as a function of three rotary values.
 ///
 /// With d and e the directions of the linear joints, the distance times |d × e| is det(d, e, tip −
 /// offset). Every rotary joint turns all that stands behind it alike, and a determinant does not

@@ -152,7 +152,7 @@ struct Piece {
     width: f64,
 }
 
-/// What the signs of the coefficients tell.
+/// Conclusion from the signs of the coefficients.
 enum Signs {
     NoRoot,
     OneRoot,
@@ -261,7 +261,7 @@ impl Piece {
     }
 }
 
-/// What does not depend on the polynomial.
+/// Part that does not depend on the polynomial.
 struct Basis {
     /// Bernstein coefficients on the arc around angle 0 from samples.
     from_samples: [[f64; SAMPLES]; ORDER],

@@ -113,7 +113,8 @@ impl<'m> Oracle<'m> {
         None
     }
 
-    /// What runs from random seeds find within the limits, rotary values in ±π.
+    /// Returns the solutions that runs from random seeds find within the limits, rotary values in
+    /// ±π.
     pub fn solutions(&self, cl: &ClPoint, n_seeds: usize, r: &mut Random) -> Vec<Found> {
         let mut all = Vec::new();
         for _ in 0..n_seeds {

@@ -86,7 +86,7 @@ fn product_of_screws_is_product_of_rows() {
             let difference: Matrix4<f64> = by_rows - by_screws.to_homogeneous();
             let turn = difference.fixed_view::<3, 3>(0, 0).abs().max();
             let shift = difference.column(3).abs().max();
-            // What is within rounding of parallel is set parallel, which turns a line by 1e-14.
+            // Lines within rounding of parallel are set parallel, which turns a line by 1e-14.
             assert!(
                 turn < 1e-12 && shift < 1e-9,
                 "round {round}: {turn:e}, {shift:e} mm: {lines:?}\n{end:?}\n{rows:?}"

@@ -1,4 +1,4 @@
-//! What kind of machine it is, how its axes lie, and which directions its tool axis takes.
+//! Kind of a machine, directions of its axes, and directions that its tool axis can take.
 
 use crate::common::*;
 use facemill_inverse_kinematics::*;

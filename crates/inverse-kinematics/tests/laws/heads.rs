@@ -415,7 +415,7 @@ fn paths_and_lines_leave_the_other_head_where_it_was() {
             let at_home = choose_along(view, &poses, &segments, None, TOOL, &settings).unwrap();
             let home = view.home();
             assert!(at_home.values.iter().all(|q| (0..9).all(|k| view.moves_tool(k) || q[k] == home[k])));
-            // What the other head costs is no matter of the path.
+            // The cost of the other head does not concern the path.
             let mut free = settings;
             (0..9).filter(|&k| !view.moves_tool(k)).for_each(|k| free.weights[k] = 0.0);
             let unweighted = choose_along(view, &poses, &segments, Some(&start), TOOL, &free).unwrap();

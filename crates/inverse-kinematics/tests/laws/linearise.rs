@@ -119,7 +119,7 @@ fn there_are_at_most_a_tenth_more_blocks_than_the_optimum() {
         }
     }
     assert!(n_cases > 50, "{n_cases}");
-    // What really holds, proven or not; its grid is finite too.
+    // The optimum holds really, proven or not; its grid is finite too.
     assert!(100 * found <= 102 * optimum, "{found} blocks in all, {optimum} would do");
 }
 

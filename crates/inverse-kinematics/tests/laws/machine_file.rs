@@ -1,4 +1,4 @@
-//! What a machine file says and what is refused in it.
+//! Content of a machine file, and refusals.
 
 use crate::common::*;
 use facemill_cl_data::{CuttingLaw, RapidLaw, Solid};

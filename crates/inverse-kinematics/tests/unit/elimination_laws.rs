@@ -1,4 +1,4 @@
-//! What the elimination of rotary values rests on.
+//! Foundations of the elimination of rotary values.
 
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 

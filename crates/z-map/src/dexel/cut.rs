@@ -12,7 +12,7 @@ use crate::dexel::run::{Ask, Scan, rows_to_look_at, run_of_row};
 use crate::dexel::steps::{Step, StepResult};
 use crate::dexel::tile::{SIDE, Tile};
 
-/// What a sweep took out of the stock.
+/// Material that a sweep removed from the stock.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cut {
     /// Volume, mm³: length taken out of the lines by the area of a cell.
@@ -100,7 +100,7 @@ pub(crate) struct Window<'a> {
     pub(crate) i0: usize,
     pub(crate) j0: usize,
     pub(crate) tile: &'a mut Tile,
-    /// What vector instructions there are.
+    /// Available vector instructions.
     pub(crate) arch: pulp::Arch,
 }
 
@@ -136,7 +136,7 @@ pub(crate) struct Glance<'a> {
     pub(crate) i0: usize,
     pub(crate) j0: usize,
     pub(crate) tile: &'a Tile,
-    /// What vector instructions there are.
+    /// Available vector instructions.
     pub(crate) arch: pulp::Arch,
 }
 

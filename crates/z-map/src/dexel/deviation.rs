@@ -84,7 +84,7 @@ pub struct Deviation<'a> {
     tiles: Vec<TilePlaces>,
 }
 
-/// What is kept of a place.
+/// Record of a place.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Record {
     pub height: f64,

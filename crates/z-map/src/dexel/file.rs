@@ -4,7 +4,7 @@ use crate::dexel::grid::{DexelGrid, GridError};
 use crate::dexel::map::{Broken, DexelMap};
 use crate::dexel::tile::Interval;
 
-/// What a stock file begins with.
+/// First bytes of a stock file.
 const MAGIC: &[u8; 8] = b"FMDEXEL\n";
 /// Version of the format.
 const VERSION: u32 = 2;
@@ -50,7 +50,7 @@ pub enum StockFileError {
     Count {
         /// Sum over the lines.
         found: u64,
-        /// What the head says.
+        /// Size by the head.
         expected: u64,
     },
     /// A line is not sound.

@@ -40,7 +40,7 @@ pub enum StockError {
     },
 }
 
-/// What [`DexelMap::check_invariants`] found wrong.
+/// Fault that [`DexelMap::check_invariants`] found.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("dexel line ({i}, {j}): {what}")]
 pub struct Broken {
@@ -48,7 +48,7 @@ pub struct Broken {
     pub i: usize,
     /// Row of the line.
     pub j: usize,
-    /// What is wrong there.
+    /// Fault there.
     pub what: String,
 }
 

@@ -36,7 +36,7 @@ pub enum MeshStockError {
     #[error("the region from ({}, {}) to ({}, {}) mm is no rectangle with stock in it; the stock is from ({:.3}, {:.3}) to \
         ({:.3}, {:.3}) mm", region[0][0], region[0][1], region[1][0], region[1][1], low.x, low.y, high.x, high.y)]
     BadRegion {
-        /// What was asked for, map frame, mm.
+        /// Requested region, map frame, mm.
         region: [[f64; 2]; 2],
         /// Low corner of the stock.
         low: Point3<f64>,
@@ -59,8 +59,8 @@ pub(crate) const QUANTUM: f64 = 1.0 / (1u64 << 26) as f64;
 /// Largest coordinate: products of two differences must fit into 127 bits with room to spare.
 pub(crate) const MAX_REACH: f64 = (1u64 << 24) as f64;
 
-/// What lines may seem to leave a solid before they enter it, mm: heights of two triangles that
-/// touch are rounded.
+/// Distance by which lines may seem to leave a solid before they enter it, mm: heights of two
+/// triangles that touch are rounded.
 const ROUNDING: f64 = 1e-6;
 
 /// A place in the lattice's plane, in quanta.
@@ -130,7 +130,7 @@ impl DexelMap {
 
     /// [`DexelMap::of_mesh_with_allowance`], or [`DexelMap::of_layer`] where `is_closed` is false,
     /// with lines over a rectangle of the map's xy plane only, between its low and its high corner.
-    /// What lies beside is not represented.
+    /// Material beside the region is not represented.
     ///
     /// # Errors
     /// As for those; and when the rectangle is beside the stock.

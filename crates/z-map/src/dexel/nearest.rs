@@ -91,7 +91,7 @@ impl<'a> Search<'a> {
     ) -> Self {
         let map_from_solid = grid.work_from_map().inv_mul(work_from_solid);
         let around = solid.dilated(-solid.rounding()).aabb().transformed(&map_from_solid);
-        // What is not told to be nearer than this by the resolution is not looked for.
+        // Material that is not nearer than this by the resolution is not sought.
         let least = at_most + solid.rounding() + RESOLUTION;
         let enough = enough + solid.rounding();
         Self { grid, solid, solid_from_map: map_from_solid.inverse(), around, enough, least, found: None }
@@ -112,9 +112,9 @@ impl<'a> Search<'a> {
         self.solid.core_distance(&(self.solid_from_map * p))
     }
 
-    /// What the undilated solid is apart from a box of the map's frame at least: as its own box is;
-    /// and as the middle is, less the farthest way from there, because the distance changes by no
-    /// more than the way.
+    /// Returns a lower bound on the distance of the undilated solid from a box of the map's frame:
+    /// that of its own box; and that of the middle, less the farthest distance from there, because
+    /// the distance changes by no more than the motion.
     fn apart(&self, from: &Aabb) -> f64 {
         let gap = (self.around.min - from.max).sup(&(from.min - self.around.max)).sup(&Vector3::zeros()).norm();
         if self.is_no_nearer(gap) { gap } else { gap.max(self.distance(&from.center()) - from.half_extents().norm()) }
@@ -187,8 +187,8 @@ impl<'a> Search<'a> {
 const LONGER: f64 = 0.618_033_988_749_895;
 const SHORTER: f64 = 1.0 - LONGER;
 
-/// What a convex function is at least between the first and the last of four rising places, from
-/// its values there.
+/// Returns a lower bound of a convex function between the first and the last of four rising places,
+/// from its values there.
 fn least_between(z: &[f64; 4], f: &[f64; 4]) -> f64 {
     let slope = |k: usize| (f[k + 1] - f[k]) / (z[k + 1] - z[k]);
     let outer = f[1] - slope(1).max(0.0) * (z[1] - z[0]);

@@ -9,8 +9,8 @@ use crate::dexel::bodies::straight::{Swept, Warmth, interval};
 use crate::dexel::grid::DexelGrid;
 use crate::dexel::tile::{DUST, SIDE, Tile};
 
-/// What a bound must clear the material by, mm: above the rounding of heights and of the slopes
-/// that bounds are made of. Larger costs the exact answer for lines that are nearly touched.
+/// Distance by which a bound must clear the material, mm: above the rounding of heights and of the
+/// slopes that bounds are made of. Larger costs the exact answer for lines that are nearly touched.
 const CLEAR: f64 = 1e-6;
 
 /// The lines of a row that may meet a swept solid.
@@ -108,7 +108,7 @@ pub(crate) struct Ask<'a, 'b> {
     pub(crate) run: Run,
 }
 
-/// What of a line in a tile a solid meets, and in which column.
+/// Part of a line in a tile that a solid meets, and its column.
 pub(crate) type Met = (usize, [f64; 2]);
 
 impl NullaryFnOnce for Ask<'_, '_> {
@@ -182,7 +182,7 @@ fn places(grid: &DexelGrid, first: usize) -> Wide {
     x
 }
 
-/// What is quickly told of sixteen lines; `None` where bounds tell that none is touched.
+/// Returns the quickly found losses of sixteen lines; `None` if bounds prove that none is touched.
 #[inline(always)]
 fn look(swept: &Swept, x: &Wide, tops: &Wide, run: &mut Run) -> Option<Verdicts> {
     let mut floors = [0.0; LANES];

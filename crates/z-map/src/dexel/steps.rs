@@ -6,7 +6,7 @@ use crate::dexel::job::{BATCH, Plan, Wider, tasks};
 use crate::dexel::map::DexelMap;
 use crate::dexel::tile::{SIDE, Tile};
 
-/// What is done with the stock, one step after the other.
+/// Operations on the stock, one after the other.
 #[derive(Clone, Copy, Debug)]
 pub enum Step<'a> {
     /// Takes what is swept out of it, as [`DexelMap::remove`] does.
@@ -15,7 +15,7 @@ pub enum Step<'a> {
     Ask(Sweep<'a>),
 }
 
-/// What a step took or met.
+/// Material that a step removed or met.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepResult {
     /// Volume that was taken out, mm³; 0 of a step that asks.
@@ -34,7 +34,7 @@ impl<'a> Step<'a> {
     }
 }
 
-/// What a step did on one tile.
+/// Result of a step on one tile.
 type OnTile = (usize, [f64; 2], Option<Deepest>);
 
 impl DexelMap {

@@ -205,7 +205,7 @@ impl Tile {
         (0..LINES).map(|line| self.intervals(line).map(|i| i.top - i.bottom).sum::<f64>()).sum()
     }
 
-    /// What is wrong with the tile, if anything: with which line, and what.
+    /// Returns the fault of the tile, if it has one: its line, and the fault.
     pub(crate) fn fault(&self) -> Option<(usize, String)> {
         let mut n_further = 0;
         for line in 0..LINES {

@@ -61,8 +61,8 @@ impl TriDexel {
     /// As for one map; nothing is removed then.
     pub fn remove_all(&mut self, sweeps: &[Sweep], tolerance: f64) -> Result<Vec<Cut>, SweepError> {
         let mut cuts = vec![Cut::default(); sweeps.len()];
-        // What is wrong with a sweep does not depend on the map: the first one refuses it before
-        // any is cut.
+        // The fault of a sweep does not depend on the map: the first map refuses it before any is
+        // cut.
         for map in &mut self.maps {
             for (sum, cut) in cuts.iter_mut().zip(map.remove_all(sweeps, tolerance)?) {
                 sum.volume += cut.volume / 3.0;

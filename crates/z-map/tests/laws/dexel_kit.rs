@@ -91,7 +91,7 @@ pub(crate) fn stamps(cutter: [f64; 3], dilation: f64, sweep: &Sweep, n: u32, at:
     union
 }
 
-/// What of `inner` is outside of `outer`: the longest piece.
+/// Returns the longest piece of `inner` outside of `outer`.
 pub(crate) fn longest_outside(inner: &[[f64; 2]], outer: &[[f64; 2]]) -> f64 {
     let mut longest: f64 = 0.0;
     for &[from, to] in inner {
@@ -105,7 +105,7 @@ pub(crate) fn longest_outside(inner: &[[f64; 2]], outer: &[[f64; 2]]) -> f64 {
     longest
 }
 
-/// What a line of a block that reached from `low` to `high` has lost.
+/// Returns the losses of a line of a block that reached from `low` to `high`.
 pub(crate) fn lost(left: impl Iterator<Item = Interval>, low: f64, high: f64) -> Vec<[f64; 2]> {
     let mut lost = Vec::new();
     let mut at = low;

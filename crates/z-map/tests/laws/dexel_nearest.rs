@@ -83,7 +83,7 @@ fn the_nearest_material_is_as_near_as_the_nearest_point_of_all_lines() {
                 of_place >= distance && of_place <= distance + RESOLUTION + 1e-9,
                 "{of_place} at {place}: {distance}"
             );
-            // What is looked for up to somewhere is found where it is nearer, and only there.
+            // A query up to a distance finds material that is nearer, and only that.
             for (at_most, is_nearer) in
                 [(0.5 * distance, false), (distance - RESOLUTION, false), (distance + 2.0 * RESOLUTION, true)]
             {

@@ -23,8 +23,8 @@ const CELLS: [f64; 4] = [1.0, 0.5, 0.25, 0.125];
 /// row of cells, and of others.
 const PLACES: [u32; 2] = [64, 16];
 
-/// What the order of so few places may be less than expected: the root mean squares are known to
-/// some 18 % or better.
+/// Largest lack of the order of so few places below the expected one: the root mean squares are
+/// known to some 18 % or better.
 const SCATTER: f64 = 0.2;
 
 /// A turn about z and a shift across it to anywhere in a cell.
@@ -34,7 +34,7 @@ fn anywhere(random: &mut Random, cell: f64) -> Isometry3<f64> {
     Isometry3::from_parts(shift, heading)
 }
 
-/// What poses one after the other take out of a block, moved, mm³.
+/// Returns the volume that poses one after the other remove from a block, moved, mm³.
 fn removed(map: &mut DexelMap, body: &TurnedBody, way: &[ClPoint], place: &Isometry3<f64>, tolerance: f64) -> f64 {
     let moved: Vec<ClPoint> = way.iter().map(|p| p.transformed(place)).collect();
     let sweeps: Vec<Sweep> = moved.windows(2).map(|w| Sweep { body, from: w[0], to: w[1] }).collect();

@@ -124,7 +124,7 @@ fn a_turning_sweep_of_a_face_mill_is_within_its_tolerance_of_stamps() {
     }
 }
 
-/// What is asked coarsely first is answered as if it had been asked finely.
+/// A query that looks coarsely first has the answer of a fine one.
 #[test]
 fn meeting_a_turning_body_tells_the_depth_that_cutting_it_takes() {
     let mut random = Random(23);

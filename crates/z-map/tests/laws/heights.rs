@@ -1,4 +1,4 @@
-//! What the nodes and cells of a Z-map say of the mesh.
+//! Nodes and cells of a Z-map against the mesh.
 
 use facemill_surface_model::TriMesh;
 use facemill_z_map::{ZMap, ZMapError, ZMapSettings};

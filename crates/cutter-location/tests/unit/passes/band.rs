@@ -1,6 +1,6 @@
 use crate::passes::band::*;
 
-/// What the smoothed sequence is to make smallest, by its definition.
+/// Returns the energy that the smoothed sequence minimises, by its definition.
 fn energy(times: &[f64], targets: &[f64], weights: &[f64], tau: f64, y: &[f64]) -> f64 {
     let near: f64 = (0..y.len()).map(|k| weights[k] * (y[k] - targets[k]).powi(2)).sum();
     let bend = |k: usize| {

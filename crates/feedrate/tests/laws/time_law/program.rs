@@ -277,7 +277,7 @@ fn blending_takes_no_longer_than_stopping() {
     }
 }
 
-/// What the law costs, without a clock: spans take the computing, and no line has many of them,
+/// Cost of the law, without a clock: spans take the computing, and no line has many of them,
 /// however it zigzags.
 #[test]
 fn jagged_lines_take_few_parts_each_and_less_time_than_stops() {

@@ -25,7 +25,7 @@ pub(super) fn from_path(machine: &Machine, start: &AxisValues, end: &AxisValues,
     times.sort_by(f64::total_cmp);
     times.dedup();
     let at = |t: f64| machine.cl_point(&per_axis(machine, start, end, t), tool_length);
-    // What is really there at the bends tells how sharp the bound has to be.
+    // The real deviation at the bends decides how sharp the bound has to be.
     let bends = times.iter().map(|&t| meant.deviation_from_path(&at(t)));
     let found = bends.fold(Deviation::default(), |worst, here| worst.max(&here));
     let mut worst = Deviation::default();

@@ -164,7 +164,7 @@ impl<'a> Segment<'a> {
         Ok(Steps::Many(self.even(steps.clone(), Some(steps.clone())).unwrap_or(steps)))
     }
 
-    /// What is meant at a fraction of the way.
+    /// Returns the ideal pose at a fraction of the way.
     fn meant(&self, t: f64) -> ClPoint {
         if t >= 1.0 {
             return *self.ends[1];

@@ -1,5 +1,5 @@
-//! What two positions mean, and how far the motion between them is from it, by dense sampling and
-//! matrices.
+//! Ideal motion of two positions, and the deviation of the real motion from it, by dense sampling
+//! and matrices.
 #![allow(dead_code, unreachable_pub, reason = "every test program uses a part of it")]
 
 use crate::common::cl_by_matrices;

@@ -28,7 +28,7 @@ pub struct TurnedBody {
     arcs: Vec<Arc>,
 }
 
-/// What a body is the hull of.
+/// Corner whose hull a body is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Corner {
     pub(crate) ring: RoundRing,
@@ -53,7 +53,7 @@ pub enum BodyError {
     BadRing {
         /// Which ring, from 0.
         index: usize,
-        /// What it is.
+        /// Ring.
         ring: RoundRing,
     },
     /// All rings lie in one plane without rounding, or on the axis.
@@ -241,7 +241,8 @@ impl Corner {
         radius * across + height * along + rounding * round
     }
 
-    /// What counts of the ring for normals upward along the axis (`along` above 0) or not.
+    /// Returns the part of the ring that counts for normals upward along the axis (`along` above 0)
+    /// or not.
     pub(crate) fn flat_end(&self, along: f64) -> RoundRing {
         if self.is_lower && along > 0.0 { self.sharp() } else { self.ring }
     }

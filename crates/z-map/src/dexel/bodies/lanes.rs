@@ -19,7 +19,7 @@ pub(crate) struct Gaps {
     pub(crate) facing: Wide,
 }
 
-/// What is known of sixteen lines.
+/// Verdicts on sixteen lines.
 pub(crate) struct Verdicts {
     /// The line's material is below the swept solid.
     pub(crate) is_untouched: [bool; LANES],
@@ -109,7 +109,7 @@ impl Lanes<'_> {
         Gaps { gap, up, facing }
     }
 
-    /// What is known where all lines meet the body at its start (`share` 0) or its end (1).
+    /// Returns the verdicts where all lines meet the body at its start (`share` 0) or its end (1).
     #[inline(always)]
     pub(crate) fn cap(&self, share: f64) -> Verdicts {
         let shares = [share; LANES];
@@ -142,8 +142,8 @@ impl Lanes<'_> {
         verdicts
     }
 
-    /// What is known where lines meet any part, and the place on the motion that the last line
-    /// touches.
+    /// Returns the verdicts where lines meet any part, and the place on the motion that the last
+    /// line touches.
     ///
     /// The place is where the entry is lowest: there the normal is across the motion. It is found
     /// by the secant method while Newton's method finds the entry. The entry is a convex function
@@ -262,7 +262,7 @@ impl Lanes<'_> {
         for l in 0..LANES {
             let (gap, f, s) = (at.gap[l], at.facing[l], share[l]);
             let (back, ahead) = (-s * f, (1.0 - s) * f);
-            // What the rest of the motion reaches along the normal.
+            // Reach of the rest of the motion along the normal.
             let reach = if back > ahead { back } else { ahead };
             is_untouched[l] = (gap >= reach - ROUNDING) & (at.up[l] <= 0.0);
             is_open[l] = !is_untouched[l] & (gap <= 0.0);

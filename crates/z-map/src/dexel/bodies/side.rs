@@ -55,7 +55,7 @@ enum Part {
     Tunnel,
 }
 
-/// What is known from the line before, to begin from; answers do not depend on it beyond rounding.
+/// Start values from the line before; answers do not depend on them beyond rounding.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Warm {
     part: Part,
@@ -133,7 +133,7 @@ impl<'a> Side<'a> {
         self.start.holds(p) || self.end.holds(p)
     }
 
-    /// What sixteen lines lose, as far as that is quickly told.
+    /// Returns the losses of sixteen lines, as far as they are quickly found.
     #[inline(always)]
     pub(crate) fn verdicts(&self, x: &Wide, y: f64, tops: &Wide, floors: &Wide, warm: &mut Warm) -> Verdicts {
         let Placed { body, ref tip, ref axis, .. } = self.start;
@@ -158,8 +158,8 @@ impl<'a> Side<'a> {
 }
 
 impl Warm {
-    /// What sixteen lines lose, as far as that is quickly told: first by the part that the last
-    /// line met.
+    /// Returns the losses of sixteen lines, as far as they are quickly found: first by the part
+    /// that the last line met.
     #[inline(always)]
     pub(crate) fn verdicts(&mut self, lanes: &Lanes) -> Verdicts {
         if self.part != Part::Tunnel {

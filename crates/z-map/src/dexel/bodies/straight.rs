@@ -51,7 +51,7 @@ pub(crate) struct Rows {
 #[derive(Clone, Copy, Debug)]
 struct Floor([f64; 3]);
 
-/// What the two sides know from the line before.
+/// Start values of the two sides from the line before.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Warmth {
     pub(crate) below: Warm,
@@ -88,7 +88,7 @@ impl<'a> Swept<'a> {
         self.rows = Rows::new(&self.way, self.window[0], grid);
     }
 
-    /// What sixteen lines lose, as far as that is quickly told.
+    /// Returns the losses of sixteen lines, as far as they are quickly found.
     #[inline(always)]
     pub(crate) fn verdicts(&self, x: &Wide, y: f64, tops: &Wide, floors: &Wide, warm: &mut Warmth) -> Verdicts {
         match &self.way {
@@ -120,8 +120,8 @@ impl<'a> Swept<'a> {
     }
 }
 
-/// What the line at (x, y) loses at most of a straight motion, if it may lose anything; its
-/// material ends at `highest`.
+/// Returns a bound on the loss of the line at (x, y) by a straight motion, if it may lose anything;
+/// its material ends at `highest`.
 #[inline]
 pub(crate) fn interval(
     [below, above]: &[Side; 2],

@@ -7,7 +7,7 @@ use crate::dexel::bodies::body::TurnedBody;
 /// turning evenly in the plane of both.
 #[derive(Clone, Copy, Debug)]
 pub struct Sweep<'a> {
-    /// What moves.
+    /// Moving body.
     pub body: &'a TurnedBody,
     /// Where it begins.
     pub from: ClPoint,
@@ -38,7 +38,7 @@ pub enum SweepError {
     Tolerance {
         /// Which of the sweeps, from 0.
         index: usize,
-        /// What was asked for, mm.
+        /// Requested tolerance, mm.
         tolerance: f64,
     },
 }
@@ -82,7 +82,7 @@ impl<'a> Part<'a> {
     }
 }
 
-/// What the parts of a sweep are for.
+/// Purposes of the parts of a sweep.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Purpose {
     /// To be cut: each at once with its turn, where that is less work than straight pieces.

@@ -61,8 +61,8 @@ impl<'a> Turning<'a> {
         self.ends[0].height_in(n).max(self.ends[1].height_in(n)) + self.slack * n.norm()
     }
 
-    /// What sixteen lines lose, as far as that is quickly told and within the tolerance. `floors`
-    /// are heights that the swept solid is not below.
+    /// Returns the losses of sixteen lines, as far as they are quickly found and within the
+    /// tolerance. `floors` are heights that the swept solid is not below.
     #[inline(always)]
     pub(crate) fn verdicts(&self, x: &Wide, y: f64, tops: &Wide, floors: &Wide, warm: &mut Warm) -> Verdicts {
         let course = self.course(x, y, tops);
