@@ -14,7 +14,7 @@ use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 /// A mesh with CC points on it.
 pub struct Scene {
-    /// What the bench calls it.
+    /// Name in the bench.
     pub name: &'static str,
     /// The mesh.
     pub mesh: TriMesh,

@@ -23,7 +23,7 @@ pub struct Step {
     pub way: f64,
     /// Way of the tip, as the virtual machine tells it, mm.
     pub tip_way: f64,
-    /// What the blocks took out of the stock, mm³.
+    /// Material that the blocks removed from the stock, mm³.
     pub removed: f64,
 }
 
@@ -74,7 +74,7 @@ impl Volumes {
         }
     }
 
-    /// What the stock lost, over chip area × way of the CC point.
+    /// Returns the loss of the stock over chip area × way of the CC point.
     pub fn ratio(&self) -> f64 {
         self.removed / self.by_area
     }

@@ -169,7 +169,7 @@ pub const CASES: [MeshCase; 8] = [
     },
 ];
 
-/// What became of a mesh.
+/// Result for a mesh.
 pub struct MeshOutcome {
     /// File.
     pub file: &'static str,

@@ -1,5 +1,5 @@
 //! A written program held against meshes by the kit's own interpreter, kinematics and distances.
-//! What it needs is taken from the files of the job alone.
+//! All data comes from the files of the job alone.
 
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 use serde_json::Value;
@@ -15,10 +15,10 @@ pub struct Ground {
     pub role: String,
     /// Its triangles, workpiece frame.
     pub bins: Bins,
-    /// What the cutter leaves on it, mm.
+    /// Material that the cutter leaves on it, mm.
     pub allowance: f64,
-    /// What other bodies keep off it, their own clearance aside, mm: the stock on it or its
-    /// allowance.
+    /// Distance that other bodies keep from it, besides their own clearance, mm: the stock on it or
+    /// its allowance.
     pub thickness: f64,
 }
 
@@ -33,7 +33,7 @@ pub struct Body {
 
 /// A setup of a job on the head-B, table-C mill, as far as it can be gouged.
 pub struct ReadBack {
-    /// What must not be cut.
+    /// Obstacles, which must not be cut.
     pub grounds: Vec<Ground>,
     /// The cutter.
     pub cutter: RoundedCylinder,
@@ -153,8 +153,8 @@ impl ReadBack {
         deepest
     }
 
-    /// What is left of the clearances of all bodies from stock and fixtures at a place, searched up
-    /// to `at_most`; negative: one is nearer than it may be.
+    /// Returns the rest of the clearances of all bodies from stock and fixtures at a place,
+    /// searched up to `at_most`; negative: one is nearer than it may be.
     pub fn room(&self, (tip, axis): &Place, at_most: f64) -> f64 {
         let mut room = at_most;
         for g in &self.grounds {

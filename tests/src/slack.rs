@@ -23,7 +23,7 @@ pub struct BlockSlack {
     pub proven: Option<f64>,
 }
 
-/// What blocks come to.
+/// Sums over blocks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Slacks {
     /// Blocks with a certificate, rapids included.

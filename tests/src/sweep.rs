@@ -55,7 +55,7 @@ impl Kind {
     }
 }
 
-/// What a sweep found.
+/// Result of a sweep.
 #[derive(Clone, Debug, Default)]
 pub struct Tally {
     /// Postures.

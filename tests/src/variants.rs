@@ -125,7 +125,7 @@ pub fn box_obj(low: [f64; 3], high: [f64; 3]) -> String {
     text
 }
 
-/// What a plan wrote for one setup.
+/// Files of a plan for one setup.
 pub struct Written {
     /// Report.
     pub report: Value,
@@ -137,7 +137,7 @@ pub struct Written {
     pub motions: Vec<Motion>,
     /// Of each motion the tip feed by the APT file, `None` for rapids.
     pub feeds: Vec<Option<f64>>,
-    /// What the program is held against.
+    /// Independent reading of the program.
     pub back: ReadBack,
 }
 
@@ -167,7 +167,7 @@ pub fn tiny_patch_planned() -> &'static Written {
     WRITTEN.get_or_init(|| planned(&tiny_patch()))
 }
 
-/// What was written for a setup, `suffix` behind the names of its files; it must be verified and
+/// Returns the files of a setup, `suffix` behind their names; the program must be verified and
 /// without faults.
 ///
 /// # Panics

@@ -15,7 +15,7 @@ use facemill_surface_model::TriMesh;
 use facemill_z_map::{NodeHeights, ZMap, ZMapSettings};
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
 
-/// What the harness calls us in its tables.
+/// Our name in the harness' tables.
 const NAME: &str = "facemill";
 
 fn main() {

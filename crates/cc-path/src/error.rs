@@ -51,7 +51,7 @@ pub enum PathError {
         pass: usize,
         /// Index of the point in the pass, from 0.
         point: usize,
-        /// What is wrong with them.
+        /// Fault.
         source: CcPointError,
     },
     /// A path made in memory is not one that could be read.
@@ -64,7 +64,7 @@ pub enum PathError {
         setting: &'static str,
         /// Its value.
         value: f64,
-        /// What it may be.
+        /// Allowed range.
         range: &'static str,
     },
     /// The region names a mesh group that does not exist.
@@ -108,7 +108,7 @@ pub enum PathError {
         most_crossings: usize,
         /// From the first level to the last, mm.
         span: f64,
-        /// What makes them few enough.
+        /// Remedy.
         remedy: Remedy,
     },
     /// The region has to be cut up into more pieces than a plan may hold.
@@ -118,7 +118,7 @@ pub enum PathError {
         n_pieces: f64,
         /// Most there may be.
         limit: usize,
-        /// What makes them few enough.
+        /// Remedy.
         remedy: Remedy,
     },
     /// The settings ask for more points than a plan may have.
@@ -130,7 +130,7 @@ pub enum PathError {
         n_points: f64,
         /// Most there may be.
         limit: usize,
-        /// What makes them few enough.
+        /// Remedy.
         remedy: Remedy,
     },
     /// Stopped by the monitor.

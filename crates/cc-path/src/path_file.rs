@@ -60,7 +60,7 @@ pub struct PassFile {
     pub normals: Option<Vec<[f64; 3]>>,
 }
 
-/// What is wrong with a path file. Indices are from 0, written as the field's path.
+/// Fault of a path file. Indices are from 0, written as the field's path.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PathFileError {
     /// Not the JSON of a path file.
@@ -136,7 +136,8 @@ impl PathFile {
         Self { format: PathFormat::V1, frame: PathFrame::Work, passes: passes.into_iter().map(pass_file).collect() }
     }
 
-    /// What [`read_path_file`] checks beyond the form of the JSON, for paths made in memory.
+    /// Checks a path as [`read_path_file`] does beyond the form of the JSON, for paths made in
+    /// memory.
     ///
     /// # Errors
     /// As [`read_path_file`].

@@ -25,8 +25,8 @@ impl ErrorBudget {
         self.mesh_chord + self.control + self.simulated()
     }
 
-    /// What of the budget may be seen when the programmed motion itself is held against the mesh,
-    /// mm: all but the mesh's own error and the control's, neither of which is there then.
+    /// Returns the part of the budget that shows when the programmed motion itself is compared with
+    /// the mesh, mm: all but the mesh's own error and the control's, which are absent then.
     pub fn simulated(&self) -> f64 {
         self.path_chord + self.linearisation + self.gouge_tolerance
     }

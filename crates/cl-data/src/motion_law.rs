@@ -1,6 +1,6 @@
 //! Motion laws of a machine: cuts, rapids and the tolerance of the control.
 
-/// What a control does between two programmed positions of a cutting move.
+/// Motion of a control between two programmed positions of a cutting move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CuttingLaw {
     /// All machine axes move linearly together: the tip runs along a curve. Five-axis moves without
@@ -13,7 +13,7 @@ pub enum CuttingLaw {
     TipLinearVectorTurned,
 }
 
-/// What a control does between two programmed positions of a rapid. Under RTCP some keep the tip on
+/// Motion of a control between two programmed positions of a rapid. Under RTCP some keep the tip on
 /// a line at rapid rate, too: their rapids then have a [`CuttingLaw`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RapidLaw {
@@ -33,7 +33,7 @@ pub struct ControlTolerance {
 }
 
 impl ControlTolerance {
-    /// What a cutter of radius `radius` may lose by it, mm: path + R × orientation.
+    /// Returns the largest loss of a cutter of radius `radius` by it, mm: path + R × orientation.
     pub fn charge(&self, radius: f64) -> f64 {
         self.path + radius * self.orientation
     }

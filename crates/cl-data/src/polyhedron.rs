@@ -106,8 +106,8 @@ impl ConvexPolyhedron {
         self.center
     }
 
-    /// What the radius of the largest ball inside is at most, mm: half of the least width across a
-    /// face.
+    /// Returns an upper bound on the radius of the largest ball inside, mm: half of the least width
+    /// across a face.
     pub fn inner_radius_bound(&self) -> f64 {
         self.inner_radius_bound
     }

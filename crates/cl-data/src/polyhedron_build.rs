@@ -268,8 +268,8 @@ impl Cell {
         self
     }
 
-    /// What is behind a plane, to within `on_plane`; `None` where that is not a polyhedron of the
-    /// allowed size.
+    /// Returns the part behind a plane, to within `on_plane`; `None` if that is no polyhedron of
+    /// the allowed size.
     fn cut(&self, normal: &Vector3<f64>, offset: f64, on_plane: f64) -> Option<Self> {
         let heights: Vec<f64> = self.vertices.iter().map(|v| normal.dot(&v.coords) - offset).collect();
         let mut cut = Self { vertices: self.vertices.clone(), faces: Vec::new() };

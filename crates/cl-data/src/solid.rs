@@ -62,7 +62,7 @@ pub enum Solid {
 /// link's.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlacedSolid {
-    /// What a finding calls it.
+    /// Name in findings.
     pub name: String,
     /// Shape.
     pub solid: Solid,

@@ -19,7 +19,7 @@ pub fn is_cl_file(text: &[u8]) -> bool {
     })
 }
 
-/// What an APT file is written from. Workpiece frame, mm.
+/// Content of an APT file. Workpiece frame, mm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AptSpec {
     /// PARTNO.
@@ -81,11 +81,11 @@ pub struct AptStatement {
     pub line: u32,
     /// As it stands, continuation lines joined.
     pub text: Box<str>,
-    /// What it means, where it matters to the tool.
+    /// Meaning, as far as it concerns the tool.
     pub meaning: AptMeaning,
 }
 
-/// What an APT statement means.
+/// Meaning of an APT statement.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AptMeaning {
     /// PARTNO.

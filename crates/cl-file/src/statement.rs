@@ -63,7 +63,7 @@ impl RawStatement {
         let body = text.trim();
         let (body, is_continued) = match body.find('$') {
             Some(at) if body[at..].starts_with("$$") => (if at == 0 { body } else { body[..at].trim_end() }, false),
-            // What stands behind the mark is a comment.
+            // The text behind the mark is a comment.
             Some(at) => (body[..at].trim_end(), true),
             None => (body, false),
         };

@@ -21,7 +21,7 @@ pub use key_limit::KeyLimit;
 use schemars::{JsonSchema, generate::SchemaSettings};
 use serde::{Serialize, de::DeserializeOwned};
 
-/// What is wrong with a file, where, and what would be right.
+/// Fault of a file, with its place and the remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}{message}{}", self.place(), hint.as_ref().map(|h| format!("; {h}")).unwrap_or_default())]
 pub struct FormatError {
@@ -31,9 +31,9 @@ pub struct FormatError {
     pub line: usize,
     /// Column, from 1; 0 of a value that has no text.
     pub column: usize,
-    /// What is wrong.
+    /// Fault.
     pub message: String,
-    /// What to do, where it can be told.
+    /// Remedy, if one is known.
     pub hint: Option<String>,
 }
 

@@ -50,7 +50,7 @@ impl<'a> Placed<'a> {
     }
 }
 
-/// What an expression gives for the body in a [`Placed`]: compiled for each kind of body, as a
+/// Evaluates an expression for the body in a [`Placed`]: compiled for each kind of body, as a
 /// generic function is.
 macro_rules! for_body {
     ($placed:expr, |$body:ident| $value:expr) => {

@@ -73,7 +73,7 @@ impl ClosedParts {
     }
 }
 
-/// What is known of a component from its edges, the worst last.
+/// State of a component by its edges, the worst last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Whole {
     /// Every edge is run along as often in one sense as in the other.

@@ -108,7 +108,7 @@ impl MeshTree {
             if nearest.meets() {
                 break;
             }
-            // What waited may have been overtaken by a nearer triangle.
+            // A nearer triangle may have overtaken a node in the queue.
             if bound > nearest.beyond {
                 continue;
             }

@@ -55,8 +55,8 @@ pub trait Interference: Sync {
         SweepVerdict::Unproven(None)
     }
 
-    /// What [`lift_to_free`](crate::query::lift::lift_to_free) returns, for a positive resolution;
-    /// in steps unless the mesh knows better.
+    /// Returns the result of [`lift_to_free`](crate::query::lift::lift_to_free) for a positive
+    /// resolution; in steps unless the mesh knows better.
     fn least_lift(
         &self,
         solid: &Solid,

@@ -1,6 +1,6 @@
 //! Cubic spline with two continuous derivatives through table values.
 
-/// What holds at an end of a spline.
+/// Condition at an end of a spline.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum SplineEnd {
     /// The slope is given.

@@ -23,7 +23,7 @@ pub(crate) use raw_mesh::RawMesh;
 pub struct Imported {
     /// The mesh, mm, +Z up.
     pub mesh: TriMesh,
-    /// What was found and mended.
+    /// Repairs.
     pub report: RepairReport,
 }
 
@@ -33,7 +33,7 @@ pub struct Imported {
 pub struct ImportError {
     /// The file, as the caller named it.
     pub name: String,
-    /// What is wrong in it.
+    /// Fault.
     pub fault: ImportFault,
 }
 

@@ -35,7 +35,7 @@ pub enum ToolFileError {
         field: String,
         /// Its value.
         value: f64,
-        /// What it has to be.
+        /// Required value.
         expected: String,
     },
     /// Two lengths do not fit each other.
@@ -47,7 +47,7 @@ pub enum ToolFileError {
         reaches_mm: f64,
         /// Where they must reach.
         needed_mm: f64,
-        /// What is there.
+        /// Part there.
         to: &'static str,
     },
 }
@@ -144,7 +144,7 @@ impl ToolAssembly {
         &self.cutter
     }
 
-    /// What reports and the NC program call the tool.
+    /// Returns the name of the tool in reports and in the NC program.
     pub fn name(&self) -> &str {
         &self.file.name
     }
@@ -233,7 +233,7 @@ impl ToolAssembly {
 /// holds them against something has all of it with the frusta.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ToolSection {
-    /// What a finding calls it.
+    /// Name in findings.
     pub name: String,
     /// About the tool axis, in the tool frame; its rounding is the clearance.
     pub frustum: RoundFrustum,

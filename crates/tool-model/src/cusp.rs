@@ -4,7 +4,7 @@ use nalgebra::Point2;
 
 use crate::outline::Outline;
 
-/// What two neighbouring passes leave standing between them.
+/// Ridge that two neighbouring passes leave between them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Cusp {
     /// Height of the ridge above the surface along its normal, mm, at least 0.

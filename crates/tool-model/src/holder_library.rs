@@ -34,7 +34,7 @@ pub struct HoldersFile {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HolderFile {
-    /// What reports call it.
+    /// Name in reports.
     pub name: String,
     /// Diameter of the shank that it takes: that of the topmost section of a tool's body.
     pub bore_mm: f64,
@@ -83,7 +83,7 @@ pub enum HolderError {
         field: &'static str,
         /// The value.
         value: f64,
-        /// What it has to be.
+        /// Required value.
         expected: &'static str,
     },
     /// The sections of a holder are none, or end below the gauge line.
@@ -91,7 +91,7 @@ pub enum HolderError {
     Sections {
         /// Which holder, from 0.
         index: usize,
-        /// What is wrong.
+        /// Fault.
         problem: String,
     },
     /// The shank has another diameter than the holder takes.

@@ -142,7 +142,7 @@ impl OpenAssembly {
         self.file.holder.sections.len() > 1
     }
 
-    /// What a length that nothing forces rests on.
+    /// Returns the part that an unforced length rests on.
     #[must_use]
     pub fn rests_on(&self, length: AssemblyLength) -> &'static str {
         match (length, self.rigid_from.is_some()) {

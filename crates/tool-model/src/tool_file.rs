@@ -21,7 +21,7 @@ pub enum FormatTag {
 pub struct ToolFile {
     /// `"facemill-tool/1"`.
     pub format: FormatTag,
-    /// What reports and the NC program call the tool.
+    /// Name of the tool in reports and in the NC program.
     pub name: String,
     /// Number in the magazine (the T word).
     pub number: u32,

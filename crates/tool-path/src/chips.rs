@@ -24,7 +24,7 @@ pub const ROUGH_THICKNESS: f64 = 0.02;
 /// surface.
 const NOTHING: f64 = 1e-6;
 
-/// What the cutter takes at a point of a pass, or at most on the way between two.
+/// Chip of the cutter at a point of a pass, or the largest between two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chip {
     /// Section of the chip across the feed, mm².

@@ -12,7 +12,7 @@ pub struct Linearity {
     pub tolerance: f64,
     /// Rounding of the words.
     pub rounding: RoundingBound,
-    /// What the control does between blocks.
+    /// Motion of the control between blocks.
     pub law: CuttingLaw,
 }
 

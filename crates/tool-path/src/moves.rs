@@ -18,7 +18,7 @@ use crate::moves::sequencer::Sequencer;
 use crate::path_error::PathError;
 use crate::pieces::{Cut, LeftOut, Piece};
 
-/// What a move is for.
+/// Purpose of a move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MoveKind {
     /// Between passes, at rapid rate.
@@ -35,13 +35,13 @@ pub enum MoveKind {
 /// A move to a pose.
 #[derive(Clone, Copy, Debug)]
 pub struct Move {
-    /// What it is for.
+    /// Purpose.
     pub kind: MoveKind,
     /// Its end, workpiece frame.
     pub cl: ClPoint,
     /// Axis values at its end.
     pub axes: AxisValues,
-    /// What the cutter takes on it, at most; `None` outside the stock, and until it is known.
+    /// Largest chip on it; `None` outside the stock, and until it is known.
     pub chip: Option<Chip>,
 }
 
@@ -190,7 +190,7 @@ fn linked(
     Linker::new(test, &settings.link).link(from, to).map_err(|blocked| blocked_way(test, &what, &blocked))
 }
 
-/// What is said of a way that is blocked.
+/// Returns the error of a blocked link.
 pub fn blocked_way(test: &PoseTest<'_>, what: &str, blocked: &LinkBlocked) -> PathError {
     let p = blocked.pose.tip;
     let why = test.describe(&blocked.why);

@@ -58,7 +58,7 @@ impl OutlineTable {
                     && if at_end { apart <= AT_ENDS * width } else { turn <= TURN.min(STEEP_SHARE * steep) }
         };
         let mut nodes = vec![first];
-        // What is still to come, the nearest last.
+        // Open stretches, the nearest last.
         let mut open = vec![(last, 0)];
         let mut at = first;
         while let Some(&(next, halvings)) = open.last() {

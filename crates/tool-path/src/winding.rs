@@ -117,8 +117,8 @@ pub fn unwound(machine: &Machine, from: &AxisValues, to: &AxisValues) -> Option<
 /// as good.
 const LEAST_UNWOUND: f64 = 1e-6;
 
-/// What it costs to go from one cut to the next: on a link, or along a piece, where an axis turns
-/// with the tool, or turns back.
+/// Returns the cost of going from one cut to the next: on a link, or along a piece, where an axis
+/// turns with the tool, or turns back.
 fn cost(machine: &Machine, on_link: bool, from: &AxisValues, to: &AxisValues) -> Cost {
     let turns = u32::from(rewound_axis(machine, from, to).is_some());
     match (on_link, turns) {

@@ -10,7 +10,7 @@ use facemill::{CutRequest, Job, SilentStages};
 use facemill_tests::jobs::{JobFolder, set};
 use serde_json::{Value, json};
 
-/// What is said of a job with one value set.
+/// Returns the refusal of a job with one value set.
 fn refusal(job: &JobFolder, pointer: &str, value: Value) -> String {
     let before = job.json("job.json");
     job.set("job.json", &[(pointer, value)]);

@@ -43,7 +43,7 @@ fn job(from_radius: f64) -> JobFolder {
 /// over less than a metre.
 const ROUNDING: f64 = 2.0 * 5e-4 + 3.0 * 5e-5 * std::f64::consts::PI / 180.0 * 1000.0;
 
-/// What can be read of a plan without the planner.
+/// Data of a plan, read without the planner.
 struct ReadPlan {
     blocks: Vec<DualBlock>,
     heads: TwoHeads,
@@ -112,7 +112,7 @@ fn both_sides_of_a_blade_are_planned_run_and_certified_at_once() {
     assert!((8..=12).contains(&planned.report.totals.passes), "{:?}", planned.report.totals);
     let read = ReadPlan::of(&job, &planned);
     holds(&planned, &read);
-    // What is asked of the whole propeller.
+    // Requirements of the whole propeller.
     let pair = read.pair();
     assert!(number(&pair["paired_fraction"]) >= 0.9 && number(&pair["time_ratio"]) <= 0.65, "{pair}");
     obeys("report", &read.report);
@@ -306,7 +306,7 @@ fn what_a_limited_axis_parts_is_driven_from_end_to_end() {
     }
 }
 
-/// What every plan of both heads must hold.
+/// Checks the laws of every plan of both heads.
 fn holds(planned: &Planned, read: &ReadPlan) {
     let report = &planned.report;
     assert!(planned.is_clean(), "{:?} {:?}", report.findings, report.infeasible);

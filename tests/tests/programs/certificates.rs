@@ -9,7 +9,7 @@ use facemill_tests::shared::workspace;
 use facemill_tests::variants::{tiny_patch, written};
 use serde_json::{Value, json};
 
-/// What sampling may find beyond a certificate by the rounding of coordinates of metres, mm.
+/// Largest excess of sampling over a certificate by the rounding of coordinates of metres, mm.
 const ROUNDING: f64 = 1e-6;
 
 fn lines(certificates: &Value) -> Vec<(usize, Value)> {

@@ -96,7 +96,8 @@ fn area(job: &JobFolder, right: Beside) -> f64 {
     chip_of_pass(&section).expect("a section").area
 }
 
-/// What rounding of words to 0.001 mm does to a feed that is read back, as part of it.
+/// Returns the largest change of a feed that is read back by the rounding of words to 0.001 mm, as
+/// part of it.
 fn rounding(cut: &Cut) -> f64 {
     3e-3 / cut.length
 }

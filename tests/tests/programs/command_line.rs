@@ -66,8 +66,7 @@ fn trimming_more_than_allowed_is_exit_1_with_files_and_stopping_is_exit_1_withou
     let trimmed =
         report["totals"]["trimmed_points"].as_f64().unwrap() / report["totals"]["cc_points"].as_f64().unwrap();
     assert!(trimmed > report["totals"]["max_trimmed_fraction"].as_f64().unwrap());
-    // What is left is sound: the program leaves the part before the gaps and comes back behind
-    // them.
+    // The rest is sound: the program leaves the part before the gaps and comes back behind them.
     let faults: Vec<&Value> =
         report["findings"].as_array().unwrap().iter().filter(|f| f["kind"] != "near_miss").collect();
     assert!(report["verified"] == true && faults.is_empty(), "{faults:?}");

@@ -152,7 +152,7 @@ fn operations_keep_their_own_tolerances() {
     for (k, b) in budgets.iter().enumerate() {
         let of = |key: &str| number(&b[key]);
         let written = of("path_chord_mm") + of("linearisation_mm") + of("gouge_mm");
-        // What the control adds is no part of the text.
+        // The control's own contribution is no part of the text.
         assert!(totals[k] >= written - 1e-12 && totals[k] <= written + of("control_mm") + 1e-12, "{b}");
     }
     let blocks = |k: usize| w.motions.iter().filter(|m| !m.rapid && w.operation_of(m.line) == k).count();

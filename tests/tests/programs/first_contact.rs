@@ -1,5 +1,4 @@
-//! What someone meets who has just begun: a folder for a job, another file in its place, values set
-//! for one run.
+//! First contact of a user: a folder for a job, another file in its place, values set for one run.
 
 use std::collections::BTreeMap;
 
@@ -57,8 +56,8 @@ fn inputs(report: &Value) -> BTreeMap<String, String> {
     sums
 }
 
-/// What a plan prints as JSON is of its schema and nothing else; `--quiet` prints nothing, and the
-/// report tells what was set.
+/// A plan printed as JSON follows its schema and prints nothing else; `--quiet` prints nothing, and
+/// the report lists the values set.
 #[test]
 fn a_plan_tells_its_summary_as_json_or_nothing() {
     let f = tiny_patch();
@@ -130,8 +129,8 @@ fn an_example_is_for_the_machine_and_control_that_are_asked_for() {
     }
 }
 
-/// What is given in place of a program is called by its format, also where more of it follows than
-/// is looked at.
+/// An error on another file in place of a program names its format, also where more of it follows
+/// than is read.
 #[test]
 fn a_file_of_another_format_is_no_program() {
     let f = tiny_patch();

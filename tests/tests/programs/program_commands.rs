@@ -162,7 +162,7 @@ fn nothing_but_f_words_changes_and_the_tip_keeps_to_its_feed() {
                     .collect();
                 let from = last.replace(words.clone());
                 let (Some(from), MotionKind::Linear) = (from, is.kind) else {
-                    // What is kept has the feed that it had.
+                    // A kept block has its old feed.
                     assert_eq!(was.feed.map(|f| f.value), is.feed.map(|f| f.value), "line {}", old.line);
                     continue;
                 };
@@ -295,7 +295,7 @@ fn chip_areas_of_simple_cases_are_told() {
     }
 }
 
-/// What a Heidenhain control needs to be told, and others may be: how far it may leave the path.
+/// Checks the tolerance of the path, which a Heidenhain control needs and others accept.
 fn smoothing(job: &JobFolder) {
     let allowed = [("path_mm", json!(0.004)), ("orientation_deg", json!(0.005))];
     let allowed = allowed.map(|(key, value)| (format!("/motion/control_tolerance/{key}"), value));
@@ -422,7 +422,7 @@ fn feedrate_refuses_what_cannot_be_meant() {
     assert!(code == Some(0) && errors.contains("a stop at every corner"), "{errors}");
 }
 
-/// What is planned for other controls is read back, run and free of findings, as for the first one.
+/// Plans for other controls are read back, run and free of findings, as for the first one.
 #[test]
 fn programs_for_other_controls_are_planned_and_verified() {
     let plan = |dialect, mode, words: &[&str]| plan_for(dialect, mode, "axes_linear", words);
@@ -494,7 +494,8 @@ fn programs_from_anywhere_are_run_as_the_job_stands() {
     let file = found();
     assert_eq!(file["format"], "facemill-verification/1");
     assert_eq!(file["findings"], json!([]));
-    // What a FANUC program leaves to the control's settings is told, and nothing that it says.
+    // The report lists the control's settings that a FANUC program leaves open, and nothing that
+    // the program says.
     let rests_on: Vec<&str> =
         file["assumptions"].as_array().unwrap().iter().filter_map(|a| a["text"].as_str()).collect();
     let expected = [

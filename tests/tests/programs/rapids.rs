@@ -170,7 +170,7 @@ fn a_link_with_nothing_in_the_way_is_one_block_and_is_so_again() {
     let link = &made.file.links[0];
     assert!(link.lower_bound_s <= link.time_after_s + 1e-9 && link.time_after_s < link.time_before_s, "{link:?}");
 
-    // What is more than places stays, and is told.
+    // Words that are more than places stay, and are reported.
     for (across, why) in [
         ("G0 Z440.\nG91 X-60. Y5.\nG90 Z330.\n", "line 10: `G91`"),
         ("G0 Z440.\n/X-30. Y5.\nZ330.\n", "line 10: block that may be skipped"),

@@ -40,7 +40,7 @@ fn read(name: &str, text: &str, reader: Reader) -> ReadProgram {
     reader(text.as_bytes()).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
-/// What a program holds.
+/// Content of a program.
 #[derive(Debug, Default, PartialEq, Eq)]
 struct Summary {
     blocks: usize,
@@ -225,7 +225,7 @@ fn published_apt_files_hold_what_a_plain_count_finds() {
     }
 }
 
-/// What an APT file holds.
+/// Content of an APT file.
 struct AptSummary {
     /// Rapid, linear, arc, at cycle positions.
     points: [usize; 4],

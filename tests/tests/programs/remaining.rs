@@ -1,5 +1,4 @@
-//! What a program leaves on the surface that is asked for, as plans and verifications measure it on
-//! its text.
+//! Material left on the requested surface, as plans and verifications measure it on their text.
 
 use std::path::Path;
 
@@ -267,7 +266,7 @@ fn neither_facets_nor_step_over_nor_thin_stock_hide_a_pass_that_is_not_cut() {
     let without = without_a_pass(&program(&plan));
     let coarse = left_by(&job, &without);
     assert!(coarse.exceeded && coarse.above_fraction > 0.02, "{coarse:?}");
-    // What is left is the same, however the plate is divided: the strip shows on every line across.
+    // The rest is the same, however the plate is divided: the strip shows on every line across.
     write_plate(&job, 150, 80);
     let fine = left_by(&job, &without);
     assert!((fine.above_fraction / coarse.above_fraction - 1.0).abs() < 0.01, "{coarse:?} {fine:?}");

@@ -94,7 +94,7 @@ fn holder_files_obey_their_schema_and_are_holders() {
     }
 }
 
-/// What a shop starts from.
+/// Dialect files that a shop starts from.
 #[test]
 fn dialect_files_obey_their_schema_and_wrong_ones_do_not() {
     let files = std::fs::read_dir(workspace().join("crates/nc-program/dialects")).unwrap();

@@ -79,8 +79,8 @@ fn in_stock(stock: Value, files: &[(&str, String)], solid: &TriMesh) -> Written 
     w
 }
 
-/// What is left of the clearances of bodies, over all motions, and of the rapid clearance of the
-/// whole tool, over rapids.
+/// Returns the rest of the clearances of bodies, over all motions, and of the rapid clearance of
+/// the whole tool, over rapids.
 fn nearest_to(w: &Written, bins: &Bins) -> (f64, f64) {
     let (mut bodies, mut rapids) = (1.0, 1.0);
     let keeps = w.back.rapid_clearance;
@@ -201,7 +201,7 @@ fn a_clamp_is_kept_off_and_what_it_forbids_is_left_out() {
     let reasons: Vec<&Value> = w.report["infeasible"].as_array().unwrap().iter().map(|r| &r["reason"]).collect();
     let names_it = |r: &&Value| r.as_str().is_some_and(|r| r.contains("fixture") || r.contains("clamp"));
     assert!(reasons.iter().any(names_it), "{reasons:?}");
-    // What is far from the clamp is cut as without it.
+    // Places far from the clamp are cut as without it.
     let far = |w: &Written| -> Vec<_> {
         let cuts = w.with_feed(1200.0);
         cuts.iter().filter(|c| c.1.0.x < -15.0).map(|c| c.1.0).collect()

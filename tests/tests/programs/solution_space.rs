@@ -49,7 +49,7 @@ fn the_map_covers_its_range_says_why_and_is_the_same_on_any_number_of_threads() 
     let map: SolutionSpaceFile = facemill::file_format::from_json(&bytes).unwrap();
     assert_eq!((map.pass, map.point, map.resolution_deg, map.tilt_deg), (2, 9, 0.5, [0.0, 40.0]));
     check_cells(&map);
-    // What the search finds is not proven blocked.
+    // A posture that the search finds is not proven blocked.
     let found = map.found.expect("a posture");
     let there = map.cells.iter().find(|c| holds(c, &found)).unwrap();
     assert!(there.state != StateFile::Blocked && there.reason.is_none(), "{there:?}");

@@ -78,7 +78,7 @@ fn words_from_work(job: &JobFolder) -> Isometry3<f64> {
     table_from_words.inverse() * table_from_work
 }
 
-/// What a motion line says, with what is remembered.
+/// Content of a motion line, with remembered words.
 #[derive(Clone, Debug, Default)]
 struct Line {
     tip: [f64; 3],
@@ -241,7 +241,7 @@ fn a_dialect_file_that_is_not_read_as_it_is_meant_is_refused_before_planning() {
         (("/program/extension", json!("apt")), &["shop.json", "program.extension"]),
         (("/lines/max_length", json!(7)), &["shop.json", "lines.max_length"]),
         (("/feeds/g94", Value::Null), &["post.feed_mode", "g94"]),
-        // What a key adds to every block, and what to only the first.
+        // Additions of a key to every block, and to the first alone.
         (
             ("/words/linear_end", json!("S100")),
             &["shop.json, words.linear_end: `S100`", "S100 F432.5`", "post.template"],
@@ -256,7 +256,7 @@ fn a_dialect_file_that_is_not_read_as_it_is_meant_is_refused_before_planning() {
         (("/words/absolute", json!("G90 M9")), &["shop.json, words.absolute: `G90 M9`"]),
         (("/words/absolute", json!("G90 G49")), &["shop.json, words.absolute: `G90 G49`"]),
         (("/lines/max_length", json!(80)), &["post.max_line_length is 120", "lines.max_length of shop.json"]),
-        // What the template says, a key cannot change.
+        // A key cannot change words of the template.
         (("/words/length/code", json!("G43.1")), &["shop.json, words.length: is `G43.1", "post.template"]),
         (("/words/end", json!(["M2"])), &["shop.json, words.end: is `M2`", "post.template"]),
     ] {
@@ -294,9 +294,9 @@ fn a_dialect_file_that_is_not_read_as_it_is_meant_is_refused_before_planning() {
     assert!(missing.contains("none.json"), "{missing}");
 }
 
-/// What the control makes of rounded vectors is the same where they are written and where they are
-/// read: feeds that a plan has lowered to what the axes reach are not lowered again, even where few
-/// decimals make a staircase of the vectors.
+/// The control's motion with rounded vectors is the same where they are written and where they are
+/// read: feeds that a plan has lowered to the speeds that the axes reach are not lowered again,
+/// even where few decimals make a staircase of the vectors.
 #[test]
 fn feeds_of_a_plan_with_vectors_are_those_that_its_own_text_reaches() {
     let job = with_vectors("siemens_840d", "tip_linear_vector_turned");
@@ -326,8 +326,8 @@ fn feeds_of_a_plan_with_vectors_are_those_that_its_own_text_reaches() {
     let lowered: Vec<_> = pairs.filter(|(a, b)| (b.feed / a.feed - 1.0).abs() > 0.01).collect();
     assert!(lowered.is_empty(), "{} of {}, {:?}", lowered.len(), before.len(), lowered[0]);
 
-    // What the decimals cost is told: about as much as rotary words, which turn the axes evenly,
-    // save.
+    // The report gives the cost of the decimals: about as much as rotary words, which turn the axes
+    // evenly, save.
     let told = law.tool_vectors.unwrap();
     assert!(told.decimals == 3 && (told.turn_deg - 0.0496).abs() < 1e-4, "{told:?}");
     assert!(summary(&planned.report).contains("tool vectors      of 3 decimals"), "{}", summary(&planned.report));
@@ -374,7 +374,7 @@ fn near_the_pole_rotary_words_stand_between_vectors_or_the_plan_is_refused() {
     let job = with_vectors("siemens_840d", "tip_linear_vector_turned");
     job.set("job.json", &upright);
     let planned = plan(&job, false);
-    // What the planner takes for clear is so for the virtual machine, too.
+    // A choice that the planner takes for clear is so for the virtual machine, too.
     let open = planned.report.findings.iter().filter(|f| f.kind == FindingKind::UnknownPosition);
     assert_eq!(open.count(), 0, "{:?}", planned.report.findings);
     let text = text_with(&planned, ".mpf");

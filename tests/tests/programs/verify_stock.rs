@@ -32,7 +32,7 @@ const ALLOWANCE: f64 = 0.5;
 /// Height of the workpiece on the table.
 const TABLE: f64 = 300.0;
 
-/// What a flat disc of this radius, tilted along the feed, leaves between passes: its outline is an
+/// Returns the cusp of a flat disc of this radius, tilted along the feed: its outline is an
 /// ellipse.
 fn cusp() -> f64 {
     RADIUS * TILT_DEG.to_radians().sin() * (1.0 - (1.0 - (STEP / (2.0 * RADIUS)).powi(2)).sqrt())

@@ -16,7 +16,7 @@ pub(crate) struct Piece {
     pub(crate) chord: f64,
 }
 
-/// What two points in a row may differ by.
+/// Limits of the difference between two points in a row.
 #[derive(Clone, Copy)]
 struct Limits {
     chord: f64,

@@ -23,7 +23,7 @@ pub(crate) const MIN_SLOPE: f64 = 0.052;
 /// normals, so the smooth normal decides on their slope.
 const SLIVER: f64 = 0.02;
 
-/// What each triangle of a patch allows, and what decides on it.
+/// Returns the strip that each triangle of a patch allows, and its cause.
 ///
 /// On a plane facet the level rises evenly by slope × way. So a way up the steepest lines from one
 /// pass to the next is no longer than the width, if the step of level is at most width × slope on

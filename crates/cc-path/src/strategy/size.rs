@@ -23,7 +23,7 @@ pub(crate) const MAX_CROSSINGS: usize = 20_000_000;
 /// overshoot by four. 200 bytes for each.
 pub(crate) const MAX_PIECES: usize = 2_000_000;
 
-/// What the distance of passes depends on.
+/// Causes of the distance of passes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StepOverCause {
     /// Largest step-over, mm.

@@ -17,7 +17,7 @@ fn spread(samples: &[RegionSample]) -> impl Iterator<Item = &RegionSample> {
 
 #[test]
 fn shares_and_extremes_do_not_depend_on_how_a_surface_is_divided_into_facets() {
-    // What passes 6 mm apart leave: of each strip the highest tenth.
+    // Passes 6 mm apart leave the highest tenth of each strip.
     let height = |s: &RegionSample, k: usize| ((s.position[k] + 100.0) / 6.0).fract();
     let region = Region::default();
     let mut first: Option<Vec<Point3<f64>>> = None;

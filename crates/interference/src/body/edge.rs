@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::body::Body;
 
-/// What a search for a least distance may stop at, mm.
+/// Goal at which a search for a least distance may stop, mm.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Goal {
     /// A distance of at most this is as good as the least.

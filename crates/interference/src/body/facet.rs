@@ -62,14 +62,14 @@ fn nearer(a: Sample, b: Sample) -> Sample {
     if b.distance < a.distance { b } else { a }
 }
 
-/// What the distance on the triangle cannot fall below, by its slope at a point.
+/// Returns a lower bound of the distance on the triangle, by its slope at a point.
 #[inline(always)]
 pub(crate) fn lower_bound(sample: &Sample, corners: &[Point3<f64>; 3]) -> f64 {
     let slope = |p: &Point3<f64>| sample.gradient.dot(&(p - sample.point));
     sample.distance + slope(&corners[0]).min(slope(&corners[1])).min(slope(&corners[2]))
 }
 
-/// What is known of the least distance inside a triangle.
+/// Knowledge of the least distance inside a triangle.
 enum Inside {
     /// The whole triangle is farther than wanted.
     Beyond,

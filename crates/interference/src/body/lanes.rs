@@ -32,7 +32,7 @@ impl Lanes3 {
     }
 }
 
-/// What `run` returns, computed with the vector instructions that the processor has.
+/// Returns the result of `run`, computed with the processor's vector instructions.
 ///
 /// They reach what is inlined and nothing else: `run` has to be marked `#[inline(always)]` and what
 /// it calls, too. A closure given to [`Arch::dispatch`] itself is called through a shim that is

@@ -44,7 +44,7 @@ impl MeshTree {
                 || self.swept_surface(&sweep, rounding, hint),
             )
         });
-        // What never touches the surface is inside at all times or at none.
+        // A body that never touches the surface is inside at all times or at none.
         match verdict {
             SweepVerdict::Clear => match self.way_out(solid, pose, &(pose * Vector3::z())) {
                 None => SweepVerdict::Clear,

@@ -23,7 +23,7 @@ trait Faces {
     /// The height at a point, and its gradient: of length 1, or 0 on an axis.
     fn height(&self, p: &Point3<f64>) -> (f64, Vector3<f64>);
 
-    /// What the height over each slab is not below.
+    /// Returns lower bounds of the height over each slab.
     fn least_heights(&self, slabs: &Slabs) -> Lanes;
 
     /// The lowest point of a triangle and its depth, to [`ACCURACY`], where that is between what
@@ -78,7 +78,7 @@ impl MeshTree {
         let mut stack = Pending::new();
         stack.push_root(&self.nodes);
         while let Some((bound, child)) = stack.pop() {
-            // What waited may have been overtaken by a deeper triangle.
+            // A deeper triangle may have overtaken a node in the queue.
             if bound > deepest.beyond() {
                 continue;
             }
@@ -273,8 +273,8 @@ impl Faces for Many<'_> {
         least
     }
 
-    /// What of the triangle is below every face by a depth is a polygon: it is halved until it
-    /// vanishes.
+    /// Finds the deepest place of the triangle. Its part below every face by a depth is a polygon:
+    /// it is halved until it vanishes.
     fn lowest(&self, found: &Deepest<'_>, corners: &[Point3<f64>; 3], most: f64) -> Option<(f64, Point3<f64>)> {
         let corners = corners.map(|p| self.mesh_from_solid.inverse_transform_point(&p));
         let mut lowest = None;

@@ -87,7 +87,7 @@ impl MeshTree {
                     }
                 }
             }
-            // What was passed by at smaller lifts may be in the way now.
+            // A triangle passed by at smaller lifts may be in the way now.
             if lift == before {
                 return Some(lift);
             }

@@ -44,7 +44,7 @@ impl MeshTree {
                 || self.turned_surface(&turned, hint),
             )
         });
-        // What never touches the surface is inside in all poses or in none.
+        // A body that never touches the surface is inside in all poses or in none.
         match verdict {
             SweepVerdict::Clear => match self.way_out(solid, pose, &(pose * Vector3::z())) {
                 None => SweepVerdict::Clear,
@@ -109,8 +109,8 @@ impl<B: Body> Turned<'_, B> {
         (slab.center - self.range.center).norm() + slab.radius + slab.half_thickness
     }
 
-    /// What the turns add to a slope, at the four corners of the range: movements of q along g are
-    /// q's height along g × turn.
+    /// Returns the additions of the turns to a slope, at the four corners of the range: movements
+    /// of q along g are q's height along g × turn.
     #[inline(always)]
     fn turned_slopes(&self, slope: &Vector3<f64>) -> [Vector3<f64>; 4] {
         let [first, second] = self.range.turns.map(|turn| slope.cross(&turn));

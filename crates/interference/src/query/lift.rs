@@ -184,8 +184,8 @@ impl<B: Body> LiftSearch<'_, B> {
         nearest_on_triangle(&self.at(lift), corners, goal).is_some()
     }
 
-    /// What the distance at a lift is more than the reach, and its slope there; `None` where the
-    /// triangle is touched.
+    /// Returns the excess of the distance at a lift over the reach, and its slope there; `None` if
+    /// the triangle is touched.
     #[inline(always)]
     fn beyond(&self, corners: &[Point3<f64>; 3], lift: f64) -> Option<(f64, f64)> {
         let goal = Goal { enough: 0.0, beyond: f64::INFINITY };

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-/// What is known of the motion of a solid over an interval of time.
+/// Motion of a solid over an interval of time, with its bounds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionInterval {
     /// Pose in the middle of the interval.
@@ -55,7 +55,8 @@ impl TurnRange {
         self.angle() * from_center + self.shift
     }
 
-    /// What a point at a distance from the centre may depart from its first-order movement, mm.
+    /// Returns the largest departure of a point at a distance from the centre from its first-order
+    /// movement, mm.
     ///
     /// The second derivative along a straight way from the middle to any (a, b) is no longer than
     /// the square of the sum of the angles times the distance.

@@ -1,4 +1,4 @@
-//! What the crate's tests share: seeded numbers, bodies, meshes, and the slow definitions of
+//! Common parts of the crate's tests: seeded numbers, bodies, meshes, and the slow definitions of
 //! correct.
 #![allow(dead_code, reason = "the laws and the tests within the crate each use a part of it")]
 

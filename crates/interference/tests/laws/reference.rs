@@ -1,4 +1,4 @@
-//! What the tree is held against besides the kit: what distances and verdicts alone say.
+//! References of the tree besides the kit: distances and verdicts alone.
 
 use facemill_cl_data::Solid;
 use facemill_interference::{Interference, MeshTree, Separation, Verdict};

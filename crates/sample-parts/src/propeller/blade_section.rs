@@ -35,7 +35,7 @@ pub struct BladeSection<'a> {
     pub(crate) profile: Profile<'a>,
 }
 
-/// What a section looks like along its chord.
+/// Shape of a section along its chord.
 #[derive(Clone, Debug)]
 pub(crate) enum Profile<'a> {
     /// NACA 66 (DTMB modified) thickness about an a = 0.8 mean line of largest ordinate `camber`

@@ -1,5 +1,5 @@
-//! What holds for parts with closed forms: projection, normals and curvatures against each other
-//! and against meshes.
+//! Laws of parts with closed forms: projection, normals and curvatures against each other and
+//! against meshes.
 
 use crate::kit;
 use facemill_sample_parts::{AnalyticPart, AnalyticShape, MaterialSide, PatchSpec, SpecError, SurfacePoint, patch};

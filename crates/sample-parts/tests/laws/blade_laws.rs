@@ -1,4 +1,4 @@
-//! What holds for blades and hubs of all series.
+//! Laws of blades and hubs of all series.
 
 use std::f64::consts::{PI, TAU};
 

@@ -1,4 +1,4 @@
-//! What holds for the blade of NASA Rotor 37.
+//! Laws of the blade of NASA Rotor 37.
 
 use crate::kit;
 use facemill_sample_parts::{RotorResolution, rotor37};

@@ -12,7 +12,7 @@ use crate::mesh::topology::{Component, Topology};
 use crate::mesh::tri_mesh::{Group, TriMesh};
 use crate::mesh::weld::weld;
 
-/// What was found in a mesh file, and what was done about it.
+/// Faults of a mesh file, and their repairs.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RepairReport {

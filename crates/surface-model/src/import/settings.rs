@@ -109,7 +109,7 @@ impl ImportSettings {
     }
 }
 
-/// What is wrong in a mesh file, and where.
+/// Fault of a mesh file, with its place.
 #[derive(Debug, thiserror::Error)]
 pub enum ImportFault {
     /// A line of a text file is wrong.
@@ -117,7 +117,7 @@ pub enum ImportFault {
     Line {
         /// Line, from 1.
         line: usize,
-        /// What is wrong.
+        /// Fault.
         message: String,
     },
     /// Binary data is wrong.
@@ -125,7 +125,7 @@ pub enum ImportFault {
     Byte {
         /// Offset from the start of the file.
         offset: usize,
-        /// What is wrong.
+        /// Fault.
         message: String,
     },
     /// A part of a glTF document is wrong.
@@ -133,7 +133,7 @@ pub enum ImportFault {
     Element {
         /// The part, such as `accessors[3]`.
         element: String,
-        /// What is wrong.
+        /// Fault.
         message: String,
     },
     /// The glTF document is no valid JSON or lacks something that the format demands.
@@ -142,9 +142,9 @@ pub enum ImportFault {
     /// The file uses something that is not read.
     #[error("{feature} is not read; {hint}")]
     Unsupported {
-        /// What it uses.
+        /// Feature in use.
         feature: String,
-        /// What to do.
+        /// Remedy.
         hint: &'static str,
     },
     /// A coordinate is NaN, infinite, or becomes so in mm.

@@ -158,7 +158,7 @@ fn considered(pieces: &[WoundPiece], n_triangles: usize) -> Vec<u32> {
     order
 }
 
-/// What each piece adds to the mean field of each other one, as they are wound.
+/// Additions of each piece to the mean field of each other one, as they are wound.
 struct Fields {
     areas: Vec<f64>,
     /// Row: the piece that has the field; column: the piece that makes it.
@@ -191,8 +191,8 @@ impl Fields {
         self.of[piece].iter().zip(turned).map(|(f, turned)| if *turned { -f } else { *f }).sum()
     }
 
-    /// What lacks to the field of a solid, times area. More than that is no lack: solids may
-    /// overlap.
+    /// Returns the lack from the field of a solid, times area. More than that is no lack: solids
+    /// may overlap.
     fn lack(&self, turned: &[bool]) -> f64 {
         (0..self.areas.len()).map(|k| self.areas[k] * (SOLID - self.mean(k, turned)).max(0.0)).sum()
     }
@@ -263,7 +263,8 @@ fn spread(mesh: &TriMesh, triangles: &[u32], area: f64, n: usize) -> Vec<u32> {
     samples
 }
 
-/// What these triangles add to the winding number at the centroid of one that does not count.
+/// Returns the additions of these triangles to the winding number at the centroid of one that does
+/// not count.
 fn field_at(mesh: &TriMesh, sample: u32, triangles: &[u32]) -> f64 {
     let [a, b, c] = mesh.corners(sample as usize);
     let p = Point3::from((a.coords + b.coords + c.coords) / 3.0);

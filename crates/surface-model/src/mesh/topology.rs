@@ -1,7 +1,7 @@
 use crate::mesh::edges::{DisjointSets, Edges};
 use crate::mesh::tri_mesh::TriMesh;
 
-/// What a mesh is made of: components, and where its edges are not those of a solid.
+/// Components of a mesh, and edges that are not those of a solid.
 #[derive(Clone, Debug)]
 pub struct Topology {
     /// Edges on which one triangle lies.

@@ -12,15 +12,14 @@ pub struct RayHit {
     pub from_outside: bool,
 }
 
-/// What a ray tells about a triangle it passes.
+/// Crossing of a ray with a triangle.
 struct Crossing {
     hit: RayHit,
     /// It passes exactly through a side or corner, which the neighbours share.
     on_border: bool,
 }
 
-/// What the crossings of a ray with the closed components say: their signed number, and whether it
-/// can be trusted.
+/// Signed number of a ray's crossings with the closed components, and whether it can be trusted.
 enum Count {
     Clear(i32),
     Touching(i32),

@@ -1,4 +1,4 @@
-//! What is written is read back as what it was.
+//! A written mesh is read back as it was.
 use facemill_surface_model::{
     ExportError, Group, ImportSettings, Imported, MeshFormat, NamedNode, TriMesh, import_mesh, no_external_files,
     write_glb, write_obj, write_stl_binary,

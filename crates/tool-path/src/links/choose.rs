@@ -43,7 +43,7 @@ const PULLS: [f64; 4] = [0.5, 0.25, 0.25, 0.125];
 /// By how much a way has to be faster, s: less is rounding.
 const FASTER: f64 = 1e-4;
 
-/// What choosing needs.
+/// Context of the choice.
 pub struct Chooser<'c, 'a> {
     /// Ends of the link.
     pub ends: &'c Ends<'a>,
@@ -145,7 +145,7 @@ impl Chooser<'_, '_> {
         if through.iter().any(|axes| self.ends.machine.first_beyond_limit(axes).is_some()) {
             return None;
         }
-        // What cannot be timed is none.
+        // A link that cannot be timed is no candidate.
         let time = self.clock.time(self.law, &self.ends.start, &through).ok()?;
         (time < before - FASTER).then_some(Timed { kind, out, way: Chosen { kind, through, time } })
     }

@@ -44,7 +44,7 @@ impl<'a> LinkClock<'a> {
     /// Time of a way through these positions, s.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// If the motion has a fault, which the text names.
     pub fn time(&self, law: BlockLaw, start: &AxisValues, through: &[AxisValues]) -> Result<f64, String> {
         let starts = std::iter::once(start).chain(through);
         let plain: Vec<f64> =

@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-/// What it costs to go from one pass to another, in any unit that adds up, such as seconds.
+/// Costs of going from one pass to another, in any unit that adds up, such as seconds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TourCosts {
     n: usize,
@@ -130,7 +130,7 @@ impl TourCosts {
         self.links[from * self.n + to]
     }
 
-    /// What an order costs.
+    /// Returns the cost of an order.
     #[must_use]
     pub fn of(&self, order: &[usize]) -> f64 {
         let (Some(&first), Some(&last)) = (order.first(), order.last()) else { return 0.0 };
@@ -296,9 +296,9 @@ fn turn_rows(costs: &TourCosts, order: &mut [usize]) -> bool {
     is_any
 }
 
-/// What every order costs at least: one way in, one way out, and the largest of three bounds on the
-/// links: a spanning tree by the cheaper direction of each, and the cheapest link to (and from)
-/// every pass but the one that this is dearest for.
+/// Returns a lower bound of every order: one way in, one way out, and the largest of three bounds
+/// on the links: a spanning tree by the cheaper direction of each, and the cheapest link to (and
+/// from) every pass but the one that this is dearest for.
 fn lower_bound(costs: &TourCosts) -> f64 {
     let n = costs.n;
     let least = |all: &[f64]| all.iter().copied().reduce(f64::min).unwrap_or(0.0);

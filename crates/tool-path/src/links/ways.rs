@@ -35,7 +35,7 @@ pub enum WayKind {
 }
 
 impl WayKind {
-    /// What can be tried in place of the original.
+    /// Candidates in place of the original.
     pub const TRIED: [Self; 9] = [
         Self::Direct,
         Self::Lifted,

@@ -24,7 +24,7 @@ pub struct LinkWords<'a> {
 
 /// How a control's rapids are written.
 pub struct RapidForm {
-    /// What stands before the words, and behind them.
+    /// Text before the words, and behind them.
     code: String,
     end: String,
     always_point: bool,
@@ -67,7 +67,7 @@ impl RapidForm {
 pub struct LinkLines {
     /// Its rapid blocks, from 1; comments between them stay.
     pub lines: Vec<u32>,
-    /// What stands before the words of each of them: the block number.
+    /// Text before the words of each of them: the block number.
     numbers: Vec<String>,
     compensation: Compensation,
     /// The words in force before and at the end.
@@ -280,7 +280,8 @@ fn plain_rapid(dialect: Dialect, block: &ReadBlock) -> Result<&ReadMotion, Strin
     Ok(motion)
 }
 
-/// What stands between L and FMAX of a line in dialogue format, and behind it, with decimal points.
+/// Returns the text between L and FMAX of a line in dialogue format, and behind it, with decimal
+/// points.
 fn dialogue_places(text: &str) -> Result<String, String> {
     let code = text.trim_start_matches(|c: char| c.is_ascii_digit()).trim_start();
     let places = code.strip_prefix(['L', 'l']).filter(|rest| rest.starts_with(' '));

@@ -146,8 +146,8 @@ impl<'t, 'a> Sequencer<'t, 'a> {
         self.test.configuration_like(cl, near).map_err(|why| self.lost(&why))
     }
 
-    /// What was tested cannot be driven, which happens only where tests and motion disagree by
-    /// rounding at a limit.
+    /// Returns the error of a tested pose that cannot be reached, which happens only if tests and
+    /// motion disagree by rounding at a limit.
     fn lost(&self, why: &Infeasible) -> PathError {
         PathError::Blocked(format!("a link, entry or inserted pose cannot be reached: {}", self.test.describe(why)))
     }

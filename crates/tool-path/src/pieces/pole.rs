@@ -62,7 +62,7 @@ impl<'t> Tests<'t> {
                 {
                     match search(self.plain, cc, &task.curve, search_settings, 0.0, near.as_ref(), &mut hints) {
                         Ok(again) => *found = Ok(again.pose),
-                        // What blocks the point is not that it is near to the pole.
+                        // The point is blocked for another reason than the pole.
                         Err(other) if matches!(why, Infeasible::Singular { .. }) => *found = Err(other),
                         Err(_) => {}
                     }

@@ -32,7 +32,7 @@ fn c_of(machine: &Machine) -> usize {
 /// Breaks in cuts, turns on links, way of the axis on both, rad.
 type Cost = (u32, u32, f64);
 
-/// What it costs to go through these values of C, cut by cut.
+/// Returns the cost of going through these values of C, cut by cut.
 fn cost_of(pieces: &[Vec<f64>]) -> Cost {
     let mut sum = (0, 0, pieces[0][0].abs());
     let mut last: Option<f64> = None;

@@ -9,7 +9,7 @@ use facemill_tests::variants::{Written, variant, written};
 use nalgebra::{Rotation3, Unit, Vector3};
 use serde_json::{Value, json};
 
-/// What sampling may find beyond a certificate by the rounding of coordinates of metres, mm.
+/// Largest excess of sampling over a certificate by the rounding of coordinates of metres, mm.
 const ROUNDING: f64 = 1e-6;
 
 /// Two passes of the small job under a control with these laws.

@@ -48,7 +48,7 @@ fn fault(ended: &Result<(i32, String), String>) -> Option<String> {
     }
 }
 
-/// What is changed, where (file and pointer), to what, and a word that the message must hold.
+/// Change with its place (file and pointer), new value, and a word that the message must hold.
 type Nasty = (&'static str, &'static [(&'static str, &'static str)], fn() -> Value, &'static str);
 
 const NASTY: &[Nasty] = &[
@@ -110,7 +110,7 @@ fn numbers_that_cannot_be_meant_are_exit_2_and_named() {
     assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
-/// What is wrong where a job is not refused with all these words.
+/// Returns the fault if a job is not refused with all these words.
 fn not_refused(name: &str, job: &JobFolder, words: &[&str]) -> Option<String> {
     let ended = plan(job);
     match &ended {

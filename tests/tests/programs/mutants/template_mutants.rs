@@ -84,7 +84,7 @@ const MUTANTS: [Mutant; 34] = [
     mutant(CHANGE, "T{{ tool.number }}\n", NoTool, "G1"),
     mutant(CHANGE, "M6\n", NoTool, "G1"),
     mutant(COOLANT, "T{{ tool.number }} M6\n{{ spindle.code }}\n{{ body }}\n", UnsafeToolChange, "T"),
-    // What was found before.
+    // Findings of the state before.
     mutant("{{ work_offset }}\n", "G55\n", UnknownPosition, "G0"),
     mutant(COOLANT, "M98 P9000\n{{ body }}\n", UnknownBlock, "M98 P9000"),
 ];

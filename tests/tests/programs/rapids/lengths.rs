@@ -18,7 +18,7 @@ mod lengths_command;
 
 const MARGIN: f64 = 0.5;
 
-/// What a length may be off by, mm.
+/// Largest error of a length, mm.
 const OFF: f64 = 0.05;
 
 /// Part of a clearance that a program may use up, mm.
@@ -81,7 +81,7 @@ fn lengths(
     Ok(found)
 }
 
-/// What bodies meet as the ordinary run says, with this tool in the job.
+/// Returns the collisions of the ordinary run with this tool in the job.
 fn collisions(job: &JobFolder, tool: &ToolFile, text: &str) -> Vec<Finding> {
     let path = job.path("program.nc");
     let read = Job::read(&job.job()).unwrap();
@@ -127,7 +127,7 @@ fn a_flange_passes_over_the_wall_by_the_margin() {
     shorter[2] -= MARGIN + OFF;
     let met = collisions(&job, &open.built(&shorter).unwrap().tool.to_file(), PAST);
     assert!(met.iter().any(|f| (f.first_line..=f.last_line).contains(&forced.line)), "{met:?}");
-    // What no length clears is told.
+    // A collision that no length clears is reported.
     let into = PAST.replace("X5.", "X22.");
     let none = lengths(&job, &into, None, false).unwrap();
     assert!(none.tool.is_some() || none.file.none_is_free.is_some());

@@ -146,7 +146,7 @@ fn what_cannot_be_meant_is_exit_2_and_writes_nothing() {
         (job_of.replace("past.nc", "wrong.nc").replace("lengths.json", "wrong.nc"), &["wrong.nc", "is an input"]),
         (holders("shelf.json").replace("lengths.json", "shelf.json"), &["shelf.json", "is an input"]),
         (job_of.replace("short.json", "lengths.json"), &["lengths.json", "named for two files"]),
-        // What is there and no earlier run has written is neither written over nor removed.
+        // A file that no earlier run has written is neither overwritten nor removed.
         (job_of.replace("short.json", "shelf.json --longest-mm 15"), &["shelf.json", "no tool file", "name another"]),
         (job_of.replace("short.json", "shelf.json"), &["shelf.json", "no tool file"]),
         (format!("{} --replan --program-out bore.json", holders("shelf.json")), &["bore.json", "no program"]),

@@ -84,8 +84,8 @@ fn walls_along_z_are_measured_on_lines_across() {
     assert!((of_blocks - of_across.removed_mm3).abs() < 1e-6 * truth, "{of_blocks}");
 }
 
-/// What both passes take of the stock, which is rounded at its edges, mm³: by columns of a fine
-/// lattice.
+/// Returns the volume that both passes remove from the stock, which is rounded at its edges, mm³:
+/// by columns of a fine lattice.
 fn removed() -> f64 {
     let step = 0.02;
     let n = (2.0 * (15.0 + ALLOWANCE) / step) as i32;

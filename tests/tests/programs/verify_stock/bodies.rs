@@ -83,7 +83,7 @@ fn a_body_of_the_machine_may_go_where_the_program_has_cut() {
         assert_eq!(met.len(), 1, "{met:?}");
         assert_eq!(met[0].obstacle.as_deref(), Some("stock"));
     }
-    // What another program has left is known by its lines alone.
+    // The rest of another program is known by its lines alone.
     let whole = || lines(StockRegion::Whole);
     let rest = verified(&job, &text(&[wide]), Some(whole())).rest;
     let of_rest = verified(&job, &text(&[deep]), Some(CutRequest { rest, ..whole() }));

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::{plate, program, verified};
 
-/// What becomes of the file as a rest of a setup of the job.
+/// Reads the file as a rest of a setup of the job.
 fn read(job: &JobFolder, setup: usize, file: &Path) -> Result<DexelMap, String> {
     read_rest(&Job::read(&job.job()).unwrap(), setup, file).map_err(|e| e.to_string())
 }

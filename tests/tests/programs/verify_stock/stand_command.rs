@@ -29,7 +29,7 @@ fn verify(job: &JobFolder, words: &str) -> (Told, Value) {
     (told, job.json("found.json"))
 }
 
-/// What a verification rests on.
+/// Returns the assumptions of a verification.
 fn assumptions(file: &Value) -> Vec<&str> {
     file["assumptions"].as_array().unwrap().iter().map(|a| a["text"].as_str().unwrap()).collect()
 }
@@ -69,8 +69,8 @@ fn a_clean_program_is_exit_0_and_what_nobody_said_is_told() {
     assert!(told.prints(&["no cutting block removes stock", "mounting"]), "{}", told.printed);
 }
 
-/// What moves workpiece and zero together changes nothing between tool and part, and a mesh means
-/// the same in any unit.
+/// Moving workpiece and zero together changes nothing between tool and part, and a mesh means the
+/// same in any unit.
 #[test]
 fn mount_work_offset_and_unit_say_where_the_part_is() {
     let job = with_program(1, 0.15);
@@ -117,7 +117,7 @@ fn in_dialect(fanuc: &str, dialect: &str) -> String {
     }
 }
 
-/// What a control's own post could not write does not matter where nothing is written.
+/// The limits of a control's own post do not matter where nothing is written.
 #[test]
 fn every_dialect_is_verified_without_a_job() {
     let job = with_program(0, 0.15);

@@ -62,7 +62,7 @@ fn a_program_has_the_same_findings_by_a_job_and_by_its_files() {
     let stock = |found: &VerificationFile| serde_json::to_value(&found.stock).unwrap();
     assert_eq!(stock(&by_files), stock(&by_job));
 
-    // What is said otherwise is found otherwise.
+    // Other statements have other findings.
     let other = |change: &dyn Fn(&mut AdHocSetup)| {
         let mut stand = stand(&job);
         change(&mut stand);

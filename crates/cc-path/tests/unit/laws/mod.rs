@@ -1,4 +1,4 @@
-//! What laid passes promise, held against the smooth surfaces that the meshes were made from.
+//! Promises of laid passes, checked against the smooth surfaces that the meshes were made from.
 
 mod parts;
 mod passes;

@@ -1,4 +1,4 @@
-//! What holds for a whole path: motion, threads, real and broken parts, wrong input.
+//! Laws of a whole path: motion, threads, real and broken parts, wrong input.
 
 use super::*;
 

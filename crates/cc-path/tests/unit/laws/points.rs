@@ -1,4 +1,4 @@
-//! What holds for every point.
+//! Laws of every point.
 
 use super::*;
 

@@ -1,4 +1,4 @@
-//! What holds between neighbouring levels.
+//! Laws between neighbouring levels.
 
 use super::*;
 

@@ -53,7 +53,7 @@ fn few_passes_are_in_the_best_of_all_orders_and_bounds_are_below_it() {
             assert!(is_permutation(&tour.order, n) && tour.is_exact);
             assert!((tour.cost - least).abs() < 1e-9, "{n}: {} {least}", tour.cost);
             assert!(n == 0 || lower_bound(&costs) <= least + 1e-9, "{n}: {} {least}", lower_bound(&costs));
-            // What many passes are done by is an order, too, and no better than the best.
+            // The result for many passes is an order, too, and no better than the best.
             let other = improved(&costs, (0..n).collect::<Vec<_>>());
             assert!(n == 0 || is_permutation(&other, n) && costs.of(&other) >= least - 1e-9);
         }

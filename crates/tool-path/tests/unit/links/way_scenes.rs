@@ -189,7 +189,7 @@ impl Shop {
     }
 }
 
-/// What was found for a scene's link.
+/// Result for a scene's link.
 struct Looked {
     choice: Choice,
     /// The fastest free way of each kind on a ladder of distances, s; infinite where none is free.
