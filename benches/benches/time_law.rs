@@ -41,11 +41,9 @@ fn axes() -> [AxisBounds; 5] {
 }
 
 /// Numbers from −½ to ½.
-fn noise(mut state: u64) -> impl FnMut() -> f64 {
-    move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-    }
+fn noise(seed: u64) -> impl FnMut() -> f64 {
+    let mut random = facemill_test_kit::Lcg(seed);
+    move || random.unit() - 0.5
 }
 
 /// The blocks at 60 mm/s, each end off the waves by so much at most in each linear axis, mm.

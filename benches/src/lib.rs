@@ -29,7 +29,7 @@ pub struct Scene {
 pub fn patch_scene(n_points: usize) -> Scene {
     let spec = PatchSpec::new([200.0, 200.0], 15.0, [1.1, 1.0]).expect("numbers are in range");
     let mesh = patch(&spec, 316, 316).expect("numbers are in range");
-    let mut random = Lcg(1);
+    let mut random = Lcg(facemill_test_kit::Lcg(1));
     let cc = (0..n_points)
         .map(|_| spec.at(170.0 * random.next() - 85.0, 170.0 * random.next() - 85.0))
         .map(|p| CcPoint::new(p.point, p.normal.into_inner(), Vector3::x()).expect("the patch is nowhere vertical"))
@@ -47,7 +47,7 @@ pub fn blade_scene(n_points: usize) -> Scene {
     let mesh = blade(&spec, BladeResolution::new(200, 240).expect("numbers are in range"));
     let surface = Surface::new(mesh.clone(), SurfaceSettings::default());
     let suction = mesh.groups()[0].triangles.clone();
-    let mut random = Lcg(2);
+    let mut random = Lcg(facemill_test_kit::Lcg(2));
     let mut cc = Vec::with_capacity(n_points);
     while cc.len() < n_points {
         let triangle = suction.start + (random.next() * suction.len() as f64) as usize;
@@ -128,21 +128,20 @@ pub fn propeller_mesh(n: usize) -> TriMesh {
 }
 
 /// Uniform numbers in 0..1, always the same.
-pub struct Lcg(pub u64);
+pub struct Lcg(pub facemill_test_kit::Lcg);
 
 impl Lcg {
     /// The next one.
     #[expect(clippy::should_implement_trait, reason = "an endless sequence, not an iterator")]
     pub fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+        self.0.unit()
     }
 }
 
 /// Poses with tilt 2° to 15° and rotate 0 to −85° at the CC points, lifted by `lift` along the
 /// normal.
 pub fn poses(cutter: &Cutter, cc: &[CcPoint], lift: f64) -> Vec<Isometry3<f64>> {
-    let mut random = Lcg(3);
+    let mut random = Lcg(facemill_test_kit::Lcg(3));
     cc.iter()
         .map(|cc| {
             let posture = Posture {
@@ -250,7 +249,7 @@ pub fn search_curve() -> SearchCurve {
 
 /// Reachable tool poses over the table of [`machine`].
 pub fn table_poses(n: usize) -> Vec<ClPoint> {
-    let mut random = Lcg(4);
+    let mut random = Lcg(facemill_test_kit::Lcg(4));
     (0..n)
         .map(|_| {
             let tip = Point3::new(

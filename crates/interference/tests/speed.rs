@@ -25,11 +25,8 @@ fn patch(n: u32) -> TriMesh {
 
 /// Poses of a cutter lifted by 0.05 mm over seeded CC points, tilt 2 to 15°, rotate 0 to −85°.
 fn poses(cutter: &Cutter, n: u32) -> Vec<(CcPoint, Isometry3<f64>)> {
-    let mut state = 1u64;
-    let mut next = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1u64 << 53) as f64
-    };
+    let mut state = facemill_test_kit::Lcg(1);
+    let mut next = || state.unit();
     (0..n)
         .map(|_| {
             let (x, y) = (170.0 * next() - 85.0, 170.0 * next() - 85.0);

@@ -154,7 +154,7 @@ fn compare(
 }
 
 fn sweep(machines: &[Machine], n_poses: usize, n_seeds: usize, seed: u64) -> Counts {
-    let mut r = Random(seed);
+    let mut r = Random::new(seed);
     let mut all = Counts::default();
     for machine in machines {
         let oracle = Oracle::new(machine, TOOL);

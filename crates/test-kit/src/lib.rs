@@ -33,6 +33,11 @@ impl Random {
         (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
+    /// Number in [low, high).
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
     /// Coordinate in ±2500 mm: mostly anywhere, often 0, tiny, or half a unit of the third decimal.
     pub fn coordinate(&mut self) -> f64 {
         match self.below(8) {
@@ -43,5 +48,28 @@ impl Random {
             4 => self.below(3) as f64,
             _ => (self.unit() - 0.5) * 5000.0,
         }
+    }
+}
+
+/// Linear congruential generator with the constants of Knuth's MMIX, whose upper bits count. The
+/// field is the seed. Scenes of older laws are drawn by it; new ones take [`Random`].
+#[derive(Clone, Debug)]
+pub struct Lcg(pub u64);
+
+impl Lcg {
+    /// Next 64 bits, the lower ones of short period.
+    pub fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0
+    }
+
+    /// Number in [0, 1).
+    pub fn unit(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Number in [low, high).
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
     }
 }

@@ -140,11 +140,8 @@ fn places(read: &ReadPlan, block: &DualBlock, head: usize) -> Vec<Place> {
 fn samples(read: &ReadPlan, thickness: f64) -> Vec<Sample> {
     let part = read.back.grounds.iter().find(|g| g.role == "part").expect("a part");
     let mesh = part.bins.mesh();
-    let mut state = 7_u64;
-    let mut draw = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut state = facemill_test_kit::Lcg(7);
+    let mut draw = || state.unit();
     let mut samples = Vec::new();
     for triangle in mesh.triangles() {
         let [a, b, c] = triangle.map(|v| mesh.vertices()[v as usize]);

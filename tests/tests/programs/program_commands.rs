@@ -6,6 +6,7 @@ use facemill::inverse_kinematics::Machine;
 use facemill::nc_program::{AxisAt, Dialect, FeedMode, MotionKind, read_program};
 use facemill::virtual_machine::FindingKind;
 use facemill::{Job, PlanSettings, Planned, RefeedSettings, SilentStages, TipFeed, plan_job, refeed};
+use facemill_test_kit::Lcg;
 use facemill_tests::craig::{Words, end_of};
 use facemill_tests::jobs::{JobFolder, small_patch, small_patch_planned, text_of, unfinished};
 use facemill_tests::program::run;
@@ -79,15 +80,6 @@ fn tables_of_feed_come_out_of_the_command() {
     }
 }
 
-struct Random(u64);
-
-impl Random {
-    fn within(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        low + (high - low) * (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
-
 /// A control with the begin of a program, and whether its F counts all axes; with inverse time it
 /// counts none.
 const CONTROLS: [(Dialect, &str, bool); 7] = [
@@ -101,13 +93,13 @@ const CONTROLS: [(Dialect, &str, bool); 7] = [
 ];
 
 /// Moves with F here and there, rapids and arcs between.
-fn program(random: &mut Random, dialect: Dialect, head: &str) -> String {
+fn program(random: &mut Lcg, dialect: Dialect, head: &str) -> String {
     let mut at = [0.0, 0.0, 150.0, -10.0, 20.0];
     let is_inverse = head.contains("G93");
     let mut text = head.to_owned();
     for k in 0..60 {
         for (value, step) in at.iter_mut().zip([8.0, 8.0, 2.0, 1.5, 6.0]) {
-            *value += random.within(-step, step);
+            *value += random.between(-step, step);
         }
         let [x, y, z, b, c] = at;
         let words = format!("X{x:.3} Y{y:.3} Z{z:.3} B{b:.4} C{c:.4}");
@@ -115,8 +107,10 @@ fn program(random: &mut Random, dialect: Dialect, head: &str) -> String {
             0 | 20 => format!("G0 {words}"),
             30 if !is_inverse => format!("G2 X{:.3} Y{y:.3} I5. J0. F321.", x + 10.0),
             31 => format!("G1 {words}"),
-            _ if is_inverse => format!("G1 {words} F{:.3}", random.within(20.0, 90.0)),
-            _ if k == 1 || random.within(0.0, 1.0) < 0.3 => format!("G1 {words} F{:.1}", random.within(200.0, 2000.0)),
+            _ if is_inverse => format!("G1 {words} F{:.3}", random.between(20.0, 90.0)),
+            _ if k == 1 || random.between(0.0, 1.0) < 0.3 => {
+                format!("G1 {words} F{:.1}", random.between(200.0, 2000.0))
+            }
             _ => format!("G1 {words}"),
         };
         let line = if is_inverse && k == 31 { format!("{line} F40.") } else { line };
@@ -128,7 +122,7 @@ fn program(random: &mut Random, dialect: Dialect, head: &str) -> String {
 
 #[test]
 fn nothing_but_f_words_changes_and_the_tip_keeps_to_its_feed() {
-    let mut random = Random(5);
+    let mut random = Lcg(5);
     let file = machine();
     let machine = Machine::from_json(file.to_string().as_bytes()).unwrap();
     for (dialect, head, counts_all) in CONTROLS {

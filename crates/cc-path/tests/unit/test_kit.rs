@@ -4,17 +4,16 @@ use facemill_surface_model::{Surface, SurfaceSettings, TriMesh};
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
 
 /// Linear congruential generator (Knuth's MMIX constants): the same numbers everywhere.
-pub(crate) struct Lcg(u64);
+pub(crate) struct Lcg(facemill_test_kit::Lcg);
 
 impl Lcg {
     pub(crate) fn new(seed: u64) -> Self {
-        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(1))
+        Self(facemill_test_kit::Lcg(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(1)))
     }
 
     /// Uniform in 0..1.
     pub(crate) fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+        self.0.unit()
     }
 
     /// Uniform in the cube of this half edge.

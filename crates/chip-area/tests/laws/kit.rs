@@ -8,15 +8,15 @@ pub(crate) type Contour = Vec<[f64; 2]>;
 pub(crate) type Shape = Vec<Contour>;
 
 /// SplitMix64.
-pub(crate) struct Random(pub(crate) u64);
+pub(crate) struct Random(facemill_test_kit::Random);
 
 impl Random {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(facemill_test_kit::Random(seed))
+    }
+
     pub(crate) fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+        self.0.unit()
     }
 
     pub(crate) fn within(&mut self, from: f64, to: f64) -> f64 {

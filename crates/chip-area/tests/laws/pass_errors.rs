@@ -95,7 +95,7 @@ fn bad_values_are_refused_by_their_field() {
 
 #[test]
 fn whatever_is_given_there_is_an_area_within_bounds_or_an_error() {
-    let mut random = Random(43);
+    let mut random = Random::new(43);
     let value = |random: &mut Random| match (12.0 * random.unit()) as u32 {
         0 => 0.0,
         1 => -random.unit(),

@@ -293,7 +293,7 @@ fn a_step_as_wide_as_the_cutter_leaves_full_stock() {
 
 #[test]
 fn a_leading_disc_cuts_the_squashed_chip_of_a_ball_to_the_error_bound() {
-    let mut random = Random(41);
+    let mut random = Random::new(41);
     for _ in 0..2000 {
         let (radius, depth) = (random.within(1.0, 50.0), random.within(0.0, 1.0));
         let step_over = random.within(0.0, radius);

@@ -313,7 +313,7 @@ fn compare_one(section: &PassSection, chip: &ChipArea) {
 }
 
 fn compare(seed: u64, cases: usize) {
-    let mut random = Random(seed);
+    let mut random = Random::new(seed);
     let (mut by_method, mut refused) = ([0; 3], 0);
     while by_method.iter().sum::<usize>() < cases {
         let section = section(&mut random);
@@ -378,7 +378,7 @@ fn gouge_area(section: &PassSection, way: f64) -> f64 {
 
 #[test]
 fn a_pose_is_refused_exactly_where_its_polygon_is_below_the_surface() {
-    let mut random = Random(33);
+    let mut random = Random::new(33);
     let (mut free, mut below) = (0, [0; 3]);
     while free < 100 || below.iter().any(|&n| n < 10) {
         let mut section = section(&mut random);

@@ -150,7 +150,7 @@ fn gouge_area(section: &ChipSection, pose: &Pose) -> f64 {
 
 #[test]
 fn the_closed_form_is_the_area_of_the_polygons() {
-    let mut random = Random(11);
+    let mut random = Random::new(11);
     let (mut compared, mut refused) = (0, 0);
     while compared < 200 {
         let section = random.section();
@@ -169,7 +169,7 @@ fn the_closed_form_is_the_area_of_the_polygons() {
 
 #[test]
 fn a_position_is_refused_exactly_where_its_polygon_is_below_the_surface() {
-    let mut random = Random(12);
+    let mut random = Random::new(12);
     let (mut free, mut below, mut flutes) = (0, 0, 0);
     while free + below < 300 {
         let section = random.section();

@@ -76,7 +76,7 @@ fn nothing_left_has_no_thickness_and_a_leading_bottom_has_that_of_its_lead() {
 
 #[test]
 fn more_stock_is_not_thinner() {
-    let mut random = Random(11);
+    let mut random = Random::new(11);
     for _ in 0..60 {
         let radius = random.within(3.0, 60.0);
         let cutter = CutterEnd { radius, corner_radius: radius * random.unit() };
@@ -139,7 +139,7 @@ fn patches(pose: &CutterPose, n: u32) -> Vec<Patch> {
 
 #[test]
 fn the_engaged_surface_seen_along_the_feed_is_the_chip_and_nothing_of_it_is_steeper() {
-    let mut random = Random(7);
+    let mut random = Random::new(7);
     let mut n = 0;
     for case in 0..40 {
         let radius = random.within(4.0, 60.0);

@@ -6,12 +6,11 @@ use crate::polyhedron::ConvexPolyhedron;
 use crate::polyhedron_build::PolyhedronError;
 
 /// Deterministic random numbers.
-struct Lcg(u64);
+struct Lcg(facemill_test_kit::Lcg);
 
 impl Lcg {
     fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
+        self.0.between(low, high)
     }
 
     fn vector(&mut self, half: f64) -> Vector3<f64> {
@@ -81,7 +80,7 @@ fn brute_distance(polyhedron: &ConvexPolyhedron, p: &Point3<f64>) -> f64 {
 
 #[test]
 fn polyhedron_holds_its_points_whatever_they_are() {
-    let mut lcg = Lcg(1);
+    let mut lcg = Lcg(facemill_test_kit::Lcg(1));
     for n in [4, 5, 6, 8, 12, 20, 34, 60, 200, 1000] {
         for _ in 0..4 {
             let points = lcg.points(n);
@@ -96,7 +95,7 @@ fn polyhedron_holds_its_points_whatever_they_are() {
 
 #[test]
 fn with_few_facets_it_is_the_hull() {
-    let mut lcg = Lcg(2);
+    let mut lcg = Lcg(facemill_test_kit::Lcg(2));
     for _ in 0..40 {
         let (half, pose) = (lcg.vector(1.0).abs().add_scalar(0.05) * 100.0, lcg.pose());
         let cube = ConvexPolyhedron::around(&corners_of_box(half, &pose), []).unwrap();
@@ -127,7 +126,7 @@ fn prism_of_sixty_sides_is_exact_and_a_ball_is_hardly_larger() {
     let prism = ConvexPolyhedron::around(&points, normals).unwrap();
     assert!((prism.volume() / exact - 1.0).abs() < 1e-9, "{} {exact}", prism.volume());
     assert_eq!(prism.vertices().len(), 120);
-    let mut lcg = Lcg(3);
+    let mut lcg = Lcg(facemill_test_kit::Lcg(3));
     let ball = ConvexPolyhedron::around(&lcg.points(3000), []).unwrap();
     let of_ball = 4.0 / 3.0 * std::f64::consts::PI * 1e6;
     assert!(ball.volume() > 0.98 * of_ball && ball.volume() < 1.15 * of_ball, "{}", ball.volume() / of_ball);
@@ -135,7 +134,7 @@ fn prism_of_sixty_sides_is_exact_and_a_ball_is_hardly_larger() {
 
 #[test]
 fn nearest_point_is_that_of_projections_and_its_plane_supports() {
-    let mut lcg = Lcg(4);
+    let mut lcg = Lcg(facemill_test_kit::Lcg(4));
     for n in [4, 6, 12, 40] {
         let polyhedron = ConvexPolyhedron::around(&lcg.points(n), []).unwrap();
         for _ in 0..60 {
@@ -157,7 +156,7 @@ fn nearest_point_is_that_of_projections_and_its_plane_supports() {
 
 #[test]
 fn plane_of_a_point_that_is_hardly_outside_does_not_cut_the_body() {
-    let mut lcg = Lcg(5);
+    let mut lcg = Lcg(facemill_test_kit::Lcg(5));
     for n in [4, 8, 30] {
         let polyhedron = ConvexPolyhedron::around(&lcg.points(n), []).unwrap();
         for k in 0..4000 {

@@ -28,7 +28,7 @@ fn random_cc(random: &mut Random) -> (CcPoint, ClPoint) {
 
 #[test]
 fn arcs_leave_the_pass_along_its_feed() {
-    let mut random = Random(1);
+    let mut random = Random::new(1);
     for _ in 0..50 {
         let (cc, cl) = random_cc(&mut random);
         for shape in shapes(40.0, FRAC_PI_3) {
@@ -48,7 +48,7 @@ fn arcs_leave_the_pass_along_its_feed() {
 
 #[test]
 fn arcs_keep_axis_radius_angle_and_step() {
-    let mut random = Random(2);
+    let mut random = Random::new(2);
     for _ in 0..50 {
         let (cc, cl) = random_cc(&mut random);
         let (radius, angle) = (random.between(5.0, 80.0), random.between(0.2, FRAC_PI_2));
@@ -81,7 +81,7 @@ fn arcs_keep_axis_radius_angle_and_step() {
 
 #[test]
 fn a_roll_in_comes_from_the_finished_side_and_from_above() {
-    let mut random = Random(3);
+    let mut random = Random::new(3);
     for _ in 0..50 {
         let (cc, cl) = random_cc(&mut random);
         for (uncut_left, side) in [(true, -1.0), (false, 1.0)] {

@@ -14,12 +14,15 @@ use nalgebra::{Isometry3, Point3, Vector3};
 pub(crate) const MOUNT: f64 = 900.0;
 
 /// Uniform numbers, always the same.
-pub(crate) struct Random(pub(crate) u64);
+pub(crate) struct Random(facemill_test_kit::Lcg);
 
 impl Random {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(facemill_test_kit::Lcg(seed))
+    }
+
     pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        low + (high - low) * (self.0 >> 11) as f64 / (1u64 << 53) as f64
+        self.0.between(low, high)
     }
 
     pub(crate) fn vector(&mut self) -> Vector3<f64> {

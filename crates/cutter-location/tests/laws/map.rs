@@ -73,7 +73,7 @@ fn every_posture_of_a_certified_cell_is_as_the_cell_says() {
     let coarse = MeshTree::new(&patch(&spec, 24, 24).unwrap());
     let flat = MeshTree::new(&plane(400.0));
     let machine = machine();
-    let mut random = Random(41);
+    let mut random = Random::new(41);
     let mut tested = Tested::default();
     let mut uncertain = 0.0;
     for round in 0..12 {
@@ -122,7 +122,7 @@ fn what_blocks_a_cell_blocks_each_of_its_postures_alone() {
     let spec = PatchSpec::new([240.0, 240.0], 9.0, [2.0, 1.5]).unwrap();
     let part = MeshTree::new(&patch(&spec, 120, 120).unwrap());
     let (machine, tool) = (machine(), tool(16.0, 2.0, 12.0));
-    let mut random = Random(43);
+    let mut random = Random::new(43);
     let (mut gouges, mut collisions, mut by_machine, mut same) = (0, 0, 0, 0);
     for round in 0..8 {
         let cc = cc_on_patch(&spec, random.between(-60.0, 60.0), random.between(-60.0, 60.0), random.vector());
@@ -235,7 +235,7 @@ fn limits_and_bodies_of_the_bed_are_proven_as_the_single_postures_say() {
     file.bed_bodies[0].position_mm = [y, x, z];
     let machine = Machine::from_file(file).unwrap();
     let tool = tool(16.0, 2.0, 12.0);
-    let mut random = Random(47);
+    let mut random = Random::new(47);
     let mut tested = Tested::default();
     let (mut by_limits, mut by_post, mut known) = (0, 0, 0.0);
     for round in 0..8 {

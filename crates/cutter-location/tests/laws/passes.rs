@@ -200,7 +200,7 @@ fn the_plan_moves_with_part_and_mounting() {
         plan_passes(&PoseTest::new(&cell), &moved, &SETTINGS, &Silent).unwrap()
     };
     let here = plan(&nalgebra::Isometry3::identity());
-    let mut random = Random(17);
+    let mut random = Random::new(17);
     let motion = nalgebra::Isometry3::new(random.vector() * 500.0, random.vector() * 2.0);
     let there = plan(&motion);
     let mut planned = 0;

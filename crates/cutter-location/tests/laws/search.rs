@@ -16,7 +16,7 @@ fn search_gives_the_smallest_feasible_u_of_a_dense_scan_in_both_orders_for_any_w
     let cell = workcell(&machine, &tool, vec![obstacle("part", &tree)]);
     let test = PoseTest::new(&cell);
     let settings = SearchSettings { u_step: 0.05, u_tolerance: 0.002, ..SearchSettings::default() };
-    let mut random = Random(5);
+    let mut random = Random::new(5);
     for order in [SearchOrder::TiltFirst, SearchOrder::RotateFirst] {
         for weight in [0.3, 1.0, 4.0] {
             let one_sign = curve_deg([2.0, 0.0], [25.0, -80.0], order, weight);
@@ -63,7 +63,7 @@ fn search_from_a_later_u_never_goes_below_it() {
     let cell = workcell(&machine, &tool, vec![obstacle("part", &tree)]);
     let test = PoseTest::new(&cell);
     let curve = curve_deg([2.0, 0.0], [25.0, -80.0], SearchOrder::TiltFirst, 1.0);
-    let mut random = Random(6);
+    let mut random = Random::new(6);
     let mut taken_at_once = 0;
     for _ in 0..60 {
         let (x, y, from) = (random.between(-80.0, 80.0), random.between(-80.0, 80.0), random.between(0.0, 1.0));
@@ -146,7 +146,7 @@ fn a_seated_pose_is_lifted_no_more_than_it_needs() {
     let mesh = patch(&spec, 24, 24).unwrap();
     let (tree, plain) = (MeshTree::new(&mesh), ParryMesh::new(&mesh));
     let machine = machine();
-    let mut random = Random(8);
+    let mut random = Random::new(8);
     let (mut lifted, mut refused) = (0, 0);
     for (radius, corner, max_lift) in [(16.0, 2.0, 0.3), (12.0, 0.0, 0.02), (10.0, 10.0, 0.1), (25.0, 2.0, 0.03)] {
         let tool = tool(radius, corner, 20.0);

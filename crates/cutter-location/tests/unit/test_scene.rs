@@ -7,14 +7,7 @@ use nalgebra::Isometry3;
 use crate::pose::workcell::Workcell;
 
 /// Uniform numbers, always the same.
-pub(crate) struct Random(pub(crate) u64);
-
-impl Random {
-    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        low + (high - low) * (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
+pub(crate) use facemill_test_kit::Lcg as Random;
 
 /// A mill with a thinner body and a holder; lengths in mm.
 pub(crate) fn tool() -> ToolAssembly {

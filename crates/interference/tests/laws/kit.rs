@@ -9,18 +9,17 @@ use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
 /// A small seeded generator (Knuth's MMIX constants, the upper bits of the state).
-pub(crate) struct Lcg(u64);
+pub(crate) struct Lcg(facemill_test_kit::Lcg);
 
 impl Lcg {
     pub(crate) fn new(seed: u64) -> Self {
-        let mut lcg = Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15));
+        let mut lcg = Self(facemill_test_kit::Lcg(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15)));
         lcg.unit_interval();
         lcg
     }
 
     fn unit_interval(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+        self.0.unit()
     }
 
     pub(crate) fn range(&mut self, low: f64, high: f64) -> f64 {

@@ -8,18 +8,18 @@ use facemill_inverse_kinematics::*;
 use nalgebra::{Matrix4, Point3, Unit, Vector3, Vector4};
 
 /// Deterministic random numbers (splitmix64).
-pub struct Random(pub u64);
+pub struct Random(facemill_test_kit::Random);
 
 impl Random {
+    pub fn new(seed: u64) -> Self {
+        Self(facemill_test_kit::Random(seed))
+    }
+
     pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        self.0.bits()
     }
     pub fn within(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * (self.next() >> 11) as f64 / (1u64 << 53) as f64
+        self.0.between(low, high)
     }
     pub fn below(&mut self, n: usize) -> usize {
         (self.next() % n as u64) as usize
@@ -204,7 +204,7 @@ pub fn dual_mill_head() -> Machine {
 /// with right angles, many of them with two rotary joints parallel.
 pub fn families_of_three_rotaries() -> Vec<Machine> {
     let axes = ["X", "Y", "A", "B", "C"];
-    let mut r = Random(12);
+    let mut r = Random::new(12);
     let mut all = vec![dual_mill_head()];
     all.extend((0..8).map(|_| random_machine_of(&mut r, axes, |r| r.within(-180.0, 180.0))));
     all.extend((0..12).map(|_| random_machine_of(&mut r, axes, right_angle)));
@@ -213,7 +213,7 @@ pub fn families_of_three_rotaries() -> Vec<Machine> {
 
 /// A machine of every family, and some in general position.
 pub fn families() -> Vec<Machine> {
-    let mut r = Random(11);
+    let mut r = Random::new(11);
     let mut all = vec![
         Machine::head_b_table_c().unwrap(),
         trunnion_ac(Sense::Negative, [1.0, 2.0, 3.0], 20.0, 10.0, Some((-110.0, 110.0))),

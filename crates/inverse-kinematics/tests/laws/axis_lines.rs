@@ -71,7 +71,7 @@ fn random_end(r: &mut Random, lines: &[AxisLine]) -> Isometry3<f64> {
 
 #[test]
 fn product_of_screws_is_product_of_rows() {
-    let mut r = Random(41);
+    let mut r = Random::new(41);
     for round in 0..4000 {
         let lines = random_lines(&mut r);
         let end = random_end(&mut r, &lines);
@@ -116,7 +116,7 @@ fn a_chain_has_no_more_rows_than_it_needs() {
 
 #[test]
 fn bodies_stay_where_they_were_put() {
-    let mut r = Random(7);
+    let mut r = Random::new(7);
     for _ in 0..50 {
         let machine_lines = loop {
             let lines = random_lines(&mut r);

@@ -66,7 +66,7 @@ fn way_of(machine: &Machine, body: usize, from: &AxisValues, to: &AxisValues) ->
 
 #[test]
 fn every_pose_of_a_set_has_its_values_within_the_ranges_and_moves_no_body_farther() {
-    let mut r = Random(31);
+    let mut r = Random::new(31);
     let (mut checked, mut known, mut tight) = (0, 0, 0);
     for machine in families_with_bodies() {
         let mut known_here = 0;
@@ -107,7 +107,7 @@ fn every_pose_of_a_set_has_its_values_within_the_ranges_and_moves_no_body_farthe
 
 #[test]
 fn limits_over_a_range_are_those_of_every_pose_in_it() {
-    let mut r = Random(32);
+    let mut r = Random::new(32);
     let (mut within, mut beyond) = (0, 0);
     for machine in families() {
         for _ in 0..200 {

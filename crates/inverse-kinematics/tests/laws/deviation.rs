@@ -20,7 +20,7 @@ fn ratios(machine: &Machine, ends: [&AxisValues; 2]) -> [f64; 3] {
 
 #[test]
 fn the_bound_is_never_below_dense_sampling_for_all_axes_linear() {
-    let mut r = Random(31);
+    let mut r = Random::new(31);
     for machine in families() {
         for size in [1e-5, 1e-3, 0.02, 0.1, 0.4, 1.0] {
             for _ in 0..6 {
@@ -42,7 +42,7 @@ fn the_bound_is_never_below_dense_sampling_for_all_axes_linear() {
 
 #[test]
 fn the_bound_is_within_a_tenth_of_the_deviation_for_blocks_of_programs() {
-    let mut r = Random(32);
+    let mut r = Random::new(32);
     let mut n_blocks = 0;
     for machine in families() {
         for _ in 0..300 {
@@ -61,7 +61,7 @@ fn the_bound_is_within_a_tenth_of_the_deviation_for_blocks_of_programs() {
 
 #[test]
 fn the_bound_of_large_blocks_is_sharp_too() {
-    let mut r = Random(33);
+    let mut r = Random::new(33);
     for machine in families() {
         for _ in 0..20 {
             let (a, end) = (r.values(&machine), r.values(&machine));
@@ -112,7 +112,7 @@ fn the_bound_is_within_a_tenth_along_a_pass_of_the_head_b_table_c_machine() {
 
 #[test]
 fn every_pose_of_a_bent_rapid_is_near_one_pose_of_the_straight_way() {
-    let mut r = Random(34);
+    let mut r = Random::new(34);
     for machine in families() {
         for size in [1e-3, 0.03, 0.3, 1.0] {
             let (a, end) = (r.values(&machine), r.values(&machine));
@@ -153,7 +153,7 @@ fn a_rapid_bends_by_the_distance_of_its_corner_from_the_straight_line() {
 fn the_bound_of_a_bent_rapid_is_within_a_tenth_of_the_distance_from_the_path() {
     // Nearest by tip alone: no other choice of the meant pose brings the tip nearer.
     let machine = Machine::head_b_table_c().unwrap();
-    let mut r = Random(35);
+    let mut r = Random::new(35);
     for _ in 0..100 {
         let a = r.values(&machine);
         let b = AxisValues::from_fn(5, |k| {

@@ -17,7 +17,7 @@ fn motion(line: &JointLine, value: f64) -> Isometry3<f64> {
 
 #[test]
 fn joint_lines_move_the_tool_as_the_machine_does() {
-    let mut r = Random(17);
+    let mut r = Random::new(17);
     for machine in families() {
         let lines = machine.joint_lines();
         let zero = machine.forward(&AxisValues::zeros(5), 150.0);
@@ -99,7 +99,7 @@ fn corners_of_the_reach_are_found() {
 /// Whatever values the rotary axes have, the tool axis is inside what is told.
 #[test]
 fn no_pose_is_outside_the_reach() {
-    let mut r = Random(23);
+    let mut r = Random::new(23);
     for machine in families().into_iter().take(8) {
         let reach = machine.axis_reach().unwrap();
         // Fields of equal area that some pose points into.
@@ -133,7 +133,7 @@ fn reach_with_two_linear_axes_is_told_for_its_tip() {
     let reach = machine.axis_reach().unwrap();
     let tip = reach.tip.unwrap();
     assert!(reach.share > 0.0 && reach.share < 1.0 && reach.singular.is_empty(), "{reach:?}");
-    let mut r = Random(5);
+    let mut r = Random::new(5);
     let (n, mut reached) = (2000, 0);
     for _ in 0..n {
         let axis = r.direction();

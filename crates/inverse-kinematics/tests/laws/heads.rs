@@ -41,7 +41,7 @@ fn all_pairs() -> Vec<Vec<Machine>> {
 
 #[test]
 fn one_position_goes_to_both_views_and_each_follows_its_own_chain() {
-    let mut r = Random(41);
+    let mut r = Random::new(41);
     for heads in all_pairs() {
         assert_eq!(heads.len(), 2);
         let [a, b] = [&heads[0], &heads[1]];
@@ -70,7 +70,7 @@ fn one_position_goes_to_both_views_and_each_follows_its_own_chain() {
 
 #[test]
 fn a_view_solves_as_its_head_alone_and_keeps_the_other_ones_axes() {
-    let mut r = Random(42);
+    let mut r = Random::new(42);
     let mut solved = [0; 2];
     for heads in all_pairs() {
         for (h, view) in heads.iter().enumerate() {
@@ -156,7 +156,7 @@ fn other_tool() -> Vec<PlacedSolid> {
 
 #[test]
 fn bodies_of_the_other_head_and_its_tool_are_where_matrices_put_them() {
-    let mut r = Random(43);
+    let mut r = Random::new(43);
     for heads in dual_mills() {
         for (h, view) in heads.iter().enumerate() {
             let view = view.with_tool_in_other_head(&other_tool(), TOOL);
@@ -189,7 +189,7 @@ fn bodies_of_the_other_head_and_its_tool_are_where_matrices_put_them() {
 
 #[test]
 fn joints_between_bodies_are_those_whose_motion_moves_one_against_the_other() {
-    let mut r = Random(44);
+    let mut r = Random::new(44);
     for heads in dual_mills() {
         for view in &heads {
             let view = &view.with_tool_in_other_head(&other_tool(), TOOL);
@@ -306,7 +306,7 @@ fn largest_way(solid: &Solid, from: &Isometry3<f64>, to: &Isometry3<f64>, r: &mu
 
 #[test]
 fn no_body_moves_farther_on_the_bed_than_its_way_says() {
-    let mut r = Random(45);
+    let mut r = Random::new(45);
     let mut sharp = 0;
     let mut machines: Vec<Machine> = dual_mills().into_iter().flatten().collect();
     machines.push(Machine::head_b_table_c().unwrap());
@@ -346,7 +346,7 @@ fn no_body_moves_farther_on_the_bed_than_its_way_says() {
 
 #[test]
 fn bodies_of_the_other_head_move_no_farther_than_over_a_box_of_its_axes() {
-    let mut r = Random(46);
+    let mut r = Random::new(46);
     let mut checked = 0;
     let [closed, _] = dual_mills();
     for view in &closed {
@@ -384,7 +384,7 @@ fn bodies_of_the_other_head_move_no_farther_than_over_a_box_of_its_axes() {
 
 #[test]
 fn paths_and_lines_leave_the_other_head_where_it_was() {
-    let mut r = Random(47);
+    let mut r = Random::new(47);
     for heads in dual_mills() {
         for view in &heads {
             let start = r.values(view);

@@ -92,7 +92,7 @@ fn pose_by_elements(text: &str, value: &dyn Fn(&str) -> f64) -> Isometry3<f64> {
 
 #[test]
 fn shared_machines_move_as_their_elements_say() {
-    let mut r = Random(3);
+    let mut r = Random::new(3);
     for path in shared_machines() {
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         let text = std::fs::read_to_string(&path).unwrap();
@@ -122,7 +122,7 @@ fn shared_machines_move_as_their_elements_say() {
 
 #[test]
 fn shared_machines_go_there_and_back() {
-    let mut r = Random(5);
+    let mut r = Random::new(5);
     for path in shared_machines() {
         let machine = Machine::from_file(import_autodesk_machine(&std::fs::read_to_string(&path).unwrap()).unwrap());
         let machine = machine.unwrap();

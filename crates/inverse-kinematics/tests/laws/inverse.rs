@@ -17,7 +17,7 @@ fn assert_reaches(machine: &Machine, q: &AxisValues, cl: &ClPoint, tool_length: 
 
 #[test]
 fn forward_is_the_product_of_craigs_matrices() {
-    let mut r = Random(1);
+    let mut r = Random::new(1);
     for machine in families() {
         for _ in 0..50 {
             let q = r.values(&machine);
@@ -33,7 +33,7 @@ fn forward_is_the_product_of_craigs_matrices() {
 
 #[test]
 fn every_branch_reaches_the_pose_and_one_is_the_pose_it_came_from() {
-    let mut r = Random(2);
+    let mut r = Random::new(2);
     for machine in families() {
         for _ in 0..400 {
             let q = r.values(&machine);
@@ -57,7 +57,7 @@ fn every_branch_reaches_the_pose_and_one_is_the_pose_it_came_from() {
 fn branches_are_on_the_two_sides_of_the_last_rotary_axis() {
     let machine = Machine::head_b_table_c().unwrap();
     let b = machine.axis_index("B").unwrap();
-    let mut r = Random(3);
+    let mut r = Random::new(3);
     for _ in 0..500 {
         let q = r.values(&machine);
         let cl = machine.cl_point(&q, TOOL);
@@ -78,7 +78,7 @@ fn branches_are_on_the_two_sides_of_the_last_rotary_axis() {
 fn head_b_table_c_agrees_with_its_closed_form() {
     let machine = Machine::head_b_table_c().unwrap();
     let pivot = 350.0;
-    let mut r = Random(4);
+    let mut r = Random::new(4);
     for _ in 0..500 {
         let axis = Unit::new_normalize(Vector3::new(r.within(-1.0, 1.0), r.within(-1.0, 1.0), r.within(0.05, 1.0)));
         let cl =
@@ -115,7 +115,7 @@ fn at_the_pole_the_free_axis_keeps_its_value() {
 
 #[test]
 fn near_the_poles_no_accuracy_is_lost() {
-    let mut r = Random(5);
+    let mut r = Random::new(5);
     for machine in families() {
         // The tool axis is along the rotary axis nearest to the workpiece: found by turning the
         // other one.
@@ -247,7 +247,7 @@ fn limits_are_told_with_axis_and_value_and_their_ends_are_reached() {
 #[test]
 fn nutating_head_tilts_by_its_closed_form_and_no_farther() {
     let machine = nutating_head();
-    let mut r = Random(6);
+    let mut r = Random::new(6);
     for _ in 0..200 {
         let b = r.within(0.05, 3.1);
         let tilt = ((1.0 + b.cos()) / 2.0).acos();
@@ -301,7 +301,7 @@ fn dependent_linear_axes_are_a_typed_result() {
 
 #[test]
 fn a_moved_base_changes_nothing() {
-    let mut r = Random(7);
+    let mut r = Random::new(7);
     for machine in families() {
         let mut file = machine.to_file();
         let base = row(120.0, 33.0, -70.0, 61.0);
@@ -325,7 +325,7 @@ fn a_moved_base_changes_nothing() {
 #[test]
 fn nothing_panics_and_no_nan_comes_out() {
     let strange = [f64::NAN, f64::INFINITY, -f64::INFINITY, 0.0, -0.0, 1e308, -1e308, 1e-308, 1e17];
-    let mut r = Random(9);
+    let mut r = Random::new(9);
     for machine in families() {
         for _ in 0..300 {
             let mut pick = || strange[r.below(strange.len())];
@@ -365,7 +365,7 @@ fn length_compensation_keeps_the_tip_in_place() {
 
 #[test]
 fn unchecked_solutions_are_the_checked_ones_wherever_limits_allow_them() {
-    let mut r = Random(10);
+    let mut r = Random::new(10);
     let mut n_regular = 0;
     for machine in families().iter().chain(&families_of_three_rotaries()) {
         for _ in 0..200 {

@@ -29,7 +29,7 @@ fn wandering(machine: &Machine, r: &mut Random, n: usize, size: f64) -> (AxisVal
 
 #[test]
 fn every_block_holds_the_tolerances_by_dense_sampling() {
-    let mut r = Random(41);
+    let mut r = Random::new(41);
     let (mut n_ways, mut n_between) = (0, 0);
     for machine in families() {
         for (k, law) in [CuttingLaw::AxesLinear, CuttingLaw::TipAndRotariesLinear].into_iter().enumerate() {
@@ -78,7 +78,7 @@ fn fewest_blocks(machine: &Machine, grid: &[AxisValues], holds: impl Fn(usize, u
 #[test]
 fn there_are_at_most_a_tenth_more_blocks_than_the_optimum() {
     const GRID: usize = 100;
-    let mut r = Random(42);
+    let mut r = Random::new(42);
     let (mut n_cases, mut found, mut optimum) = (0, 0, 0);
     for machine in families() {
         for _ in 0..5 {
@@ -125,7 +125,7 @@ fn there_are_at_most_a_tenth_more_blocks_than_the_optimum() {
 
 #[test]
 fn blocks_between_two_poses_use_up_about_the_same() {
-    let mut r = Random(43);
+    let mut r = Random::new(43);
     let mut n_blocks = 0;
     for machine in families() {
         let (start, poses) = wandering(&machine, &mut r, 2, 0.05);
@@ -141,7 +141,7 @@ fn blocks_between_two_poses_use_up_about_the_same() {
 
 #[test]
 fn the_reported_bound_is_the_largest_of_all_blocks_and_no_run_differs() {
-    let mut r = Random(44);
+    let mut r = Random::new(44);
     let machine = Machine::head_b_table_c().unwrap();
     for law in
         [BlockLaw::from(CuttingLaw::AxesLinear), CuttingLaw::TipAndRotariesLinear.into(), RapidLaw::PerAxis.into()]
@@ -161,7 +161,7 @@ fn the_reported_bound_is_the_largest_of_all_blocks_and_no_run_differs() {
 
 #[test]
 fn bent_rapids_stay_near_the_straight_way() {
-    let mut r = Random(45);
+    let mut r = Random::new(45);
     let mut n_ways = 0;
     for machine in families() {
         let (start, poses) = wandering(&machine, &mut r, 3, 0.03);

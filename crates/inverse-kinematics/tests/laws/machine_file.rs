@@ -209,7 +209,7 @@ fn structures_without_a_closed_solution_are_refused_by_name() {
 
 #[test]
 fn bodies_move_with_their_links() {
-    let mut r = Random(31);
+    let mut r = Random::new(31);
     let body = |name: &str| BodyFile {
         name: name.to_owned(),
         shape: ShapeFile::Cylinder { radius_mm: 30.0, height_mm: 50.0 },

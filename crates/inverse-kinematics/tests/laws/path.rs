@@ -158,7 +158,7 @@ fn short_path(machine: &Machine, random: &mut Random, step: f64) -> (Vec<ClPoint
 
 #[test]
 fn no_other_sequence_is_cheaper() {
-    let mut random = Random(41);
+    let mut random = Random::new(41);
     let (mut n_compared, mut n_breaks, mut n_turns) = (0, 0, 0);
     let machines: Vec<(Machine, f64, usize)> = families()
         .into_iter()
@@ -199,7 +199,7 @@ fn no_other_sequence_is_cheaper() {
 
 #[test]
 fn a_path_and_its_reverse_cost_the_same() {
-    let mut random = Random(42);
+    let mut random = Random::new(42);
     let mut n = 0;
     for machine in families() {
         let machine = with_range(&machine, &["A", "B", "C"], Some((-210.0, 250.0)));

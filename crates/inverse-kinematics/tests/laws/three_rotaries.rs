@@ -7,7 +7,7 @@ const TOOL: f64 = 137.0;
 
 #[test]
 fn every_solution_reaches_the_pose_and_one_is_the_pose_it_came_from() {
-    let mut r = Random(2);
+    let mut r = Random::new(2);
     let mut counts = [0_usize; MAX_SOLUTIONS + 1];
     for machine in families_of_three_rotaries() {
         for _ in 0..300 {
@@ -67,7 +67,7 @@ fn along_first(machine: &Machine, r: &mut Random) -> Option<AxisValues> {
 
 #[test]
 fn with_the_tool_along_the_first_of_parallel_rotaries_a_pose_is_reached_from_any_reference() {
-    let mut r = Random(5);
+    let mut r = Random::new(5);
     let mut machines = families_of_three_rotaries();
     let eighths = |r: &mut Random| [-90.0, 0.0, 90.0, 180.0, 45.0, -45.0][r.below(6)];
     machines.extend((0..40).map(|_| random_machine_of(&mut r, ["X", "Y", "A", "B", "C"], eighths)));

@@ -20,7 +20,7 @@ fn machine_with(turns: f64) -> Machine {
 
 #[test]
 fn windings_are_all_turns_within_the_limits_and_leave_the_tool_where_it_is() {
-    let mut random = Random(5);
+    let mut random = Random::new(5);
     for turns in [0.0, 0.3, 1.0, 2.0] {
         let machine = machine_with(turns);
         let c = machine.axis_index("C").unwrap();
@@ -54,7 +54,7 @@ fn windings_are_all_turns_within_the_limits_and_leave_the_tool_where_it_is() {
 #[test]
 fn an_endless_axis_has_one_winding() {
     let machine = Machine::head_b_table_c().unwrap();
-    let mut random = Random(6);
+    let mut random = Random::new(6);
     for _ in 0..50 {
         let q = random.values(&machine);
         assert_eq!(machine.windings(&q), [q]);
@@ -75,7 +75,7 @@ fn with_limits(machine: &Machine, min_deg: f64, max_deg: f64) -> Machine {
 
 #[test]
 fn all_solutions_are_all_branches_at_all_turns_within_the_limits_and_reach_the_pose() {
-    let mut random = Random(7);
+    let mut random = Random::new(7);
     let mut n_wound = 0;
     for machine in families().iter().chain(&families_of_three_rotaries()) {
         let machine = with_limits(machine, -300.0, 430.0);

@@ -107,11 +107,8 @@ fn the_chord_error_covers_points_between_those_it_looks_at() {
     let resolution = resolution(20, 30);
     let (mesh, surface) = (blade(&spec, resolution), BladeSurface::new(&spec));
     let estimate = chord_error(&spec, resolution).sides;
-    let mut random = 12_345_u64;
-    let mut uniform = || {
-        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (random >> 11) as f64 / (1u64 << 53) as f64
-    };
+    let mut random = facemill_test_kit::Lcg(12_345);
+    let mut uniform = || random.unit();
     let mut worst: f64 = 0.0;
     for _ in 0..400 {
         let section = surface.section(spec.hub_radius() + (0.97 * 125.0 - spec.hub_radius()) * uniform());

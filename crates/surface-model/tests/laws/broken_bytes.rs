@@ -49,11 +49,8 @@ fn cut_off_files_are_errors_in_formats_that_can_tell() {
 
 #[test]
 fn changed_bytes_never_panic() {
-    let mut state = 1u64;
-    let mut random = |n: usize| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as usize % n
-    };
+    let mut state = facemill_test_kit::Lcg(1);
+    let mut random = |n: usize| (state.bits() >> 33) as usize % n;
     const PIECES: [&[u8]; 12] = [
         b"-1",
         b"9999999999",

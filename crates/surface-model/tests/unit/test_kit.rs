@@ -7,17 +7,16 @@ use nalgebra::{Point3, Unit, Vector3};
 use crate::mesh::tri_mesh::TriMesh;
 
 /// Linear congruential generator (Knuth's MMIX constants).
-pub(crate) struct Lcg(u64);
+pub(crate) struct Lcg(facemill_test_kit::Lcg);
 
 impl Lcg {
     pub(crate) fn new(seed: u64) -> Self {
-        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x1234_5678)
+        Self(facemill_test_kit::Lcg(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x1234_5678))
     }
 
     /// Uniform in 0..1.
     pub(crate) fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+        self.0.unit()
     }
 
     pub(crate) fn vector(&mut self, size: f64) -> Vector3<f64> {

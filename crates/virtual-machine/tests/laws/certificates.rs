@@ -1,6 +1,7 @@
 //! Certificates of random blocks against depths at times close together, and what they refuse to
 //! say.
 
+use facemill_test_kit::Lcg;
 use std::fmt::Write;
 
 use crate::kit;
@@ -17,15 +18,6 @@ use facemill_virtual_machine::{
     Certificates, FindingKind, ObstacleKind, Verification, VerifySettings, VirtualObstacle, VirtualSetup, certify,
 };
 use nalgebra::{Point3, Unit, Vector3};
-
-struct Lcg(u64);
-
-impl Lcg {
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
-    }
-}
 
 fn height(x: f64, y: f64) -> f64 {
     1.2 * (x / 45.0).sin() * (y / 60.0).cos()

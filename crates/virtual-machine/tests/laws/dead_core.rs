@@ -195,11 +195,8 @@ impl Heights {
 
 #[test]
 fn random_ways_agree_with_heights_of_the_stock() {
-    let mut state = 5_u64;
-    let mut unit = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1u64 << 53) as f64
-    };
+    let mut state = facemill_test_kit::Lcg(5);
+    let mut unit = || state.unit();
     let shop = Shop::new();
     let (mut n_clean, mut n_found) = (0, 0);
     for _ in 0..30 {

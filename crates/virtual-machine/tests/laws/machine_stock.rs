@@ -382,11 +382,8 @@ const FLUTE: f64 = 12.0;
 fn the_guard_is_told_where_points_of_the_block_are_left_and_nowhere_else() {
     let (shop, block) = (shop_with_guard(), Block::on_the_plate());
     let (setup, settings) = (block.setup(&shop), coarse());
-    let mut state = 5_u64;
-    let mut random = |low: f64, high: f64| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        low + (high - low) * ((state >> 11) as f64 / (1u64 << 53) as f64)
-    };
+    let mut state = facemill_test_kit::Lcg(5);
+    let mut random = |low: f64, high: f64| state.between(low, high);
     let beside = outside_layer(CELL) + 4.0 * TOLERANCE;
     let (mut n_met, mut n_cleared) = (0, 0);
     for _ in 0..4 {

@@ -5,6 +5,7 @@ use facemill_cl_data::Silent;
 use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::{AxisKind, Machine};
 use facemill_nc_program::{Dialect, read_program};
+use facemill_test_kit::Lcg;
 use facemill_tool_model::{AssemblyLength, Lengths, OpenAssembly, Section, ToolAssembly};
 use facemill_z_map::DexelMap;
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -250,15 +251,6 @@ fn bodies_of_the_machine_ask_for_the_spindle_face() {
         let forced = found.forced_by[3].as_ref().unwrap();
         assert_eq!((forced.body.as_str(), forced.obstacle.as_str()), (body, "box 0"));
         scene.holds(&found, &way);
-    }
-}
-
-struct Lcg(u64);
-
-impl Lcg {
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
     }
 }
 

@@ -41,7 +41,7 @@ fn with_bodies(machine: &Machine) -> Machine {
 }
 
 fn machines() -> Vec<Machine> {
-    let mut r = Random(77);
+    let mut r = Random::new(77);
     let random = std::iter::repeat_with(|| common::random_machine(&mut r)).take(16);
     common::families().into_iter().take(5).chain(random).map(|m| with_bodies(&m)).collect()
 }
@@ -140,7 +140,7 @@ fn interval_in(breaks: &[f64], r: &mut Random) -> [f64; 2] {
 /// Share of the intervals that have a bound; of those the median over the intervals of the largest
 /// acceleration over its bound.
 fn judged(law: BlockLaw, mm: f64, rad: f64) -> (f64, f64) {
-    let mut r = Random(901);
+    let mut r = Random::new(901);
     let (mut n, mut shares) = (0, Vec::new());
     for (index, machine) in machines().iter().enumerate() {
         for block in 0..40 {
@@ -209,7 +209,7 @@ fn axes_that_stand_still_turn_nothing_and_a_pole_on_the_way_is_not_told_of() {
 
 #[test]
 fn a_turned_vector_that_is_told_to_be_reached_is_reached_at_every_time() {
-    let mut r = Random(31);
+    let mut r = Random::new(31);
     let (mut told, mut lost) = (0, 0);
     let law = BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned);
     for machine in machines() {
@@ -232,7 +232,7 @@ fn a_turned_vector_that_is_told_to_be_reached_is_reached_at_every_time() {
 
 #[test]
 fn no_rates_are_told_where_the_control_changes_branches() {
-    let mut r = Random(5);
+    let mut r = Random::new(5);
     let (mut told, mut changes) = (0, 0);
     let law = BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned);
     for (index, machine) in machines().iter().enumerate() {
@@ -266,7 +266,7 @@ fn two_heads() -> Vec<Machine> {
 #[test]
 fn parts_of_two_heads_are_no_more_accelerated_against_each_other_than_told() {
     let views = two_heads();
-    let mut r = Random(902);
+    let mut r = Random::new(902);
     let (mut shares, mut exceeded) = (Vec::new(), 0);
     for law in [BlockLaw::Cutting(CuttingLaw::AxesLinear), BlockLaw::Rapid(RapidLaw::Linear)] {
         for block in 0..60 {
@@ -303,7 +303,7 @@ fn parts_of_two_heads_are_no_more_accelerated_against_each_other_than_told() {
 #[test]
 fn parts_of_two_heads_stray_against_each_other_by_no_more_than_told() {
     let views = two_heads();
-    let mut r = Random(903);
+    let mut r = Random::new(903);
     let tolerance = ControlTolerance { path: 0.05, orientation: 1e-3 };
     let lengths = [LENGTH, 90.0];
     let mut largest = 0.0_f64;

@@ -87,7 +87,7 @@ fn a_cube_does_not_leak_at_edges_and_corners() {
         let of_edge: Vec<_> = map.intervals(0, k).map(|i| [i.bottom, i.top]).collect();
         assert!(of_edge.len() == 1 && (of_edge[0][1] - 2.5).abs() < 1e-9, "{of_edge:?}");
     }
-    let mut random = Random(4);
+    let mut random = Random::new(4);
     for _ in 0..5 {
         let frame = random.pose(20.0);
         let map = DexelMap::of_mesh(&cube(4.0), &frame, 0.2).unwrap();
@@ -114,7 +114,7 @@ fn a_sphere_of_triangles_has_its_volume() {
 fn an_allowance_is_all_within_it() {
     let mesh = cube(5.0);
     let volume = |d: f64| 1000.0 + 600.0 * d + 30.0 * PI * d * d + 4.0 / 3.0 * PI * d * d * d;
-    let mut random = Random(7);
+    let mut random = Random::new(7);
     for frame in [Isometry3::identity(), random.pose(10.0), random.pose(10.0)] {
         for allowance in [0.3, 2.0] {
             let map = DexelMap::of_mesh_with_allowance(&mesh, &frame, 0.2, allowance).unwrap();
@@ -154,7 +154,7 @@ fn a_mesh_that_is_open_or_inside_out_is_refused_with_the_place() {
 
 #[test]
 fn the_mesh_of_a_stock_is_closed_and_has_its_volume() {
-    let mut map = DexelMap::of_mesh(&sphere(6.0, 12), &Random(2).pose(30.0), 0.7).unwrap();
+    let mut map = DexelMap::of_mesh(&sphere(6.0, 12), &Random::new(2).pose(30.0), 0.7).unwrap();
     let tool = body(3.0, 1.0, 2.5);
     let centre = map.grid().work_from_map() * (map.grid().work_from_map().inverse() * Point3::origin());
     let at = |k: u32| {

@@ -61,7 +61,7 @@ struct Known<'a> {
 /// it is off by falls at least with this order.
 fn assert_order(expected: f64, known: &Known<'_>, new: impl Fn(f64) -> DexelMap) {
     let &Known { what, exact, body, way } = known;
-    let mut random = Random(81);
+    let mut random = Random::new(81);
     let mut error = |mean: f64| {
         let cell = mean * random.within(0.85, 1.15);
         removed(&mut new(cell), body, way, &anywhere(&mut random, cell), TOLERANCE) - exact
@@ -202,7 +202,7 @@ fn a_groove_by_a_turning_axis_is_within_its_tolerance() {
     let far = top.hypot(radius);
     let surface = 2.0 * PI * (far * far - floor * floor) + TAU * 2.0 * radius * (floor + far);
     for tolerance in [0.02, 0.005] {
-        let mut random = Random(82);
+        let mut random = Random::new(82);
         let mut volume = || {
             let place = anywhere(&mut random, 0.2);
             removed(&mut around(9.0, -3.0, 3.0)(0.2), &body(radius, 0.0, flute), &way, &place, tolerance)

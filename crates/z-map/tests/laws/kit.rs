@@ -4,15 +4,15 @@ use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// SplitMix64.
-pub(crate) struct Random(pub(crate) u64);
+pub(crate) struct Random(facemill_test_kit::Random);
 
 impl Random {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(facemill_test_kit::Random(seed))
+    }
+
     pub(crate) fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+        self.0.unit()
     }
 
     pub(crate) fn within(&mut self, from: f64, to: f64) -> f64 {
@@ -49,7 +49,7 @@ pub(crate) fn waves() -> TriMesh {
 
 /// Triangles of all sizes, shapes and directions, slivers, vertical ones and points among them.
 pub(crate) fn soup(seed: u64, n: u32) -> TriMesh {
-    let mut random = Random(seed);
+    let mut random = Random::new(seed);
     let mut vertices = Vec::new();
     for k in 0..n {
         let size = [0.2, 1.0, 5.0, 40.0][(4.0 * random.unit()) as usize];

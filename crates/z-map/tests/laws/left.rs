@@ -104,7 +104,7 @@ fn by_walking(cutter: &Cutter, motions: &[CutterMotion], place: &SurfacePlace) -
 
 #[test]
 fn random_motions_leave_what_a_walk_over_dense_poses_finds() {
-    let mut random = Random(11);
+    let mut random = Random::new(11);
     let mut cut = 0;
     for case in 0..60 {
         let corner = [0.0, 0.5, 3.0, 6.0][case % 4];
@@ -145,7 +145,7 @@ fn random_motions_leave_what_a_walk_over_dense_poses_finds() {
 #[test]
 fn heights_do_not_depend_on_threads_or_on_the_order_of_motions() {
     let cutter = Cutter::new(12.0, 2.0, 20.0).expect("a cutter");
-    let mut random = Random(5);
+    let mut random = Random::new(5);
     let places: Vec<SurfacePlace> =
         (0..1000).map(|_| place(random.within(-50.0, 50.0), random.within(-30.0, 30.0), 3.0)).collect();
     let motions = passes(7.0, 0.08, 0.9);

@@ -35,7 +35,7 @@ fn sampled_distance(mesh: &TriMesh, solid: &Solid, mesh_from_solid: &Isometry3<f
 
 #[test]
 fn what_intersects_the_mesh_is_never_certainly_free() {
-    let mut random = Random(21);
+    let mut random = Random::new(21);
     let (mut free, mut touching, mut unknown) = (0, 0, 0);
     for mesh in [waves(), ball(Point3::new(30.0, 30.0, 0.0), 20.0, 20), soup(22, 80)] {
         for _ in 0..2 {
@@ -65,7 +65,7 @@ fn what_intersects_the_mesh_is_never_certainly_free() {
 fn what_is_above_a_plane_by_more_than_rounding_is_certainly_free() {
     // On a level plane the columns end at the plane: the answer is as sharp as the bodies are.
     let map = build(&field(6, 20.0, |_, _| 5.0), &Isometry3::identity(), 1.0);
-    let mut random = Random(23);
+    let mut random = Random::new(23);
     for solid in solids() {
         for _ in 0..50 {
             let turn = UnitQuaternion::from_scaled_axis(random.vector(3.0));
@@ -145,7 +145,7 @@ fn no_pose_without_numbers_is_certainly_free() {
 fn the_gouge_estimate_is_the_clearance_over_a_plane() {
     let mesh = field(10, 30.0, |_, _| 0.0);
     // The plane, wherever the part stands.
-    let work_from_mesh = Random(31).pose(200.0);
+    let work_from_mesh = Random::new(31).pose(200.0);
     let map = build(&mesh.transformed(&work_from_mesh), &work_from_mesh.inverse(), 2.0);
     for (radius, corner) in [(80.0, 6.0), (25.0, 0.0), (10.0, 10.0)] {
         let cutter = Cutter::new(radius, corner, radius).unwrap();

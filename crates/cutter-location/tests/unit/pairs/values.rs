@@ -1,11 +1,10 @@
 use crate::pairs::values::*;
 
-struct Random(u64);
+struct Random(facemill_test_kit::Lcg);
 
 impl Random {
     fn below(&mut self, n: u64) -> u64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) % n
+        (self.0.bits() >> 33) % n
     }
 
     fn unit(&mut self) -> f64 {
@@ -43,7 +42,7 @@ fn cost(nodes: &[ValueNode], choice: &[usize], much: f64) -> f64 {
 /// All choices of small cases, one by one.
 #[test]
 fn no_sequence_of_values_costs_less_than_the_cheapest() {
-    let mut random = Random(11);
+    let mut random = Random(facemill_test_kit::Lcg(11));
     for _ in 0..200 {
         let nodes = nodes(&mut random, 5);
         let max_velocity = 0.2 + random.unit();
@@ -70,7 +69,7 @@ fn no_sequence_of_values_costs_less_than_the_cheapest() {
 
 #[test]
 fn values_go_through_the_nodes_and_stop_where_there_are_none() {
-    let mut random = Random(5);
+    let mut random = Random(facemill_test_kit::Lcg(5));
     let mut nodes = nodes(&mut random, 9);
     nodes[4].states.clear();
     nodes[4].blocked = PairBlocked::NoCommonValue([Some([1.0, 2.0]), None]);
@@ -87,7 +86,7 @@ fn values_go_through_the_nodes_and_stop_where_there_are_none() {
 
 #[test]
 fn smoothing_takes_no_value_that_is_refused() {
-    let mut random = Random(7);
+    let mut random = Random(facemill_test_kit::Lcg(7));
     let nodes = nodes(&mut random, 40);
     let mut path = ValuePath::cheapest(&nodes, 1.0);
     let before = path.runs[0].clone();

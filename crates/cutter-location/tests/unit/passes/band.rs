@@ -12,11 +12,8 @@ fn energy(times: &[f64], targets: &[f64], weights: &[f64], tau: f64, y: &[f64]) 
 }
 
 fn uneven(n: usize, seed: u64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
-    let mut state = seed;
-    let mut next = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1u64 << 53) as f64
-    };
+    let mut random = facemill_test_kit::Lcg(seed);
+    let mut next = || random.unit();
     let mut time = 0.0;
     let times = (0..n)
         .map(|_| {

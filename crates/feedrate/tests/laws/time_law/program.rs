@@ -2,20 +2,11 @@
 
 use facemill_feedrate::*;
 use facemill_inverse_kinematics::AxisValues;
+use facemill_test_kit::Lcg;
 
 use super::checks::worst_share;
 use super::closed_form::rest_to_rest;
 use super::spline_path::{joints, published_bounds};
-
-/// Numbers from 0 to 1 by a linear congruential generator.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-}
 
 /// Two linear axes and a rotary one.
 fn axes() -> [AxisBounds; 3] {
@@ -39,22 +30,22 @@ fn block(end: AxisValues) -> ProgramBlock {
 /// Programs of all kinds by seed: sharp corners, reversals, dense curves, short blocks between long
 /// ones, blocks without motion, jagged lines, capped blocks, exact stops.
 fn program(seed: u64) -> Vec<ProgramBlock> {
-    let mut random = Random(seed.wrapping_mul(77) + 5);
+    let mut random = Lcg(seed.wrapping_mul(77) + 5);
     let kind = seed % 5;
     let mut at = start();
     let mut blocks = Vec::new();
     for k in 0..[25, 25, 300, 25, 80][kind as usize] {
         let step = match kind {
-            0 => [40.0 * (random.next() - 0.5), 40.0 * (random.next() - 0.5), 0.2 * (random.next() - 0.5)],
-            1 => [if k % 2 == 0 { 12.0 } else { -9.0 }, 0.01 * random.next(), 0.0],
+            0 => [40.0 * (random.unit() - 0.5), 40.0 * (random.unit() - 0.5), 0.2 * (random.unit() - 0.5)],
+            1 => [if k % 2 == 0 { 12.0 } else { -9.0 }, 0.01 * random.unit(), 0.0],
             2 => {
                 let angle = 0.03 * f64::from(k);
                 [0.4 * angle.cos(), 0.4 * angle.sin(), 0.002 * (2.0 * angle).sin()]
             }
-            4 => [0.3 + 0.2 * (random.next() - 0.5), 0.3 * (random.next() - 0.5), 0.002 * (random.next() - 0.5)],
-            _ if k % 3 == 0 => [0.02 * random.next(), 1e-4 * random.next(), 1e-5],
+            4 => [0.3 + 0.2 * (random.unit() - 0.5), 0.3 * (random.unit() - 0.5), 0.002 * (random.unit() - 0.5)],
+            _ if k % 3 == 0 => [0.02 * random.unit(), 1e-4 * random.unit(), 1e-5],
             _ if k % 7 == 1 => [0.0; 3],
-            _ => [25.0 * random.next(), 3.0 * random.next(), 0.0],
+            _ => [25.0 * random.unit(), 3.0 * random.unit(), 0.0],
         };
         at = AxisValues::from_fn(3, |i| at[i] + step[i]);
         let length = step[0].hypot(step[1]);
@@ -211,13 +202,13 @@ fn asking_only_for_the_peaks_costs_hardly_anything() {
 
 #[test]
 fn stops_at_every_corner_take_the_times_of_the_closed_form() {
-    let mut random = Random(3);
+    let mut random = Lcg(3);
     let mut at = start();
     let mut least = 0.0;
     let mut blocks = Vec::new();
     for k in 0..30 {
         let step = [(0.01, 0.003), (3.0, 2.0), (60.0, 40.0), (300.0, 10.0)][k % 4];
-        let end = AxisValues::from([at[0] + step.0 * random.next(), at[1] - step.1 * random.next(), at[2]]);
+        let end = AxisValues::from([at[0] + step.0 * random.unit(), at[1] - step.1 * random.unit(), at[2]]);
         // Along a line each axis moves as the line, in proportion.
         let way = (end[0] - at[0]).hypot(end[1] - at[1]);
         let limit = |f: fn(&AxisBounds) -> f64| {
@@ -282,10 +273,10 @@ fn blending_takes_no_longer_than_stopping() {
 #[test]
 fn jagged_lines_take_few_parts_each_and_less_time_than_stops() {
     for (off, most_of_stopping) in [(0.02, 0.3), (0.1, 0.5), (0.3, 0.75), (1.0, 1.0)] {
-        let mut random = Random(3);
+        let mut random = Lcg(3);
         let mut at = |k: u32| {
             let turn = 0.01 * f64::from(k);
-            let [x, y, c] = [random.next(), random.next(), random.next()].map(|r| off * (r - 0.5));
+            let [x, y, c] = [random.unit(), random.unit(), random.unit()].map(|r| off * (r - 0.5));
             AxisValues::from([30.0 * turn.cos() + x, 30.0 * turn.sin() + y, 0.1 * turn + 0.01 * c])
         };
         let first = at(0);

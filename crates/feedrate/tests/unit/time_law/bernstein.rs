@@ -2,11 +2,8 @@ use super::*;
 
 #[test]
 fn bounds_hold_and_are_tight() {
-    let mut state = 1_u64;
-    let mut random = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-    };
+    let mut state = facemill_test_kit::Lcg(1);
+    let mut random = || state.unit() - 0.5;
     for _ in 0..300 {
         let powers: Vec<f64> = (0..7).map(|_| random()).collect();
         let other: Vec<f64> = (0..3).map(|_| random()).collect();

@@ -18,11 +18,8 @@ fn noise(samples: &[f64; SAMPLES]) -> f64 {
 
 #[test]
 fn simple_roots_are_found_and_nothing_else() {
-    let mut seed = 1u64;
-    let mut random = || {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (seed >> 11) as f64 / (1u64 << 53) as f64
-    };
+    let mut seed = facemill_test_kit::Lcg(1);
+    let mut random = || seed.unit();
     for round in 0..2000 {
         let n = 2 * (round % 7);
         let roots: Vec<f64> = (0..n).map(|k| TAU * (k as f64 + 0.8 * random()) / n as f64).collect();

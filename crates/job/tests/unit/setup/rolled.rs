@@ -15,11 +15,8 @@ fn mill(rollover: Rollover) -> Machine {
 /// Words follow the planned motion when a control with the same rollover reads them.
 #[test]
 fn rolled_words_lead_where_was_planned() {
-    let mut seed = 7_u64;
-    let mut random = || {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (seed >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut seed = facemill_test_kit::Lcg(7);
+    let mut random = || seed.unit();
     for (rollover, largest) in [(Rollover::Shortest, 179.0), (Rollover::SignDirected, 359.0)] {
         let machine = mill(rollover);
         let c = &machine.axes()[machine.axis_index("C").unwrap()];

@@ -38,9 +38,9 @@ fn what_no_word_can_hold_has_no_text() {
 
 #[test]
 fn written_number_is_within_half_a_unit() {
-    let mut state = 0x1234_5678_9abc_def0u64;
+    let mut random = facemill_test_kit::Lcg(0x1234_5678_9abc_def0);
     for _ in 0..20_000 {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let state = random.bits();
         let value = ((state >> 11) as f64 / (1u64 << 53) as f64 - 0.5) * 2e5;
         for decimals in 0..=6 {
             let text = number(value, decimals, state & 1 == 0).unwrap();

@@ -13,12 +13,11 @@ use super::*;
 const HEAD: u32 = 6;
 
 /// Uniform numbers in 0..1.
-struct Lcg(u64);
+struct Lcg(facemill_test_kit::Lcg);
 
 impl Lcg {
     fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+        self.0.unit()
     }
 
     /// A vector turned by an angle (deg) to any side.
@@ -106,7 +105,7 @@ impl Cuts {
 
 #[test]
 fn normals_of_the_surface_and_those_ten_degrees_off_are_not_told() {
-    let mut rng = Lcg(5);
+    let mut rng = Lcg(facemill_test_kit::Lcg(5));
     for cuts in [Cuts::plate(0.0), Cuts::plate(0.3), Cuts::dome()] {
         assert_eq!(cuts.told(&cuts.normals), []);
         let off: Vec<_> = cuts.normals.iter().map(|n| rng.turned(n, 10.0)).collect();
@@ -118,7 +117,7 @@ fn normals_of_the_surface_and_those_ten_degrees_off_are_not_told() {
 /// angle.
 #[test]
 fn normals_that_are_turned_or_flipped_are_told_each_by_its_line() {
-    let mut rng = Lcg(11);
+    let mut rng = Lcg(facemill_test_kit::Lcg(11));
     for cuts in [Cuts::plate(0.0), Cuts::dome()] {
         let mut normals = cuts.normals.clone();
         let mut expected = Vec::new();
@@ -144,7 +143,7 @@ fn normals_that_are_turned_or_flipped_are_told_each_by_its_line() {
 #[test]
 fn away_from_the_part_only_normals_that_point_away_from_the_tool_are_told() {
     let cuts = Cuts::plate(20.0);
-    let mut rng = Lcg(3);
+    let mut rng = Lcg(facemill_test_kit::Lcg(3));
     let mut normals: Vec<_> = cuts.normals.iter().map(|n| rng.turned(n, 45.0)).collect();
     assert_eq!(cuts.told(&normals), []);
     normals[7] = -normals[7];

@@ -1,17 +1,9 @@
 use crate::motion::stepping::*;
 use facemill_cl_data::RapidLaw;
+use facemill_test_kit::Lcg;
 
 const SPACING: Spacing = Spacing { max_step: 0.5, max_turn: 0.0035, max_bulge: 0.005, reach: 82.0 };
 const LENGTH: f64 = 260.0;
-
-struct Lcg(u64);
-
-impl Lcg {
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
-    }
-}
 
 /// Random start on the preset's table, and an end up to `mm` and `rad` away.
 fn random_ends(machine: &Machine, rng: &mut Lcg, mm: f64, rad: f64) -> [AxisValues; 2] {

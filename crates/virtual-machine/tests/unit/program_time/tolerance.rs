@@ -1,15 +1,7 @@
 use facemill_inverse_kinematics::Axis;
+use facemill_test_kit::Lcg;
 
 use crate::program_time::tolerance::*;
-
-struct Random(u64);
-
-impl Random {
-    fn within(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        low + (high - low) * (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-}
 
 /// Every machine of the collection, as each of its heads sees it.
 fn machines() -> Vec<Vec<Machine>> {
@@ -19,11 +11,11 @@ fn machines() -> Vec<Vec<Machine>> {
     files.iter().map(|f| Machine::heads_from_json(&std::fs::read(f).unwrap()).unwrap()).collect()
 }
 
-fn position(random: &mut Random, axes: &[Axis]) -> AxisValues {
+fn position(random: &mut Lcg, axes: &[Axis]) -> AxisValues {
     AxisValues::from_fn(axes.len(), |k| {
         let free = axes[k].endless || axes[k].max - axes[k].min > 1e9;
         let (low, high) = if free { (-3.0, 3.0) } else { (axes[k].min, axes[k].max) };
-        random.within(low, high)
+        random.between(low, high)
     })
 }
 
@@ -35,7 +27,7 @@ fn run(positions: &[AxisValues]) -> Run {
 
 #[test]
 fn axes_within_the_tolerance_take_no_tip_and_no_tool_axis_farther_than_the_control_may() {
-    let mut random = Random(11);
+    let mut random = Lcg(11);
     let given = ControlTolerance { path: 0.02, orientation: 3e-4 };
     for heads in machines() {
         let axes = heads[0].axes();
@@ -45,10 +37,10 @@ fn axes_within_the_tolerance_take_no_tip_and_no_tool_axis_farther_than_the_contr
         let most = blend_tolerance(given, &views, &levers, &vec![true; axes.len()]).unwrap();
         let mut worst = [0.0_f64; 2];
         for _ in 0..4000 {
-            let move_index = (random.within(0.0, 3.0) as usize).min(2);
-            let at = positions[move_index].lerp(&positions[move_index + 1], random.within(0.0, 1.0));
+            let move_index = (random.between(0.0, 3.0) as usize).min(2);
+            let at = positions[move_index].lerp(&positions[move_index + 1], random.between(0.0, 1.0));
             let strayed = AxisValues::from_fn(axes.len(), |k| {
-                at[k] + if random.within(0.0, 1.0) < 0.5 { most[k] } else { -most[k] }
+                at[k] + if random.between(0.0, 1.0) < 0.5 { most[k] } else { -most[k] }
             });
             for (machine, length) in &views {
                 let (a, b) = (machine.cl_point(&at, *length), machine.cl_point(&strayed, *length));
@@ -89,7 +81,7 @@ fn linear_axes_have_the_whole_tolerance_where_no_rotary_axis_moves() {
 
 #[test]
 fn levers_between_positions_are_never_longer_than_told() {
-    let mut random = Random(5);
+    let mut random = Lcg(5);
     for heads in machines() {
         let view = (&heads[0], 180.0);
         let ends = [position(&mut random, heads[0].axes()), position(&mut random, heads[0].axes())];

@@ -3,21 +3,13 @@
 use facemill_cl_data::RoundFrustum;
 use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::{AxisKind, Machine};
+use facemill_test_kit::Lcg;
 use nalgebra::Vector3;
 
 use super::*;
 use crate::kit;
 use crate::motion::setup::VerifySettings;
 use crate::rates_laws::common;
-
-struct Lcg(u64);
-
-impl Lcg {
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
-    }
-}
 
 /// Largest departure of points of a rod along the tool axis from what the interval tells, over its
 /// deviation.
@@ -102,7 +94,7 @@ fn the_sharp_upper_rim_is_part_of_what_stays_above() {
 
 #[test]
 fn no_interval_is_told_where_the_axes_lose_a_turned_vector_on_the_way() {
-    let mut r = common::Random(41);
+    let mut r = common::Random::new(41);
     let law = BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned);
     let rod =
         Solid::Frustum(RoundFrustum { z_low: 0.0, z_high: 90.0, radius_low: 1.0, radius_high: 1.0, rounding: 0.0 });

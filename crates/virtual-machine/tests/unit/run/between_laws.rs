@@ -3,19 +3,11 @@
 use facemill_cl_data::{CuttingLaw, RapidLaw};
 use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::BlockLaw;
+use facemill_test_kit::Lcg;
 use nalgebra::Vector3;
 
 use super::*;
 use crate::kit;
-
-struct Lcg(u64);
-
-impl Lcg {
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
-    }
-}
 
 /// Times of a motion at which distances are taken, and by how much they may be too large, mm: half
 /// of what a point of the tool goes from one to the next.

@@ -1,21 +1,8 @@
 use crate::run::cutter_depth::*;
 use facemill_interference::MeshTree;
 use facemill_surface_model::TriMesh;
+use facemill_test_kit::Lcg;
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
-
-/// Uniform numbers in 0..1.
-struct Lcg(u64);
-
-impl Lcg {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-}
 
 /// Bumpy open patch of 2·n² triangles, 100 mm square, about z = 0.
 fn patch(n: u32, rng: &mut Lcg) -> TriMesh {

@@ -5,12 +5,11 @@ use facemill_surface_model::TriMesh;
 use nalgebra::{Translation3, UnitQuaternion};
 use std::sync::Arc;
 
-struct Lcg(u64);
+struct Lcg(facemill_test_kit::Lcg);
 
 impl Lcg {
     fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        low + (high - low) * ((self.0 >> 11) as f64 / (1u64 << 53) as f64)
+        self.0.between(low, high)
     }
 
     fn vector(&mut self, half: f64) -> Vector3<f64> {
@@ -42,7 +41,7 @@ fn shapes() -> [Shape; 3] {
 
 #[test]
 fn displacement_is_never_below_the_way_of_a_point_of_the_body() {
-    let mut rng = Lcg(9);
+    let mut rng = Lcg(facemill_test_kit::Lcg(9));
     for shape in shapes() {
         for _ in 0..300 {
             let mut pose = || {
@@ -70,7 +69,7 @@ fn spin_of_a_turned_body_moves_nothing() {
 
 #[test]
 fn answers_on_a_random_walk_are_those_of_fresh_queries() {
-    let (mesh, mut rng) = (octahedron(25.0), Lcg(1));
+    let (mesh, mut rng) = (octahedron(25.0), Lcg(facemill_test_kit::Lcg(1)));
     let (mut n_near, mut n_inside) = (0, 0);
     for shape in shapes() {
         let mut track = Track::default();

@@ -2,12 +2,11 @@ use crate::map::heights::*;
 use crate::raster::height_over;
 
 /// Numbers in −1..1, always the same.
-struct Lcg(u64);
+struct Lcg(facemill_test_kit::Lcg);
 
 impl Lcg {
     fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        2.0 * self.0.unit() - 1.0
     }
 
     fn point(&mut self, size: f64) -> Point3<f64> {
@@ -18,7 +17,7 @@ impl Lcg {
 /// Triangles from tiny to as large as the map, of both senses: any, needles, slivers without area,
 /// vertical ones, points, and some with corners on nodes.
 fn odd_triangles(seed: u64, n: usize) -> TriMesh {
-    let mut random = Lcg(seed);
+    let mut random = Lcg(facemill_test_kit::Lcg(seed));
     let mut vertices = Vec::new();
     for k in 0..n {
         let size = [0.1, 0.6, 4.0, 30.0][k % 4];
@@ -92,7 +91,7 @@ fn any_number_of_threads_makes_the_same_heights() {
 fn a_node_on_an_edge_belongs_to_a_triangle_at_it() {
     // Fans around nodes and off them, with edges along rows, columns and diagonals: no hole
     // anywhere inside.
-    let mut random = Lcg(5);
+    let mut random = Lcg(facemill_test_kit::Lcg(5));
     for k in 0..200 {
         let center = if k % 2 == 0 { Point3::new(0.0, 0.0, 1.0) } else { random.point(0.9) };
         let rim: Vec<_> = (0..8)

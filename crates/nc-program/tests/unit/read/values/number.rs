@@ -2,9 +2,9 @@ use crate::read::values::number::*;
 
 #[test]
 fn numbers_are_those_of_the_standard_library() {
-    let mut state = 0x1234_5678_9abc_def0_u64;
+    let mut random = facemill_test_kit::Lcg(0x1234_5678_9abc_def0);
     for _ in 0..200_000 {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let state = random.bits();
         let digits = format!("{}", state >> (state % 60));
         let point = (state >> 7) as usize % (digits.len() + 1);
         let sign = ["", "-", "+"][(state >> 40) as usize % 3];
