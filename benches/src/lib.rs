@@ -170,7 +170,7 @@ pub fn bodies(cutter: &Cutter) -> Vec<(Solid, Isometry3<f64>)> {
     };
     let head = RoundBox { half_extents: Vector3::new(100.0, 100.0, 150.0), rounding: 0.0 };
     vec![
-        (Solid::Frustum(cutter.test_body(0.0)), Isometry3::identity()),
+        (Solid::Frustum(cutter.lower_test_body(0.0)), Isometry3::identity()),
         (Solid::Frustum(holder), Isometry3::identity()),
         (Solid::Box(head), Isometry3::translation(0.0, 0.0, 300.0)),
     ]
@@ -223,7 +223,7 @@ pub fn work_cell<'a>(machine: &'a Machine, tool: &'a ToolAssembly, part: &'a Mes
         tool,
         obstacles: vec![Obstacle {
             name: "part".to_owned(),
-            mesh: part,
+            mesh: part.into(),
             gouge_allowance: Some(0.0),
             collision_allowance: 1.0,
             machine_body: None,

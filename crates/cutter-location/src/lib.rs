@@ -1,6 +1,7 @@
 //! Tilt and rotate search: a feasible tool pose for every CC point (CLOPT).
 //!
-//! A [`Workcell`] is everything a pose is judged by: machine, tool, obstacles, tolerances. A
+//! A [`Workcell`] is everything a pose is judged by: machine, tool, obstacles, tolerances.
+//! [`Workcell::new`] starts one with the machine's own bodies. A
 //! [`PoseTest`] answers for one posture at one CC point: the pose, seated and with axis values, or
 //! [`Infeasible`] with the body that blocks. [`search`](fn@search) walks the paper's rational
 //! Bézier [`SearchCurve`] at one point, or with a proof that nothing feasible was stepped over
@@ -47,10 +48,11 @@ pub use crate::passes::smooth_pass::steps_beyond_limits;
 pub use crate::passes::task::{
     AxisTarget, Optimum, Outcome, PassSettings, PassTask, PlannedPass, PostureMode, SmoothSettings,
 };
+pub use crate::pose::obstacle::{MeshHandle, Obstacle, Pieces, TableBody, table_bodies};
 pub use crate::pose::pose_test::PoseTest;
 pub use crate::pose::widened::Widened;
 pub use crate::pose::workcell::{
-    AxisCone, Body, Configuration, FeasiblePose, Hints, Infeasible, Obstacle, Pieces, Workcell, angle_between,
+    AxisCone, Body, Configuration, FeasiblePose, GOUGE_TOLERANCE, Hints, Infeasible, MAX_LIFT, Workcell, angle_between,
     tool_frame,
 };
 pub use crate::search::bezier::{SearchCurve, SearchCurveError, SearchOrder, TurnTable};

@@ -1,6 +1,7 @@
 //! Poses of a tool at a CC point, tested for limits, gouge and collision.
 
 pub(crate) mod machine_obstacles;
+pub(crate) mod obstacle;
 pub(crate) mod placed_machine;
 pub(crate) mod pose_test;
 pub(crate) mod spun_bodies;

@@ -23,7 +23,7 @@ pub use facemill_job::check::describe_setup;
 pub use facemill_job::check::machine_check::{MachineCheck, describe_heads, describe_hulls, describe_machine};
 pub use facemill_job::duration_text::clock;
 pub use facemill_job::examples::new_job;
-pub use facemill_job::examples::new_machine::{machine_names, new_job_for};
+pub use facemill_job::examples::new_machine::new_job_for;
 pub use facemill_job::failure::Failure;
 pub use facemill_job::files;
 pub use facemill_job::files::REJECTED;
@@ -45,6 +45,7 @@ pub use facemill_job::format::verification_file::{VERIFICATION_FORMAT, Verificat
 pub use facemill_job::format::{job_file, report, solution_space_file};
 pub use facemill_job::load::ad_hoc_setup::{AD_HOC_GOUGE_LIMIT, AdHocSetup, AdHocStock};
 pub use facemill_job::load::job::Job;
+pub use facemill_job::load::job_files::JobFiles;
 pub use facemill_job::load::job_source::{job_path, no_program};
 pub use facemill_job::load::machine_load::{BodyHull, ReadMachine, read_machine};
 pub use facemill_job::load::mesh_files::read_mesh;

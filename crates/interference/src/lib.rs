@@ -18,26 +18,27 @@
 //! - [`penetration`]: how deep the surface is in a body, measured across the surface.
 //!
 //! ```
-//! use facemill_cl_data::{RoundFrustum, Solid};
 //! use facemill_interference::{Interference, MeshTree, Verdict};
 //! use facemill_surface_model::TriMesh;
+//! use facemill_tool_model::Cutter;
 //! use nalgebra::{Isometry3, Point3, Vector3};
 //!
 //! let corner = |x, y| Point3::new(x, y, 0.0);
 //! let square = vec![corner(-50.0, -50.0), corner(50.0, -50.0), corner(50.0, 50.0), corner(-50.0, 50.0)];
 //! let tree = MeshTree::new(&TriMesh::new(square, vec![[0, 1, 2], [0, 2, 3]])?);
-//! // A face mill of R 25, r 2: a disc of radius 23 dilated by 2, from 2 mm above its tip.
-//! let mill = Solid::Frustum(RoundFrustum {
-//!     z_low: 2.0, z_high: 48.0, radius_low: 23.0, radius_high: 23.0, rounding: 2.0,
-//! });
+//! // All of a face mill: R 25, r 2, flutes of 50 mm, as it is.
+//! let mill = Cutter::new(25.0, 2.0, 50.0)?.test_bodies(0.0);
 //! let tip_at = |z| Isometry3::from(nalgebra::Translation3::new(0.0, 0.0, z));
-//! assert_eq!(tree.verdict(&mill, &tip_at(0.001), None), Verdict::Free);
-//! assert!(matches!(tree.verdict(&mill, &tip_at(-0.001), None), Verdict::Hit(_)));
-//! # Ok::<(), facemill_surface_model::MeshError>(())
+//! assert_eq!(tree.verdict_of_all(&mill, 0.0, &tip_at(0.001), None), Verdict::Free);
+//! assert!(matches!(tree.verdict_of_all(&mill, 0.0, &tip_at(-0.001), None), Verdict::Hit(_)));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
 //! Verdicts are exact but for a band of 1e-9 mm in the rounding (for coordinates up to some
-//! metres); within it, as Modules, each of which imports those above it alone:
+//! metres); within it, as where a number is not finite, the answer is a hit, so that free always
+//! means proven. The crate must not know machines, search or stock.
+//!
+//! Modules, each of which imports those above it alone:
 //!
 //! | module | holds |
 //! |---|---|
@@ -47,9 +48,6 @@
 //! | `mesh_tree` | tree of a mesh: exact verdicts and distances of convex bodies |
 //! | `parry_mesh` | the same queries by the collision library parry3d, as a reference |
 //! | `solid_mesh` | bodies as meshes, so that other bodies' distances from them can be measured |
-//!
-//! where a number is not finite, the answer is a hit, so that free always means proven. The crate
-//! must not know machines, search or stock.
 
 mod body;
 mod closed;

@@ -26,6 +26,20 @@ pub trait Interference: Sync {
     /// rounding from the core.
     fn verdict(&self, solid: &Solid, mesh_from_solid: &Isometry3<f64>, hint: Option<u32>) -> Verdict;
 
+    /// Verdict on several solids in one frame, each dilated by `dilation` mm more: the first hit in
+    /// their order, or free if all are. For what is one body but not one solid, such as a cutter
+    /// (`Cutter::test_bodies` of `facemill-tool-model`).
+    fn verdict_of_all(
+        &self,
+        solids: &[Solid],
+        dilation: f64,
+        mesh_from_solids: &Isometry3<f64>,
+        hint: Option<u32>,
+    ) -> Verdict {
+        let verdicts = solids.iter().map(|solid| self.verdict(&solid.dilated(dilation), mesh_from_solids, hint));
+        verdicts.into_iter().find(|verdict| !verdict.is_free()).unwrap_or(Verdict::Free)
+    }
+
     /// Distance from the mesh's surface to the undilated core of the solid, 0 where they meet,
     /// searched up to `at_most` mm; `None` where it is larger. The surface only: a core inside a
     /// closed component has a distance too.

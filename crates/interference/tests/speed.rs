@@ -70,7 +70,7 @@ fn rates_on_the_patch() {
 }
 
 fn measure(tree: &MeshTree, mesh: &TriMesh, cutter: &Cutter) {
-    let body = Solid::Frustum(cutter.test_body(0.0));
+    let body = Solid::Frustum(cutter.lower_test_body(0.0));
     let cylinder = |z_low, z_high, radius| {
         Solid::Frustum(RoundFrustum { z_low, z_high, radius_low: radius, radius_high: radius, rounding: 1.0 })
     };

@@ -1,4 +1,4 @@
-//! Writes the machine files of `assets/machines` from the lines of their axes:
+//! Writes the machine files of `presets/machines`, to which `assets/machines` links, from the lines of their axes:
 //! `cargo run -p facemill-inverse-kinematics --example machines`.
 //!
 //! Offsets, ranges and orders marked "Autodesk" are those of the generic machines of Autodesk's
@@ -14,7 +14,7 @@ use facemill_inverse_kinematics::*;
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/machines");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("presets/machines");
     let all = [
         ("head-b-table-c", head_b_table_c()?),
         ("table-table-a-c", trunnion('A')),

@@ -71,7 +71,7 @@ pub use crate::inverse::axis_reach::{AxisReach, SingularDirection};
 pub use crate::inverse::control_choice::{POLE_CONE, UnclearChoice};
 pub use crate::machine::bodies::{BodyPose, LinkId, MachineBody};
 pub use crate::machine::limits::MACHINE_LIMITS;
-pub use crate::machine::preset::{preset_dual_xyzb, preset_head_b_table_c};
+pub use crate::machine::preset::{preset, preset_dual_xyzb, preset_head_b_table_c, preset_names};
 pub use crate::machine_file::assumed::{AssumedFile, AssumedValue};
 pub use crate::machine_file::error::{FieldProblem, MachineError};
 pub use crate::machine_file::mesh_shape::{BodyMesh, MeshShapeFile, MeshUnitFile};

@@ -4,6 +4,7 @@ pub mod ad_hoc_setup;
 pub mod clearance_surface;
 pub mod enclosure;
 pub mod job;
+pub mod job_files;
 pub mod job_source;
 pub mod machine_load;
 #[cfg(test)]
@@ -35,8 +36,9 @@ use crate::frames::pose;
 use crate::load::clearance_surface::clearance_surface;
 use crate::load::enclosure::check_enclosure;
 use crate::load::job::{Job, SecondHead, Setup};
+use crate::load::job_files::JobFiles;
 use crate::load::job_source::{blamed, job_path, read_job_file};
-use crate::load::machine_load::read_machine;
+use crate::load::machine_load::read_machine_of;
 use crate::load::mesh_files::{FileKey, MeshFiles};
 use crate::load::obstacle_meshes::{
     ObstacleRole, Selection, joined_obstacles, matches_pattern, obstacle, only, select_also, selected_groups,
@@ -129,20 +131,23 @@ impl Job {
     /// # Errors
     /// As [`Job::read`].
     pub fn of(path: &Path, file: JobFile) -> Result<Self, Failure> {
+        Self::of_files(path, file, JobFiles::in_folder(path.parent().unwrap_or(Path::new(""))))
+    }
+
+    /// Returns a job as [`Job::of`] does, with these files.
+    pub(crate) fn of_files(path: &Path, file: JobFile, files: JobFiles) -> Result<Self, Failure> {
         let beside = |name: &str| path.parent().unwrap_or(Path::new("")).join(name);
-        mesh_names(&file).for_each(|name| files::note_input(&beside(name)));
+        mesh_names(&file).for_each(|name| files.note_input(&beside(name)));
         let tool_path = beside(&file.tool);
-        let tool =
-            ToolAssembly::from_json(&files::read_named_text(&tool_path)?).map_err(|e| Failure::input(&tool_path, e))?;
+        let tool = ToolAssembly::from_json(&files.text(&tool_path)?).map_err(|e| Failure::input(&tool_path, e))?;
         check_gouge_tolerances(&file, 1, tool.cutter().radius()).map_err(|e| Failure::input(path, e))?;
         let machine_path = beside(&file.machine);
-        let mut heads = read_machine(&machine_path)?.heads;
+        let mut heads = read_machine_of(&files, &machine_path)?.heads;
         check_heads(&file, heads.len()).map_err(|e| Failure::input(path, e))?;
         let mut second = None;
         if let (2, Some(name)) = (heads.len(), &file.second_tool) {
             let tool_path = beside(name);
-            let tool = ToolAssembly::from_json(&files::read_named_text(&tool_path)?)
-                .map_err(|e| Failure::input(&tool_path, e))?;
+            let tool = ToolAssembly::from_json(&files.text(&tool_path)?).map_err(|e| Failure::input(&tool_path, e))?;
             check_gouge_tolerances(&file, 2, tool.cutter().radius()).map_err(|e| Failure::input(path, e))?;
             second = Some(SecondHead { tool, machine: heads.swap_remove(1) });
         }
@@ -155,7 +160,7 @@ impl Job {
             let name = if head == 1 { Some(&file.tool) } else { file.second_tool.as_ref() };
             check_cutter_width(&machine, tool).map_err(|e| Failure::input(&beside(name.map_or("", |n| n)), e))?;
         }
-        let post = read_post(path, &file)?;
+        let post = read_post(path, &file, &files)?;
         if let (Some(_), Some(name)) = (&second, &file.post.dialect_file) {
             let message =
                 format!("post.dialect_file: {name}: two heads are programmed by the dialect's own file alone");
@@ -168,7 +173,7 @@ impl Job {
         check_rounding(&file, &post.rounding_bound()).map_err(|e| Failure::input(path, e))?;
         if file.operations.is_empty() {
             // Nothing is written, so the control need not move as the machine file says.
-            return Ok(Self { path: path.to_owned(), file, tool, machine, post, second, settings: Vec::new() });
+            return Ok(Self { path: path.to_owned(), file, tool, machine, post, second, settings: Vec::new(), files });
         }
         if post.feed_mode() == FeedMode::Rtcp && machine.motion_law().cutting == CuttingLaw::AxesLinear {
             let message = "post.feed_mode: rtcp needs a machine whose motion.cutting is tip_and_rotaries_linear or \
@@ -178,7 +183,7 @@ impl Job {
         let home = home_words(&machine)?;
         let post =
             post.on_machine(machine.motion_law(), home).map_err(|e| Failure::input(path, format!("post.{e}")))?;
-        Ok(Self { path: path.to_owned(), file, tool, machine, post, second, settings: Vec::new() })
+        Ok(Self { path: path.to_owned(), file, tool, machine, post, second, settings: Vec::new(), files })
     }
 }
 

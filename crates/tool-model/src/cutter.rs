@@ -2,7 +2,7 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use facemill_cl_data::RoundFrustum;
+use facemill_cl_data::{RoundFrustum, Solid};
 
 /// The cutting part of a tool: radius R, corner radius r, cutting height. r = 0 is a flat cutter,
 /// r = R a ball, between them a bull-nose or face mill with round corners. Tool frame: origin at
@@ -88,17 +88,25 @@ impl Cutter {
         cylinder(self.rim_radius(), r, self.flute_length - r, 0.0)
     }
 
-    /// The test body of the cutter for a tolerance t ≥ 0 mm (`docs/architecture.md`, "Test body"):
-    /// it lies inside the cutter, and no cutter point is farther than t from it or from the
-    /// [`Cutter::upper_test_body`]. So where both are free of the part, no cutter point is deeper
-    /// than t in it.
+    /// Returns the test bodies of the whole cutter for a tolerance t ≥ 0 mm, tool frame
+    /// (`docs/architecture.md`, "Test body"): they lie inside the cutter, and no cutter point is
+    /// farther than t from all of them. If all are free of the part, no cutter point is deeper than
+    /// t in it. With t = 0 they are the cutter itself.
+    pub fn test_bodies(&self, tolerance: f64) -> Vec<Solid> {
+        let lower = self.lower_test_body(tolerance);
+        std::iter::once(lower).chain(self.upper_test_body(tolerance)).map(Solid::Frustum).collect()
+    }
+
+    /// The first of the [`Cutter::test_bodies`], which holds the cutter's bottom and side: it lies
+    /// inside the cutter, and no cutter point is farther than t from it or from the
+    /// [`Cutter::upper_test_body`].
     ///
     /// For r ≥ t radius R − t, corner r − t, bottom raised by t; for r < t a sharp cylinder of
     /// radius R − s raised by s = r + (t − r)/√2. Its top is at the flute length, rounded like its
     /// bottom; where the flute is shorter than 2r − t, the rounding reaches above it, to 2r − t. A
     /// tolerance below 0 counts as 0; one for which nothing of the cutter would be left gives
     /// radius 0.
-    pub fn test_body(&self, tolerance: f64) -> RoundFrustum {
+    pub fn lower_test_body(&self, tolerance: f64) -> RoundFrustum {
         let (t, r) = (tolerance.max(0.0), self.corner_radius);
         if r >= t {
             return cylinder(self.rim_radius(), r, self.flute_length - (r - t), r - t);
@@ -107,7 +115,7 @@ impl Cutter {
         cylinder((self.radius - s).max(0.0), s, self.flute_length, 0.0)
     }
 
-    /// The part of the cutter near its upper rim that the rounded top of [`Cutter::test_body`]
+    /// The part of the cutter near its upper rim that the rounded top of [`Cutter::lower_test_body`]
     /// leaves out: a sharp cylinder inside the cutter, from r above the tip to the flute's end.
     /// `None` where there is no such part (sharp corners within t, or a flute that ends with the
     /// corner).

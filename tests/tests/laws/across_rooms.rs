@@ -46,7 +46,7 @@ fn workcell<'a>(
         tool,
         obstacles: vec![Obstacle {
             name: "part".to_owned(),
-            mesh,
+            mesh: mesh.into(),
             gouge_allowance: Some(0.0),
             collision_allowance: 0.0,
             machine_body: None,
@@ -256,7 +256,7 @@ fn verdicts_agree(
     for k in 0..600 {
         let (radius, corner) = [(25.0, 2.0), (16.0, 0.0), (8.0, 8.0), (20.0, 6.0)][k % 4];
         let cutter = Cutter::new(radius, corner, 20.0).unwrap();
-        let body = cutter.test_body([0.0, 0.02, 0.5][k % 3]);
+        let body = cutter.lower_test_body([0.0, 0.02, 0.5][k % 3]);
         let (place, normal) = contact(random);
         let axis = random_axis(random, &normal);
         // Moved along the normal until the gap is about what is wanted: it grows by at most the

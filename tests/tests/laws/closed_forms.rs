@@ -158,7 +158,7 @@ fn check_onsets(
     for (place, corner) in places.iter().flat_map(|p| [0.0, 2.0, 12.0].map(|corner| (p, corner))) {
         let what = format!("{} r {corner}", place.name);
         let cutter = RoundDisc::of_cutter(radius, corner);
-        let body = Solid::Frustum(Cutter::new(radius, corner, 30.0).unwrap().test_body(0.0));
+        let body = Solid::Frustum(Cutter::new(radius, corner, 30.0).unwrap().lower_test_body(0.0));
         let onset_of = |disc: RoundDisc, lift: f64| {
             onset(0.02, steepest, &|tilt| disc.gap(&place.touch.pose(&cutter, tilt, lift), distance) >= 0.0)
         };
@@ -201,7 +201,7 @@ fn check_balls(tree: &MeshTree, e: f64, places: &[Place]) {
     for place in places {
         for (radius, expected) in [(25.0, true), (50.0, true), (90.0, false)] {
             let cutter = RoundDisc::of_cutter(radius, radius);
-            let body = Solid::Frustum(Cutter::new(radius, radius, radius).unwrap().test_body(0.0));
+            let body = Solid::Frustum(Cutter::new(radius, radius, radius).unwrap().lower_test_body(0.0));
             for tilt in [0.0, 0.1, 0.3, 0.8] {
                 let verdict = tree.verdict(&body, &place.touch.pose(&cutter, tilt, e + 1e-10), None);
                 assert_eq!(verdict.is_free(), expected, "{}: ball of {radius} at {tilt}", place.name);
@@ -237,7 +237,7 @@ fn a_spike_under_the_disc_is_found_and_the_sampling_test_misses_it() {
         let triangles = vec![[0, 1, 2], [0, 2, 3], [4, 5, 7], [5, 6, 7], [6, 4, 7]];
         let mesh = TriMesh::new(vertices, triangles).unwrap();
         let cl = ClPoint { tip: Point3::new(0.0, 0.0, 0.1), axis: Vector3::z_axis() };
-        let body = Solid::Frustum(mill.test_body(0.0));
+        let body = Solid::Frustum(mill.lower_test_body(0.0));
         let verdict = MeshTree::new(&mesh).verdict(&body, &Isometry3::translation(0.0, 0.0, 0.1), None);
         assert!(matches!(verdict, Verdict::Hit(w) if w.triangle >= 2), "missed at {x} {y}: {verdict:?}");
         let map = ZMap::build(&mesh, &Isometry3::identity(), &ZMapSettings { cell: 0.5, margin: 0.0 }).unwrap();
@@ -256,7 +256,7 @@ fn a_bump_between_two_cc_points_is_found_between_them() {
     vertices.extend([corner(-0.2, -0.2), corner(0.2, -0.2), corner(0.0, 0.2), Point3::new(0.0, 0.0, 0.3)]);
     let triangles = vec![[0, 1, 2], [0, 2, 3], [4, 5, 7], [5, 6, 7], [6, 4, 7]];
     let tree = MeshTree::new(&TriMesh::new(vertices, triangles).unwrap());
-    let ball = Solid::Frustum(Cutter::new(3.0, 3.0, 20.0).unwrap().test_body(0.0));
+    let ball = Solid::Frustum(Cutter::new(3.0, 3.0, 20.0).unwrap().lower_test_body(0.0));
     let is_free = |x: f64| tree.verdict(&ball, &Isometry3::translation(x, 0.0, 0.001), None).is_free();
     assert!(is_free(-2.0) && is_free(2.0) && !is_free(0.0));
 }

@@ -1,7 +1,7 @@
 use facemill_cl_data::{CcPoint, ClPoint, PlacedSolid, Posture, Solid};
 use facemill_interference::{Interference, Verdict};
 use facemill_inverse_kinematics::{AxisValues, BranchPreference, InverseSolutions};
-use facemill_tool_model::{Cutter, cl_from_cc};
+use facemill_tool_model::cl_from_cc;
 use facemill_z_map::certainly_free;
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
@@ -43,13 +43,13 @@ impl<'a> PoseTest<'a> {
     /// Prepares the bodies of the workcell.
     pub fn new(cell: &'a Workcell<'a>) -> Self {
         let tool_bodies = cell.tool.collision_bodies();
-        let cutter = test_bodies(cell.tool.cutter(), 0.0);
+        let cutter = cell.tool.cutter().test_bodies(0.0);
         let of_machine = cell.machine.bodies().iter().filter(|b| is_moved_along(b)).map(|b| &b.body.solid);
         let machine_obstacles = MachineObstacle::all(cell.machine);
         Self {
             cell,
             spun_bodies: spun_bodies(cell, &tool_bodies),
-            test_bodies: test_bodies(cell.tool.cutter(), cell.gouge_tolerance),
+            test_bodies: cell.tool.cutter().test_bodies(cell.gouge_tolerance),
             balls: tool_bodies.iter().map(|b| &b.solid).chain(of_machine).map(Ball::around).collect(),
             cutter_ball: Ball::around_all(&cutter),
             cutter,
@@ -299,12 +299,10 @@ impl<'a> PoseTest<'a> {
         hints.gouge.resize(self.cell.obstacles.len(), None);
         for (k, obstacle) in self.cell.obstacles.iter().enumerate() {
             let Some(allowance) = obstacle.gouge_allowance.filter(|_| self.meetings.cutter[k]) else { continue };
-            for body in &self.test_bodies {
-                let body = body.dilated(allowance);
-                if let Verdict::Hit(witness) = obstacle.mesh.verdict(&body, &work_from_tool, hints.gouge[k]) {
-                    hints.gouge[k] = Some(witness.triangle);
-                    return Some((k, witness.point));
-                }
+            let verdict = obstacle.mesh.verdict_of_all(&self.test_bodies, allowance, &work_from_tool, hints.gouge[k]);
+            if let Verdict::Hit(witness) = verdict {
+                hints.gouge[k] = Some(witness.triangle);
+                return Some((k, witness.point));
             }
         }
         None
@@ -367,14 +365,12 @@ impl<'a> PoseTest<'a> {
         for k in self.cell.obstacles.len()..self.n_obstacles() {
             let (mesh, allowance) = self.obstacle(k);
             let pose = self.seen_from_obstacle(k, frames, &work_from_tool);
-            if self.is_beyond(k, &self.cutter_ball, &pose) {
+            if !self.meetings.cutter[k] || self.is_beyond(k, &self.cutter_ball, &pose) {
                 continue;
             }
-            for solid in self.cutter.iter().filter(|_| self.meetings.cutter[k]) {
-                if let Verdict::Hit(witness) = mesh.verdict(&solid.dilated(allowance), &pose, None) {
-                    let place = self.at_work(k, frames, &witness.point);
-                    return Some(Infeasible::Collision { body: Body::Cutter, obstacle: k, place });
-                }
+            if let Verdict::Hit(witness) = mesh.verdict_of_all(&self.cutter, allowance, &pose, None) {
+                let place = self.at_work(k, frames, &witness.point);
+                return Some(Infeasible::Collision { body: Body::Cutter, obstacle: k, place });
             }
         }
         None
@@ -395,7 +391,7 @@ impl<'a> PoseTest<'a> {
     /// Mesh of an obstacle and the distance that dilated bodies keep from it.
     pub(crate) fn obstacle(&self, k: usize) -> (&dyn Interference, f64) {
         match self.cell.obstacles.get(k) {
-            Some(o) => (o.mesh, o.collision_allowance),
+            Some(o) => (&*o.mesh, o.collision_allowance),
             None => {
                 let o = &self.machine_obstacles[k - self.cell.obstacles.len()];
                 (&o.mesh, o.clearance)
@@ -502,11 +498,8 @@ impl<'a> PoseTest<'a> {
         let work_from_tool = tool_frame(cl);
         hints.gouge.resize(self.cell.obstacles.len(), None);
         self.cell.obstacles.iter().zip(&hints.gouge).any(|(obstacle, hint)| {
-            let touches = |body: &Solid| {
-                let body = body.dilated(obstacle.collision_allowance);
-                !obstacle.mesh.verdict(&body, &work_from_tool, *hint).is_free()
-            };
-            self.cutter.iter().any(touches)
+            let allowance = obstacle.collision_allowance;
+            !obstacle.mesh.verdict_of_all(&self.cutter, allowance, &work_from_tool, *hint).is_free()
         })
     }
 
@@ -544,9 +537,4 @@ fn hint_at(hints: &mut Vec<Option<u32>>, slot: usize) -> &mut Option<u32> {
         hints.resize(slot + 1, None);
     }
     &mut hints[slot]
-}
-
-/// The bodies that together stand for the cutter at a tolerance.
-fn test_bodies(cutter: &Cutter, tolerance: f64) -> Vec<Solid> {
-    std::iter::once(cutter.test_body(tolerance)).chain(cutter.upper_test_body(tolerance)).map(Solid::Frustum).collect()
 }

@@ -1,34 +1,14 @@
+use std::fmt;
+use std::sync::Arc;
+
 use facemill_cl_data::{ClPoint, Posture};
-use facemill_interference::Interference;
+use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::{AxisValues, Branch, BranchPreference, Machine, Unreachable};
 use facemill_tool_model::ToolAssembly;
 use facemill_z_map::ZMap;
 use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 
-/// Something that must not be cut or hit, as a mesh in the workpiece frame.
-#[derive(Clone)]
-pub struct Obstacle<'a> {
-    /// Name in findings.
-    pub name: String,
-    /// The mesh.
-    pub mesh: &'a dyn Interference,
-    /// Distance that the cutter's test body keeps from the mesh, mm; `None` where the cutter may go
-    /// (stock).
-    pub gouge_allowance: Option<f64>,
-    /// Distance that every dilated non-cutting body keeps from the mesh, mm: the thickness of the
-    /// stock on it.
-    pub collision_allowance: f64,
-    /// Index among the machine's bodies, where it is one that stands still against the workpiece.
-    pub machine_body: Option<usize>,
-    /// Names of its pieces, for messages, where it has several.
-    pub pieces: Option<&'a dyn Pieces>,
-}
-
-/// Something of several pieces that have names.
-pub trait Pieces: Sync {
-    /// Name of the piece that is at a place, workpiece frame.
-    fn name_at(&self, place: &Point3<f64>) -> String;
-}
+use crate::pose::obstacle::{Obstacle, table_bodies};
 
 /// Directions the tool axis may point in, workpiece frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,6 +45,43 @@ pub struct Workcell<'a> {
     /// Z-map of all obstacles, dilated nowhere, with its pose: answers first for bodies that are
     /// far above it.
     pub z_map: Option<(&'a ZMap, Isometry3<f64>)>,
+}
+
+/// Tolerance t of the cutter's test body in a new workcell, mm.
+pub const GOUGE_TOLERANCE: f64 = 0.02;
+
+/// Largest lift of a pose in a new workcell, mm.
+pub const MAX_LIFT: f64 = 0.06;
+
+impl<'a> Workcell<'a> {
+    /// Returns a workcell whose only obstacles are the machine's own: the bodies of its table that
+    /// stand still against the workpiece, with the clearances of the machine file. The test takes
+    /// those that move against the workpiece from the machine itself.
+    ///
+    /// `table_from_work` is the pose of the workpiece frame on the machine's table. Push the part,
+    /// fixtures and stock to `obstacles` ([`Obstacle::part`]). The other values start with defaults:
+    /// [`GOUGE_TOLERANCE`], [`MAX_LIFT`] with a thirtieth of it as resolution, the configuration
+    /// nearest to the machine's home position, no cone of directions and no Z-map.
+    pub fn new(machine: &'a Machine, tool: &'a ToolAssembly, table_from_work: Isometry3<f64>) -> Self {
+        let table = table_bodies(machine, &table_from_work).map(|body| Obstacle {
+            gouge_allowance: Some(body.clearance),
+            collision_allowance: body.clearance,
+            machine_body: Some(body.index),
+            ..Obstacle::part(body.name, Arc::new(MeshTree::new(&body.mesh)))
+        });
+        Self {
+            machine,
+            table_from_work,
+            tool,
+            obstacles: table.collect(),
+            preferred_branch: BranchPreference::Nearest,
+            axis_cone: None,
+            gouge_tolerance: GOUGE_TOLERANCE,
+            max_lift: MAX_LIFT,
+            lift_resolution: MAX_LIFT / 30.0,
+            z_map: None,
+        }
+    }
 }
 
 /// How a machine stands at a pose: axis values, and the branch of the inverse solution that they
@@ -143,6 +160,33 @@ pub enum Infeasible {
     },
 }
 
+/// Tells bodies and obstacles by their index; [`PoseTest::describe`] has their names.
+///
+/// [`PoseTest::describe`]: crate::pose::pose_test::PoseTest::describe
+impl fmt::Display for Infeasible {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let at = |p: &Point3<f64>| format!("({:.3}, {:.3}, {:.3}) mm", p.x, p.y, p.z);
+        match self {
+            Self::OutsideCone { excess } => {
+                write!(f, "tool axis {:.3} deg outside the permitted cone", excess.to_degrees())
+            }
+            Self::Singular { within } => {
+                write!(f, "tool axis {:.3} deg inside the cone about the pole of the rotary axes", within.to_degrees())
+            }
+            Self::FromBelow => write!(f, "the tool axis does not point out of the surface"),
+            Self::Unreachable(why) => why.fmt(f),
+            Self::OtherBranch(_) => write!(f, "the pose can only be reached with the head turned to its other side"),
+            Self::Gouge { obstacle, place } => write!(f, "cutter gouges obstacle {obstacle} at {}", at(place)),
+            Self::TooLong => write!(f, "the way is too long to be tested"),
+            Self::Rewind { axis } => write!(f, "axis {axis} would have to turn back at its limit"),
+            Self::Ramp { angle } => write!(f, "ramp of {:.2} deg into stock", angle.to_degrees()),
+            Self::Collision { body, obstacle, place } => write!(f, "{body} hits obstacle {obstacle} at {}", at(place)),
+        }
+    }
+}
+
+impl std::error::Error for Infeasible {}
+
 /// A body of tool or machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Body {
@@ -152,6 +196,16 @@ pub enum Body {
     Tool(usize),
     /// Of the machine, by index.
     Machine(usize),
+}
+
+impl fmt::Display for Body {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Cutter => write!(f, "cutter"),
+            Self::Tool(k) => write!(f, "tool body {k}"),
+            Self::Machine(k) => write!(f, "machine body {k}"),
+        }
+    }
 }
 
 /// The triangles that answered last, one per pair of body and obstacle: neighbouring poses are

@@ -167,7 +167,7 @@ impl<'t, 'a> PostureCell<'t, 'a> {
         let test = self.test;
         test.cell.obstacles.iter().enumerate().filter(|(k, _)| test.meetings.cutter[*k]).flat_map(move |(k, o)| {
             let bodies = o.gouge_allowance.into_iter();
-            bodies.flat_map(move |allowance| test.test_bodies.iter().map(move |b| (k, o.mesh, b.dilated(allowance))))
+            bodies.flat_map(move |allowance| test.test_bodies.iter().map(move |b| (k, &*o.mesh, b.dilated(allowance))))
         })
     }
 
@@ -178,7 +178,7 @@ impl<'t, 'a> PostureCell<'t, 'a> {
         test.spun_bodies.iter().flat_map(move |spun| {
             let meets = &test.meetings.bodies[spun.slot];
             let obstacles = test.cell.obstacles.iter().enumerate().filter(move |(k, _)| meets[*k]);
-            obstacles.map(move |(k, o)| (spun, k, o.mesh, spun.solid.dilated(o.collision_allowance)))
+            obstacles.map(move |(k, o)| (spun, k, &*o.mesh, spun.solid.dilated(o.collision_allowance)))
         })
     }
 

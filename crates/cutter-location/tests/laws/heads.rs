@@ -17,7 +17,7 @@ fn heads(name: &str) -> Vec<Machine> {
 
 /// Cutter and other bodies of a tool, tool frame.
 fn whole(tool: &ToolAssembly) -> Vec<PlacedSolid> {
-    let cutter = std::iter::once(tool.cutter().test_body(0.0)).chain(tool.cutter().upper_test_body(0.0));
+    let cutter = std::iter::once(tool.cutter().lower_test_body(0.0)).chain(tool.cutter().upper_test_body(0.0));
     let cutter = cutter.map(|f| PlacedSolid {
         name: "the other cutter".to_owned(),
         solid: Solid::Frustum(f),

@@ -62,7 +62,7 @@ pub(crate) fn machine() -> Machine {
 pub(crate) fn obstacle<'a>(name: &str, mesh: &'a dyn Interference) -> Obstacle<'a> {
     Obstacle {
         name: name.to_owned(),
-        mesh,
+        mesh: mesh.into(),
         gouge_allowance: Some(0.0),
         collision_allowance: 0.0,
         machine_body: None,

@@ -24,3 +24,4 @@ mod relief;
 mod rods;
 mod search;
 mod windings;
+mod workcells;

@@ -119,7 +119,7 @@ pub(crate) fn test_body() -> Drawn {
         f.origin = [left, 310.0];
         let outline = half_cutter(&cutter);
         f.area(&outline, "#d5e3ee");
-        let body = cutter.test_body(t);
+        let body = cutter.lower_test_body(t);
         f.area(&half_outline(&body, 0.0), "#f0d9d5");
         f.curve(&half_outline(&body, t), GREEN, 1.2, "4 3");
         f.curve(&outline, BLUE, 1.8, "");

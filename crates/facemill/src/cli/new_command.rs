@@ -17,7 +17,7 @@ pub(crate) struct NewArguments {
     #[command(subcommand)]
     part: NewPart,
     /// Machine of the job; the part is mounted within its reach. Default: the example's own
-    #[arg(long, value_name = "NAME", global = true, value_parser = facemill::machine_names())]
+    #[arg(long, value_name = "NAME", global = true, value_parser = facemill::inverse_kinematics::preset_names())]
     machine: Option<String>,
     /// Control of the job; default: fanuc
     #[arg(long, value_name = "NAME", global = true, value_parser = dialect)]

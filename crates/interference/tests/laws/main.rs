@@ -9,3 +9,4 @@ mod hulls;
 mod sweeps;
 mod turns;
 mod verdicts;
+mod whole_cutters;

@@ -35,11 +35,10 @@ impl Machine {
     ///
     /// ```
     /// use facemill_cl_data::ClPoint;
-    /// use facemill_inverse_kinematics::Machine;
-    /// # let text = std::fs::read(concat!(env!("CARGO_MANIFEST_DIR"),
-    /// #     "/../../assets/machines/dual-c-horizontal-xyzb.json"))?;
+    /// use facemill_inverse_kinematics::{Machine, preset};
     ///
-    /// let heads = Machine::heads_from_json(&text)?;
+    /// let text = preset("dual-c-horizontal-xyzb").ok_or("no such preset")?;
+    /// let heads = Machine::heads_from_json(text.as_bytes())?;
     /// let both = heads[0].home();
     /// let cl = ClPoint { tip: heads[0].cl_point(&both, 250.0).tip, ..heads[0].cl_point(&both, 250.0) };
     /// // The first head goes elsewhere, the second one's own axes stay.

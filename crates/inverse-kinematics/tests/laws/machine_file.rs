@@ -51,6 +51,21 @@ fn preset_is_the_machine_it_says() {
 }
 
 #[test]
+fn every_preset_is_in_the_library_by_its_name() {
+    let mut files: Vec<String> = std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/presets/machines"))
+        .unwrap()
+        .map(|entry| entry.unwrap().path().file_stem().unwrap().to_str().unwrap().to_owned())
+        .collect();
+    files.sort_unstable();
+    assert_eq!(preset_names().to_vec(), files);
+    for name in preset_names() {
+        let heads = Machine::heads_from_json(preset(name).unwrap().as_bytes()).unwrap();
+        assert_eq!(heads.len(), if name.starts_with("dual") { 2 } else { 1 }, "{name}");
+    }
+    assert_eq!(preset("lathe"), None);
+}
+
+#[test]
 fn a_written_file_is_read_back_the_same() {
     for machine in families() {
         let text = facemill_file_format::to_json(&machine.to_file());

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use facemill_cl_data::{CcPoint, ClPoint};
 use facemill_cutter_location::{Hints, PoseTest, SearchCurve, search};
-use facemill_inverse_kinematics::{BranchPreference, Machine};
+use facemill_inverse_kinematics::{BranchPreference, Machine, preset, preset_names};
 use facemill_nc_program::Dialect;
 use facemill_tool_model::cl_from_cc;
 use nalgebra::{Isometry3, Translation3};
@@ -20,27 +20,6 @@ use crate::load::obstacle_meshes::ObstacleRole;
 use crate::setup::cell::{search_settings, workcell, z_map};
 use crate::setup::path::lay;
 use crate::setup::pattern::places;
-
-/// Machines that an example can be written for: name and machine file.
-const MACHINES: [(&str, &str); 12] = [
-    ("bridge-head-head-a-b", include_str!("../../../../assets/machines/bridge-head-head-a-b.json")),
-    ("dual-c-horizontal-xyzb", include_str!("../../../../assets/machines/dual-c-horizontal-xyzb.json")),
-    ("dual-c-horizontal-xzab", include_str!("../../../../assets/machines/dual-c-horizontal-xzab.json")),
-    ("head-b-a-table-c-two-linear", include_str!("../../../../assets/machines/head-b-a-table-c-two-linear.json")),
-    ("head-b-nutating-table-c", include_str!("../../../../assets/machines/head-b-nutating-table-c.json")),
-    ("head-b-table-c", include_str!("../../../../assets/machines/head-b-table-c.json")),
-    ("head-head-c-a", include_str!("../../../../assets/machines/head-head-c-a.json")),
-    ("head-head-c-b", include_str!("../../../../assets/machines/head-head-c-b.json")),
-    ("table-table-a-c", include_str!("../../../../assets/machines/table-table-a-c.json")),
-    ("table-table-b-c", include_str!("../../../../assets/machines/table-table-b-c.json")),
-    ("table-table-b-c-nutating", include_str!("../../../../assets/machines/table-table-b-c-nutating.json")),
-    ("table-y-x-a-c-head-z", include_str!("../../../../assets/machines/table-y-x-a-c-head-z.json")),
-];
-
-/// Returns the names of the machines that an example can be written for.
-pub fn machine_names() -> [&'static str; MACHINES.len()] {
-    MACHINES.map(|(name, _)| name)
-}
 
 /// Returns the files of an example for a machine by its name and a control; defaults are the
 /// example's own.
@@ -120,8 +99,7 @@ fn content<'f>(files: &'f mut [(String, Vec<u8>)], name: &str) -> Result<&'f mut
 
 /// Returns the machine file of this name, if the example can run on a machine with so many heads.
 fn machine_for(example: &NewJob, name: &str) -> Result<&'static str, String> {
-    let found = MACHINES.iter().find(|(known, _)| *known == name);
-    let (_, text) = found.ok_or_else(|| format!("no machine \"{name}\"; there are {}", machine_names().join(", ")))?;
+    let text = preset(name).ok_or_else(|| format!("no machine \"{name}\"; there are {}", preset_names().join(", ")))?;
     let heads = Machine::heads_from_json(text.as_bytes()).map_err(|e| e.to_string())?.len();
     match (matches!(example, NewJob::DualPropeller { .. }), heads) {
         (false, 2) => Err(format!("{name} has two heads; `facemill new propeller-dual` writes the example for them")),

@@ -15,6 +15,7 @@ use crate::format::job_file::{JobFile, OperationFile, SetupFile};
 use crate::format::job_settings::JobSetting;
 use crate::format::report::MeshReport;
 use crate::load::clearance_surface::clearance_surface;
+use crate::load::job_files::JobFiles;
 use crate::load::mesh_files::FileKey;
 use crate::load::obstacle_meshes::ObstacleMesh;
 use crate::validate::belongs;
@@ -36,6 +37,8 @@ pub struct Job {
     pub second: Option<SecondHead>,
     /// Settings that replaced values of the file.
     pub settings: Vec<JobSetting>,
+    /// The files that it names.
+    pub files: JobFiles,
 }
 
 /// Tool and machine view of the second head of a machine.

@@ -9,9 +9,9 @@ use facemill_inverse_kinematics::{BodyMesh, Machine, MachineFile, MeshUnitFile};
 use facemill_surface_model::{Edges, Topology, TriMesh};
 
 use crate::failure::Failure;
-use crate::files;
 use crate::format::job_file::UnitFile;
-use crate::load::mesh_files::read_mesh;
+use crate::load::job_files::JobFiles;
+use crate::load::mesh_files::read_mesh_of;
 use crate::load::obstacle_meshes::matches_pattern;
 
 /// Machine as each of its heads sees it, and the hulls of its bodies that are meshes.
@@ -42,11 +42,15 @@ pub struct BodyHull {
 /// If a file cannot be read or is wrong; the message names the machine file, its field and the mesh
 /// file.
 pub fn read_machine(path: &Path) -> Result<ReadMachine, Failure> {
-    let file: MachineFile =
-        facemill_file_format::from_json(&files::read_named_text(path)?).map_err(|e| Failure::input(path, e))?;
+    read_machine_of(&JobFiles::in_folder(""), path)
+}
+
+/// Reads a machine file of a job as [`read_machine`] does.
+pub(crate) fn read_machine_of(files: &JobFiles, path: &Path) -> Result<ReadMachine, Failure> {
+    let file: MachineFile = facemill_file_format::from_json(&files.text(path)?).map_err(|e| Failure::input(path, e))?;
     let mut hulls = Vec::new();
     let file = file.with_hulls(|wanted| {
-        let mesh = mesh_of(path, wanted).map_err(|problem| Failure::input(path, problem))?;
+        let mesh = mesh_of(files, path, wanted).map_err(|problem| Failure::input(path, problem))?;
         let hull = hull_of(&mesh).map_err(|problem| Failure::input(path, in_field(wanted, problem)))?;
         hulls.push(BodyHull {
             body: wanted.body.to_owned(),
@@ -74,7 +78,7 @@ fn in_field(wanted: &BodyMesh<'_>, problem: impl std::fmt::Display) -> String {
 }
 
 /// Returns the groups of the mesh that a body names.
-fn mesh_of(machine: &Path, wanted: &BodyMesh<'_>) -> Result<TriMesh, String> {
+fn mesh_of(files: &JobFiles, machine: &Path, wanted: &BodyMesh<'_>) -> Result<TriMesh, String> {
     let path = machine.parent().unwrap_or(Path::new("")).join(&wanted.shape.file);
     let unit = wanted.shape.unit.map(|unit| match unit {
         MeshUnitFile::Metre => UnitFile::Metre,
@@ -82,7 +86,7 @@ fn mesh_of(machine: &Path, wanted: &BodyMesh<'_>) -> Result<TriMesh, String> {
         MeshUnitFile::Millimetre => UnitFile::Millimetre,
         MeshUnitFile::Inch => UnitFile::Inch,
     });
-    let mesh = match read_mesh(&path, unit, None) {
+    let mesh = match read_mesh_of(files, &path, unit, None) {
         Ok(imported) => imported.mesh,
         Err(Failure::Input { message, .. }) => return Err(in_field(wanted, message)),
         Err(failure) => {

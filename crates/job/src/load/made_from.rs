@@ -5,10 +5,10 @@ use std::path::Path;
 
 use serde_json::Value;
 
-use crate::files;
 use crate::format::job_file::{PathFile, StockFile};
 use crate::format::made_from::{InputFile, MadeFrom};
 use crate::load::job::Job;
+use crate::load::job_files::JobFiles;
 
 impl MadeFrom {
     /// Reads all files that a job names, and those that they name. Leaves out unreadable files,
@@ -17,7 +17,7 @@ impl MadeFrom {
         let mut inputs = BTreeMap::new();
         let folder = job.path.parent().unwrap_or(Path::new(""));
         let own = job.path.file_name().map(|name| name.to_string_lossy().into_owned());
-        own.iter().map(String::as_str).chain(named(job)).for_each(|name| add(folder, name, &mut inputs));
+        own.iter().map(String::as_str).chain(named(job)).for_each(|name| add(&job.files, folder, name, &mut inputs));
         Self {
             facemill: env!("CARGO_PKG_VERSION"),
             tool: job.tool.name().to_owned(),
@@ -45,12 +45,12 @@ pub(crate) fn named(job: &Job) -> impl Iterator<Item = &str> {
 }
 
 /// Adds a file, and those beside it that it names: meshes of a machine, buffers of a glTF file.
-pub(crate) fn add(folder: &Path, name: &str, inputs: &mut BTreeMap<String, String>) {
+pub(crate) fn add(files: &JobFiles, folder: &Path, name: &str, inputs: &mut BTreeMap<String, String>) {
     if inputs.contains_key(name) {
         return;
     }
     let path = folder.join(name);
-    let Ok(bytes) = files::read_beside(&path) else { return };
+    let Ok(bytes) = files.beside(&path) else { return };
     inputs.insert(name.to_owned(), blake3::hash(&bytes).to_hex().to_string());
     let is_json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json") || e.eq_ignore_ascii_case("gltf"));
     let Some(json) = is_json.then(|| serde_json::from_slice::<Value>(&bytes).ok()).flatten() else { return };
@@ -60,7 +60,7 @@ pub(crate) fn add(folder: &Path, name: &str, inputs: &mut BTreeMap<String, Strin
     if json["format"].as_str().is_some_and(|format| format.starts_with("facemill-machine/")) {
         meshes_in(&json, &mut others);
     }
-    others.into_iter().for_each(|other| add(folder, &beside.join(other).to_string_lossy(), inputs));
+    others.into_iter().for_each(|other| add(files, folder, &beside.join(other).to_string_lossy(), inputs));
 }
 
 /// Collects the mesh files that bodies in a machine file name.

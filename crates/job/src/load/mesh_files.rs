@@ -7,10 +7,10 @@ use facemill_surface_model::{ImportSettings, Imported, LengthUnit, MeshFormat, U
 use nalgebra::Point3;
 
 use crate::failure::Failure;
-use crate::files;
 use crate::format::job_file::{MeshFile, MeshStockFile, UnitFile, UpAxisFile};
 use crate::format::report::MeshReport;
 use crate::load::job::Job;
+use crate::load::job_files::JobFiles;
 use crate::validate::FARTHEST;
 
 /// Mesh file with its settings in the job.
@@ -60,7 +60,7 @@ impl<'a> MeshFiles<'a> {
     /// Returns the mesh of a file, reversed if the job says so.
     pub fn get(&mut self, key: &FileKey) -> Result<&Imported, Failure> {
         if !self.read.contains_key(key) {
-            let mut imported = read_mesh(&self.job.beside(&key.name), key.unit, key.up)?;
+            let mut imported = read_mesh_of(&self.job.files, &self.job.beside(&key.name), key.unit, key.up)?;
             if key.reverse_winding {
                 imported = reversed(imported);
             }
@@ -117,16 +117,25 @@ fn import_settings(format: MeshFormat, unit: Option<UnitFile>, up: Option<UpAxis
 /// # Errors
 /// If it cannot be read or is no mesh.
 pub fn read_mesh(path: &Path, unit: Option<UnitFile>, up: Option<UpAxisFile>) -> Result<Imported, Failure> {
+    read_mesh_of(&JobFiles::in_folder(""), path, unit, up)
+}
+
+/// Reads a mesh of a job as [`read_mesh`] does.
+pub(crate) fn read_mesh_of(
+    files: &JobFiles,
+    path: &Path,
+    unit: Option<UnitFile>,
+    up: Option<UpAxisFile>,
+) -> Result<Imported, Failure> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
     let format = MeshFormat::from_extension(extension)
         .ok_or_else(|| Failure::input(path, "unknown kind of mesh file; known are .obj, .stl, .gltf and .glb"))?;
     let settings = import_settings(format, unit, up);
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-    let bytes = files::read_named(path)?;
-    let imported = import_mesh(&path.display().to_string(), &bytes, format, &settings, &|name| {
-        files::read_beside(&folder.join(name))
-    })
-    .map_err(|e| Failure::input(path, e.fault))?;
+    let bytes = files.bytes(path)?;
+    let imported =
+        import_mesh(&path.display().to_string(), &bytes, format, &settings, &|name| files.beside(&folder.join(name)))
+            .map_err(|e| Failure::input(path, e.fault))?;
     let far = |p: &Point3<f64>| p.coords.amax() > FARTHEST;
     match imported.mesh.vertices().iter().position(far) {
         None => Ok(imported),

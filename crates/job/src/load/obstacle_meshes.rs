@@ -2,8 +2,8 @@
 
 use facemill_cl_data::{RoundBox, Solid};
 use facemill_cutter_location::Pieces;
-use facemill_interference::{Interference, MeshTree, solid_mesh};
-use facemill_inverse_kinematics::{Carrier, Machine};
+use facemill_interference::{Interference, MeshTree};
+use facemill_inverse_kinematics::Machine;
 use facemill_surface_model::{Group, TriMesh};
 use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 
@@ -64,16 +64,11 @@ pub fn obstacle(role: ObstacleRole, allowance: f64, name: String, mesh: TriMesh)
 /// Returns the bodies of the machine's table that are still relative to the workpiece. The tests
 /// take bodies that move relative to it from the machine themselves.
 pub fn table_bodies(machine: &Machine, table_from_work: &Isometry3<f64>) -> Vec<ObstacleMesh> {
-    let work_from_table = table_from_work.inverse();
-    machine
-        .body_poses(&machine.home())
-        .enumerate()
-        .filter(|(_, at)| at.body.carrier() != Some(Carrier::Head) && at.body.joints_from_table() == 0)
-        .map(|(k, at)| {
-            let mesh = solid_mesh(&at.body.body.solid).unwrap_or_default();
-            let mesh = mesh.transformed(&(work_from_table * at.table_from_solid));
-            let name = at.body.name().to_owned();
-            ObstacleMesh { machine_body: Some(k), ..obstacle(ObstacleRole::Table, at.body.clearance, name, mesh) }
+    let table = facemill_cutter_location::table_bodies(machine, table_from_work);
+    table
+        .map(|body| ObstacleMesh {
+            machine_body: Some(body.index),
+            ..obstacle(ObstacleRole::Table, body.clearance, body.name.to_owned(), body.mesh)
         })
         .collect()
 }

@@ -8,22 +8,22 @@ use facemill_nc_program::{
 };
 
 use crate::failure::Failure;
-use crate::files;
 use crate::format::job_file::JobFile;
 use crate::load::job::Job;
+use crate::load::job_files::JobFiles;
 
 /// Reads the files that the job's `post` names, and checks them.
 ///
 /// # Errors
 /// If a file cannot be read or is wrong; the message names file and field.
-pub fn read_post(job_path: &Path, file: &JobFile) -> Result<PostSettings, Failure> {
+pub fn read_post(job_path: &Path, file: &JobFile, files: &JobFiles) -> Result<PostSettings, Failure> {
     let beside = |name: &str| job_path.parent().unwrap_or(Path::new("")).join(name);
     let post = &file.post;
     let template = match &post.template {
         None => None,
         Some(name) => {
             let path = beside(name);
-            let text = String::from_utf8(files::read_named_text(&path)?)
+            let text = String::from_utf8(files.text(&path)?.into_owned())
                 .map_err(|e| Failure::input(&path, format!("not UTF-8 text: {e}")))?;
             Some(Template { name: name.clone(), text })
         }
@@ -33,7 +33,7 @@ pub fn read_post(job_path: &Path, file: &JobFile) -> Result<PostSettings, Failur
     };
     let path = beside(name);
     let rules: DialectFile =
-        facemill_file_format::from_json(&files::read_named_text(&path)?).map_err(|e| Failure::input(&path, e))?;
+        facemill_file_format::from_json(&files.text(&path)?).map_err(|e| Failure::input(&path, e))?;
     if let Some(other) = control_of(&rules, post.dialect) {
         let (own, other) = (post.dialect.name(), other.name());
         let what = format!(

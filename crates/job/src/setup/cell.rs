@@ -46,7 +46,7 @@ pub fn workcell<'a>(job: &'a Job, setup: &'a Setup<'_>, operation: &OperationFil
             let cut = matches!(o.role, ObstacleRole::Part | ObstacleRole::Check);
             Obstacle {
                 name: o.name.clone(),
-                mesh: &o.tree,
+                mesh: (&o.tree).into(),
                 gouge_allowance: match o.role {
                     ObstacleRole::Part | ObstacleRole::Check | ObstacleRole::Fixture | ObstacleRole::Table => {
                         Some(o.allowance)

@@ -9,7 +9,6 @@ use facemill_cutter_location::cusp::expected_strip_width;
 use facemill_tool_path::pieces::LaidTask;
 
 use crate::failure::Failure;
-use crate::files;
 use crate::format::job_file::{
     LevelOrderFile, LinkingFile, OperationFile, PathFile, PathFromFile, PathFromStrategy, UncutSideFile,
 };
@@ -81,7 +80,7 @@ fn from_file(
     file: &PathFromFile,
 ) -> Result<Vec<SidedPass>, Failure> {
     let path = job.beside(&file.file);
-    let read = read_path_file(&files::read_named(&path)?).map_err(|e| Failure::input(&path, e))?;
+    let read = read_path_file(&job.files.bytes(&path)?).map_err(|e| Failure::input(&path, e))?;
     let settings = ProjectSettings {
         max_distance: file.max_distance_mm,
         work_from_mesh: crate::frames::pose(&setup.file.work_from_part),

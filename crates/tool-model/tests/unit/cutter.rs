@@ -44,7 +44,7 @@ fn no_cutter_point_is_farther_than_the_tolerance_from_its_test_bodies() {
     for (radius, corner, flute) in CUTTERS {
         let c = Cutter::new(radius, corner, flute).unwrap();
         for t in TOLERANCES {
-            let body = Solid::Frustum(c.test_body(t));
+            let body = Solid::Frustum(c.lower_test_body(t));
             let upper = c.upper_test_body(t).map(Solid::Frustum);
             for (radial, z) in profile(&c) {
                 let p = Point3::new(radial, 0.0, z);
@@ -64,7 +64,7 @@ fn test_bodies_lie_inside_the_cutter() {
     for (radius, corner, flute) in CUTTERS {
         let c = Cutter::new(radius, corner, flute).unwrap();
         for t in TOLERANCES {
-            for f in std::iter::once(c.test_body(t)).chain(c.upper_test_body(t)) {
+            for f in std::iter::once(c.lower_test_body(t)).chain(c.upper_test_body(t)) {
                 let overhang = if f.rounding > 0.0 { 2.0 * corner - t } else { f.z_low };
                 assert!(f.z_high + f.rounding <= flute.max(overhang) + 1e-12);
                 for k in 0..=400 {

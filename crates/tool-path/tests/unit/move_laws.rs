@@ -58,7 +58,7 @@ pub(crate) fn cell<'a>(machine: &'a Machine, tool: &'a ToolAssembly, tree: &'a M
         tool,
         obstacles: vec![Obstacle {
             name: "part".to_owned(),
-            mesh: tree,
+            mesh: tree.into(),
             gouge_allowance: Some(0.0),
             collision_allowance: 0.0,
             machine_body: None,

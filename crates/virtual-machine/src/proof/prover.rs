@@ -199,13 +199,10 @@ impl<'s, 'a> Prover<'s, 'a> {
     fn cutter_stays_above(&mut self, body: &CutterBody, depth: f64, interval: [f64; 2]) -> bool {
         let CutterBody { obstacle, thickness, is_charged } = *body;
         let cutter = self.scene.setup.tool.cutter();
-        let lower = Solid::Frustum(cutter.test_body(depth)).dilated(thickness);
-        let upper = cutter.upper_test_body(depth).map(|f| Solid::Frustum(f).dilated(thickness));
         let frame = self.scene.obstacles[obstacle].frame;
         let mount = Mount::Tool(Isometry3::identity());
-        std::iter::once(lower)
-            .chain(upper)
-            .all(|solid| self.clears(&Pair { mount, frame, solid: &solid, obstacle, is_charged }, interval))
+        let mut bodies = cutter.test_bodies(depth).into_iter().map(|solid| solid.dilated(thickness));
+        bodies.all(|solid| self.clears(&Pair { mount, frame, solid: &solid, obstacle, is_charged }, interval))
     }
 
     /// The smallest distance that is proven for all bodies, with what the control may leave its

@@ -139,7 +139,7 @@ impl CutterDepth {
                 Verdict::Free => None,
             };
         let (c, t) = (&self.cutter, tolerance);
-        let lower = witness(c.test_body(t));
+        let lower = witness(c.lower_test_body(t));
         if t < c.corner_radius() {
             // Below the band the test body alone tells, in it all bodies do.
             return lower.or_else(|| {

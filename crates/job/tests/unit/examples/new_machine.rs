@@ -7,7 +7,7 @@ fn a_machine_takes_a_small_patch_or_says_why_not() {
     for name in ["table-table-a-c", "head-head-c-a"] {
         let files = new_job_for(&PATCH, Some(name), None).unwrap_or_else(|why| panic!("{name}: {why}"));
         let machine = &files.iter().find(|(file, _)| file == "machine.json").expect("a machine").1;
-        assert!(MACHINES.contains(&(name, std::str::from_utf8(machine).expect("text"))));
+        assert_eq!(preset(name).map(str::as_bytes), Some(&machine[..]));
     }
     for (name, reason) in [("dual-c-horizontal-xzab", "two heads"), ("head-b-a-table-c-two-linear", "out of reach")] {
         let why = new_job_for(&PATCH, Some(name), None).expect_err(name);
