@@ -69,6 +69,7 @@ pub use facemill_verification::program::{Verified, VerifyRequest, verify_program
 pub use facemill_verification::stock_run::CutRequest;
 
 pub use facemill_cc_path as cc_path;
+pub use facemill_channel_pair as channel_pair;
 pub use facemill_chip_area as chip_area;
 pub use facemill_cl_data as cl_data;
 pub use facemill_cl_file as cl_file;

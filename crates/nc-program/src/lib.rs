@@ -76,11 +76,9 @@
 //! | `read` | readers of NC text, a folder for each family of controls |
 //! | `word_map` | axis words from joint values, and back |
 //! | `write` | programs as text: the template of a dialect around a body of blocks, both by the rules of the dialect's file |
-//! | `channels` | two channel programs for Siemens 840D from one program of two heads: writer, and a reader of what it writes |
 //!
 //! It must not know surfaces, and of machines only axis letters, offsets and the tool length.
 
-mod channels;
 mod dialect;
 mod program;
 mod read;
@@ -88,10 +86,6 @@ mod word_map;
 mod words;
 mod write;
 
-pub use crate::channels::{
-    ReadPair, ReadPairBlock, SiemensFault, SiemensFeed, SiemensPair, SiemensReadError, SiemensSettings,
-    read_siemens_pair, write_siemens_pair,
-};
 pub use crate::dialect::file::Decimals;
 pub use crate::dialect::file::{
     BlendingRule, CommentRule, ControlMotion, CornerRule, CuttingRule, DIALECT_FORMAT, DialectFile, FeedRule,
@@ -103,7 +97,7 @@ pub use crate::dialect::post_file::{
 };
 pub use crate::dialect::word_rule::{CoolantRule, HomeRule, HomeWords, LengthRule, OffsetRule, WordRule};
 pub use crate::program::heads::MappedAxis;
-pub use crate::program::heads::{HeadError, HeadSpec, MappedHead};
+pub use crate::program::heads::{HeadError, HeadSpec, MappedHead, check_heads};
 pub use crate::program::spec::{AxisSpec, ProgramSpec, SpindleSpec, ToolSpec};
 pub use crate::program::write_error::WriteError;
 pub use crate::read::error::{ReadError, ReadFault};
@@ -123,6 +117,8 @@ pub use crate::words::axis_lengths::AxisLengths;
 pub use crate::words::axis_words::{AxisKind, AxisLetter, AxisNameError, AxisWord, AxisWords, TooManyAxes};
 pub use crate::words::number_text;
 pub use crate::words::said_words::{SaidWords, StateWord};
+pub use crate::write::codes::spindle_speed;
+pub use crate::write::text::clean_fanuc_comment;
 pub use crate::write::{WrittenProgram, write_program, write_program_of_heads, write_program_with_lines};
 pub use dialect::Dialect;
 pub use program::{Block, Coolant, CutVectors, FeedMode, NcProgram, WorkOffset};

@@ -8,7 +8,7 @@ mod lines;
 mod motion;
 mod template;
 mod template_bounds;
-mod text;
+pub(crate) mod text;
 
 use std::collections::BTreeSet;
 
@@ -18,8 +18,6 @@ use crate::program::spec::ProgramSpec;
 use crate::program::write_error::WriteError;
 use crate::write::body::BodyWriter;
 use crate::write::lines::LineSink;
-
-pub(crate) use crate::write::text::clean_fanuc_comment;
 
 /// The program, with `\n` line ends. `heads` is empty for a machine of one head.
 pub(crate) fn write(

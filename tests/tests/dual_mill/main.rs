@@ -159,7 +159,7 @@ fn operations_of_one_head_have_spindle_speeds_of_their_own() {
     let (start, name) = (line("S300 M"), line("(AGAIN)"));
     assert!(start == name + 1 && text.lines().skip(start).any(|l| l.contains("G1 ")), "{name} {start}");
     let texts = [1, 2].map(|n| text_of(&planned, &format!("program-channel-{n}.mpf")));
-    assert!(facemill::nc_program::read_siemens_pair([&texts[0], &texts[1]]).is_ok());
+    assert!(facemill::channel_pair::read_siemens_pair([&texts[0], &texts[1]]).is_ok());
 }
 
 /// One head keeps a removal rate so small that it always has its smallest feed, the other one has

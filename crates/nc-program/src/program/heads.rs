@@ -155,7 +155,7 @@ pub(crate) fn check_axes(heads: &[MappedHead], axes: &[MappedAxis]) -> Result<()
 }
 
 /// Checks that these are the heads of a program.
-pub(crate) fn check_program(spec: &ProgramSpec, heads: &[HeadSpec]) -> Result<(), WriteError> {
+pub fn check_heads(spec: &ProgramSpec, heads: &[HeadSpec]) -> Result<(), WriteError> {
     check(&heads.iter().map(HeadSpec::mapped).collect::<Vec<_>>())?;
     // There are two at least.
     let first = &heads[0];

@@ -8,7 +8,7 @@ const LARGEST: f64 = 1e6;
 ///
 /// Words are compared as these integers, so that what is suppressed as unchanged is exactly what
 /// would be written equal.
-pub(crate) fn units(value: f64, decimals: u8) -> Option<i64> {
+pub fn units(value: f64, decimals: u8) -> Option<i64> {
     (value.abs() < LARGEST).then(|| (value * 10f64.powi(decimals.into())).round() as i64)
 }
 
@@ -18,18 +18,18 @@ pub(crate) fn units(value: f64, decimals: u8) -> Option<i64> {
 const DIGITS: f64 = 1e-6;
 
 /// `value` in units of its last decimal, rounded down; `None` where [`units`] has none.
-pub(crate) fn units_below(value: f64, decimals: u8) -> Option<i64> {
+pub fn units_below(value: f64, decimals: u8) -> Option<i64> {
     (value.abs() < LARGEST).then(|| (value * 10f64.powi(decimals.into()) + DIGITS).floor() as i64)
 }
 
 /// `value` in units of its last decimal, rounded up; `None` where [`units`] has none.
-pub(crate) fn units_above(value: f64, decimals: u8) -> Option<i64> {
+pub fn units_above(value: f64, decimals: u8) -> Option<i64> {
     (value.abs() < LARGEST).then(|| (value * 10f64.powi(decimals.into()) - DIGITS).ceil() as i64)
 }
 
 /// Appends the number of these units: `100.` or, with trailing zeros, `100.000`; always with a
 /// decimal point.
-pub(crate) fn push_units(out: &mut String, units: i64, decimals: u8, trailing_zeros: bool) {
+pub fn push_units(out: &mut String, units: i64, decimals: u8, trailing_zeros: bool) {
     use std::fmt::Write;
     let scale = 10u64.pow(decimals.into());
     let (whole, mut fraction) = (units.unsigned_abs() / scale, units.unsigned_abs() % scale);
@@ -61,7 +61,7 @@ pub fn number(value: f64, decimals: u8, trailing_zeros: bool) -> Option<String> 
 const MAX_DIGITS: usize = 30;
 
 /// `-12.5`, `.5`, `5.`: at least one digit, at most one point, a sign only in front.
-pub(crate) fn parse(text: &[u8]) -> Option<f64> {
+pub fn parse(text: &[u8]) -> Option<f64> {
     let unsigned = text.strip_prefix(b"-").or_else(|| text.strip_prefix(b"+")).unwrap_or(text);
     let points = unsigned.iter().filter(|b| **b == b'.').count();
     let digits = unsigned.iter().filter(|b| b.is_ascii_digit()).count();

@@ -37,7 +37,7 @@ pub(super) fn work_offset(
 }
 
 /// Whole revolutions per minute; controls take no decimals there.
-pub(crate) fn spindle_speed(rpm: f64, place: &str) -> Result<i64, WriteError> {
+pub fn spindle_speed(rpm: f64, place: &str) -> Result<i64, WriteError> {
     let speed = number_text::units(rpm, 0).filter(|speed| *speed > 0);
     speed.ok_or_else(|| WriteError::Number { place: place.to_owned(), what: "a spindle speed", value: rpm })
 }

@@ -202,7 +202,7 @@ fn check_heads(spec: &ProgramSpec, all: &[HeadSpec], settings: &PostSettings) ->
         let (what, name) = ("several heads in one program".to_owned(), settings.rules.name.clone());
         return Err(WriteError::NotInDialect { place: "heads".to_owned(), what, name });
     }
-    heads::check_program(spec, all)?;
+    heads::check_heads(spec, all)?;
     if settings.feed_mode == FeedMode::Rtcp { Err(WriteError::RtcpOfHeads) } else { Ok(()) }
 }
 

@@ -7,7 +7,7 @@ use crate::words::number_text;
 const FANUC_CHARACTERS: &str = "+-*/=.,:#&'?[]";
 
 /// Text for a FANUC comment, as [`clean_comment`] makes it.
-pub(crate) fn clean_fanuc_comment(text: &str) -> String {
+pub fn clean_fanuc_comment(text: &str) -> String {
     clean(text, FANUC_CHARACTERS)
 }
 

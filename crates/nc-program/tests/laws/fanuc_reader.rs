@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use crate::kit::{Random, SHARED_NC, random_blocks, settings, spec};
+use crate::kit::{Random, random_blocks, settings, spec};
 use facemill_nc_program::*;
+use facemill_test_kit::SHARED_NC;
 
 fn motions(text: &str) -> Vec<ReadMotion> {
     read_fanuc(text).unwrap_or_else(|e| panic!("{e}")).motions().map(|(_, m)| m.clone()).collect()

@@ -5,7 +5,7 @@ use facemill_nc_program::{
     ReadMotion, SpindleSpec, ToolSpec, WorkOffset,
 };
 
-pub(crate) use facemill_test_kit::{Random, SHARED_NC};
+pub(crate) use facemill_test_kit::Random;
 
 /// Axes of the sample machine, in its order.
 pub(crate) const AXES: [AxisLetter; 5] = [AxisLetter::X, AxisLetter::Y, AxisLetter::Z, AxisLetter::B, AxisLetter::C];

@@ -1,7 +1,8 @@
 //! The program of two heads as two channel programs for Siemens 840D.
 
+use facemill_channel_pair::{SiemensSettings, write_siemens_pair};
 use facemill_job::failure::Failure;
-use facemill_nc_program::{HeadSpec, PostSettings, ProgramSpec, SiemensSettings, write_siemens_pair};
+use facemill_nc_program::{HeadSpec, PostSettings, ProgramSpec};
 
 /// The same blocks as the program in one channel, as one file for each channel: names with their
 /// bytes, channel 1 first.

@@ -1,66 +1,12 @@
-use crate::channels::statement::Statement;
-use crate::channels::statements::Statements;
-use crate::channels::{ReadPair, ReadPairBlock};
-use crate::words::axis_words::{AxisKind, AxisLetter, AxisWords};
+//! Reader of both programs.
 
-/// Where and why two texts are not a pair of channel programs.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("channel {channel}, line {line}: {fault}")]
-pub struct SiemensReadError {
-    /// 1 or 2.
-    pub channel: usize,
-    /// From 1.
-    pub line: u32,
-    /// Fault.
-    pub fault: SiemensFault,
-}
+use crate::fault::{SiemensFault, SiemensReadError};
+use crate::pair::{ReadPair, ReadPairBlock};
+use crate::statement::Statement;
+use crate::statements::Statements;
+use facemill_nc_program::{AxisKind, AxisLetter, AxisWords};
 
-/// Fault at a line of a channel program.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum SiemensFault {
-    /// A line that the writer does not write.
-    #[error("`{0}` is not understood")]
-    NotUnderstood(String),
-    /// A line that the writer writes somewhere else.
-    #[error("expected is {expected}")]
-    NotHere {
-        /// Expected text.
-        expected: &'static str,
-    },
-    /// The text ends before its end.
-    #[error("the program ends here, expected is {expected}")]
-    Ends {
-        /// Expected text.
-        expected: &'static str,
-    },
-    /// An axis that the header does not send home, or that both channels do.
-    #[error("axis {0} is not one of this channel's alone")]
-    Axis(AxisLetter),
-    /// An axis whose place is not known.
-    #[error("nothing says where axis {0} is")]
-    UnknownAxis(AxisLetter),
-    /// More axes than a position can hold.
-    #[error(transparent)]
-    TooManyAxes(#[from] crate::words::axis_words::TooManyAxes),
-    /// A mark that does not follow the one before.
-    #[error("mark {found} behind mark {before}: they count up and start again at 1")]
-    MarkOrder {
-        /// Its number.
-        found: u32,
-        /// Number of the mark before, 0 before the first.
-        before: u32,
-    },
-    /// The other channel does something else there.
-    #[error("channel 1 has {first} there, this one {second}")]
-    OtherChannel {
-        /// In channel 1.
-        first: String,
-        /// In channel 2.
-        second: String,
-    },
-}
-
-/// Reads what [`write_siemens_pair`](crate::channels::write_siemens_pair) writes, and nothing else:
+/// Reads what [`write_siemens_pair`](crate::write_siemens_pair) writes, and nothing else:
 /// the same marks in both channels, between them the same blocks, with the words of both and the
 /// times that they take in each.
 ///

@@ -1,27 +1,26 @@
 //! Lines of a channel program, each of which says one thing.
 
-use crate::channels::reader::SiemensFault;
-use crate::words::axis_words::{AxisLetter, AxisWords};
-use crate::words::number_text;
+use crate::fault::SiemensFault;
+use facemill_nc_program::{AxisLetter, AxisWords, number_text};
 
 /// Metric, XY plane, no radius compensation, absolute, feed per minute.
-pub(super) const SAFE_START: &str = "G710 G17 G40 G90 G94";
+pub(crate) const SAFE_START: &str = "G710 G17 G40 G90 G94";
 
 /// Reference radius of a rotary axis at which 1 deg counts as 1 mm: 180/π mm, what controls have
 /// until told otherwise.
-pub(super) const FGREF: &str = "57.29578";
+pub(crate) const FGREF: &str = "57.29578";
 
 /// Where a tool of another length leads to, and what stops the control there.
-pub(super) const LABEL: &str = "WRONG_TOOL:";
+pub(crate) const LABEL: &str = "WRONG_TOOL:";
 
-pub(super) const ALARM: &str = "SETAL(65000)";
+pub(crate) const ALARM: &str = "SETAL(65000)";
 
 /// Largest difference of tool lengths that is let pass, mm.
-pub(super) const CHECK_TOLERANCE: &str = "0.01";
+pub(crate) const CHECK_TOLERANCE: &str = "0.01";
 
 /// Statement of a line.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Statement {
+pub(crate) enum Statement {
     SafeStart,
     /// FGROUP.
     PathAxes(Vec<AxisLetter>),
@@ -56,7 +55,7 @@ pub(super) enum Statement {
 }
 
 /// Returns the statement of a line without its block number.
-pub(super) fn statement(code: &str) -> Result<Statement, SiemensFault> {
+pub(crate) fn statement(code: &str) -> Result<Statement, SiemensFault> {
     match code {
         SAFE_START => return Ok(Statement::SafeStart),
         "D1" => return Ok(Statement::Edge),

@@ -1,16 +1,18 @@
-use crate::channels::reader::{SiemensFault, SiemensReadError};
-use crate::channels::statement::{Statement, statement};
+//! Statements of a program, in order.
+
+use crate::fault::{SiemensFault, SiemensReadError};
+use crate::statement::{Statement, statement};
 
 /// Statements of a text, one by one.
-pub(super) struct Statements {
-    pub(super) channel: usize,
+pub(crate) struct Statements {
+    pub(crate) channel: usize,
     all: Vec<(u32, Statement)>,
     next: usize,
     last_line: u32,
 }
 
 impl Statements {
-    pub(super) fn new(channel: usize, text: &str) -> Result<Self, SiemensReadError> {
+    pub(crate) fn new(channel: usize, text: &str) -> Result<Self, SiemensReadError> {
         let (mut all, mut last_line) = (Vec::new(), 1);
         for (k, line) in text.lines().enumerate() {
             last_line = u32::try_from(k + 1).unwrap_or(u32::MAX);
@@ -24,27 +26,27 @@ impl Statements {
         Ok(Self { channel, all, next: 0, last_line })
     }
 
-    pub(super) fn line(&self) -> u32 {
+    pub(crate) fn line(&self) -> u32 {
         self.all.get(self.next).map_or(self.last_line, |(line, _)| *line)
     }
 
-    pub(super) fn error(&self, fault: SiemensFault) -> SiemensReadError {
+    pub(crate) fn error(&self, fault: SiemensFault) -> SiemensReadError {
         SiemensReadError { channel: self.channel, line: self.line(), fault }
     }
 
-    pub(super) fn is_over(&self) -> bool {
+    pub(crate) fn is_over(&self) -> bool {
         self.next == self.all.len()
     }
 
     /// The next statement where it is what is asked for.
-    pub(super) fn take<T>(&mut self, pick: impl Fn(&Statement) -> Option<T>) -> Option<(u32, T)> {
+    pub(crate) fn take<T>(&mut self, pick: impl Fn(&Statement) -> Option<T>) -> Option<(u32, T)> {
         let (line, statement) = self.all.get(self.next)?;
         let found = (*line, pick(statement)?);
         self.next += 1;
         Some(found)
     }
 
-    pub(super) fn expect<T>(
+    pub(crate) fn expect<T>(
         &mut self,
         expected: &'static str,
         pick: impl Fn(&Statement) -> Option<T>,
@@ -54,7 +56,7 @@ impl Statements {
         self.take(pick).ok_or(error)
     }
 
-    pub(super) fn expect_one(&mut self, expected: &'static str, wanted: &Statement) -> Result<(), SiemensReadError> {
+    pub(crate) fn expect_one(&mut self, expected: &'static str, wanted: &Statement) -> Result<(), SiemensReadError> {
         self.expect(expected, |s| (s == wanted).then_some(())).map(|_| ())
     }
 }

@@ -1,7 +1,8 @@
 //! Laws of the two channel programs for Siemens 840D, writer and reader together.
 
-use crate::heads::{axis, heads, letters, map, nine_axis_spec, random_joints, words_of};
+use crate::head_kit::{axis, heads, letters, map, nine_axis_spec, random_joints, words_of};
 use crate::kit::Random;
+use facemill_channel_pair::*;
 use facemill_nc_program::*;
 
 /// Rapids, comments and cuts; feeds that mean the same in G93 whatever mode they are told in.

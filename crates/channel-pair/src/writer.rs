@@ -1,25 +1,22 @@
+//! Writer of both programs.
+
 use std::fmt::Write;
 
-use crate::channels::channel::{Channel, Group, Place, channels, norm};
-use crate::channels::statement::{ALARM, CHECK_TOLERANCE, FGREF, LABEL, SAFE_START};
-use crate::channels::{SiemensFeed, SiemensPair, SiemensSettings};
-use crate::dialect::file::Decimals;
-use crate::dialect::post_file::BlockNumbers;
-use crate::program::heads::HeadSpec;
-use crate::program::spec::ProgramSpec;
-use crate::program::write_error::WriteError;
-use crate::program::{Block, Coolant, FeedMode, WorkOffset, heads};
-use crate::words::axis_words::{AxisKind, AxisLetter, AxisWords};
-use crate::words::number_text;
-use crate::write::clean_fanuc_comment as clean_comment;
-use crate::write::codes::spindle_speed;
+use crate::channel::{Channel, Group, Place, channels, norm};
+use crate::pair::{SiemensFeed, SiemensPair, SiemensSettings};
+use crate::statement::{ALARM, CHECK_TOLERANCE, FGREF, LABEL, SAFE_START};
+use facemill_nc_program::{
+    AxisKind, AxisLetter, AxisWords, Block, BlockNumbers, Coolant, Decimals, FeedMode, HeadSpec, ProgramSpec,
+    WorkOffset, WriteError, check_heads, clean_fanuc_comment as clean_comment, number_text, spindle_speed,
+};
 
 /// Decimals of the seconds of a dwell.
 const DWELL_DECIMALS: u8 = 6;
 
 /// The blocks of a program of two heads as two channel programs for Siemens 840D, one for each
 /// head; the axes that no head has (C) belong to the first. The tool and spindle of `spec` are
-/// those of the first head, as for [`write_program_of_heads`](crate::write_program_of_heads).
+/// those of the first head, as for
+/// [`write_program_of_heads`](facemill_nc_program::write_program_of_heads).
 ///
 /// Each block stands in both channels and takes the same time in both: where a channel's axes stand
 /// it waits (`G4 F`). Marks (`WAITM(n,1,2)`) stand behind every rapid, before and behind every row
@@ -57,7 +54,7 @@ pub fn write_siemens_pair(
 }
 
 fn check(spec: &ProgramSpec, all: &[HeadSpec], settings: &SiemensSettings) -> Result<(), WriteError> {
-    heads::check_program(spec, all)?;
+    check_heads(spec, all)?;
     let setting = |place: &str, why| Err(WriteError::NotInChannels { place: place.to_owned(), why });
     if settings.program_feed == FeedMode::Rtcp {
         return Err(WriteError::RtcpOfHeads);

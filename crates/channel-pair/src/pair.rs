@@ -1,19 +1,6 @@
-//! Two channel programs for Siemens 840D from one program of two heads: writer, and a reader of
-//! what it writes.
+//! Settings of a pair, and a pair that was read.
 
-mod channel;
-mod reader;
-mod statement;
-mod statements;
-mod writer;
-
-use crate::dialect::file::Decimals;
-use crate::dialect::post_file::BlockNumbers;
-use crate::program::FeedMode;
-use crate::words::axis_words::AxisWords;
-
-pub use crate::channels::reader::{SiemensFault, SiemensReadError, read_siemens_pair};
-pub use crate::channels::writer::write_siemens_pair;
+use facemill_nc_program::{AxisWords, BlockNumbers, Decimals, FeedMode};
 
 /// How two channel programs are written.
 #[derive(Clone, Copy, Debug, PartialEq)]

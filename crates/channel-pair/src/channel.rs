@@ -1,32 +1,31 @@
-use crate::dialect::file::Decimals;
-use crate::program::heads::HeadSpec;
-use crate::program::spec::{AxisSpec, ProgramSpec};
-use crate::program::write_error::WriteError;
-use crate::words::axis_words::{AxisKind, AxisLetter, AxisWords};
-use crate::words::number_text;
+//! Axes of a channel, and their words.
+
+use facemill_nc_program::{
+    AxisKind, AxisLetter, AxisSpec, AxisWords, Decimals, HeadSpec, ProgramSpec, WriteError, number_text,
+};
 
 /// Axes of one channel.
-pub(super) struct Channel<'a> {
+pub(crate) struct Channel<'a> {
     /// 0 or 1.
-    pub(super) index: usize,
-    pub(super) head: &'a HeadSpec,
-    pub(super) axes: Vec<AxisSpec>,
+    pub(crate) index: usize,
+    pub(crate) head: &'a HeadSpec,
+    pub(crate) axes: Vec<AxisSpec>,
 }
 
 /// Axes that move together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Group {
+pub(crate) enum Group {
     Spindle,
     Across,
     Rotary,
 }
 
 impl Channel<'_> {
-    pub(super) fn letters(&self) -> impl Iterator<Item = AxisLetter> + '_ {
+    pub(crate) fn letters(&self) -> impl Iterator<Item = AxisLetter> + '_ {
         self.axes.iter().map(|a| a.letter)
     }
 
-    pub(super) fn group(&self, group: Group) -> impl Iterator<Item = AxisLetter> + '_ {
+    pub(crate) fn group(&self, group: Group) -> impl Iterator<Item = AxisLetter> + '_ {
         let of = |a: &AxisSpec| match (a.letter.kind(), a.along_spindle) {
             (AxisKind::Rotary, _) => Group::Rotary,
             (AxisKind::Linear, true) => Group::Spindle,
@@ -38,8 +37,8 @@ impl Channel<'_> {
 
 /// The two channels: each has the axes with the number of its head's spindle axis, the first one
 /// those without a number too.
-pub(super) fn channels<'a>(spec: &ProgramSpec, heads: &'a [HeadSpec]) -> Result<[Channel<'a>; 2], WriteError> {
-    let [first, second] = heads else { return Err(crate::program::heads::HeadError::Count { n: heads.len() }.into()) };
+pub(crate) fn channels<'a>(spec: &ProgramSpec, heads: &'a [HeadSpec]) -> Result<[Channel<'a>; 2], WriteError> {
+    let [first, second] = heads else { return Err(facemill_nc_program::HeadError::Count { n: heads.len() }.into()) };
     let numbers = [first, second].map(|h| h.spindle_axis.number());
     let fault = |axis: AxisLetter, why| Err(WriteError::NotInChannels { place: format!("axis {axis}"), why });
     if numbers[0] == numbers[1] {
@@ -56,19 +55,19 @@ pub(super) fn channels<'a>(spec: &ProgramSpec, heads: &'a [HeadSpec]) -> Result<
 }
 
 /// Where all axes of a program are, in units of their words' last decimals.
-pub(super) struct Place {
+pub(crate) struct Place {
     units: Vec<(AxisLetter, Option<i64>)>,
     decimals: Decimals,
 }
 
 impl Place {
-    pub(super) fn new(axes: &[AxisSpec], decimals: Decimals) -> Self {
+    pub(crate) fn new(axes: &[AxisSpec], decimals: Decimals) -> Self {
         Self { units: axes.iter().map(|a| (a.letter, None)).collect(), decimals }
     }
 
     /// Goes to these words; the axes that are somewhere else than before, and the norm of their
     /// ways, mm and deg.
-    pub(super) fn go(&mut self, words: &AxisWords, place: &str) -> Result<Vec<(AxisLetter, f64)>, WriteError> {
+    pub(crate) fn go(&mut self, words: &AxisWords, place: &str) -> Result<Vec<(AxisLetter, f64)>, WriteError> {
         let mut changed = Vec::new();
         for word in words.iter() {
             let (letter, value) = (word.letter, word.value);
@@ -87,12 +86,12 @@ impl Place {
     }
 
     /// The first axis that no word has said anything of.
-    pub(super) fn unknown(&self) -> Option<AxisLetter> {
+    pub(crate) fn unknown(&self) -> Option<AxisLetter> {
         self.units.iter().find(|(_, units)| units.is_none()).map(|(letter, _)| *letter)
     }
 
     /// `X1=100.` or `C12.5`: the word of an axis where it is.
-    pub(super) fn word(&self, letter: AxisLetter) -> String {
+    pub(crate) fn word(&self, letter: AxisLetter) -> String {
         let units = self.units.iter().find(|(l, _)| *l == letter).and_then(|(_, units)| *units).unwrap_or(0);
         let mut text = letter.to_string();
         if letter.number() > 0 {
@@ -104,6 +103,6 @@ impl Place {
 }
 
 /// The norm of ways, mm and deg.
-pub(super) fn norm<'a>(ways: impl IntoIterator<Item = &'a (AxisLetter, f64)>) -> f64 {
+pub(crate) fn norm<'a>(ways: impl IntoIterator<Item = &'a (AxisLetter, f64)>) -> f64 {
     ways.into_iter().fold(0.0, |sum: f64, (_, way)| sum.hypot(*way))
 }
