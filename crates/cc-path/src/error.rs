@@ -5,6 +5,7 @@ use nalgebra::Point3;
 
 /// Why there is no path.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PathError {
     /// A point of a path file is too far from the drive surface.
     #[error(

@@ -62,6 +62,7 @@ pub struct PassFile {
 
 /// Fault of a path file. Indices are from 0, written as the field's path.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PathFileError {
     /// Not the JSON of a path file.
     #[error(transparent)]

@@ -9,6 +9,7 @@ use nalgebra::{Point3, Unit, Vector3};
 
 /// How passes are laid: along the level curves of a function of the place.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Strategy {
     /// Sections by parallel planes.
     ParallelPlanes(ParallelPlanes),

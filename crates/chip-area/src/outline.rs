@@ -4,6 +4,7 @@ use std::ops::RangeInclusive;
 
 /// Why an area between outlines has no value.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum OutlineError {
     /// The range has an end that is not finite.
     #[error("the lateral range has an end that is not finite")]

@@ -18,6 +18,7 @@ pub struct CcPoint {
 
 /// Why three vectors are not a CC point.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum CcPointError {
     /// A coordinate is NaN or infinite.
     #[error("CC point has a coordinate that is not finite")]

@@ -11,6 +11,7 @@ use crate::polyhedron::ConvexPolyhedron;
 
 /// Why there is no body around points.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PolyhedronError {
     /// A coordinate is not a number or infinite.
     #[error("point {index} is not finite")]

@@ -87,6 +87,7 @@ pub struct AptStatement {
 
 /// Meaning of an APT statement.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum AptMeaning {
     /// PARTNO.
     PartName(String),

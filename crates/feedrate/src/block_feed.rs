@@ -51,6 +51,7 @@ impl BlockFeed {
 
 /// Why a block has no feed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum FeedError {
     /// The programmed speed of the tip is not a positive number.
     #[error("the programmed tip feed is {tip_feed} mm/min, but has to be above 0")]

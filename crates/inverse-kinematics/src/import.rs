@@ -19,6 +19,7 @@ use crate::machine_file::{
 
 /// Why a file of another program cannot be turned into a machine file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ImportError {
     /// It is no XML.
     #[error("is no XML: {0}")]

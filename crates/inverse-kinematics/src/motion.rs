@@ -49,6 +49,7 @@ pub struct Motion<'a> {
 
 /// Why a block has no motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum MotionError {
     /// An axis value or the tool length is NaN or infinite, or there are not as many values as
     /// axes.

@@ -8,6 +8,7 @@ use facemill_tool_path::path_error::PathError;
 /// Reason why the planner did not fulfil a request. A plan with findings is no failure: it is a
 /// result.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum Failure {
     /// The input is wrong; exit code 2.
     #[error("{file}: {message}", file = file.display())]

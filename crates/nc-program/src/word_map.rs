@@ -28,6 +28,7 @@ pub struct WordMap {
 
 /// Why joint values and words do not go together.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum WordMapError {
     /// Two axes of a machine have one name.
     #[error("two axes are named {0}")]

@@ -2,6 +2,7 @@
 
 /// Why numbers do not describe a part.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SpecError {
     /// A number is outside its range, or not a number.
     #[error("{field} is {value}, but must be between {least} and {most}")]

@@ -26,6 +26,7 @@ pub struct NamedNode<'a> {
 
 /// Why a scene cannot be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ExportError {
     /// A node names a mesh that does not exist.
     #[error("node \"{node}\" uses mesh {mesh}, but there are only {n_meshes}")]

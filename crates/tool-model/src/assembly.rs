@@ -20,6 +20,7 @@ pub struct ToolAssembly {
 
 /// Why bytes are not a tool.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ToolFileError {
     /// The text is not a tool file: not JSON, an unknown or missing key, a value of the wrong kind,
     /// another format.

@@ -19,6 +19,7 @@ pub struct Cutter {
 
 /// Why three lengths are not a cutter. Values in mm.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum CutterError {
     /// The radius is not a positive finite number.
     #[error("radius {0} mm is not a positive length")]

@@ -59,6 +59,7 @@ pub struct HolderLibrary {
 
 /// Why bytes are not a holder library, or a holder and a tool no assembly.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum HolderError {
     /// The text is not a holder file.
     #[error(transparent)]

@@ -337,6 +337,7 @@ pub enum FindingKind {
 /// Size of a fault, or of what is left.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Measure {
     /// Depth of the cutter below allowance or stock, mm; of its core below the stock's surface
     /// where its recess ends.

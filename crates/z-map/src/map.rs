@@ -30,6 +30,7 @@ impl Default for ZMapSettings {
 
 /// Why there is no Z-map.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ZMapError {
     /// The mesh has no triangle.
     #[error("the mesh has no triangle")]

@@ -24,6 +24,7 @@ impl std::fmt::Display for Pose {
 /// A `field` is the path of a field of [`PassSection`](crate::pass::PassSection), such as
 /// `cutter.radius` or `engagement.left.step_over`. Messages give angles in degrees.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PassError {
     /// A value is NaN or infinite.
     #[error("{field} is {}: give a finite number", shown(*value))]

@@ -3,6 +3,7 @@ use crate::pass::error::PassError;
 /// Why a table of cases has no areas: line (from 1, the header and comments counted), column, and
 /// what to do.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TableError {
     /// There is no line with the names of the columns.
     #[error("the table is empty: begin with a line of column names, such as {known}")]

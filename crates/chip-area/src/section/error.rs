@@ -18,6 +18,7 @@ impl std::fmt::Display for Position {
 
 /// Why a section has no chip area.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ChipAreaError {
     /// A value is NaN or infinite.
     #[error("{field} is not finite")]

@@ -30,6 +30,7 @@ pub struct PairPose {
 
 /// Why both heads cannot be at a station at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum PairBlocked {
     /// No value of the shared axis is among those that both heads can stand at with their postures;
     /// told are the values of each, rad or mm, where it has some.

@@ -10,6 +10,7 @@ use crate::search::bezier::SearchCurve;
 
 /// How the postures of a pass are chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum PostureMode {
     /// At every point the smallest feasible posture of its search curve (CLOPT), raised where that
     /// is needed to keep the turn of the axis within [`PassSettings::max_turn_per_mm`].

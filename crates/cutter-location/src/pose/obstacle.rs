@@ -45,6 +45,7 @@ impl<'a> Obstacle<'a> {
 
 /// Mesh of an obstacle, workpiece frame: the caller's, or shared with it.
 #[derive(Clone)]
+#[non_exhaustive]
 pub enum MeshHandle<'a> {
     /// The caller's.
     Borrowed(&'a dyn Interference),

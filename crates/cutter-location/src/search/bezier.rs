@@ -25,6 +25,7 @@ pub struct SearchCurve {
 
 /// Why a search range is none.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SearchCurveError {
     /// Tilt must lie in 0..90° and not decrease.
     #[error("tilt range must satisfy 0 <= start <= end < 90 degrees")]

@@ -24,6 +24,7 @@ pub struct PostureRange {
 
 /// Why two ranges of angles cannot be mapped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum MapError {
     /// Tilt must grow, within 0..90°.
     #[error("the tilt range of a map must satisfy 0 <= smallest < largest < 90 degrees")]

@@ -50,6 +50,7 @@ impl ProgramSettings {
 
 /// Why a program has no time law.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ProgramLawError {
     /// A limit is wrong.
     #[error(transparent)]

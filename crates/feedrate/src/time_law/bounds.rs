@@ -48,6 +48,7 @@ pub enum MotionLimit {
 
 /// Why there is no time law.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TimeLawError {
     /// A limit is not a positive number.
     #[error("the {what} limit of axis {axis} is {value}, but has to be a finite number above 0")]

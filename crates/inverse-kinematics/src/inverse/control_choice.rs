@@ -42,6 +42,7 @@ const STILL: f64 = 1e-12;
 
 /// Why it is not known where a control turns the rotary axes to.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum UnclearChoice {
     /// The machine has not three linear and two rotary axes.
     #[error(

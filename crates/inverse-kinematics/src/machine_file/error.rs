@@ -6,6 +6,7 @@ use crate::axes::axis::AxisLetter;
 
 /// Why a machine file cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum MachineError {
     /// The text is not a machine file.
     #[error(transparent)]
@@ -87,6 +88,7 @@ pub enum MachineError {
 
 /// Fault of a field of a machine file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum FieldProblem {
     /// NaN or infinite.
     #[error("is not a finite number")]

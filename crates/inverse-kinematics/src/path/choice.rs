@@ -106,6 +106,7 @@ impl PathSettings {
 
 /// Why no axis values are chosen for a path.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PathError {
     /// There are no poses.
     #[error("the path has no poses")]

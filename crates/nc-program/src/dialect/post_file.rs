@@ -78,6 +78,7 @@ pub struct BlockNumbers {
 
 /// Request of a [`PostFile`], a dialect file or a machine that cannot be written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PostError {
     /// A number that is out of its range.
     #[error("{field} is {value}: it must be from {min} to {max}")]

@@ -54,6 +54,7 @@ impl HeadSpec {
 
 /// Why heads do not make one machine.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum HeadError {
     /// One head needs no heads.
     #[error("a machine of several heads has 2 to {max} of them, not {n}", max = MAX_HEADS)]

@@ -2,6 +2,7 @@ use crate::words::axis_words::AxisLetter;
 
 /// Why a program cannot be written.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum WriteError {
     /// The template does not compile, or asks for something that is not there.
     #[error("template {name}{}: {message}", line.map(|l| format!(", line {l}")).unwrap_or_default())]

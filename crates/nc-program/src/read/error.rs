@@ -12,6 +12,7 @@ pub struct ReadError {
 
 /// Fault at a place of a program.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ReadFault {
     /// A word that the reader does not know.
     #[error("`{0}` is not understood")]

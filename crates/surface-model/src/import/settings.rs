@@ -111,6 +111,7 @@ impl ImportSettings {
 
 /// Fault of a mesh file, with its place.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ImportFault {
     /// A line of a text file is wrong.
     #[error("line {line}: {message}")]

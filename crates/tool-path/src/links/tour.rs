@@ -33,6 +33,7 @@ pub struct Tour {
 
 /// Why there is no tour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum TourError {
     /// The numbers of costs do not go together.
     #[error(

@@ -221,6 +221,7 @@ impl Default for VerifySettings {
 
 /// Why a program was not verified.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum VerifyError {
     /// Stopped by the monitor.
     #[error(transparent)]

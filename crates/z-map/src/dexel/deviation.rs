@@ -42,6 +42,7 @@ pub struct Cavity {
 
 /// Why stock cannot be held against a part.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum DeviationError {
     /// The two maps have different lines.
     #[error("the stock before and after cutting are not on the same lines")]

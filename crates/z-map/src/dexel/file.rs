@@ -16,6 +16,7 @@ const CHECKSUM: usize = 32;
 
 /// Why bytes are not a stock.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum StockFileError {
     /// The file does not begin like a stock.
     #[error("not a stock file: it does not begin with \"FMDEXEL\"")]

@@ -15,6 +15,7 @@ pub struct DexelGrid {
 
 /// Why there is no lattice.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum GridError {
     /// The cell size is not a positive number.
     #[error("a dexel cell of {cell} mm is not a positive length")]

@@ -20,6 +20,7 @@ pub struct DexelMap {
 
 /// Why there is no stock of a simple shape.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum StockError {
     /// There is no lattice.
     #[error(transparent)]

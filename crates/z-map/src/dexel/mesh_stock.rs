@@ -11,6 +11,7 @@ use crate::dexel::tile::{Interval, LINES, SIDE, Tile};
 
 /// Why a mesh is not a stock.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum MeshStockError {
     /// There is no lattice.
     #[error(transparent)]

@@ -4,6 +4,7 @@ use crate::solver::inverse_solution::Unreachable;
 
 /// Why poses cannot be linearised.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum LineariseError {
     /// A tolerance is not above 0, or too small to tell from rounding.
     #[error("tolerance `{field}` has to be at least 1e-6 mm or 1e-9 rad, a radius finite and not below 0")]

@@ -39,6 +39,7 @@ pub(crate) struct Corner {
 
 /// Why rings are not a body.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum BodyError {
     /// There is no ring.
     #[error("a body of revolution needs at least one ring")]

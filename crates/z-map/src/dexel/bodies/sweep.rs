@@ -17,6 +17,7 @@ pub struct Sweep<'a> {
 
 /// Why a motion cannot be swept.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SweepError {
     /// A pose is not finite.
     #[error("sweep {index}: a pose is not finite")]
