@@ -22,6 +22,7 @@ pub mod stock_solid;
 use std::path::Path;
 
 use facemill_cl_data::CuttingLaw;
+use facemill_file_format::{from_json, to_json};
 use facemill_inverse_kinematics::Machine;
 use facemill_nc_program::{AxisLetter, AxisWords, FeedMode, LAST_PROGRAM_NUMBER, WorkOffset};
 use facemill_surface_model::{Group, Surface, SurfaceSettings, TriMesh};
@@ -37,7 +38,7 @@ use crate::load::clearance_surface::clearance_surface;
 use crate::load::enclosure::check_enclosure;
 use crate::load::job::{Job, SecondHead, Setup};
 use crate::load::job_files::JobFiles;
-use crate::load::job_source::{blamed, job_path, read_job_file};
+use crate::load::job_source::{JOB_NAME, blamed, job_path, read_job_file};
 use crate::load::machine_load::read_machine_of;
 use crate::load::mesh_files::{FileKey, MeshFiles};
 use crate::load::obstacle_meshes::{
@@ -49,7 +50,7 @@ use crate::load::post_load::read_post;
 use crate::load::stock_solid::stock_mesh;
 use crate::validate::feeds::check_chip_thickness;
 use crate::validate::limits::check_cutter_width;
-use crate::validate::{check_feeds, check_gouge_tolerances, check_heads, check_rounding};
+use crate::validate::{check_feeds, check_gouge_tolerances, check_heads, check_rounding, validate};
 
 /// Returns the values of the axes at the reference position, in the unit of words.
 pub(crate) fn home_words(machine: &Machine) -> Result<AxisWords, Failure> {
@@ -132,6 +133,19 @@ impl Job {
     /// As [`Job::read`].
     pub fn of(path: &Path, file: JobFile) -> Result<Self, Failure> {
         Self::of_files(path, file, JobFiles::in_folder(path.parent().unwrap_or(Path::new(""))))
+    }
+
+    /// Returns a job of values, with the files that it names. It is checked as one that is read:
+    /// its values, tool and machine are written as the text of their files, and that text is read.
+    ///
+    /// # Errors
+    /// As [`Job::read`]; messages call the job `job.json` in the folder of its files.
+    pub fn of_values(file: &JobFile, files: JobFiles) -> Result<Self, Failure> {
+        let path = files.path(JOB_NAME);
+        let text = to_json(file);
+        let file: JobFile = from_json(text.as_bytes()).map_err(|e| Failure::input(&path, e))?;
+        validate(&file).map_err(|e| Failure::input(&path, e))?;
+        Self::of_files(&path, file, files.with(JOB_NAME, text))
     }
 
     /// Returns a job as [`Job::of`] does, with these files.

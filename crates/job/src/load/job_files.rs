@@ -5,18 +5,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use facemill_file_format::{from_json, to_json};
+use facemill_file_format::to_json;
 use facemill_inverse_kinematics::MachineFile;
 use facemill_tool_model::ToolFile;
 
 use crate::failure::Failure;
 use crate::files;
-use crate::format::job_file::JobFile;
-use crate::load::job::Job;
-use crate::validate::validate;
-
-/// Name of a job in memory, for errors and for the inputs in its report.
-const JOB_NAME: &str = "job.json";
 
 /// Files that a job names: those in memory, and the others in a folder, if it has one.
 ///
@@ -55,7 +49,8 @@ impl JobFiles {
         self.with(name, to_json(machine))
     }
 
-    fn path(&self, name: &str) -> PathBuf {
+    /// Returns the path of a file of this name.
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.as_deref().unwrap_or(Path::new("")).join(name)
     }
 
@@ -101,21 +96,6 @@ impl JobFiles {
 }
 
 const NOT_HELD: &str = "is not among the files of this job in memory; add it to its `JobFiles`, or give them a folder";
-
-impl Job {
-    /// Returns a job of values, with the files that it names. It is checked as one that is read:
-    /// its values, tool and machine are written as the text of their files, and that text is read.
-    ///
-    /// # Errors
-    /// As [`Job::read`]; messages call the job `job.json` in the folder of its files.
-    pub fn of_values(file: &JobFile, files: JobFiles) -> Result<Self, Failure> {
-        let path = files.path(JOB_NAME);
-        let text = to_json(file);
-        let file: JobFile = from_json(text.as_bytes()).map_err(|e| Failure::input(&path, e))?;
-        validate(&file).map_err(|e| Failure::input(&path, e))?;
-        Self::of_files(&path, file, files.with(JOB_NAME, text))
-    }
-}
 
 #[cfg(test)]
 #[path = "../../tests/unit/load/job_files.rs"]

@@ -14,7 +14,7 @@ use crate::format::job_settings::JobSetting;
 use crate::validate::validate;
 
 /// Name of the job file in a job's folder.
-const JOB_NAME: &str = "job.json";
+pub(crate) const JOB_NAME: &str = "job.json";
 
 /// Returns the job file that a path names: `job.json` of a folder, else the path itself.
 pub fn job_path(path: &Path) -> PathBuf {

@@ -1,9 +1,11 @@
+use facemill_file_format::from_json;
 use serde_json::{Value, json};
 
 use super::*;
 use crate::examples::new_job::{NewJob, new_job};
+use crate::format::job_file::JobFile;
 use crate::format::made_from::MadeFrom;
-use crate::load::job::Setup;
+use crate::load::job::{Job, Setup};
 
 /// The files of an example, and its job.
 fn example() -> (Vec<(String, Vec<u8>)>, JobFile) {
