@@ -57,5 +57,5 @@ pub use crate::pose::workcell::{
 };
 pub use crate::search::bezier::{SearchCurve, SearchCurveError, SearchOrder, TurnTable};
 pub use crate::search::certified::{CertifiedSearch, MOST_TESTS, certified_search};
-pub use crate::search::remedy::{Relief, reliefs};
+pub use crate::search::remedy::{Remedy, reliefs};
 pub use search::{Found, SearchSettings, search};

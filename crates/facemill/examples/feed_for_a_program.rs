@@ -7,7 +7,7 @@ use std::error::Error;
 
 use facemill::inverse_kinematics::{Machine, preset};
 use facemill::nc_program::Dialect;
-use facemill::{RefeedLaw, RefeedSettings, TipFeed, refeed};
+use facemill::{FeedLaw, FeedRewriteSettings, TipFeed, rewrite_feeds};
 
 /// A cut with the table turning, as some post-processor wrote it: the same F in every block.
 const PROGRAM: &str = "\
@@ -25,7 +25,7 @@ M30
 
 fn main() -> Result<(), Box<dyn Error>> {
     let machine = Machine::from_json(preset("head-b-table-c").ok_or("no such preset")?.as_bytes())?;
-    let mut settings = RefeedSettings {
+    let mut settings = FeedRewriteSettings {
         machine: &machine,
         tool_length: 250.0,
         tip_feed: TipFeed::Programmed,
@@ -35,10 +35,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
 
     // The F of each block by which the tip moves at 1000 mm/min, within the speeds of the axes.
-    let by_speed = refeed(PROGRAM.as_bytes(), &settings)?;
+    let by_speed = rewrite_feeds(PROGRAM.as_bytes(), &settings)?;
     // The same within acceleration and jerk of every axis, corners blended within 0.02 mm.
-    settings.time_law = Some(RefeedLaw { blend_tolerance: Some(0.02) });
-    let by_law = refeed(PROGRAM.as_bytes(), &settings)?;
+    settings.time_law = Some(FeedLaw { blend_tolerance: Some(0.02) });
+    let by_law = rewrite_feeds(PROGRAM.as_bytes(), &settings)?;
 
     let texts = [PROGRAM.to_owned(), String::from_utf8(by_speed.text)?, String::from_utf8(by_law.text)?];
     println!("{:36} {:36} within acceleration and jerk", "as it was", "tip at 1000 mm/min");

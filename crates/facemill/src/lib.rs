@@ -2,8 +2,8 @@
 //!
 //! [`Job::read`] reads a job with all files that it names. [`plan_setup`] plans one of its setups,
 //! [`plan_job`] plans all of them and cuts their stock. [`verify_program`] runs a program from any
-//! source in a setup, [`rapids::faster_rapids`] replaces its links, [`refeed`] its feeds, and
-//! [`lengths::lengths_of_program`] finds the shortest tool for it. [`files::write_all`] writes
+//! source in a setup, [`rapids::faster_rapids`] replaces its links, [`rewrite_feeds`] its feeds,
+//! and [`lengths::lengths_of_program`] finds the shortest tool for it. [`files::write_all`] writes
 //! files whole or not at all. Each stage is a separate crate, re-exported here.
 //!
 //! The command line is the default feature `cli`. A library leaves out its dependencies with
@@ -53,9 +53,10 @@ pub use facemill_job::stages::{SilentStages, Stages};
 pub use facemill_job::stock::map::StockRegion;
 pub use facemill_job::stock::rest::read_rest;
 pub use facemill_job::validate::limits::STOCK_TOLERANCES;
-pub use facemill_nc_rewrite::refeed::law::{BLEND_TOLERANCES, RefeedLaw, RefeedLawTimes};
-pub use facemill_nc_rewrite::refeed::{
-    MAX_TOOL_LENGTH, Refed, RefeedError, RefeedSettings, RefeedSummary, TipFeed, refeed, refeed_lines,
+pub use facemill_nc_rewrite::feed_rewrite::law::{BLEND_TOLERANCES, FeedLaw, FeedLawTimes};
+pub use facemill_nc_rewrite::feed_rewrite::{
+    FeedRewriteError, FeedRewriteSettings, FeedRewriteSummary, MAX_TOOL_LENGTH, RewrittenFeeds, TipFeed,
+    rewrite_feed_lines, rewrite_feeds,
 };
 pub use facemill_nc_rewrite::{lengths, rapids};
 pub use facemill_planner::summary;

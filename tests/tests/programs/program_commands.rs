@@ -5,7 +5,7 @@
 use facemill::inverse_kinematics::Machine;
 use facemill::nc_program::{AxisAt, Dialect, FeedMode, MotionKind, read_program};
 use facemill::virtual_machine::FindingKind;
-use facemill::{Job, PlanSettings, Planned, RefeedSettings, SilentStages, TipFeed, plan_job, refeed};
+use facemill::{FeedRewriteSettings, Job, PlanSettings, Planned, SilentStages, TipFeed, plan_job, rewrite_feeds};
 use facemill_test_kit::Lcg;
 use facemill_tests::craig::{Words, end_of};
 use facemill_tests::jobs::{JobFolder, small_patch, small_patch_planned, text_of, unfinished};
@@ -128,7 +128,7 @@ fn nothing_but_f_words_changes_and_the_tip_keeps_to_its_feed() {
     for (dialect, head, counts_all) in CONTROLS {
         for asked in [Some(800.0), None] {
             let text = program(&mut random, dialect, head);
-            let settings = RefeedSettings {
+            let settings = FeedRewriteSettings {
                 machine: &machine,
                 tool_length: LENGTH,
                 tip_feed: asked.map_or(TipFeed::Programmed, TipFeed::Given),
@@ -136,7 +136,8 @@ fn nothing_but_f_words_changes_and_the_tip_keeps_to_its_feed() {
                 dialect,
                 time_law: None,
             };
-            let new = refeed(text.as_bytes(), &settings).unwrap_or_else(|why| panic!("{dialect:?}: {why}\n{text}"));
+            let new =
+                rewrite_feeds(text.as_bytes(), &settings).unwrap_or_else(|why| panic!("{dialect:?}: {why}\n{text}"));
             let summary = new.summary;
             let new = String::from_utf8(new.text).unwrap();
             assert_eq!(without_feeds(&new), without_feeds(&text), "{dialect:?}");
@@ -236,7 +237,7 @@ fn programs_that_cannot_be_trusted_are_refused_by_line() {
 
 /// Why a program gets no new feeds.
 fn refused(machine: &Machine, dialect: Dialect, text: &str) -> String {
-    let settings = RefeedSettings {
+    let settings = FeedRewriteSettings {
         machine,
         tool_length: LENGTH,
         tip_feed: TipFeed::Programmed,
@@ -244,7 +245,7 @@ fn refused(machine: &Machine, dialect: Dialect, text: &str) -> String {
         dialect,
         time_law: None,
     };
-    refeed(text.as_bytes(), &settings).expect_err(text)
+    rewrite_feeds(text.as_bytes(), &settings).expect_err(text)
 }
 
 /// A flat disc across a plane takes a rectangle; a ball alone takes the segment of its circle below
@@ -335,8 +336,8 @@ fn plan_for(dialect: &str, mode: &str, cutting: &str, words: &[&str]) {
 fn new_feeds_are_understood(job: &JobFolder, dialect: &str, mode: &str, text: &str, planned: &Planned) {
     let read = facemill::read_machine(&job.path("machine.json")).unwrap();
     let tool_length = job.json("tool.json")["gauge_length_mm"].as_f64().unwrap();
-    let refed = |tip_feed: TipFeed| {
-        let settings = RefeedSettings {
+    let rewritten = |tip_feed: TipFeed| {
+        let settings = FeedRewriteSettings {
             machine: &read.heads[0],
             tool_length,
             tip_feed,
@@ -344,20 +345,20 @@ fn new_feeds_are_understood(job: &JobFolder, dialect: &str, mode: &str, text: &s
             dialect: Dialect::ALL.into_iter().find(|d| d.name() == dialect).unwrap(),
             time_law: None,
         };
-        refeed(text.as_bytes(), &settings)
+        rewrite_feeds(text.as_bytes(), &settings)
     };
-    let kept = refed(TipFeed::Keep).unwrap_or_else(|why| panic!("{dialect} {mode}: {why}"));
+    let kept = rewritten(TipFeed::Keep).unwrap_or_else(|why| panic!("{dialect} {mode}: {why}"));
     assert!(kept.text == text.as_bytes() && kept.summary.kept == 0, "{dialect} {mode}: {:?}", kept.summary);
     let totals = &planned.report.totals;
     let time = totals.passes_time_s + totals.approach_time_s;
     assert!((kept.summary.time_after_s / time - 1.0).abs() < 5e-3, "{dialect} {mode}: {:?} {time} s", kept.summary);
-    match (mode, refed(TipFeed::Programmed)) {
+    match (mode, rewritten(TipFeed::Programmed)) {
         ("g94", found) => assert!(found.is_err_and(|why| why.contains("--tip-feed keep")), "{dialect}"),
         (_, found) => assert!(found.unwrap().text == text.as_bytes(), "{dialect} {mode}"),
     }
     assert!((kept.summary.rapid_time_s / totals.rapid_time_s - 1.0).abs() < 1e-9, "{dialect} {mode}: {totals:?}");
     // Half the time of a slow tip at twice its speed: what the axes limit at 60 mm/min is nothing.
-    let [slow, fast] = [30.0, 60.0].map(|feed| refed(TipFeed::Given(feed)).unwrap().summary);
+    let [slow, fast] = [30.0, 60.0].map(|feed| rewritten(TipFeed::Given(feed)).unwrap().summary);
     assert!((slow.time_after_s / fast.time_after_s - 2.0).abs() < 1e-3, "{dialect} {mode}: {slow:?} {fast:?}");
     assert!(fast.time_after_s > 0.99 * totals.passes_length_mm, "{dialect} {mode}: {fast:?}");
 }

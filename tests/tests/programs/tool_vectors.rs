@@ -6,7 +6,7 @@ use facemill::nc_program::Dialect;
 use facemill::surface_model::{Surface, SurfaceSettings};
 use facemill::virtual_machine::FindingKind;
 use facemill::{
-    Job, PlanSettings, Planned, RefeedLaw, RefeedSettings, SilentStages, TipFeed, plan_setup, refeed, summary,
+    FeedLaw, FeedRewriteSettings, Job, PlanSettings, Planned, SilentStages, TipFeed, plan_setup, rewrite_feeds, summary,
 };
 use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::variants::{CUTTING, variant};
@@ -310,16 +310,16 @@ fn feeds_of_a_plan_with_vectors_are_those_that_its_own_text_reaches() {
     assert!(law.lowered_blocks > 20 && !law.stops_at_corners, "{law:?}");
     let text = text_with(&planned, ".mpf");
     let offset = ["X", "Y", "Z"].into_iter().zip(OFFSET);
-    let settings = RefeedSettings {
+    let settings = FeedRewriteSettings {
         machine: &read.machine,
         tool_length: read.tool.gauge_length(),
         tip_feed: TipFeed::Keep,
         work_offset: offset.map(|(axis, value)| (axis.to_owned(), value)).collect(),
         dialect: Dialect::Siemens840d,
-        time_law: Some(RefeedLaw::default()),
+        time_law: Some(FeedLaw::default()),
     };
-    let refed = refeed(text.as_bytes(), &settings).unwrap_or_else(|e| panic!("{e}"));
-    let after = String::from_utf8(refed.text).unwrap();
+    let rewritten = rewrite_feeds(text.as_bytes(), &settings).unwrap_or_else(|e| panic!("{e}"));
+    let after = String::from_utf8(rewritten.text).unwrap();
     let [before, after] = [&text, &after].map(|text| motion_lines(text, ["A3=", "B3=", "C3="]));
     assert_eq!(before.len(), after.len());
     let pairs = before.iter().zip(&after).filter(|(line, _)| !line.is_rapid);

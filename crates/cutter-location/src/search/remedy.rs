@@ -12,7 +12,7 @@ use crate::search::certified::certified_search;
 
 /// A change with which a CC point has a feasible posture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Relief {
+pub enum Remedy {
     /// The search curve may go on to this tilt, rad.
     Tilt(f64),
     /// The search curve may go on to this rotate, rad, with its sign.
@@ -66,8 +66,8 @@ const SMALLEST_WIDTH: f64 = 1.0 / 2048.0;
 /// that is less, down to 1/2048). Changes that do not help, or only in amounts between the tried
 /// ones, are not among them, nor are postures beside the curve. A point in which the search finds a
 /// posture needs none; one in which it only steps over what the proof finds needs
-/// [`Relief::CertifiedWidth`].
-pub fn reliefs(cell: &Workcell<'_>, cc: &CcPoint, curve: &SearchCurve, settings: &SearchSettings) -> Vec<Relief> {
+/// [`Remedy::CertifiedWidth`].
+pub fn reliefs(cell: &Workcell<'_>, cc: &CcPoint, curve: &SearchCurve, settings: &SearchSettings) -> Vec<Remedy> {
     let test = PoseTest::new(cell);
     if search(&test, cc, curve, settings, 0.0, None, &mut Hints::default()).is_ok() {
         return Vec::new();
@@ -78,7 +78,7 @@ pub fn reliefs(cell: &Workcell<'_>, cc: &CcPoint, curve: &SearchCurve, settings:
         certified_search(test, cc, curve, &proven, 0.0, None, &mut Hints::default()).found.is_ok()
     };
     if has_posture(&test, curve) {
-        return vec![Relief::CertifiedWidth(width)];
+        return vec![Remedy::CertifiedWidth(width)];
     }
     let reaches = |end: Posture| curve.with_end(end).is_some_and(|longer| has_posture(&test, &longer));
     let with_tool = |tool: Option<ToolAssembly>| {
@@ -93,10 +93,10 @@ pub fn reliefs(cell: &Workcell<'_>, cc: &CcPoint, curve: &SearchCurve, settings:
     let thinner = smallest(radius * (1.0 - SMALLEST_RADIUS), |less| with_tool(tool.with_radius(radius - less).ok()));
     let longer = smallest(LONGEST * radius, |more| with_tool(tool.longer_by(more).ok()));
     [
-        tilt.map(|more| Relief::Tilt(end.tilt + more)),
-        rotate.map(|more| Relief::Rotate(end.rotate + sign * more)),
-        thinner.map(|less| Relief::Radius(radius - less)),
-        longer.map(|more| Relief::StickOut(tool.stick_out() + more)),
+        tilt.map(|more| Remedy::Tilt(end.tilt + more)),
+        rotate.map(|more| Remedy::Rotate(end.rotate + sign * more)),
+        thinner.map(|less| Remedy::Radius(radius - less)),
+        longer.map(|more| Remedy::StickOut(tool.stick_out() + more)),
     ]
     .into_iter()
     .flatten()

@@ -2,7 +2,7 @@
 //! search.
 
 use facemill_cutter_location::{
-    Hints, PoseTest, Relief, SearchCurve, SearchOrder, SearchSettings, Workcell, reliefs, search,
+    Hints, PoseTest, Remedy, SearchCurve, SearchOrder, SearchSettings, Workcell, reliefs, search,
 };
 use facemill_interference::MeshTree;
 use facemill_tool_model::ToolAssembly;
@@ -25,17 +25,17 @@ fn finds(cell: &Workcell<'_>, curve: &SearchCurve) -> bool {
 
 /// Feasible stretches of the curve with the change, or with a part of the way to it, and whether
 /// the paper's steps find one.
-fn changed(cell: &Workcell<'_>, curve: &SearchCurve, relief: Relief, part: f64) -> (Vec<[f64; 2]>, bool) {
+fn changed(cell: &Workcell<'_>, curve: &SearchCurve, relief: Remedy, part: f64) -> (Vec<[f64; 2]>, bool) {
     let (end, tool) = (curve.end(), cell.tool);
     let to = |from: f64, to: f64| from + part * (to - from);
     let mut posture = end;
     let mut other: Option<ToolAssembly> = None;
     match relief {
-        Relief::Tilt(tilt) => posture.tilt = to(end.tilt, tilt),
-        Relief::Rotate(rotate) => posture.rotate = to(end.rotate, rotate),
-        Relief::Radius(radius) => other = tool.with_radius(to(tool.cutter().radius(), radius)).ok(),
-        Relief::StickOut(length) => other = tool.longer_by(part * (length - tool.stick_out())).ok(),
-        Relief::CertifiedWidth(_) => panic!("nothing is stepped over without a change"),
+        Remedy::Tilt(tilt) => posture.tilt = to(end.tilt, tilt),
+        Remedy::Rotate(rotate) => posture.rotate = to(end.rotate, rotate),
+        Remedy::Radius(radius) => other = tool.with_radius(to(tool.cutter().radius(), radius)).ok(),
+        Remedy::StickOut(length) => other = tool.longer_by(part * (length - tool.stick_out())).ok(),
+        Remedy::CertifiedWidth(_) => panic!("nothing is stepped over without a change"),
     }
     let curve = curve.with_end(posture).unwrap();
     let other = other.as_ref().map(|tool| Workcell { tool, ..cell.clone() });
@@ -44,7 +44,7 @@ fn changed(cell: &Workcell<'_>, curve: &SearchCurve, relief: Relief, part: f64) 
 }
 
 /// Holds a change to what is told of it; whether the paper's steps find nothing with it.
-fn hold(cell: &Workcell<'_>, curve: &SearchCurve, relief: Relief) -> bool {
+fn hold(cell: &Workcell<'_>, curve: &SearchCurve, relief: Remedy) -> bool {
     let (enough, by_steps) = changed(cell, curve, relief, 1.0);
     assert!(!enough.is_empty(), "{relief:?} does not help");
     let (less, _) = changed(cell, curve, relief, 0.95);
@@ -82,11 +82,11 @@ fn reported_changes_free_the_point_and_95_percent_of_them_do_not() {
                 hold(&cell, &curve, relief);
                 told += 1;
                 kinds.insert(match relief {
-                    Relief::Tilt(_) => "tilt",
-                    Relief::Rotate(_) => "rotate",
-                    Relief::Radius(_) => "radius",
-                    Relief::StickOut(_) => "stick-out",
-                    Relief::CertifiedWidth(_) => "width",
+                    Remedy::Tilt(_) => "tilt",
+                    Remedy::Rotate(_) => "rotate",
+                    Remedy::Radius(_) => "radius",
+                    Remedy::StickOut(_) => "stick-out",
+                    Remedy::CertifiedWidth(_) => "width",
                 });
             }
         }
@@ -140,5 +140,5 @@ fn a_posture_that_was_only_stepped_over_is_told_by_the_width_that_finds_it() {
     let cell = workcell(&machine, &tool, obstacles);
     let found = stretches(&PoseTest::new(&cell), &cc, &curve, N);
     assert!(found.iter().any(|s| s[1] - s[0] >= WIDTH) && !finds(&cell, &curve), "{found:?}");
-    assert_eq!(reliefs(&cell, &cc, &curve, &SearchSettings::default()), [Relief::CertifiedWidth(WIDTH)]);
+    assert_eq!(reliefs(&cell, &cc, &curve, &SearchSettings::default()), [Remedy::CertifiedWidth(WIDTH)]);
 }

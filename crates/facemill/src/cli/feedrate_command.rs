@@ -7,8 +7,8 @@ use std::process::ExitCode;
 use clap::Args;
 use facemill::nc_program::Dialect;
 use facemill::{
-    BLEND_TOLERANCES, Failure, MAX_TOOL_LENGTH, RefeedError, RefeedLaw, RefeedLawTimes, RefeedSettings, RefeedSummary,
-    TipFeed, files, read_machine, refeed_lines,
+    BLEND_TOLERANCES, Failure, FeedLaw, FeedLawTimes, FeedRewriteError, FeedRewriteSettings, FeedRewriteSummary,
+    MAX_TOOL_LENGTH, TipFeed, files, read_machine, rewrite_feed_lines,
 };
 
 use crate::cli::arguments::dialect::dialect;
@@ -94,19 +94,19 @@ pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
     let read = read_machine(&arguments.machine)?;
     let machine = read.heads.first().ok_or_else(|| Failure::input(&arguments.machine, "has no head"))?;
     let program = open_nc(&arguments.program)?;
-    let settings = RefeedSettings {
+    let settings = FeedRewriteSettings {
         machine,
         tool_length: arguments.tool_length_mm,
         tip_feed: arguments.tip_feed.unwrap_or_default(),
         work_offset: arguments.work_offset.clone(),
         dialect: arguments.dialect.unwrap_or_else(|| dialect_of(&arguments.program)),
-        time_law: arguments.time_law.then_some(RefeedLaw { blend_tolerance: arguments.blend_tolerance_mm }),
+        time_law: arguments.time_law.then_some(FeedLaw { blend_tolerance: arguments.blend_tolerance_mm }),
     };
     files::check_outputs(arguments.out.as_deref())?;
-    let failed = |why: RefeedError| match why {
-        RefeedError::Read(source) => Failure::Read { file: arguments.program.clone(), source },
-        RefeedError::Write(source) => Failure::Write { file: arguments.out.clone().unwrap_or_default(), source },
-        RefeedError::Program(why) => Failure::input(&arguments.program, why),
+    let failed = |why: FeedRewriteError| match why {
+        FeedRewriteError::Read(source) => Failure::Read { file: arguments.program.clone(), source },
+        FeedRewriteError::Write(source) => Failure::Write { file: arguments.out.clone().unwrap_or_default(), source },
+        FeedRewriteError::Program(why) => Failure::input(&arguments.program, why),
     };
     let from_start = || {
         let mut file = program.try_clone()?;
@@ -116,12 +116,12 @@ pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
     let Some(out) = &arguments.out else {
         // Nothing is printed before the whole program is known to be right.
         let mut text = Vec::new();
-        let summary = refeed_lines(from_start, &settings, &mut text).map_err(failed)?;
+        let summary = rewrite_feed_lines(from_start, &settings, &mut text).map_err(failed)?;
         say_bytes(&text)?;
         eprint!("{}", summary_text(&summary, settings.dialect));
         return Ok(ExitCode::SUCCESS);
     };
-    let summary = files::write_through(out, |new| refeed_lines(from_start, &settings, new))?.map_err(failed)?;
+    let summary = files::write_through(out, |new| rewrite_feed_lines(from_start, &settings, new))?.map_err(failed)?;
     let told = summary_text(&summary, settings.dialect);
     say(&if arguments.json { facemill::file_format::to_json(&summary) } else { told })?;
     Ok(ExitCode::SUCCESS)
@@ -137,10 +137,10 @@ fn clock(seconds: f64) -> String {
     format!("{}:{:02}:{:02}.{tenths}", seconds / 3600, seconds / 60 % 60, seconds % 60)
 }
 
-fn summary_text(s: &RefeedSummary, dialect: Dialect) -> String {
+fn summary_text(s: &FeedRewriteSummary, dialect: Dialect) -> String {
     let assumption = dialect.file().control_motion.assumption();
     let by_law = s.time_law.map_or_else(String::new, |_| format!(", acceleration and jerk {}", s.by_law));
-    let timed = |law: RefeedLawTimes| {
+    let timed = |law: FeedLawTimes| {
         let [before, after, rapid] = [law.cutting_time_before_s, law.cutting_time_s, law.rapid_time_s].map(clock);
         let stops = if law.stops_at_corners { ", with a stop at every corner" } else { "" };
         let assumed = assumption.as_ref().map_or_else(String::new, |text| format!("  assumption        {text}\n"));

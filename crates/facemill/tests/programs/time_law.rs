@@ -14,7 +14,7 @@ use facemill::inverse_kinematics::{AxisValues, Machine};
 use facemill::nc_program::Dialect;
 use facemill::new_job::{NewJob, new_job};
 use facemill::{
-    Job, PlanSettings, Planned, RefeedLaw, RefeedSettings, SilentStages, TipFeed, plan_setup, refeed, summary,
+    FeedLaw, FeedRewriteSettings, Job, PlanSettings, Planned, SilentStages, TipFeed, plan_setup, rewrite_feeds, summary,
 };
 use serde_json::{Value, json};
 
@@ -277,14 +277,14 @@ fn home_words() -> AxisValues {
     home
 }
 
-fn within_the_law(machine: &Machine, tool_length: f64, blend_tolerance: Option<f64>) -> RefeedSettings<'_> {
-    RefeedSettings {
+fn within_the_law(machine: &Machine, tool_length: f64, blend_tolerance: Option<f64>) -> FeedRewriteSettings<'_> {
+    FeedRewriteSettings {
         machine,
         tool_length,
         tip_feed: TipFeed::Keep,
         work_offset: Vec::new(),
         dialect: Dialect::Fanuc,
-        time_law: Some(RefeedLaw { blend_tolerance }),
+        time_law: Some(FeedLaw { blend_tolerance }),
     }
 }
 
@@ -295,7 +295,7 @@ fn new_feeds_within_the_law_are_those_that_a_plan_has_within_it() {
     let quick = planned(&[mode.clone(), decimals.clone(), ("/feeds_within", json!("velocity"))], &[]);
     let lowered = planned(&[mode, decimals], &[]);
     let (machine, tool_length) = shop();
-    let new = refeed(text(&quick).as_bytes(), &within_the_law(&machine, tool_length, None)).unwrap();
+    let new = rewrite_feeds(text(&quick).as_bytes(), &within_the_law(&machine, tool_length, None)).unwrap();
     let told = new.summary.time_law.unwrap();
     let law = lowered.report.time_law.as_ref().unwrap();
     let time = law.passes_time_s + law.approach_time_s;
@@ -304,7 +304,7 @@ fn new_feeds_within_the_law_are_those_that_a_plan_has_within_it() {
     assert!((told.cutting_time_before_s / time - 1.0).abs() < 0.01, "{told:?} {law:?}");
     // The same program under the same law has one time for every reader, with the moves to the part
     // and home.
-    let again = refeed(text(&lowered).as_bytes(), &within_the_law(&machine, tool_length, None)).unwrap().summary;
+    let again = rewrite_feeds(text(&lowered).as_bytes(), &within_the_law(&machine, tool_length, None)).unwrap().summary;
     let of_text = again.time_law.unwrap();
     let is_same = |a: f64, b: f64| (a - b).abs() < 1e-9 * b;
     assert!(is_same(of_text.rapid_time_s, law.rapid_time_s) && is_same(of_text.cutting_time_before_s, time), "{law:?}");
@@ -331,7 +331,7 @@ fn new_feeds_within_the_law_are_those_that_a_plan_has_within_it() {
     // Wider blends are not slower, stops at every corner are.
     let time = |blend_tolerance: Option<f64>| {
         let settings = within_the_law(&machine, tool_length, blend_tolerance);
-        refeed(text(&quick).as_bytes(), &settings).map(|new| new.summary.time_law.unwrap().cutting_time_s)
+        rewrite_feeds(text(&quick).as_bytes(), &settings).map(|new| new.summary.time_law.unwrap().cutting_time_s)
     };
     let [wide, own, stops] = [Some(0.5), None, Some(0.0)].map(|tolerance| time(tolerance).unwrap());
     assert!(wide < own && own < 0.9 * stops, "{wide} {own} {stops}");
@@ -349,6 +349,6 @@ fn machines_without_limits_are_refused_by_axis() {
     kept[at - 1] = kept[at - 1].trim_end_matches(',').to_owned();
     kept.remove(at);
     let machine = Machine::from_json(kept.join("\n").as_bytes()).unwrap();
-    let why = refeed(b"%\nO1\nM30\n%\n", &within_the_law(&machine, tool_length, None)).unwrap_err();
+    let why = rewrite_feeds(b"%\nO1\nM30\n%\n", &within_the_law(&machine, tool_length, None)).unwrap_err();
     assert!(why.contains("--time-law") && why.contains("jerk for axis C") && why.contains(machine.name()), "{why}");
 }

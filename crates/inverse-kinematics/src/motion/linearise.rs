@@ -9,7 +9,7 @@ use crate::axes::axis_values::AxisValues;
 use crate::machine::Machine;
 use crate::motion::BlockLaw;
 use crate::motion::deviation::Deviation;
-use crate::motion::linearise::segment::{AdHocSetup, Segment, Step};
+use crate::motion::linearise::segment::{Segment, Step, Trial};
 
 pub use crate::motion::linearise::error::LineariseError;
 
@@ -177,7 +177,7 @@ pub fn linearise(
     if poses.is_empty() {
         return Ok(out);
     }
-    let mut stand = AdHocSetup::first(machine, poses, start, settings.tool_length)?;
+    let mut stand = Trial::first(machine, poses, start, settings.tool_length)?;
     out.push(stand.values, 0, 0.0);
     let mut most_used = 0.0;
     for (pose, ends) in poses.windows(2).enumerate() {

@@ -6,7 +6,7 @@ use facemill_cl_data::{CcPoint, Pass, Posture, Silent};
 use facemill_cutter_location::cusp::neighbours::{Neighbours, OwnPlace};
 use facemill_cutter_location::search::map::{PostureRange, map};
 use facemill_cutter_location::{
-    Hints, Optimum, Outcome, PassSettings, PoseTest, Relief, SearchCurve, SearchSettings, Widened, Workcell,
+    Hints, Optimum, Outcome, PassSettings, PoseTest, Remedy, SearchCurve, SearchSettings, Widened, Workcell,
     plan_passes, reliefs, search,
 };
 use facemill_inverse_kinematics::{Branch, BranchPreference};
@@ -56,7 +56,7 @@ pub(crate) struct PlannedOperation<'a> {
     /// CC points without a pose in the program.
     pub(crate) left_out: Vec<LeftOut>,
     /// Remedies at the first point of each reason.
-    pub(crate) reliefs: BTreeMap<String, Vec<Relief>>,
+    pub(crate) reliefs: BTreeMap<String, Vec<Remedy>>,
     /// Distance of the postures of the first place from the optimum, if one was sought.
     pub(crate) optimum: Option<Optimum>,
     /// CC points at which the search could not prove as finely as requested.
@@ -171,7 +171,7 @@ fn reliefs_by_reason(
     left_out: &[LeftOut],
     settings: &SearchSettings,
     stages: &dyn Stages,
-) -> Result<BTreeMap<String, Vec<Relief>>, Failure> {
+) -> Result<BTreeMap<String, Vec<Remedy>>, Failure> {
     let mut firsts: Vec<(&str, &CcPoint, &SearchCurve)> = Vec::new();
     for l in left_out {
         let Some((cc, curve)) = &l.searched else { continue };

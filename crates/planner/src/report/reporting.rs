@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use facemill_cutter_location::cusp::Ridge;
-use facemill_cutter_location::{Relief, Widened};
+use facemill_cutter_location::{Remedy, Widened};
 use facemill_job::format::made_from::MadeFrom;
 use facemill_job::format::program_times::ProgramTimes;
 use facemill_job::format::report::links::LinksReport;
@@ -250,13 +250,13 @@ fn pass_report(operation: &str, piece: &Piece, all: &[PointEngagement], feeds: &
     }
 }
 
-fn help(relief: &Relief) -> HelpReport {
+fn help(relief: &Remedy) -> HelpReport {
     let (field, value) = match *relief {
-        Relief::Tilt(tilt) => ("search.tilt_deg[1]", tilt.to_degrees()),
-        Relief::Rotate(rotate) => ("search.rotate_deg[1]", rotate.to_degrees().abs()),
-        Relief::Radius(radius) => ("radius_mm", radius),
-        Relief::StickOut(length) => ("stick_out_mm", length),
-        Relief::CertifiedWidth(width) => ("search.certified_u_width", width),
+        Remedy::Tilt(tilt) => ("search.tilt_deg[1]", tilt.to_degrees()),
+        Remedy::Rotate(rotate) => ("search.rotate_deg[1]", rotate.to_degrees().abs()),
+        Remedy::Radius(radius) => ("radius_mm", radius),
+        Remedy::StickOut(length) => ("stick_out_mm", length),
+        Remedy::CertifiedWidth(width) => ("search.certified_u_width", width),
     };
     HelpReport { field, value }
 }

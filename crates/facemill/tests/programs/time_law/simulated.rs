@@ -2,7 +2,7 @@
 
 use facemill::inverse_kinematics::Machine;
 use facemill::nc_program::Dialect;
-use facemill::{RefeedLaw, RefeedSettings, TipFeed, refeed};
+use facemill::{FeedLaw, FeedRewriteSettings, TipFeed, rewrite_feeds};
 
 use super::control_programs::{ControlProgram, control_programs};
 use super::linuxcnc;
@@ -20,15 +20,15 @@ fn text(program: &ControlProgram) -> String {
 }
 
 fn own_time(machine: &Machine, program: &ControlProgram) -> f64 {
-    let settings = RefeedSettings {
+    let settings = FeedRewriteSettings {
         machine,
         tool_length: 100.0,
         tip_feed: TipFeed::Keep,
         work_offset: Vec::new(),
         dialect: Dialect::LinuxCnc,
-        time_law: Some(RefeedLaw { blend_tolerance: Some(program.tolerance) }),
+        time_law: Some(FeedLaw { blend_tolerance: Some(program.tolerance) }),
     };
-    refeed(text(program).as_bytes(), &settings).unwrap().summary.time_law.unwrap().cutting_time_s
+    rewrite_feeds(text(program).as_bytes(), &settings).unwrap().summary.time_law.unwrap().cutting_time_s
 }
 
 fn hold(size: usize) {

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use facemill::feedrate::machine_bounds;
 use facemill::inverse_kinematics::{AxisValues, Machine};
 use facemill::nc_program::Dialect;
-use facemill::{RefeedLawTimes, RefeedSettings, TipFeed, refeed};
+use facemill::{FeedLawTimes, FeedRewriteSettings, TipFeed, rewrite_feeds};
 
 use super::within_the_law;
 
@@ -67,11 +67,11 @@ fn program(machine: &Machine, poses: &[AxisValues], said: Said, feed: f64) -> St
 }
 
 /// Times and text of the program with feeds within the law.
-fn timed(machine: &Machine, text: &str, said: Said, blend_tolerance: Option<f64>) -> (RefeedLawTimes, String) {
+fn timed(machine: &Machine, text: &str, said: Said, blend_tolerance: Option<f64>) -> (FeedLawTimes, String) {
     let dialect = if matches!(said, Said::Heidenhain(_)) { Dialect::Heidenhain } else { Dialect::Siemens840d };
     let tip_feed = TipFeed::Programmed;
-    let settings = RefeedSettings { dialect, tip_feed, ..within_the_law(machine, LENGTH, blend_tolerance) };
-    let new = refeed(text.as_bytes(), &settings).unwrap_or_else(|e| panic!("{e}"));
+    let settings = FeedRewriteSettings { dialect, tip_feed, ..within_the_law(machine, LENGTH, blend_tolerance) };
+    let new = rewrite_feeds(text.as_bytes(), &settings).unwrap_or_else(|e| panic!("{e}"));
     (new.summary.time_law.unwrap(), String::from_utf8(new.text).unwrap())
 }
 

@@ -13,7 +13,7 @@ use crate::solver::inverse_solution::{Branch, InverseSolution, Unreachable};
 
 /// A position and the branch that the way is on there.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct AdHocSetup {
+pub(super) struct Trial {
     pub(super) values: AxisValues,
     branch: Branch,
 }
@@ -24,7 +24,7 @@ pub(super) struct Step {
     /// Fraction of the way at its end.
     pub(super) to: f64,
     /// Where it ends.
-    pub(super) stand: AdHocSetup,
+    pub(super) stand: Trial,
     pub(super) deviation: Deviation,
     /// Part of the tolerance that it uses up.
     pub(super) used: f64,
@@ -38,7 +38,7 @@ pub(super) struct Segment<'a> {
     ends: [&'a ClPoint; 2],
     tip_way: Vector3<f64>,
     turn: Turn,
-    start: AdHocSetup,
+    start: Trial,
 }
 
 /// The way to the next pose: nearly always one block.
@@ -87,13 +87,13 @@ impl Steps {
     }
 }
 
-impl From<InverseSolution> for AdHocSetup {
+impl From<InverseSolution> for Trial {
     fn from(solution: InverseSolution) -> Self {
         Self { values: solution.values, branch: solution.branch }
     }
 }
 
-impl AdHocSetup {
+impl Trial {
     /// The position of the first pose that is first reached from `start`.
     pub(super) fn first(
         machine: &Machine,
@@ -138,7 +138,7 @@ impl<'a> Segment<'a> {
         settings: &'a Linearisation,
         pose: usize,
         ends: [&'a ClPoint; 2],
-        start: AdHocSetup,
+        start: Trial,
     ) -> Result<Self, LineariseError> {
         let [a, b] = ends;
         if a.axis.dot(&b.axis) < OPPOSITE_COSINE {
@@ -174,12 +174,12 @@ impl<'a> Segment<'a> {
 
     /// The block to a fraction of the way: on the branch it is on, unless that does not hold the
     /// tolerance and the other does.
-    fn step(&self, from: &AdHocSetup, to: f64) -> Result<Step, Unreachable> {
+    fn step(&self, from: &Trial, to: f64) -> Result<Step, Unreachable> {
         let solutions = self.machine.inverse_near(&self.meant(to), self.settings.tool_length, &from.values)?;
         let block = |solution: InverseSolution| {
             // At the pole the two branches are one: the way stays on its own.
             let branch = if solution.free_axis.is_some() { from.branch } else { solution.branch };
-            self.block(&from.values, to, AdHocSetup { values: solution.values, branch })
+            self.block(&from.values, to, Trial { values: solution.values, branch })
         };
         let own = solutions.iter().find(|s| s.branch == from.branch).map(block);
         if let Some(own) = own.filter(|own| own.used <= 1.0) {
@@ -192,7 +192,7 @@ impl<'a> Segment<'a> {
         other.filter(|other| other.used <= 1.0).or(own).or(other).ok_or(Unreachable::Singular)
     }
 
-    fn block(&self, from: &AxisValues, to: f64, stand: AdHocSetup) -> Step {
+    fn block(&self, from: &AxisValues, to: f64, stand: Trial) -> Step {
         let settings = self.settings;
         let deviation = deviation_bound(self.machine, settings.law, from, &stand.values, settings.tool_length);
         let mut used = settings.tolerance.used_by(&deviation);
@@ -305,7 +305,7 @@ impl<'a> Segment<'a> {
     }
 
     /// A block that holds the tolerance, to within a few percent the longest one.
-    fn longest_step(&self, stand: &AdHocSetup, from: f64, guess: f64) -> Option<Step> {
+    fn longest_step(&self, stand: &Trial, from: f64, guess: f64) -> Option<Step> {
         let (mut holds, mut beyond): (Option<Step>, f64) = (None, 1.0 + SHORTEST);
         let mut size = guess;
         loop {
@@ -334,7 +334,7 @@ impl<'a> Segment<'a> {
     }
 
     /// Why no block that begins here holds the tolerance.
-    fn cause(&self, stand: &AdHocSetup, from: f64) -> LineariseError {
+    fn cause(&self, stand: &Trial, from: f64) -> LineariseError {
         let place = PoseFraction { pose: self.pose, fraction: from };
         let next = (from + SHORTEST).min(1.0);
         let solutions = match self.machine.inverse_near(&self.meant(next), self.settings.tool_length, &stand.values) {

@@ -19,8 +19,8 @@ use facemill_virtual_machine::motion::axis_motion::{AxisMotion, MotionContext, M
 use facemill_virtual_machine::program_time::program_moves::{Moves, stands};
 use serde::Serialize;
 
-use crate::refeed::checks::{Computed, Doubts, LAST_BITS, check_vectors, not_raised, rounded_down};
-use crate::refeed::law::{Law, RefeedLaw, RefeedLawTimes, blending, timed};
+use crate::feed_rewrite::checks::{Computed, Doubts, LAST_BITS, check_vectors, not_raised, rounded_down};
+use crate::feed_rewrite::law::{FeedLaw, FeedLawTimes, Law, blending, timed};
 
 /// Desired speed of the tip.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -36,7 +36,7 @@ pub enum TipFeed {
 }
 
 /// Machine and settings of a program's run.
-pub struct RefeedSettings<'a> {
+pub struct FeedRewriteSettings<'a> {
     /// The machine; views of one with several heads are refused.
     pub machine: &'a Machine,
     /// Distance from the gauge line to the tip, mm.
@@ -50,21 +50,21 @@ pub struct RefeedSettings<'a> {
     pub dialect: Dialect,
     /// Limits of acceleration and jerk of every axis, besides the velocities; `None`: velocities
     /// alone.
-    pub time_law: Option<RefeedLaw>,
+    pub time_law: Option<FeedLaw>,
 }
 
 /// Program with new feeds.
 #[derive(Debug)]
-pub struct Refed {
+pub struct RewrittenFeeds {
     /// Its text: that of the program with other F words, the same bytes elsewhere.
     pub text: Vec<u8>,
     /// Summary of the changes.
-    pub summary: RefeedSummary,
+    pub summary: FeedRewriteSummary,
 }
 
 /// Times and counts of a program before and after.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct RefeedSummary {
+pub struct FeedRewriteSummary {
     /// Cutting blocks whose axes are all known.
     pub blocks: usize,
     /// Number of them with another F.
@@ -86,7 +86,7 @@ pub struct RefeedSummary {
     /// Time of the rapids, s.
     pub rapid_time_s: f64,
     /// Times within acceleration and jerk, if requested.
-    pub time_law: Option<RefeedLawTimes>,
+    pub time_law: Option<FeedLawTimes>,
 }
 
 /// Gives every straight cutting block of a program the F at which the tip moves at its speed (FEED
@@ -102,7 +102,7 @@ pub struct RefeedSummary {
 /// program is read twice, with all its straight moves timed between, and each F is lowered to the
 /// largest speed in its block.
 ///
-/// [`refeed_lines`] does the same without holding the text.
+/// [`rewrite_feed_lines`] does the same without holding the text.
 ///
 /// # Errors
 /// With the line: text that is not understood, or that is not evaluated and may move axes or skip
@@ -110,15 +110,15 @@ pub struct RefeedSummary {
 /// feeds that a switch skips (`/`); a feed of zero, or none; an axis beyond its limits (for linear
 /// axes only with a work offset); F below the control's smallest, or of more decimals than it
 /// accepts.
-pub fn refeed(text: &[u8], settings: &RefeedSettings<'_>) -> Result<Refed, String> {
+pub fn rewrite_feeds(text: &[u8], settings: &FeedRewriteSettings<'_>) -> Result<RewrittenFeeds, String> {
     let mut out = Vec::with_capacity(text.len() + text.len() / 8);
-    let summary = refeed_lines(|| Ok(text), settings, &mut out).map_err(|stopped| stopped.to_string())?;
-    Ok(Refed { text: out, summary })
+    let summary = rewrite_feed_lines(|| Ok(text), settings, &mut out).map_err(|stopped| stopped.to_string())?;
+    Ok(RewrittenFeeds { text: out, summary })
 }
 
 /// Reason why a program has no new feeds.
 #[derive(Debug, thiserror::Error)]
-pub enum RefeedError {
+pub enum FeedRewriteError {
     /// The program cannot be read.
     #[error("{0}")]
     Read(std::io::Error),
@@ -130,29 +130,29 @@ pub enum RefeedError {
     Program(String),
 }
 
-impl From<String> for RefeedError {
+impl From<String> for FeedRewriteError {
     fn from(what: String) -> Self {
         Self::Program(what)
     }
 }
 
-/// Runs [`refeed`] line by line from a source, opened at its start each time, to a new program:
+/// Runs [`rewrite_feeds`] line by line from a source, opened at its start each time, to a new program:
 /// holds one line at a time, and with a time law the ends of all moves.
 ///
 /// Output that was written before a failure is no program.
 ///
 /// # Errors
-/// As [`refeed`], and the errors of source and output.
-pub fn refeed_lines<R: BufRead>(
+/// As [`rewrite_feeds`], and the errors of source and output.
+pub fn rewrite_feed_lines<R: BufRead>(
     open: impl Fn() -> std::io::Result<R>,
-    settings: &RefeedSettings<'_>,
+    settings: &FeedRewriteSettings<'_>,
     out: &mut dyn Write,
-) -> Result<RefeedSummary, RefeedError> {
+) -> Result<FeedRewriteSummary, FeedRewriteError> {
     let words = word_map(settings)?;
     let Some(law) = &settings.time_law else {
-        return Ok(read(&open, Refeeder::new(settings, &words, Law::Off)?, Some(out))?.summary);
+        return Ok(read(&open, FeedOptimizer::new(settings, &words, Law::Off)?, Some(out))?.summary);
     };
-    let run = Refeeder::new(settings, &words, Law::Collecting(Moves::default()))?;
+    let run = FeedOptimizer::new(settings, &words, Law::Collecting(Moves::default()))?;
     let tolerance = blending(settings.machine, law)?;
     let control = settings.dialect.file().control_motion;
     let Law::Collecting(moves) = read(&open, run, None)?.law else {
@@ -165,26 +165,26 @@ pub fn refeed_lines<R: BufRead>(
         word_frame(settings.machine, &words),
         moves,
     )?;
-    let known = Refeeder::new(settings, &words, Law::Known(peak_times, 0))?;
+    let known = FeedOptimizer::new(settings, &words, Law::Known(peak_times, 0))?;
     let mut summary = read(&open, known, Some(out))?.summary;
-    summary.time_law = Some(RefeedLawTimes { lowered_blocks: summary.by_law, ..times });
+    summary.time_law = Some(FeedLawTimes { lowered_blocks: summary.by_law, ..times });
     Ok(summary)
 }
 
 /// Reads a program line by line, and writes it with its new feeds if there is an output.
 fn read<'s, R: BufRead>(
     open: &impl Fn() -> std::io::Result<R>,
-    mut run: Refeeder<'s>,
+    mut run: FeedOptimizer<'s>,
     mut out: Option<&mut dyn Write>,
-) -> Result<Refeeder<'s>, RefeedError> {
-    let start = || open().map_err(RefeedError::Read);
-    let mut reader = ProgramReader::of_source(run.settings.dialect, start()?).map_err(RefeedError::Read)?;
+) -> Result<FeedOptimizer<'s>, FeedRewriteError> {
+    let start = || open().map_err(FeedRewriteError::Read);
+    let mut reader = ProgramReader::of_source(run.settings.dialect, start()?).map_err(FeedRewriteError::Read)?;
     let mut source = start()?;
     let mut doubts = Doubts::default();
     let (mut line, mut new) = (Vec::new(), Vec::new());
     loop {
         line.clear();
-        if source.read_until(b'\n', &mut line).map_err(RefeedError::Read)? == 0 {
+        if source.read_until(b'\n', &mut line).map_err(FeedRewriteError::Read)? == 0 {
             break;
         }
         let block = reader.read_line(&line).map_err(|e| e.to_string())?;
@@ -204,7 +204,7 @@ fn read<'s, R: BufRead>(
             Some(block) => edit.apply(&line, block, &mut new),
             None => new.extend_from_slice(&line),
         }
-        out.write_all(&new).map_err(RefeedError::Write)?;
+        out.write_all(&new).map_err(FeedRewriteError::Write)?;
     }
     doubts.check(&reader.finish().1)?;
     run.computed.check()?;
@@ -246,8 +246,8 @@ impl Edit {
     }
 }
 
-struct Refeeder<'s> {
-    settings: &'s RefeedSettings<'s>,
+struct FeedOptimizer<'s> {
+    settings: &'s FeedRewriteSettings<'s>,
     follower: MotionReader<'s>,
     /// Feed in force in the new program.
     in_force: Option<Feed>,
@@ -255,14 +255,14 @@ struct Refeeder<'s> {
     numbers: NumberRule,
     law: Law,
     computed: Computed,
-    summary: RefeedSummary,
+    summary: FeedRewriteSummary,
 }
 
 /// Longest tool, mm: as for all lengths in jobs.
 pub const MAX_TOOL_LENGTH: f64 = facemill_job::validate::FARTHEST;
 
 /// Checks the settings, and returns the words of the machine.
-fn word_map(settings: &RefeedSettings<'_>) -> Result<WordMap, String> {
+fn word_map(settings: &FeedRewriteSettings<'_>) -> Result<WordMap, String> {
     let machine = settings.machine;
     if machine.head_count() > 1 {
         return Err("the machine has several heads; feeds are planned again for one".to_owned());
@@ -299,8 +299,8 @@ fn word_map(settings: &RefeedSettings<'_>) -> Result<WordMap, String> {
     WordMap::new(axes, WorkOffset::default(), settings.tool_length).map_err(|e| e.to_string())
 }
 
-impl<'s> Refeeder<'s> {
-    fn new(settings: &'s RefeedSettings<'s>, words: &'s WordMap, law: Law) -> Result<Self, String> {
+impl<'s> FeedOptimizer<'s> {
+    fn new(settings: &'s FeedRewriteSettings<'s>, words: &'s WordMap, law: Law) -> Result<Self, String> {
         let machine = settings.machine;
         let frame = word_frame(machine, words);
         let at = MotionContext { machine, tool_length: settings.tool_length, words, frame, work_offset: None };
@@ -312,7 +312,7 @@ impl<'s> Refeeder<'s> {
             numbers: settings.dialect.file().numbers,
             law,
             computed: Computed::default(),
-            summary: RefeedSummary::default(),
+            summary: FeedRewriteSummary::default(),
         })
     }
 

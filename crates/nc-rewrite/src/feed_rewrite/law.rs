@@ -16,7 +16,7 @@ use serde::Serialize;
 
 /// Options of timing a program with new feeds.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct RefeedLaw {
+pub struct FeedLaw {
     /// Largest deviation of the tip from the program's lines at corners, mm; 0 stops at every
     /// corner. `None`: as the machine file says.
     pub blend_tolerance: Option<f64>,
@@ -24,7 +24,7 @@ pub struct RefeedLaw {
 
 /// Times of a program with new feeds within velocity, acceleration and jerk of every axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct RefeedLawTimes {
+pub struct FeedLawTimes {
     /// Straight cutting blocks, s.
     pub cutting_time_s: f64,
     /// The same with the feeds of the original program; of blocks without a feed with the new ones.
@@ -112,7 +112,7 @@ pub const BLEND_TOLERANCES: [f64; 2] = [1e-6, 10.0];
 ///
 /// # Errors
 /// If the machine lacks a limit, or the tolerance is invalid.
-pub fn blending(machine: &Machine, law: &RefeedLaw) -> Result<ControlTolerance, String> {
+pub fn blending(machine: &Machine, law: &FeedLaw) -> Result<ControlTolerance, String> {
     let missing: Vec<String> =
         missing_limits(machine).iter().map(|m| format!("{} for axis {}", m.what, m.letter)).collect();
     if !missing.is_empty() {
@@ -147,7 +147,7 @@ pub fn timed(
     (tolerance, control): (ControlTolerance, &ControlMotion),
     table_from_words: Option<Isometry3<f64>>,
     mut moves: Moves,
-) -> Result<(Vec<f64>, RefeedLawTimes), String> {
+) -> Result<(Vec<f64>, FeedLawTimes), String> {
     let views = [(machine, tool_length)];
     let timer = Timer::new(&views, tolerance).map_err(|e| e.to_string())?.without_limits().on_control(control);
     let timer = timer.with_rounded_vectors(moves.vector_rounding(table_from_words));
@@ -155,7 +155,7 @@ pub fn timed(
     let laws = laws?;
     let mut of_cuts = laws.iter().filter(|(is_rapid, _)| !is_rapid);
     let stops_at_corners = of_cuts.clone().next().is_some() && of_cuts.all(|(_, law)| law.stops_at_corners);
-    let mut times = RefeedLawTimes { stops_at_corners, ..RefeedLawTimes::default() };
+    let mut times = FeedLawTimes { stops_at_corners, ..FeedLawTimes::default() };
     let mut peak_times = Vec::new();
     let mut cutting_times = Vec::new();
     for (is_rapid, law) in laws {

@@ -164,5 +164,5 @@ const FEWEST_PAIRS: usize = 8;
 pub(crate) const LAST_BITS: f64 = 1e-12;
 
 #[cfg(test)]
-#[path = "../../tests/unit/refeed/checks.rs"]
+#[path = "../../tests/unit/feed_rewrite/checks.rs"]
 mod tests;

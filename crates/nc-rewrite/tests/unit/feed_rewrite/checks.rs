@@ -1,10 +1,10 @@
 use facemill_inverse_kinematics::Machine;
 
-use crate::refeed::checks::*;
-use crate::refeed::{RefeedSettings, TipFeed, refeed, refeed_lines};
+use crate::feed_rewrite::checks::*;
+use crate::feed_rewrite::{FeedRewriteSettings, TipFeed, rewrite_feed_lines, rewrite_feeds};
 
-fn settings(machine: &Machine, dialect: Dialect) -> RefeedSettings<'_> {
-    RefeedSettings {
+fn settings(machine: &Machine, dialect: Dialect) -> FeedRewriteSettings<'_> {
+    FeedRewriteSettings {
         machine,
         tool_length: 100.0,
         tip_feed: TipFeed::Programmed,
@@ -63,7 +63,7 @@ impl std::io::Write for Sink<'_> {
 fn a_program_without_a_law_of_motion_is_held_for_a_window_alone() {
     const WINDOW: usize = 4096;
     let machine = Machine::head_b_table_c().unwrap();
-    let settings = RefeedSettings { tip_feed: TipFeed::Given(500.0), ..settings(&machine, Dialect::Fanuc) };
+    let settings = FeedRewriteSettings { tip_feed: TipFeed::Given(500.0), ..settings(&machine, Dialect::Fanuc) };
     let (free, written) = (std::cell::Cell::new(usize::MAX), std::cell::Cell::new(0));
     let source = |written, most_held| {
         let made = std::collections::VecDeque::new();
@@ -71,10 +71,10 @@ fn a_program_without_a_law_of_motion_is_held_for_a_window_alone() {
         std::io::BufReader::with_capacity(WINDOW, stream)
     };
     let mut sink = Sink(&written, Vec::new());
-    let by_line = refeed_lines(|| Ok(source(&written, WINDOW / 16)), &settings, &mut sink).unwrap();
+    let by_line = rewrite_feed_lines(|| Ok(source(&written, WINDOW / 16)), &settings, &mut sink).unwrap();
     let mut text = Vec::new();
     std::io::Read::read_to_end(&mut source(&free, usize::MAX), &mut text).unwrap();
-    let whole = refeed(&text, &settings).unwrap();
+    let whole = rewrite_feeds(&text, &settings).unwrap();
     assert_eq!(by_line.blocks, 19_999);
     assert_eq!((by_line, &sink.1), (whole.summary, &whole.text));
     assert!(text.len() > 100 * WINDOW);
@@ -98,7 +98,7 @@ fn frames_are_refused_with_their_line_and_their_end_is_not() {
         (Dialect::Heidenhain, klartext, "CYCL DEF 26.1 X2", "CYCL DEF 26.1 X1"),
     ] {
         let settings = settings(&machine, dialect);
-        let run = |line: &str| refeed(format!("{head}\n{line}\n{cut}\n").as_bytes(), &settings);
+        let run = |line: &str| rewrite_feeds(format!("{head}\n{line}\n{cut}\n").as_bytes(), &settings);
         let told = run(on).unwrap_err();
         assert!(told.contains("line 3"), "{on}: {told}");
         if let Err(why) = run(off) {
@@ -112,11 +112,11 @@ fn frames_are_refused_with_their_line_and_their_end_is_not() {
 fn a_program_in_inches_gets_the_feeds_of_the_same_program_in_mm_in_its_unit() {
     let machine = Machine::head_b_table_c().unwrap();
     let run = |dialect, text: &str, tip_feed| {
-        let settings = RefeedSettings { tip_feed, ..settings(&machine, dialect) };
-        let refed = refeed(text.as_bytes(), &settings).unwrap_or_else(|why| panic!("{why}\n{text}"));
-        let words = String::from_utf8(refed.text).unwrap();
+        let settings = FeedRewriteSettings { tip_feed, ..settings(&machine, dialect) };
+        let rewritten = rewrite_feeds(text.as_bytes(), &settings).unwrap_or_else(|why| panic!("{why}\n{text}"));
+        let words = String::from_utf8(rewritten.text).unwrap();
         let last = words.split_whitespace().filter_map(|w| w.strip_prefix('F')?.parse::<f64>().ok()).next_back();
-        (last.unwrap(), refed.summary)
+        (last.unwrap(), rewritten.summary)
     };
     let given = TipFeed::Given(508.0);
     let lines = |unit: &str, x: &str, f: &str| format!("{unit} G90 G94\nG0 X0. Y0. Z100. B0. C0.\nG1 X{x} F{f}\nM30\n");
@@ -146,7 +146,7 @@ fn a_program_in_inches_gets_the_feeds_of_the_same_program_in_mm_in_its_unit() {
     };
     let found = run(Dialect::Heidenhain, &klartext("X+2"), given);
     assert!((found.0 - 200.0).abs() < 1e-9 && (found.1.time_before_s - 12.0).abs() < 1e-9);
-    let told = refeed(klartext("X+2 C+4").as_bytes(), &settings(&machine, Dialect::Heidenhain)).unwrap_err();
+    let told = rewrite_feeds(klartext("X+2 C+4").as_bytes(), &settings(&machine, Dialect::Heidenhain)).unwrap_err();
     assert!(told.contains("line 3") && told.contains("inches"), "{told}");
 }
 
@@ -161,7 +161,7 @@ fn feeds_vectors_and_numbers_that_mean_something_else_are_refused_with_their_lin
             _ => "G90 G94\nG0 X0. Y0. Z100. B0. C0.",
         };
         let end = if dialect == Dialect::Heidenhain { "L X+20 F500" } else { "G1 X20. F500." };
-        refeed(format!("{head}\n{line}\n{end}\n").as_bytes(), &settings(&machine, dialect)).map(|_| ())
+        rewrite_feeds(format!("{head}\n{line}\n{end}\n").as_bytes(), &settings(&machine, dialect)).map(|_| ())
     };
     let vector = |z: f64| format!("LN X+5 Y+0 Z+100 NX+0 NY+0 NZ+1 TX+0 TY+0 TZ+{z} F500");
     for (dialect, line, part) in [
