@@ -59,8 +59,7 @@
 //!
 //! Machines of several heads: [`write_program_of_heads`] writes the words of all of them into one
 //! block, with a length, tool and spindle for each ([`HeadSpec`]), and [`WordMap::with_heads`]
-//! takes them back. [`write_siemens_pair`] writes the same blocks as two channel programs, as an
-//! estimate.
+//! takes them back.
 //!
 //! Programs from elsewhere: [`read_haas`], [`read_mazak`], [`read_linuxcnc`], [`read_siemens`] and
 //! [`read_heidenhain`] end in a [`ReadProgram`], too. Each block knows where its feed stands in the

@@ -7,11 +7,11 @@
 //! toward the spindle, mm.
 //!
 //! - [`cl_from_cc`] puts the cutter on a CC point (CLOPT (1), (2), torus form, flat limit).
-//! - [`Cutter::test_body`] is the body whose freedom proves that no cutter point is deeper than the
-//!   tolerance.
-//! - [`Outline`] is what the tilted cutter leaves behind, seen along the feed;
-//!   [`cusp_height_between`] is what two neighbouring passes leave standing, and
-//!   [`silhouette_curvature`] its curvature at the contact.
+//! - [`Cutter::test_bodies`] are the bodies whose freedom proves that no cutter point is deeper than
+//!   the tolerance.
+//! - [`Outline`] is the trace of the tilted cutter, seen along the feed; [`cusp_height_between`] is
+//!   the ridge between two neighbouring passes, and [`silhouette_curvature`] the curvature of the
+//!   trace at the contact.
 //! - [`OpenAssembly`] is the assembly with its lengths L1 to L4 still open.
 //!
 //! ```

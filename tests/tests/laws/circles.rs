@@ -56,7 +56,7 @@ impl Modules {
             targets.remove(module);
             targets
         };
-        self.0.iter().map(|(module, _)| (module.as_slice(), of(module))).collect()
+        self.0.keys().map(|module| (module.as_slice(), of(module))).collect()
     }
 }
 
@@ -67,9 +67,9 @@ fn leaves(tree: &str, base: Vec<String>, found: &mut Vec<Vec<String>>) -> usize 
         let rest = &tree[at..];
         let name: String = rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
         at += name.len();
-        match (name.as_str(), tree[at..].as_bytes().first()) {
-            ("super", _) => drop(path.pop()),
-            ("" | "self", _) => {}
+        match name.as_str() {
+            "super" => drop(path.pop()),
+            "" | "self" => {}
             _ => path.push(name),
         }
         if tree[at..].starts_with("::") {

@@ -6,7 +6,9 @@ use crate::words::number_text;
 /// Characters of FANUC's comments besides letters, digits and blanks.
 const FANUC_CHARACTERS: &str = "+-*/=.,:#&'?[]";
 
-/// Text for a FANUC comment, as [`clean_comment`] makes it.
+/// Returns a text for a FANUC comment: upper-case ASCII letters, digits, blanks and FANUC's further
+/// characters. Parentheses become brackets, underscores hyphens, German umlauts two letters, line
+/// ends and tabs blanks, everything else `?`.
 pub fn clean_fanuc_comment(text: &str) -> String {
     clean(text, FANUC_CHARACTERS)
 }
