@@ -175,7 +175,7 @@ fn a_link_with_nothing_in_the_way_is_one_block_and_is_so_again() {
         ("G0 Z440.\nG91 X-60. Y5.\nG90 Z330.\n", "line 10: `G91`"),
         ("G0 Z440.\n/X-30. Y5.\nZ330.\n", "line 10: block that may be skipped"),
         ("G0 Z440. F500.\nX-30. Y5.\nZ330.\n", "line 9: `F500.`"),
-        ("M98 P7\nG0 X30. Y0. Z440. B0. C0.\nX-30. Y5.\nZ330.\n", "open"),
+        ("M98 P7\nG0 X30. Y0. Z440. B0. C0.\nX-30. Y5.\nZ330.\n", "unknown: line 9"),
     ] {
         let old = two_ways(head, across);
         let made = faster(&job, Dialect::Fanuc, &old).unwrap_or_else(|e| panic!("{e}"));

@@ -113,7 +113,7 @@ fn what_is_more_than_places_stays_and_is_told() {
         ("L Z+440 R0 FMAX\n/L X-30 R0 FMAX\n", "line 14: block that may be skipped"),
         ("L Z+440 R0 FMAX\nL X-30 R0 F MAX\n", "line 14: `F MAX` is not understood"),
         ("L Z+440 R0 FMAX\nL X+Q1 R0 FMAX\n", "line 14: `X+Q1 R0` is not understood"),
-        ("L Z+440 R0 FMAX\nPLANE SPATIAL SPA+0 SPB+5 SPC+0 STAY\nL X-30 R0 FMAX\n", "open: line 14"),
+        ("L Z+440 R0 FMAX\nPLANE SPATIAL SPA+0 SPB+5 SPC+0 STAY\nL X-30 R0 FMAX\n", "unknown: line 14"),
         ("L Z+0 R0 FMAX M91\nL X-30 R0 FMAX\n", "line 13: `Z+0` is no absolute place"),
         ("L Z+440 R0 FMAX\nCC X+0 Y+0\nL X-30 R0 FMAX\n", "line 14: says something else"),
     ] {

@@ -44,14 +44,20 @@ fn program(machine: &Machine, poses: &[AxisValues], said: Said, feed: f64) -> St
                 .concat()
         };
         let rotary = format!(" B{:.7} C{:.7}", q[3].to_degrees(), q[4].to_degrees());
+        // Controls fix the frame of the tip's words to the table as it is where RTCP comes on.
+        let square = format!(" B{:.7} C0", q[3].to_degrees());
         match (k, said) {
             (0, Said::Heidenhain(_)) => {
-                write!(text, "L{rotary} R0 FMAX\nFUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS\nL{} FMAX\n", xyz(true))
-                    .unwrap();
+                write!(
+                    text,
+                    "L{square} R0 FMAX\nFUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS\nL{}{rotary} FMAX\n",
+                    xyz(true)
+                )
+                .unwrap();
                 writeln!(text, "L{} F{feed}", xyz(true)).unwrap();
             }
             (0, _) => {
-                write!(text, "G0{rotary}\nTRAORI\nORIMKS ORIAXES\nFGROUP(X,Y,Z)\nG0{}{rotary}\n", xyz(false)).unwrap();
+                write!(text, "G0{square}\nTRAORI\nORIMKS ORIAXES\nFGROUP(X,Y,Z)\nG0{}{rotary}\n", xyz(false)).unwrap();
                 writeln!(text, "G1{}{rotary} F{feed}", xyz(false)).unwrap();
             }
             (_, Said::Rotary) => writeln!(text, "{cut}{}{rotary}", xyz(false)).unwrap(),
