@@ -129,7 +129,7 @@ pub struct Approach {
     /// Poses from next to the pass outward; the last is clear of everything by the rapid clearance.
     /// All are on the branch of the pass' end.
     pub outward: Vec<ClPoint>,
-    /// How the machine stands at the last.
+    /// Configuration of the machine at the last pose.
     pub outer: Configuration,
 }
 
@@ -142,7 +142,7 @@ pub struct PassEndPose<'a> {
     pub cc: &'a CcPoint,
     /// Tool pose.
     pub cl: &'a ClPoint,
-    /// How the machine stands there.
+    /// Configuration of the machine there.
     pub configuration: &'a Configuration,
     /// Whether the uncut stock lies to the left of the feed.
     pub uncut_left: bool,

@@ -181,7 +181,7 @@ const LIFTS: [f64; 6] = [0.0, 25.0, 60.0, 130.0, 280.0, 600.0];
 pub struct Waypoint {
     /// Tool pose, workpiece frame.
     pub cl: ClPoint,
-    /// How the machine stands there.
+    /// Configuration of the machine there.
     pub configuration: Configuration,
 }
 

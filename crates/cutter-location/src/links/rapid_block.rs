@@ -97,7 +97,7 @@ fn why_jump(machine: &Machine, from: &AxisValues, to: &AxisValues) -> Infeasible
     rewound_axis(machine, from, to).map_or(other_branch, |axis| Infeasible::Rewind { axis })
 }
 
-/// Whether the linear axes keep to their limits over a step, told by its start, middle and end.
+/// Whether the linear axes keep to their limits over a step, given by its start, middle and end.
 fn within_limits(machine: &Machine, [start, middle, end]: [&AxisValues; 3]) -> Result<(), Infeasible> {
     for (k, axis) in machine.axes().iter().enumerate().filter(|(_, a)| a.kind == AxisKind::Linear) {
         let beyond = BEYOND_MIDDLE * (middle[k] - 0.5 * (start[k] + end[k])).abs();

@@ -18,8 +18,8 @@ const HEIGHTS: [f64; 4] = [0.0, 60.0, 180.0, 600.0];
 /// Largest step of a rotary axis where all axes go evenly, rad.
 const LARGEST_STEP: f64 = 0.15;
 
-/// Places on a turn at which its tip is held against the clearance surface: they are less than 6°
-/// apart.
+/// Number of steps on a turn between places at which its tip is checked against the clearance
+/// surface: they are less than 6° apart.
 const PLACES: usize = 64;
 
 /// Limited rotary axes of a machine: those that have to turn back at an end of their travel.

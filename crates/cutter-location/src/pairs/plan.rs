@@ -270,7 +270,7 @@ impl PairPlan<'_, '_, '_> {
             for k in 0..n {
                 found[k] = match (&poses[0][k], &poses[1][k], values[k]) {
                     (Ok(a), Ok(b), Ok(value)) => self.pair.together([*a, *b], value, &mut together),
-                    // Nothing to raise tilts to: what they were raised for is told.
+                    // Nothing to raise tilts to: the reason for raising them is reported.
                     (Err(_), ..) | (_, Err(_), _) if matches!(found[k], Err(PairBlocked::Together { .. })) => found[k],
                     (Err(why), ..) | (_, Err(why), _) => Err(*why),
                     (.., Err(why)) => Err(why),
@@ -402,8 +402,8 @@ impl PairPlan<'_, '_, '_> {
         self.stations.iter().map(follow).collect()
     }
 
-    /// How the second head stands at the first station: on the branch whose shared value is nearest
-    /// to the first head's.
+    /// Configuration of the second head at the first station: on the branch whose shared value is
+    /// nearest to the first head's.
     fn second_start(&self, station: &PairStation, start: &Configuration) -> Configuration {
         let (shared, kind) = (self.pair.shared, self.pair.kind());
         let wanted = start.axes.get_or_zero(shared);

@@ -33,7 +33,7 @@ pub struct PairPose {
 #[non_exhaustive]
 pub enum PairBlocked {
     /// No value of the shared axis is among those that both heads can stand at with their postures;
-    /// told are the values of each, rad or mm, where it has some.
+    /// holds the values of each head, rad or mm, where it has some.
     NoCommonValue([Option<[f64; 2]>; 2]),
     /// The values before and behind are too far apart for the axis to go on from one to the other.
     Jump,

@@ -159,8 +159,9 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
         Posture { tilt: blend(p.tilt, q.tilt), rotate: blend(p.rotate, q.rotate) }
     }
 
-    /// How the machine stands in a posture at a point, near to how it stood; as it stood where it
-    /// cannot.
+    /// Returns the machine's configuration in a posture at a point, on the branch of `near` and at
+    /// the turns nearest to it; `near` itself where the machine cannot reach the posture on
+    /// that branch.
     fn reached(&self, k: usize, posture: Posture, near: &Configuration) -> Configuration {
         let cl = cl_from_cc(self.pass.test.cell.tool.cutter(), &self.pass.task.pass.points[k], posture);
         self.pass.test.configuration_like(&cl, near).unwrap_or(*near)

@@ -9,7 +9,7 @@ use nalgebra::{Isometry3, Point3};
 use crate::pose::workcell::Workcell;
 
 /// Whether a body of the machine is one of those that this head brings near the workpiece. Those of
-/// another head are held against the workpiece in that one's own view.
+/// another head are tested against the workpiece in that head's own view.
 pub(crate) fn is_moved_along(body: &MachineBody) -> bool {
     body.joints_from_table() > 0 && body.carrier() != Some(Carrier::OtherHead)
 }
@@ -82,10 +82,9 @@ impl MachineObstacle {
 ///
 /// Two bodies of the machine that one joint joins lie within each other by construction (a ram in
 /// its guide), and those without a joint between them never move against each other: both are left
-/// out. Bodies of bed and table are held against the workpiece, but not against each other: that is
-/// a matter of the axes' limits. Bodies of the other head are held against tool, cutter and the
-/// bodies of this head; against the workpiece, table and bed they are held by the other head's own
-/// test.
+/// out. Bodies of bed and table are tested against the workpiece, but not against each other: that
+/// is a matter of the axes' limits. Bodies of the other head are tested against tool, cutter and
+/// the bodies of this head; the other head's own test checks them against workpiece, table and bed.
 pub(crate) struct Meetings {
     /// Of the cutter.
     pub(crate) cutter: Vec<bool>,

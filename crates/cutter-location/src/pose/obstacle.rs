@@ -1,4 +1,4 @@
-//! What the tool must not cut or hit: meshes in the workpiece frame, and bodies of the machine's table.
+//! Obstacles of tool and cutter: meshes in the workpiece frame, and bodies of the machine's table.
 
 use std::ops::Deref;
 use std::sync::Arc;
@@ -28,9 +28,9 @@ pub struct Obstacle<'a> {
 }
 
 impl<'a> Obstacle<'a> {
-    /// Returns a part as it is to be: the cutter may touch its mesh, and go no deeper than the gouge
-    /// tolerance; other bodies keep their own clearance. Set the allowances for material to leave on
-    /// it, or for stock around it.
+    /// Returns a part as it is to be: the cutter may touch its mesh, and go no deeper than the
+    /// gouge tolerance; other bodies keep their own clearance. Set the allowances for material to
+    /// leave on it, or for stock around it.
     pub fn part(name: impl Into<String>, mesh: impl Into<MeshHandle<'a>>) -> Self {
         Self {
             name: name.into(),
@@ -100,8 +100,8 @@ pub struct TableBody<'a> {
     pub clearance: f64,
 }
 
-/// Returns the bodies of the machine's table that stand still against the workpiece, in the order of
-/// the machine file.
+/// Returns the bodies of the machine's table that stand still against the workpiece, in the order
+/// of the machine file.
 pub fn table_bodies<'a>(
     machine: &'a Machine,
     table_from_work: &Isometry3<f64>,

@@ -262,8 +262,8 @@ impl<'a> PoseTest<'a> {
         on_branch(all, branch)
     }
 
-    /// How the machine stands at a pose on the branch of `near`, its rotary axes at the turns
-    /// nearest to it.
+    /// Returns the machine's configuration at a pose on the branch of `near`, its rotary axes at
+    /// the turns nearest to it.
     ///
     /// # Errors
     /// When the pose is out of reach, or in reach on the other branch only.

@@ -59,9 +59,9 @@ impl<'a> Workcell<'a> {
     /// those that move against the workpiece from the machine itself.
     ///
     /// `table_from_work` is the pose of the workpiece frame on the machine's table. Push the part,
-    /// fixtures and stock to `obstacles` ([`Obstacle::part`]). The other values start with defaults:
-    /// [`GOUGE_TOLERANCE`], [`MAX_LIFT`] with a thirtieth of it as resolution, the configuration
-    /// nearest to the machine's home position, no cone of directions and no Z-map.
+    /// fixtures and stock to `obstacles` ([`Obstacle::part`]). The other values start with
+    /// defaults: [`GOUGE_TOLERANCE`], [`MAX_LIFT`] with a thirtieth of it as resolution, the
+    /// configuration nearest to the machine's home position, no cone of directions and no Z-map.
     pub fn new(machine: &'a Machine, tool: &'a ToolAssembly, table_from_work: Isometry3<f64>) -> Self {
         let table = table_bodies(machine, &table_from_work).map(|body| Obstacle {
             gouge_allowance: Some(body.clearance),
@@ -84,8 +84,8 @@ impl<'a> Workcell<'a> {
     }
 }
 
-/// How a machine stands at a pose: axis values, and the branch of the inverse solution that they
-/// belong to. At the pole both branches have the same values.
+/// Configuration of a machine at a pose: axis values, and the branch of the inverse solution that
+/// they belong to. At the pole both branches have the same values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Configuration {
     /// Axis values.
@@ -101,7 +101,7 @@ pub struct FeasiblePose {
     pub posture: Posture,
     /// Tool pose in the workpiece frame, seated.
     pub cl: ClPoint,
-    /// How the machine stands.
+    /// Configuration of the machine.
     pub configuration: Configuration,
     /// How far the pose was lifted along the normal to free it of facets, mm.
     pub lift: f64,

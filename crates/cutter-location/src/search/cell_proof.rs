@@ -2,8 +2,8 @@
 //!
 //! Between the postures of a range the tool turns about the point r above the contact: by the
 //! tilt's difference about the axis across the tilt direction, then by the rotate's difference
-//! about the normal. What is free of the mesh in all of these poses is told by
-//! [`Interference::turn`](facemill_interference::Interference::turn), what is hit in all of them by
+//! about the normal. Bodies free of the mesh in all of these poses are found by
+//! [`Interference::turn`](facemill_interference::Interference::turn), bodies hit in all of them by
 //! a point of the mesh that stays within the body. Proofs are about [`PoseTest::try_posture`],
 //! seating included.
 

@@ -35,7 +35,7 @@ const FINEST: f64 = 1e-6;
 /// all its postures; it is halved where none is found; and where it is no longer than the width,
 /// both ends and the middle are tested. So every feasible stretch before the result is shorter than
 /// the width. The result itself is tested as it stands, and bisected against the last blocked u to
-/// `settings.u_tolerance`. A width that had to be larger than asked for is told by
+/// `settings.u_tolerance`. A width that had to be larger than requested is reported by
 /// [`PoseTest::widened`], too, whether a posture is found or not.
 pub fn certified_search(
     test: &PoseTest<'_>,

@@ -10,7 +10,7 @@ use crate::pose::pose_test::PoseTest;
 use crate::pose::workcell::{Body, Infeasible};
 use crate::search::cell_proof::{MARGIN, PostureCell};
 
-/// How the machine stands in the postures of a cell, lifted by up to some amount.
+/// Positions of the machine in the postures of a cell, lifted by up to some amount.
 pub(crate) struct OnMachine<'t, 'a> {
     test: &'t PoseTest<'a>,
     set: PoseSet,

@@ -49,8 +49,8 @@ const BLOCKED_AT: f64 = 0.95;
 const MAX_BISECTIONS: u32 = 60;
 
 /// Width to which "blocked" is proven: feasible stretches of the curve that are shorter count as
-/// none. Larger: what is told to be needed may be more than is; smaller: slower, and the width may
-/// not be reached in [`MOST_TESTS`](crate::search::certified::MOST_TESTS).
+/// none. Larger: the reported need may be more than the real one; smaller: slower, and the width
+/// may not be reached in [`MOST_TESTS`](crate::search::certified::MOST_TESTS).
 const WIDTH: f64 = 0.01;
 
 /// The smallest width that any curve is searched to within
