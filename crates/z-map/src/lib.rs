@@ -32,8 +32,8 @@
 //! ([`DexelMap::remove`]), from each line exactly what is inside, or within a stated tolerance
 //! where the axis turns; [`DexelMap::meets`] only asks, and [`DexelMap::nearest`] tells how near a
 //! solid is. It is made from a box, a cylinder or a closed mesh with an allowance, kept as bytes,
-//! and told as a closed mesh. [`DexelMap::deviation`] holds it against the part that it should have
-//! become.
+//! and exported as a closed mesh. [`DexelMap::deviation`] compares it with the part that it should
+//! have become.
 //!
 //! ```
 //! use facemill_cl_data::ClPoint;

@@ -40,7 +40,7 @@ pub struct Cavity {
     pub depth: f64,
 }
 
-/// Why stock cannot be held against a part.
+/// Reason why stock cannot be compared with a part.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DeviationError {
@@ -58,8 +58,8 @@ pub enum DeviationError {
     Cancelled(#[from] Cancelled),
 }
 
-/// The stock held against a part, at every place where a line of the map goes through the part's
-/// surface.
+/// Comparison of the stock with a part, at every place where a line of the map goes through the
+/// part's surface.
 ///
 /// At such a place the stock's end is looked for along the line: with material over the place the
 /// upper end of that material, else the end of what is next below it; for a surface that looks down
@@ -74,10 +74,10 @@ pub enum DeviationError {
 ///   gouged by its thickness, a gap between two blades that is full of stock is an excess of its
 ///   width.
 ///
-/// Of a closed part all that is missing on a line is found: what is not at a surface is told as
-/// [`Cavity`]. Stock that hangs in the air, with a gap between it and the part, is no deviation.
-/// Between the lines nothing is said: a gouge narrower than the cell can be missed. Walls along the
-/// lines are not crossed by them; they have no places.
+/// For a closed part, all material missing on a line is found: what is missing away from a surface
+/// is reported as [`Cavity`]. Stock that hangs in the air, with a gap between it and the part, is
+/// no deviation. Between the lines nothing is said: a gouge narrower than the cell can be missed.
+/// Walls along the lines are not crossed by them; they have no places.
 #[derive(Clone, Debug)]
 pub struct Deviation<'a> {
     part: &'a Surface,
@@ -108,8 +108,8 @@ impl DexelMap {
     /// cut, on the same lines.
     ///
     /// Of the part's closed components only the outside counts, also where they overlap; of others
-    /// every triangle. The result does not depend on the number of threads; `monitor` is told of
-    /// every tile.
+    /// every triangle. The result does not depend on the number of threads; `monitor` is notified
+    /// of every tile.
     ///
     /// # Errors
     /// When the maps have different lines, the part is too far away, or the monitor cancels.

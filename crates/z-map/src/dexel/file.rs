@@ -34,7 +34,7 @@ pub enum StockFileError {
     Length {
         /// Bytes there are.
         found: usize,
-        /// Bytes there should be; `u64::MAX` when that cannot be told.
+        /// Bytes there should be; `u64::MAX` when that is not known.
         expected: u64,
     },
     /// The checksum is another.

@@ -7,8 +7,8 @@ use crate::dexel::grid::DexelGrid;
 use crate::dexel::map::DexelMap;
 use crate::dexel::tile::{Interval, SIDE, Tile};
 
-/// By how much less than it is a distance may be told, mm. Larger: bodies seem nearer; smaller:
-/// more looks at each line.
+/// Most by which a reported distance may fall short of the real one, mm. Larger: bodies seem
+/// nearer; smaller: more looks at each line.
 const RESOLUTION: f64 = 1e-4;
 
 /// The material of a line that is nearest to a solid.
@@ -24,8 +24,8 @@ pub struct NearestMaterial {
 impl DexelMap {
     /// The material of the lines that is nearest to a solid, its dilation included, at this pose;
     /// `None` where no line has material nearer than `at_most` (mm, may be infinite). Where there
-    /// is some that is no farther than `enough` (mm, at least 0), any such is told: the search ends
-    /// there.
+    /// is some that is no farther than `enough` (mm, at least 0), any such is returned: the search
+    /// ends there.
     ///
     /// Both are proven for all material of all lines, up to rounding; what lies between the lines
     /// is not seen. A solid whose pose or size is not finite counts as one that meets the material,

@@ -103,8 +103,8 @@ const ON_PLANE: f64 = 1e-6;
 /// Heights that are the same, mm: those of triangles that touch are rounded.
 const SAME_HEIGHT: f64 = 1e-6;
 
-/// How much a cavity may be told too deep: share of its depth, and mm. Less takes more distances;
-/// more says less.
+/// Most by which the depth of a cavity may be overstated: share of the depth, and mm. Less takes
+/// more distances; more says less.
 const CAVITY_SHARE: f64 = 0.05;
 
 const CAVITY_LENGTH: f64 = 0.01;
