@@ -56,7 +56,7 @@ impl Machine {
     /// All solutions for a tool pose in the table frame without regard to limits, each at the
     /// winding nearest to home.
     ///
-    /// For three linear and two rotary axes the forward solution is not asked either: away from
+    /// For three linear and two rotary axes the forward solution is not evaluated either: away from
     /// singular poses it differs from `cl` by some rounding (1e-15 of the lengths), near them by
     /// more. Two linear and three rotary axes are solved as by [`Machine::inverse`].
     ///
@@ -222,7 +222,7 @@ impl Machine {
     }
 
     /// Both solutions of two rotary joints, the positive one first, without a check; `None` beside
-    /// singular poses, which are told by cosines as in [`DirectionPair::solve_regular`].
+    /// singular poses, which are recognised by cosines as in [`DirectionPair::solve_regular`].
     fn both_regular(
         &self,
         cl: &ClPoint,

@@ -27,7 +27,7 @@ use crate::solver::screw_chain::{LinearMap, ScrewChain};
 ///
 /// Of a machine with two heads it is the view of one of them, see [`Machine::heads`].
 ///
-/// Everything is told in the table frame, the end of the workpiece chain, in mm, rad and s. The
+/// Everything is given in the table frame, the end of the workpiece chain, in mm, rad and s. The
 /// tool frame has its origin at the tip and its z axis toward the spindle; the tool length is the
 /// distance from the tip to the spindle nose. Two machines are equal when their files are.
 #[derive(Clone, Debug, PartialEq)]

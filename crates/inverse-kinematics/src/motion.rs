@@ -34,8 +34,8 @@ impl From<RapidLaw> for BlockLaw {
 /// The motion of the control from one programmed position to the next.
 ///
 /// [`Motion::at`] gives the axis values at the fraction t of the block's time, 0 ≤ t ≤ 1; both ends
-/// are met exactly. Limits are not asked: a control that is told to do so runs into its stop, and
-/// whoever replays it wants to see that.
+/// are met exactly. Limits are not checked: a control that is commanded beyond them runs into its
+/// stop, and whoever replays it wants to see that.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion<'a> {
     machine: &'a Machine,

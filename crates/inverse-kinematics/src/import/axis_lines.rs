@@ -2,7 +2,7 @@ use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
 use crate::machine_file::{BodyFile, DhRow, Joint};
 
-/// A joint told by the line it moves along or turns about, with all axes at 0. The frame is the
+/// Joint given by the line it moves along or turns about, with all axes at 0. The frame is the
 /// bed's.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisLine {
@@ -13,7 +13,7 @@ pub struct AxisLine {
     pub direction: Unit<Vector3<f64>>,
     /// A point on a revolute joint's axis, mm; of no meaning for a prismatic one.
     pub point: Point3<f64>,
-    /// Bodies that move with the joint, their poses told in the bed's frame.
+    /// Bodies that move with the joint, their poses given in the bed's frame.
     pub bodies: Vec<BodyFile>,
 }
 

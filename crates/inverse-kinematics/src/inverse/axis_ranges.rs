@@ -63,7 +63,7 @@ pub enum AxisRanges {
 pub enum LimitVerdict {
     /// All values of all axes can be taken within the limits.
     Within,
-    /// One axis is beyond its limits everywhere; told are its values in the middle.
+    /// One axis is beyond its limits everywhere; holds its values in the middle.
     Beyond(Unreachable),
     /// Neither is proven.
     Unknown,

@@ -15,7 +15,7 @@ use crate::solver::inverse_solution::BranchPreference;
 /// Which directions of the tool axis a machine reaches with its rotary axes inside their limits.
 ///
 /// With two rotary axes that holds wherever the tip is, linear axes long enough. With three it
-/// depends on the tip: it is told for one [`tip`](Self::tip), and the linear axes are inside their
+/// depends on the tip: it is given for one [`tip`](Self::tip), and the linear axes are inside their
 /// limits too.
 ///
 /// Angles are counted from the z axis of the table frame, rad. They come from a grid of directions
@@ -32,8 +32,8 @@ pub struct AxisReach {
     /// Every direction up to this angle from z is reached; 0 where z itself is not, or nothing
     /// about it.
     pub full_cone: f64,
-    /// Directions in which a rotary axis has no effect on the tool axis. Not told with three rotary
-    /// axes, which are singular in poses, not in directions.
+    /// Directions in which a rotary axis has no effect on the tool axis. Not given with three
+    /// rotary axes, which are singular in poses, not in directions.
     pub singular: Vec<SingularDirection>,
     /// The tip for which all this holds, table frame, mm: that of the bare spindle nose with every
     /// axis in the middle of its travel, endless ones at home. `None` where it holds for every tip.

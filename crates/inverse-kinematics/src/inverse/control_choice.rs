@@ -16,9 +16,10 @@ use crate::solver::Solver;
 use crate::solver::inverse_solution::Unreachable;
 
 /// Smallest angle between the tool axis, on its way too, and the rotary axis nearest to the
-/// workpiece at which a choice is told, rad. Nearer to the pole controls have settings of their own
-/// for what their axes do, and the decimals of a vector turn that axis by more than thirty times
-/// what they turn the tool. Smaller tells what no one knows; larger refuses what controls do alike.
+/// workpiece at which a choice is returned, rad. Nearer to the pole controls have settings of their
+/// own for what their axes do, and the decimals of a vector turn that axis by more than thirty
+/// times what they turn the tool. Smaller: choices that no one knows are returned; larger: choices
+/// that all controls make alike are refused.
 pub const POLE_CONE: f64 = 2.0 * std::f64::consts::PI / 180.0;
 
 /// How much farther than by the factor another position must be for the choice to be clear, rad:

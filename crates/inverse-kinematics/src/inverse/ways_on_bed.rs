@@ -8,7 +8,7 @@ use crate::solver::screw_chain::Screw;
 
 impl Machine {
     /// Upper bound, mm, for how far any point of a body gets from its place on the bed while every
-    /// axis goes one way from one position to another, at any time on the way. The body is told by
+    /// axis goes one way from one position to another, at any time on the way. The body is given by
     /// its index in [`Machine::bodies`].
     ///
     /// Only the axes between body and bed count. A body of one head and one of the other, which may
@@ -44,7 +44,7 @@ impl Machine {
     }
 }
 
-/// Way of the points that are at most `reach` from `center`, the joints told from them inward.
+/// Way of the points that are at most `reach` from `center`, the joints listed from them inward.
 ///
 /// The motion from the one position to any on the way is the product of the joints' motions about
 /// their lines at the first one, the outermost applied first: each moves a point by its own way

@@ -4,17 +4,17 @@ use crate::axes::axis::Axis;
 use crate::axes::axis_values::AxisValues;
 use crate::machine::Machine;
 
-/// The most windings of one axis that are told: a cable is never wound further, a limit may be.
+/// Most windings of one axis that are returned: a cable is never wound further, a limit may be.
 const MOST: usize = 5;
 
 impl Machine {
     /// The same position with its rotary axes at every number of full turns that their limits
     /// allow.
     ///
-    /// An endless axis has one winding, the value it has: it turns on from wherever it stands. Of
-    /// an axis with more than five the five nearest to home are told. Ascending, the axes of
+    /// An endless axis has one winding, the value it has: it turns on from wherever it is. Of
+    /// an axis with more than five the five nearest to home are returned. Ascending, the axes of
     /// [`Machine::axes`] in turn; empty where no turn brings an axis within its limits. The tool
-    /// stands the same in all of them; axes that do not move it keep their values.
+    /// has the same pose in all of them; axes that do not move it keep their values.
     pub fn windings(&self, q: &AxisValues) -> Vec<AxisValues> {
         let mut all = vec![*q];
         for (k, axis) in self.axes.iter().enumerate() {

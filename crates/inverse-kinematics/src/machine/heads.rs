@@ -118,7 +118,7 @@ impl Machine {
     /// The same view with a tool in the other head's spindle: its bodies stand behind those of the
     /// machine, as bodies of the other head that are fixed to its nose.
     ///
-    /// `bodies` are told in that tool's frame: origin at the tip, z toward the spindle, the nose's
+    /// `bodies` are given in that tool's frame: origin at the tip, z toward the spindle, the nose's
     /// face at `gauge_length`, mm. All that a solid is dilated by, clearance or corner, counts as
     /// its [`MachineBody::clearance`]. A machine with one head has no other spindle and stays as it
     /// is.

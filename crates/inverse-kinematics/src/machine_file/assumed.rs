@@ -77,7 +77,7 @@ impl MachineFile {
         rows.filter_map(|row| row.joint.as_ref())
     }
 
-    /// Whether this value of an axis, told by its address, is an assumed one.
+    /// Whether this value of an axis, given by its address, is an assumed one.
     pub fn is_assumed(&self, value: AssumedValue, axis: &str) -> bool {
         self.assumed.iter().any(|a| a.value == value && (a.axes.is_empty() || a.axes.iter().any(|l| l == axis)))
     }

@@ -52,7 +52,7 @@ pub enum MachineError {
          that turns the workpiece into workpiece_chain"
     )]
     NothingShared,
-    /// All rotary joints turn the tool about the same direction; told are two of them.
+    /// All rotary joints turn the tool about the same direction; holds two of them.
     #[error("the rotary axes {first} and {second} are parallel, so the tool axis has one degree of freedom only")]
     ParallelRotaries {
         /// The one nearer to the workpiece.

@@ -93,7 +93,7 @@ pub struct PathChoice {
 pub struct PathSettings {
     /// Factor on the travel time of every axis, 0 or more.
     pub weights: AxisValues,
-    /// Half angle of the cone about the singular direction within which poses are told, rad.
+    /// Half angle of the cone about the singular direction within which poses are reported, rad.
     pub singular_cone: f64,
 }
 

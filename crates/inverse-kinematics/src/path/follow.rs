@@ -221,7 +221,7 @@ impl Machine {
         self.advanced(ideal, &half, [middle, end], ends, tool_length, looks)
     }
 
-    /// The solution that is surely the continuous one, if it can be told.
+    /// Returns the solution that is surely the continuous one, if it can be identified.
     fn step(&self, place: &Place, ends: &[Base]) -> Option<Place> {
         let is_closed = self.is_closed();
         let turned = ends.iter().map(|end| {

@@ -70,7 +70,7 @@ impl<'a> Choosing<'a> {
         Ok(())
     }
 
-    /// Fills in the values of a station; told are those at its end, where a free axis has turned to
+    /// Fills in the values of a station; returns those at its end, where a free axis has turned to
     /// where it leaves.
     fn leave(&mut self, station: &Station, leaving: Option<&AxisValues>) -> Result<AxisValues, PathError> {
         let Some(axis) = station.free else {

@@ -39,7 +39,7 @@ impl FreePlane {
 
     /// The solutions at the reference value of the first joint and of the other free one. If there
     /// are none: those at the ends of the intervals of outer values that have any, nearest to the
-    /// reference first. So some are told if there are any.
+    /// reference first. So some are added if there are any.
     pub(crate) fn solve(&self, target: &Target<'_>, reference: [f64; 3], all: &mut Triples) {
         for line in [self.first_at(reference), self.other_at(reference)] {
             along(target, &line, reference, 0.0, all);

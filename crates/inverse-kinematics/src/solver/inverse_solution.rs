@@ -138,7 +138,7 @@ pub const MAX_SOLUTIONS: usize = 12;
 /// Why there are no axis values for a CL point.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Unreachable {
-    /// An axis would leave its limits on every branch; told is the branch with the smallest excess
+    /// An axis would leave its limits on every branch; holds the branch with the smallest excess
     /// in time of travel.
     #[error(
         "axis {axis} would have to be at {:.4} {unit}, its limits are {:.4} to {:.4}",

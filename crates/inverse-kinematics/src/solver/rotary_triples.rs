@@ -4,7 +4,7 @@ use crate::solver::inverse_solution::{Branch, MAX_SOLUTIONS};
 use crate::solver::tip_condition::{Coefficients, TipCondition};
 
 /// Rotary values nearer to each other than this are one solution, rad: two that are nearer miss the
-/// pose in between by less than 1e-12 rad, so that they cannot be told apart.
+/// pose in between by less than 1e-12 rad, so that they cannot be distinguished.
 const SAME_SOLUTION: f64 = 1e-6;
 
 /// Rotary values of a solution, from the table to the tool.

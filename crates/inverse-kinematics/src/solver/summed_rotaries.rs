@@ -149,7 +149,7 @@ impl SummedRotaries {
 }
 
 /// The solutions on one line, the place of which is known to `open`, rad: two that come so near to
-/// each other that they may be one, or just missed, are told too.
+/// each other that they may be one, or just missed, are added too.
 pub(crate) fn along(target: &Target<'_>, line: &Line, reference: [f64; 3], open: f64, all: &mut Triples) {
     let mut samples = [0.0; SAMPLES];
     for (k, sample) in samples.iter_mut().enumerate() {

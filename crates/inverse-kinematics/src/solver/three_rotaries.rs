@@ -270,7 +270,7 @@ impl ThreeRotaries {
         }
     }
 
-    /// Adds a solution that can be told from those that are there.
+    /// Adds a solution that is distinct from those that are there.
     fn add(&self, target: &Target<'_>, values: [f64; 3], error: f64, all: &mut Triples) {
         if error > 1e-11 {
             return;
@@ -373,7 +373,7 @@ impl ThreeRotaries {
         }
     }
 
-    /// Whether the forward solution at these values cannot be told from the target.
+    /// Whether the forward solution at these values cannot be distinguished from the target.
     fn is_met(&self, target: &Target<'_>, q: [f64; 3]) -> bool {
         let tip = value_and_gradient(&target.t, &q.map(functions)).0.abs();
         let sine = target.condition.sine(&q).min(1.0);

@@ -29,14 +29,14 @@ const MOST_PIECES: usize = 1200;
 /// part of an arc.
 const CLOSED: f64 = 1e-6;
 
-/// Most values told.
+/// Most values returned.
 const MOST_SEEDS: usize = 64;
 
 /// Length of a stretch, rad, up to which it holds one pair of roots that come together at the
 /// rounding of the samples.
 const NARROW: f64 = 5e-6;
 
-/// Pieces with roots that cannot be told apart are one when they are so near to each other, rad.
+/// Pieces with roots that cannot be separated are one when they are so near to each other, rad.
 const ADJACENT: f64 = 1e-9;
 
 /// Angle of sample `k`.
@@ -116,7 +116,7 @@ impl Seeds {
 /// On an arc around φ₀, x = tan((φ − φ₀)/2) makes it a polynomial of twice the degree over (1 +
 /// x²)^degree. Its Bernstein coefficients have as many changes of sign as there are roots, or an
 /// even number more (Descartes' rule); none and one are proofs. Other pieces are halved; those that
-/// cannot be told apart at the smallest width are told as they are. So a double root is found, and
+/// cannot be decided at the smallest width are returned as they are. So a double root is found, and
 /// one that rounding has turned into a near miss.
 pub(crate) fn real_roots(samples: &[f64; SAMPLES], noise: f64) -> Seeds {
     let basis: &Basis = &BASIS;
@@ -195,7 +195,7 @@ impl Piece {
         if positive + negative == 0 {
             return Signs::Noise;
         }
-        // One change: what cannot be told stands between the two runs only.
+        // One change: undecided signs lie between the two runs only.
         let (first, last) = (self.c[0], self.c[ORDER - 1]);
         let (of_first, of_last) = if first > 0.0 { (positive, negative) } else { (negative, positive) };
         let opposite = first.abs() > noise && last.abs() > noise && (first > 0.0) != (last > 0.0);
