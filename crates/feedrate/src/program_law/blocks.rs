@@ -180,7 +180,7 @@ pub fn program_law_of(
 
 /// The quickest motion over several lines of those there are.
 fn blended(polyline: Polyline, tolerance: &AxisValues, grain: &Grain, scaled: &Scaled, axes: &[AxisBounds]) -> Motion {
-    // Corners are told apart one by one, so that all together may still have been blended in vain.
+    // Corners are decided one by one, so that all together may still have been blended in vain.
     let stopping: f64 = polyline.stopping(axes).map(|line| line.curve.duration()).sum();
     let lines = polyline.lines() as f64;
     let rounded = || RoundedLine::along(&polyline, axes, tolerance);

@@ -63,7 +63,7 @@ const BEYOND: f64 = 1.01;
 /// Share of acceleration and jerk that the motion is started with.
 const LEISURE: f64 = 0.3;
 
-/// Certificates below this are not told apart.
+/// Certificates below this are not distinguished.
 const FLOOR: f64 = 0.998;
 
 /// Limits are drawn in from the start by this, so that little is exceeded between the samples.
