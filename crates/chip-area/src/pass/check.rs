@@ -5,7 +5,7 @@ use crate::pass::{Beside, CutterEnd, Engagement, PassSection};
 use crate::section::tool_section::PARALLEL;
 
 impl Beside {
-    /// The distance it is told by, with its name.
+    /// Returns the distance that defines it, with its name.
     fn distance(&self, [step_over, border]: [&'static str; 2]) -> Option<(&'static str, f64)> {
         match *self {
             Self::Stock => None,

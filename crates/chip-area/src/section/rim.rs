@@ -9,8 +9,8 @@ use crate::section::level_curve::LevelCurve;
 /// section), about the middle of its rim: the rim, a circle of radius `rim`, is seen as the ellipse
 /// (`rim`, `squash`·`rim`), and the corner offsets it by `corner`.
 ///
-/// A point of it is told by its turn w in [−π, π], which is t + φ for the eccentric angle t and the
-/// angle φ of the normal (sin φ, −cos φ), tan φ = `squash`·tan t. Both run from −π/2 to π/2, t
+/// A point of it is given by its turn w in [−π, π], which is t + φ for the eccentric angle t and
+/// the angle φ of the normal (sin φ, −cos φ), tan φ = `squash`·tan t. Both run from −π/2 to π/2, t
 /// where the ellipse is long and φ where it is sharp, so that equal steps of w resolve the outline
 /// whatever the squash.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -210,7 +210,7 @@ pub(crate) fn root(ends: [f64; 2], f: impl Fn(f64) -> f64) -> f64 {
     0.5 * (a + b)
 }
 
-/// The same by Newton's method for a growing function that is told with its slope, to where it is
+/// The same by Newton's method for a growing function that is given with its slope, to where it is
 /// no larger than the `noise` of its rounding.
 pub(crate) fn newton_root(ends: [f64; 2], noise: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
     const MAX_STEPS: u32 = 200;

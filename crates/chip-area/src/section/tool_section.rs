@@ -296,8 +296,8 @@ struct Piece {
 }
 
 impl Piece {
-    /// Whether a point of the curve is on the piece or misses it by little: what is only a place to
-    /// cut at may be told too often.
+    /// Whether a point of the curve is on the piece or misses it by little: a place that is
+    /// only cut at may be reported too often.
     fn may_hold(&self, p: &Point2<f64>) -> bool {
         let slack = 1e-9 * (self.range[1] - self.range[0]);
         self.range[0] - slack <= p.x && p.x <= self.range[1] + slack && p.y <= self.top
