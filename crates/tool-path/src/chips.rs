@@ -17,7 +17,7 @@ pub const SMALLEST_AREA: f64 = 1e-3;
 /// Accuracy of a chip's thickness, as part of the feed per tooth, where feeds depend on it.
 pub const THICKNESS_ACCURACY: f64 = 1e-3;
 
-/// The same where it is only told.
+/// The same where the thickness is only reported.
 pub const ROUGH_THICKNESS: f64 = 0.02;
 
 /// Area below which nothing is cut, mm²: what rounding leaves where the stock ends at the part's

@@ -173,7 +173,7 @@ pub fn operation_moves(
     Ok(OperationMoves { order, ..moves })
 }
 
-/// How the machine stands at axis values.
+/// Returns the machine's configuration at axis values.
 pub fn configuration_of(test: &PoseTest<'_>, axes: &AxisValues) -> Configuration {
     Configuration { axes: *axes, branch: test.cell.machine.branch_of(axes) }
 }

@@ -174,13 +174,13 @@ fn half_turn(from: &AxisWords, to: &AxisWords) -> Option<AxisLetter> {
     rotary.into_iter().find(|letter| turns(*letter) == Some(true))
 }
 
-/// Whether M126 stands anywhere in a program for Heidenhain: rotary axes then go the shorter way.
+/// Whether M126 is anywhere in a program for Heidenhain: rotary axes then go the shorter way.
 pub fn turns_shorter(program: &ReadProgram) -> bool {
     let says = |block: &ReadBlock| block.text.to_ascii_uppercase().replace(' ', "").contains("M126");
     program.dialect == Dialect::Heidenhain && program.blocks.iter().any(says)
 }
 
-/// Decimals of the words of programs from elsewhere that are told again.
+/// Most decimals of a rewritten word of a program from elsewhere.
 const MOST_DECIMALS: usize = 9;
 
 /// The lines of a link, or why they must stay.

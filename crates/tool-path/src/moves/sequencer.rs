@@ -153,7 +153,7 @@ impl<'t, 'a> Sequencer<'t, 'a> {
     }
 
     /// Goes over to the other branch, or to another winding, with all axes together, where links do
-    /// that: clear of everything. `why` it has to is told where it must not.
+    /// that: clear of everything. Where it must not, the error reports `why` it has to.
     fn swing(
         &mut self,
         at: &Waypoint,
