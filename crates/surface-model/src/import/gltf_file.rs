@@ -90,7 +90,7 @@ fn check_extensions(root: &json::Root) -> Result<(), ImportFault> {
             let feature = format!("compressed geometry ({name})");
             return Err(ImportFault::Unsupported { feature, hint: "write the file without compression" });
         }
-        // Quantized positions are told by their accessor; other attributes are not read.
+        // Quantized positions are recognised by their accessor; other attributes are not read.
         if name != "KHR_mesh_quantization" && !HARMLESS.iter().any(|h| name.starts_with(h)) {
             let feature = format!("the extension {name}, which the file requires,");
             return Err(ImportFault::Unsupported { feature, hint: "write the file without it" });

@@ -29,7 +29,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ImportFault> {
     Ok(mesh)
 }
 
-/// Stands before each name of the digest, so that what tobj calls objects without a name is told
+/// Prefix of each name of the digest, which distinguishes tobj's word for objects without a name
 /// from names in the file.
 const NAME_MARK: &str = "=";
 

@@ -2,7 +2,7 @@ use nalgebra::Point3;
 
 /// Weights of the corners for the point of a triangle nearest to `p`.
 ///
-/// The regions of corners, sides and face are told apart by the signs of scalar products of the
+/// The regions of corners, sides and face are distinguished by the signs of scalar products of the
 /// sides with the lines to `p` (Ericson, Real-Time Collision Detection, 5.1.5). A triangle without
 /// area gives a point on one of its sides.
 pub(crate) fn closest_on_triangle(p: &Point3<f64>, [a, b, c]: &[Point3<f64>; 3]) -> [f64; 3] {
