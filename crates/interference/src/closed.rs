@@ -3,7 +3,7 @@
 use facemill_surface_model::TriMesh;
 use nalgebra::{Point3, Vector3};
 
-/// How the inside of a closed component is told.
+/// Rule that decides the inside of a closed component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Rule {
     /// All triangles are wound alike: inside where the surface winds around the point, however

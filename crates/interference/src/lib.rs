@@ -13,7 +13,7 @@
 //! - [`Interference::sweep`] proves for a body in motion that it touches nothing at any time of an
 //!   interval.
 //! - [`Interference::turn`] proves it for every pose of a range of turns about a fixed point.
-//! - [`solid_mesh`] makes a body itself a mesh for others to be held against.
+//! - [`solid_mesh`] makes a body itself a mesh for others to be tested against.
 //! - [`lift_to_free`] seats a body: the least lift along a direction that frees it.
 //! - [`penetration`]: how deep the surface is in a body, measured across the surface.
 //!

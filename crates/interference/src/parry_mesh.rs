@@ -22,7 +22,7 @@ use crate::query::verdict::{Separation, Verdict, Witness};
 ///
 /// Exact shapes, no sampling. GJK stops at a relative error of some 5e-8 of the distance, so
 /// distances are exact to that, verdicts within that of the rounding; a pair on which it does not
-/// settle counts as touching. Insideness is told by the same count of crossings as in
+/// settle counts as touching. Insideness is decided by the same count of crossings as in
 /// [`MeshTree`](crate::mesh_tree::MeshTree), over all triangles. That one is the one to use: this
 /// is a hundred times slower. A body whose pose or size is not finite counts as a hit, and as
 /// distance 0.

@@ -23,7 +23,7 @@ pub struct MotionInterval {
 pub enum SweepVerdict {
     /// At no time of the interval: proven.
     Clear,
-    /// Not proven; the triangle that could not be told apart from the solid.
+    /// Not proven; the triangle that could not be separated from the solid.
     Unproven(Option<u32>),
 }
 
