@@ -86,7 +86,7 @@ pub enum Pattern {
     Zigzag,
 }
 
-/// Direction of feed, told by where the levels rise.
+/// Direction of feed, given by the side on which the levels rise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Direction {
     /// Higher levels lie to the left of the feed, seen from outside: Et along gradient × N.
@@ -95,7 +95,7 @@ pub enum Direction {
     Reverse,
 }
 
-/// On which side of the feed the stock still stands, seen from outside the material with the feed
+/// On which side of the feed the stock remains, seen from outside the material with the feed
 /// ahead.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum UncutSide {
@@ -115,8 +115,8 @@ impl Direction {
         }
     }
 
-    /// Where the stock stands when levels are cut in this order: on the side of the levels that are
-    /// cut later.
+    /// Returns the side of the stock when levels are cut in this order: on the side of the levels
+    /// that are cut later.
     pub fn uncut_side(self, order: LevelOrder) -> UncutSide {
         match (self, order) {
             (Self::Forward, LevelOrder::Increasing) | (Self::Reverse, LevelOrder::Decreasing) => UncutSide::Left,
