@@ -155,7 +155,7 @@ impl ConvexPolyhedron {
     /// All faces, and outside all edges, are looked at: 0.2 µs at 8 vertices, 1.7 µs at 128.
     pub fn nearest(&self, p: &Point3<f64>) -> NearestPoint {
         let inside = NearestPoint { point: *p, distance: 0.0, away: Vector3::zeros() };
-        // Also a point that is not a number is nowhere outside; whoever asks with one is told so
+        // Also a point that is not a number is nowhere outside; callers handle one
         // before.
         if self.height(p).0 <= 0.0 {
             return inside;
