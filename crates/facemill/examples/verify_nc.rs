@@ -73,6 +73,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // The mended program has none.
     let mended = run(&PROGRAM.replace("Z1.7", "Z2.1"))?;
     assert_eq!(mended.faults().count(), 0);
-    println!("mended: no fault, nearest body at {:?}", mended.smallest_clearance.map(|c| c.distance_mm));
+    let nearest = mended.smallest_clearance.expect("the holder is somewhere");
+    println!("mended: no fault, the nearest body keeps {:.3} mm", nearest.distance_mm);
     Ok(())
 }

@@ -147,7 +147,10 @@ fn what_cannot_be_meant_is_exit_2_and_writes_nothing() {
         (holders("shelf.json").replace("lengths.json", "shelf.json"), &["shelf.json", "is an input"]),
         (job_of.replace("short.json", "lengths.json"), &["lengths.json", "named for two files"]),
         // A file that no earlier run has written is neither overwritten nor removed.
-        (job_of.replace("short.json", "shelf.json --longest-mm 15"), &["shelf.json", "not a tool file", "name another"]),
+        (
+            job_of.replace("short.json", "shelf.json --longest-mm 15"),
+            &["shelf.json", "not a tool file", "name another"],
+        ),
         (job_of.replace("short.json", "shelf.json"), &["shelf.json", "not a tool file"]),
         (format!("{} --replan --program-out bore.json", holders("shelf.json")), &["bore.json", "not a program"]),
     ];
