@@ -28,7 +28,9 @@
 //! ```
 //!
 //! Every formula is closed except [`Outline::height_at`] and what is built on it, which iterate to
-//! a stated accuracy. Modules, each of which imports those above it alone:
+//! a stated accuracy.
+//!
+//! Modules, each of which imports those above it alone:
 //!
 //! | module | holds |
 //! |---|---|

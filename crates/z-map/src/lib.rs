@@ -56,7 +56,10 @@
 //! leave on places of a surface, along the surface's normal and without a grid.
 //!
 //! A Z-map's frame is the caller's choice, z pointing away from the material; everything below the
-//! topmost surface Modules, each of which imports those above it alone:
+//! topmost surface counts as material there, so under an overhang nothing is ever proven free.
+//! Lengths are mm.
+//!
+//! Modules, each of which imports those above it alone:
 //!
 //! | module | holds |
 //! |---|---|
