@@ -73,8 +73,7 @@
 //! | `separation` | proofs that boxes are farther than a distance from a body |
 //! | `certain` | bodies that are certainly free of a map |
 //!
-//! counts as material there, so under an overhang nothing is ever proven free. Lengths are mm. It
-//! must not know machines.
+//! It must not know machines.
 
 mod certain;
 mod dexel;
