@@ -18,8 +18,11 @@ mod key_limit;
 
 pub use key_limit::KeyLimit;
 
-use schemars::{JsonSchema, generate::SchemaSettings};
+use schemars::generate::SchemaSettings;
+use schemars::transform::RecursiveTransform;
+use schemars::{JsonSchema, Schema};
 use serde::{Serialize, de::DeserializeOwned};
+use serde_json::Value;
 
 /// Fault of a file, with its place and the remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -75,7 +78,7 @@ pub fn from_json<T: DeserializeOwned>(text: &[u8]) -> Result<T, FormatError> {
 ///
 /// # Errors
 /// When a key is unknown or missing, or a value is of the wrong kind.
-pub fn from_value<T: DeserializeOwned>(value: serde_json::Value) -> Result<T, FormatError> {
+pub fn from_value<T: DeserializeOwned>(value: Value) -> Result<T, FormatError> {
     serde_path_to_error::deserialize(value).map_err(|e| format_error(e.path().to_string(), e.inner()))
 }
 
@@ -115,10 +118,38 @@ pub fn to_json<T: Serialize>(value: &T) -> String {
     text
 }
 
-/// JSON Schema (draft 2020-12) of a format, as [`to_json`] writes it.
+/// JSON Schema (draft 2020-12) of a format, as [`to_json`] writes it. Each paragraph of a
+/// description is one line, however the comment that it comes from is wrapped.
 #[must_use]
 pub fn schema<T: JsonSchema>() -> String {
-    to_json(&SchemaSettings::draft2020_12().into_generator().into_root_schema_for::<T>())
+    let settings = SchemaSettings::draft2020_12().with_transform(RecursiveTransform(join_description));
+    to_json(&settings.into_generator().into_root_schema_for::<T>())
+}
+
+/// Joins the lines of the description of a schema.
+fn join_description(schema: &mut Schema) {
+    if let Some(Value::String(text)) = schema.get_mut("description") {
+        *text = joined_paragraphs(text);
+    }
+}
+
+/// Joins the lines of each paragraph by blanks; code between fences, items of lists and rows of
+/// tables keep lines of their own.
+fn joined_paragraphs(text: &str) -> String {
+    let mut joined = String::with_capacity(text.len());
+    let mut in_code = false;
+    let mut continues = false;
+    for line in text.lines() {
+        let fence = line.starts_with("```");
+        let own_line = in_code || fence || line.is_empty() || ["- ", "* ", "|"].iter().any(|m| line.starts_with(m));
+        if !joined.is_empty() {
+            joined.push(if continues && !own_line { ' ' } else { '\n' });
+        }
+        joined.push_str(if in_code { line } else { line.trim() });
+        in_code ^= fence;
+        continues = !in_code && !fence && !line.is_empty();
+    }
+    joined
 }
 
 #[cfg(test)]

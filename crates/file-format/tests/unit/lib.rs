@@ -50,3 +50,31 @@ fn a_value_is_read_as_strictly_as_a_file_and_its_fault_has_no_line() {
 fn byte_order_mark_is_no_part_of_the_file() {
     assert!(from_json::<Outer>(b"\xef\xbb\xbf{\"inner\": []}").is_ok());
 }
+
+/// First line of a paragraph that
+/// goes on here.
+///
+/// - an item
+///   of two lines
+/// - another
+///
+/// ```text
+/// code
+///  indented
+/// ```
+#[derive(JsonSchema)]
+#[expect(dead_code, reason = "only its schema is read")]
+struct Wrapped {
+    /// Angle that is
+    /// described twice.
+    description: f64,
+}
+
+#[test]
+fn a_paragraph_of_a_description_is_one_line_and_lists_and_code_keep_theirs() {
+    let schema: Value = serde_json::from_str(&schema::<Wrapped>()).unwrap();
+    let whole = "First line of a paragraph that goes on here.\n\n- an item of two lines\n- another\n\n```text\ncode\n \
+                 indented\n```";
+    assert_eq!(schema["description"], whole);
+    assert_eq!(schema["properties"]["description"]["description"], "Angle that is described twice.");
+}
