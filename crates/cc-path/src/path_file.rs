@@ -20,15 +20,16 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PathFile {
-    /// Name and version of the format.
+    /// Always `"facemill-path/1"`.
     pub format: PathFormat,
     /// Frame of all points and normals.
     pub frame: PathFrame,
-    /// The passes in cutting order.
+    /// Passes in cutting order.
+    #[schemars(length(min = 1))]
     pub passes: Vec<PassFile>,
 }
 
-/// The versions of the path file that can be read.
+/// Format of a path file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum PathFormat {
     /// The first version.
@@ -44,7 +45,7 @@ pub enum PathFrame {
     /// The workpiece frame, in which everything is planned.
     #[default]
     Work,
-    /// The frame of the drive mesh's file, in mm: the path moves with the part.
+    /// The frame of the drive mesh, in mm with +Z up: the path moves with the part.
     Mesh,
 }
 
@@ -52,10 +53,11 @@ pub enum PathFrame {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PassFile {
-    /// Points on or near the drive surface, mm.
+    /// Points on or near the drive surface, at least two, in cutting order; coordinates up to 1e9.
+    #[schemars(length(min = 2))]
     pub points_mm: Vec<[f64; 3]>,
-    /// One direction out of the material for each point, of any length above zero. Without it the
-    /// surface's normals are taken.
+    /// One direction out of the material for each point, of any length above 0, less than 90° from
+    /// the surface's. Default: the surface's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normals: Option<Vec<[f64; 3]>>,
 }

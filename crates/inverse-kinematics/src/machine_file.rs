@@ -19,28 +19,32 @@ use crate::machine_file::mesh_shape::MeshShapeFile;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MachineFile {
-    /// Name and version of the format.
+    /// Always `"facemill-machine/1"`.
     pub format: MachineFormat,
     /// Name of the machine in reports.
+    #[schemars(length(min = 1))]
     pub name: String,
-    /// Where the numbers come from.
+    /// Source of the numbers.
+    #[schemars(length(min = 1))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
-    /// Values that nobody measured or looked up: typical ones, to be replaced before a program is
-    /// run.
+    /// Typical values that are not those of the machine, to be replaced before a program is run;
+    /// nothing depends on the list, `machine check` prints it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub assumed: Vec<AssumedFile>,
-    /// From the bed to the table, on which the workpiece lies.
+    /// Transforms from the bed to the table. With no rows the workpiece lies on the bed.
     pub workpiece_chain: WorkpieceChain,
-    /// From the bed to the spindle nose, one chain for each head: one, or two that share the axes
-    /// of the workpiece chain.
+    /// Transforms from the bed to the spindle nose: one chain, or one for each of two heads
+    /// (docs/machines.md#two-heads). The frame of the nose has its origin in the centre of its face
+    /// and z into the spindle.
+    #[schemars(length(min = 1, max = 2))]
     pub tool_chains: Vec<ToolChain>,
     /// Bodies that do not move.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bed_bodies: Vec<BodyFile>,
     /// Motion of the control between two programmed positions.
     pub motion: MotionFile,
-    /// Feeds the control can be given.
+    /// Feeds that the control accepts.
     pub feed: FeedFile,
 }
 
@@ -56,7 +60,7 @@ pub enum MachineFormat {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WorkpieceChain {
-    /// From the bed outward.
+    /// Rows from the bed outward.
     pub rows: Vec<DhRow>,
 }
 
@@ -68,10 +72,11 @@ pub struct ToolChain {
     /// Channel of the control that programs this head, from 1.
     #[serde(default = "first_channel")]
     pub channel: u32,
-    /// Tool interface of the spindle nose (HSK-A100, SK 50, Capto C8); nothing depends on it.
+    /// Tool interface of the spindle nose (HSK-A100, SK 50, Capto C8); nothing depends on it,
+    /// `machine check` prints it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool_interface: Option<String>,
-    /// From the bed outward.
+    /// Rows from the bed outward.
     pub rows: Vec<DhRow>,
 }
 
@@ -86,19 +91,21 @@ fn first_channel() -> u32 {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DhRow {
-    /// Offset along the previous x axis, mm.
+    /// Offset along the previous x axis.
     #[serde(default)]
     pub a_mm: f64,
-    /// Turn about the previous x axis, deg.
+    /// Turn about the previous x axis.
+    #[schemars(range(min = -360, max = 360))]
     #[serde(default)]
     pub alpha_deg: f64,
-    /// Offset along this row's z axis, mm.
+    /// Offset along this row's z axis; a prismatic joint adds to it.
     #[serde(default)]
     pub d_mm: f64,
-    /// Turn about this row's z axis, deg.
+    /// Turn about this row's z axis; a revolute joint adds to it.
+    #[schemars(range(min = -360, max = 360))]
     #[serde(default)]
     pub theta_deg: f64,
-    /// Axis that moves along or about this row's z axis.
+    /// Axis that moves along or about this row's z axis. Default: none, the row is fixed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joint: Option<Joint>,
     /// Bodies in this row's frame, moving with its joint.
@@ -120,24 +127,28 @@ pub enum Joint {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PrismaticJoint {
-    /// Address in NC text: X Y Z A B C U V W, with a digit for a second head (X2).
+    /// Address in NC text: one of X Y Z A B C U V W, with a digit 1 to 9 for a second head (X2).
     pub axis: String,
-    /// Whether a positive word moves along +z of the row or against it.
+    /// Direction in which a positive word moves the axis.
     #[serde(default)]
     pub sense: Sense,
-    /// Smallest value, mm.
+    /// Lower end of the travel.
     pub min_mm: f64,
-    /// Largest value, mm.
+    /// Upper end of the travel.
     pub max_mm: f64,
-    /// Home position, mm.
+    /// Home position, within the travel.
     #[serde(default)]
     pub home_mm: f64,
-    /// Largest speed, mm/min.
+    /// Largest speed.
+    #[schemars(range(min = 1, max = 1_000_000))]
     pub max_velocity_mm_min: f64,
-    /// Largest acceleration, mm/s².
+    /// Largest acceleration; without it for every axis, programs are not timed by the time law
+    /// (docs/time-law.md).
+    #[schemars(range(min = 0.1, max = 1_000_000))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_acceleration_mm_s2: Option<f64>,
-    /// Largest jerk, mm/s³.
+    /// Largest jerk; needed as the acceleration is.
+    #[schemars(range(min = 0.1, max = 1e9))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_jerk_mm_s3: Option<f64>,
 }
@@ -146,32 +157,39 @@ pub struct PrismaticJoint {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RevoluteJoint {
-    /// Address in NC text: X Y Z A B C U V W, with a digit for a second head (B2).
+    /// Address in NC text: one of X Y Z A B C U V W, with a digit 1 to 9 for a second head (B2).
     pub axis: String,
-    /// Whether a positive word turns the link right-handed about +z of the row or against it. By
-    /// ISO 841 axes describe the tool's motion relative to a still workpiece, so a table that turns
-    /// about a row with z up is negative.
+    /// Direction in which a positive word turns the link. By ISO 841 axes describe the tool's
+    /// motion relative to a still workpiece, so a table that turns about a row with z up is
+    /// `negative`.
     #[serde(default)]
     pub sense: Sense,
-    /// How far the axis turns.
+    /// Travel.
     pub range: RevoluteRange,
-    /// How an endless axis reads the words of a program. Without it words wind on, and runs of
-    /// programs on which that matters say that they rest on it.
+    /// How the control takes a word of an endless axis. Without it words wind on, and runs on which
+    /// that matters list it as an assumption.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rollover: Option<Rollover>,
-    /// How many turns an endless axis may wind away from home, for its cables or its counter; links
-    /// turn it back.
+    /// Largest number of turns that an endless axis may be from home, for its cables or its
+    /// counter: plans turn it back on links, and programs that go beyond have an `axis_limit`. Not
+    /// with rollover.
+    #[schemars(range(min = 1, max = 1_000))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_wind_up_turns: Option<f64>,
-    /// Home position, deg.
+    /// Home position, within the travel.
+    #[schemars(range(min = -360_000, max = 360_000))]
     #[serde(default)]
     pub home_deg: f64,
-    /// Largest speed, deg/min.
+    /// Largest speed.
+    #[schemars(range(min = 1, max = 10_000_000))]
     pub max_velocity_deg_min: f64,
-    /// Largest acceleration, deg/s².
+    /// Largest acceleration; without it for every axis, programs are not timed by the time law
+    /// (docs/time-law.md).
+    #[schemars(range(min = 0.01, max = 1_000_000))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_acceleration_deg_s2: Option<f64>,
-    /// Largest jerk, deg/s³.
+    /// Largest jerk; needed as the acceleration is.
+    #[schemars(range(min = 0.01, max = 1e9))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_jerk_deg_s3: Option<f64>,
 }
@@ -202,12 +220,14 @@ impl Sense {
 pub enum RevoluteRange {
     /// Between two stops.
     Limited {
-        /// Smallest value, deg.
+        /// Lower end of the travel.
+        #[schemars(range(min = -360_000, max = 360_000))]
         min_deg: f64,
-        /// Largest value, deg.
+        /// Upper end of the travel.
+        #[schemars(range(min = -360_000, max = 360_000))]
         max_deg: f64,
     },
-    /// On and on.
+    /// Without stops.
     Endless,
 }
 
@@ -216,16 +236,19 @@ pub enum RevoluteRange {
 #[serde(deny_unknown_fields)]
 pub struct BodyFile {
     /// Name in findings.
+    #[schemars(length(min = 1))]
     pub name: String,
     /// Shape in the body's own frame.
     pub shape: ShapeFile,
-    /// Origin of the body's frame in the link's frame, mm.
+    /// Origin of the body's frame in the link's frame.
     #[serde(default)]
     pub position_mm: [f64; 3],
-    /// Turns of the body's frame about the link's fixed x, then y, then z axis, deg.
+    /// Turns of the body's frame about the link's fixed x, then y, then z axis.
+    #[schemars(inner(range(min = -360, max = 360)))]
     #[serde(default)]
     pub rotation_xyz_deg: [f64; 3],
-    /// Distance that everything keeps from the body, mm.
+    /// Distance that everything keeps from the body.
+    #[schemars(range(min = 0))]
     #[serde(default)]
     pub clearance_mm: f64,
 }
@@ -236,26 +259,32 @@ pub struct BodyFile {
 pub enum ShapeFile {
     /// Box about the origin.
     Box {
-        /// Edge lengths along x, y, z, mm.
+        /// Edge lengths along x, y, z, each above 0.
         size_mm: [f64; 3],
     },
     /// Cylinder about z, from z = 0 up.
     Cylinder {
-        /// Radius, mm.
+        /// Radius.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         radius_mm: f64,
-        /// Height, mm.
+        /// Height.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         height_mm: f64,
     },
     /// Frustum about z, from z = 0 up.
     Frustum {
-        /// Radius at z = 0, mm.
+        /// Radius at z = 0.
+        #[schemars(range(min = 0))]
         radius_low_mm: f64,
-        /// Radius at the upper end, mm.
+        /// Radius at the upper end.
+        #[schemars(range(min = 0))]
         radius_high_mm: f64,
-        /// Height, mm.
+        /// Height.
+        #[schemars(extend("exclusiveMinimum" = 0))]
         height_mm: f64,
     },
-    /// Convex hull of a mesh, in the mesh's frame.
+    /// Convex hull of a mesh, in the mesh's frame (docs/machines.md#bodies-from-meshes). The hull
+    /// encloses the mesh, so a body that is clear of it is clear of the mesh.
     Mesh(MeshShapeFile),
 }
 
@@ -263,11 +292,14 @@ pub enum ShapeFile {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MotionFile {
-    /// In cutting moves.
+    /// Motion in cutting moves.
     pub cutting: CuttingLawFile,
-    /// In rapids.
+    /// Motion in rapids. Under RTCP some controls keep the tip on a line instead, as in cuts: the
+    /// dialect (docs/dialects.md#motion-law) says which.
     pub rapid: RapidLawFile,
-    /// How far smoothing and blending may take the control from either.
+    /// Largest deviation by smoothing and blending; part of the error budget, and the tolerance
+    /// within which the time law (docs/time-law.md#in-plans-and-new-feeds) blends corners (0: it
+    /// stops there). Default: 0, 0.
     #[serde(default)]
     pub control_tolerance: ControlToleranceFile,
 }
@@ -299,9 +331,11 @@ pub enum RapidLawFile {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ControlToleranceFile {
-    /// Deviation of the tip, mm.
+    /// Deviation of the tip.
+    #[schemars(range(min = 0, max = 10))]
     pub path_mm: f64,
-    /// Deviation of the tool axis, deg.
+    /// Deviation of the tool axis.
+    #[schemars(range(min = 0, max = 5))]
     pub orientation_deg: f64,
 }
 
@@ -309,12 +343,15 @@ pub struct ControlToleranceFile {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FeedFile {
-    /// Smallest F, mm/min.
+    /// Smallest F.
+    #[schemars(range(min = 0.001, max = 1_000_000))]
     pub min_mm_min: f64,
-    /// Largest F, mm/min.
+    /// Largest F.
+    #[schemars(range(min = 0.001, max = 1_000_000))]
     pub max_mm_min: f64,
-    /// Feed of linear rapids, mm/min over all axes with 1 deg as 1 mm; without it the axis speeds
-    /// alone limit rapids.
+    /// Feed of linear rapids over all axes with 1 deg as 1 mm. Without it axis speeds alone limit
+    /// rapids.
+    #[schemars(range(min = 1, max = 1_000_000))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rapid_mm_min: Option<f64>,
 }

@@ -119,12 +119,12 @@ pub struct CutVectors {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FeedMode {
-    /// mm/min as the Euclidean norm over all axes with 1 deg counted as 1 mm (FEED (1), (2)).
+    /// mm/min as the Euclidean norm over all axes with 1 deg counted as 1 mm.
     #[default]
     G94,
     /// Inverse time: 1/min, the reciprocal of the block's duration; given in every block.
     G93,
-    /// mm/min of the tool tip, under RTCP; the words are the tip's.
+    /// mm/min of the tool tip under RTCP (G43.4); the words are the tip's.
     Rtcp,
 }
 

@@ -11,7 +11,7 @@ use crate::tool_file::{Section, Stack};
 /// The value of a holder file's `format` key.
 pub const HOLDERS_FORMAT: &str = "facemill-holders/1";
 
-/// The `format` key: only [`HOLDERS_FORMAT`] is read.
+/// Format of a holder file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum HoldersFormatTag {
     /// `facemill-holders/1`.
@@ -20,13 +20,14 @@ pub enum HoldersFormatTag {
     V1,
 }
 
-/// A file of holders as written. [`HolderLibrary::new`] checks its numbers.
+/// Holders to choose from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HoldersFile {
-    /// `"facemill-holders/1"`.
+    /// Always `"facemill-holders/1"`.
     pub format: HoldersFormatTag,
-    /// The holders, in any order.
+    /// Holders, in any order.
+    #[schemars(length(min = 1))]
     pub holders: Vec<HolderFile>,
 }
 
@@ -34,19 +35,25 @@ pub struct HoldersFile {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HolderFile {
-    /// Name in reports.
+    /// Name in reports; no two holders have the same.
     pub name: String,
-    /// Diameter of the shank that it takes: that of the topmost section of a tool's body.
+    /// Diameter of the shank that it takes: within 0.05 mm that of the topmost section of the
+    /// tool's `body`.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 10_000))]
     pub bore_mm: f64,
-    /// Shortest and longest distance from the tip to its nose at which it holds the tool safely.
+    /// Shortest and longest distance from the tip to its nose at which it holds the tool safely,
+    /// each above 0.
+    #[schemars(inner(range(min = 0, max = 10_000)))]
     pub stick_out_mm: [f64; 2],
-    /// From its nose to the gauge line (spindle face).
+    /// Distance from its nose to the gauge line (spindle face).
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 10_000))]
     pub projection_mm: f64,
     /// Distance that it keeps from part, fixture and stock.
+    #[schemars(range(min = 0, max = 10_000))]
     pub clearance_mm: f64,
-    /// From its nose upward, at least to the gauge line.
+    /// Sections from its nose upward, at least to the gauge line, as in a tool file.
     pub sections: Vec<Section>,
-    /// Where its dimensions are from.
+    /// Source of its dimensions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
 }

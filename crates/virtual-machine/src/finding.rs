@@ -16,19 +16,21 @@ pub struct Verification {
     /// One for each episode of contact or fault, sorted by first line, then kind.
     pub findings: Vec<Finding>,
     /// Deepest place of the cutter below the allowance of a part, check surface or fixture in a
-    /// cutting move, also where it is within the limit; `None` where it was nowhere below.
+    /// cutting move, also where it is within the limit; `null` where it was nowhere below.
     pub largest_gouge: Option<GougePlace>,
-    /// The same for each section of the settings, in their order.
+    /// Deepest place of the cutter in each section of the program that has a limit of its own (an
+    /// operation), in program order.
     pub sections: Vec<SectionGouge>,
     /// Nearest that a non-cutting body came to a part, check surface or fixture, or to a body of
     /// the machine that stands still against the workpiece or is the other head's, over all tested
     /// positions.
     pub smallest_clearance: Option<ClearancePlace>,
-    /// Bounds between the tested positions; absent of an estimate, which has none.
+    /// Bounds between the tested positions (docs/method.md#virtual-machine); absent of an estimate,
+    /// which has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub between: Option<BetweenPositions>,
-    /// That this is an estimate ([`Estimate`](crate::motion::setup::Estimate)), of so few positions
-    /// and of the edges of bodies: that nothing is found proves nothing. Absent where it is none.
+    /// Distances of the positions of an estimate: that so few positions, and edges of bodies, show
+    /// no finding proves nothing (docs/method.md#the-fast-mode). Absent of a full run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub estimate: Option<EstimatedPositions>,
     /// How far each rotary axis without stops winds, over all that is run.
@@ -57,9 +59,9 @@ impl Verification {
 pub struct WindUp {
     /// Its address.
     pub axis: String,
-    /// Least value on the machine's scale, deg.
+    /// Least value on the machine's scale, counted on over 360°.
     pub least_deg: f64,
-    /// Greatest value on it, deg.
+    /// Greatest value on it.
     pub greatest_deg: f64,
     /// Turns between both.
     pub turns: f64,
@@ -106,7 +108,7 @@ pub struct SectionGouge {
     pub first_line: u32,
     /// Depth beyond which it is a finding, mm.
     pub gouge_limit_mm: f64,
-    /// Deepest place in its cutting moves, also where it is within the limit; `None` where it was
+    /// Deepest place in its cutting moves, also where it is within the limit; `null` where it was
     /// nowhere below.
     pub largest_gouge: Option<GougePlace>,
 }
@@ -140,7 +142,7 @@ pub struct ClearancePlace {
     pub place_work_mm: [f64; 3],
 }
 
-/// One episode: the same thing on blocks that follow each other, told by its worst position.
+/// One episode: the same fault on consecutive blocks, with the values of its worst position.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct Finding {
     /// Kind of the fault.
@@ -151,8 +153,8 @@ pub struct Finding {
     pub last_line: u32,
     /// Line it is worst on.
     pub worst_line: u32,
-    /// How often it begins between these lines: once, but where findings of one fault are told as
-    /// one (`merge_findings`).
+    /// Number of times that it begins between these lines: 1, except for merged findings of one
+    /// fault. Absent if 1.
     #[serde(skip_serializing_if = "is_one")]
     pub episodes: usize,
     /// Number (N) of that block.
@@ -168,19 +170,19 @@ pub struct Finding {
     /// The axis.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub axis: Option<String>,
-    /// How bad it is at its worst.
+    /// Size of the fault at its worst, one number under its key, such as `{"depth_mm": 0.12}`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measure: Option<Measure>,
     /// Contact point, workpiece frame, mm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub place_work_mm: Option<[f64; 3]>,
-    /// Where tool and axes are; at the start of the block where the text alone is at fault, and
-    /// only where that is known.
+    /// Workpiece and machine coordinates where it is worst; of faults of the text at the start of
+    /// the block, and absent where the text leaves open where an axis is.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pose: Option<Pose>,
-    /// When it happens, s since the start of the program: rapids at the axes' largest velocities
-    /// and cuts at their programmed feeds, as [`Verification::cutting_time_s`] and
-    /// [`Verification::rapid_time_s`] count. Of lines that are not run there is none.
+    /// Time when it happens, s since the start of the program: rapids at the axes' largest
+    /// velocities and cuts at their programmed feeds, without acceleration. Absent for lines that
+    /// are not run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub time_s: Option<f64>,
     /// Further explanation.
@@ -244,93 +246,132 @@ pub struct AxisReading {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum FindingKind {
-    /// The cutter below an obstacle's allowance in a cutting move.
+    /// The cutter below an obstacle's allowance in a cutting move, by more than the budget.
+    /// Measure: `depth_mm`.
     Gouge,
     /// A body of the machine within its clearance of an obstacle or the stock on it, or of another
-    /// body of the machine; the cutter within that of a body of the machine.
+    /// body of the machine; the cutter within that of a body of the machine. Measure:
+    /// `distance_mm`; `depth_mm` for the cutter.
     Collision,
-    /// A non-cutting body of the tool assembly within its clearance of an obstacle, the stock on
-    /// it, or a body of the machine.
+    /// Cutter body or holder within its clearance of an obstacle, the stock on it, or a body of the
+    /// machine. Measure: `distance_mm`.
     HolderCollision,
-    /// The cutter in an obstacle, or in the stock on it, or within the clearance of a body of the
-    /// machine, in a rapid.
+    /// The cutter in an obstacle, the stock on it, or the clearance of a body of the machine, in a
+    /// rapid. Measure: `depth_mm`.
     RapidCollision,
-    /// A non-cutting body near its clearance, inside or outside.
+    /// A non-cutting body inside its clearance by no more than 0.1 mm. No fault. Measure:
+    /// `distance_mm`.
     NearMiss,
-    /// An axis beyond its limits.
+    /// An axis beyond its limits. A motion that starts or ends there is not run, from its block to
+    /// the one that leads back: no machine goes there, and what follows is not known. Measure:
+    /// `excess_mm` or `excess_deg`.
     AxisLimit,
-    /// The programmed feed needs an axis to be faster than it can be.
+    /// The programmed feed needs an axis to be faster than it can be, by more than 2 %. Measure:
+    /// `velocity_ratio`.
     AxisSpike,
-    /// The axes cannot follow the programmed motion.
+    /// The axes cannot follow the programmed motion: the tip, or a tool vector that is turned,
+    /// leads them beyond their reach, or would have them jump to another branch or winding.
     ReachFailure,
-    /// A rotary axis turns far in one cutting block while the tool axis is near the pole, where
-    /// small turns of the tool need large ones of the axis.
+    /// A rotary axis turns in one cutting block by more than 10° farther than the tool axis does,
+    /// and the tool axis comes within 1° of the pole, where it is parallel to the first rotary axis
+    /// and small turns of it need large ones of the axis. No fault: the motion is followed as every
+    /// other is, and excessive speed or reach has findings of its own. On the pole itself, where
+    /// the tool axis stands still, any turn is free. Measure: `turn_deg`.
     Singularity,
-    /// A rotary axis turns by more than half a turn in one cutting block: it turns back, or goes
-    /// the long way round, in the cut.
+    /// A rotary axis turns by more than half a turn in one cutting block: it turns back in the cut,
+    /// or goes the long way round, and a control that takes the nearest way turns it the other way.
+    /// Where a long turn is meant, write it as blocks of less than half a turn. Measure:
+    /// `turn_deg`.
     Rewind,
-    /// The same in a rapid between cuts.
+    /// The same in a rapid between two cuts. No fault: collisions on the way have findings of their
+    /// own. Measure: `turn_deg`.
     LinkRewind,
-    /// The cutter takes more at a time than the job's removal rate allows.
+    /// With `--stock-cell-mm`: the cutter takes more at a time than the largest `removal_rate` of
+    /// the setup's operations (where each has one), by more than 10 %, over the last way of half
+    /// its radius or ten cells. Blocks whose tip is no faster than the job's
+    /// `removal_rate.min_mm_min` and `approach_mm_min` may take any amount; runs shorter than that
+    /// way are not judged. Stock deeper than the flute is a `holder_collision`. Measure:
+    /// `removal_ratio`.
     OverEngagement,
-    /// The cutter goes down into stock more steeply than it may.
+    /// The cutter goes down into stock more steeply than it may, by more than 0.1°. Measure:
+    /// `angle_deg`.
     RampTooSteep,
-    /// The core of the cutter, which does not cut, in stock that has not been removed before,
-    /// deeper than its recess.
+    /// The middle of the cutter, which does not cut, in stock that the rest of it has not removed
+    /// before, deeper than its recess: a plunge, a steep entry, or the low edge behind
+    /// (docs/method.md#virtual-machine). Measure: `depth_mm`, of the recess' end in the stock.
     DeadCore,
-    /// Length compensation or RTCP is cancelled where the control may move the axis by the tool's
-    /// length.
+    /// Length compensation or RTCP is cancelled (`G49`, `H0`) in a block that does not say where
+    /// the axis goes, away from the spindle axis' reference position: some controls move it by the
+    /// tool's length.
     UnsafeCancel,
-    /// A cutting move without a feed.
+    /// A cutting move without a feed, or one whose F counts axes in a way that is not known
+    /// (FGROUP).
     NoFeed,
-    /// The program does not say where an axis is, so the motion was not tested.
+    /// The program does not say where an axis is, switches RTCP on over a turned table, or names a
+    /// tool vector for which no one position is clear (docs/dialects.md#tool-vectors), so the
+    /// motion is not known.
     UnknownPosition,
     /// The program says that it was computed for a tool of another length.
     OtherToolLength,
-    /// The length of another register than the tool's, or of none, is taken.
+    /// Length compensation or RTCP with another register (`H`; on 840D `D`, in our programs 1; on
+    /// Heidenhain the number of the tool) than the tool's, or with none; on 840D also a length in
+    /// force without `D` behind the tool change; with two heads also one that does not say on which
+    /// axis it acts.
     OtherLengthRegister,
-    /// A feed move without a tool in the spindle.
+    /// A feed move without a tool in the spindle: no `T` and `M6` before.
     NoTool,
-    /// A tool change while the axis along the spindle is not at its reference position.
+    /// `M6` while the axis along the spindle is not at its reference position (`G91 G28` in a block
+    /// before).
     UnsafeToolChange,
-    /// A feed move while the spindle stands still or has no speed.
+    /// A feed move without the spindle: no `M3` or `M4` in a block before it, none since `M5`,
+    /// `M19` or `M6`, or no `S` above 0.
     SpindleOff,
-    /// A feed move while the spindle turns against the tool's sense.
+    /// A feed move with the spindle against the tool's `spindle_rotation`.
     SpindleSense,
-    /// A feed move with a faster tip than any that the job asks for, or one that cuts, than it asks
-    /// for in cuts.
+    /// `verify` of a job: a feed move in which the tip goes faster at the programmed F than any
+    /// feed of the setup's operations, by more than 1 % and rounding of words; where the stock is
+    /// cut, one that certainly cuts, faster than any of their cuts. Measure: `feed_ratio`.
     FeedAboveJob,
-    /// Cutting moves with the spindle at another speed than those that the job asks for.
+    /// `verify` of a job: cuts with `S` other than the spindle speeds of the setup's operations, at
+    /// the line of the `S`.
     OtherSpindleSpeed,
-    /// A length, angle or feed without a decimal point, which controls may count in their least
-    /// increments.
+    /// An axis word or a feed without a decimal point, such as `Z500`: without calculator-type
+    /// input that is 0.5 mm.
     NoDecimalPoint,
-    /// Macro text that may skip, repeat or stop what follows.
+    /// `IF`, `GOTO`, `WHILE` or an alarm that may skip, repeat or stop what follows; only a check
+    /// that goes over its own alarm (`IF … GOTO n`, `#3000=…`, `N n`; `FN 12: IF … GOTO LBL 9`, `FN
+    /// 14: …`, `LBL 9`) is followed, and a Heidenhain branch whose values say that it does not
+    /// jump.
     Branch,
-    /// A line that a switch on the control may skip (`/`), which moves axes or changes what later
-    /// blocks depend on.
+    /// A line with `/` that has more than stops, coolant, dwells and comments: a switch on the
+    /// control decides whether it is run.
     SkippableBlock,
-    /// Text behind the end of the program, which is not run.
+    /// Lines behind the end mark `%`, `M2` or `M30`: they are not run.
     BehindEnd,
-    /// A block whose effect on the axes is not known, or that is not simulated.
+    /// A block whose effect is not known or that is not simulated; one that turns an axis more than
+    /// 200 times (50 in a cut) while others move, or 500 times together with such blocks before it.
     UnknownBlock,
-    /// A function (M, or H of Siemens) that the dialect file does not name as harmless: it may
-    /// move, call or change anything.
+    /// An M function (or H of 840D) that neither the reader follows nor `harmless_functions` of the
+    /// dialect file (docs/dialects.md#functions) names, once for each: it may move, call or change
+    /// anything, and nothing behind it is certified.
     UnknownFunction,
-    /// The text chooses another motion between positions, or more smoothing, than the machine file
-    /// states and is simulated.
+    /// The text chooses another motion between positions than the machine file states and the run
+    /// takes: ORIAXES, ORIVECT, RTLIOF, compressors (Siemens), PATHCTRL (Heidenhain); or more
+    /// smoothing than `motion.control_tolerance`: CYCLE832, ADIS, CTOL, OTOL, ATOL, STOLF above 1,
+    /// cycle 32, G64 P and Q, G187 E.
     OtherMotion,
-    /// RTCP is on where other axes than the spindle's go to machine positions, or where the program
-    /// ends.
+    /// RTCP is on where other axes than the spindle's go home, or where the program ends.
     RtcpLeftOn,
-    /// A tool or normal vector that is none of length 1, on a control that takes it as it stands.
+    /// A vector of LN that is not of length 1 within 0.001.
     NotUnitVector,
-    /// More material left on the surface that is asked for than the job allows.
+    /// `verify` of a job: more material left on the region of an operation than the job allows
+    /// (docs/formats.md#material-left). Measure: `height_mm`.
     Excess,
-    /// A cutting move whose normal vector (NX NY NZ of LN) points away from the tool, or is not
-    /// that of the surface which the cutter is at.
+    /// NX NY NZ of a cutting LN point away from the tool's axis (more than 91.1° from it), or are
+    /// turned by more than 30° from the part's normal where the cutter is at the part
+    /// (docs/method.md#virtual-machine). Measure: `angle_deg`.
     OtherNormal,
-    /// The text stops without a word that ends the program.
+    /// The program says nowhere that it ends: no M30, M2, M17, M99, END PGM; `%` is no end.
     NoEnd,
 }
 
@@ -339,12 +380,12 @@ pub enum FindingKind {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum Measure {
-    /// Depth of the cutter below allowance or stock, mm; of its core below the stock's surface
-    /// where its recess ends.
+    /// Depth of the cutter below allowance or stock; of its core below the stock's surface where
+    /// its recess ends.
     DepthMm(f64),
-    /// Distance of the body as it is from the obstacle's mesh, mm; 0 where they overlap.
+    /// Distance of the body as it is from the obstacle's mesh; 0 where they overlap.
     DistanceMm(f64),
-    /// Height of material that is left on the surface, mm.
+    /// Height of material that is left on the surface.
     HeightMm(f64),
     /// Way of a linear axis beyond its limit.
     ExcessMm(f64),

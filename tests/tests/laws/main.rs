@@ -4,5 +4,6 @@
 mod across_rooms;
 mod circles;
 mod closed_forms;
+mod key_ranges;
 mod rooms;
 mod verdicts;

@@ -8,73 +8,74 @@ use crate::region::{NormalCone, Region};
 use crate::strategy::settings::require;
 use crate::strategy::{CylindricalSections, ParallelPlanes, Strategy};
 
-/// A [`Strategy`] as a job file has it: `{"parallel_planes": {…}}` or `{"cylindrical_sections":
-/// {…}}`.
+/// Arrangement of passes: `{"parallel_planes": {…}}` or `{"cylindrical_sections": {…}}`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StrategyFile {
-    /// Sections by parallel planes.
+    /// Sections by parallel planes; the level is the distance along their normal.
     ParallelPlanes(ParallelPlanesFile),
-    /// Sections by coaxial cylinders.
+    /// Sections by coaxial cylinders; the level is the radius.
     CylindricalSections(CylindricalSectionsFile),
 }
 
-/// [`ParallelPlanes`] as a job file has them.
+/// Sections by parallel planes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ParallelPlanesFile {
-    /// Direction across the passes, workpiece frame; of any length above zero.
+    /// Direction across the passes, workpiece frame; of any length above 0.
     pub normal: [f64; 3],
-    /// Point of the plane that levels are counted from; the workpiece origin where there is none.
+    /// Point of the plane that levels are counted from, workpiece frame.
     #[serde(default)]
     pub origin_mm: [f64; 3],
-    /// Distance from it, along the normal, of the first plane; the region's border where there is
-    /// none.
+    /// First level. Default: the region's border.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from_mm: Option<f64>,
-    /// Distance of the last plane; the region's border where there is none.
+    /// Last level, not below the first. Default: the region's border.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub to_mm: Option<f64>,
 }
 
-/// [`CylindricalSections`] as a job file has them.
+/// Sections by coaxial cylinders.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CylindricalSectionsFile {
-    /// Point of the axis, workpiece frame; the workpiece origin where there is none.
+    /// Point of the axis, workpiece frame.
     #[serde(default)]
     pub axis_origin_mm: [f64; 3],
-    /// Direction of the axis; of any length above zero.
+    /// Direction of the axis; of any length above 0.
     pub axis_direction: [f64; 3],
     /// Smallest radius to be cut.
+    #[schemars(range(min = 0))]
     pub from_radius_mm: f64,
-    /// Largest radius to be cut; passes end at the region's border before.
+    /// Largest radius to be cut, not below the smallest; passes end at the region's border before.
+    #[schemars(range(min = 0))]
     pub to_radius_mm: f64,
 }
 
-/// A [`Region`] as a job file has it; all conditions must hold, and without any it is the whole
-/// drive surface.
+/// Region of the drive surface; all conditions must hold, and without any it is the whole drive
+/// surface.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RegionFile {
-    /// Names of mesh groups.
+    /// Names of mesh groups, in full. Default: all of the drive surface.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub groups: Option<Vec<String>>,
     /// Directions that the normals of the triangles must lie in.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal_cone: Option<NormalConeFile>,
-    /// Box that the passes must lie in.
+    /// Box that the passes must lie in, workpiece frame.
     #[serde(rename = "box", default, skip_serializing_if = "Option::is_none")]
     pub bounds: Option<BoxFile>,
 }
 
-/// [`NormalCone`] as a job file has it.
+/// Directions within an angle of an axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct NormalConeFile {
-    /// Middle of the cone, workpiece frame; of any length above zero.
+    /// Middle of the cone, workpiece frame; of any length above 0.
     pub axis: [f64; 3],
-    /// Largest angle from it, above 0 and up to 180.
+    /// Largest angle from it.
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 180))]
     pub half_angle_deg: f64,
 }
 
@@ -84,7 +85,7 @@ pub struct NormalConeFile {
 pub struct BoxFile {
     /// Smallest coordinates.
     pub min_mm: [f64; 3],
-    /// Largest coordinates.
+    /// Largest coordinates, not below the smallest.
     pub max_mm: [f64; 3],
 }
 

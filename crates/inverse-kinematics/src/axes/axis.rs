@@ -167,13 +167,13 @@ impl Axis {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Rollover {
-    /// Words wind on: the axis turns back by 340 deg.
+    /// Words wind on: behind `C350.` a `C10.` turns the axis back by 340°.
     None,
-    /// Words count to 360 deg, and the axis goes the shorter way: on by 20 deg. By half a turn it
-    /// goes on.
+    /// Words count to 360°, and the axis goes the shorter way: on by 20°. Half a turn goes on;
+    /// controls differ there, so runs list it under `assumptions`.
     Shortest,
-    /// Words count to 360 deg, and their sign says which way round: `C10.` is on by 20 deg, `C-10.`
-    /// back by 340 deg, to the same place.
+    /// Words count to 360°, and their sign gives the sense: `C10.` goes on by 20°, `C-10.` back by
+    /// 340° to the same place.
     SignDirected,
 }
 

@@ -7,9 +7,10 @@ use crate::machine_file::{Joint, MachineFile};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AssumedFile {
-    /// Which values.
+    /// Kind of the values.
     pub value: AssumedValue,
-    /// Addresses of the axes they belong to; none: all axes, or the machine as a whole.
+    /// Addresses of the axes that they belong to; not with `bodies`, `motion` and `feed`. Default:
+    /// all axes, or the machine as a whole.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub axes: Vec<String>,
 }

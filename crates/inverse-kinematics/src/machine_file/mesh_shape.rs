@@ -13,13 +13,14 @@ use crate::machine_file::{BodyFile, DhRow, MachineFile, ShapeFile};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshShapeFile {
-    /// Mesh file (OBJ, STL, glTF, GLB), relative to the machine file.
+    /// Mesh file (OBJ, STL, glTF, GLB), relative to the machine file; glTF is turned from y up to z
+    /// up.
+    #[schemars(length(min = 1))]
     pub file: String,
-    /// Unit of the file; metre for glTF and millimetre for others where the key is missing.
+    /// Unit of the file. Default: metre for glTF, else millimetre.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<MeshUnitFile>,
-    /// Groups that are meant, together one hull; `*` stands for any run of characters. All, where
-    /// the key is missing.
+    /// Groups to use, together one hull; `*` matches any run of characters. Default: all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub groups: Option<Vec<String>>,
     /// The hull. The text of a machine file does not have it: [`MachineFile::with_hulls`] puts it
@@ -32,13 +33,13 @@ pub struct MeshShapeFile {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MeshUnitFile {
-    /// m
+    /// 1000 mm.
     Metre,
-    /// cm
+    /// 10 mm.
     Centimetre,
-    /// mm
+    /// 1 mm.
     Millimetre,
-    /// 25.4 mm
+    /// 25.4 mm.
     Inch,
 }
 

@@ -14,21 +14,24 @@ pub const JOB_FORMAT: &str = "facemill-job/1";
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct JobFile {
-    /// Always "facemill-job/1".
+    /// Always `"facemill-job/1"`.
     pub format: String,
     /// Name of the job; the program carries it as a comment.
     pub name: String,
-    /// Tool file, relative to the job file.
+    /// Tool file, relative to the job file; on a machine with two heads that of head 1.
     pub tool: String,
-    /// Tool file of the second head, on a machine with two, relative to the job file; its number
-    /// and length register must not be those of the first head's tool.
+    /// Tool file of head 2, relative to the job file: required on a machine with two heads, refused
+    /// on any other. Its `number` and `length_register` must not be those of the first tool.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_tool: Option<String>,
     /// Machine file, relative to the job file.
     pub machine: String,
-    /// Setups in the order they are machined; each gets a program of its own.
+    /// Setups (clampings) in the order they are machined; each gets a program of its own. Each
+    /// needs an operation, and their names must differ.
+    #[schemars(length(min = 1))]
     pub setups: Vec<SetupFile>,
     /// Operations in the order they are machined.
+    #[schemars(length(min = 1))]
     pub operations: Vec<OperationFile>,
     /// Operations that two heads machine at the same time.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -38,7 +41,7 @@ pub struct JobFile {
     /// Limits of the axes that the feeds of cutting moves keep.
     #[serde(default)]
     pub feeds_within: FeedsWithin,
-    /// How the written programs are verified.
+    /// How the programs of `plan` are verified. `plan --no-verify` leaves all verification out.
     #[serde(default)]
     pub verification: VerificationSettingsFile,
 }
@@ -48,14 +51,19 @@ pub struct JobFile {
 #[serde(deny_unknown_fields, default)]
 pub struct VerificationSettingsFile {
     /// Cut the stock of every setup as its program goes, and report collisions with the stock as it
-    /// then is.
+    /// then is, besides those with the initial stock. Contacts of machine bodies with the initial
+    /// stock alone are no finding, unless the setup begins with the rest of another one.
     pub cut_stock: bool,
-    /// Distance of the lines that the stock is made of. Default: 200 lines along the longer side of
-    /// the region that the operations cut, no less than 1 mm apart, and close enough for the rapid
-    /// clearance.
+    /// Distance of the lines that the stock is made of (docs/dexel.md); `plan --stock-cell-mm`
+    /// overrides it. Default: by the region. That is 200 lines along the longer side of the region
+    /// that the operations cut, no less than 1 mm apart, and close enough for half the diagonal of
+    /// a cell to be within 0.85 of `rapid_clearance_mm`; with more than 1,000 lines the stock is
+    /// not cut, and the report says so.
+    #[schemars(range(min = 0.001, max = 1_000))]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stock_cell_mm: Option<f64>,
     /// Largest error of the cut stock on every line.
+    #[schemars(range(min = 0.0001, max = 0.5))]
     pub stock_tolerance_mm: f64,
 }
 
@@ -72,8 +80,9 @@ pub enum FeedsWithin {
     /// Largest velocity of each axis; the control slows down where the axes cannot accelerate so
     /// fast.
     Velocity,
-    /// Velocity, acceleration and jerk of each axis: each block has the largest speed that the axes
-    /// reach in it. If the machine file lacks a limit, as `velocity`.
+    /// Velocity, acceleration and jerk of each axis: each cutting block has the largest speed that
+    /// the axes reach in it by the time law of the whole program
+    /// (docs/time-law.md#in-plans-and-new-feeds). If the machine file lacks a limit, as `velocity`.
     #[default]
     Acceleration,
 }
@@ -84,25 +93,29 @@ pub enum FeedsWithin {
 pub struct SetupFile {
     /// Name; operations refer to it.
     pub name: String,
-    /// Pose of the part (the meshes' frame) in the workpiece frame.
+    /// Pose of the part (the meshes' frame) in the workpiece frame. Default: identity.
     #[serde(default)]
     pub work_from_part: PoseFile,
-    /// Pose of the workpiece frame on the machine's table: how the part is mounted.
+    /// Pose of the workpiece frame on the machine's table: how the part is mounted. Default:
+    /// identity.
     #[serde(default)]
     pub table_from_work: PoseFile,
-    /// Work offset that the program runs under.
+    /// Work offset that the program runs under. Default: `G54`, all 0.
     #[serde(default)]
     pub work_offset: WorkOffsetFile,
-    /// Meshes with their roles.
+    /// Meshes with their roles; at least one has the role `drive`.
+    #[schemars(length(min = 1))]
     pub meshes: Vec<MeshFile>,
-    /// The material on the part before machining.
+    /// Material on the part before machining.
     pub stock: StockFile,
-    /// Surface outside of which rapids are free.
+    /// Surface outside of which rapids are free; the whole workpiece must lie inside.
     pub clearance: ClearanceFile,
-    /// Clearance surface of the second head of a machine with two; default: that of the first head.
+    /// Clearance surface of head 2 of a machine with two; refused on any other. Default: as
+    /// `clearance`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub second_clearance: Option<ClearanceFile>,
     /// Distance that the whole tool keeps from part, stock and fixtures in rapids.
+    #[schemars(range(min = 0.001, max = 1_000))]
     #[serde(default = "default_rapid_clearance_mm")]
     pub rapid_clearance_mm: f64,
     /// Links from one pass to the next.
@@ -114,12 +127,13 @@ pub struct SetupFile {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct LinksFile {
-    /// Replace each link by the fastest one that is found and proven free, if the stock is cut;
-    /// else links go over the clearance surface.
+    /// Replace each link by the fastest one that is found and proven free
+    /// (docs/rapids.md#in-plans), if the stock is cut; else links go over the clearance surface.
     pub shorten: bool,
-    /// Stock from which links keep the rapid clearance.
+    /// Stock that shortened links avoid.
     pub stock: LinkStockFile,
-    /// Order in which the pieces of an operation's passes are cut.
+    /// Order in which the pieces of an operation's passes are cut. Machines with two heads:
+    /// `as_laid`.
     pub order: PassOrderFile,
 }
 
@@ -138,7 +152,8 @@ pub enum LinkStockFile {
     #[default]
     AtFirst,
     /// The stock as it is at the time of the link, on the lines of the cut stock: links go through
-    /// cut regions, and near their ends closer than the rapid clearance.
+    /// cut regions, and near their ends closer than the rapid clearance
+    /// (docs/rapids.md#choice-of-the-path).
     AsCut,
 }
 
@@ -149,8 +164,8 @@ pub enum PassOrderFile {
     /// Pass by pass in the order of the path, place by place of the pattern.
     #[default]
     AsLaid,
-    /// Shortest links; pieces so close that the cutter on either reaches a common place keep their
-    /// order.
+    /// Shortest links (docs/rapids.md#order-of-passes); pieces so close that the cutter on either
+    /// reaches a common place keep their order.
     Shortest,
 }
 
@@ -162,13 +177,14 @@ fn default_rapid_clearance_mm() -> f64 {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PoseFile {
-    /// Translation.
+    /// Translation, behind the rotation.
     #[serde(default)]
     pub translation_mm: [f64; 3],
-    /// Direction of the rotation axis.
+    /// Direction of the rotation axis, through the origin.
     #[serde(default = "z_axis")]
     pub rotation_axis: [f64; 3],
     /// Angle, right-handed.
+    #[schemars(range(min = -360, max = 360))]
     #[serde(default)]
     pub rotation_deg: f64,
 }
@@ -188,13 +204,13 @@ impl Default for PoseFile {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WorkOffsetFile {
-    /// Register, such as "G54".
+    /// Register: `G54` to `G59`, or `G54.1 P1` to `G54.1 P300`.
     #[serde(default = "default_register")]
     pub register: String,
-    /// Offsets of linear axes by letter; axes not named have 0.
+    /// Offsets of linear axes by letter, such as `{"X": 120.0}`; axes not named have 0.
     #[serde(default)]
     pub linear_mm: BTreeMap<String, f64>,
-    /// Offsets of rotary axes by letter; axes not named have 0.
+    /// Offsets of rotary axes by letter, −360 to 360; axes not named have 0.
     #[serde(default)]
     pub rotary_deg: BTreeMap<String, f64>,
 }
@@ -213,24 +229,26 @@ impl Default for WorkOffsetFile {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshFile {
-    /// Mesh file (OBJ, STL, glTF, GLB), relative to the job file.
+    /// Mesh file (OBJ, STL, glTF, GLB), relative to the job file (docs/formats.md#meshes).
     pub file: String,
-    /// Groups to use; `*` matches any run of characters. Default: all.
+    /// Groups to use; `*` matches any run of characters, and every entry must match a group.
+    /// Default: all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub groups: Option<Vec<String>>,
     /// Role of the mesh.
     pub role: RoleFile,
-    /// Unit of the file; default: metre for glTF, millimetre for others.
+    /// Unit of the file. Default: by format.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<UnitFile>,
-    /// Up axis of the file; default: y for glTF, z for others.
+    /// Axis of the file that becomes +Z. Default: by format.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up_axis: Option<UpAxisFile>,
-    /// Reverses all triangles of a file that is wound inside out; all entries with the same file
-    /// must agree.
+    /// Reverses all triangles of a file that is wound inside out (docs/formats.md#meshes); all
+    /// entries with the same file must agree.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub reverse_winding: bool,
-    /// Material that the cutter must leave on it.
+    /// Material that the cutter must leave on it; the same for all drive surfaces of a setup.
+    #[schemars(range(min = 0))]
     #[serde(default)]
     pub allowance_mm: f64,
 }
@@ -239,13 +257,13 @@ pub struct MeshFile {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RoleFile {
-    /// The surface that the passes cut; counts as part, too.
+    /// Cut by the passes; counts as part, too.
     Drive,
     /// Must not be gouged.
     Part,
-    /// Must not be gouged; has its own allowance.
+    /// Must not be gouged, by its own allowance.
     Check,
-    /// Must not be touched.
+    /// Must not be touched, by its allowance.
     Fixture,
 }
 
@@ -253,13 +271,13 @@ pub enum RoleFile {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum UnitFile {
-    /// m
+    /// 1000 mm.
     Metre,
-    /// cm
+    /// 10 mm.
     Centimetre,
-    /// mm
+    /// 1 mm.
     Millimetre,
-    /// 25.4 mm
+    /// 25.4 mm.
     Inch,
 }
 
@@ -267,11 +285,11 @@ pub enum UnitFile {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum UpAxisFile {
-    /// +X
+    /// File (x, y, z) becomes (y, z, x).
     X,
-    /// +Y
+    /// File (x, y, z) becomes (x, −z, y).
     Y,
-    /// +Z
+    /// As it is.
     Z,
 }
 
@@ -279,13 +297,14 @@ pub enum UpAxisFile {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StockFile {
-    /// The part with a layer of this thickness on it.
+    /// The part and check surfaces with a layer of material on them; on both sides, where they are
+    /// not closed together, which `assumptions` of plan and verification say.
     Offset(OffsetStockFile),
-    /// A box.
+    /// Axis-parallel box, workpiece frame.
     Box(BoxStockFile),
-    /// A cylinder.
+    /// Round bar, workpiece frame.
     Cylinder(CylinderStockFile),
-    /// A mesh.
+    /// Casting, in the part's frame.
     Mesh(MeshStockFile),
 }
 
@@ -293,7 +312,8 @@ pub enum StockFile {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OffsetStockFile {
-    /// Thickness of the material.
+    /// Thickness of the layer.
+    #[schemars(range(min = 0))]
     pub allowance_mm: f64,
 }
 
@@ -303,7 +323,7 @@ pub struct OffsetStockFile {
 pub struct BoxStockFile {
     /// Smallest coordinates.
     pub min_mm: [f64; 3],
-    /// Largest coordinates.
+    /// Largest coordinates, above the smallest.
     pub max_mm: [f64; 3],
 }
 
@@ -317,8 +337,10 @@ pub struct CylinderStockFile {
     #[serde(default = "z_axis")]
     pub axis: [f64; 3],
     /// Radius.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius_mm: f64,
     /// Height.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub height_mm: f64,
 }
 
@@ -328,13 +350,13 @@ pub struct CylinderStockFile {
 pub struct MeshStockFile {
     /// Mesh file, relative to the job file.
     pub file: String,
-    /// Unit, as for meshes of the part.
+    /// Unit of the file, as for meshes of the part. Default: by format.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<UnitFile>,
-    /// Up axis, as for meshes of the part.
+    /// Up axis of the file, as for meshes of the part. Default: by format.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up_axis: Option<UpAxisFile>,
-    /// Turns all triangles, as for meshes of the part.
+    /// Reverses all triangles, as for meshes of the part.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub reverse_winding: bool,
 }
@@ -343,11 +365,11 @@ pub struct MeshStockFile {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ClearanceFile {
-    /// A plane; its normal points to the free side.
+    /// Plane; its normal points to the free side.
     Plane(PlaneFile),
-    /// A cylinder.
+    /// Endless cylinder.
     Cylinder(CylinderFile),
-    /// A sphere.
+    /// Sphere.
     Sphere(SphereFile),
 }
 
@@ -373,6 +395,7 @@ pub struct CylinderFile {
     #[serde(default = "z_axis")]
     pub axis: [f64; 3],
     /// Radius.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius_mm: f64,
 }
 
@@ -384,6 +407,7 @@ pub struct SphereFile {
     #[serde(default)]
     pub center_mm: [f64; 3],
     /// Radius.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub radius_mm: f64,
 }
 
@@ -393,15 +417,16 @@ pub struct SphereFile {
 pub struct OperationFile {
     /// Name; findings and the report refer to it.
     pub name: String,
-    /// Setup of the operation; may be missing if there is only one.
+    /// Setup of the operation; required if there are several. Default: the only one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setup: Option<String>,
-    /// Head that machines it, from 1: the number of its chain in the machine file.
+    /// Head that machines it, 1 or 2: the number of its chain in the machine file. Default: 1.
+    #[schemars(range(min = 1, max = 2))]
     #[serde(default = "first_head", skip_serializing_if = "is_first_head")]
     pub head: u32,
-    /// Source of the cutter-contact points.
+    /// Source of the cutter-contact (CC) points.
     pub path: PathFile,
-    /// Cutting direction.
+    /// Cutting direction (docs/formats.md#climb-and-the-sign-of-rotate).
     pub direction: DirectionFile,
     /// Entry of every pass.
     pub entry: ApproachFile,
@@ -416,7 +441,8 @@ pub struct OperationFile {
     pub feeds: FeedsFile,
     /// Tolerances: the error budget.
     pub tolerances: TolerancesFile,
-    /// Largest amount of material that may be left on the operation's region.
+    /// Largest amount of material that may be left on the region, measured on the written program.
+    /// Default: that of a finished part.
     #[serde(default)]
     pub finish: FinishFile,
     /// Treatment of points without a feasible posture.
@@ -438,12 +464,14 @@ fn is_first_head(head: &u32) -> bool {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PairFile {
-    /// Name of the operation of the first head.
+    /// Name of the operation of head 1.
     pub first: String,
-    /// Name of the operation of the second head.
+    /// Name of the operation of head 2.
     pub second: String,
     /// Largest turn of rotate away from the uncut stock for the common value of the shared axis:
     /// with opposite sides of a blade, one head leans to one side and the other head to the other.
+    /// At most the largest of the operation's `rotate_deg` counts.
+    #[schemars(range(min = 0, max = 180))]
     #[serde(default = "default_lean_back_deg")]
     pub lean_back_deg: f64,
 }
@@ -456,7 +484,7 @@ fn default_lean_back_deg() -> f64 {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PathFile {
-    /// A path file, projected on the drive surface.
+    /// Path file, projected on the drive surface (docs/formats.md#path-file).
     File(PathFromFile),
     /// Passes generated on the drive surface.
     Strategy(PathFromStrategy),
@@ -469,11 +497,13 @@ pub struct PathFromFile {
     /// Path file ("facemill-path/1"), relative to the job file.
     pub file: String,
     /// Largest permitted distance of a point from the drive surface.
+    #[schemars(range(min = 0))]
     pub max_distance_mm: f64,
     /// Side of the feed on which the uncut stock lies, seen from outside.
     #[serde(default)]
     pub uncut_side: UncutSideFile,
-    /// Region that the passes finish: the remaining material is measured on it.
+    /// Region that the passes finish: the remaining material is measured on it. Default: all of the
+    /// drive surface.
     #[serde(default)]
     pub region: RegionFile,
 }
@@ -495,20 +525,21 @@ pub enum UncutSideFile {
 pub struct PathFromStrategy {
     /// Arrangement of the passes.
     pub strategy: StrategyFile,
-    /// Region of the drive surface to cover with passes.
+    /// Region of the drive surface to cover with passes. Default: all of the drive surface.
     #[serde(default)]
     pub region: RegionFile,
-    /// Direction in which passes advance: toward larger levels (distance along the planes' normal,
-    /// radius of the cylinders) or smaller ones.
+    /// Order of the levels (distance along the planes' normal, radius of the cylinders).
     #[serde(default)]
     pub order: LevelOrderFile,
-    /// Direction of successive passes: always the same way, or back and forth.
+    /// Direction of successive passes.
     #[serde(default)]
     pub linking: LinkingFile,
     /// Distance kept from the region's edge along each pass.
+    #[schemars(range(min = 0))]
     #[serde(default)]
     pub edge_margin_mm: f64,
     /// Passes shorter than this are left out and counted.
+    #[schemars(range(min = 0))]
     #[serde(default)]
     pub min_pass_length_mm: f64,
 }
@@ -531,7 +562,7 @@ pub enum LinkingFile {
     /// Every pass the same way.
     #[default]
     OneWay,
-    /// Back and forth; only with direction "either".
+    /// Back and forth; only with direction `either`.
     Zigzag,
 }
 
@@ -554,7 +585,8 @@ pub enum DirectionFile {
 pub enum ApproachFile {
     /// Arc in the plane of feed and normal, tangent to the pass.
     TangentialArc(ArcFile),
-    /// Arc in the tangent plane, from the side that is already cut.
+    /// Arc in the tangent plane from the side that is already cut, rising by a tenth of its
+    /// sideways way.
     RollIn(ArcFile),
 }
 
@@ -563,8 +595,10 @@ pub enum ApproachFile {
 #[serde(deny_unknown_fields)]
 pub struct ArcFile {
     /// Radius.
+    #[schemars(range(min = 0.001, max = 10_000))]
     pub radius_mm: f64,
-    /// Angle of the arc, more than 0 and up to 90.
+    /// Angle that the arc runs through.
+    #[schemars(range(min = 1, max = 90))]
     pub angle_deg: f64,
 }
 
@@ -572,9 +606,11 @@ pub struct ArcFile {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PatternFile {
-    /// Number of places, the first included.
+    /// Number of places, the first included; none may coincide with another one.
+    #[schemars(range(min = 1, max = 1_000))]
     pub copies: u32,
     /// Angle from one place to the next, right-handed.
+    #[schemars(range(min = -360, max = 360))]
     pub index_angle_deg: f64,
     /// A point of the axis.
     #[serde(default)]
@@ -588,10 +624,14 @@ pub struct PatternFile {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SearchFile {
-    /// Smallest and largest tilt.
+    /// Smallest and largest tilt: the axis leans into the feed, so that the cutter touches in front
+    /// and its rear is up.
+    #[schemars(inner(range(min = 0, max = 89)))]
     pub tilt_deg: [f64; 2],
-    /// Smallest and largest amount of rotate, 0 to 180, toward the uncut stock. The paper's sign
-    /// follows from direction, spindle sense and the side of the uncut stock.
+    /// Smallest and largest turn of the lean about the normal from the feed toward the uncut stock.
+    /// The sign of rotate follows from direction, spindle sense and the side of the uncut stock
+    /// (docs/formats.md#climb-and-the-sign-of-rotate).
+    #[schemars(inner(range(min = 0, max = 180)))]
     pub rotate_deg: [f64; 2],
     /// How the postures of a pass are chosen.
     #[serde(default)]
@@ -599,20 +639,28 @@ pub struct SearchFile {
     /// Angle that grows first.
     #[serde(default)]
     pub order: OrderFile,
-    /// Weight of the Bézier's middle control point.
+    /// Weight of the curve's middle control point; larger: closer to the corner.
+    #[schemars(range(min = 1e-06, max = 1_000_000))]
     #[serde(default = "one")]
     pub weight: f64,
-    /// Coarse step of the curve's parameter.
+    /// Coarse step of the curve's parameter; feasible stretches shorter than it may be stepped
+    /// over.
+    #[schemars(range(min = 0.001, max = 1))]
     #[serde(default = "default_u_step")]
     pub u_step: f64,
     /// Accuracy of the curve's parameter.
+    #[schemars(range(min = 1e-06, max = 1))]
     #[serde(default = "default_u_tolerance")]
     pub u_tolerance: f64,
-    /// Proves that no posture before the one found is feasible, except feasible stretches of the
-    /// curve's parameter shorter than this. Default: the search steps by `u_step`.
+    /// Proves (docs/method.md#search) that no posture before the one found is feasible, except
+    /// feasible stretches of the curve's parameter shorter than this; takes several times as long.
+    /// At a point that takes more than 4,096 intervals the width is doubled, which report
+    /// (`postures[].search_proof`) and summary state. Default: the search steps by `u_step`.
+    #[schemars(range(min = 1e-06, max = 0.1))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub certified_u_width: Option<f64>,
     /// Largest turn of the tool axis relative to the surface per mm of path.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     #[serde(default = "default_turn")]
     pub max_turn_deg_per_mm: f64,
     /// Permitted directions of the tool axis.
@@ -621,9 +669,10 @@ pub struct SearchFile {
     /// Angle between the tool axis and the rotary axis nearest to the workpiece, below which that
     /// axis turns fast for little motion of the tool. The plan uses postures below this angle only
     /// if no other is feasible, and reports them. 0 avoids nothing.
+    #[schemars(range(min = 0, max = 10))]
     #[serde(default = "default_singular_cone")]
     pub singular_cone_deg: f64,
-    /// Which of the machine's solutions the program starts with.
+    /// Solution of the machine that the program starts with.
     #[serde(default)]
     pub preferred_branch: BranchFile,
 }
@@ -652,16 +701,19 @@ fn default_turn() -> f64 {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PostureModeFile {
-    /// At every point the smallest feasible posture of the search curve.
+    /// At every point the smallest feasible posture of the search curve, raised where neighbours
+    /// need larger ones.
     Smallest,
     /// The sequence of postures over the whole pass with the least cost of cusps and axis motion,
-    /// within the ranges.
+    /// smoothed, within the ranges (docs/method.md#the-cheapest-postures-along-the-pass).
     #[default]
     Smooth,
-    /// The same posture at every point; points where it is not feasible are left out.
+    /// The same posture at every point; the ranges do not count, and points where it is not
+    /// feasible are left out.
     Fixed(FixedPostureFile),
-    /// The tool axis toward a point or line; points where this posture is not feasible are left
-    /// out.
+    /// The tool axis from the CC point toward a point or line, the spindle on its side; workpiece
+    /// frame, in copies of a pattern turned with them. Points where this posture is not feasible
+    /// are left out.
     Toward(AxisTargetFile),
 }
 
@@ -670,8 +722,10 @@ pub enum PostureModeFile {
 #[serde(deny_unknown_fields)]
 pub struct FixedPostureFile {
     /// Inclination of the tool axis along the feed.
+    #[schemars(range(min = -89, max = 89))]
     pub lead_deg: f64,
     /// Inclination of the tool axis across the feed, toward the uncut stock.
+    #[schemars(range(min = -89, max = 89))]
     #[serde(default)]
     pub lean_deg: f64,
 }
@@ -723,6 +777,7 @@ pub struct ConeFile {
     #[serde(default = "z_axis")]
     pub axis: [f64; 3],
     /// Angle from the middle to the border.
+    #[schemars(range(min = 0, max = 180))]
     pub half_angle_deg: f64,
 }
 
@@ -744,20 +799,26 @@ pub enum BranchFile {
 #[serde(deny_unknown_fields)]
 pub struct FeedsFile {
     /// Speed of the tool tip along the passes.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub cutting_mm_min: f64,
-    /// Speed of the tool tip in entries and exits.
+    /// Speed of the tool tip in entries and exits; with the cutter in the stock not faster than
+    /// `cutting_mm_min`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub approach_mm_min: f64,
-    /// Lowers the speed along the passes where the chips are large.
+    /// Keeps the removal rate (chip area times tip feed) in passes at a target by a tip feed
+    /// between `min_mm_min` and `cutting_mm_min`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub removal_rate: Option<RemovalRateFile>,
-    /// Lowers the speed along the passes where the chips are thick.
+    /// Keeps the thickest place of a tooth's chip in passes below a limit by the tip feed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chip_thickness: Option<ChipThicknessFile>,
-    /// Speed of the tool tip along the passes where there is no stock to cut; default:
-    /// `cutting_mm_min`.
+    /// Speed of the tool tip along the passes where nothing is cut, not below `cutting_mm_min`.
+    /// Default: `cutting_mm_min`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub air_mm_min: Option<f64>,
     /// Spindle speed.
+    #[schemars(range(min = 1, max = 1_000_000))]
     pub spindle_rpm: f64,
     /// Coolant.
     #[serde(default)]
@@ -768,10 +829,12 @@ pub struct FeedsFile {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct RemovalRateFile {
-    /// Largest removal rate.
+    /// Target of the removal rate.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub target_cm3_min: f64,
-    /// Smallest speed of the tool tip that the target may lead to; larger chips exceed the removal
-    /// rate.
+    /// Smallest speed of the tool tip that the target may lead to, at most `cutting_mm_min`; larger
+    /// chips exceed the removal rate.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub min_mm_min: f64,
 }
 
@@ -780,7 +843,10 @@ pub struct RemovalRateFile {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ChipThicknessFile {
-    /// Largest thickness of a tooth's chip, at its thickest point.
+    /// Largest thickness of a tooth's chip, at its thickest place; so large that a tooth's feed of
+    /// that much is not below the control's smallest F. The tip feed falls below
+    /// `removal_rate.min_mm_min`, too, if it has to.
+    #[schemars(extend("exclusiveMinimum" = 0))]
     pub max_mm: f64,
 }
 
@@ -791,11 +857,11 @@ pub enum CoolantFile {
     /// None.
     #[default]
     Off,
-    /// Flood.
+    /// M8.
     Flood,
-    /// Mist.
+    /// M7.
     Mist,
-    /// Air.
+    /// M7.
     Air,
 }
 
@@ -804,22 +870,30 @@ pub enum CoolantFile {
 #[serde(deny_unknown_fields)]
 pub struct TolerancesFile {
     /// Largest distance of the mesh's facets from the true surface, as the mesh's maker states it;
-    /// part of the budget.
+    /// only adds to the budget.
+    #[schemars(range(min = 0, max = 100))]
     pub mesh_chord_mm: f64,
     /// Deviation of the straight path between two CC points from the surface.
+    #[schemars(range(min = 1e-06, max = 2))]
     pub path_chord_mm: f64,
     /// Largest distance between two CC points.
+    #[schemars(range(min = 0.001, max = 10_000))]
     pub max_step_mm: f64,
     /// Deviation of the control's motion between two blocks from the straight path with turning
     /// axis.
+    #[schemars(range(min = 1e-06, max = 2))]
     pub linearisation_mm: f64,
-    /// Largest depth of the cutter in the part's mesh.
+    /// Largest depth of the cutter in the part's mesh; at most a tenth of the cutter's radius.
+    #[schemars(range(min = 1e-06, max = 2))]
     pub gouge_mm: f64,
     /// Largest lift along the normal that may free a pose of facets.
+    #[schemars(range(min = 0, max = 2))]
     pub max_lift_mm: f64,
     /// Largest cusp between passes.
+    #[schemars(range(min = 1e-06, max = 100))]
     pub cusp_mm: f64,
     /// Largest distance between passes.
+    #[schemars(range(min = 0.001, max = 10_000))]
     pub max_step_over_mm: f64,
 }
 
@@ -830,8 +904,10 @@ pub struct TolerancesFile {
 pub struct FinishFile {
     /// Fraction of the area that may be left higher than `cusp_mm` with path chord, linearisation
     /// and gouge tolerance.
+    #[schemars(range(min = 0, max = 1))]
     pub max_above_fraction: f64,
     /// Fraction of the area that no cut may reach.
+    #[schemars(range(min = 0, max = 1))]
     pub max_never_cut_fraction: f64,
 }
 
@@ -847,7 +923,7 @@ impl Default for FinishFile {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum InfeasibleFile {
-    /// The job is infeasible.
+    /// A point without a feasible posture makes the job infeasible; nothing is written.
     Stop,
     /// The pass leaves the part before such points and returns behind them.
     Trim(TrimFile),
@@ -857,6 +933,8 @@ pub enum InfeasibleFile {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TrimFile {
-    /// Largest fraction of the CC points that may be left out; above it the job has failed.
+    /// Largest fraction of the CC points that may be left out; with more, files are written and the
+    /// exit code is 1.
+    #[schemars(range(min = 0, max = 1))]
     pub max_trimmed_fraction: f64,
 }

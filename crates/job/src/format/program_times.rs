@@ -9,7 +9,8 @@ use crate::duration_text::clock;
 /// rapid rate, with the moves to the part and home.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct ProgramTimes {
-    /// Cuts within velocity, acceleration and jerk of every axis, s; `null` if unknown.
+    /// Cuts (all blocks at a feed: passes, entries and exits) within velocity, acceleration and
+    /// jerk of every axis, s; `null` if unknown.
     pub cutting_s: Option<f64>,
     /// Rapids within the same limits, s.
     pub rapid_s: Option<f64>,

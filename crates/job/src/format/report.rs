@@ -45,7 +45,7 @@ pub const CERTIFICATES_FORMAT: &str = "facemill-certificates/1";
 /// Proofs for each block of a program, as it is written.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct CertificatesFile {
-    /// Always "facemill-certificates/1".
+    /// Always `"facemill-certificates/1"`.
     pub format: &'static str,
     /// The program described; for a control with two channels, the additional channel programs have
     /// the same motions.
@@ -58,7 +58,7 @@ pub struct CertificatesFile {
 /// The report of one setup's program.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Report {
-    /// Always "facemill-report/1".
+    /// Always `"facemill-report/1"`.
     pub format: &'static str,
     /// Name of the job.
     pub job: String,
@@ -66,23 +66,26 @@ pub struct Report {
     pub setup: String,
     /// Inputs and version that the program was made from.
     pub made_from: MadeFrom,
-    /// Settings that replaced values of the job file.
+    /// Settings that replaced values of the job file (`--set`).
     pub settings: Vec<JobSetting>,
     /// The program described; with channel programs for a control with two channels, these, too.
     pub programs: Vec<ProgramStamp>,
-    /// Whether the program was run on the virtual machine after it was written.
+    /// Whether the program was run on the virtual machine after it was written: not with
+    /// `--no-verify`; program and APT file then say `NOT VERIFIED`.
     pub verified: bool,
-    /// Stock that it cuts, as run.
+    /// Stock that it cuts (docs/dexel.md), with two heads both at once (docs/dexel.md#two-heads).
     pub stock: PlannedStockReport,
-    /// Its links between passes, before and after.
+    /// Links between passes, before and after (docs/rapids.md#in-plans).
     pub links: LinksReport,
-    /// Order of the passes of each operation, if the job leaves it open.
+    /// Order of the passes of each operation, if the setup's `links.order` is `shortest`
+    /// (docs/rapids.md#order-of-passes).
     pub orders: Vec<PassOrderReport>,
     /// Proofs of the motion between positions; `null` if not requested.
     pub certified: Option<CertifiedReport>,
     /// Sums over the program.
     pub totals: Totals,
-    /// Time that it takes, by its text, as `verify` reports it, too.
+    /// Time that it takes, by its text, as `verify` reports it, too
+    /// (docs/formats.md#verification-of-a-program).
     pub times: ProgramTimes,
     /// Times of the program within velocity, acceleration and jerk of every axis; `null` if the
     /// machine file lacks a limit.
@@ -91,8 +94,9 @@ pub struct Report {
     pub no_time_law: Vec<String>,
     /// Extreme values, each with its place.
     pub worst: Worst,
-    /// Material that the written program leaves on the regions of its operations; `null` if the
-    /// setup has none.
+    /// Material that the written program leaves on the regions of its operations
+    /// (docs/method.md#material-left-on-the-surface), even if the program was not run; `null` if
+    /// the setup has none.
     pub remaining: Option<RemainingReport>,
     /// How the postures of each operation were chosen, and the resulting motion of the rotary axes.
     pub postures: Vec<PosturesReport>,
@@ -116,10 +120,12 @@ pub struct Report {
     pub lost_times: Vec<LostTimeReport>,
     /// Error budget of each operation, and the part of it that the written program uses.
     pub budgets: Vec<BudgetReport>,
-    /// Faults found in the written program, in program order.
+    /// Faults found in the written program, those with the cut stock among them, in program order.
     pub findings: Vec<Finding>,
-    /// Behaviour that the written program leaves to the control, and the values assumed for it: a
-    /// template of one's own may omit more than the built-in ones.
+    /// Behaviour that the written program leaves to the control, and the values assumed for it
+    /// (docs/dialects.md#verified-programs-and-assumptions): a template of one's own may omit more
+    /// than the built-in ones. Also that stock given as an allowance is on both sides of surfaces
+    /// that are not closed.
     pub assumptions: Vec<Assumption>,
     /// CC points left out, by reason.
     pub infeasible: Vec<InfeasibleReport>,
@@ -190,16 +196,17 @@ pub struct Totals {
     pub planned_points: usize,
     /// CC points left out.
     pub trimmed_points: usize,
-    /// Fraction of the CC points that is planned.
+    /// Fraction of the CC points that is planned, 0 to 1.
     pub planned_fraction: f64,
     /// Whether an operation leaves out more than the job allows.
     pub trims_too_much: bool,
     /// Largest fraction of the CC points that the job permits to be left out; of several operations
     /// the smallest.
     pub max_trimmed_fraction: f64,
-    /// Points with a strip between them and the pass before that stays uncut.
+    /// Points with a strip between them and a pass beside (docs/method.md#passes-beside-a-point)
+    /// cut before that stays uncut.
     pub uncut_points: usize,
-    /// Pieces of passes dropped because they are shorter than required.
+    /// Pieces of passes dropped because they are shorter than `min_pass_length_mm`.
     pub dropped_pieces: usize,
     /// Blocks halved because the program, as run or as proven, would have cut too deep in them.
     pub mended_blocks: usize,
@@ -210,12 +217,14 @@ pub struct Totals {
     pub cutting_length_mm: f64,
     /// Length of the tip's path in passes alone.
     pub passes_length_mm: f64,
-    /// Time in passes at the written feeds, without entries and exits.
+    /// Time in passes at the written feeds, without entries and exits. With `approach_time_s`, by
+    /// the text, it is `times.constant_cutting_s`.
     pub passes_time_s: f64,
     /// Time in entries and exits at the written feeds.
     pub approach_time_s: f64,
     /// Time in rapids at the axes' largest velocities, without acceleration, with the moves to the
-    /// part and home.
+    /// part and home, as `verify` and `feedrate` count them; if the tip is kept on a line under
+    /// RTCP, that of the axis that has to be fastest for it anywhere on the way.
     pub rapid_time_s: f64,
 }
 
@@ -232,8 +241,7 @@ pub struct TimeLawReport {
     pub approach_time_s: f64,
     /// Rapids, with the moves to the part and home.
     pub rapid_time_s: f64,
-    /// Whether the axes stop at every corner, because the machine file gives the control no
-    /// tolerance for blending.
+    /// Whether the axes stop at every corner, because the machine's `control_tolerance` is 0.
     pub stops_at_corners: bool,
     /// Blocks whose feed was lowered to one that the axes reach.
     pub lowered_blocks: usize,
@@ -268,11 +276,12 @@ pub struct HeldBackReport {
 /// Extreme values. `null` if there is none.
 #[derive(Clone, Debug, Default, Serialize, JsonSchema)]
 pub struct Worst {
-    /// Largest depth of the cutter below the part's mesh in the written program.
+    /// Largest depth of the cutter below the part's mesh (or its allowance) in the written program.
     pub gouge_mm: Option<f64>,
     /// Line of the program with that depth.
     pub gouge_line: Option<u32>,
-    /// Smallest distance of a non-cutting body from part, stock or fixture in the written program.
+    /// Smallest distance of a non-cutting body from part, check surface, fixture, table or other
+    /// head in the written program; stock does not count.
     pub clearance_mm: Option<f64>,
     /// That body and the nearest obstacle.
     pub clearance_between: Option<String>,
@@ -281,7 +290,8 @@ pub struct Worst {
     /// Largest cusp predicted from the outlines of neighbouring passes; `remaining` has the
     /// material that the text leaves.
     pub cusp_mm: Option<f64>,
-    /// Whether that cusp, or a strip that stays uncut, exceeds an operation's `cusp_mm`.
+    /// Whether that cusp, or a strip that stays uncut, exceeds an operation's `cusp_mm`; then
+    /// `plan` exits with 1.
     pub cusp_exceeded: bool,
     /// Largest lift of a pose off the facets: excess left on the part.
     pub lift_mm: f64,
@@ -305,8 +315,8 @@ pub struct PosturesReport {
     pub operation: String,
     /// Mode of the job.
     pub mode: PostureModeFile,
-    /// Distance of the sequence of postures from the optimum; `null` in modes that seek none, and
-    /// for operations in a pair.
+    /// Distance of the sequence of postures of the first place of a pattern from the optimum;
+    /// `null` in modes that seek none, and for operations in a pair.
     pub optimum: Option<OptimumReport>,
     /// Proven fineness of the searches along the curve; `null` if the job sets no
     /// `certified_u_width`.
@@ -327,8 +337,9 @@ pub struct OptimumReport {
     /// Excess cost of the planned sequence, as a fraction of the graph's; below 0 if smoothing made
     /// it cheaper.
     pub gap: f64,
-    /// Steps on which the tool axis turns relative to the surface by more than the job's limit, or
-    /// an axis would have to exceed its largest speed at the programmed feed.
+    /// Steps on which the tool axis turns relative to the surface by more than
+    /// `max_turn_deg_per_mm`, or an axis would have to exceed its largest speed at
+    /// `cutting_mm_min`.
     pub jumps: usize,
 }
 
@@ -367,20 +378,20 @@ pub struct RotaryReport {
 pub struct BudgetReport {
     /// Operation.
     pub operation: String,
-    /// Deviation of facets from the true surface, as the job states it.
+    /// Deviation of facets from the true surface, as in the job.
     pub mesh_chord_mm: f64,
-    /// Deviation of the straight path between CC points.
+    /// Deviation of the straight path between CC points, as in the job.
     pub path_chord_mm: f64,
-    /// Deviation of the control's motion between blocks.
+    /// Deviation of the control's motion between blocks, as in the job.
     pub linearisation_mm: f64,
-    /// Smoothing and blending of the control, with the cutter's radius.
+    /// Control tolerance of the machine: path + cutter radius × orientation.
     pub control_mm: f64,
-    /// Tolerance of the cutter's test body.
+    /// Tolerance of the cutter's test body, as in the job.
     pub gouge_mm: f64,
     /// Their sum: the largest depth below the true surface that the program may reach.
     pub total_mm: f64,
-    /// Part of it that the programmed motion may use against the mesh: all but the mesh's own error
-    /// and the control's. Greater depth is a finding.
+    /// Part of it that the programmed motion may use against the mesh: all but `mesh_chord_mm` and
+    /// `control_mm`. Greater depth is a finding of kind `gouge`.
     pub against_mesh_mm: f64,
     /// Largest depth of the cutter below the part's mesh in the operation's blocks; `null` if it
     /// was nowhere below, or the program was not run.
@@ -414,7 +425,8 @@ pub struct InfeasibleReport {
     /// The first of them, workpiece frame.
     pub first_place_mm: [f64; 3],
     /// Changes, each alone, that give that point a posture on its search curve: with 95 % of the
-    /// change the curve is proven blocked except for feasible stretches shorter than 0.01 of it.
+    /// change the curve is proven blocked except for feasible stretches shorter than 0.01 of it
+    /// (docs/method.md#search).
     pub would_help: Vec<HelpReport>,
 }
 
@@ -424,8 +436,8 @@ pub struct HelpReport {
     /// The field of job or tool file.
     pub field: &'static str,
     /// Its value with the change; for a radius with the body narrower in proportion, for a
-    /// stick-out with the body longer in proportion; for a width, the one with which the search
-    /// finds what its steps missed.
+    /// stick-out with the body longer in proportion; for `search.certified_u_width`, the width with
+    /// which the search finds what its steps missed.
     pub value: f64,
 }
 
@@ -441,7 +453,8 @@ pub struct MeshReport {
     /// Whether all its triangles were reversed, as the job says.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub reverse_winding: bool,
-    /// Counts.
+    /// Counts of faults and repairs.
+    #[schemars(with = "RepairReport")]
     pub repair: BTreeMap<String, serde_json::Value>,
 }
 
@@ -478,15 +491,16 @@ pub struct PassReport {
     pub length_mm: f64,
     /// Smallest and largest tilt.
     pub tilt_deg: [f64; 2],
-    /// Smallest and largest rotate.
+    /// Smallest and largest rotate (docs/formats.md#climb-and-the-sign-of-rotate).
     pub rotate_deg: [f64; 2],
     /// Largest lift.
     pub lift_mm: f64,
-    /// Largest predicted cusp toward the pass before; `null` for the first of a region.
+    /// Largest predicted cusp toward a pass beside (docs/method.md#passes-beside-a-point) cut
+    /// before; `null` if there is none.
     pub cusp_mm: Option<f64>,
-    /// Points with a strip between them and the pass before that stays uncut.
+    /// Points with a strip between them and a pass beside cut before that stays uncut.
     pub uncut_points: usize,
-    /// Largest distance from the pass before.
+    /// Largest distance from a pass beside cut before; `null` if there is none.
     pub step_over_mm: Option<f64>,
     /// Mean and largest chip section across the feed.
     pub chip_area_mm2: Option<[f64; 2]>,

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SolutionSpaceFile {
-    /// `"facemill-solution-space/1"`.
+    /// Always `"facemill-solution-space/1"`.
     pub format: SolutionSpaceFormat,
     /// Name of the job.
     pub job: String,
@@ -28,9 +28,9 @@ pub struct SolutionSpaceFile {
     pub feed: [f64; 3],
     /// Smallest and largest tilt of the map.
     pub tilt_deg: [f64; 2],
-    /// Smallest and largest rotate of the map.
+    /// Smallest and largest rotate of the map (docs/formats.md#climb-and-the-sign-of-rotate).
     pub rotate_deg: [f64; 2],
-    /// Largest side of an uncertain cell.
+    /// Largest side of an uncertain cell, 0.05 to 10.
     pub resolution_deg: f64,
     /// Number of postures tested, one in the middle of each tried range.
     pub pose_tests: usize,

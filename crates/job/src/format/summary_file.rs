@@ -16,7 +16,7 @@ pub const SUMMARY_FORMAT: &str = "facemill-summary/1";
 /// Outcome of a plan.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct SummaryFile {
-    /// Always "facemill-summary/1".
+    /// Always `"facemill-summary/1"`.
     pub format: &'static str,
     /// Outcome; of several setups the worst.
     pub outcome: Outcome,

@@ -16,9 +16,9 @@ pub const VERIFICATION_FORMAT: &str = "facemill-verification/1";
 /// Behaviour of a program on a job's setup, according to its text.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct VerificationFile {
-    /// Always "facemill-verification/1".
+    /// Always `"facemill-verification/1"`.
     pub format: &'static str,
-    /// Name of the job.
+    /// Name of the job; of a part without a job that of the part.
     pub job: String,
     /// Name of the setup.
     pub setup: String,
@@ -26,7 +26,8 @@ pub struct VerificationFile {
     pub program: ProgramStamp,
     /// Control that the program was read for.
     pub dialect: String,
-    /// Depth of the cutter beyond which it is a finding, mm.
+    /// Depth of the cutter beyond which it is a finding (`--gouge-mm`); without the option the
+    /// smallest that an operation of the setup allows, 0.02 without a job.
     pub gouge_limit_mm: f64,
     /// Time that it takes, as a plan reports it.
     pub times: ProgramTimes,

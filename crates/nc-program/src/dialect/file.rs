@@ -16,7 +16,7 @@ pub const DIALECT_FORMAT: &str = "facemill-dialect/1";
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DialectFile {
-    /// Always "facemill-dialect/1".
+    /// Always `"facemill-dialect/1"`.
     pub format: String,
     /// Name of the control in errors.
     pub name: String,
@@ -32,8 +32,9 @@ pub struct DialectFile {
     pub feeds: FeedRule,
     /// Motion of the control between two positions.
     pub motion: MotionRule,
-    /// How the control runs its queue of blocks in time; where it is absent as
-    /// [`ControlMotion::default`] says. No word of a program changes by it.
+    /// How the control runs its queue of blocks in time
+    /// (docs/dialects.md#how-a-control-runs-its-blocks): times go by it, no word of a program does.
+    /// Default: jerk limited, 1000 blocks in sight, an assumption.
     #[serde(default)]
     pub control_motion: ControlMotion,
     /// Whether one program can move several heads.
@@ -282,7 +283,7 @@ pub struct Switch {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ControlMotion {
-    /// Highest derivative that the control limits.
+    /// Highest derivative of position that the control limits.
     pub limited_by: LimitedBy,
     /// Blocks over which the control sees to it that it can stop.
     #[schemars(range(min = 1, max = 1_000_000))]
@@ -291,11 +292,11 @@ pub struct ControlMotion {
     pub rotary_blocks: RotaryBlocks,
     /// How corners are rounded within the tolerance.
     pub corners: CornerRule,
-    /// Least time of a block, microseconds: a cycle of the control.
+    /// Least time of a block: a cycle of the control.
     #[schemars(range(min = 0, max = 1_000_000))]
     #[serde(default)]
     pub cycle_us: u32,
-    /// Where the values come from. Where it is empty they are an assumption, and reports say so.
+    /// Source of the values; where it is empty reports list them as an assumption.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub checked_against: String,
 }
@@ -342,9 +343,9 @@ impl ControlMotion {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LimitedBy {
-    /// Acceleration: speeds over time are trapezoids.
+    /// Speeds over time are trapezoids.
     Acceleration,
-    /// Jerk.
+    /// Speeds over time are without corners.
     Jerk,
 }
 
@@ -374,13 +375,17 @@ pub enum CornerRule {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Decimals {
-    /// Of mm, 0 to 6.
+    /// Decimals of mm.
+    #[schemars(range(min = 0, max = 6))]
     pub linear: u8,
-    /// Of deg, 0 to 6.
+    /// Decimals of deg.
+    #[schemars(range(min = 0, max = 6))]
     pub rotary: u8,
-    /// Of mm/min, 0 to 6.
+    /// Decimals of mm/min.
+    #[schemars(range(min = 0, max = 6))]
     pub feed: u8,
-    /// Of 1/min in G93, 0 to 6.
+    /// Decimals of 1/min in G93.
+    #[schemars(range(min = 0, max = 6))]
     pub inverse_time: u8,
 }
 

@@ -7,48 +7,53 @@ use crate::dialect::file::{Decimals, DialectFile};
 use crate::program::FeedMode;
 use crate::words::axis_words::AxisWords;
 
-/// The `post` section of a job file.
+/// How the program is written.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PostFile {
-    /// Control the program is written for.
+    /// Control that the program is written for (docs/dialects.md). `plan` reads back, runs and
+    /// certifies the written program for each of them
+    /// (docs/dialects.md#verified-programs-and-assumptions).
     pub dialect: Dialect,
-    /// Meaning of F.
+    /// Meaning of F; not every dialect has all modes (docs/dialects.md).
     #[serde(default)]
     pub feed_mode: FeedMode,
-    /// Path of a dialect file, of which the caller makes settings with [`PostFile::settings_of`];
-    /// the one of [`PostFile::dialect`] where absent. [`PostFile::dialect`] then says which reader
-    /// reads the programs, and whose template is taken.
+    /// Rules of the dialect (docs/dialects.md#a-dialect-file-of-ones-own), beside the job;
+    /// `dialect` then says which reader reads the programs back, and whose template is taken. Not
+    /// with two heads. Default: the dialect's own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dialect_file: Option<String>,
-    /// Path of a minijinja template; the dialect's own where absent.
+    /// NC template (docs/formats.md#nc-template). Default: the dialect's own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub template: Option<String>,
-    /// Program number (O), 1 to 99999999.
+    /// Program number (O word); of several setups the first one's, the others count on.
+    #[schemars(range(min = 1, max = 99_999_999))]
     #[serde(default = "default_program_number")]
     pub program_number: u32,
-    /// Name beside the program number; the job's name where absent.
+    /// Comment beside the program number. Default: job and setup name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub program_name: Option<String>,
-    /// Block numbers (N); none where null.
+    /// Block numbers (N words); none where null. Behind 99999 they start again; numbers that the
+    /// template uses itself are left out. Default: 1 and 1.
     #[serde(default = "default_block_numbers")]
     pub block_numbers: Option<BlockNumbers>,
-    /// Decimals of the words.
+    /// Decimals of the words: axis words are rounded to nearest, feeds down, though not below the
+    /// machine's smallest. Default: 3, 3, 1, 3.
     #[serde(default)]
     pub decimals: Decimals,
     /// Write `X100.000` instead of `X100.`; both have a decimal point, without which a control may
     /// count in micrometres.
     #[serde(default)]
     pub trailing_zeros: bool,
-    /// Longest line, 20 to 500 characters, and at most what the control takes. Where it is not
-    /// given 120; with `orientation: vectors` of a control whose blocks name all of them every
-    /// time, what the control takes.
+    /// Longest line, characters, at most what the control takes. Default: 120; with `orientation:
+    /// vectors` on Heidenhain 150.
+    #[schemars(range(min = 20, max = 500))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_line_length: Option<u16>,
-    /// How the tool's direction is said under `rtcp`.
+    /// How the tool's direction is written under `rtcp`.
     #[serde(default)]
     pub orientation: Orientation,
-    /// Switch the control's look-ahead on around the motions.
+    /// Lines of the dialect that switch the control's look-ahead on and off around the motions.
     #[serde(default)]
     pub look_ahead: bool,
 }
@@ -57,11 +62,12 @@ pub struct PostFile {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Orientation {
-    /// By words of the rotary axes: the control goes to the positions that were planned and tested.
+    /// Words of the rotary axes: the control goes to the positions that were planned and tested.
     #[default]
     Rotary,
-    /// By unit vectors of the tool's axis in cutting moves: the control finds the rotary positions
-    /// itself, and of two it takes the one it finds nearer.
+    /// Unit vectors of the tool's axis in feed blocks (docs/dialects.md#tool-vectors), for
+    /// `siemens_840d` and `heidenhain`: the control finds the rotary positions itself, and of two
+    /// it takes the one it finds nearer.
     Vectors,
 }
 
@@ -70,9 +76,11 @@ pub enum Orientation {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BlockNumbers {
-    /// First number, 1 to 99999.
+    /// First number.
+    #[schemars(range(min = 1, max = 99_999))]
     pub start: u32,
-    /// Difference of neighbours, 1 to 1000.
+    /// Difference of neighbours.
+    #[schemars(range(min = 1, max = 1_000))]
     pub step: u32,
 }
 

@@ -43,8 +43,8 @@ pub struct WordRule {
     pub home: HomeRule,
     /// Lines that change to tool `{number}`.
     pub tool_change: Vec<String>,
-    /// Lines that start the only spindle: `{rpm}`, `{code}` of [`WordRule::clockwise`] or the
-    /// other, `{m}` its number.
+    /// Lines that start the only spindle: `{rpm}`, `{code}` of `clockwise` or `counter_clockwise`,
+    /// `{m}` its number.
     pub spindle_on: Vec<String>,
     /// Lines that stop it.
     pub spindle_off: Vec<String>,

@@ -24,7 +24,7 @@ pub struct Component {
     pub n_triangles: usize,
     /// Whether it bounds a volume: on every edge as many sides run one way as the other.
     pub closed: bool,
-    /// Volume it bounds, mm³, negative when it is wound inside out; `None` when it is not closed.
+    /// Volume that it bounds, negative if it is wound inside out; `null` if it is not closed.
     pub volume_mm3: Option<f64>,
 }
 

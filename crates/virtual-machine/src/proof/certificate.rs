@@ -24,12 +24,12 @@ pub struct Certificate {
     pub line: u32,
     /// Number (N) of the block.
     pub block_number: Option<u32>,
-    /// No point of the cutter is ever deeper than this below an obstacle's allowance, mm; in rapid
-    /// below the stock, and that with what the control may leave the programmed motion by. `null`
-    /// where nothing up to the limit could be proven.
+    /// No point of the cutter is ever deeper than this below an obstacle's allowance, in rapid
+    /// below the stock; in rapid, and against bodies of the machine, with the control's tolerance.
+    /// `null` where nothing up to the limit could be proven.
     pub depth_mm: Option<f64>,
-    /// The same with the control's tolerance (of the path, and of the orientation at the cutter's
-    /// farthest point from the tip) in cutting moves, too.
+    /// The same with the control's tolerance in cutting moves, too: path + orientation × distance
+    /// of the cutter's farthest point from the tip.
     pub depth_with_control_mm: Option<f64>,
     /// No non-cutting body ever comes nearer than this to anything it is tested against, mm, with
     /// the control's tolerance; of the body as it is, without its clearance. `null` where not even

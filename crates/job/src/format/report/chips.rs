@@ -11,7 +11,7 @@ pub struct ChipsReport {
     pub operation: String,
     /// Whether the job's feeds depend on chips.
     pub by_chips: bool,
-    /// CC points with a chip.
+    /// CC points with a chip, in all places of the pattern.
     pub points: usize,
     /// CC points at which the material left by the pass before is unknown, beyond its ends: the
     /// full stock counts there.
@@ -19,11 +19,11 @@ pub struct ChipsReport {
     /// CC points at which no stock is cut. The feed of air applies to those where this is so as far
     /// as the cutter reaches along the feed.
     pub air_points: usize,
-    /// Section of the chip across the feed.
+    /// Section of the chip across the feed (docs/method.md#chip-section).
     pub area_mm2: Option<SpreadReport>,
-    /// Removal rate before.
+    /// Removal rate at the points that a cutting block leads to, before.
     pub removal_rate_before_cm3_min: Option<SpreadReport>,
-    /// Removal rate after.
+    /// Removal rate at the same points, after.
     pub removal_rate_after_cm3_min: Option<SpreadReport>,
     /// Largest thickness of a tooth's chip before and after, at its thickest point; the feed per
     /// tooth is the tip feed over spindle speed and number of inserts. Too large by at most 0.001
@@ -31,8 +31,8 @@ pub struct ChipsReport {
     pub largest_chip_thickness_mm: Option<[f64; 2]>,
     /// CC points by the origin of the feed toward them.
     pub feeds_set_by: FeedsSetByReport,
-    /// Whether the values before, and the added time, are those of the law of motion; else they are
-    /// at constant speeds.
+    /// Whether the values before, and the added time, are those of the law of motion (one head,
+    /// with a `time_law`); else they are at constant speeds.
     pub by_law: bool,
     /// Time in the passes after, less that before; below 0 if air is faster.
     pub added_time_s: f64,

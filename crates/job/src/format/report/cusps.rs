@@ -8,14 +8,14 @@ use serde::Serialize;
 pub struct CuspsKeptReport {
     /// Name of the operation.
     pub operation: String,
-    /// Passes moved beside trimmed ones, as near to them as postures permit, in one place of the
-    /// pattern.
+    /// Passes moved beside trimmed ones (docs/method.md#added-passes), as near to them as postures
+    /// permit, in one place of the pattern; of pairs in the place with most.
     pub moved_passes: usize,
-    /// Passes inserted between others where the chosen postures leave more than the permitted cusp,
-    /// in one place of the pattern.
+    /// Passes inserted between others (docs/method.md#added-passes) where the chosen postures leave
+    /// more than `cusp_mm`, in one place of the pattern; of pairs in the place with most.
     pub passes_between: usize,
-    /// Points with a higher ridge than permitted toward a pass before, or with a strip that stays
-    /// uncut.
+    /// Points with a higher ridge than permitted toward a pass cut before, or with a strip that
+    /// stays uncut; with any the exit code is 1.
     pub points_beyond: usize,
     /// Reasons why no pass was inserted there.
     pub reasons: Vec<CuspReasonReport>,

@@ -11,13 +11,15 @@ use serde::Serialize;
 /// nearest place of a line.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct DeviationReport {
-    /// Largest deviation within tolerance, to both sides, mm.
+    /// Largest deviation within tolerance, to both sides. Without `--deviation-tolerance-mm` the
+    /// largest `limit_mm` of the setup's operations: their `cusp_mm` with path chord, linearisation
+    /// and gouge tolerance.
     pub tolerance_mm: f64,
-    /// Largest error of deviations on lines, mm: twice the tolerance with which the stock was cut.
+    /// Largest error of deviations on lines: twice `--stock-tolerance-mm`.
     pub uncertainty_mm: f64,
     /// Whether the program has cut deeper than the gouge limit and the uncertainty permit, or
-    /// through a surface that is not closed. The findings show where the cutter was too deep; this
-    /// shows the effect in the stock.
+    /// through a surface that is not closed; the exit code is then 1, as with a finding. The
+    /// findings show where the cutter was too deep; this shows the effect in the stock.
     pub exceeds_gouge_limit: bool,
     /// Figures of the surface that the setup's operations cut.
     pub drive: DeviationFigures,
@@ -27,8 +29,9 @@ pub struct DeviationReport {
     /// line, if there is one; its value is at most a twentieth and 0.01 mm too deep.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cavity: Option<DeviationPlace>,
-    /// Measured cusps between passes against predicted ones; absent if the program has no passes on
-    /// the part that their words describe (positions with tool vectors do not).
+    /// Measured cusps between passes, at up to 300 of their points, against predicted ones; absent
+    /// if the program has no passes on the part that their words describe (positions with tool
+    /// vectors do not).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cusps: Option<CuspReport>,
 }
@@ -36,7 +39,7 @@ pub struct DeviationReport {
 /// Figures of a surface.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
 pub struct DeviationFigures {
-    /// The deepest place below the surface, as a positive length; `None` if no material is missing.
+    /// The deepest place below the surface, as a positive length; `null` if no material is missing.
     pub largest_gouge: Option<DeviationPlace>,
     /// The greatest height above the surface where the program has cut.
     pub largest_excess: Option<DeviationPlace>,

@@ -15,13 +15,14 @@ pub struct LostTimeReport {
     /// The axis that turns fast beside the pole, or that is at its largest velocity; `null` if it
     /// is not one alone.
     pub axis: Option<String>,
-    /// Time lost compared with the programmed feed, s.
+    /// Time lost compared with the programmed feed, s; that of feeds by chips does not count. By
+    /// the time law if the machine file has its limits.
     pub lost_s: f64,
     /// Fraction of the operation's time in passes.
     pub share: f64,
     /// Line of the block that loses most.
     pub line: u32,
-    /// Possible remedy.
+    /// Possible remedy: mounting, cone and tilt, blocks and tolerance.
     pub remedy: String,
 }
 

@@ -6,21 +6,22 @@ use serde::Serialize;
 /// Two operations that two heads cut at the same time.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct PairReport {
-    /// Operation of the first head.
+    /// Name of the operation of head 1.
     pub first: String,
-    /// Operation of the second head.
+    /// Name of the operation of head 2.
     pub second: String,
     /// Axis that both share.
     pub shared_axis: String,
     /// Stretches cut by both heads without lifting.
     pub runs: usize,
-    /// Length of each tip's path in cuts of both heads at once.
+    /// Length of each tip's path (head 1, head 2) in cuts of both heads at once.
     pub paired_length_mm: [f64; 2],
-    /// Length of each tip's path in all cuts.
+    /// Length of each tip's path (head 1, head 2) in all cuts.
     pub cutting_length_mm: [f64; 2],
     /// Fraction of both tips' cutting length that is cut by both heads at once.
     pub paired_fraction: f64,
-    /// Time of all moves of both operations.
+    /// Time of all moves of both operations, with entries, exits, links and rapids, at the constant
+    /// speeds that axis velocities allow.
     pub time_s: f64,
     /// Time of all moves if each were cut alone, one after the other.
     pub separate_time_s: f64,
@@ -34,7 +35,7 @@ pub struct PairReport {
     pub posture_jumps: [usize; 2],
     /// Largest speed of the shared axis in cuts of both heads, deg/s (mm/s of a linear axis).
     pub shared_velocity: f64,
-    /// Reasons why the rest is cut by each head alone.
+    /// Reasons why the rest is cut by each head alone, the most frequent first.
     pub splits: Vec<PairSplit>,
 }
 
@@ -43,7 +44,7 @@ pub struct PairReport {
 pub struct PairSplit {
     /// The cause.
     pub cause: String,
-    /// Number of stations.
+    /// Number of stations (pairs of points).
     pub stations: usize,
     /// Position of the first head at the first of them, workpiece frame.
     pub first_place_mm: [f64; 3],

@@ -32,17 +32,18 @@ pub struct RemainingOnRegion {
     pub operation: String,
     /// Area of the region.
     pub area_mm2: f64,
-    /// Number of places measured all over it. Places on its border and around the highest ones
-    /// count only for the largest height.
+    /// Number of places measured all over it; with 0 nothing is known, and the region counts as
+    /// exceeded. Places on its border and around the highest ones count only for the largest
+    /// height.
     pub samples: usize,
     /// Approximate distance between them: narrower features may be missed. The search for the
     /// largest height has a quarter of this distance.
     pub spacing_mm: f64,
-    /// Half of the area has at most this height left.
+    /// Height that half of the area has at most.
     pub p50_mm: f64,
-    /// Nine tenths of it.
+    /// Height that 90 % of the area has at most.
     pub p90_mm: f64,
-    /// Ninety-nine hundredths of it.
+    /// Height that 99 % of the area has at most.
     pub p99_mm: f64,
     /// The largest height left; absent if the region is too small for a sample.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -56,7 +57,7 @@ pub struct RemainingOnRegion {
     pub never_cut_fraction: f64,
     /// Limits of the operation.
     pub allowed: FinishFile,
-    /// Whether more is left than the limits permit.
+    /// Whether more is left than the limits permit; then `plan` exits with 1.
     pub exceeded: bool,
 }
 

@@ -11,7 +11,8 @@ pub struct PlannedStockReport {
     /// Stock at the beginning: the setup's own stock, with the reason why it is not the rest of the
     /// setup before, or that rest.
     pub began_as: Option<String>,
-    /// Result of cutting; `null` if nothing was cut.
+    /// Result of cutting, as in the file of `verify` (docs/formats.md#verification-of-a-program);
+    /// `null` if nothing was cut.
     pub cut: Option<StockReport>,
     /// Whether it began as the setup's own stock.
     #[serde(skip)]

@@ -34,7 +34,8 @@ pub struct RewindReport {
     pub inserted: bool,
 }
 
-/// Consecutive blocks near the pole of the rotary axes.
+/// Consecutive blocks along passes within `singular_cone_deg` of the pole of the rotary axes, or
+/// within 5° where an axis cannot follow the programmed feed.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct SingularBlocks {
     /// Operation.
