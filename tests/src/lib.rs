@@ -22,7 +22,8 @@
 //! Helpers: [`jobs`] writes small jobs and plans them, [`variants`] plans variants of one by the
 //! command, [`program`] runs the `facemill` command, [`commands`] runs it on the files of a job,
 //! [`shared`] finds the shared data, [`meshes`] plans every shared mesh, [`golden`] has jobs whose
-//! bytes are fixed, [`random`] makes seeded numbers.
+//! bytes are fixed, [`random`] makes seeded numbers, [`key_tables`] generates the tables of
+//! `docs/formats.md`.
 
 pub mod brute;
 pub mod chip_trial;
@@ -31,6 +32,7 @@ pub mod craig;
 pub mod golden;
 pub mod interpreter;
 pub mod jobs;
+pub mod key_tables;
 pub mod meshes;
 pub mod onset;
 pub mod paper_machine;

@@ -4,6 +4,7 @@
 mod across_rooms;
 mod circles;
 mod closed_forms;
+mod formats_page;
 mod key_ranges;
 mod rooms;
 mod verdicts;
