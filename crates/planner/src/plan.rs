@@ -1,5 +1,7 @@
 //! Complete plan of one setup: path, postures, moves, text, verification, report.
 
+use std::collections::BTreeSet;
+
 use facemill_job::check::post_probe::try_template;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::LinkStockFile;
@@ -15,7 +17,9 @@ use facemill_job::stages::{READ, Stages, TIMES, WRITE};
 use facemill_nc_program::WordMap;
 use facemill_verification::stock_run::CutRequest;
 use facemill_verification::sub_cell_check::{is_cut_known, machine_as_cut, seen_between, seen_of_rest};
-use facemill_virtual_machine::{Assumption, Certificates, HeldAsCut, Verification, merge_findings, rapid_lines};
+use facemill_virtual_machine::{
+    Assumption, Certificates, Finding, HeldAsCut, Verification, merge_findings, rapid_lines,
+};
 
 use crate::dual::plan::plan_dual_setup;
 use crate::passes::extra_passes::AddedPasses;
@@ -25,7 +29,8 @@ use crate::plan_stock::{CutByPlan, StockBefore, StockToCut, cut_by_plan};
 use crate::planned::{PlanSettings, Planned, name_parts, planned_files};
 use crate::program::output::{OwnProgram, Texts, check_feeds, time_texts, write_draft, write_texts};
 use crate::program::planned_links::PlannedLinks;
-use crate::program::refinement::{ROUNDS, lines_to_refine, refine};
+use crate::program::refinement::refine;
+use crate::program::rounds::{ProgramOfHeads, Sound, sound};
 use crate::program::timing::control_assumption;
 use crate::report::chip_files::ChipFiles;
 use crate::report::reporting::report;
@@ -83,9 +88,13 @@ pub(crate) fn planned_setup(
         Err(why) => (Err(why.clone()), Err(why)),
     };
     clock.lap("shorten links");
-    let sound = Rounds { ground: &ground, words: &words, settings, before: &before, stages };
-    let Sound { mut texts, verification, certificates, cut: (of_stock, rest), seen, mended, links } =
-        sound.program(&mut operations, shortened, &mut clock)?;
+    let mut head = OneHead { ground: &ground, operations, words: &words, settings, before: &before, shortened, stages };
+    let Sound { mut texts, verifications, certificates, cut: (of_stock, rest), seen, mended } =
+        sound(&mut head, settings, &mut clock)?;
+    let links = head.links_report(&texts);
+    let operations = head.operations;
+    let verification = verifications.map(|[run]| run);
+    let certificates = certificates.map(|[proof]| proof);
     let timing = stages.start(TIMES, 0);
     time_texts(job, &words, &mut texts)?;
     drop(timing);
@@ -147,28 +156,19 @@ fn shorten_links(
     Ok(Ok(links))
 }
 
-/// Data for writing, running, refining and cutting a program.
-struct Rounds<'r, 'a> {
+/// The program of a machine with one head.
+struct OneHead<'r, 'a> {
     ground: &'r SetupContext<'a>,
+    operations: Vec<PlannedOperation<'a>>,
     words: &'r WordMap,
     settings: PlanSettings,
     before: &'r StockBefore,
+    /// Faster links, or why none were sought.
+    shortened: Result<PlannedLinks, String>,
     stages: &'r dyn Stages,
 }
 
-/// Program with all results on it.
-struct Sound {
-    texts: Texts,
-    verification: Option<Verification>,
-    certificates: Option<Certificates>,
-    cut: CutByPlan,
-    /// Description of the check between the lines of the cut stock, if the plan depends on them.
-    seen: Option<String>,
-    mended: usize,
-    links: LinksReport,
-}
-
-impl Rounds<'_, '_> {
+impl OneHead<'_, '_> {
     /// Returns which bodies are tested only against the stock at that time: if links may go through
     /// cut regions, tool and rapids, by its lines; and bodies of the machine, if all its possible
     /// remains are known.
@@ -180,105 +180,71 @@ impl Rounds<'_, '_> {
         let (cell, tolerance) = (stock.grid().cell(), job.file.verification.stock_tolerance_mm);
         HeldAsCut { tool: true, machine: began_as.is_own() && is_cut_known(&[&job.tool], cell, tolerance) }
     }
-}
 
-/// Number of rounds in which links with findings get their old paths back before all of them do.
-const LINK_ROUNDS: usize = 3;
-
-impl Rounds<'_, '_> {
-    /// Writes the program until no block needs refinement and no faster link has a finding.
-    fn program(
-        &self,
-        operations: &mut [PlannedOperation<'_>],
-        mut shortened: Result<PlannedLinks, String>,
-        clock: &mut Clock,
-    ) -> Result<Sound, Failure> {
+    fn own_program<'p>(&'p self, texts: &'p Texts) -> OwnProgram<'p> {
         let SetupContext { job, setup, .. } = self.ground;
-        let (mut mended, mut round) = (0, 0);
-        loop {
-            round += 1;
-            let (texts, mut verification, certificates) = self.mended(operations, &mut mended, clock)?;
-            let certified = certificates.iter().flat_map(|c| &c.certificates);
-            let open: Vec<u32> = certified.filter(|c| !c.certified).map(|c| c.line).collect();
-            let mut take_back = |run: Option<&Verification>, operations: &mut [PlannedOperation<'_>]| {
-                let Some((links, run)) = shortened.as_mut().ok().zip(run) else { return false };
-                links.take_back(operations, &texts, (&run.findings, &open), round == LINK_ROUNDS)
-            };
-            if take_back(verification.as_ref(), operations) {
-                continue;
-            }
-            check_feeds(job, &texts.timed, verification.as_ref())?;
-            let program =
-                OwnProgram { job, setup, operations, words: self.words, texts: &texts, as_cut: self.as_cut() };
-            let tolerance = job.file.verification.stock_tolerance_mm;
-            let cut_stock = |request: &CutRequest| program.cut_stock(request, self.stages);
-            let cut = verification
-                .as_mut()
-                .map(|found| cut_by_plan(self.before, tolerance, ([found], program.as_cut.tool), cut_stock));
-            let cut = cut.unwrap_or_else(|| Ok((PlannedStockReport::not_asked(false), None)))?;
-            let mut seen = None;
-            if let (Some(report), Some(found)) = (&cut.0.cut, verification.as_mut()) {
-                match (program.as_cut.tool, cut.0.began_as_own()) {
-                    (true, true) => {
-                        program.between_lines(report, found, self.stages)?;
-                        seen = Some(seen_between(&[&job.tool], report.cell_mm, report.tolerance_mm));
-                    }
-                    (true, false) => seen = Some(seen_of_rest(report.cell_mm)),
-                    (false, true) if program.hold_machine_as_cut(report, found, self.stages)? => {
-                        seen = Some(machine_as_cut(report.cell_mm, report.tolerance_mm));
-                    }
-                    (false, _) => {}
-                }
-            }
-            clock.lap("cut the stock");
-            if take_back(verification.as_ref(), operations) {
-                continue;
-            }
-            // Faults that the cut stock has removed hid the times.
-            check_feeds(job, &texts.timed, verification.as_ref())?;
-            let links = match shortened {
-                Ok(links) => LinksReport::of(links.report(operations, &texts)),
-                Err(why) => LinksReport::not_shortened(why),
-            };
-            return Ok(Sound { texts, verification, certificates, cut, seen, mended, links });
-        }
+        OwnProgram { job, setup, operations: &self.operations, words: self.words, texts, as_cut: self.as_cut() }
     }
 
-    fn written(&self, operations: &[PlannedOperation<'_>], clock: &mut Clock) -> Result<Written, Failure> {
-        let (SetupContext { job, setup, .. }, words, settings) = (self.ground, self.words, self.settings);
-        let writing = self.stages.start(WRITE, 0);
-        let texts = write_texts(job, setup, operations, words, settings.verify)?;
-        drop(writing);
-        clock.lap("program");
-        let program = OwnProgram { job, setup, operations, words, texts: &texts, as_cut: self.as_cut() };
-        let verification = if settings.verify { Some(program.verify(self.stages)?) } else { None };
-        clock.lap("verify");
-        let certificates = if settings.certificates { Some(program.certify(self.stages)?) } else { None };
-        clock.lap("certify");
-        Ok((texts, verification, certificates))
-    }
-
-    /// Writes the program until no block needs refinement, or the rounds are used up.
-    fn mended(
-        &self,
-        operations: &mut [PlannedOperation<'_>],
-        mended: &mut usize,
-        clock: &mut Clock,
-    ) -> Result<Written, Failure> {
-        for round in 1.. {
-            let (texts, verification, certificates) = self.written(operations, clock)?;
-            let lines = lines_to_refine(verification.as_ref(), certificates.as_ref());
-            let blocks = if round == ROUNDS { Vec::new() } else { texts.cut_blocks_at(&lines) };
-            let put_in = refine(self.ground, operations, &blocks);
-            clock.lap("mend");
-            if put_in == 0 {
-                return Ok((texts, verification, certificates));
-            }
-            *mended += put_in;
+    /// Report on the links as they are written in the end.
+    fn links_report(&self, texts: &Texts) -> LinksReport {
+        match &self.shortened {
+            Ok(links) => LinksReport::of(links.report(&self.operations, texts)),
+            Err(why) => LinksReport::not_shortened(why.clone()),
         }
-        Err(Failure::Internal("rounds without end".to_owned()))
     }
 }
 
-/// Texts of the operations, with the results of running and proving them.
-type Written = (Texts, Option<Verification>, Option<Certificates>);
+impl ProgramOfHeads<1> for OneHead<'_, '_> {
+    type Texts = Texts;
+
+    fn write(&self) -> Result<Texts, Failure> {
+        let SetupContext { job, setup, .. } = self.ground;
+        let _writing = self.stages.start(WRITE, 0);
+        write_texts(job, setup, &self.operations, self.words, self.settings.verify)
+    }
+
+    fn verify(&self, texts: &Texts) -> Result<[Verification; 1], Failure> {
+        Ok([self.own_program(texts).verify(self.stages)?])
+    }
+
+    fn certify(&self, texts: &Texts) -> Result<[Certificates; 1], Failure> {
+        Ok([self.own_program(texts).certify(self.stages)?])
+    }
+
+    fn refine(&mut self, texts: &Texts, lines: &BTreeSet<u32>) -> usize {
+        refine(self.ground, &mut self.operations, &texts.cut_blocks_at(lines))
+    }
+
+    fn take_back(&mut self, texts: &Texts, doubts: (&[Finding], &[u32]), with_all: bool) -> bool {
+        let Ok(links) = &mut self.shortened else { return false };
+        links.take_back(&mut self.operations, texts, doubts, with_all)
+    }
+
+    fn check_feeds(&self, texts: &Texts, runs: Option<&[Verification; 1]>) -> Result<(), Failure> {
+        check_feeds(self.ground.job, &texts.timed, runs.map(|[run]| run))
+    }
+
+    fn cut(&self, texts: &Texts, runs: Option<&mut [Verification; 1]>) -> Result<(CutByPlan, Option<String>), Failure> {
+        let Some([found]) = runs else { return Ok(((PlannedStockReport::not_asked(false), None), None)) };
+        let (job, program) = (self.ground.job, self.own_program(texts));
+        let tolerance = job.file.verification.stock_tolerance_mm;
+        let cut_stock = |request: &CutRequest| program.cut_stock(request, self.stages);
+        let cut = cut_by_plan(self.before, tolerance, ([&mut *found], program.as_cut.tool), cut_stock)?;
+        let mut seen = None;
+        if let Some(report) = &cut.0.cut {
+            match (program.as_cut.tool, cut.0.began_as_own()) {
+                (true, true) => {
+                    program.between_lines(report, found, self.stages)?;
+                    seen = Some(seen_between(&[&job.tool], report.cell_mm, report.tolerance_mm));
+                }
+                (true, false) => seen = Some(seen_of_rest(report.cell_mm)),
+                (false, true) if program.hold_machine_as_cut(report, found, self.stages)? => {
+                    seen = Some(machine_as_cut(report.cell_mm, report.tolerance_mm));
+                }
+                (false, _) => {}
+            }
+        }
+        Ok((cut, seen))
+    }
+}

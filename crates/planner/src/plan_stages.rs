@@ -52,6 +52,7 @@ pub(crate) fn stages_of_heads(job: &Job, index: usize, settings: PlanSettings, h
             stages.extend(["left for one head", CHIPS, "left for one head", CHIPS]);
         }
     }
+    stages.extend((has_stock && settings.verify && setup.links.shorten).then_some(SHORTEN));
     stages.push(WRITE);
     stages.extend(settings.verify.then_some(["verify head 1", "verify head 2"]).into_iter().flatten());
     stages.extend(settings.certificates.then_some(["certify head 1", "certify head 2"]).into_iter().flatten());

@@ -3,6 +3,7 @@
 pub(crate) mod output;
 pub(crate) mod planned_links;
 pub(crate) mod refinement;
+pub(crate) mod rounds;
 pub(crate) mod timed;
 pub(crate) mod timing;
 pub(crate) mod vector_blocks;

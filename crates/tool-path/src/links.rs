@@ -34,27 +34,35 @@ pub struct LinkScene<'a> {
     pub clearance: ClearanceSurface,
 }
 
-/// Fastest free way of a link, through positions as `rounded` gives them.
+impl LinkScene<'_> {
+    /// Ends of a link at these axis values.
+    fn ends(&self, start: AxisValues, end: AxisValues) -> Ends<'_> {
+        Ends {
+            machine: self.machine,
+            tool_length: self.tool_length,
+            table_from_work: self.table_from_work,
+            surface: &self.clearance,
+            start,
+            end,
+            spindle: spindle_of(self.machine),
+        }
+    }
+}
+
+/// Fastest free way of a link, through positions as `rounded` gives them; `heads` are the machine
+/// as each of its heads sees it, with its tool.
 ///
 /// # Errors
 /// When a way cannot be timed.
 pub fn fastest(
-    scene: &LinkScene<'_>,
+    heads: &[LinkScene<'_>],
     clock: &LinkClock<'_>,
     (link, stage): (&ProgramLink, &LinkStage<'_, '_>),
     rounded: &(dyn Fn(&AxisValues) -> Option<AxisValues> + Sync),
 ) -> Result<Choice, String> {
-    let machine = scene.machine;
-    let ends = Ends {
-        machine,
-        tool_length: scene.tool_length,
-        table_from_work: scene.table_from_work,
-        surface: &scene.clearance,
-        start: link.start,
-        end: link.ends.last().copied().unwrap_or(link.start),
-        spindle: spindle_of(machine),
-    };
-    Chooser { ends: &ends, clock, law: link.law, rounded }.choose(link, stage)
+    let end = link.ends.last().copied().unwrap_or(link.start);
+    let heads: Vec<Ends<'_>> = heads.iter().map(|head| head.ends(link.start, end)).collect();
+    Chooser { heads: &heads, clock, law: link.law, rounded }.choose(link, stage)
 }
 
 /// Index of the linear axis along the spindle where the rotary axes are at 0, and the sign of its

@@ -8,7 +8,7 @@ use facemill_tool_model::ToolSection;
 use facemill_z_map::{DexelMap, RoundRing, Step, Sweep, TurnedBody};
 use rayon::prelude::*;
 
-use crate::motion::moves::{Move, resolve};
+use crate::motion::moves::{Move, Moves, resolve};
 use crate::motion::setup;
 use crate::motion::setup::{HeldAsCut, ObstacleKind, VerifyError, VerifySettings, VirtualSetup};
 use crate::proof::doubts::Doubts;
@@ -71,7 +71,8 @@ pub struct LinkDistances {
 
 /// Where a program stands at the start of a link: all that is in the way.
 pub struct LinkStage<'s, 'a> {
-    scene: &'s Scene<'a>,
+    /// One for each head.
+    scenes: &'s [Scene<'a>],
     /// The stock as it is then; `None` where ways keep off the stock as it was at first.
     cut: Option<CutStock<'s>>,
 }
@@ -108,10 +109,10 @@ pub fn run_links(
     }
     let verify = &VerifySettings { as_cut: HeldAsCut::TOOL, ..verify.clone() };
     let wide = wider(setup, link.clearance, 0.0);
-    let scene = Scene::new(&wide, verify)?;
+    let scenes = [Scene::new(&wide, verify)?];
+    let [scene] = &scenes;
     let resolved = resolve(program, setup, verify);
-    let doubts = Doubts::new(program, &resolved.faults);
-    let links = links(program, &resolved.moves, &doubts);
+    let links = links(program, &resolved.moves, &[Doubts::new(program, &resolved.faults)]);
     let cell = stock.grid().cell();
     let bodies = Bodies::new(setup.tool, verify.clearance_slack, [link.tolerance, cell]);
     let kept = [1.0, 2.0, 3.0].map(|thirds| kept_bodies(setup, link.clearance * thirds / 3.0, cell));
@@ -121,37 +122,47 @@ pub fn run_links(
     let on_links = Coarseness { max_way: f64::INFINITY, ..coarse };
     let mut done = 0;
     for found in &links {
-        cut(&scene, &bodies, &coarse, &resolved.moves[done..found.first], stock, monitor)?;
+        cut(scene, &bodies, &coarse, &resolved.moves[done..found.first], stock, monitor)?;
         done = found.first + found.ends.len();
         monitor.advance(count_blocks(&resolved.moves[found.first..done]));
         monitor.checkpoint()?;
         let now =
             CutStock { bodies: &bodies, kept: &kept, coarse: on_links, clearance: link.clearance, stock: &*stock };
-        visit(found, &LinkStage { scene: &scene, cut: Some(now) });
+        visit(found, &LinkStage { scenes: &scenes, cut: Some(now) });
     }
-    cut(&scene, &bodies, &coarse, &resolved.moves[done..], stock, monitor)
+    cut(scene, &bodies, &coarse, &resolved.moves[done..], stock, monitor)
 }
 
 /// Looks at every link of a program by itself, in parallel, off the stock as it was before anything
 /// was cut: what is proven to keep off that keeps off what is left of it. Returns what is found of
 /// each, in program order.
 ///
+/// `heads` are the setups of all heads of the machine, one of a machine with one. Each head's tool
+/// and bodies are tested over the motion of all axes, so against the other head as it moves at the
+/// same time. A link on which one of them may not be changed is held.
+///
 /// # Errors
-/// When the setup or a setting makes no sense, or the monitor cancels, which is told of every block
+/// When a setup or a setting makes no sense, or the monitor cancels, which is told of every block
 /// with a motion.
 pub fn links_off_first_stock<T: Send>(
     program: &ReadProgram,
-    setup: &VirtualSetup<'_>,
+    heads: &[&VirtualSetup<'_>],
     (verify, keep): (&VerifySettings, LinkDistances),
     look: &(dyn Fn(&ProgramLink, &LinkStage<'_, '_>) -> T + Sync),
     monitor: &dyn Monitor,
 ) -> Result<Vec<T>, VerifyError> {
-    check(setup, verify, &[("fixtures", keep.fixtures), ("first_stock", keep.first_stock)])?;
+    for head in heads {
+        check(head, verify, &[("fixtures", keep.fixtures), ("first_stock", keep.first_stock)])?;
+    }
     let verify = &VerifySettings { as_cut: HeldAsCut::NOTHING, ..verify.clone() };
-    let wide = wider(setup, keep.fixtures, keep.first_stock);
-    let stage = LinkStage { scene: &Scene::new(&wide, verify)?, cut: None };
-    let resolved = resolve(program, setup, verify);
-    let links = links(program, &resolved.moves, &Doubts::new(program, &resolved.faults));
+    let wide: Vec<VirtualSetup<'_>> = heads.iter().map(|head| wider(head, keep.fixtures, keep.first_stock)).collect();
+    let scenes: Vec<Scene<'_>> = wide.iter().map(|wide| Scene::new(wide, verify)).collect::<Result<_, _>>()?;
+    let stage = LinkStage { scenes: &scenes, cut: None };
+    // All heads have the same words, and so the same motions of all axes.
+    let resolved: Vec<Moves> = heads.iter().map(|head| resolve(program, head, verify)).collect();
+    let doubts: Vec<Doubts> = resolved.iter().map(|r| Doubts::new(program, &r.faults)).collect();
+    let Some(resolved) = resolved.into_iter().next() else { return Ok(Vec::new()) };
+    let links = links(program, &resolved.moves, &doubts);
     let on_links: usize = links.iter().map(|l| count_blocks(&resolved.moves[l.first..l.first + l.ends.len()])).sum();
     monitor.advance(count_blocks(&resolved.moves).saturating_sub(on_links));
     let found: Result<Vec<T>, Cancelled> = links
@@ -241,7 +252,7 @@ fn count_blocks(moves: &[Move]) -> usize {
 }
 
 /// All runs of rapids, in order.
-fn links(program: &ReadProgram, moves: &[Move], doubts: &Doubts) -> Vec<ProgramLink> {
+fn links(program: &ReadProgram, moves: &[Move], doubts: &[Doubts]) -> Vec<ProgramLink> {
     let mut links = Vec::new();
     let mut first = 0;
     for run in moves.chunk_by(|a, b| a.is_rapid == b.is_rapid) {
@@ -254,8 +265,12 @@ fn links(program: &ReadProgram, moves: &[Move], doubts: &Doubts) -> Vec<ProgramL
     links
 }
 
-fn link(program: &ReadProgram, run: &[Move], first: usize, is_last: bool, doubts: &Doubts) -> ProgramLink {
-    let doubt = run.iter().find_map(|m| doubts.of_line(program.blocks[m.block].line));
+/// `doubts` are those of each head. On a machine with several the tool of one may stand while the
+/// other one's goes.
+fn link(program: &ReadProgram, run: &[Move], first: usize, is_last: bool, doubts: &[Doubts]) -> ProgramLink {
+    let doubt_of = |m: &Move| doubts.iter().find_map(|d| d.of_line(program.blocks[m.block].line));
+    let doubt = run.iter().find_map(doubt_of);
+    let is_one_head = doubts.len() == 1;
     let hold = if first == 0 {
         Some(LinkHold::WayIn)
     } else if is_last {
@@ -263,7 +278,7 @@ fn link(program: &ReadProgram, run: &[Move], first: usize, is_last: bool, doubts
     } else if let Some(doubt) = doubt {
         Some(LinkHold::Doubt(format!("line {}: {}", doubt.line, doubt.what)))
     } else {
-        run.iter().any(|m| m.law != run[0].law || !m.moves_tool).then_some(LinkHold::Laws)
+        run.iter().any(|m| m.law != run[0].law || is_one_head && !m.moves_tool).then_some(LinkHold::Laws)
     };
     ProgramLink {
         blocks: run.iter().map(|m| m.block).collect(),
@@ -277,28 +292,33 @@ fn link(program: &ReadProgram, run: &[Move], first: usize, is_last: bool, doubts
 }
 
 impl LinkStage<'_, '_> {
-    /// Whether the tool can go from the start of a link through these axis values, at rapid rate
-    /// and under the link's law.
+    /// Whether the tools of all heads can go from the start of a link through these axis values, at
+    /// rapid rate and under the link's law.
     ///
-    /// Axes stay within their limits. Against part, fixtures and machine it is proven for every
-    /// time of the motion, with what the control may leave it by, as in certificates of rapids. So
-    /// it is against the stock as it was at first, where ways keep off that; against the stock as
-    /// it is now it is held as [`run_stock`](crate::stock::run::run_stock) holds rapids, and with
-    /// the clearance of the settings.
+    /// Axes stay within their limits. Against part, fixtures, machine and the other head, which
+    /// moves at the same time, it is proven for every time of the motion, with what the control may
+    /// leave it by, as in certificates of rapids. So it is against the stock as it was at first,
+    /// where ways keep off that; against the stock as it is now it is held as
+    /// [`run_stock`](crate::stock::run::run_stock) holds rapids, and with the clearance of the
+    /// settings.
     pub fn is_free(&self, link: &ProgramLink, through: &[AxisValues]) -> bool {
-        let machine = self.scene.setup.machine;
-        if through.iter().any(|axes| machine.first_beyond_limit(axes).is_some()) {
+        let is_beyond = |scene: &Scene<'_>| {
+            let machine = scene.setup.machine;
+            through.iter().any(|axes| machine.first_beyond_limit(axes).is_some())
+        };
+        if self.scenes.iter().any(is_beyond) {
             return false;
         }
         let moves = moves(link, through);
-        let is_clear_of_cut = self.cut.as_ref().is_none_or(|cut| cut.is_clear(self.scene, &moves));
-        is_clear_of_cut && moves.iter().all(|m| self.is_proven(m))
+        let is_clear_of = |cut: &CutStock<'_>| self.scenes.iter().all(|scene| cut.is_clear(scene, &moves));
+        let is_clear_of_cut = self.cut.as_ref().is_none_or(is_clear_of);
+        is_clear_of_cut && moves.iter().all(|m| self.scenes.iter().all(|scene| is_proven(scene, m)))
     }
+}
 
-    fn is_proven(&self, m: &Move) -> bool {
-        let proof = Prover::new(self.scene, m).map(|mut prover| prover.prove());
-        proof.is_some_and(|p| p.depth.is_some() && p.bodies_clear)
-    }
+fn is_proven(scene: &Scene<'_>, m: &Move) -> bool {
+    let proof = Prover::new(scene, m).map(|mut prover| prover.prove());
+    proof.is_some_and(|p| p.depth.is_some() && p.bodies_clear)
 }
 
 impl CutStock<'_> {

@@ -188,7 +188,7 @@ impl Stage<'_> {
         };
         let writer = self.writer(at);
         let rounded = |axes: &AxisValues| writer.rounded(own.compensation(), axes).map(|(_, rounded)| rounded);
-        let choice = fastest(&self.setup.link_scene(self.job), clock, (link, stage), &rounded)?;
+        let choice = fastest(&[self.setup.link_scene(self.job)], clock, (link, stage), &rounded)?;
         let Choice { before, lower_bound, better, .. } = choice;
         let said = |way: &Chosen| writer.lines(&self.form, self.turns_shorter, &own, &way.through);
         let (better, kept_because) = match better.map(|way| said(&way).map(|texts| (way, texts))).transpose() {

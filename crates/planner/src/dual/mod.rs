@@ -7,6 +7,7 @@
 //! with the other one at home.
 
 pub(crate) mod channels;
+pub(crate) mod links;
 pub(crate) mod moves;
 pub(crate) mod output;
 pub(crate) mod pair;

@@ -194,6 +194,16 @@ fn apt_moves(ground: &TwoHeadContext<'_>, parts: &[Part<'_>], head: usize, verif
 }
 
 impl DualTexts {
+    /// First and last line of the blocks of some places, which follow each other; `None` without
+    /// one.
+    pub(crate) fn lines_of(&self, places: &[BlockPlace]) -> Option<[u32; 2]> {
+        let line = |place: &BlockPlace| {
+            let at = self.places.binary_search_by(|(_, known)| known.cmp(place)).ok()?;
+            Some(self.places[at].0)
+        };
+        Some([line(places.first()?)?, line(places.last()?)?])
+    }
+
     /// Takes the times that are told from the text.
     ///
     /// # Errors

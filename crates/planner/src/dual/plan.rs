@@ -1,10 +1,13 @@
 //! The whole way through one setup of a machine with two heads.
 
+use std::collections::BTreeSet;
+
 use facemill_cutter_location::PoseTest;
 use facemill_inverse_kinematics::AxisValues;
 use facemill_job::failure::Failure;
 use facemill_job::format::made_from::MadeFrom;
 use facemill_job::format::report::links::LinksReport;
+use facemill_job::format::report::stock::{PlannedStockReport, not_asked};
 use facemill_job::load::HEADS_APART;
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::load::mesh_winding::check_winding;
@@ -12,22 +15,24 @@ use facemill_job::load::open_meshes::open_stock;
 use facemill_job::setup::cell::z_map;
 use facemill_job::setup::word_map::dual_word_map;
 use facemill_job::stages::{READ, Stages, TIMES, WRITE};
+use facemill_nc_program::WordMap;
 use facemill_verification::merged_heads::proven_for_both;
-use facemill_virtual_machine::{Assumption, merge_findings, rapid_lines};
+use facemill_virtual_machine::{Assumption, Certificates, Finding, Verification, merge_findings, rapid_lines};
 use nalgebra::Point3;
 
-use super::output::{DualProgram, merged, write_dual_texts};
+use super::output::{DualProgram, DualTexts, merged, write_dual_texts};
 use super::pair::{PairPlanner, as_piece};
+use crate::dual::links::DualLinks;
 use crate::dual::parts::{Part, TwoHeadContext, alone_sections, cells, mover, section};
-use crate::dual::refinement::{lines, refine};
+use crate::dual::refinement::refine;
 use crate::passes::extra_passes::AddedPasses;
 use crate::passes::move_settings::move_settings;
 use crate::passes::operation::{PlannedOperation, SetupContext};
 use crate::plan_stages::stages_of_heads;
-use crate::plan_stock::StockToCut;
+use crate::plan_stock::{CutByPlan, StockBefore, StockToCut};
 use crate::planned::{PlanSettings, Planned, name_parts, planned_files};
 use crate::program::output::check_feeds;
-use crate::program::refinement::ROUNDS;
+use crate::program::rounds::{ProgramOfHeads, Sound, sound};
 use crate::program::timing::control_assumption;
 use crate::report::chip_files::ChipFiles;
 use crate::report::reporting::report;
@@ -87,37 +92,24 @@ pub(crate) fn plan_dual_setup(
             }
         }
     }
-    let mut mended = 0;
-    let mut rounds = 0;
-    let (mut texts, mut verifications, certificates) = loop {
-        let writing = stages.start(WRITE, 0);
-        let texts = write_dual_texts(&ground, &parts, &words, settings.verify)?;
-        drop(writing);
-        clock.lap("program");
-        let program = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts };
-        let verifications = if settings.verify { Some(program.verify(stages)?) } else { None };
-        clock.lap("verify");
-        let certificates = if settings.certificates { Some(program.certify(stages)?) } else { None };
-        clock.lap("certify");
-        rounds += 1;
-        let lines = lines(verifications.as_ref(), certificates.as_ref());
-        let put_in = if rounds == ROUNDS { 0 } else { refine(&ground, &mut parts, &texts, &lines) };
-        clock.lap("mend");
-        if put_in == 0 {
-            break (texts, verifications, certificates);
+    let asked = stock.filter(|_| settings.verify).ok_or_else(|| not_asked(settings.verify).to_owned());
+    let (before, shortened) = match asked {
+        Ok(stock) => {
+            let before = stock.before(jobs[0], setups[0])?;
+            (before, shorten_links(&ground, &mut parts, &words, stages)?)
         }
-        mended += put_in;
+        Err(why) => (Err(why.clone()), Err(why)),
     };
+    clock.lap("shorten links");
+    let mut both = TwoHeads { ground: &ground, parts, words: &words, settings, before: &before, shortened, stages };
+    let Sound { mut texts, verifications, certificates, cut: (of_stock, rest), seen, mended } =
+        sound(&mut both, settings, &mut clock)?;
+    let links = both.links_report(&texts);
+    let parts = both.parts;
     let (mut planned, heads): (Vec<PlannedOperation<'_>>, Vec<usize>) =
         operations.into_iter().map(|(head, _, o)| (o, head)).unzip();
     with_refined_stops(&mut planned, &parts);
     let jobs_of: Vec<&Job> = heads.iter().map(|&h| jobs[h]).collect();
-    check_feeds(job, &texts.timed, verifications.as_ref().map(|[first, _]| first))?;
-    let program = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts };
-    let ((of_stock, rest), seen) = program.cut_by_plan(stock, verifications.as_mut(), stages)?;
-    // Faults that the cut stock has taken away hid the times.
-    check_feeds(job, &texts.timed, verifications.as_ref().map(|[first, _]| first))?;
-    clock.lap("cut the stock");
     let timing = stages.start(TIMES, 0);
     texts.time(&ground, &words)?;
     drop(timing);
@@ -138,13 +130,95 @@ pub(crate) fn plan_dual_setup(
     report.stock = of_stock;
     report.remaining = program.remaining(stages)?;
     clock.lap("material left");
-    if settings.verify {
-        report.links = LinksReport::not_shortened("those of machines with two heads are not looked at");
-    }
+    report.links = links;
     let (suffix, state) = name_parts(job, setups[0], &report);
     let chips = ChipFiles::new(&jobs_of, &setups[0].file.name, &planned, (&texts.timed, &[]));
     let files = texts.files(&suffix, state)?;
     Ok(Planned { rest, ..planned_files(&suffix, (report, certificates), files, picture, chips, clock) })
+}
+
+/// Links that are faster than over the clearance surfaces and free for both heads, put into the
+/// moves; or why they are not.
+fn shorten_links(
+    ground: &TwoHeadContext<'_>,
+    parts: &mut [Part<'_>],
+    words: &WordMap,
+    stages: &dyn Stages,
+) -> Result<Result<DualLinks, String>, Failure> {
+    if !ground.setups[0].file.links.shorten {
+        return Ok(Err("the job says so (links.shorten)".to_owned()));
+    }
+    let texts = write_dual_texts(ground, parts, words, true)?;
+    let links = DualLinks::find(&DualProgram { ground, parts, words, texts: &texts }, stages)?;
+    links.put_in(parts);
+    Ok(Ok(links))
+}
+
+/// The program of a machine with two heads.
+struct TwoHeads<'r, 'a> {
+    ground: &'r TwoHeadContext<'a>,
+    parts: Vec<Part<'a>>,
+    words: &'r WordMap,
+    settings: PlanSettings,
+    before: &'r StockBefore,
+    /// Faster links, or why none were sought.
+    shortened: Result<DualLinks, String>,
+    stages: &'r dyn Stages,
+}
+
+impl<'a> TwoHeads<'_, 'a> {
+    fn program<'p>(&'p self, texts: &'p DualTexts) -> DualProgram<'p, 'a> {
+        DualProgram { ground: self.ground, parts: &self.parts, words: self.words, texts }
+    }
+
+    /// Report on the links as they are written in the end.
+    fn links_report(&self, texts: &DualTexts) -> LinksReport {
+        match &self.shortened {
+            Ok(links) => LinksReport::of(links.report(&self.parts, texts)),
+            Err(why) => LinksReport::not_shortened(why.clone()),
+        }
+    }
+}
+
+impl ProgramOfHeads<2> for TwoHeads<'_, '_> {
+    type Texts = DualTexts;
+
+    fn write(&self) -> Result<DualTexts, Failure> {
+        let _writing = self.stages.start(WRITE, 0);
+        write_dual_texts(self.ground, &self.parts, self.words, self.settings.verify)
+    }
+
+    fn verify(&self, texts: &DualTexts) -> Result<[Verification; 2], Failure> {
+        self.program(texts).verify(self.stages)
+    }
+
+    fn certify(&self, texts: &DualTexts) -> Result<[Certificates; 2], Failure> {
+        self.program(texts).certify(self.stages)
+    }
+
+    fn refine(&mut self, texts: &DualTexts, lines: &BTreeSet<u32>) -> usize {
+        refine(self.ground, &mut self.parts, texts, lines)
+    }
+
+    fn take_back(&mut self, texts: &DualTexts, doubts: (&[Finding], &[u32]), with_all: bool) -> bool {
+        let Ok(links) = &mut self.shortened else { return false };
+        links.take_back(&mut self.parts, texts, doubts, with_all)
+    }
+
+    fn check_feeds(&self, texts: &DualTexts, runs: Option<&[Verification; 2]>) -> Result<(), Failure> {
+        check_feeds(self.ground.jobs[0], &texts.timed, runs.map(|[first, _]| first))
+    }
+
+    fn cut(
+        &self,
+        texts: &DualTexts,
+        runs: Option<&mut [Verification; 2]>,
+    ) -> Result<(CutByPlan, Option<String>), Failure> {
+        match runs {
+            Some(runs) => self.program(texts).cut_by_plan(self.before, runs, self.stages),
+            None => Ok(((PlannedStockReport::not_asked(false), None), None)),
+        }
+    }
 }
 
 /// An operation that one head machines with the other at home.

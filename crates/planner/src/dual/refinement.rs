@@ -4,23 +4,12 @@ use std::collections::BTreeSet;
 
 use facemill_cutter_location::{Hints, PairTest, PoseTest};
 use facemill_tool_path::moves::MoveKind;
-use facemill_virtual_machine::{Certificates, Verification};
 
 use crate::dual::moves::{DualMove, DualMover};
 use crate::dual::output::{BlockPlace, DualTexts};
 use crate::dual::pair::run_planner;
 use crate::dual::parts::{Part, TwoHeadContext};
 use crate::passes::move_settings::move_settings;
-use crate::program::refinement::lines_to_refine;
-
-/// Lines of blocks in which a cutter goes deeper than allowed, or that could not be certified, for
-/// either head.
-pub(crate) fn lines(
-    verification: Option<&[Verification; 2]>,
-    certificates: Option<&[Certificates; 2]>,
-) -> BTreeSet<u32> {
-    (0..2).flat_map(|h| lines_to_refine(verification.map(|v| &v[h]), certificates.map(|c| &c[h]))).collect()
-}
 
 /// Puts tested stops into each block of a run on these lines, one in its middle at least; the
 /// number put in. Where none is feasible, and where one head works alone, the block stays as it is.

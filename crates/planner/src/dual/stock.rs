@@ -1,7 +1,6 @@
 //! The stock of a setup as both heads cut it.
 
 use facemill_job::failure::Failure;
-use facemill_job::format::report::stock::PlannedStockReport;
 use facemill_job::stages::Stages;
 use facemill_job::stock::map::StockRegion;
 use facemill_verification::program::removal_of;
@@ -10,29 +9,23 @@ use facemill_verification::sub_cell_check::{hold_machine_as_cut, machine_as_cut}
 use facemill_virtual_machine::{Verification, VerifySettings};
 
 use super::output::DualProgram;
-use crate::plan_stock::{CutByPlan, StockToCut, cut_by_plan};
+use crate::plan_stock::{CutByPlan, StockBefore, cut_by_plan};
 use crate::program::output::lines_of;
 
 impl DualProgram<'_, '_> {
-    /// Cuts the stock by both heads, where it is verified and there is one to cut, and adds what
-    /// meets it to each head's run; what bodies of the machine meet there of the stock as it was at
-    /// first alone is taken out, with what that rests on.
+    /// Cuts the stock by both heads, and adds what meets it to each head's run; what bodies of the
+    /// machine meet there of the stock as it was at first alone is taken out, with what that rests
+    /// on.
     ///
     /// # Errors
-    /// When the stock cannot be made lines of that are as far apart as asked, or the stages are
-    /// cancelled.
+    /// When the stages are cancelled.
     pub(crate) fn cut_by_plan(
         &self,
-        stock: Option<&StockToCut<'_>>,
-        verifications: Option<&mut [Verification; 2]>,
+        before: &StockBefore,
+        [first, second]: &mut [Verification; 2],
         stages: &dyn Stages,
     ) -> Result<(CutByPlan, Option<String>), Failure> {
-        let is_verified = verifications.is_some();
-        let (Some(stock), Some([first, second])) = (stock, verifications) else {
-            return Ok(((PlannedStockReport::not_asked(is_verified), None), None));
-        };
         let job = self.ground.jobs[0];
-        let before = stock.before(job, self.ground.setups[0])?;
         let at = [0, 1].map(|h| self.setup(h));
         let stands = [0, 1].map(|h| HeadView { job: self.ground.jobs[h], setup: self.ground.setups[h], at: &at[h] });
         let settings = [0, 1].map(|h| {
@@ -42,7 +35,7 @@ impl DualProgram<'_, '_> {
         let heads = [(&stands[0], &settings[0]), (&stands[1], &settings[1])];
         let program = self.read()?;
         let tolerance = job.file.verification.stock_tolerance_mm;
-        let cut = cut_by_plan(&before, tolerance, ([&mut *first, &mut *second], false), |request| {
+        let cut = cut_by_plan(before, tolerance, ([&mut *first, &mut *second], false), |request| {
             cut_stock(&program, heads, request, stages)
         })?;
         if let Some(report) = cut.0.cut.as_ref().filter(|_| cut.0.began_as_own()) {

@@ -25,7 +25,7 @@ use crate::program::output::{OwnProgram, Texts};
 
 /// Fraction of the rapid clearance that is proven to be kept from the initial stock: links begin
 /// and end at the whole clearance, and the control may deviate from them slightly.
-const KEPT: f64 = 0.9;
+pub(crate) const KEPT: f64 = 0.9;
 
 /// Links between the passes of a setup, with the results of the search.
 pub(crate) struct PlannedLinks {
@@ -148,7 +148,7 @@ impl PlannedLinks {
             }
             None => {
                 let keep = LinkDistances { fixtures: clearance, first_stock: KEPT * clearance };
-                links_off_first_stock(&text, &at, (&verify, keep), &look, &*monitor)
+                links_off_first_stock(&text, &[&at], (&verify, keep), &look, &*monitor)
             }
         };
         let links = links.map_err(not_verified)?.into_iter().flatten().collect();
@@ -222,7 +222,7 @@ impl PlannedLinks {
 }
 
 /// Describes a finding in blocks that the final program lacks.
-fn told(finding: &Finding) -> String {
+pub(crate) fn told(finding: &Finding) -> String {
     let bodies = [&finding.body, &finding.obstacle].into_iter().flatten().cloned().collect::<Vec<_>>().join(" at ");
     let measure = finding.measure.as_ref().map_or_else(String::new, |m| format!(", {m}"));
     format!("the faster path has a finding: {}, {bodies}{measure}", finding.kind)
@@ -293,7 +293,7 @@ impl Seeker<'_> {
             FeedMode::G94 | FeedMode::G93 => Compensation::Length(job.tool.length_register()),
         };
         let rounded = |axes: &AxisValues| self.words.rounded(compensation, axes).map(|(_, rounded)| rounded);
-        fastest(&setup.link_scene(job), self.clock, (link, stage), &rounded)
+        fastest(&[setup.link_scene(job)], self.clock, (link, stage), &rounded)
     }
 
     fn rapids(&self, over: &[AxisValues]) -> Vec<Move> {

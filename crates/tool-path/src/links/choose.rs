@@ -5,7 +5,7 @@ use facemill_virtual_machine::{LinkStage, ProgramLink};
 use rayon::prelude::*;
 
 use crate::links::clock::LinkClock;
-use crate::links::ways::{Ends, WayKind};
+use crate::links::ways::{Ends, WayKind, way_of_heads};
 
 /// A way in place of a link.
 #[derive(Clone, Debug)]
@@ -45,8 +45,8 @@ const FASTER: f64 = 1e-4;
 
 /// Context of the choice.
 pub struct Chooser<'c, 'a> {
-    /// Ends of the link.
-    pub ends: &'c Ends<'a>,
+    /// Ends of the link, for each head of the machine; at least one.
+    pub heads: &'c [Ends<'a>],
     /// Times of links.
     pub clock: &'c LinkClock<'a>,
     /// Motion of the axes between two positions.
@@ -111,7 +111,7 @@ impl Chooser<'_, '_> {
     /// When a way cannot be timed.
     pub fn choose(&self, link: &ProgramLink, stage: &LinkStage<'_, '_>) -> Result<Choice, String> {
         let before = self.clock.time(self.law, &link.start, &link.ends)?;
-        let lower_bound = self.clock.least_time(&link.start, &self.ends.end);
+        let lower_bound = self.clock.least_time(&link.start, &self.heads[0].end);
         let largest = self.largest_out(link);
         let rungs: Vec<f64> = (0..=RUNGS).map(|k| largest * (f64::from(k) / f64::from(RUNGS)).powi(2)).collect();
         let ladder = |kind: WayKind| if kind == WayKind::Direct { &rungs[..1] } else { &rungs[..] };
@@ -138,15 +138,15 @@ impl Chooser<'_, '_> {
 
     /// A way with its time, where it is faster than `before`.
     fn timed(&self, kind: WayKind, out: f64, before: f64) -> Option<Timed> {
-        let way = self.ends.way(kind, out)?;
+        let way = way_of_heads(self.heads, kind, out)?;
         let (last, over) = way.split_last()?;
         let mut through: Vec<AxisValues> = over.iter().map(self.rounded).collect::<Option<_>>()?;
         through.push(*last);
-        if through.iter().any(|axes| self.ends.machine.first_beyond_limit(axes).is_some()) {
+        if through.iter().any(|axes| self.heads[0].machine.first_beyond_limit(axes).is_some()) {
             return None;
         }
         // A link that cannot be timed is no candidate.
-        let time = self.clock.time(self.law, &self.ends.start, &through).ok()?;
+        let time = self.clock.time(self.law, &self.heads[0].start, &through).ok()?;
         (time < before - FASTER).then_some(Timed { kind, out, way: Chosen { kind, through, time } })
     }
 
@@ -177,13 +177,13 @@ impl Chooser<'_, '_> {
     fn pulled_tight(&self, link: &ProgramLink, stage: &LinkStage<'_, '_>, mut best: Chosen) -> Chosen {
         for by in PULLS {
             for k in 0..best.through.len() - 1 {
-                let before = if k == 0 { self.ends.start } else { best.through[k - 1] };
+                let before = if k == 0 { self.heads[0].start } else { best.through[k - 1] };
                 let Some(share) = self.share_of_way(&before, &best.through[k], &best.through[k + 1]) else { continue };
                 let straight = before.lerp(&best.through[k + 1], share);
                 let Some(pulled) = (self.rounded)(&best.through[k].lerp(&straight, by)) else { continue };
                 let mut through = best.through.clone();
                 through[k] = pulled;
-                let time = self.clock.time(self.law, &self.ends.start, &through);
+                let time = self.clock.time(self.law, &self.heads[0].start, &through);
                 let is_faster = time.as_ref().is_ok_and(|time| *time < best.time - FASTER);
                 if let (true, Ok(time)) = (is_faster && stage.is_free(link, &through), time) {
                     best = Chosen { kind: best.kind, through, time };
@@ -193,12 +193,13 @@ impl Chooser<'_, '_> {
         best
     }
 
-    /// The share of the tip's way over a place that is done there.
+    /// The share of the tip's way over a place that is done there, of the first head whose tip goes.
     fn share_of_way(&self, before: &AxisValues, at: &AxisValues, behind: &AxisValues) -> Option<f64> {
-        let tip = |axes: &AxisValues| self.ends.machine.cl_point(axes, self.ends.tool_length).tip;
-        let [a, b, c] = [before, at, behind].map(tip);
-        let all = (b - a).norm() + (c - b).norm();
-        (all > 0.0).then(|| (b - a).norm() / all)
+        self.heads.iter().find_map(|head| {
+            let [a, b, c] = [before, at, behind].map(|axes| head.tip(axes));
+            let all = (b - a).norm() + (c - b).norm();
+            (all > 0.0).then(|| (b - a).norm() / all)
+        })
     }
 
     /// How far out a way may go to be worth it, mm: what the linear axes go on the link as it is.
@@ -206,7 +207,7 @@ impl Chooser<'_, '_> {
         let starts = std::iter::once(&link.start).chain(&link.ends);
         let length = |(from, to): (&AxisValues, &AxisValues)| -> f64 {
             let way = |k: usize| to[k] - from[k];
-            let axes = self.ends.machine.axes().iter().enumerate();
+            let axes = self.heads[0].machine.axes().iter().enumerate();
             axes.filter(|(_, a)| a.kind == AxisKind::Linear).map(|(k, _)| way(k).powi(2)).sum::<f64>().sqrt()
         };
         starts.zip(&link.ends).map(length).sum()

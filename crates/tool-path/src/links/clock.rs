@@ -14,9 +14,9 @@ pub struct LinkClock<'a> {
 }
 
 impl<'a> LinkClock<'a> {
-    /// On a machine's view, by its accelerations and jerks where it has them, else by its
-    /// velocities alone.
-    pub fn new(views: &'a [View<'a>; 1]) -> Self {
+    /// On a machine as each of its heads sees it, at least one, by its accelerations and jerks where
+    /// it has them, else by its velocities alone.
+    pub fn new(views: &'a [View<'a>]) -> Self {
         let (machine, tool_length) = views[0];
         let timer = Timer::new(views, machine.motion_law().control_tolerance).ok().map(Timer::without_limits);
         Self { machine, tool_length, timer }

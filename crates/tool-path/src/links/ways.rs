@@ -79,13 +79,55 @@ fn is_same(a: &AxisValues, b: &AxisValues) -> bool {
     (0..a.len()).all(|k| (a[k] - b[k]).abs() < SAME)
 }
 
+/// The positions of a way of this kind for all heads of a machine at once, without its start; each
+/// that has to move goes so far out, mm, and the others stand. `None` where there is none, or where
+/// the ways of two heads have not as many places.
+///
+/// Both heads pass the places of their own ways at the same times. An axis that they share goes as
+/// the first of those that move has it.
+pub fn way_of_heads(heads: &[Ends<'_>], kind: WayKind, out: f64) -> Option<Vec<AxisValues>> {
+    let first = heads.first()?;
+    let moving: Vec<&Ends<'_>> = heads.iter().filter(|head| heads.len() == 1 || head.moves_own_axes()).collect();
+    let leader = *moving.first().unwrap_or(&first);
+    let ways: Vec<Vec<AxisValues>> = moving.iter().map(|head| head.over(kind, out)).collect::<Option<_>>()?;
+    let n = ways.first().map_or(0, Vec::len);
+    if ways.iter().any(|way| way.len() != n) {
+        return None;
+    }
+    let of_axis = |place: usize, axis: usize| {
+        let owner = moving.iter().position(|head| head.is_own(axis));
+        match owner.or_else(|| leader.machine.is_shared(axis).then_some(0)) {
+            Some(head) if !ways.is_empty() => ways[head][place][axis],
+            // That of a head that stands.
+            _ => first.start[axis],
+        }
+    };
+    let places = (0..n).map(|place| AxisValues::from_fn(first.start.len(), |axis| of_axis(place, axis)));
+    Some(first.tidied(places.collect()))
+}
+
 impl Ends<'_> {
-    /// The positions of a way of this kind that goes so far out, mm, without its start; `None`
-    /// where there is none.
+    /// Whether an axis moves this head's tool alone.
+    fn is_own(&self, axis: usize) -> bool {
+        self.machine.moves_tool(axis) && !self.machine.is_shared(axis)
+    }
+
+    /// Whether the head has to move, and not the table under it alone.
+    fn moves_own_axes(&self) -> bool {
+        (0..self.start.len()).any(|k| self.is_own(k) && self.start[k] != self.end[k])
+    }
+
+    /// The positions of a way of this kind that goes so far out, mm, without its start, on a machine
+    /// with this head alone; `None` where there is none.
     pub fn way(&self, kind: WayKind, out: f64) -> Option<Vec<AxisValues>> {
+        way_of_heads(std::slice::from_ref(self), kind, out)
+    }
+
+    /// The places between the ends of a way of this kind; some may be the same.
+    fn over(&self, kind: WayKind, out: f64) -> Option<Vec<AxisValues>> {
         let (start, end) = (&self.start, &self.end);
         let lifted = [self.lifted(start, out), self.lifted(end, out)];
-        let mut way = match kind {
+        Some(match kind {
             WayKind::Original => return None,
             WayKind::Direct => Vec::new(),
             WayKind::Lifted => lifted.to_vec(),
@@ -100,13 +142,18 @@ impl Ends<'_> {
                 vec![self.at_tip(&turned[0], &self.tip(&backed[0]))?, self.at_tip(&turned[1], &self.tip(&backed[1]))?]
             }
             WayKind::Around => self.around(out)?,
-        };
+        })
+    }
+
+    /// A way over these places to the end, none of them twice.
+    fn tidied(&self, mut way: Vec<AxisValues>) -> Vec<AxisValues> {
+        let (start, end) = (&self.start, &self.end);
         way.dedup_by(|next, at| is_same(at, next));
         way.retain(|at| !is_same(at, start) && !is_same(at, end));
         if !way.is_empty() || end != start {
             way.push(*end);
         }
-        Some(way)
+        way
     }
 
     /// The position with its spindle axis so far out of the outer one of both ends.
@@ -124,7 +171,7 @@ impl Ends<'_> {
     }
 
     /// Where the tip is, table frame.
-    fn tip(&self, at: &AxisValues) -> Point3<f64> {
+    pub(crate) fn tip(&self, at: &AxisValues) -> Point3<f64> {
         self.machine.cl_point(at, self.tool_length).tip
     }
 

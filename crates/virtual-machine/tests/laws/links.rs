@@ -91,7 +91,7 @@ fn a_way_can_keep_off_the_stock_as_it_was_at_first() {
             (link.blocks[0], link.hold.clone(), free(100.0, -260.0, [19.9, 20.2, 23.9, 24.2]), over_wall)
         };
         let keep = LinkDistances { fixtures, first_stock };
-        let found = links_off_first_stock(&program, &setup, (&VerifySettings::default(), keep), &look, &Silent);
+        let found = links_off_first_stock(&program, &[&setup], (&VerifySettings::default(), keep), &look, &Silent);
         let found = found.unwrap();
         assert!(found.is_sorted_by_key(|f| f.0) && found[0].1 == Some(LinkHold::WayIn), "{found:?}");
         let between: Vec<[f64; 2]> = found.iter().filter(|f| f.1.is_none()).map(|f| [f.2, f.3]).collect();
@@ -102,7 +102,8 @@ fn a_way_can_keep_off_the_stock_as_it_was_at_first() {
     assert_eq!([lowest(0.0, 0.0), lowest(4.0, 0.0), lowest(0.0, 3.0)], [[20.2, 60.2], [24.2, 60.2], [20.2, 63.2]]);
     let bad = LinkDistances { fixtures: 0.0, first_stock: f64::NAN };
     let look = |_: &ProgramLink, _: &LinkStage<'_, '_>| ();
-    let why = links_off_first_stock(&program, &setup, (&VerifySettings::default(), bad), &look, &Silent).unwrap_err();
+    let why =
+        links_off_first_stock(&program, &[&setup], (&VerifySettings::default(), bad), &look, &Silent).unwrap_err();
     assert!(why.to_string().contains("first_stock"), "{why}");
 }
 

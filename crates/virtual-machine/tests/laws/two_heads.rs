@@ -3,10 +3,12 @@
 use crate::kit;
 use crate::kit::dual::{FACES, LENGTHS, Program, Shop};
 use facemill_cl_data::{PlacedSolid, RoundFrustum, Silent, Solid};
+use facemill_inverse_kinematics::AxisValues;
 use facemill_nc_program::{WordMap, WorkOffset, read_fanuc};
 use facemill_virtual_machine::verify;
 use facemill_virtual_machine::{
-    Finding, FindingKind, Measure, Verification, VerifyError, VerifySettings, VirtualSetup, certify,
+    Finding, FindingKind, LinkDistances, LinkStage, Measure, ProgramLink, Verification, VerifyError, VerifySettings,
+    VirtualSetup, certify, links_off_first_stock,
 };
 use nalgebra::Isometry3;
 
@@ -258,4 +260,57 @@ fn a_setup_that_mixes_heads_is_refused() {
     let setup = VirtualSetup { words: &single, ..shop.setup(0) };
     let e = verify(&read_fanuc("").unwrap(), &setup, &VerifySettings::default(), &Silent).unwrap_err();
     assert_eq!(e, VerifyError::HeadCount { words: 1, machine: 2 });
+}
+
+/// A way of a link is free by what both heads do at the same time: the same places are free one
+/// after the other, and not at once, though the ends of every block are.
+#[test]
+fn a_link_through_the_way_of_the_other_head_at_that_time_is_not_free_and_its_program_is_found() {
+    let shop = Shop::new();
+    let solids = |k: usize| shop.tools[k].collision_bodies();
+    let views = [0, 1].map(|head| shop.views[head].with_tool_in_other_head(&solids(1 - head), LENGTHS[1 - head]));
+    let setups = [0, 1].map(|head| VirtualSetup { machine: &views[head], ..shop.setup(head) });
+    let at = |front: [f64; 2], back: [f64; 2]| [Some([front[0], 300.0, front[1]]), Some([back[0], 300.0, back[1]])];
+    let (start, end) = (at([300.0, 300.0], [500.0, 0.0]), at([500.0, 300.0], [300.0, 0.0]));
+    let begun = || Program::new(&shop).rapid(0.1, at([300.0, 330.0], [500.0, -30.0])).cut(0.1, start, 2.0);
+    let ended =
+        |p: Program<'_>| p.rapid(0.1, end).cut(0.1, at([500.0, 290.0], [300.0, 10.0]), 2.0).rapid(0.1, end).text();
+    // Each past the other's side of the middle between both.
+    let at_once = [at([300.0, 120.0], [500.0, 180.0]), at([500.0, 120.0], [300.0, 180.0])];
+    let in_turn = [
+        at([300.0, 120.0], [500.0, 0.0]),
+        at([500.0, 120.0], [500.0, 0.0]),
+        at([500.0, 300.0], [500.0, 0.0]),
+        at([500.0, 300.0], [500.0, 180.0]),
+        at([500.0, 300.0], [300.0, 180.0]),
+    ];
+    let program = read_fanuc(ended(begun())).unwrap();
+    let look = |link: &ProgramLink, stage: &LinkStage<'_, '_>| {
+        let through = |tips: &[[Option<[f64; 3]>; 2]]| -> Vec<AxisValues> {
+            let mut at = link.start;
+            let mut go = |tips: &[Option<[f64; 3]>; 2]| {
+                at = shop.axes_at(0.1, *tips, &at);
+                at
+            };
+            tips.iter().chain([&end]).map(&mut go).collect()
+        };
+        let free = [&[][..], &at_once[..1], &at_once, &in_turn].map(|tips| stage.is_free(link, &through(tips)));
+        (link.hold.clone(), free)
+    };
+    let keep = LinkDistances { fixtures: 5.0, first_stock: 5.0 };
+    let settings = VerifySettings::default();
+    let found = links_off_first_stock(&program, &setups.each_ref(), (&settings, keep), &look, &Silent).unwrap();
+    let between: Vec<_> = found.into_iter().filter(|(hold, _)| hold.is_none()).map(|(_, free)| free).collect();
+    // From one place each both go apart again: where they are beside each other, the upper tip is
+    // above the lower one.
+    assert_eq!(between, [[true, true, false, true]]);
+    // Driven all the same, it is found for both heads.
+    let crossing = at_once.into_iter().fold(begun(), |p, tips| p.rapid(0.1, tips));
+    let apart = in_turn.into_iter().fold(begun(), |p, tips| p.rapid(0.1, tips));
+    for (text, is_sound) in [(ended(crossing), false), (ended(apart), true)] {
+        for setup in &setups {
+            let found = verify(&read_fanuc(&text).unwrap(), setup, &settings, &Silent).unwrap().findings;
+            assert_eq!(found.is_empty(), is_sound, "{found:#?}");
+        }
+    }
 }

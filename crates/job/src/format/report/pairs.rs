@@ -23,7 +23,8 @@ pub struct PairReport {
     /// Time of all moves of both operations, with entries, exits, links and rapids, at the constant
     /// speeds that axis velocities allow.
     pub time_s: f64,
-    /// Time of all moves if each were cut alone, one after the other.
+    /// Time of all moves if each were cut alone, one after the other, with links over the clearance
+    /// surfaces that are not shortened.
     pub separate_time_s: f64,
     /// The former as part of the latter.
     pub time_ratio: f64,

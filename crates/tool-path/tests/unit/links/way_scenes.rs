@@ -217,7 +217,9 @@ fn look(shop: &Shop, scene: &Scene, link: &ProgramLink, stage: &LinkStage<'_, '_
     let views = [(&shop.machine, length)];
     let clock = LinkClock::new(&views);
     let rounded = |axes: &AxisValues| words.rounded(REGISTER, axes).map(|(_, rounded)| rounded);
-    let choice = Chooser { ends: &ends, clock: &clock, law: link.law, rounded: &rounded }.choose(link, stage).unwrap();
+    let choice = Chooser { heads: std::slice::from_ref(&ends), clock: &clock, law: link.law, rounded: &rounded }
+        .choose(link, stage)
+        .unwrap();
     let best = |kind: WayKind| {
         let ways = ladder(kind).into_iter().filter_map(|out| ends.way(kind, out));
         let free = ways.filter(|way| stage.is_free(link, way));
@@ -242,7 +244,7 @@ fn assert_taken(scene: &Scene, wanted: WayKind) {
     let look =
         |link: &ProgramLink, stage: &LinkStage<'_, '_>| link.hold.is_none().then(|| look(&shop, scene, link, stage));
     let keep = LinkDistances { fixtures: CLEARANCE, first_stock: 0.0 };
-    let found = links_off_first_stock(&old, &setup, (&settings, keep), &look, &Silent).unwrap();
+    let found = links_off_first_stock(&old, &[&setup], (&settings, keep), &look, &Silent).unwrap();
     let [Looked { choice, each }] = &found.into_iter().flatten().collect::<Vec<_>>()[..] else { panic!("one link") };
     let best = each.iter().find(|(kind, _)| *kind == wanted).unwrap().1;
     let others = each.iter().filter(|(kind, _)| *kind != wanted);

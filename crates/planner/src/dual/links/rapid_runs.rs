@@ -1,0 +1,60 @@
+//! Which moves of a program of two heads are links.
+
+use facemill_tool_path::moves::MoveKind;
+
+use crate::dual::output::BlockPlace;
+use crate::dual::parts::Part;
+
+/// All rapids between two cutting moves.
+pub(crate) struct RapidRun {
+    /// Their places, in order; at least one.
+    pub places: Vec<BlockPlace>,
+    /// Why they must stay.
+    pub hold: Option<&'static str>,
+}
+
+/// The rapids between cutting moves, in program order: neither the way to the first cut nor that
+/// behind the last.
+pub(crate) fn rapid_runs(parts: &[Part<'_>]) -> Vec<RapidRun> {
+    let mut all: Vec<(BlockPlace, bool)> = Vec::new();
+    for (part, p) in parts.iter().enumerate() {
+        for (section, s) in p.sections.iter().enumerate() {
+            let place = |at: usize| BlockPlace { part, section, at };
+            all.extend(s.moves.iter().enumerate().map(|(at, m)| (place(at), m.kind == MoveKind::Rapid)));
+        }
+    }
+    let changes = changes_of_spindles(parts);
+    let mut runs = Vec::new();
+    let mut at = 0;
+    for run in all.chunk_by(|a, b| a.1 == b.1) {
+        let is_between = at > 0 && at + run.len() < all.len();
+        at += run.len();
+        if run[0].1 && is_between {
+            let places: Vec<BlockPlace> = run.iter().map(|(place, _)| *place).collect();
+            let hold = hold(parts, &changes, &places);
+            runs.push(RapidRun { places, hold });
+        }
+    }
+    runs
+}
+
+/// Whether the program changes the speed of a spindle before each part.
+fn changes_of_spindles(parts: &[Part<'_>]) -> Vec<bool> {
+    let rpm = |part: &Part<'_>, head: usize| part.files[head].map(|f| f.feeds.spindle_rpm);
+    let mut speeds = [0, 1].map(|h| parts.iter().find_map(|p| rpm(p, h)));
+    let change = |part: &Part<'_>| {
+        let now = [0, 1].map(|h| rpm(part, h).or(speeds[h]));
+        std::mem::replace(&mut speeds, now) != now
+    };
+    parts.iter().map(change).collect()
+}
+
+/// What the program does on a link as it goes now, far from the part.
+fn hold(parts: &[Part<'_>], changes: &[bool], places: &[BlockPlace]) -> Option<&'static str> {
+    let (first, last) = (places.first()?, places.last()?);
+    if changes[first.part + 1..=last.part].iter().any(|change| *change) {
+        return Some("the speed of a spindle changes on it");
+    }
+    let working = |place: &BlockPlace| parts[place.part].sections[place.section].moves[place.at].working;
+    places.iter().any(|place| working(place) != working(first)).then_some("a head goes home on it, or comes from there")
+}
