@@ -259,14 +259,20 @@ fn what_both_heads_cannot_cut_at_once_is_cut_by_each_alone() {
     cut_stock::both_heads_cut_the_stock(&job, &planned, &read);
 }
 
-/// No link takes longer than over the clearance surfaces, most take less, the others say why; and on
-/// all of them the tools are apart, by the kit's own matrices.
+/// Every link takes less than over the clearance surfaces, or says why not, or is as fast as its
+/// slowest axis by itself; and on all of them the tools are apart, by the kit's own matrices.
 fn links_are_shortened_and_both_tools_keep_apart_on_them(planned: &Planned, read: &ReadPlan) {
     let links = planned.report.links.shortened.as_ref().expect("links of two heads are looked at");
-    assert!(2 * links.changed > links.links.len() && links.time_after_s < 0.8 * links.time_before_s, "{links:?}");
+    assert!(links.changed > 0 && links.time_after_s < links.time_before_s, "{links:?}");
     for link in &links.links {
         let is_less = link.time_after_s < link.time_before_s;
-        assert!(is_less == (link.way != WayKind::Original) && link.time_after_s >= link.lower_bound_s - 1e-9, "{link:?}");
+        let is_least = link.time_after_s < link.lower_bound_s + 1e-4;
+        assert!(is_less || is_least || link.kept_because.is_some(), "{link:?}");
+        assert!(
+            is_less == (link.way != WayKind::Original) && link.time_after_s >= link.lower_bound_s - 1e-9,
+            "{link:?}"
+        );
+        assert!(is_less || link.time_after_s == link.time_before_s, "{link:?}");
         let rapid = read.blocks.iter().filter(|b| (link.lines[0]..=link.lines[1]).contains(&(b.line as u32)));
         assert!(rapid.clone().count() > 0 && rapid.clone().all(|b| b.rapid), "{link:?}");
         for (block, t) in rapid.flat_map(|b| [0.0, 0.25, 0.5, 0.75].map(|t| (b, t))) {
