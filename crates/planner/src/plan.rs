@@ -156,14 +156,14 @@ fn shorten_links(
     Ok(Ok(links))
 }
 
-/// The program of a machine with one head.
+/// Program of a machine with one head.
 struct OneHead<'r, 'a> {
     ground: &'r SetupContext<'a>,
     operations: Vec<PlannedOperation<'a>>,
     words: &'r WordMap,
     settings: PlanSettings,
     before: &'r StockBefore,
-    /// Faster links, or why none were sought.
+    /// Faster links, or the reason why none were searched.
     shortened: Result<PlannedLinks, String>,
     stages: &'r dyn Stages,
 }
@@ -186,7 +186,7 @@ impl OneHead<'_, '_> {
         OwnProgram { job, setup, operations: &self.operations, words: self.words, texts, as_cut: self.as_cut() }
     }
 
-    /// Report on the links as they are written in the end.
+    /// Returns the report on the links in the final program.
     fn links_report(&self, texts: &Texts) -> LinksReport {
         match &self.shortened {
             Ok(links) => LinksReport::of(links.report(&self.operations, texts)),

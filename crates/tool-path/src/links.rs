@@ -35,7 +35,7 @@ pub struct LinkScene<'a> {
 }
 
 impl LinkScene<'_> {
-    /// Ends of a link at these axis values.
+    /// Returns the ends of a link at these axis values.
     fn ends(&self, start: AxisValues, end: AxisValues) -> Ends<'_> {
         Ends {
             machine: self.machine,
@@ -49,8 +49,8 @@ impl LinkScene<'_> {
     }
 }
 
-/// Fastest free way of a link, through positions as `rounded` gives them; `heads` are the machine
-/// as each of its heads sees it, with its tool.
+/// Returns the fastest free path of a link through positions that `rounded` gives. `heads` is the
+/// machine as each of its heads sees it, with its tool.
 ///
 /// # Errors
 /// When a way cannot be timed.

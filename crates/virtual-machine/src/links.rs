@@ -137,9 +137,9 @@ pub fn run_links(
 /// was cut: what is proven to keep off that keeps off what is left of it. Returns what is found of
 /// each, in program order.
 ///
-/// `heads` are the setups of all heads of the machine, one of a machine with one. Each head's tool
-/// and bodies are tested over the motion of all axes, so against the other head as it moves at the
-/// same time. A link on which one of them may not be changed is held.
+/// `heads` has the setup of each head of the machine. Tool and bodies of each head are tested over
+/// the motion of all axes, and so against the other head as it moves at that time. A link that may
+/// not change for one head is held.
 ///
 /// # Errors
 /// When a setup or a setting makes no sense, or the monitor cancels, which is told of every block
@@ -158,7 +158,7 @@ pub fn links_off_first_stock<T: Send>(
     let wide: Vec<VirtualSetup<'_>> = heads.iter().map(|head| wider(head, keep.fixtures, keep.first_stock)).collect();
     let scenes: Vec<Scene<'_>> = wide.iter().map(|wide| Scene::new(wide, verify)).collect::<Result<_, _>>()?;
     let stage = LinkStage { scenes: &scenes, cut: None };
-    // All heads have the same words, and so the same motions of all axes.
+    // All heads have the same words, so the motions of all axes are the same.
     let resolved: Vec<Moves> = heads.iter().map(|head| resolve(program, head, verify)).collect();
     let doubts: Vec<Doubts> = resolved.iter().map(|r| Doubts::new(program, &r.faults)).collect();
     let Some(resolved) = resolved.into_iter().next() else { return Ok(Vec::new()) };
@@ -265,8 +265,7 @@ fn links(program: &ReadProgram, moves: &[Move], doubts: &[Doubts]) -> Vec<Progra
     links
 }
 
-/// `doubts` are those of each head. On a machine with several the tool of one may stand while the
-/// other one's goes.
+/// `doubts` has those of each head. With several heads, one tool may rest while another moves.
 fn link(program: &ReadProgram, run: &[Move], first: usize, is_last: bool, doubts: &[Doubts]) -> ProgramLink {
     let doubt_of = |m: &Move| doubts.iter().find_map(|d| d.of_line(program.blocks[m.block].line));
     let doubt = run.iter().find_map(doubt_of);
@@ -292,15 +291,14 @@ fn link(program: &ReadProgram, run: &[Move], first: usize, is_last: bool, doubts
 }
 
 impl LinkStage<'_, '_> {
-    /// Whether the tools of all heads can go from the start of a link through these axis values, at
-    /// rapid rate and under the link's law.
+    /// Returns whether the tools of all heads can go from the start of a link through these axis
+    /// values, at rapid rate and under the link's law.
     ///
-    /// Axes stay within their limits. Against part, fixtures, machine and the other head, which
-    /// moves at the same time, it is proven for every time of the motion, with what the control may
-    /// leave it by, as in certificates of rapids. So it is against the stock as it was at first,
-    /// where ways keep off that; against the stock as it is now it is held as
-    /// [`run_stock`](crate::stock::run::run_stock) holds rapids, and with the clearance of the
-    /// settings.
+    /// Axes stay within their limits. Distances from part, fixtures, machine and the other head, as
+    /// it moves at that time, are proven for every time of the motion and the deviation of the
+    /// control, as in certificates of rapids; also those from the initial stock, if paths avoid it.
+    /// Otherwise the motion is tested against the current stock as
+    /// [`run_stock`](crate::stock::run::run_stock) tests rapids, with the clearance of the settings.
     pub fn is_free(&self, link: &ProgramLink, through: &[AxisValues]) -> bool {
         let is_beyond = |scene: &Scene<'_>| {
             let machine = scene.setup.machine;

@@ -194,8 +194,7 @@ fn apt_moves(ground: &TwoHeadContext<'_>, parts: &[Part<'_>], head: usize, verif
 }
 
 impl DualTexts {
-    /// First and last line of the blocks of some places, which follow each other; `None` without
-    /// one.
+    /// Returns the first and last line of the blocks of consecutive places; `None` without any.
     pub(crate) fn lines_of(&self, places: &[BlockPlace]) -> Option<[u32; 2]> {
         let line = |place: &BlockPlace| {
             let at = self.places.binary_search_by(|(_, known)| known.cmp(place)).ok()?;

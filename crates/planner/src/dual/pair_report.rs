@@ -47,13 +47,20 @@ impl DualTexts {
         all.unwrap_or_default()
     }
 
-    /// What the report says of the program's pairs.
-    pub(crate) fn pair_reports(&self, parts: &[Part<'_>], ground: &TwoHeadContext<'_>) -> Vec<PairReport> {
-        parts.iter().zip(&self.times).filter_map(|(part, times)| pair_report(part, times, ground)).collect()
+    /// Returns the report on the program's pairs. `saved` is the time by which shorter links shorten
+    /// each part.
+    pub(crate) fn pair_reports(
+        &self,
+        parts: &[Part<'_>],
+        saved: &[f64],
+        ground: &TwoHeadContext<'_>,
+    ) -> Vec<PairReport> {
+        let parts = parts.iter().zip(&self.times).zip(saved);
+        parts.filter_map(|((part, times), saved)| pair_report(part, times, *saved, ground)).collect()
     }
 }
 
-fn pair_report(part: &Part<'_>, times: &DualTimes, ground: &TwoHeadContext<'_>) -> Option<PairReport> {
+fn pair_report(part: &Part<'_>, times: &DualTimes, saved: f64, ground: &TwoHeadContext<'_>) -> Option<PairReport> {
     let outline = part.pair.as_ref()?;
     let axis = &ground.jobs[0].machine.axes()[ground.shared];
     let (paired, cut): (f64, f64) = (times.paired.iter().sum(), times.cut.iter().sum());
@@ -66,8 +73,9 @@ fn pair_report(part: &Part<'_>, times: &DualTimes, ground: &TwoHeadContext<'_>) 
         cutting_length_mm: times.cut,
         paired_fraction: if cut > 0.0 { paired / cut } else { 0.0 },
         time_s: times.time,
+        time_before_shortening_s: times.time + saved,
         separate_time_s: outline.separate_time,
-        time_ratio: if outline.separate_time > 0.0 { times.time / outline.separate_time } else { 0.0 },
+        time_ratio: if outline.separate_time > 0.0 { (times.time + saved) / outline.separate_time } else { 0.0 },
         tip_feed_mm_min: times.paired_feeds,
         posture_jumps: [0, 1].map(|h| posture_jumps(part, h)),
         shared_velocity: axis.in_word_unit(times.shared_speed),

@@ -105,6 +105,7 @@ pub(crate) fn plan_dual_setup(
     let Sound { mut texts, verifications, certificates, cut: (of_stock, rest), seen, mended } =
         sound(&mut both, settings, &mut clock)?;
     let links = both.links_report(&texts);
+    let saved = both.shortened.as_ref().map_or_else(|_| vec![0.0; texts.times.len()], |links| links.saved(&texts));
     let parts = both.parts;
     let (mut planned, heads): (Vec<PlannedOperation<'_>>, Vec<usize>) =
         operations.into_iter().map(|(head, _, o)| (o, head)).unzip();
@@ -118,7 +119,7 @@ pub(crate) fn plan_dual_setup(
     let certificates = certificates.as_ref().map(proven_for_both);
     let turning = texts.turning(&parts, &ground);
     let mut report = report(&jobs_of, setups[0], &planned, &texts.timed, turning, verification, certificates.as_ref());
-    report.pairs = texts.pair_reports(&parts, &ground);
+    report.pairs = texts.pair_reports(&parts, &saved, &ground);
     report.made_from = made_from;
     report.totals.mended_blocks = mended;
     let program = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts };
@@ -137,8 +138,7 @@ pub(crate) fn plan_dual_setup(
     Ok(Planned { rest, ..planned_files(&suffix, (report, certificates), files, picture, chips, clock) })
 }
 
-/// Links that are faster than over the clearance surfaces and free for both heads, put into the
-/// moves; or why they are not.
+/// Writes faster links that are free for both heads into the moves, or returns why there are none.
 fn shorten_links(
     ground: &TwoHeadContext<'_>,
     parts: &mut [Part<'_>],
@@ -154,14 +154,14 @@ fn shorten_links(
     Ok(Ok(links))
 }
 
-/// The program of a machine with two heads.
+/// Program of a machine with two heads.
 struct TwoHeads<'r, 'a> {
     ground: &'r TwoHeadContext<'a>,
     parts: Vec<Part<'a>>,
     words: &'r WordMap,
     settings: PlanSettings,
     before: &'r StockBefore,
-    /// Faster links, or why none were sought.
+    /// Faster links, or the reason why none were searched.
     shortened: Result<DualLinks, String>,
     stages: &'r dyn Stages,
 }
@@ -171,7 +171,7 @@ impl<'a> TwoHeads<'_, 'a> {
         DualProgram { ground: self.ground, parts: &self.parts, words: self.words, texts }
     }
 
-    /// Report on the links as they are written in the end.
+    /// Returns the report on the links in the final program.
     fn links_report(&self, texts: &DualTexts) -> LinksReport {
         match &self.shortened {
             Ok(links) => LinksReport::of(links.report(&self.parts, texts)),

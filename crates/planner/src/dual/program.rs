@@ -29,6 +29,8 @@ pub(crate) struct DualTimes {
     /// All moves, s; at the feeds that axis velocities allow, with which those one after the other
     /// are compared.
     pub time: f64,
+    /// Rapids among them, s.
+    pub rapid: f64,
     /// Way of each tip in cuts of both heads at once, mm.
     pub paired: [f64; 2],
     /// Way of each tip in all cuts, mm.
@@ -62,6 +64,9 @@ impl DualTimes {
     /// Takes a move in: its time as it was, and speeds with `slower` times that time.
     pub(crate) fn add(&mut self, m: &DualTime, slower: f64) {
         self.time += m.time;
+        if m.kind == MoveKind::Rapid {
+            self.rapid += m.time;
+        }
         if m.kind != MoveKind::Cut {
             return;
         }

@@ -13,12 +13,12 @@ use crate::plan_stock::{CutByPlan, StockBefore, cut_by_plan};
 use crate::program::output::lines_of;
 
 impl DualProgram<'_, '_> {
-    /// Cuts the stock by both heads, and adds what meets it to each head's run; what bodies of the
-    /// machine meet there of the stock as it was at first alone is taken out, with what that rests
-    /// on.
+    /// Cuts the stock with both heads and adds contacts with it to each head's verification.
+    /// Removes contacts of machine bodies with the initial stock that the cut stock disproves, and
+    /// returns the assumption that this rests on.
     ///
     /// # Errors
-    /// When the stages are cancelled.
+    /// Returns an error if the stages are cancelled.
     pub(crate) fn cut_by_plan(
         &self,
         before: &StockBefore,

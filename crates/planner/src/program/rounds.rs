@@ -1,5 +1,5 @@
-//! The loop that brings a program of any number of heads to its end: written, run, proven, refined,
-//! relieved of links that do not hold, and cut.
+//! Loop from moves to a verified program, for any number of heads: write, run, prove, refine, take
+//! back links that fail, cut the stock.
 
 use std::collections::BTreeSet;
 
@@ -11,34 +11,33 @@ use crate::planned::PlanSettings;
 use crate::program::refinement::{ROUNDS, lines_to_refine};
 use crate::stage_clock::Clock;
 
-/// A program of `N` heads with the moves that it is written from. A machine with one head is `N` =
-/// 1.
+/// Program of `N` heads, with the moves that it is written from. One head is `N` = 1.
 pub(crate) trait ProgramOfHeads<const N: usize> {
-    /// The texts with their timed blocks.
+    /// Texts with their timed blocks.
     type Texts;
 
-    /// Writes the moves as they are now.
+    /// Writes the current moves.
     fn write(&self) -> Result<Self::Texts, Failure>;
 
-    /// Runs the text for each head, the others in its way.
+    /// Runs the text for each head, with the other heads as obstacles.
     fn verify(&self, texts: &Self::Texts) -> Result<[Verification; N], Failure>;
 
-    /// Proves for each head what the blocks do between their ends.
+    /// Proves the motion inside the blocks for each head.
     fn certify(&self, texts: &Self::Texts) -> Result<[Certificates; N], Failure>;
 
-    /// Refines the blocks of these lines; returns the number of poses put in. Where none is
-    /// feasible, a block stays as it is.
+    /// Refines the blocks of these lines and returns the number of added poses. A block stays as it
+    /// is if no pose in it is feasible.
     fn refine(&mut self, texts: &Self::Texts, lines: &BTreeSet<u32>) -> usize;
 
-    /// Restores links in whose blocks there is a finding or a line that could not be certified,
-    /// `with_all` others where there is one; returns whether there was any.
+    /// Restores the links in whose blocks there is a finding or a line that could not be certified;
+    /// `with_all` also restores all others if there is one. Returns whether there was any.
     fn take_back(&mut self, texts: &Self::Texts, doubts: (&[Finding], &[u32]), with_all: bool) -> bool;
 
-    /// Checks that the control understands the feeds as they are meant.
+    /// Checks that the control reads the feeds as the plan means them.
     fn check_feeds(&self, texts: &Self::Texts, runs: Option<&[Verification; N]>) -> Result<(), Failure>;
 
-    /// Cuts the stock, where there is a run to add findings to, and tells what is seen between its
-    /// lines, where the plan rests on that.
+    /// Cuts the stock if the program was run, and adds findings to the run. Returns the description
+    /// of the check between the lines of the stock, if the plan depends on it.
     fn cut(
         &self,
         texts: &Self::Texts,
@@ -46,25 +45,26 @@ pub(crate) trait ProgramOfHeads<const N: usize> {
     ) -> Result<(CutByPlan, Option<String>), Failure>;
 }
 
-/// A program with all that was found out about it.
+/// Program with all results on it.
 pub(crate) struct Sound<T, const N: usize> {
     pub texts: T,
     pub verifications: Option<[Verification; N]>,
     pub certificates: Option<[Certificates; N]>,
     pub cut: CutByPlan,
-    /// What is seen between the lines of the cut stock, where the plan rests on them.
+    /// Description of the check between the lines of the cut stock, if the plan depends on it.
     pub seen: Option<String>,
-    /// Poses that were put in to refine blocks.
+    /// Number of poses added to refine blocks.
     pub mended: usize,
 }
 
-/// How often links with findings get their old ways back before all of them do.
+/// Number of rounds in which links with findings get their old paths back before all of them do.
 const LINK_ROUNDS: usize = 3;
 
-/// Writes the program until no block is left to refine and no faster link has a finding.
+/// Writes the program until no block needs refinement and no faster link has a finding.
 ///
 /// # Errors
-/// When it cannot be written, its feeds are not what was meant, or the stages are cancelled.
+/// Returns an error if the program cannot be written, the control would read other feeds than the
+/// plan means, or the stages are cancelled.
 pub(crate) fn sound<P: ProgramOfHeads<N>, const N: usize>(
     program: &mut P,
     settings: PlanSettings,
@@ -90,16 +90,16 @@ pub(crate) fn sound<P: ProgramOfHeads<N>, const N: usize>(
         if take_back(program, verifications.as_ref()) {
             continue;
         }
-        // Faults that the cut stock has taken away hid the times.
+        // Faults that the cut stock has removed hid the times.
         program.check_feeds(&texts, verifications.as_ref())?;
         return Ok(Sound { texts, verifications, certificates, cut, seen, mended });
     }
 }
 
-/// A text, and what running and proving it gives.
+/// Text, with the results of running and proving it.
 type Written<T, const N: usize> = (T, Option<[Verification; N]>, Option<[Certificates; N]>);
 
-/// Writes the program until no block is left to refine, or that has been tried often enough.
+/// Writes the program until no block needs refinement, or the rounds are used up.
 fn refined<P: ProgramOfHeads<N>, const N: usize>(
     program: &mut P,
     settings: PlanSettings,

@@ -197,7 +197,7 @@ const TOLD_SHARE: f64 = 0.01;
 fn pair(p: &PairReport) -> String {
     let worth = if p.time_ratio > 1.0 { ", so one after the other is faster: leave the pair out" } else { "" };
     format!(
-        "  cut at once       {:.1} % of \"{}\" and \"{}\", in {:.2} of their time one after the other{worth}",
+        "  cut at once       {:.1} % of \"{}\" and \"{}\", in {:.2} of their time one after the other, links as laid{worth}",
         100.0 * p.paired_fraction,
         p.first,
         p.second,

@@ -45,7 +45,7 @@ const FASTER: f64 = 1e-4;
 
 /// Context of the choice.
 pub struct Chooser<'c, 'a> {
-    /// Ends of the link, for each head of the machine; at least one.
+    /// Ends of the link for each head of the machine; at least one.
     pub heads: &'c [Ends<'a>],
     /// Times of links.
     pub clock: &'c LinkClock<'a>,
@@ -193,7 +193,7 @@ impl Chooser<'_, '_> {
         best
     }
 
-    /// The share of the tip's way over a place that is done there, of the first head whose tip goes.
+    /// Returns the fraction of the tip's path at a position, for the first head whose tip moves.
     fn share_of_way(&self, before: &AxisValues, at: &AxisValues, behind: &AxisValues) -> Option<f64> {
         self.heads.iter().find_map(|head| {
             let [a, b, c] = [before, at, behind].map(|axes| head.tip(axes));

@@ -14,8 +14,8 @@ pub struct LinkClock<'a> {
 }
 
 impl<'a> LinkClock<'a> {
-    /// On a machine as each of its heads sees it, at least one, by its accelerations and jerks where
-    /// it has them, else by its velocities alone.
+    /// Creates the clock of a machine from the view of each head, at least one. It uses
+    /// accelerations and jerks if the machine has them, otherwise velocities alone.
     pub fn new(views: &'a [View<'a>]) -> Self {
         let (machine, tool_length) = views[0];
         let timer = Timer::new(views, machine.motion_law().control_tolerance).ok().map(Timer::without_limits);

@@ -79,12 +79,12 @@ fn is_same(a: &AxisValues, b: &AxisValues) -> bool {
     (0..a.len()).all(|k| (a[k] - b[k]).abs() < SAME)
 }
 
-/// The positions of a way of this kind for all heads of a machine at once, without its start; each
-/// that has to move goes so far out, mm, and the others stand. `None` where there is none, or where
-/// the ways of two heads have not as many places.
+/// Returns the positions of a path of this kind for all heads of a machine at once, without its
+/// start. Each head that has to move goes `out` mm out; the others rest. `None` if there is no such
+/// path, or if the paths of two heads differ in the number of positions.
 ///
-/// Both heads pass the places of their own ways at the same times. An axis that they share goes as
-/// the first of those that move has it.
+/// Both heads pass the positions of their paths at the same times. A shared axis follows the path
+/// of the first head that moves.
 pub fn way_of_heads(heads: &[Ends<'_>], kind: WayKind, out: f64) -> Option<Vec<AxisValues>> {
     let first = heads.first()?;
     let moving: Vec<&Ends<'_>> = heads.iter().filter(|head| heads.len() == 1 || head.moves_own_axes()).collect();
@@ -98,7 +98,7 @@ pub fn way_of_heads(heads: &[Ends<'_>], kind: WayKind, out: f64) -> Option<Vec<A
         let owner = moving.iter().position(|head| head.is_own(axis));
         match owner.or_else(|| leader.machine.is_shared(axis).then_some(0)) {
             Some(head) if !ways.is_empty() => ways[head][place][axis],
-            // That of a head that stands.
+            // Axis of a head at rest.
             _ => first.start[axis],
         }
     };
@@ -107,23 +107,23 @@ pub fn way_of_heads(heads: &[Ends<'_>], kind: WayKind, out: f64) -> Option<Vec<A
 }
 
 impl Ends<'_> {
-    /// Whether an axis moves this head's tool alone.
+    /// Returns whether an axis moves the tool of this head only.
     fn is_own(&self, axis: usize) -> bool {
         self.machine.moves_tool(axis) && !self.machine.is_shared(axis)
     }
 
-    /// Whether the head has to move, and not the table under it alone.
+    /// Returns whether the head itself has to move, and not only the table.
     fn moves_own_axes(&self) -> bool {
         (0..self.start.len()).any(|k| self.is_own(k) && self.start[k] != self.end[k])
     }
 
-    /// The positions of a way of this kind that goes so far out, mm, without its start, on a machine
-    /// with this head alone; `None` where there is none.
+    /// Returns the positions of a path of this kind that goes `out` mm out, without its start, on a
+    /// machine with this head alone; `None` if there is none.
     pub fn way(&self, kind: WayKind, out: f64) -> Option<Vec<AxisValues>> {
         way_of_heads(std::slice::from_ref(self), kind, out)
     }
 
-    /// The places between the ends of a way of this kind; some may be the same.
+    /// Returns the positions between the ends of a path of this kind; some may be equal.
     fn over(&self, kind: WayKind, out: f64) -> Option<Vec<AxisValues>> {
         let (start, end) = (&self.start, &self.end);
         let lifted = [self.lifted(start, out), self.lifted(end, out)];
@@ -145,7 +145,7 @@ impl Ends<'_> {
         })
     }
 
-    /// A way over these places to the end, none of them twice.
+    /// Returns a path over these positions to the end, without repetitions.
     fn tidied(&self, mut way: Vec<AxisValues>) -> Vec<AxisValues> {
         let (start, end) = (&self.start, &self.end);
         way.dedup_by(|next, at| is_same(at, next));

@@ -262,8 +262,8 @@ fn a_setup_that_mixes_heads_is_refused() {
     assert_eq!(e, VerifyError::HeadCount { words: 1, machine: 2 });
 }
 
-/// A way of a link is free by what both heads do at the same time: the same places are free one
-/// after the other, and not at once, though the ends of every block are.
+/// Tests links by the motion of both heads at the same time: the same positions are free one after
+/// the other, but not at once, although the ends of every block are.
 #[test]
 fn a_link_through_the_way_of_the_other_head_at_that_time_is_not_free_and_its_program_is_found() {
     let shop = Shop::new();
@@ -301,7 +301,7 @@ fn a_link_through_the_way_of_the_other_head_at_that_time_is_not_free_and_its_pro
     let settings = VerifySettings::default();
     let found = links_off_first_stock(&program, &setups.each_ref(), (&settings, keep), &look, &Silent).unwrap();
     let between: Vec<_> = found.into_iter().filter(|(hold, _)| hold.is_none()).map(|(_, free)| free).collect();
-    // From one place each both go apart again: where they are beside each other, the upper tip is
+    // From one position each, both separate again: where they are side by side, the upper tip is
     // above the lower one.
     assert_eq!(between, [[true, true, false, true]]);
     // Driven all the same, it is found for both heads.

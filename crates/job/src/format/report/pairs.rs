@@ -23,10 +23,12 @@ pub struct PairReport {
     /// Time of all moves of both operations, with entries, exits, links and rapids, at the constant
     /// speeds that axis velocities allow.
     pub time_s: f64,
-    /// Time of all moves if each were cut alone, one after the other, with links over the clearance
-    /// surfaces that are not shortened.
+    /// The same before links were shortened.
+    pub time_before_shortening_s: f64,
+    /// Time of all moves if each operation were cut alone, one after the other, before links are
+    /// shortened.
     pub separate_time_s: f64,
-    /// The former as part of the latter.
+    /// `time_before_shortening_s` as part of `separate_time_s`.
     pub time_ratio: f64,
     /// Smallest and largest speed of each tip in cuts of both heads; `null` if there are none.
     pub tip_feed_mm_min: [Option<[f64; 2]>; 2],

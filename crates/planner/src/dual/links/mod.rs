@@ -1,8 +1,8 @@
 //! Faster links for a plan of two heads, put into its moves before its program is run.
 //!
-//! A link of both heads is one motion of all axes. A faster one is taken only where the tools and
-//! bodies of both heads are proven to keep off part, fixtures, machine, the stock as it was at
-//! first, and each other, as both go at the same time; else the link stays as it was.
+//! A link of both heads is one motion of all axes. A faster one replaces it only if the tools and
+//! bodies of both heads are proven to keep their distances from part, fixtures, machine, initial
+//! stock and each other over this motion.
 
 mod rapid_runs;
 
@@ -31,22 +31,24 @@ use crate::dual::output::{DualProgram, DualTexts};
 use crate::dual::parts::{Part, TwoHeadContext};
 use crate::program::planned_links::{KEPT, told};
 
-/// The links of a setup, and what becomes of them.
+/// Links of a setup, with the results of the search.
 pub(crate) struct DualLinks {
     clearance: f64,
     is_by_law: bool,
     /// Links of the program by the number of their run of rapids, in program order.
     links: Vec<DualLink>,
-    /// The runs as they were first.
+    /// Runs before the search.
     runs: Vec<RapidRun>,
-    /// The moves of all sections with links as they were first, by part and section.
+    /// Moves of all sections with links before the search, by part and section.
     first: BTreeMap<[usize; 2], Vec<DualMove>>,
+    /// Time of the rapids of each part before the search, s.
+    rapid_times: Vec<f64>,
 }
 
 struct DualLink {
-    /// Number of its run; `None` where its blocks are not those of one.
+    /// Number of its run; `None` if its blocks are not those of a run.
     run: Option<usize>,
-    /// Its lines when it was looked at.
+    /// Its first and last line during the search.
     lines: [u32; 2],
     before: f64,
     lower_bound: f64,
@@ -54,23 +56,23 @@ struct DualLink {
     kept_because: Option<String>,
 }
 
-/// A way in place of a link.
+/// Replacement of a link.
 struct Better {
     kind: WayKind,
     time: f64,
-    /// What it goes through before its end.
+    /// Positions before its end.
     over: Vec<AxisValues>,
 }
 
 impl DualLinks {
-    /// Looks for the fastest way of every link that is proven free for both heads.
+    /// Searches the fastest path of every link that is proven free for both heads.
     ///
     /// # Errors
-    /// When the stages are cancelled.
+    /// Returns an error if the stages are cancelled.
     pub(crate) fn find(program: &DualProgram<'_, '_>, stages: &dyn Stages) -> Result<Self, Failure> {
         let ground = program.ground;
         let text = program.read()?;
-        // As planned: with the other head's tool thicker than it is.
+        // As in planning, with the tool of the other head thicker than it is.
         let heads = [0, 1].map(|h| VirtualSetup { machine: &ground.jobs[h].machine, ..program.setup(h) });
         let views: [View<'_>; 2] =
             std::array::from_fn(|h| (&ground.jobs[h].machine, ground.jobs[h].tool.gauge_length()));
@@ -96,22 +98,23 @@ impl DualLinks {
         let links: Vec<DualLink> = links.map_err(not_verified)?.into_iter().flatten().collect();
         let sections = runs.iter().flat_map(|run| &run.places).map(|at| [at.part, at.section]);
         let first = sections.map(|[p, s]| ([p, s], program.parts[p].sections[s].moves.clone())).collect();
-        Ok(Self { clearance, is_by_law: clock.is_by_law(), links, runs, first })
+        let rapid_times = program.texts.times.iter().map(|part| part.rapid).collect();
+        Ok(Self { clearance, is_by_law: clock.is_by_law(), links, runs, first, rapid_times })
     }
 
-    /// Puts the faster ways into the moves, and the first ones where there are none.
+    /// Writes the faster paths into the moves, and the initial ones where there are none.
     pub(crate) fn put_in(&self, parts: &mut [Part<'_>]) {
         for ([part, section], moves) in &self.first {
             parts[*part].sections[*section].moves.clone_from(moves);
         }
         let better = |link: &DualLink| Some((link.run?, link.better.as_ref()?.over.clone()));
         let over: BTreeMap<usize, Vec<AxisValues>> = self.links.iter().filter_map(better).collect();
-        // From the last one on: what stands before keeps its index.
+        // Backwards, so that the moves before keep their indices.
         for (run, over) in over.iter().rev() {
             let Some((last, others)) = self.runs[*run].places.split_last() else { continue };
             let goal = parts[last.part].sections[last.section].moves[last.at];
             let rapid = |axes: &AxisValues| DualMove { axes: *axes, ..goal };
-            // The last one stays: where the entry begins, to the last bit.
+            // The last one stays, so that the entry begins at exactly the same position.
             parts[last.part].sections[last.section].moves.splice(last.at..last.at, over.iter().map(rapid));
             for at in others.iter().rev() {
                 parts[at.part].sections[at.section].moves.remove(at.at);
@@ -121,9 +124,9 @@ impl DualLinks {
 }
 
 impl DualLinks {
-    /// Gives the links their old ways back in whose blocks the program has a finding or a line that
-    /// could not be certified, and with them, where it is asked for, all others; says whether there
-    /// were any.
+    /// Restores the links in whose blocks the program has a finding or a line that could not be
+    /// certified; `with_all` also restores all others if there is one. Returns whether there was
+    /// any.
     pub(crate) fn take_back(
         &mut self,
         parts: &mut [Part<'_>],
@@ -137,7 +140,7 @@ impl DualLinks {
             let [first, last] = texts.lines_of(&run.places)?;
             let found = findings.iter().find(|f| f.first_line <= last && f.last_line >= first);
             let open = open_lines.iter().any(|line| (first..=last).contains(line));
-            found.map(told).or_else(|| open.then(|| "the faster way could not be certified".to_owned()))
+            found.map(told).or_else(|| open.then(|| "the faster path could not be certified".to_owned()))
         };
         let found: Vec<Option<String>> = self.links.iter().map(why).collect();
         if found.iter().all(Option::is_none) {
@@ -145,7 +148,7 @@ impl DualLinks {
         }
         for (link, found) in self.links.iter_mut().zip(found).filter(|(_, found)| with_all || found.is_some()) {
             if link.better.take().is_some() {
-                let others = || "with faster ways of some links the program has findings time and again".to_owned();
+                let others = || "the program still has findings with faster paths of some links".to_owned();
                 link.kept_because = Some(found.unwrap_or_else(others));
             }
         }
@@ -153,7 +156,12 @@ impl DualLinks {
         true
     }
 
-    /// Report on them, by the lines of the written program.
+    /// Returns the time by which the links shorten each part at constant speeds, s.
+    pub(crate) fn saved(&self, texts: &DualTexts) -> Vec<f64> {
+        self.rapid_times.iter().zip(&texts.times).map(|(before, now)| before - now.rapid).collect()
+    }
+
+    /// Returns the report on the links, with their lines in the written program.
     pub(crate) fn report(&self, parts: &[Part<'_>], texts: &DualTexts) -> ShortenedLinks {
         let runs = rapid_runs(parts);
         let of_link = |link: &DualLink| {
@@ -171,7 +179,7 @@ impl DualLinks {
     }
 }
 
-/// What links are looked at with.
+/// Data for the search for links.
 struct Seeker<'a> {
     ground: &'a TwoHeadContext<'a>,
     text: &'a ReadProgram,
@@ -204,15 +212,15 @@ impl Seeker<'_> {
         }
     }
 
-    /// Number of the run that has exactly these first and last lines.
+    /// Returns the number of the run with exactly these first and last lines.
     fn run_of(&self, lines: [u32; 2]) -> Option<usize> {
         self.runs.iter().position(|run| self.texts.lines_of(&run.places) == Some(lines))
     }
 
-    /// That another way may take the place of a link.
+    /// Checks that another path may replace a link.
     ///
     /// # Errors
-    /// With why it must stay.
+    /// The reason why it must stay.
     fn check(&self, link: &ProgramLink, run: Option<usize>) -> Result<(), String> {
         match &link.hold {
             Some(LinkHold::Doubt(_)) => return Err("where the axes are is open".to_owned()),

@@ -1,4 +1,4 @@
-//! Which moves of a program of two heads are links.
+//! Links among the moves of a program of two heads.
 
 use facemill_tool_path::moves::MoveKind;
 
@@ -7,14 +7,14 @@ use crate::dual::parts::Part;
 
 /// All rapids between two cutting moves.
 pub(crate) struct RapidRun {
-    /// Their places, in order; at least one.
+    /// Places of its moves, in order; at least one.
     pub places: Vec<BlockPlace>,
-    /// Why they must stay.
+    /// Reason why the run must stay.
     pub hold: Option<&'static str>,
 }
 
-/// The rapids between cutting moves, in program order: neither the way to the first cut nor that
-/// behind the last.
+/// Returns the rapids between cutting moves, in program order, without those before the first cut
+/// and after the last.
 pub(crate) fn rapid_runs(parts: &[Part<'_>]) -> Vec<RapidRun> {
     let mut all: Vec<(BlockPlace, bool)> = Vec::new();
     for (part, p) in parts.iter().enumerate() {
@@ -38,7 +38,7 @@ pub(crate) fn rapid_runs(parts: &[Part<'_>]) -> Vec<RapidRun> {
     runs
 }
 
-/// Whether the program changes the speed of a spindle before each part.
+/// Returns, for each part, whether the program changes the speed of a spindle before it.
 fn changes_of_spindles(parts: &[Part<'_>]) -> Vec<bool> {
     let rpm = |part: &Part<'_>, head: usize| part.files[head].map(|f| f.feeds.spindle_rpm);
     let mut speeds = [0, 1].map(|h| parts.iter().find_map(|p| rpm(p, h)));
@@ -49,7 +49,7 @@ fn changes_of_spindles(parts: &[Part<'_>]) -> Vec<bool> {
     parts.iter().map(change).collect()
 }
 
-/// What the program does on a link as it goes now, far from the part.
+/// Returns the action of the program on a link that must stay far from the part.
 fn hold(parts: &[Part<'_>], changes: &[bool], places: &[BlockPlace]) -> Option<&'static str> {
     let (first, last) = (places.first()?, places.last()?);
     if changes[first.part + 1..=last.part].iter().any(|change| *change) {
