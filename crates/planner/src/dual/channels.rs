@@ -4,17 +4,17 @@ use facemill_channel_pair::{SiemensSettings, write_siemens_pair};
 use facemill_job::failure::Failure;
 use facemill_nc_program::{HeadSpec, PostSettings, ProgramSpec};
 
-/// The same blocks as the program in one channel, as one file for each channel: names with their
+/// Returns the blocks of the program in one channel as one file for each channel: names with their
 /// bytes, channel 1 first.
 ///
-/// `post` is what the program in one channel is written with: it says what the feeds of `spec` mean
-/// and with how many decimals words are written. Marks stand as [`write_siemens_pair`] puts them,
-/// with the settings of [`SiemensSettings::default`] else: around rapids, at both ends of passes
-/// and after every 50 cutting blocks. Between marks each channel runs by itself, and both texts say
-/// that they are an estimate; only the program in one channel is verified.
+/// `post` writes the program in one channel; it gives the unit of the feeds of `spec` and the
+/// decimals of words. [`write_siemens_pair`] puts marks around rapids, at both ends of passes and
+/// after every 50 cutting blocks; the other settings are those of [`SiemensSettings::default`].
+/// Between marks each channel runs by itself, and both texts say that they are an estimate; only
+/// the program in one channel is verified.
 ///
 /// # Errors
-/// When 840D has no word for what the program asks for, such as work offset 100 and above.
+/// Returns an error if 840D has no word for a value of the program, such as work offset 100 and above.
 pub(crate) fn channel_files(
     spec: &ProgramSpec,
     heads: &[HeadSpec],

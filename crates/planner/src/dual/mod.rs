@@ -1,10 +1,10 @@
 //! Setups on a machine with two heads: operations in pairs, cut by both heads at once.
 //!
-//! Each operation is first planned for its head alone. The pieces of two operations of a pair are
-//! then brought together (`pair`, `pairing`), the shared axis and both heads' postures chosen along
-//! them (`runs`), entered and left by both heads at once (`moves`), and written as one block for
-//! one time (`program`). What has no common value of the shared axis is left to each head alone,
-//! with the other one at home.
+//! Each operation is first planned for its head alone. `pair` and `pairing` then bring the pieces
+//! of two operations together, `runs` chooses the shared axis and the postures of both heads along
+//! them, `moves` enters and leaves with both heads at once, and `program` writes one block for each
+//! time. Points without a common value of the shared axis are left to each head alone, with the
+//! other one at home.
 
 pub(crate) mod channels;
 pub(crate) mod links;

@@ -1,4 +1,4 @@
-//! Entries, exits and links of runs, both heads moving at once.
+//! Entries, exits and links of runs, with both heads moving at once.
 
 use facemill_cl_data::{ClPoint, Monitor};
 use facemill_cutter_location::links::approach::{Approach, ApproachSettings, PassEnd, PassEndPose, approach};
@@ -17,29 +17,28 @@ use super::runs::{Causes, Run};
 /// A move of the whole machine.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DualMove {
-    /// What it is for.
+    /// Kind of the move.
     pub kind: MoveKind,
     /// Axis values at its end.
     pub axes: AxisValues,
     /// Heads whose tips are programmed with a feed.
     pub working: [bool; 2],
-    /// What each head's cutter takes on it, at most; `None` outside the stock, and until it is
-    /// known.
+    /// Largest chip of each head's cutter on it; `None` outside the stock, and until it is known.
     pub chips: [Option<Chip>; 2],
 }
 
-/// A run with its ways in and out.
+/// Run with its entry and exit.
 #[derive(Clone, Debug)]
 pub(crate) struct ReachedRun {
-    /// The run, as far as entries and exits left it.
+    /// Run without the stops that have no entry or exit.
     pub run: Run,
-    /// From the clearance surfaces to its first stop, without that: outermost first.
+    /// Moves from the clearance surfaces to before its first stop, outermost first.
     pub down: Vec<DualMove>,
-    /// From its last stop back to the clearance surfaces.
+    /// Moves from its last stop back to the clearance surfaces.
     pub up: Vec<DualMove>,
 }
 
-/// How both heads' moves are made.
+/// Data for the moves of both heads.
 pub(crate) struct DualMover<'r, 'a> {
     /// Both heads.
     pub test: PairTest<'r, 'a>,
@@ -47,31 +46,32 @@ pub(crate) struct DualMover<'r, 'a> {
     pub settings: [&'r MoveSettings; 2],
 }
 
-/// Part of the rapid clearance that is left where a block strays from the tested way by half of it.
+/// Part of the rapid clearance that remains if a block deviates from the tested path by half of it.
 const RAPID_SHARE: f64 = 0.25;
 
-/// How far a rotary axis may be from where it stands, rad: rounding of the inverse solution.
+/// Largest turn of a rotary axis that counts as rest, rad: rounding of the inverse solution.
 const SAME_ROTARY: f64 = 1e-9;
 
-/// Parts of the arcs' radii that are tried.
+/// Fractions of the arc radii to try.
 const ARC_SHARES: [f64; 3] = [1.0, 0.35, 0.125];
 
-/// How far above the clearance surfaces both heads go where the way along them is blocked, mm.
+/// Heights above the clearance surfaces that both heads try if the path along them is blocked, mm.
 const LIFTS: [f64; 4] = [0.0, 50.0, 150.0, 400.0];
 
-/// Both ways at one end of a run, from next to the cut outward.
+/// Paths of both heads at one end of a run, from beside the cut outward.
 struct Ends {
-    /// Axis values of each head's way, the cut's first; every rotary as at the cut.
+    /// Axis values of each head's path, beginning at the cut; every rotary as at the cut.
     ways: [Vec<AxisValues>; 2],
-    /// How many of each belong to the arc and the retract out of stock.
+    /// Number of positions of each that belong to the arc and the retract out of stock.
     slow: [usize; 2],
 }
 
 impl DualMover<'_, '_> {
-    /// Ways in and out of runs; runs lose stops at their ends from where one of the heads has none.
+    /// Returns runs with entries and exits; runs lose stops at their ends that have none for one of
+    /// the heads.
     ///
     /// # Errors
-    /// When the monitor cancels.
+    /// Returns an error if the monitor cancels.
     pub(crate) fn reach(&self, runs: Vec<Run>, monitor: &dyn Monitor) -> Result<(Vec<ReachedRun>, Causes), Failure> {
         let reached: Vec<(Option<ReachedRun>, Causes)> = runs
             .into_par_iter()
@@ -115,10 +115,10 @@ impl DualMover<'_, '_> {
         }
     }
 
-    /// Moves from next to one end of a run outward to the clearance surfaces, or why there are none
-    /// with the arcs as asked. Where both heads are in each other's way, smaller arcs are tried:
-    /// beyond an edge, opposite cutters come nearer to each other along their tangents than the
-    /// arcs lift them.
+    /// Returns moves from beside one end of a run outward to the clearance surfaces, or the reason
+    /// why there are none with the requested arcs. If both heads obstruct each other, it tries
+    /// smaller arcs: beyond an edge, opposite cutters come nearer to each other along their tangents
+    /// than the arcs lift them.
     fn end(&self, run: &Run, end: PassEnd) -> Result<Vec<DualMove>, String> {
         let mut first = None;
         for share in ARC_SHARES {
@@ -162,8 +162,8 @@ impl DualMover<'_, '_> {
         })
     }
 
-    /// Direction in the workpiece frame in which a head cannot move its tool while all rotary axes
-    /// stand: of a head with two linear axes the one across both, `None` with three.
+    /// Returns the direction in the workpiece frame in which a head cannot move its tool while all
+    /// rotary axes rest: with two linear axes the one across both, `None` with three.
     fn still_across(&self, head: usize, axes: &AxisValues) -> Option<Unit<Vector3<f64>>> {
         let machine = self.test.tests[head].cell.machine;
         let linears: Vec<usize> =
@@ -178,7 +178,7 @@ impl DualMover<'_, '_> {
         Unit::try_new(direction(first).cross(&direction(second)), 1e-6)
     }
 
-    /// Axis values at a cut and along poses with its tool axis; the rotary axes stay as they are.
+    /// Returns axis values at a cut and along poses with its tool axis; the rotary axes rest.
     fn standing<'c>(
         &self,
         head: usize,
@@ -202,8 +202,8 @@ impl DualMover<'_, '_> {
         Ok(all)
     }
 
-    /// Both ways at once, each head at the same part of its arc, then of its way out; the shared
-    /// axis stands still. Every place is on both tested ways, because linear axes alone move.
+    /// Returns both paths at once, each head at the same fraction of its arc, then of its path out;
+    /// the shared axis rests. Every position is on both tested paths, because only linear axes move.
     fn joined_way(&self, ends: &Ends, shared: f64) -> Result<Vec<DualMove>, (usize, Infeasible)> {
         let mut moves = Vec::new();
         let mut hints = [Hints::default(), Hints::default()];
@@ -235,14 +235,14 @@ impl DualMover<'_, '_> {
         self.test.tests[head].cutter_in_stock(&self.cl(head, axes), &mut Hints::default())
     }
 
-    /// Pose of a head's tool in the workpiece frame.
+    /// Returns the pose of a head's tool in the workpiece frame.
     pub(crate) fn cl(&self, head: usize, axes: &AxisValues) -> ClPoint {
         let test = self.test.tests[head];
         test.cell.machine.cl_point(axes, test.cell.tool.gauge_length()).transformed(test.work_from_table())
     }
 
-    /// All axis values turned by the full turns of the shared axis that bring it nearest to another
-    /// position.
+    /// Returns the axis values after the full turns of the shared axis that bring it nearest to
+    /// another position.
     pub(crate) fn turned(&self, axes: &AxisValues, near: &AxisValues) -> AxisValues {
         let machine = self.test.tests[0].cell.machine;
         let mut turned = *axes;
@@ -252,11 +252,11 @@ impl DualMover<'_, '_> {
         turned
     }
 
-    /// A rapid from one position to another with all axes at once, both heads on their clearance
-    /// surfaces; where that is blocked, with both farther out.
+    /// Returns a rapid from one position to another with all axes at once and both heads on their
+    /// clearance surfaces, or farther out if that is blocked.
     ///
     /// # Errors
-    /// When no height is free.
+    /// Returns an error if no height is free.
     pub(crate) fn cross(&self, from: &AxisValues, to: &AxisValues) -> Result<Vec<DualMove>, Failure> {
         let rapid = |axes: AxisValues| DualMove { kind: MoveKind::Rapid, axes, working: [true; 2], chips: [None; 2] };
         let lifted = LIFTS.iter().filter_map(|&lift| match lift {
@@ -279,7 +279,7 @@ impl DualMover<'_, '_> {
         Err(first.unwrap_or_else(|| Failure::Internal("a link of two heads has no way".to_owned())))
     }
 
-    /// Over two positions with both heads as far along their spindles as at home.
+    /// Returns a path over two positions with both heads as far along their spindles as at home.
     fn far_out(&self, from: &AxisValues, to: &AxisValues) -> Vec<AxisValues> {
         let home = self.test.tests[0].cell.machine.home();
         let along = |k: usize| {
@@ -293,7 +293,7 @@ impl DualMover<'_, '_> {
         vec![far(from), far(to), *to]
     }
 
-    /// Why a rapid block is not free.
+    /// Returns the reason why a rapid block is not free.
     fn blocked(&self, from: &AxisValues, to: &AxisValues) -> Option<Failure> {
         (0..2).find_map(|h| {
             let clearance = RAPID_SHARE * self.settings[h].link.rapid_clearance;
@@ -303,7 +303,7 @@ impl DualMover<'_, '_> {
         })
     }
 
-    /// Over two positions with both heads farther out than at the ends.
+    /// Returns a path over two positions with both heads farther out than at the ends.
     fn lifted(&self, from: &AxisValues, to: &AxisValues, lift: f64) -> Option<Vec<AxisValues>> {
         Some(vec![self.raised(from, lift)?, self.raised(to, lift)?, *to])
     }
@@ -327,8 +327,8 @@ impl DualMover<'_, '_> {
         Some(joined)
     }
 
-    /// Sends the other head home for `head` to work alone: rapids from where both are, and where
-    /// the machine then is.
+    /// Sends the other head home, so that `head` works alone. Returns the rapids from the position
+    /// of both heads, and the position after them.
     ///
     /// # Errors
     /// As [`DualMover::cross`].
@@ -343,7 +343,7 @@ impl DualMover<'_, '_> {
         Ok((self.cross(&from, &axes)?, Some(start)))
     }
 
-    /// The position with one head's own axes at home.
+    /// Returns the position with one head's own axes at home.
     fn parked(&self, axes: &AxisValues, head: usize) -> AxisValues {
         let machine = self.test.tests[head].cell.machine;
         let home = machine.home();
@@ -353,8 +353,8 @@ impl DualMover<'_, '_> {
     }
 }
 
-/// Moves found from the cut outward, in reverse order, as they are driven inward: each is of the
-/// kind of the way that it covers, which was told at its outer end.
+/// Reverses moves found from the cut outward, so that they go inward: each has the kind of the path
+/// that it covers, which is noted at its outer end.
 fn driven_inward(outer_first: Vec<DualMove>) -> Vec<DualMove> {
     let kinds: Vec<MoveKind> = outer_first.iter().map(|m| m.kind).collect();
     let mut inward = outer_first;
@@ -367,8 +367,8 @@ fn driven_inward(outer_first: Vec<DualMove>) -> Vec<DualMove> {
     inward
 }
 
-/// Places on two polylines at equal parts of their lengths: at the corners of both, without the
-/// start.
+/// Returns positions on two polylines at equal fractions of their lengths: at the corners of both,
+/// without the start.
 fn together(ways: [&[AxisValues]; 2]) -> Vec<[AxisValues; 2]> {
     let parts = ways.map(parts);
     let mut all: Vec<f64> = parts.iter().flatten().copied().filter(|p| *p > 0.0).collect();
@@ -377,7 +377,7 @@ fn together(ways: [&[AxisValues]; 2]) -> Vec<[AxisValues; 2]> {
     all.into_iter().map(|part| std::array::from_fn(|h| place(ways[h], &parts[h], part))).collect()
 }
 
-/// The part of a polyline's length at each of its corners.
+/// Returns the fraction of a polyline's length at each of its corners.
 fn parts(way: &[AxisValues]) -> Vec<f64> {
     let step = |w: &[AxisValues]| w[0].iter().zip(w[1].iter()).map(|(a, b)| (b - a).powi(2)).sum::<f64>().sqrt();
     let total: f64 = way.windows(2).map(step).sum();

@@ -1,4 +1,4 @@
-//! From moves of two heads to text, and the run of that text for each of them.
+//! Text of the moves of two heads, and its run for each of them.
 
 use facemill_cl_data::ClPoint;
 use facemill_cl_file::{AptCutter, AptMove, AptSpec, write_apt};
@@ -33,7 +33,7 @@ use crate::program::timed::Timed;
 use crate::program::timing::text::time_text;
 use crate::program::timing::{Written, time_program};
 
-/// Where a block comes from.
+/// Origin of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct BlockPlace {
     /// Index of the part.
@@ -44,7 +44,7 @@ pub(crate) struct BlockPlace {
     pub at: usize,
 }
 
-/// What is written of a setup.
+/// Texts of a setup.
 pub(crate) struct DualTexts {
     /// Timed blocks; the program itself is in the text.
     pub timed: Timed,
@@ -54,19 +54,20 @@ pub(crate) struct DualTexts {
     pub apts: [String; 2],
     /// Line of the NC text, from 1, at which each part begins.
     pub part_lines: Vec<u32>,
-    /// Line of every motion block and where it comes from.
+    /// Line and origin of every motion block.
     pub places: Vec<(u32, BlockPlace)>,
     /// Times of each part.
     pub times: Vec<DualTimes>,
     /// Line of the NC text of every block of the program.
     block_lines: Vec<u32>,
-    /// What the NC text was written from.
+    /// Input of the NC text.
     spec: ProgramSpec,
     heads: Vec<HeadSpec>,
     post: PostSettings,
 }
 
-/// Timed blocks and texts; `verify` says whether the text will be run on the virtual machine.
+/// Writes timed blocks and texts; `verify` states whether the text will be run on the virtual
+/// machine.
 pub(crate) fn write_dual_texts(
     ground: &TwoHeadContext<'_>,
     parts: &[Part<'_>],
@@ -152,7 +153,7 @@ fn part_name(part: &Part<'_>) -> String {
     names.join(" + ")
 }
 
-/// The operations of a part; that of the only one twice.
+/// Returns the operations of a part, a single one twice.
 fn files_of<'a>(part: &Part<'a>) -> Result<[&'a OperationFile; 2], Failure> {
     match part.files {
         [Some(a), Some(b)] => Ok([a, b]),
@@ -161,8 +162,7 @@ fn files_of<'a>(part: &Part<'a>) -> Result<[&'a OperationFile; 2], Failure> {
     }
 }
 
-/// The first operation of each head: the spindle speeds that the program starts with, and its
-/// coolant, are theirs.
+/// Returns the first operation of each head, which sets the initial spindle speeds and the coolant.
 fn spindle_feeds<'a>(parts: &[Part<'a>], first: &Part<'a>) -> Result<[&'a OperationFile; 2], Failure> {
     let fallback = files_of(first)?;
     Ok([0, 1].map(|h| parts.iter().find_map(|p| p.files[h]).unwrap_or(fallback[h])))
@@ -203,10 +203,10 @@ impl DualTexts {
         Some([line(places.first()?)?, line(places.last()?)?])
     }
 
-    /// Takes the times that are told from the text.
+    /// Takes the reported times from the text.
     ///
     /// # Errors
-    /// None but for a fault in here.
+    /// Returns an error only for an internal fault.
     pub(crate) fn time(&mut self, ground: &TwoHeadContext<'_>, words: &WordMap) -> Result<(), Failure> {
         let jobs = ground.jobs;
         let views: [View<'_>; 2] = std::array::from_fn(|h| (&jobs[h].machine, jobs[h].tool.gauge_length()));
@@ -218,10 +218,10 @@ impl DualTexts {
         time_text(&views, at, &written, &mut self.timed)
     }
 
-    /// Files with their names, and the state of the program in it.
+    /// Returns the files with their names, which have the state of the program in them.
     ///
     /// # Errors
-    /// When a control of two channels cannot be programmed so.
+    /// Returns an error if a control with two channels has no words for the program.
     pub(crate) fn files(self, suffix: &str, state: &str) -> Result<Vec<(String, Vec<u8>)>, Failure> {
         let channels = channel_files(&self.spec, &self.heads, &self.post, suffix, state)?;
         let [first, second] = self.apts;
@@ -235,7 +235,7 @@ impl DualTexts {
     }
 }
 
-/// A text and what it was written from: what the virtual machine runs, once for each head.
+/// Text with its input, as the virtual machine runs it once for each head.
 pub(crate) struct DualProgram<'p, 'a> {
     pub ground: &'p TwoHeadContext<'a>,
     pub parts: &'p [Part<'a>],
@@ -257,7 +257,7 @@ impl DualProgram<'_, '_> {
         Ok([run(0)?, run(1)?])
     }
 
-    /// Proves for both heads what the blocks of the text do between their ends.
+    /// Proves the motion inside the blocks of the text for both heads.
     pub(crate) fn certify(&self, stages: &dyn Stages) -> Result<[Certificates; 2], Failure> {
         let program = self.read()?;
         let run = |h: usize| {
@@ -268,15 +268,15 @@ impl DualProgram<'_, '_> {
         Ok([run(0)?, run(1)?])
     }
 
-    /// Measures what the text leaves on the regions of the setup's operations, whichever head cuts
-    /// there.
+    /// Measures the material that the text leaves on the regions of the setup's operations,
+    /// whichever head cuts there.
     pub(crate) fn remaining(&self, stages: &dyn Stages) -> Result<Option<RemainingReport>, Failure> {
         let (setups, settings) = ([self.setup(0), self.setup(1)], [self.settings(0), self.settings(1)]);
         let heads = [0, 1].map(|h| RunningHead { at: &setups[h], settings: &settings[h] });
         remaining(self.ground.jobs[0], self.ground.setups[0], &self.read()?, &heads, stages)
     }
 
-    /// What the text leaves to the control.
+    /// Returns the assumptions on the behaviour of the control.
     pub(crate) fn assumptions(&self) -> Result<Vec<Assumption>, Failure> {
         Ok(assumptions(&self.read()?, self.ground.machines[0]))
     }
@@ -301,7 +301,7 @@ impl DualProgram<'_, '_> {
 
     pub(super) fn settings(&self, head: usize) -> VerifySettings {
         let section = |(part, &first_line): (&Part<'_>, &u32)| {
-            // A head that stands by cuts nothing.
+            // A waiting head cuts nothing.
             let limit = part.files[head].map_or(0.0, |o| budget(self.ground.jobs[head], o).simulated());
             GougeSection { name: part_name(part), first_line, gouge_limit: limit }
         };
@@ -310,7 +310,7 @@ impl DualProgram<'_, '_> {
     }
 }
 
-/// Both runs as one, with the sections of the operations, in their order.
+/// Merges both verifications, with the sections of the operations in their order.
 pub(crate) fn merged(
     runs: [Verification; 2],
     heads: &[usize],

@@ -1,4 +1,4 @@
-//! Two operations at once: from the plans of each alone to one part of the program.
+//! Two operations cut at once: from the plan of each alone to one part of the program.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -37,7 +37,7 @@ pub(crate) struct PairPlanner<'p, 'a> {
 pub(crate) type HeadOperations<'a> = [(usize, usize, PlannedOperation<'a>); 2];
 
 impl<'a> PairPlanner<'_, 'a> {
-    /// The two operations and their part of the program; `at` is where the machine is before and
+    /// Plans the two operations and their part of the program; `at` is the position before and
     /// after it.
     ///
     /// # Errors
@@ -125,9 +125,9 @@ impl<'a> PairPlanner<'_, 'a> {
         Ok((planned, part))
     }
 
-    /// What one head cuts alone: the way of both heads to its first move with the other one at
-    /// home, its moves, and points without an entry or exit. Where no link leads there, both heads
-    /// go home first.
+    /// Returns the cuts of one head alone: the path of both heads to its first move with the other
+    /// one at home, its moves, and points without an entry or exit. If no link leads there, both
+    /// heads go home first.
     fn left_alone(
         &self,
         mover: &DualMover<'_, '_>,
@@ -156,7 +156,7 @@ impl<'a> PairPlanner<'_, 'a> {
         }
     }
 
-    /// The runs with the moves between them. Where no link leads to a run it is given back to each
+    /// Returns the runs with the moves between them. A run without a link to it goes back to each
     /// head alone.
     fn both(
         &self,
@@ -169,7 +169,7 @@ impl<'a> PairPlanner<'_, 'a> {
         let slices = planner.pieces;
         let feeds = planner.settings.feeds;
         let remains = Remains { mover, pieces: slices, shortest: planner.shortest };
-        // Couples of left pieces that cannot be linked.
+        // Pairs of remaining pieces that cannot be linked.
         let mut apart: BTreeSet<[usize; 2]> = BTreeSet::new();
         loop {
             let monitor = self.stages.start("left beside both heads", reached.len());
@@ -206,7 +206,7 @@ impl<'a> PairPlanner<'_, 'a> {
         }
     }
 
-    /// Passes that each head needs between those that it cuts, in runs and alone.
+    /// Returns the passes that each head needs between those that it cuts, in runs and alone.
     fn between(&self, both: &Both, files: [&OperationFile; 2]) -> Result<[PassesBetween; 2], Failure> {
         let of = |h: usize| {
             let cut: Vec<Piece> = both.cut_by(h).map(|p| p.piece).chain(both.left[h].iter().cloned()).collect();
@@ -215,8 +215,8 @@ impl<'a> PairPlanner<'_, 'a> {
         Ok([of(0)?, of(1)?])
     }
 
-    /// Adds passes put between to what both heads cut: at once where that can be from end to end and
-    /// a link leads there, else to what each head cuts alone.
+    /// Adds passes between passes: both heads cut them at once if that is possible from end to end
+    /// and a link leads there; otherwise each head cuts its own alone.
     fn with_passes_between(
         &self,
         mover: &DualMover<'_, '_>,
@@ -245,7 +245,8 @@ impl<'a> PairPlanner<'_, 'a> {
         Ok(())
     }
 
-    /// Time of both operations one after the other, each by its head alone, s.
+    /// Returns the time of both operations one after the other, each by its head alone and with links
+    /// as laid, s.
     fn separate_time(&self, planned: &HeadOperations<'a>) -> Result<f64, Failure> {
         let mut sum = 0.0;
         for (head, _, operation) in planned {
@@ -259,8 +260,8 @@ impl<'a> PairPlanner<'_, 'a> {
         Ok(sum)
     }
 
-    /// Runs of both heads with their entries and exits, in cutting order, and why other stations
-    /// have none.
+    /// Returns runs of both heads with their entries and exits, in cutting order, and the causes why
+    /// other stations have none.
     fn reached(
         &self,
         mover: &DualMover<'_, '_>,
@@ -312,27 +313,27 @@ impl<'a> PairPlanner<'_, 'a> {
     }
 }
 
-/// Runs of both heads in cutting order, and what they leave.
+/// Runs of both heads in cutting order, and the remaining pieces.
 struct Both {
     runs: Vec<Run>,
-    /// The piece of each head that a run is or was a part of.
+    /// Piece of each head that a run is or was a part of.
     passes: Vec<[Piece; 2]>,
-    /// What each head cuts alone.
+    /// Pieces that each head cuts alone.
     left: [Vec<Piece>; 2],
     sections: Vec<Section>,
-    /// Where both heads are behind them.
+    /// Position of both heads after them.
     at: Option<AxisValues>,
 }
 
 impl Both {
-    /// A head's parts of the runs as pieces of its operation.
+    /// Returns a head's parts of the runs as pieces of its operation.
     fn cut_by(&self, head: usize) -> impl Iterator<Item = PieceMoves> + '_ {
         self.runs.iter().zip(&self.passes).map(move |(run, passes)| as_piece(head, run, &passes[head]))
     }
 }
 
-/// The moves of runs one after the other, and where both heads are then; or which run no link leads
-/// to, and why.
+/// Returns the moves of runs one after the other and the position after them, or the run without a
+/// link to it and the reason.
 fn linked<'s>(
     mover: &DualMover<'_, '_>,
     runs: impl Iterator<Item = &'s ReachedRun>,
@@ -348,8 +349,8 @@ fn linked<'s>(
     Ok((sections, at))
 }
 
-/// The link to a run from where both heads are, its entry, cuts and exit; and where both heads are
-/// behind it.
+/// Returns the link to a run from the position of both heads, its entry, cuts and exit, and the
+/// position after it.
 fn run_sections(
     mover: &DualMover<'_, '_>,
     run: &ReachedRun,
@@ -388,7 +389,7 @@ fn run_sections(
     Ok((sections, last))
 }
 
-/// What the pieces of a pair are planned with.
+/// Data for planning the pieces of a pair.
 pub(crate) fn run_planner<'r, 'a>(
     mover: &DualMover<'r, 'a>,
     files: [&OperationFile; 2],
@@ -416,12 +417,12 @@ pub(crate) fn run_planner<'r, 'a>(
     }
 }
 
-/// Way between stations at which values of the shared axis are compared, as part of the smaller
-/// cutter's radius.
+/// Distance between stations at which values of the shared axis are compared, as a fraction of the
+/// smaller cutter's radius.
 const SPACING: f64 = 0.3;
 
-/// Postures of an operation in a pair: those of its search, and as far to the other side as the
-/// pair allows.
+/// Returns the postures of an operation in a pair: those of its search, and as far to the other
+/// side as the pair allows.
 fn posture_range(operation: &OperationFile, pair: &PairFile, uncut_left: bool) -> PostureRange {
     let s = &operation.search;
     let most = s.rotate_deg[1];
@@ -431,7 +432,7 @@ fn posture_range(operation: &OperationFile, pair: &PairFile, uncut_left: bool) -
     PostureRange { tilt: s.tilt_deg.map(f64::to_radians), rotate: rotate.map(f64::to_radians) }
 }
 
-/// A head's part of a run as a piece of its operation, which `piece` is or was a part of.
+/// Returns a head's part of a run as a piece of its operation, which `piece` is or was a part of.
 pub(crate) fn as_piece(head: usize, run: &Run, piece: &Piece) -> PieceMoves {
     let cut = |s: &Stop| Cut { cc: s.cc[head], pose: s.pose.poses[head], inserted: !s.is_point(head) };
     let moves = run.stops.iter().enumerate().map(|(k, s)| Move {
@@ -443,7 +444,7 @@ pub(crate) fn as_piece(head: usize, run: &Run, piece: &Piece) -> PieceMoves {
     PieceMoves { piece: Piece { cuts: run.stops.iter().map(cut).collect(), ..piece.clone() }, moves: moves.collect() }
 }
 
-/// Tells the moves of runs what a head's cutter takes on them; `pieces` are the head's parts of the
+/// Sets the chips of a head's cutter in the moves of runs; `pieces` are the head's parts of the
 /// runs.
 fn give_run_chips(sections: &mut [Section], head: usize, pieces: &[PieceMoves]) {
     let mut pieces = pieces.iter();
@@ -455,7 +456,7 @@ fn give_run_chips(sections: &mut [Section], head: usize, pieces: &[PieceMoves]) 
         for (m, of_piece) in sections[k].moves.iter_mut().zip(&piece.moves) {
             m.chips[head] = of_piece.chip;
         }
-        // Each run stands between its entry and its exit.
+        // Each run is between its entry and its exit.
         let ends = [(k.checked_sub(1), piece.moves.first()), (Some(k + 1), piece.moves.last())];
         for (beside, end) in ends {
             let Some(section) = beside.and_then(|beside| sections.get_mut(beside)) else { continue };
@@ -465,7 +466,7 @@ fn give_run_chips(sections: &mut [Section], head: usize, pieces: &[PieceMoves]) 
     }
 }
 
-/// A failure with the head that it is of.
+/// Adds the head to a failure.
 fn of_head(head: usize, why: Failure) -> Failure {
     match why {
         Failure::Infeasible(why) => Failure::Infeasible(format!("head {} alone: {why}", head + 1)),
@@ -473,14 +474,14 @@ fn of_head(head: usize, why: Failure) -> Failure {
     }
 }
 
-/// How often each place of the path stands in pieces.
+/// Counts how often each place of the path occurs in pieces.
 type Places = BTreeMap<[u64; 3], usize>;
 
 fn place(p: &Point3<f64>) -> [u64; 3] {
     p.coords.map(f64::to_bits).into()
 }
 
-/// Points of pieces, which are to be planned once each.
+/// Points of pieces, to be planned once each.
 fn points_of(pieces: &[Piece]) -> Places {
     let mut points = Places::new();
     add_points(&mut points, pieces);
@@ -513,7 +514,7 @@ fn count_once<'p>(
     lost.into_iter().filter(|lost| take(&lost.place)).collect()
 }
 
-/// Causes as the report tells them, the most frequent first.
+/// Returns the causes for the report, the most frequent first.
 fn splits(causes: Causes) -> Vec<PairSplit> {
     let told = |(cause, of): (String, Cause)| PairSplit {
         cause,

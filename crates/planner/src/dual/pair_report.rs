@@ -1,4 +1,4 @@
-//! What the report says of a program of two heads.
+//! Report on a program of two heads.
 
 use facemill_cl_data::Posture;
 use facemill_inverse_kinematics::Branch;
@@ -14,7 +14,7 @@ use crate::report::lost_time::Driven;
 use crate::report::rotary_reversals::{RotaryReversals, rewinds_report, singular_blocks};
 
 impl DualTexts {
-    /// Axes that turn back or race at the pole, of either head.
+    /// Returns the axes of either head that turn back or race at the pole.
     pub(crate) fn turning(&self, parts: &[Part<'_>], ground: &TwoHeadContext<'_>) -> RotaryReversals {
         let mut all: Option<RotaryReversals> = None;
         for h in 0..2 {
@@ -83,8 +83,8 @@ fn pair_report(part: &Part<'_>, times: &DualTimes, saved: f64, ground: &TwoHeadC
     })
 }
 
-/// Steps between stops of runs in which a head's tool turns farther against the surface than its
-/// operation allows.
+/// Counts the steps between stops of runs in which a head's tool turns farther relative to the
+/// surface than its operation allows.
 fn posture_jumps(part: &Part<'_>, head: usize) -> usize {
     let Some(operation) = part.files[head] else { return 0 };
     let allowed = operation.search.max_turn_deg_per_mm.to_radians();
@@ -100,5 +100,5 @@ fn posture_jumps(part: &Part<'_>, head: usize) -> usize {
     runs.map(|run| run.stops.windows(2).filter(|w| is_jump(w)).count()).sum()
 }
 
-/// Turn that is none, rad: rounding of the inverse solution.
+/// Largest turn that counts as none, rad: rounding of the inverse solution.
 const SAME_POSTURE: f64 = 1e-6;

@@ -1,4 +1,4 @@
-//! Which pass of one side is cut with which of the other, and which points at the same time.
+//! Choice of the passes and points of both sides that are cut at the same time.
 
 use facemill_cl_data::CcPoint;
 use facemill_cutter_location::PairStation;
@@ -9,7 +9,7 @@ use facemill_tool_path::pieces::Piece;
 pub(crate) struct PiecePair {
     /// Index of the piece among those of each operation.
     pub pieces: [usize; 2],
-    /// Where both heads are at the same time.
+    /// Positions of both heads at the same times.
     pub stations: Vec<Station>,
 }
 
@@ -18,16 +18,16 @@ pub(crate) struct PiecePair {
 pub(crate) struct Station {
     /// CC points and ways.
     pub pair: PairStation,
-    /// Where in each piece: index of a cut, with a fraction between two.
+    /// Position in each piece: index of a cut, with a fraction between two.
     pub at: [f64; 2],
 }
 
-/// Pairs of pieces of two operations, in the order of both: those that share the most length, the
-/// nearest to each other of equals. A piece is in one pair at most; pieces of different places of
-/// the pattern are none.
+/// Returns pairs of pieces of two operations, in the order of both: those that share the most
+/// length; of equals, the nearest to each other. A piece is in one pair at most; pieces of different
+/// places of the pattern form none.
 ///
-/// Longest common way through both orders, which is exact: every pair of the best choice is in its
-/// table.
+/// The method is the longest common subsequence of both orders, which is exact: its table has every
+/// pair of the best choice.
 pub(crate) fn pairs(first: &[Piece], second: &[Piece]) -> Vec<[usize; 2]> {
     let lengths = [first, second].map(|pieces| pieces.iter().map(length).collect::<Vec<f64>>());
     let size = first.iter().chain(second).map(extent).fold(1.0, f64::max);
@@ -40,7 +40,7 @@ pub(crate) fn pairs(first: &[Piece], second: &[Piece]) -> Vec<[usize; 2]> {
     in_order(first.len(), second.len(), score)
 }
 
-/// Pairs of indices, both growing, with the largest sum of scores.
+/// Returns pairs of indices, both increasing, with the largest sum of scores.
 fn in_order(n: usize, m: usize, score: impl Fn(usize, usize) -> f64) -> Vec<[usize; 2]> {
     // best[i][j]: of the first i and j.
     let mut best = vec![vec![0.0; m + 1]; n + 1];
@@ -65,7 +65,7 @@ fn in_order(n: usize, m: usize, score: impl Fn(usize, usize) -> f64) -> Vec<[usi
     found
 }
 
-/// Length of a piece along its cuts, mm.
+/// Returns the length of a piece along its cuts, mm.
 pub(crate) fn length(piece: &Piece) -> f64 {
     piece.cuts.windows(2).map(|w| (w[1].cc.position - w[0].cc.position).norm()).sum()
 }
@@ -74,25 +74,25 @@ fn extent(piece: &Piece) -> f64 {
     facemill_cl_data::Aabb::of_points(piece.cuts.iter().map(|c| &c.cc.position)).half_extents().norm() * 4.0
 }
 
-/// Mean distance between points at the same part of both pieces.
+/// Returns the mean distance between points at the same fraction of both pieces.
 fn distance(a: &Piece, b: &Piece) -> f64 {
     const SAMPLES: usize = 9;
     let at = |p: &Piece, k: usize| p.cuts[(p.cuts.len() - 1) * k / (SAMPLES - 1)].cc.position;
     (0..SAMPLES).map(|k| (at(a, k) - at(b, k)).norm()).sum::<f64>() / SAMPLES as f64
 }
 
-/// Points that one head passes while the other goes from one to the next, at most.
+/// Largest number of points that one head passes while the other goes from one to the next.
 const MOST_TO_ONE: usize = 6;
 
-/// How far one piece may be ahead of the other, as part of the whole.
+/// Largest lead of one piece over the other, as a fraction of the whole.
 const BAND: f64 = 0.2;
 
-/// Stations through all points of two passes, both from end to end: of all ways to bring the points
-/// together the one that takes the shortest time at these feeds, ways between opposite points that
-/// are far from each other counted for longer.
+/// Returns stations through all points of two passes, both from end to end: of all assignments the
+/// one that takes the shortest time at these feeds, in which opposite points far from each other
+/// count for longer.
 ///
-/// Where several points of one head fall between two of the other, that one's CC points are put
-/// between, on the straight line between its two: the path's chord tolerance holds there.
+/// If several points of one head fall between two of the other, CC points are added to the other on
+/// the straight line between its two: the path's chord tolerance holds there.
 pub(crate) fn stations(passes: [&[CcPoint]; 2], feeds: [f64; 2]) -> Vec<Station> {
     let anchors = anchors(passes, feeds);
     let mut stations: Vec<Station> = Vec::new();
@@ -129,7 +129,7 @@ fn station(passes: [&[CcPoint]; 2], at: [f64; 2]) -> Option<Station> {
     Some(Station { pair: PairStation { cc, way: [0.0; 2] }, at })
 }
 
-/// The CC point at an index with a fraction.
+/// Returns the CC point at an index with a fraction.
 fn point(pass: &[CcPoint], at: f64) -> Option<CcPoint> {
     let k = (at.floor().max(0.0) as usize).min(pass.len().checked_sub(1)?);
     let t = at - k as f64;
@@ -139,14 +139,14 @@ fn point(pass: &[CcPoint], at: f64) -> Option<CcPoint> {
     }
 }
 
-/// The CC point on the straight line between two.
+/// Returns the CC point on the straight line between two.
 pub(crate) fn between(a: &CcPoint, b: &CcPoint, t: f64) -> Option<CcPoint> {
     let position = a.position + (b.position - a.position) * t;
     CcPoint::new(position, a.normal.lerp(&b.normal, t), a.feed.lerp(&b.feed, t)).ok()
 }
 
-/// Pairs of indices of points that are passed at the same time, from both first ones to both last
-/// ones; from one pair to the next one of the two indices grows by 1.
+/// Returns pairs of indices of points that are passed at the same time, from both first ones to both
+/// last ones; from one pair to the next, one of the two indices grows by 1.
 fn anchors(passes: [&[CcPoint]; 2], feeds: [f64; 2]) -> Vec<[usize; 2]> {
     let [n, m] = passes.map(<[CcPoint]>::len);
     if n == 0 || m == 0 {

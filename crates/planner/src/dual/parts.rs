@@ -14,12 +14,12 @@ use crate::dual::runs::Run;
 use crate::passes::extra_passes::AddedPasses;
 use crate::passes::operation::SetupContext;
 
-/// What both heads stand on.
+/// Setup as both heads see it.
 pub(crate) struct TwoHeadContext<'a> {
-    /// The job as each head sees it while it is planned: tool and cutter of the other one are
-    /// larger than they are.
+    /// Job as each head sees it in planning: tool and cutter of the other one are larger than they
+    /// are.
     pub jobs: [&'a Job; 2],
-    /// The machine as each head sees it, with the other one's tool as it is.
+    /// Machine as each head sees it, with the actual tool of the other one.
     pub machines: [&'a Machine; 2],
     pub setups: [&'a Setup<'a>; 2],
     pub maps: [&'a ZMap; 2],
@@ -42,13 +42,13 @@ impl<'a> TwoHeadContext<'a> {
     }
 }
 
-/// A part of the program: one operation, or two at once.
+/// Part of the program: one operation, or two at once.
 pub(crate) struct Part<'a> {
-    /// Operation of each head, where it has one.
+    /// Operation of each head, if it has one.
     pub files: [Option<&'a OperationFile>; 2],
-    /// Moves with what a comment says of them.
+    /// Moves with their comments.
     pub sections: Vec<Section>,
-    /// What the report says of a pair, but for its times.
+    /// Data of a pair for the report, without its times.
     pub pair: Option<PairOutline>,
 }
 
@@ -56,13 +56,13 @@ pub(crate) struct Part<'a> {
 pub(crate) struct Section {
     pub comment: String,
     pub moves: Vec<DualMove>,
-    /// The run whose stops its moves go to, where both heads cut.
+    /// Run whose stops its moves go to, if both heads cut.
     pub run: Option<Run>,
-    /// Whether its moves go on where a part of a pass was ended for an axis to turn back.
+    /// Whether its moves continue a pass that was interrupted to turn an axis back.
     pub goes_on: bool,
 }
 
-/// What is known of a pair before it is timed.
+/// Data of a pair before its times are known.
 pub(crate) struct PairOutline {
     pub file: PairFile,
     pub runs: usize,
@@ -70,7 +70,7 @@ pub(crate) struct PairOutline {
     pub splits: Vec<PairSplit>,
 }
 
-/// The moves of one head's pieces, piece by piece, and those from the last one back.
+/// Returns the moves of one head's pieces, piece by piece, and those from the last one back.
 pub(crate) fn alone_sections(head: usize, pieces: &[PieceMoves], retract: &[Move]) -> Vec<Section> {
     let mut working = [false; 2];
     working[head] = true;

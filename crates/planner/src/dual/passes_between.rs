@@ -1,5 +1,5 @@
-//! Passes put between those that both heads cut, where the postures of both at once leave more than
-//! the allowed cusp.
+//! Passes added between those that both heads cut, where the postures of both at once leave more
+//! than the allowed cusp.
 
 use facemill_cl_data::Pass;
 use facemill_cutter_location::{Outcome, PoseTest, Widened};
@@ -19,31 +19,31 @@ use crate::passes::extra_passes::{CutOrder, ExtraPasses, PlannedPath};
 use crate::passes::move_settings::cut_linearity;
 use crate::passes::operation::{PlannedOperation, SetupContext, detours, interposer, strategy_of};
 
-/// Passes of one head put between those that it cuts.
+/// Passes of one head, added between those that it cuts.
 #[derive(Default)]
 pub(crate) struct PassesBetween {
-    /// Their pieces in all places of the pattern, to be cut behind all others.
+    /// Their pieces in all places of the pattern, to be cut after all others.
     pub pieces: Vec<Piece>,
-    /// How many in one place of the pattern, at most, and where none could be put.
+    /// Largest number in one place of the pattern, and places without any possible.
     pub extra: ExtraPasses,
     /// Their CC points.
     pub cc_points: usize,
     /// Those without a pose.
     pub left_out: Vec<LeftOut>,
-    /// CC points at which the search could not prove as finely as asked.
+    /// CC points at which the search proves only a larger width than requested.
     pub widened: Option<Widened>,
 }
 
 impl PassesBetween {
-    /// Puts passes between those of an operation; `cut` is what its head cuts in all, in cutting
-    /// order, with the postures that it cuts with. Each place of the pattern is looked at by itself:
-    /// both heads may part there at other points.
+    /// Adds passes between those of an operation; `cut` has all cuts of its head, in cutting order,
+    /// with their postures. Each place of the pattern is treated by itself, because both heads may
+    /// part there at other points.
     ///
     /// The passes are planned as the operation's own, with the other head at home. Passes of a path
     /// file get none between.
     ///
     /// # Errors
-    /// When the stages are cancelled.
+    /// Returns an error if the stages are cancelled.
     pub(crate) fn find(
         ground: &SetupContext<'_>,
         operation: &OperationFile,
@@ -94,7 +94,7 @@ impl PassesBetween {
         Ok(found)
     }
 
-    /// Counts the passes to their operation.
+    /// Adds the passes to the counts of their operation.
     pub(crate) fn count(self, operation: &mut PlannedOperation<'_>) {
         operation.extra.between += self.extra.between;
         operation.extra.refused.extend(self.extra.refused);
@@ -105,8 +105,7 @@ impl PassesBetween {
     }
 }
 
-/// Pieces in one place of the pattern as passes in the first place, with the postures that they
-/// have there.
+/// Returns pieces in one place of the pattern as passes in the first place, with their postures.
 fn path_of<'p>(pieces: impl Iterator<Item = &'p Piece>, place: &Isometry3<f64>) -> PlannedPath {
     let to_first = place.inverse();
     let mut path = PlannedPath { tasks: Vec::new(), outcomes: Vec::new(), optimum: None };

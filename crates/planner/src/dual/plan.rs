@@ -1,4 +1,4 @@
-//! The whole way through one setup of a machine with two heads.
+//! Complete plan of one setup of a machine with two heads.
 
 use std::collections::BTreeSet;
 
@@ -221,7 +221,7 @@ impl ProgramOfHeads<2> for TwoHeads<'_, '_> {
     }
 }
 
-/// An operation that one head machines with the other at home.
+/// Plans an operation that one head machines with the other at home.
 fn alone<'a>(
     ground: &TwoHeadContext<'a>,
     head: usize,
@@ -252,7 +252,7 @@ fn alone<'a>(
     Ok((planned, Part { files, sections, pair: None }))
 }
 
-/// Gives the pieces of pairs the stops that mending has put into their runs.
+/// Adds the stops of refined runs to the pieces of pairs.
 fn with_refined_stops(operations: &mut [PlannedOperation<'_>], parts: &[Part<'_>]) {
     let mut operations = operations.iter_mut();
     for part in parts {

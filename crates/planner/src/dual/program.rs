@@ -14,30 +14,30 @@ use facemill_tool_path::moves::MoveKind;
 use super::moves::DualMove;
 use crate::program::timed::{Timed, TimedMove};
 
-/// What a part of a program is timed by.
+/// Feeds of a part of a program.
 #[derive(Clone, Copy)]
 pub(crate) struct PartFeeds<'a> {
-    /// What errors call it.
+    /// Name in errors.
     pub name: &'a str,
-    /// Feeds of each head's operation; those of the only one twice.
+    /// Feeds of each head's operation, those of a single one twice.
     pub feeds: [&'a FeedsFile; 2],
 }
 
 /// Times and lengths of moves of two heads.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct DualTimes {
-    /// All moves, s; at the feeds that axis velocities allow, with which those one after the other
-    /// are compared.
+    /// Time of all moves at the feeds that axis velocities allow, s; the report compares it with
+    /// that of both operations one after the other.
     pub time: f64,
     /// Rapids among them, s.
     pub rapid: f64,
-    /// Way of each tip in cuts of both heads at once, mm.
+    /// Path length of each tip in cuts of both heads at once, mm.
     pub paired: [f64; 2],
-    /// Way of each tip in all cuts, mm.
+    /// Path length of each tip in all cuts, mm.
     pub cut: [f64; 2],
     /// Speed of each tip in each of its cuts, mm/min.
     pub tip_feeds: [Vec<f64>; 2],
-    /// What set it, in each of its cuts.
+    /// Limit of that speed in each of its cuts.
     pub cut_feeds: [Vec<CutFeed>; 2],
     /// Smallest and largest speed of each tip in cuts of both heads, mm/min.
     pub paired_feeds: [Option<[f64; 2]>; 2],
@@ -45,23 +45,23 @@ pub(crate) struct DualTimes {
     pub shared_speed: f64,
 }
 
-/// A move of two heads with its time at constant speeds.
+/// Move of two heads with its time at constant speeds.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DualTime {
     kind: MoveKind,
     working: [bool; 2],
-    /// s.
+    /// Time, s.
     time: f64,
-    /// Ways of the tips, mm.
+    /// Path lengths of the tips, mm.
     ways: [f64; 2],
-    /// Way of the shared axis, rad or mm.
+    /// Travel of the shared axis, rad or mm.
     shared_way: f64,
-    /// What set the speeds of the tips in a cut.
+    /// Limits of the speeds of the tips in a cut.
     cut_feeds: [Option<CutFeed>; 2],
 }
 
 impl DualTimes {
-    /// Takes a move in: its time as it was, and speeds with `slower` times that time.
+    /// Adds a move: its time before, and speeds with `slower` times that time.
     pub(crate) fn add(&mut self, m: &DualTime, slower: f64) {
         self.time += m.time;
         if m.kind == MoveKind::Rapid {
@@ -110,7 +110,7 @@ impl<'a> DualWriter<'a> {
         self.timed.program.blocks.push(Block::Comment(text));
     }
 
-    /// Number of blocks so far.
+    /// Returns the number of blocks so far.
     pub(crate) fn n_blocks(&self) -> usize {
         self.timed.program.blocks.len()
     }
@@ -129,10 +129,10 @@ impl<'a> DualWriter<'a> {
         self.timed.program.blocks.push(Block::SpindleOn { rpm, clockwise, spindle });
     }
 
-    /// Appends a move, and tells its time.
+    /// Appends a move and returns its time.
     ///
     /// # Errors
-    /// When it has no feed that axes and control allow.
+    /// Returns an error if axes and control allow no feed for it.
     pub(crate) fn push(&mut self, m: &DualMove, part: &PartFeeds<'_>) -> Result<DualTime, Failure> {
         let words = self.words.words(m.axes.as_slice()).map_err(|e| Failure::Internal(e.to_string()))?;
         let mut told = DualTime {
@@ -226,10 +226,10 @@ impl<'a> DualWriter<'a> {
     }
 }
 
-/// Everything the dialect's writer needs, and both heads.
+/// Returns the data for the dialect's writer, and both heads.
 ///
 /// # Errors
-/// When an axis has no NC address.
+/// Returns an error if an axis has no NC address.
 pub(crate) fn dual_spec(
     jobs: [&Job; 2],
     setup: &Setup<'_>,

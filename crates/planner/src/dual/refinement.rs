@@ -1,4 +1,4 @@
-//! Stops put where the program of two heads does not hold what it was planned for.
+//! Stops added where the program of two heads exceeds its limits.
 
 use std::collections::BTreeSet;
 
@@ -11,8 +11,8 @@ use crate::dual::pair::run_planner;
 use crate::dual::parts::{Part, TwoHeadContext};
 use crate::passes::move_settings::move_settings;
 
-/// Puts tested stops into each block of a run on these lines, one in its middle at least; the
-/// number put in. Where none is feasible, and where one head works alone, the block stays as it is.
+/// Adds tested stops to each block of a run on these lines, at least one in its middle, and returns
+/// their number. A block stays as it is if none is feasible, or if one head works alone.
 pub(crate) fn refine(
     ground: &TwoHeadContext<'_>,
     parts: &mut [Part<'_>],
@@ -38,7 +38,7 @@ pub(crate) fn refine(
         };
         let planner = run_planner(&mover, files, &settings, &file, [&[], &[]]);
         let mut hints = [Hints::default(), Hints::default()];
-        // From the last one on: what stands before keeps its index.
+        // Backwards, so that the blocks before keep their indices.
         for place in own.into_iter().rev() {
             let section = &mut part.sections[place.section];
             let is_cut = section.moves[place.at].kind == MoveKind::Cut;
@@ -47,7 +47,7 @@ pub(crate) fn refine(
             let (from, to) = (&run.stops[place.at - 1], &run.stops[place.at]);
             let Some(stops) = planner.mended(&ranges, from, to, &mut hints) else { continue };
             put_in += stops.len();
-            // Between the same stops the cutters take no more.
+            // Between the same stops the chips are no larger.
             let chips = section.moves[place.at].chips;
             for stop in stops.into_iter().rev() {
                 let axes = mover.turned(&stop.pose.axes, &section.moves[place.at - 1].axes);

@@ -1,5 +1,5 @@
-//! What runs leave of both operations: nothing that a head alone would cut is lost beside them, and
-//! what is left for both heads is cut at once where it can be.
+//! Remainders of both operations beside runs: no point that a head alone would cut is lost, and
+//! both heads cut remainders at once where possible.
 
 use std::collections::BTreeSet;
 
@@ -14,7 +14,7 @@ use crate::dual::moves::{DualMover, ReachedRun};
 use crate::dual::pairing::{PiecePair, length, stations};
 use crate::dual::runs::{Causes, Gap, Run, RunPlanner, gaps, part_of};
 
-/// What is done with what runs leave.
+/// Planner for the remainders of runs.
 pub(crate) struct Remains<'m, 'r, 'a> {
     pub mover: &'m DualMover<'r, 'a>,
     /// Pieces of each operation.
@@ -23,18 +23,17 @@ pub(crate) struct Remains<'m, 'r, 'a> {
     pub shortest: f64,
 }
 
-/// A gap that was tried, by its numbers.
+/// Gap that was tried, by its numbers.
 type Tried = (usize, usize, [u64; 2]);
 
 impl Remains<'_, '_, '_> {
-    /// Runs without the stops at their ends that have to be given back for each head alone to have
-    /// an entry into what is left beside them, and an exit out of it. A run that would keep too
-    /// little is given back as a whole.
+    /// Shortens runs at their ends so that each head alone has an entry into the remainder beside
+    /// them and an exit out of it. A run that would keep too little is given back as a whole.
     ///
-    /// Each round takes stops away or is the last.
+    /// Each round removes stops or is the last.
     ///
     /// # Errors
-    /// When the monitor cancels.
+    /// Returns an error if the monitor cancels.
     pub(crate) fn given_back(
         &self,
         mut runs: Vec<ReachedRun>,
@@ -64,8 +63,8 @@ impl Remains<'_, '_, '_> {
         }
     }
 
-    /// Widens what is left for a head where it would lose points; `kept` is what each run then
-    /// keeps.
+    /// Widens the remainder of a head where it would lose points; `kept` has the stops that each run
+    /// then keeps.
     fn widen(
         &self,
         head: usize,
@@ -93,8 +92,8 @@ impl Remains<'_, '_, '_> {
         Ok(())
     }
 
-    /// The narrowest of the gaps around one that a head alone cuts without losing points; the whole
-    /// piece where none is.
+    /// Returns the narrowest gap around one that a head alone cuts without losing points; the whole
+    /// piece if there is none.
     fn wide_enough(&self, head: usize, gap: &Gap) -> [f64; 2] {
         let whole = [0.0, self.pieces[head][gap.piece].places().count().saturating_sub(1) as f64];
         let wider = |by: f64| {
@@ -108,7 +107,7 @@ impl Remains<'_, '_, '_> {
         })
     }
 
-    /// Whether a head alone loses points of a gap that no run beside it cuts.
+    /// Returns whether a head alone loses points of a gap that no run beside it cuts.
     fn loses(&self, head: usize, gap: &Gap) -> bool {
         let piece = &self.pieces[head][gap.piece];
         let Some(part) = part_of(piece, gap.at) else { return false };
@@ -123,7 +122,7 @@ impl Remains<'_, '_, '_> {
         !own.is_empty() && (reached.is_none() || lost.iter().any(|l| own.contains(&place(&l.place))))
     }
 
-    /// A run with the stops that both heads keep; none where that is too little.
+    /// Returns a run with the stops that both heads keep; `None` if they are too few.
     fn shortened(&self, run: Run, kept: &[[f64; 2]; 2], causes: &mut Causes) -> Vec<Run> {
         let why = "what one head would leave there for itself has no entry or exit of its own";
         let is_kept = |at: &[f64; 2]| (0..2).all(|h| kept[h][0] <= at[h] && at[h] <= kept[h][1]);
@@ -137,17 +136,18 @@ impl Remains<'_, '_, '_> {
     }
 }
 
-/// Stops that are kept where nothing has to be given back.
+/// Stops that are kept if nothing has to be given back.
 const EVERYWHERE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
-/// Points of the path that are given back at each end, as they are tried.
+/// Numbers of points of the path to try to give back at each end.
 const GIVEN_BACK: [f64; 10] = [0.0, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0];
 
-/// Pieces that each head would cut for itself, both at once where they can be from end to end: what
-/// is left at one end of the blade with what is left at the other. The planner's pieces are these.
+/// Returns runs of pieces that each head would cut alone, if both can cut them at once from end to
+/// end: remainders at one end of the blade with remainders at the other. The planner's pieces are
+/// these.
 ///
 /// # Errors
-/// When the monitor cancels.
+/// Returns an error if the monitor cancels.
 pub(crate) fn paired_left(
     mover: &DualMover<'_, '_>,
     planner: &RunPlanner<'_, '_>,
@@ -174,8 +174,8 @@ pub(crate) fn paired_left(
     Ok(runs)
 }
 
-/// Pieces of the second head that may go with one of the first: beyond both cutters, the nearest in
-/// length first.
+/// Returns pieces of the second head that may go with one of the first: beyond both cutters, the
+/// nearest in length first.
 fn partners(pieces: [&[Piece]; 2], i: usize, apart: f64) -> impl Iterator<Item = [usize; 2]> {
     let first = &pieces[0][i];
     let middle = |p: &Piece| p.cuts[p.cuts.len() / 2].cc.position;
@@ -190,10 +190,10 @@ fn partners(pieces: [&[Piece]; 2], i: usize, apart: f64) -> impl Iterator<Item =
     of_lengths.into_iter().take(MOST_PARTNERS).map(move |(_, j)| [i, j])
 }
 
-/// Partners that are tried for each piece.
+/// Number of partners to try for each piece.
 const MOST_PARTNERS: usize = 6;
 
-/// The run of both heads over two whole pieces, if there is one.
+/// Returns the run of both heads over two whole pieces, if there is one.
 fn whole_run(
     mover: &DualMover<'_, '_>,
     planner: &RunPlanner<'_, '_>,

@@ -1,4 +1,4 @@
-//! Paired pieces as runs of stops that both heads cut at once, and what is left for each head
+//! Paired pieces as runs of stops that both heads cut at once, and the remainder for each head
 //! alone.
 
 use std::collections::BTreeMap;
@@ -18,44 +18,44 @@ use super::pairing::{PiecePair, Station, between};
 pub(crate) struct Stop {
     /// One for each head.
     pub cc: [CcPoint; 2],
-    /// How they stand.
+    /// Pose of both heads.
     pub pose: PairPose,
-    /// Where in each piece: index of a cut, with a fraction between two.
+    /// Position in each piece: index of a cut, with a fraction between two.
     pub at: [f64; 2],
 }
 
 impl Stop {
-    /// Whether a head is at a point of its path here, and not between two.
+    /// Returns whether a head is at a point of its path here, and not between two.
     pub(crate) fn is_point(&self, head: usize) -> bool {
         self.at[head].fract() == 0.0
     }
 }
 
-/// Stops that follow each other without lifting; at least two.
+/// Consecutive stops without lifting; at least two.
 #[derive(Clone, Debug)]
 pub(crate) struct Run {
     /// Indices of the pieces, one of each operation.
     pub pieces: [usize; 2],
     /// Whether the uncut stock lies to the left of the feed, for each head.
     pub uncut_left: [bool; 2],
-    /// In cutting order.
+    /// Stops in cutting order.
     pub stops: Vec<Stop>,
 }
 
 impl Run {
-    /// Length of each head's way along its CC points, mm.
+    /// Returns the length of each head's path along its CC points, mm.
     pub(crate) fn lengths(&self) -> [f64; 2] {
         let of = |h: usize| self.stops.windows(2).map(|w| (w[1].cc[h].position - w[0].cc[h].position).norm()).sum();
         [of(0), of(1)]
     }
 
-    /// Whether it is not worth its entries and exits, both ways shorter than this, mm.
+    /// Returns whether it is not worth its entries and exits: both paths are shorter than this, mm.
     pub(crate) fn is_shorter_than(&self, shortest: f64) -> bool {
         self.stops.len() < 2 || self.lengths().iter().all(|l| *l < shortest)
     }
 }
 
-/// Why stations of pairs are not cut at once.
+/// Causes why stations of pairs are not cut at once.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Causes {
     by_cause: BTreeMap<String, Cause>,
@@ -65,27 +65,27 @@ pub(crate) struct Causes {
 #[derive(Clone, Debug)]
 pub(crate) struct Cause {
     pub stations: usize,
-    /// Where the first head would be at the first of them.
+    /// Place of the first head at the first of them.
     pub place: [f64; 3],
-    /// What is said of the first of them.
+    /// Message on the first of them.
     pub first: String,
 }
 
 impl Causes {
-    /// Adds a station with its cause and what is said of it.
+    /// Adds a station with its cause and message.
     pub(crate) fn add(&mut self, cause: String, first: String, cc: &CcPoint) {
         let place = [cc.position.x, cc.position.y, cc.position.z];
         self.by_cause.entry(cause).or_insert(Cause { stations: 0, place, first }).stations += 1;
     }
 
-    /// Adds what was found elsewhere.
+    /// Adds other causes.
     pub(crate) fn join(&mut self, more: Self) {
         for (cause, of) in more.by_cause {
             self.by_cause.entry(cause).or_insert(Cause { stations: 0, ..of.clone() }).stations += of.stations;
         }
     }
 
-    /// All, the most frequent first.
+    /// Returns all causes, the most frequent first.
     pub(crate) fn sorted(self) -> Vec<(String, Cause)> {
         let mut all: Vec<(String, Cause)> = self.by_cause.into_iter().collect();
         all.sort_by_key(|(_, cause)| std::cmp::Reverse(cause.stations));
@@ -93,16 +93,16 @@ impl Causes {
     }
 }
 
-/// What pairs of pieces are planned with.
+/// Planner of pairs of pieces.
 pub(crate) struct RunPlanner<'r, 'a> {
     /// Both heads.
     pub test: PairTest<'r, 'a>,
-    /// Postures that each head may take where the uncut stock lies to the right of the feed, and
-    /// where to the left.
+    /// Permitted postures of each head with the uncut stock to the right of the feed, and to the
+    /// left.
     pub ranges: [[PostureRange; 2]; 2],
-    /// How postures are chosen from them; its own ranges are those of the first piece.
+    /// Settings of the choice among them; its own ranges are those of the first piece.
     pub settings: PairSettings,
-    /// How far each head's motion may stray between stops.
+    /// Permitted deviation of each head's motion between stops.
     pub linearity: [Linearity; 2],
     /// Pieces of each operation.
     pub pieces: [&'r [Piece]; 2],
@@ -111,10 +111,10 @@ pub(crate) struct RunPlanner<'r, 'a> {
 }
 
 impl RunPlanner<'_, '_> {
-    /// Runs of one pair, with why other stations have none.
+    /// Returns the runs of one pair, with the causes why other stations have none.
     ///
     /// # Errors
-    /// When the monitor cancels.
+    /// Returns an error if the monitor cancels.
     pub(crate) fn runs(&self, pair: &PiecePair, monitor: &dyn Monitor) -> Result<(Vec<Run>, Causes), Cancelled> {
         let stations: Vec<_> = pair.stations.iter().map(|s| s.pair).collect();
         let uncut_left = std::array::from_fn(|h| self.pieces[h][pair.pieces[h]].uncut_left);
@@ -161,7 +161,7 @@ impl RunPlanner<'_, '_> {
         Ok((runs, causes))
     }
 
-    /// Why no blocks lead from one stop to another.
+    /// Returns the reason why no blocks lead from one stop to another.
     fn why_parted(&self, from: Option<&Stop>, to: &Stop) -> String {
         let shared = self.test.shared;
         let axis = &self.test.tests[0].cell.machine.axes()[shared];
@@ -173,8 +173,8 @@ impl RunPlanner<'_, '_> {
         }
     }
 
-    /// Stops to put between two so that the control drives nearer to the meant motion: one in the
-    /// middle at least, and none of the ways between strays too far. `None` where there are none.
+    /// Returns stops to add between two so that the control comes nearer to the planned motion: at
+    /// least one in the middle, and no motion between them deviates too far. `None` if there are none.
     pub(crate) fn mended(
         &self,
         ranges: &[PostureRange; 2],
@@ -185,7 +185,7 @@ impl RunPlanner<'_, '_> {
         self.halved(ranges, from, to, MAX_HALVINGS, hints)
     }
 
-    /// A stop in the middle of two, and what each half needs.
+    /// Returns a stop in the middle of two, and the stops that each half needs.
     fn halved(
         &self,
         ranges: &[PostureRange; 2],
@@ -201,8 +201,8 @@ impl RunPlanner<'_, '_> {
         Some(stops)
     }
 
-    /// What is found at the stations with the first head on the branch that it has alone; where
-    /// that leaves many out, on the branch that leaves fewest out.
+    /// Returns the result at the stations with the first head on the branch that it has alone; if
+    /// this omits many, on the branch that omits fewest.
     fn outcomes(
         &self,
         pair: &PiecePair,
@@ -228,7 +228,7 @@ impl RunPlanner<'_, '_> {
         Ok(best)
     }
 
-    /// Postures that each head may take with the uncut stock on these sides.
+    /// Returns the permitted postures of each head with the uncut stock on these sides.
     pub(crate) fn ranges(&self, uncut_left: [bool; 2]) -> [PostureRange; 2] {
         std::array::from_fn(|h| self.ranges[h][usize::from(uncut_left[h])])
     }
@@ -237,8 +237,8 @@ impl RunPlanner<'_, '_> {
         outcome.map(|pose| Stop { cc: station.pair.cc, pose, at: station.at })
     }
 
-    /// Stops strictly between two, close enough for the control in both heads; `None` where there
-    /// are none.
+    /// Returns stops strictly between two, close enough for the control in both heads; `None` if
+    /// there are none.
     fn between(
         &self,
         ranges: &[PostureRange; 2],
@@ -254,7 +254,7 @@ impl RunPlanner<'_, '_> {
         self.halved(ranges, from, to, halvings.checked_sub(1)?, hints)
     }
 
-    /// The tested stop halfway between two.
+    /// Returns the tested stop halfway between two.
     pub(crate) fn middle(
         &self,
         ranges: &[PostureRange; 2],
@@ -268,7 +268,8 @@ impl RunPlanner<'_, '_> {
         Some(Stop { cc, pose, at })
     }
 
-    /// Largest deviation of both cutters from the meant motion between the stops of a run, mm.
+    /// Returns the largest deviation of both cutters from the planned motion between the stops of a
+    /// run, mm.
     pub(crate) fn linearisation(&self, stops: &[Stop]) -> f64 {
         let strays =
             |w: &[Stop], h: usize| self.linearity[h].judge(self.test.tests[h], &w[0].pose.axes, &w[1].pose.axes).0;
@@ -276,24 +277,24 @@ impl RunPlanner<'_, '_> {
     }
 }
 
-/// Part of the stations that may be blocked on a branch before another one is tried.
+/// Largest fraction of blocked stations on a branch before another one is tried.
 const MANY: f64 = 0.3;
 
-/// Halvings of the way between two stations.
+/// Number of halvings of the distance between two stations.
 const MAX_HALVINGS: u32 = 10;
 
-/// A stretch of a piece that no run cuts.
+/// Stretch of a piece that no run cuts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Gap {
     /// Index of the piece.
     pub piece: usize,
-    /// From where to where in it: index of a cut, with a fraction between two.
+    /// Its ends: index of a cut, with a fraction between two.
     pub at: [f64; 2],
     /// Runs that end and begin there, by index.
     pub beside: [Option<usize>; 2],
 }
 
-/// What runs leave of the pieces of an operation (0 or 1), in their order.
+/// Returns the stretches that runs leave of the pieces of an operation (0 or 1), in their order.
 pub(crate) fn gaps(pieces: &[Piece], head: usize, runs: &[&Run]) -> Vec<Gap> {
     let mut gaps = Vec::new();
     for (index, piece) in pieces.iter().enumerate() {
@@ -316,17 +317,17 @@ pub(crate) fn gaps(pieces: &[Piece], head: usize, runs: &[&Run]) -> Vec<Gap> {
     gaps
 }
 
-/// What is left of each piece of an operation (0 or 1) where runs have cut the rest: pieces of its
-/// own cuts, each reaching to the cuts at which the runs beside it end. Single cuts are left out
-/// where a run passes over them.
+/// Returns the remainder of each piece of an operation (0 or 1) beside its runs: pieces of its own
+/// cuts, each reaching to the cuts at which the runs beside it end. Single cuts that a run passes
+/// over are omitted.
 pub(crate) fn left_over(pieces: &[Piece], head: usize, runs: &[&Run]) -> Vec<Piece> {
     gaps(pieces, head, runs).iter().filter_map(|gap| part_of(&pieces[gap.piece], gap.at)).collect()
 }
 
-/// The cuts of a piece from one place to another, whole cuts outward; `None` where that is fewer
-/// than two.
+/// Returns the cuts of a piece from one place to another, whole cuts outward; `None` if they are
+/// fewer than two.
 pub(crate) fn part_of(piece: &Piece, [from, to]: [f64; 2]) -> Option<Piece> {
-    // What was put between places goes with the one before.
+    // Added cuts go with the place before.
     let mut place: f64 = -1.0;
     let cuts: Vec<_> = piece
         .cuts

@@ -1,4 +1,4 @@
-//! The stock of a setup as both heads cut it.
+//! Stock of a setup as both heads cut it.
 
 use facemill_job::failure::Failure;
 use facemill_job::stages::Stages;
