@@ -1,6 +1,17 @@
-//! Kit of the tests: random numbers with a seed, and where data beside the workspace is.
+//! Kit of the tests: random numbers with a seed, meshes of plain shapes, and where data beside the
+//! workspace is.
 //!
 //! Nothing here shares code with what it tests, and no product crate depends on it.
+//!
+//! Modules, each of which imports those above it alone:
+//!
+//! | module | holds |
+//! |---|---|
+//! | `meshes` | boxes and grids as vertices and triangles |
+
+mod meshes;
+
+pub use meshes::{Mesh, box_mesh, grid_around, grid_by_columns, grid_by_rows};
 
 /// Folder of NC programs from public sources, beside the workspace; tests that read them say that
 /// they are skipped where it is absent.
