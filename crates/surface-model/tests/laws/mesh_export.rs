@@ -7,16 +7,10 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 /// A curved patch in two groups, no two of its triangles alike.
 fn patch() -> TriMesh {
-    let (n, m) = (12, 9);
-    let at = |i: usize, j: usize| (i * (m + 1) + j) as u32;
-    let vertices = (0..=n)
-        .flat_map(|i| (0..=m).map(move |j| (i as f64, j as f64)))
-        .map(|(u, v)| Point3::new(700.0 + 31.7 * u, 3.3 * v * v, 0.1 * u * v + (u * 0.7).sin()))
-        .collect();
-    let triangles: Vec<[u32; 3]> = (0..n)
-        .flat_map(|i| (0..m).map(move |j| (i, j)))
-        .flat_map(|(i, j)| [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]])
-        .collect();
+    let (vertices, triangles) = facemill_test_kit::grid_by_columns([12, 9], |i, j| {
+        let [u, v] = [i, j].map(f64::from);
+        Point3::new(700.0 + 31.7 * u, 3.3 * v * v, 0.1 * u * v + (u * 0.7).sin())
+    });
     let groups = vec![
         Group { name: "suction".into(), triangles: 0..100 },
         Group { name: String::new(), triangles: 100..triangles.len() },

@@ -96,15 +96,6 @@ pub(crate) fn sphere(radius: f64, n: usize) -> TriMesh {
 
 /// Box from `min` to `max`, outward, 12 triangles.
 pub(crate) fn cuboid(min: Point3<f64>, max: Point3<f64>) -> TriMesh {
-    let vertices = (0..8)
-        .map(|k| {
-            let pick = |bit: usize| if k >> bit & 1 == 1 { max[bit] } else { min[bit] };
-            Point3::new(pick(0), pick(1), pick(2))
-        })
-        .collect();
-    let triangles = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
-        .iter()
-        .flat_map(|&[a, b, c, d]: &[u32; 4]| [[a, b, c], [a, c, d]])
-        .collect();
+    let (vertices, triangles) = facemill_test_kit::box_mesh(min.into(), max.into());
     TriMesh::new(vertices, triangles).unwrap()
 }
