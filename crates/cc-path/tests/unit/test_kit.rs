@@ -39,20 +39,8 @@ impl Lcg {
 /// Grid of `n` × `m` quads, each two triangles, over the unit square mapped by `place`; wound so
 /// that ∂place/∂u × ∂place/∂v points out of the material.
 pub(crate) fn grid(n: u32, m: u32, place: impl Fn(f64, f64) -> Point3<f64>) -> TriMesh {
-    let mut vertices = Vec::new();
-    for j in 0..=m {
-        for i in 0..=n {
-            vertices.push(place(f64::from(i) / f64::from(n), f64::from(j) / f64::from(m)));
-        }
-    }
-    let mut triangles = Vec::new();
-    for j in 0..m {
-        for i in 0..n {
-            let a = j * (n + 1) + i;
-            let (b, c, d) = (a + 1, a + n + 1, a + n + 2);
-            triangles.extend([[a, b, d], [a, d, c]]);
-        }
-    }
+    let share = |k: u32, of: u32| f64::from(k) / f64::from(of);
+    let (vertices, triangles) = facemill_test_kit::grid_by_rows([n, m], |i, j| place(share(i, n), share(j, m)));
     TriMesh::new(vertices, triangles).unwrap()
 }
 
