@@ -17,9 +17,8 @@ fn height(x: f64, y: f64) -> f64 {
 
 fn patch(n: u32) -> TriMesh {
     let at = |i: u32| -100.0 + 200.0 * f64::from(i) / f64::from(n - 1);
-    let vertices = (0..n * n).map(|k| (at(k / n), at(k % n))).map(|(x, y)| Point3::new(x, y, height(x, y))).collect();
-    let cells = (0..n - 1).flat_map(|i| (0..n - 1).map(move |j| i * n + j));
-    let triangles = cells.flat_map(|a| [[a, a + n, a + n + 1], [a, a + n + 1, a + 1]]).collect();
+    let point = |i: u32, j: u32| Point3::new(at(i), at(j), height(at(i), at(j)));
+    let (vertices, triangles) = facemill_test_kit::grid_by_columns([n - 1; 2], point);
     TriMesh::new(vertices, triangles).unwrap()
 }
 

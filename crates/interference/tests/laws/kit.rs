@@ -140,9 +140,8 @@ pub(crate) fn sheet() -> TriMesh {
 /// heights.
 fn height_field(n: u32, half: f64, height: impl Fn(f64, f64) -> f64) -> TriMesh {
     let at = |i: u32| 2.0 * half * f64::from(i) / f64::from(n - 1) - half;
-    let vertices = (0..n * n).map(|k| (at(k / n), at(k % n))).map(|(x, y)| Point3::new(x, y, height(x, y))).collect();
-    let cells = (0..n - 1).flat_map(|i| (0..n - 1).map(move |j| i * n + j));
-    let triangles = cells.flat_map(|a| [[a, a + n, a + n + 1], [a, a + n + 1, a + 1]]).collect();
+    let point = |i: u32, j: u32| Point3::new(at(i), at(j), height(at(i), at(j)));
+    let (vertices, triangles) = facemill_test_kit::grid_by_columns([n - 1; 2], point);
     TriMesh::new(vertices, triangles).unwrap()
 }
 
@@ -212,17 +211,9 @@ pub(crate) fn odd_triangle(lcg: &mut Lcg, kind: u32) -> [Point3<f64>; 3] {
 
 /// A closed ball of quads over latitude and longitude, triangles at the poles.
 pub(crate) fn sphere(radius: f64, n: u32) -> TriMesh {
-    let mut vertices = Vec::new();
-    for i in 0..=n {
-        let (s, c) = (std::f64::consts::PI * f64::from(i) / f64::from(n)).sin_cos();
-        for j in 0..2 * n {
-            let (sin, cos) = (std::f64::consts::PI * f64::from(j) / f64::from(n)).sin_cos();
-            vertices.push(Point3::new(radius * s * cos, radius * s * sin, radius * c));
-        }
-    }
-    let at = |i: u32, j: u32| i * 2 * n + j % (2 * n);
-    let cells = (0..n).flat_map(|i| (0..2 * n).map(move |j| (i, j)));
-    let triangles = cells
-        .flat_map(|(i, j)| [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]]);
-    TriMesh::new(vertices, triangles.collect()).unwrap()
+    let (vertices, triangles) = facemill_test_kit::grid_around([n, 2 * n], |i, j| {
+        let [(s, c), (sin, cos)] = [i, j].map(|k| (std::f64::consts::PI * f64::from(k) / f64::from(n)).sin_cos());
+        Point3::new(radius * s * cos, radius * s * sin, radius * c)
+    });
+    TriMesh::new(vertices, triangles).unwrap()
 }
