@@ -9,10 +9,8 @@ use crate::dexel_kit::{body, cut, upright};
 
 /// A box between two corners.
 fn cuboid(low: [f64; 3], high: [f64; 3]) -> TriMesh {
-    let corner = |k: u32| Point3::from([0, 1, 2].map(|axis| if k >> axis & 1 == 1 { high[axis] } else { low[axis] }));
-    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
-    TriMesh::new((0..8).map(corner).collect(), triangles.collect()).unwrap()
+    let (vertices, triangles) = facemill_test_kit::box_mesh(low, high);
+    TriMesh::new(vertices, triangles).unwrap()
 }
 
 fn surface(mesh: TriMesh) -> Surface {

@@ -13,10 +13,8 @@ use crate::kit::Random;
 /// A cube from −half to half; its diagonals, edges and corners are where lines of simple lattices
 /// go.
 fn cube(half: f64) -> TriMesh {
-    let corner = |k: u32| Point3::from([0, 1, 2].map(|axis| if k >> axis & 1 == 1 { half } else { -half }));
-    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
-    TriMesh::new((0..8).map(corner).collect(), triangles.collect()).unwrap()
+    let (vertices, triangles) = facemill_test_kit::box_mesh([-half; 3], [half; 3]);
+    TriMesh::new(vertices, triangles).unwrap()
 }
 
 /// A sphere in n × 2n patches, corners on the sphere.

@@ -31,15 +31,9 @@ impl Random {
 /// Height field over n × n squares of the given size.
 pub(crate) fn field(n: u32, square: f64, height: impl Fn(f64, f64) -> f64) -> TriMesh {
     let at = |k: u32| square * f64::from(k);
-    let vertices =
-        (0..=n).flat_map(|j| (0..=n).map(move |i| (at(i), at(j)))).map(|(x, y)| Point3::new(x, y, height(x, y)));
-    let corner = |i: u32, j: u32| j * (n + 1) + i;
-    let squares = (0..n).flat_map(|j| (0..n).map(move |i| (i, j)));
-    let triangles = squares.flat_map(|(i, j)| {
-        let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
-        [[a, b, c], [a, c, d]]
-    });
-    TriMesh::new(vertices.collect(), triangles.collect()).expect("indices are in range")
+    let point = |i: u32, j: u32| Point3::new(at(i), at(j), height(at(i), at(j)));
+    let (vertices, triangles) = facemill_test_kit::grid_by_rows([n, n], point);
+    TriMesh::new(vertices, triangles).expect("indices are in range")
 }
 
 /// A wavy field of 60 × 60 mm, 15 mm high.
@@ -67,20 +61,15 @@ pub(crate) fn soup(seed: u64, n: u32) -> TriMesh {
     TriMesh::new(vertices, (0..n).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect()).expect("indices are in range")
 }
 
-/// A closed ball of icosphere facets.
+/// Closed ball of `n` × `n` patches over latitude and longitude.
 pub(crate) fn ball(center: Point3<f64>, radius: f64, n: u32) -> TriMesh {
     let point = |i: u32, j: u32| {
         let (u, v) =
             (std::f64::consts::PI * f64::from(i) / f64::from(n), std::f64::consts::TAU * f64::from(j) / f64::from(n));
         center + radius * Vector3::new(u.sin() * v.cos(), u.sin() * v.sin(), u.cos())
     };
-    let vertices = (0..=n).flat_map(|i| (0..n).map(move |j| point(i, j)));
-    let squares = (0..n).flat_map(|i| (0..n).map(move |j| (i, j)));
-    let triangles = squares.flat_map(|(i, j)| {
-        let at = |i: u32, j: u32| i * n + j % n;
-        [[at(i, j), at(i + 1, j), at(i + 1, j + 1)], [at(i, j), at(i + 1, j + 1), at(i, j + 1)]]
-    });
-    TriMesh::new(vertices.collect(), triangles.collect()).expect("indices are in range")
+    let (vertices, triangles) = facemill_test_kit::grid_around([n, n], point);
+    TriMesh::new(vertices, triangles).expect("indices are in range")
 }
 
 /// Points all over a triangle, corners and edges included, `n` to an edge.
