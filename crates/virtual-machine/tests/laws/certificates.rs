@@ -32,10 +32,9 @@ fn sheet() -> TriMesh {
 fn sheet_below(by: f64) -> TriMesh {
     let n = 60u32;
     let at = |k: u32| -200.0 + 400.0 * f64::from(k) / f64::from(n - 1);
-    let vertices =
-        (0..n * n).map(|k| (at(k / n), at(k % n))).map(|(x, y)| Point3::new(x, y, height(x, y) - by)).collect();
-    let cells = (0..n - 1).flat_map(|i| (0..n - 1).map(move |j| i * n + j));
-    TriMesh::new(vertices, cells.flat_map(|a| [[a, a + n, a + n + 1], [a, a + n + 1, a + 1]]).collect()).unwrap()
+    let point = |i: u32, j: u32| Point3::new(at(i), at(j), height(at(i), at(j)) - by);
+    let (vertices, triangles) = facemill_test_kit::grid_by_columns([n - 1; 2], point);
+    TriMesh::new(vertices, triangles).unwrap()
 }
 
 fn setup<'a>(shop: &'a Shop, mesh: &'a MeshTree) -> VirtualSetup<'a> {

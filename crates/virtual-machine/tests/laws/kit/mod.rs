@@ -42,10 +42,8 @@ pub fn tool_turning(sense: &str) -> ToolAssembly {
 }
 
 pub fn box_mesh(low: [f64; 3], high: [f64; 3]) -> TriMesh {
-    let corner = |k: usize| Point3::from([0, 1, 2].map(|axis| if k >> axis & 1 == 0 { low[axis] } else { high[axis] }));
-    let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-    TriMesh::new((0..8).map(corner).collect(), triangles).unwrap()
+    let (vertices, triangles) = facemill_test_kit::box_mesh(low, high);
+    TriMesh::new(vertices, triangles).unwrap()
 }
 
 /// Machine, mounting, offsets and meshes that setups borrow from.

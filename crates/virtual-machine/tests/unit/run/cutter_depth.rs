@@ -1,26 +1,16 @@
+use crate::kit;
 use crate::run::cutter_depth::*;
 use facemill_interference::MeshTree;
 use facemill_surface_model::TriMesh;
-use facemill_test_kit::Lcg;
+use facemill_test_kit::{Lcg, grid_by_rows};
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 
 /// Bumpy open patch of 2·n² triangles, 100 mm square, about z = 0.
 fn patch(n: u32, rng: &mut Lcg) -> TriMesh {
-    let mut vertices = Vec::new();
-    for j in 0..=n {
-        for i in 0..=n {
-            let [x, y] = [i, j].map(|k| 100.0 * (f64::from(k) / f64::from(n) - 0.5));
-            vertices.push(Point3::new(x, y, rng.between(-2.0, 2.0)));
-        }
-    }
-    let mut triangles = Vec::new();
-    for j in 0..n {
-        for i in 0..n {
-            let a = j * (n + 1) + i;
-            triangles.push([a, a + 1, a + n + 2]);
-            triangles.push([a, a + n + 2, a + n + 1]);
-        }
-    }
+    let (vertices, triangles) = grid_by_rows([n, n], |i, j| {
+        let [x, y] = [i, j].map(|k| 100.0 * (f64::from(k) / f64::from(n) - 0.5));
+        Point3::new(x, y, rng.between(-2.0, 2.0))
+    });
     TriMesh::new(vertices, triangles).unwrap()
 }
 
@@ -132,11 +122,7 @@ fn upper_rim_of_a_short_flute_is_part_of_the_cutter() {
 
 #[test]
 fn cutter_wholly_inside_a_closed_part_is_deep() {
-    let s = 200.0;
-    let corner = |k: u32| Point3::from([0, 1, 2].map(|axis| if k >> axis & 1 == 0 { -s } else { s }));
-    let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-    let cube = MeshTree::new(&TriMesh::new((0..8).map(corner).collect(), triangles).unwrap());
+    let cube = MeshTree::new(&kit::box_mesh([-200.0; 3], [200.0; 3]));
     let probe = CutterDepth::new(&Cutter::new(8.0, 2.0, 30.0).unwrap());
     let mut track = CutterTrack::default();
     let outside = probe.placed(&pose([0.0, 0.0, 300.0], Vector3::zeros()));
