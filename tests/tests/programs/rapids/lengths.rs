@@ -10,7 +10,7 @@ use facemill::virtual_machine::{Finding, FindingKind};
 use facemill::{Failure, Job, SilentStages, VerifyRequest, replan_with_shorter_tools, verify_program};
 use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::variants::{tiny_patch, variant};
-use nalgebra::{Isometry3, Point3};
+use nalgebra::Isometry3;
 use serde_json::{Value, json};
 
 #[path = "lengths_command.rs"]
@@ -31,13 +31,8 @@ const WALL: (f64, f64) = (20.0, 25.0);
 fn with_wall() -> JobFolder {
     let job = tiny_patch();
     job.set("job.json", &[facemill_tests::jobs::unfinished()]);
-    let corner = |k: usize| {
-        let at = |axis: usize, low: f64, high: f64| if k >> axis & 1 == 0 { low } else { high };
-        Point3::new(at(0, WALL.0, WALL.0 + 4.0), at(1, -30.0, 30.0), at(2, 5.0, WALL.1))
-    };
-    let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-    let wall = TriMesh::new((0..8).map(corner).collect(), triangles).unwrap();
+    let (vertices, triangles) = facemill_test_kit::box_mesh([WALL.0, -30.0, 5.0], [WALL.0 + 4.0, 30.0, WALL.1]);
+    let wall = TriMesh::new(vertices, triangles).unwrap();
     let nodes = [NamedNode { name: "wall", mesh: 0, transform: Isometry3::identity() }];
     job.write("wall.obj", &write_obj(&[&wall], &nodes).unwrap());
     let mut meshes = job.json("job.json")["setups"][0]["meshes"].as_array().unwrap().clone();

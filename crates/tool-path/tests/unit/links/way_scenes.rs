@@ -45,12 +45,11 @@ const UP: [f64; 3] = [0.0, 0.0, 1.0];
 
 /// A box, its frame at a place with z along the tool there.
 fn wall((tip, axis): Place, low: [f64; 3], high: [f64; 3]) -> MeshTree {
-    let corner = |k: usize| Point3::from([0, 1, 2].map(|axis| if k >> axis & 1 == 0 { low[axis] } else { high[axis] }));
+    let (corners, triangles) = facemill_test_kit::box_mesh(low, high);
     let turn = UnitQuaternion::rotation_between(&Vector3::z(), &Vector3::from(axis)).unwrap();
     let work_from_wall = Isometry3::from_parts(Vector3::from(tip).into(), turn);
-    let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
-    let triangles = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
-    MeshTree::new(&TriMesh::new((0..8).map(|k| work_from_wall * corner(k)).collect(), triangles).unwrap())
+    let vertices = corners.iter().map(|p| work_from_wall * p).collect();
+    MeshTree::new(&TriMesh::new(vertices, triangles).unwrap())
 }
 
 /// Four walls about the tool's axis, this far from it and this high above the tip.
