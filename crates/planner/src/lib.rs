@@ -17,11 +17,12 @@
 //! |---|---|
 //! | `drawing` | pictures of plans: SVG text and the map of the feasible postures |
 //! | `plan_stock` | the stock of a plan: cut by each setup's own program, from one setup to the next |
+//! | `plan_settings` | options of a planning run |
 //! | `stage_clock` | wall times of stages |
 //! | `passes` | passes with tested postures, chips and ridges at every point, passes beside them |
 //! | `program` | from moves to timed blocks and text |
 //! | `report` | figures of a plan for its reader: report, summary, chips, rotary motion, lost time |
-//! | `planned` | options and result of a planning run |
+//! | `planned` | result of a planning run |
 //! | `plan_stages` | the stages of a plan, in their order |
 //! | `dual` | setups of a machine with two heads |
 //! | `plan` | the complete plan of one setup |
@@ -39,6 +40,7 @@ mod mesh_winding_laws;
 mod passes;
 mod plan;
 mod plan_job;
+mod plan_settings;
 mod plan_stages;
 mod plan_stock;
 mod planned;
@@ -49,7 +51,8 @@ mod solution_space;
 mod stage_clock;
 
 pub use crate::plan_job::plan_job;
-pub use crate::planned::{PlanSettings, Planned};
+pub use crate::plan_settings::PlanSettings;
+pub use crate::planned::Planned;
 pub use crate::report::summary::summary;
 pub use plan::plan_setup;
 pub use replan_lengths::replan_with_shorter_tools;

@@ -24,9 +24,10 @@ use facemill_virtual_machine::{
 use crate::dual::plan::plan_dual_setup;
 use crate::passes::extra_passes::AddedPasses;
 use crate::passes::operation::{PlannedOperation, SetupContext};
+use crate::plan_settings::PlanSettings;
 use crate::plan_stages::stages_of;
 use crate::plan_stock::{CutByPlan, StockBefore, StockToCut, cut_by_plan};
-use crate::planned::{PlanSettings, Planned, name_parts, planned_files};
+use crate::planned::{Planned, name_parts, planned_files};
 use crate::program::output::{OwnProgram, Texts, check_feeds, time_texts, write_draft, write_texts};
 use crate::program::planned_links::PlannedLinks;
 use crate::program::refinement::refine;

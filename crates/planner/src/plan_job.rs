@@ -5,8 +5,9 @@ use facemill_job::load::job::Job;
 use facemill_job::stages::Stages;
 
 use crate::plan::planned_setup;
+use crate::plan_settings::PlanSettings;
 use crate::plan_stock::StockToCut;
-use crate::planned::{PlanSettings, Planned};
+use crate::planned::Planned;
 
 /// Plans all setups of a job in their order, and cuts the stock of each by its own verified
 /// program: on lines `cell` mm apart, or as the job's `verification` says. A setup begins with the

@@ -7,7 +7,7 @@ use facemill_job::stages::{
     SHORTEN, TIMES, VERIFY, WRITE,
 };
 
-use crate::planned::PlanSettings;
+use crate::plan_settings::PlanSettings;
 
 /// Returns the stages of one setup's plan on a machine with one head.
 pub(crate) fn stages_of(job: &Job, index: usize, settings: PlanSettings, has_stock: bool) -> Vec<&'static str> {

@@ -14,15 +14,6 @@ use crate::program::output::certificates_json;
 use crate::report::chip_files::ChipFiles;
 use crate::stage_clock::Clock;
 
-/// Options of a planning run.
-#[derive(Clone, Copy, Debug)]
-pub struct PlanSettings {
-    /// Run the written program on the virtual machine.
-    pub verify: bool,
-    /// Prove the motion of every block between its ends, and write the proofs, too.
-    pub certificates: bool,
-}
-
 /// A planned setup: files to be written and the report on them.
 pub struct Planned {
     /// Names and contents.

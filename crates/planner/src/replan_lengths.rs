@@ -8,7 +8,8 @@ use facemill_nc_rewrite::lengths::FoundLengths;
 use facemill_tool_model::{HolderLibrary, OpenAssembly, ToolAssembly};
 
 use crate::plan::plan_setup;
-use crate::planned::{PlanSettings, Planned};
+use crate::plan_settings::PlanSettings;
+use crate::planned::Planned;
 
 /// Number of stick-outs to try for each holder, from its shortest toward the one that works with
 /// the unchanged program.

@@ -6,8 +6,8 @@ use std::collections::BTreeSet;
 use facemill_job::failure::Failure;
 use facemill_virtual_machine::{Certificates, Finding, Verification};
 
+use crate::plan_settings::PlanSettings;
 use crate::plan_stock::CutByPlan;
-use crate::planned::PlanSettings;
 use crate::program::refinement::{ROUNDS, lines_to_refine};
 use crate::stage_clock::Clock;
 

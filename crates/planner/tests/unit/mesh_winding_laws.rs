@@ -13,7 +13,7 @@ use facemill_verification::program::{VerifyRequest, verify_program};
 use nalgebra::{Isometry3, Point3};
 
 use crate::plan::plan_setup;
-use crate::planned::PlanSettings;
+use crate::plan_settings::PlanSettings;
 
 /// Returns a round wall along x with an outline of these half-axes, wound outward and open at both
 /// ends, mm.
