@@ -9,7 +9,8 @@ use serde_json::{Value, json};
 use crate::passes::extra_passes::AddedPasses;
 use crate::passes::operation::{PlannedOperation, SetupContext};
 use crate::plan::plan_setup;
-use crate::planned::{PlanSettings, Planned};
+use crate::plan_settings::PlanSettings;
+use crate::planned::Planned;
 use crate::stage_clock::Clock;
 
 /// Returns a plan of a job on a surface of heights `z(x)`, with values of the operation.
