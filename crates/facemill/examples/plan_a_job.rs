@@ -4,11 +4,13 @@
 
 use std::error::Error;
 
+use facemill::cl_data::CcPoint;
 use facemill::file_format::from_json;
 use facemill::job_file::{FixedPostureFile, JobFile, PostureModeFile};
 use facemill::nc_program::Dialect;
 use facemill::new_job::{NewJob, new_job};
-use facemill::{Job, JobFiles, PlanSettings, SilentStages, plan_setup};
+use facemill::{CutRequest, Job, JobFiles, PlanSettings, Scene, Setup, SilentStages, UseScene, plan_setup};
+use nalgebra::{Point3, Vector3};
 
 fn main() -> Result<(), Box<dyn Error>> {
     // 1. Values of a job: here those of an example, a wavy patch of 60 mm; job.json is the job, the
@@ -42,7 +44,21 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (_, program) = planned.files.iter().find(|(name, _)| name.ends_with(".h")).ok_or("no program")?;
     assert!(program.starts_with(b"BEGIN PGM") || program.starts_with(b"0 BEGIN PGM"));
 
-    // 4. Bad values get the error that a file would: the field, and what is wrong with it.
+    // 4. The same setup as a scene: its program runs on the virtual machine again and cuts the stock,
+    //    and a posture is searched at one point, 5 mm above the middle of the patch.
+    let setup = Setup::read(&job, 0)?;
+    let scene = Scene::new(&job, &setup, 0)?;
+    let cut = scene.cut(program, Dialect::Heidenhain, CutRequest::on_lines(1.0, 0.05), &SilentStages)?;
+    let stock = cut.file.stock.as_ref().ok_or("the stock is cut")?;
+    println!("{} findings, {:.0} mm³ removed", cut.file.verification.findings.len(), stock.removed_mm3);
+    let above = CcPoint { position: Point3::new(0.0, 0.0, 5.0), normal: Vector3::z_axis(), feed: Vector3::x_axis() };
+    let name = &job.file.operations[0].name;
+    match &scene.search(name, &[above], true)?[..] {
+        [Ok(found)] => println!("{:?}", found.pose.posture),
+        other => return Err(format!("a point in the air has a posture: {other:?}").into()),
+    }
+
+    // 5. Bad values get the error that a file would: the field, and what is wrong with it.
     let mut wrong = job.file.clone();
     wrong.operations[0].tolerances.gouge_mm = -1.0;
     let why = Job::of_values(&wrong, job.files.clone()).err().ok_or("a negative tolerance is refused")?;

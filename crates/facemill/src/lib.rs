@@ -3,7 +3,8 @@
 //! [`Job::read`] reads a job with all files that it names. [`plan_setup`] plans one of its setups,
 //! [`plan_job`] plans all of them and cuts their stock. [`verify_program`] runs a program from any
 //! source in a setup, [`rapids::faster_rapids`] replaces its links, [`rewrite_feeds`] its feeds,
-//! and [`lengths::lengths_of_program`] finds the shortest tool for it. [`files::write_all`] writes
+//! and [`lengths::lengths_of_program`] finds the shortest tool for it. [`Scene`] with [`UseScene`] is
+//! one setup ready for all of these. [`files::write_all`] writes
 //! files whole or not at all. Each stage is a separate crate, re-exported here.
 //!
 //! The command line is the default feature `cli`. A library leaves out its dependencies with
@@ -44,11 +45,12 @@ pub use facemill_job::format::summary_file::{SUMMARY_FORMAT, SetupSummary, Summa
 pub use facemill_job::format::verification_file::{VERIFICATION_FORMAT, VerificationFile};
 pub use facemill_job::format::{job_file, report, solution_space_file};
 pub use facemill_job::load::ad_hoc_setup::{AD_HOC_GOUGE_LIMIT, AdHocSetup, AdHocStock};
-pub use facemill_job::load::job::Job;
+pub use facemill_job::load::job::{Job, Setup};
 pub use facemill_job::load::job_files::JobFiles;
 pub use facemill_job::load::job_source::{job_path, no_program};
 pub use facemill_job::load::machine_load::{BodyHull, ReadMachine, read_machine};
 pub use facemill_job::load::mesh_files::read_mesh;
+pub use facemill_job::setup::scene::Scene;
 pub use facemill_job::stages::{SilentStages, Stages};
 pub use facemill_job::stock::map::StockRegion;
 pub use facemill_job::stock::rest::read_rest;
@@ -68,6 +70,10 @@ pub use facemill_tool_path::moves::order::PassOrderReport;
 pub use facemill_verification::deviation::DeviationRequest;
 pub use facemill_verification::program::{Verified, VerifyRequest, verify_program};
 pub use facemill_verification::stock_run::CutRequest;
+
+mod scene;
+
+pub use crate::scene::UseScene;
 
 pub use facemill_cc_path as cc_path;
 pub use facemill_channel_pair as channel_pair;

@@ -6,3 +6,6 @@ pub mod pattern;
 pub mod program_spec;
 pub mod rolled;
 pub mod word_map;
+
+// Above the others: it gives each stage its view.
+pub mod scene;

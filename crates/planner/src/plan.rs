@@ -12,9 +12,8 @@ use facemill_job::load::job::{Job, Setup};
 use facemill_job::load::mesh_winding::check_winding;
 use facemill_job::load::open_meshes::open_stock;
 use facemill_job::setup::cell::z_map;
-use facemill_job::setup::word_map::word_map;
+use facemill_job::setup::scene::Scene;
 use facemill_job::stages::{READ, Stages, TIMES, WRITE};
-use facemill_nc_program::WordMap;
 use facemill_verification::stock_run::CutRequest;
 use facemill_verification::sub_cell_check::{is_cut_known, machine_as_cut, seen_between, seen_of_rest};
 use facemill_virtual_machine::{
@@ -66,11 +65,11 @@ pub(crate) fn planned_setup(
     let setup = Setup::read(job, index)?;
     check_winding(job, &setup, index)?;
     let map = z_map(&setup)?;
-    let words = word_map(job, &setup, index)?;
-    try_template(job, &setup, &words)?;
+    let scene = Scene::new(job, &setup, index)?;
+    try_template(job, &setup, &scene.words)?;
     drop(reading);
     clock.lap("read");
-    let ground = SetupContext { job, setup: &setup, map: &map, added: AddedPasses::All };
+    let ground = SetupContext { scene: &scene, map: &map, added: AddedPasses::All };
     let mut operations: Vec<PlannedOperation<'_>> = Vec::new();
     let mut picture = None;
     for operation in job.operations_of(setup.file) {
@@ -83,13 +82,13 @@ pub(crate) fn planned_setup(
     let (before, shortened) = match asked {
         Ok(stock) => {
             let before = stock.before(job, &setup)?;
-            let shortened = shorten_links(&ground, &mut operations, &words, &before, stages)?;
+            let shortened = shorten_links(&scene, &mut operations, &before, stages)?;
             (before, shortened)
         }
         Err(why) => (Err(why.clone()), Err(why)),
     };
     clock.lap("shorten links");
-    let mut head = OneHead { ground: &ground, operations, words: &words, settings, before: &before, shortened, stages };
+    let mut head = OneHead { ground: &ground, operations, settings, before: &before, shortened, stages };
     let Sound { mut texts, verifications, certificates, cut: (of_stock, rest), seen, mended } =
         sound(&mut head, settings, &mut clock)?;
     let links = head.links_report(&texts);
@@ -97,7 +96,7 @@ pub(crate) fn planned_setup(
     let verification = verifications.map(|[run]| run);
     let certificates = certificates.map(|[proof]| proof);
     let timing = stages.start(TIMES, 0);
-    time_texts(job, &words, &mut texts)?;
+    time_texts(&scene, &mut texts)?;
     drop(timing);
     clock.lap("times");
     let turning = RotaryReversals::of(job, &operations, &texts);
@@ -107,14 +106,7 @@ pub(crate) fn planned_setup(
     report.totals.mended_blocks = mended;
     report.stock = of_stock;
     report.links = links;
-    let program = OwnProgram {
-        job,
-        setup: &setup,
-        operations: &operations,
-        words: &words,
-        texts: &texts,
-        as_cut: HeldAsCut::NOTHING,
-    };
+    let program = OwnProgram { scene: &scene, operations: &operations, texts: &texts, as_cut: HeldAsCut::NOTHING };
     report.assumptions = program.assumptions()?;
     report.assumptions.extend(control_assumption(job, &texts.timed));
     report.assumptions.extend(seen.map(|text| Assumption { line: None, text }));
@@ -136,12 +128,12 @@ pub(crate) fn planned_setup(
 /// Puts links faster than over the clearance surface into the moves; returns them, or the reason
 /// why there are none.
 fn shorten_links(
-    SetupContext { job, setup, .. }: &SetupContext<'_>,
+    scene: &Scene<'_>,
     operations: &mut [PlannedOperation<'_>],
-    words: &WordMap,
     before: &StockBefore,
     stages: &dyn Stages,
 ) -> Result<Result<PlannedLinks, String>, Failure> {
+    let Scene { job, setup, .. } = scene;
     if !setup.file.links.shorten {
         return Ok(Err("the job says so (links.shorten)".to_owned()));
     }
@@ -150,8 +142,8 @@ fn shorten_links(
         (LinkStockFile::AsCut, Ok((stock, _))) => Some((stock.clone(), job.file.verification.stock_tolerance_mm)),
         (LinkStockFile::AsCut, Err(why)) => return Ok(Err(format!("the stock is not cut: {why}"))),
     };
-    let texts = write_draft(job, setup, operations, words)?;
-    let program = OwnProgram { job, setup, operations, words, texts: &texts, as_cut: HeldAsCut::NOTHING };
+    let texts = write_draft(scene, operations)?;
+    let program = OwnProgram { scene, operations, texts: &texts, as_cut: HeldAsCut::NOTHING };
     let mut links = PlannedLinks::find(&program, cut, stages)?;
     links.put_in(operations);
     Ok(Ok(links))
@@ -161,7 +153,6 @@ fn shorten_links(
 struct OneHead<'r, 'a> {
     ground: &'r SetupContext<'a>,
     operations: Vec<PlannedOperation<'a>>,
-    words: &'r WordMap,
     settings: PlanSettings,
     before: &'r StockBefore,
     /// Faster links, or the reason why none were searched.
@@ -174,7 +165,7 @@ impl OneHead<'_, '_> {
     /// cut regions, tool and rapids, by its lines; and bodies of the machine, if all its possible
     /// remains are known.
     fn as_cut(&self) -> HeldAsCut {
-        let SetupContext { job, setup, .. } = self.ground;
+        let Scene { job, setup, .. } = self.ground.scene;
         let (Ok((stock, began_as)), LinkStockFile::AsCut) = (self.before, setup.file.links.stock) else {
             return HeldAsCut::NOTHING;
         };
@@ -183,8 +174,7 @@ impl OneHead<'_, '_> {
     }
 
     fn own_program<'p>(&'p self, texts: &'p Texts) -> OwnProgram<'p> {
-        let SetupContext { job, setup, .. } = self.ground;
-        OwnProgram { job, setup, operations: &self.operations, words: self.words, texts, as_cut: self.as_cut() }
+        OwnProgram { scene: self.ground.scene, operations: &self.operations, texts, as_cut: self.as_cut() }
     }
 
     /// Returns the report on the links in the final program.
@@ -200,9 +190,8 @@ impl ProgramOfHeads<1> for OneHead<'_, '_> {
     type Texts = Texts;
 
     fn write(&self) -> Result<Texts, Failure> {
-        let SetupContext { job, setup, .. } = self.ground;
         let _writing = self.stages.start(WRITE, 0);
-        write_texts(job, setup, &self.operations, self.words, self.settings.verify)
+        write_texts(self.ground.scene, &self.operations, self.settings.verify)
     }
 
     fn verify(&self, texts: &Texts) -> Result<[Verification; 1], Failure> {
@@ -223,12 +212,12 @@ impl ProgramOfHeads<1> for OneHead<'_, '_> {
     }
 
     fn check_feeds(&self, texts: &Texts, runs: Option<&[Verification; 1]>) -> Result<(), Failure> {
-        check_feeds(self.ground.job, &texts.timed, runs.map(|[run]| run))
+        check_feeds(self.ground.scene.job, &texts.timed, runs.map(|[run]| run))
     }
 
     fn cut(&self, texts: &Texts, runs: Option<&mut [Verification; 1]>) -> Result<(CutByPlan, Option<String>), Failure> {
         let Some([found]) = runs else { return Ok(((PlannedStockReport::not_asked(false), None), None)) };
-        let (job, program) = (self.ground.job, self.own_program(texts));
+        let (job, program) = (self.ground.scene.job, self.own_program(texts));
         let tolerance = job.file.verification.stock_tolerance_mm;
         let cut_stock = |request: &CutRequest| program.cut_stock(request, self.stages);
         let cut = cut_by_plan(self.before, tolerance, ([&mut *found], program.as_cut.tool), cut_stock)?;

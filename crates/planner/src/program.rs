@@ -13,9 +13,9 @@ use facemill_feedrate::{BlockFeed, feed_for_block, rapid_time};
 use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, Machine};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{FeedsFile, OperationFile};
-use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::program_spec::coolant;
-use facemill_job::setup::word_map::{rtcp_start_axes, table_from_rtcp_words};
+use facemill_job::setup::scene::Scene;
+use facemill_job::setup::word_map::rtcp_start_axes;
 use facemill_job::validate::tip_feed::{CutFeed, FeedLaw, programmed_feed};
 use facemill_nc_program::{AxisWords, Block, CutVectors, FeedMode, WordMap};
 use facemill_tool_model::SpindleRotation;
@@ -55,8 +55,9 @@ impl<'a> BlockWriter<'a> {
     ///
     /// # Errors
     /// If the machine cannot be programmed under the job's feed mode.
-    pub(crate) fn new(job: &'a Job, setup: &Setup<'_>, words: &'a WordMap) -> Result<Self, Failure> {
-        let table_from_rtcp_words = table_from_rtcp_words(job, words)?;
+    pub(crate) fn new(scene: &'a Scene<'_>) -> Result<Self, Failure> {
+        let Scene { job, setup, words, .. } = scene;
+        let table_from_rtcp_words = scene.written_frame()?;
         Ok(Self {
             vectors: VectorBlocks::new(job, setup, &table_from_rtcp_words),
             table_from_rtcp_words,

@@ -7,7 +7,7 @@
 //!
 //! [`feeds`] checks feeds against the job's, [`sub_cell_check`] checks collisions below the
 //! resolution of the stock's lines, [`text_times`] times a text by the motion law, [`merged_heads`]
-//! merges the runs of two heads, [`virtual_setup`] puts a setup's obstacles on the machine,
+//! merges the runs of two heads, [`named_results`] puts a setup's obstacles on the machine,
 //! [`assumptions`] lists the assumptions of a verification.
 //!
 //! Modules, each of which imports those above it alone:
@@ -19,7 +19,7 @@
 //! | [`mod@feeds`] | comparison of a program's feeds and spindle speeds with the job's |
 //! | [`mod@merged_heads`] | runs and proofs of two heads, merged into one |
 //! | [`mod@text_times`] | times of a program by its text |
-//! | [`mod@virtual_setup`] | the machine of a setup with everything on it, for the virtual machine |
+//! | [`mod@named_results`] | the machine of a setup with everything on it, for the virtual machine |
 //! | [`mod@remaining`] | material that a program leaves on the surface that its operations are to cut, measured on its text |
 //! | [`mod@stock_run`] | the stock of a job's setup, cut by a program from any source |
 //! | [`mod@sub_cell_check`] | collisions with the stock below the resolution of its lines |
@@ -31,9 +31,9 @@ pub mod assumptions;
 pub mod deviation;
 pub mod feeds;
 pub mod merged_heads;
+pub mod named_results;
 pub mod program;
 pub mod remaining;
 pub mod stock_run;
 pub mod sub_cell_check;
 pub mod text_times;
-pub mod virtual_setup;

@@ -16,30 +16,29 @@ use facemill_job::load::job::{Job, Setup};
 use facemill_job::load::mesh_winding::check_winding;
 use facemill_job::load::open_meshes::{open_files, open_stock};
 use facemill_job::setup::cell::budget;
-use facemill_job::setup::word_map::{dual_word_map, rtcp_frame, word_map};
+use facemill_job::setup::scene::Scene;
 use facemill_job::stages::{Stages, TIMES};
 use facemill_job::stock::map::StockRegion;
 use facemill_job::validate::limits::STOCK_TOLERANCES;
-use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap};
+use facemill_nc_program::{Compensation, Dialect, ReadProgram};
 use facemill_virtual_machine::motion::axis_motion::MotionContext;
 use facemill_virtual_machine::{
     Assumption, BlockCut, Certificates, Estimate, Finding, HeldAsCut, RemovalLimit, Verification, VerifySettings,
     VirtualSetup, assumptions, certify, place_findings, rapid_lines, verify,
 };
 use facemill_z_map::DexelMap;
-use nalgebra::Isometry3;
 
 use crate::assumptions::{all_assumptions, cuts_nothing, is_estimate};
 use crate::deviation::{CutStock, deviation_of};
 use crate::feeds::{Asked, CutFeeds, FastBlock, KnownCuts};
 use crate::merged_heads::{merged_runs, proven_for_both};
+use crate::named_results::{name_obstacles, not_verified};
 use crate::remaining::{RunningHead, remaining};
 use crate::stock_run::{CutRequest, HeadView, blocks_of_heads, cut_stock};
 use crate::sub_cell_check::{
     BetweenLines, add_between, between_lines, held_as_cut, seen_between, seen_in_estimate, seen_of_rest,
 };
 use crate::text_times::{TimedText, times_of_text};
-use crate::virtual_setup::{name_obstacles, not_verified, virtual_setup};
 
 /// Options of a program's run.
 #[derive(Clone, Debug)]
@@ -262,23 +261,18 @@ impl Run<'_> {
     fn one_head(&self, job: &Job) -> Result<Found, Failure> {
         let setup = Setup::read(job, self.request.setup)?;
         check_winding(job, &setup, self.request.setup)?;
-        let words = word_map(job, &setup, self.request.setup)?;
-        let frame = match rtcp_frame(job, &words) {
-            Some(frame) => frame,
-            None if self.uses_rtcp() => {
-                let message = "its words are the tip's (RTCP), and the machine has no X, Y and Z at right angles";
-                return Err(Failure::input(self.request.program, message));
-            }
-            None => Isometry3::identity(),
-        };
-        let at = virtual_setup(self.request.dialect, job, &setup, &words, frame);
+        let scene = Scene::new(job, &setup, self.request.setup)?;
+        if scene.rtcp_frame.is_none() && self.uses_rtcp() {
+            let message = "its words are the tip's (RTCP), and the machine has no X, Y and Z at right angles";
+            return Err(Failure::input(self.request.program, message));
+        }
+        let at = scene.virtual_setup(self.request.dialect);
         let mut found = self.found(&at, &setup, "")?;
-        found.times =
-            self.times(job, &[(&job.machine, job.tool.gauge_length())], &words, rtcp_frame(job, &words), &mut found);
+        found.times = self.times(&[(&job.machine, job.tool.gauge_length())], &scene, &mut found);
         let asked = Asked::of(job, setup.file);
         let [feeds] = self.cut_feeds(asked.as_ref(), [(&job.machine, job.tool.gauge_length())], &at);
         let cut = self.request.cut.as_ref();
-        let on = HeadView { job, setup: &setup, at: &at };
+        let on = HeadView { scene: &scene, at: &at };
         let then = [&*found.verification.findings];
         let cut = cut.map(|cut| self.cut([(&on, &feeds.fast)], then, cut)).transpose()?;
         let known = cut.map(|cut| found.take(cut));
@@ -301,7 +295,11 @@ impl Run<'_> {
         let settings: [VerifySettings; N] = std::array::from_fn(|h| {
             let (on, fast) = heads[h];
             let probed_lines = fast.iter().map(|block| block.line).collect();
-            VerifySettings { probed_lines, removal: removal_of(on.job, on.setup.file, h), ..self.settings() }
+            VerifySettings {
+                probed_lines,
+                removal: removal_of(on.scene.job, on.scene.setup.file, h),
+                ..self.settings()
+            }
         });
         let stands = std::array::from_fn(|h| (heads[h].0, &settings[h]));
         let done = cut_stock(self.program, stands, cut, self.stages)?;
@@ -318,7 +316,7 @@ impl Run<'_> {
                 tolerance: cut.tolerance,
                 gouge_limit: self.gouge_limit,
             };
-            let found = deviation_of(on.job, on.setup, &held, asked, self.stages)?;
+            let found = deviation_of(on.scene.job, on.scene.setup, &held, asked, self.stages)?;
             (deviation, painted) = (Some(found.0), found.1);
         }
         let accuracy = [done.report.tolerance_mm, done.report.cell_mm];
@@ -330,7 +328,7 @@ impl Run<'_> {
         } else if cut.rest.is_some() {
             seen_of_rest(accuracy[1])
         } else {
-            seen_between(&heads.map(|(on, _)| &on.job.tool), accuracy[1], accuracy[0])
+            seen_between(&heads.map(|(on, _)| &on.scene.job.tool), accuracy[1], accuracy[0])
         };
         let mut between = Vec::new();
         if cut.rest.is_none() && !self.request.fast {
@@ -362,11 +360,8 @@ impl Run<'_> {
         let machines = [job.seen_by(0, 0.0).machine, job.seen_by(1, 0.0).machine];
         let setups = [Setup::read(&seen[0], self.request.setup)?, Setup::read(&seen[1], self.request.setup)?];
         check_winding(job, &setups[0], self.request.setup)?;
-        let words = dual_word_map([&seen[0], &seen[1]], &setups[0], self.request.setup)?;
-        let at = [0, 1].map(|h| {
-            let setup = virtual_setup(self.request.dialect, &seen[h], &setups[h], &words, Isometry3::identity());
-            VirtualSetup { machine: &machines[h], ..setup }
-        });
+        let scenes = Scene::of_heads(seen.each_ref(), setups.each_ref(), machines.each_ref(), self.request.setup)?;
+        let at = scenes.each_ref().map(|scene| scene.virtual_setup(self.request.dialect));
         let of_head = |h: usize| self.found(&at[h], &setups[h], ["head 1", "head 2"][h]);
         let (mut first, mut second) = (of_head(0)?, of_head(1)?);
         let certificates = first.certificates.zip(second.certificates).map(|(a, b)| proven_for_both(&[a, b]));
@@ -374,7 +369,7 @@ impl Run<'_> {
         let asked = Asked::of(job, setups[0].file);
         // Words are the axes' own, regardless of the head whose view reads them.
         let feeds = self.cut_feeds(asked.as_ref(), heads, &at[0]);
-        let on = [0, 1].map(|h| HeadView { job: &seen[h], setup: &setups[h], at: &at[h] });
+        let on = [0, 1].map(|h| HeadView { scene: &scenes[h], at: &at[h] });
         let stands = [(&on[0], &feeds[0].fast[..]), (&on[1], &feeds[1].fast[..])];
         let then = [&*first.verification.findings, &*second.verification.findings];
         let mut cut = self.request.cut.as_ref().map(|cut| self.cut(stands, then, cut)).transpose()?;
@@ -385,7 +380,7 @@ impl Run<'_> {
         let verification = merged_runs([first.verification, second.verification], Vec::new());
         let mut found = Found::of(verification, certificates);
         let views = [0, 1].map(|h| (&seen[h].machine, seen[h].tool.gauge_length()));
-        found.times = self.times(job, &views, &words, None, &mut found);
+        found.times = self.times(&views, &scenes[0], &mut found);
         let known = cut.map(|cut| found.take(cut)).map_or([None, None], |known| known.map(Some));
         let [first, second] = known;
         let feeds = [(&feeds[0], first, "head 1"), (&feeds[1], second, "head 2")];
@@ -398,29 +393,21 @@ impl Run<'_> {
 
     /// Returns the time of the program: for machines as each head sees them, with the lengths of
     /// their tools.
-    fn times(
-        &self,
-        job: &Job,
-        views: &[(&Machine, f64)],
-        words: &WordMap,
-        frame: Option<Isometry3<f64>>,
-        found: &mut Found,
-    ) -> ProgramTimes {
+    fn times(&self, views: &[(&Machine, f64)], scene: &Scene<'_>, found: &mut Found) -> ProgramTimes {
         let constant = [found.verification.cutting_time_s, found.verification.rapid_time_s];
-        let Some(&(machine, tool_length)) = views.first().filter(|_| self.request.time_law) else {
+        if !self.request.time_law {
             return ProgramTimes::constant(constant, vec!["not requested".to_owned()]);
-        };
+        }
         let _timing = self.stages.start(TIMES, 0);
-        let at = MotionContext { machine, tool_length, words, frame, work_offset: None };
         let (dialect, rapids) = (self.request.dialect, self.program.rtcp_rapids);
         // A control other than the job's has its own dialect file.
-        let control = &if job.post.dialect() == dialect {
-            job.post.rules().control_motion.clone()
+        let control = &if scene.job.post.dialect() == dialect {
+            scene.job.post.rules().control_motion.clone()
         } else {
             dialect.file().control_motion
         };
         let written = TimedText { text: self.text, dialect, control, rapids, block_lines: &[] };
-        let times = times_of_text(views, at, &written, constant);
+        let times = times_of_text(views, scene.motion_context(), &written, constant);
         let text = control.assumption().filter(|_| times.no_law_because.is_empty());
         found.assumptions.extend(text.map(|text| Assumption { line: None, text }));
         times

@@ -16,7 +16,7 @@ use facemill_virtual_machine::{VerifySettings, VirtualSetup, swept_by_cuts};
 use facemill_z_map::{LeftHeight, SurfacePlace, SweptCutter, left_heights};
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use crate::virtual_setup::not_verified;
+use crate::named_results::not_verified;
 
 /// Largest error of a point of the cutter in the measurement of heights, mm: a tenth of the finest
 /// cusps that face mills leave. Smaller: more parts of motions to examine.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use facemill_job::failure::Failure;
 use facemill_job::format::report::stock::StockReport;
-use facemill_job::load::job::{Job, Setup};
+use facemill_job::setup::scene::Scene;
 use facemill_job::stages::{CUT, Stages};
 use facemill_job::stock::map::{StockMeshes, StockRegion};
 use facemill_job::stock::walls::{has_walls, weights};
@@ -14,8 +14,8 @@ use facemill_virtual_machine::{BlockCut, StockRun, VerifySettings, VirtualSetup,
 use facemill_z_map::DexelMap;
 
 use crate::deviation::DeviationRequest;
+use crate::named_results::not_verified;
 use crate::stock_run::tri_dexel_run::cut_across;
-use crate::virtual_setup::not_verified;
 
 /// Options of cutting stock.
 #[derive(Clone, Debug)]
@@ -58,11 +58,9 @@ impl CutRequest {
 
 /// Setup of a program's run, as a head sees it.
 pub struct HeadView<'a> {
-    /// Job, as the head sees it.
-    pub job: &'a Job,
-    /// Setup.
-    pub setup: &'a Setup<'a>,
-    /// Machine with everything on it.
+    /// Scene of the head.
+    pub scene: &'a Scene<'a>,
+    /// Its machine with everything on it.
     pub at: &'a VirtualSetup<'a>,
 }
 
@@ -95,15 +93,15 @@ pub fn cut_stock<const N: usize>(
     stages: &dyn Stages,
 ) -> Result<CutDone<N>, Failure> {
     let Some((on, _)) = heads.first() else { return Err(Failure::Internal("no head cuts the stock".to_owned())) };
-    let meshes = StockMeshes::of(on.setup);
+    let meshes = StockMeshes::of(on.scene.setup);
     let mut rest = match &cut.rest {
         Some(rest) => rest.clone(),
-        None => meshes.map(on.job, on.setup, cut.cell, cut.region)?,
+        None => meshes.map(on.scene.job, on.scene.setup, cut.cell, cut.region)?,
     };
-    let setups = heads.map(|(stand, _)| stand.setup);
+    let setups = heads.map(|(stand, _)| stand.scene.setup);
     let has_walls = has_walls(&setups);
     let for_walls = !cut.across && cut.across_walls && has_walls;
-    let asked = (cut.across || for_walls).then(|| meshes.across(on.job, on.setup, cut.cell));
+    let asked = (cut.across || for_walls).then(|| meshes.across(on.scene.job, on.scene.setup, cut.cell));
     let mut across = match asked {
         Some(Ok(maps)) => maps.to_vec(),
         Some(Err(why)) if cut.across => return Err(why),

@@ -11,8 +11,8 @@ use facemill_virtual_machine::{
     is_known_to_cut, still_there, verify,
 };
 
+use crate::named_results::{name_obstacles, not_verified};
 use crate::stock_run::{CutRequest, HeadView};
-use crate::virtual_setup::{name_obstacles, not_verified};
 
 /// Additional results of a head's run against the whole initial stock, for a run that leaves the
 /// stock to the cutting runs.
@@ -120,7 +120,7 @@ fn run(
 ) -> Result<Verification, Failure> {
     let monitor = stages.start(what, program.blocks.len());
     let mut run = verify(program, on.at, settings, &*monitor).map_err(not_verified)?;
-    name_obstacles(&mut run, on.setup);
+    name_obstacles(&mut run, on.scene.setup);
     Ok(run)
 }
 
@@ -135,7 +135,7 @@ fn left_between<const N: usize>(
     let is_asked = asked.iter().any(|asked| !asked.is_empty()) && is_cut_known(&tools(&heads), cut.cell, cut.tolerance);
     let Some((on, _)) = heads.first().filter(|_| is_asked) else { return Ok([const { Vec::new() }; N]) };
     let monitor = stages.start(LOOK, program.blocks.len());
-    let mut outside = StockMeshes::of(on.setup).outside(on.job, on.setup, cut.cell, cut.region)?;
+    let mut outside = StockMeshes::of(on.scene.setup).outside(on.scene.job, on.scene.setup, cut.cell, cut.region)?;
     let mut asked = asked.into_iter();
     let views = heads.map(|(on, settings)| (on.at, settings, asked.next().unwrap_or_default()));
     still_there(program, views, &mut outside, cut.tolerance, &*monitor).map_err(not_verified)
@@ -162,7 +162,7 @@ pub fn held_as_cut(job: &Job, cut: &CutRequest) -> HeldAsCut {
 }
 
 fn tools<'a, const N: usize>(heads: &[(&HeadView<'a>, &VerifySettings); N]) -> [&'a ToolAssembly; N] {
-    heads.map(|(on, _)| &on.job.tool)
+    heads.map(|(on, _)| &on.scene.job.tool)
 }
 
 /// Returns whether the removal of all these tools between the lines is known.

@@ -7,14 +7,12 @@ use facemill_inverse_kinematics::{AxisKind, BlockLaw, BodyPose, Carrier, Machine
 use facemill_nc_program::{PostSettings, ReadError, RtcpRapids, WorkOffset};
 use facemill_surface_model::Surface;
 use facemill_tool_model::ToolAssembly;
-use facemill_tool_path::links::LinkScene;
 use nalgebra::Isometry3;
 
 use crate::failure::Failure;
 use crate::format::job_file::{JobFile, OperationFile, SetupFile};
 use crate::format::job_settings::JobSetting;
 use crate::format::report::MeshReport;
-use crate::load::clearance_surface::clearance_surface;
 use crate::load::job_files::JobFiles;
 use crate::load::mesh_files::FileKey;
 use crate::load::obstacle_meshes::ObstacleMesh;
@@ -160,16 +158,6 @@ impl<'a> Setup<'a> {
                 .iter()
                 .find(|hit| !hit.from_outside)
                 .map_or(0.0, |hit| hit.point.distance),
-        }
-    }
-
-    /// Returns machine, tool and workpiece for links.
-    pub fn link_scene<'j>(&self, job: &'j Job) -> LinkScene<'j> {
-        LinkScene {
-            machine: &job.machine,
-            tool_length: job.tool.gauge_length(),
-            table_from_work: self.table_from_work,
-            clearance: clearance_surface(&self.file.clearance),
         }
     }
 

@@ -35,7 +35,7 @@ pub(crate) fn choose(stage: &Stage<'_>, library: &HolderLibrary) -> Result<Found
     let mut told = match &best {
         Some(Works { assembly, found, .. }) => stage.lengths_report(found, assembly)?,
         None => {
-            let open = OpenAssembly::open(&stage.job.tool);
+            let open = OpenAssembly::open(&stage.scene.job.tool);
             let mut told = stage.lengths_report(&stage.lengths(&open, stage.request.longest)?, &open)?;
             told.tool = None;
             told
@@ -57,7 +57,7 @@ fn is_better(a: &Works<'_>, b: &Works<'_>) -> bool {
 
 fn tried<'a>(stage: &Stage<'_>, holder: &'a HolderFile) -> Result<(HolderReport, Option<Works<'a>>), Failure> {
     let mut report = HolderReport { name: holder.name.clone(), stick_out_mm: None, forced_by: None, why_not: None };
-    let assembly = match holder.with_tool(&stage.job.tool) {
+    let assembly = match holder.with_tool(&stage.scene.job.tool) {
         Ok(assembly) => assembly,
         Err(why) => {
             report.why_not = Some(why.to_string());

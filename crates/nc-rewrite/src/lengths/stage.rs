@@ -5,30 +5,26 @@ use facemill_job::format::lengths_file::{LENGTHS_FORMAT, LengthName, LengthRepor
 use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::cell::budget;
-use facemill_job::setup::word_map::{rtcp_frame, word_map};
+use facemill_job::setup::scene::Scene;
 use facemill_job::stages::Stages;
 use facemill_job::stock::map::StockMeshes;
-use facemill_nc_program::{ReadProgram, WordMap};
+use facemill_nc_program::ReadProgram;
 use facemill_tool_model::{AssemblyLength, OpenAssembly};
-use facemill_verification::virtual_setup::{name_obstacle, name_obstacles_of, not_verified, virtual_setup};
+use facemill_verification::named_results::{name_obstacle, name_obstacles_of, not_verified};
 use facemill_virtual_machine::{
     Certificates, ClearLengths, Finding, FindingKind, ForcedBy, HeldAsCut, LengthSettings, LengthStock, VerifyError,
     VerifySettings, VirtualSetup, certify, clear_lengths, run_stock, verify,
 };
 use facemill_z_map::DexelMap;
-use nalgebra::Isometry3;
 
 use crate::lengths::{FoundLengths, LengthsRequest};
 
 pub(crate) struct Stage<'a> {
-    pub(crate) job: &'a Job,
-    pub(crate) setup: &'a Setup<'a>,
+    pub(crate) scene: Scene<'a>,
     pub(crate) program: &'a ReadProgram,
     stamp: ProgramStamp,
     pub(crate) request: &'a LengthsRequest<'a>,
     pub(crate) stages: &'a dyn Stages,
-    words: WordMap,
-    frame: Isometry3<f64>,
     stock: Option<DexelMap>,
     verify: VerifySettings,
 }
@@ -41,8 +37,7 @@ impl<'a> Stage<'a> {
         request: &'a LengthsRequest<'a>,
         stages: &'a dyn Stages,
     ) -> Result<Self, Failure> {
-        let words = word_map(job, setup, request.setup)?;
-        let frame = rtcp_frame(job, &words).unwrap_or_else(Isometry3::identity);
+        let scene = Scene::new(job, setup, request.setup)?;
         let stock = match &request.cut {
             Some(cut) => Some(match &cut.rest {
                 Some(rest) => rest.clone(),
@@ -54,11 +49,11 @@ impl<'a> Stage<'a> {
         let gouge_limit = limits.reduce(f64::min).unwrap_or(0.0);
         let as_cut = HeldAsCut { tool: stock.is_some(), machine: false };
         let verify = VerifySettings { gouge_limit, as_cut, is_whole: true, ..VerifySettings::default() };
-        Ok(Self { job, setup, program, stamp, request, stages, words, frame, stock, verify })
+        Ok(Self { scene, program, stamp, request, stages, stock, verify })
     }
 
     fn at(&self) -> VirtualSetup<'_> {
-        virtual_setup(self.request.dialect, self.job, self.setup, &self.words, self.frame)
+        self.scene.virtual_setup(self.request.dialect)
     }
 
     /// Returns the shortest lengths of an assembly.
@@ -69,7 +64,7 @@ impl<'a> Stage<'a> {
         let stock = stock.map(|(before, cut)| LengthStock { before, tolerance: cut.tolerance });
         let found = clear_lengths(self.program, &self.at(), assembly, stock, &settings, &*monitor);
         found.map_err(|e| match e {
-            VerifyError::Tool { .. } | VerifyError::Setting { .. } => self.job.wrong(e),
+            VerifyError::Tool { .. } | VerifyError::Setting { .. } => self.scene.job.wrong(e),
             other => not_verified(other),
         })
     }
@@ -85,7 +80,7 @@ impl<'a> Stage<'a> {
             let run = run_stock(&found.program, &setup, &self.verify, &mut stock, cut.tolerance, &*monitor);
             findings.extend(run.map_err(not_verified)?.findings);
         }
-        name_obstacles_of(&mut findings, self.setup);
+        name_obstacles_of(&mut findings, self.scene.setup);
         findings.sort_by_key(|f| (f.first_line, f.kind));
         Ok(findings)
     }
@@ -112,12 +107,12 @@ impl<'a> Stage<'a> {
         let is_posted_again = found.program.blocks != self.program.blocks;
         let file = LengthsFile {
             format: LENGTHS_FORMAT,
-            job: self.job.file.name.clone(),
-            setup: self.setup.file.name.clone(),
+            job: self.scene.job.file.name.clone(),
+            setup: self.scene.setup.file.name.clone(),
             program: self.stamp.clone(),
             replanned_blake3: None,
             dialect: self.request.dialect.name().to_owned(),
-            tool: self.job.tool.name().to_owned(),
+            tool: self.scene.job.tool.name().to_owned(),
             margin_mm: self.request.margin,
             stock_cell_mm: self.stock.as_ref().map(|s| s.grid().cell()),
             posting: if is_posted_again { Posting::Again } else { Posting::AsItIs },
@@ -146,7 +141,7 @@ impl<'a> Stage<'a> {
         Some(LengthReport {
             name: LengthName::of(length),
             meaning: LengthName::of(length).meaning(),
-            now_mm: OpenAssembly::open(&self.job.tool).lengths()[k],
+            now_mm: OpenAssembly::open(&self.scene.job.tool).lengths()[k],
             length_mm: found.lengths[k],
             rests_on: forced_by.is_none().then(|| assembly.rests_on(length)),
             forced_by,
@@ -155,7 +150,7 @@ impl<'a> Stage<'a> {
 
     /// Adds the part of the obstacle at its place.
     pub(crate) fn named(&self, mut by: ForcedBy) -> ForcedBy {
-        name_obstacle(&mut by.obstacle, by.place_work_mm, self.setup);
+        name_obstacle(&mut by.obstacle, by.place_work_mm, self.scene.setup);
         by
     }
 }

@@ -27,7 +27,7 @@ pub(crate) fn finish(
     for _ in 0..ROUNDS {
         let (new, places) = written(stage, text, links);
         same_elsewhere(stage, [text, &new], links, &places)?;
-        let after = verified(stage.job, &new, stage.request, stages)?;
+        let after = verified(stage.scene.job, &new, stage.request, stages)?;
         let [was, is] = [before, &after].map(|v| &v.file.verification);
         if !take_back(links, &places, was, is) {
             if is.findings.len() > was.findings.len() {
@@ -68,9 +68,9 @@ fn same_elsewhere(stage: &Stage<'_>, texts: [&[u8]; 2], links: &[Found], places:
     let internal = |why: String| Failure::Internal(format!("the program with other links {why}"));
     let read = |text: &[u8]| {
         let program = if stage.form.numbers_lines {
-            stage.job.read_program(&without_numbers(text), stage.request.dialect)
+            stage.scene.job.read_program(&without_numbers(text), stage.request.dialect)
         } else {
-            stage.job.read_program(text, stage.request.dialect)
+            stage.scene.job.read_program(text, stage.request.dialect)
         };
         program.map_err(|e| internal(format!("cannot be read: {e}")))
     };
@@ -119,7 +119,7 @@ fn take_back(links: &mut [Found], places: &[[u32; 2]], before: &Verification, af
 }
 
 fn report(stage: &Stage<'_>, links: &[Found], places: &[[u32; 2]], verified: [&Verified; 2]) -> RapidsFile {
-    let views = [(&stage.job.machine, stage.job.tool.gauge_length())];
+    let views = [(&stage.scene.job.machine, stage.scene.job.tool.gauge_length())];
     let of_link = |(link, place): (&Found, &[u32; 2])| LinkReport {
         lines: link.lines,
         new_lines: *place,
@@ -134,8 +134,8 @@ fn report(stage: &Stage<'_>, links: &[Found], places: &[[u32; 2]], verified: [&V
     let (after, bound) = (sum(|l| l.time_after_s), sum(|l| l.lower_bound_s));
     RapidsFile {
         format: RAPIDS_FORMAT,
-        job: stage.job.file.name.clone(),
-        setup: stage.setup.file.name.clone(),
+        job: stage.scene.job.file.name.clone(),
+        setup: stage.scene.setup.file.name.clone(),
         program: verified[0].file.program.clone(),
         new_program_blake3: verified[1].file.program.blake3.clone(),
         dialect: stage.request.dialect.name().to_owned(),

@@ -10,21 +10,20 @@ use facemill_inverse_kinematics::{Axis, AxisValues};
 use facemill_job::failure::Failure;
 use facemill_job::format::verification_file::VerificationFile;
 use facemill_job::load::job::{Job, Setup};
-use facemill_job::setup::word_map::{rtcp_frame, word_map};
+use facemill_job::setup::scene::Scene;
 use facemill_job::stages::{SHORTEN, Stages};
 use facemill_job::stock::map::StockMeshes;
-use facemill_nc_program::{Dialect, ReadProgram, WordMap};
+use facemill_nc_program::{Dialect, ReadProgram};
 use facemill_tool_path::links::choose::{Choice, Chosen};
 use facemill_tool_path::links::clock::LinkClock;
 use facemill_tool_path::links::fastest;
 use facemill_tool_path::links::words::{LinkLines, LinkWords, RapidForm, link_lines, turns_shorter};
+use facemill_verification::named_results::not_verified;
 use facemill_verification::program::{Verified, VerifyRequest, verify_program};
 use facemill_verification::stock_run::CutRequest;
-use facemill_verification::virtual_setup::{not_verified, virtual_setup};
 use facemill_virtual_machine::{
     LinkHold, LinkSettings, LinkStage, ProgramLink, VerifySettings, VirtualSetup, run_links,
 };
-use nalgebra::Isometry3;
 
 use crate::rapids::finish::finish;
 
@@ -87,11 +86,11 @@ pub fn faster_rapids(
     let program = job.read_program(text, request.dialect).map_err(|e| Failure::input(request.program, e))?;
     let before = verified(job, text, request, stages)?;
     let setup = Setup::read(job, request.setup)?;
-    let words = word_map(job, &setup, request.setup)?;
+    let scene = Scene::new(job, &setup, request.setup)?;
     let clearance = request.clearance.unwrap_or(setup.file.rapid_clearance_mm);
     let form = RapidForm::of(request.dialect);
     let turns_shorter = turns_shorter(&program) || job.machine.axes().iter().any(Axis::rolls_over);
-    let stage = Stage { job, setup: &setup, words: &words, program: &program, request, clearance, form, turns_shorter };
+    let stage = Stage { scene, program: &program, request, clearance, form, turns_shorter };
     let mut links = stage.links(stages)?;
     finish(&stage, text, &mut links, &before, stages)
 }
@@ -122,9 +121,7 @@ struct Found {
 
 /// Shared data of the search for links.
 struct Stage<'a> {
-    job: &'a Job,
-    setup: &'a Setup<'a>,
-    words: &'a WordMap,
+    scene: Scene<'a>,
     program: &'a ReadProgram,
     request: &'a RapidsRequest<'a>,
     clearance: f64,
@@ -136,15 +133,17 @@ struct Stage<'a> {
 impl Stage<'_> {
     /// Returns every link between two runs of cuts, with the fastest free path.
     fn links(&self, stages: &dyn Stages) -> Result<Vec<Found>, Failure> {
-        let frame = rtcp_frame(self.job, self.words).unwrap_or_else(Isometry3::identity);
-        let at = virtual_setup(self.request.dialect, self.job, self.setup, self.words, frame);
+        let at = self.scene.virtual_setup(self.request.dialect);
         let mut stock = match &self.request.cut.rest {
             Some(rest) => rest.clone(),
-            None => {
-                StockMeshes::of(self.setup).map(self.job, self.setup, self.request.cut.cell, self.request.cut.region)?
-            }
+            None => StockMeshes::of(self.scene.setup).map(
+                self.scene.job,
+                self.scene.setup,
+                self.request.cut.cell,
+                self.request.cut.region,
+            )?,
         };
-        let views = [(&self.job.machine, self.job.tool.gauge_length())];
+        let views = [(&self.scene.job.machine, self.scene.job.tool.gauge_length())];
         let clock = LinkClock::new(&views);
         let keep = LinkSettings { clearance: self.clearance, tolerance: self.request.cut.tolerance };
         let mut found = Vec::new();
@@ -176,7 +175,7 @@ impl Stage<'_> {
     ) -> Result<Found, String> {
         let line = |block: Option<&usize>| block.map_or(0, |&b| self.program.blocks[b].line);
         let lines = [line(link.blocks.first()), line(link.blocks.last())];
-        let own = held(link).map_or_else(|| link_lines(self.program, self.words, link), Err);
+        let own = held(link).map_or_else(|| link_lines(self.program, &self.scene.words, link), Err);
         let own = match own {
             Ok(own) => own,
             Err(why) => {
@@ -188,7 +187,7 @@ impl Stage<'_> {
         };
         let writer = self.writer(at);
         let rounded = |axes: &AxisValues| writer.rounded(own.compensation(), axes).map(|(_, rounded)| rounded);
-        let choice = fastest(&[self.setup.link_scene(self.job)], clock, (link, stage), &rounded)?;
+        let choice = fastest(&[self.scene.link_scene()], clock, (link, stage), &rounded)?;
         let Choice { before, lower_bound, better, .. } = choice;
         let said = |way: &Chosen| writer.lines(&self.form, self.turns_shorter, &own, &way.through);
         let (better, kept_because) = match better.map(|way| said(&way).map(|texts| (way, texts))).transpose() {
@@ -200,11 +199,11 @@ impl Stage<'_> {
 
     fn writer<'w>(&'w self, at: &VirtualSetup<'_>) -> LinkWords<'w> {
         LinkWords {
-            machine: &self.job.machine,
-            tool_length: self.job.tool.gauge_length(),
-            words: self.words,
+            machine: &self.scene.job.machine,
+            tool_length: self.scene.job.tool.gauge_length(),
+            words: &self.scene.words,
             table_from_rtcp_words: at.table_from_rtcp_words,
-            decimals: self.job.post.decimals(),
+            decimals: self.scene.job.post.decimals(),
         }
     }
 }

@@ -9,14 +9,13 @@ use facemill_job::setup::cell::budget;
 use facemill_job::stages::Stages;
 use facemill_job::validate::tip_feed::programmed_feed;
 use facemill_nc_program::{
-    HeadSpec, PostSettings, ProgramSpec, ReadProgram, RtcpRapids, WordMap, read_program, write_program_of_heads,
+    HeadSpec, PostSettings, ProgramSpec, ReadProgram, RtcpRapids, read_program, write_program_of_heads,
 };
 use facemill_tool_path::moves::MoveKind;
 use facemill_verification::merged_heads::merged_runs;
+use facemill_verification::named_results::{name_obstacles, not_verified};
 use facemill_verification::remaining::{RunningHead, remaining};
 use facemill_verification::text_times::TimedText;
-use facemill_verification::virtual_setup::{name_obstacles, not_verified, virtual_obstacles};
-use facemill_virtual_machine::motion::axis_motion::MotionContext;
 use facemill_virtual_machine::program_time::tolerance::View;
 use facemill_virtual_machine::{
     Assumption, Certificates, GougeSection, SectionGouge, Verification, VerifySettings, VirtualSetup, assumptions,
@@ -71,10 +70,9 @@ pub(crate) struct DualTexts {
 pub(crate) fn write_dual_texts(
     ground: &TwoHeadContext<'_>,
     parts: &[Part<'_>],
-    words: &WordMap,
     verify: bool,
 ) -> Result<DualTexts, Failure> {
-    let jobs = ground.jobs;
+    let (jobs, words) = (ground.jobs(), &ground.scenes[0].words);
     let mut writer = DualWriter::new(jobs, words, ground.shared);
     if !verify {
         writer.comment(NOT_VERIFIED.to_owned());
@@ -118,8 +116,8 @@ pub(crate) fn write_dual_texts(
         moves.iter().zip(factors.by_ref()).for_each(|(m, slower)| of_part.add(m, slower));
         times.push(of_part);
     }
-    let (spec, heads) = dual_spec(jobs, ground.setups[0], feeds.map(|f| &f.feeds), words, &mut timed)?;
-    let post = ground.setups[0].post(jobs[0]);
+    let (spec, heads) = dual_spec(jobs, ground.scenes[0].setup, feeds.map(|f| &f.feeds), words, &mut timed)?;
+    let post = ground.scenes[0].setup.post(jobs[0]);
     let written = write_program_of_heads(&spec, &heads, &post).map_err(|e| jobs[0].wrong(format!("post: {e}")))?;
     let part_lines = timed.operation_starts.iter().map(|&block| written.block_lines[block]).collect();
     // Tip feeds in the order of the report: all of the first head's operation, then all of the
@@ -169,7 +167,7 @@ fn spindle_feeds<'a>(parts: &[Part<'a>], first: &Part<'a>) -> Result<[&'a Operat
 }
 
 fn apt_moves(ground: &TwoHeadContext<'_>, parts: &[Part<'_>], head: usize, verify: bool) -> Vec<AptMove> {
-    let (job, setup) = (ground.jobs[head], ground.setups[head]);
+    let (job, setup) = (ground.scenes[head].job, ground.scenes[head].setup);
     let work_from_table = setup.table_from_work.inverse();
     let cl = |m: &DualMove| -> ClPoint {
         job.machine.cl_point(&m.axes, job.tool.gauge_length()).transformed(&work_from_table)
@@ -207,15 +205,13 @@ impl DualTexts {
     ///
     /// # Errors
     /// Returns an error only for an internal fault.
-    pub(crate) fn time(&mut self, ground: &TwoHeadContext<'_>, words: &WordMap) -> Result<(), Failure> {
-        let jobs = ground.jobs;
+    pub(crate) fn time(&mut self, ground: &TwoHeadContext<'_>) -> Result<(), Failure> {
+        let jobs = ground.jobs();
         let views: [View<'_>; 2] = std::array::from_fn(|h| (&jobs[h].machine, jobs[h].tool.gauge_length()));
-        let (machine, tool_length) = views[0];
-        let at = MotionContext { machine, tool_length, words, frame: None, work_offset: None };
         let (dialect, rapids) = (self.post.dialect(), RtcpRapids::default());
         let control = &self.post.rules().control_motion;
         let written = TimedText { text: self.nc.as_bytes(), dialect, control, rapids, block_lines: &self.block_lines };
-        time_text(&views, at, &written, &mut self.timed)
+        time_text(&views, ground.scenes[0].motion_context(), &written, &mut self.timed)
     }
 
     /// Returns the files with their names, which have the state of the program in them.
@@ -239,7 +235,6 @@ impl DualTexts {
 pub(crate) struct DualProgram<'p, 'a> {
     pub ground: &'p TwoHeadContext<'a>,
     pub parts: &'p [Part<'a>],
-    pub words: &'p WordMap,
     pub texts: &'p DualTexts,
 }
 
@@ -251,7 +246,7 @@ impl DualProgram<'_, '_> {
             let what = if h == 0 { "verify head 1" } else { "verify head 2" };
             let monitor = stages.start(what, program.blocks.len());
             let mut found = verify(&program, &self.setup(h), &self.settings(h), &*monitor).map_err(not_verified)?;
-            name_obstacles(&mut found, self.ground.setups[h]);
+            name_obstacles(&mut found, self.ground.scenes[h].setup);
             Ok::<_, Failure>(found)
         };
         Ok([run(0)?, run(1)?])
@@ -273,36 +268,28 @@ impl DualProgram<'_, '_> {
     pub(crate) fn remaining(&self, stages: &dyn Stages) -> Result<Option<RemainingReport>, Failure> {
         let (setups, settings) = ([self.setup(0), self.setup(1)], [self.settings(0), self.settings(1)]);
         let heads = [0, 1].map(|h| RunningHead { at: &setups[h], settings: &settings[h] });
-        remaining(self.ground.jobs[0], self.ground.setups[0], &self.read()?, &heads, stages)
+        remaining(self.ground.scenes[0].job, self.ground.scenes[0].setup, &self.read()?, &heads, stages)
     }
 
     /// Returns the assumptions on the behaviour of the control.
     pub(crate) fn assumptions(&self) -> Result<Vec<Assumption>, Failure> {
-        Ok(assumptions(&self.read()?, self.ground.machines[0]))
+        Ok(assumptions(&self.read()?, self.ground.scenes[0].machine))
     }
 
     pub(super) fn read(&self) -> Result<ReadProgram, Failure> {
-        let program = read_program(&self.texts.nc, self.ground.jobs[0].post.dialect());
-        program.map_err(|e| self.ground.jobs[0].unread(&e))
+        let program = read_program(&self.texts.nc, self.ground.scenes[0].job.post.dialect());
+        program.map_err(|e| self.ground.scenes[0].job.unread(&e))
     }
 
     pub(super) fn setup(&self, head: usize) -> VirtualSetup<'_> {
-        let (job, setup) = (self.ground.jobs[head], self.ground.setups[head]);
-        VirtualSetup {
-            machine: self.ground.machines[head],
-            table_from_work: setup.table_from_work,
-            words: self.words,
-            table_from_rtcp_words: nalgebra::Isometry3::identity(),
-            tool: &job.tool,
-            length_register: job.tool.length_register(),
-            obstacles: virtual_obstacles(setup),
-        }
+        let scene = &self.ground.scenes[head];
+        scene.virtual_setup(scene.job.post.dialect())
     }
 
     pub(super) fn settings(&self, head: usize) -> VerifySettings {
         let section = |(part, &first_line): (&Part<'_>, &u32)| {
             // A waiting head cuts nothing.
-            let limit = part.files[head].map_or(0.0, |o| budget(self.ground.jobs[head], o).simulated());
+            let limit = part.files[head].map_or(0.0, |o| budget(self.ground.scenes[head].job, o).simulated());
             GougeSection { name: part_name(part), first_line, gouge_limit: limit }
         };
         let sections = self.parts.iter().zip(&self.texts.part_lines).map(section).collect();

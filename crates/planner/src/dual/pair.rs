@@ -8,6 +8,7 @@ use facemill_inverse_kinematics::AxisValues;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{OperationFile, PairFile};
 use facemill_job::format::report::pairs::PairSplit;
+use facemill_job::setup::scene::Scene;
 use facemill_job::stages::Stages;
 use facemill_tool_path::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, operation_moves};
 use facemill_tool_path::pieces::{Cut, LeftOut, Piece};
@@ -50,7 +51,8 @@ impl<'a> PairPlanner<'_, 'a> {
     ) -> Result<(HeadOperations<'a>, Part<'a>), Failure> {
         let ground = self.ground;
         let mut single = |head: usize, name: &str| {
-            let named = ground.jobs[head].operations_of(ground.setups[head].file).find(|(_, o)| o.name == name);
+            let named =
+                ground.scenes[head].job.operations_of(ground.scenes[head].setup.file).find(|(_, o)| o.name == name);
             let named = named.ok_or_else(|| Failure::Internal(format!("operation \"{name}\" is not of this setup")))?;
             let wants_picture = head == 0 && picture.is_none();
             let planned = PlannedOperation::plan(&ground.ground(head), named, None, wants_picture, self.stages, clock);
@@ -65,7 +67,7 @@ impl<'a> PairPlanner<'_, 'a> {
         let files = [planned[0].2.operation, planned[1].2.operation];
         let cells = cells(ground, files[0], files[1]);
         let tests = [PoseTest::new(&cells[0]), PoseTest::new(&cells[1])];
-        let settings = [0, 1].map(|h| move_settings(ground.jobs[h], ground.setups[h], files[h]));
+        let settings = [0, 1].map(|h| move_settings(ground.scenes[h].job, ground.scenes[h].setup, files[h]));
         let mover = mover(ground, &tests, [&settings[0], &settings[1]]);
         let slices = [pieces[0].as_slice(), pieces[1].as_slice()];
         let (reached, mut causes) = self.reached(&mover, slices, files, &settings)?;
@@ -109,8 +111,13 @@ impl<'a> PairPlanner<'_, 'a> {
             let own = &mut planned[h].2;
             // That was of the plan for one head.
             own.optimum = None;
-            own.along =
-                engagement_of_passes(ground.jobs[h], ground.setups[h], files[h], &mut moves.pieces, self.stages)?;
+            own.along = engagement_of_passes(
+                ground.scenes[h].job,
+                ground.scenes[h].setup,
+                files[h],
+                &mut moves.pieces,
+                self.stages,
+            )?;
             let (of_runs, of_alone) = moves.pieces.split_at(both.runs.len());
             give_run_chips(&mut sections, h, of_runs);
             if is_alone {
@@ -250,9 +257,9 @@ impl<'a> PairPlanner<'_, 'a> {
     fn separate_time(&self, planned: &HeadOperations<'a>) -> Result<f64, Failure> {
         let mut sum = 0.0;
         for (head, _, operation) in planned {
-            let job = self.ground.jobs[*head];
-            let words = facemill_job::setup::word_map::word_map(job, self.ground.setups[*head], 0)?;
-            let mut writer = BlockWriter::new(job, self.ground.setups[*head], &words)?;
+            let Scene { job, setup, .. } = self.ground.scenes[*head];
+            let alone = Scene::new(job, setup, 0)?;
+            let mut writer = BlockWriter::new(&alone)?;
             writer.operation(operation.operation, &operation.moves)?;
             let timed = writer.finish();
             sum += timed.passes_time + timed.approach_time + timed.rapid_time;

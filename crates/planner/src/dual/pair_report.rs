@@ -18,8 +18,8 @@ impl DualTexts {
     pub(crate) fn turning(&self, parts: &[Part<'_>], ground: &TwoHeadContext<'_>) -> RotaryReversals {
         let mut all: Option<RotaryReversals> = None;
         for h in 0..2 {
-            let job = ground.jobs[h];
-            let work_from_table = ground.setups[h].table_from_work.inverse();
+            let job = ground.scenes[h].job;
+            let work_from_table = ground.scenes[h].setup.table_from_work.inverse();
             let mut from = None;
             let mut driven = Vec::new();
             for (line, place) in &self.places {
@@ -62,7 +62,7 @@ impl DualTexts {
 
 fn pair_report(part: &Part<'_>, times: &DualTimes, saved: f64, ground: &TwoHeadContext<'_>) -> Option<PairReport> {
     let outline = part.pair.as_ref()?;
-    let axis = &ground.jobs[0].machine.axes()[ground.shared];
+    let axis = &ground.scenes[0].job.machine.axes()[ground.shared];
     let (paired, cut): (f64, f64) = (times.paired.iter().sum(), times.cut.iter().sum());
     Some(PairReport {
         first: outline.file.first.clone(),

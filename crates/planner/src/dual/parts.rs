@@ -1,11 +1,10 @@
 //! Parts of a program for two heads, and the setups that they are planned in.
 
 use facemill_cutter_location::{PairTest, PoseTest, Workcell};
-use facemill_inverse_kinematics::Machine;
 use facemill_job::format::job_file::{OperationFile, PairFile};
 use facemill_job::format::report::pairs::PairSplit;
-use facemill_job::load::job::{Job, Setup};
-use facemill_job::setup::cell::workcell;
+use facemill_job::load::job::Job;
+use facemill_job::setup::scene::Scene;
 use facemill_tool_path::moves::{Move, MoveSettings, PieceMoves};
 use facemill_z_map::ZMap;
 
@@ -16,29 +15,25 @@ use crate::passes::operation::SetupContext;
 
 /// Setup as both heads see it.
 pub(crate) struct TwoHeadContext<'a> {
-    /// Job as each head sees it in planning: tool and cutter of the other one are larger than they
-    /// are.
-    pub jobs: [&'a Job; 2],
-    /// Machine as each head sees it, with the actual tool of the other one.
-    pub machines: [&'a Machine; 2],
-    pub setups: [&'a Setup<'a>; 2],
+    /// Scene of each head: tool and cutter of the other one are larger than they are in its job, and
+    /// as they are on its machine.
+    pub scenes: &'a [Scene<'a>; 2],
     pub maps: [&'a ZMap; 2],
     /// Index of the axis that both share.
     pub shared: usize,
 }
 
 impl<'a> TwoHeadContext<'a> {
+    pub(crate) fn jobs(&self) -> [&'a Job; 2] {
+        self.scenes.each_ref().map(|scene| scene.job)
+    }
+
     pub(crate) fn ground(&self, head: usize) -> SetupContext<'a> {
-        SetupContext {
-            job: self.jobs[head],
-            setup: self.setups[head],
-            map: self.maps[head],
-            added: AddedPasses::BesideTrimmed,
-        }
+        SetupContext { scene: &self.scenes[head], map: self.maps[head], added: AddedPasses::BesideTrimmed }
     }
 
     pub(crate) fn cell(&self, head: usize, operation: &OperationFile) -> Workcell<'a> {
-        workcell(self.jobs[head], self.setups[head], operation, self.maps[head])
+        self.scenes[head].workcell(operation, self.maps[head])
     }
 }
 

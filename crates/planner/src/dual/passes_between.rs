@@ -6,7 +6,7 @@ use facemill_cutter_location::{Outcome, PoseTest, Widened};
 use facemill_inverse_kinematics::{Branch, BranchPreference};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::OperationFile;
-use facemill_job::setup::cell::{pass_settings, workcell};
+use facemill_job::setup::cell::pass_settings;
 use facemill_job::setup::pattern::places;
 use facemill_job::stages::{BETWEEN, PLACES, Stages};
 use facemill_tool_path::pieces::pole::Tests;
@@ -51,7 +51,7 @@ impl PassesBetween {
         stages: &dyn Stages,
     ) -> Result<Self, Failure> {
         let (Some(strategy), Some(first)) = (strategy_of(operation), cut.first()) else { return Ok(Self::default()) };
-        let mut cell = workcell(ground.job, ground.setup, operation, ground.map);
+        let mut cell = ground.scene.workcell(operation, ground.map);
         if cell.preferred_branch == BranchPreference::Nearest {
             cell.preferred_branch = match first.cuts[0].pose.configuration.branch {
                 Branch::Positive => BranchPreference::Positive,
@@ -86,7 +86,7 @@ impl PassesBetween {
             found.pieces.extend(pieces.into_iter().map(|p| Piece { pass: n_passes + p.pass, ..p }));
         }
         let monitor = stages.start(BETWEEN, found.cc_points);
-        let (fallback, linearity) = (settings.fallback(), cut_linearity(ground.job, operation));
+        let (fallback, linearity) = (settings.fallback(), cut_linearity(ground.scene.job, operation));
         let pieces = std::mem::take(&mut found.pieces);
         let pieces = filled(&tests, &linearity, fallback, pieces, &mut found.left_out, &*monitor)?;
         found.pieces = wound(&plain, fallback, pieces, None);

@@ -13,9 +13,8 @@ use facemill_job::load::job::{Job, Setup};
 use facemill_job::load::mesh_winding::check_winding;
 use facemill_job::load::open_meshes::open_stock;
 use facemill_job::setup::cell::z_map;
-use facemill_job::setup::word_map::dual_word_map;
+use facemill_job::setup::scene::Scene;
 use facemill_job::stages::{READ, Stages, TIMES, WRITE};
-use facemill_nc_program::WordMap;
 use facemill_verification::merged_heads::proven_for_both;
 use facemill_virtual_machine::{Assumption, Certificates, Finding, Verification, merge_findings, rapid_lines};
 use nalgebra::Point3;
@@ -66,11 +65,11 @@ pub(crate) fn plan_dual_setup(
     let [shared] = shared[..] else {
         return Err(job.wrong(format!("machine: its two heads share {} axes; pairs are planned for one", shared.len())));
     };
-    let words = dual_word_map(jobs, setups[0], index)?;
     drop(reading);
     clock.lap("read");
     let machines = [&run_by[0].machine, &run_by[1].machine];
-    let ground = TwoHeadContext { jobs, machines, setups, maps: [&maps[0], &maps[1]], shared };
+    let scenes = Scene::of_heads(jobs, setups, machines, index)?;
+    let ground = TwoHeadContext { scenes: &scenes, maps: [&maps[0], &maps[1]], shared };
     let mut operations: Vec<(usize, usize, PlannedOperation<'_>)> = Vec::new();
     let mut parts: Vec<Part<'_>> = Vec::new();
     let mut picture = None;
@@ -97,12 +96,12 @@ pub(crate) fn plan_dual_setup(
     let (before, shortened) = match asked {
         Ok(stock) => {
             let before = stock.before(jobs[0], setups[0])?;
-            (before, shorten_links(&ground, &mut parts, &words, stages)?)
+            (before, shorten_links(&ground, &mut parts, stages)?)
         }
         Err(why) => (Err(why.clone()), Err(why)),
     };
     clock.lap("shorten links");
-    let mut both = TwoHeads { ground: &ground, parts, words: &words, settings, before: &before, shortened, stages };
+    let mut both = TwoHeads { ground: &ground, parts, settings, before: &before, shortened, stages };
     let Sound { mut texts, verifications, certificates, cut: (of_stock, rest), seen, mended } =
         sound(&mut both, settings, &mut clock)?;
     let links = both.links_report(&texts);
@@ -113,7 +112,7 @@ pub(crate) fn plan_dual_setup(
     with_refined_stops(&mut planned, &parts);
     let jobs_of: Vec<&Job> = heads.iter().map(|&h| jobs[h]).collect();
     let timing = stages.start(TIMES, 0);
-    texts.time(&ground, &words)?;
+    texts.time(&ground)?;
     drop(timing);
     clock.lap("times");
     let verification = verifications.map(|v| merged(v, &heads, &parts, &planned));
@@ -123,7 +122,7 @@ pub(crate) fn plan_dual_setup(
     report.pairs = texts.pair_reports(&parts, &saved, &ground);
     report.made_from = made_from;
     report.totals.mended_blocks = mended;
-    let program = DualProgram { ground: &ground, parts: &parts, words: &words, texts: &texts };
+    let program = DualProgram { ground: &ground, parts: &parts, texts: &texts };
     report.assumptions = program.assumptions()?;
     report.assumptions.extend(control_assumption(jobs[0], &texts.timed));
     report.assumptions.extend(open_stock(setups[0]));
@@ -143,14 +142,13 @@ pub(crate) fn plan_dual_setup(
 fn shorten_links(
     ground: &TwoHeadContext<'_>,
     parts: &mut [Part<'_>],
-    words: &WordMap,
     stages: &dyn Stages,
 ) -> Result<Result<DualLinks, String>, Failure> {
-    if !ground.setups[0].file.links.shorten {
+    if !ground.scenes[0].setup.file.links.shorten {
         return Ok(Err("the job says so (links.shorten)".to_owned()));
     }
-    let texts = write_dual_texts(ground, parts, words, true)?;
-    let links = DualLinks::find(&DualProgram { ground, parts, words, texts: &texts }, stages)?;
+    let texts = write_dual_texts(ground, parts, true)?;
+    let links = DualLinks::find(&DualProgram { ground, parts, texts: &texts }, stages)?;
     links.put_in(parts);
     Ok(Ok(links))
 }
@@ -159,7 +157,6 @@ fn shorten_links(
 struct TwoHeads<'r, 'a> {
     ground: &'r TwoHeadContext<'a>,
     parts: Vec<Part<'a>>,
-    words: &'r WordMap,
     settings: PlanSettings,
     before: &'r StockBefore,
     /// Faster links, or the reason why none were searched.
@@ -169,7 +166,7 @@ struct TwoHeads<'r, 'a> {
 
 impl<'a> TwoHeads<'_, 'a> {
     fn program<'p>(&'p self, texts: &'p DualTexts) -> DualProgram<'p, 'a> {
-        DualProgram { ground: self.ground, parts: &self.parts, words: self.words, texts }
+        DualProgram { ground: self.ground, parts: &self.parts, texts }
     }
 
     /// Returns the report on the links in the final program.
@@ -186,7 +183,7 @@ impl ProgramOfHeads<2> for TwoHeads<'_, '_> {
 
     fn write(&self) -> Result<DualTexts, Failure> {
         let _writing = self.stages.start(WRITE, 0);
-        write_dual_texts(self.ground, &self.parts, self.words, self.settings.verify)
+        write_dual_texts(self.ground, &self.parts, self.settings.verify)
     }
 
     fn verify(&self, texts: &DualTexts) -> Result<[Verification; 2], Failure> {
@@ -207,7 +204,7 @@ impl ProgramOfHeads<2> for TwoHeads<'_, '_> {
     }
 
     fn check_feeds(&self, texts: &DualTexts, runs: Option<&[Verification; 2]>) -> Result<(), Failure> {
-        check_feeds(self.ground.jobs[0], &texts.timed, runs.map(|[first, _]| first))
+        check_feeds(self.ground.scenes[0].job, &texts.timed, runs.map(|[first, _]| first))
     }
 
     fn cut(
@@ -232,18 +229,19 @@ fn alone<'a>(
     stages: &dyn Stages,
     clock: &mut Clock,
 ) -> Result<(PlannedOperation<'a>, Part<'a>), Failure> {
-    let (job, setup) = (ground.jobs[head], ground.setups[head]);
+    let scene = &ground.scenes[head];
+    let job = scene.job;
     let operation = &job.file.operations[index];
     let cells = cells(ground, operation, operation);
     let tests = [PoseTest::new(&cells[0]), PoseTest::new(&cells[1])];
     let settings = [
-        move_settings(ground.jobs[0], ground.setups[0], operation),
-        move_settings(ground.jobs[1], ground.setups[1], operation),
+        move_settings(ground.scenes[0].job, ground.scenes[0].setup, operation),
+        move_settings(ground.scenes[1].job, ground.scenes[1].setup, operation),
     ];
     let mover = mover(ground, &tests, [&settings[0], &settings[1]]);
     let (parking, from) = mover.park_other(head, *at)?;
     let mut sections = vec![section(format!("HEAD {} ALONE", head + 1), parking)];
-    let ground = SetupContext { job, setup, map: ground.maps[head], added: AddedPasses::All };
+    let ground = SetupContext { scene, map: ground.maps[head], added: AddedPasses::All };
     let (planned, svg) = PlannedOperation::plan(&ground, (index, operation), from, picture.is_none(), stages, clock)?;
     *picture = picture.take().or(svg);
     sections.extend(alone_sections(head, &planned.moves.pieces, &planned.moves.retract));

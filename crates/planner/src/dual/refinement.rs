@@ -31,7 +31,7 @@ pub(crate) fn refine(
         let (files, file) = ([a, b], pair.file.clone());
         let cells = [ground.cell(0, a), ground.cell(1, b)];
         let tests = [PoseTest::new(&cells[0]), PoseTest::new(&cells[1])];
-        let settings = [0, 1].map(|h| move_settings(ground.jobs[h], ground.setups[h], files[h]));
+        let settings = [0, 1].map(|h| move_settings(ground.scenes[h].job, ground.scenes[h].setup, files[h]));
         let mover = DualMover {
             test: PairTest { tests: [&tests[0], &tests[1]], shared: ground.shared },
             settings: [&settings[0], &settings[1]],

@@ -25,11 +25,11 @@ impl DualProgram<'_, '_> {
         [first, second]: &mut [Verification; 2],
         stages: &dyn Stages,
     ) -> Result<(CutByPlan, Option<String>), Failure> {
-        let job = self.ground.jobs[0];
+        let job = self.ground.scenes[0].job;
         let at = [0, 1].map(|h| self.setup(h));
-        let stands = [0, 1].map(|h| HeadView { job: self.ground.jobs[h], setup: self.ground.setups[h], at: &at[h] });
+        let stands = [0, 1].map(|h| HeadView { scene: &self.ground.scenes[h], at: &at[h] });
         let settings = [0, 1].map(|h| {
-            let removal = removal_of(self.ground.jobs[h], self.ground.setups[h].file, h);
+            let removal = removal_of(self.ground.scenes[h].job, self.ground.scenes[h].setup.file, h);
             VerifySettings { removal, ..self.settings(h) }
         });
         let heads = [(&stands[0], &settings[0]), (&stands[1], &settings[1])];

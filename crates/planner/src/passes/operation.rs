@@ -13,10 +13,10 @@ use facemill_inverse_kinematics::{Branch, BranchPreference};
 use facemill_job::check::reach::check_reach;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{InfeasibleFile, OperationFile, PathFile, PathFromStrategy};
-use facemill_job::load::job::{Job, Setup};
-use facemill_job::setup::cell::{LEAST_STEP, pass_settings, search_settings, workcell};
+use facemill_job::setup::cell::{LEAST_STEP, pass_settings, search_settings};
 use facemill_job::setup::path::lay;
 use facemill_job::setup::pattern::places;
+use facemill_job::setup::scene::Scene;
 use facemill_job::stages::{BETWEEN, HELP, LAY, LINKS, PICTURE, PLACES, POSTURES, Stages};
 use facemill_tool_model::cl_from_cc;
 use facemill_tool_path::moves::{Move, OperationMoves, operation_moves};
@@ -35,10 +35,8 @@ use crate::stage_clock::Clock;
 
 /// Shared context of all operations of a setup.
 pub(crate) struct SetupContext<'a> {
-    /// The job.
-    pub(crate) job: &'a Job,
-    /// The setup.
-    pub(crate) setup: &'a Setup<'a>,
+    /// Machine, tool, setup and words.
+    pub(crate) scene: &'a Scene<'a>,
     /// Z-map of the setup's obstacles.
     pub(crate) map: &'a ZMap,
     /// Passes that operations get besides those of their strategies.
@@ -82,8 +80,8 @@ impl<'a> PlannedOperation<'a> {
         stages: &dyn Stages,
         clock: &mut Clock,
     ) -> Result<(Self, Option<String>), Failure> {
-        let SetupContext { job, setup, map, .. } = ground;
-        let mut cell = workcell(job, setup, operation, map);
+        let Scene { job, setup, .. } = ground.scene;
+        let mut cell = ground.scene.workcell(operation, ground.map);
         let laying = stages.start(LAY, 0);
         let laid = lay(job, setup, index, operation)?;
         check_reach(job, setup, operation, &laid.tasks).map_err(|e| job.wrong(e))?;
@@ -286,7 +284,7 @@ pub(crate) fn detours<'d, 'a>(
     Detours {
         tests,
         settings,
-        control: &ground.job.post.rules().control_motion,
+        control: &ground.scene.job.post.rules().control_motion,
         feed: operation.feeds.cutting_mm_min / 60.0,
         cusp: operation.tolerances.cusp_mm,
         adds_passes,
@@ -305,8 +303,8 @@ pub(crate) fn interposer<'d, 'a>(
         settings: detours.settings,
         detours,
         reach: neighbour_reach(detours.tests.plain.cell.tool.cutter(), operation),
-        surface: &ground.setup.around_drive,
-        allowance: ground.setup.drive_allowance,
+        surface: &ground.scene.setup.around_drive,
+        allowance: ground.scene.setup.drive_allowance,
         cusp: operation.tolerances.cusp_mm,
         least_step: LEAST_STEP * operation.tolerances.max_step_over_mm,
         least_length: strategy.min_pass_length_mm,

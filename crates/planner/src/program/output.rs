@@ -9,23 +9,22 @@ use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::format::report::remaining::RemainingReport;
 use facemill_job::format::report::stock::StockReport;
 use facemill_job::format::report::{CERTIFICATES_FORMAT, CertificatesFile};
-use facemill_job::load::job::{Job, Setup};
+use facemill_job::load::job::Job;
 use facemill_job::setup::cell::budget;
 use facemill_job::setup::program_spec::program_spec;
-use facemill_job::setup::word_map::{rtcp_frame, table_from_rtcp_words};
+use facemill_job::setup::scene::Scene;
 use facemill_job::stages::{CERTIFY, Stages, VERIFY};
 use facemill_job::stock::map::StockRegion;
 use facemill_job::validate::tip_feed::programmed_feed;
-use facemill_nc_program::{Dialect, ProgramSpec, ReadProgram, WordMap, WrittenProgram, write_program_with_lines};
+use facemill_nc_program::{ProgramSpec, ReadProgram, WrittenProgram, write_program_with_lines};
 use facemill_tool_path::moves::MoveKind;
 use facemill_verification::feeds::Asked;
+use facemill_verification::named_results::{name_obstacles, not_verified};
 use facemill_verification::program::removal_of;
 use facemill_verification::remaining::{RunningHead, remaining};
 use facemill_verification::stock_run::{CutDone, CutRequest, HeadView, cut_stock};
 use facemill_verification::sub_cell_check::{add_between, between_lines, hold_machine_as_cut};
 use facemill_verification::text_times::TimedText;
-use facemill_verification::virtual_setup::{name_obstacles, not_verified, virtual_obstacles};
-use facemill_virtual_machine::motion::axis_motion::MotionContext;
 use facemill_virtual_machine::{
     Assumption, Certificates, GougeSection, HeldAsCut, Verification, VerifySettings, VirtualSetup, assumptions,
     certify, verify,
@@ -87,17 +86,16 @@ impl Texts {
 /// Returns timed blocks, NC text and APT text; `verify` says whether the text will be run on the
 /// virtual machine.
 pub(crate) fn write_texts(
-    job: &Job,
-    setup: &Setup<'_>,
+    scene: &Scene<'_>,
     operations: &[PlannedOperation<'_>],
-    words: &WordMap,
     verify: bool,
 ) -> Result<Texts, Failure> {
-    let mut timed = blocks(job, setup, operations, words, verify)?;
-    let written = Written { job, words, table_from_rtcp_words: table_from_rtcp_words(job, words)? };
+    let job = scene.job;
+    let mut timed = blocks(scene, operations, verify)?;
+    let written = Written { job, words: &scene.words, table_from_rtcp_words: scene.written_frame()? };
     let slower = time_program(&[(&job.machine, job.tool.gauge_length())], &written, &mut timed)?;
     timed.slow_down(&slower);
-    let (spec, written) = nc_text(job, setup, operations, words, &mut timed)?;
+    let (spec, written) = nc_text(scene, operations, &mut timed)?;
     let cutter = job.tool.cutter();
     let apt = AptSpec {
         part_name: spec.job_name.clone(),
@@ -117,25 +115,14 @@ pub(crate) fn write_texts(
 
 /// Returns the NC text with feeds that no motion law has lowered, without APT text: for questions
 /// on its path.
-pub(crate) fn write_draft(
-    job: &Job,
-    setup: &Setup<'_>,
-    operations: &[PlannedOperation<'_>],
-    words: &WordMap,
-) -> Result<Texts, Failure> {
-    let mut timed = blocks(job, setup, operations, words, true)?;
-    let (_, written) = nc_text(job, setup, operations, words, &mut timed)?;
+pub(crate) fn write_draft(scene: &Scene<'_>, operations: &[PlannedOperation<'_>]) -> Result<Texts, Failure> {
+    let mut timed = blocks(scene, operations, true)?;
+    let (_, written) = nc_text(scene, operations, &mut timed)?;
     Ok(Texts::new(timed, written, String::new()))
 }
 
-fn blocks(
-    job: &Job,
-    setup: &Setup<'_>,
-    operations: &[PlannedOperation<'_>],
-    words: &WordMap,
-    verify: bool,
-) -> Result<Timed, Failure> {
-    let mut writer = BlockWriter::new(job, setup, words)?;
+fn blocks(scene: &Scene<'_>, operations: &[PlannedOperation<'_>], verify: bool) -> Result<Timed, Failure> {
+    let mut writer = BlockWriter::new(scene)?;
     if !verify {
         writer.comment(NOT_VERIFIED.to_owned());
     }
@@ -146,14 +133,12 @@ fn blocks(
 }
 
 fn nc_text(
-    job: &Job,
-    setup: &Setup<'_>,
+    scene @ Scene { job, setup, .. }: &Scene<'_>,
     operations: &[PlannedOperation<'_>],
-    words: &WordMap,
     timed: &mut Timed,
 ) -> Result<(ProgramSpec, WrittenProgram), Failure> {
     let first = operations.first().map(|o| o.operation).ok_or_else(|| Failure::Internal("no operation".to_owned()))?;
-    let spec = program_spec(job, setup, first, words, &mut timed.program)?;
+    let spec = program_spec(job, setup, first, &scene.words, &mut timed.program)?;
     let written = write_program_with_lines(&spec, &setup.post(job)).map_err(|e| job.wrong(format!("post: {e}")))?;
     Ok((spec, written))
 }
@@ -162,9 +147,8 @@ fn nc_text(
 ///
 /// # Errors
 /// Only an internal fault.
-pub(crate) fn time_texts(job: &Job, words: &WordMap, texts: &mut Texts) -> Result<(), Failure> {
-    let (machine, tool_length) = (&job.machine, job.tool.gauge_length());
-    let at = MotionContext { machine, tool_length, words, frame: rtcp_frame(job, words), work_offset: None };
+pub(crate) fn time_texts(scene: &Scene<'_>, texts: &mut Texts) -> Result<(), Failure> {
+    let job = scene.job;
     let written = TimedText {
         text: texts.nc.as_bytes(),
         dialect: job.post.dialect(),
@@ -172,7 +156,7 @@ pub(crate) fn time_texts(job: &Job, words: &WordMap, texts: &mut Texts) -> Resul
         rapids: job.post.rtcp_rapids().unwrap_or_default(),
         block_lines: &texts.block_lines,
     };
-    time_text(&[(machine, tool_length)], at, &written, &mut texts.timed)
+    time_text(&[(scene.machine, scene.tool_length())], scene.motion_context(), &written, &mut texts.timed)
 }
 
 fn apt_moves(operations: &[PlannedOperation<'_>], teeth: u32, verify: bool) -> Vec<AptMove> {
@@ -194,10 +178,8 @@ fn apt_moves(operations: &[PlannedOperation<'_>], teeth: u32, verify: bool) -> V
 
 /// Text with its origin, for runs on the virtual machine.
 pub(crate) struct OwnProgram<'a> {
-    pub job: &'a Job,
-    pub setup: &'a Setup<'a>,
+    pub scene: &'a Scene<'a>,
     pub operations: &'a [PlannedOperation<'a>],
-    pub words: &'a WordMap,
     pub texts: &'a Texts,
     /// Bodies tested only against the stock at that time, which [`cut_stock`](Self::cut_stock) and
     /// [`between_lines`](Self::between_lines) do, and not against the initial stock.
@@ -208,12 +190,12 @@ impl OwnProgram<'_> {
     /// Runs the text on the virtual machine.
     pub(crate) fn verify(&self, stages: &dyn Stages) -> Result<Verification, Failure> {
         let program = self.read()?;
-        let setting = self.virtual_setup()?;
+        let setting = self.virtual_setup();
         let monitor = stages.start(VERIFY, program.blocks.len());
         let mut verification = verify(&program, &setting, &self.settings(), &*monitor).map_err(not_verified)?;
-        name_obstacles(&mut verification, self.setup);
+        name_obstacles(&mut verification, self.scene.setup);
         // A shop's template may turn the spindle at will.
-        let asked = Asked::of(self.job, self.setup.file);
+        let asked = Asked::of(self.scene.job, self.scene.setup.file);
         verification.findings.extend(asked.iter().flat_map(|asked| asked.other_speeds(&program)));
         verification.findings.sort_by_key(|f| (f.first_line, f.kind));
         Ok(verification)
@@ -222,32 +204,33 @@ impl OwnProgram<'_> {
     /// Proves the motion of the blocks of the text between their ends.
     pub(crate) fn certify(&self, stages: &dyn Stages) -> Result<Certificates, Failure> {
         let program = self.read()?;
-        let setting = self.virtual_setup()?;
+        let setting = self.virtual_setup();
         let monitor = stages.start(CERTIFY, program.blocks.len());
         certify(&program, &setting, &self.settings(), &*monitor).map_err(not_verified)
     }
 
     /// Returns the machine with everything on it.
-    pub(crate) fn virtual_setup(&self) -> Result<VirtualSetup<'_>, Failure> {
-        virtual_setup(self.job, self.setup, self.words)
+    pub(crate) fn virtual_setup(&self) -> VirtualSetup<'_> {
+        self.scene.virtual_setup(self.scene.job.post.dialect())
     }
 
     /// Measures the material that the text leaves on the regions of the setup's operations.
     pub(crate) fn remaining(&self, stages: &dyn Stages) -> Result<Option<RemainingReport>, Failure> {
-        let heads = [RunningHead { at: &self.virtual_setup()?, settings: &self.settings() }];
-        remaining(self.job, self.setup, &self.read()?, &heads, stages)
+        let heads = [RunningHead { at: &self.virtual_setup(), settings: &self.settings() }];
+        remaining(self.scene.job, self.scene.setup, &self.read()?, &heads, stages)
     }
 
     /// Returns the assumptions about behaviour that the text leaves to the control.
     pub(crate) fn assumptions(&self) -> Result<Vec<Assumption>, Failure> {
-        Ok(assumptions(&self.read()?, &self.job.machine))
+        Ok(assumptions(&self.read()?, &self.scene.job.machine))
     }
 
     /// Cuts the stock as the text goes.
     pub(crate) fn cut_stock(&self, cut: &CutRequest, stages: &dyn Stages) -> Result<CutDone<1>, Failure> {
-        let at = self.virtual_setup()?;
-        let on = HeadView { job: self.job, setup: self.setup, at: &at };
-        let settings = VerifySettings { removal: removal_of(self.job, self.setup.file, 0), ..self.settings() };
+        let at = self.virtual_setup();
+        let on = HeadView { scene: self.scene, at: &at };
+        let settings =
+            VerifySettings { removal: removal_of(self.scene.job, self.scene.setup.file, 0), ..self.settings() };
         cut_stock(&self.read()?, [(&on, &settings)], cut, stages)
     }
 
@@ -260,8 +243,8 @@ impl OwnProgram<'_> {
         stages: &dyn Stages,
     ) -> Result<(), Failure> {
         let request = lines_of(cut, StockRegion::Whole);
-        let at = self.virtual_setup()?;
-        let on = HeadView { job: self.job, setup: self.setup, at: &at };
+        let at = self.virtual_setup();
+        let on = HeadView { scene: self.scene, at: &at };
         let heads = [(&on, &self.settings())];
         let findings = [&*then.findings];
         let [found] = between_lines(&self.read()?, heads, &request, (findings, &[Vec::new()]), stages)?;
@@ -279,15 +262,15 @@ impl OwnProgram<'_> {
         stages: &dyn Stages,
     ) -> Result<bool, Failure> {
         let request = lines_of(cut, StockRegion::Rectangle(cut.region_mm));
-        let at = self.virtual_setup()?;
-        let on = HeadView { job: self.job, setup: self.setup, at: &at };
+        let at = self.virtual_setup();
+        let on = HeadView { scene: self.scene, at: &at };
         hold_machine_as_cut(&self.read()?, [(&on, &self.settings())], &request, [at_first], stages)
     }
 
     /// Returns the program as read from the text.
     pub(crate) fn read(&self) -> Result<ReadProgram, Failure> {
-        let program = self.job.read_program(self.texts.nc.as_bytes(), self.job.post.dialect());
-        program.map_err(|e| self.job.unread(&e))
+        let program = self.scene.job.read_program(self.texts.nc.as_bytes(), self.scene.job.post.dialect());
+        program.map_err(|e| self.scene.job.unread(&e))
     }
 
     fn settings(&self) -> VerifySettings {
@@ -298,7 +281,7 @@ impl OwnProgram<'_> {
             .map(|(o, &first_line)| GougeSection {
                 name: o.operation.name.clone(),
                 first_line,
-                gouge_limit: budget(self.job, o.operation).simulated(),
+                gouge_limit: budget(self.scene.job, o.operation).simulated(),
             })
             .collect();
         // No stock is cut before the first operation.
@@ -345,26 +328,4 @@ pub(crate) fn check_feeds(job: &Job, timed: &Timed, run: Option<&Verification>) 
 pub(crate) fn certificates_json(programs: Vec<ProgramStamp>, certificates: Certificates) -> Vec<u8> {
     facemill_file_format::to_json(&CertificatesFile { format: CERTIFICATES_FORMAT, programs, certificates })
         .into_bytes()
-}
-
-fn virtual_setup<'a>(job: &'a Job, setup: &'a Setup<'_>, words: &'a WordMap) -> Result<VirtualSetup<'a>, Failure> {
-    Ok(VirtualSetup {
-        machine: &job.machine,
-        table_from_work: setup.table_from_work,
-        words,
-        table_from_rtcp_words: table_from_rtcp_words(job, words)?,
-        tool: &job.tool,
-        length_register: register_in_text(job),
-        obstacles: virtual_obstacles(setup),
-    })
-}
-
-/// Returns the register of the tool's length in the dialect's reader: D of Siemens, which the
-/// template sets to 1, and the number of the tool on Heidenhain, whose tools include their length.
-fn register_in_text(job: &Job) -> u32 {
-    match job.post.dialect() {
-        Dialect::Siemens840d => 1,
-        Dialect::Heidenhain => job.tool.number(),
-        _ => job.tool.length_register(),
-    }
 }

@@ -4,7 +4,7 @@
 use facemill_inverse_kinematics::AxisValues;
 use facemill_job::failure::Failure;
 use facemill_job::format::report::links::{PlannedLinkReport, ShortenedLinks};
-use facemill_job::setup::word_map::table_from_rtcp_words;
+use facemill_job::setup::scene::Scene;
 use facemill_job::stages::{SHORTEN, Stages};
 use facemill_nc_program::{Compensation, FeedMode, ReadProgram};
 use facemill_tool_path::links::choose::Choice;
@@ -13,7 +13,7 @@ use facemill_tool_path::links::fastest;
 use facemill_tool_path::links::ways::WayKind;
 use facemill_tool_path::links::words::LinkWords;
 use facemill_tool_path::moves::{Move, MoveKind};
-use facemill_verification::virtual_setup::not_verified;
+use facemill_verification::named_results::not_verified;
 use facemill_virtual_machine::{
     Finding, LinkDistances, LinkHold, LinkSettings, LinkStage, ProgramLink, VerifySettings, links_off_first_stock,
     run_links,
@@ -118,21 +118,21 @@ impl PlannedLinks {
         cut: Option<(DexelMap, f64)>,
         stages: &dyn Stages,
     ) -> Result<Self, Failure> {
-        let job = program.job;
+        let Scene { job, setup, .. } = program.scene;
         let text = program.read()?;
-        let at = program.virtual_setup()?;
+        let at = program.virtual_setup();
         let views = [(&job.machine, job.tool.gauge_length())];
         let clock = LinkClock::new(&views);
         let words = LinkWords {
             machine: &job.machine,
             tool_length: job.tool.gauge_length(),
-            words: program.words,
-            table_from_rtcp_words: table_from_rtcp_words(job, program.words)?,
+            words: &program.scene.words,
+            table_from_rtcp_words: program.scene.written_frame()?,
             decimals: job.post.decimals(),
         };
         let runs = rapid_runs(program.operations);
         let seeker = Seeker { program, text: &text, clock: &clock, words, runs };
-        let clearance = program.setup.file.rapid_clearance_mm;
+        let clearance = setup.file.rapid_clearance_mm;
         let look = |link: &ProgramLink, stage: &LinkStage<'_, '_>| {
             let is_between = !matches!(link.hold, Some(LinkHold::WayIn | LinkHold::WayOut));
             is_between.then(|| seeker.link(link, stage))
@@ -287,17 +287,17 @@ impl Seeker<'_> {
     }
 
     fn choice(&self, link: &ProgramLink, stage: &LinkStage<'_, '_>) -> Result<Choice, String> {
-        let OwnProgram { job, setup, .. } = self.program;
+        let job = self.program.scene.job;
         let compensation = match job.post.feed_mode() {
             FeedMode::Rtcp => Compensation::Rtcp(job.tool.length_register()),
             FeedMode::G94 | FeedMode::G93 => Compensation::Length(job.tool.length_register()),
         };
         let rounded = |axes: &AxisValues| self.words.rounded(compensation, axes).map(|(_, rounded)| rounded);
-        fastest(&[setup.link_scene(job)], self.clock, (link, stage), &rounded)
+        fastest(&[self.program.scene.link_scene()], self.clock, (link, stage), &rounded)
     }
 
     fn rapids(&self, over: &[AxisValues]) -> Vec<Move> {
-        let OwnProgram { job, setup, .. } = self.program;
+        let Scene { job, setup, .. } = self.program.scene;
         let work_from_table = setup.table_from_work.inverse();
         let at = |axes: &AxisValues| {
             let cl = job.machine.cl_point(axes, job.tool.gauge_length()).transformed(&work_from_table);

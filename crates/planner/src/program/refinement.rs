@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use facemill_cutter_location::{Hints, PoseTest};
-use facemill_job::setup::cell::{pass_settings, workcell};
+use facemill_job::setup::cell::pass_settings;
 use facemill_tool_path::linearity::turned_near;
 use facemill_tool_path::moves::{Move, MoveKind};
 use facemill_tool_path::pieces::{Filler, PosePair};
@@ -34,16 +34,16 @@ pub(crate) fn lines_to_refine(
 /// control would deviate from one to the next; returns the number of inserted poses. A block
 /// without a feasible pose stays unchanged.
 pub(crate) fn refine(
-    SetupContext { job, setup, map, .. }: &SetupContext<'_>,
+    SetupContext { scene, map, .. }: &SetupContext<'_>,
     operations: &mut [PlannedOperation<'_>],
     blocks: &[CutBlock],
 ) -> usize {
     let mut put_in = 0;
     for (index, planned) in operations.iter_mut().enumerate() {
-        let cell = workcell(job, setup, planned.operation, map);
+        let cell = scene.workcell(planned.operation, map);
         let test = PoseTest::new(&cell);
         let settings = pass_settings(planned.operation);
-        let linearity = cut_linearity(job, planned.operation);
+        let linearity = cut_linearity(scene.job, planned.operation);
         let mut hints = Hints::default();
         // From the last one on, so that earlier indices stay valid.
         let own: BTreeSet<&CutBlock> = blocks.iter().filter(|b| b.operation == index).collect();

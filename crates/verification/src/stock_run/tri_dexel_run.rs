@@ -6,8 +6,8 @@ use facemill_nc_program::ReadProgram;
 use facemill_virtual_machine::{BlockCut, Finding, StockRun, VerifySettings, run_stock_of_heads};
 use facemill_z_map::DexelMap;
 
+use crate::named_results::not_verified;
 use crate::stock_run::HeadView;
-use crate::virtual_setup::not_verified;
 
 /// Cuts further maps of the same stock by a program, and returns the joint result with that of the
 /// upright lines: collisions with the material of any line, each block's volume, and the evidence

@@ -18,7 +18,7 @@ use facemill_tool_path::links::clock::LinkClock;
 use facemill_tool_path::links::fastest;
 use facemill_tool_path::links::ways::WayKind;
 use facemill_tool_path::links::words::LinkWords;
-use facemill_verification::virtual_setup::not_verified;
+use facemill_verification::named_results::not_verified;
 use facemill_virtual_machine::program_time::tolerance::View;
 use facemill_virtual_machine::{
     Finding, LinkDistances, LinkHold, LinkStage, ProgramLink, VerifySettings, VirtualSetup, links_off_first_stock,
@@ -73,16 +73,16 @@ impl DualLinks {
         let ground = program.ground;
         let text = program.read()?;
         // As in planning, with the tool of the other head thicker than it is.
-        let heads = [0, 1].map(|h| VirtualSetup { machine: &ground.jobs[h].machine, ..program.setup(h) });
+        let heads = [0, 1].map(|h| VirtualSetup { machine: &ground.scenes[h].job.machine, ..program.setup(h) });
         let views: [View<'_>; 2] =
-            std::array::from_fn(|h| (&ground.jobs[h].machine, ground.jobs[h].tool.gauge_length()));
+            std::array::from_fn(|h| (&ground.scenes[h].job.machine, ground.scenes[h].job.tool.gauge_length()));
         let clock = LinkClock::new(&views);
         let words = LinkWords {
-            machine: &ground.jobs[0].machine,
-            tool_length: ground.jobs[0].tool.gauge_length(),
-            words: program.words,
+            machine: &ground.scenes[0].job.machine,
+            tool_length: ground.scenes[0].job.tool.gauge_length(),
+            words: &ground.scenes[0].words,
             table_from_rtcp_words: Isometry3::identity(),
-            decimals: ground.jobs[0].post.decimals(),
+            decimals: ground.scenes[0].job.post.decimals(),
         };
         let runs = rapid_runs(program.parts);
         let seeker = Seeker { ground, text: &text, texts: program.texts, clock: &clock, words, runs: &runs };
@@ -90,7 +90,7 @@ impl DualLinks {
             let is_between = !matches!(link.hold, Some(LinkHold::WayIn | LinkHold::WayOut));
             is_between.then(|| seeker.link(link, stage))
         };
-        let clearance = ground.setups[0].file.rapid_clearance_mm;
+        let clearance = ground.scenes[0].setup.file.rapid_clearance_mm;
         let keep = LinkDistances { fixtures: clearance, first_stock: KEPT * clearance };
         let monitor = stages.start(SHORTEN, text.blocks.len());
         let links =
@@ -235,8 +235,8 @@ impl Seeker<'_> {
     }
 
     fn choice(&self, link: &ProgramLink, stage: &LinkStage<'_, '_>) -> Result<Choice, String> {
-        let scenes = [0, 1].map(|h| self.ground.setups[h].link_scene(self.ground.jobs[h]));
-        let compensation = Compensation::Length(self.ground.jobs[0].tool.length_register());
+        let scenes = self.ground.scenes.each_ref().map(|scene| scene.link_scene());
+        let compensation = Compensation::Length(self.ground.scenes[0].job.tool.length_register());
         let rounded = |axes: &AxisValues| self.words.rounded(compensation, axes).map(|(_, rounded)| rounded);
         fastest(&scenes, self.clock, (link, stage), &rounded)
     }

@@ -1,5 +1,6 @@
 use facemill_job::load::job::Setup;
 use facemill_job::setup::cell::z_map;
+use facemill_job::setup::scene::Scene;
 use facemill_job::stages::SilentStages;
 use facemill_tool_path::moves::PieceMoves;
 use facemill_tool_path::pieces::Piece;
@@ -25,7 +26,8 @@ fn passes_put_in_behind_those_that_are_cut_keep_the_cusp() {
     let job = job(&folder, toward_wall, &values);
     let setup = Setup::read(&job, 0).unwrap();
     let map = z_map(&setup).unwrap();
-    let ground = SetupContext { job: &job, setup: &setup, map: &map, added: AddedPasses::BesideTrimmed };
+    let scene = Scene::new(&job, &setup, 0).unwrap();
+    let ground = SetupContext { scene: &scene, map: &map, added: AddedPasses::BesideTrimmed };
     let (index, operation) = job.operations_of(setup.file).next().unwrap();
     let plan =
         PlannedOperation::plan(&ground, (index, operation), None, false, &SilentStages, &mut Clock::new()).unwrap();

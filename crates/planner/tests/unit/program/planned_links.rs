@@ -8,7 +8,7 @@ use crate::stage_clock::Clock;
 use facemill_job::examples::new_job::{NewJob, new_job};
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::cell::z_map;
-use facemill_job::setup::word_map::word_map;
+use facemill_job::setup::scene::Scene;
 use facemill_job::stages::{SilentStages, Stages};
 use facemill_job::stock::map::{StockMeshes, StockRegion};
 
@@ -47,8 +47,9 @@ fn links_that_are_taken_back_are_as_they_were() {
     let folder = tempfile::tempdir().unwrap();
     let job = job(folder.path());
     let setup = Setup::read(&job, 0).unwrap();
-    let (map, words) = (z_map(&setup).unwrap(), word_map(&job, &setup, 0).unwrap());
-    let ground = SetupContext { job: &job, setup: &setup, map: &map, added: AddedPasses::All };
+    let map = z_map(&setup).unwrap();
+    let scene = Scene::new(&job, &setup, 0).unwrap();
+    let ground = SetupContext { scene: &scene, map: &map, added: AddedPasses::All };
     let stages: &dyn Stages = &SilentStages;
     let mut operations: Vec<PlannedOperation<'_>> = Vec::new();
     for operation in job.operations_of(setup.file) {
@@ -56,16 +57,9 @@ fn links_that_are_taken_back_are_as_they_were() {
         let planned = PlannedOperation::plan(&ground, operation, from, false, stages, &mut Clock::new());
         operations.push(planned.unwrap().0);
     }
-    let texts = write_draft(&job, &setup, &operations, &words).unwrap();
+    let texts = write_draft(&scene, &operations).unwrap();
     let stock = StockMeshes::of(&setup).map(&job, &setup, 1.0, StockRegion::Whole).unwrap();
-    let program = OwnProgram {
-        job: &job,
-        setup: &setup,
-        operations: &operations,
-        words: &words,
-        texts: &texts,
-        as_cut: HeldAsCut::NOTHING,
-    };
+    let program = OwnProgram { scene: &scene, operations: &operations, texts: &texts, as_cut: HeldAsCut::NOTHING };
     let mut links = PlannedLinks::find(&program, Some((stock, 0.05)), stages).unwrap();
     let before = places(&operations);
     links.put_in(&mut operations);
@@ -78,7 +72,7 @@ fn links_that_are_taken_back_are_as_they_were() {
 
     // A finding restores the link in whose blocks it is, here the one between the operations; none
     // of the others.
-    let texts = write_draft(&job, &setup, &operations, &words).unwrap();
+    let texts = write_draft(&scene, &operations).unwrap();
     assert!(!links.take_back(&mut operations, &texts, (&[], &[]), false) && places(&operations) == after);
     let line = links.report(&operations, &texts).links[passes - 1].lines[0];
     let finding_at = |line| Finding::of_line(FindingKind::RapidCollision, line, None, "", String::new());
@@ -88,11 +82,11 @@ fn links_that_are_taken_back_are_as_they_were() {
     assert!(same.contains(&passes) && same.contains(&(passes + 1)), "{same:?}");
     let others = (0..now.len()).filter(|k| ![passes, passes + 1].contains(k));
     assert!(others.clone().all(|k| now[k] == after[k]));
-    let told = links.report(&operations, &write_draft(&job, &setup, &operations, &words).unwrap());
+    let told = links.report(&operations, &write_draft(&scene, &operations).unwrap());
     assert!(told.changed == n - 1 && told.links[passes - 1].kept_because.is_some(), "{told:?}");
 
     // In the end it restores all of them; restored links cannot be restored again.
-    let texts = write_draft(&job, &setup, &operations, &words).unwrap();
+    let texts = write_draft(&scene, &operations).unwrap();
     assert!(!links.take_back(&mut operations, &texts, (&[finding_at(1)], &[]), true));
     let line = links.report(&operations, &texts).links[0].lines[0];
     assert!(

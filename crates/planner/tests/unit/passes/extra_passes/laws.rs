@@ -1,6 +1,7 @@
 use facemill_job::examples::new_job::{NewJob, new_job};
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::cell::z_map;
+use facemill_job::setup::scene::Scene;
 use facemill_job::stages::SilentStages;
 use facemill_surface_model::{NamedNode, TriMesh, write_obj};
 use nalgebra::{Isometry3, Point3};
@@ -120,7 +121,8 @@ fn a_trimmed_pass_is_moved_as_near_as_there_are_postures() {
         let job = job(&folder, groove, &values);
         let setup = Setup::read(&job, 0).unwrap();
         let map = z_map(&setup).unwrap();
-        let ground = SetupContext { job: &job, setup: &setup, map: &map, added: AddedPasses::All };
+        let scene = Scene::new(&job, &setup, 0).unwrap();
+        let ground = SetupContext { scene: &scene, map: &map, added: AddedPasses::All };
         let operation = job.operations_of(setup.file).next().unwrap();
         let (planned, _) =
             PlannedOperation::plan(&ground, operation, None, false, &SilentStages, &mut Clock::new()).unwrap();
