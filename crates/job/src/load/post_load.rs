@@ -59,7 +59,7 @@ impl Job {
         let mut program = read_program(text, dialect)?;
         if dialect == self.post.dialect() {
             program.harmless_functions.clone_from(&self.post.rules().harmless_functions);
-            program.rtcp_rapids = self.post.rtcp_rapids().unwrap_or(program.rtcp_rapids);
+            program.rtcp_rapids = self.post.rules().rtcp_rapids();
         }
         Ok(program)
     }

@@ -92,6 +92,14 @@ impl Modal {
         }
     }
 
+    /// Ends a block that sends axes to a reference position. Under RTCP they go alone, so that the tip
+    /// leaves its words: until these are named again it stays where the axes have it.
+    pub(crate) fn end_return(&mut self) {
+        if matches!(self.compensation, Compensation::Rtcp(_)) {
+            self.position.forget_words();
+        }
+    }
+
     /// Returns the current meaning of F.
     pub(crate) fn feed_mode(&self) -> FeedMode {
         match (self.inverse_time, self.compensation) {

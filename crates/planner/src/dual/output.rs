@@ -8,9 +8,7 @@ use facemill_job::format::report::remaining::RemainingReport;
 use facemill_job::setup::cell::budget;
 use facemill_job::stages::Stages;
 use facemill_job::validate::tip_feed::programmed_feed;
-use facemill_nc_program::{
-    HeadSpec, PostSettings, ProgramSpec, ReadProgram, RtcpRapids, read_program, write_program_of_heads,
-};
+use facemill_nc_program::{HeadSpec, PostSettings, ProgramSpec, ReadProgram, RtcpRapids, write_program_of_heads};
 use facemill_tool_path::moves::MoveKind;
 use facemill_verification::merged_heads::merged_runs;
 use facemill_verification::named_results::{name_obstacles, not_verified};
@@ -277,8 +275,8 @@ impl DualProgram<'_, '_> {
     }
 
     pub(super) fn read(&self) -> Result<ReadProgram, Failure> {
-        let program = read_program(&self.texts.nc, self.ground.scenes[0].job.post.dialect());
-        program.map_err(|e| self.ground.scenes[0].job.unread(&e))
+        let job = self.ground.scenes[0].job;
+        job.read_program(self.texts.nc.as_bytes(), job.post.dialect()).map_err(|e| job.unread(&e))
     }
 
     pub(super) fn setup(&self, head: usize) -> VirtualSetup<'_> {

@@ -138,3 +138,14 @@ fn feeds_refuse_a_program_that_switches_rtcp_on_with_the_table_turned() {
     let [why] = refusals[..] else { panic!("{refusals:?}") };
     assert!(why.starts_with("axis C: RTCP is switched on with the table turned"), "{why}");
 }
+
+/// A table axis that went to a place of which the text says nothing may be turned.
+#[test]
+fn feeds_refuse_a_program_that_switches_rtcp_on_with_the_table_at_an_unknown_angle() {
+    let shop = Shop::new();
+    let setup = shop.setup();
+    let text = "G21 G90 G94 G54\nG91 G30 C0.\nG90 G43.4 H7\nG1 X0. Y0. Z50. B0. C0. F500.\nG1 X10.\nM30\n";
+    let seen = seen_by_feeds(&read_program(text, Dialect::Fanuc).unwrap(), &setup);
+    let refusals: Vec<&String> = seen.iter().filter_map(|r| r.as_ref().err()).collect();
+    assert!(refusals.iter().any(|why| why.contains("RTCP is switched on with the table turned")), "{refusals:?}");
+}

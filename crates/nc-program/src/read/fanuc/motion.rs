@@ -8,7 +8,7 @@ use crate::read::modal::MotionCode;
 use crate::read::position::AxisAt;
 use crate::read::program::{ArcWords, MotionKind, ReadMotion};
 use crate::read::unfollowed::Cause;
-use crate::words::axis_words::{AxisLetter, AxisWords};
+use crate::words::axis_words::{AxisKind, AxisLetter, AxisWords};
 
 impl BlockReading<'_> {
     /// Moves the axes that the block names, if they are targets.
@@ -29,6 +29,7 @@ impl BlockReading<'_> {
             AxisRole::Reference(number) => {
                 let via = self.return_axes(number)?;
                 self.push_motion(MotionKind::ReferenceReturn, via, None);
+                self.modal.end_return();
             }
             AxisRole::Data => {
                 for word in &mut self.line.words {
@@ -148,7 +149,10 @@ impl BlockReading<'_> {
             self.line.words[k].is_used = true;
             is_direct &= word.value == 0.0;
             let over = self.target(&word, axis);
-            if let Some(AxisAt::Word(value)) = over {
+            let is_half_turn = axis.kind() == AxisKind::Rotary && word.value.abs() >= 180.0;
+            if self.modal.is_incremental && is_half_turn {
+                self.leave(Cause::Block, "an incremental way of half a turn or more to the reference is not followed");
+            } else if let Some(AxisAt::Word(value)) = over {
                 via.set(axis, value).map_err(|e| self.line.word_error(&word, e.into()))?;
             } else if word.is_known && word.value != 0.0 {
                 self.leave(Cause::Block, "an incremental way to the reference from an unknown place is not followed");

@@ -312,6 +312,9 @@ impl HeidenhainReader {
                 let unfollowed = &mut self.state.modal.unfollowed;
                 if joined.contains("AXIS SPAT") {
                     unfollowed.begin(Cause::Vectors, "angles of the tool instead of a vector are not followed");
+                } else if joined.contains("REFPNT") && !joined.contains("REFPNT TIP-TIP") {
+                    unfollowed
+                        .begin(Cause::Vectors, "words of another point of the tool than its tip are not followed");
                 } else {
                     unfollowed.end(Cause::Vectors);
                 }

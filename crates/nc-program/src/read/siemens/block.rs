@@ -116,6 +116,13 @@ impl BlockReading<'_> {
             Name::Mode => self.keep_mode(item),
             Name::TransformationOn | Name::TransformationOff => {
                 self.state.is_transformed = meaning == Name::TransformationOn;
+                let is_first = match &item.value {
+                    Value::Arguments(bytes) => matches!(self.code[bytes.clone()].trim_ascii(), b"" | b"1"),
+                    _ => true,
+                };
+                if self.state.is_transformed && !is_first {
+                    self.leave(Cause::Mapping, "a transformation other than the first is not followed");
+                }
                 if meaning == Name::TransformationOff {
                     self.say(StateWord::RtcpOff);
                     self.state.modal.unfollowed.end(Cause::Mapping);

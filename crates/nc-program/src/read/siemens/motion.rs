@@ -152,7 +152,10 @@ impl BlockReading<'_> {
         let value = if is_inch { value * INCH } else { value };
         let is_incremental = self.state.modal.is_incremental && count == Count::Modal || count == Count::Incremental;
         if self.role == Role::MachineTarget {
-            return if is_incremental { None } else { self.state.modal.machine_target(axis, value) };
+            // A position of the machine that is reached over a way of its own (ACP, ACN): how many
+            // turns it is away is not followed.
+            let is_plain = !is_incremental && matches!(count, Count::Modal | Count::Absolute | Count::Shortest);
+            return if is_plain { self.state.modal.machine_target(axis, value) } else { None };
         }
         match count {
             Count::Modal | Count::Incremental if is_incremental => self.state.modal.by(axis, value),
@@ -186,6 +189,7 @@ impl BlockReading<'_> {
         }
         if is_any {
             self.block.motion = Some(self.state.modal.motion(MotionKind::ReferenceReturn, None));
+            self.state.modal.end_return();
         }
         Ok(())
     }

@@ -176,11 +176,15 @@ impl<'a> MotionResolver<'a> {
     /// Follows the motion of a block to its via point, where it has one, and to its end: one leg or
     /// two. A leg without an end leaves the axes that it names unknown.
     pub(crate) fn legs(&mut self, motion: &ReadMotion) -> impl Iterator<Item = Result<Leg, NoEnd>> + use<> {
-        if self.context.work_offset.is_none() && motion.position.iter().any(|(_, at)| matches!(at, AxisAt::Word(_))) {
+        let has_via = motion.via.as_ref().is_some_and(|via| !via.is_empty());
+        let has_words = has_via || motion.position.iter().any(|(_, at)| matches!(at, AxisAt::Word(_)));
+        if self.context.work_offset.is_none() && has_words {
             self.context.work_offset = Some(motion.work_offset);
         }
         let via = motion.via.as_ref().filter(|_| !is_home_under_rtcp(motion)).map(|via| {
-            let end = self.words_end(motion, |letter| via.get(letter).map(AxisAt::Word));
+            let end = self
+                .check_offset(motion)
+                .and_then(|()| self.words_end(motion, |letter| via.get(letter).map(AxisAt::Word)));
             self.go(motion, end)
         });
         let end = self.end(motion);
@@ -240,7 +244,8 @@ impl<'a> MotionResolver<'a> {
 
     /// Every word is taken as lost, because a word that stays may be of another frame.
     fn lose(&mut self, motion: &ReadMotion, why: &NoEnd) {
-        if matches!(why, NoEnd::ViaUnderRtcp) {
+        // Under RTCP linear axes that the block does not name move with the rotary ones.
+        if is_rtcp(motion.compensation) {
             return self.forget();
         }
         for (k, axis) in self.context.words.axes().iter().enumerate() {
@@ -262,7 +267,8 @@ impl<'a> MotionResolver<'a> {
             let turn = named.abs().max((self.axes[k] - words[k].offset).abs());
             // Counted to 360 deg, the word of whole turns is 0.
             let turn = if axis.rolls_over() { turn.min((turn - TAU * (turn / TAU).round()).abs()) } else { turn };
-            axis.carried_by == Carrier::Table && words[k].letter.kind() == AxisKind::Rotary && turn > AT_ZERO
+            let may_be_turned = !self.is_known(k) || turn > AT_ZERO;
+            axis.carried_by == Carrier::Table && words[k].letter.kind() == AxisKind::Rotary && may_be_turned
         });
         turned.map(|k| words[k].letter)
     }
@@ -339,13 +345,21 @@ impl<'a> MotionResolver<'a> {
             if self.context.words.axes().iter().all(|a| a.letter != letter) {
                 return Err(NoEnd::Stranger(letter));
             }
-            if let (AxisAt::Word(_), Some(expected)) = (at, self.context.work_offset)
-                && motion.work_offset != expected
-            {
-                return Err(NoEnd::OtherOffset { found: motion.work_offset, expected });
+            if matches!(at, AxisAt::Word(_)) {
+                self.check_offset(motion)?;
             }
         }
         Ok(())
+    }
+
+    /// Checks that the words of a motion refer to the work offset of the context.
+    fn check_offset(&self, motion: &ReadMotion) -> Result<(), NoEnd> {
+        match self.context.work_offset {
+            Some(expected) if motion.work_offset != expected => {
+                Err(NoEnd::OtherOffset { found: motion.work_offset, expected })
+            }
+            _ => Ok(()),
+        }
     }
 }
 
