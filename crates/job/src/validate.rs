@@ -10,8 +10,7 @@ use facemill_nc_program::{FeedMode, RoundingBound};
 
 use crate::format::job_file::{
     AxisTargetFile, ClearanceFile, DirectionFile, InfeasibleFile, JOB_FORMAT, JobFile, LinkStockFile, LinkingFile,
-    OperationFile, PairFile, PassOrderFile, PathFile, PatternFile, PoseFile, PostureModeFile, RoleFile, SetupFile,
-    StockFile,
+    OperationFile, PairFile, PathFile, PatternFile, PoseFile, PostureModeFile, RoleFile, SetupFile, StockFile,
 };
 use crate::validate::feeds::{check_feed_laws, check_stock_to_cut, feeds_of_chips};
 use crate::validate::limits::{JOB_LIMITS, OPERATION_LIMITS, SETUP_LIMITS, SMALLEST_TOLERANCE, check_limits};
@@ -113,11 +112,6 @@ pub fn check_heads(job: &JobFile, n_heads: usize) -> Result<(), String> {
         );
     }
     if n_heads >= 2 {
-        if let Some(k) = job.setups.iter().position(|s| s.links.order != PassOrderFile::AsLaid) {
-            return Err(format!(
-                "setups[{k}].links.order: passes that two heads cut at once are paired in the order as laid; take as_laid"
-            ));
-        }
         check_one_coolant(job)?;
         if job.post.feed_mode == FeedMode::Rtcp {
             return Err(

@@ -334,6 +334,22 @@ fn what_a_limited_axis_parts_is_driven_from_end_to_end() {
     }
 }
 
+/// Orders the runs of both heads: the same points are cut, and all laws of plans hold.
+#[test]
+fn runs_of_both_heads_are_cut_in_the_order_with_the_shortest_links() {
+    let job = job(445.0);
+    let as_laid = plan(&job, true);
+    job.set("job.json", &[("/setups/0/links/order", json!("shortest"))]);
+    let planned = plan(&job, true);
+    assert!(as_laid.report.orders.is_empty());
+    let name = "suction side + pressure side";
+    let order = planned.report.orders.iter().find(|o| o.operation == name).expect("the order of a pair is reported");
+    assert!(order.pieces == planned.report.pairs[0].runs && order.lower_bound_s <= order.ordered_s + 1e-9, "{order:?}");
+    assert!(order.ordered_s <= order.as_laid_s, "{order:?}");
+    assert_eq!(planned.report.totals.planned_points, as_laid.report.totals.planned_points);
+    holds(&planned, &ReadPlan::of(&job, &planned));
+}
+
 /// Checks the laws of every plan of both heads.
 fn holds(planned: &Planned, read: &ReadPlan) {
     let report = &planned.report;

@@ -10,6 +10,7 @@ use facemill_job::format::job_file::{OperationFile, PairFile};
 use facemill_job::format::report::pairs::PairSplit;
 use facemill_job::setup::scene::Scene;
 use facemill_job::stages::Stages;
+use facemill_tool_path::moves::order::PassOrderReport;
 use facemill_tool_path::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, operation_moves};
 use facemill_tool_path::pieces::{Cut, LeftOut, Piece};
 use nalgebra::Point3;
@@ -19,6 +20,7 @@ use super::moves::{DualMove, DualMover, ReachedRun};
 use super::pairing::{PiecePair, pairs, stations};
 use super::passes_between::PassesBetween;
 use super::runs::{Cause, Causes, Run, RunPlanner, Stop, left_over};
+use crate::dual::links::run_order::run_order;
 use crate::dual::parts::{PairOutline, Part, Section, TwoHeadContext, alone_sections, cells, mover, section};
 use crate::dual::run_trimming::{Remains, paired_left};
 use crate::passes::engagement::engagement_of_passes;
@@ -106,7 +108,7 @@ impl<'a> PairPlanner<'_, 'a> {
                 pieces: all,
                 retract: alone.retract,
                 linearisation: alone.linearisation.max(linearisation),
-                order: None,
+                order: alone.order,
             };
             let own = &mut planned[h].2;
             // That was of the plan for one head.
@@ -127,7 +129,8 @@ impl<'a> PairPlanner<'_, 'a> {
         }
         clock.lap("moves of each");
         let splits = splits(causes);
-        let pair = PairOutline { file: self.pair.clone(), runs: both.runs.len(), separate_time, splits };
+        let pair =
+            PairOutline { file: self.pair.clone(), runs: both.runs.len(), separate_time, splits, order: both.order };
         let part = Part { files: files.map(Some), sections, pair: Some(pair) };
         Ok((planned, part))
     }
@@ -194,12 +197,23 @@ impl<'a> PairPlanner<'_, 'a> {
                 of.iter().map(|r| std::array::from_fn(|h| pieces[h][r.run.pieces[h]].clone())).collect()
             };
             let passes = [passes(&reached, slices), passes(&more, left_slices)].concat();
-            match linked(mover, reached.iter().chain(&more), &passes, from) {
-                Ok((sections, at)) => {
+            let all: Vec<(&ReachedRun, &[Piece; 2])> = reached.iter().chain(&more).zip(&passes).collect();
+            let monitor = self.stages.start("order of both heads", 0);
+            let runs_alone: Vec<&ReachedRun> = all.iter().map(|(run, _)| *run).collect();
+            let order = run_order(self.ground, mover, &runs_alone, from, &*monitor)?;
+            drop(monitor);
+            let (order, report) = order.unzip();
+            let operation = format!("{} + {}", self.pair.first, self.pair.second);
+            let report = report.map(|report| PassOrderReport { operation, ..report });
+            match linked_in_order(mover, &all, order, from) {
+                Ok(Linked { sections, at, order }) => {
                     let more: Vec<&Run> = more.iter().map(|r| &r.run).collect();
                     let left = [0, 1].map(|h| left_over(left_slices[h], h, &more));
-                    let runs = runs.into_iter().chain(more).cloned().collect();
-                    return Ok(Both { runs, passes, left, sections, at });
+                    let report = report.filter(|_| order.is_some());
+                    let order = order.unwrap_or_else(|| (0..all.len()).collect());
+                    let runs = order.iter().map(|&k| all[k].0.run.clone()).collect();
+                    let passes = order.iter().map(|&k| all[k].1.clone()).collect();
+                    return Ok(Both { runs, passes, left, sections, at, order: report });
                 }
                 Err((k, _)) if k >= reached.len() => {
                     apart.insert(more[k - reached.len()].run.pieces);
@@ -330,6 +344,8 @@ struct Both {
     sections: Vec<Section>,
     /// Position of both heads after them.
     at: Option<AxisValues>,
+    /// Report on the order, if it is not as laid.
+    order: Option<PassOrderReport>,
 }
 
 impl Both {
@@ -339,16 +355,43 @@ impl Both {
     }
 }
 
+/// Moves of runs one after the other.
+struct Linked {
+    sections: Vec<Section>,
+    /// Position after them.
+    at: Option<AxisValues>,
+    /// Their order, if it is not as laid.
+    order: Option<Vec<usize>>,
+}
+
+/// Returns the moves of runs in this order, or as laid if there is none or a run has no link to it
+/// in this order; or the run without a link to it and the reason.
+fn linked_in_order(
+    mover: &DualMover<'_, '_>,
+    runs: &[(&ReachedRun, &[Piece; 2])],
+    order: Option<Vec<usize>>,
+    at: Option<AxisValues>,
+) -> Result<Linked, (usize, String)> {
+    if let Some(order) = order
+        && let Ok((sections, at)) = linked(mover, runs, order.iter().copied(), at)
+    {
+        return Ok(Linked { sections, at, order: Some(order) });
+    }
+    let (sections, at) = linked(mover, runs, 0..runs.len(), at)?;
+    Ok(Linked { sections, at, order: None })
+}
+
 /// Returns the moves of runs one after the other and the position after them, or the run without a
 /// link to it and the reason.
-fn linked<'s>(
+fn linked(
     mover: &DualMover<'_, '_>,
-    runs: impl Iterator<Item = &'s ReachedRun>,
-    passes: &[[Piece; 2]],
+    runs: &[(&ReachedRun, &[Piece; 2])],
+    order: impl Iterator<Item = usize>,
     mut at: Option<AxisValues>,
 ) -> Result<(Vec<Section>, Option<AxisValues>), (usize, String)> {
     let mut sections = Vec::new();
-    for (k, (run, passes)) in runs.zip(passes).enumerate() {
+    for k in order {
+        let (run, passes) = runs[k];
         let (of_run, behind) = run_sections(mover, run, passes, at).map_err(|why| (k, why.to_string()))?;
         sections.extend(of_run);
         at = behind;

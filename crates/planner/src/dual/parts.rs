@@ -5,6 +5,7 @@ use facemill_job::format::job_file::{OperationFile, PairFile};
 use facemill_job::format::report::pairs::PairSplit;
 use facemill_job::load::job::Job;
 use facemill_job::setup::scene::Scene;
+use facemill_tool_path::moves::order::PassOrderReport;
 use facemill_tool_path::moves::{Move, MoveSettings, PieceMoves};
 use facemill_z_map::ZMap;
 
@@ -63,6 +64,8 @@ pub(crate) struct PairOutline {
     pub runs: usize,
     pub separate_time: f64,
     pub splits: Vec<PairSplit>,
+    /// Report on the order of the runs, if it is not as laid.
+    pub order: Option<PassOrderReport>,
 }
 
 /// Returns the moves of one head's pieces, piece by piece, and those from the last one back.

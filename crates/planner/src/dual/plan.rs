@@ -119,6 +119,7 @@ pub(crate) fn plan_dual_setup(
     let certificates = certificates.as_ref().map(proven_for_both);
     let turning = texts.turning(&parts, &ground);
     let mut report = report(&jobs_of, setups[0], &planned, &texts.timed, turning, verification, certificates.as_ref());
+    report.orders.extend(parts.iter().filter_map(|part| part.pair.as_ref()?.order.clone()));
     report.pairs = texts.pair_reports(&parts, &saved, &ground);
     report.made_from = made_from;
     report.totals.mended_blocks = mended;

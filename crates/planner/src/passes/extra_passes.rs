@@ -83,8 +83,8 @@ const EVEN: usize = 3;
 pub(crate) enum AddedPasses {
     /// Beside trimmed passes, and where the chosen postures leave more than the permitted cusp.
     All,
-    /// Beside trimmed passes alone: two heads at once choose postures anew, so only then is it
-    /// known where the cusp is exceeded.
+    /// Beside trimmed passes alone, in the order as laid: two heads at once pair passes in this order
+    /// and choose postures anew, so only then is it known where the cusp is exceeded.
     BesideTrimmed,
 }
 

@@ -90,7 +90,8 @@ impl<'a> PlannedOperation<'a> {
         let test = PoseTest::new(&cell);
         clock.lap("path");
         let mut left_out = Vec::new();
-        let settings = move_settings(job, setup, operation);
+        let mut settings = move_settings(job, setup, operation);
+        settings.shortest_order &= ground.added == AddedPasses::All;
         // The search for postures avoids the pole; tests of given postures do not.
         let choosing = PoseTest::new(&cell).avoiding_pole(operation.search.singular_cone_deg.to_radians());
         let tests = Tests { choosing: &choosing, plain: &test };

@@ -1,4 +1,4 @@
-//! In which order the pieces of an operation's passes are cut.
+//! Order of the pieces of an operation's passes.
 
 use facemill_cl_data::Monitor;
 use facemill_inverse_kinematics::{AxisValues, Machine};
@@ -32,16 +32,15 @@ pub struct PassOrderReport {
     pub is_exact: bool,
 }
 
-/// Pieces in the order with the shortest links, from where the tool comes from, in which all that
-/// can touch each other keep the order that they have: no place is in reach of the flutes on two
-/// pieces that change places, their entries and exits with all ways through stock among them, so
+/// Returns pieces in the order with the shortest links, from the position of the tool before them.
+/// Pieces that can touch each other keep their order: no place is in reach of the flutes on two
+/// pieces that change places, their entries and exits with all paths through stock among them, so
 /// that every cut takes the stock that it takes in the order as laid.
 ///
-/// Links cost the time of their slowest axis by itself: a guess of what they take, which changes no
-/// claim.
+/// Links cost the time of their slowest axis alone: an estimate, which changes no claim.
 ///
 /// # Errors
-/// When the monitor cancels.
+/// Returns an error if the monitor cancels.
 pub fn ordered(
     machine: &Machine,
     tool: &ToolAssembly,
@@ -49,69 +48,99 @@ pub fn ordered(
     pieces: Vec<Reached>,
     monitor: &dyn Monitor,
 ) -> Result<(Vec<Reached>, PassOrderReport), PathError> {
+    let of =
+        |p: &Reached| CutPath { ends: [p.start().configuration.axes, p.end().configuration.axes], tips: vec![tips(p)] };
+    let paths: Vec<CutPath> = pieces.iter().map(of).collect();
     let views = [(machine, tool.gauge_length())];
     let clock = LinkClock::new(&views);
-    let ends: Vec<[AxisValues; 2]> =
-        pieces.iter().map(|p| [p.start().configuration.axes, p.end().configuration.axes]).collect();
-    let links =
-        ends.par_iter().flat_map_iter(|[_, end]| ends.iter().map(|[start, _]| clock.least_time(end, start))).collect();
-    let first = ends.iter().map(|[start, _]| clock.least_time(from, start)).collect();
-    let pairs = touching(&pieces, farthest_touch(tool.cutter()));
+    let link_time = |a: &AxisValues, b: &AxisValues| clock.least_time(a, b);
+    let (order, report) = shortest_order(&paths, from, farthest_touch(tool.cutter()), &link_time, monitor)?;
+    let mut pieces: Vec<Option<Reached>> = pieces.into_iter().map(Some).collect();
+    Ok((order.iter().filter_map(|&k| pieces[k].take()).collect(), report))
+}
+
+/// Path of one piece, or of several that different heads cut at the same time, from the end of the
+/// link to it to the beginning of the link after it.
+pub struct CutPath {
+    /// Positions at both ends.
+    pub ends: [AxisValues; 2],
+    /// Tips of each tool along it, in one frame that is fixed to the workpiece.
+    pub tips: Vec<Vec<Point3<f64>>>,
+}
+
+/// Returns the indices of pieces in the order with the shortest links, as [`ordered`]. `reach` is
+/// the largest distance of the flutes from the tip over all tools, mm, and `link_time` the time of
+/// a link between two positions.
+///
+/// # Errors
+/// Returns an error if the monitor cancels.
+pub fn shortest_order(
+    paths: &[CutPath],
+    from: &AxisValues,
+    reach: f64,
+    link_time: &(dyn Fn(&AxisValues, &AxisValues) -> f64 + Sync),
+    monitor: &dyn Monitor,
+) -> Result<(Vec<usize>, PassOrderReport), PathError> {
+    let links = paths.par_iter().flat_map_iter(|a| paths.iter().map(|b| link_time(&a.ends[1], &b.ends[0]))).collect();
+    let first = paths.iter().map(|path| link_time(from, &path.ends[0])).collect();
+    let pairs = touching(paths, reach);
     monitor.checkpoint()?;
     let kept_pairs = pairs.len();
-    let costs = TourCosts::new(links, first, vec![0.0; pieces.len()]).and_then(|costs| costs.keeping(pairs));
+    let costs = TourCosts::new(links, first, vec![0.0; paths.len()]).and_then(|costs| costs.keeping(pairs));
     let costs = costs.map_err(|e| PathError::Fault(e.to_string()))?;
     let tour = shortest_tour(&costs);
     monitor.checkpoint()?;
     let report = PassOrderReport {
         operation: String::new(),
-        pieces: pieces.len(),
+        pieces: paths.len(),
         kept_pairs,
-        as_laid_s: costs.of(&(0..pieces.len()).collect::<Vec<_>>()),
+        as_laid_s: costs.of(&(0..paths.len()).collect::<Vec<_>>()),
         ordered_s: tour.cost,
         lower_bound_s: tour.lower_bound,
         is_exact: tour.is_exact,
     };
-    let mut pieces: Vec<Option<Reached>> = pieces.into_iter().map(Some).collect();
-    Ok((tour.order.iter().filter_map(|&k| pieces[k].take()).collect(), report))
+    Ok((tour.order, report))
 }
 
-/// How far from the tip the cutter's flutes reach, mm: to the far end of their edge.
-fn farthest_touch(cutter: &Cutter) -> f64 {
+/// Returns the largest distance of the cutter's flutes from the tip, mm: that of the far end of
+/// their edge.
+pub fn farthest_touch(cutter: &Cutter) -> f64 {
     cutter.radius().hypot(cutter.flute_length())
 }
 
-/// Pairs of pieces, as they are laid, with poses from which the flutes may reach one place: with
-/// tips less than twice so far apart.
-fn touching(pieces: &[Reached], reach: f64) -> Vec<(usize, usize)> {
-    let beads: Vec<Vec<Bead>> = pieces.iter().map(|p| beads(&tips(p), reach)).collect();
+/// Returns pairs of pieces, as they are laid, with poses from which the flutes may reach one place:
+/// with tips less than twice so far apart.
+fn touching(paths: &[CutPath], reach: f64) -> Vec<(usize, usize)> {
+    let beads: Vec<Vec<Bead>> =
+        paths.iter().map(|path| path.tips.iter().flat_map(|tips| beads(tips, reach)).collect()).collect();
     let touch = |a: &[Bead], b: &[Bead]| {
         a.iter().any(|a| b.iter().any(|b| (a.center - b.center).norm() <= a.radius + b.radius + 2.0 * reach))
     };
     let of = |b: usize| (0..b).filter(|&a| touch(&beads[a], &beads[b])).map(|a| (a, b)).collect::<Vec<_>>();
-    (0..pieces.len()).into_par_iter().flat_map_iter(of).collect()
+    (0..paths.len()).into_par_iter().flat_map_iter(of).collect()
 }
 
-/// Where the tip goes from where rapids end before a piece to where they begin behind it.
+/// Returns the path of the tip from the end of the rapids before a piece to the beginning of those
+/// after it.
 fn tips(piece: &Reached) -> Vec<Point3<f64>> {
     let entry = piece.entry.outward.iter().rev().map(|cl| cl.tip);
     let cuts = piece.piece.cuts.iter().map(|cut| cut.pose.cl.tip);
     entry.chain(cuts).chain(piece.exit.outward.iter().map(|cl| cl.tip)).collect()
 }
 
-/// A ball around some neighbouring places of a way and the straight lines between them.
+/// Ball around some neighbouring positions of a path and the straight lines between them.
 struct Bead {
     center: Point3<f64>,
     radius: f64,
 }
 
-/// By how much the tip may leave the straight line between two places, as part of their distance:
-/// blocks are near straight, and an axis that turns about the workpiece goes along its chord's
-/// circle.
+/// Largest deviation of the tip from the straight line between two positions, as a fraction of their
+/// distance: blocks are almost straight, and an axis that turns about the workpiece goes along the
+/// circle over its chord.
 const BEYOND_CHORD: f64 = 0.5;
 
-/// Balls around a way, each of at most a quarter of the reach but for places that are farther from
-/// each other.
+/// Returns balls around a path, each of at most a quarter of the reach unless two positions are
+/// farther from each other.
 fn beads(way: &[Point3<f64>], reach: f64) -> Vec<Bead> {
     let mut all: Vec<Bead> = Vec::new();
     let mut first = 0;

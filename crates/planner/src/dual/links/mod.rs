@@ -5,6 +5,7 @@
 //! stock and each other over this motion.
 
 mod rapid_runs;
+pub(crate) mod run_order;
 
 use std::collections::BTreeMap;
 
