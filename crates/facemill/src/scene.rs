@@ -32,7 +32,7 @@ pub trait UseScene {
     /// Searches a posture at each CC point (workpiece frame), one by one, with the ranges of an
     /// operation; `uncut_left` states whether the uncut stock is to the left of the feed.
     ///
-    /// Each result is the posture that [`search`] finds, or the reason that blocks most of its
+    /// Each result is the posture that [`search`](search()) finds, or the reason that blocks most of its
     /// curve.
     ///
     /// # Errors
