@@ -24,7 +24,7 @@ use facemill_verification::stock_run::CutRequest;
 /// let scene = Scene::new(&job, &setup, 0)?;
 /// let planned = scene.plan(PlanSettings { verify: false, certificates: false }, &SilentStages)?;
 /// let (_, text) = &planned.files[0];
-/// let verified = scene.verify(text, Dialect::Fanuc30i, &SilentStages)?;
+/// let verified = scene.verify(text, Dialect::Fanuc, &SilentStages)?;
 /// assert!(verified.file.verification.findings.is_empty());
 /// # Ok::<(), facemill::Failure>(())
 /// ```
