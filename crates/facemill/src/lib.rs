@@ -3,9 +3,9 @@
 //! [`Job::read`] reads a job with all files that it names. [`plan_setup`] plans one of its setups,
 //! [`plan_job`] plans all of them and cuts their stock. [`verify_program`] runs a program from any
 //! source in a setup, [`rapids::faster_rapids`] replaces its links, [`rewrite_feeds`] its feeds,
-//! and [`lengths::lengths_of_program`] finds the shortest tool for it. [`Scene`] with [`UseScene`] is
-//! one setup ready for all of these. [`files::write_all`] writes
-//! files whole or not at all. Each stage is a separate crate, re-exported here.
+//! and [`lengths::lengths_of_program`] finds the shortest tool for it. [`Scene`] with
+//! [`UseScene`] searches, plans, verifies and cuts one setup. [`files::write_all`] writes files whole
+//! or not at all. Each stage is a separate crate, re-exported here.
 //!
 //! The command line is the default feature `cli`. A library leaves out its dependencies with
 //! `facemill = { version = "0.1", default-features = false }`.
@@ -20,6 +20,9 @@
 //! # Ok::<(), facemill::Failure>(())
 //! ```
 
+mod scene;
+
+pub use crate::scene::UseScene;
 pub use facemill_job::check::describe_setup;
 pub use facemill_job::check::machine_check::{MachineCheck, describe_heads, describe_hulls, describe_machine};
 pub use facemill_job::duration_text::clock;
@@ -70,10 +73,6 @@ pub use facemill_tool_path::moves::order::PassOrderReport;
 pub use facemill_verification::deviation::DeviationRequest;
 pub use facemill_verification::program::{Verified, VerifyRequest, verify_program};
 pub use facemill_verification::stock_run::CutRequest;
-
-mod scene;
-
-pub use crate::scene::UseScene;
 
 pub use facemill_cc_path as cc_path;
 pub use facemill_channel_pair as channel_pair;

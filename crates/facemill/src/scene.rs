@@ -32,11 +32,11 @@ pub trait UseScene {
     /// Searches a posture at each CC point (workpiece frame), one by one, with the ranges of an
     /// operation; `uncut_left` states whether the uncut stock is to the left of the feed.
     ///
-    /// Each result is the posture that [`search`](search()) finds, or the reason that blocks most of its
-    /// curve.
+    /// Each result is the posture that [`search`](search()) finds, or the reason that blocks most of
+    /// its curve.
     ///
     /// # Errors
-    /// If the job has no such operation, or the operation no search curve.
+    /// If the job has no such operation, the operation no search curve, or the machine two heads.
     fn search(
         &self,
         operation: &str,
@@ -47,26 +47,36 @@ pub trait UseScene {
     /// Plans the operations of the setup, as [`plan_setup`].
     ///
     /// # Errors
-    /// As [`plan_setup`].
+    /// As [`plan_setup`], and if the machine has two heads.
     fn plan(&self, settings: PlanSettings, stages: &dyn Stages) -> Result<Planned, Failure>;
 
     /// Runs a program of any source against the initial stock, as [`verify_program`].
     ///
     /// # Errors
-    /// As [`verify_program`].
+    /// As [`verify_program`], and if the machine has two heads.
     fn verify(&self, text: &[u8], dialect: Dialect, stages: &dyn Stages) -> Result<Verified, Failure>;
 
     /// Runs a program and cuts the stock as [`verify_program`]; `rest` of the result is the remaining
     /// stock.
     ///
     /// # Errors
-    /// As [`verify_program`].
+    /// As [`verify_program`], and if the machine has two heads.
     fn cut(&self, text: &[u8], dialect: Dialect, request: CutRequest, stages: &dyn Stages)
     -> Result<Verified, Failure>;
 }
 
 /// Name of a program without a file, in errors.
 const PROGRAM: &str = "program";
+
+/// Refuses the scene of one of two heads: the other head would be missing.
+fn check_one_head(scene: &Scene<'_>) -> Result<(), Failure> {
+    match scene.job.second {
+        Some(_) => Err(scene.job.wrong(
+            "second_tool: a scene is that of one head; take plan_setup and verify_program for a machine with two",
+        )),
+        None => Ok(()),
+    }
+}
 
 impl UseScene for Scene<'_> {
     fn search(
@@ -75,6 +85,7 @@ impl UseScene for Scene<'_> {
         cc: &[CcPoint],
         uncut_left: bool,
     ) -> Result<Vec<Result<Found, Infeasible>>, Failure> {
+        check_one_head(self)?;
         let named = self.job.operations_of(self.setup.file).map(|(_, o)| o).find(|o| o.name == operation);
         let operation = named.ok_or_else(|| {
             self.job.wrong(format!("operations: setup \"{}\" has none named \"{operation}\"", self.setup.file.name))
@@ -89,10 +100,12 @@ impl UseScene for Scene<'_> {
     }
 
     fn plan(&self, settings: PlanSettings, stages: &dyn Stages) -> Result<Planned, Failure> {
+        check_one_head(self)?;
         plan_setup(self.job, self.index, settings, stages)
     }
 
     fn verify(&self, text: &[u8], dialect: Dialect, stages: &dyn Stages) -> Result<Verified, Failure> {
+        check_one_head(self)?;
         let request = VerifyRequest { setup: self.index, ..VerifyRequest::new(Path::new(PROGRAM), dialect) };
         verify_program(self.job, text, &request, stages)
     }
@@ -104,6 +117,7 @@ impl UseScene for Scene<'_> {
         request: CutRequest,
         stages: &dyn Stages,
     ) -> Result<Verified, Failure> {
+        check_one_head(self)?;
         let request =
             VerifyRequest { setup: self.index, cut: Some(request), ..VerifyRequest::new(Path::new(PROGRAM), dialect) };
         verify_program(self.job, text, &request, stages)

@@ -13,7 +13,7 @@
 //! | [`mod@stages`] | stages of a long computation, and their monitors |
 //! | [`mod@validate`] | limits of numbers ([`validate::limits`]), feeds and names of a job file |
 //! | [`mod@load`] | a job with all files that it names: tool, machine, meshes, post; [`load::job::Setup`] with drive surface, obstacles and stock; setups without a job file ([`load::ad_hoc_setup`]) |
-//! | [`mod@setup`] | an operation as the stages need it: workcell ([`setup::cell`]), words, passes ([`setup::path`]), feeds, places of a pattern |
+//! | [`mod@setup`] | an operation as the stages need it: workcell ([`setup::cell`]), machine with tool, words and frames ([`setup::scene`]), words, passes ([`setup::path`]), feeds, places of a pattern |
 //! | [`mod@check`] | checks of size, position and winding of parts |
 //! | [`mod@examples`] | new jobs, for a part, a machine and a control |
 //! | [`mod@stock`] | solid stock, its map of lines, rests of setups before |

@@ -7,7 +7,7 @@
 //!
 //! [`feeds`] checks feeds against the job's, [`sub_cell_check`] checks collisions below the
 //! resolution of the stock's lines, [`text_times`] times a text by the motion law, [`merged_heads`]
-//! merges the runs of two heads, [`named_results`] puts a setup's obstacles on the machine,
+//! merges the runs of two heads, [`named_results`] names obstacles in results,
 //! [`assumptions`] lists the assumptions of a verification.
 //!
 //! Modules, each of which imports those above it alone:
@@ -19,7 +19,7 @@
 //! | [`mod@feeds`] | comparison of a program's feeds and spindle speeds with the job's |
 //! | [`mod@merged_heads`] | runs and proofs of two heads, merged into one |
 //! | [`mod@text_times`] | times of a program by its text |
-//! | [`mod@named_results`] | the machine of a setup with everything on it, for the virtual machine |
+//! | [`mod@named_results`] | failures of runs, and the names of files and groups in their results |
 //! | [`mod@remaining`] | material that a program leaves on the surface that its operations are to cut, measured on its text |
 //! | [`mod@stock_run`] | the stock of a job's setup, cut by a program from any source |
 //! | [`mod@sub_cell_check`] | collisions with the stock below the resolution of its lines |

@@ -6,7 +6,7 @@ use facemill::inverse_kinematics::preset_dual_xyzb;
 use facemill::nc_program::Dialect;
 use facemill::new_job::NewJob;
 use facemill::rapids::{RapidsRequest, faster_rapids};
-use facemill::{CutRequest, Job, SilentStages};
+use facemill::{CutRequest, Job, PlanSettings, Scene, Setup, SilentStages, UseScene};
 use facemill_tests::jobs::{JobFolder, set};
 use serde_json::{Value, json};
 
@@ -82,5 +82,24 @@ fn links_of_programs_for_two_heads_are_not_replaced_and_the_error_says_what_runs
     let refused = refused.map(|_| ()).unwrap_err().to_string();
     for part in ["job.json", "second_tool", "two heads", "facemill verify"] {
         assert!(refused.contains(part), "{refused}");
+    }
+}
+
+/// A scene is that of one head: planned or run alone, the other head would be missing.
+#[test]
+fn a_scene_of_a_machine_with_two_heads_is_refused() {
+    let folder = JobFolder::new(&NewJob::DualPropeller { diameter_mm: 1000.0 });
+    let job = Job::read(&folder.job()).unwrap().seen_by(1, 0.0);
+    let setup = Setup::read(&job, 0).unwrap();
+    let scene = Scene::new(&job, &setup, 0).unwrap();
+    let settings = PlanSettings { verify: false, certificates: false };
+    let refused = [
+        scene.search("suction side", &[], true).err(),
+        scene.plan(settings, &SilentStages).err(),
+        scene.verify(b"M30\n", Dialect::Fanuc, &SilentStages).err(),
+        scene.cut(b"M30\n", Dialect::Fanuc, CutRequest::on_lines(10.0, 0.1), &SilentStages).err(),
+    ];
+    for why in refused {
+        assert!(why.as_ref().is_some_and(|why| why.to_string().contains("second_tool")), "{why:?}");
     }
 }

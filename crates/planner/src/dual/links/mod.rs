@@ -149,7 +149,7 @@ impl DualLinks {
         }
         for (link, found) in self.links.iter_mut().zip(found).filter(|(_, found)| with_all || found.is_some()) {
             if link.better.take().is_some() {
-                let others = || "the program still has findings with faster paths of some links".to_owned();
+                let others = || "with faster paths of some links the program repeatedly has findings".to_owned();
                 link.kept_because = Some(found.unwrap_or_else(others));
             }
         }
@@ -224,7 +224,7 @@ impl Seeker<'_> {
     /// The reason why it must stay.
     fn check(&self, link: &ProgramLink, run: Option<usize>) -> Result<(), String> {
         match &link.hold {
-            Some(LinkHold::Doubt(_)) => return Err("where the axes are is open".to_owned()),
+            Some(LinkHold::Doubt(_)) => return Err("the positions of the axes are unknown".to_owned()),
             Some(LinkHold::Laws) => return Err("its blocks move in different ways".to_owned()),
             _ => {}
         }
