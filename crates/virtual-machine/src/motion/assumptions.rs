@@ -36,7 +36,8 @@ impl fmt::Display for Assumption {
 /// Returns the assumptions of [`verify`](crate::run::verify::verify) and
 /// [`certify`](crate::proof::certificate::certify) on a program where its text is silent:
 /// smoothing, motion laws, axes that F counts, offset, length, states that an earlier program may
-/// have left on, and the axes' positions at its start.
+/// have left on, the axes' positions at its start and behind a tool change, and reference positions
+/// that the control's data hold.
 ///
 /// Statements of the text are not listed. Sorted by line, each once, with the first line that rests
 /// on it. Wrong statements are findings; data of the setup (lengths in registers, offsets, the
@@ -109,6 +110,8 @@ struct State {
     has_plane_reset: bool,
     uses_rtcp: bool,
     is_rtcp: bool,
+    /// A tool was changed, and nothing has moved since.
+    has_new_tool: bool,
     /// Spindles that turn, 0 for the only one.
     spindles: BTreeSet<u32>,
     has_started: bool,
@@ -138,6 +141,7 @@ impl State {
             has_plane_reset: false,
             uses_rtcp: program.blocks.iter().any(is_rtcp),
             is_rtcp: false,
+            has_new_tool: false,
             spindles: BTreeSet::new(),
             has_started: false,
             has_cut: false,
@@ -154,6 +158,7 @@ impl State {
             self.has_turn_law = false;
         }
         let mut spindle = 0;
+        self.has_new_tool |= block.commands.contains(&ReadCommand::ToolChange);
         for command in &block.commands {
             match command {
                 ReadCommand::Mode(text) => self.mode(&text.to_uppercase()),
@@ -207,6 +212,12 @@ impl State {
                 && matches!(motion.position.get(*letter), Some(AxisAt::Machine(_) | AxisAt::Reference(_)))
         };
         self.unplaced.retain(|letter| !is_placed(letter));
+        if std::mem::take(&mut self.has_new_tool) {
+            self.tool_change(block);
+        }
+        if named(|at| at == AxisAt::Reference(1)) {
+            self.reference(block);
+        }
         if named(|at| matches!(at, AxisAt::Machine(_)))
             && self.dialect == Dialect::Heidenhain
             && motion.compensation != Compensation::Off
@@ -226,6 +237,26 @@ impl State {
         } else {
             self.cut(block, motion);
         }
+    }
+
+    /// Axes behind a tool change: what the machine builder's program for it moves, no text says.
+    fn tool_change(&mut self, block: &ReadBlock) {
+        let word = if self.dialect == Dialect::Heidenhain { "TOOL CALL" } else { "M6" };
+        self.rests(block, format!("{word} is taken to leave all axes where they are"));
+    }
+
+    /// Reference positions that data of the control hold.
+    fn reference(&mut self, block: &ReadBlock) {
+        let text = match self.dialect {
+            Dialect::Siemens840d => {
+                "G74 and G75 FP=1 are taken to end at home of the machine file; machine data say where they end"
+            }
+            Dialect::LinuxCnc => {
+                "G28 is taken to end at home of the machine file; parameters of the control say where it ends"
+            }
+            _ => return,
+        };
+        self.rests(block, text.to_owned());
     }
 
     /// Adds the states that may still be on from before, at the first move in words.

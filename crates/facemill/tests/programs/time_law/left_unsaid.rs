@@ -41,11 +41,14 @@ fn what_a_template_leaves_to_the_control_is_in_report_and_summary() {
     };
     let (built_in, _) = job(Value::Null);
     // The patch is no solid: the stock on it is on both sides; and nobody has timed the control.
-    // Nothing else is left unsaid.
-    let [control, layer] = &built_in.report.assumptions[..] else { panic!("{:?}", built_in.report.assumptions) };
+    // Nothing else is left unsaid but what a tool change moves.
+    let [change, control, layer] = &built_in.report.assumptions[..] else {
+        panic!("{:?}", built_in.report.assumptions)
+    };
+    assert!(change.text.starts_with("M6 is taken to leave all axes"), "{change}");
     assert!(layer.text.contains("not closed") && layer.text.contains("both sides"), "{layer}");
     assert!(control.text.contains("looking 1000 blocks ahead") && control.text.contains("not checked"), "{control}");
-    assert!(summary(&built_in.report).contains("  assumptions       2"));
+    assert!(summary(&built_in.report).contains("  assumptions       3"));
     let (planned, machine) = job(json!("shop.j2"));
     let file = |ending: &str| {
         let (_, bytes) = planned.files.iter().find(|(name, _)| name.ends_with(ending)).unwrap();

@@ -43,6 +43,10 @@ pub(super) const FANUC: &str = "\
 G0 G90 B0. C0.\nG0 G90 G43.4 X0. Y0. Z900. H7\nG1 X1. Z880. B1. F500.\nM5\nG91 G28 Z0.\nG49\nG91 G28 X0. Y0.\n\
 G91 G28 B0. C0.\nG90\nM30\n%\n";
 
+const M6: &str = "M6 is taken to leave all axes where they are";
+
+const TOOL_CALL: &str = "TOOL CALL is taken to leave all axes where they are";
+
 /// Texts of all assumptions.
 fn rests_on(text: &str, dialect: Dialect) -> Vec<String> {
     let program = read_program(text, dialect).unwrap_or_else(|e| panic!("{e}\n{text}"));
@@ -77,13 +81,13 @@ fn what_is_not_said_is_told_and_what_is_said_is_not() {
     let (linuxcnc, fanuc) = (Dialect::LinuxCnc, Dialect::Fanuc);
     let m91 = "M91 is taken to count without the tool's length";
     let m428 = "M428 is taken to switch to kinematics of the tip, and M429 to those of the joints";
-    assert_eq!(rests_on(SIEMENS, siemens), [""; 0]);
-    assert_eq!(rests_on(&with(HEIDENHAIN, "19 L Z+2000 R0 FMAX\n", ""), heidenhain), [""; 0]);
+    assert_eq!(rests_on(SIEMENS, siemens), [M6]);
+    assert_eq!(rests_on(&with(HEIDENHAIN, "19 L Z+2000 R0 FMAX\n", ""), heidenhain), [TOOL_CALL]);
     let home = with(HEIDENHAIN, "19 L Z+2000 R0 FMAX\n", "19 L Z+3000 R0 FMAX M91\n");
-    assert_eq!(rests_on(&home, heidenhain), [m91]);
-    assert_eq!(rests_on(LINUXCNC, linuxcnc), [m428]);
+    assert_eq!(rests_on(&home, heidenhain), [TOOL_CALL, m91]);
+    assert_eq!(rests_on(LINUXCNC, linuxcnc), [M6, m428]);
     let of_fanuc = rests_on(FANUC, fanuc);
-    assert!(of_fanuc.len() == 3 && of_fanuc[0].starts_with("a setting of the control says how rapids go"));
+    assert!(of_fanuc.len() == 4 && of_fanuc[0].starts_with("a setting of the control says how rapids go"));
     assert!(of_fanuc.iter().any(|t| t.starts_with("the control's settings say how far a cut")), "{of_fanuc:?}");
     assert!(of_fanuc.iter().any(|t| t.starts_with("no word of this control says how the tool turns")), "{of_fanuc:?}");
     for (dialect, text, from, to, told) in [
@@ -161,16 +165,44 @@ fn what_is_not_said_is_told_and_what_is_said_is_not() {
         ("CYCLE832(0.01,11,0.005)\nOTOL=-1\n", "CYCLE832 without a tolerance of the orientation"),
     ] {
         let after = rests_on(&with(SIEMENS, "CYCLE832(0.0100,11,0.0050)\n", to), siemens);
-        assert!(after.len() == 1 && after[0].starts_with(told), "{to}: {after:?}");
+        assert!(after.len() == 2 && after[0] == M6 && after[1].starts_with(told), "{to}: {after:?}");
     }
     // A tolerance of its own behind that of the cycle, and exact stop, which no tolerance takes
     // back.
     for to in ["CYCLE832(0.01,11,0.005)\nCTOL=0.005\nOTOL=0.001\n", "G60\nCTOL=-1\nOTOL=-1\n"] {
-        assert_eq!(rests_on(&with(SIEMENS, "CYCLE832(0.0100,11,0.0050)\n", to), siemens), [""; 0], "{to}");
+        assert_eq!(rests_on(&with(SIEMENS, "CYCLE832(0.0100,11,0.0050)\n", to), siemens), [M6], "{to}");
     }
     // G61 says it on LinuxCNC, G60 and G9 of every block on Siemens.
-    assert_eq!(rests_on(&with(LINUXCNC, "G64 P0.0100 Q0.0001", "G61"), linuxcnc), [m428]);
-    assert_eq!(rests_on(&with(SIEMENS, "CYCLE832(0.0100,11,0.0050)", "G60"), siemens), [""; 0]);
+    assert_eq!(rests_on(&with(LINUXCNC, "G64 P0.0100 Q0.0001", "G61"), linuxcnc), [M6, m428]);
+    assert_eq!(rests_on(&with(SIEMENS, "CYCLE832(0.0100,11,0.0050)", "G60"), siemens), [M6]);
+}
+
+/// What the machine builder's program for a tool change moves, and where a reference position is,
+/// texts do not say: told once, at the first line that rests on it.
+#[test]
+fn tool_changes_and_reference_positions_of_the_control_are_assumptions() {
+    let lines = |text: &str, dialect: Dialect, told: &str| -> Vec<u32> {
+        let program = read_program(text, dialect).unwrap_or_else(|e| panic!("{e}\n{text}"));
+        let all = assumptions(&program, &shop().machine);
+        all.into_iter().filter(|a| a.text.starts_with(told)).map(|a| a.line.unwrap()).collect()
+    };
+    let (siemens, linuxcnc) = (Dialect::Siemens840d, Dialect::LinuxCnc);
+    assert_eq!(lines(SIEMENS, siemens, M6), [11]);
+    assert_eq!(lines(HEIDENHAIN, Dialect::Heidenhain, TOOL_CALL), [10]);
+    assert_eq!(lines(LINUXCNC, linuxcnc, M6), [10]);
+    assert_eq!(lines(FANUC, Dialect::Fanuc, M6), [12]);
+    let twice = with(SIEMENS, "T7 M6\n", "T7 M6\nG0 SUPA B1. D0\nT7 M6\n");
+    assert_eq!(lines(&twice, siemens, M6), [8]);
+    assert_eq!(lines(&with(SIEMENS, "T7 M6\n", "T7\n"), siemens, M6), [0; 0]);
+    assert_eq!(lines("G710 G90\nG0 SUPA X0. D0\nT7 M6\nM30\n", siemens, M6), [0; 0]);
+    let home = "G0 SUPA Z3000. D0\nG0 SUPA X0";
+    for (word, expected) in [("G74", vec![4]), ("G75", vec![4]), ("G75 FP=1", vec![4]), ("G75 FP=2", vec![])] {
+        let text = with(SIEMENS, home, &format!("{word} Z0\nG0 SUPA X0"));
+        assert_eq!(lines(&text, siemens, "G74 and G75 FP=1 are taken"), expected, "{word}");
+    }
+    let text = with(LINUXCNC, "G53 G0 Z3000.\nG53 G0 X0", "G91 G28 Z0.\nG90\nG53 G0 X0");
+    assert_eq!(lines(&text, linuxcnc, "G28 is taken"), [3]);
+    assert_eq!(lines(FANUC, Dialect::Fanuc, "G28 is taken"), [0; 0]);
 }
 
 /// Smoothing beyond the machine file's, vectors that are none of length 1, RTCP that stays on, and
