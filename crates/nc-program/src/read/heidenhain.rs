@@ -209,14 +209,17 @@ impl HeidenhainReader {
     }
 
     fn note_block(&mut self, line: &[u8], block: &ReadBlock) {
+        let is_call =
+            |c: &ReadCommand| matches!(c, ReadCommand::Macro { kind: MacroKind::Call | MacroKind::CallBehind, .. });
         let is_not_evaluated = |c: &ReadCommand| {
-            use MacroKind::{Call, NotFollowed, Setting, ToolVector, VariableWords};
-            matches!(c, ReadCommand::Macro { kind: Call | NotFollowed | Setting | ToolVector | VariableWords, .. })
+            use MacroKind::{NotFollowed, Setting, ToolVector, VariableWords};
+            is_call(c)
+                || matches!(c, ReadCommand::Macro { kind: NotFollowed | Setting | ToolVector | VariableWords, .. })
         };
         if block.commands.iter().any(is_not_evaluated) {
             self.source.note(NoteKind::NotEvaluated, line);
         }
-        if block.commands.iter().any(|c| matches!(c, ReadCommand::Macro { kind: MacroKind::Call, .. })) {
+        if block.commands.iter().any(is_call) {
             self.variables.forget_all();
         }
         if self.state.modal.is_inch && block.feed_place.has_word() {

@@ -74,13 +74,17 @@ impl Modal {
     }
 
     /// Ends a block whose words may say no positions: it moves nothing that is known then, but for
-    /// axes that go to their references, and says why. `moves` tells whether it has words that
-    /// would.
+    /// axes that go to their references, and says why. Of a way to them over a point the end alone
+    /// is known. `moves` tells whether it has words that would.
     pub(crate) fn end_block(&mut self, block: &mut ReadBlock, moves: bool) {
         let is_new = self.unfollowed.begins();
         let Some((why, loses_all)) = self.unfollowed.end_block() else { return };
-        let is_home = block.motion.as_ref().is_some_and(|m| m.kind == MotionKind::ReferenceReturn);
-        if is_home && !is_new {
+        let home = block.motion.as_mut().filter(|m| m.kind == MotionKind::ReferenceReturn && !is_new);
+        if let Some(motion) = home {
+            // The point that it goes over is in words; where it ends is not.
+            if motion.via.take().is_some_and(|via| !via.is_empty()) {
+                block.commands.push(ReadCommand::Macro { kind: MacroKind::NotFollowed, text: why.to_owned() });
+            }
             return;
         }
         if loses_all {

@@ -304,6 +304,9 @@ pub enum MacroKind {
     Branch,
     /// Subprogram and macro calls (M98, M99, G65 to G67); may move every axis.
     Call,
+    /// A call behind the motion of its block (MCALL of Siemens, M89 and M99 of Heidenhain); may
+    /// move every axis.
+    CallBehind,
     /// Words whose value is a variable or an expression that is not evaluated, or a vector without
     /// all of its components; may move every axis.
     VariableWords,

@@ -255,16 +255,18 @@ impl SiemensReader {
     }
 
     fn note_block(&mut self, line: &[u8], block: &ReadBlock, is_inch_feed: bool) {
+        let is_call =
+            |c: &ReadCommand| matches!(c, ReadCommand::Macro { kind: MacroKind::Call | MacroKind::CallBehind, .. });
         let is_not_evaluated = |c: &ReadCommand| {
-            use MacroKind::{Call, NotFollowed, Setting, ToolVector, VariableWords};
-            matches!(c, ReadCommand::Macro { kind: Call | NotFollowed | Setting | ToolVector | VariableWords, .. })
+            use MacroKind::{NotFollowed, Setting, ToolVector, VariableWords};
+            is_call(c)
+                || matches!(c, ReadCommand::Macro { kind: NotFollowed | Setting | ToolVector | VariableWords, .. })
         };
         if block.commands.iter().any(is_not_evaluated) {
             self.source.note(NoteKind::NotEvaluated, line);
         }
         // A cycle of the control leaves the program's variables alone, a subprogram may set those
         // that it shares.
-        let is_call = |c: &ReadCommand| matches!(c, ReadCommand::Macro { kind: MacroKind::Call, .. });
         let is_cycle = |c: &ReadCommand| matches!(c, ReadCommand::Call(call) if call.kind == CallKind::Cycle);
         if block.commands.iter().any(is_call) && !block.commands.iter().any(is_cycle) {
             self.variables.forget_all();

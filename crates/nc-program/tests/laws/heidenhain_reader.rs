@@ -169,8 +169,8 @@ fn cycles_and_calls_are_kept_with_their_arguments() {
         (Cycle, "444", "NEW"),
     ];
     assert_eq!(said, expected);
-    use MacroKind::{Call, Setting};
-    assert_eq!(kinds(text), [Call, Setting, Call, Call, Call, Call, Call, Call]);
+    use MacroKind::{Call, CallBehind, Setting};
+    assert_eq!(kinds(text), [CallBehind, Setting, Call, Call, Call, Call, Call, Call]);
     assert_eq!(blocks.len(), text.lines().count());
 }
 

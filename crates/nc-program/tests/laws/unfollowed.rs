@@ -135,6 +135,18 @@ fn a_way_to_the_reference_within_what_is_not_followed_ends_where_it_says() {
     assert_eq!(last(&read(&text, Dialect::Fanuc)), at);
 }
 
+/// The point that it goes over is in words, which say no positions there.
+#[test]
+fn a_way_to_the_reference_over_a_point_in_words_that_are_not_followed_is_not_followed() {
+    for (on, is_open) in [("G68 X0. Y0. R30.", true), ("G69", false)] {
+        let program = read(&format!("{HEAD}{on}\nG28 Z50.\n"), Dialect::Fanuc);
+        let block = program.blocks.last().unwrap();
+        let motion = block.motion.as_ref().unwrap();
+        assert_eq!((is_not_followed(block), motion.via.is_none()), (is_open, is_open), "{on}");
+        assert_eq!(motion.position.get(letter('Z')), Some(AxisAt::Reference(1)), "{on}");
+    }
+}
+
 #[test]
 fn a_mark_before_the_first_line_changes_nothing() {
     for dialect in [Dialect::Fanuc, Dialect::Haas, Dialect::LinuxCnc, Dialect::Siemens840d, Dialect::Heidenhain] {

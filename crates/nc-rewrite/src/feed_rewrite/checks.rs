@@ -16,12 +16,12 @@ pub(crate) struct Doubts {
 
 impl Doubts {
     pub(crate) fn read(&mut self, block: &ReadBlock) {
-        use MacroKind::{Call, NotFollowed, Setting, ToolVector, VariableWords};
+        use MacroKind::{Call, CallBehind, NotFollowed, Setting, ToolVector, VariableWords};
         self.blocks += 1;
         let has = |wanted: &[MacroKind]| {
             block.commands.iter().any(|c| matches!(c, ReadCommand::Macro { kind, .. } if wanted.contains(kind)))
         };
-        if has(&[Call, NotFollowed, Setting, VariableWords]) {
+        if has(&[Call, CallBehind, NotFollowed, Setting, VariableWords]) {
             self.first.get_or_insert(block.line);
         } else {
             self.vectors += usize::from(has(&[ToolVector]));

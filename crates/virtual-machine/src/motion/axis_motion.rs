@@ -77,6 +77,12 @@ impl<'a> MotionReader<'a> {
     /// If the block does to axes or feeds what cannot be followed; positions go on behind it as
     /// verification has them.
     pub fn block(&mut self, block: &ReadBlock) -> Result<AxisMotion, String> {
+        let motion = self.follow(block);
+        self.resolver.end_block(block);
+        motion
+    }
+
+    fn follow(&mut self, block: &ReadBlock) -> Result<AxisMotion, String> {
         let turned = self.resolver.begin_block(block);
         self.read_modes(block)?;
         if let Some(letter) = turned {

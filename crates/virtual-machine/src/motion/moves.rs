@@ -113,6 +113,11 @@ impl<'a> State<'a> {
     }
 
     fn block(&mut self, index: usize, block: &ReadBlock) {
+        self.follow(index, block);
+        self.resolver.end_block(block);
+    }
+
+    fn follow(&mut self, index: usize, block: &ReadBlock) {
         let before = self.resolver.compensation();
         let turned = self.resolver.begin_block(block);
         for command in &block.commands {
@@ -358,7 +363,7 @@ fn unresolved(command: &ReadCommand, compensation: Compensation) -> Option<&'sta
         MacroKind::ToolVector if !matches!(compensation, Compensation::Rtcp(_)) => {
             Some("a tool vector without RTCP: its effect on the axes is not followed")
         }
-        MacroKind::Call | MacroKind::VariableWords => {
+        MacroKind::Call | MacroKind::CallBehind | MacroKind::VariableWords => {
             Some("may move any axis; words are read on from here as if it did not change offsets")
         }
         MacroKind::Setting => Some("may change offsets, which are taken from the setup alone"),

@@ -3,7 +3,7 @@
 
 use facemill_cl_data::Silent;
 use facemill_nc_program::{Dialect, MacroKind, ReadCommand, read_program};
-use facemill_virtual_machine::{VerifySettings, verify};
+use facemill_virtual_machine::{FindingKind, VerifySettings, verify};
 
 use crate::kit::Shop;
 
@@ -69,4 +69,48 @@ fn words_of_another_point_than_the_tip_are_not_followed() {
     let of = |point: &str| lines_found(&text(point), Dialect::Heidenhain).contains(&4);
     assert!(of(" REFPNT CENTER-CENTER") && of(" REFPNT TIP-CENTER"));
     assert_eq!(of(" REFPNT TIP-TIP"), of(""));
+}
+
+/// What a cycle does, it does behind the motion of its block: the motion is followed, and the axes
+/// are anywhere behind it.
+#[test]
+fn a_cycle_behind_a_motion_leaves_the_axes_anywhere() {
+    let at = "X+0 Y+0 Z+800 B+0 C+0 R0 FMAX";
+    let heidenhain = |behind: &str| format!("BEGIN PGM A MM\nL {at}\nL X+10 R0 FMAX{behind}\nL X+20 R0 FMAX\n");
+    let siemens = |call: &str| format!("G90 G54\nG0 X0 Y0 Z800 B0 C0\n{call}\nG0 X10 Z800\nMCALL\nG0 X20\n");
+    for (text, plain, line, dialect) in [
+        (heidenhain(" M99"), heidenhain(""), 3, Dialect::Heidenhain),
+        (heidenhain(" M89"), heidenhain(""), 3, Dialect::Heidenhain),
+        (siemens("MCALL POCKET3(1)"), siemens("MCALL"), 4, Dialect::Siemens840d),
+    ] {
+        let found = |text: &str| {
+            let shop = Shop::new();
+            let program = read_program(text, dialect).unwrap();
+            let v = verify(&program, &shop.setup(), &VerifySettings::default(), &Silent).unwrap();
+            let all = v.findings.iter().flat_map(|f| (f.first_line..=f.last_line).map(|line| (line, f.kind)));
+            all.collect::<Vec<_>>()
+        };
+        let (found, twin) = (found(&text), found(&plain));
+        let of = |line: u32, kind| (line, kind);
+        assert!(found.contains(&of(line, FindingKind::UnknownBlock)), "{text}: {found:?}");
+        assert!(!found.contains(&of(line, FindingKind::UnknownPosition)), "{text}: {found:?}");
+        let last = text.lines().count() as u32;
+        assert!(found.contains(&of(last, FindingKind::UnknownPosition)), "{text}: {found:?}");
+        assert!(!twin.contains(&of(last, FindingKind::UnknownPosition)), "{plain}: {twin:?}");
+    }
+}
+
+/// Words of the point in a frame that is not followed lead nowhere, so nothing is run over it.
+#[test]
+fn a_return_is_not_run_over_a_point_in_a_frame_that_is_not_followed() {
+    let beyond = |frame: &str| {
+        let text = format!("G90 G54\nG0 X0. Y0. Z800. B0. C0.\n{frame}\nG28 X0. Y0. Z-99999. B0. C0.\n");
+        let shop = Shop::new();
+        let program = read_program(&text, Dialect::Fanuc).unwrap();
+        let v = verify(&program, &shop.setup(), &VerifySettings::default(), &Silent).unwrap();
+        let on_line = |kind| v.findings.iter().any(|f| f.kind == kind && (f.first_line..=f.last_line).contains(&4));
+        [FindingKind::AxisLimit, FindingKind::UnknownBlock].map(on_line)
+    };
+    assert_eq!(beyond("G69"), [true, false]);
+    assert_eq!(beyond("G68 X0. Y0. R30."), [false, true]);
 }

@@ -90,7 +90,11 @@ impl FanucReader {
                 self.modal.set_frame();
                 self.note(NoteKind::NotEvaluated, text);
             }
-            MacroKind::ToolVector | MacroKind::Call | MacroKind::VariableWords | MacroKind::NotFollowed => {
+            MacroKind::ToolVector
+            | MacroKind::Call
+            | MacroKind::CallBehind
+            | MacroKind::VariableWords
+            | MacroKind::NotFollowed => {
                 self.variables.forget_all();
                 self.modal.forget_motion();
                 self.note(NoteKind::NotEvaluated, text);

@@ -112,22 +112,22 @@ impl Reading<'_> {
                     self.state.update_compensation();
                 }
                 // Away along the tool.
-                140 => self.run_cycle("M140"),
+                140 => self.run_cycle("M140", MacroKind::Call),
                 99 => {
                     self.state.calls_cycle = false;
-                    self.run_cycle("M99");
+                    self.run_cycle("M99", MacroKind::CallBehind);
                 }
                 _ => {}
             }
         }
         if self.state.calls_cycle && self.block.motion.is_some() {
-            self.run_cycle("M89");
+            self.run_cycle("M89", MacroKind::CallBehind);
         }
     }
 
-    fn run_cycle(&mut self, name: &str) {
+    fn run_cycle(&mut self, name: &str, kind: MacroKind) {
         push_call(self.block, CallKind::Defined, name.to_owned(), String::new(), false);
-        self.block.commands.push(line_macro(MacroKind::Call, self.line));
+        self.block.commands.push(line_macro(kind, self.line));
         self.state.modal.position.forget_all();
     }
 }

@@ -197,7 +197,7 @@ impl BlockReading<'_> {
     /// Runs the target of MCALL behind the motion.
     fn modal_call_behind(&mut self) {
         if self.block.motion.is_some() && self.state.modal_call.is_some() {
-            self.block.commands.push(line_macro(MacroKind::Call, self.line));
+            self.block.commands.push(line_macro(MacroKind::CallBehind, self.line));
             self.state.modal.position.forget_all();
             self.state.modal.feed = None;
         }

@@ -156,8 +156,9 @@ impl<'a> MotionResolver<'a> {
         self.known.fill(Knowledge::Unknown);
     }
 
-    /// Forgets positions that commands of a block may change, and takes note of its compensation.
-    /// Returns the table axis that stands turned where the block switches RTCP on.
+    /// Forgets positions that commands of a block may change before its motion, and takes note of
+    /// its compensation. Returns the table axis that stands turned where the block switches RTCP
+    /// on.
     ///
     /// Controls fix the frame of words under RTCP to the table as it is there; the frame of the
     /// context is that of rotary words 0. From such a block on, positions are not those of the
@@ -171,6 +172,16 @@ impl<'a> MotionResolver<'a> {
         let was_on = is_rtcp(self.compensation);
         self.compensation = block.compensation;
         (!was_on && is_rtcp(block.compensation)).then(|| self.turned_table(block)).flatten()
+    }
+
+    /// Forgets positions that calls of a block change behind its motion. Whether others act before
+    /// or behind it, texts do not say.
+    pub(crate) fn end_block(&mut self, block: &ReadBlock) {
+        let is_call =
+            |c: &ReadCommand| matches!(c, ReadCommand::Macro { kind: MacroKind::Call | MacroKind::CallBehind, .. });
+        if block.commands.iter().any(is_call) {
+            self.forget();
+        }
     }
 
     /// Follows the motion of a block to its via point, where it has one, and to its end: one leg or
@@ -363,7 +374,7 @@ impl<'a> MotionResolver<'a> {
     }
 }
 
-/// Whether a command may take axes anywhere.
+/// Whether a command may take axes anywhere before the motion of its block.
 fn may_move(command: &ReadCommand, compensation: Compensation) -> bool {
     let ReadCommand::Macro { kind, .. } = command else { return false };
     match kind {
