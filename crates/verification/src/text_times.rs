@@ -76,7 +76,7 @@ pub struct Motions {
     pub meant: Vec<Meant>,
     /// Time of all rapids at the axes' largest velocities, s.
     pub rapid_time: f64,
-    /// The first motion of unknown path.
+    /// The first motion of unknown path or feed.
     pub not_followed: Option<String>,
     /// Frame of coordinates under RTCP.
     pub frame: Option<Isometry3<f64>>,
@@ -120,6 +120,9 @@ pub fn motions(
                 }
             }
             Ok(AxisMotion::Cut(cut)) => {
+                if cut.time.is_none() && !cut.is_free() {
+                    all.not_followed.get_or_insert_with(|| format!("line {} cuts without a feed", block.line));
+                }
                 all.moves.cut(&cut, cut.time.unwrap_or(0.0));
                 let unknown = Meant { line: block.line, kind: MoveKind::Approach, limit: None };
                 all.meant.push(planned.get(&block.line).copied().unwrap_or(unknown));
@@ -143,3 +146,7 @@ pub fn motions(
     }
     Ok(all)
 }
+
+#[cfg(test)]
+#[path = "../tests/unit/text_times.rs"]
+mod tests;

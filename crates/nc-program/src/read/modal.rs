@@ -3,7 +3,7 @@ use crate::read::position::{AxisAt, ReadPosition};
 use crate::read::program::{
     ArcWords, Compensation, Feed, MacroKind, MotionKind, Plane, ReadBlock, ReadCommand, ReadMotion,
 };
-use crate::read::unfollowed::Unfollowed;
+use crate::read::unfollowed::{Cause, Unfollowed};
 use crate::words::axis_lengths::AxisLengths;
 use crate::words::axis_words::{AxisKind, AxisLetter};
 
@@ -104,6 +104,32 @@ impl Modal {
         }
     }
 
+    /// Ends a feed per turn or tooth. Its number is none of what F means from here on.
+    pub(crate) fn end_feed(&mut self) {
+        if self.unfollowed.has(Cause::Feed) {
+            self.feed = None;
+        }
+        self.unfollowed.end(Cause::Feed);
+    }
+
+    /// Selects inverse time, or mm/min. The number of one is none of the other.
+    pub(crate) fn set_feed_mode(&mut self, inverse_time: bool) {
+        self.end_feed();
+        if inverse_time != self.inverse_time {
+            self.feed = None;
+        }
+        self.inverse_time = inverse_time;
+    }
+
+    /// Selects the unit of F: mm/min that an F of 1 is, where that is not 1. The number of one is
+    /// none of the other.
+    pub(crate) fn set_feed_unit(&mut self, unit: Option<f64>) {
+        if unit != self.inch_feed && !self.inverse_time {
+            self.feed = None;
+        }
+        self.inch_feed = unit;
+    }
+
     /// Returns the current meaning of F.
     pub(crate) fn feed_mode(&self) -> FeedMode {
         match (self.inverse_time, self.compensation) {
@@ -167,6 +193,7 @@ impl Modal {
             is_inch: self.is_inch,
             feed_unit: self.inch_feed.filter(|_| !self.inverse_time).unwrap_or(1.0),
             feed: self.feed.filter(|_| !kind.is_rapid()).map(|value| Feed { mode: self.feed_mode(), value }),
+            feed_mode: self.feed_mode(),
             work_offset: self.work_offset,
             compensation: self.compensation,
             lengths: self.lengths,

@@ -90,6 +90,8 @@ pub struct ReadMotion {
     pub feed_unit: f64,
     /// Feed of a cutting move; `None` for rapids and where the program has not given one.
     pub feed: Option<Feed>,
+    /// Meaning of F in force, also where there is no feed.
+    pub feed_mode: FeedMode,
     /// Work offset in force.
     pub work_offset: WorkOffset,
     /// Length compensation in force.

@@ -59,6 +59,11 @@ impl Unfollowed {
         self.causes.retain(|(other, _)| *other != cause);
     }
 
+    /// Whether a cause is in force.
+    pub(crate) fn has(&self, cause: Cause) -> bool {
+        self.causes.iter().any(|(other, _)| *other == cause)
+    }
+
     /// Whether words say no positions now, of later blocks neither until they are named again: all
     /// causes but a corner.
     pub(crate) fn loses_all(&self) -> bool {

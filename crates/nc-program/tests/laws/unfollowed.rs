@@ -147,6 +147,37 @@ fn a_way_to_the_reference_over_a_point_in_words_that_are_not_followed_is_not_fol
     }
 }
 
+/// F of one meaning is no number of another one.
+#[test]
+fn a_feed_is_lost_when_its_meaning_changes() {
+    let feed = |text: &str, dialect: Dialect| {
+        let program = read(text, dialect);
+        let (_, motion) = program.motions().last().unwrap();
+        (motion.feed.map(|feed| feed.value), motion.feed_mode)
+    };
+    for dialect in [Dialect::Fanuc, Dialect::Haas, Dialect::Mazak, Dialect::LinuxCnc, Dialect::Siemens840d] {
+        let [mm, inch] = if dialect == Dialect::Siemens840d { ["G710", "G700"] } else { ["G21", "G20"] };
+        for (words, expected) in [
+            (mm, (Some(500.0), FeedMode::G94)),
+            (inch, (None, FeedMode::G94)),
+            (&format!("{inch}\n{mm}"), (None, FeedMode::G94)),
+            ("G94", (Some(500.0), FeedMode::G94)),
+            ("G95 F0.2\nG94", (None, FeedMode::G94)),
+            ("G95\nG94", (None, FeedMode::G94)),
+            ("G95 F0.2\nG94 F300.", (Some(300.0), FeedMode::G94)),
+            ("G93", (None, FeedMode::G93)),
+            ("G93\nG94", (None, FeedMode::G94)),
+        ] {
+            let text = format!("{HEAD}G1 X2. F500.\n{words}\nG1 X3. Y2. Z3.\n");
+            assert_eq!(feed(&text, dialect), expected, "{dialect:?} {words}");
+        }
+    }
+    for (words, expected) in [("M5", Some(500.0)), ("M136\nL X+6 F0.2\nM137", None)] {
+        let text = format!("{KLARTEXT}L X+2 F500\n{words}\nL X+3 Y+2 Z+3\n");
+        assert_eq!(feed(&text, Dialect::Heidenhain), (expected, FeedMode::G94), "{words}");
+    }
+}
+
 #[test]
 fn a_mark_before_the_first_line_changes_nothing() {
     for dialect in [Dialect::Fanuc, Dialect::Haas, Dialect::LinuxCnc, Dialect::Siemens840d, Dialect::Heidenhain] {

@@ -56,6 +56,8 @@ pub struct MotionReader<'a> {
     context: MotionContext<'a>,
     dialect: Dialect,
     counted: CountedAxes,
+    /// Why what F means is not known any more.
+    changed: Option<String>,
     resolver: MotionResolver<'a>,
 }
 
@@ -68,14 +70,15 @@ impl<'a> MotionReader<'a> {
     #[must_use]
     pub fn new(context: MotionContext<'a>, dialect: Dialect, rapids: RtcpRapids) -> Self {
         let resolver = MotionResolver::new(context, rapids);
-        Self { context, dialect, counted: CountedAxes::default(), resolver }
+        Self { context, dialect, counted: CountedAxes::default(), changed: None, resolver }
     }
 
     /// Reads the next block.
     ///
     /// # Errors
     /// If the block does to axes or feeds what cannot be followed; positions go on behind it as
-    /// verification has them.
+    /// verification has them. Cuts behind a word that changes feeds are refused, too: what it does
+    /// is not followed back.
     pub fn block(&mut self, block: &ReadBlock) -> Result<AxisMotion, String> {
         let motion = self.follow(block);
         self.resolver.end_block(block);
@@ -84,7 +87,10 @@ impl<'a> MotionReader<'a> {
 
     fn follow(&mut self, block: &ReadBlock) -> Result<AxisMotion, String> {
         let turned = self.resolver.begin_block(block);
-        self.read_modes(block)?;
+        if let Err(why) = self.read_modes(block) {
+            self.changed = Some(why.clone());
+            return Err(why);
+        }
         if let Some(letter) = turned {
             return Err(format!("axis {letter}: {TURNED_TABLE}"));
         }
@@ -138,12 +144,15 @@ impl<'a> MotionReader<'a> {
     fn cut(&self, motion: &ReadMotion, from: &AxisValues, to: &AxisValues) -> Result<StraightCut, String> {
         let (machine, length) = (self.context.machine, self.context.tool_length);
         let is_rtcp = matches!(motion.compensation, Compensation::Rtcp(_));
+        if let Some(why) = &self.changed {
+            return Err(why.clone());
+        }
         if let Some(feed) = motion.feed.filter(|f| f.value <= 0.0 || f.value.is_nan()) {
             return Err(format!("its feed is {}", feed.value));
         }
         let tip = |axes: &AxisValues| machine.cl_point(axes, length).tip;
         let way = (tip(to) - tip(from)).norm();
-        let mode = motion.feed.map_or(if is_rtcp { FeedMode::Rtcp } else { FeedMode::G94 }, |f| f.mode);
+        let mode = motion.feed_mode;
         let (counted, is_norm) = match mode {
             FeedMode::G94 if is_rtcp => return Err("F is not the tip's under RTCP there".to_owned()),
             FeedMode::G94 => self.counted.length(self.dialect, machine, [from, to], motion.feed_unit)?,

@@ -1,7 +1,7 @@
 //! Feeds and times take positions from where verification takes them.
 
 use facemill_inverse_kinematics::AxisValues;
-use facemill_nc_program::{Dialect, ReadProgram, read_program};
+use facemill_nc_program::{Dialect, FeedMode, ReadProgram, read_program};
 use facemill_test_kit::Random;
 use facemill_virtual_machine::motion::axis_motion::{AxisMotion, MotionContext, MotionReader};
 use facemill_virtual_machine::{Finding, FindingKind, VerifySettings, VirtualSetup, place_findings};
@@ -148,4 +148,38 @@ fn feeds_refuse_a_program_that_switches_rtcp_on_with_the_table_at_an_unknown_ang
     let seen = seen_by_feeds(&read_program(text, Dialect::Fanuc).unwrap(), &setup);
     let refusals: Vec<&String> = seen.iter().filter_map(|r| r.as_ref().err()).collect();
     assert!(refusals.iter().any(|why| why.contains("RTCP is switched on with the table turned")), "{refusals:?}");
+}
+
+/// Behind a word that changes what F gives, no cut has a time, wherever words name its axes again.
+#[test]
+fn cuts_behind_a_word_that_changes_feeds_are_refused() {
+    let shop = Shop::new();
+    let setup = shop.setup();
+    let refused = |word: &str| {
+        let text = format!(
+            "G710 G90 G94 G54\nG0 X0 Y0 Z800 B0 C0\nG1 X1 F500\n{word}\nG0 X0 Y0 Z800 B0 C0\nG1 X1\nG1 X2 F300\n"
+        );
+        let seen = seen_by_feeds(&read_program(text, Dialect::Siemens840d).unwrap(), &setup);
+        seen.iter().map(Result::is_err).collect::<Vec<_>>()
+    };
+    assert_eq!(refused("OVR=50"), [false, false, false, true, false, true, true]);
+    assert_eq!(refused("M8"), [false; 7]);
+}
+
+/// F of inverse time holds for its block alone.
+#[test]
+fn a_cut_of_inverse_time_without_a_feed_has_no_time() {
+    let shop = Shop::new();
+    let setup = shop.setup();
+    for compensation in ["G43 H7", "G43.4 H7"] {
+        let text =
+            format!("G21 G90 G93 G54\n{compensation}\nG0 X0. Y0. Z800. B0. C0.\nG1 B1. F2.\nB2.\nX1. Y1. Z801. B3.\n");
+        let seen = seen_by_feeds(&read_program(text, Dialect::Fanuc).unwrap(), &setup);
+        let times = seen.iter().filter_map(|motion| match motion {
+            Ok(AxisMotion::Cut(cut)) => Some((cut.mode, cut.time, cut.is_free())),
+            _ => None,
+        });
+        let g93 = |time| (FeedMode::G93, time, false);
+        assert_eq!(times.collect::<Vec<_>>(), [g93(Some(30.0)), g93(None), g93(None)], "{compensation}");
+    }
 }

@@ -76,7 +76,7 @@ impl BlockReading<'_> {
             190 => modal.plane = Plane::Yz,
             200 | 210 => {
                 modal.is_inch = code == 200;
-                modal.inch_feed = modal.is_inch.then_some(INCH);
+                modal.set_feed_unit((code == 200).then_some(INCH));
                 self.say(StateWord::Unit);
             }
             280 => self.role = AxisRole::Reference(1),
@@ -231,11 +231,7 @@ impl BlockReading<'_> {
 
     fn set_feed_mode(&mut self, inverse_time: bool) {
         self.say(StateWord::FeedMode);
-        self.end(Cause::Feed);
-        if inverse_time != self.modal.inverse_time {
-            self.modal.feed = None;
-        }
-        self.modal.inverse_time = inverse_time;
+        self.modal.set_feed_mode(inverse_time);
     }
 
     pub(super) fn set_offset(&mut self, offset: Option<WorkOffset>) {

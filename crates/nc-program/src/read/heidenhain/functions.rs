@@ -63,7 +63,7 @@ impl Reading<'_> {
                 }
                 115 => unfollowed.end(Cause::Turn),
                 136 => unfollowed.begin(Cause::Feed, "a feed per revolution is not followed"),
-                137 => unfollowed.end(Cause::Feed),
+                137 => self.state.modal.end_feed(),
                 126 | 127 => self.state.goes_shorter = code == 126,
                 128 => {
                     self.state.has_tcpm = true;

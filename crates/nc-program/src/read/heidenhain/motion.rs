@@ -1,10 +1,11 @@
 //! Blocks of words: straight moves, arcs and poles.
 
+use crate::program::FeedMode;
 use crate::read::error::{ReadError, ReadFault};
 use crate::read::heidenhain::words::{Code, Key, Word};
 use crate::read::heidenhain::{HeidenhainReader, State, line_macro};
 use crate::read::position::AxisAt;
-use crate::read::program::{ArcWords, MacroKind, MotionKind, ReadBlock, ToolVectors};
+use crate::read::program::{ArcWords, Feed, MacroKind, MotionKind, ReadBlock, ToolVectors};
 use crate::read::source::Source;
 use crate::read::unfollowed::Cause;
 use crate::words::axis_words::{AxisKind, AxisLetter};
@@ -193,8 +194,9 @@ impl Reading<'_> {
         if self.is_rapid {
             motion.feed = None;
         }
-        if let Some(feed) = motion.feed.as_mut().filter(|_| self.state.has_axis_feed && self.state.has_tcpm) {
-            feed.mode = crate::program::FeedMode::G94;
+        if self.state.has_axis_feed && self.state.has_tcpm {
+            motion.feed_mode = FeedMode::G94;
+            motion.feed = motion.feed.map(|feed| Feed { mode: FeedMode::G94, ..feed });
         }
         motion.tool = tool.map(Box::new);
         self.block.motion = Some(motion);

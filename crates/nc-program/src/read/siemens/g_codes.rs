@@ -56,7 +56,7 @@ impl BlockReading<'_> {
             58 | 59 => self.setting(Role::Data),
             70 | 71 | 700 | 710 => {
                 (modal.is_inch, self.state.has_inch_feed) = (matches!(code, 70 | 700), code == 700);
-                modal.inch_feed = (code == 700).then_some(INCH);
+                modal.set_feed_unit((code == 700).then_some(INCH));
                 self.say(StateWord::Unit);
             }
             74 => self.role = Role::Reference(1),
@@ -103,12 +103,7 @@ impl BlockReading<'_> {
 
     fn feed_mode(&mut self, inverse_time: bool) {
         self.say(StateWord::FeedMode);
-        self.state.modal.unfollowed.end(Cause::Feed);
-        let modal = &mut self.state.modal;
-        if inverse_time != modal.inverse_time {
-            modal.feed = None;
-        }
-        modal.inverse_time = inverse_time;
+        self.state.modal.set_feed_mode(inverse_time);
     }
 
     fn fixed_point(&mut self) -> Result<u8, ReadError> {

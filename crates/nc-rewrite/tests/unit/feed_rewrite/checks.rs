@@ -232,3 +232,16 @@ fn feeds_of_whole_units_stay_as_they_are() {
     assert_eq!([number(120.9, 0, true), number(0.123_456, 3, true)], ["120.", "0.123"]);
     assert_eq!([number(0.123_456_7, 6, true), number(12.345_67, 6, false)], ["0.12345", "12.345"]);
 }
+
+/// F of inverse time holds for its block alone: a block without one gets one of inverse time.
+#[test]
+fn blocks_of_inverse_time_without_a_feed_get_one_of_inverse_time() {
+    let machine = Machine::head_b_table_c().unwrap();
+    let text = b"G90 G93\nG0 X0. Y0. Z100. B0. C0.\nG1 X10. F5.\nX20.\n";
+    let given = FeedRewriteSettings { tip_feed: TipFeed::Given(500.0), ..settings(&machine, Dialect::Fanuc) };
+    let new = String::from_utf8(rewrite_feeds(text, &given).unwrap().text).unwrap();
+    assert!(new.contains("G1 X10. F50.\nX20. F50.\n"), "{new}");
+    let kept = FeedRewriteSettings { tip_feed: TipFeed::Keep, ..settings(&machine, Dialect::Fanuc) };
+    let why = rewrite_feeds(text, &kept).err().unwrap();
+    assert!(why.to_string().contains("line 4") && why.to_string().contains("no feed"), "{why}");
+}
