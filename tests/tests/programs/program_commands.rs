@@ -497,6 +497,7 @@ fn programs_from_anywhere_are_run_as_the_job_stands() {
         "both sides",
         "the mesh patch.obj is not closed",
         "how rapids go",
+        "M6 is taken to leave all axes where they are",
         "motion.control_tolerance",
         "times by acceleration and jerk take the control as",
     ];
