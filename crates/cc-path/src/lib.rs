@@ -6,7 +6,9 @@
 //!   planes or coaxial cylinders. A strategy gives every place a *level* (distance along the
 //!   normal, radius); passes are curves of equal level. The caller says how wide a strip may be at
 //!   a CC point, and levels are chosen so that no neighbours lie farther apart along the surface;
-//!   points are put on them by chord tolerance, largest step and turn of the normal.
+//!   points are put on them by chord tolerance, largest step and turn of the normal. With
+//!   [`LaySettings::edge_fill`], passes are *fronts* instead: they lean from the levels as the
+//!   strip width asks for, and partial passes fill up an edge where strips are narrow.
 //!
 //! ```
 //! use facemill_cc_path::{LaySettings, ParallelPlanes, PathError, Region, Strategy, UncutSide, lay_passes};
@@ -50,7 +52,8 @@
 //! width.
 //!
 //! Inside: `region` chooses triangles, `patch` cuts them at the box and refines them, `widths` asks
-//! for strip widths, `levels` chooses levels, `trace` finds their curves, `resample` puts points on
+//! for strip widths, `levels` chooses levels; `along`, `columns` and `fronts` plan fronts, and
+//! `front_layout` puts them on the patch; `trace` finds the curves of both, `resample` puts points on
 //! them, `order` puts them in order; `samples` spreads points over a region, one in each cell of a
 //! `lattice`, whatever is laid on it; `size` bounds all of them.
 

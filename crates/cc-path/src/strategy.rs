@@ -111,7 +111,7 @@ impl Strategy {
 
 impl CylindricalSections {
     /// From the axis to `p`, at right angles to the axis.
-    fn radial(&self, p: &Point3<f64>) -> Vector3<f64> {
+    pub(crate) fn radial(&self, p: &Point3<f64>) -> Vector3<f64> {
         let d = p - self.axis_origin;
         d - self.axis_direction.into_inner() * self.axis_direction.dot(&d)
     }

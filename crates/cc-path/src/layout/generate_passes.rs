@@ -4,9 +4,11 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 
 use crate::error::PathError;
+use crate::layout::front::LevelSet;
+use crate::layout::front_layout::{FrontLayout, PassLevel};
 use crate::layout::levels::{Band, count_wide, plan_levels, triangles_at, widest_strip};
-use crate::layout::order::arrange;
-use crate::layout::resample::{NoPointsLeft, Piece, beginning, pass_length, resample};
+use crate::layout::order::{LevelPieces, arrange};
+use crate::layout::resample::{NoPointsLeft, beginning, pass_length, resample};
 use crate::layout::strip_width::bands;
 use crate::layout::trace::{Curve, trace};
 use crate::region::Region;
@@ -39,9 +41,11 @@ pub struct Laid {
 /// One pass of a [`Laid`] path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaidPass {
-    /// The points in cutting order, at least two. Each lies on the mesh and on the level.
+    /// The points in cutting order, at least two. Each lies on the mesh and, unless
+    /// edges are filled, on the level.
     pub pass: Pass<CcPoint>,
-    /// Distance of the plane or radius of the cylinder, mm.
+    /// Distance of the plane or radius of the cylinder at its first point, mm; on all of it, unless
+    /// edges are filled.
     pub level: f64,
     /// On which side of the feed the later passes lie.
     pub uncut: UncutSide,
@@ -49,6 +53,8 @@ pub struct LaidPass {
     pub length: f64,
     /// Whether the last point is the first again.
     pub closed: bool,
+    /// Whether it fills up an edge and joins the pass before it inside the region.
+    pub partial: bool,
 }
 
 /// Border levels are moved inside by this part of the region's extent (3 µm on 3 m), and at most by
@@ -87,28 +93,27 @@ pub fn lay_passes(
     monitor.checkpoint()?;
     let (first, last) = border_levels(&patch, strategy)?;
     let rising = rising_levels(&bands, cause, first, last, settings)?;
-    let mut levels: Vec<(f64, Vec<u32>)> = rising.iter().copied().zip(triangles_at(&bands, &rising)).collect();
-    if settings.order == LevelOrder::Decreasing {
-        levels.reverse();
-    }
-    let curves = trace_levels(&patch, strategy, &levels, settings, monitor)?;
+    let fronts = settings.edge_fill.then(|| FrontLayout::plan(&patch, strategy, settings, &bands, &rising)).flatten();
+    let levels = match &fronts {
+        Some(fronts) => fronts.levels(strategy),
+        None => levels_of(strategy, settings, &rising, triangles_at(&bands, &rising)),
+    };
+    let (n_wide_strips, largest_step_over) = match &fronts {
+        Some(fronts) => fronts.strips(),
+        None => (count_wide(&bands, &rising), widest_strip(&bands, &rising)),
+    };
+    drop(bands);
+    let curves = trace_levels(&patch, &levels, settings, monitor)?;
     let n_curves: usize = curves.iter().map(Vec::len).sum();
     let pieces = resample_levels(&curves, &levels, settings, monitor)?;
-    let n_pieces: usize = pieces.iter().map(|(_, p)| p.len()).sum();
+    let n_pieces: usize = pieces.iter().map(|p| p.pieces.len()).sum();
     let n_dropped_pieces = n_curves - n_pieces;
     if n_pieces == 0 {
         return Err(PathError::NoPasses { n_dropped_pieces });
     }
-    let largest_chord = pieces.iter().flat_map(|(_, p)| p).map(|p| p.chord).fold(0.0, f64::max);
-    let passes = arrange(pieces, settings);
-    Ok(Laid {
-        n_levels: levels.len(),
-        n_dropped_pieces,
-        n_wide_strips: count_wide(&bands, &rising),
-        largest_step_over: widest_strip(&bands, &rising),
-        largest_chord,
-        passes,
-    })
+    let largest_chord = pieces.iter().flat_map(|p| &p.pieces).map(|p| p.chord).fold(0.0, f64::max);
+    let passes = arrange(pieces, |p| strategy.level(p), settings);
+    Ok(Laid { n_levels: levels.len(), n_dropped_pieces, n_wide_strips, largest_step_over, largest_chord, passes })
 }
 
 fn check_strategy(strategy: &Strategy) -> Result<(), PathError> {
@@ -175,18 +180,47 @@ fn rising_levels(
     }
 }
 
+/// The levels of a strategy in cutting order.
+fn levels_of<'a>(
+    strategy: &'a Strategy,
+    settings: &LaySettings,
+    rising: &[f64],
+    triangles: Vec<Vec<u32>>,
+) -> Vec<PassLevel<'a>> {
+    let level = |(&level, among): (&f64, Vec<u32>)| PassLevel { set: LevelSet::of_level(strategy, level), among };
+    let mut levels: Vec<PassLevel> = rising.iter().zip(triangles).map(level).collect();
+    if settings.order == LevelOrder::Decreasing {
+        levels.reverse();
+    }
+    levels
+}
+
 /// The curves of each level, in the triangles that reach it, closed ones cut open one after the
 /// other.
 fn trace_levels<'a>(
     patch: &'a Patch<'a>,
-    strategy: &'a Strategy,
-    levels: &[(f64, Vec<u32>)],
+    levels: &[PassLevel<'a>],
     settings: &LaySettings,
     monitor: &dyn Monitor,
 ) -> Result<Vec<Vec<Curve<'a>>>, PathError> {
-    let traced = levels.par_iter().map(|(level, among)| {
+    // The values of fronts are taken at the corners that are needed, in a store that is cleared
+    // after use.
+    let no_values = || Vec::new();
+    let traced = levels.par_iter().map_init(no_values, |values: &mut Vec<f64>, level| {
         monitor.checkpoint()?;
-        Ok(trace(patch, strategy, *level, among))
+        if level.set.front.is_none() {
+            return Ok(trace(patch, level.set, &patch.levels, &level.among));
+        }
+        values.resize(patch.mesh.vertices().len(), f64::NAN);
+        let corners = || level.among.iter().flat_map(|&t| patch.mesh.triangles()[t as usize]).map(|v| v as usize);
+        for v in corners() {
+            if values[v].is_nan() {
+                values[v] = level.set.value(&patch.mesh.vertices()[v]);
+            }
+        }
+        let curves = trace(patch, level.set, values, &level.among);
+        corners().for_each(|v| values[v] = f64::NAN);
+        Ok(curves)
     });
     let mut curves = traced.collect::<Result<Vec<_>, PathError>>()?;
     let mut last_start: Option<Point3<f64>> = None;
@@ -201,10 +235,10 @@ fn trace_levels<'a>(
 
 fn resample_levels(
     curves: &[Vec<Curve>],
-    levels: &[(f64, Vec<u32>)],
+    levels: &[PassLevel],
     settings: &LaySettings,
     monitor: &dyn Monitor,
-) -> Result<Vec<(f64, Vec<Piece>)>, PathError> {
+) -> Result<Vec<LevelPieces>, PathError> {
     let length: f64 = curves.iter().flatten().map(|c| pass_length(c, settings)).sum();
     let n_curves = curves.iter().map(Vec::len).sum();
     let too_many = || too_many_points(settings, length, n_curves, looked_at(curves, settings));
@@ -212,12 +246,12 @@ fn resample_levels(
         return Err(too_many());
     }
     let left = PointsLeft::new(settings.max_points);
-    let resampled = levels.par_iter().zip(curves).map(|((level, _), curves)| {
+    let resampled = levels.par_iter().zip(curves).map(|(level, curves)| {
         monitor.checkpoint()?;
         let pieces = curves.iter().filter_map(|c| resample(c, settings, &left).transpose());
         let pieces = pieces.collect::<Result<Vec<_>, _>>();
         monitor.advance(1);
-        Ok(pieces.map(|pieces| (*level, pieces)))
+        Ok(pieces.map(|pieces| LevelPieces { pieces, starts: level.starts() }))
     });
     let resampled = resampled.collect::<Result<Vec<_>, PathError>>()?;
     resampled.into_iter().collect::<Result<_, NoPointsLeft>>().map_err(|_| too_many())

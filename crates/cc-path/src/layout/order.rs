@@ -5,26 +5,41 @@ use crate::layout::generate_passes::LaidPass;
 use crate::layout::resample::Piece;
 use crate::strategy::settings::{Direction, LaySettings, Pattern};
 
+/// The pieces of one level or front.
+pub(crate) struct LevelPieces {
+    pub(crate) pieces: Vec<Piece>,
+    /// The direction in which partial passes have to run; `None` where they are none.
+    pub(crate) starts: Option<Direction>,
+}
+
 /// Puts the pieces in cutting order: level by level, on each level from where the last pass ended
-/// to the nearest start of a piece; on the first level along the feed.
-pub(crate) fn arrange(levels: Vec<(f64, Vec<Piece>)>, settings: &LaySettings) -> Vec<LaidPass> {
+/// to the nearest start of a piece; on the first level along the feed. Partial passes run from the
+/// edge.
+pub(crate) fn arrange(
+    levels: Vec<LevelPieces>,
+    level_of: impl Fn(&Point3<f64>) -> f64,
+    settings: &LaySettings,
+) -> Vec<LaidPass> {
     let mut direction = settings.first_direction();
     let mut passes: Vec<LaidPass> = Vec::new();
-    for (level, pieces) in levels {
+    for LevelPieces { pieces, starts } in levels {
         if pieces.is_empty() {
             continue;
         }
-        let uncut = direction.uncut_side(settings.order);
-        let mut pieces: Vec<Piece> = pieces.into_iter().map(|p| directed(p, direction)).collect();
+        let partial = starts.is_some();
+        let feed = starts.filter(|_| settings.pattern == Pattern::Zigzag).unwrap_or(direction);
+        let uncut = feed.uncut_side(settings.order);
+        let mut pieces: Vec<Piece> = pieces.into_iter().map(|p| directed(p, feed)).collect();
         while !pieces.is_empty() {
             let next = match end_of(passes.last()) {
                 Some(end) => nearest_start(&pieces, &end),
                 None => first_along_feed(&pieces),
             };
             let Piece { points, length, closed, .. } = pieces.remove(next);
-            passes.push(LaidPass { pass: Pass::new(points), level, uncut, length, closed });
+            let level = points.first().map_or(f64::NAN, |cc| level_of(&cc.position));
+            passes.push(LaidPass { pass: Pass::new(points), level, uncut, length, closed, partial });
         }
-        if settings.pattern == Pattern::Zigzag {
+        if settings.pattern == Pattern::Zigzag && !partial {
             direction = direction.reversed();
         }
     }

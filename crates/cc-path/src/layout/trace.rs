@@ -1,7 +1,7 @@
 use facemill_surface_model::{LevelCurve, level_curves_among};
 use nalgebra::{Point3, Unit, Vector3};
 
-use crate::strategy::Strategy;
+use crate::layout::front::LevelSet;
 use crate::strategy::patch::Patch;
 
 /// A section of the patch: one piece per triangle, the higher levels to the left seen from outside.
@@ -9,8 +9,7 @@ use crate::strategy::patch::Patch;
 /// A place on it is its way along the chords from node to node, mm.
 pub(crate) struct Curve<'a> {
     patch: &'a Patch<'a>,
-    strategy: &'a Strategy,
-    level: f64,
+    set: LevelSet<'a>,
     /// Where the curve crosses the patch's edges; of a closed curve, the last is the first again.
     nodes: Vec<Point3<f64>>,
     /// The triangle between each node and the next.
@@ -36,23 +35,23 @@ pub(crate) struct Place {
     pub(crate) normal: Unit<Vector3<f64>>,
 }
 
-/// The sections at a level, in the order of the patch's triangles; `among` are those that reach it,
-/// in rising order.
-pub(crate) fn trace<'a>(patch: &'a Patch<'a>, strategy: &'a Strategy, level: f64, among: &[u32]) -> Vec<Curve<'a>> {
-    level_curves_among(&patch.mesh, &patch.edges, &patch.levels, level, among.iter().copied())
+/// The sections by a level set, in the order of the patch's triangles; `among` are those that reach
+/// it, in rising order, and `values` those of the set at their corners.
+pub(crate) fn trace<'a>(patch: &'a Patch<'a>, set: LevelSet<'a>, values: &[f64], among: &[u32]) -> Vec<Curve<'a>> {
+    level_curves_among(&patch.mesh, &patch.edges, values, set.level, among.iter().copied())
         .into_iter()
-        .filter_map(|c| Curve::new(patch, strategy, level, &c))
+        .filter_map(|c| Curve::new(patch, set, &c))
+        .flat_map(Curve::parts)
         .collect()
 }
 
 impl<'a> Curve<'a> {
     /// `None` where nothing is left of it once its nodes have been put exactly on the level.
-    fn new(patch: &'a Patch<'a>, strategy: &'a Strategy, level: f64, curve: &LevelCurve) -> Option<Self> {
+    fn new(patch: &'a Patch<'a>, set: LevelSet<'a>, curve: &LevelCurve) -> Option<Self> {
         let (mut nodes, mut triangles): (Vec<Point3<f64>>, Vec<u32>) = (Vec::new(), Vec::new());
         for point in &curve.points {
             let [a, b] = point.edge.map(|v| patch.mesh.vertices()[v as usize]);
-            let node =
-                if strategy.is_linear() { point.position } else { a + (b - a) * strategy.crossing(&a, &b, level) };
+            let node = if set.is_linear() { point.position } else { a + (b - a) * set.crossing(&a, &b) };
             if nodes.last() == Some(&node) {
                 nodes.pop();
                 triangles.pop();
@@ -70,9 +69,43 @@ impl<'a> Curve<'a> {
         }
         let (normals, bulges, ways) = (Vec::new(), Vec::new(), Vec::new());
         let closed = curve.closed;
-        let mut this = Self { patch, strategy, level, nodes, triangles, normals, bulges, ways, closed };
+        let mut this = Self { patch, set, nodes, triangles, normals, bulges, ways, closed };
         this.measure();
         Some(this)
+    }
+
+    /// The parts of it that the front runs over, each with one node more at its ends.
+    fn parts(self) -> Vec<Self> {
+        let Some(front) = self.set.front else { return vec![self] };
+        let covered: Vec<bool> = self.nodes.iter().map(|p| front.covers(p)).collect();
+        if covered.iter().all(|&c| c) {
+            return vec![self];
+        }
+        let mut parts = Vec::new();
+        let mut from = 0;
+        while let Some(first) = (from..covered.len()).find(|&k| covered[k]) {
+            let end = (first..covered.len()).find(|&k| !covered[k]).unwrap_or(covered.len());
+            let (start, last) = (first.saturating_sub(1), end.min(covered.len() - 1));
+            if last > start {
+                parts.push(self.part(start, last));
+            }
+            from = end;
+        }
+        parts
+    }
+
+    /// The open part between two nodes.
+    fn part(&self, start: usize, last: usize) -> Self {
+        Self {
+            patch: self.patch,
+            set: self.set,
+            nodes: self.nodes[start..=last].to_vec(),
+            triangles: self.triangles[start..last].to_vec(),
+            normals: self.normals[start..last].to_vec(),
+            bulges: self.bulges[start..last].to_vec(),
+            ways: self.ways[start..=last].iter().map(|w| w - self.ways[start]).collect(),
+            closed: false,
+        }
     }
 
     fn measure(&mut self) {
@@ -132,14 +165,15 @@ impl<'a> Curve<'a> {
 
     fn inside(&self, piece: usize, fraction: f64) -> Point3<f64> {
         let (from, to) = (self.nodes[piece], self.nodes[piece + 1]);
-        if self.strategy.is_linear() {
+        if self.set.is_linear() {
             return from + (to - from) * fraction;
         }
         // Two corners lie on one side of the level, the lone one on the other, and every line from
         // the lone corner to the side across crosses the level once. The line is the one through
         // the point of the chord.
         let v = self.patch.mesh.triangles()[self.triangles[piece] as usize];
-        let above = v.map(|v| self.patch.levels[v as usize] >= self.level);
+        let is_above = |p: &Point3<f64>| self.set.value(p) >= self.set.level;
+        let above = v.map(|v| is_above(&self.patch.mesh.vertices()[v as usize]));
         let lone = (0..3).find(|&k| above[k] != above[(k + 1) % 3] && above[k] != above[(k + 2) % 3]).unwrap_or(0);
         let corner = |k: usize| self.patch.mesh.vertices()[v[k % 3] as usize];
         // The higher levels are on the left.
@@ -148,13 +182,13 @@ impl<'a> Curve<'a> {
         let share = |p: &Point3<f64>, end: &Point3<f64>| (p - lone).norm() / (end - lone).norm();
         let (at_first, at_last) = ((1.0 - fraction) * share(&from, &first), fraction * share(&to, &last));
         let foot = first + (last - first) * (at_last / (at_first + at_last));
-        if (self.strategy.level(&foot) >= self.level) != (self.strategy.level(&lone) >= self.level) {
-            return lone + (foot - lone) * self.strategy.crossing(&lone, &foot, self.level);
+        if is_above(&foot) != is_above(&lone) {
+            return lone + (foot - lone) * self.set.crossing(&lone, &foot);
         }
         // Between corners above it, a side can dip below the level, and the curve leaves the
         // triangle for a while there. Then it is taken to stand where it leaves or comes back.
         let end = if fraction < 0.5 { first } else { last };
-        foot + (end - foot) * self.strategy.crossing(&foot, &end, self.level)
+        foot + (end - foot) * self.set.crossing(&foot, &end)
     }
 
     /// Direction of the piece at a place, along its chord.
@@ -166,7 +200,7 @@ impl<'a> Curve<'a> {
     /// there is none.
     pub(crate) fn tangent(&self, place: &Place) -> Vector3<f64> {
         let chord = self.chord_direction(place);
-        let smooth = self.strategy.gradient(&place.position).map(|g| g.cross(&place.normal));
+        let smooth = self.set.gradient(&place.position).map(|g| g.cross(&place.normal));
         // Where the surface lies along the level the product is rounding noise, or turns against
         // the way.
         smooth.filter(|s| s.norm() > 1e-6 && s.dot(&chord) > 0.0).unwrap_or(chord)

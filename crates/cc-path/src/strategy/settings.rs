@@ -37,6 +37,13 @@ pub struct LaySettings {
     pub edge_margin: f64,
     /// Shorter passes are left out and counted, mm.
     pub min_pass_length: f64,
+    /// Whether passes follow the local strip width: they lean by up to 11° from the levels, and
+    /// partial passes fill up an edge where strips are narrow. Where passes turn too much for it,
+    /// such as closed ones, or would get no shorter by it, they are levels all the same.
+    pub edge_fill: bool,
+    /// Length of cutting that takes as long as entry, exit and link of a pass, mm: a partial pass
+    /// has to save more.
+    pub pass_cost: f64,
     /// Closed curves are cut open where they cross the mesh edge nearest to this point. Without it,
     /// the first is cut open where the mesh has it begin, and each further one nearest to the cut
     /// of the one before.
@@ -62,6 +69,8 @@ impl Default for LaySettings {
             uncut: None,
             edge_margin: 0.0,
             min_pass_length: 0.0,
+            edge_fill: false,
+            pass_cost: 0.0,
             closed_start: None,
             max_points: MAX_POINTS,
         }
@@ -144,7 +153,12 @@ impl LaySettings {
         }
         let chord = self.chord_tolerance;
         require("chord_tolerance", chord, "finite and at least 1e-6", chord.is_finite() && chord >= LEAST_CHORD)?;
-        for (setting, value) in [("edge_margin", self.edge_margin), ("min_pass_length", self.min_pass_length)] {
+        let not_negative = [
+            ("edge_margin", self.edge_margin),
+            ("min_pass_length", self.min_pass_length),
+            ("pass_cost", self.pass_cost),
+        ];
+        for (setting, value) in not_negative {
             require(setting, value, "finite and not below 0", value.is_finite() && value >= 0.0)?;
         }
         let few = (1..=MAX_POINTS).contains(&self.max_points);

@@ -542,6 +542,10 @@ pub struct PathFromStrategy {
     #[schemars(range(min = 0))]
     #[serde(default)]
     pub min_pass_length_mm: f64,
+    /// Whether passes follow the local strip width, with partial passes where strips are narrow at
+    /// an edge. Without it, every pass is a level, and its narrowest strip decides on the step.
+    #[serde(default)]
+    pub edge_fill: bool,
 }
 
 /// Order of levels.

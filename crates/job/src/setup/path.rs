@@ -16,6 +16,10 @@ use crate::load::job::{Job, Setup};
 use crate::load::part_size::unit_advice;
 use crate::setup::cell::{LEAST_STEP, search_curve, wanted_uncut_left};
 
+/// Length of cutting that takes as long as entry, exit and link of a pass, in radii of the cutter:
+/// two arcs of 8° about 12.5 radii are 3.5 long, and the links of the sample as long as the rest.
+const PASS_COST: f64 = 4.0;
+
 /// A pass, and whether the uncut stock lies to the left of its feed.
 type SidedPass = (Pass<CcPoint>, bool);
 
@@ -140,6 +144,8 @@ fn from_strategy(
         uncut: wanted.map(|left| if left { UncutSide::Left } else { UncutSide::Right }),
         edge_margin: file.edge_margin_mm,
         min_pass_length: file.min_pass_length_mm,
+        edge_fill: file.edge_fill,
+        pass_cost: PASS_COST * job.tool.cutter().radius(),
         max_points: (MAX_POINTS / n_places(operation)).max(1),
         ..LaySettings::default()
     };

@@ -1,5 +1,6 @@
 //! Promises of laid passes, checked against the smooth surfaces that the meshes were made from.
 
+mod edge_fill;
 mod parts;
 mod passes;
 mod points;

@@ -1,0 +1,359 @@
+//! The region in columns across the passes: what fronts are planned on.
+
+use nalgebra::Vector3;
+
+use crate::layout::along::Along;
+use crate::layout::front::Row;
+use crate::layout::levels::Band;
+use crate::strategy::Strategy;
+use crate::strategy::patch::Patch;
+use crate::strategy::settings::LaySettings;
+
+/// Part of a column between two levels of a grid.
+#[derive(Clone, Copy, Debug)]
+struct Cell {
+    /// Lowest level of the region in it.
+    low: f64,
+    /// Largest step of level that is allowed on it.
+    limit: f64,
+    /// The same before width and slope were raised to their smallest values.
+    asked: f64,
+    /// Least gain of level per way from one front to the next.
+    slope: f64,
+}
+
+impl Cell {
+    const EMPTY: Self = Self { low: f64::INFINITY, limit: f64::INFINITY, asked: f64::INFINITY, slope: f64::INFINITY };
+
+    fn least(&self, other: &Self) -> Self {
+        Self {
+            low: self.low.min(other.low),
+            limit: self.limit.min(other.limit),
+            asked: self.asked.min(other.asked),
+            slope: self.slope.min(other.slope),
+        }
+    }
+}
+
+/// Lower and upper border of the region on one column.
+#[derive(Clone, Copy, Debug)]
+struct Border {
+    /// Lowest and highest level.
+    outer: [f64; 2],
+    /// Largest steps that are allowed there.
+    limits: [f64; 2],
+    /// Highest level of the lower border, and lowest of the upper: a pass between them is inside all
+    /// over the column.
+    inner: [f64; 2],
+    /// Distance along a border per gain of level on it, at least 1; infinite where it runs along a
+    /// level.
+    lean: [f64; 2],
+}
+
+/// The region of a patch, cut into columns of equal width across the passes.
+///
+/// Levels are those of the strategy, or their negatives where cutting begins at the highest, so
+/// that passes are planned in rising order.
+pub(crate) struct Columns {
+    pub(crate) row: Row,
+    pub(crate) along: Along,
+    /// 1, or −1 where levels are negatives.
+    pub(crate) sign: f64,
+    /// First level, where the grid of levels begins.
+    first: f64,
+    step: f64,
+    n_levels: usize,
+    cells: Vec<Cell>,
+    borders: Vec<Option<Border>>,
+    /// Lowest and highest level where columns meet.
+    between: Vec<[f64; 2]>,
+    /// Length that passes as wide as allowed have below each level of the grid, per column, mm.
+    work: Vec<f64>,
+    /// Length of a pass on a level of the grid, per column, mm.
+    lengths: Vec<f64>,
+    /// Last level.
+    last: f64,
+}
+
+/// Steepest front: gain of level per way along the passes, 11°. Steeper fronts turn the feed too far
+/// from the direction that was asked for.
+pub(crate) const STEEPEST: f64 = 0.2;
+
+/// Columns of a region; more are wider.
+const MOST_COLUMNS: usize = 128;
+const LEAST_COLUMNS: usize = 24;
+/// Levels of the grid per step of the narrowest strip, and at most.
+const LEVELS_PER_STEP: f64 = 4.0;
+const MOST_LEVELS: usize = 4096;
+
+impl Columns {
+    /// `None` where the passes have no coordinate along them. Fronts go from `first` to `last`.
+    pub(crate) fn of(
+        patch: &Patch,
+        strategy: &Strategy,
+        settings: &LaySettings,
+        bands: &[Band],
+        [first_level, last_level]: [f64; 2],
+        sign: f64,
+    ) -> Option<Self> {
+        let along = Along::of(patch, strategy)?;
+        let values: Vec<f64> = patch.mesh.vertices().iter().map(|p| along.value(p)).collect();
+        let used = patch.mesh.triangles().iter().flatten().map(|&v| values[v as usize]);
+        let (start, end) = used.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        if !(end - start).is_finite() || end - start <= 0.0 || last_level <= first_level {
+            return None;
+        }
+        let n = ((end - start) / (0.25 * settings.max_step_over)).ceil();
+        let n = (n as usize).clamp(LEAST_COLUMNS, MOST_COLUMNS);
+        let row = Row { start, width: (end - start) / n as f64, n };
+        let narrowest = bands.iter().map(|b| b.limit).fold(f64::INFINITY, f64::min);
+        let n_levels = (LEVELS_PER_STEP * (last_level - first_level) / narrowest).ceil();
+        let n_levels = (n_levels as usize).clamp(16, MOST_LEVELS);
+        let mut this = Self {
+            row,
+            along,
+            sign,
+            first: first_level,
+            step: (last_level - first_level) / n_levels as f64,
+            n_levels,
+            cells: vec![Cell::EMPTY; n * n_levels],
+            borders: vec![None; n],
+            between: vec![[f64::INFINITY, f64::NEG_INFINITY]; n + 1],
+            work: vec![0.0; n * (n_levels + 1)],
+            lengths: vec![0.0; n * n_levels],
+            last: last_level,
+        };
+        for (t, band) in bands.iter().enumerate() {
+            this.add(patch, strategy, t, band, &values);
+        }
+        this.sum_up();
+        this.find_inner_borders();
+        Some(this)
+    }
+
+    /// Enters a triangle into its columns.
+    fn add(&mut self, patch: &Patch, strategy: &Strategy, t: usize, band: &Band, values: &[f64]) {
+        let v = patch.mesh.triangles()[t].map(|v| v as usize);
+        let corners: [[f64; 2]; 3] = v.map(|v| [values[v], self.sign * patch.levels[v]]);
+        let share = slanted_share(patch, strategy, &self.along, t, v[0]);
+        let band = Band { limit: band.limit * share, asked: band.asked * share, ..*band };
+        let area = 0.5 * patch.mesh.scaled_normal(t).norm();
+        let flat = area_of(&corners).max(f64::MIN_POSITIVE);
+        let xs = corners.map(|c| c[0]);
+        let (from, to) = (least(xs), -least(xs.map(|x| -x)));
+        for i in self.row.interval(from).0..=self.row.interval(to).0 {
+            let bounds = [self.row.at(i), self.row.at(i + 1)];
+            let polygon = clip(&corners, bounds);
+            if polygon.is_empty() {
+                continue;
+            }
+            let levels = || polygon.iter().map(|c| c[1]);
+            let low = levels().fold(f64::INFINITY, f64::min);
+            let high = levels().fold(f64::NEG_INFINITY, f64::max);
+            // Where the triangle is seen edge on, its columns share its area alike.
+            let shared = if polygon.len() < 3 { 0.0 } else { area_of(&polygon) / flat };
+            self.enter(i, [low, high], &band, share, area * shared.min(1.0));
+            self.border(i, &polygon, bounds, band.limit);
+        }
+    }
+
+    /// Enters a part of a triangle into one column.
+    fn enter(&mut self, i: usize, [low, high]: [f64; 2], band: &Band, share: f64, area: f64) {
+        let (from, to) = (self.level_index(low), self.level_index(high));
+        let length = area * band.slope / (to - from + 1) as f64;
+        for k in from..=to {
+            let cell = &mut self.cells[i * self.n_levels + k];
+            let low = low.max(self.first + self.step * k as f64);
+            *cell = cell.least(&Cell { low, limit: band.limit, asked: band.asked, slope: band.slope * share });
+            self.work[i * (self.n_levels + 1) + k + 1] += length / band.limit;
+            self.lengths[i * self.n_levels + k] += length / self.step;
+        }
+    }
+
+    /// Widens the borders of a column to a part of a triangle in it.
+    fn border(&mut self, i: usize, polygon: &[[f64; 2]], bounds: [f64; 2], limit: f64) {
+        let none = [f64::INFINITY, f64::NEG_INFINITY];
+        let border = self.borders[i].get_or_insert(Border {
+            outer: none,
+            limits: [f64::INFINITY; 2],
+            inner: none,
+            lean: [1.0; 2],
+        });
+        for &[x, level] in polygon {
+            if level < border.outer[0] {
+                (border.outer[0], border.limits[0]) = (level, limit);
+            }
+            if level > border.outer[1] {
+                (border.outer[1], border.limits[1]) = (level, limit);
+            }
+            for (k, bound) in bounds.into_iter().enumerate() {
+                if (x - bound).abs() <= 1e-9 * self.row.width {
+                    let between = &mut self.between[i + k];
+                    *between = [between[0].min(level), between[1].max(level)];
+                }
+            }
+        }
+    }
+
+    /// Finds the inner borders once all triangles are entered.
+    fn find_inner_borders(&mut self) {
+        // A pass exactly on the border would be cut in crumbs.
+        let inset = 1e-3 * self.step;
+        for (border, ends) in self.borders.iter_mut().zip(self.between.windows(2)) {
+            let Some(border) = border else { continue };
+            let cut = |level: f64| level.clamp(self.first, self.last);
+            border.outer = border.outer.map(cut);
+            let met = |k: usize| [ends[0][k], ends[1][k]].into_iter().filter(|l| l.is_finite()).map(cut);
+            let inner = [met(0).fold(border.outer[0], f64::max), met(1).fold(border.outer[1], f64::min)];
+            border.lean = [0, 1].map(|k| (self.row.width / (inner[k] - border.outer[k]).abs()).hypot(1.0));
+            border.inner = [inner[0] + inset, inner[1] - inset];
+        }
+    }
+
+    /// Sums up the work below each level.
+    fn sum_up(&mut self) {
+        for column in self.work.chunks_mut(self.n_levels + 1) {
+            let mut sum = 0.0;
+            for w in column {
+                sum += *w;
+                *w = sum;
+            }
+        }
+    }
+
+    fn level_index(&self, level: f64) -> usize {
+        (((level - self.first) / self.step).max(0.0) as usize).min(self.n_levels - 1)
+    }
+
+    /// Highest level that the pass after one at `level` may have on a column, so that the strip
+    /// between both is nowhere wider than `factor` times the width allowed; infinite where the column
+    /// asks for no further pass.
+    ///
+    /// A place on a border that leans lies beside the end of the pass before or after it: it is
+    /// within half a strip of one of both, where the end is at most `half / lean` of level away.
+    pub(crate) fn reach(&self, i: usize, level: f64, factor: f64) -> f64 {
+        let Some(border) = &self.borders[i] else { return f64::INFINITY };
+        let half = border.limits.map(|limit| 0.5 * limit * factor);
+        let [low, high] = border.outer;
+        if level >= high - 0.5 * half[1] {
+            return f64::INFINITY;
+        }
+        let mut reach = self.march(i, level, factor);
+        // The lowest place that the end of the pass before does not reach.
+        let beside = low.max(level + half[0] / border.lean[0]);
+        if beside <= border.inner[0].max(low) {
+            reach = reach.min(beside + half[0]).max(border.inner[0].min(beside + half[0]));
+        }
+        // The lowest place on the upper border that the pass before does not reach.
+        let beside = border.inner[1].max(level + half[1]);
+        if beside <= high { reach.min(beside + half[1] / border.lean[1]) } else { reach }
+    }
+
+    /// Highest level above `level` so that no cell that the step reaches into forbids it.
+    fn march(&self, i: usize, level: f64, factor: f64) -> f64 {
+        let column = &self.cells[i * self.n_levels..(i + 1) * self.n_levels];
+        let mut reach = f64::INFINITY;
+        let from = if level < self.first { 0 } else { self.level_index(level) };
+        for (k, cell) in column.iter().enumerate().skip(from) {
+            if cell.low.max(self.first + self.step * k as f64) >= reach {
+                break;
+            }
+            reach = reach.min(cell.low.max(level + cell.limit * factor));
+        }
+        reach
+    }
+
+    /// Longest way from one front to the next on a column, and whether it is longer than was asked
+    /// for: `levels` are those that the fronts may have on it, and `step` the largest between them.
+    pub(crate) fn strip(&self, i: usize, levels: [f64; 2], step: f64) -> (f64, bool) {
+        let [from, to] = levels.map(|l| self.level_index(l));
+        let cells = self.cells[i * self.n_levels..(i + 1) * self.n_levels][from..=to].iter();
+        let cells = cells.filter(|c| c.low < levels[1]);
+        cells.fold((0.0, false), |(way, wide), c| {
+            // Rounding of levels up to 1e4 mm is no excess.
+            (f64::max(way, step / c.slope), wide || c.asked < c.limit && step > c.asked + 1e-9)
+        })
+    }
+
+    /// Lowest level of the region on a column; `None` where the column is empty.
+    pub(crate) fn lowest(&self, i: usize) -> Option<f64> {
+        self.borders[i].map(|b| b.inner[0].min(b.outer[0] + 0.5 * b.limits[0]))
+    }
+
+    /// Whether a pass on a level is inside the region somewhere on a column.
+    pub(crate) fn holds(&self, i: usize, level: f64) -> bool {
+        self.length(i, level) > 0.0
+    }
+
+    /// Length of a pass on a level of a column, mm.
+    pub(crate) fn length(&self, i: usize, level: f64) -> f64 {
+        let inside = (self.first..=self.first + self.step * self.n_levels as f64).contains(&level);
+        if inside { self.lengths[i * self.n_levels + self.level_index(level)] } else { 0.0 }
+    }
+
+    /// Length that passes as wide as allowed have between two levels of a column, mm.
+    pub(crate) fn work(&self, i: usize, from: f64, to: f64) -> f64 {
+        (self.work_below(i, to) - self.work_below(i, from)).max(0.0)
+    }
+
+    fn work_below(&self, i: usize, level: f64) -> f64 {
+        let column = &self.work[i * (self.n_levels + 1)..(i + 1) * (self.n_levels + 1)];
+        let way = ((level - self.first) / self.step).clamp(0.0, self.n_levels as f64);
+        let k = (way as usize).min(self.n_levels - 1);
+        column[k] + (column[k + 1] - column[k]) * (way - k as f64)
+    }
+}
+
+/// The share of its step of level that a facet keeps for fronts up to the steepest, at least a
+/// quarter.
+///
+/// Between two fronts with a step d of level at each place along them, the way at a fixed place along
+/// them is d / |∇level × ∇x| · |∇x|, and up the steepest lines of level it is at most
+/// d / (|∇level| − s·|∇x · g|), with s the steepest slope and g the direction of ∇level, all within
+/// the facet. The shorter of both bounds the distance.
+fn slanted_share(patch: &Patch, strategy: &Strategy, along: &Along, t: usize, v: usize) -> f64 {
+    let p = patch.mesh.vertices()[v];
+    let (Some(normal), Some(gradient)) = (patch.facet_normal(t as u32), strategy.gradient(&p)) else { return 1.0 };
+    let tangential = |d: Vector3<f64>| d - normal.into_inner() * normal.dot(&d);
+    let (level, x) = (tangential(gradient.into_inner()), tangential(along.gradient(&p)));
+    let (slope, length) = (level.norm(), x.norm());
+    if slope <= 0.0 || length <= 0.0 {
+        return 1.0;
+    }
+    let fixed = level.cross(&x).norm() / length;
+    let steepest = slope - STEEPEST * (x.dot(&level) / slope).abs();
+    (fixed.max(steepest) / slope).clamp(0.25, 1.0)
+}
+
+fn least(values: [f64; 3]) -> f64 {
+    values.into_iter().fold(f64::INFINITY, f64::min)
+}
+
+/// Area of a convex polygon.
+fn area_of(polygon: &[[f64; 2]]) -> f64 {
+    let [x, y] = polygon[0];
+    let of = |w: &[[f64; 2]]| (w[0][0] - x) * (w[1][1] - y) - (w[1][0] - x) * (w[0][1] - y);
+    0.5 * polygon.windows(2).map(of).sum::<f64>().abs()
+}
+
+/// The part of a triangle between two coordinates.
+fn clip(corners: &[[f64; 2]; 3], [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
+    let mut polygon = corners.to_vec();
+    for (sign, bound) in [(1.0, from), (-1.0, -to)] {
+        let inside = |c: &[f64; 2]| sign * c[0] - bound;
+        let mut kept = Vec::with_capacity(5);
+        for k in 0..polygon.len() {
+            let (a, b) = (polygon[k], polygon[(k + 1) % polygon.len()]);
+            let (ha, hb) = (inside(&a), inside(&b));
+            if ha >= 0.0 {
+                kept.push(a);
+            }
+            if (ha > 0.0 && hb < 0.0) || (ha < 0.0 && hb > 0.0) {
+                let t = ha / (ha - hb);
+                kept.push([a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t]);
+            }
+        }
+        polygon = kept;
+    }
+    polygon
+}

@@ -1,0 +1,165 @@
+//! Fronts of a patch: from the columns that they are planned on to the triangles that they cross.
+
+use crate::layout::columns::Columns;
+use crate::layout::front::{Front, FrontSet, LevelSet};
+use crate::layout::fronts::{FrontSettings, cost_of_levels, plan_fronts};
+use crate::layout::levels::Band;
+use crate::strategy::Strategy;
+use crate::strategy::patch::Patch;
+use crate::strategy::settings::{Direction, LaySettings, LevelOrder, Pattern};
+use crate::strategy::size::MAX_CROSSINGS;
+
+/// Where passes are cut out of a patch, and the triangles that reach there.
+pub(crate) struct PassLevel<'a> {
+    pub(crate) set: LevelSet<'a>,
+    /// In rising order.
+    pub(crate) among: Vec<u32>,
+}
+
+impl PassLevel<'_> {
+    /// The direction in which its passes start at an end of the region and join the pass before
+    /// inside it; `None` where any direction serves.
+    pub(crate) fn starts(&self) -> Option<Direction> {
+        match self.set.front?.front.joins {
+            [false, true] => Some(Direction::Forward),
+            [true, false] => Some(Direction::Reverse),
+            _ => None,
+        }
+    }
+}
+
+/// The fronts of a region, in cutting order.
+pub(crate) struct FrontLayout {
+    columns: Columns,
+    fronts: Vec<Front>,
+    triangles: Vec<Vec<u32>>,
+}
+
+/// Fronts have to be shorter than levels by this share: a smaller gain is within the error of the
+/// estimate, and levels are simpler to follow.
+const LEAST_GAIN: f64 = 0.01;
+
+/// Fronts may be so many times as many as levels, partial ones included.
+const MOST_PER_LEVEL: usize = 3;
+
+impl FrontLayout {
+    /// `None` where the passes turn too much for fronts, or are no shorter as fronts than on the
+    /// `rising` levels.
+    pub(crate) fn plan(
+        patch: &Patch,
+        strategy: &Strategy,
+        settings: &LaySettings,
+        bands: &[Band],
+        rising: &[f64],
+    ) -> Option<Self> {
+        let (first, last) = (*rising.first()?, *rising.last()?);
+        let (range, sign) = match settings.order {
+            LevelOrder::Increasing => ([first, last], 1.0),
+            LevelOrder::Decreasing => ([-last, -first], -1.0),
+        };
+        let columns = Columns::of(patch, strategy, settings, bands, range, sign)?;
+        let plan = plan_fronts(&columns, &front_settings(settings, &columns), MOST_PER_LEVEL * rising.len() + 8)?;
+        let of_levels = cost_of_levels(&columns, rising, settings.pass_cost);
+        if plan.cost >= (1.0 - LEAST_GAIN) * of_levels {
+            return None;
+        }
+        let triangles = triangles_at(patch, &columns, &plan.fronts, bands)?;
+        Some(Self { columns, fronts: plan.fronts, triangles })
+    }
+
+    /// The fronts with the triangles that reach them, in cutting order.
+    pub(crate) fn levels<'a>(&'a self, strategy: &'a Strategy) -> Vec<PassLevel<'a>> {
+        let set = |front: &'a Front| {
+            let Columns { row, along, sign, .. } = &self.columns;
+            LevelSet::of_front(strategy, FrontSet { front, row, along, sign: *sign })
+        };
+        let level = |(front, among): (&'a Front, &Vec<u32>)| PassLevel { set: set(front), among: among.clone() };
+        self.fronts.iter().zip(&self.triangles).map(level).collect()
+    }
+
+    /// Number of strips that are somewhere wider than was asked for, and the longest way from one
+    /// front to the next.
+    pub(crate) fn strips(&self) -> (usize, f64) {
+        let mut wide = vec![false; self.fronts.len()];
+        let mut widest: f64 = 0.0;
+        for i in 0..self.columns.row.n {
+            let over = |f: &Front| f.span[0] <= i && i <= f.span[1];
+            let mut before: Option<&Front> = None;
+            for (k, front) in self.fronts.iter().enumerate().filter(|(_, f)| over(f)) {
+                if let Some(before) = before {
+                    let steps = front.levels[i..i + 3].iter().zip(&before.levels[i..i + 3]).map(|(b, a)| b - a);
+                    let levels = [before.bounds(i).0, front.bounds(i).1];
+                    let (way, is_wide) = self.columns.strip(i, levels, steps.fold(0.0, f64::max));
+                    widest = widest.max(way);
+                    wide[k] |= is_wide;
+                }
+                before = Some(front);
+            }
+        }
+        (wide.into_iter().filter(|&w| w).count(), widest)
+    }
+}
+
+/// The triangles that each front may cross, in rising order; `None` where they are too many.
+fn triangles_at(patch: &Patch, columns: &Columns, fronts: &[Front], bands: &[Band]) -> Option<Vec<Vec<u32>>> {
+    let index: Vec<ColumnIndex> = (0..columns.row.n).map(|i| ColumnIndex::of(fronts, i)).collect();
+    let values: Vec<f64> = patch.mesh.vertices().iter().map(|p| columns.along.value(p)).collect();
+    let mut at = vec![Vec::new(); fronts.len()];
+    let mut reached: Vec<u32> = Vec::new();
+    let mut n_crossings = 0;
+    for (t, band) in bands.iter().enumerate() {
+        let x = patch.mesh.triangles()[t].map(|v| values[v as usize]);
+        let (from, to) = (x[0].min(x[1]).min(x[2]), x[0].max(x[1]).max(x[2]));
+        let levels = if columns.sign > 0.0 { [band.low, band.high] } else { [-band.high, -band.low] };
+        reached.clear();
+        for column in &index[columns.row.interval(from).0..=columns.row.interval(to).0] {
+            reached.extend(column.between(levels));
+        }
+        reached.sort_unstable();
+        reached.dedup();
+        n_crossings += reached.len();
+        reached.iter().for_each(|&k| at[k as usize].push(t as u32));
+    }
+    (n_crossings <= MAX_CROSSINGS).then_some(at)
+}
+
+/// The fronts on one column, by their least level.
+struct ColumnIndex {
+    /// Least and largest level, and index of each front.
+    fronts: Vec<(f64, f64, u32)>,
+    /// Largest difference between largest and least level.
+    reach: f64,
+}
+
+impl ColumnIndex {
+    /// Of the fronts that run over column i, or end beside it.
+    fn of(fronts: &[Front], i: usize) -> Self {
+        let over = |f: &Front| f.span[0] <= i + 2 && i <= f.span[1] + 2;
+        let entry = |(k, f): (usize, &Front)| {
+            let (low, high) = f.bounds(i);
+            (low, high, k as u32)
+        };
+        let mut fronts: Vec<_> = fronts.iter().enumerate().filter(|(_, f)| over(f)).map(entry).collect();
+        fronts.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.2.cmp(&b.2)));
+        let reach = fronts.iter().map(|(low, high, _)| high - low).fold(0.0, f64::max);
+        Self { fronts, reach }
+    }
+
+    /// The fronts that have a level between two.
+    fn between(&self, [low, high]: [f64; 2]) -> impl Iterator<Item = u32> {
+        let from = self.fronts.partition_point(|f| f.0 < low - self.reach);
+        let near = self.fronts[from..].iter().take_while(move |f| f.0 <= high);
+        near.filter(move |f| f.1 >= low).map(|f| f.2)
+    }
+}
+
+fn front_settings(settings: &LaySettings, columns: &Columns) -> FrontSettings {
+    let [partial_from, may_join] = match (settings.pattern, settings.first_direction()) {
+        (Pattern::Zigzag, _) => [[true; 2], [false; 2]],
+        (Pattern::OneWay, Direction::Forward) => [[true, false], [false, true]],
+        (Pattern::OneWay, Direction::Reverse) => [[false, true], [true, false]],
+    };
+    // A partial pass is cut at columns, and its length is an estimate.
+    let shortest = 1.5 * settings.min_pass_length + 2.0 * settings.edge_margin + 2.0 * columns.row.width;
+    FrontSettings { partial_from, may_join, shortest, pass_cost: settings.pass_cost, even: settings.even }
+}

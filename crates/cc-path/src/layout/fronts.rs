@@ -1,0 +1,293 @@
+//! Fronts: passes that advance by the local strip width, with partial passes where strips are
+//! narrow at an edge.
+
+use crate::layout::columns::{Columns, STEEPEST};
+use crate::layout::front::Front;
+
+/// What a plan of fronts goes by.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FrontSettings {
+    /// Ends of the region, along the passes, from which partial passes may start.
+    pub(crate) partial_from: [bool; 2],
+    /// Ends at which a pass may leave out what is covered already.
+    pub(crate) may_join: [bool; 2],
+    /// Shortest partial pass, mm.
+    pub(crate) shortest: f64,
+    /// Length of cutting that takes as long as entry, exit and link of a pass, mm.
+    pub(crate) pass_cost: f64,
+    /// Whether all steps shrink by one factor, so that the last is no narrower than it has to be.
+    pub(crate) even: bool,
+}
+
+/// A pass is left out, or ends, where the strip that it covers is narrower than this share of the
+/// width allowed: the pass beside it has cut there.
+const COVERED: f64 = 0.1;
+
+/// Radius of the bend of fronts at narrow places, as a multiple of the width of a column. Tighter
+/// bends turn the tool axis faster than the feed can follow.
+const BEND: f64 = 8.0;
+
+/// Ends of partial passes that are compared, evenly spread along the passes.
+const ENDS: usize = 16;
+
+/// Fronts in the order of cutting, and the length that they take with the cost of each pass, mm.
+pub(crate) struct FrontPlan {
+    pub(crate) fronts: Vec<Front>,
+    pub(crate) cost: f64,
+}
+
+/// Plans the fronts of a region; `None` where they would be more than `most`.
+///
+/// Each next pass is the one that covers most work (length of passes as wide as allowed) per length
+/// and cost, or a partial pass where it and the next pass together cover more.
+pub(crate) fn plan_fronts(columns: &Columns, settings: &FrontSettings, most: usize) -> Option<FrontPlan> {
+    let best = Planner { columns, settings, factor: 1.0 }.run(most)?;
+    if !settings.even || best.fronts.len() < 3 {
+        return Some(best);
+    }
+    let most = best.fronts.len();
+    let (mut low, mut high, mut best) = (0.7, 1.0, best);
+    // Six halvings leave the last step full to a hundredth.
+    for _ in 0..6 {
+        let factor = 0.5 * (low + high);
+        let plan = Planner { columns, settings, factor }.run(most);
+        match plan.filter(|p| p.cost <= 1.002 * best.cost) {
+            Some(plan) => (high, best) = (factor, plan),
+            None => low = factor,
+        }
+    }
+    Some(best)
+}
+
+/// Cost of passes on levels, in the measure of [`FrontPlan::cost`].
+pub(crate) fn cost_of_levels(columns: &Columns, levels: &[f64], pass_cost: f64) -> f64 {
+    let length = |level: f64| (0..columns.row.n).map(|i| columns.length(i, level)).sum::<f64>();
+    levels.iter().map(|&l| length(columns.sign * l) + pass_cost).sum()
+}
+
+struct Planner<'a> {
+    columns: &'a Columns,
+    settings: &'a FrontSettings,
+    factor: f64,
+}
+
+/// A front with what it brings.
+#[derive(Clone)]
+struct Candidate {
+    front: Front,
+    work: f64,
+    cost: f64,
+    is_partial: bool,
+}
+
+/// What some passes bring together.
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    work: f64,
+    cost: f64,
+}
+
+impl Sum {
+    fn and(&self, candidate: &Candidate) -> Self {
+        Self { work: self.work + candidate.work, cost: self.cost + candidate.cost }
+    }
+
+    fn rate(&self) -> f64 {
+        self.work / self.cost
+    }
+}
+
+impl Planner<'_> {
+    fn run(&self, most: usize) -> Option<FrontPlan> {
+        let n = self.columns.row.n;
+        let first = self.first_front();
+        let mut covered = first.levels.clone();
+        let mut cost = self.cost(&first);
+        let mut fronts = vec![first];
+        // Since the last pass that went all along.
+        let mut cycle = Sum::default();
+        while let Some(next) = self.next(&covered, &cycle) {
+            // A step lost in rounding would never end.
+            if fronts.len() >= most || next.work <= 0.0 && covered == after(&next.front, &covered, n) {
+                return None;
+            }
+            covered = after(&next.front, &covered, n);
+            cost += next.cost;
+            cycle = if next.is_partial { cycle.and(&next) } else { Sum::default() };
+            fronts.push(next.front);
+        }
+        Some(FrontPlan { fronts, cost })
+    }
+
+    /// The pass along the lower border.
+    fn first_front(&self) -> Front {
+        let targets: Vec<f64> = (0..self.columns.row.n + 2)
+            .map(|j| self.support(j).filter_map(|i| self.columns.lowest(i)).fold(f64::INFINITY, f64::min))
+            .collect();
+        Front { levels: self.smooth(&targets), span: [0, self.columns.row.n - 1], joins: [false; 2] }
+    }
+
+    /// The columns that a coefficient has a say on.
+    fn support(&self, j: usize) -> impl Iterator<Item = usize> + use<> {
+        j.saturating_sub(2)..(j + 1).min(self.columns.row.n)
+    }
+
+    /// The next pass, after those since the last that went all along; `None` when all is covered.
+    fn next(&self, covered: &[f64], cycle: &Sum) -> Option<Candidate> {
+        let targets = self.targets(covered);
+        if targets.iter().all(|t| t.is_infinite()) {
+            return None;
+        }
+        let full = self.candidate(covered, &targets, None)?;
+        let mut best: Option<(f64, Candidate)> = None;
+        let gain = |partial: &Candidate, others: &[&Candidate]| {
+            let mut at = after(&partial.front, covered, self.columns.row.n);
+            for other in others {
+                at = after(&other.front, &at, self.columns.row.n);
+            }
+            let targets = self.targets(&at);
+            let full = self.candidate(&at, &targets, None)?;
+            let sum = others.iter().fold(cycle.and(partial), |sum, other| sum.and(other));
+            Some(sum.and(&full).rate())
+        };
+        let of_side = |side: usize| -> Vec<Candidate> {
+            let may = self.settings.partial_from[side];
+            // Ends are compared where the region is at the levels to be cut.
+            let held = |i: &usize| self.columns.holds(*i, full.front.mean(*i));
+            let from = (0..self.columns.row.n).find(held).unwrap_or(0);
+            let to = (0..self.columns.row.n).rfind(held).map_or(0, |i| i + 1);
+            let reach = |k: usize| {
+                (to.saturating_sub(from)) * k / ENDS + if side == 0 { from } else { self.columns.row.n - to }
+            };
+            let reaches = (1..ENDS).filter(|_| may).map(|k| reach(k) + 1);
+            reaches.filter_map(|reach| self.partial(covered, &targets, side, reach)).collect()
+        };
+        let sides = [of_side(0), of_side(1)];
+        let mut best_of_sides: [Option<(f64, &Candidate)>; 2] = [None, None];
+        for (side, best) in sides.iter().zip(&mut best_of_sides) {
+            for partial in side {
+                let Some(rate) = gain(partial, &[]) else { continue };
+                if best.is_none_or(|(r, _)| rate > r) {
+                    *best = Some((rate, partial));
+                }
+            }
+        }
+        for (rate, partial) in best_of_sides.into_iter().flatten() {
+            if best.as_ref().is_none_or(|(r, _)| rate > *r) {
+                best = Some((rate, partial.clone()));
+            }
+        }
+        // A pass that both ends hold back gains nothing from one partial pass.
+        if let [Some((_, left)), Some(_)] = best_of_sides {
+            for right in &sides[1] {
+                if right.front.span[0] <= left.front.span[1] {
+                    continue;
+                }
+                let Some(rate) = gain(left, &[right]) else { continue };
+                if best.as_ref().is_none_or(|(r, _)| rate > *r) {
+                    best = Some((rate, left.clone()));
+                }
+            }
+        }
+        // It has to gain more than rounding and the grain of the columns.
+        Some(best.filter(|(rate, _)| *rate > 1.005 * cycle.and(&full).rate()).map_or(full, |(_, partial)| partial))
+    }
+
+    /// Highest level of the next pass for each coefficient.
+    fn targets(&self, covered: &[f64]) -> Vec<f64> {
+        let target = |j: usize| {
+            let reach = |i: usize| self.columns.reach(i, covered[j], self.factor);
+            self.support(j).map(reach).fold(f64::INFINITY, f64::min)
+        };
+        (0..covered.len()).map(target).collect()
+    }
+
+    /// The partial pass from an end of the region over so many coefficients, joined to the passes
+    /// before beyond them.
+    fn partial(&self, covered: &[f64], targets: &[f64], from: usize, reach: usize) -> Option<Candidate> {
+        let n = targets.len();
+        let is_within = |j: usize| if from == 0 { j < reach } else { n - j <= reach };
+        let joined: Vec<f64> = (0..n).map(|j| if is_within(j) { targets[j] } else { covered[j] }).collect();
+        let candidate = self.candidate(covered, &joined, Some(from))?;
+        let long_enough = candidate.cost - self.settings.pass_cost >= self.settings.shortest;
+        (long_enough && candidate.front.joins[1 - from]).then_some(candidate)
+    }
+
+    /// The front below some targets, over the columns where it covers more than has been cut: all
+    /// along, or from one end of the region.
+    fn candidate(&self, covered: &[f64], targets: &[f64], partial_from: Option<usize>) -> Option<Candidate> {
+        let n = self.columns.row.n;
+        let levels = self.smooth(targets);
+        let mut front = Front { levels, span: [0, n - 1], joins: [false; 2] };
+        let before = Front { levels: covered.to_vec(), span: [0, n - 1], joins: [false; 2] };
+        let gains = |i: usize| {
+            let (step, at) = (front.mean(i) - before.mean(i), before.mean(i));
+            let allowed = self.columns.reach(i, at, self.factor) - at;
+            allowed.is_finite() && step > COVERED * allowed
+        };
+        let (first, last) = ((0..n).find(|&i| gains(i))?, (0..n).rfind(|&i| gains(i))?);
+        let mut span = [first, last];
+        let holds = |i: usize| self.columns.holds(i, front.mean(i));
+        let joins = [(0..first).any(holds), (last + 1..n).any(holds)];
+        for side in 0..2 {
+            let may = partial_from.map_or(self.settings.may_join[side], |from| side != from);
+            if !(may && joins[side]) {
+                span[side] = if side == 0 { 0 } else { n - 1 };
+            }
+        }
+        let length = |span: [usize; 2]| (span[0]..=span[1]).map(|i| self.columns.length(i, front.mean(i))).sum::<f64>();
+        if partial_from.is_none() && length(span) < self.settings.shortest {
+            span = [0, n - 1];
+        }
+        let cost = length(span) + self.settings.pass_cost;
+        front.joins = [span[0] > 0 && joins[0], span[1] + 1 < n && joins[1]];
+        front.span = span;
+        let work = (span[0]..=span[1]).map(|i| self.columns.work(i, before.mean(i), front.mean(i))).sum();
+        Some(Candidate { work, cost, is_partial: partial_from.is_some(), front })
+    }
+
+    fn cost(&self, front: &Front) -> f64 {
+        let length = |i: usize| self.columns.length(i, front.mean(i));
+        (front.span[0]..=front.span[1]).map(length).sum::<f64>() + self.settings.pass_cost
+    }
+
+    /// The highest levels below the targets with slopes up to the steepest, rounded off at narrow
+    /// places: the least over all targets of target + rise, where the rise at a distance is that of
+    /// an arc that runs out in the steepest slope.
+    fn smooth(&self, targets: &[f64]) -> Vec<f64> {
+        let width = self.columns.row.width;
+        let radius = BEND * width;
+        let rise = |k: usize| {
+            let d = width * k as f64;
+            let arc = STEEPEST * radius;
+            if d < arc { 0.5 * d * d / radius } else { STEEPEST * (d - 0.5 * arc) }
+        };
+        let rises: Vec<f64> = (0..targets.len()).map(rise).collect();
+        let finite: Vec<usize> = (0..targets.len()).filter(|&j| targets[j].is_finite()).collect();
+        let mut levels: Vec<f64> = (0..targets.len())
+            .map(|j| finite.iter().map(|&i| targets[i] + rises[i.abs_diff(j)]).fold(f64::INFINITY, f64::min))
+            .collect();
+        // Crests between two narrow places are taken off: the mean of the neighbours where it is
+        // lower.
+        for _ in 0..CREST_ROUNDS {
+            let mean = |j: usize| match (levels.get(j.wrapping_sub(1)), levels.get(j + 1)) {
+                (Some(a), Some(b)) => (0.25 * a + 0.5 * levels[j] + 0.25 * b).min(levels[j]),
+                _ => levels[j],
+            };
+            levels = (0..levels.len()).map(mean).collect();
+        }
+        levels
+    }
+}
+
+/// Rounds of smoothing of crests; each takes them off over one column more.
+const CREST_ROUNDS: usize = 6;
+
+/// What is covered after a front: its levels, where all columns that they have a say on are cut.
+fn after(front: &Front, covered: &[f64], n: usize) -> Vec<f64> {
+    let cut = |j: usize| {
+        let (from, to) = (j.saturating_sub(2), j.min(n - 1));
+        front.span[0] <= from && to <= front.span[1]
+    };
+    (0..covered.len()).map(|j| if cut(j) { covered[j].max(front.levels[j]) } else { covered[j] }).collect()
+}

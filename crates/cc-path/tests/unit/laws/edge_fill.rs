@@ -1,0 +1,92 @@
+//! Laws of passes that fill edges.
+
+use super::*;
+
+/// Settings with edge fill for strips up to 8 mm.
+fn filled() -> LaySettings {
+    LaySettings { max_step_over: 8.0, edge_fill: true, pass_cost: 20.0, min_pass_length: 5.0, ..LaySettings::default() }
+}
+
+fn length(laid: &Laid) -> f64 {
+    laid.passes.iter().map(|p| p.length).sum()
+}
+
+fn lay_by(s: &Surface, strategy: &Strategy, settings: &LaySettings, width: &(dyn Fn(&CcPoint) -> f64 + Sync)) -> Laid {
+    lay_passes(s, &Region::default(), strategy, settings, width, &Silent).unwrap()
+}
+
+/// A parallelogram of 200 × 120 mm in the plane, its sides leaning by `lean` mm per mm.
+fn skewed(lean: f64) -> TriMesh {
+    grid(40, 24, |u, v| Point3::new(200.0 * u + lean * 120.0 * v, 120.0 * v, 0.0))
+}
+
+/// Largest ratio of the distance from a place of the plane to the nearest pass, to half the width
+/// allowed there.
+fn worst_reach(laid: &Laid, places: &[Point3<f64>], width: impl Fn(&Point3<f64>) -> f64) -> f64 {
+    places.iter().map(|p| distance_to_passes(p, laid) / (0.5 * width(p))).fold(0.0, f64::max)
+}
+
+#[test]
+fn narrow_strips_at_an_edge_get_partial_passes_and_the_rest_wide_ones() {
+    for (side, direction) in [(0.0, Direction::Forward), (200.0, Direction::Reverse)] {
+        let s = surface(skewed(0.0));
+        // As beside a leading edge: a third of the width over 20 mm, then wide.
+        let at = move |p: &Point3<f64>| if (p.x - side).abs() < 20.0 { 2.5 } else { 8.0 };
+        let strategy = planes(Vector3::y_axis());
+        // Forward is +x here: higher levels are to the left of the feed.
+        let forward = strategy.gradient(&Point3::origin()).unwrap().cross(&Vector3::z()).x;
+        assert!(forward > 0.0);
+        let settings = LaySettings { direction, ..filled() };
+        let plain =
+            lay_by(&s, &strategy, &LaySettings { edge_fill: false, ..settings.clone() }, &|cc| at(&cc.position));
+        let laid = lay_by(&s, &strategy, &settings, &|cc| at(&cc.position));
+        assert!(length(&laid) < 0.62 * length(&plain), "{} of {}", length(&laid), length(&plain));
+        let short: Vec<&LaidPass> = laid.passes.iter().filter(|p| p.partial && p.length < 100.0).collect();
+        assert!(short.len() > 10, "{}", short.len());
+        // They start at the narrow edge.
+        assert!(short.iter().all(|p| (p.pass.points[0].position.x - side).abs() < 1e-6));
+        let mut rng = Lcg::new(3);
+        let places: Vec<_> = (0..3000).map(|_| Point3::new(200.0 * rng.unit(), 120.0 * rng.unit(), 0.0)).collect();
+        let worst = worst_reach(&laid, &places, at);
+        assert!(worst < 1.02, "{worst}");
+    }
+}
+
+#[test]
+fn passes_of_even_width_stay_levels() {
+    let s = surface(skewed(0.0));
+    let strategy = planes(Vector3::y_axis());
+    let settings = filled();
+    let plain = lay_by(&s, &strategy, &LaySettings { edge_fill: false, ..settings.clone() }, &|_| 6.0);
+    assert_eq!(plain, lay_by(&s, &strategy, &settings, &|_| 6.0));
+}
+
+#[test]
+fn strips_of_a_skewed_region_are_no_wider_than_allowed() {
+    for lean in [-1.2, 0.1, 0.5] {
+        for pattern in [Pattern::OneWay, Pattern::Zigzag] {
+            for order in [LevelOrder::Increasing, LevelOrder::Decreasing] {
+                let s = surface(skewed(lean));
+                let at = |p: &Point3<f64>| 2.5 + 5.5 * ((p.x - lean * p.y) / 60.0).clamp(0.0, 1.0);
+                let settings = LaySettings { pattern, order, ..filled() };
+                let laid = lay_by(&s, &planes(Vector3::y_axis()), &settings, &|cc| at(&cc.position));
+                let mut rng = Lcg::new(3);
+                let place = |rng: &mut Lcg| {
+                    let y = 120.0 * rng.unit();
+                    Point3::new(200.0 * rng.unit() + lean * y, y, 0.0)
+                };
+                let places: Vec<_> = (0..600).map(|_| place(&mut rng)).collect();
+                // Beside a leaning side, a front that leans itself ends a little farther away.
+                let is_beside = |p: &Point3<f64>| !(4.0..196.0).contains(&(p.x - lean * p.y));
+                let (beside, inside): (Vec<_>, Vec<_>) = places.into_iter().partition(is_beside);
+                for (places, most) in [(inside, 1.005), (beside, 1.06)] {
+                    let worst = worst_reach(&laid, &places, at);
+                    assert!(worst < most, "{lean} {pattern:?} {order:?}: {worst}");
+                }
+                // The floor is 200 mm · 120 mm / 7.5 mm at the mean width; levels take 9.8 m.
+                assert!(length(&laid) < 7000.0, "{lean} {pattern:?} {order:?}: {}", length(&laid));
+                assert!(laid.passes.iter().all(|p| p.length >= 5.0));
+            }
+        }
+    }
+}
