@@ -32,7 +32,7 @@
 //! # Ok::<(), PathError>(())
 //! ```
 //!
-//! Guaranteed: every point lies on the mesh and on its level to rounding; the result is the same on
+//! Guaranteed: every point lies on the mesh and on its level or front to rounding; the result is the same on
 //! any number of threads; no input makes it panic. Estimated: chords, from the turn of the smooth
 //! normals inside facets.
 //!

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use crate::layout::along::Along;
 use crate::layout::front::Row;
 use crate::layout::levels::Band;
+use crate::layout::strip_width::least;
 use crate::strategy::Strategy;
 use crate::strategy::patch::Patch;
 use crate::strategy::settings::LaySettings;
@@ -57,6 +58,8 @@ struct Border {
 pub(crate) struct Columns {
     pub(crate) row: Row,
     pub(crate) along: Along,
+    /// Coordinate along the passes of each vertex of the patch, mm.
+    values: Vec<f64>,
     /// 1, or −1 where levels are negatives.
     pub(crate) sign: f64,
     /// First level, where the grid of levels begins.
@@ -112,6 +115,7 @@ impl Columns {
         let mut this = Self {
             row,
             along,
+            values,
             sign,
             first: first_level,
             step: (last_level - first_level) / n_levels as f64,
@@ -124,7 +128,7 @@ impl Columns {
             last: last_level,
         };
         for (t, band) in bands.iter().enumerate() {
-            this.add(patch, strategy, t, band, &values);
+            this.add(patch, strategy, t, band);
         }
         this.sum_up();
         this.find_inner_borders();
@@ -132,16 +136,14 @@ impl Columns {
     }
 
     /// Enters a triangle into its columns.
-    fn add(&mut self, patch: &Patch, strategy: &Strategy, t: usize, band: &Band, values: &[f64]) {
+    fn add(&mut self, patch: &Patch, strategy: &Strategy, t: usize, band: &Band) {
         let v = patch.mesh.triangles()[t].map(|v| v as usize);
-        let corners: [[f64; 2]; 3] = v.map(|v| [values[v], self.sign * patch.levels[v]]);
+        let corners: [[f64; 2]; 3] = v.map(|v| [self.values[v], self.sign * patch.levels[v]]);
         let share = slanted_share(patch, strategy, &self.along, t, v[0]);
         let band = Band { limit: band.limit * share, asked: band.asked * share, ..*band };
         let area = 0.5 * patch.mesh.scaled_normal(t).norm();
         let flat = area_of(&corners).max(f64::MIN_POSITIVE);
-        let xs = corners.map(|c| c[0]);
-        let (from, to) = (least(xs), -least(xs.map(|x| -x)));
-        for i in self.row.interval(from).0..=self.row.interval(to).0 {
+        for i in self.of_triangle(v) {
             let bounds = [self.row.at(i), self.row.at(i + 1)];
             let polygon = clip(&corners, bounds);
             if polygon.is_empty() {
@@ -155,6 +157,13 @@ impl Columns {
             self.enter(i, [low, high], &band, share, area * shared.min(1.0));
             self.border(i, &polygon, bounds, band.limit);
         }
+    }
+
+    /// The columns that a triangle reaches into, by the vertices of the patch at its corners.
+    pub(crate) fn of_triangle(&self, corners: [usize; 3]) -> std::ops::RangeInclusive<usize> {
+        let values = corners.map(|v| self.values[v]);
+        let (from, to) = (least(values), -least(values.map(|x| -x)));
+        self.row.interval(from).0..=self.row.interval(to).0
     }
 
     /// Enters a part of a triangle into one column.
@@ -227,7 +236,7 @@ impl Columns {
 
     /// Highest level that the pass after one at `level` may have on a column, so that the strip
     /// between both is nowhere wider than `factor` times the width allowed; infinite where the column
-    /// asks for no further pass.
+    /// needs no further pass, because the last is within a quarter of a step of the upper border.
     ///
     /// A place on a border that leans lies beside the end of the pass before or after it: it is
     /// within half a strip of one of both, where the end is at most `half / lean` of level away.
@@ -323,10 +332,6 @@ fn slanted_share(patch: &Patch, strategy: &Strategy, along: &Along, t: usize, v:
     let fixed = level.cross(&x).norm() / length;
     let steepest = slope - STEEPEST * (x.dot(&level) / slope).abs();
     (fixed.max(steepest) / slope).clamp(0.25, 1.0)
-}
-
-fn least(values: [f64; 3]) -> f64 {
-    values.into_iter().fold(f64::INFINITY, f64::min)
 }
 
 /// Area of a convex polygon.

@@ -36,7 +36,7 @@ impl Row {
 /// and the slope lie between those of the coefficients.
 #[derive(Clone, Debug)]
 pub(crate) struct Front {
-    /// Levels, one more than two per interval of the row.
+    /// Levels at the coefficients: two more than the row has intervals.
     pub(crate) levels: Vec<f64>,
     /// First and last interval that the pass runs over.
     pub(crate) span: [usize; 2],
@@ -87,10 +87,14 @@ pub(crate) struct FrontSet<'a> {
 }
 
 impl FrontSet<'_> {
-    /// Level of the strategy that the front has at a place, and its gradient in space.
-    fn level(&self, p: &Point3<f64>) -> (f64, Vector3<f64>) {
-        let (level, slope) = self.front.at(self.row, self.along.value(p));
-        (self.sign * level, self.along.gradient(p) * (self.sign * slope))
+    /// Level of the strategy that the front has at a place.
+    fn level(&self, p: &Point3<f64>) -> f64 {
+        self.sign * self.front.at(self.row, self.along.value(p)).0
+    }
+
+    /// Gradient of the level in space.
+    fn gradient(&self, p: &Point3<f64>) -> Vector3<f64> {
+        self.along.gradient(p) * (self.sign * self.front.at(self.row, self.along.value(p)).1)
     }
 
     /// Whether the pass runs over a place.
@@ -113,13 +117,13 @@ impl<'a> LevelSet<'a> {
 
     /// Value at a place; the pass is where it is [`LevelSet::level`].
     pub(crate) fn value(&self, p: &Point3<f64>) -> f64 {
-        self.strategy.level(p) - self.front.map_or(0.0, |f| f.level(p).0)
+        self.strategy.level(p) - self.front.map_or(0.0, |f| f.level(p))
     }
 
     /// Direction in which the value rises, not of unit length; `None` where there is none.
     pub(crate) fn gradient(&self, p: &Point3<f64>) -> Option<Vector3<f64>> {
         let level = self.strategy.gradient(p)?.into_inner();
-        Some(self.front.map_or(level, |f| level - f.level(p).1))
+        Some(self.front.map_or(level, |f| level - f.gradient(p)))
     }
 
     /// Whether the value is linear between two points.

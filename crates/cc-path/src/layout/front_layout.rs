@@ -1,5 +1,7 @@
 //! Fronts of a patch: from the columns that they are planned on to the triangles that they cross.
 
+use std::borrow::Cow;
+
 use crate::layout::columns::Columns;
 use crate::layout::front::{Front, FrontSet, LevelSet};
 use crate::layout::fronts::{FrontSettings, cost_of_levels, plan_fronts};
@@ -13,7 +15,7 @@ use crate::strategy::size::MAX_CROSSINGS;
 pub(crate) struct PassLevel<'a> {
     pub(crate) set: LevelSet<'a>,
     /// In rising order.
-    pub(crate) among: Vec<u32>,
+    pub(crate) among: Cow<'a, [u32]>,
 }
 
 impl PassLevel<'_> {
@@ -73,7 +75,8 @@ impl FrontLayout {
             let Columns { row, along, sign, .. } = &self.columns;
             LevelSet::of_front(strategy, FrontSet { front, row, along, sign: *sign })
         };
-        let level = |(front, among): (&'a Front, &Vec<u32>)| PassLevel { set: set(front), among: among.clone() };
+        let level =
+            |(front, among): (&'a Front, &'a Vec<u32>)| PassLevel { set: set(front), among: Cow::Borrowed(among) };
         self.fronts.iter().zip(&self.triangles).map(level).collect()
     }
 
@@ -103,16 +106,13 @@ impl FrontLayout {
 /// The triangles that each front may cross, in rising order; `None` where they are too many.
 fn triangles_at(patch: &Patch, columns: &Columns, fronts: &[Front], bands: &[Band]) -> Option<Vec<Vec<u32>>> {
     let index: Vec<ColumnIndex> = (0..columns.row.n).map(|i| ColumnIndex::of(fronts, i)).collect();
-    let values: Vec<f64> = patch.mesh.vertices().iter().map(|p| columns.along.value(p)).collect();
     let mut at = vec![Vec::new(); fronts.len()];
     let mut reached: Vec<u32> = Vec::new();
     let mut n_crossings = 0;
     for (t, band) in bands.iter().enumerate() {
-        let x = patch.mesh.triangles()[t].map(|v| values[v as usize]);
-        let (from, to) = (x[0].min(x[1]).min(x[2]), x[0].max(x[1]).max(x[2]));
         let levels = if columns.sign > 0.0 { [band.low, band.high] } else { [-band.high, -band.low] };
         reached.clear();
-        for column in &index[columns.row.interval(from).0..=columns.row.interval(to).0] {
+        for column in &index[columns.of_triangle(patch.mesh.triangles()[t].map(|v| v as usize))] {
             reached.extend(column.between(levels));
         }
         reached.sort_unstable();

@@ -102,16 +102,17 @@ impl Planner<'_> {
         let n = self.columns.row.n;
         let first = self.first_front();
         let mut covered = first.levels.clone();
-        let mut cost = self.cost(&first);
+        let mut cost = self.length(&first) + self.settings.pass_cost;
         let mut fronts = vec![first];
         // Since the last pass that went all along.
         let mut cycle = Sum::default();
         while let Some(next) = self.next(&covered, &cycle) {
+            let reached = after(&next.front, &covered, n);
             // A step lost in rounding would never end.
-            if fronts.len() >= most || next.work <= 0.0 && covered == after(&next.front, &covered, n) {
+            if fronts.len() >= most || reached == covered {
                 return None;
             }
-            covered = after(&next.front, &covered, n);
+            covered = reached;
             cost += next.cost;
             cycle = if next.is_partial { cycle.and(&next) } else { Sum::default() };
             fronts.push(next.front);
@@ -139,58 +140,41 @@ impl Planner<'_> {
             return None;
         }
         let full = self.candidate(covered, &targets, None)?;
-        let mut best: Option<(f64, Candidate)> = None;
-        let gain = |partial: &Candidate, others: &[&Candidate]| {
-            let mut at = after(&partial.front, covered, self.columns.row.n);
-            for other in others {
-                at = after(&other.front, &at, self.columns.row.n);
-            }
-            let targets = self.targets(&at);
-            let full = self.candidate(&at, &targets, None)?;
-            let sum = others.iter().fold(cycle.and(partial), |sum, other| sum.and(other));
-            Some(sum.and(&full).rate())
-        };
-        let of_side = |side: usize| -> Vec<Candidate> {
-            let may = self.settings.partial_from[side];
-            // Ends are compared where the region is at the levels to be cut.
-            let held = |i: &usize| self.columns.holds(*i, full.front.mean(*i));
-            let from = (0..self.columns.row.n).find(held).unwrap_or(0);
-            let to = (0..self.columns.row.n).rfind(held).map_or(0, |i| i + 1);
-            let reach = |k: usize| {
-                (to.saturating_sub(from)) * k / ENDS + if side == 0 { from } else { self.columns.row.n - to }
-            };
-            let reaches = (1..ENDS).filter(|_| may).map(|k| reach(k) + 1);
-            reaches.filter_map(|reach| self.partial(covered, &targets, side, reach)).collect()
-        };
-        let sides = [of_side(0), of_side(1)];
-        let mut best_of_sides: [Option<(f64, &Candidate)>; 2] = [None, None];
-        for (side, best) in sides.iter().zip(&mut best_of_sides) {
-            for partial in side {
-                let Some(rate) = gain(partial, &[]) else { continue };
-                if best.is_none_or(|(r, _)| rate > r) {
-                    *best = Some((rate, partial));
-                }
-            }
-        }
-        for (rate, partial) in best_of_sides.into_iter().flatten() {
-            if best.as_ref().is_none_or(|(r, _)| rate > *r) {
-                best = Some((rate, partial.clone()));
-            }
-        }
+        let alone = cycle.and(&full).rate();
+        let sides = [0, 1].map(|side| self.partials(covered, &targets, &full, side));
+        let rate = |partials: &[&Candidate]| self.rate(covered, cycle, partials);
+        let of_side = |side: &'_ [Candidate]| best(side.iter().filter_map(|p| Some((rate(&[p])?, p.clone()))));
+        let [left, right] = [of_side(&sides[0]), of_side(&sides[1])];
         // A pass that both ends hold back gains nothing from one partial pass.
-        if let [Some((_, left)), Some(_)] = best_of_sides {
-            for right in &sides[1] {
-                if right.front.span[0] <= left.front.span[1] {
-                    continue;
-                }
-                let Some(rate) = gain(left, &[right]) else { continue };
-                if best.as_ref().is_none_or(|(r, _)| rate > *r) {
-                    best = Some((rate, left.clone()));
-                }
-            }
-        }
+        let both = left.as_ref().and_then(|(_, left)| {
+            let apart = sides[1].iter().filter(|right| right.front.span[0] > left.front.span[1]);
+            best(apart.filter_map(|right| Some((rate(&[left, right])?, left.clone()))))
+        });
         // It has to gain more than rounding and the grain of the columns.
-        Some(best.filter(|(rate, _)| *rate > 1.005 * cycle.and(&full).rate()).map_or(full, |(_, partial)| partial))
+        let partial = best([left, right, both].into_iter().flatten()).filter(|(rate, _)| *rate > 1.005 * alone);
+        Some(partial.map_or(full, |(_, partial)| partial))
+    }
+
+    /// Partial passes from an end of the region, in place of a full one.
+    fn partials(&self, covered: &[f64], targets: &[f64], full: &Candidate, side: usize) -> Vec<Candidate> {
+        if !self.settings.partial_from[side] {
+            return Vec::new();
+        }
+        // Ends are compared where the region is at the levels to be cut.
+        let n = self.columns.row.n;
+        let holds = |i: &usize| self.columns.holds(*i, full.front.mean(*i));
+        let (Some(from), Some(last)) = ((0..n).find(holds), (0..n).rfind(holds)) else { return Vec::new() };
+        let beyond = if side == 0 { from } else { n - 1 - last };
+        let reaches = (1..ENDS).map(|k| beyond + (last + 1 - from) * k / ENDS + 1);
+        reaches.filter_map(|reach| self.partial(covered, targets, side, reach)).collect()
+    }
+
+    /// Work per length and cost of some partial passes, the full pass after them, and the passes of the
+    /// cycle before.
+    fn rate(&self, covered: &[f64], cycle: &Sum, partials: &[&Candidate]) -> Option<f64> {
+        let covered = partials.iter().fold(covered.to_vec(), |at, p| after(&p.front, &at, self.columns.row.n));
+        let full = self.candidate(&covered, &self.targets(&covered), None)?;
+        Some(partials.iter().fold(*cycle, |sum, p| sum.and(p)).and(&full).rate())
     }
 
     /// Highest level of the next pass for each coefficient.
@@ -209,7 +193,7 @@ impl Planner<'_> {
         let is_within = |j: usize| if from == 0 { j < reach } else { n - j <= reach };
         let joined: Vec<f64> = (0..n).map(|j| if is_within(j) { targets[j] } else { covered[j] }).collect();
         let candidate = self.candidate(covered, &joined, Some(from))?;
-        let long_enough = candidate.cost - self.settings.pass_cost >= self.settings.shortest;
+        let long_enough = self.length(&candidate.front) >= self.settings.shortest;
         (long_enough && candidate.front.joins[1 - from]).then_some(candidate)
     }
 
@@ -235,20 +219,20 @@ impl Planner<'_> {
                 span[side] = if side == 0 { 0 } else { n - 1 };
             }
         }
-        let length = |span: [usize; 2]| (span[0]..=span[1]).map(|i| self.columns.length(i, front.mean(i))).sum::<f64>();
-        if partial_from.is_none() && length(span) < self.settings.shortest {
-            span = [0, n - 1];
-        }
-        let cost = length(span) + self.settings.pass_cost;
-        front.joins = [span[0] > 0 && joins[0], span[1] + 1 < n && joins[1]];
         front.span = span;
-        let work = (span[0]..=span[1]).map(|i| self.columns.work(i, before.mean(i), front.mean(i))).sum();
+        if partial_from.is_none() && self.length(&front) < self.settings.shortest {
+            front.span = [0, n - 1];
+        }
+        let [from, to] = front.span;
+        front.joins = [from > 0 && joins[0], to + 1 < n && joins[1]];
+        let work = (from..=to).map(|i| self.columns.work(i, before.mean(i), front.mean(i))).sum();
+        let cost = self.length(&front) + self.settings.pass_cost;
         Some(Candidate { work, cost, is_partial: partial_from.is_some(), front })
     }
 
-    fn cost(&self, front: &Front) -> f64 {
-        let length = |i: usize| self.columns.length(i, front.mean(i));
-        (front.span[0]..=front.span[1]).map(length).sum::<f64>() + self.settings.pass_cost
+    /// Length of the pass on a front, mm.
+    fn length(&self, front: &Front) -> f64 {
+        (front.span[0]..=front.span[1]).map(|i| self.columns.length(i, front.mean(i))).sum()
     }
 
     /// The highest levels below the targets with slopes up to the steepest, rounded off at narrow
@@ -278,6 +262,11 @@ impl Planner<'_> {
         }
         levels
     }
+}
+
+/// The first of the candidates with the highest rate.
+fn best(rated: impl Iterator<Item = (f64, Candidate)>) -> Option<(f64, Candidate)> {
+    rated.reduce(|best, next| if next.0 > best.0 { next } else { best })
 }
 
 /// Rounds of smoothing of crests; each takes them off over one column more.

@@ -1,3 +1,5 @@
+use std::borrow::Cow;
+
 use facemill_cl_data::{CcPoint, Monitor, Pass};
 use facemill_surface_model::{Surface, TriMesh};
 use nalgebra::Point3;
@@ -53,7 +55,7 @@ pub struct LaidPass {
     pub length: f64,
     /// Whether the last point is the first again.
     pub closed: bool,
-    /// Whether it fills up an edge and joins the pass before it inside the region.
+    /// Whether one of its ends is inside the region, where it joins the pass before it.
     pub partial: bool,
 }
 
@@ -187,7 +189,10 @@ fn levels_of<'a>(
     rising: &[f64],
     triangles: Vec<Vec<u32>>,
 ) -> Vec<PassLevel<'a>> {
-    let level = |(&level, among): (&f64, Vec<u32>)| PassLevel { set: LevelSet::of_level(strategy, level), among };
+    let level = |(&level, among): (&f64, Vec<u32>)| PassLevel {
+        set: LevelSet::of_level(strategy, level),
+        among: Cow::Owned(among),
+    };
     let mut levels: Vec<PassLevel> = rising.iter().zip(triangles).map(level).collect();
     if settings.order == LevelOrder::Decreasing {
         levels.reverse();

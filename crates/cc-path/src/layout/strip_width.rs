@@ -55,7 +55,7 @@ pub(crate) fn bands(
     Ok((bands, StepOverCause { largest, is_largest: widths.iter().all(|&w| w >= largest) }))
 }
 
-fn least(values: [f64; 3]) -> f64 {
+pub(crate) fn least(values: [f64; 3]) -> f64 {
     values.into_iter().fold(f64::INFINITY, f64::min)
 }
 

@@ -83,10 +83,43 @@ fn strips_of_a_skewed_region_are_no_wider_than_allowed() {
                     let worst = worst_reach(&laid, &places, at);
                     assert!(worst < most, "{lean} {pattern:?} {order:?}: {worst}");
                 }
-                // The floor is 200 mm · 120 mm / 7.5 mm at the mean width; levels take 9.8 m.
+                // Levels take 49 · 200 mm; passes as wide as allowed everywhere, 120 mm · ∫ dx / w = 3.6 m.
                 assert!(length(&laid) < 7000.0, "{lean} {pattern:?} {order:?}: {}", length(&laid));
                 assert!(laid.passes.iter().all(|p| p.length >= 5.0));
             }
         }
     }
+}
+
+#[test]
+fn fronts_on_a_heap_of_random_triangles_lie_on_it_or_give_a_typed_error() {
+    let mut rng = Lcg::new(22);
+    let mut n_laid = 0;
+    for _ in 0..6 {
+        let vertices: Vec<Point3<f64>> = (0..12).map(|_| rng.point(30.0)).collect();
+        let mut index = || (rng.unit() * 12.0) as u32;
+        let triangles = (0..25).map(|_| [index(), index(), index()]).collect();
+        let s = surface(TriMesh::new(vertices, triangles).unwrap());
+        for strategy in [planes(rng.direction()), rings(rng.point(20.0), 0.0, 1e3)] {
+            let settings = LaySettings { max_step_over: 6.0, min_step_over: 2.0, ..filled() };
+            let width = |cc: &CcPoint| 2.0 + cc.position.x.abs() / 8.0;
+            match lay_passes(&s, &Region::default(), &strategy, &settings, &width, &Silent) {
+                Ok(laid) => {
+                    n_laid += 1;
+                    assert!(points(&laid).all(|(_, cc)| s.closest_point(&cc.position, 1e-9).is_some()));
+                }
+                Err(e) => assert!(matches!(e, PathError::EmptyRegion { .. } | PathError::NoPasses { .. }), "{e}"),
+            }
+        }
+    }
+    assert!(n_laid > 6, "{n_laid}");
+}
+
+#[test]
+fn a_negative_cost_of_a_pass_is_named() {
+    let s = surface(skewed(0.0));
+    let settings = LaySettings { pass_cost: -1.0, ..filled() };
+    let strategy = planes(Vector3::y_axis());
+    let e = lay_passes(&s, &Region::default(), &strategy, &settings, &|_| 1.0, &Silent).unwrap_err();
+    assert!(e.to_string().starts_with("pass_cost is -1"), "{e}");
 }

@@ -177,8 +177,8 @@ fn what_is_not_said_is_told_and_what_is_said_is_not() {
     assert_eq!(rests_on(&with(SIEMENS, "CYCLE832(0.0100,11,0.0050)", "G60"), siemens), [M6]);
 }
 
-/// What the machine builder's program for a tool change moves, and where a reference position is,
-/// texts do not say: told once, at the first line that rests on it.
+/// Motion of a tool change and reference positions, which no text gives, are reported once, at the
+/// first line that rests on them.
 #[test]
 fn tool_changes_and_reference_positions_of_the_control_are_assumptions() {
     let lines = |text: &str, dialect: Dialect, told: &str| -> Vec<u32> {
