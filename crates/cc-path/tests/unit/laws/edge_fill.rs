@@ -92,6 +92,45 @@ fn strips_of_a_skewed_region_are_no_wider_than_allowed() {
 }
 
 #[test]
+fn fronts_of_planes_and_cylinders_lie_on_a_wavy_mesh_within_a_strip_of_each_other() {
+    let s = surface(waves(40));
+    let axis_origin = Point3::new(50.0, -150.0, 0.0);
+    // Narrow at both sides of 100 mm; passes that all run one way fill up one of them only.
+    let at = |p: &Point3<f64>| 1.5 + 4.5 * (p.x.min(100.0 - p.x) / 25.0).clamp(0.0, 1.0);
+    for strategy in [planes(oblique()), rings(axis_origin, 100.0, 300.0)] {
+        let settings = LaySettings { max_step_over: 6.0, ..filled() };
+        let width = |cc: &CcPoint| at(&cc.position);
+        let plain = lay_by(&s, &strategy, &LaySettings { edge_fill: false, ..settings.clone() }, &width);
+        let on = |n_threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
+            pool.install(|| lay_by(&s, &strategy, &settings, &width))
+        };
+        let laid = on(2);
+        assert_eq!(laid, on(1));
+        let cost = |laid: &Laid| length(laid) + settings.pass_cost * laid.passes.len() as f64;
+        assert!(laid.passes.iter().any(|p| p.partial) && cost(&laid) < 0.98 * cost(&plain));
+        for (p, cc) in points(&laid) {
+            assert!(s.closest_point(&cc.position, 1e-9).is_some());
+            assert!((cc.feed.norm() - 1.0).abs() < 1e-9 && cc.feed.dot(&cc.normal).abs() < 1e-9);
+            // Fronts lean by at most 0.2 along the passes, and their coordinate by no more than the mesh
+            // asks for.
+            let level = strategy.gradient(&cc.position).unwrap();
+            assert!(cc.feed.dot(&level).abs() < 0.45, "{} at {}", cc.feed.dot(&level), p.level);
+        }
+        for (_, [a, b]) in gaps(&laid) {
+            assert!(a.feed.dot(&b.feed) > 0.5 && (b.position - a.position).dot(&a.feed) > 0.0);
+        }
+        let mut rng = Lcg::new(8);
+        for _ in 0..600 {
+            let p = Point3::new(2.0 + 96.0 * rng.unit(), 2.0 + 76.0 * rng.unit(), 0.0);
+            let p = s.closest_point(&p, 50.0).unwrap().position;
+            let reach = distance_to_passes(&p, &laid) / (0.5 * at(&p));
+            assert!(reach < 1.06, "{p}: {reach}");
+        }
+    }
+}
+
+#[test]
 fn fronts_on_a_heap_of_random_triangles_lie_on_it_or_give_a_typed_error() {
     let mut rng = Lcg::new(22);
     let mut n_laid = 0;
