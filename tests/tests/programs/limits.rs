@@ -126,6 +126,12 @@ fn values_that_no_tool_machine_or_control_has_are_refused_with_file_key_and_limi
             json!(1e6),
             &["entry.tangential_arc.radius_mm", "to 10000"],
         ),
+        (
+            "job.json",
+            "/operations/0/exit/tangential_arc/straight_mm".into(),
+            json!(-1.0),
+            &["exit.tangential_arc.straight_mm", "from 0 to 1000"],
+        ),
     ];
     for (file, pointer, value, words) in cases {
         let e = refused(file, &[(pointer.as_str(), value.clone())]);

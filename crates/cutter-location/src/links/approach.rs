@@ -55,10 +55,7 @@ pub fn arc_poses(
     step: f64,
 ) -> Vec<ClPoint> {
     let (ApproachShape::TangentialArc { radius, angle } | ApproachShape::RollIn { radius, angle }) = shape;
-    let along = match end {
-        PassEnd::Entry => -cc.feed.into_inner(),
-        PassEnd::Exit => cc.feed.into_inner(),
-    };
+    let along = outward_feed(end, cc);
     let normal = cc.normal.into_inner();
     let bend = match shape {
         ApproachShape::TangentialArc { .. } => normal,
@@ -77,11 +74,32 @@ pub fn arc_poses(
         .collect()
 }
 
+/// Poses of the straight line between a pass and its arc, from the one next to the pass outward, at
+/// most `step` mm apart, the axis as at the pass; none for a length of 0.
+///
+/// Poses lie as close as those of the arc, because the surface may rise or fall below the line.
+fn straight_poses(length: f64, end: PassEnd, cc: &CcPoint, cl: &ClPoint, step: f64) -> Vec<ClPoint> {
+    let along = outward_feed(end, cc);
+    let n = (length / step).ceil().clamp(0.0, MAX_TESTS) as usize;
+    (1..=n).map(|k| cl.translated(along * (length * k as f64 / n as f64))).collect()
+}
+
+/// Direction in which the tool goes away from an end of a pass.
+fn outward_feed(end: PassEnd, cc: &CcPoint) -> Vector3<f64> {
+    match end {
+        PassEnd::Entry => -cc.feed.into_inner(),
+        PassEnd::Exit => cc.feed.into_inner(),
+    }
+}
+
 /// Requirements of an approach.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ApproachSettings {
     /// Shape of the arc.
     pub shape: ApproachShape,
+    /// Length of the straight line along the feed between the pass and the arc, mm, 0 or more. It
+    /// cuts the strip beside the end of the pass, where the border of the surface leans.
+    pub straight: f64,
     /// Distance between the poses of the arc, mm; between them the tool goes straight.
     pub step: f64,
     /// Distance between tested poses on the way, mm. Larger: what is thinner may be passed over.
@@ -148,17 +166,17 @@ pub struct PassEndPose<'a> {
     pub uncut_left: bool,
 }
 
-/// Arc and retract at one end of a pass, tested as they are driven: at poses no farther apart than
-/// the test step, on the branch of the pass, the cutter's test body cuts nothing that must stay
-/// (the arc is lifted along the normal where facets ask for it, as poses are seated), bodies hit
-/// nothing, axis values exist, and an entry goes down into stock no more steeply than the tool may.
-/// Where the arc is not possible as asked, smaller ones of the same angle are tried, down to an
-/// eighth of the radius, and where it goes down too steeply flatter ones of the same height, up to
-/// eight times the radius. From the end of the arc the tool retracts along its axis in steps until
-/// it is clear.
+/// Straight line, arc and retract at one end of a pass, tested as they are driven: at poses no
+/// farther apart than the test step, on the branch of the pass, the cutter's test body cuts nothing
+/// that must stay (the way is lifted along the normal where facets require it, as poses are seated),
+/// bodies hit nothing, axis values exist, and an entry goes down into stock no more steeply than the
+/// tool may. Where this is not possible, shorter lines are tried, down to none, each also with
+/// flatter arcs of the same height where the arc goes down too steeply, up to eight times the
+/// radius; then smaller arcs of the same angle without a line, down to an eighth of the radius. From
+/// the end of the arc the tool retracts along its axis in steps until it is clear.
 ///
 /// # Errors
-/// The reason why the arc as asked cannot be taken, when no smaller one can either.
+/// The reason why the arc without the straight line cannot be taken, when no smaller one can either.
 pub fn approach(
     test: &PoseTest<'_>,
     settings: &ApproachSettings,
@@ -166,15 +184,31 @@ pub fn approach(
     hints: &mut Hints,
 ) -> Result<Approach, Infeasible> {
     let mut way = |settings: &ApproachSettings| Outward { test, settings, hints, near: *at.configuration }.way(at);
-    let refused = match way(settings) {
+    let mut with_line = |share: f64| {
+        let settings = ApproachSettings { straight: settings.straight.max(0.0) * share, ..*settings };
+        let refused = match way(&settings) {
+            Ok(approach) => return Ok(approach),
+            Err(why) => why,
+        };
+        let flatter = FLATTER.iter().filter_map(|&times| settings.flattened(times));
+        let mut flatter = flatter.take_while(|_| matches!(refused, Infeasible::Ramp { .. }));
+        flatter.find_map(|settings| way(&settings).ok()).ok_or(refused)
+    };
+    // On a surface that rises beyond the pass a straight line gouges, and the arc may not.
+    let lines = LINES.iter().filter(|_| settings.straight > 0.0);
+    if let Some(approach) = lines.map(|&share| with_line(share)).find_map(Result::ok) {
+        return Ok(approach);
+    }
+    let refused = match with_line(0.0) {
         Ok(approach) => return Ok(approach),
         Err(why) => why,
     };
-    let flatter = FLATTER.iter().filter_map(|&times| settings.flattened(times));
-    let flatter = flatter.take_while(|_| matches!(refused, Infeasible::Ramp { .. }));
-    let smaller = SMALLER.iter().map(|&share| settings.scaled(share));
-    flatter.chain(smaller).find_map(|settings| way(&settings).ok()).ok_or(refused)
+    let arc = ApproachSettings { straight: 0.0, ..*settings };
+    SMALLER.iter().find_map(|&share| way(&arc.scaled(share)).ok()).ok_or(refused)
 }
+
+/// Parts of the straight line that are tried, with the whole arc, before the arc alone.
+const LINES: [f64; 3] = [1.0, 0.5, 0.25];
 
 /// Parts of an arc's radius that are tried.
 const SMALLER: [f64; 3] = [0.5, 0.25, 0.125];
@@ -194,7 +228,9 @@ struct Outward<'t, 'a> {
 impl Outward<'_, '_> {
     fn way(mut self, at: &PassEndPose<'_>) -> Result<Approach, Infeasible> {
         let settings = self.settings;
-        let mut outward = arc_poses(settings.shape, at.end, at.cc, at.cl, at.uncut_left, settings.step);
+        let mut outward = straight_poses(settings.straight, at.end, at.cc, at.cl, settings.step);
+        let start = *outward.last().unwrap_or(at.cl);
+        outward.extend(arc_poses(settings.shape, at.end, at.cc, &start, at.uncut_left, settings.step));
         let mut from = *at.cl;
         let mut lift = 0.0;
         let normal = settings.allowed(at.cc.normal.into_inner());

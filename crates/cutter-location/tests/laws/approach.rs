@@ -114,7 +114,15 @@ fn with_stock<'a>(mesh: &'a MeshTree, thickness: f64) -> Obstacle<'a> {
 }
 
 fn settings(shape: ApproachShape) -> ApproachSettings {
-    ApproachSettings { shape, step: 1.0, test_step: 1.0, rapid_clearance: 5.0, max_retract: 200.0, still_across: None }
+    ApproachSettings {
+        shape,
+        straight: 0.0,
+        step: 1.0,
+        test_step: 1.0,
+        rapid_clearance: 5.0,
+        max_retract: 200.0,
+        still_across: None,
+    }
 }
 
 fn approach_from(
@@ -246,6 +254,72 @@ fn a_smaller_arc_of_the_same_angle_is_taken_where_something_stands_behind() {
     assert!(reaches[0] == reaches[0].max(0.999) && reaches.iter().any(|s| *s < 0.6), "{reaches:?}");
 }
 
+/// An entry or exit on the plane with a straight line before its arc.
+fn with_line(cell: &Workcell<'_>, line: &ApproachSettings, end: PassEnd) -> Result<Approach, Infeasible> {
+    let cc = cc_on_plane(0.0, 0.0);
+    let cl = cl_from_cc(cell.tool.cutter(), &cc, posture_deg(5.0, 0.0));
+    let configuration = stand(cell, &cl).configuration;
+    let at = PassEndPose { end, cc: &cc, cl: &cl, configuration: &configuration, uncut_left: true };
+    approach(&PoseTest::new(cell), line, &at, &mut Hints::default())
+}
+
+#[test]
+fn an_arc_begins_at_the_end_of_the_straight_line_along_the_feed() {
+    let tree = MeshTree::new(&plane(600.0));
+    let machine = machine();
+    let tool = tool(25.0, 2.0, 20.0);
+    let cell = workcell(&machine, &tool, vec![with_stock(&tree, 0.0)]);
+    for shape in shapes(30.0, 0.4) {
+        for end in ENDS {
+            let usual = settings(shape);
+            let alone = with_line(&cell, &usual, end).unwrap().outward;
+            for straight in [0.3, 7.0, 12.5] {
+                let found = with_line(&cell, &ApproachSettings { straight, ..usual }, end).unwrap().outward;
+                let n = straight.ceil() as usize;
+                let cl = cl_from_cc(tool.cutter(), &cc_on_plane(0.0, 0.0), posture_deg(5.0, 0.0));
+                let along = cc_on_plane(0.0, 0.0).feed.into_inner() * if end == PassEnd::Entry { -1.0 } else { 1.0 };
+                for (k, pose) in found[..n].iter().enumerate() {
+                    let way = along * (straight * (k + 1) as f64 / n as f64);
+                    assert!((pose.tip - cl.tip - way).norm() < 1e-9 && pose.axis == cl.axis);
+                }
+                assert_eq!(found.len(), n + alone.len());
+                for (pose, of_arc) in found[n..].iter().zip(&alone) {
+                    assert!((pose.tip - of_arc.tip - along * straight).norm() < 1e-9);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_straight_line_is_shortened_or_left_out_where_it_gouges_and_the_arc_does_not() {
+    let machine = machine();
+    let tool = tool(25.0, 2.0, 20.0);
+    let tree = MeshTree::new(&plane(600.0));
+    let usual = settings(ApproachShape::TangentialArc { radius: 60.0, angle: 0.6 });
+    let line = ApproachSettings { straight: 40.0, ..usual };
+    let (mut without, mut shorter) = (0, 0);
+    for ahead in [9.0, 14.0, 20.0, 40.0, 60.0] {
+        for height in [0.2, 0.5, 1.0, 2.0, 4.0] {
+            // A bump that the line runs into.
+            let post = Ball { center: Point3::new(ahead, 0.0, height - 10.0), radius: 10.0 };
+            let post_tree = MeshTree::new(&post.mesh());
+            let cell = workcell(&machine, &tool, vec![obstacle("part", &tree), obstacle("post", &post_tree)]);
+            let of_arc = with_line(&cell, &usual, PassEnd::Exit);
+            let of_line = with_line(&cell, &line, PassEnd::Exit);
+            assert!(of_line.is_ok() || of_arc.is_err(), "{ahead} {height}");
+            let Ok(found) = &of_line else { continue };
+            for pose in &found.outward {
+                let distance = distance_to_balls(&cell, pose, &[post]);
+                assert!(distance > -cell.gouge_tolerance - post.chord_error(), "{ahead} {height}: {distance}");
+            }
+            without += usize::from(of_line == of_arc);
+            shorter += usize::from(of_line != of_arc && found.outward[39].tip.z > found.outward[0].tip.z + 1.0);
+        }
+    }
+    assert!(without > 2 && shorter > 2, "{without} {shorter}");
+}
+
 #[test]
 fn a_lid_over_the_pass_blocks_the_retract_and_is_named() {
     let tree = MeshTree::new(&plane(600.0));
@@ -310,6 +384,7 @@ fn meaningless_settings_end_in_an_answer() {
         let usual = settings(ApproachShape::TangentialArc { radius: 30.0, angle: 0.4 });
         for settings in [
             ApproachSettings { step: odd, ..usual },
+            ApproachSettings { straight: odd, ..usual },
             ApproachSettings { test_step: odd, ..usual },
             ApproachSettings { max_retract: odd, ..usual },
             ApproachSettings { rapid_clearance: odd, max_retract: 1e300, ..usual },

@@ -255,6 +255,7 @@ fn entries_and_exits_are_on_the_branch_of_their_cut() {
         test_step: 1.0,
         rapid_clearance: 5.0,
         max_retract: 200.0,
+        straight: 0.0,
         still_across: None,
     };
     // Where the ram of one branch comes by on the way out.

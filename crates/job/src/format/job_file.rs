@@ -604,6 +604,15 @@ pub struct ArcFile {
     /// Angle that the arc runs through.
     #[schemars(range(min = 1, max = 90))]
     pub angle_deg: f64,
+    /// Straight line along the feed between the pass and the arc. Where the border of the surface
+    /// leans, it cuts the strip beside the end of the pass down to the cusp before the arc rises.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0, max = 1_000))]
+    pub straight_mm: f64,
+}
+
+fn is_zero(x: &f64) -> bool {
+    *x == 0.0
 }
 
 /// Copies of the passes about an axis, workpiece frame.

@@ -56,22 +56,29 @@ const LARGEST_HEIGHT: f64 = 100.0;
 /// any machine.
 const LARGEST_ARC: f64 = 1e4;
 
+/// Longest straight line between a pass and the arc at its end, mm.
+const LARGEST_STRAIGHT: f64 = 1000.0;
+
 /// Limits of the numbers of an operation.
 ///
 /// Fineness: below the smallest steps and tolerances a program has more blocks than a control can
 /// read; the generation of passes counts the resulting points.
-pub const OPERATION_LIMITS: [JobLimit<OperationFile>; 30] = [
+pub const OPERATION_LIMITS: [JobLimit<OperationFile>; 34] = [
     limit("path.file.max_distance_mm", |o| path_file(o).map(|f| f.max_distance_mm), 0.0, FARTHEST),
     limit("path.strategy.edge_margin_mm", |o| strategy(o).map(|s| s.edge_margin_mm), 0.0, FARTHEST),
     limit("path.strategy.min_pass_length_mm", |o| strategy(o).map(|s| s.min_pass_length_mm), 0.0, FARTHEST),
     limit("entry.tangential_arc.radius_mm", |o| tangential(&o.entry).map(|a| a.radius_mm), SMALLEST_STEP, LARGEST_ARC),
     limit("entry.tangential_arc.angle_deg", |o| tangential(&o.entry).map(|a| a.angle_deg), 1.0, 90.0),
+    limit("entry.tangential_arc.straight_mm", |o| tangential(&o.entry).map(|a| a.straight_mm), 0.0, LARGEST_STRAIGHT),
     limit("exit.roll_in.radius_mm", |o| rolled(&o.exit).map(|a| a.radius_mm), SMALLEST_STEP, LARGEST_ARC),
     limit("exit.roll_in.angle_deg", |o| rolled(&o.exit).map(|a| a.angle_deg), 1.0, 90.0),
+    limit("exit.roll_in.straight_mm", |o| rolled(&o.exit).map(|a| a.straight_mm), 0.0, LARGEST_STRAIGHT),
     limit("exit.tangential_arc.radius_mm", |o| tangential(&o.exit).map(|a| a.radius_mm), SMALLEST_STEP, LARGEST_ARC),
     limit("exit.tangential_arc.angle_deg", |o| tangential(&o.exit).map(|a| a.angle_deg), 1.0, 90.0),
+    limit("exit.tangential_arc.straight_mm", |o| tangential(&o.exit).map(|a| a.straight_mm), 0.0, LARGEST_STRAIGHT),
     limit("entry.roll_in.radius_mm", |o| rolled(&o.entry).map(|a| a.radius_mm), SMALLEST_STEP, LARGEST_ARC),
     limit("entry.roll_in.angle_deg", |o| rolled(&o.entry).map(|a| a.angle_deg), 1.0, 90.0),
+    limit("entry.roll_in.straight_mm", |o| rolled(&o.entry).map(|a| a.straight_mm), 0.0, LARGEST_STRAIGHT),
     limit("pattern.copies", |o| o.pattern.as_ref().map(|p| f64::from(p.copies)), 1.0, 1000.0),
     limit("pattern.index_angle_deg", |o| o.pattern.as_ref().map(|p| p.index_angle_deg), -360.0, 360.0),
     limit("search.weight", |o| Some(o.search.weight), 1e-6, 1e6),

@@ -60,18 +60,21 @@ pub(crate) fn approach_settings(
     rapid_clearance: f64,
     max_retract: f64,
 ) -> ApproachSettings {
-    let arc = |a: &ArcFile| (a.radius_mm, a.angle_deg.to_radians());
+    let (ApproachFile::TangentialArc(arc) | ApproachFile::RollIn(arc)) = file;
+    let &ArcFile { radius_mm: radius, straight_mm: straight, .. } = arc;
+    let angle = arc.angle_deg.to_radians();
     let shape = match file {
-        ApproachFile::TangentialArc(a) => {
-            let (radius, angle) = arc(a);
-            ApproachShape::TangentialArc { radius, angle }
-        }
-        ApproachFile::RollIn(a) => {
-            let (radius, angle) = arc(a);
-            ApproachShape::RollIn { radius, angle }
-        }
+        ApproachFile::TangentialArc(_) => ApproachShape::TangentialArc { radius, angle },
+        ApproachFile::RollIn(_) => ApproachShape::RollIn { radius, angle },
     };
-    let (ApproachShape::TangentialArc { radius, .. } | ApproachShape::RollIn { radius, .. }) = shape;
     let test_step = (0.25 * cutter.corner_radius()).clamp(TEST_STEPS[1], TEST_STEPS[0]);
-    ApproachSettings { shape, step: radius / ARC_STEPS, test_step, rapid_clearance, max_retract, still_across: None }
+    ApproachSettings {
+        shape,
+        straight,
+        step: radius / ARC_STEPS,
+        test_step,
+        rapid_clearance,
+        max_retract,
+        still_across: None,
+    }
 }
