@@ -66,8 +66,8 @@ const NEGLIGIBLE: Deviation = Deviation { tip: 1e-6, axis: 1e-9 };
 /// *Proof.* e(t), motion minus ideal motion, vanishes at both ends of the block, and |e‴| ≤ P, a
 /// sum over triples of joints. (1) With e″(½) = c, known exactly, a sum over pairs of joints, e is
 /// the sum of −t(1−t)·c/2 and of a part whose second derivative is at most P·|t − ½|; so |e|
-/// ≤ |c|/8 + P/48 (Green's function of the second derivative; its integral with |t − ½| is largest in
-/// the middle, 1/48). (2) e differs from the parabola 4t(1−t)·e(½) by at most P/6·|t(t−½)(t−1)|
+/// ≤ |c|/8 + P/48 (Green's function of the second derivative; its integral with |t − ½| is largest
+/// in the middle, 1/48). (2) e differs from the parabola 4t(1−t)·e(½) by at most P/6·|t(t−½)(t−1)|
 /// (interpolation at three times); so |e| ≤ |e(½)| + P·√3/216. (3) Where neither is sharp the block
 /// is split into n equal parts: in each |e| is at most the larger end's plus |e″|/(8n²), with |e″|
 /// ≤ |c| + P/2 everywhere. For the tool axis e is a chord between unit vectors, converted to an
