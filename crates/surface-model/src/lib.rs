@@ -3,7 +3,7 @@
 //! - [`import_mesh`] turns the bytes of an OBJ, glTF, GLB or STL file into a [`TriMesh`] in mm with
 //!   +Z up and says in a [`RepairReport`] what it mended and what it left: dirty meshes are
 //!   reported, not refused.
-//! - [`Surface`] takes a mesh for the smooth surface it stands for: normals with creases,
+//! - [`Surface`] takes a mesh as the smooth surface it represents: normals with creases,
 //!   curvature, closest point, rays, inside and outside, on a box [`Tree`] that others may walk
 //!   too.
 //! - [`plane_section`], [`cylinder_section`], [`implicit_section`] and [`level_curves`] cut it into
