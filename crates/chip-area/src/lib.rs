@@ -1,16 +1,15 @@
-//! Section area of the chip across the feed, which times the feed is the removal rate.
+//! Section area of the chip across the feed; multiplied by the feed, it is the removal rate.
 //!
-//! [`chip_of_pass`] answers for a pass of a flat, ball or bull-nose cutter on a plane, a convex or
-//! a concave surface, its axis tilted across the feed, along it or both, between stock, borders and
-//! neighbouring passes. It says how it found the area, in closed form or not, and how far it may be
-//! off. [`pass::table`] does the same for many cases as comma-separated values.
+//! [`chip_of_pass`] covers a pass of a flat, ball or bull-nose cutter on a plane, a convex or a
+//! concave surface, its axis tilted across the feed, along it or both, between stock, borders and
+//! neighbouring passes. It reports the method, in closed form or not, and an error bound.
+//! [`pass::table`] does the same for many cases as comma-separated values.
 //!
-//! [`largest_thickness`] tells how thick the chip of one tooth is, of any cutter in any
+//! [`largest_thickness`] returns the chip thickness of one tooth, for any cutter in any
 //! orientation.
 //!
 //! [`chip_area`] takes CHIP's own sections, with the paper's angles. [`chip_area_between_outlines`]
-//! answers for any cutter that has a lower outline across the feed, by quadrature to a given
-//! accuracy.
+//! covers any cutter that has a lower outline across the feed, by quadrature to a given accuracy.
 //!
 //! ```
 //! use facemill_chip_area::{
@@ -37,7 +36,7 @@
 //! # Ok::<(), facemill_chip_area::PassError>(())
 //! ```
 //!
-//! Modules, each of which imports those above it alone:
+//! Modules; each imports only those above it:
 //!
 //! | module | holds |
 //! |---|---|

@@ -2,7 +2,7 @@
 
 use std::ops::RangeInclusive;
 
-/// Why an area between outlines has no value.
+/// Reason why an area between outlines has no value.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OutlineError {
@@ -29,26 +29,27 @@ pub enum OutlineError {
     },
 }
 
-/// Area of the stock between the lower outlines of a cutter at two neighbouring positions, mm²:
-/// below `stock_top`, above the outline at the second position, and not above the one at the first.
+/// Returns the area of the stock between the lower outlines of a cutter at two neighbouring
+/// positions, mm²: below `stock_top`, above the outline at the second position, and not above the
+/// one at the first.
 ///
-/// This is the section of the chip across the feed when the tool axis leans along the feed, so that
+/// This is the section of the chip across the feed when the tool axis leans along the feed, where
 /// the cutter's outline seen along the feed is not its profile (a face mill with CLOPT's tilt shows
 /// an ellipse); CHIP's ball cases are the special case of an axis in the section plane. `first` and
 /// `second` are the heights z of the outlines over the lateral coordinate y, `None` where the
 /// cutter is not over y; `stock_top` is the height of the stock, −∞ where there is none. All are mm
-/// in one frame of the section. Whatever the cutter has above its lower outline counts as cut: an
-/// undercut behind an overhanging flute is filled. All pieces over `y_range` count, not only the
-/// one at the CC point.
+/// in one frame of the section. Everything above the lower outline counts as cut: an undercut
+/// behind an overhanging flute is filled. All pieces over `y_range` count, not only the one at the
+/// CC point.
 ///
 /// `accuracy` is the error to reach, mm². The error is an estimate (adaptive Simpson rule, where
-/// each panel compares one step with two): features of the outlines narrower than 1/64 of `y_range`
-/// can be missed, while edges, kinks and steps within the panels that see them are resolved to it.
+/// each panel compares one step with two). Features of the outlines narrower than 1/64 of `y_range`
+/// can be missed, but edges, kinks and steps within the panels that detect them are resolved to it.
 /// An empty range has area 0.
 ///
 /// # Errors
-/// When the range or the accuracy is no number to work with, a height is NaN or unbounded, or 2²⁰
-/// heights do not reach the accuracy.
+/// When the range or the accuracy is not usable, a height is NaN or unbounded, or 2²⁰ heights do
+/// not reach the accuracy.
 pub fn chip_area_between_outlines(
     first: impl Fn(f64) -> Option<f64>,
     second: impl Fn(f64) -> Option<f64>,
@@ -76,7 +77,7 @@ pub fn chip_area_between_outlines(
 }
 
 const FIRST_PANELS: u32 = 64;
-/// Halvings of a first panel after which a step of the height is narrow enough to be left alone:
+/// Largest number of halvings of a first panel, after which a step of the height is narrow enough:
 /// 2⁻⁴⁰ of the panel.
 const MAX_HALVINGS: u32 = 40;
 const MAX_HEIGHTS: usize = 1 << 20;

@@ -15,12 +15,12 @@ use crate::pass::placed::Placed;
 use crate::section::SectionSurface;
 use crate::section::slab::Cut;
 
-/// End of a cutter; above it the flute goes on along the axis without end.
+/// End of a cutter; above it the flute continues along the axis without end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CutterEnd {
     /// Radius R, mm.
     pub radius: f64,
-    /// Corner radius r, mm, that of a round insert: 0 for a flat end, R for a ball, between them a
+    /// Corner radius r of a round insert, mm: 0 for a flat end, R for a ball, between them a
     /// bull-nose.
     pub corner_radius: f64,
 }
@@ -30,7 +30,7 @@ pub struct CutterEnd {
 pub enum Beside {
     /// Stock without end.
     Stock,
-    /// The same cutter has passed there, with its axis as [`NeighbourAxis`] says.
+    /// The same cutter has passed there, with the axis given by [`NeighbourAxis`].
     Cut {
         /// Distance of the CC points along the surface (lf), mm.
         step_over: f64,
@@ -46,7 +46,7 @@ pub enum Beside {
 ///
 /// A first pass has [`Beside::Stock`] (in the middle of the stock) or [`Beside::Border`] (at its
 /// edge) where others have a neighbour; a last one has a border opposite to its neighbour, or
-/// neighbours on both sides, whose step-overs need not be equal.
+/// neighbours on both sides, whose step-overs may differ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Engagement {
     /// Thickness of the stock over the surface, along its normal (ta), mm.
@@ -63,14 +63,14 @@ pub struct Engagement {
 /// CLOPT's tilt α and rotate β are the same: tan(lead) = tan α·cos β and tan(lean) = tan α·sin β.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Orientation {
-    /// Along the feed, rad, in (−π/2, π/2).
+    /// Angle along the feed, rad, in (−π/2, π/2).
     pub lead: f64,
-    /// Across the feed, toward the left, rad, in (−π/2, π/2); CHIP's tilt.
+    /// Angle across the feed, toward the left, rad, in (−π/2, π/2); CHIP's tilt.
     pub lean: f64,
 }
 
 impl Orientation {
-    /// That of CLOPT's posture: tilt α in [0, π/2) and rotate β, rad.
+    /// Converts CLOPT's posture: tilt α in [0, π/2) and rotate β, rad.
     pub fn from_tilt_rotate(tilt: f64, rotate: f64) -> Self {
         let ((sin, cos), tan) = (rotate.sin_cos(), tilt.tan());
         Self { lead: (tan * cos).atan(), lean: (tan * sin).atan() }
@@ -103,13 +103,13 @@ pub struct PassSection {
     pub neighbour_axis: NeighbourAxis,
 }
 
-/// How an area was computed.
+/// Method by which an area was computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
     /// Circles and lines: crossings and areas by formula. Flat and bull-nose cutters with their
     /// axis in the section plane, and balls in every orientation.
     ClosedForm,
-    /// The rim is seen as an ellipse, offset by the corner: areas under it by formula (with the
+    /// The rim appears as an ellipse, offset by the corner: areas under it by formula (with the
     /// elliptic integral of its length), its crossings by bracketed iteration to the last digits.
     IteratedCrossings,
     /// Integrated over heights above the surface: neighbours on a curved surface whose axis has
@@ -122,22 +122,21 @@ pub enum Method {
 pub struct ChipArea {
     /// Area, mm².
     pub area: f64,
-    /// How it was computed.
+    /// Method of the computation.
     pub method: Method,
-    /// The area is not farther than this from the exact one, mm²: rounding, and what is left of the
-    /// iteration. Of a quadrature it is an estimate, the difference of Kronrod's and Gauss's rules
-    /// summed over all parts.
+    /// Bound on the error, mm²: rounding, and the residual of the iteration. For a quadrature it is
+    /// an estimate, the difference of Kronrod's and Gauss's rules summed over all parts.
     pub error_bound: f64,
 }
 
-/// Section area of the chip of a pass: the stock inside the cutter that hangs together with the CC
-/// point, less what the neighbouring passes have cut.
+/// Returns the section area of the chip of a pass: the stock inside the cutter that is connected to
+/// the CC point, minus the cuts of the neighbouring passes.
 ///
-/// The cutter is what is seen of it along the feed: its profile when the axis is in the section
-/// plane (CHIP), else the silhouette of its rim, corner and flute (CLOPT's postures). The flute
-/// counts where the stock reaches it. A flat bottom along the surface touches it with its middle,
-/// which is the limit of a cutter that leads along the feed; one that leans, however little,
-/// touches with its corner. `docs/chip-area.md` derives each case.
+/// The cutter counts as seen along the feed: its profile when the axis is in the section plane
+/// (CHIP), else the silhouette of its rim, corner and flute (CLOPT's postures). The flute counts
+/// where the stock reaches it. A flat bottom along the surface touches it with its middle, which is
+/// the limit of a cutter that leads along the feed; one that leans, however little, touches with
+/// its corner. `docs/chip-area.md` derives each case.
 ///
 /// Limits: 0 for a depth of cut of 0 or, beside a neighbour, a step-over of 0; a plane is the limit
 /// of both curved surfaces, a flat end and a ball those of the bull-nose, and the axis in the
@@ -160,8 +159,8 @@ pub struct ChipArea {
 /// ```
 ///
 /// # Errors
-/// When a value is not finite or out of its range, or the cutter cannot be where the section puts
-/// it: see [`PassError`].
+/// When a value is not finite or out of its range, or the section has an impossible cutter
+/// position: see [`PassError`].
 pub fn chip_of_pass(section: &PassSection) -> Result<ChipArea, PassError> {
     check_values(section)?;
     let placed = Placed::new(section);

@@ -16,8 +16,7 @@ use crate::section::rim::Rim;
 use crate::section::slab::{Cut, Layer};
 use crate::section::tool_section::{Contact, PARALLEL, ToolSection};
 
-/// The cutter in the section: what lies above its bottom runs on without end along the axis as
-/// flute.
+/// The cutter in the section: above its bottom it continues without end along the axis as flute.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SectionCutter {
     /// Flat end, sharp corner; the corner touches the surface.
@@ -83,8 +82,8 @@ pub struct ChipSection {
     pub lean: f64,
 }
 
-/// Area of the chip between two neighbouring positions, mm²: the stock inside the cutter at the
-/// second position and not inside the cutter at the first (CHIP (2) to (9)).
+/// Returns the area of the chip between two neighbouring positions, mm²: the stock inside the
+/// cutter at the second position and not inside the cutter at the first (CHIP (2) to (9)).
 ///
 /// Only the piece of stock that touches the second CC point counts; a flute that meets the far side
 /// of a concave surface cuts nothing here. Flute contact (the paper's fig. 3, ta > tmax) needs no
@@ -92,17 +91,17 @@ pub struct ChipSection {
 ///
 /// Closed form up to rounding: the outlines are circles and lines, and between their crossings the
 /// chip is bounded by one arc from below and one from above, whose integrals are elementary. Of the
-/// ten printed values seven are met to the print's 4e-4, which is what the paper's own comparison
-/// reaches, and three are not: the untilted convex ball (exact 2.0909 at the 45° of the paper's
-/// table 1; the printed 1.9863 is the area at 25°), the tilted concave flat (exact 1.8217, printed
+/// ten printed values, seven agree within the print's 4e-4, the agreement of the paper's own
+/// comparison. Three do not: the untilted convex ball (exact 2.0909 at the 45° of the paper's table
+/// 1; the printed 1.9863 is the area at 25°), the tilted concave flat (exact 1.8217, printed
 /// 1.8247) and the tilted concave ball (exact 2.3684, printed 2.4444). The cause of the last two is
 /// not known; the exact area is returned.
 ///
 /// Limits: 0 for a depth of cut or a step of 0; a plane is the limit of both curved surfaces.
 ///
 /// # Errors
-/// When a value is not finite or out of its range, or the cutter cannot be where the section puts
-/// it: see [`ChipAreaError`].
+/// When a value is not finite or out of its range, or the section has an impossible cutter
+/// position: see [`ChipAreaError`].
 pub fn chip_area(section: &ChipSection) -> Result<f64, ChipAreaError> {
     check_values(section)?;
     let placed = Placed::new(section);
@@ -187,7 +186,7 @@ struct Placed {
     cutter: SectionCutter,
     layer: Layer,
     contacts: [Contact; 2],
-    /// Whether the step goes toward +x at the first position.
+    /// Whether the step leads toward +x at the first position.
     steps_right: bool,
 }
 
@@ -230,8 +229,9 @@ impl Placed {
         Ok(self.contacts.map(|contact| ToolSection::touching(rim, &contact, side)))
     }
 
-    /// The bottom rises from the corner in contact. Where it is parallel to the surface the other
-    /// position decides, and where it is at both the corner that leads the step.
+    /// Returns whether the left corner touches: the bottom rises from the corner in contact. Where
+    /// it is parallel to the surface the other position decides, and where it is at both, the
+    /// corner that leads the step.
     fn left_corner_touches(&self) -> Result<bool, ChipAreaError> {
         let rises_right = self.contacts.map(|c| c.normal.x);
         match rises_right.map(|x| if x.abs() <= PARALLEL { 0.0 } else { x.signum() }) {

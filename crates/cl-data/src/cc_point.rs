@@ -2,10 +2,10 @@
 
 use nalgebra::{Isometry3, Point3, Rotation3, Unit, Vector3};
 
-/// Where the cutter touches the part: position on the surface, outward unit normal N, unit feed
+/// Contact of the cutter with the part: position on the surface, outward unit normal N, unit feed
 /// direction Et.
 ///
-/// The feed direction is tangent to the surface; [`CcPoint::new`] makes it so. Workpiece frame, mm.
+/// The feed direction is tangent to the surface; [`CcPoint::new`] projects it. Workpiece frame, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CcPoint {
     /// Contact point on the part (Pcc).
@@ -16,7 +16,7 @@ pub struct CcPoint {
     pub feed: Unit<Vector3<f64>>,
 }
 
-/// Why three vectors are not a CC point.
+/// Reason why three vectors are not a CC point.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum CcPointError {
@@ -26,7 +26,7 @@ pub enum CcPointError {
     /// The normal has no direction.
     #[error("CC point has a normal of length zero")]
     NoNormal,
-    /// The feed direction is parallel to the normal, so it says nothing about the tangent plane.
+    /// The feed direction is parallel to the normal, so it gives no direction in the tangent plane.
     #[error("CC point has a feed direction parallel to its normal")]
     FeedAlongNormal,
 }
@@ -48,22 +48,22 @@ impl CcPoint {
         Ok(Self { position, normal, feed })
     }
 
-    /// Tilt direction Et′: the feed direction turned about N by `rotate`, right-handed (CLOPT,
-    /// before (1)).
+    /// Returns the tilt direction Et′: the feed direction turned about N by `rotate`, right-handed
+    /// (CLOPT, before (1)).
     pub fn tilt_direction(&self, rotate: f64) -> Unit<Vector3<f64>> {
         Rotation3::from_axis_angle(&self.normal, rotate) * self.feed
     }
 
-    /// Tool axis of a posture, from tip to spindle (CLOPT (1), Ncl), in the form `cos α·N + sin
-    /// α·Et′`, which is the printed quotient without its pole at 90°.
+    /// Returns the tool axis of a posture, from tip to spindle (CLOPT (1), Ncl), in the form
+    /// `cos α·N + sin α·Et′`, which is the printed quotient without its pole at 90°.
     pub fn tool_axis(&self, posture: Posture) -> Unit<Vector3<f64>> {
         let (sin, cos) = posture.tilt.sin_cos();
         let axis = self.normal.into_inner() * cos + self.tilt_direction(posture.rotate).into_inner() * sin;
         Unit::new_normalize(axis)
     }
 
-    /// The posture with this tool axis: the inverse of [`CcPoint::tool_axis`]. Tilt is in 0..=π,
-    /// rotate in −π..=π, and 0 where the axis lies along the normal.
+    /// Returns the posture with this tool axis: the inverse of [`CcPoint::tool_axis`]. Tilt is in
+    /// 0..=π, rotate in −π..=π, and 0 where the axis lies along the normal.
     pub fn posture_of(&self, axis: &Unit<Vector3<f64>>) -> Posture {
         let (along, left, up) = (self.feed.dot(axis), self.left().dot(axis), self.normal.dot(axis));
         let across = along.hypot(left);
@@ -71,13 +71,13 @@ impl CcPoint {
         Posture { tilt: across.atan2(up), rotate }
     }
 
-    /// The direction across the feed in the tangent plane, to the left of the feed seen from
-    /// outside: N × Et.
+    /// Returns the direction across the feed in the tangent plane, to the left of the feed seen
+    /// from outside: N × Et.
     pub fn left(&self) -> Unit<Vector3<f64>> {
         Unit::new_normalize(self.normal.cross(&self.feed))
     }
 
-    /// The same point of the part after the part has moved by `to_from`.
+    /// Returns the same point of the part after the part has moved by `to_from`.
     #[must_use]
     pub fn transformed(&self, to_from: &Isometry3<f64>) -> Self {
         Self {
@@ -88,7 +88,7 @@ impl CcPoint {
     }
 }
 
-/// Where the tool is: APT `GOTO/x,y,z,i,j,k`. Workpiece frame, mm.
+/// Tool pose: APT `GOTO/x,y,z,i,j,k`. Workpiece frame, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ClPoint {
     /// Tool tip: centre of the cutter's bottom, on the axis (Pcl).
@@ -98,13 +98,13 @@ pub struct ClPoint {
 }
 
 impl ClPoint {
-    /// The same tool pose after part and tool have moved by `to_from`.
+    /// Returns the same tool pose after part and tool have moved by `to_from`.
     #[must_use]
     pub fn transformed(&self, to_from: &Isometry3<f64>) -> Self {
         Self { tip: to_from * self.tip, axis: to_from.rotation * self.axis }
     }
 
-    /// The pose moved by `by`, with the same axis.
+    /// Returns the pose moved by `by`, with the same axis.
     #[must_use]
     pub fn translated(&self, by: Vector3<f64>) -> Self {
         Self { tip: self.tip + by, axis: self.axis }
@@ -124,17 +124,18 @@ pub struct Posture {
 }
 
 impl Posture {
-    /// Lead: the lean of the axis along the feed, `tan(lead) = tan α · cos β`.
+    /// Returns the lead: the lean of the axis along the feed, `tan(lead) = tan α · cos β`.
     pub fn lead(&self) -> f64 {
         (self.tilt.sin() * self.rotate.cos()).atan2(self.tilt.cos())
     }
 
-    /// Lean: the lean of the axis to the left of the feed, `tan(lean) = tan α · sin β`.
+    /// Returns the lean of the axis to the left of the feed, `tan(lean) = tan α · sin β`.
     pub fn lean(&self) -> f64 {
         (self.tilt.sin() * self.rotate.sin()).atan2(self.tilt.cos())
     }
 
-    /// The posture with this lead and lean, each in (−π/2, π/2). Rotate is 0 where both are 0.
+    /// Returns the posture with this lead and lean, each in (−π/2, π/2). Rotate is 0 where both are
+    /// 0.
     pub fn from_lead_lean(lead: f64, lean: f64) -> Self {
         let (along, across) = (lead.tan(), lean.tan());
         Self {

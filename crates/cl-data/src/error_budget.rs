@@ -1,6 +1,6 @@
 //! Error budget of an operation.
 
-/// The error budget of an operation, mm: what each stage may add to the depth below the true
+/// Error budget of an operation, mm: the contribution of each stage to the depth below the true
 /// surface.
 ///
 /// Their [sum](ErrorBudget::total) is the largest depth below the true surface that a clean program
@@ -20,7 +20,7 @@ pub struct ErrorBudget {
 }
 
 impl ErrorBudget {
-    /// Sum of all parts, mm.
+    /// Returns the sum of all parts, mm.
     pub fn total(&self) -> f64 {
         self.mesh_chord + self.control + self.simulated()
     }

@@ -1,10 +1,10 @@
-//! The words of the pipeline: what one stage hands to the next.
+//! Data types of the pipeline, which one stage passes to the next.
 //!
-//! A planned operation is read in this order: [`CcPoint`]s in [`Pass`]es (where the cutter touches
-//! the part), [`ClPoint`]s (where the tool is), axis values (crate `facemill-inverse-kinematics`),
-//! timed blocks, NC text. This crate holds the first two, the [`Posture`] that leads from one to
-//! the other, and the terms every claim is made in: the [`MotionLaw`] between two blocks and the
-//! [`ErrorBudget`] of an operation.
+//! A planned operation passes through these stages: [`CcPoint`]s in [`Pass`]es (contact of the
+//! cutter with the part), [`ClPoint`]s (tool poses), axis values (crate
+//! `facemill-inverse-kinematics`), timed blocks, NC text. This crate holds the first two, the
+//! [`Posture`] that leads from one to the other, and the terms of every guarantee: the
+//! [`MotionLaw`] between two blocks and the [`ErrorBudget`] of an operation.
 //!
 //! Units are mm, rad and s; every position and direction is in the workpiece frame unless a name
 //! says otherwise.
@@ -19,7 +19,7 @@
 //! assert!((cc.tool_axis(posture).x - posture.tilt.sin()).abs() < 1e-15);
 //! ```
 //!
-//! Modules, each of which imports those above it alone:
+//! Modules; each imports only those above it:
 //!
 //! | module | holds |
 //! |---|---|

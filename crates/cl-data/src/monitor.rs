@@ -1,16 +1,15 @@
 //! Progress and cancellation of long computations.
 
-/// Progress and cancellation of a long computation, given as an argument by whoever owns the
-/// screen.
+/// Progress and cancellation of a long computation, passed as an argument by the user interface.
 ///
 /// Results never depend on it, except that a cancelled computation has none.
 pub trait Monitor: Sync {
-    /// Says that `steps` more steps are done; what a step is, the called function says.
+    /// Reports that `steps` more steps are done; the called function defines a step.
     fn advance(&self, steps: usize);
-    /// Whether to stop as soon as possible. Asked at least once a step.
+    /// Returns whether to stop as soon as possible. Queried at least once a step.
     fn is_cancelled(&self) -> bool;
 
-    /// `Err(Cancelled)` when [`Monitor::is_cancelled`], for use with `?`.
+    /// Returns `Err(Cancelled)` when [`Monitor::is_cancelled`], for use with `?`.
     ///
     /// # Errors
     /// When the computation has been cancelled.

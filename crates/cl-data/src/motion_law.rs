@@ -3,8 +3,8 @@
 /// Motion of a control between two programmed positions of a cutting move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CuttingLaw {
-    /// All machine axes move linearly together: the tip runs along a curve. Five-axis moves without
-    /// RTCP.
+    /// All machine axes move linearly together: the tip moves along a curve. Five-axis moves
+    /// without RTCP.
     AxesLinear,
     /// RTCP: the tip moves on a straight line in the workpiece frame, the rotary axes linearly.
     TipAndRotariesLinear,
@@ -13,17 +13,17 @@ pub enum CuttingLaw {
     TipLinearVectorTurned,
 }
 
-/// Motion of a control between two programmed positions of a rapid. Under RTCP some keep the tip on
-/// a line at rapid rate, too: their rapids then have a [`CuttingLaw`].
+/// Motion of a control between two programmed positions of a rapid. Under RTCP some controls keep
+/// the tip on a line at rapid rate, too: their rapids then have a [`CuttingLaw`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RapidLaw {
     /// All machine axes start and end together.
     Linear,
-    /// Each axis moves at its own speed and stops when it is there: the path bends.
+    /// Each axis moves at its own speed and stops when it arrives: the path bends.
     PerAxis,
 }
 
-/// How far smoothing and corner blending may take the control from the programmed motion.
+/// Largest deviation of the control from the programmed motion by smoothing and corner blending.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ControlTolerance {
     /// Deviation of the tip, mm.
@@ -33,19 +33,20 @@ pub struct ControlTolerance {
 }
 
 impl ControlTolerance {
-    /// Returns the largest loss of a cutter of radius `radius` by it, mm: path + R × orientation.
+    /// Returns the largest resulting deviation of a cutter of radius `radius`, mm: path + R ×
+    /// orientation.
     pub fn charge(&self, radius: f64) -> f64 {
         self.path + radius * self.orientation
     }
 }
 
-/// The motion every claim between two positions is made for.
+/// Motion assumed by every guarantee between two positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionLaw {
-    /// Between the positions of cutting moves.
+    /// Motion between the positions of cutting moves.
     pub cutting: CuttingLaw,
-    /// Between the positions of rapids; under RTCP only with a control that does not keep the tip
-    /// on a line there.
+    /// Motion between the positions of rapids; under RTCP only with a control that does not keep
+    /// the tip on a line there.
     pub rapid: RapidLaw,
     /// Deviation from either.
     pub control_tolerance: ControlTolerance,

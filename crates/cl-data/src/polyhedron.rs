@@ -7,7 +7,7 @@ use crate::aabb::Aabb;
 /// Convex polyhedron with an interior, in its own frame, mm: at most
 /// [`ConvexPolyhedron::MOST_VERTICES`] vertices.
 ///
-/// It is made around points by [`ConvexPolyhedron::around`], and holds them all.
+/// It is made around points by [`ConvexPolyhedron::around`], and contains them all.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ConvexPolyhedron {
     vertices: Vec<Point3<f64>>,
@@ -55,11 +55,11 @@ pub struct NearestPoint {
 }
 
 impl ConvexPolyhedron {
-    /// Most vertices that a polyhedron has: every query looks at all of them.
+    /// Largest number of vertices of a polyhedron: every query tests all of them.
     pub const MOST_VERTICES: usize = 128;
 
-    /// From vertices and from outward normals with their counterclockwise loops; `None` where these
-    /// do not close.
+    /// Creates it from vertices and from outward normals with their counterclockwise loops; `None`
+    /// where these do not close.
     pub(crate) fn from_faces(vertices: Vec<Point3<f64>>, loops: Vec<(Vector3<f64>, Vec<u32>)>) -> Option<Self> {
         let reach = |n: &Vector3<f64>| vertices.iter().map(|v| n.dot(&v.coords)).fold(f64::NEG_INFINITY, f64::max);
         let faces: Vec<Face> =
@@ -86,22 +86,22 @@ impl ConvexPolyhedron {
         Some(Self { vertices, vertex_normals, faces, edges, bounds, center, inner_radius_bound })
     }
 
-    /// Its vertices.
+    /// Returns its vertices.
     pub fn vertices(&self) -> &[Point3<f64>] {
         &self.vertices
     }
 
-    /// Its faces.
+    /// Returns its faces.
     pub fn faces(&self) -> &[Face] {
         &self.faces
     }
 
-    /// Smallest box around it.
+    /// Returns the smallest box around it.
     pub fn aabb(&self) -> Aabb {
         self.bounds
     }
 
-    /// Mean of the vertices: a point of the interior.
+    /// Returns the mean of the vertices, a point of the interior.
     pub fn center(&self) -> Point3<f64> {
         self.center
     }
@@ -112,7 +112,7 @@ impl ConvexPolyhedron {
         self.inner_radius_bound
     }
 
-    /// Volume, mm³.
+    /// Returns the volume, mm³.
     pub fn volume(&self) -> f64 {
         self.triangles()
             .map(|t| t.map(|k| self.vertices[k as usize] - self.center))
@@ -120,13 +120,13 @@ impl ConvexPolyhedron {
             .sum()
     }
 
-    /// The faces cut into triangles, counterclockwise seen from outside.
+    /// Returns the faces cut into triangles, counterclockwise seen from outside.
     pub fn triangles(&self) -> impl Iterator<Item = [u32; 3]> + '_ {
         self.faces.iter().flat_map(|f| f.corners[1..].windows(2).map(|pair| [f.corners[0], pair[0], pair[1]]))
     }
 
-    /// Height of a point above the planes of the faces: the largest of all, negative inside, with
-    /// that face's normal.
+    /// Returns the height of a point above the planes of the faces: the largest of all, negative
+    /// inside, with that face's normal.
     ///
     /// Outside it is at most the distance; inside it is the negative distance to the outside.
     #[inline]
@@ -137,7 +137,7 @@ impl ConvexPolyhedron {
         })
     }
 
-    /// A vertex farthest in a direction, which need not be of unit length.
+    /// Returns a vertex farthest in a direction, which need not be of unit length.
     #[inline]
     pub fn support(&self, along: &Vector3<f64>) -> Point3<f64> {
         let mut best = (f64::NEG_INFINITY, self.center);
@@ -150,13 +150,13 @@ impl ConvexPolyhedron {
         best.1
     }
 
-    /// The point of the polyhedron nearest to `p`, which is `p` itself inside; exact to rounding.
+    /// Returns the point of the polyhedron nearest to `p`, which is `p` itself inside; exact to
+    /// rounding.
     ///
-    /// All faces, and outside all edges, are looked at: 0.2 µs at 8 vertices, 1.7 µs at 128.
+    /// Tests all faces, and outside all edges: 0.2 µs at 8 vertices, 1.7 µs at 128.
     pub fn nearest(&self, p: &Point3<f64>) -> NearestPoint {
         let inside = NearestPoint { point: *p, distance: 0.0, away: Vector3::zeros() };
-        // Also a point that is not a number is nowhere outside; callers handle one
-        // before.
+        // A NaN point also counts as not outside; callers handle it before.
         if self.height(p).0 <= 0.0 {
             return inside;
         }
@@ -195,8 +195,8 @@ impl ConvexPolyhedron {
         best
     }
 
-    /// The face that `p` stands on: above it, not farther than given, and within its edges. Its
-    /// foot is the nearest point, because the whole polyhedron is behind the face.
+    /// Returns the face below `p`: `p` is above it, no farther than given, and within its edges.
+    /// Its foot is the nearest point, because the whole polyhedron is behind the face.
     fn face_below(&self, p: &Point3<f64>, distance_sq: f64) -> Option<(&Face, f64)> {
         self.faces.iter().find_map(|face| {
             let height = face.normal.dot(&p.coords) - face.offset;
@@ -205,7 +205,7 @@ impl ConvexPolyhedron {
         })
     }
 
-    /// Whether a point is within the edges of a face, seen along its normal.
+    /// Returns whether a point is within the edges of a face, seen along its normal.
     fn is_within(&self, face: &Face, p: &Point3<f64>) -> bool {
         let corner = |k: usize| &self.vertices[face.corners[k] as usize];
         let n = face.corners.len();
@@ -215,9 +215,9 @@ impl ConvexPolyhedron {
         })
     }
 
-    /// A unit vector near `away` behind whose plane through `point` all vertices are. Of a point
-    /// that is hardly outside, `away` is mostly rounding, and planes across it would cut the body;
-    /// `inward` is one that does not.
+    /// Returns a unit vector near `away` such that all vertices are behind the plane across it
+    /// through `point`. For a point that is hardly outside, `away` is mostly rounding, and planes
+    /// across it would cut the body; `inward` is one that does not.
     fn supporting(&self, point: &Point3<f64>, away: &Vector3<f64>, inward: &Vector3<f64>) -> Vector3<f64> {
         let mut share = 0.0f64;
         for v in &self.vertices {
@@ -237,7 +237,7 @@ impl ConvexPolyhedron {
 /// Rounding of a difference of coordinates, relative to them.
 const ROUNDING: f64 = 4e-16;
 
-/// The edges between the faces; `None` unless each is passed once by each of two faces.
+/// Returns the edges between the faces; `None` unless each is passed once by each of two faces.
 fn edges_of(vertices: &[Point3<f64>], faces: &[Face]) -> Option<Vec<Edge>> {
     let mut passed = std::collections::BTreeMap::new();
     for (k, face) in faces.iter().enumerate() {

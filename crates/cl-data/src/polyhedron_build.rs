@@ -1,7 +1,7 @@
 //! A convex polyhedron around points, cut from their box by half spaces that hold them all.
 //!
-//! Whatever the directions of the cuts, what is left holds every point; the directions only decide
-//! how much more it holds.
+//! For any directions of the cuts, the rest contains every point; the directions decide only how
+//! much more it contains.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,11 +9,11 @@ use nalgebra::{Point3, Vector3};
 
 use crate::polyhedron::ConvexPolyhedron;
 
-/// Why there is no body around points.
+/// Reason why there is no body around points.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PolyhedronError {
-    /// A coordinate is not a number or infinite.
+    /// A coordinate is NaN or infinite.
     #[error("point {index} is not finite")]
     NotFinite {
         /// Index of the point, from 0.
@@ -28,43 +28,43 @@ pub enum PolyhedronError {
     /// The points are all in a plane, or there are fewer than four.
     #[error("its points are in one plane, to a micrometre: a body needs four that are not")]
     Flat,
-    /// Rounding left nothing that closes.
+    /// Rounding left no closed body.
     #[error("its points are too thin or too near to each other for a body around them")]
     Degenerate,
 }
 
-/// Least depth of a cut, mm: so much more than its points a polyhedron may hold anyway, and thinner
+/// Least depth of a cut, mm: a polyhedron may exceed its points by this much anyway, and thinner
 /// slices only cost vertices.
 const LEAST_CUT: f64 = 1e-4;
 
 /// Least thickness of a body, mm.
 const LEAST_THICKNESS: f64 = 1e-3;
 
-/// A vertex this near to a plane counts as on it, relative to the coordinates: some hundred times
-/// what they are rounded by, so that planes through one vertex do not leave slivers.
+/// Relative distance to a plane below which a vertex counts as on it: some hundred times the
+/// rounding of coordinates, so planes through one vertex do not leave slivers.
 const ON_PLANE: f64 = 1e-13;
 
-/// How far out a point may be that counts as held, relative to the coordinates: 1e-9 mm at a metre,
-/// the band of verdicts. Vertices on several planes may be off by several times [`ON_PLANE`].
+/// Relative distance outside up to which a point counts as contained: 1e-9 mm at a metre, the band
+/// of verdicts. Vertices on several planes may be off by several times [`ON_PLANE`].
 const HELD: f64 = 1e-12;
 
 /// A polyhedron of this many faces has at most 128 vertices.
 const MOST_FACES: usize = ConvexPolyhedron::MOST_VERTICES / 2 + 2;
 
-/// Most directions taken from the surface itself, those of the largest area.
+/// Largest number of directions taken from the surface itself, those of the largest area.
 const MOST_FACETS: usize = 500;
 
 impl ConvexPolyhedron {
     /// Largest coordinate of a point, mm: a kilometre.
     pub const FARTHEST: f64 = 1e6;
 
-    /// A convex polyhedron that holds all the points, to 1e-12 of their coordinates (1e-9 mm at a
-    /// metre); 0.1 s for 4000.
+    /// Creates a convex polyhedron that contains all the points, to 1e-12 of their coordinates
+    /// (1e-9 mm at a metre); 0.1 s for 4000.
     ///
     /// It is their box, cut by planes that touch the points: along the facets of their hull where
-    /// these are few, so that it is the hull, and else along as many as [`Self::MOST_VERTICES`]
-    /// allow, the deepest cut first. `facets` are normals of the surface that the points are from,
-    /// of the length of a facet's area: hints that make it tighter, and may be empty.
+    /// these are few, which gives the hull itself, and else along as many as
+    /// [`Self::MOST_VERTICES`] allow, the deepest cut first. `facets` are normals of the surface of
+    /// the points, of the length of a facet's area: hints that make it tighter, and may be empty.
     ///
     /// # Errors
     /// [`PolyhedronError`].
@@ -77,14 +77,14 @@ impl ConvexPolyhedron {
         let cuts = directions(points, facets).into_iter().map(|n| Cut::touching(points, n, on_plane));
         let (along_facets, others): (Vec<_>, Vec<_>) = cuts.partition(|cut| cut.is_along_facet);
         let cut = Cell::of_box(points).cut_deepest_first(along_facets, on_plane).cut_deepest_first(others, on_plane);
-        // All that is above may only make it looser; that it holds the points is seen here. Their
+        // Everything above can only make it looser; this checks that it contains the points. Their
         // box always does.
         let holds = |polyhedron: &Self| points.iter().all(|p| polyhedron.nearest(p).distance <= HELD * size.max(1.0));
         [cut, Cell::of_box(points)].iter().filter_map(Cell::closed).find(holds).ok_or(PolyhedronError::Degenerate)
     }
 }
 
-/// A half space that holds the points and touches them.
+/// A half space that contains the points and touches them.
 struct Cut {
     normal: Vector3<f64>,
     offset: f64,
@@ -101,7 +101,7 @@ impl Cut {
     }
 }
 
-/// Largest coordinate of points that a body can be made around.
+/// Returns the largest coordinate of points that a body can be made around.
 fn checked_size(points: &[Point3<f64>]) -> Result<f64, PolyhedronError> {
     let mut size = 0.0f64;
     for (index, p) in points.iter().enumerate() {
@@ -116,7 +116,7 @@ fn checked_size(points: &[Point3<f64>]) -> Result<f64, PolyhedronError> {
     if thickness(points) < LEAST_THICKNESS { Err(PolyhedronError::Flat) } else { Ok(size) }
 }
 
-/// Distance of the farthest point from the plane of three that are far apart, mm.
+/// Returns the distance of the farthest point from the plane of three that are far apart, mm.
 fn thickness(points: &[Point3<f64>]) -> f64 {
     let farthest = |of: &dyn Fn(&Point3<f64>) -> f64| {
         points.iter().map(|p| (of(p), *p)).reduce(|a, b| if b.0 > a.0 { b } else { a })
@@ -131,13 +131,13 @@ fn thickness(points: &[Point3<f64>]) -> f64 {
     if height.is_finite() { height.min(width) } else { 0.0 }
 }
 
-/// Largest coordinate along a direction.
+/// Returns the largest coordinate along a direction.
 fn reach(points: &[Point3<f64>], along: &Vector3<f64>) -> f64 {
     points.iter().map(|p| along.dot(&p.coords)).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Unit vectors to cut along: those of the surface, those of the hull's facets found from
-/// directions all around, and these.
+/// Returns unit vectors to cut along: those of the surface, those of the hull's facets found from
+/// directions all around, and these directions.
 fn directions(points: &[Point3<f64>], facets: impl IntoIterator<Item = Vector3<f64>>) -> Vec<Vector3<f64>> {
     let mut all = largest_facets(facets);
     all.extend(hull_facet(points, &Vector3::z()).into_iter().flat_map(|first| wrapped(points, first)));
@@ -149,7 +149,7 @@ fn directions(points: &[Point3<f64>], facets: impl IntoIterator<Item = Vector3<f
     all
 }
 
-/// The directions of the largest area, of those within half a degree only one.
+/// Returns the directions of the largest area, only one of those within half a degree.
 fn largest_facets(facets: impl IntoIterator<Item = Vector3<f64>>) -> Vec<Vector3<f64>> {
     let mut by_direction: BTreeMap<[i32; 3], (f64, f64, Vector3<f64>)> = BTreeMap::new();
     for scaled in facets {
@@ -173,8 +173,8 @@ struct HullFacet {
     corners: [usize; 3],
 }
 
-/// A facet of the hull near a direction: the plane that touches the points there, turned until it
-/// touches a second and a third one. `None` where they do not tell.
+/// Returns a facet of the hull near a direction: the plane that touches the points there, turned
+/// until it touches a second and a third one. `None` where they do not determine it.
 fn hull_facet(points: &[Point3<f64>], direction: &Vector3<f64>) -> Option<HullFacet> {
     let farther =
         |a: usize, b: usize| if direction.dot(&points[b].coords) > direction.dot(&points[a].coords) { b } else { a };
@@ -186,7 +186,8 @@ fn hull_facet(points: &[Point3<f64>], direction: &Vector3<f64>) -> Option<HullFa
     Some(HullFacet { normal, corners: [a, b, c] })
 }
 
-/// Facets of the hull from one to the next over their edges, all of them where the hull has few.
+/// Follows facets of the hull from one to the next over their edges, all of them where the hull has
+/// few.
 fn wrapped(points: &[Point3<f64>], first: HullFacet) -> Vec<Vector3<f64>> {
     let mut all = vec![first.normal];
     let (mut passed, mut pending) = (BTreeSet::new(), vec![first]);
@@ -207,7 +208,7 @@ fn wrapped(points: &[Point3<f64>], first: HullFacet) -> Vec<Vector3<f64>> {
     all
 }
 
-/// A plane through `a` turned about `axis` until it touches a point, and that point.
+/// Turns a plane through `a` about `axis` until it touches a point, and returns that point.
 fn turned(
     points: &[Point3<f64>],
     a: &Point3<f64>,
@@ -226,11 +227,11 @@ fn turned(
     Some(((normal * cos + toward * sin).try_normalize(0.0)?, k))
 }
 
-/// Most edges that facets of the hull are followed over: enough for all hulls that can be kept as
-/// they are.
+/// Largest number of edges over which facets of the hull are followed: enough for all hulls that
+/// can be kept as they are.
 const MOST_TURNS: usize = 400;
 
-/// A convex polyhedron while it is cut.
+/// A convex polyhedron under construction.
 struct Cell {
     vertices: Vec<Point3<f64>>,
     /// Outward unit normals, and corners counterclockwise seen from outside.
@@ -238,7 +239,7 @@ struct Cell {
 }
 
 impl Cell {
-    /// The box of the points.
+    /// Returns the box of the points.
     fn of_box(points: &[Point3<f64>]) -> Self {
         let along = |k: usize, sign: f64| sign * reach(points, &(Vector3::ith(k, 1.0) * sign));
         let (min, max) = (Vector3::from_fn(|k, _| along(k, -1.0)), Vector3::from_fn(|k, _| along(k, 1.0)));
@@ -251,8 +252,8 @@ impl Cell {
         }
     }
 
-    /// Cut along the deepest of the cuts, and so on, until what is left is hardly deeper or has as
-    /// many faces as it may.
+    /// Cuts along the deepest of the cuts, and repeats, until no remaining cut is deep enough or
+    /// the number of faces is at its limit.
     fn cut_deepest_first(mut self, mut cuts: Vec<Cut>, on_plane: f64) -> Self {
         while self.faces.len() < MOST_FACES {
             let depths = cuts.iter().enumerate().map(|(k, cut)| (reach(&self.vertices, &cut.normal) - cut.offset, k));
@@ -261,7 +262,7 @@ impl Cell {
                 break;
             }
             let cut = cuts.swap_remove(k);
-            // A cut that rounding spoils is left out: what remains holds the points as before.
+            // A cut spoiled by rounding is left out: the rest contains the points as before.
             if let Some(smaller) = self.cut(&cut.normal, cut.offset, on_plane) {
                 self = smaller;
             }
@@ -275,7 +276,7 @@ impl Cell {
         let heights: Vec<f64> = self.vertices.iter().map(|v| normal.dot(&v.coords) - offset).collect();
         let mut cut = Self { vertices: self.vertices.clone(), faces: Vec::new() };
         let mut crossings = BTreeMap::new();
-        // Where the new face's border leads from each of its corners.
+        // Successor of each corner on the new face's border.
         let mut border = BTreeMap::new();
         for (face_normal, corners) in &self.faces {
             let mut left = Vec::new();
@@ -315,8 +316,8 @@ impl Cell {
         (cut.vertices.len() <= ConvexPolyhedron::MOST_VERTICES && cut.closed().is_some()).then_some(cut)
     }
 
-    /// The vertex where an edge leaves through the plane: its inner end where that is on the plane,
-    /// else a new one.
+    /// Returns the vertex where an edge leaves through the plane: its inner end where that is on
+    /// the plane, else a new one.
     fn crossing(&mut self, inner: u32, outer: u32, heights: &[f64], on_plane: f64) -> u32 {
         let (low, high) = (heights[inner as usize], heights[outer as usize]);
         if low >= -on_plane {
@@ -345,7 +346,8 @@ impl Cell {
     }
 }
 
-/// The one loop that steps from corner to corner make; `None` where they make none or several.
+/// Returns the one loop made by steps from corner to corner; `None` where they make none or
+/// several.
 fn closed_loop(next: &BTreeMap<u32, u32>) -> Option<Vec<u32>> {
     let first = *next.keys().next()?;
     let mut all = vec![first];

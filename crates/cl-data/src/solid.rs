@@ -71,7 +71,7 @@ pub struct PlacedSolid {
 }
 
 impl RoundFrustum {
-    /// Distance from `p` (own frame) to the undilated frustum, 0 inside.
+    /// Returns the distance from `p` (own frame) to the undilated frustum, 0 inside.
     pub fn core_distance(&self, p: &Point3<f64>) -> f64 {
         let radial = p.x.hypot(p.y);
         // In the (radial, z) half plane the frustum is a trapezoid with one slanted side.
@@ -90,8 +90,8 @@ impl RoundFrustum {
         if radial <= wall { 0.0 } else { self.slant_distance(radial, p.z) }
     }
 
-    /// Distance in the (radial, z) half plane to the segment from (`radius_low`, `z_low`) to
-    /// (`radius_high`, `z_high`).
+    /// Returns the distance in the (radial, z) half plane to the segment from (`radius_low`,
+    /// `z_low`) to (`radius_high`, `z_high`).
     fn slant_distance(&self, radial: f64, z: f64) -> f64 {
         let (along_r, along_z) = (self.radius_high - self.radius_low, self.z_high - self.z_low);
         let length_sq = along_r * along_r + along_z * along_z;
@@ -100,8 +100,8 @@ impl RoundFrustum {
         (dr - t * along_r).hypot(dz - t * along_z)
     }
 
-    /// Distance from a point of the undilated frustum (own frame) to its outside, 0 for points that
-    /// are not in it.
+    /// Returns the distance from a point of the undilated frustum (own frame) to its outside, 0 for
+    /// points that are not in it.
     pub fn core_depth(&self, p: &Point3<f64>) -> f64 {
         let height = self.z_high - self.z_low;
         if height <= 0.0 {
@@ -113,7 +113,7 @@ impl RoundFrustum {
         to_wall.min(p.z - self.z_low).min(self.z_high - p.z).max(0.0)
     }
 
-    /// Smallest box around the dilated body, own frame.
+    /// Returns the smallest box around the dilated body, own frame.
     pub fn aabb(&self) -> Aabb {
         let r = self.radius_low.max(self.radius_high);
         Aabb { min: Point3::new(-r, -r, self.z_low), max: Point3::new(r, r, self.z_high) }.dilated(self.rounding)
@@ -121,21 +121,21 @@ impl RoundFrustum {
 }
 
 impl RoundBox {
-    /// Distance from `p` (own frame) to the undilated box, 0 inside.
+    /// Returns the distance from `p` (own frame) to the undilated box, 0 inside.
     pub fn core_distance(&self, p: &Point3<f64>) -> f64 {
         (p.coords.abs() - self.half_extents).sup(&Vector3::zeros()).norm()
     }
 }
 
 impl Solid {
-    /// Distance from `p` (own frame) to the body, negative down to −rounding inside the dilated
-    /// skin, −rounding deeper.
+    /// Returns the distance from `p` (own frame) to the body, negative down to −rounding inside the
+    /// dilated skin, −rounding deeper.
     pub fn distance(&self, p: &Point3<f64>) -> f64 {
         self.core_distance(p) - self.rounding()
     }
 
-    /// Distance from `p` (own frame) to the undilated body, 0 inside. It is convex and changes by
-    /// at most the distance that `p` moves.
+    /// Returns the distance from `p` (own frame) to the undilated body, 0 inside. It is convex and
+    /// changes by at most the distance that `p` moves.
     pub fn core_distance(&self, p: &Point3<f64>) -> f64 {
         match self {
             Self::Frustum(f) => f.core_distance(p),
@@ -144,9 +144,9 @@ impl Solid {
         }
     }
 
-    /// Radius of the largest ball about `p` (own frame) within the dilated body; for a point
-    /// outside, its distance from the body, negative. It is concave, and changes by at most the
-    /// distance that `p` moves.
+    /// Returns the radius of the largest ball about `p` (own frame) within the dilated body; for a
+    /// point outside, its distance from the body, negative. It is concave, and changes by at most
+    /// the distance that `p` moves.
     pub fn depth(&self, p: &Point3<f64>) -> f64 {
         let outside = self.core_distance(p);
         if outside > 0.0 {
@@ -160,7 +160,7 @@ impl Solid {
         self.rounding() + within
     }
 
-    /// Radius of the dilating ball, mm.
+    /// Returns the radius of the dilating ball, mm.
     pub fn rounding(&self) -> f64 {
         match self {
             Self::Frustum(f) => f.rounding,
@@ -169,7 +169,7 @@ impl Solid {
         }
     }
 
-    /// The body dilated by `by` more (mm, may be negative down to −rounding).
+    /// Returns the body dilated by `by` more (mm, may be negative down to −rounding).
     #[must_use]
     pub fn dilated(&self, by: f64) -> Self {
         let mut solid = self.clone();
@@ -182,7 +182,7 @@ impl Solid {
         solid
     }
 
-    /// Smallest box around the dilated body, own frame.
+    /// Returns the smallest box around the dilated body, own frame.
     pub fn aabb(&self) -> Aabb {
         match self {
             Self::Frustum(f) => f.aabb(),
@@ -193,8 +193,8 @@ impl Solid {
         }
     }
 
-    /// A point of the undilated body, for asking whether a body that touches nothing is wholly
-    /// inside something.
+    /// Returns a point of the undilated body, for testing whether a body that touches nothing is
+    /// wholly inside another.
     pub fn interior_point(&self) -> Point3<f64> {
         match self {
             Self::Frustum(f) => Point3::new(0.0, 0.0, 0.5 * (f.z_low + f.z_high)),

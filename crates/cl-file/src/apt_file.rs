@@ -4,11 +4,11 @@ use facemill_cl_data::ClPoint;
 use facemill_nc_program::Coolant;
 use facemill_nc_program::SpindleSpec;
 
-/// Lines that are looked at for words of a CL file.
+/// Number of lines that are searched for words of a CL file.
 const FIRST_LINES: usize = 500;
 
-/// Whether a text is a CL file (APT) and no program of a control: one of its first lines begins
-/// with a major word that no control has.
+/// Returns whether a text is a CL file (APT) and not a program of a control: one of its first lines
+/// begins with a major word that no control has.
 #[must_use]
 pub fn is_cl_file(text: &[u8]) -> bool {
     const WORDS: [&str; 9] =
@@ -47,7 +47,7 @@ pub struct AptCutter {
     pub height: f64,
 }
 
-/// One thing an APT file says about the way.
+/// A move or comment of an APT file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AptMove {
     /// PPRINT.
@@ -56,7 +56,7 @@ pub enum AptMove {
     Rapid(ClPoint),
     /// FEDRAT, GOTO.
     Linear {
-        /// Where to.
+        /// Tip and axis at the end.
         cl: ClPoint,
         /// Speed of the tip, mm/min, positive.
         feed: f64,
@@ -66,11 +66,11 @@ pub enum AptMove {
 /// An APT file as it was read. Lengths in mm, whatever unit the file has.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct AptFile {
-    /// Every statement, in order, also those that are not understood.
+    /// Every statement, in order, including unknown ones.
     pub statements: Vec<AptStatement>,
-    /// Every point the tool goes to, in order.
+    /// Every point of the tool, in order.
     pub points: Vec<AptPoint>,
-    /// Major words that were kept and not evaluated, by first appearance.
+    /// Major words that were kept without evaluation, by first appearance.
     pub unknown: Vec<AptUnknownWord>,
 }
 
@@ -79,9 +79,9 @@ pub struct AptFile {
 pub struct AptStatement {
     /// First line, from 1.
     pub line: u32,
-    /// As it stands, continuation lines joined.
+    /// Original text, continuation lines joined.
     pub text: Box<str>,
-    /// Meaning, as far as it concerns the tool.
+    /// Meaning, as far as it affects the tool.
     pub meaning: AptMeaning,
 }
 
@@ -97,9 +97,9 @@ pub enum AptMeaning {
     Unit(f64),
     /// CUTTER: diameter and corner radius, mm; the corner radius is 0 where it is not given.
     Cutter {
-        /// mm.
+        /// Diameter, mm.
         diameter: f64,
-        /// mm.
+        /// Corner radius, mm.
         corner_radius: f64,
     },
     /// LOADTL, LOAD/TOOL.
@@ -108,7 +108,7 @@ pub enum AptMeaning {
     Spindle {
         /// Revolutions per minute.
         rpm: f64,
-        /// CLW, and where nothing is said.
+        /// True for CLW, and without a direction.
         clockwise: bool,
     },
     /// FEDRAT, mm/min.
@@ -123,9 +123,9 @@ pub enum AptMeaning {
     Cycle(bool),
     /// CIRCLE: the next point is the end of an arc.
     Circle,
-    /// CSYS with twelve numbers: the frame of the points that follow in that of the part, three
-    /// rows of a direction's components and an offset (mm); TRNTYP, which says what such a frame is
-    /// for, has none.
+    /// CSYS with twelve numbers: the frame of the following points in that of the part, three rows
+    /// of a direction's components and an offset (mm). `None` for TRNTYP, which gives the purpose
+    /// of such a frame.
     Frame(Option<Box<[f64; 12]>>),
     /// CUTCOM: whether the control is to offset the tool to one side. Points are as given.
     RadiusCompensation(bool),
@@ -133,33 +133,33 @@ pub enum AptMeaning {
     Setup(bool),
     /// FINI.
     End,
-    /// Known to say nothing about where the tool is (COOLNT, SELECT, lengths of the tool that a
+    /// Known not to affect the position of the tool (COOLNT, SELECT, lengths of the tool that a
     /// system draws, …).
     Auxiliary,
-    /// Kept and not evaluated.
+    /// Kept without evaluation.
     Unknown,
 }
 
-/// A point the tool goes to.
+/// A point of the tool's path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AptPoint {
     /// Line of the statement, from 1.
     pub line: u32,
-    /// How it goes there.
+    /// Kind of the move to it.
     pub kind: AptPointKind,
     /// Tip and axis as given, in the file's own frame, mm.
     pub cl: ClPoint,
-    /// mm/min; `None` for rapids and before the first FEDRAT.
+    /// Feed, mm/min; `None` for rapids and before the first FEDRAT.
     pub feed: Option<f64>,
-    /// Index in [`AptFile::statements`] of the frame that the point is given in; `None` before the
+    /// Index in [`AptFile::statements`] of the frame in which the point is given; `None` before the
     /// first.
     pub frame: Option<u32>,
 }
 
-/// How the tool goes to a point.
+/// Kind of the move to a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AptPointKind {
-    /// FROM: it is there.
+    /// FROM: the tool is there.
     Start,
     /// Behind RAPID.
     Rapid,
@@ -171,10 +171,10 @@ pub enum AptPointKind {
     Cycle,
 }
 
-/// A major word that was kept and not evaluated.
+/// A major word that was kept without evaluation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AptUnknownWord {
-    /// Upper case.
+    /// The word, in upper case.
     pub word: String,
     /// First line, from 1.
     pub line: u32,

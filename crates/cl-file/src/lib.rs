@@ -1,10 +1,10 @@
 //! APT cutter-location files: tip and tool axis of a program before any machine.
 //!
-//! [`write_apt`] writes an [`AptSpec`]; [`read_apt`] reads what this and other systems write to an
-//! [`AptFile`], with every statement kept, also where its word is not known. [`is_cl_file`] tells a
-//! CL file from the program of a control.
+//! [`write_apt`] writes an [`AptSpec`]; [`read_apt`] reads files of this and other systems to an
+//! [`AptFile`], with every statement kept, even with an unknown word. [`is_cl_file`] distinguishes
+//! a CL file from the program of a control.
 //!
-//! Modules, each of which imports those above it alone:
+//! Modules; each imports only those above it:
 //!
 //! | module | holds |
 //! |---|---|

@@ -9,16 +9,16 @@ use facemill_nc_program::{ReadError, ReadFault};
 const INCH: f64 = 25.4;
 
 /// Reads an APT cutter-location file: its points with rapids and feeds, and every statement. Lines
-/// continued by `$` are joined. Major words that are not known are kept and listed; nothing is
-/// skipped silently.
+/// continued by `$` are joined. Unknown major words are kept and listed; nothing is skipped
+/// silently.
 ///
-/// A point without an axis has the one of MULTAX files before it, or +z where none has been given
-/// or MULTAX is off. Points are as given, in the frame of the last CSYS before them where there is
-/// one ([`AptPoint::frame`]); other words that move the frame (TRACUT, ORIGIN, …) are among the
+/// A point without an axis has the last one of a MULTAX file, or +z where none has been given or
+/// MULTAX is off. Points are as given, in the frame of the last CSYS before them where there is one
+/// ([`AptPoint::frame`]); other words that move the frame (TRACUT, ORIGIN, …) are among the
 /// unknown.
 ///
 /// # Errors
-/// When a known statement has values that are none of its own, or an axis of length zero.
+/// When a known statement has invalid values, or an axis has length zero.
 pub fn read_apt(text: impl AsRef<[u8]>) -> Result<AptFile, ReadError> {
     let mut reader = AptReader { file: AptFile::default(), state: State::default() };
     for statement in Statements::new(text.as_ref()) {
@@ -110,7 +110,7 @@ impl AptReader {
         })
     }
 
-    /// The frame of a CSYS with twelve numbers; others name it.
+    /// Returns the frame of a CSYS with twelve numbers; others give its name.
     fn frame(&mut self, raw: &RawStatement, values: &[(usize, &str)]) -> Result<Option<AptMeaning>, ReadError> {
         if values.len() != 12 {
             return Ok(None);
@@ -195,7 +195,7 @@ impl AptReader {
         };
         let feed = state.feed.filter(|_| !matches!(kind, AptPointKind::Rapid | AptPointKind::Start));
         state.tip = Some(tip);
-        // RAPID and CIRCLE are for one point.
+        // RAPID and CIRCLE apply to one point.
         (state.is_rapid, state.is_arc) = (false, false);
         self.file.points.push(AptPoint { line, kind, cl: ClPoint { tip, axis: state.axis }, feed, frame: state.frame });
         AptMeaning::Point(self.file.points.len() - 1)
@@ -210,13 +210,13 @@ impl AptReader {
     }
 }
 
-/// The first whole number of the values.
+/// Returns the first whole number of the values.
 fn tool(raw: &RawStatement, word: &str, values: &[(usize, &str)]) -> Result<AptMeaning, ReadError> {
     let number = values.iter().find_map(|(_, v)| v.parse().ok());
     number.map(AptMeaning::Tool).ok_or_else(|| fault(raw, word, "expected a tool number"))
 }
 
-/// Without a speed (ON, OFF, LOCK) it says nothing that is kept.
+/// Returns the spindle speed; without one (ON, OFF, LOCK) there is nothing to keep.
 fn spindle(_raw: &RawStatement, values: &[(usize, &str)]) -> AptMeaning {
     match values.iter().find_map(|(_, v)| parse(v)) {
         Some(rpm) => AptMeaning::Spindle { rpm, clockwise: !has(values, "CCLW") },

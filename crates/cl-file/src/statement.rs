@@ -7,14 +7,14 @@ use facemill_nc_program::{ReadError, ReadFault};
 pub(super) struct RawStatement {
     /// First line, from 1.
     pub(super) line: u32,
-    /// As it stands, without the continuation marks.
+    /// Original text, without the continuation marks.
     pub(super) text: String,
     /// Line and column of every byte of `text`.
     places: Vec<(u32, u32)>,
 }
 
-/// Joins the lines of an APT file. `$$` starts a comment, which becomes a statement of its own
-/// where it stands alone.
+/// Joins the lines of an APT file. `$$` starts a comment, which becomes a statement of its own if
+/// it is alone on its line.
 pub(super) struct Statements<'a> {
     /// Text behind the lines read, `None` behind the last.
     rest: Option<&'a [u8]>,
@@ -56,7 +56,7 @@ impl Iterator for Statements<'_> {
 }
 
 impl RawStatement {
-    /// Appends a line; whether the next one belongs to it.
+    /// Appends a line; returns whether the next one belongs to it.
     fn append(&mut self, line: u32, bytes: &[u8]) -> bool {
         let text = String::from_utf8_lossy(bytes);
         let start = text.len() - text.trim_start().len();
@@ -73,7 +73,7 @@ impl RawStatement {
         is_continued
     }
 
-    /// Major word, upper case, and the byte its values start at.
+    /// Returns the major word, upper case, and the byte its values start at.
     pub(super) fn major_word(&self) -> (String, usize) {
         let end = self.text.find(['/', ' ', ',', '\t']).unwrap_or(self.text.len());
         let rest = self.text[end..].trim_start();
@@ -81,7 +81,7 @@ impl RawStatement {
         (self.text[..end].to_ascii_uppercase(), self.text.len() - rest.len())
     }
 
-    /// Values behind the slash, trimmed, each with its byte.
+    /// Returns the values behind the slash, trimmed, each with its byte.
     pub(super) fn values(&self, start: usize) -> Vec<(usize, &str)> {
         let values = self.text.get(start..).unwrap_or_default();
         if values.trim().is_empty() {
@@ -96,13 +96,13 @@ impl RawStatement {
         all
     }
 
-    /// The value as a finite number.
+    /// Returns the value as a finite number.
     pub(super) fn number(&self, value: (usize, &str)) -> Result<f64, ReadError> {
         let number = parse(value.1);
         number.ok_or_else(|| self.error(value.0, ReadFault::Number(value.1.to_owned())))
     }
 
-    /// An error at a byte of the text.
+    /// Returns an error at a byte of the text.
     pub(super) fn error(&self, at: usize, fault: ReadFault) -> ReadError {
         let last = self.places.last().copied().unwrap_or((self.line, 1));
         let (line, column) = self.places.get(at).copied().unwrap_or(last);
@@ -110,7 +110,7 @@ impl RawStatement {
     }
 }
 
-/// A finite decimal number, with an exponent or without; words such as `inf` are none.
+/// Parses a finite decimal number, with an exponent or without; words such as `inf` are none.
 pub(super) fn parse(text: &str) -> Option<f64> {
     let is_numeric = text.bytes().all(|b| b.is_ascii_digit() || matches!(b, b'+' | b'-' | b'.' | b'e' | b'E'));
     let has_digit = text.bytes().any(|b| b.is_ascii_digit());

@@ -7,18 +7,18 @@ use facemill_nc_program::Coolant;
 use facemill_nc_program::WriteError;
 use facemill_nc_program::number_text;
 
-/// Of tip coordinates, mm.
+/// Decimals of tip coordinates, mm.
 const TIP_DECIMALS: u8 = 5;
 
-/// Of axis components: the written axis is a unit vector to 1e-7 and points 1e-7 rad from the given
-/// one at most.
+/// Decimals of axis components: the written axis is a unit vector to 1e-7 and at most 1e-7 rad from
+/// the given one.
 const AXIS_DECIMALS: u8 = 7;
 
-/// Columns of a statement; longer ones are continued behind `$`.
+/// Number of columns of a statement; longer ones are continued behind `$`.
 const LINE_LENGTH: usize = 72;
 
-/// The APT file, with `\n` line ends: tip (1e-5 mm) and axis (1e-7) in the workpiece frame, tip
-/// feeds in mm/min.
+/// Writes the APT file, with `\n` line ends: tip (1e-5 mm) and axis (1e-7) in the workpiece frame,
+/// tip feeds in mm/min.
 ///
 /// # Errors
 /// When a number is not finite or too large, or a feed or speed is not positive.
@@ -121,7 +121,7 @@ impl AptWriter {
     }
 
     fn free_text(&mut self, word: &str, text: &str) {
-        // `$` would continue the line; nothing outside ASCII is sure to be read.
+        // `$` would continue the line; characters outside ASCII may be unreadable.
         let clean = |c: char| match c {
             '$' => '?',
             c if c == ' ' || c.is_ascii_graphic() => c,

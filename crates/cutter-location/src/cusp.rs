@@ -28,12 +28,13 @@ pub struct Ridge {
     pub neighbour: Outline,
 }
 
-/// The ridge between every point of `pass` and `neighbour`, from the exact outlines of the tilted
-/// cutter; `None` where the plane across the feed does not meet the neighbour within `reach` mm.
+/// Returns the ridge between every point of `pass` and `neighbour`, from the exact outlines of the
+/// tilted cutter; `None` where the plane across the feed does not meet the neighbour within `reach`
+/// mm.
 ///
 /// The surface between the two is taken as a circle through both CC points with their normals,
-/// which is exact to the third order of the step; postures between two points of the neighbour are
-/// those of the nearer one.
+/// which is exact to the third order of the step. Between two points of the neighbour, the posture
+/// is that of the nearer one.
 pub fn ridges(cutter: &Cutter, pass: &[CutPoint], neighbour: &[CutPoint], reach: f64) -> Vec<Option<Ridge>> {
     let beside = CutPass { points: neighbour.to_vec(), uncut_left: false };
     let neighbours = Neighbours::new(vec![beside], NeighbourReach { far: reach, opposed: reach });
@@ -71,12 +72,12 @@ fn seen_along_circle(outline: &Outline, s: f64, curvature: f64) -> Outline {
     outline.seen_from(foot, -2.0 * half_turn)
 }
 
-/// Posture that a flat-bottomed cutter needs at a CC point if nothing but the surface's curvature
-/// there were in its way: the smallest u of the search curve at which the rim of the tilted disc
+/// Returns the posture that a flat-bottomed cutter would need at a CC point if only the surface's
+/// curvature limited it: the smallest u of the search curve at which the rim of the tilted disc
 /// stays above the osculating paraboloid.
 ///
-/// An estimate for laying passes: it sees neither neighbours nor the surface's third order. Without
-/// a curvature it is the curve's start.
+/// An estimate for laying passes: it ignores neighbours and the surface's third order. Without a
+/// curvature it is the start of the curve.
 pub fn expected_posture(
     cutter: &Cutter,
     cc: &CcPoint,
@@ -110,9 +111,9 @@ fn rim_clears(cutter: &Cutter, cc: &CcPoint, tensor: &CurvatureTensor, posture: 
     })
 }
 
-/// How far apart passes may lie at a CC point: the largest step-over whose cusp is at most `cusp`
-/// in the [expected posture](expected_posture), at most `max_step_over`. An estimate, because the
-/// posture is one.
+/// Returns the distance that passes may have at a CC point: the largest step-over, up to
+/// `max_step_over`, whose cusp is at most `cusp` in the [expected posture](expected_posture). An
+/// estimate, because the posture is one.
 pub fn expected_strip_width(
     cutter: &Cutter,
     cc: &CcPoint,
@@ -124,7 +125,7 @@ pub fn expected_strip_width(
     let posture = expected_posture(cutter, cc, curvature, curve);
     let outline = Outline::new(cutter, posture);
     let across = curvature.and_then(|t| t.normal_curvature(&cc.left())).unwrap_or(0.0);
-    // The outline's osculating circle gives the width at once, nearly always; its exact form
+    // The outline's osculating circle nearly always gives the width at once; its exact form
     // decides.
     let bend = match silhouette_curvature(cutter, posture) {
         SilhouetteCurvature::Flat => across,

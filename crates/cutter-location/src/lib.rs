@@ -1,29 +1,29 @@
 //! Tilt and rotate search: a feasible tool pose for every CC point (CLOPT).
 //!
-//! A [`Workcell`] is everything a pose is judged by: machine, tool, obstacles, tolerances.
-//! [`Workcell::new`] starts one with the machine's own bodies. A
-//! [`PoseTest`] answers for one posture at one CC point: the pose, seated and with axis values, or
-//! [`Infeasible`] with the body that blocks. [`search`](fn@search) walks the paper's rational
-//! Bézier [`SearchCurve`] at one point, or with a proof that nothing feasible was stepped over
-//! ([`certified_search`]); [`plan_passes`] does it along passes and keeps the axis from jumping.
+//! A [`Workcell`] holds everything that decides about a pose: machine, tool, obstacles, tolerances.
+//! [`Workcell::new`] starts one with the machine's own bodies. A [`PoseTest`] judges one posture at
+//! one CC point and returns the pose, seated and with axis values, or [`Infeasible`] with the body
+//! that blocks it. [`search`](fn@search) walks the paper's rational Bézier [`SearchCurve`] at one
+//! point; [`certified_search`] also proves that no feasible posture was stepped over.
+//! [`plan_passes`] searches along passes and keeps the axis from jumping.
 //! [`map`](fn@search::map::map) proves for whole ranges of postures that all are feasible or none
-//! is. [`links`] hold the moves that do not cut: entry and exit of a pass, and the way from one to
+//! is. [`links`] holds the moves that do not cut: entry and exit of a pass, and the way from one to
 //! the next.
 //!
-//! A pose returned as feasible has been tested as it is, with the verdicts of
+//! A pose returned as feasible has been tested exactly as returned, with the verdicts of
 //! `facemill-interference`: no point of the cutter is deeper than the gouge tolerance in an
-//! obstacle, dilated bodies touch nothing, axis values are within their limits. This crate claims
-//! nothing about the motion between two points: the virtual machine judges that, on the written
-//! program.
+//! obstacle, dilated bodies touch nothing, axis values are within their limits. This crate
+//! guarantees nothing about the motion between two points: the virtual machine checks that on the
+//! written program.
 //!
-//! Modules, each of which imports those above it alone:
+//! Modules; each imports only those above it:
 //!
 //! | module | holds |
 //! |---|---|
 //! | `pose` | poses of a tool at a CC point, tested for limits, gouge and collision |
 //! | [`mod@links`] | moves that do not cut: entries, exits, links and rewinding |
 //! | [`mod@search`] | search of a feasible posture at one CC point, with and without proof |
-//! | [`mod@cusp`] | what neighbouring passes leave between them, and how far apart they may lie |
+//! | [`mod@cusp`] | cusps between neighbouring passes, and their largest step-over |
 //! | `passes` | postures along whole passes: costs, graph, smoothing |
 //! | `pairs` | postures of two heads that share an axis |
 //!

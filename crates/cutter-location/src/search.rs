@@ -15,17 +15,16 @@ use crate::pose::workcell::{Configuration, FeasiblePose, Hints, Infeasible};
 use crate::search::bezier::SearchCurve;
 use crate::search::certified::certified_search;
 
-/// How the curve is walked (CLOPT, chapter III).
+/// Settings for the walk along the curve (CLOPT, chapter III).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SearchSettings {
-    /// Coarse step in u. Larger: fewer tests, and feasible stretches shorter than it may be stepped
-    /// over.
+    /// Coarse step in u. Larger: fewer tests, but shorter feasible stretches may be stepped over.
     pub u_step: f64,
     /// Width of the bracket at which bisection ends. Larger: postures larger than needed.
     pub u_tolerance: f64,
-    /// Width of the stretches of u that may be stepped over: everything before the result is proven
-    /// blocked but for feasible stretches shorter than this ([`certified_search`]), or than
-    /// [`Found::width`] where that would take too many tests. `None` steps as the paper does.
+    /// Width of feasible stretches of u that may be missed: everything before the result is proven
+    /// blocked except feasible stretches shorter than this ([`certified_search`]), or than
+    /// [`Found::width`] where this width would take too many tests. `None` steps as the paper does.
     pub certified: Option<f64>,
 }
 
@@ -35,29 +34,29 @@ impl Default for SearchSettings {
     }
 }
 
-/// A feasible pose and where on the curve it was found.
+/// A feasible pose and its place on the curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Found {
     /// Parameter on the search curve.
     pub u: f64,
     /// The pose, tested at exactly this u.
     pub pose: FeasiblePose,
-    /// No feasible stretch of the curve that is at least so long lies between where the search
-    /// began and u; `None` where nothing is proven. More than `settings.certified` where that would
-    /// have taken too many tests.
+    /// Width of the proof: every feasible stretch of the curve between the start of the search and
+    /// u is shorter. `None` where nothing is proven. More than `settings.certified` where that
+    /// would have taken too many tests.
     pub width: Option<f64>,
 }
 
-/// The pose with the smallest u that the paper's search finds at a CC point.
+/// Returns the pose with the smallest u that the paper's search finds at a CC point.
 ///
 /// u runs from `from_u` in coarse steps; at the first feasible one, the bracket down to the step
 /// before is bisected. Where feasibility is monotone along the curve beyond `from_u`, the result is
-/// within `u_tolerance` of the smallest feasible u; where it is not, a feasible stretch shorter
-/// than the step may be missed, but what is returned has always been tested as feasible itself.
-/// With `settings.certified` it is what [`certified_search`] finds instead.
+/// within `u_tolerance` of the smallest feasible u. Elsewhere, a feasible stretch shorter than the
+/// step may be missed, but the returned pose itself has always been tested as feasible. With
+/// `settings.certified` the result is that of [`certified_search`].
 ///
 /// # Errors
-/// When no tested posture is feasible: the reason that blocked most of them, the earliest of
+/// When no tested posture is feasible: the reason that blocked most of them, the earliest among
 /// equals.
 pub fn search(
     test: &PoseTest<'_>,
@@ -86,7 +85,7 @@ pub fn search(
     Err(reasons.most_frequent())
 }
 
-/// `from`, `from + step`, …, and 1 as the last.
+/// Returns `from`, `from + step`, …, and 1 as the last.
 fn coarse_steps(from: f64, step: f64) -> impl Iterator<Item = f64> {
     let n = ((1.0 - from) / step - 1e-9).ceil().max(0.0) as usize;
     (0..=n).map(move |k| if k == n { 1.0 } else { from + k as f64 * step })
@@ -128,7 +127,7 @@ impl Reasons {
     }
 }
 
-/// Whether two reasons blame the same thing, wherever it is.
+/// Returns whether two reasons blame the same cause, at any place.
 fn same_cause(a: &Infeasible, b: &Infeasible) -> bool {
     match (a, b) {
         (Infeasible::OutsideCone { .. }, Infeasible::OutsideCone { .. })

@@ -1,4 +1,4 @@
-//! Feed of one block by which the tip moves at its speed (FEED).
+//! Feed of one block that moves the tip at its programmed speed (FEED).
 
 use facemill_inverse_kinematics::{Axis, AxisValues, FeedRange};
 
@@ -10,7 +10,7 @@ pub struct BlockFeed {
     pub f_word: f64,
     /// Time of the block, s.
     pub time: f64,
-    /// Speed of the tip that is reached, mm/min: chord of the tip over time.
+    /// Speed that the tip reaches, mm/min: chord of the tip over time.
     pub tip_feed: f64,
     /// Limit that sets the time.
     pub limit: FeedLimit,
@@ -21,11 +21,11 @@ pub struct BlockFeed {
 pub enum FeedLimit {
     /// The tip moves at the programmed speed.
     TipFeed,
-    /// This axis (by index) runs at its largest speed and the tip more slowly (FEED (7), (8)).
+    /// This axis (by index) moves at its largest speed, and the tip more slowly (FEED (7), (8)).
     Axis(usize),
-    /// The control knows no larger F; the tip moves more slowly.
+    /// The control accepts no larger F; the tip moves more slowly.
     ControlMax,
-    /// The control knows no smaller F; the tip moves faster, no axis beyond its largest speed.
+    /// The control accepts no smaller F; the tip moves faster, no axis beyond its largest speed.
     ControlMin,
     /// No axis moves. The time is 0 and the F word the programmed tip feed, brought into the
     /// control's range.
@@ -33,7 +33,7 @@ pub enum FeedLimit {
 }
 
 impl FeedLimit {
-    /// Index of the axis that limits the feed, if one does.
+    /// Returns the index of the axis that limits the feed, if one does.
     pub fn axis(self) -> Option<usize> {
         match self {
             Self::Axis(index) => Some(index),
@@ -43,13 +43,14 @@ impl FeedLimit {
 }
 
 impl BlockFeed {
-    /// F word in G93 (inverse time): blocks per minute. `None` for a block without motion.
+    /// Returns the F word in G93 (inverse time): blocks per minute. `None` for a block without
+    /// motion.
     pub fn inverse_time(&self) -> Option<f64> {
         (self.time > 0.0).then(|| 60.0 / self.time)
     }
 }
 
-/// Why a block has no feed.
+/// Reason why a block has no feed.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum FeedError {
@@ -62,11 +63,11 @@ pub enum FeedError {
     /// A position or distance is not finite, or the distance is negative.
     #[error("the block's positions or its tip distance are not finite")]
     NotFinite,
-    /// The two heads are not those of one machine.
+    /// The positions of the two heads have different axes.
     #[error("the two heads' machines have not the same axes with the same speeds")]
     OtherAxes,
-    /// The axes limit the block to an F below the smallest one of the control, which would take one
-    /// beyond its speed.
+    /// The axes limit the block to an F below the smallest one of the control, which would move an
+    /// axis beyond its speed.
     #[error(
         "the block needs F{f_word:.4}, the control's smallest F is {min} and would take axis {axis} beyond its speed"
     )]
@@ -80,24 +81,24 @@ pub enum FeedError {
     },
 }
 
-/// Length of a block as a control in G94 counts it: the norm over all axes, rotary ones in degrees
-/// with 1 deg as 1 mm (FEED (1)).
+/// Returns the length of a block as a control in G94 counts it: the norm over all axes, rotary ones
+/// in degrees with 1 deg as 1 mm (FEED (1)).
 pub fn g94_length(axes: &[Axis], start: &AxisValues, end: &AxisValues) -> f64 {
     travels(axes, start, end).fold(0.0, f64::hypot)
 }
 
-/// Travel of every axis in the unit of NC words.
+/// Returns the travel of every axis in the unit of NC words.
 fn travels<'a>(axes: &'a [Axis], start: &'a AxisValues, end: &'a AxisValues) -> impl Iterator<Item = f64> + 'a {
     axes.iter().enumerate().map(|(k, a)| a.in_word_unit(end.get_or_zero(k) - start.get_or_zero(k)))
 }
 
-/// The feed with which the tip moves at `tip_feed` (mm/min), or as fast as axes and control allow
-/// (FEED (3)–(8)).
+/// Returns the feed at which the tip moves at `tip_feed` (mm/min), or as fast as axes and control
+/// allow (FEED (3)–(8)).
 ///
 /// `tip_distance` is Dc, the distance of the tip's two positions in the workpiece frame, mm. The
-/// block's time is the larger one of Dc/Fc (4) and of the times that the axes need at their largest
-/// speeds, which is what (7) and (8) come to; so a block in which the tip stands still is timed by
-/// its axes. The F word is then brought into the control's range.
+/// block's time is the largest of Dc/Fc (4) and the times that the axes need at their largest
+/// speeds, which is equivalent to (7) and (8); so the axes time a block in which the tip does not
+/// move. The F word is then limited to the control's range.
 ///
 /// # Errors
 /// When `tip_feed` is not above 0, an input is not finite, or the control's smallest F would
@@ -120,7 +121,7 @@ pub fn feed_for_block(
     Ok(BlockFeed { f_word, time, tip_feed, limit })
 }
 
-/// Time in which a tip goes this far (mm) at its programmed speed (mm/min), s.
+/// Returns the time in which a tip moves this far (mm) at its programmed speed (mm/min), s.
 pub(crate) fn tip_time(tip_distance: f64, tip_feed: f64) -> Result<f64, FeedError> {
     let positive = tip_feed > 0.0 && tip_feed.is_finite();
     if !positive {
@@ -130,15 +131,15 @@ pub(crate) fn tip_time(tip_distance: f64, tip_feed: f64) -> Result<f64, FeedErro
     if known { Ok(60.0 * tip_distance / tip_feed) } else { Err(FeedError::NotFinite) }
 }
 
-/// F word (G94) and time of a block, and what sets the time.
+/// F word (G94) and time of a block, and the limit that sets the time.
 pub(crate) struct Timed {
     pub(crate) f_word: f64,
     pub(crate) time: f64,
     pub(crate) limit: FeedLimit,
 }
 
-/// The shortest time of a block that is not below `tip_time` (s) and takes no axis beyond its
-/// largest speed, with the F word in the control's range; `None` where no axis moves.
+/// Returns the shortest time of a block that is not below `tip_time` (s) and moves no axis beyond
+/// its largest speed, with the F word in the control's range; `None` where no axis moves.
 pub(crate) fn timed(
     axes: &[Axis],
     start: &AxisValues,
@@ -172,7 +173,8 @@ pub(crate) fn timed(
     Ok(Some(Timed { f_word: range.min, time, limit: FeedLimit::ControlMin }))
 }
 
-/// The axis that needs the longest at its largest speed, and that time, s. Of equal ones the first.
+/// Returns the axis that needs the longest at its largest speed, and that time, s. Among equal ones
+/// the first.
 fn slowest_axis(axes: &[Axis], start: &AxisValues, end: &AxisValues) -> (usize, f64) {
     let times =
         axes.iter().enumerate().map(|(k, a)| (k, (end.get_or_zero(k) - start.get_or_zero(k)).abs() / a.max_velocity));

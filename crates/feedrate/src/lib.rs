@@ -1,10 +1,10 @@
 //! Constant cutting speed at the CL point (FEED), and laws of motion within velocity, acceleration
 //! and jerk of every axis.
 //!
-//! A control in G94 takes F as the norm over all axes, 1 deg counted as 1 mm, so the tip of the
-//! tool moves at another speed than F wherever a rotary axis takes part. [`feed_for_block`] gives
-//! the F with which the tip moves as programmed, within the speeds of the axes and the control's
-//! range of F; [`plan_feeds`] does it for a sequence of blocks. The same times give the F of G93
+//! A control in G94 takes F as the norm over all axes, 1 deg counted as 1 mm, so the tip speed
+//! differs from F wherever a rotary axis takes part. [`feed_for_block`] returns the F at which the
+//! tip moves as programmed, within the speeds of the axes and the control's range of F;
+//! [`plan_feeds`] does so for a sequence of blocks. The same times give the F of G93
 //! ([`BlockFeed::inverse_time`]).
 //!
 //! ```
@@ -21,30 +21,30 @@
 //! ```
 //!
 //! Where two heads cut at once one block has one time: [`feed_for_pair`] and [`plan_pair_feeds`]
-//! give the largest feed that exceeds neither tip's speed nor that of any axis.
+//! return the largest feed that exceeds neither tip's speed nor that of any axis.
 //!
-//! In these, speeds are constant within a block: no acceleration is counted, so times are lower
+//! These functions take speeds as constant within a block, without acceleration, so times are lower
 //! bounds. Feeds are mm/min, times s.
 //!
-//! [`program_law`] is the motion of a whole program from rest to rest that the axes can follow,
-//! with corners blended within a tolerance: the time of each block, and where the axes are at any
-//! time. [`minimum_time_law`] is the quickest one along a smooth path. No limit is exceeded at any
-//! time; `docs/time-law.md` shows how and why.
+//! [`program_law`] is a motion of a whole program from rest to rest that the axes can follow, with
+//! corners blended within a tolerance: it gives the time of each block and the axis positions at
+//! any time. [`minimum_time_law`] is the fastest motion along a smooth path. No limit is exceeded
+//! at any time; `docs/time-law.md` explains and proves it.
 //!
-//! [`trapezoid_law`] is how a control runs a program that limits acceleration alone and hardly
-//! looks ahead over blocks that turn rotary axes, as LinuxCNC does.
+//! [`trapezoid_law`] models a control that limits only acceleration and hardly looks ahead over
+//! blocks that turn rotary axes, as LinuxCNC does.
 //!
-//! Modules, each of which imports those above it alone:
+//! Modules; each imports only those above it:
 //!
 //! | module | holds |
 //! |---|---|
-//! | `block_feed` | feed of one block by which the tip moves at its speed (FEED) |
+//! | `block_feed` | feed of one block that moves the tip at its programmed speed (FEED) |
 //! | `plan` | feeds of a sequence of blocks |
 //! | `pair` | feeds of blocks in which two heads move |
 //! | `time_law` | laws of motion along a path in the least time |
 //! | `program_law` | laws of motion along programs |
 //! | `trapezoid_law` | motion of a control that limits acceleration, not jerk, and looks ahead over lines of the linear axes alone |
-//! | `tube` | values that are known within so much, as smooth as they can be |
+//! | `tube` | smoothest values within given tolerances |
 //!
 //! It must not know surfaces.
 

@@ -13,8 +13,8 @@ pub struct PairFeed {
     pub f_word: f64,
     /// Time of the block, s, one for both heads.
     pub time: f64,
-    /// Speeds that the two tips reach, mm/min: chord of the tip over time, also of a head that is
-    /// not to cut.
+    /// Speeds that the two tips reach, mm/min: chord of the tip over time, also for a head that
+    /// does not cut.
     pub tip_feeds: [f64; 2],
     /// Limit that sets the time.
     pub limit: PairLimit,
@@ -41,20 +41,22 @@ pub struct PairBlock {
 }
 
 impl PairFeed {
-    /// F word in G93 (inverse time): blocks per minute. `None` for a block without motion.
+    /// Returns the F word in G93 (inverse time): blocks per minute. `None` for a block without
+    /// motion.
     #[must_use]
     pub fn inverse_time(&self) -> Option<f64> {
         (self.time > 0.0).then(|| 60.0 / self.time)
     }
 }
 
-/// The feed of a block in which two heads move: the shortest time in which neither tip exceeds its
-/// speed (`tip_feeds`, mm/min) and no axis of the two its largest one. One of them is reached.
+/// Returns the feed of a block in which two heads move: the shortest time in which neither tip
+/// exceeds its speed (`tip_feeds`, mm/min) and no axis of the two its largest one. One of these
+/// limits is reached.
 ///
 /// `axes` are those of the whole machine, `tip_distances` the distances of each tip's two positions
-/// in the workpiece frame, mm. The F word is then brought into the control's range as in
-/// [`feed_for_block`](crate::block_feed::feed_for_block), which this is where one head stands
-/// still: only the control's smallest F can make a tip faster than asked
+/// in the workpiece frame, mm. The F word is then limited to the control's range as in
+/// [`feed_for_block`](crate::block_feed::feed_for_block), to which this is equal where one head
+/// does not move. Only the control's smallest F can make a tip faster than programmed
 /// ([`FeedLimit::ControlMin`]).
 ///
 /// # Errors
@@ -70,7 +72,7 @@ pub fn feed_for_pair(
 ) -> Result<PairFeed, FeedError> {
     let mut times = [0.0; 2];
     for head in 0..2 {
-        // Without a programmed speed the distance is checked alone.
+        // Without a programmed speed only the distance is checked.
         let time = tip_time(tip_distances[head], tip_feeds[head].unwrap_or(1.0))?;
         times[head] = if tip_feeds[head].is_some() { time } else { 0.0 };
     }
@@ -84,13 +86,13 @@ pub fn feed_for_pair(
     Ok(PairFeed { f_word, time, tip_feeds: tip_distances.map(|d| 60.0 * d / time), limit })
 }
 
-/// Feed and time of every block of a sequence of cutting moves of two heads that starts at `start`.
-/// `views` are the machine as each head sees it, with the same axes in the same order; tip
+/// Returns feed and time of every block of a sequence of cutting moves of two heads that starts at
+/// `start`. `views` are the machine as each head sees it, with the same axes in the same order; tip
 /// distances come from their forward kinematics.
 ///
 /// # Errors
-/// For the first block without a feed, see [`feed_for_pair`]; for block 0 when the views have not
-/// the same axes.
+/// For the first block without a feed, see [`feed_for_pair`]; for block 0 when the axes of the
+/// views differ.
 pub fn plan_pair_feeds(
     views: [&Machine; 2],
     tool_lengths: [f64; 2],

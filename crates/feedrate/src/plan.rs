@@ -24,7 +24,7 @@ pub struct PlanFeedsError {
     pub source: FeedError,
 }
 
-/// Feed and time of every block of a sequence of cutting moves that starts at `start`; tip
+/// Returns feed and time of every block of a sequence of cutting moves that starts at `start`; tip
 /// distances come from the forward kinematics of the machine (FEED (3)).
 ///
 /// # Errors
@@ -50,10 +50,10 @@ pub fn plan_feeds(
     Ok(feeds)
 }
 
-/// Time of a rapid under a law, s: every axis at its largest speed, and unless each goes by itself
-/// no faster than the control's rapid feed. Where the tip goes straight and the axes not evenly,
-/// the slowest axis at its fastest part sets the time. Acceleration is not counted, so it is a
-/// lower bound.
+/// Returns the time of a rapid under a law, s: every axis at its largest speed, and, unless each
+/// axis moves by itself, no faster than the control's rapid feed. Where the tip moves straight and
+/// the axes unevenly, the slowest axis at its fastest part sets the time. Acceleration is ignored,
+/// so the time is a lower bound.
 pub fn rapid_time(
     machine: &Machine,
     law: impl Into<BlockLaw>,
@@ -72,11 +72,11 @@ pub fn rapid_time(
     }
 }
 
-/// Parts of a way over which the speeds of axes that follow the tip are looked at: one that turns
-/// evenly by 180° is at its fastest within 0.2 % of what a part tells.
+/// Number of parts of a way over which the speeds of axes that follow the tip are evaluated: an
+/// axis that turns evenly by 180° has its peak speed within 0.2 % of the value of a part.
 const PARTS: u32 = 32;
 
-/// Time of a block of which each part takes as much as every other.
+/// Returns the time of a block whose parts all take equally long.
 fn following_time(machine: &Machine, law: BlockLaw, start: &AxisValues, end: &AxisValues, tool_length: f64) -> f64 {
     let whole = machine.travel_time(start, end);
     let Ok(motion) = Motion::new(machine, law, start, end, tool_length) else { return whole };

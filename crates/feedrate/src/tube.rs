@@ -1,38 +1,38 @@
-//! Values that are known within so much, as smooth as they can be.
+//! Smoothest values within given tolerances.
 
-/// Points whose third difference counts: one more than its order.
+/// Number of points in a third difference: one more than its order.
 const POINTS: usize = 4;
 
-/// Largest error of a value against its third difference, squared, where nothing else fixes it:
+/// Squared weight of a value's deviation against its third difference, where nothing else fixes it:
 /// waves longer than some 60 points stay as they are. Smaller evens out longer waves and takes more
-/// passes to get back to the values; larger leaves steps that many points are on.
+/// passes to return to the values; larger keeps steps that extend over many points.
 const LOOSE: f64 = 1e-6;
 
-/// The same for values that are known. They are set to what they are behind the last pass.
+/// The same for known values. They are reset exactly after the last pass.
 const HELD: f64 = 1e6;
 
-/// Passes at most. What they have not brought within its width is cut off there, which leaves small
-/// bends.
+/// Largest number of passes. A value then still beyond its width is cut off there, which leaves
+/// small bends.
 const PASSES: usize = 40;
 
-/// Share of its width from which on a value is held more, so that fewer passes do.
+/// Fraction of its width from which on a value is held more, to save passes.
 const NEARLY: f64 = 0.95;
 
-/// Largest factor by which a value is held more from one pass to the next.
+/// Largest factor by which the hold on a value grows from one pass to the next.
 const FIRMER: f64 = 1e3;
 
-/// Values, each within its width of the given one, whose third differences over `at` are small:
-/// what a smooth motion was before its values were rounded. Widths of 0 keep values to the last
-/// bit.
+/// Returns values, each within its width of the given one, whose third differences over `at` are
+/// small: an estimate of a smooth motion before its values were rounded. Widths of 0 keep values to
+/// the last bit.
 ///
-/// Minimised are the squares of what every value is off from the parabola through its neighbours;
-/// values beyond their widths are held more from pass to pass, and at last cut off at them. So that
-/// no value leaves its width is guaranteed; that none are smoother is not. Where values on
-/// parabolas lie within the widths, they are found nearly; a bend that the widths do not hide
+/// It minimises the squares of each value's deviation from the parabola through its neighbours;
+/// values beyond their widths are held more from pass to pass, and at last cut off at them. It
+/// guarantees that no value leaves its width, but not that none are smoother. Where values on
+/// parabolas lie within the widths, they are nearly found; a bend that the widths do not hide
 /// stays. Linear cost.
 ///
-/// `at` ascends strictly, and all slices are equally long; fewer than four values come back as they
-/// are, and so do those whose third differences do not become smaller.
+/// `at` ascends strictly, and all slices are equally long. Fewer than four values are returned
+/// unchanged, as are those whose third differences do not become smaller.
 ///
 /// # Panics
 /// When the slices differ in length.
@@ -70,8 +70,8 @@ pub fn smoothest_within(at: &[f64], values: &[f64], widths: &[f64]) -> Vec<f64> 
     if roughness(at, &smooth) < roughness(at, values) { smooth } else { values.to_vec() }
 }
 
-/// Weights of four values in their third difference, scaled so that they sum up to 8 without their
-/// signs, as 1, 3, 3 and 1 do.
+/// Returns the weights of four values in their third difference, scaled such that their absolute
+/// values sum up to 8, as those of 1, 3, 3 and 1 do.
 fn third_difference(at: &[f64]) -> [f64; POINTS] {
     let weight = |j: usize| (0..POINTS).filter(|&m| m != j).map(|m| 1.0 / (at[j] - at[m])).product::<f64>();
     let weights: [f64; POINTS] = std::array::from_fn(weight);
@@ -79,13 +79,13 @@ fn third_difference(at: &[f64]) -> [f64; POINTS] {
     weights.map(|w| 8.0 * w / sum)
 }
 
-/// Sum of the squares of all third differences.
+/// Returns the sum of the squares of all third differences.
 fn roughness(at: &[f64], values: &[f64]) -> f64 {
     let each = at.windows(POINTS).zip(values.windows(POINTS));
     each.map(|(at, v)| third_difference(at).iter().zip(v).map(|(w, v)| w * v).sum::<f64>().powi(2)).sum()
 }
 
-/// Matrix and right side whose solution is what is to be added to the values for the least
+/// Returns matrix and right side whose solution is the change of the values for the least
 /// roughness: row k has the entries at k to k + 3, those before are the same.
 fn normal_equations(at: &[f64], values: &[f64]) -> (Vec<[f64; POINTS]>, Vec<f64>) {
     let n = values.len();
@@ -103,7 +103,8 @@ fn normal_equations(at: &[f64], values: &[f64]) -> (Vec<[f64; POINTS]>, Vec<f64>
     (band, right)
 }
 
-/// Holds those more that have moved beyond their widths, or nearly; says whether any has.
+/// Raises the hold on values that have moved beyond their widths, or nearly; returns whether any is
+/// beyond.
 fn hold_more(holds: &mut [f64], moved: &[f64], widths: &[f64]) -> bool {
     let mut is_beyond = false;
     for ((hold, moved), width) in holds.iter_mut().zip(moved).zip(widths).filter(|(_, width)| **width > 0.0) {

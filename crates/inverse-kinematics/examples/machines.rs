@@ -2,8 +2,8 @@
 //! `cargo run -p facemill-inverse-kinematics --example machines`.
 //!
 //! Offsets, ranges and orders marked "Autodesk" are those of the generic machines of Autodesk's
-//! cam-posteditor (MIT); all others are typical, and marked as assumed in the files. Bodies stand
-//! in the bed's frame with all axes at 0.
+//! cam-posteditor (MIT); all others are typical, and marked as assumed in the files. Bodies are
+//! given in the bed's frame with all axes at 0.
 
 #[path = "machines/dual.rs"]
 mod dual;
@@ -109,7 +109,7 @@ fn disc(radius_mm: f64, height_mm: f64, top: f64) -> BodyFile {
     body("table", ShapeFile::Cylinder { radius_mm, height_mm }, [0.0, 0.0, top - height_mm], 0.0)
 }
 
-/// Exchanges x and y: what lies along x for an A axis lies along y for a B axis.
+/// Exchanges x and y: a part along x for an A axis lies along y for a B axis.
 fn swap(line: AxisLine, is_b: bool) -> AxisLine {
     let mut line = line;
     if is_b {
@@ -127,7 +127,7 @@ fn at(z: f64) -> Isometry3<f64> {
     Isometry3::translation(0.0, 0.0, z)
 }
 
-/// Everything that a file says, the chains from lines, the ends at these heights.
+/// Builds a whole file, the chains from lines, the ends at these heights.
 fn file(name: &str, source: &str, table: (Vec<AxisLine>, f64), head: (Vec<AxisLine>, f64)) -> MachineFile {
     MachineFile {
         format: MachineFormat::V1,
@@ -146,7 +146,7 @@ fn file(name: &str, source: &str, table: (Vec<AxisLine>, f64), head: (Vec<AxisLi
     }
 }
 
-/// Marks what is typical: rates and what the machine has as a whole, and these.
+/// Marks typical values: rates and those of the machine as a whole, and these.
 fn assuming(mut file: MachineFile, more: &[AssumedValue], velocities: &[&str]) -> MachineFile {
     use AssumedValue::{Bodies, Feed, MaxAcceleration, MaxJerk, MaxVelocity, Motion};
     let whole = |value| AssumedFile { value, axes: Vec::new() };

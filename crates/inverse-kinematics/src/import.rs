@@ -17,26 +17,27 @@ use crate::machine_file::{
     RapidLawFile, RevoluteJoint, RevoluteRange, Sense, ToolChain, WorkpieceChain,
 };
 
-/// Why a file of another program cannot be turned into a machine file.
+/// Reason why a file of another program cannot be turned into a machine file.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImportError {
-    /// It is no XML.
+    /// The text is not XML.
     #[error("is no XML: {0}")]
     Xml(String),
-    /// Something in it is missing, wrong, or means what is not known here.
+    /// A part is missing or wrong, or has an unknown meaning.
     #[error("line {line}, {element}: {problem}")]
     Element {
         /// Line of the element, from 1.
         line: u32,
         /// The element, such as `<axis id="U">`.
         element: String,
-        /// Fault there, and the remedy.
+        /// Its fault, and the remedy.
         problem: String,
     },
 }
 
-/// Typical values for what machine files of others lack, of a machining centre of medium size.
+/// Typical values, of a machining centre of medium size, for data that machine files of others
+/// lack.
 mod typical {
     /// Linear axes: mm/min, mm/s², mm/s³.
     pub(super) const LINEAR: [f64; 3] = [30_000.0, 3_000.0, 30_000.0];
@@ -57,16 +58,16 @@ struct Axis {
     has_velocity: bool,
 }
 
-/// The machine file of an Autodesk machine (`.machine`, XML of the namespace `…/xml/2009/machine`).
+/// Reads the file of an Autodesk machine (`.machine`, XML of the namespace `…/xml/2009/machine`).
 ///
-/// Taken are order, axis vectors, offsets, ranges, home positions, feeds, table and tool attach
-/// points and the spindle's direction; lengths are rounded to 1e-5 mm, which takes out the noise of
-/// the CAD models they come from. Accelerations, jerks, motion laws and what else is missing there
-/// become typical values, listed in `assumed`. There are no bodies: such files keep them elsewhere.
+/// It takes order, axis vectors, offsets, ranges, home positions, feeds, table and tool attach
+/// points and the spindle's direction; lengths are rounded to 1e-5 mm, which removes the noise of
+/// the CAD models they come from. Accelerations, jerks, motion laws and other missing data become
+/// typical values, listed in `assumed`. There are no bodies: such files keep them elsewhere.
 /// Conventions, as read from the files: docs/machines.md.
 ///
 /// # Errors
-/// With line and element where something is missing, has no meaning, or has one that is not known.
+/// With line and element where data is missing, has no meaning, or an unknown one.
 pub fn import_autodesk_machine(text: &str) -> Result<MachineFile, ImportError> {
     let document = Document::parse(text).map_err(|e| ImportError::Xml(e.to_string()))?;
     let root = document.root_element();
@@ -78,8 +79,8 @@ pub fn import_autodesk_machine(text: &str) -> Result<MachineFile, ImportError> {
     let (bed_from_table, bed_from_nose) = ends(&root)?;
     let of = |carrier| axes.iter().filter(move |a: &&Axis| a.carrier == carrier);
     let table: Vec<AxisLine> = of(Carrier::Table).map(|a| a.line.clone()).collect();
-    // Rotary axes of a head stand in such files from the tool to the bed, everything else from the
-    // bed outward.
+    // Such files list rotary axes of a head from the tool to the bed, everything else from the bed
+    // outward.
     let mut head: Vec<AxisLine> = of(Carrier::Head).filter(|a| a.is_linear).map(|a| a.line.clone()).collect();
     let rotary: Vec<&Axis> = of(Carrier::Head).filter(|a| !a.is_linear).collect();
     head.extend(rotary.iter().rev().map(|a| a.line.clone()));
@@ -108,7 +109,7 @@ fn children<'a, 'd>(node: &Node<'a, 'd>, name: &'static str) -> impl Iterator<It
     node.children().filter(move |n| n.tag_name().name() == name)
 }
 
-/// An error about an element.
+/// Returns an error about an element.
 pub(crate) fn wrong(node: &Node<'_, '_>, problem: impl Into<String>) -> ImportError {
     let line = node.document().text_pos_at(node.range().start).row;
     let id = node.attribute("id").map(|id| format!(" id=\"{id}\"")).unwrap_or_default();
@@ -153,13 +154,14 @@ fn read_axis(node: &Node<'_, '_>) -> Result<Axis, ImportError> {
     Ok(Axis { letter: ["A", "B", "C"][coordinate], is_linear, carrier, line, has_velocity })
 }
 
-/// By ISO 841 letters tell how the tool moves relative to the workpiece: a table moves against
-/// them.
+/// Returns the sense of an axis: by ISO 841, letters describe the motion of the tool relative to
+/// the workpiece, so a table moves against them.
 fn sense(carrier: Carrier) -> Sense {
     if carrier == Carrier::Table { Sense::Negative } else { Sense::Positive }
 }
 
-/// Rapid speed, else the largest feed, else nothing: such files write 0 for what nobody filled in.
+/// Returns the rapid speed, else the largest feed, else none: such files write 0 for values that
+/// were not filled in.
 fn velocity(node: &Node<'_, '_>, unit: UnitOf) -> Result<Option<f64>, ImportError> {
     for attribute in ["rapidFeed", "maximumFeed"] {
         if let Some(text) = node.attribute(attribute) {
@@ -175,7 +177,7 @@ fn velocity(node: &Node<'_, '_>, unit: UnitOf) -> Result<Option<f64>, ImportErro
     Ok(None)
 }
 
-/// Travel and home position, the home inside the travel; `None` without a range.
+/// Returns travel and home position, the home inside the travel; `None` without a range.
 fn travel(node: &Node<'_, '_>, unit: UnitOf) -> Result<(Option<[f64; 2]>, f64), ImportError> {
     let home = node.attribute("homePosition").map_or(Ok(0.0), |text| number(node, "homePosition", text, unit))?;
     if node.attribute("range").is_none() {
@@ -226,7 +228,8 @@ fn revolute(node: &Node<'_, '_>, letter: &str, carrier: Carrier) -> Result<(Join
     Ok((Joint::Revolute(joint), velocity.is_some()))
 }
 
-/// A linear axis listed behind a rotary one of its side would leave open which carries which.
+/// Refuses a linear axis listed behind a rotary one of its side: it would be ambiguous which
+/// carries which.
 fn refuse_orders(root: &Node<'_, '_>, axes: &[Axis]) -> Result<(), ImportError> {
     let nodes: Vec<Node<'_, '_>> = children(root, "axis").collect();
     if axes.is_empty() {
@@ -249,7 +252,7 @@ fn refuse_orders(root: &Node<'_, '_>, axes: &[Axis]) -> Result<(), ImportError> 
     Ok(())
 }
 
-/// Poses of table and spindle nose with all axes at 0.
+/// Returns the poses of table and spindle nose with all axes at 0.
 fn ends(root: &Node<'_, '_>) -> Result<(Isometry3<f64>, Isometry3<f64>), ImportError> {
     let child = |name: &'static str| {
         children(root, name)

@@ -26,21 +26,21 @@ use crate::solver::inverse_solution::{
 /// The same for the tool axis, rad.
 const AXIS_ACCURACY: f64 = 1e-12;
 
-/// Excess over a limit that is rounding and cut off, mm or rad. Above the accuracies it would break
-/// their promise; far below it a pose computed from a limit value would be refused.
+/// Excess over a limit that counts as rounding and is cut off, mm or rad. Above the accuracies it
+/// would break their guarantee; far below it a pose computed from a limit value would be refused.
 const LIMIT_SLACK: [f64; 2] = [2e-10, 2e-13];
 
 /// Differences of cosines from those at the poles and at the edges of the reach above which the
-/// shorter formulas are taken: they lose the digits that these lack of 1. The accuracies leave two
-/// digits, what is not checked four.
+/// shorter formulas are used: they lose the digits by which these differ from 1. The accuracies
+/// leave two digits, unchecked solutions four.
 const FAR_FROM_SINGULAR: f64 = 1e-2;
 
 const BESIDE_SINGULAR: f64 = 1e-4;
 
 impl Machine {
-    /// All solutions within the limits for a tool pose in the table frame, each at the winding
-    /// nearest to home; where a rotary axis is [free](InverseSolution::free_axis) it stands at
-    /// home, as do axes that do not [move the tool](Machine::moves_tool).
+    /// Returns all solutions within the limits for a tool pose in the table frame, each at the
+    /// winding nearest to home. A [free](InverseSolution::free_axis) rotary axis is at home, as are
+    /// axes that do not [move the tool](Machine::moves_tool).
     ///
     /// Closed form for three linear and two rotary axes; for two and three all roots of a
     /// polynomial of degree 12. No allocation. The forward solution of every result differs from
@@ -53,8 +53,8 @@ impl Machine {
         self.inverse_near(cl, tool_length, &self.home())
     }
 
-    /// All solutions for a tool pose in the table frame without regard to limits, each at the
-    /// winding nearest to home.
+    /// Returns all solutions for a tool pose in the table frame without regard to limits, each at
+    /// the winding nearest to home.
     ///
     /// For three linear and two rotary axes the forward solution is not evaluated either: away from
     /// singular poses it differs from `cl` by some rounding (1e-15 of the lengths), near them by
@@ -75,11 +75,11 @@ impl Machine {
         self.unlimited(cl, tool_length, &home)
     }
 
-    /// As [`Machine::inverse`], with the rotary values within the limits that are nearest to those
-    /// of `reference`; a free axis stays where it is there, and so do axes that do not move the
-    /// tool, whatever their limits (home for a value that is not finite). With three rotary axes it
-    /// moves from there if nothing is reached else: with the tool along the first of parallel ones
-    /// to where something is, on another curve of solutions by steps of 2°.
+    /// Solves as [`Machine::inverse`], with the rotary values within the limits that are nearest to
+    /// those of `reference`. A free axis keeps its value there, as do axes that do not move the
+    /// tool, whatever their limits (home for a value that is not finite). With three rotary axes a
+    /// free axis moves from there if nothing else is reached: with the tool along the first of
+    /// parallel ones to the nearest solution, on another curve of solutions by steps of 2°.
     ///
     /// # Errors
     /// As [`Machine::inverse`].
@@ -107,7 +107,7 @@ impl Machine {
         }
     }
 
-    /// As [`Machine::all_within_limits`], of one or two.
+    /// Selects as [`Machine::all_within_limits`], from one or two solutions.
     fn pair_within_limits(
         &self,
         first: InverseSolution,
@@ -126,7 +126,7 @@ impl Machine {
         }
     }
 
-    /// The solutions within the limits, or by how much the nearest to them is beyond.
+    /// Returns the solutions within the limits, or the excess of the nearest to them.
     pub(crate) fn all_within_limits(
         &self,
         solutions: impl Iterator<Item = InverseSolution>,
@@ -145,12 +145,12 @@ impl Machine {
         within.ok_or(why)
     }
 
-    /// The one solution to take.
+    /// Returns the one solution to take.
     ///
     /// With a previous position: the solution that is reached from it first, every axis moving at
     /// its largest speed; full turns are unrolled and at the pole the free axis stays. On a machine
     /// with three rotary axes, where Newton's method from that position finds a solution within 5°
-    /// of it, that one. Without: the preferred branch.
+    /// of it, that solution. Without a previous position: the preferred branch.
     ///
     /// # Errors
     /// As [`Machine::inverse`].
@@ -181,7 +181,7 @@ impl Machine {
         }
     }
 
-    /// The branch that a position is on; at the border between the two, and at the pole, the
+    /// Returns the branch of a position; at the border between the two, and at the pole, the
     /// positive one.
     pub fn branch_of(&self, q: &AxisValues) -> Branch {
         match &self.solver {
@@ -193,15 +193,15 @@ impl Machine {
         }
     }
 
-    /// Time in which every axis has got from one position to another at its largest speed, s (no
-    /// acceleration).
+    /// Returns the time for every axis to move from one position to another at its largest speed, s
+    /// (no acceleration).
     pub fn travel_time(&self, from: &AxisValues, to: &AxisValues) -> f64 {
         let time = |k: usize| (to.get_or_zero(k) - from.get_or_zero(k)).abs() / self.axes[k].max_velocity;
         (0..self.axes.len()).map(time).fold(0.0, f64::max)
     }
 
-    /// The solutions, their rotary values at the winding nearest to the finite `reference`; limits
-    /// are not asked.
+    /// Returns the solutions, their rotary values at the winding nearest to the finite `reference`,
+    /// without testing limits.
     pub(crate) fn unlimited(
         &self,
         cl: &ClPoint,
@@ -221,8 +221,8 @@ impl Machine {
         }
     }
 
-    /// Both solutions of two rotary joints, the positive one first, without a check; `None` beside
-    /// singular poses, which are recognised by cosines as in [`DirectionPair::solve_regular`].
+    /// Returns both solutions of two rotary joints, the positive one first, without a check; `None`
+    /// near singular poses, which are recognised by cosines as in [`DirectionPair::solve_regular`].
     fn both_regular(
         &self,
         cl: &ClPoint,
@@ -247,14 +247,14 @@ impl Machine {
         Some([of(positive)?, of(negative)?])
     }
 
-    /// Whether the forward solution is at `cl`, to the accuracy promised.
+    /// Returns whether the forward solution is at `cl`, to the guaranteed accuracy.
     fn reaches(&self, values: &AxisValues, cl: &ClPoint, tool_length: f64, turned: f64) -> bool {
         let map = self.linear_map(values, tool_length);
         let linears = self.linears_of(values);
         is_exact(&(map.tip(&linears) - cl.tip.coords), &(map.tool_axis - cl.axis.into_inner()), turned)
     }
 
-    /// As [`Machine::unlimited`], for two rotary joints.
+    /// Solves as [`Machine::unlimited`], for two rotary joints.
     pub(crate) fn unlimited_pair(
         &self,
         rotaries: &DirectionPair,
@@ -292,7 +292,7 @@ impl Machine {
         }
     }
 
-    /// The values of all axes for these rotary ones, checked by the forward solution.
+    /// Returns the values of all axes for these rotary ones, checked by the forward solution.
     pub(crate) fn with_rotaries(
         &self,
         cl: &ClPoint,
@@ -325,8 +325,8 @@ impl Machine {
         Unreachable::Direction { first: self.axes[first].letter, second: self.axes[second].letter, by }
     }
 
-    /// The position with every value within its limits: a free axis stays at the reference, so that
-    /// has to be. Values of the other head are nobody's business here.
+    /// Returns the position with every value within its limits: a free axis stays at the reference,
+    /// so the reference has to be. Values of the other head are left as they are.
     fn inside(&self, reference: &AxisValues) -> AxisValues {
         AxisValues::from_fn(self.axes.len(), |k| {
             let axis = &self.axes[k];
@@ -339,7 +339,7 @@ impl Machine {
         })
     }
 
-    /// Room for the values of a solution, those of axes that do not move the tool as at the
+    /// Returns storage for the values of a solution, with axes that do not move the tool as in the
     /// reference.
     #[inline]
     fn kept(&self, reference: &AxisValues) -> AxisValues {
@@ -350,7 +350,7 @@ impl Machine {
         values
     }
 
-    // Out of the way of machines with one head, whose solutions take as long as without it.
+    // Kept out of the path of machines with one head, whose solutions take no longer for it.
     #[cold]
     #[inline(never)]
     fn keep_others(&self, values: &mut AxisValues, reference: &AxisValues) {
@@ -376,7 +376,7 @@ impl Machine {
         Ok(solution)
     }
 
-    /// Time of travel by which a limit is exceeded, s.
+    /// Returns the time of travel by which a limit is exceeded, s.
     fn excess(&self, e: &Unreachable) -> f64 {
         match *e {
             Unreachable::AxisLimit { index, value, min, max, .. } => {
@@ -393,8 +393,8 @@ pub(crate) fn is_finite(cl: &ClPoint, tool_length: f64) -> bool {
     tip & a.x.is_finite() & a.y.is_finite() & a.z.is_finite() & tool_length.is_finite()
 }
 
-/// Whether a pose is met to the accuracy promised, with what rotary values of this sum leave to
-/// rounding: after many turns of an endless axis it alone exceeds the accuracy.
+/// Returns whether a pose is met to the guaranteed accuracy, with an allowance for the rounding of
+/// rotary values with this sum: after many turns of an endless axis it alone exceeds the accuracy.
 pub(crate) fn is_exact(tip_error: &Vector3<f64>, axis_error: &Vector3<f64>, turned: f64) -> bool {
     tip_error.norm() <= TIP_ACCURACY - LIMIT_SLACK[0]
         && axis_error.norm() <= AXIS_ACCURACY - LIMIT_SLACK[1] + f64::EPSILON * turned
@@ -407,15 +407,15 @@ fn slack(axis: &Axis) -> f64 {
     }
 }
 
-/// The value plus full turns that is nearest to `reference`.
+/// Returns the value plus the full turns that bring it nearest to `reference`.
 pub(crate) fn nearest_turn(value: f64, reference: f64) -> f64 {
     let way = reference - value;
     // Mostly there is nothing to turn; rounding is a call.
     if way.abs() < PI { value } else { value + TAU * (way / TAU).round() }
 }
 
-/// The value plus the fewest full turns that bring it within the limits, or, where no turn does,
-/// nearest to them.
+/// Returns the value plus the fewest full turns that bring it within the limits, or, where no turn
+/// does, nearest to them.
 fn turn_within(axis: &Axis, value: f64) -> f64 {
     if axis.holds(value) {
         return value;

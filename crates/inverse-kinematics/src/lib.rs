@@ -2,16 +2,16 @@
 //! bodies.
 //!
 //! A [`Machine`] is read from a [machine file](MachineFile): two chains of DH rows from the bed,
-//! one to the table, one to the spindle nose. [`AxisValues`] are what its scales show.
-//! [`Machine::forward`] says where the tool is in the table frame, [`Machine::inverse`] which axis
-//! values bring it to a CL point, [`Machine::axis_ranges`] which ones a whole set of CL points asks
-//! for, [`Motion`] what happens between two positions, [`deviation_bound`] how far that is from
-//! what was meant, [`linearise`] which positions hold it to a tolerance, [`Machine::body_poses`]
-//! where the machine's own bodies are.
+//! one to the table, one to the spindle nose. [`AxisValues`] are the values on its scales.
+//! [`Machine::forward`] returns the tool pose in the table frame, [`Machine::inverse`] the axis
+//! values for a CL point, and [`Machine::axis_ranges`] those for a whole set of CL points.
+//! [`Motion`] is the motion between two positions, [`deviation_bound`] bounds its distance from the
+//! intended motion, and [`linearise`] inserts positions to hold a tolerance.
+//! [`Machine::body_poses`] places the machine's own bodies.
 //!
-//! Rows of a chain are made from directions and points by [`rows_from_axes`];
-//! [`Machine::joint_lines`], [`Machine::family`] and [`Machine::axis_reach`] say of a machine what
-//! its rows mean, and [`import_autodesk_machine`] reads the files of another program.
+//! [`rows_from_axes`] makes the rows of a chain from directions and points;
+//! [`Machine::joint_lines`], [`Machine::family`] and [`Machine::axis_reach`] interpret the rows of
+//! a machine, and [`import_autodesk_machine`] reads the files of another program.
 //!
 //! ```
 //! use facemill_cl_data::ClPoint;
@@ -27,13 +27,13 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Solved in closed form are machines with three linear and two rotary joints in any order, on
-//! table or head, with axes in general directions; those with two linear and three rotary joints by
-//! the roots of a polynomial, all of them; others are refused by name when the file is read. Every
-//! inverse solution is checked by the forward one to 1e-9 mm and 1e-12 rad. Units are mm, rad and
-//! s; F words alone are mm/min.
+//! Machines with three linear and two rotary joints in any order, on table or head, with axes in
+//! general directions, are solved in closed form; those with two linear and three rotary joints by
+//! all roots of a polynomial. Others are refused by name when the file is read. Every inverse
+//! solution is checked by the forward one to 1e-9 mm and 1e-12 rad. Units are mm, rad and s; only F
+//! words are mm/min.
 //!
-//! Modules, each of which imports those above it alone:
+//! Modules; each imports only those above it:
 //!
 //! | module | holds |
 //! |---|---|

@@ -25,7 +25,7 @@ use crate::solver::screw_chain::{LinearMap, ScrewChain};
 
 /// A five-axis machine tool: forward and inverse solution, limits, bodies, motion laws.
 ///
-/// Of a machine with two heads it is the view of one of them, see [`Machine::heads`].
+/// For a machine with two heads it is the view of one of them, see [`Machine::heads`].
 ///
 /// Everything is given in the table frame, the end of the workpiece chain, in mm, rad and s. The
 /// tool frame has its origin at the tip and its z axis toward the spindle; the tool length is the
@@ -51,7 +51,7 @@ pub struct FeedRange {
     pub min: f64,
     /// Largest F.
     pub max: f64,
-    /// Feed of linear rapids; without it the axis speeds alone limit them.
+    /// Feed of linear rapids; without it only the axis speeds limit them.
     pub rapid: Option<f64>,
 }
 
@@ -59,21 +59,21 @@ impl Machine {
     /// Reads a machine file.
     ///
     /// # Errors
-    /// When the text is no machine file, a value makes no sense, or the joints have no inverse
-    /// solution here. A file with two heads is for [`Machine::heads_from_json`].
+    /// When the text is not a machine file, a value makes no sense, or the joints have no inverse
+    /// solution here. For a file with two heads use [`Machine::heads_from_json`].
     pub fn from_json(text: &[u8]) -> Result<Self, MachineError> {
         Self::from_file(facemill_file_format::from_json(text)?)
     }
 
-    /// The machine that a file describes.
+    /// Builds the machine that a file describes.
     ///
     /// # Errors
-    /// As [`Machine::from_json`], the text aside.
+    /// As [`Machine::from_json`], except for the text.
     pub fn from_file(file: MachineFile) -> Result<Self, MachineError> {
         build(file)
     }
 
-    /// The file the machine was built from.
+    /// Returns the file that the machine was built from.
     pub fn to_file(&self) -> MachineFile {
         self.file.clone()
     }
@@ -83,44 +83,44 @@ impl Machine {
         &self.file.name
     }
 
-    /// The axes in the order of NC words: X Y Z A B C U V W, those with a number behind all
-    /// without. Axis values stand in this order everywhere. Of a machine with two heads they are
-    /// all of them, see [`Machine::moves_tool`].
+    /// Returns the axes in the order of NC words: X Y Z A B C U V W, those with a number behind all
+    /// without. Axis values have this order everywhere. For a machine with two heads they are all
+    /// of its axes, see [`Machine::moves_tool`].
     pub fn axes(&self) -> &[Axis] {
         &self.axes
     }
 
-    /// Index of the axis with this address.
+    /// Returns the index of the axis with this address.
     pub fn axis_index(&self, letter: &str) -> Option<usize> {
         self.axes.iter().position(|a| a.letter == letter)
     }
 
-    /// Home position of every axis.
+    /// Returns the home position of every axis.
     pub fn home(&self) -> AxisValues {
         AxisValues::from_fn(self.axes.len(), |k| self.axes[k].home)
     }
 
-    /// First axis that is outside its limits, if any; the other head's are asked too.
+    /// Returns the first axis that is outside its limits, if any, including the other head's.
     pub fn first_beyond_limit(&self, q: &AxisValues) -> Option<usize> {
         (0..self.axes.len()).find(|&k| !self.axes[k].holds(q.get_or_zero(k)))
     }
 
-    /// Pose of the tool in the table frame: origin at the tip, z toward the spindle (forward
-    /// kinematics).
+    /// Returns the pose of the tool in the table frame: origin at the tip, z toward the spindle
+    /// (forward kinematics).
     ///
-    /// Holds for any values, limits are not asked. Missing values count as 0.
+    /// Valid for any values, without testing limits. Missing values count as 0.
     pub fn forward(&self, q: &AxisValues, tool_length: f64) -> Isometry3<f64> {
         self.chain.forward(q, tool_length)
     }
 
-    /// Tip and tool axis in the table frame; as [`Machine::forward`] without the turn about the
-    /// tool's own axis.
+    /// Returns tip and tool axis in the table frame; as [`Machine::forward`] without the turn about
+    /// the tool's own axis.
     pub fn cl_point(&self, q: &AxisValues, tool_length: f64) -> ClPoint {
         let map = self.linear_map(q, tool_length);
         ClPoint { tip: Point3::from(map.tip(&self.linears_of(q))), axis: Unit::new_normalize(map.tool_axis) }
     }
 
-    /// The linear values in chain order, 0 where there is no third.
+    /// Returns the linear values in chain order, 0 where there is no third.
     pub(crate) fn linears_of(&self, q: &AxisValues) -> Vector3<f64> {
         let mut linears = Vector3::zeros();
         for (k, &axis) in self.solver.linears().iter().enumerate() {
@@ -134,37 +134,37 @@ impl Machine {
         self.file.motion.law()
     }
 
-    /// Feeds the control can be given.
+    /// Returns the feeds that the control accepts.
     pub fn feed_range(&self) -> FeedRange {
         let feed = &self.file.feed;
         FeedRange { min: feed.min_mm_min, max: feed.max_mm_min, rapid: feed.rapid_mm_min }
     }
 
-    /// The bodies of the machine.
+    /// Returns the bodies of the machine.
     pub fn bodies(&self) -> &[MachineBody] {
         &self.bodies
     }
 
-    /// Direction from the nose into the spindle with all rotary axes at 0, table frame: the
-    /// direction in which tool length compensation (G43) moves the head.
+    /// Returns the direction from the nose into the spindle with all rotary axes at 0, table frame:
+    /// the direction in which tool length compensation (G43) moves the head.
     pub fn length_compensation_axis(&self) -> Unit<Vector3<f64>> {
         self.chain.spindle_at_zero()
     }
 
-    /// Travel of every axis per mm of tool length that keeps the tip in its place with all rotary
-    /// axes at 0: what G43 adds to the programmed words. Rotary entries are 0; `None` when the
-    /// linear axes are dependent there, or cannot move the tip along the spindle.
+    /// Returns the travel of every axis per mm of tool length that keeps the tip in its place with
+    /// all rotary axes at 0, which G43 adds to the programmed words. Rotary entries are 0; `None`
+    /// when the linear axes are dependent there, or cannot move the tip along the spindle.
     pub fn length_compensation_travel(&self) -> Option<AxisValues> {
         let zero = AxisValues::zeros(self.axes.len());
         let tip = Point3::from(self.linear_map(&zero, 0.0).offset);
         self.with_linears(&zero, &tip, 1.0).ok()
     }
 
-    /// The rotary values of `q` with the linear values that bring the tip to `tip`.
+    /// Returns the rotary values of `q` with the linear values that bring the tip to `tip`.
     ///
     /// # Errors
-    /// When they are dependent there, or, of two linear axes, when the tip is not in the plane they
-    /// move it in.
+    /// When they are dependent there, or, with two linear axes, when the tip is not in the plane of
+    /// their motion.
     pub(crate) fn with_linears(
         &self,
         q: &AxisValues,
@@ -186,8 +186,8 @@ impl Machine {
         Ok(q)
     }
 
-    /// The linear values that bring the tip to `tip`, or, of two linear axes, nearest to it; `None`
-    /// when they are dependent.
+    /// Returns the linear values that bring the tip to `tip`, or, with two linear axes, nearest to
+    /// it; `None` when they are dependent.
     pub(crate) fn solve_linears(&self, map: &LinearMap, tip: &Point3<f64>) -> Option<Vector3<f64>> {
         match self.solver {
             Solver::Closed { .. } => map.solve(tip),
@@ -199,7 +199,7 @@ impl Machine {
         self.chain.linear_map(q, tool_length)
     }
 
-    /// Whether it is a rotary axis that moves the tool.
+    /// Returns whether an axis is a rotary one that moves the tool.
     pub(crate) fn is_rotary(&self, axis: usize) -> bool {
         self.axes[axis].kind == AxisKind::Rotary && self.moves_tool(axis)
     }

@@ -31,11 +31,11 @@ impl From<RapidLaw> for BlockLaw {
     }
 }
 
-/// The motion of the control from one programmed position to the next.
+/// Motion of the control from one programmed position to the next.
 ///
-/// [`Motion::at`] gives the axis values at the fraction t of the block's time, 0 ≤ t ≤ 1; both ends
-/// are met exactly. Limits are not checked: a control that is commanded beyond them runs into its
-/// stop, and whoever replays it wants to see that.
+/// [`Motion::at`] returns the axis values at the fraction t of the block's time, 0 ≤ t ≤ 1; both
+/// ends are met exactly. Limits are not checked: a control that is commanded beyond them runs into
+/// its stop, and a replay has to show that.
 #[derive(Clone, Copy, Debug)]
 pub struct Motion<'a> {
     machine: &'a Machine,
@@ -47,7 +47,7 @@ pub struct Motion<'a> {
     tool_length: f64,
 }
 
-/// Why a block has no motion.
+/// Reason why a block has no motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MotionError {
@@ -58,17 +58,17 @@ pub enum MotionError {
         /// Number of axes of the machine.
         n_axes: usize,
     },
-    /// The tool vector is to be turned in the plane of its two ends, and they are opposite.
+    /// The tool vector would have to turn in the plane of its two ends, and they are opposite.
     #[error("the tool axis reverses within the block, which leaves the plane of its turn open")]
     OppositeAxes,
 }
 
 /// Cosine below which two tool axes count as opposite: 1e-7 rad from it the plane of the turn is
-/// known to 1e-9 only.
+/// known only to 1e-9.
 pub(crate) const OPPOSITE_COSINE: f64 = -1.0 + 5e-15;
 
 impl<'a> Motion<'a> {
-    /// The motion of `machine` between two positions under `law`, with this tool length.
+    /// Creates the motion of `machine` between two positions under `law`, with this tool length.
     ///
     /// # Errors
     /// When a value is not finite, or the tool axis reverses under
@@ -94,8 +94,8 @@ impl<'a> Motion<'a> {
         Ok(Self { machine, law, start: *start, end: *end, start_cl, end_cl, tool_length })
     }
 
-    /// Axis values at the fraction `t` of the block's time; `t` outside 0..1 counts as the nearer
-    /// end, NaN as the start.
+    /// Returns axis values at the fraction `t` of the block's time; `t` outside 0..1 counts as the
+    /// nearer end, NaN as the start.
     ///
     /// Under [`CuttingLaw::TipLinearVectorTurned`] the branch is the one nearer to the straight
     /// line between the ends, which is the continuous one when both ends are on the same branch.
@@ -123,7 +123,7 @@ impl<'a> Motion<'a> {
         }
     }
 
-    /// Tip and tool axis at the fraction `t` of the block's time, table frame.
+    /// Returns tip and tool axis at the fraction `t` of the block's time, table frame.
     ///
     /// # Errors
     /// As [`Motion::at`].
@@ -131,9 +131,9 @@ impl<'a> Motion<'a> {
         Ok(self.machine.cl_point(&self.at(t)?, self.tool_length))
     }
 
-    /// The motion that a planner means by two poses: the tip on a straight line, the tool axis
-    /// turning uniformly in the plane of its ends. Opposite axes are joined through some plane that
-    /// holds both.
+    /// Returns the motion that a planner intends between two poses: the tip on a straight line, the
+    /// tool axis turning uniformly in the plane of its ends. Opposite axes are connected through an
+    /// arbitrary plane that contains both.
     pub fn ideal(&self, t: f64) -> ClPoint {
         let tip = self.start_cl.tip + (self.end_cl.tip - self.start_cl.tip) * t;
         ClPoint { tip, axis: turned_axis(&self.start_cl.axis, &self.end_cl.axis, t) }
@@ -149,8 +149,8 @@ impl<'a> Motion<'a> {
     }
 }
 
-/// Every axis runs at its own largest speed until it is there; the slowest one takes the whole
-/// time.
+/// Returns a position in which every axis runs at its own largest speed until it arrives; the
+/// slowest one takes the whole time.
 pub(crate) fn per_axis(machine: &Machine, start: &AxisValues, end: &AxisValues, t: f64) -> AxisValues {
     let elapsed = t * machine.travel_time(start, end);
     AxisValues::from_fn(start.len(), |k| {
@@ -160,7 +160,7 @@ pub(crate) fn per_axis(machine: &Machine, start: &AxisValues, end: &AxisValues, 
     })
 }
 
-/// The unit vector at the fraction `t` of the turn from `a` to `b` in their plane.
+/// Returns the unit vector at the fraction `t` of the turn from `a` to `b` in their plane.
 pub(crate) fn turned_axis(a: &Unit<Vector3<f64>>, b: &Unit<Vector3<f64>>, t: f64) -> Unit<Vector3<f64>> {
     Turn::new(a, b).at(t)
 }
@@ -169,7 +169,7 @@ pub(crate) fn turned_axis(a: &Unit<Vector3<f64>>, b: &Unit<Vector3<f64>>, t: f64
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Turn {
     start: Vector3<f64>,
-    /// The direction at right angles to the start in which the turn goes.
+    /// Direction of the turn, at right angles to the start.
     across: Vector3<f64>,
     /// The whole turn, rad, 0 to π.
     pub(crate) angle: f64,
@@ -183,14 +183,14 @@ impl Turn {
         Self { start: a.into_inner(), across, angle: sine.atan2(a.dot(b)) }
     }
 
-    /// The vector at the fraction `t` of the turn.
+    /// Returns the vector at the fraction `t` of the turn.
     pub(crate) fn at(&self, t: f64) -> Unit<Vector3<f64>> {
         let (sin, cos) = (self.angle * t).sin_cos();
         Unit::new_normalize(self.start * cos + self.across * sin)
     }
 
-    /// The fraction of the turn at which the vector is nearest to `axis`; below 0 or above 1
-    /// outside the turn.
+    /// Returns the fraction of the turn at which the vector is nearest to `axis`; below 0 or above
+    /// 1 outside the turn.
     pub(crate) fn fraction_of(&self, axis: &Vector3<f64>) -> f64 {
         axis.dot(&self.across).atan2(axis.dot(&self.start)) / self.angle
     }

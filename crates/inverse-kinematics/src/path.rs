@@ -16,23 +16,24 @@ use crate::path::edges::Edges;
 use crate::path::result::Choosing;
 use crate::path::station::{Poses, Station, Stations};
 
-/// Branch and winding of every pose of a path: of all sequences of positions the one with the
-/// fewest changes in cuts, of those the one with the fewest on links, of those the one with the
-/// least weighted travel time.
+/// Chooses branch and winding of every pose of a path: the sequence of positions with the fewest
+/// changes in cuts, among those the fewest on links, and among those the least weighted travel
+/// time.
 ///
-/// The minimum is exact for the poses given (Bellman's recursion over all branches at all windings
-/// within the limits). Time is linear in the number of poses; beside the result two bytes are kept
-/// for each position and eight for each pose. Of equal sequences always the same one is chosen.
+/// The minimum is exact for the given poses (Bellman's recursion over all branches at all windings
+/// within the limits). Time is linear in the number of poses; beside the result, two bytes are kept
+/// for each position and eight for each pose. Among equal sequences the same one is always chosen.
 ///
-/// From one pose to the next a solution goes on to a definite one, followed along the ideal motion:
-/// tip straight, tool axis turning evenly. With two rotary axes that is proven, see the manual's
-/// method; with three it is followed in steps of less than 10°. Everything else is a
-/// [`Change`](crate::path::choice::Change). `start` is where the axes stand before; the way from
-/// there counts its time only. Each position of the result is within the limits and stands at its
-/// pose to 1e-9 mm and 1e-12 rad; limits between poses are not asked. Axes that do not move the
+/// From one pose to the next a solution continues to a definite one, followed along the ideal
+/// motion: tip straight, tool axis turning evenly. With two rotary axes that is proven, see the
+/// manual's method; with three it is followed in steps of less than 10°. Everything else is a
+/// [`Change`](crate::path::choice::Change). `start` is the position of the axes before; of the way
+/// from there only the time counts. Each position of the result is within the limits and at its
+/// pose to 1e-9 mm and 1e-12 rad; limits between poses are not tested. Axes that do not move the
 /// tool cost nothing and stay where `start` has them, at home without it.
 ///
 /// # Errors
+/// See [`PathError`].
 /// See [`PathError`].
 pub fn choose_along(
     machine: &Machine,
@@ -96,7 +97,7 @@ fn check(
 /// Changes in cuts, changes on links, weighted time.
 type Cost = (u32, u32, f64);
 
-/// The chosen node of every station, and the weighted time.
+/// Returns the chosen node of every station, and the weighted time.
 fn shortest(
     of: Poses<'_>,
     segments: &[SegmentKind],
@@ -108,7 +109,8 @@ fn shortest(
     let Some(mut previous) = stations.next(None)? else { return Err(PathError::NoPoses) };
     let mut costs: Vec<Cost> =
         previous.nodes.iter().map(|n| (0, 0, start.map_or(0.0, |q| of.start_time(q, &n.values, settings)))).collect();
-    // Predecessors of the nodes of all stations but the first, and where each station's begin.
+    // Predecessors of the nodes of all stations except the first, and the index where each
+    // station's begin.
     let (mut before, mut begins): (Vec<u16>, Vec<usize>) = (Vec::new(), Vec::new());
     while let Some(station) = stations.next(Some(&previous))? {
         let kind = segments[previous.last];
@@ -155,8 +157,8 @@ impl Poses<'_> {
         (0..axes.len()).filter(|&k| self.machine.moves_tool(k)).map(time).fold(0.0, f64::max)
     }
 
-    /// The value of an endless axis that is by whole turns away from `value` and nearest to `near`;
-    /// others keep theirs.
+    /// Returns an endless axis' value moved by whole turns to be nearest to `near`; other axes keep
+    /// theirs.
     pub(crate) fn unrolled(&self, values: &AxisValues, near: impl Fn(usize) -> f64) -> AxisValues {
         AxisValues::from_fn(values.len(), |k| {
             let axis = &self.machine.axes()[k];

@@ -27,7 +27,7 @@ use crate::solver::summed_rotaries::SummedRotaries;
 use crate::solver::three_rotaries::ThreeRotaries;
 use crate::solver::tip_condition::TipCondition;
 
-/// How the inverse solution of a machine is found.
+/// Method of a machine's inverse solution.
 #[derive(Clone, Debug, PartialEq)]
 #[expect(clippy::large_enum_variant, reason = "one per machine, and the larger one is read in every solution")]
 pub(crate) enum Solver {
@@ -110,7 +110,7 @@ impl NumericSolver {
         Target::new(&self.condition, tip, tool_axis, tool_length)
     }
 
-    /// The rotary values of all solutions.
+    /// Returns the rotary values of all solutions.
     pub(crate) fn solve(&self, target: &Target<'_>, reference: [f64; 3]) -> Triples {
         match &self.elimination {
             Elimination::Three(three) => three.solve(target, reference),
@@ -118,7 +118,7 @@ impl NumericSolver {
         }
     }
 
-    /// The solution that Newton's method gets to from a reference position.
+    /// Returns the solution that Newton's method reaches from a reference position.
     pub(crate) fn near(&self, target: &Target<'_>, reference: [f64; 3]) -> Option<RotaryTriple> {
         match &self.elimination {
             Elimination::Three(three) => three.near(target, reference),
@@ -126,7 +126,7 @@ impl NumericSolver {
         }
     }
 
-    /// The branch of rotary values.
+    /// Returns the branch of rotary values.
     pub(crate) fn branch_of(&self, values: [f64; 3]) -> Branch {
         match &self.elimination {
             Elimination::Three(three) if three.is_positive(values[2]) => Branch::Positive,
@@ -135,7 +135,7 @@ impl NumericSolver {
         }
     }
 
-    /// Angle by which a direction is out of reach, 0 within.
+    /// Returns the angle by which a direction is out of reach, 0 within.
     pub(crate) fn out_of_reach(&self, tool_axis: &Vector3<f64>) -> f64 {
         match &self.elimination {
             Elimination::Three(three) => three.out_of_reach(tool_axis),
@@ -143,7 +143,7 @@ impl NumericSolver {
         }
     }
 
-    /// Rotary values that give the tool axis, at one value of what is solved for and on one side.
+    /// Returns rotary values that give the tool axis, at one value of the unknown and on one side.
     pub(crate) fn values_at(&self, target: &Target<'_>, value: f64, positive: bool) -> Option<[f64; 3]> {
         match &self.elimination {
             Elimination::Three(three) => three.values_at(target, value, positive),

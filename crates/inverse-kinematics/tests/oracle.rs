@@ -1,4 +1,4 @@
-//! No solution is missed that a second implementation finds, in general, singular and near-limit
+//! No solution found by a second implementation is missed, in general, singular and near-limit
 //! poses.
 
 mod common;
@@ -20,7 +20,7 @@ struct Counts {
     missed: usize,
 }
 
-/// A position of one of the kinds that solutions meet or end at.
+/// A position of one of the kinds where solutions meet or end.
 fn position(kind: usize, oracle: &Oracle<'_>, machine: &Machine, r: &mut Random) -> AxisValues {
     let mut q = r.values(machine);
     let off = 10f64.powf(r.within(-9.0, -3.0));
@@ -88,7 +88,7 @@ fn compare(
     if DMatrix::from_columns(&linear).svd(false, false).singular_values.min() < 1e-6 {
         return Counts::default();
     }
-    // Error that a residual of 1e-12 leaves open, and, where two solutions meet, its root.
+    // Error that a residual of 1e-12 allows, and, where two solutions meet, its root.
     let open = |least: f64| 1e-5 + 1e-11 / least.max(1e-11);
     let solutions = match machine.inverse_near(cl, TOOL, q) {
         Ok(all) => all,
@@ -117,8 +117,8 @@ fn compare(
             rad < open(least) && mm < 1000.0 * open(least)
         })
     };
-    // Of a value at its limit it is open then whether it is within: rounding times 1/least exceeds
-    // what counts as rounding.
+    // For a value at its limit it is then undecided whether it is within: rounding times 1/least
+    // exceeds the allowance for rounding.
     let on_limit = |values: &AxisValues, least: f64| {
         least < 1e-2
             && machine.axes().iter().enumerate().any(|(k, axis)| {
@@ -126,7 +126,7 @@ fn compare(
                 to_limit < if axis.kind == AxisKind::Linear { 1e-5 } else { 1e-8 }
             })
     };
-    // Several singularities at once: what is missed there is counted, and has to be rare.
+    // Several singularities at once: misses there are counted, and have to be rare.
     if least < 1e-8 && !curve && !near(q, least) && !on_limit(q, least) {
         return Counts { poses: 1, missed: 1, ..Counts::default() };
     }
@@ -137,7 +137,7 @@ fn compare(
     );
     let mut counts = Counts { poses: 1, ..Counts::default() };
     for found in oracle.solutions(cl, n_seeds, r) {
-        // On a curve of solutions, and beside one, the run ends anywhere.
+        // On a curve of solutions, and beside one, the run may end anywhere.
         if found.least_singular < 1e-6 || on_limit(&found.values, found.least_singular) {
             continue;
         }

@@ -12,7 +12,7 @@ use crate::mesh::tri_mesh::TriMesh;
 pub use glb::write_glb;
 pub use painted::write_painted_glb;
 
-/// A mesh placed in a scene under a name. One mesh can stand in several nodes, as the blades of a
+/// A mesh placed in a scene under a name. Several nodes can have the same mesh, as the blades of a
 /// propeller.
 #[derive(Clone, Debug)]
 pub struct NamedNode<'a> {
@@ -20,15 +20,15 @@ pub struct NamedNode<'a> {
     pub name: &'a str,
     /// Index of its mesh.
     pub mesh: usize,
-    /// Where it stands: `scene_from_mesh`, mm, +Z up.
+    /// Pose: `scene_from_mesh`, mm, +Z up.
     pub transform: Isometry3<f64>,
 }
 
-/// Why a scene cannot be written.
+/// Reason why a scene cannot be written.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExportError {
-    /// A node names a mesh that does not exist.
+    /// A node has the index of a mesh that does not exist.
     #[error("node \"{node}\" uses mesh {mesh}, but there are only {n_meshes}")]
     NoMesh {
         /// Name of the node.
@@ -38,7 +38,7 @@ pub enum ExportError {
         /// Number of meshes.
         n_meshes: usize,
     },
-    /// There is not one colour for each vertex.
+    /// The number of colours differs from that of the vertices.
     #[error("there are {n_colours} colours for {n_vertices} vertices")]
     Colours {
         /// Number of colours.
@@ -46,7 +46,7 @@ pub enum ExportError {
         /// Number of vertices of the mesh.
         n_vertices: usize,
     },
-    /// No node has a triangle, which no reader takes.
+    /// No node has a triangle, and no reader accepts an empty scene.
     #[error("there is no triangle to write")]
     Empty,
     /// The format counts with 32 bits.
@@ -54,11 +54,11 @@ pub enum ExportError {
     TooLarge,
 }
 
-/// Wavefront OBJ text in mm, +Z up: a `g` per node, or `node/group` where its mesh has several
-/// groups.
+/// Writes Wavefront OBJ text in mm, +Z up: a `g` per node, or `node/group` where its mesh has
+/// several groups.
 ///
-/// Coordinates are written with as many digits as it takes to read back the same numbers. The same
-/// scene always gives the same bytes. Control characters and `#` in names become `_`.
+/// Coordinates are written with enough digits to read back the same numbers. The same scene always
+/// gives the same bytes. Control characters and `#` in names become `_`.
 ///
 /// # Errors
 /// When a node's mesh does not exist or nothing has a triangle.
@@ -85,7 +85,8 @@ pub fn write_obj(meshes: &[&TriMesh], nodes: &[NamedNode<'_>]) -> Result<Vec<u8>
     Ok(text.into_bytes())
 }
 
-/// Binary STL in mm, +Z up, all nodes in one solid; coordinates are rounded to single precision.
+/// Writes binary STL in mm, +Z up, all nodes in one solid; coordinates are rounded to single
+/// precision.
 ///
 /// # Errors
 /// When a node's mesh does not exist, nothing has a triangle, or there are more than 2³² triangles.
@@ -122,7 +123,7 @@ fn check(meshes: &[&TriMesh], nodes: &[NamedNode<'_>]) -> Result<(), ExportError
     Ok(())
 }
 
-/// The names that the groups of a mesh get under a node, without the empty ones.
+/// Returns the names of a mesh's groups under a node, without empty groups.
 fn named_groups(node: &str, mesh: &TriMesh) -> Vec<(String, std::ops::Range<usize>)> {
     let several = mesh.groups().len() > 1;
     let groups = mesh.groups().iter().enumerate().filter(|(_, g)| !g.triangles.is_empty());

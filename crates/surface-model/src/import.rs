@@ -18,7 +18,7 @@ use crate::mesh::tri_mesh::TriMesh;
 
 pub(crate) use raw_mesh::RawMesh;
 
-/// A mesh as read, and what was found and mended.
+/// A mesh as read, with its faults and repairs.
 #[derive(Clone, Debug)]
 pub struct Imported {
     /// The mesh, mm, +Z up.
@@ -27,7 +27,7 @@ pub struct Imported {
     pub report: RepairReport,
 }
 
-/// Why a mesh file cannot be read.
+/// Reason why a mesh file cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[error("{name}: {fault}")]
 pub struct ImportError {
@@ -39,8 +39,8 @@ pub struct ImportError {
 
 /// Reads a mesh from the bytes of a file.
 ///
-/// `name` is what errors call the file. `resolve` gets the names of other files that hold a glTF's
-/// buffers and returns their bytes; it is not called for data that the file holds itself, nor for
+/// `name` is the name of the file in errors. `resolve` gets the names of other files that hold a
+/// glTF's buffers and returns their bytes; it is not called for data inside the file, nor for
 /// textures and materials. [`no_external_files`] refuses all.
 ///
 /// Lengths become mm, the up axis becomes +Z, vertices are welded, triangles without area and exact
@@ -69,7 +69,7 @@ pub fn import_mesh(
         .map_err(|fault| ImportError { name: name.to_owned(), fault })
 }
 
-/// A `resolve` for [`import_mesh`] that knows no file.
+/// Refuses every file: a `resolve` for [`import_mesh`].
 ///
 /// # Errors
 /// Always.

@@ -3,7 +3,7 @@
 //! - [`import_mesh`] turns the bytes of an OBJ, glTF, GLB or STL file into a [`TriMesh`] in mm with
 //!   +Z up and says in a [`RepairReport`] what it mended and what it left: dirty meshes are
 //!   reported, not refused.
-//! - [`Surface`] takes a mesh for the smooth surface it stands for: normals with creases,
+//! - [`Surface`] takes a mesh as the smooth surface it represents: normals with creases,
 //!   curvature, closest point, rays, inside and outside, on a box [`Tree`] that others may walk
 //!   too.
 //! - [`plane_section`], [`cylinder_section`], [`implicit_section`] and [`level_curves`] cut it into
@@ -34,16 +34,16 @@
 //! ```
 //!
 //! Guaranteed: no input makes it panic; results do not depend on hash order or threads; a
-//! [`TriMesh`] has indices in range and finite coordinates; triangles without area are never
-//! returned by a query. Not guaranteed: that a mesh is closed, manifold or wound outward
-//! ([`Topology`] and [`Orientation`] say what can be known of it), and the accuracy of
-//! [`CurvatureTensor`], which is an estimate.
+//! [`TriMesh`] has indices in range and finite coordinates; no query returns triangles without
+//! area. Not guaranteed: that a mesh is closed, manifold or wound outward ([`Topology`] and
+//! [`Orientation`] report what can be known of it), and the accuracy of [`CurvatureTensor`], which
+//! is an estimate.
 //!
-//! Modules, each of which imports those above it alone:
+//! Modules; each imports only those above it:
 //!
 //! | module | holds |
 //! |---|---|
-//! | `mesh` | triangle meshes: edges, pieces, welding, refinement, the way that they are wound |
+//! | `mesh` | triangle meshes: edges, pieces, welding, refinement, winding |
 //! | `export` | meshes and scenes written to files |
 //! | `import` | meshes read from files and repaired |
 //! | `surface` | smooth surface over a mesh: normals, curvature, closest points, rays, sections |

@@ -1,4 +1,4 @@
-//! Triangle meshes: edges, pieces, welding, refinement, the way that they are wound.
+//! Triangle meshes: edges, pieces, welding, refinement, winding.
 
 pub(crate) mod caps;
 pub(crate) mod edges;

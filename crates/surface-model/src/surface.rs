@@ -18,7 +18,7 @@ use crate::surface::curvature::{CurvatureTensor, VertexCurvature, vertex_curvatu
 use crate::surface::normals::{SmoothVertices, facet_normals};
 use crate::surface::tree::Tree;
 
-/// How a mesh is taken for a smooth surface.
+/// Settings for taking a mesh as a smooth surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceSettings {
     /// Facets whose normals differ by more than this across an edge meet in a crease there, rad.
@@ -28,13 +28,14 @@ pub struct SurfaceSettings {
 }
 
 impl Default for SurfaceSettings {
-    /// 30°: coarser than any mesh one mills by, finer than the edges of prismatic parts.
+    /// Returns 30°: coarser than any mesh used for milling, finer than the edges of prismatic
+    /// parts.
     fn default() -> Self {
         Self { crease_angle: 30f64.to_radians() }
     }
 }
 
-/// A mesh with smooth normals, curvature and a box tree: all that is asked of a part.
+/// A mesh with smooth normals, curvature and a box tree, for all queries about a part.
 ///
 /// Triangles without area (height below 1e-12 of the longest side) carry no point of the surface:
 /// no query returns them. Triangle indices are those of the mesh; methods that take one panic when
@@ -55,13 +56,13 @@ pub struct Surface {
 /// A point of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfacePoint {
-    /// Where, mm.
+    /// Position, mm.
     pub position: Point3<f64>,
     /// The triangle it lies in.
     pub triangle: u32,
     /// Weights of the triangle's corners, not negative, sum 1.
     pub barycentric: [f64; 3],
-    /// Distance from the point that was asked about, mm; 0 where nothing was.
+    /// Distance from the queried point, mm; 0 without one.
     pub distance: f64,
 }
 
@@ -94,50 +95,51 @@ impl Surface {
         }
     }
 
-    /// The triangles, as given.
+    /// Returns the triangles, as given.
     pub fn mesh(&self) -> &TriMesh {
         &self.mesh
     }
 
-    /// The settings it was made with.
+    /// Returns the settings it was made with.
     pub fn settings(&self) -> SurfaceSettings {
         self.settings
     }
 
-    /// Which sides meet where.
+    /// Returns the edges, with the sides that meet in each.
     pub fn edges(&self) -> &Edges {
         &self.edges
     }
 
-    /// Components and the state of the edges.
+    /// Returns components and the state of the edges.
     pub fn topology(&self) -> &Topology {
         &self.topology
     }
 
-    /// The component a triangle belongs to.
+    /// Returns the component of a triangle.
     pub fn component(&self, triangle: u32) -> &Component {
         &self.topology.components[self.topology.component_of[triangle as usize] as usize]
     }
 
-    /// The hierarchy over the triangles' boxes; its items are triangle indices.
+    /// Returns the hierarchy over the triangles' boxes; its items are triangle indices.
     pub fn tree(&self) -> &Tree {
         &self.tree
     }
 
-    /// Smallest box around all triangles that have an area.
+    /// Returns the smallest box around all triangles that have an area.
     pub fn aabb(&self) -> Aabb {
         self.tree.aabb()
     }
 
-    /// The point of the surface nearest to `p` within `max_distance` (mm, `f64::INFINITY` for any),
-    /// exact up to rounding.
+    /// Returns the point of the surface nearest to `p` within `max_distance` (mm, `f64::INFINITY`
+    /// for any), exact up to rounding.
     ///
-    /// Of triangles equally near, the one with the lowest index. `None` when nothing is that near.
+    /// Among triangles equally near, the one with the lowest index. `None` when nothing is that
+    /// near.
     pub fn closest_point(&self, p: &Point3<f64>, max_distance: f64) -> Option<SurfacePoint> {
         self.closest_point_where(p, max_distance, |_| true)
     }
 
-    /// As [`Surface::closest_point`], among the triangles for which `keep` holds.
+    /// Searches as [`Surface::closest_point`], among the triangles for which `keep` holds.
     pub fn closest_point_where(
         &self,
         p: &Point3<f64>,
@@ -161,14 +163,14 @@ impl Surface {
         Some(SurfacePoint { position, triangle, barycentric, distance: (position - p).norm() })
     }
 
-    /// The point of a triangle with given weights; its distance is 0.
+    /// Returns the point of a triangle with given weights; its distance is 0.
     pub fn point(&self, triangle: u32, barycentric: [f64; 3]) -> SurfacePoint {
         SurfacePoint { position: self.at(triangle, barycentric), triangle, barycentric, distance: 0.0 }
     }
 
     fn at(&self, triangle: u32, [u, v, w]: [f64; 3]) -> Point3<f64> {
         let [a, b, c] = self.mesh.corners(triangle as usize);
-        // At a corner exactly the corner, so that neighbours give the same point.
+        // At a corner exactly the corner, so neighbours give the same point.
         match [u, v, w] {
             [1.0, _, _] => a,
             [_, 1.0, _] => b,
@@ -177,18 +179,18 @@ impl Surface {
         }
     }
 
-    /// Unit normal of a facet, out of the material; `None` for a triangle without area.
+    /// Returns the unit normal of a facet, out of the material; `None` for a triangle without area.
     pub fn facet_normal(&self, triangle: u32) -> Option<Unit<Vector3<f64>>> {
         self.facets[triangle as usize]
     }
 
-    /// Unit normal of the smooth surface, out of the material: the corners' normals, weighted by
-    /// position.
+    /// Returns the unit normal of the smooth surface, out of the material: the corners' normals,
+    /// weighted by position.
     ///
     /// A corner's normal is the mean of the facet normals around it up to the next crease, weighted
     /// by their angles there. Where the corners' normals cancel, or a corner has none, the facet's
-    /// own counts; for a triangle without area, which no query returns, the mean of what there is,
-    /// and +Z where there is nothing.
+    /// own counts; for a triangle without area, which no query returns, the mean of the available
+    /// normals, or +Z without any.
     pub fn normal_at(&self, point: &SurfacePoint) -> Unit<Vector3<f64>> {
         let facet = self.facets[point.triangle as usize];
         let mut sum = Vector3::zeros();
@@ -201,16 +203,16 @@ impl Surface {
         Unit::try_new(sum, 1e-8).or(facet).unwrap_or_else(Vector3::z_axis)
     }
 
-    /// Smooth normal at a corner of a triangle (k = 0, 1, 2), on the triangle's side of any crease;
-    /// `None` where the facets around it cancel.
+    /// Returns the smooth normal at a corner of a triangle (k = 0, 1, 2), on the triangle's side of
+    /// any crease; `None` where the facets around it cancel.
     pub fn corner_normal(&self, triangle: u32, k: usize) -> Option<Unit<Vector3<f64>>> {
         self.smooth_normals[self.smooth_of_corner[3 * triangle as usize + k] as usize]
     }
 
-    /// Estimated curvature of the smooth surface; see [`CurvatureTensor`].
+    /// Returns the estimated curvature of the smooth surface; see [`CurvatureTensor`].
     ///
-    /// `None` where the facets around a corner say nothing about it: at a corner all of whose
-    /// triangles have no area.
+    /// `None` where the facets around a corner do not define it: at a corner whose triangles all
+    /// have no area.
     pub fn curvature_at(&self, point: &SurfacePoint) -> Option<CurvatureTensor> {
         let normal = self.normal_at(point);
         let mut parts = [(0.0, None); 3];

@@ -7,39 +7,38 @@ use facemill_tool_model::Outline;
 
 use crate::outline_table::OutlineTable;
 
-/// Accuracy of a section area, as part of it.
+/// Accuracy of a section area, as a fraction of it.
 pub const AREA_ACCURACY: f64 = 1e-3;
 
-/// Accuracy of the areas of the thinnest chips, mm²: a millionth of a large one. Smaller, and chips
-/// of no weight take most of the time.
+/// Accuracy of the areas of the thinnest chips, mm²: a millionth of a large one. A smaller value
+/// spends most of the time on negligible chips.
 pub const SMALLEST_AREA: f64 = 1e-3;
 
-/// Accuracy of a chip's thickness, as part of the feed per tooth, where feeds depend on it.
+/// Accuracy of a chip's thickness, as a fraction of the feed per tooth, where feeds depend on it.
 pub const THICKNESS_ACCURACY: f64 = 1e-3;
 
 /// The same where the thickness is only reported.
 pub const ROUGH_THICKNESS: f64 = 0.02;
 
-/// Area below which nothing is cut, mm²: what rounding leaves where the stock ends at the part's
-/// surface.
+/// Area below which nothing is cut, mm²: rounding where the stock ends at the part's surface.
 const NOTHING: f64 = 1e-6;
 
-/// Chip of the cutter at a point of a pass, or the largest between two.
+/// Chip of the cutter at a point of a pass, or the largest between two points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chip {
     /// Section of the chip across the feed, mm².
     pub area: f64,
-    /// Largest thickness of the chip as part of the feed per tooth.
+    /// Largest thickness of the chip as a fraction of the feed per tooth.
     pub thickness: f64,
-    /// Whether it is known what the pass before has left there; where it is not, the cutter is
-    /// taken to be in full stock.
+    /// Whether the surface left by the pass before is known; where it is not, the cutter is assumed
+    /// to be in full stock.
     pub is_known: bool,
-    /// Whether nothing is cut there, nor anywhere that the cutter reaches along the feed.
+    /// Whether nothing is cut there, nor anywhere within the cutter's reach along the feed.
     pub is_air: bool,
 }
 
 impl Chip {
-    /// Not less than either.
+    /// Returns a chip that is not less than either.
     pub fn larger(self, other: Self) -> Self {
         Self {
             area: self.area.max(other.area),
@@ -54,16 +53,16 @@ impl Chip {
 /// coordinate y, to the left of the feed from the CC point, mm.
 #[derive(Clone, Debug)]
 pub enum StockTop {
-    /// As thick everywhere, on a surface of this curvature (1/mm, positive where the part is
-    /// convex).
+    /// A layer of uniform thickness on a surface of this curvature (1/mm, positive where the part
+    /// is convex).
     Layer {
         /// Thickness, mm.
         thickness: f64,
         /// Curvature of the surface, 1/mm.
         curvature: f64,
     },
-    /// Of a solid: heights at places evenly from one y to another, none of them less than at its
-    /// neighbours.
+    /// A solid: heights at evenly spaced places from one y to another, none of them less than at
+    /// its neighbours.
     Solid {
         /// First and last y, mm.
         extent: [f64; 2],
@@ -73,7 +72,7 @@ pub enum StockTop {
 }
 
 impl StockTop {
-    /// Height at y; −∞ where there is none.
+    /// Returns the height at y; −∞ where there is none.
     pub fn at(&self, y: f64) -> f64 {
         match self {
             Self::Layer { thickness, curvature } => thickness + circle_height(*curvature, *thickness, y),
@@ -88,7 +87,7 @@ impl StockTop {
 }
 
 impl StockTop {
-    /// Largest height over an interval.
+    /// Returns the largest height over an interval.
     fn highest(&self, [from, to]: [f64; 2]) -> f64 {
         match self {
             // Away from the CC point a convex surface falls and a concave one rises.
@@ -105,7 +104,7 @@ impl StockTop {
     }
 }
 
-/// The section across the feed at a point of a pass.
+/// Section across the feed at a point of a pass.
 pub struct ChipSite {
     /// Outline of the cutter.
     own: Outline,
@@ -114,36 +113,38 @@ pub struct ChipSite {
     /// Heights of the outlines of the passes cut before, at most one on each side.
     before: Vec<OutlineTable>,
     top: StockTop,
-    /// The lateral range in which the outline is below the stock's top.
+    /// Lateral range in which the outline is below the stock's top.
     range: (f64, f64),
 }
 
 impl ChipSite {
-    /// The section at a point with this outline, beside the passes cut before that the ridges go
-    /// to.
+    /// Creates the section at a point with this outline, beside the passes cut before to which the
+    /// ridges lead.
     pub fn new<'r>(own: Outline, ridges: impl IntoIterator<Item = &'r Ridge>, top: StockTop) -> Self {
         let range = engaged(&own, &top);
         let before = ridges.into_iter().map(|r| OutlineTable::new(&r.neighbour, range)).collect();
         Self { own, heights: OutlineTable::new(&own, range), before, top, range }
     }
 
-    /// Height that the passes before have left at y; infinite where none was.
+    /// Returns the height that the passes before have left at y; infinite where there was none.
     fn left_at(&self, y: f64) -> f64 {
         self.before.iter().filter_map(|b| b.height_at(y)).fold(f64::INFINITY, f64::min)
     }
 
-    /// The most that the passes before have left over an interval: an outline is convex, so it is
-    /// highest at one of the ends, and what several leave is not above any of them.
+    /// Returns the largest height that the passes before have left over an interval: an outline is
+    /// convex, so it is highest at one of the ends, and several together leave no more than each of
+    /// them.
     fn most_left(&self, [from, to]: [f64; 2]) -> f64 {
         let height = |b: &OutlineTable, y: f64| b.height_at(y).unwrap_or(f64::INFINITY);
         self.before.iter().map(|b| height(b, from).max(height(b, to))).fold(f64::INFINITY, f64::min)
     }
 
-    /// Section of the chip, mm²: the stock above the surface that this pass takes and the
-    /// neighbouring ones, cut before, have not. Without a neighbour the cutter is in full stock.
+    /// Returns the section of the chip, mm²: the stock above the surface that this pass removes and
+    /// the neighbouring ones, cut before, have not. Without a neighbour the cutter is in full
+    /// stock.
     ///
-    /// The estimate of its error is not above [`AREA_ACCURACY`] of it, or [`SMALLEST_AREA`] where
-    /// that is more. 0 where nothing is cut.
+    /// The estimated error is at most [`AREA_ACCURACY`] of it, or [`SMALLEST_AREA`] where that is
+    /// more. 0 where nothing is cut.
     pub fn area(&self) -> Result<f64, OutlineError> {
         let (from, to) = self.range;
         let at = |accuracy: f64| {
@@ -161,8 +162,8 @@ impl ChipSite {
         Ok(if area < NOTHING { 0.0 } else { area })
     }
 
-    /// Largest thickness of the chip as part of the feed per tooth: not too small, but for the
-    /// accuracy of the tables, and at most `accuracy` too large.
+    /// Returns the largest thickness of the chip as a fraction of the feed per tooth: not too
+    /// small, except for the accuracy of the tables, and at most `accuracy` too large.
     pub fn thickness(&self, accuracy: f64) -> f64 {
         let (cutter, axis, tip) = (self.own.cutter(), self.own.axis(), self.own.tip());
         let pose = CutterPose {
@@ -176,8 +177,8 @@ impl ChipSite {
     }
 }
 
-/// The lateral range in which an outline is below the stock's top, from the first such place to the
-/// last; all of the outline where no place that is looked at is.
+/// Returns the lateral range in which an outline is below the stock's top, from the first such
+/// place to the last; the whole outline where none of the tested places is.
 fn engaged(own: &Outline, top: &StockTop) -> (f64, f64) {
     let phi = |k: usize| (k as f64 / RANGE_PLACES as f64 - 0.5) * std::f64::consts::PI;
     let is_in = |phi: f64| {
@@ -198,19 +199,20 @@ fn engaged(own: &Outline, top: &StockTop) -> (f64, f64) {
     (end(first, first.checked_sub(1)), end(last, behind))
 }
 
-/// Accuracy that is tried first, mm²: enough for chips of 50 mm², as face mills take them.
+/// Accuracy that is tried first, mm²: enough for face mill chips of 50 mm².
 const FIRST_ACCURACY: f64 = 0.05;
 
-/// Places along an outline at which it is compared with the stock's top; even, so that the contact
-/// is one of them.
+/// Places along an outline at which it is compared with the stock's top; even, so the contact is
+/// one of them.
 const RANGE_PLACES: usize = 64;
 
-/// Bisections for the ends of the range: what is left of a 64th of the outline's normals is next to
+/// Bisections for the ends of the range: they reduce a 64th of the outline's normals to almost
 /// nothing.
 const RANGE_BISECTIONS: u32 = 30;
 
-/// Height over the tangent of a circle of this curvature, moved outward by `offset`, at `y` from
-/// the point of contact; −∞ beyond the side of a convex one, level beyond that of a concave one.
+/// Returns the height over the tangent of a circle of this curvature, moved outward by `offset`, at
+/// `y` from the point of contact; −∞ beyond the side of a convex one, level beyond that of a
+/// concave one.
 fn circle_height(curvature: f64, offset: f64, y: f64) -> f64 {
     if curvature == 0.0 {
         return 0.0;
@@ -220,7 +222,7 @@ fn circle_height(curvature: f64, offset: f64, y: f64) -> f64 {
     if inside < 0.0 {
         return if curvature > 0.0 { f64::NEG_INFINITY } else { radius.abs() };
     }
-    // Without the cancellation of R − √(R² − y²).
+    // Avoids the cancellation in R − √(R² − y²).
     -y * y / (radius + inside.sqrt() * radius.signum())
 }
 

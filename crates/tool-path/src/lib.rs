@@ -1,28 +1,28 @@
-//! Tested poses to moves of a program.
+//! Conversion of tested poses to moves of a program.
 //!
 //! A pass of tested poses becomes pieces between points without a pose, each on one branch of the
-//! machine, with tested poses put between points until the control keeps near the path ([`pieces`],
-//! [`linearity`]); full turns of rotary axes are chosen for all of them ([`winding`]); they get
-//! entries, exits and links ([`moves`]), in the order in which links take the least time
-//! ([`moves::order`]). [`links`] finds the fastest free way from one place to another: its ways
-//! ([`links::ways`]), their times ([`links::clock`]), the choice among them ([`links::choose`]),
-//! the order of many ([`links::tour`]). [`pieces::pole`] keeps postures off the pole. [`chips`] has
-//! the section that a cutter takes.
+//! machine, with tested poses inserted until the control stays near the path ([`pieces`],
+//! [`linearity`]). Full turns of rotary axes are chosen for all of them ([`winding`]). They get
+//! entries, exits and links ([`moves`]), in the order with the fastest links ([`moves::order`]).
+//! [`links`] finds the fastest free way from one place to another: its ways ([`links::ways`]),
+//! their times ([`links::clock`]), the choice among them ([`links::choose`]), the order of many
+//! ([`links::tour`]). [`pieces::pole`] keeps postures off the pole. [`chips`] computes the section
+//! of the chip.
 //!
-//! Modules, each of which imports those above it alone:
+//! Modules; each imports only those above it:
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`mod@linearity`] | how far the control strays from the meant motion between two blocks |
+//! | [`mod@linearity`] | deviation of the control from the intended motion between two blocks |
 //! | [`mod@links`] | links: the fastest free way from one run of cuts to the next |
 //! | `outline_table` | heights of a cutter's outline from a table: many heights of the same outline for little more than the points of the table |
 //! | [`mod@chips`] | chip section at one point of a pass (CHIP, with the outline of the tilted cutter seen along the feed) |
 //! | [`mod@path_error`] | failures of moves |
 //! | [`mod@pieces`] | from planned passes to pieces that are cut without lifting, in every place of the pattern |
-//! | [`mod@winding`] | how many full turns limited rotary axes stand at, cut by cut, over a whole operation |
+//! | [`mod@winding`] | full turns of limited rotary axes, cut by cut, over a whole operation |
 //! | [`mod@moves`] | from pieces to the sequence of moves of an operation: entries, cuts, exits, links, with axis values |
 //!
-//! It must not know jobs, files of jobs, or text of programs but for the rapids of links.
+//! It must not know jobs, files of jobs, or program text except for the rapids of links.
 
 pub mod chips;
 pub mod linearity;

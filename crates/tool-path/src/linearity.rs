@@ -1,11 +1,11 @@
-//! How far the control strays from the meant motion between two blocks.
+//! Deviation of the control from the intended motion between two blocks.
 
 use facemill_cl_data::CuttingLaw;
 use facemill_cutter_location::{PoseTest, limited_rotaries};
 use facemill_inverse_kinematics::{AxisKind, AxisValues, deviation_bound};
 use facemill_nc_program::RoundingBound;
 
-/// The tolerance of motion between blocks and what uses it up.
+/// Tolerance of motion between blocks, and its contributions.
 #[derive(Clone, Copy, Debug)]
 pub struct Linearity {
     /// Largest deviation, rounding of the words included, mm.
@@ -16,13 +16,13 @@ pub struct Linearity {
     pub law: CuttingLaw,
 }
 
-/// Part of the tolerance that is always left for motion: where rounding uses up more, more blocks
-/// would not help.
+/// Fraction of the tolerance that is always left for motion: where rounding uses up more, more
+/// blocks would not help.
 const LEAST_SHARE: f64 = 0.25;
 
 impl Linearity {
-    /// How far the cutter may be from the meant way between two positions, and whether a block
-    /// between them is too long.
+    /// Returns the largest distance of the cutter from the intended way between two positions, and
+    /// whether a block between them is too long.
     pub fn judge(&self, test: &PoseTest<'_>, from: &AxisValues, to: &AxisValues) -> (f64, bool) {
         let length = test.cell.tool.gauge_length();
         let radius = test.cell.tool.cutter().radius();
@@ -32,7 +32,8 @@ impl Linearity {
         (motion + rounding, motion > left)
     }
 
-    /// How far rounding of the words may move the cutter's rim at a position, to first order.
+    /// Bounds the motion of the cutter's rim by rounding of the words at a position, to first
+    /// order.
     fn rounding_at(&self, test: &PoseTest<'_>, axes: &AxisValues) -> f64 {
         let cell = test.cell;
         let length = cell.tool.gauge_length();
@@ -47,12 +48,12 @@ impl Linearity {
                 turned += (there.tip - here.tip).norm() + radius * self.rounding.rotary;
             }
         }
-        // Where vectors are written, rotary words can stand between them.
+        // Where vectors are written, rotary words can come between them.
         self.rounding.linear * 3f64.sqrt() + f64::max(turned, radius * self.rounding.vector)
     }
 }
 
-/// Axis values with every rotary axis at the full turn that is nearest to a reference.
+/// Returns axis values with every rotary axis at the full turn nearest to a reference.
 pub fn turned_near(test: &PoseTest<'_>, axes: &AxisValues, reference: &AxisValues) -> AxisValues {
     let mut turned = *axes;
     for (k, axis) in test.cell.machine.axes().iter().enumerate() {
@@ -64,9 +65,8 @@ pub fn turned_near(test: &PoseTest<'_>, axes: &AxisValues, reference: &AxisValue
     turned
 }
 
-/// Axis values with every endless rotary axis at the full turn that is nearest to a reference;
-/// limited ones stand where they were put, because their windings are chosen for the whole
-/// operation.
+/// Returns axis values with every endless rotary axis at the full turn nearest to a reference.
+/// Limited ones keep their values, because their windings are chosen for the whole operation.
 pub fn endless_near(test: &PoseTest<'_>, axes: &AxisValues, reference: &AxisValues) -> AxisValues {
     let mut turned = turned_near(test, axes, reference);
     for k in limited_rotaries(test.cell.machine) {

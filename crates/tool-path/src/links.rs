@@ -21,7 +21,7 @@ use crate::links::choose::{Choice, Chooser};
 use crate::links::clock::LinkClock;
 use crate::links::ways::Ends;
 
-/// A machine with its tool and workpiece, and the surface that long links go over.
+/// A machine with its tool and workpiece, and the surface over which long links lead.
 #[derive(Clone, Copy)]
 pub struct LinkScene<'a> {
     /// The machine.
@@ -49,7 +49,7 @@ impl LinkScene<'_> {
     }
 }
 
-/// Returns the fastest free path of a link through positions that `rounded` gives. `heads` is the
+/// Returns the fastest free path of a link through positions given by `rounded`. `heads` is the
 /// machine as each of its heads sees it, with its tool.
 ///
 /// # Errors
@@ -65,8 +65,8 @@ pub fn fastest(
     Chooser { heads: &heads, clock, law: link.law, rounded }.choose(link, stage)
 }
 
-/// Index of the linear axis along the spindle where the rotary axes are at 0, and the sign of its
-/// motion away from the work.
+/// Returns the index of the linear axis along the spindle where the rotary axes are at 0, and the
+/// sign of its motion away from the work.
 pub fn spindle_of(machine: &Machine) -> (usize, f64) {
     let travel = machine.length_compensation_travel().unwrap_or_else(|| AxisValues::zeros(machine.axes().len()));
     let spindle = (0..travel.len()).max_by(|&a, &b| travel[a].abs().total_cmp(&travel[b].abs())).unwrap_or(0);

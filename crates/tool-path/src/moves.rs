@@ -54,27 +54,28 @@ pub struct PieceMoves {
     pub moves: Vec<Move>,
 }
 
-/// An operation's moves.
+/// Moves of an operation.
 #[derive(Clone, Debug, Default)]
 pub struct OperationMoves {
     /// Piece by piece.
     pub pieces: Vec<PieceMoves>,
     /// From the last piece back to the clearance surface.
     pub retract: Vec<Move>,
-    /// Largest deviation of the cutter between two blocks from the straight way, words rounded, mm.
+    /// Largest deviation of the cutter between two blocks from the straight way, with words
+    /// rounded, mm.
     pub linearisation: f64,
-    /// The order of the pieces, where it is left open.
+    /// The order of the pieces, where the job leaves it open.
     pub order: Option<PassOrderReport>,
 }
 
 impl OperationMoves {
-    /// Where the operation ends.
+    /// Returns the last move of the operation.
     pub fn last(&self) -> Option<Move> {
         self.retract.last().or_else(|| self.pieces.last()?.moves.last()).copied()
     }
 }
 
-/// How moves are made.
+/// Settings of moves.
 pub struct MoveSettings {
     /// Entry of every pass.
     pub entry: ApproachSettings,
@@ -82,9 +83,9 @@ pub struct MoveSettings {
     pub exit: ApproachSettings,
     /// Links between passes.
     pub link: LinkSettings,
-    /// Whether pieces may be cut in another order than as they are laid, with shorter links.
+    /// Whether pieces may be cut in another order than laid, with shorter links.
     pub shortest_order: bool,
-    /// How far the control strays between blocks in cuts, entries and exits.
+    /// Allowed deviation of the control between blocks in cuts, entries and exits.
     pub linearity: Linearity,
     /// The same in rapids.
     pub rapid_linearity: Linearity,
@@ -101,12 +102,12 @@ pub struct Reached {
 }
 
 impl Reached {
-    /// Where rapids end before it.
+    /// Returns the place where rapids end before it.
     pub fn start(&self) -> Waypoint {
         outer(&self.entry)
     }
 
-    /// Where rapids begin behind it.
+    /// Returns the place where rapids begin behind it.
     pub fn end(&self) -> Waypoint {
         outer(&self.exit)
     }
@@ -117,11 +118,11 @@ fn outer(approach: &Approach) -> Waypoint {
     Waypoint { cl, configuration: approach.outer }
 }
 
-/// Moves of an operation, in the order of its pieces or the one with the shortest links; `from` is
-/// where the operation before it ended, linked to the first piece.
+/// Returns the moves of an operation, in the order of its pieces or the one with the shortest
+/// links; `from` is the end of the operation before it, linked to the first piece.
 ///
-/// Points at the ends of a piece from where no entry or exit is possible are left out; so is a
-/// piece that would keep fewer than two.
+/// Points at the ends of a piece from which no entry or exit is possible are left out, as is a
+/// piece that would keep fewer than two points.
 ///
 /// # Errors
 /// When the monitor cancels, or two pieces cannot be linked.
@@ -178,7 +179,7 @@ pub fn configuration_of(test: &PoseTest<'_>, axes: &AxisValues) -> Configuration
     Configuration { axes: *axes, branch: test.cell.machine.branch_of(axes) }
 }
 
-/// The link between two poses; `ends` names them for the error.
+/// Returns the link between two poses; `ends` names them for the error.
 fn linked(
     test: &PoseTest<'_>,
     settings: &MoveSettings,
@@ -197,7 +198,7 @@ pub fn blocked_way(test: &PoseTest<'_>, what: &str, blocked: &LinkBlocked) -> Pa
     PathError::Blocked(format!("{what}: at ({:.1}, {:.1}, {:.1}) {why}", p.x, p.y, p.z))
 }
 
-/// Entry and exit of a piece, shortened until both exist.
+/// Returns entry and exit of a piece, shortened until both exist.
 pub fn reach(test: &PoseTest<'_>, settings: &MoveSettings, mut piece: Piece) -> (Option<Reached>, Vec<LeftOut>) {
     let mut hints = Hints::default();
     let mut lost = Vec::new();
@@ -214,7 +215,7 @@ pub fn reach(test: &PoseTest<'_>, settings: &MoveSettings, mut piece: Piece) -> 
         })
     };
     let lose = |cut: Cut, end: PassEnd, why: String, lost: &mut Vec<LeftOut>| {
-        // Between points of the path nothing is lost that was asked for.
+        // Leaving out inserted points loses no requested point.
         if !cut.inserted {
             let what = if end == PassEnd::Entry { "entry" } else { "exit" };
             let reason = format!("no {what}: {why}");
@@ -247,8 +248,8 @@ pub fn reach(test: &PoseTest<'_>, settings: &MoveSettings, mut piece: Piece) -> 
     (Some(Reached { piece, entry, exit }), lost)
 }
 
-/// That no limited axis comes to its end on the way between a cut and where rapids begin: with
-/// three rotary axes they go on turning there.
+/// Checks that no limited axis reaches its end between a cut and the start of rapids: with three
+/// rotary axes they turn on there.
 fn on_winding(test: &PoseTest<'_>, cut: &Cut, way: &Approach) -> Result<(), Infeasible> {
     let mut at = cut.pose.configuration;
     for cl in &way.outward {

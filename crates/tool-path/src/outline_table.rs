@@ -7,8 +7,8 @@ use facemill_tool_model::Outline;
 
 /// Heights of an outline over the lateral coordinate, by cubics through its points with its slopes.
 ///
-/// Heights are off by less than 1e-4 mm, or than what the outline rises over 1e-4 of its width
-/// where it is steep.
+/// The error of heights is less than 1e-4 mm, or, where the outline is steep, less than its rise
+/// over 1e-4 of its width.
 pub(crate) struct OutlineTable {
     /// By y.
     nodes: Vec<Node>,
@@ -23,7 +23,7 @@ struct Node {
     slope: f64,
 }
 
-/// Points are not farther apart than the outline's width in so many parts, but for the ends of
+/// Points are no farther apart than this fraction of the outline's width, except for the ends of
 /// straight pieces.
 const WIDTH_PARTS: f64 = 64.0;
 
@@ -31,7 +31,7 @@ const WIDTH_PARTS: f64 = 64.0;
 /// steep.
 const TURN: f64 = 0.05;
 
-/// Smallest distance of points at vertical ends, as part of the width.
+/// Smallest distance of points at vertical ends, as a fraction of the width.
 const AT_ENDS: f64 = 1e-7;
 
 /// Halvings of the outline between points: a straight piece has no normals between those of its
@@ -39,7 +39,7 @@ const AT_ENDS: f64 = 1e-7;
 const MAX_HALVINGS: u32 = 24;
 
 impl OutlineTable {
-    /// The table of an outline, dense over a range of y; beyond it heights are rough.
+    /// Tabulates an outline, densely over a range of y; beyond it heights are rough.
     pub(crate) fn new(outline: &Outline, range: (f64, f64)) -> Self {
         let node = |phi: f64| {
             let p = outline.point_at(phi);
@@ -75,7 +75,7 @@ impl OutlineTable {
         Self { nodes }
     }
 
-    /// Lowest z of the outline at y, mm; `None` outside its extent.
+    /// Returns the lowest z of the outline at y, mm; `None` outside its extent.
     pub(crate) fn height_at(&self, y: f64) -> Option<f64> {
         let k = self.nodes.partition_point(|n| n.y < y);
         let b = self.nodes.get(k)?;
@@ -93,7 +93,7 @@ impl OutlineTable {
     }
 }
 
-/// Turn between points as part of what is left to vertical.
+/// Turn between points as a fraction of the angle to vertical.
 const STEEP_SHARE: f64 = 0.25;
 
 #[cfg(test)]

@@ -2,11 +2,10 @@
 
 use facemill_cl_data::Cancelled;
 
-/// Why poses do not become moves.
+/// Reason why poses do not become moves.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PathError {
-    /// No free way leads where the tool has to go; the text says from where, and what is in the
-    /// way.
+    /// There is no free way to the tool's target; the text gives the start and the obstacle.
     #[error("{0}")]
     Blocked(String),
     /// A fault of this program.

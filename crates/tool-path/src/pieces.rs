@@ -17,11 +17,11 @@ use crate::pieces::pole::Tests;
 /// A CC point with its pose.
 #[derive(Clone, Copy, Debug)]
 pub struct Cut {
-    /// Where on the part.
+    /// Point on the part.
     pub cc: CcPoint,
     /// The tested pose.
     pub pose: FeasiblePose,
-    /// Whether it was put between two points of the path, to keep the control near the way.
+    /// Whether it was inserted between two points of the path to keep the control near the way.
     pub inserted: bool,
 }
 
@@ -38,44 +38,44 @@ pub struct Piece {
     pub uncut_left: bool,
     /// Search curve of the pass.
     pub curve: SearchCurve,
-    /// Which part of a piece that was ended for a rotary axis to turn back, from 0; `None` of a
-    /// whole one. The first cut of a part behind the first stands in the one before, too, and
-    /// counts as inserted.
+    /// Number of a part of a piece that was divided where a rotary axis turns back, from 0; `None`
+    /// for a whole piece. The first cut of every later part is in the one before, too, and counts
+    /// as inserted.
     pub part: Option<u32>,
 }
 
 impl Piece {
-    /// Whether a cut is a place that runs of two heads count: a point of the path, or where a part
-    /// begins or ends, which the tool has to go to as well.
+    /// Returns whether a cut is a place that runs of two heads count: a point of the path, or the
+    /// start or end of a part, which the tool has to reach as well.
     pub fn is_place(&self, cut: usize) -> bool {
         let at_end = self.part.is_some() && (cut == 0 || cut + 1 == self.cuts.len());
         at_end || self.cuts.get(cut).is_some_and(|c| !c.inserted)
     }
 
-    /// The places, in order.
+    /// Iterates over the places, in order.
     pub fn places(&self) -> impl Iterator<Item = &Cut> {
         self.cuts.iter().enumerate().filter(|(k, _)| self.is_place(*k)).map(|(_, cut)| cut)
     }
 
-    /// Number of the path's points in it.
+    /// Returns the number of the path's points in it.
     pub fn points(&self) -> usize {
         self.cuts.iter().filter(|c| !c.inserted).count()
     }
 }
 
-/// A CC point that no pose was found for.
+/// A CC point without a pose.
 #[derive(Clone, Debug)]
 pub struct LeftOut {
-    /// Where.
+    /// Position.
     pub place: Point3<f64>,
-    /// Why.
+    /// Reason.
     pub reason: String,
     /// The point and its search curve, where no posture of it is feasible.
     pub searched: Option<(CcPoint, SearchCurve)>,
 }
 
 impl LeftOut {
-    /// Adds to a reason that stock is in the way what stock is while planning.
+    /// Explains in a reason that blames stock what counts as stock during planning.
     pub fn explain_stock(&mut self) {
         if self.reason.ends_with(" stock") {
             self.reason
@@ -95,8 +95,8 @@ pub struct LaidTask {
     pub curve: SearchCurve,
 }
 
-/// Splits passes where points are infeasible, and where the machine goes over to its other branch.
-/// A single feasible point between infeasible ones is no pass: it is left out.
+/// Splits passes where points are infeasible, and where the machine changes to its other branch. A
+/// single feasible point between infeasible ones is left out.
 pub fn split(
     test: &PoseTest<'_>,
     tasks: &[LaidTask],
@@ -141,12 +141,14 @@ pub fn split(
     pieces
 }
 
-/// Pieces with tested poses between points where the control would stray too far from one to the
-/// next: the CC point between theirs, with the posture between theirs, seated where it gouges, or
-/// else (with `fallback`) the next feasible one of the search curve: points that were found with
-/// the smallest feasible posture stand at the border of what is feasible; away from the pole where
-/// that is possible. Where none is, or the control would stray however near to each other they are
-/// put, the piece ends and another begins. A point that then stands alone is left out.
+/// Returns pieces with tested poses inserted between points where the control would deviate too
+/// far.
+///
+/// An inserted pose has the CC point and the posture halfway between two, seated where it gouges,
+/// or else (with `fallback`) the next feasible posture of the search curve, because points found
+/// with the smallest feasible posture are at the border of the feasible set. Away from the pole
+/// where that is possible. Where no pose is feasible, or the control would deviate however close
+/// the poses are, the piece ends and another begins. A point that is then alone is left out.
 ///
 /// # Errors
 /// When the monitor cancels.
@@ -206,7 +208,7 @@ pub struct PosePair<'c> {
     pub to: &'c Cut,
 }
 
-/// Puts cuts between two.
+/// Inserts cuts between two.
 pub struct Filler<'t, 'a> {
     test: &'t PoseTest<'a>,
     fallback: Option<&'t SearchSettings>,
@@ -220,8 +222,8 @@ impl<'t, 'a> Filler<'t, 'a> {
         Self { test, fallback, curve }
     }
 
-    /// Cuts strictly between two, close enough for the control; `None` where one of them is not
-    /// feasible, or where their postures are so far apart that halving does not bring them
+    /// Returns cuts strictly between two, close enough for the control; `None` where one of them is
+    /// not feasible, or where their postures are so far apart that halving does not bring them
     /// together.
     fn between(
         &self,
@@ -242,7 +244,7 @@ impl<'t, 'a> Filler<'t, 'a> {
         self.halved(linearity, &PosePair { from, to }, halvings - 1, hints)
     }
 
-    /// The cut halfway between two, and what has to stand on both sides of it; `None` as for
+    /// Returns the cut halfway between two, and the cuts needed on both sides of it; `None` as for
     /// [`Filler::between`].
     fn halved(&self, linearity: &Linearity, pair: &PosePair<'_>, halvings: u32, hints: &mut Hints) -> Option<Vec<Cut>> {
         let middle = self.middle(pair, hints)?;
@@ -252,23 +254,23 @@ impl<'t, 'a> Filler<'t, 'a> {
         Some(cuts)
     }
 
-    /// The cut halfway between two and all that it asks for; `None` where one of them is not
-    /// feasible or the control would stray however near to each other they are put.
+    /// Returns the cut halfway between two and all cuts that it needs; `None` where one of them is
+    /// not feasible or the control would deviate however close they are.
     pub fn mended(&self, linearity: &Linearity, pair: &PosePair<'_>, hints: &mut Hints) -> Option<Vec<Cut>> {
         self.halved(linearity, pair, MAX_HALVINGS, hints)
     }
 
-    /// Axis values at a cut, as they are driven to from a position: at the turns nearest to it, be
-    /// they within the limits or not, because windings are chosen later. `None` where they are on
-    /// another branch.
+    /// Returns axis values at a cut as driven from a position: at the turns nearest to it, within
+    /// the limits or not, because windings are chosen later. `None` where they are on another
+    /// branch.
     fn driven(&self, start: &Configuration, to: &Cut) -> Option<AxisValues> {
         let axes = turned_near(self.test, &to.pose.configuration.axes, &start.axes);
         let reached = self.test.configuration_like(&to.pose.cl, &Configuration { axes, ..*start }).ok()?;
         Some(turned_near(self.test, &reached.axes, &start.axes))
     }
 
-    /// The tested cut halfway between two, on the branch of the first: the posture between theirs,
-    /// or else the next feasible one of the search curve.
+    /// Returns the tested cut halfway between two, on the branch of the first: the posture between
+    /// theirs, or else the next feasible one of the search curve.
     pub fn middle(&self, PosePair { from, to }: &PosePair<'_>, hints: &mut Hints) -> Option<Cut> {
         let near = from.pose.configuration;
         let (cc, posture) = middle(from, to)?;
@@ -281,8 +283,8 @@ impl<'t, 'a> Filler<'t, 'a> {
         Some(Cut { cc, pose, inserted: true })
     }
 
-    /// Parameter of the search curve where it is as large as a posture: tilt and rotate together,
-    /// which grow along it.
+    /// Returns the parameter of the search curve where it is as large as a posture: by tilt and
+    /// rotate together, which grow along it.
     fn u_of(&self, posture: Posture) -> f64 {
         let size = |p: Posture| p.tilt + p.rotate.abs();
         let (mut low, mut high) = (0.0, 1.0);
@@ -297,11 +299,11 @@ impl<'t, 'a> Filler<'t, 'a> {
 /// Bisections on the search curve: enough to exhaust a double.
 const MAX_BISECTIONS: u32 = 60;
 
-/// Halvings of the way between two points: 2^10 poses for one say that the machine is near a
+/// Halvings of the way between two points: 2^10 poses for one mean that the machine is near a
 /// singular pose, where more would not help.
 const MAX_HALVINGS: u32 = 10;
 
-/// The CC point and posture between two: contact is kept.
+/// Returns the CC point and posture between two: contact is kept.
 fn middle(a: &Cut, b: &Cut) -> Option<(CcPoint, Posture)> {
     let position = nalgebra::center(&a.cc.position, &b.cc.position);
     let cc = CcPoint::new(position, a.cc.normal.lerp(&b.cc.normal, 0.5), a.cc.feed.lerp(&b.cc.feed, 0.5)).ok()?;
@@ -310,8 +312,8 @@ fn middle(a: &Cut, b: &Cut) -> Option<(CcPoint, Posture)> {
     Some((cc, Posture { tilt: mean(p.tilt, q.tilt), rotate: mean(p.rotate, q.rotate) }))
 }
 
-/// The outcomes of the first place, each tested again in another place of the pattern, and (where
-/// the mode allows it) searched anew where its posture is not feasible there.
+/// Tests the outcomes of the first place again in another place of the pattern, and (where the mode
+/// allows it) searches anew where a posture is not feasible there.
 ///
 /// # Errors
 /// When the monitor cancels.

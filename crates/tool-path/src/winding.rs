@@ -1,4 +1,4 @@
-//! How many full turns limited rotary axes stand at, cut by cut, over a whole operation.
+//! Full turns of limited rotary axes, cut by cut, over a whole operation.
 
 use std::f64::consts::TAU;
 
@@ -8,16 +8,16 @@ use facemill_inverse_kinematics::{AxisValues, Machine};
 use crate::linearity::turned_near;
 use crate::pieces::{Cut, Filler, Piece, PosePair};
 
-/// Windings looked at for each cut, those nearest to home: a cable is never wound farther, a limit
-/// may be.
+/// Number of windings tried for each cut, those nearest to home: a cable is never wound farther,
+/// though a limit may allow it.
 const MOST_WINDINGS: usize = 64;
 
-/// How far a value may be beyond a limit, rad: what the solution of a pose takes for rounding and
+/// Largest excess of a value over a limit, rad, that the solution of a pose treats as rounding and
 /// cuts off.
 const LIMIT_SLACK: f64 = 2e-13;
 
-/// Way of the tip, mm, below which two poses on both sides of a limit are one: a thousandth of what
-/// the finest words say.
+/// Way of the tip, mm, below which two poses on both sides of a limit are one: a thousandth of the
+/// resolution of the finest words.
 const SAME_PLACE: f64 = 1e-6;
 
 /// Halvings toward a limit: enough to exhaust a double.
@@ -26,14 +26,14 @@ const MAX_HALVINGS: u32 = 60;
 /// Breaks in cuts, turns on links, time of the slowest axis, s: compared in this order.
 type Cost = (u32, u32, f64);
 
-/// Pieces with their limited rotary axes at the windings that need the fewest breaks in cuts, of
-/// those the fewest turns on links, of those the least travel time; from `start`, where the
-/// operation before ended, or else from home.
+/// Winds pieces with limited rotary axes for the fewest breaks in cuts, then the fewest turns on
+/// links, then the least travel time; from `start`, the end of the operation before, or else from
+/// home.
 ///
-/// Within a piece an axis does not turn back: where no winding holds all of it, it is ended there
-/// and goes on as another piece, which begins at or before the cut that the first one ends at; at a
-/// limit that only one pose reaches, at poses 1e-6 mm apart. Exact for the cuts given: Bellman's
-/// recursion over all windings of all cuts. Endless axes are left as they are.
+/// Within a piece an axis does not turn back. Where no winding holds all of it, the piece ends
+/// there and continues as another piece, which begins at or before the last cut of the first one;
+/// at a limit that only one pose reaches, at poses 1e-6 mm apart. Exact for the given cuts:
+/// Bellman's recursion over all windings of all cuts. Endless axes keep their values.
 pub fn wound(
     test: &PoseTest<'_>,
     fallback: Option<&SearchSettings>,
@@ -50,7 +50,7 @@ pub fn wound(
     all.collect()
 }
 
-/// Axis values of cuts, each at the turns nearest to those of the cut before, be they within the
+/// Returns axis values of cuts, each at the turns nearest to those of the cut before, within the
 /// limits or not.
 fn unwrapped(test: &PoseTest<'_>, cuts: &[Cut]) -> Vec<AxisValues> {
     let mut last: Option<AxisValues> = None;
@@ -64,8 +64,8 @@ fn unwrapped(test: &PoseTest<'_>, cuts: &[Cut]) -> Vec<AxisValues> {
         .collect()
 }
 
-/// The same position with whole turns of its limited axes added, at every number that the limits
-/// allow, the nearest to home first.
+/// Returns the same position with whole turns of its limited axes added, for every number that the
+/// limits allow, the nearest to home first.
 fn nodes(machine: &Machine, values: &AxisValues) -> Vec<AxisValues> {
     let mut all = vec![*values];
     for k in limited_rotaries(machine) {
@@ -78,7 +78,7 @@ fn nodes(machine: &Machine, values: &AxisValues) -> Vec<AxisValues> {
         let n = (most - fewest + 1.0).max(0.0) as usize;
         let turned = |q: &AxisValues, turn: usize| {
             let (mut q, turn) = (*q, fewest + turn as f64);
-            // Bits stay where nothing turns.
+            // Exactly unchanged where nothing turns.
             q[k] = if turn == 0.0 { values[k] } else { (values[k] + TAU * turn).clamp(axis.min, axis.max) };
             q
         };
@@ -90,15 +90,15 @@ fn nodes(machine: &Machine, values: &AxisValues) -> Vec<AxisValues> {
     all
 }
 
-/// Time of travel of the limited axis that takes longest, s.
+/// Returns the time of travel of the slowest limited axis, s.
 fn time(machine: &Machine, from: &AxisValues, to: &AxisValues) -> f64 {
     let time = |k: usize| (to[k] - from[k]).abs() / machine.axes()[k].max_velocity;
     limited_rotaries(machine).map(time).fold(0.0, f64::max)
 }
 
-/// The end of a rapid with endless axes a whole turn nearer to home than the nearest turn, where
-/// the slowest axis takes no longer for it: the other way round costs nothing. `None` where none
-/// is.
+/// Returns the end of a rapid with endless axes a whole turn nearer to home than the nearest turn,
+/// where the slowest axis takes no longer for it: the other way round costs nothing. `None` where
+/// there is none.
 pub fn unwound(machine: &Machine, from: &AxisValues, to: &AxisValues) -> Option<AxisValues> {
     let time = machine.travel_time(from, to);
     let mut turned = *to;
@@ -113,12 +113,11 @@ pub fn unwound(machine: &Machine, from: &AxisValues, to: &AxisValues) -> Option<
     (turned != *to).then_some(turned)
 }
 
-/// By how much nearer to home an axis has to be for a turn back, rad: at half a turn either way is
-/// as good.
+/// Least gain of nearness to home for a turn back, rad: at half a turn either way is equally good.
 const LEAST_UNWOUND: f64 = 1e-6;
 
-/// Returns the cost of going from one cut to the next: on a link, or along a piece, where an axis
-/// turns with the tool, or turns back.
+/// Returns the cost from one cut to the next: on a link, or along a piece, where an axis turns with
+/// the tool, or turns back.
 fn cost(machine: &Machine, on_link: bool, from: &AxisValues, to: &AxisValues) -> Cost {
     let turns = u32::from(rewound_axis(machine, from, to).is_some());
     match (on_link, turns) {
@@ -128,7 +127,7 @@ fn cost(machine: &Machine, on_link: bool, from: &AxisValues, to: &AxisValues) ->
     }
 }
 
-/// The chosen position of every cut.
+/// Returns the chosen position of every cut.
 pub fn windings(machine: &Machine, pieces: &[Vec<AxisValues>], start: Option<&AxisValues>) -> Vec<Vec<AxisValues>> {
     let layers: Vec<(bool, Vec<AxisValues>)> = pieces
         .iter()
@@ -171,7 +170,7 @@ pub fn windings(machine: &Machine, pieces: &[Vec<AxisValues>], start: Option<&Ax
     pieces.iter().map(|cuts| cuts.iter().map(|q| chosen.next().flatten().unwrap_or(*q)).collect()).collect()
 }
 
-/// A piece at these positions, as the parts between which an axis turns back.
+/// Splits a piece at these positions into the parts between which an axis turns back.
 fn parts(test: &PoseTest<'_>, fallback: Option<&SearchSettings>, piece: Piece, at: &[AxisValues]) -> Vec<Piece> {
     let machine = test.cell.machine;
     let Piece { copy, pass, uncut_left, curve, cuts, .. } = piece;
@@ -194,14 +193,14 @@ fn parts(test: &PoseTest<'_>, fallback: Option<&SearchSettings>, piece: Piece, a
     runs.into_iter().enumerate().map(of).collect()
 }
 
-/// A cut with the machine at the same position by other turns.
+/// Returns a cut with the machine at the same position by other turns.
 fn placed(cut: &Cut, axes: &AxisValues) -> Cut {
     let mut cut = *cut;
     cut.pose.configuration.axes = *axes;
     cut
 }
 
-/// The pose at another one's winding, where that is within the limits.
+/// Returns the pose at another one's winding, where that is within the limits.
 fn at_winding_of(test: &PoseTest<'_>, cut: &Cut, like: &Cut) -> Option<Cut> {
     let mut axes = turned_near(test, &cut.pose.configuration.axes, &like.pose.configuration.axes);
     for k in limited_rotaries(test.cell.machine) {
@@ -215,9 +214,9 @@ fn at_winding_of(test: &PoseTest<'_>, cut: &Cut, like: &Cut) -> Option<Cut> {
     Some(placed(cut, &axes))
 }
 
-/// The cut to add at the end of the part that `last` ends, if any, and the one to begin the next
-/// part with before `next`: the same pose at both windings; at a limit that one pose reaches, the
-/// poses next to it.
+/// Returns the cut to add at the end of the part that ends with `last`, if any, and the one to
+/// begin the next part with before `next`: the same pose at both windings; at a limit that only one
+/// pose reaches, the poses next to it.
 fn turning_place(test: &PoseTest<'_>, filler: &Filler<'_, '_>, last: &Cut, next: &Cut) -> (Option<Cut>, Option<Cut>) {
     let inserted = |cut: Cut| Cut { inserted: true, ..cut };
     if let Some(begin) = at_winding_of(test, last, next) {

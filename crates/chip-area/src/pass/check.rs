@@ -16,7 +16,7 @@ impl Beside {
 }
 
 impl Engagement {
-    /// The distances to both sides, with the paths of their fields.
+    /// Returns the distances to both sides, with the paths of their fields.
     pub(crate) fn distances(&self) -> [Option<(&'static str, f64)>; 2] {
         [
             self.left.distance(["engagement.left.step_over", "engagement.left.distance"]),
@@ -25,7 +25,7 @@ impl Engagement {
     }
 }
 
-/// Fields of a section with their values; what is not there has a value that is good.
+/// Returns the fields of a section with their values; absent ones have a valid value.
 fn fields(section: &PassSection) -> [(&'static str, f64, Rule); 8] {
     let PassSection { cutter, surface, engagement, orientation, .. } = section;
     let [(left, to_left), (right, to_right)] = engagement.distances().map(|distance| distance.unwrap_or(("", 0.0)));
@@ -50,7 +50,7 @@ enum Rule {
     Acute,
 }
 
-/// Beyond these the squares of lengths run out of digits beside each other.
+/// Returns whether a length is beyond the limits where the squares of lengths run out of digits.
 fn is_out_of_range(field: &str, value: f64) -> bool {
     const LARGEST: f64 = 1e7;
     const LARGEST_SURFACE: f64 = 1e15;
@@ -62,7 +62,7 @@ fn is_out_of_range(field: &str, value: f64) -> bool {
     }
 }
 
-/// Whether every value is in its range, without looking at the cutter in its place.
+/// Checks that every value is in its range, without testing the cutter in its place.
 pub(crate) fn check_values(section: &PassSection) -> Result<(), PassError> {
     for (field, value, rule) in fields(section) {
         match rule {

@@ -1,7 +1,7 @@
-/// Which pose of the cutter.
+/// Pose of the cutter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pose {
-    /// The pass whose chip is asked for.
+    /// The pass whose chip is computed.
     This,
     /// The pass on its left.
     Left,
@@ -19,7 +19,7 @@ impl std::fmt::Display for Pose {
     }
 }
 
-/// Why the chip of a pass has no area.
+/// Reason why the chip of a pass has no area.
 ///
 /// A `field` is the path of a field of [`PassSection`](crate::pass::PassSection), such as
 /// `cutter.radius` or `engagement.left.step_over`. Messages give angles in degrees.
@@ -50,8 +50,8 @@ pub enum PassError {
         /// Its value, mm.
         value: f64,
     },
-    /// A length is of no cutter: above 10 km, or a radius below a nanometre (or above 10¹⁵ mm, of a
-    /// surface).
+    /// A length that no cutter has: above 10 km, or a radius below a nanometre (or above 10¹⁵ mm,
+    /// for a surface).
     #[error("{field} is {} mm, which is out of range: give it in mm (a flat surface is a plane)", shown(*value))]
     OutOfRange {
         /// Path of the field.
@@ -113,7 +113,7 @@ pub enum PassError {
         /// Radius of the surface, mm.
         surface_radius: f64,
     },
-    /// The neighbouring pass does not come near what this one cuts.
+    /// The neighbouring pass does not come near the cut of this one.
     #[error(
         "{field} is {step_over} mm, but the cutter is only {width} mm wide there: the passes do not meet; give a smaller \
          step-over, or stock without end on that side"
@@ -134,12 +134,12 @@ pub enum PassError {
          curved surface"
     )]
     BelowSurface {
-        /// Which pass.
+        /// Pose of that cutter.
         pose: Pose,
     },
 }
 
-/// A value as messages show it: with an exponent where it would be a row of zeros.
+/// Returns a value as messages show it: with an exponent where it would be a row of zeros.
 fn shown(value: f64) -> String {
     let is_plain = value == 0.0 || !value.is_finite() || (1e-6..1e9).contains(&value.abs());
     if is_plain { value.to_string() } else { format!("{value:e}") }

@@ -15,7 +15,7 @@ pub(crate) struct Placed {
     /// Borders on the left and on the right.
     pub(crate) borders: [Option<Border>; 2],
     pub(crate) before: [Option<(ToolSection, Contact)>; 2],
-    /// Neighbours whose axis has turned: how far along the surface to the right.
+    /// Neighbours whose axis has turned: distance along the surface to the right.
     pub(crate) turned: [Option<f64>; 2],
     to_the_right: Vector2<f64>,
 }
@@ -77,7 +77,7 @@ impl Placed {
     }
 
     pub(crate) fn area_beside_turned(&self, section: &PassSection, cut: Cut<'_>) -> (f64, f64) {
-        // Of the area of a strip as deep as the stock and as wide as the step.
+        // Fraction of the area of a strip as deep as the stock and as wide as the step.
         const ACCURACY: f64 = 1e-7;
         let Engagement { depth_of_cut, left, right } = section.engagement;
         let end = |beside| match beside {
@@ -96,8 +96,8 @@ impl Placed {
         beside.area(depth_of_cut, ACCURACY * strip)
     }
 
-    /// Rounding of the integrals under the edges, each of the order of the extent of what is cut;
-    /// the crossings, which are as exact as their x, count only by the square of their error.
+    /// Bounds the rounding of the integrals under the edges, each of the order of the extent of the
+    /// cut; the crossings, which are as exact as their x, count only by the square of their error.
     pub(crate) fn rounding(&self, section: &PassSection) -> f64 {
         let width = 2.0 * self.tool.rim.half_width();
         let height = width + section.engagement.depth_of_cut;
@@ -107,13 +107,13 @@ impl Placed {
 
 /// Returns the outline of the cutter seen along the feed.
 fn rim_seen(cutter: &CutterEnd, orientation: &Orientation) -> Rim {
-    // A rim that is seen higher than this share of its width is an ellipse; one that is lower
+    // A rim with a visible height over this fraction of its width is an ellipse; a lower one
     // changes areas by less than rounding.
     const EDGE_ON: f64 = 1e-14;
     let (along, across) = (orientation.lead.tan().abs(), orientation.lean.tan());
     let squash = along / (1.0 + along * along + across * across).sqrt();
     let rim = cutter.radius - cutter.corner_radius;
-    // A ball looks the same from everywhere.
+    // A ball looks the same from all sides.
     let is_round = rim == 0.0 || squash < EDGE_ON;
     Rim { rim, corner: cutter.corner_radius, squash: if is_round { 0.0 } else { squash } }
 }

@@ -8,14 +8,14 @@
 //! | `surface` | `plane`, `convex` or `concave` |
 //! | `surface_radius_mm` | of the surface; empty for a plane |
 //! | `depth_of_cut_mm` | thickness of the stock |
-//! | `left`, `right` | what is there, seen along the feed: `stock`, `cut` or `border` |
+//! | `left`, `right` | neighbour, seen along the feed: `stock`, `cut` or `border` |
 //! | `left_mm`, `right_mm` | step-over of `cut`, distance of `border`; empty for `stock` |
 //! | `lead_deg`, `lean_deg` | axis along and across the feed (toward the left); 0 where empty or without the column |
 //! | `neighbour_axis` | of the passes at `cut`: `parallel` to this one's, or `turned` with the surface; `parallel` where empty |
 //! | `name` | a text of your own |
 //!
 //! `surface_radius_mm`, `left_mm` and `right_mm` may be left out where no line needs them. Cells
-//! may stand in quotation marks. Every line is one case.
+//! may be in quotation marks. Every line is one case.
 //!
 //! ```
 //! let table = "radius_mm,corner_radius_mm,surface,depth_of_cut_mm,left,right,right_mm,lead_deg\n\
@@ -89,7 +89,7 @@ const COLUMNS: [&str; 12] = [
 
 const REQUIRED: [&str; 6] = [RADIUS, CORNER_RADIUS, SURFACE, DEPTH_OF_CUT, LEFT, RIGHT];
 
-/// The chip areas of all cases of a table, in its order.
+/// Returns the chip areas of all cases of a table, in its order.
 ///
 /// # Errors
 /// The first line that cannot be read or has no chip area: see [`TableError`].
@@ -119,8 +119,8 @@ pub fn chips_of_table(text: &str) -> Result<Vec<TableRow>, TableError> {
     if rows.is_empty() { Err(TableError::NoCase { line: header_line }) } else { Ok(rows) }
 }
 
-/// The table with three more columns: `area_mm2`, `error_bound_mm2` and `method` (`closed-form`,
-/// `iterated-crossings` or `quadrature`); comments and empty lines are kept.
+/// Returns the table with three more columns: `area_mm2`, `error_bound_mm2` and `method`
+/// (`closed-form`, `iterated-crossings` or `quadrature`); comments and empty lines are kept.
 ///
 /// # Errors
 /// As [`chips_of_table`].
@@ -147,11 +147,11 @@ pub fn table_with_areas(text: &str) -> Result<String, TableError> {
     Ok(out)
 }
 
-/// From here on, and below the smaller one, numbers have exponents: they would be rows of zeros.
+/// Outside this range numbers have exponents: they would be rows of zeros.
 const PLAIN: [f64; 2] = [1e-9, 1e12];
 
-/// All digits of a number, with an exponent where it is very large or very small, and 0 without a
-/// sign.
+/// Returns all digits of a number, with an exponent where it is very large or very small, and 0
+/// without a sign.
 fn plain(value: f64) -> String {
     let size = value.abs();
     if size == 0.0 {
@@ -160,14 +160,14 @@ fn plain(value: f64) -> String {
     if (PLAIN[0]..PLAIN[1]).contains(&size) { value.to_string() } else { format!("{value:e}") }
 }
 
-/// Lines with content and their numbers.
+/// Returns lines with content and their numbers.
 fn content_lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let lines = text.lines().enumerate().map(|(i, line)| (i + 1, line.trim()));
     lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#'))
 }
 
-/// Names of the columns, checked.
+/// Returns the names of the columns, checked.
 fn columns(line: usize, header: &str) -> Result<Vec<&'static str>, TableError> {
     let mut columns = Vec::new();
     for cell in cells(line, header)? {
@@ -185,7 +185,7 @@ fn columns(line: usize, header: &str) -> Result<Vec<&'static str>, TableError> {
     }
 }
 
-/// Cells of a line, without blanks around them and without quotation marks.
+/// Returns the cells of a line, without blanks around them and without quotation marks.
 fn cells(line: usize, text: &str) -> Result<Vec<String>, TableError> {
     let mut cells = Vec::new();
     let mut rest = text;
@@ -212,7 +212,7 @@ fn cells(line: usize, text: &str) -> Result<Vec<String>, TableError> {
     }
 }
 
-/// Place of the mark that ends a quoted cell; two in a row stand for one inside it.
+/// Returns the place of the mark that ends a quoted cell; two in a row represent one inside it.
 fn closing_quote(quoted: &str) -> Option<usize> {
     let mut from = 0;
     loop {
@@ -253,7 +253,7 @@ impl Row<'_> {
         })
     }
 
-    /// The cell of a column; empty without one.
+    /// Returns the cell of a column; empty without one.
     fn cell(&self, column: &str) -> &str {
         let place = self.columns.iter().position(|name| *name == column);
         place.map_or("", |i| &self.cells[i])
@@ -267,7 +267,7 @@ impl Row<'_> {
         text.parse().map_err(|_| TableError::NotANumber { line: self.line, column, text: text.to_owned() })
     }
 
-    /// An angle, rad.
+    /// Returns an angle, rad.
     fn angle(&self, column: &'static str) -> Result<f64, TableError> {
         if self.cell(column).is_empty() { Ok(0.0) } else { Ok(self.number(column, "")?.to_radians()) }
     }
@@ -309,7 +309,7 @@ impl Row<'_> {
     }
 }
 
-/// The column that an error is about, where it is one.
+/// Returns the column of an error, where there is one.
 fn column_of(error: &PassError) -> Option<&'static str> {
     let field = match *error {
         PassError::NotFinite { field, .. }

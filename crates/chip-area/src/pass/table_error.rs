@@ -1,7 +1,7 @@
 use crate::pass::error::PassError;
 
-/// Why a table of cases has no areas: line (from 1, the header and comments counted), column, and
-/// what to do.
+/// Reason why a table of cases has no areas: line (from 1, the header and comments counted),
+/// column, and remedy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TableError {
@@ -11,13 +11,13 @@ pub enum TableError {
         /// The names that are required.
         known: String,
     },
-    /// Nothing stands below the names of the columns.
+    /// There is no line below the names of the columns.
     #[error("the table has no case: add a line of values below the names of the columns in line {line}")]
     NoCase {
         /// Line of the header.
         line: usize,
     },
-    /// A column has a name that means nothing here.
+    /// A column has an unknown name.
     #[error("line {line}: there is no column {column:?}; the columns are {known}, and name for a text of your own")]
     UnknownColumn {
         /// Line of the header.
@@ -35,7 +35,7 @@ pub enum TableError {
         /// Its name.
         column: &'static str,
     },
-    /// A column that is required is not there.
+    /// A required column is missing.
     #[error("line {line}: the column {column} is missing: add it")]
     MissingColumn {
         /// Line of the header.
@@ -62,7 +62,7 @@ pub enum TableError {
         /// The line.
         line: usize,
     },
-    /// A cell is no number.
+    /// A cell is not a number.
     #[error("line {line}, column {column}: {text:?} is no number: write it like 12.5")]
     NotANumber {
         /// The line.
@@ -72,7 +72,7 @@ pub enum TableError {
         /// Text there.
         text: String,
     },
-    /// A cell has a word that means nothing there.
+    /// A cell has an unknown word.
     #[error("line {line}, column {column}: {text:?} is none of {known}")]
     UnknownWord {
         /// The line.
@@ -91,7 +91,7 @@ pub enum TableError {
         line: usize,
         /// The column.
         column: &'static str,
-        /// Why it needs one.
+        /// Reason why it needs one.
         reason: &'static str,
     },
     /// A cell has a value that would be ignored.
@@ -103,7 +103,7 @@ pub enum TableError {
         column: &'static str,
         /// Text there.
         text: String,
-        /// Why it must be empty.
+        /// Reason why it must be empty.
         reason: &'static str,
     },
     /// The case has no chip area.
@@ -111,15 +111,15 @@ pub enum TableError {
     Section {
         /// The line.
         line: usize,
-        /// The column at fault, where it is one.
+        /// The column at fault, if there is one.
         column: Option<&'static str>,
-        /// Why.
+        /// Reason.
         source: PassError,
     },
 }
 
 impl TableError {
-    /// The column at fault, where it is one.
+    /// Returns the column at fault, if there is one.
     #[must_use]
     pub fn column(&self) -> Option<&'static str> {
         match *self {

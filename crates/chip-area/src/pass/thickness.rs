@@ -3,8 +3,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use crate::pass::CutterEnd;
 
-/// A cutter where it stands in the section across the feed: origin at the CC point, y to the left
-/// of the feed, z along the surface normal, mm.
+/// A cutter in its place in the section across the feed: origin at the CC point, y to the left of
+/// the feed, z along the surface normal, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CutterPose {
     /// Its end.
@@ -18,18 +18,18 @@ pub struct CutterPose {
     pub tip: [f64; 2],
 }
 
-/// Largest thickness of the chip as part of the feed per tooth: the largest f·n over the engaged
-/// part of the cutting surface, with the unit feed f and the outward normal n. Times the feed per
-/// tooth it is the thickest place of the chip.
+/// Returns the largest thickness of the chip as a fraction of the feed per tooth: the largest f·n
+/// over the engaged part of the cutting surface, with the unit feed f and the outward normal n.
+/// Times the feed per tooth it is the thickest place of the chip.
 ///
-/// `highest` is what is left of the stock in the section: over an interval of y the largest height
+/// `highest` returns the remaining stock in the section: over an interval of y the largest height
 /// up to which there is material, −∞ where there is none; too large a value gives too large a
-/// result. Engaged are the points of corner, bottom and flute whose normal has a part along the
-/// feed, and that are not above what is left at their y. 0 where there are none.
+/// result. Engaged are the points of corner, bottom and flute whose normal has a component along
+/// the feed, and that are not above the remaining stock at their y. 0 where there are none.
 ///
 /// The result is an upper bound, found by dividing corner, flute and bottom into cells, those that
-/// may be thickest first. Where `highest` is exact and continuous, it is not more than `accuracy`
-/// above what some point has; that is an estimate where it jumps. `docs/chip-area.md` derives the
+/// may be thickest first. Where `highest` is exact and continuous, it is at most `accuracy` above
+/// the value of some point; that is an estimate where it jumps. `docs/chip-area.md` derives the
 /// surface.
 ///
 /// ```
@@ -74,7 +74,7 @@ pub fn largest_thickness(pose: &CutterPose, highest: impl Fn([f64; 2]) -> f64, a
     found
 }
 
-/// Cells after which the bound is taken as it is: it is one still.
+/// Largest number of cells, after which the bound is returned as it is: it still is a bound.
 const MAX_CELLS: usize = 50_000;
 
 /// A part of the cutting surface.
@@ -85,7 +85,7 @@ enum Part {
     Bottom,
 }
 
-/// A piece of a part: angles about the axis, from that of the feed, and the part's own coordinate.
+/// A piece of a part: angles about the axis, counted from the feed, and the part's own coordinate.
 #[derive(Clone, Copy, Debug)]
 struct Cell {
     part: Part,
@@ -93,7 +93,7 @@ struct Cell {
     /// On the corner the angle of the normal from the axis downward (rad), on the flute the height
     /// over the middle of the rim, on the bottom the distance from its middle (mm).
     along: [f64; 2],
-    /// No point of it has a larger f·n.
+    /// Bound on f·n for all of its points.
     bound: f64,
 }
 
@@ -159,7 +159,7 @@ impl Surface {
         }
     }
 
-    /// All of it.
+    /// Returns the cells that cover all of it.
     fn cells(&self) -> impl Iterator<Item = Cell> + '_ {
         const SECTORS: u32 = 12;
         let sectors = (0..SECTORS).map(|k| [k, k + 1].map(|k| PI * (2.0 * f64::from(k) / f64::from(SECTORS) - 1.0)));
@@ -189,7 +189,7 @@ impl Surface {
         Cell { part, phi, along, bound }
     }
 
-    /// Radius about the axis and height over the rim's middle.
+    /// Returns the radius about the axis and the height over the rim's middle.
     fn profile(&self, part: Part, along: f64) -> [f64; 2] {
         match part {
             Part::Corner => {
@@ -201,7 +201,7 @@ impl Surface {
         }
     }
 
-    /// Ranges of y and z that hold all points of a cell.
+    /// Returns ranges of y and z that hold all points of a cell.
     fn extent(&self, cell: &Cell) -> [[f64; 2]; 2] {
         let [[q0, h0], [q1, h1]] = cell.along.map(|along| self.profile(cell.part, along));
         std::array::from_fn(|k| {
@@ -213,7 +213,7 @@ impl Surface {
         })
     }
 
-    /// f·n, and y and z, in the middle of a cell.
+    /// Returns f·n, and y and z, in the middle of a cell.
     fn middle(&self, cell: &Cell) -> (f64, [f64; 2]) {
         let [phi, along] = [cell.phi, cell.along].map(|[a, b]| 0.5 * (a + b));
         let (sin, cos) = phi.sin_cos();
@@ -230,7 +230,7 @@ impl Surface {
         (share, at)
     }
 
-    /// Both halves of a cell, divided where that narrows its points and normals more.
+    /// Returns both halves of a cell, divided where that narrows its points and normals more.
     fn halves(&self, cell: &Cell) -> [Cell; 2] {
         let Cell { part, phi, along, .. } = *cell;
         let radius = self.rim + self.corner;
@@ -241,8 +241,8 @@ impl Surface {
             [radius * (e[1] - e[0]), (q1 - q0) * e[0].abs().max(e[1].abs()) + (h1 - h0) * self.axis[k].abs()]
         };
         let ([y_phi, y_along], [z_phi, z_along]) = (spread(0), spread(1));
-        // Heights decide what is engaged; how far to the side a point is, where what is left there
-        // is steep.
+        // Heights decide which points are engaged; so does the lateral place of a point where the
+        // remaining stock is steep.
         let turn = self.corner.max(SMALLEST_TURN * radius);
         let by_phi = z_phi + SIDEWAYS * y_phi + turn * around * around;
         let by_along =
@@ -258,15 +258,16 @@ impl Surface {
     }
 }
 
-/// Weight of a step to the side against one in height where cells are divided; it changes the
-/// number of cells only.
+/// Weight of a lateral step against one in height where cells are divided; it changes only the
+/// number of cells.
 const SIDEWAYS: f64 = 0.2;
 
-/// Weight of a turn of the normal where there is no corner, as part of the radius; it changes the
-/// number of cells only.
+/// Weight of a turn of the normal where there is no corner, as a fraction of the radius; it changes
+/// only the number of cells.
 const SMALLEST_TURN: f64 = 0.05;
 
-/// Smallest and largest cosine of the angles between two, which are not more than 2π apart.
+/// Returns the smallest and largest cosine of the angles between two, which are not more than 2π
+/// apart.
 fn cos_range([from, to]: [f64; 2]) -> [f64; 2] {
     let ends = [from.cos(), to.cos()];
     let holds = |angle: f64| ((from - angle) / (2.0 * PI)).ceil() * (2.0 * PI) + angle <= to;
@@ -275,7 +276,7 @@ fn cos_range([from, to]: [f64; 2]) -> [f64; 2] {
     [low, high]
 }
 
-/// Smallest and largest value of u·cos φ + v·sin φ.
+/// Returns the smallest and largest value of u·cos φ + v·sin φ.
 fn sinusoid_range(u: f64, v: f64, [from, to]: [f64; 2]) -> [f64; 2] {
     let (size, phase) = (u.hypot(v), v.atan2(u));
     cos_range([from - phase, to - phase]).map(|c| size * c)

@@ -1,6 +1,6 @@
-/// Length of the ellipse x = sin t, y = −s·cos t from its lowest point to `t`, divided by its half
-/// width: the incomplete elliptic integral E(t | 1 − s²) by Carlson's duplication, to rounding.
-/// `sin` and `cos` are of `t` in [−π/2, π/2], `s` in [0, 1].
+/// Returns the length of the ellipse x = sin t, y = −s·cos t from its lowest point to `t`, divided
+/// by its half width: the incomplete elliptic integral E(t | 1 − s²) by Carlson's duplication, to
+/// rounding. `sin` and `cos` are those of `t` in [−π/2, π/2], `s` in [0, 1].
 pub(crate) fn ellipse_arc(sin: f64, cos: f64, s: f64) -> f64 {
     let parameter = (1.0 - s) * (1.0 + s);
     let delta = cos * cos + s * s * sin * sin;
@@ -12,8 +12,9 @@ pub(crate) fn ellipse_arc(sin: f64, cos: f64, s: f64) -> f64 {
     sin * (s * s * (rf + parameter / 3.0 * sin * sin * rd) + parameter * cos / delta.sqrt())
 }
 
-/// Carlson's R_F(x, y, z) and R_D(x, y, z) for x, y ≥ 0, not both 0, and z > 0 (B. C. Carlson,
-/// Numerical computation of real or complex elliptic integrals, Numer. Algorithms 10, 1995).
+/// Returns Carlson's R_F(x, y, z) and R_D(x, y, z) for x, y ≥ 0, not both 0, and z > 0 (B. C.
+/// Carlson, Numerical computation of real or complex elliptic integrals, Numer. Algorithms 10,
+/// 1995).
 fn carlson(mut x: f64, mut y: f64, mut z: f64) -> (f64, f64) {
     // The series' error is of the sixth power of the spread: 2⁻⁵⁴ here. Each step divides the
     // spread by four.

@@ -1,4 +1,4 @@
-/// Which of the two positions of a section.
+/// One of the two positions of a section.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Position {
     /// The one before the step.
@@ -16,7 +16,7 @@ impl std::fmt::Display for Position {
     }
 }
 
-/// Why a section has no chip area.
+/// Reason why a section has no chip area.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ChipAreaError {
@@ -60,7 +60,7 @@ pub enum ChipAreaError {
         /// Radius of the surface, mm.
         surface_radius: f64,
     },
-    /// The step goes half around the surface or farther.
+    /// The step leads half around the surface or farther.
     #[error("a step-over of {step_over} mm goes half around a surface of radius {surface_radius} mm or farther")]
     StepTooLong {
         /// Step-over, mm.
@@ -72,7 +72,7 @@ pub enum ChipAreaError {
     /// with a flute that runs into a concave surface before it has left the stock of the cut.
     #[error("the cutter is below the surface at the {position} position")]
     BelowSurface {
-        /// Where.
+        /// The position.
         position: Position,
     },
     /// The tool lies along a plane: its flute cuts without end.

@@ -4,8 +4,8 @@ use nalgebra::{Point2, Vector2};
 /// when `k = 0`.
 ///
 /// With a unit normal `n` and `h = 0` it passes through the origin with that normal there, and
-/// bends away from `n` for `k > 0`. Planes are the limit `k → 0` without loss of digits, which
-/// centre and radius do not give.
+/// bends away from `n` for `k > 0`. Planes are the limit `k → 0` without loss of digits, unlike
+/// with centre and radius.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LevelCurve {
     k: f64,
@@ -13,64 +13,65 @@ pub(crate) struct LevelCurve {
     level: f64,
 }
 
-/// Which of the two points a vertical line has in common with a [`LevelCurve`].
+/// One of the two common points of a vertical line and a [`LevelCurve`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Branch {
     /// The one that stays when the curve straightens to a line.
     Near,
-    /// The one that goes to infinity.
+    /// The one that moves to infinity.
     Far,
 }
 
 impl LevelCurve {
-    /// The curve through the origin with unit normal `normal` and curvature `k`, moved by `offset`
-    /// along its normal.
+    /// Returns the curve through the origin with unit normal `normal` and curvature `k`, moved by
+    /// `offset` along its normal.
     pub(crate) fn offset_of_surface(k: f64, normal: Vector2<f64>, offset: f64) -> Self {
         Self { k, normal, level: offset + 0.5 * k * offset * offset }
     }
 
-    /// Circle about `center`.
+    /// Returns the circle about `center`.
     pub(crate) fn circle(center: Point2<f64>, radius: f64) -> Self {
         Self { k: 1.0, normal: -center.coords, level: 0.5 * (radius * radius - center.coords.norm_squared()) }
     }
 
-    /// The line of all points with this y.
+    /// Returns the line of all points with this y.
     pub(crate) fn horizontal(y: f64) -> Self {
         Self { k: 0.0, normal: Vector2::y(), level: y }
     }
 
-    /// The line `normal`·p = `level`, for a unit normal.
+    /// Returns the line `normal`·p = `level`, for a unit normal.
     pub(crate) fn line(normal: Vector2<f64>, level: f64) -> Self {
         Self { k: 0.0, normal, level }
     }
 
-    /// Negative on the side that `k` bends toward (inside of a circle with `k > 0`), 0 on the
-    /// curve.
+    /// Returns a value that is negative on the side that `k` bends toward (inside of a circle with
+    /// `k > 0`), and 0 on the curve.
     pub(crate) fn value(&self, p: &Point2<f64>) -> f64 {
         0.5 * self.k * p.coords.norm_squared() + self.normal.dot(&p.coords) - self.level
     }
 
-    /// Gradient of [`Self::value`].
+    /// Returns the gradient of [`Self::value`].
     pub(crate) fn gradient(&self, p: &Point2<f64>) -> Vector2<f64> {
         p.coords * self.k + self.normal
     }
 
-    /// Curvature times the gradient's length along the curve; 0 for a line.
+    /// Returns the curvature times the gradient's length along the curve; 0 for a line.
     pub(crate) fn k(&self) -> f64 {
         self.k
     }
 
-    /// Signed curvature; 0 for a line.
+    /// Returns the signed curvature; 0 for a line.
     pub(crate) fn curvature(&self) -> f64 {
         if self.k == 0.0 { 0.0 } else { self.k / self.size_sq().max(0.0).sqrt() }
     }
 
-    /// Square of the gradient's length along the curve: (k·radius)² for a circle.
+    /// Returns the square of the gradient's length along the curve: (k·radius)² for a circle.
     fn size_sq(&self) -> f64 {
         self.normal.norm_squared() + 2.0 * self.k * self.level
     }
 
-    /// Positive where the vertical line at `x` crosses the curve, negative where it misses it.
+    /// Returns a value that is positive where the vertical line at `x` crosses the curve, negative
+    /// where it misses it.
     pub(crate) fn reach(&self, x: f64) -> f64 {
         self.normal.y * self.normal.y - 2.0 * self.k * self.rest(x)
     }
@@ -79,8 +80,8 @@ impl LevelCurve {
         0.5 * self.k * x * x + self.normal.x * x - self.level
     }
 
-    /// y on a branch at `x`, for a normal with `n.y ≥ 0`; where the vertical line just misses the
-    /// curve, the y of its extreme point.
+    /// Returns y on a branch at `x`, for a normal with `n.y ≥ 0`; where the vertical line just
+    /// misses the curve, the y of its extreme point.
     pub(crate) fn y_at(&self, x: f64, branch: Branch) -> f64 {
         let sum = self.normal.y + self.reach(x).max(0.0).sqrt();
         match branch {
@@ -90,7 +91,7 @@ impl LevelCurve {
         }
     }
 
-    /// x of the leftmost and rightmost points.
+    /// Returns x of the leftmost and rightmost points.
     pub(crate) fn extremes(&self) -> [Option<f64>; 2] {
         if self.k == 0.0 {
             return [None; 2];
@@ -99,8 +100,8 @@ impl LevelCurve {
         [Some((-self.normal.x - root) / self.k), Some((-self.normal.x + root) / self.k)]
     }
 
-    /// The common points with another curve. Coinciding and concentric curves have none; at a
-    /// tangency rounding decides between none and two that are close together.
+    /// Returns the common points with another curve. Coinciding and concentric curves have none; at
+    /// a tangency, rounding decides between none and two that are close together.
     pub(crate) fn crossings(&self, other: &Self) -> [Option<Point2<f64>>; 2] {
         // The combination without |p|² is the line through the common points.
         let (line, level) = if self.k == 0.0 {
@@ -129,10 +130,11 @@ impl LevelCurve {
     }
 }
 
-/// Area between a circular arc of curvature `k` ≥ 0, not longer than half a circle, and its chord.
+/// Returns the area between a circular arc of curvature `k` ≥ 0, not longer than half a circle, and
+/// its chord.
 pub(crate) fn segment_area(k: f64, chord: f64) -> f64 {
-    // φ − sin φ loses all digits for small angles, where its series is short: in the sine of half
-    // the angle, h, φ/2 − sin φ/2 = ⅔·h³ + ⅕·h⁵ + 3/28·h⁷ + 5/72·h⁹ + ….
+    // φ − sin φ loses all digits for small angles, where its series is short: in the sine h of half
+    // the angle, φ/2 − sin φ/2 = ⅔·h³ + ⅕·h⁵ + 3/28·h⁷ + 5/72·h⁹ + ….
     const SERIES_BELOW: f64 = 0.05;
     if k == 0.0 || chord == 0.0 {
         return 0.0;

@@ -13,17 +13,17 @@ const NODES: [[f64; 2]; 8] = [
 const GAUSS: [f64; 4] =
     [0.129_484_966_168_869_7, 0.279_705_391_489_276_64, 0.381_830_050_505_118_9, 0.417_959_183_673_469_4];
 
-/// Parts that the range between two breaks is cut into at first: what is narrower than a part may
-/// be missed.
+/// Number of initial parts of the range between two breaks: features narrower than a part may be
+/// missed.
 const FIRST_PARTS: u32 = 2;
-/// Halvings of a first part after which a step of the function is narrow enough to be left alone.
+/// Largest number of halvings of a first part, after which a step of the function is narrow enough.
 const MAX_HALVINGS: u32 = 36;
-/// Parts after which no more are halved: the error then says what is left.
+/// Largest number of parts: after it the error reports the rest.
 const MAX_PARTS: u32 = 4_000;
 
-/// ∫ f from the first of `breaks` to the last and an estimate of its error: of each part the
-/// difference of both rules in its halves and that of the halves from the whole, which one
-/// coincidence alone cannot make small. Parts are halved until theirs is their share of `accuracy`.
+/// Returns ∫ f from the first of `breaks` to the last and an estimate of its error: for each part
+/// the difference of both rules in its halves and that of the halves from the whole, which a single
+/// coincidence cannot make small. Parts are halved until their error is their share of `accuracy`.
 /// `breaks` are in order; f may have kinks at them without cost.
 pub(crate) fn integral(f: impl Fn(f64) -> f64, breaks: &[f64], accuracy: f64) -> (f64, f64) {
     let part = |from: f64, to: f64, halvings: u32| Part { ends: [from, to], halvings, rules: rules(&f, from, to) };
@@ -59,7 +59,7 @@ struct Part {
     rules: (f64, f64),
 }
 
-/// Kronrod's rule and its difference from Gauss's.
+/// Returns the result of Kronrod's rule and its difference from Gauss's.
 fn rules(f: &impl Fn(f64) -> f64, from: f64, to: f64) -> (f64, f64) {
     let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
     let (mut kronrod, mut gauss) = (0.0, 0.0);

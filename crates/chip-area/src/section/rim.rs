@@ -6,13 +6,13 @@ use crate::section::elliptic::ellipse_arc;
 use crate::section::level_curve::LevelCurve;
 
 /// Lower outline of a cutter's end in the frame of the tool (y along the axis as seen in the
-/// section), about the middle of its rim: the rim, a circle of radius `rim`, is seen as the ellipse
+/// section), about the middle of its rim: the rim, a circle of radius `rim`, appears as the ellipse
 /// (`rim`, `squash`·`rim`), and the corner offsets it by `corner`.
 ///
-/// A point of it is given by its turn w in [−π, π], which is t + φ for the eccentric angle t and
-/// the angle φ of the normal (sin φ, −cos φ), tan φ = `squash`·tan t. Both run from −π/2 to π/2, t
-/// where the ellipse is long and φ where it is sharp, so that equal steps of w resolve the outline
-/// whatever the squash.
+/// The turn w in [−π, π] gives a point: it is t + φ for the eccentric angle t and the angle φ of
+/// the normal (sin φ, −cos φ), tan φ = `squash`·tan t. Both run from −π/2 to π/2. t changes most
+/// where the ellipse is long and φ where it is sharp, so equal steps of w resolve the outline for
+/// any squash.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Rim {
     /// R − r, mm.
@@ -34,7 +34,7 @@ pub(crate) struct RimPoint {
 }
 
 impl RimPoint {
-    /// dy/dx of the outline.
+    /// Returns dy/dx of the outline.
     pub(crate) fn slope(&self) -> f64 {
         -self.normal.x / self.normal.y
     }
@@ -45,7 +45,7 @@ impl Rim {
         self.rim + self.corner
     }
 
-    /// The point whose eccentric angle has this sine and cosine ≥ 0.
+    /// Returns the point whose eccentric angle has this sine and cosine ≥ 0.
     fn point(&self, sin: f64, cos: f64) -> RimPoint {
         let s = self.squash;
         let length = (cos * cos + s * s * sin * sin).sqrt();
@@ -54,7 +54,7 @@ impl Rim {
         RimPoint { at, ellipse: [sin, cos], normal }
     }
 
-    /// The point at a turn.
+    /// Returns the point at a turn.
     pub(crate) fn at_turn(&self, turn: f64) -> RimPoint {
         if turn.abs() >= PI {
             return self.point(turn.signum(), 0.0);
@@ -68,14 +68,14 @@ impl Rim {
         self.point(up / length, down / length)
     }
 
-    /// The turn of the point with this eccentric angle.
+    /// Returns the turn of the point with this eccentric angle.
     pub(crate) fn turn_of(&self, angle: f64) -> f64 {
         let (sin, cos) = angle.sin_cos();
         (angle + (self.squash * sin).atan2(cos)).clamp(-PI, PI)
     }
 
-    /// The point whose outward normal is `direction`, which points down; on a straight piece its
-    /// middle.
+    /// Returns the point whose outward normal is `direction`, which points down; on a straight
+    /// piece its middle.
     pub(crate) fn support(&self, direction: Vector2<f64>) -> Vector2<f64> {
         let length = direction.x.hypot(self.squash * direction.y);
         let ellipse = if length > 0.0 {
@@ -86,7 +86,7 @@ impl Rim {
         ellipse + direction * self.corner
     }
 
-    /// The point over `x`, which is clamped to the outline's width.
+    /// Returns the point over `x`, which is clamped to the outline's width.
     pub(crate) fn over(&self, x: f64) -> RimPoint {
         if x.abs() >= self.half_width() {
             return self.point(x.signum(), 0.0);
@@ -101,16 +101,15 @@ impl Rim {
         }))
     }
 
-    /// dx/dw at a point.
+    /// Returns dx/dw at a point.
     fn widening(&self, p: &RimPoint) -> f64 {
         let ([sin, cos], s) = (p.ellipse, self.squash);
         let length_sq = cos * cos + s * s * sin * sin;
         (self.rim * cos * length_sq - self.corner * p.normal.y * s) / (length_sq + s)
     }
 
-    /// ∫ y dx from one of its points to another: the ellipse's and the corner's parts are
-    /// elementary, what is mixed of both is e·n minus the length of the ellipse
-    /// (`docs/chip-area.md`).
+    /// Returns ∫ y dx from one of its points to another: the ellipse's and the corner's parts are
+    /// elementary, the mixed part is e·n minus the length of the ellipse (`docs/chip-area.md`).
     pub(crate) fn integral(&self, from: &RimPoint, to: &RimPoint) -> f64 {
         let (s, rim, r) = (self.squash, self.rim, self.corner);
         let primitive = |p: &RimPoint| {
@@ -123,7 +122,7 @@ impl Rim {
         primitive(to) - primitive(from)
     }
 
-    /// All points that the outline with its middle at `center` has in common with a curve.
+    /// Passes all common points of the outline with its middle at `center` and a curve.
     pub(crate) fn crossings(&self, center: Point2<f64>, curve: &LevelCurve, mut found: impl FnMut(Point2<f64>)) {
         let value = |w: f64| curve.value(&(center + self.at_turn(w).at));
         let mut from = [-PI, value(-PI)];
@@ -136,8 +135,8 @@ impl Rim {
         }
     }
 
-    /// The turns where the outline is parallel to the curve's family, so that between two of them
-    /// its distance from the curve grows or falls all the way; in order, at most three.
+    /// Returns the turns where the outline is parallel to the curve's family: between two of them
+    /// its distance from the curve is monotone. In order, at most three.
     pub(crate) fn extreme_turns(&self, center: Point2<f64>, curve: &LevelCurve) -> [Option<f64>; 3] {
         // Normals of the ellipse through the curve's centre: a·sin t + b·tan t + c = 0 (for lines
         // a = 0).
@@ -147,7 +146,7 @@ impl Rim {
         // The same times cos t, which has no poles.
         let miss = |t: f64| (a * t.cos() + b) * t.sin() + c * t.cos();
         let quarter = 0.5 * PI;
-        // Where its slope a·cos t + b/cos² t changes its sign.
+        // The places where its slope a·cos t + b/cos² t changes its sign.
         let cube = -b / a;
         let turn = if cube > 0.0 && cube < 1.0 { cube.cbrt().acos() } else { quarter };
         let borders = if turn < quarter { [-quarter, -turn, turn, quarter] } else { [-quarter, 0.0, 0.0, quarter] };
@@ -161,8 +160,8 @@ impl Rim {
     }
 }
 
-/// Root of a function that has different signs at the two ends, to the last digits: false position,
-/// with halving wherever three steps have not halved the bracket.
+/// Returns the root of a function that has different signs at the two ends, to the last digits: by
+/// false position, with halving wherever three steps have not halved the bracket.
 pub(crate) fn root(ends: [f64; 2], f: impl Fn(f64) -> f64) -> f64 {
     const MAX_STEPS: u32 = 400;
     let [mut a, mut b] = ends;
@@ -210,8 +209,8 @@ pub(crate) fn root(ends: [f64; 2], f: impl Fn(f64) -> f64) -> f64 {
     0.5 * (a + b)
 }
 
-/// The same by Newton's method for a growing function that is given with its slope, to where it is
-/// no larger than the `noise` of its rounding.
+/// Does the same by Newton's method for a growing function that is given with its slope, until it
+/// is no larger than the `noise` of its rounding.
 pub(crate) fn newton_root(ends: [f64; 2], noise: f64, f: impl Fn(f64) -> (f64, f64)) -> f64 {
     const MAX_STEPS: u32 = 200;
     let [mut low, mut high] = ends;

@@ -25,16 +25,16 @@ pub(crate) struct Border {
     pub(crate) level: f64,
 }
 
-/// A tool in the stock, and what of it has been cut before.
+/// A tool in the stock, and the earlier cuts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Cut<'a> {
     pub(crate) layer: &'a Layer,
     pub(crate) tool: &'a ToolSection,
-    /// Where the stock ends.
+    /// Ends of the stock.
     pub(crate) borders: [Option<Border>; 2],
-    /// Where the same tool has been.
+    /// Earlier positions of the same tool.
     pub(crate) before: [Option<ToolSection>; 2],
-    /// The CC point: what hangs together with it is cut, if nothing has been cut before.
+    /// The CC point: stock connected to it is cut, if nothing has been cut before.
     pub(crate) seed: Point2<f64>,
 }
 
@@ -60,17 +60,17 @@ pub(crate) struct Slab {
 }
 
 impl Layer {
-    /// Stock `depth` thick on a surface through the origin with this normal there.
+    /// Creates stock `depth` thick on a surface through the origin with this normal there.
     pub(crate) fn new(curvature: f64, normal: Vector2<f64>, depth: f64) -> Self {
         let part = LevelCurve::offset_of_surface(curvature, normal, 0.0);
         let stock = LevelCurve::offset_of_surface(curvature, normal, depth);
         Self { curvature, part, stock, sides: [part.extremes(), stock.extremes()] }
     }
 
-    /// Whether a tool that touches the surface at `contact` is below it. Above a plane or a convex
-    /// surface a tool is wherever its axis is above the tangent; in a concave one its bottom must
-    /// be inside the circle, and the flute must have left the stock of this cut before it meets the
-    /// surface again.
+    /// Returns whether a tool that touches the surface at `contact` is below it. Above a plane or a
+    /// convex surface a tool needs only its axis above the tangent. In a concave one its bottom
+    /// must be inside the circle, and the flute must have left the stock of this cut before it
+    /// meets the surface again.
     pub(crate) fn is_gouged_by(&self, tool: &ToolSection, contact: Point2<f64>) -> bool {
         if self.curvature >= 0.0 {
             return false;
@@ -86,44 +86,45 @@ impl Border {
         LevelCurve::line(self.outward, self.level)
     }
 
-    /// Whether it is a function of x.
+    /// Returns whether it is a function of x.
     fn is_slanted(&self) -> bool {
         self.outward.y.abs() > PARALLEL
     }
 }
 
 impl Cut<'_> {
-    /// Area of the stock that hangs together with the CC point inside the tool, less what has been
-    /// cut before.
+    /// Returns the area of the stock inside the tool that is connected to the CC point, minus
+    /// earlier cuts.
     pub(crate) fn area(&self) -> f64 {
         self.piece().iter().filter_map(|slab| self.left_over(slab)).map(|slab| self.area_of(&slab)).sum()
     }
 
-    /// Whether the tool runs into the far side of a concave surface before it has left the stock of
-    /// the cut.
+    /// Returns whether the tool runs into the far side of a concave surface before it has left the
+    /// stock of the cut.
     pub(crate) fn meets_the_far_side(&self) -> bool {
         self.layer.curvature < 0.0
             && !self.is_over_the_hollow()
             && self.piece().iter().any(|slab| matches!(slab.high, Edge::Part(Branch::Far)))
     }
 
-    /// Whether the tool is over nothing but the hollow of a concave surface's stock: every vertical
-    /// line has stock of the near and of the far side apart from each other.
+    /// Returns whether the tool is only over the hollow of a concave surface's stock: every
+    /// vertical line has separate stock of the near and of the far side.
     fn is_over_the_hollow(&self) -> bool {
         let [Some(a), Some(b)] = self.layer.sides[1] else { return false };
         let [low, high] = self.tool.range();
         self.layer.curvature < 0.0 && a.min(b) < low && high < a.max(b)
     }
 
-    /// The stock in the tool that hangs together with the seed, nothing cut before, as slabs.
+    /// Returns the stock in the tool that is connected to the seed, ignoring earlier cuts, as
+    /// slabs.
     ///
     /// Between two neighbouring crossings of the outlines the edges of every piece are the same
-    /// curves all the way, so the decomposition is exact up to rounding, and equal or touching
+    /// curves throughout, so the decomposition is exact up to rounding, and equal or touching
     /// outlines only add slabs of no area.
     pub(crate) fn piece(&self) -> Vec<Slab> {
         // Largest gap between two pieces that are one, relative to the tool's extent: rounding
-        // thins a piece away where it touches the next. Larger, and neighbouring pieces run
-        // together; smaller, and rounding cuts a chip.
+        // thins a piece away where it touches the next. Larger: neighbouring pieces merge. Smaller:
+        // rounding divides a chip.
         const TOUCH: f64 = 1e-10;
         let touch = TOUCH * 2.0 * self.tool.rim.half_width();
         let mut slabs = Vec::with_capacity(32);
@@ -131,9 +132,9 @@ impl Cut<'_> {
         for x in self.cuts().windows(2) {
             self.slabs_between([x[0], x[1]], sides, touch, &mut slabs);
         }
-        // On a plane or a convex surface the tool is above the tangent, so that it cuts a convex
-        // piece of everything below the stock's surface, and all of that is stock. Slabs of the
-        // near side without a gap are one piece too.
+        // On a plane or a convex surface the tool is above the tangent, so it cuts a convex piece
+        // of everything below the stock's surface, and all of that is stock. Slabs of the near side
+        // without a gap are one piece too.
         let gap = |pair: &[Slab]| pair[0].x[1] != pair[1].x[0] || pair[1].y[0] >= pair[1].y[1];
         if self.layer.curvature >= 0.0 || (sides == 1 && !slabs.windows(2).any(gap)) {
             slabs
@@ -142,14 +143,14 @@ impl Cut<'_> {
         }
     }
 
-    /// x of the CC point; a corner that touches there is beside it by rounding.
+    /// Returns x of the CC point; a corner that touches there is off it by rounding.
     fn seed_x(&self) -> f64 {
         let [low, high] = self.tool.range();
         self.seed.x.clamp(low, high)
     }
 
-    /// Every x at which an edge may begin, end, or give way to another, in order, within the tool's
-    /// range.
+    /// Returns every x at which an edge may begin, end, or be replaced by another, in order, within
+    /// the tool's range.
     fn cuts(&self) -> Vec<f64> {
         let (range, layer) = (self.tool.range(), self.layer);
         let mut cuts = Vec::with_capacity(32);
@@ -158,7 +159,7 @@ impl Cut<'_> {
                 cuts.push(x);
             }
         };
-        // At the CC point the outline touches the part: it must not be the middle of a slab.
+        // At the CC point the outline touches the part, so it must not be the middle of a slab.
         [range[0], range[1], self.seed_x()].into_iter().for_each(&mut add);
         layer.sides.iter().flatten().flatten().copied().for_each(&mut add);
         self.tool.kinks().into_iter().flatten().for_each(&mut add);
@@ -244,7 +245,7 @@ impl Cut<'_> {
         (slab.y[0] < y_high).then_some(Slab { high, ..*slab })
     }
 
-    /// The slabs that hang together with one that touches the seed.
+    /// Returns the slabs that are connected to one that touches the seed.
     fn connected(&self, mut slabs: Vec<Slab>, touch: f64) -> Vec<Slab> {
         let seed = Point2::new(self.seed_x(), self.seed.y);
         let touches = |s: &Slab| {
@@ -255,8 +256,8 @@ impl Cut<'_> {
         let mut taken: Vec<bool> = slabs.iter().map(touches).collect();
         let mut open: Vec<usize> = (0..slabs.len()).filter(|&i| taken[i]).collect();
         while let Some(i) = open.pop() {
-            // At most two slabs are over the same x, so that what is beside one is not farther in
-            // the list.
+            // At most two slabs are over the same x, so neighbours of a slab are not farther away
+            // in the list.
             for j in i.saturating_sub(3)..slabs.len().min(i + 4) {
                 if !taken[j] && self.join(&slabs[i], &slabs[j], touch) {
                     taken[j] = true;
@@ -269,7 +270,7 @@ impl Cut<'_> {
         slabs
     }
 
-    /// Whether two slabs beside each other have points in common, or miss that by no more than
+    /// Returns whether two adjacent slabs have points in common, or miss that by no more than
     /// `touch`.
     fn join(&self, a: &Slab, b: &Slab, touch: f64) -> bool {
         let x = if a.x[1] == b.x[0] {
@@ -294,7 +295,7 @@ impl Cut<'_> {
         }
     }
 
-    /// ∫ y dx over `x` in closed form.
+    /// Returns ∫ y dx over `x` in closed form.
     fn integral(&self, edge: Edge, x: [f64; 2]) -> f64 {
         let arc = |bulge: f64| arc_integral(x, x.map(|x| self.y_at(edge, x)), bulge);
         match edge {
@@ -308,7 +309,7 @@ impl Cut<'_> {
         }
     }
 
-    /// Whether a point is in one of the slabs.
+    /// Returns whether a point is in one of the slabs.
     pub(crate) fn holds(&self, slabs: &[Slab], p: &Point2<f64>) -> bool {
         slabs.iter().any(|slab| {
             let [from, to] = slab.x;
@@ -321,8 +322,8 @@ impl Cut<'_> {
     }
 }
 
-/// The layer on the vertical line at `x`. Below a convex part nothing is listed: a tool that is not
-/// below the surface does not get there.
+/// Returns the layer on the vertical line at `x`. Nothing below a convex part is listed: a tool
+/// that is not below the surface does not reach it.
 fn layer_over(x: f64, layer: &Layer) -> [Option<(Edge, Edge)>; 2] {
     use Branch::{Far, Near};
     let (part, stock) = (layer.part.reach(x) >= 0.0, layer.stock.reach(x) >= 0.0);

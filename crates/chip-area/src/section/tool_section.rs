@@ -3,9 +3,9 @@ use nalgebra::{Point2, Vector2};
 use crate::section::level_curve::{LevelCurve, segment_area};
 use crate::section::rim::{Rim, newton_root};
 
-// Directions closer than this (rad) count as parallel. Larger, and a real gouge of R × this depth
-// goes unnoticed; smaller, and rounding of the input angles makes a gouge of a tool that lies
-// against the surface.
+// Directions closer than this (rad) count as parallel. Larger: a real gouge as deep as R times this
+// is missed. Smaller: rounding of the input angles makes a tool that lies against the surface a
+// gouge.
 pub(crate) const PARALLEL: f64 = 1e-9;
 
 /// A CC point in the tool's frame.
@@ -17,7 +17,7 @@ pub(crate) struct Contact {
 }
 
 impl Contact {
-    /// The CC point a `step` along the surface farther, toward `tangent`.
+    /// Returns the CC point one `step` farther along the surface, toward `tangent`.
     pub(crate) fn stepped(&self, curvature: f64, tangent: Vector2<f64>, step: f64) -> Self {
         let angle = step * curvature;
         // The step is the chord of the arc; sin(φ/2)/(φ/2) keeps it exact for flat surfaces.
@@ -46,14 +46,14 @@ pub(crate) enum Form {
     Left,
     /// Circle of the right corner.
     Right,
-    /// The rim seen as an ellipse, offset by the corner.
+    /// The rim, which appears as an ellipse, offset by the corner.
     Seen,
 }
 
 impl ToolSection {
-    /// The tool that touches the surface at a CC point. A bottom along the surface touches in its
-    /// middle, which is the limit of a tool that tilts along the feed, moved by `shift` half rims
-    /// to the right.
+    /// Returns the tool that touches the surface at a CC point. A bottom along the surface touches
+    /// in its middle, which is the limit of a tool that tilts along the feed, moved by `shift` half
+    /// rims to the right.
     pub(crate) fn touching(rim: Rim, contact: &Contact, shift: f64) -> Self {
         let n = contact.normal;
         let lowest = if rim.squash == 0.0 && n.x.abs() <= PARALLEL {
@@ -69,13 +69,13 @@ impl ToolSection {
         [self.center.x - half, self.center.x + half]
     }
 
-    /// Where its outline goes from one form to another.
+    /// Returns the places where its outline changes from one form to another.
     pub(crate) fn kinks(&self) -> [Option<f64>; 2] {
         let inside = self.rim.squash == 0.0 && self.rim.corner > 0.0 && self.rim.rim > 0.0;
         [-1.0, 1.0].map(|side| inside.then_some(self.center.x + side * self.rim.rim))
     }
 
-    /// Form of its outline between the two kinks that `x` is between.
+    /// Returns the form of its outline between the two kinks around `x`.
     pub(crate) fn form_over(&self, x: f64) -> Form {
         let (off, rim) = (x - self.center.x, self.rim.rim);
         if self.rim.squash != 0.0 {
@@ -89,7 +89,7 @@ impl ToolSection {
         }
     }
 
-    /// Height of its outline at `x`, which has this form there.
+    /// Returns the height of its outline at `x`, with this form there.
     #[inline]
     pub(crate) fn y_at(&self, x: f64, form: Form) -> f64 {
         let off = x - self.center.x;
@@ -105,7 +105,7 @@ impl ToolSection {
         }
     }
 
-    /// ∫ y dx of its outline over `x`, where it has this form.
+    /// Returns ∫ y dx of its outline over `x`, with this form there.
     pub(crate) fn integral(&self, x: [f64; 2], form: Form) -> f64 {
         match form {
             Form::Flat => (self.center.y - self.rim.corner) * (x[1] - x[0]),
@@ -117,12 +117,12 @@ impl ToolSection {
         }
     }
 
-    /// Centre of the corner on one side, for a tool whose axis is in the section plane.
+    /// Returns the centre of the corner on one side, for a tool whose axis is in the section plane.
     fn corner(&self, side: f64) -> Point2<f64> {
         self.center + Vector2::new(side * self.rim.rim, 0.0)
     }
 
-    /// The line or circle that its outline is a part of where it has this form.
+    /// Returns the line or circle of its outline with this form.
     fn curve(&self, form: Form) -> LevelCurve {
         match form {
             Form::Left => LevelCurve::circle(self.corner(-1.0), self.rim.corner),
@@ -131,8 +131,8 @@ impl ToolSection {
         }
     }
 
-    /// Forms of the outline of a tool with its axis in the section plane, and where they begin and
-    /// end.
+    /// Returns the forms of the outline of a tool with its axis in the section plane, and their
+    /// ranges.
     fn pieces(&self) -> [Option<Piece>; 3] {
         let ([low, high], Rim { rim, corner, .. }) = (self.range(), self.rim);
         let top = self.center.y + 1e-9 * (high - low);
@@ -145,7 +145,7 @@ impl ToolSection {
         }
     }
 
-    /// All points that its outline has in common with a curve, and perhaps others of the curve.
+    /// Passes all common points of its outline and a curve, and perhaps others of the curve.
     pub(crate) fn crossings(&self, curve: &LevelCurve, mut found: impl FnMut(Point2<f64>)) {
         if self.rim.squash != 0.0 {
             return self.rim.crossings(self.center, curve, found);
@@ -156,9 +156,8 @@ impl ToolSection {
         }
     }
 
-    /// x of the point that its outline has in common with that of the same tool elsewhere: the
-    /// slopes of a convex outline grow with x, so that the distance of one that is moved sideways
-    /// grows or falls all the way.
+    /// Returns x of the common point of its outline and that of the same tool elsewhere: the slopes
+    /// of a convex outline grow with x, so the distance of one that is moved sideways is monotone.
     pub(crate) fn crossing_with(&self, other: &Self) -> Option<f64> {
         let (own, its) = (self.range(), other.range());
         let common = [own[0].max(its[0]), own[1].min(its[1])];
@@ -168,7 +167,8 @@ impl ToolSection {
         if self.rim.squash == 0.0 { self.crossing_in_plane(other, common) } else { self.crossing_seen(other, common) }
     }
 
-    /// Of two outlines of lines and circles: between two neighbouring kinks each is one of them.
+    /// Does so for two outlines of lines and circles: between two neighbouring kinks each is one of
+    /// them.
     fn crossing_in_plane(&self, other: &Self, common: [f64; 2]) -> Option<f64> {
         let apart = |x: f64| self.y_at(x, self.form_over(x)) - other.y_at(x, other.form_over(x));
         let mut from = common[0];
@@ -215,7 +215,7 @@ impl ToolSection {
         Some(newton_root(common, 4.0 * f64::EPSILON * extent, growing))
     }
 
-    /// All points of a curve on its flanks, the flute's sides.
+    /// Passes all points of a curve on its flanks, the flute's sides.
     pub(crate) fn flank_crossings(&self, curve: &LevelCurve, mut found: impl FnMut(Point2<f64>)) {
         for x in self.range() {
             let crossings = LevelCurve::line(Vector2::x(), x).crossings(curve);
@@ -228,9 +228,8 @@ impl ToolSection {
         low <= p.x && p.x <= high && self.y_at(p.x, self.form_over(p.x)) <= p.y
     }
 
-    /// The ends and kinks of its outline, and all points between them where the outline is parallel
-    /// to a curve's family: from one to the next the distance from the curve grows or falls all the
-    /// way.
+    /// Passes the ends and kinks of its outline, and all points between them where the outline is
+    /// parallel to a curve's family: from one to the next the distance from the curve is monotone.
     pub(crate) fn extremes(&self, curve: &LevelCurve, mut found: impl FnMut(Point2<f64>)) {
         let Rim { rim, corner, squash } = self.rim;
         let mut at = |off: Vector2<f64>| found(self.center + off);
@@ -255,7 +254,7 @@ impl ToolSection {
         }
     }
 
-    /// The points of its flanks where they are parallel to a curve's family.
+    /// Returns the points of its flanks where they are parallel to a curve's family.
     pub(crate) fn flank_extremes(&self, curve: &LevelCurve) -> [Option<Point2<f64>>; 2] {
         self.range().map(|x| {
             let end = Point2::new(x, self.center.y);
@@ -264,16 +263,16 @@ impl ToolSection {
         })
     }
 
-    /// The least value of a concave part's curve on the outline: negative where the tool is below
-    /// the surface.
+    /// Returns the least value of a concave part's curve on the outline: negative where the tool is
+    /// below the surface.
     pub(crate) fn least_value(&self, part: &LevelCurve) -> f64 {
         let mut least = f64::INFINITY;
         if self.rim.squash != 0.0 {
             self.extremes(part, |p| least = least.min(part.value(&p)));
             return least;
         }
-        // Remaining places in the section plane beside the axis: ends, kinks, and where a corner is
-        // farthest out.
+        // Remaining places in the section plane besides the axis: ends, kinks, and where a corner
+        // is farthest out.
         let Rim { rim, corner, .. } = self.rim;
         let mut at = |off: Vector2<f64>| least = least.min(part.value(&(self.center + off)));
         for side in [-1.0, 1.0] {
@@ -288,7 +287,7 @@ impl ToolSection {
     }
 }
 
-/// Part of an outline: what of a curve is over a range and not above the middle of the rim.
+/// Part of an outline: the part of a curve over a range and not above the middle of the rim.
 struct Piece {
     curve: LevelCurve,
     range: [f64; 2],
@@ -296,16 +295,16 @@ struct Piece {
 }
 
 impl Piece {
-    /// Whether a point of the curve is on the piece or misses it by little: a place that is
-    /// only cut at may be reported too often.
+    /// Returns whether a point of the curve is on the piece or misses it by little: a place that
+    /// only adds a cut may be reported too often.
     fn may_hold(&self, p: &Point2<f64>) -> bool {
         let slack = 1e-9 * (self.range[1] - self.range[0]);
         self.range[0] - slack <= p.x && p.x <= self.range[1] + slack && p.y <= self.top
     }
 }
 
-/// ∫ y dx along an arc of curvature `bulge` (positive where it is above its chord): trapezoid and
-/// circular segment.
+/// Returns ∫ y dx along an arc of curvature `bulge` (positive where it is above its chord):
+/// trapezoid and circular segment.
 pub(crate) fn arc_integral(x: [f64; 2], y: [f64; 2], bulge: f64) -> f64 {
     let (width, rise) = (x[1] - x[0], y[1] - y[0]);
     let chord = (width * width + rise * rise).sqrt();

@@ -8,31 +8,31 @@ use crate::section::tool_section::Contact;
 
 /// A cut beside passes whose tool is this one, turned about the centre of the surface.
 ///
-/// At every height over the surface the stock is an arc of a concentric circle. The tool holds
-/// pieces of it, and a neighbour the same pieces, moved by the step along the surface: what is left
-/// has a length in closed form but for the crossings of arc and outline, and the area is the
+/// At every height over the surface the stock is an arc of a concentric circle. The tool contains
+/// pieces of it, and a neighbour the same pieces, moved by the step along the surface. The length
+/// of the rest is in closed form except for the crossings of arc and outline, and the area is the
 /// integral of lengths over heights.
 pub(crate) struct BesideTurned<'a> {
-    /// Cut of this pass where nothing has been cut before.
+    /// Cut of this pass, ignoring earlier cuts.
     pub(crate) cut: Cut<'a>,
     /// Outward normal at the CC point.
     pub(crate) normal: Vector2<f64>,
-    /// Along the surface to the right.
+    /// Direction along the surface to the right.
     pub(crate) to_the_right: Vector2<f64>,
-    /// How far along the surface to the right the neighbours are.
+    /// Distances to the neighbours along the surface to the right.
     pub(crate) neighbours: [Option<f64>; 2],
     /// Ends of the stock along the surface to the right.
     pub(crate) ends: [f64; 2],
 }
 
-/// From where to where along the surface.
+/// Start and end along the surface.
 type Interval = [f64; 2];
 
 impl BesideTurned<'_> {
-    /// The area and the estimate of its error, mm²; it is asked to be `accuracy`.
+    /// Returns the area and the estimate of its error, mm²; `accuracy` is the error to reach.
     pub(crate) fn area(&self, depth: f64, accuracy: f64) -> (f64, f64) {
         let piece = self.cut.piece();
-        // The arcs begin with the root of the height, so that its root is what they are smooth in.
+        // The arcs begin with the root of the height, so they are smooth as functions of that root.
         let length = |root: f64| {
             let height = depth * root * root;
             let stretch = 1.0 + self.cut.layer.curvature * height;
@@ -41,13 +41,14 @@ impl BesideTurned<'_> {
         integral(length, &self.breaks(depth), accuracy)
     }
 
-    /// Roots of the shares of the depth at which the length has kinks, in order, from 0 to 1.
+    /// Returns roots of the fractions of the depth at which the length has kinks, in order, from 0
+    /// to 1.
     ///
-    /// Between the heights of the outline's extremes the tool holds the same number of intervals;
-    /// what is held only in a narrow band of heights is not missed so. Inside such a band there are
-    /// kinks where this tool or a neighbour meets an end of the stock, and where an interval, or
-    /// the gap between two, is as long as the step to a neighbour, or to both, so that neighbours
-    /// begin or end to overlap.
+    /// Between the heights of the outline's extremes the tool contains the same number of
+    /// intervals, so a narrow band of heights with intervals is not missed. Inside such a band
+    /// there are kinks where this tool or a neighbour meets an end of the stock, and where an
+    /// interval, or the gap between two, is as long as the step to a neighbour, or to both, where
+    /// neighbours begin or end to overlap.
     fn breaks(&self, depth: f64) -> Vec<f64> {
         let (tool, part) = (self.cut.tool, &self.cut.layer.part);
         let mut bands = vec![0.0, 1.0];
@@ -79,7 +80,7 @@ impl BesideTurned<'_> {
         breaks
     }
 
-    /// The line along the normal of the surface at a place.
+    /// Returns the line along the normal of the surface at a place.
     fn upright(&self, place: f64) -> LevelCurve {
         let (foot, above) = (self.point(place, 0.0), self.point(place, 1.0));
         let up = (above - foot).normalize();
@@ -87,10 +88,10 @@ impl BesideTurned<'_> {
         LevelCurve::line(across, across.dot(&foot.coords))
     }
 
-    /// Where in a band of heights an interval or gap is as long as a step.
+    /// Adds the places in a band of heights where an interval or gap is as long as a step.
     fn overlaps(&self, depth: f64, band: [f64; 2], breaks: &mut Vec<f64>) {
         const SAMPLES: usize = 12;
-        // At its very ends intervals begin and end.
+        // At the very ends of the band intervals begin and end.
         let inset = 1e-9 * (band[1] - band[0]);
         let [from, to] = [band[0] + inset, band[1] - inset];
         let at = |i: usize| from + (to - from) * (i as f64 / SAMPLES as f64);
@@ -110,11 +111,11 @@ impl BesideTurned<'_> {
         }
     }
 
-    /// Length of what is left at a height, along the surface.
+    /// Returns the length of the remaining stock at a height, along the surface.
     fn length(&self, height: f64, piece: &[Slab]) -> f64 {
         let held = self.held(height);
         let in_piece = |[from, to]: &Interval| {
-            // On a plane or a convex surface all that the tool holds hangs together.
+            // On a plane or a convex surface everything inside the tool is connected.
             self.cut.layer.curvature >= 0.0 || self.cut.holds(piece, &self.point(0.5 * (from + to), height))
         };
         let [left_end, right_end] = self.ends;
@@ -139,7 +140,7 @@ impl BesideTurned<'_> {
         pairs.filter(|[from, to]| self.cut.tool.contains(&self.point(0.5 * (from + to), height))).collect()
     }
 
-    /// Where along the surface to the right a point is.
+    /// Returns the place of a point along the surface to the right.
     fn place(&self, p: &Point2<f64>) -> f64 {
         let k = self.cut.layer.curvature;
         let (along, up) = (p.coords.dot(&self.to_the_right), p.coords.dot(&self.normal));
@@ -159,8 +160,8 @@ fn without([from, to]: Interval, [cut_from, cut_to]: Interval) -> impl Iterator<
     rest.into_iter().filter(|[from, to]| from < to)
 }
 
-/// All roots of a function that is sampled at places and values, as long as it has at most one
-/// extreme between three samples in a row.
+/// Finds all roots of a function that is sampled at places and values, as long as it has at most
+/// one extreme between three samples in a row.
 fn roots_between(samples: &[[f64; 2]], f: impl Fn(f64) -> f64, roots: &mut Vec<f64>) {
     for pair in samples.windows(2).filter(|pair| (pair[0][1] < 0.0) != (pair[1][1] < 0.0)) {
         roots.push(root([pair[0][0], pair[1][0]], &f));
@@ -171,7 +172,7 @@ fn roots_between(samples: &[[f64; 2]], f: impl Fn(f64) -> f64, roots: &mut Vec<f
         if !same_side || b[1].abs() > a[1].abs() || b[1].abs() > c[1].abs() {
             continue;
         }
-        // The sign that all have, and the place where the function is nearest to 0 or beyond it.
+        // The common sign, and the place where the function is nearest to 0 or beyond it.
         let sign = if b[1] < 0.0 { -1.0 } else { 1.0 };
         let least = least_between([a[0], c[0]], |x| sign * f(x));
         if sign * f(least) < 0.0 {
@@ -180,7 +181,7 @@ fn roots_between(samples: &[[f64; 2]], f: impl Fn(f64) -> f64, roots: &mut Vec<f
     }
 }
 
-/// Where a function with one minimum is least, or below 0 (golden section).
+/// Returns where a function with one minimum is least, or below 0 (golden section).
 fn least_between([mut low, mut high]: [f64; 2], f: impl Fn(f64) -> f64) -> f64 {
     const SHARE: f64 = 0.618_033_988_749_894_8;
     const STEPS: u32 = 40;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use facemill_chip_area::{ChipSection, SectionCutter, SectionSurface, StepSign, chip_area};
 
-/// Polygon booleans that the golden values come from are good to this, mm².
+/// Accuracy of the polygon booleans behind the golden values, mm².
 const ACCURACY: f64 = 1e-4;
 
 struct Row {
@@ -70,7 +70,7 @@ fn the_print_is_met_except_where_the_table_notes_it() {
             met += 1;
         }
     }
-    // The untilted convex ball is in the table with the angle at which the print is right.
+    // The untilted convex ball is in the table with the angle for which the print is right.
     assert_eq!((met, off), (8, 2));
 }
 

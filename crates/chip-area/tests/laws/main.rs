@@ -1,4 +1,4 @@
-//! Laws of chip areas, and cases held against polygons of the true shapes.
+//! Laws of chip areas, and cases compared with polygons of the true shapes.
 
 mod golden;
 mod kit;

@@ -150,7 +150,7 @@ fn the_area_is_continuous_in_lead_and_lean() {
         for small in [1e-3, 1e-6, 1e-9, 1e-12, -1e-3, -1e-6, -1e-9] {
             let at = |lead, lean| area(&with(&s, |s| s.orientation = Orientation { lead, lean }));
             let here = at(lead, lean);
-            // Nearly along the axis a little turn moves the contact by much: R·small / sin(lead).
+            // Nearly along the axis a small turn moves the contact far: R·small / sin(lead).
             let steep = if lead == 0.0 { 1.0 } else { 1.0 / lead.abs().min(1.0) };
             let bound = 60.0 * steep * f64::abs(small) + 1e-10;
             assert!((at(lead + small, lean) - here).abs() < bound, "{s:?} {small}");
@@ -187,7 +187,7 @@ fn a_lead_that_vanishes_becomes_the_axis_in_the_section_plane() {
         };
         let Ok(exact) = at(0.0) else { continue };
         assert_eq!(exact.method, Method::ClosedForm);
-        // Upright, the contact of the neighbour, whose normal is only a step turned, moves by
+        // Upright, the contact of the neighbour, whose normal is turned by only a step, moves by
         // R·lead / turn.
         let steep = if s.orientation.lean == 0.0 { 300.0 } else { 30.0 };
         for power in 1..16 {
@@ -240,14 +240,14 @@ fn what_both_neighbours_and_this_pass_cut_adds_up() {
         let full = area(&engaged(&s, 2.0, Beside::Stock, Beside::Stock));
         let right = area(&engaged(&s, 2.0, Beside::Stock, cut(1.5)));
         let left = area(&engaged(&s, 2.0, cut(1.5), Beside::Stock));
-        // On a plane the same tool, moved sideways, cuts as much as this one, so that what is left
-        // is the same.
+        // On a plane the same tool, moved sideways, cuts as much as this one, so the rest is the
+        // same.
         assert!((left - right).abs() < 1e-11, "{s:?}: {left} {right}");
         assert!(right < full);
         let both = area(&engaged(&s, 2.0, cut(1.5), cut(1.5)));
         assert!(both <= left.min(right) + 1e-12, "{s:?}");
-        // First, the next 1.5 mm beside, then the one between them: in all as much as one after the
-        // other.
+        // First, the next 1.5 mm beside, then the one between them: in total as much as one after
+        // the other.
         let far = area(&engaged(&s, 2.0, Beside::Stock, cut(3.0)));
         assert!((far + both - 2.0 * right).abs() < 1e-11, "{s:?}: {far} {both} {right}");
     }
@@ -297,7 +297,7 @@ fn a_leading_disc_cuts_the_squashed_chip_of_a_ball_to_the_error_bound() {
     for _ in 0..2000 {
         let (radius, depth) = (random.within(1.0, 50.0), random.within(0.0, 1.0));
         let step_over = random.within(0.0, radius);
-        // A disc is seen as an ellipse, half as high as the sine of its lead says.
+        // A disc appears as an ellipse, with half the height given by the sine of its lead.
         let section = |lead| PassSection {
             cutter: CutterEnd { radius, corner_radius: 0.0 },
             surface: SectionSurface::Plane,
@@ -338,8 +338,8 @@ fn turned_neighbours_become_parallel_ones_on_the_plane_and_add_up_on_circles() {
                 }
             }
         } else {
-            // The cutter turned about the centre cuts as much wherever it is: the strips on both
-            // sides are equal, and two steps are as much as one after the other.
+            // The cutter turned about the centre cuts the same area everywhere: the strips on both
+            // sides are equal, and two steps cut as much as one after the other.
             let at = |left, right| chip_of_pass(&turned(&engaged(&s, 2.0, left, right))).unwrap();
             let (left, far, both) = (at(cut(1.5), Beside::Stock), at(Beside::Stock, cut(3.0)), at(cut(1.5), cut(1.5)));
             let bound = 4.0 * (chip.error_bound + left.error_bound + far.error_bound + both.error_bound);

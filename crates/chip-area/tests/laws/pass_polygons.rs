@@ -17,8 +17,8 @@ use crate::kit::{Contour, Random, Shape, area, at, boolean, moved};
 const FAR: f64 = 120.0;
 /// Corners on a full circle of the tool, times the fineness of the polygons.
 const CORNERS: u32 = 6_000;
-/// Longest chord on a surface near the CC point, mm, over the fineness of the polygons, and how far
-/// that goes, farther than any chip here.
+/// Longest chord on a surface near the CC point, mm, over the fineness of the polygons, and its
+/// range, farther than any chip here.
 const CHORD: f64 = 0.02;
 const NEAR: f64 = 30.0;
 
@@ -35,7 +35,7 @@ fn section(random: &mut Random) -> PassSection {
         1 => radius,
         _ => radius * random.within(0.0, 1.0),
     };
-    // Mostly moderate, at times none, at times little.
+    // Mostly moderate, sometimes zero, sometimes small.
     let angle = |random: &mut Random| match (6.0 * random.unit()) as u32 {
         0 => 0.0,
         1 => random.within(-1e-3, 1e-3),
@@ -148,7 +148,7 @@ fn contact(section: &PassSection, way: f64) -> (Vector3<f64>, Vector3<f64>) {
     }
 }
 
-/// The cutter at a CC point as CLOPT (2) puts it, seen along the feed: its end alone, and with the
+/// Returns the cutter at a CC point by CLOPT (2), seen along the feed: only its end, and with the
 /// flute.
 fn end_and_tool(section: &PassSection, way: f64, fine: u32) -> [Contour; 2] {
     let corners = CORNERS * fine;
@@ -180,7 +180,7 @@ fn end_and_tool(section: &PassSection, way: f64, fine: u32) -> [Contour; 2] {
         *outline.iter().min_by(|a, b| across(a).total_cmp(&across(b))).unwrap(),
         *outline.iter().max_by(|a, b| across(a).total_cmp(&across(b))).unwrap(),
     ];
-    // Outside the stock a fiftieth of the corners does, and the ends of straight pieces.
+    // Outside the stock a fiftieth of the corners suffices, and the ends of straight pieces.
     let n = outline.len();
     let long = |i: usize, j: usize| {
         (outline[i][0] - outline[j][0]).hypot(outline[i][1] - outline[j][1]) > 0.05 / f64::from(fine)
@@ -299,9 +299,8 @@ fn polygon_area(section: &PassSection, fine: u32) -> f64 {
 const TOLERANCE: f64 = 1e-6;
 const SMALL: f64 = 0.01;
 
-/// The polygons must come within the tolerance of the area, if need be with chords a fifth and a
-/// twenty-fifth as long: what chords leave out shrinks with their square, an area that is wrong
-/// stays so.
+/// The polygons must come within the tolerance of the area, if necessary with chords a fifth and a
+/// twenty-fifth as long: the error of chords shrinks with their square, a wrong area stays wrong.
 fn compare_one(section: &PassSection, chip: &ChipArea) {
     for fine in [1, 5, 25] {
         let polygons = polygon_area(section, fine);
@@ -364,8 +363,8 @@ fn what_is_held_in_narrow_bands_of_heights_only_is_not_missed() {
     }
 }
 
-/// Area of the cutter below the surface: of its end anywhere, of the flute where it hangs together
-/// with the CC point in cut and part.
+/// Area of the cutter below the surface: of its end anywhere, of the flute where it is connected to
+/// the CC point in cut and part.
 fn gouge_area(section: &PassSection, way: f64) -> f64 {
     let (stock, ground) = stock_and_ground(section, 2);
     let part = boolean(&vec![ground.clone()], &vec![stock], OverlayRule::Difference);

@@ -32,8 +32,8 @@ impl Sections for Random {
         };
         let alpha0 =
             if self.one_in(4.0) { (90.0 * self.within(-2.0, 2.0).round()).to_radians() } else { self.within(-PI, PI) };
-        // Angle of the tool axis from the surface normal: mostly moderate, at times none, at times
-        // across the surface.
+        // Angle of the tool axis from the surface normal: mostly moderate, sometimes zero,
+        // sometimes across the surface.
         let off = if self.one_in(8.0) { 0.0 } else { self.within(-1.6, 1.6) };
         let normal = if matches!(surface, SectionSurface::Concave { .. }) { alpha0 + PI } else { alpha0 };
         ChipSection {
@@ -96,7 +96,7 @@ fn poses(section: &ChipSection) -> [Pose; 2] {
             }
             SectionCutter::Flat { radius } => {
                 let rise = right[0] * (first.1[0] + second.1[0]) + right[1] * (first.1[1] + second.1[1]);
-                // A bottom along the surface touches with the corner that leads.
+                // A bottom along the surface touches with the leading corner.
                 let back = -(right[0] * tangent[0] + right[1] * tangent[1]);
                 let side = if rise.abs() < 1e-9 { back } else { rise };
                 let other = moved(contact, right, 2.0 * radius * side.signum());
@@ -180,7 +180,8 @@ fn a_position_is_refused_exactly_where_its_polygon_is_below_the_surface() {
             Err(_) => continue,
         };
         let poses = poses(&section);
-        // A cut by a flank almost along the surface is too small to be told from the chords' error.
+        // A cut by a flank almost along the surface is too small to distinguish from the chords'
+        // error.
         let axis = [section.lean.sin(), section.lean.cos()];
         if poses.iter().any(|p| (p.normal[0] * axis[0] + p.normal[1] * axis[1]).abs() < 0.05) {
             continue;

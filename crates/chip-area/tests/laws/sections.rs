@@ -111,8 +111,8 @@ fn the_area_goes_to_zero_with_depth_and_with_step() {
             thin = area;
             let area = chip_area(&ChipSection { step_over: small, ..s }).unwrap();
             assert!(area < narrow && area <= 3.0 * small, "{s:?} step {small}: {area}");
-            // A chip of vanishing width keeps a height between the depth of cut and what the
-            // curvature makes of it.
+            // A chip of vanishing width keeps a height between the depth of cut and the value from
+            // the curvature.
             assert!(power < 4 || area >= 0.5 * small, "{s:?} step {small}: {area}");
             narrow = area;
         }
@@ -235,8 +235,8 @@ fn impossible_sections_are_refused() {
     let convex = SectionSurface::Convex { radius: 20.0 };
     let over_the_top = ChipSection { surface: convex, alpha0: PI / 2.0 - 0.02, ..flat(s) };
     assert_eq!(refused(over_the_top), ChipAreaError::CornerChanges);
-    // The step alone takes the second position below: the axis is above the surface at the first
-    // only.
+    // The step alone moves the second position below: the axis is above the surface only at the
+    // first.
     let beside = ChipSection { surface: convex, alpha0: PI - 0.02, ..s };
     assert_eq!(refused(beside), ChipAreaError::BelowSurface { position: Position::Second });
 }

@@ -1,5 +1,5 @@
-//! Largest chip thickness: closed forms, and dense sums over the cutting surface with vectors of
-//! their own.
+//! Largest chip thickness: closed forms, and dense sums over the cutting surface with independent
+//! vectors.
 
 use facemill_chip_area::{
     Beside, CutterEnd, CutterPose, Engagement, NeighbourAxis, Orientation, PassSection, SectionSurface, chip_of_pass,
@@ -67,7 +67,7 @@ fn a_round_insert_thins_the_chip_by_the_sine_of_its_angle_at_the_top() {
 fn nothing_left_has_no_thickness_and_a_leading_bottom_has_that_of_its_lead() {
     let pose = touching(CutterEnd { radius: 20.0, corner_radius: 2.0 }, 0.1, 0.05);
     assert_eq!(largest_thickness(&pose, |_| f64::NEG_INFINITY, ACCURACY), 0.0);
-    // The axis leans back, so that the bottom meets the stock: with little stock nothing else does.
+    // The axis leans back, so the bottom meets the stock: with little stock only the bottom does.
     let lead = -0.3f64;
     let pose = touching(CutterEnd { radius: 20.0, corner_radius: 0.0 }, lead, 0.0);
     let found = largest_thickness(&pose, |_| 1e-3, ACCURACY);
@@ -159,7 +159,7 @@ fn the_engaged_surface_seen_along_the_feed_is_the_chip_and_nothing_of_it_is_stee
         let pose = touching(cutter, lead, lean);
         let found = largest_thickness(&pose, |_| depth, ACCURACY);
         let all = patches(&pose, 900);
-        // Below the surface is nothing; where the flute is long enough it leaves the stock.
+        // There is nothing below the surface; where the flute is long enough it leaves the stock.
         let engaged = all.iter().filter(|p| p.along_feed > 0.0 && p.z <= depth);
         let (mut area, mut steepest) = (0.0, 0.0);
         for p in engaged {

@@ -21,7 +21,7 @@ impl Lcg {
         Isometry3::from_parts(self.vector(300.0).into(), UnitQuaternion::from_scaled_axis(self.vector(3.0)))
     }
 
-    /// Points in a ball, of which most are in its hull's inside where there are many; some twice.
+    /// Points in a ball, most of them inside its hull where there are many; some twice.
     fn points(&mut self, n: usize) -> Vec<Point3<f64>> {
         let mut points: Vec<Point3<f64>> = (0..n).map(|_| (self.vector(1.0).normalize() * 100.0).into()).collect();
         points.extend_from_within(..2);
@@ -51,8 +51,8 @@ fn check_invariants(p: &ConvexPolyhedron) {
     }
 }
 
-/// Distance from a polyhedron: of all projections onto planes of faces, lines of two planes and
-/// vertices that are of the polyhedron, the nearest.
+/// Returns the distance from a polyhedron: among all projections onto planes of faces, lines of two
+/// planes and vertices that belong to the polyhedron, the nearest.
 fn brute_distance(polyhedron: &ConvexPolyhedron, p: &Point3<f64>) -> f64 {
     let faces = polyhedron.faces();
     let mut best = f64::INFINITY;

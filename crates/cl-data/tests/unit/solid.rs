@@ -23,7 +23,7 @@ fn depth_within_is_the_distance_to_the_outline_and_the_negative_distance_outside
             for j in 0..40 {
                 let (x, z) = (0.3 * f64::from(i), -3.0 + 0.3 * f64::from(j));
                 let (d, to_outline) = (f.core_distance(&Point3::new(0.0, x, z)), outline_distance(&f, x, z));
-                // Near the outline, where its points lie apart says more than it does.
+                // Near the outline the spacing of its points dominates.
                 if to_outline < 0.05 {
                     continue;
                 }

@@ -5,9 +5,9 @@ use facemill_cl_data::{CcPoint, Posture};
 /// A CC point with the posture it is cut in.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CutPoint {
-    /// Where.
+    /// Position.
     pub cc: CcPoint,
-    /// How.
+    /// Posture.
     pub posture: Posture,
 }
 

@@ -1,4 +1,4 @@
-//! Which passes lie beside a point of a pass, found in the plane across its feed.
+//! Finds the passes beside a point of a pass, in the plane across its feed.
 
 mod crosses;
 mod ends;
@@ -15,7 +15,7 @@ use crate::cusp::neighbours::ends::{BesideEnd, continued};
 use crate::cusp::neighbours::found::Found;
 use crate::cusp::neighbours::section::section_crossing;
 
-/// A pass, or a piece of one, among others.
+/// A pass, or part of one, among others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CutPass {
     /// Its points in cutting order.
@@ -27,15 +27,15 @@ pub struct CutPass {
 /// How far from a point a pass counts as beside it, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NeighbourReach {
-    /// Any pass. Larger: wider strips that stay uncut are seen.
+    /// Distance to any pass. Larger: wider strips that stay uncut are seen.
     pub far: f64,
-    /// A pass that has its uncut stock on the same side as the point's, seen from the strip between
-    /// both: either the file names the side of one of them wrongly, or what lies between is not one
-    /// strip, as between both arms of a hairpin.
+    /// Distance to a pass whose uncut stock is on the same side as the point's, seen from the strip
+    /// between both. Then either the file gives the wrong side for one of them, or the area between
+    /// is not one strip, as between both arms of a hairpin.
     pub opposed: f64,
 }
 
-/// Passes in cutting order, to be asked what lies beside a point.
+/// Passes in cutting order, which can be queried for the neighbours of a point.
 #[derive(Clone, Debug)]
 pub struct Neighbours {
     passes: Vec<CutPass>,
@@ -60,10 +60,10 @@ pub struct OwnPlace {
 /// A pass beside a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Neighbour {
-    /// Where the plane across the point's feed meets it, with the posture of the nearer of the two
-    /// points around; its end where it ends beside the point.
+    /// Where the plane across the point's feed meets the pass, with the posture of the nearer of
+    /// the two points around; the end of the pass where it ends beside the point.
     pub point: CutPoint,
-    /// The surface on the way there.
+    /// The surface between the point and the pass.
     pub strip: Strip,
     /// Arc length in the plane, mm: more than the step-over where both feeds diverge.
     pub arc: f64,
@@ -73,24 +73,24 @@ pub struct Neighbour {
     pub is_earlier: bool,
 }
 
-/// Neighbours of a point: to the right of its feed, and to the left.
+/// Neighbours of a point: index 0 to the right of its feed, 1 to the left.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Beside {
     /// The nearest pass.
     pub nearest: [Option<Neighbour>; 2],
-    /// The nearest pass of those that are cut before.
+    /// The nearest pass among those that are cut before.
     pub earlier: [Option<Neighbour>; 2],
 }
 
 impl Beside {
-    /// The passes that this point's pass leaves a ridge toward: the nearest ones, where they are
-    /// cut before. A pass that is cut later leaves the ridge itself.
+    /// Returns the passes toward which this point's pass leaves a ridge: the nearest ones, where
+    /// they are cut before. A pass that is cut later leaves the ridge itself.
     pub fn before(&self) -> impl Iterator<Item = &Neighbour> {
         self.nearest.iter().flatten().filter(|n| n.is_earlier)
     }
 
-    /// The strip that this point's posture decides on: the widest toward a pass before, else the
-    /// narrowest toward one behind.
+    /// Returns the strip that decides this point's posture: the widest toward a pass cut before,
+    /// else the narrowest toward one cut later.
     pub fn strip(&self) -> Option<Strip> {
         let widest = |a: Strip, b: Strip| if b.step_over > a.step_over { b } else { a };
         let narrowest = |a: Strip, b: Strip| if b.step_over < a.step_over { b } else { a };
@@ -98,31 +98,31 @@ impl Beside {
         before.or_else(|| self.nearest.iter().flatten().map(|n| n.strip).reduce(narrowest))
     }
 
-    /// Curvature of the surface across the feed, of the nearest pass.
+    /// Returns the curvature of the surface across the feed, toward the nearest pass.
     pub fn curvature(&self) -> Option<f64> {
         let nearer = |a: Strip, b: Strip| if b.step_over < a.step_over { b } else { a };
         self.nearest.iter().flatten().map(|n| n.strip).reduce(nearer).map(|strip| strip.curvature)
     }
 }
 
-/// Nearer than this, mm, a crossing is the point itself, or of a pass that is cut again.
+/// A crossing nearer than this, mm, is the point itself or belongs to a pass that is cut again.
 const SAME_POINT: f64 = 1e-6;
 
-/// Least cosine between both feeds: passes that cross each other at more than 60° leave no strip
-/// between them.
+/// Least cosine between both feeds: passes that cross at more than 60° leave no strip between them.
 const LEAST_ALONG: f64 = 0.5;
 
-/// Largest difference of the sines by which the chord leaves both tangent planes: on a circle it
-/// leaves them alike. Two places of which one is 0.4 chords above the other's tangent plane, beyond
-/// what their normals tell, are on different walls.
+/// Largest difference between the sines of the chord's angles to the two tangent planes: on a
+/// circle they are equal. Two places are on different walls if one is 0.4 chords further above the
+/// other's tangent plane than their normals explain.
 const LARGEST_STEP: f64 = 0.8;
 
-/// How far before the plane a pass may end and still be beside the point, in distances aside: on
-/// the diagonal between, halfway to a pass twice as far, it cuts as little as that.
+/// Largest distance before the plane at which a pass may end and still be beside the point, as a
+/// multiple of the distance aside: on the diagonal in between, halfway to a pass twice as far, it
+/// cuts as little as that pass.
 const LARGEST_GAP: f64 = 1.0;
 
 impl Neighbours {
-    /// The passes of one place, in cutting order.
+    /// Collects the passes of one place, in cutting order.
     pub fn new(passes: Vec<CutPass>, reach: NeighbourReach) -> Self {
         let mut segments = Vec::new();
         let mut boxes = Vec::new();
@@ -146,7 +146,7 @@ impl Neighbours {
         Self { tree: Tree::build(&boxes), end_tree: Tree::build(&end_boxes), passes, segments, ends, reach }
     }
 
-    /// The passes, as they were given.
+    /// Returns the passes as they were given.
     pub fn passes(&self) -> &[CutPass] {
         &self.passes
     }
@@ -162,8 +162,8 @@ impl Neighbours {
         self.find(own, None)
     }
 
-    /// Whether any earlier pass comes within a distance of a point of one of the passes, wherever
-    /// it lies.
+    /// Returns whether any earlier pass comes within a distance of a point of one of the passes, in
+    /// any direction.
     pub fn is_near_earlier(&self, at: OwnPlace, distance: f64) -> bool {
         let position = self.passes[at.pass].points[at.point].cc.position;
         let near = |b: &Aabb| b.distance_sq(&position) <= distance * distance;
@@ -233,8 +233,8 @@ impl Neighbours {
         })
     }
 
-    /// Whether a crossing is not a neighbour for the side on which both passes have their uncut
-    /// stock: of two arms of the same pass, or of passes that are far apart, they lie on different
+    /// Returns whether a crossing is rejected because of the sides on which both passes have their
+    /// uncut stock: two arms of the same pass, or passes that are far apart, have it on different
     /// sides of the strip between.
     fn is_apart(&self, at: OwnPlace, (pass, crossing): (usize, &Neighbour), distance: f64) -> bool {
         let own = &self.passes[at.pass];
@@ -245,8 +245,8 @@ impl Neighbours {
         opposed && (pass == at.pass || distance > self.reach.opposed)
     }
 
-    /// A place of another pass in the plane across the feed, as a neighbour; `None` where it is
-    /// none.
+    /// Returns a place of another pass in the plane across the feed as a neighbour; `None` where it
+    /// is not one.
     fn neighbour(&self, own: &CutPoint, point: CutPoint) -> Option<Neighbour> {
         let between = point.cc.position - own.cc.position;
         let chord = between.norm();
@@ -256,8 +256,8 @@ impl Neighbours {
         }
         let leaves = -own.cc.normal.dot(&between) / chord;
         let arrives = point.cc.normal.dot(&between) / chord;
-        // The normals of one strip turn by less than a right angle, and the chord leaves both
-        // tangent planes alike.
+        // Within one strip the normals turn by less than a right angle, and the chord leaves both
+        // tangent planes at the same angle.
         if own.cc.normal.dot(&point.cc.normal) <= 0.0 || (arrives - leaves).abs() > LARGEST_STEP {
             return None;
         }
@@ -265,14 +265,14 @@ impl Neighbours {
         let curvature = (arrives + leaves) / chord;
         let half_turn = 0.5 * chord * curvature;
         let arc = if half_turn.abs() < 1e-6 { chord } else { 2.0 * half_turn.clamp(-1.0, 1.0).asin() / curvature };
-        // Two lines that diverge are as far apart as across the middle between them.
+        // Two diverging lines are as far apart as measured across the middle between them.
         let step_over = arc * along / (0.5 * (1.0 + along)).sqrt();
         let is_left = own.cc.left().dot(&between) > 0.0;
         Some(Neighbour { point, strip: Strip { step_over, curvature }, arc, is_left, is_earlier: true })
     }
 }
 
-/// Whether what is at a point or segment of a pass is cut before a point of one of the passes.
+/// Returns whether a point or segment of a pass is cut before a point of one of the passes.
 fn is_earlier(at: Option<OwnPlace>, pass: usize, place: usize) -> bool {
     at.is_none_or(|at| pass < at.pass || (pass == at.pass && place < at.point))
 }

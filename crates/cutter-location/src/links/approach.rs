@@ -1,4 +1,4 @@
-//! How the cutter comes into a pass and leaves it.
+//! Entries and exits of passes.
 
 use facemill_cl_data::{CcPoint, ClPoint};
 use nalgebra::{Unit, Vector3};
@@ -10,27 +10,27 @@ use crate::pose::workcell::{Configuration, Hints, Infeasible};
 /// Shape of an entry or exit. Angles in rad, lengths in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ApproachShape {
-    /// Arc in the plane of feed direction and normal, tangent to the pass: the cutter comes down
-    /// onto the surface.
+    /// Arc in the plane of feed direction and normal, tangent to the pass: the cutter descends onto
+    /// the surface.
     TangentialArc {
         /// Radius of the arc.
         radius: f64,
-        /// Angle it runs through, up to 90°.
+        /// Angle of the arc, up to 90°.
         angle: f64,
     },
     /// Arc in the tangent plane, tangent to the pass, from the side that is already cut, rising by
-    /// a tenth of its sideways way: the cutter rolls into the stock, so that its teeth leave it
-    /// with thin chips.
+    /// a tenth of its sideways way: the cutter rolls into the stock, so its teeth leave it with
+    /// thin chips.
     RollIn {
         /// Radius of the arc.
         radius: f64,
-        /// Angle it runs through, up to 90°.
+        /// Angle of the arc, up to 90°.
         angle: f64,
     },
 }
 
-/// How much a roll-in rises for each mm it goes sideways: enough to leave the finished surface, too
-/// little to lift the cutter out of the chip before the arc ends.
+/// Rise of a roll-in per mm of sideways way: enough to leave the finished surface, too little to
+/// lift the cutter out of the chip before the arc ends.
 const ROLL_IN_RISE: f64 = 0.1;
 
 /// Which end of a pass an approach belongs to.
@@ -42,10 +42,10 @@ pub enum PassEnd {
     Exit,
 }
 
-/// Poses of an arc, from the one next to the pass outward, at most `step` mm apart, the axis as at
-/// the pass.
+/// Returns the poses of an arc, from the one next to the pass outward, at most `step` mm apart,
+/// with the axis as at the pass.
 ///
-/// `uncut_left` says on which side of the feed the uncut stock lies.
+/// `uncut_left` gives the side of the feed with the uncut stock.
 pub fn arc_poses(
     shape: ApproachShape,
     end: PassEnd,
@@ -100,17 +100,16 @@ pub struct ApproachSettings {
     /// Length of the straight line along the feed between the pass and the arc, mm, 0 or more. It
     /// cuts the strip beside the end of the pass, where the border of the surface leans.
     pub straight: f64,
-    /// Distance between the poses of the arc, mm; between them the tool goes straight.
+    /// Distance between the poses of the arc, mm; the tool moves straight between them.
     pub step: f64,
-    /// Distance between tested poses on the way, mm. Larger: what is thinner may be passed over.
+    /// Distance between tested poses on the way, mm. Larger: thinner obstacles may be missed.
     pub test_step: f64,
-    /// Distance that the whole tool keeps from stock, part and fixtures where rapids begin and end,
-    /// mm.
+    /// Distance of the whole tool from stock, part and fixtures where rapids begin and end, mm.
     pub rapid_clearance: f64,
     /// Farthest retract along the tool axis that may be needed to get clear, mm.
     pub max_retract: f64,
-    /// A direction in which nothing moves: arcs, lifts and retracts are laid into the plane across
-    /// it. For heads that cannot move their tool there while their rotary axes stand.
+    /// A direction without motion: arcs, lifts and retracts are laid into the plane across it. For
+    /// heads that cannot move their tool in that direction while their rotary axes stand still.
     pub still_across: Option<Unit<Vector3<f64>>>,
 }
 
@@ -120,7 +119,7 @@ impl ApproachSettings {
         self.still_across.map_or(motion, |across| motion - across.into_inner() * motion.dot(&across))
     }
 
-    /// The same arc with another radius, and poses in proportion.
+    /// Returns the same arc with another radius, and poses in proportion.
     #[must_use]
     pub fn scaled(&self, share: f64) -> Self {
         let shape = match self.shape {
@@ -132,8 +131,8 @@ impl ApproachSettings {
         Self { shape, step: self.step * share, ..*self }
     }
 
-    /// The arc of the same height with a larger radius, so that it is flatter everywhere; `None` of
-    /// a roll-in.
+    /// Returns the arc of the same height with a larger radius, which is flatter everywhere; `None`
+    /// for a roll-in.
     fn flattened(&self, times: f64) -> Option<Self> {
         let ApproachShape::TangentialArc { radius, angle } = self.shape else { return None };
         let angle = (1.0 - (1.0 - angle.cos()) / times).acos();
@@ -207,21 +206,21 @@ pub fn approach(
     SMALLER.iter().find_map(|&share| way(&arc.scaled(share)).ok()).ok_or(refused)
 }
 
-/// Parts of the straight line that are tried, with the whole arc, before the arc alone.
+/// Fractions of the straight line that are tried, with the whole arc, before the arc alone.
 const LINES: [f64; 3] = [1.0, 0.5, 0.25];
 
-/// Parts of an arc's radius that are tried.
+/// Fractions of an arc's radius that are tried.
 const SMALLER: [f64; 3] = [0.5, 0.25, 0.125];
 
-/// Multiples of an arc's radius that are tried where it goes down too steeply.
+/// Multiples of an arc's radius that are tried where it descends too steeply.
 const FLATTER: [f64; 3] = [2.0, 4.0, 8.0];
 
-/// Goes outward from the end of a pass, testing on the way.
+/// Moves outward from the end of a pass, testing on the way.
 struct Outward<'t, 'a> {
     test: &'t PoseTest<'a>,
     settings: &'t ApproachSettings,
     hints: &'t mut Hints,
-    /// How the machine stood at the last tested pose.
+    /// Configuration of the machine at the last tested pose.
     near: Configuration,
 }
 
@@ -246,7 +245,7 @@ impl Outward<'_, '_> {
         let mut steps = 0;
         while let Some(why) = self.rapid_blocked() {
             steps += 1;
-            // Written so that a length which is no number ends it, too.
+            // Written so that a NaN length ends it, too.
             let may_go_on = height < settings.max_retract && steps < MAX_RETRACT_STEPS;
             if !may_go_on {
                 return Err(why);
@@ -265,9 +264,9 @@ impl Outward<'_, '_> {
         Ok(Approach { outward, outer: self.near })
     }
 
-    /// Goes to a pose of the arc, lifted along the normal as far as the one before, or farther
-    /// where the way gouges, by up to the largest lift that seats a pose: the end of a pass stands
-    /// on its facets, and what is next to it need not be lower. Gives the lifted pose.
+    /// Moves to a pose of the arc, lifted along the normal as far as the one before, or farther
+    /// where the way gouges, by up to the largest lift that seats a pose: the end of a pass is
+    /// seated on its facets, and its surroundings need not be lower. Returns the lifted pose.
     fn go_lifted(
         &mut self,
         from: &ClPoint,
@@ -305,8 +304,8 @@ impl Outward<'_, '_> {
         nearest.filter(|_| distance < clearance)
     }
 
-    /// An entry may go down, against the cutter's bottom, by the tool's ramp angle where it is in
-    /// the stock.
+    /// Checks that an entry descends, relative to the cutter's bottom, by at most the tool's ramp
+    /// angle where it is in the stock.
     fn check_ramp(&mut self, cl: &ClPoint, outward: &[ClPoint]) -> Result<(), Infeasible> {
         let mut inner = cl;
         for outer in outward {
@@ -325,12 +324,11 @@ impl Outward<'_, '_> {
 /// Steps in which an arc is lifted up to the largest lift.
 const LIFTS: f64 = 8.0;
 
-/// How much a chord of the arc may be steeper than the tool's ramp angle, rad: less than inserts
-/// notice.
+/// Largest excess of a chord of the arc over the tool's ramp angle, rad: less than inserts notice.
 const RAMP_SLACK: f64 = 1e-3;
 
 /// Steps of a retract, at most.
 const MAX_RETRACT_STEPS: usize = 2_000;
 
-/// Tested poses of one straight piece, at most: beyond, a length of the job is absurd.
+/// Largest number of tested poses of one straight move; more means an absurd length in the job.
 const MAX_TESTS: f64 = 2e4;

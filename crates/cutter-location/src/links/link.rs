@@ -9,15 +9,14 @@ use crate::pose::placed_machine::PlacedMachine;
 use crate::pose::pose_test::PoseTest;
 use crate::pose::workcell::{Configuration, Hints, Infeasible, angle_between};
 
-/// Surface outside of which the whole workpiece, its stock and its fixtures lie inside; workpiece
-/// frame, mm.
+/// Surface that encloses the whole workpiece, its stock and its fixtures; workpiece frame, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ClearanceSurface {
-    /// Plane through `origin`; the free side is where `normal` points.
+    /// Plane through `origin`; the side that `normal` points to is free.
     Plane {
         /// A point of the plane.
         origin: Point3<f64>,
-        /// Toward the free side.
+        /// Direction toward the free side.
         normal: Unit<Vector3<f64>>,
     },
     /// Cylinder about a line; outside is free.
@@ -39,12 +38,13 @@ pub enum ClearanceSurface {
 }
 
 impl ClearanceSurface {
-    /// Height of a point above the surface, negative inside.
+    /// Returns the height of a point above the surface, negative inside.
     pub fn height(&self, p: &Point3<f64>) -> f64 {
         self.outward(p).1
     }
 
-    /// Direction away from the workpiece at `p`, and the height of `p` above the surface.
+    /// Returns the direction away from the workpiece at `p`, and the height of `p` above the
+    /// surface.
     fn outward(&self, p: &Point3<f64>) -> (Unit<Vector3<f64>>, f64) {
         match self {
             Self::Plane { origin, normal } => (*normal, (p - origin).dot(normal)),
@@ -59,30 +59,32 @@ impl ClearanceSurface {
         }
     }
 
-    /// The pose moved along the tool axis until its tip is `margin` above the surface, where that
-    /// takes at most three times its depth, else straight out. A pose that is there already stays.
+    /// Returns the pose moved along the tool axis until its tip is `margin` above the surface,
+    /// where that takes at most three times its depth, else straight out. A pose that is there
+    /// already stays.
     pub fn retract(&self, cl: &ClPoint, margin: f64) -> ClPoint {
         self.along(cl, &cl.axis, margin).unwrap_or_else(|| self.straight_out(cl, margin))
     }
 
-    /// The pose moved out in the plane across a direction until its tip is `margin` above the
-    /// surface, straight in that plane; a pose that is there already, or for which the plane leads
-    /// nowhere, stays.
+    /// Returns the pose moved out in the plane across a direction until its tip is `margin` above
+    /// the surface, straight in that plane. A pose that is there already stays, as does one for
+    /// which the plane leads nowhere.
     pub fn retract_within(&self, cl: &ClPoint, margin: f64, across: &Unit<Vector3<f64>>) -> ClPoint {
         let out = self.outward(&cl.tip).0.into_inner();
         let within = Unit::try_new(out - across.into_inner() * out.dot(across), 1e-3);
         within.and_then(|direction| self.along(cl, &direction, margin)).unwrap_or(*cl)
     }
 
-    /// The pose moved straight away from the workpiece until its tip is `margin` above the surface.
+    /// Returns the pose moved straight away from the workpiece until its tip is `margin` above the
+    /// surface.
     fn straight_out(&self, cl: &ClPoint, margin: f64) -> ClPoint {
         let (out, level) = self.outward(&cl.tip);
         cl.translated(out.into_inner() * (margin - level).max(0.0))
     }
 
-    /// First pose `margin` above the surface on the way along `direction`, at most three times its
-    /// depth away. Bisected: the height along a line grows from the first crossing on for a pose
-    /// inside a convex surface.
+    /// Returns the first pose `margin` above the surface along `direction`, at most three times its
+    /// depth away. Bisected: for a pose inside a convex surface, the height along a line grows from
+    /// the first crossing on.
     fn along(&self, cl: &ClPoint, direction: &Unit<Vector3<f64>>, margin: f64) -> Option<ClPoint> {
         let depth = margin - self.height(&cl.tip);
         if depth <= 0.0 {
@@ -103,9 +105,9 @@ impl ClearanceSurface {
         Some(at(outside))
     }
 
-    /// Ways from a pose to `margin` above the surface, without the pose itself, the likeliest
-    /// first: along the tool axis, straight out, between the two, and a little along the axis
-    /// before going straight out.
+    /// Returns ways from a pose to `margin` above the surface, without the pose itself, the
+    /// likeliest first: along the tool axis, straight out, between the two, and a little along the
+    /// axis before moving straight out.
     fn ways_out(&self, cl: &ClPoint, margin: f64) -> Vec<Vec<ClPoint>> {
         let out = self.outward(&cl.tip).0;
         let between = Unit::try_new(out.into_inner() + cl.axis.into_inner(), 1e-6);
@@ -119,7 +121,7 @@ impl ClearanceSurface {
         ways
     }
 
-    /// `p` moved straight out until it is `margin` above the surface, if it is not.
+    /// Returns `p`, moved straight out until it is `margin` above the surface where it is not yet.
     fn pushed_out(&self, p: &Point3<f64>, margin: f64) -> Point3<f64> {
         let (out, level) = self.outward(p);
         p + out.into_inner() * (margin - level).max(0.0)
@@ -130,14 +132,14 @@ fn direction_or_any(v: Vector3<f64>, perpendicular_to: &Unit<Vector3<f64>>) -> U
     Unit::try_new(v, 1e-9).unwrap_or_else(|| any_perpendicular(perpendicular_to))
 }
 
-/// Some direction perpendicular to another.
+/// Returns some direction perpendicular to another.
 fn any_perpendicular(a: &Unit<Vector3<f64>>) -> Unit<Vector3<f64>> {
     let least = if a.x.abs() < 0.6 { Vector3::x() } else { Vector3::y() };
     Unit::new_normalize(a.cross(&least))
 }
 
-/// The pose at fraction `t` between two: tip on the straight line, axis turned uniformly in the
-/// plane of both (through any perpendicular direction when they are opposed).
+/// Returns the pose at fraction `t` between two: tip on the straight line, axis turned uniformly in
+/// the plane of both (through any perpendicular direction when they are opposed).
 pub fn between(a: &ClPoint, b: &ClPoint, t: f64) -> ClPoint {
     let angle = angle_between(&a.axis, &b.axis);
     let turn_axis = Unit::try_new(a.axis.cross(&b.axis), 1e-12).unwrap_or_else(|| any_perpendicular(&a.axis));
@@ -153,27 +155,27 @@ const MAX_HALVINGS: u32 = 200;
 pub struct LinkSettings {
     /// The clearance surface.
     pub clearance: ClearanceSurface,
-    /// Distance the whole tool keeps from stock, part and fixtures, mm.
+    /// Distance of the whole tool from stock, part and fixtures, mm.
     pub rapid_clearance: f64,
-    /// Motion of the control in a rapid block: the machine's law of rapids, or under RTCP, of
-    /// controls that keep the tip straight at rapid rate, too, the law of its cuts.
+    /// Motion of the control in a rapid block: the machine's law of rapids, or the law of its cuts
+    /// under RTCP, for controls that keep the tip straight at rapid rate, too.
     pub rapid_law: BlockLaw,
 }
 
-/// How far a tool goes back along its axis before it goes straight out, mm.
+/// Distances by which a tool moves back along its axis before it moves straight out, mm.
 const FIRST_BACK: [f64; 3] = [20.0, 60.0, 180.0];
 
-/// Why there is no link between two poses.
+/// Obstruction of the link between two poses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinkBlocked {
-    /// Where the way over the clearance surface is blocked.
+    /// Pose at which the way over the clearance surface is blocked.
     pub pose: ClPoint,
-    /// By what.
+    /// The reason.
     pub why: Infeasible,
 }
 
 /// Retracts along the tool axis that are tried before the way over the clearance surface, mm. Each
-/// about doubles: a link is at most about twice as high as it needs to be.
+/// about doubles: a link is at most about twice as high as necessary.
 const LIFTS: [f64; 6] = [0.0, 25.0, 60.0, 130.0, 280.0, 600.0];
 
 /// A pose on the way of a link.
@@ -188,10 +190,11 @@ pub struct Waypoint {
 /// Finds ways between passes and tests them as they are driven: tip straight, axis turned evenly,
 /// on one branch.
 ///
-/// A way is tested at poses close enough for the free distance there to cover the motion of tool
-/// and machine to the next one, near the clearance by half of it or 1 mm apart, so that half of
-/// that may lack between two; the motion of the control differs from it by the linearisation
-/// tolerance. Where a leg leads through the pole of the rotary axes, the head's turn about the tool
+/// The free distance at each tested pose covers the motion of tool and machine to the next one.
+/// Near the clearance the poses are half of it or 1 mm apart, so half of that may lack between two.
+/// The motion of the control differs from the tested one by the linearisation tolerance. Where a
+/// leg passes through the pole of the rotary axes, the head's turn about the tool at the pole
+/// itself is not tested.
 /// at the pole itself is not tested.
 pub struct Linker<'t, 'a> {
     pub(crate) test: &'t PoseTest<'a>,
@@ -200,20 +203,20 @@ pub struct Linker<'t, 'a> {
 }
 
 impl<'t, 'a> Linker<'t, 'a> {
-    /// Ways in a workcell.
+    /// Prepares links in a workcell.
     pub fn new(test: &'t PoseTest<'a>, settings: &'t LinkSettings) -> Self {
         Self { test, settings, hints: Hints::default() }
     }
 
-    /// Poses strictly between `from` and `to` over which the tool gets there without coming nearer
-    /// than the rapid clearance to anything; both ends are clear already. The lowest of a series of
-    /// lifted ways is taken, else the way over the clearance surface.
+    /// Returns poses strictly between `from` and `to` along which the tool stays at least the rapid
+    /// clearance from everything; both ends are clear already. The lowest of a series of lifted
+    /// ways is taken, else the way over the clearance surface.
     ///
-    /// Where the two ends are on different branches, the way leads over the clearance surface, and
-    /// has there one pose twice, on the first branch and on the second: all axes go over together.
-    /// That motion is for [`Linker::rapid_block`] to test, when it is known which turns the axes
-    /// come with. So it is where a limited rotary axis has to turn back: a pose that stands twice,
-    /// at two windings, outside the clearance surface, see [`rewound_axis`].
+    /// Where the two ends are on different branches, the way leads over the clearance surface and
+    /// holds one pose there twice, on the first branch and on the second: all axes move together.
+    /// [`Linker::rapid_block`] has to test that motion once the turns of the axes are known. The
+    /// same holds where a limited rotary axis has to turn back: a pose appears twice, at two
+    /// windings, outside the clearance surface, see [`rewound_axis`].
     ///
     /// # Errors
     /// When even the way over the clearance surface is blocked.
@@ -227,7 +230,7 @@ impl<'t, 'a> Linker<'t, 'a> {
             if let Ok(mut poses) = self.way(from, way.into_iter().chain([to.cl])) {
                 let arrived = poses.pop();
                 if arrived.is_some_and(|w| self.rewinds(&w, to)) {
-                    // The axis is elsewhere however high the way is lifted.
+                    // The axis is elsewhere at every height of the way.
                     break;
                 }
                 return Ok(poses);
@@ -236,8 +239,8 @@ impl<'t, 'a> Linker<'t, 'a> {
         self.over_clearance(from, to)
     }
 
-    /// From `from` out to the clearance surface, along it, and back to `to`, by the first free way
-    /// out at each end.
+    /// Returns the way from `from` out to the clearance surface, along it, and back to `to`, by the
+    /// first free way out at each end.
     fn over_clearance(&mut self, from: &Waypoint, to: &Waypoint) -> Result<Vec<Waypoint>, LinkBlocked> {
         let margin = self.test.clearance_margin();
         let mut first = None;
@@ -250,7 +253,7 @@ impl<'t, 'a> Linker<'t, 'a> {
         Err(first.expect("at least one height is tried"))
     }
 
-    /// The same at a height above the clearance surface besides the margin.
+    /// Does the same at a height above the clearance surface in addition to the margin.
     fn over(
         &mut self,
         from: &Waypoint,
@@ -275,17 +278,17 @@ impl<'t, 'a> Linker<'t, 'a> {
         }
         let start = if back.is_empty() { *to } else { over };
         way.extend(back.iter().copied());
-        // Down again, as it will be driven: from above, and not as it was found, from below.
+        // Down again, tested as it will be driven: from above, not from below as it was found.
         let down: Vec<ClPoint> = back.iter().skip(1).map(|w| w.cl).chain([to.cl]).collect();
         self.way(&start, down)?;
         Ok(way)
     }
 
-    /// The way from a pose straight to the clearance surface in the plane across a direction,
-    /// without the pose itself.
+    /// Returns the way from a pose straight to the clearance surface in the plane across a
+    /// direction, without the pose itself.
     ///
     /// # Errors
-    /// When it is blocked, or does not get there.
+    /// When it is blocked or does not reach the surface.
     pub fn straight_out(&mut self, from: &Waypoint, across: &Unit<Vector3<f64>>) -> Result<Vec<Waypoint>, LinkBlocked> {
         let margin = self.test.clearance_margin();
         let out = self.settings.clearance.retract_within(&from.cl, margin, across);
@@ -295,7 +298,7 @@ impl<'t, 'a> Linker<'t, 'a> {
         self.way(from, [out])
     }
 
-    /// The first free way from a pose to the clearance surface, without the pose itself.
+    /// Returns the first free way from a pose to the clearance surface, without the pose itself.
     ///
     /// # Errors
     /// When none is free: where the first one, along the tool axis, is blocked.
@@ -303,7 +306,7 @@ impl<'t, 'a> Linker<'t, 'a> {
         self.way_out_to(from, self.test.clearance_margin())
     }
 
-    /// The same up to a margin above the surface.
+    /// Does the same up to a margin above the surface.
     fn way_out_to(&mut self, from: &Waypoint, margin: f64) -> Result<Vec<Waypoint>, LinkBlocked> {
         let mut first = None;
         for way in self.settings.clearance.ways_out(&from.cl, margin) {
@@ -315,7 +318,7 @@ impl<'t, 'a> Linker<'t, 'a> {
         Err(first.expect("there is always the way straight out"))
     }
 
-    /// Walks a way through poses; what the machine stands like at each of them.
+    /// Walks a way through poses; returns the machine's configuration at each of them.
     pub(crate) fn way(
         &mut self,
         from: &Waypoint,
@@ -363,8 +366,8 @@ impl<'t, 'a> Linker<'t, 'a> {
     }
 }
 
-/// Poses between two that are on the clearance surface. A straight line between two points outside
-/// a convex surface may cut through it: points in between are pushed out.
+/// Returns poses between two that are on the clearance surface. A straight line between two points
+/// outside a convex surface may cut through it, so points in between are pushed out.
 fn along_clearance(surface: &ClearanceSurface, margin: f64, a: &ClPoint, b: &ClPoint) -> Vec<ClPoint> {
     const N_BETWEEN: usize = 24;
     if matches!(surface, ClearanceSurface::Plane { .. }) {
@@ -376,7 +379,7 @@ fn along_clearance(surface: &ClearanceSurface, margin: f64, a: &ClPoint, b: &ClP
         .collect()
 }
 
-/// A place on a leg, as a fraction of it.
+/// A place on a leg, as a fraction of the leg.
 pub(crate) struct Walk {
     pub(crate) t: f64,
     /// The step to try next.
@@ -384,7 +387,7 @@ pub(crate) struct Walk {
 }
 
 impl Walk {
-    /// Goes on as far as no point of tool and machine moves by more than `free`, to the leg's end
+    /// Advances as far as no point of tool and machine moves by more than `free`, to the leg's end
     /// at most. `motion` bounds that motion up to a later place.
     pub(crate) fn advance(
         &mut self,
@@ -404,11 +407,11 @@ impl Walk {
     }
 }
 
-/// Distances are not searched farther than this, mm: more would only save steps.
+/// Largest distance that is searched, mm: more would only save steps.
 pub(crate) const FAR: f64 = 150.0;
 
-/// Smallest step of a walk next to something, mm: half of it may lack of the clearance between two
-/// tested stands.
+/// Returns the smallest step of a walk next to something, mm: half of it may lack of the clearance
+/// between two tested configurations.
 pub(crate) fn least_advance(clearance: f64) -> f64 {
     (0.5 * clearance).clamp(0.05, 1.0)
 }
@@ -417,5 +420,5 @@ pub(crate) fn least_advance(clearance: f64) -> f64 {
 /// however small the step.
 const MIN_STEP: f64 = 1e-4;
 
-/// Steps of a leg at most, all of them the smallest.
+/// Largest number of steps of a leg, reached when all are the smallest.
 pub(crate) const MAX_STEPS: usize = 10_001;

@@ -10,30 +10,30 @@ use crate::pose::workcell::{Configuration, Infeasible};
 /// Largest turn of all rotary axes together in a step of a rapid block, rad.
 const LARGEST_TURN: f64 = 0.06;
 
-/// How much farther than to its end a point may move on a step that turns by so little: the tip
-/// goes on an arc.
+/// Factor by which a point may move farther than to its end on a step that turns by so little: the
+/// tip moves on an arc.
 const ARC_FACTOR: f64 = 1.1;
 
-/// Turn of all rotary axes together, rad, that is too far for one step even of the smallest: next
-/// to the pole they turn fast, and to another branch or winding no turn of the tool leads at all.
+/// Turn of all rotary axes together, rad, that is too large even for the smallest step: next to the
+/// pole they turn fast, and no turn of the tool leads to another branch or winding.
 const JUMP: f64 = 2.0 * LARGEST_TURN;
 
-/// Way of a point, mm, that is too far for the smallest step where so much is not free.
+/// Way of a point, mm, that is too long for the smallest step where that distance is not free.
 const UNTESTED: f64 = 1.0;
 
-/// Part of the arrow between the middle of a step and that of its chord by which an axis may go
-/// beyond both ends and the middle: a quarter where the way is a parabola, and as much again.
+/// Fraction of the arrow between the middle of a step and that of its chord by which an axis may
+/// move beyond both ends and the middle: a quarter where the way is a parabola, and as much again.
 const BEYOND_MIDDLE: f64 = 0.5;
 
 impl Linker<'_, '_> {
-    /// Tests a rapid block as the control drives it, such as the one from one branch to the other:
-    /// at stands close enough for the free distance beyond `clearance` to cover what the machine
-    /// moves to the next. Where the control keeps the tip on a line, so that linear axes go beyond
-    /// both ends, the block's limits are tested, too.
+    /// Tests a rapid block as the control drives it, such as the one from one branch to the other.
+    /// The tested positions are so close that the free distance beyond `clearance` covers the
+    /// machine's motion to the next one. Where the control keeps the tip on a line, and linear axes
+    /// therefore move beyond both ends, the block's limits are tested, too.
     ///
     /// # Errors
-    /// The first stand that is nearer than `clearance` to something, beyond a limit, or where the
-    /// axes would have to jump; the start where the motion is none.
+    /// The first position that is nearer than `clearance` to something, beyond a limit, or where
+    /// the axes would have to jump; the start where there is no motion.
     pub fn rapid_block(&mut self, from: &AxisValues, to: &AxisValues, clearance: f64) -> Result<(), LinkBlocked> {
         let test = self.test;
         let machine = test.cell.machine;
@@ -64,7 +64,7 @@ impl Linker<'_, '_> {
             let stance = PlacedMachine::new(test, &here);
             let moved = |t: f64| {
                 let next: Configuration = at(t)?;
-                // Axes that follow a turned vector do not turn evenly.
+                // Axes that follow the turning tool vector do not turn evenly.
                 let is_far = keeps_tip && turn(machine, &here.axes, &next.axes) > JUMP;
                 Ok(if is_far { f64::INFINITY } else { ARC_FACTOR * stance.motion_to(&PlacedMachine::new(test, &next)) })
             };
@@ -85,19 +85,20 @@ impl Linker<'_, '_> {
     }
 }
 
-/// Turn of all rotary axes together.
+/// Returns the turn of all rotary axes together.
 fn turn(machine: &Machine, from: &AxisValues, to: &AxisValues) -> f64 {
     let rotary = |k: &usize| machine.axes()[*k].kind == AxisKind::Rotary;
     (0..from.len()).filter(rotary).map(|k| (to.get_or_zero(k) - from.get_or_zero(k)).abs()).sum()
 }
 
-/// Returns the explanation of axes that would have to jump on their way.
+/// Explains that axes would have to jump on their way.
 fn why_jump(machine: &Machine, from: &AxisValues, to: &AxisValues) -> Infeasible {
     let other_branch = Infeasible::OtherBranch(machine.branch_of(to));
     rewound_axis(machine, from, to).map_or(other_branch, |axis| Infeasible::Rewind { axis })
 }
 
-/// Whether the linear axes keep to their limits over a step, given by its start, middle and end.
+/// Checks that the linear axes stay within their limits over a step, given by its start, middle and
+/// end.
 fn within_limits(machine: &Machine, [start, middle, end]: [&AxisValues; 3]) -> Result<(), Infeasible> {
     for (k, axis) in machine.axes().iter().enumerate().filter(|(_, a)| a.kind == AxisKind::Linear) {
         let beyond = BEYOND_MIDDLE * (middle[k] - 0.5 * (start[k] + end[k])).abs();

@@ -1,5 +1,5 @@
-//! Where a limited rotary axis turns back: on a link, outside the clearance surface, tested as it
-//! turns.
+//! Turning back of limited rotary axes: on a link, outside the clearance surface, tested as it is
+//! driven.
 
 use facemill_cl_data::ClPoint;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine, Motion};
@@ -7,51 +7,51 @@ use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine, Motion};
 use crate::links::link::{LinkBlocked, Linker, Waypoint};
 use crate::pose::workcell::Infeasible;
 
-/// Way of a rotary axis, rad, up to which it goes the short way round; beyond rounding, more than
-/// half a turn is turning back.
+/// Way of a rotary axis, rad, up to which it turns the short way round; beyond rounding, more than
+/// half a turn means turning back.
 const HALF_TURN: f64 = std::f64::consts::PI + 1e-6;
 
 /// Heights above the clearance surface, besides the margin, at which an axis may turn back, mm.
-/// Each about trebles: the tool is lifted by at most about three times as much as it needs.
+/// Each about trebles: the tool is lifted by at most about three times as much as necessary.
 const HEIGHTS: [f64; 4] = [0.0, 60.0, 180.0, 600.0];
 
-/// Largest step of a rotary axis where all axes go evenly, rad.
+/// Largest step of a rotary axis where all axes move evenly, rad.
 const LARGEST_STEP: f64 = 0.15;
 
-/// Number of steps on a turn between places at which its tip is checked against the clearance
+/// Number of steps of a turn between places at which its tip is checked against the clearance
 /// surface: they are less than 6° apart.
 const PLACES: usize = 64;
 
-/// Limited rotary axes of a machine: those that have to turn back at an end of their travel.
+/// Returns the limited rotary axes of a machine, which have to turn back at an end of their travel.
 pub fn limited_rotaries(machine: &Machine) -> impl Iterator<Item = usize> + '_ {
     machine.axes().iter().enumerate().filter(|(_, a)| a.kind == AxisKind::Rotary && !a.endless).map(|(k, _)| k)
 }
 
-/// The limited rotary axis that goes by more than half a turn between two positions, the one that
-/// goes farthest: it does not take the nearest turn, because its limits do not let it.
+/// Returns the limited rotary axis that moves by more than half a turn between two positions, the
+/// one that moves farthest: it does not take the nearest turn, because its limits prevent that.
 pub fn rewound_axis(machine: &Machine, from: &AxisValues, to: &AxisValues) -> Option<usize> {
     let way = |k: usize| (to.get_or_zero(k) - from.get_or_zero(k)).abs();
     limited_rotaries(machine).filter(|&k| way(k) > HALF_TURN).max_by(|&a, &b| way(a).total_cmp(&way(b)))
 }
 
-/// How high over the clearance surface a link goes, and whether an axis that turns back there keeps
-/// the tip outside.
+/// Height of a link over the clearance surface, and whether an axis that turns back there keeps the
+/// tip outside.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Height {
     /// Besides the margin, mm.
     pub(crate) above: f64,
-    /// Whether the tip stays outside the surface on the turn; else only the rapid clearance is
+    /// Whether the tip stays outside the surface during the turn; else only the rapid clearance is
     /// kept, which is tested either way.
     outside: bool,
 }
 
 impl Linker<'_, '_> {
-    /// Whether a limited axis turns back between two poses.
+    /// Returns whether a limited axis turns back between two poses.
     pub(crate) fn rewinds(&self, from: &Waypoint, to: &Waypoint) -> bool {
         rewound_axis(self.test.cell.machine, &from.configuration.axes, &to.configuration.axes).is_some()
     }
 
-    /// The heights to try, the one for all links first.
+    /// Returns the heights to try, the common one first.
     pub(crate) fn heights(&self) -> Vec<Height> {
         if limited_rotaries(self.test.cell.machine).next().is_none() {
             return vec![Height { above: 0.0, outside: true }];
@@ -59,12 +59,12 @@ impl Linker<'_, '_> {
         [true, false].into_iter().flat_map(|outside| HEIGHTS.map(|above| Height { above, outside })).collect()
     }
 
-    /// From `out` along the clearance surface through `poses`, the last of them that of `over`;
-    /// where limited axes have to turn back, with a pose twice, at both windings: at the far end,
-    /// or at the near one, or at both, or else on the whole way.
+    /// Returns the way from `out` along the clearance surface through `poses`, the last of which is
+    /// that of `over`. Where limited axes have to turn back, a pose appears twice, at both
+    /// windings: at the far end, the near one, or both, or else the turn takes the whole way.
     ///
     /// Where the way of the tool leads an axis beyond a limit and the nearest turn does not (past
-    /// the pole, on its other side), all axes go evenly, and the tool goes where that leads it.
+    /// the pole, on its other side), all axes move evenly, and the tool follows.
     pub(crate) fn across(
         &mut self,
         out: &Waypoint,
@@ -81,7 +81,7 @@ impl Linker<'_, '_> {
             |way: &[Waypoint], of: &Self| !same_branch || way.last().is_some_and(|last| !of.rewinds(last, over));
         let plain = match plain {
             Ok(way) if there(&way, self) => return Ok(way),
-            // The nearest turn asks for no turning back, only the way of the tool does.
+            // The nearest turn needs no turning back; only the way of the tool does.
             plain if same_branch && !self.rewinds(out, over) => match self.together(out, over, height) {
                 Ok(way) => return Ok(way),
                 Err(_) => plain,
@@ -113,7 +113,7 @@ impl Linker<'_, '_> {
         Err(why)
     }
 
-    /// All axes evenly from one pose to another, in steps that a control keeps to.
+    /// Moves all axes evenly from one pose to another, in steps that a control follows.
     fn together(&mut self, out: &Waypoint, over: &Waypoint, height: Height) -> Result<Vec<Waypoint>, LinkBlocked> {
         let cell = self.test.cell;
         let (from, to) = (out.configuration.axes, over.configuration.axes);
@@ -134,7 +134,7 @@ impl Linker<'_, '_> {
         Ok(way)
     }
 
-    /// The way, if an axis may turn back at its end as `over` asks for it. Changes of branch are
+    /// Returns the way if an axis may turn back at its end to match `over`. Changes of branch are
     /// tested where they are driven.
     fn turned_at_end(
         &mut self,
@@ -149,7 +149,7 @@ impl Linker<'_, '_> {
         Ok(way)
     }
 
-    /// The same pose at the other windings, the nearest first.
+    /// Returns the same pose at the other windings, the nearest first.
     fn windings(&self, at: &Waypoint) -> Vec<Waypoint> {
         let machine = self.test.cell.machine;
         let axes = at.configuration.axes;
@@ -169,7 +169,7 @@ impl Linker<'_, '_> {
         self.rapid_block(from, to, self.settings.rapid_clearance)
     }
 
-    /// Whether the tip stays outside the clearance surface in a block.
+    /// Checks that the tip stays outside the clearance surface in a block.
     fn stays_outside(&self, from: &AxisValues, to: &AxisValues) -> Result<(), LinkBlocked> {
         let cell = self.test.cell;
         let length = cell.tool.gauge_length();

@@ -1,5 +1,5 @@
-//! Two passes cut at once by two heads that share an axis: its values along the way, and both
-//! heads' postures.
+//! Plan of two passes cut at once by two heads that share an axis: its values along the way, and
+//! both heads' postures.
 
 use std::f64::consts::TAU;
 
@@ -13,7 +13,7 @@ use crate::pairs::values::{ValueNode, ValuePath, ValueState};
 use crate::passes::cost::CuspScale;
 use crate::pose::workcell::{Configuration, FeasiblePose, Hints};
 
-/// CC points that both heads are at at the same time.
+/// CC points that both heads reach at the same time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairStation {
     /// One for each head.
@@ -22,7 +22,7 @@ pub struct PairStation {
     pub way: [f64; 2],
 }
 
-/// How the postures of a pair are chosen.
+/// Settings for the postures of a pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PairSettings {
     /// Postures that each head may take.
@@ -37,23 +37,23 @@ pub struct PairSettings {
     /// heads that jump.
     pub max_turn_per_mm: f64,
     /// Longest way between stations at which values of the shared axis are compared, mm. Larger:
-    /// less to test, but what needs another value for a shorter stretch is passed over.
+    /// fewer tests, but a shorter stretch that needs another value is missed.
     pub spacing: f64,
 }
 
-/// Poses of both heads at every station, or why there are none.
+/// Plans poses of both heads at every station, or the reason why there are none.
 ///
-/// The values of the shared axis are the cheapest sequence over stations at most `spacing` apart:
-/// cusps on both sides against the allowed ones, tilts against their largest, and the axis' speed,
-/// each squared. Between them they follow a smooth curve. Postures that leave a cusp above the
-/// allowed one, between passes that are `strips` apart, are not taken. At every station each head
-/// has the cheapest feasible tilt of those looked at, raised where that keeps its change within
-/// `max_turn_per_mm` and where the heads would else be in each other's way, and is tested as it
-/// stands, alone and then with the other head.
+/// The values of the shared axis are the cheapest sequence over stations at most `spacing` apart.
+/// The cost is cusps on both sides against the allowed ones, tilts against their largest, and the
+/// axis' speed, each squared. Between these stations the values follow a smooth curve. Postures
+/// that leave a cusp above the allowed one, between passes that are `strips` apart, are rejected.
+/// At every station each head has the cheapest feasible one of the tilts tried. It is raised where
+/// that keeps its change within `max_turn_per_mm` and where the heads would otherwise collide. The
+/// result is tested for each head alone and then with the other head.
 ///
-/// `start` is how the first head stands at the first station ([`PairTest::stands`] gives one for
-/// each branch); the second one takes the branch on which it needs the nearest value of the shared
-/// axis.
+/// `start` is the configuration of the first head at the first station ([`PairTest::stands`] gives
+/// one for each branch); the second head takes the branch on which it needs the nearest value of
+/// the shared axis.
 ///
 /// # Errors
 /// When the monitor cancels.
@@ -129,8 +129,7 @@ impl PairPlan<'_, '_, '_> {
             let values: Vec<Result<f64, PairBlocked>> =
                 times.iter().enumerate().map(|(k, &time)| path.value(k, time)).collect();
             let found = self.apart(&values, axes, &mut hints)?;
-            // Where the curve between nodes passes what a head can do, its values are looked at,
-            // too.
+            // Where the curve between nodes leaves the range of a head, its values are tested, too.
             let is_node = |k: &usize| nodes.binary_search_by_key(k, |n| n.station).is_ok();
             wanted = (0..found.len())
                 .filter(|k| {
@@ -147,8 +146,8 @@ impl PairPlan<'_, '_, '_> {
         }
     }
 
-    /// The same with a limited shared axis at turns within its limits: one for as many stations
-    /// that follow each other as there is one for, the fewest turns from where the values are.
+    /// Moves a limited shared axis to turns within its limits: one turn for as many consecutive
+    /// stations as possible, the one with the fewest full turns from the values found.
     fn wound(&self, mut found: Vec<PairOutcome>) -> Vec<PairOutcome> {
         let shared = self.pair.shared;
         let mut from = 0;
@@ -175,8 +174,8 @@ impl PairPlan<'_, '_, '_> {
         found
     }
 
-    /// Values of the shared axis at which both heads can stand at a station at once, of a lattice;
-    /// and why there are none, if so.
+    /// Returns the lattice values of the shared axis at which both heads have a pose at a station,
+    /// and the reason if there are none.
     fn states(&self, station: usize, axes: &Axes<'_, '_>, hints: &mut [Hints; 2]) -> (Vec<ValueState>, PairBlocked) {
         let of_heads = &axes.axes[station];
         let values = [of_heads[0].values(), of_heads[1].values()];
@@ -199,7 +198,7 @@ impl PairPlan<'_, '_, '_> {
         (states, blocked.unwrap_or(none))
     }
 
-    /// Returns the cost of the cheapest postures at a value with which the heads keep clear of each
+    /// Returns the cost of the cheapest postures at a value at which the heads keep clear of each
     /// other: both tilts raised as in [`PairPlan::apart`].
     fn cost_apart(
         &self,
@@ -225,7 +224,7 @@ impl PairPlan<'_, '_, '_> {
         }
     }
 
-    /// Least tilts at a station where nothing else asks for more.
+    /// Returns the least tilts at a station without other requirements.
     fn least_tilts(&self, station: usize) -> [f64; 2] {
         let at_end = station == 0 || station + 1 == self.stations.len();
         self.settings.ranges.map(|range| {
@@ -234,8 +233,8 @@ impl PairPlan<'_, '_, '_> {
         })
     }
 
-    /// The next tilts above those of two poses, as far as there are any; `None` where there are
-    /// none.
+    /// Returns the next tilts above those of two poses, as far as there are any; `None` where there
+    /// are none.
     fn raised(&self, poses: [&FeasiblePose; 2]) -> Option<[f64; 2]> {
         let next = |h: usize| self.settings.ranges[h].tilts().find(|t| *t > poses[h].posture.tilt + 1e-9);
         let next = [next(0), next(1)];
@@ -243,9 +242,9 @@ impl PairPlan<'_, '_, '_> {
         next.iter().any(Option::is_some).then(|| [least(0), least(1)])
     }
 
-    /// Poses of both heads at the values of the shared axis. At the ends, where cutters reach
-    /// beyond the edges, both tilts are raised; where heads are in each other's way still, they are
-    /// raised step by step: opposite cutters that lean forward part behind their points.
+    /// Returns poses of both heads at the values of the shared axis. At the ends, where cutters
+    /// reach beyond the edges, both tilts are raised; where heads still collide, they are raised
+    /// step by step: opposite cutters that lean forward move apart behind their points.
     fn apart(
         &self,
         values: &[Result<f64, PairBlocked>],
@@ -293,8 +292,8 @@ impl PairPlan<'_, '_, '_> {
         Ok(found)
     }
 
-    /// Draws tilts toward those of their neighbours, where both heads can stand so: those that were
-    /// found step from one of a few looked at to the next.
+    /// Draws tilts toward those of their neighbours where both heads stay feasible, because the
+    /// tilts found jump between the few values tried.
     fn round_tilts(
         &self,
         values: &[Result<f64, PairBlocked>],
@@ -330,8 +329,8 @@ impl PairPlan<'_, '_, '_> {
         Ok(())
     }
 
-    /// The pose of a head at a value of the shared axis and a tilt, next to the one it has; `None`
-    /// where none may be taken.
+    /// Returns the pose of a head at a value of the shared axis and a tilt, next to its present
+    /// one; `None` where none is allowed.
     fn at_tilt(
         &self,
         axes: &Axes<'_, '_>,
@@ -379,8 +378,8 @@ impl PairPlan<'_, '_, '_> {
         CostTable::new(&scale, &self.settings.strips[head], self.settings.ranges[head])
     }
 
-    /// How each head would stand at each station in its plain posture: branch and windings along
-    /// the way.
+    /// Returns the configuration of each head at each station in its plain posture, with branch and
+    /// windings along the way.
     fn nears(&self, start: &Configuration) -> Vec<[Configuration; 2]> {
         let Some(first) = self.stations.first() else { return Vec::new() };
         let mut near = [*start, self.second_start(first, start)];
@@ -390,7 +389,7 @@ impl PairPlan<'_, '_, '_> {
                 let cutter = test.cell.tool.cutter();
                 let cl = facemill_tool_model::cl_from_cc(cutter, &station.cc[head], self.settings.ranges[head].plain());
                 if let Ok(mut configuration) = test.configuration_like(&cl, near) {
-                    // A limited axis goes on where its turns within the limits jump.
+                    // A limited axis continues past the jump of its turns within the limits.
                     let (shared, kind) = (self.pair.shared, self.pair.kind());
                     let value = configuration.axes.get_or_zero(shared);
                     configuration.axes[shared] = turned_to(kind, value, near.axes.get_or_zero(shared));
@@ -402,8 +401,8 @@ impl PairPlan<'_, '_, '_> {
         self.stations.iter().map(follow).collect()
     }
 
-    /// Configuration of the second head at the first station: on the branch whose shared value is
-    /// nearest to the first head's.
+    /// Returns the configuration of the second head at the first station, on the branch whose
+    /// shared value is nearest to the first head's.
     fn second_start(&self, station: &PairStation, start: &Configuration) -> Configuration {
         let (shared, kind) = (self.pair.shared, self.pair.kind());
         let wanted = start.axes.get_or_zero(shared);
@@ -416,7 +415,7 @@ impl PairPlan<'_, '_, '_> {
         all.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(*start)
     }
 
-    /// When each station is passed at the programmed feeds, the slower head counts, s.
+    /// Returns the time at each station at the programmed feeds, s; the slower head counts.
     fn times(&self) -> Vec<f64> {
         let mut time = 0.0;
         let feeds = self.settings.feeds;
@@ -427,8 +426,8 @@ impl PairPlan<'_, '_, '_> {
         self.stations.iter().map(step).collect()
     }
 
-    /// Stations at which values are compared: the first, the last, and between them one for every
-    /// `spacing`.
+    /// Returns the stations at which values are compared: the first, the last, and between them one
+    /// for every `spacing`.
     fn node_stations(&self) -> Vec<usize> {
         let mut chosen = Vec::new();
         let mut way = f64::INFINITY;
@@ -442,8 +441,8 @@ impl PairPlan<'_, '_, '_> {
         chosen
     }
 
-    /// Tilts that are nowhere below those found and change by no more than allowed from neighbour
-    /// to neighbour.
+    /// Returns tilts that are nowhere below those found and change by no more than allowed from
+    /// neighbour to neighbour.
     fn rate_limited(&self, head: usize, found: &[Result<FeasiblePose, PairBlocked>]) -> Vec<Option<f64>> {
         let mut tilts: Vec<Option<f64>> = found.iter().map(|f| f.as_ref().ok().map(|p| p.posture.tilt)).collect();
         let sweep = |tilts: &mut Vec<Option<f64>>, from: usize, to: usize| {
@@ -469,14 +468,14 @@ const VALUE_STEP: f64 = 1.0 * std::f64::consts::PI / 180.0;
 /// with nothing between them.
 const END_SHARE: f64 = 0.375;
 
-/// Rounds of looking at values of the shared axis where the curve between others is not feasible.
+/// Rounds of testing values of the shared axis where the curve between others is not feasible.
 const NODE_ROUNDS: usize = 3;
 
-/// Rounds of drawing tilts to their neighbours': a step of the lattice is spread over about as many
-/// stations.
+/// Rounds of drawing tilts to their neighbours'; each spreads a step of the lattice over about one
+/// more station.
 const ROUNDING_ROUNDS: usize = 8;
 
-/// Tilts nearer than this to their neighbours' stay, rad.
+/// Tilts nearer than this to their neighbours' stay unchanged, rad.
 const EVEN: f64 = 5e-4;
 
 /// Rounds of raising tilts to their neighbours'.

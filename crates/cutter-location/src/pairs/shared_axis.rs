@@ -1,8 +1,8 @@
-//! Postures in which one axis of the machine stands at a given value: two heads that share an axis
-//! have to agree on it.
+//! Postures with a given value of one machine axis: two heads that share an axis have to agree on
+//! it.
 //!
 //! A pose of the tool has five degrees of freedom, so a posture at a CC point gives every axis its
-//! value. Asking one axis for a value leaves a curve of postures, at most a few on each tilt: the
+//! value. A fixed value of one axis leaves a curve of postures, at most a few on each tilt: the
 //! shared axis costs each head one of its two freedoms.
 
 use std::f64::consts::{PI, TAU};
@@ -14,8 +14,8 @@ use facemill_tool_model::cl_from_cc;
 use crate::pose::pose_test::PoseTest;
 use crate::pose::workcell::{Configuration, FeasiblePose, Hints, Infeasible};
 
-/// Postures that may be taken: tilt and rotate from the first to the second value, rad; rotate as
-/// [`Posture`] counts it.
+/// Allowed postures: tilt and rotate from the first to the second value, rad; rotate as [`Posture`]
+/// counts it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PostureRange {
     /// Smallest and largest tilt.
@@ -24,13 +24,13 @@ pub struct PostureRange {
     pub rotate: [f64; 2],
 }
 
-/// Steps of tilt, and of rotate, between the postures at which an axis is looked at.
+/// Steps of tilt, and of rotate, between the postures at which an axis is evaluated.
 pub(crate) const TILT_STEPS: usize = 8;
 
 const ROTATE_STEP: f64 = 6.0 * PI / 180.0;
 
-/// How near to the asked value the axis is in a returned posture, rad or mm: what is left when a
-/// double is exhausted.
+/// Largest distance of the axis from the wanted value in a returned posture, rad or mm: the limit
+/// of a double.
 pub(crate) const SHARED_ACCURACY: f64 = 1e-10;
 
 impl PostureRange {
@@ -41,7 +41,7 @@ impl PostureRange {
         (0..=n).map(move |k| if k == 0 { low } else { low + (high - low) * k as f64 / TILT_STEPS as f64 })
     }
 
-    /// The posture that a head has where nothing asks for another.
+    /// Returns a head's posture without other requirements.
     pub(crate) fn plain(&self) -> Posture {
         Posture { tilt: self.tilt[0], rotate: 0.0_f64.clamp(self.rotate[0], self.rotate[1]) }
     }
@@ -67,7 +67,7 @@ pub(crate) struct SharedAxis<'t, 'a> {
 }
 
 /// Rotates in ascending order, each with the axis' value there; `None` where the machine cannot
-/// stand so.
+/// take the posture.
 type Row = Vec<(f64, Option<f64>)>;
 
 impl<'t, 'a> SharedAxis<'t, 'a> {
@@ -97,14 +97,14 @@ impl<'t, 'a> SharedAxis<'t, 'a> {
         row
     }
 
-    /// A value at the turn nearest to the reference: a limited axis has turns within its limits
-    /// only, and would seem to jump between them where it goes on.
+    /// Returns a value at the turn nearest to the reference: a limited axis has only turns within
+    /// its limits, and would seem to jump between them where it continues.
     fn unwound(&self, value: f64) -> f64 {
         let kind = self.test.cell.machine.axes()[self.axis].kind;
         turned_to(kind, value, self.near.axes.get_or_zero(self.axis))
     }
 
-    /// Value of the axis in a posture; `None` where the machine cannot stand so.
+    /// Returns the value of the axis in a posture; `None` where the machine cannot take it.
     #[cfg(test)]
     pub(crate) fn value(&self, posture: Posture) -> Option<f64> {
         self.value_at(&self.cc, posture)
@@ -116,8 +116,8 @@ impl<'t, 'a> SharedAxis<'t, 'a> {
         Some(self.unwound(configuration.axes.get_or_zero(self.axis)))
     }
 
-    /// Smallest and largest value over the postures of the range that are looked at; `None` where
-    /// there is none.
+    /// Returns the smallest and largest value over the evaluated postures of the range; `None`
+    /// where there is none.
     pub(crate) fn values(&self) -> Option<[f64; 2]> {
         let mut range: Option<[f64; 2]> = None;
         for value in self.rows.iter().flat_map(|(_, row)| row).filter_map(|(_, value)| *value) {
@@ -127,7 +127,8 @@ impl<'t, 'a> SharedAxis<'t, 'a> {
         range
     }
 
-    /// Postures of one tilt with the axis at `value`, the smallest turn from the feed first.
+    /// Returns postures of one tilt with the axis at `value`, the smallest turn from the feed
+    /// first.
     pub(crate) fn on_tilt(&self, tilt: f64, value: f64) -> Vec<Posture> {
         match self.rows.iter().find(|(known, _)| *known == tilt) {
             Some((_, row)) => self.on_row(&self.cc, tilt, value, row),
@@ -150,7 +151,7 @@ impl<'t, 'a> SharedAxis<'t, 'a> {
         found.into_iter().map(|rotate| Posture { tilt, rotate }).collect()
     }
 
-    /// Where the excess changes its sign between two rotates, without a jump by half a turn.
+    /// Finds where the excess changes its sign between two rotates, without a jump by half a turn.
     fn bracketed(
         &self,
         (mut a, mut at_a): (f64, f64),
@@ -184,11 +185,12 @@ impl<'t, 'a> SharedAxis<'t, 'a> {
         (at_b.abs() < SHARED_ACCURACY).then_some(b)
     }
 
-    /// A tested pose with the axis at `value` and this tilt; its configuration may have the axis at
-    /// another turn.
+    /// Returns a tested pose with the axis at `value` and this tilt; its configuration may have the
+    /// axis at another turn.
     ///
     /// # Errors
-    /// `None` where no posture of the range has it there; else why the first one that has cannot be
+    /// `None` where no posture of the range has that value; else why the first one that has it is
+    /// infeasible.
     /// taken.
     pub(crate) fn feasible(
         &self,
@@ -198,7 +200,7 @@ impl<'t, 'a> SharedAxis<'t, 'a> {
     ) -> Result<FeasiblePose, Option<Infeasible>> {
         let mut lift = 0.0;
         let mut reason = None;
-        // Seating moves the tip; where the axis depends on the tip, the posture follows, and the
+        // Seating moves the tip. Where the axis depends on the tip, the posture follows, and the
         // next lift differs by little.
         for _ in 0..SEATINGS {
             let raised = CcPoint { position: self.cc.position + self.cc.normal.into_inner() * lift, ..self.cc };
@@ -232,11 +234,11 @@ impl<'t, 'a> SharedAxis<'t, 'a> {
         Err(reason)
     }
 
-    /// The tested pose with the axis at `value` that costs least by its posture, of the tilts that
-    /// are looked at from `least` on, and its cost.
+    /// Returns the tested pose with the axis at `value` whose posture costs least, among the tilts
+    /// tried from `least` on, and its cost.
     ///
     /// # Errors
-    /// As [`SharedAxis::feasible`], of the cheapest tilt with a posture.
+    /// As [`SharedAxis::feasible`], for the cheapest tilt with a posture.
     pub(crate) fn cheapest(
         &self,
         value: f64,
@@ -262,8 +264,8 @@ impl<'t, 'a> SharedAxis<'t, 'a> {
     }
 }
 
-/// The last rotate with a value between one with and one without, to a part of their distance that
-/// no posture is as exact as.
+/// Returns the last rotate with a value between one with and one without, to a fraction of their
+/// distance finer than the accuracy of any posture.
 fn edge(a: (f64, Option<f64>), b: (f64, Option<f64>), at: impl Fn(f64) -> (f64, Option<f64>)) -> (f64, Option<f64>) {
     let (mut with, mut without) = if a.1.is_some() { (a, b.0) } else { (b, a.0) };
     for _ in 0..EDGE_HALVINGS {
@@ -276,7 +278,7 @@ fn edge(a: (f64, Option<f64>), b: (f64, Option<f64>), at: impl Fn(f64) -> (f64, 
 /// Halvings of the way to the edge of reach: from 6° to 1e-5°.
 const EDGE_HALVINGS: usize = 19;
 
-/// A value turned by full turns to be nearest to a reference, for a rotary axis.
+/// Returns a value of a rotary axis turned by full turns to be nearest to a reference.
 pub(crate) fn turned_to(kind: AxisKind, value: f64, reference: f64) -> f64 {
     match kind {
         AxisKind::Rotary => value + ((reference - value) / TAU).round() * TAU,
@@ -288,10 +290,10 @@ pub(crate) fn turned_to(kind: AxisKind, value: f64, reference: f64) -> f64 {
 /// more.
 const MAX_STEPS: usize = 80;
 
-/// Where a root is found, rad or mm.
+/// Accuracy of a root, rad or mm.
 const ROOT_ACCURACY: f64 = 1e-13;
 
-/// Seatings of a posture that follows its own lift.
+/// Largest number of seatings of a posture that follows its own lift.
 const SEATINGS: usize = 4;
 
 #[cfg(test)]

@@ -9,8 +9,8 @@ use crate::pairs::shared_axis::{PostureRange, SharedAxis};
 use crate::pose::pose_test::PoseTest;
 use crate::pose::workcell::{Configuration, FeasiblePose, Hints, Infeasible};
 
-/// Two heads of one machine that share an axis. Both tests are of views of the same machine, whose
-/// axes are the same in the same order, the first of the head that is numbered 0.
+/// Two heads of one machine that share an axis. Both tests use views of the same machine with the
+/// same axes in the same order, the first test for the head that is numbered 0.
 #[derive(Clone, Copy)]
 pub struct PairTest<'t, 'a> {
     /// One test for each head.
@@ -28,20 +28,20 @@ pub struct PairPose {
     pub axes: AxisValues,
 }
 
-/// Why both heads cannot be at a station at once.
+/// Reason why both heads cannot be at a station at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum PairBlocked {
-    /// No value of the shared axis is among those that both heads can stand at with their postures;
-    /// holds the values of each head, rad or mm, where it has some.
+    /// No value of the shared axis is possible for both heads with their postures; holds the range
+    /// of each head's values, rad or mm, where it has some.
     NoCommonValue([Option<[f64; 2]>; 2]),
-    /// The values before and behind are too far apart for the axis to go on from one to the other.
+    /// The values before and after are too far apart for the axis to move from one to the other.
     Jump,
     /// At the value of the shared axis a head has no feasible posture.
     Head {
         /// The head, 0 or 1.
         head: usize,
-        /// Why its first posture with that value cannot be taken; `None` where it has none.
+        /// Why its first posture with that value is infeasible; `None` where it has none.
         why: Option<Infeasible>,
     },
     /// Every posture that a head has at the value of the shared axis leaves a cusp above the
@@ -50,7 +50,7 @@ pub enum PairBlocked {
         /// The head, 0 or 1.
         head: usize,
     },
-    /// Each head can stand there alone, but not both.
+    /// Each head can be there alone, but not both.
     Together {
         /// The head whose tool or bodies meet something, 0 or 1.
         head: usize,
@@ -60,7 +60,7 @@ pub enum PairBlocked {
 }
 
 impl PairBlocked {
-    /// How much both heads can do before this blocks them.
+    /// Ranks the reasons by how much both heads can do before this one blocks them.
     pub(crate) fn progress(self) -> u8 {
         match self {
             Self::NoCommonValue(_) | Self::Jump => 0,
@@ -75,18 +75,18 @@ impl PairBlocked {
 pub type PairOutcome = Result<PairPose, PairBlocked>;
 
 impl<'t, 'a> PairTest<'t, 'a> {
-    /// Axis values with each head as its own values say, and the shared axis as the first head's.
+    /// Joins the axis values of both heads, with the shared axis as the first head has it.
     pub fn joined(&self, of_heads: [&AxisValues; 2]) -> AxisValues {
         let moves = |head: usize, axis: usize| self.tests[head].cell.machine.moves_tool(axis);
         let from_second = |k: usize| moves(1, k) && !moves(0, k);
         AxisValues::from_fn(of_heads[0].len(), |k| of_heads[usize::from(from_second(k))].get_or_zero(k))
     }
 
-    /// Both poses at one value of the shared axis as one stand of the machine, which is tested:
-    /// each head was tested alone.
+    /// Joins both poses at one value of the shared axis and tests the heads against each other;
+    /// each head was tested alone before.
     ///
     /// # Errors
-    /// Tests the heads against each other.
+    /// When the heads collide.
     pub(crate) fn together(&self, mut poses: [FeasiblePose; 2], value: f64, hints: &mut [Hints; 2]) -> PairOutcome {
         for pose in &mut poses {
             pose.configuration.axes[self.shared] = value;
@@ -98,8 +98,8 @@ impl<'t, 'a> PairTest<'t, 'a> {
         }
     }
 
-    /// Returns the head that collides at axis values, and its obstacle. Both are tested: a head
-    /// keeps off a body of the other one that is larger than that head's own.
+    /// Returns the head that collides at axis values, and its obstacle. Both are tested: as an
+    /// obstacle, a body of the other head is larger than in that head's own test.
     pub fn blocked(&self, axes: &AxisValues, hints: &mut [Hints; 2]) -> Option<(usize, Infeasible)> {
         (0..2).find_map(|head| Some((head, self.tests[head].collision(axes, &mut hints[head])?)))
     }
@@ -112,8 +112,8 @@ impl<'t, 'a> PairTest<'t, 'a> {
         }
     }
 
-    /// How a head (0 or 1) may stand at a CC point, nothing but limits tested: the first
-    /// configuration of each branch, in the plain posture of the range or else in another.
+    /// Returns the configurations of a head (0 or 1) at a CC point with only limits tested: the
+    /// first of each branch, in the plain posture of the range or else in another.
     pub fn stands(&self, head: usize, cc: &CcPoint, range: &PostureRange) -> Vec<Configuration> {
         let others = range.tilts().flat_map(|tilt| range.rotates().map(move |rotate| Posture { tilt, rotate }));
         let mut found: Vec<Configuration> = Vec::new();
@@ -134,8 +134,9 @@ impl<'t, 'a> PairTest<'t, 'a> {
         self.tests[0].cell.machine.axes()[self.shared].kind
     }
 
-    /// Full turns of the shared axis by which a value may be turned within its limits, from the
-    /// fewest to the most; `None` where there are none within them, or the axis is endless.
+    /// Returns the least and largest number of full turns by which a value of the shared axis may
+    /// be turned within its limits; `None` where there are none within them, or the axis is
+    /// endless.
     pub(crate) fn turns(&self, value: f64) -> Option<[i64; 2]> {
         let axis = &self.tests[0].cell.machine.axes()[self.shared];
         if axis.endless || axis.kind == AxisKind::Linear {
@@ -150,7 +151,7 @@ impl<'t, 'a> PairTest<'t, 'a> {
         self.tests[0].cell.machine.axes()[self.shared].letter.to_string()
     }
 
-    /// One sentence on why both heads cannot be at a station at once.
+    /// Says in one sentence why both heads cannot be at a station at once.
     pub fn describe(&self, why: &PairBlocked) -> String {
         let axis = &self.tests[0].cell.machine.axes()[self.shared];
         let letter = self.letter();
@@ -182,8 +183,8 @@ impl<'t, 'a> PairTest<'t, 'a> {
 }
 
 impl PairTest<'_, '_> {
-    /// Both heads at CC points between two stops, with the shared axis and both tilts halfway
-    /// between theirs.
+    /// Returns both heads at CC points between two stops, with the shared axis and both tilts
+    /// halfway between theirs.
     ///
     /// # Errors
     /// Why they cannot be there.
@@ -213,5 +214,5 @@ impl PairTest<'_, '_> {
 /// Branches of a machine.
 const BRANCHES: usize = 2;
 
-/// Part of a turn by which an axis at its limit may seem to be beyond it.
+/// Fraction of a turn by which an axis at its limit may seem to be beyond it.
 const TURN_SLACK: f64 = 1e-12;

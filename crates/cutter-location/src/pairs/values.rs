@@ -1,8 +1,8 @@
-//! The values of a shared axis along a way: the cheapest of a lattice, smoothed.
+//! Values of a shared axis along a way: the cheapest of a lattice, smoothed.
 
 use crate::pairs::test::PairBlocked;
 
-/// A value that both heads can stand at.
+/// A value at which both heads have a pose.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ValueState {
     /// The value.
@@ -21,7 +21,7 @@ pub(crate) struct ValueNode {
     pub(crate) blocked: PairBlocked,
 }
 
-/// One value for each node that has any, as runs of nodes that follow each other.
+/// One value for each node that has any, as runs of consecutive nodes.
 #[derive(Clone, Debug)]
 pub(crate) struct ValuePath {
     /// Station, time, value.
@@ -30,19 +30,19 @@ pub(crate) struct ValuePath {
     blocked: Vec<(usize, PairBlocked)>,
 }
 
-/// Part of an axis' largest speed that is much for it.
+/// Fraction of an axis' largest speed that counts as much.
 const MUCH: f64 = 0.1;
 
-/// Values further apart than this in one step are no way, rad: between two stations the axis would
-/// turn past what was tested at neither.
+/// Values further apart than this in one step are not connected, rad: between two stations the axis
+/// would turn past values tested at neither.
 const WIDEST_STEP: f64 = 0.35;
 
 /// Rounds of smoothing: steps of the lattice are spread over about as many nodes.
 const ROUNDS: usize = 12;
 
 impl ValuePath {
-    /// The sequence that costs least: each value's cost over the time around it, and the square of
-    /// the speed between values against one that is much for the axis.
+    /// Finds the sequence that costs least: each value's cost over the time around it, and the
+    /// square of the speed between values against one that is much for the axis.
     pub(crate) fn cheapest(nodes: &[ValueNode], max_velocity: f64) -> Self {
         let mut path = Self { runs: Vec::new(), blocked: Vec::new() };
         let mut from = 0;
@@ -59,7 +59,7 @@ impl ValuePath {
         path
     }
 
-    /// Each value drawn to the mean of its neighbours, weighted by time, where `feasible` there.
+    /// Draws each value to the mean of its neighbours, weighted by time, where that is `feasible`.
     pub(crate) fn smooth(&mut self, mut feasible: impl FnMut(usize, f64) -> bool) {
         for run in &mut self.runs {
             for _ in 0..ROUNDS {
@@ -75,7 +75,7 @@ impl ValuePath {
         }
     }
 
-    /// The value at a station, at its time: on a cubic curve through the nodes around it.
+    /// Returns the value at a station, at its time: on a cubic curve through the nodes around it.
     ///
     /// # Errors
     /// Why there is none.
@@ -94,10 +94,10 @@ impl ValuePath {
     }
 }
 
-/// Values nearer than this to where they are drawn to stay, rad.
+/// A value is settled when it is nearer than this to the mean it is drawn to, rad.
 const SETTLED: f64 = 1e-6;
 
-/// Cubic between nodes, with the slopes of their neighbours.
+/// Evaluates the cubic between nodes, with slopes from their neighbours.
 fn curve(run: &[(usize, f64, f64)], station: usize, time: f64) -> f64 {
     let k = run.partition_point(|n| n.0 <= station).saturating_sub(1);
     let Some(&(_, t1, v1)) = run.get(k + 1) else { return run[k].2 };
@@ -118,7 +118,7 @@ fn curve(run: &[(usize, f64, f64)], station: usize, time: f64) -> f64 {
     hermite[0] * v0 + hermite[1] * span * before + hermite[2] * v1 + hermite[3] * span * after
 }
 
-/// Cheapest costs layer by layer, as far as a way goes on.
+/// Cheapest costs layer by layer, as far as layers connect.
 struct Layers {
     /// For each layer and state: cost up to there, and the state before.
     steps: Vec<Vec<(f64, usize)>>,
@@ -157,7 +157,7 @@ impl Layers {
         Self { steps }
     }
 
-    /// The cheapest way through the layers, the smallest value of equals.
+    /// Returns the cheapest way through the layers, with the smallest value among equals.
     fn best(&self, nodes: &[ValueNode]) -> Vec<(usize, f64, f64)> {
         let last = &self.steps[self.steps.len() - 1];
         let mut at = (0..last.len()).min_by(|&a, &b| last[a].0.total_cmp(&last[b].0)).unwrap_or(0);

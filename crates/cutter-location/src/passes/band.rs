@@ -1,8 +1,8 @@
 //! Smoothing of a sequence of numbers over time.
 
-/// The sequence y that makes `Σ weightₖ·(yₖ − targetₖ)² + τ⁴·Σ hₖ·y″ₖ²` smallest, y″ its second
-/// differences over the times and hₖ the time that one stands for: the targets without what changes
-/// faster than τ.
+/// Returns the sequence y that minimises `Σ weightₖ·(yₖ − targetₖ)² + τ⁴·Σ hₖ·y″ₖ²`, with y″ its
+/// second differences over the times and hₖ the time that each represents: the targets without
+/// changes faster than τ.
 ///
 /// Times ascend strictly, weights are above 0; all slices are equally long. Straight sequences (up
 /// to two targets, or targets on a line) come back as they are. Linear cost: the normal equations

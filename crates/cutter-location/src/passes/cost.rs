@@ -1,4 +1,4 @@
-//! Cost of a sequence of postures along a pass: cusps that are left, and axes in motion.
+//! Cost of a sequence of postures along a pass: remaining cusps, and axes in motion.
 
 use facemill_cl_data::Posture;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, MAX_AXES, Machine};
@@ -8,23 +8,23 @@ use rayon::prelude::*;
 use crate::cusp::cut_point::Strip;
 
 /// Cusps above this many times the allowed one count alike, as does a strip that stays uncut: both
-/// are to be avoided, and neither is to outweigh everything else.
+/// are to be avoided, and neither may outweigh everything else.
 const HIGHEST: f64 = 4.0;
 
-/// From this part of the allowed cusp on, more of it costs steeply: smoothing and the neighbour's
+/// Fraction of the allowed cusp beyond which the cost grows steeply: smoothing and the neighbour's
 /// own posture are still to come.
 pub(crate) const NEARLY: f64 = 0.9;
 
-/// How steeply.
+/// Slope of that cost.
 const STEEP: f64 = 20.0;
 
 /// Returns the cost of a cusp per second of cutting, by its height over the allowed one: its
-/// square, so that a cusp as high as allowed costs about 1, and much more beyond.
+/// square, so a cusp as high as allowed costs about 1, and much more beyond.
 fn rate(height: f64) -> f64 {
     height.powi(2) + (STEEP * (height - NEARLY).max(0.0)).powi(2)
 }
 
-/// How cusps are counted.
+/// Scale for the cost of cusps.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CuspScale {
     pub(crate) cutter: Cutter,
@@ -33,23 +33,24 @@ pub(crate) struct CuspScale {
 }
 
 impl CuspScale {
-    /// Cost per second of cutting a strip in a posture, its neighbour in the same one: exact
-    /// outlines.
+    /// Returns the cost per second of cutting a strip in a posture, its neighbour in the same one,
+    /// from exact outlines.
     pub(crate) fn rate(&self, posture: Posture, strip: &Strip) -> f64 {
         rate(self.height(posture, strip))
     }
 
-    /// Cost per second of a cusp by its height over the allowed one.
+    /// Returns the cost per second of a cusp by its height over the allowed one.
     pub(crate) fn rate_of(height: f64) -> f64 {
         rate(height)
     }
 
-    /// Height of the cusp in a posture as a multiple of the allowed one, at most [`HIGHEST`].
+    /// Returns the height of the cusp in a posture as a multiple of the allowed one, at most
+    /// [`HIGHEST`].
     pub(crate) fn height(&self, posture: Posture, strip: &Strip) -> f64 {
         self.relative_height(&Outline::new(&self.cutter, posture), strip).min(HIGHEST)
     }
 
-    /// The same without that bound; uncut strips count as much as several times it.
+    /// Returns the same without that bound; uncut strips count as several times it.
     fn relative_height(&self, outline: &Outline, strip: &Strip) -> f64 {
         const UNCUT: f64 = 4.0 * HIGHEST;
         match cusp_height_between(outline, outline, strip.step_over, strip.curvature) {
@@ -64,7 +65,7 @@ impl CuspScale {
 const NODES: usize = 17;
 
 /// Relative cusp heights of some postures over the range of most strips: exact at the nodes of a
-/// grid, linear between them. Strips outside of it are worked out exactly, one by one.
+/// grid, linear between them. Strips outside the grid are computed exactly, one by one.
 #[derive(Clone, Debug)]
 pub(crate) struct CuspTable {
     scale: CuspScale,
@@ -82,8 +83,8 @@ struct Range {
 }
 
 impl Range {
-    /// From the value that 2 % are below to the one that 2 % are above: a few outliers would make
-    /// the grid coarse.
+    /// Spans the range from the 2 % quantile to the 98 % quantile: a few outliers would make the
+    /// grid coarse.
     fn of(values: impl Iterator<Item = f64>) -> Self {
         let mut values: Vec<f64> = values.collect();
         values.sort_by(f64::total_cmp);
@@ -100,7 +101,7 @@ impl Range {
         self.low + (self.high - self.low) * node as f64 / (NODES - 1) as f64
     }
 
-    /// The node below a value within the range and the share of the way to the next.
+    /// Returns the node below a value within the range and the fraction of the way to the next.
     fn place(&self, value: f64) -> (usize, f64) {
         if self.high <= self.low {
             return (0, 0.0);
@@ -112,7 +113,7 @@ impl Range {
 }
 
 impl CuspTable {
-    /// The table of these postures for strips like these, at least one.
+    /// Tabulates these postures for strips like these, at least one.
     pub(crate) fn new(scale: &CuspScale, postures: &[Posture], strips: &[Strip]) -> Self {
         let curvature = Range::of(strips.iter().map(|s| s.curvature));
         let step_sq = Range::of(strips.iter().map(|s| s.step_over * s.step_over));
@@ -151,12 +152,12 @@ impl CuspTable {
     }
 }
 
-/// How the motion of axes is counted: the square of each axis' speed against a speed that is much
+/// Scale for the cost of axis motion: the square of each axis' speed against a speed that is much
 /// for it, over time.
 ///
-/// Much is what the axis reaches from rest in the time from one layer to the next, its largest
-/// speed at most; for a rotary axis also the job's own limit on the turn of the tool axis per path
-/// length, at the programmed feed.
+/// That speed is the one the axis reaches from rest in the time from one layer to the next, at most
+/// its largest; for a rotary axis, also at most the job's own limit on the turn of the tool axis
+/// per path length, at the programmed feed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MotionScale {
     n: usize,
@@ -171,8 +172,8 @@ pub(crate) struct MotionScale {
 pub(crate) type Scaled = [f64; MAX_AXES];
 
 impl MotionScale {
-    /// For layers that are this far apart in time, s, and the turn of the tool axis at its limit,
-    /// rad/s.
+    /// Prepares the scale for layers that are this far apart in time, s, and the turn of the tool
+    /// axis at its limit, rad/s.
     pub(crate) fn new(machine: &Machine, layer_time: f64, turn_rate: f64) -> Self {
         let mut scale = Self {
             n: machine.axes().len(),
@@ -193,19 +194,19 @@ impl MotionScale {
         scale
     }
 
-    /// Axis values as the cost counts them.
+    /// Returns axis values as the cost counts them.
     pub(crate) fn scaled(&self, axes: &AxisValues) -> Scaled {
         std::array::from_fn(|k| axes.get_or_zero(k) * self.per_speed[k])
     }
 
-    /// Cost of going from one position to another in this time.
+    /// Returns the cost of moving from one position to another in this time.
     pub(crate) fn cost(&self, from: &Scaled, to: &Scaled, time: f64) -> f64 {
         (0..self.n).map(|k| self.way(k, from, to).powi(2)).sum::<f64>() / time
     }
 
-    /// By how much an axis would have to be faster than it can, to keep the programmed feed: the
-    /// largest ratio of both speeds, 0 where all can. Per path length, that is a limit on the step
-    /// of each axis: its largest velocity over the feed.
+    /// Returns the largest ratio of needed to possible axis speed at the programmed feed, 0 where
+    /// all axes keep it. Per path length, that is a limit on the step of each axis: its largest
+    /// velocity over the feed.
     pub(crate) fn excess(&self, from: &Scaled, to: &Scaled, time: f64) -> f64 {
         let ratio = |k: usize| self.way(k, from, to).abs() / time / self.limit[k];
         let largest = (0..self.n).map(ratio).fold(0.0, f64::max);

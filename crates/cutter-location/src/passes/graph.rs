@@ -1,4 +1,4 @@
-//! The graph of postures along a pass: layers of feasible ones, and the cheapest way through.
+//! Graph of postures along a pass: layers of feasible ones, and the cheapest way through.
 
 use facemill_cl_data::{Cancelled, Monitor, Posture};
 use facemill_inverse_kinematics::{Branch, BranchPreference};
@@ -9,12 +9,12 @@ use crate::passes::smooth_pass::{Gap, Node, PassClock, SmoothPass, seen_from};
 use crate::pose::workcell::{Configuration, Hints};
 use crate::search;
 
-/// Cost of a turn or the step of an axis beyond its limit, or of a change of branch, s: more than a
-/// pass of any length saves by it, and the more the larger it is.
+/// Cost of a turn or axis step beyond its limit, or of a change of branch, s: more than it can save
+/// on a pass of any length. It grows with the excess.
 const JUMP: f64 = 1e4;
 
-/// The graph of one pass. Of a layer are kept the indices of its nodes, so that memory per point is
-/// small; the machine is made to stand in them again where they are looked at again.
+/// Graph of one pass. A layer keeps only the indices of its nodes to save memory per point; their
+/// configurations are computed again when they are needed.
 pub(crate) struct PassGraph<'g, 's, 'a> {
     pass: &'g SmoothPass<'s, 'a>,
     pub(crate) clock: &'g PassClock,
@@ -25,19 +25,19 @@ pub(crate) struct PassGraph<'g, 's, 'a> {
 /// A CC point at which postures are chosen.
 struct Layer {
     point: usize,
-    /// A posture besides the lattice: the smallest feasible one of the search curve.
+    /// A posture in addition to the lattice: the smallest feasible one of the search curve.
     found: Option<Posture>,
     /// The nodes; `None` as long as nothing has been tested.
     nodes: Option<Vec<NodeIndex>>,
 }
 
-/// Posture by index, the one besides the lattice being the last, and the way to stand in it among
-/// all of these.
+/// Index of a posture (the last one is the one in addition to the lattice), and of one of the
+/// machine's configurations in it.
 type NodeIndex = (u16, u8);
 
 /// The cheapest sequence.
 pub(crate) struct Chosen {
-    /// One of every layer that has nodes.
+    /// One node of every layer that has any.
     pub(crate) nodes: Vec<ChosenNode>,
     /// Cost, s.
     pub(crate) cost: f64,
@@ -46,7 +46,8 @@ pub(crate) struct Chosen {
 /// A node of the cheapest sequence.
 pub(crate) struct ChosenNode {
     pub(crate) point: usize,
-    /// Time from one half of the way from the layer before to one half of that to the next, s.
+    /// Time from the middle of the way from the layer before to the middle of the way to the next,
+    /// s.
     pub(crate) share: f64,
     pub(crate) node: Node,
     index: NodeIndex,
@@ -64,7 +65,7 @@ impl<'g, 's, 'a> PassGraph<'g, 's, 'a> {
         Self { pass, clock, scale, layers }
     }
 
-    /// The cheapest sequence of nodes. Layers are tested when they are first come to.
+    /// Finds the cheapest sequence of nodes. Layers are tested when they are first reached.
     pub(crate) fn cheapest(&mut self, hints: &mut Hints, monitor: &dyn Monitor) -> Result<Chosen, Cancelled> {
         let mut used: Vec<usize> = Vec::new();
         let mut ways: Option<ShortestWays> = None;
@@ -112,9 +113,9 @@ impl<'g, 's, 'a> PassGraph<'g, 's, 'a> {
         0.5 * (time((layer + 1).min(self.layers.len() - 1)) - time(layer.saturating_sub(1)))
     }
 
-    /// Takes a node out that turned out not to stand where it is seated (it is free at the largest
-    /// lift only), and with it the others of its layer that do not stand either. A layer that is
-    /// left without nodes is no part of what is compared.
+    /// Removes a node that turned out to be infeasible where it is seated (it is free at the
+    /// largest lift only), and with it the other such nodes of its layer. A layer left without
+    /// nodes no longer takes part in the comparison.
     pub(crate) fn remove(&mut self, fallen: &ChosenNode, hints: &mut Hints) {
         let Some(k) = self.layers.iter().position(|layer| layer.point == fallen.point) else { return };
         let indices = self.layers[k].nodes.take().unwrap_or_default();
@@ -127,7 +128,7 @@ impl<'g, 's, 'a> PassGraph<'g, 's, 'a> {
         }
     }
 
-    /// Whether a node is feasible as it is seated, the machine as it stands in it.
+    /// Returns whether a node is feasible once it is seated, on its own branch.
     fn stands(&self, layer: usize, (posture, way): NodeIndex, hints: &mut Hints) -> bool {
         let Some(node) = self.standing(layer, posture).get(usize::from(way)).copied() else { return false };
         let cc = &self.pass.task.pass.points[self.layers[layer].point];
@@ -135,8 +136,8 @@ impl<'g, 's, 'a> PassGraph<'g, 's, 'a> {
         pose.is_ok_and(|pose| pose.configuration.branch == node.configuration.branch)
     }
 
-    /// The nodes of a layer: of the lattice, and that of the search, which is at the border of what
-    /// is feasible.
+    /// Returns the nodes of a layer: those of the lattice, and that of the search, which is at the
+    /// border of the feasible set.
     fn nodes(&mut self, layer: usize, hints: &mut Hints) -> Vec<Node> {
         if let Some(indices) = &self.layers[layer].nodes {
             let of_posture = |chunk: &[NodeIndex]| -> Vec<Node> {
@@ -168,13 +169,13 @@ impl<'g, 's, 'a> PassGraph<'g, 's, 'a> {
         nodes
     }
 
-    /// A posture of the lattice at a layer, by index; behind its end, the one found besides.
+    /// Returns a posture of the lattice at a layer, by index; behind its end, the additional one.
     fn posture(&self, layer: usize, index: u16) -> Option<Posture> {
         let amount = self.pass.lattice.postures.get(usize::from(index));
         amount.map(|amount| self.pass.signed(*amount)).or(self.layers[layer].found)
     }
 
-    /// All ways to stand in a posture at the largest lift, feasible or not.
+    /// Returns all configurations of a posture at the largest lift, feasible or not.
     fn standing(&self, layer: usize, index: u16) -> Vec<Node> {
         let point = self.layers[layer].point;
         let (cc, strip) = (&self.pass.task.pass.points[point], self.pass.strip(point));
@@ -200,7 +201,7 @@ impl<'g, 's, 'a> PassGraph<'g, 's, 'a> {
             .collect()
     }
 
-    /// Cost of beginning with a node.
+    /// Returns the cost of beginning with a node.
     pub(crate) fn start(&self, node: &Node) -> f64 {
         let wanted = match self.pass.test.cell.preferred_branch {
             BranchPreference::Nearest => return 0.0,
@@ -210,7 +211,7 @@ impl<'g, 's, 'a> PassGraph<'g, 's, 'a> {
         if node.configuration.branch == wanted { 0.0 } else { JUMP }
     }
 
-    /// Cost of the way from one node to the next.
+    /// Returns the cost of the way from one node to the next.
     pub(crate) fn step(&self, from: &Node, to: &Node, gap: Gap) -> f64 {
         let motion = self.scale.cost(&from.scaled, &to.scaled, gap.time);
         let branch = if from.configuration.branch == to.configuration.branch { 0.0 } else { JUMP };

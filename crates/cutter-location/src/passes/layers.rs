@@ -1,6 +1,6 @@
 //! Shortest way through a layered graph.
 
-/// A way, one node of every layer, and what it costs.
+/// A way, one node of every layer, and its cost.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Way {
     /// A node of every layer.
@@ -9,8 +9,8 @@ pub(crate) struct Way {
     pub(crate) cost: f64,
 }
 
-/// The cheapest ways to all nodes of the last layer so far (Bellman's recursion): every edge is
-/// looked at once, and of the layers before only where each node is reached from is kept.
+/// Cheapest ways to all nodes of the last layer so far (Bellman's recursion): every edge is
+/// evaluated once, and of earlier layers only the predecessor of each node is kept.
 #[derive(Clone, Debug)]
 pub(crate) struct ShortestWays {
     cost: Vec<f64>,
@@ -23,8 +23,8 @@ impl ShortestWays {
         Self { cost: node_costs, before: Vec::new() }
     }
 
-    /// Goes on to another layer: what its nodes cost, and an edge from a node of the layer before
-    /// to one of it.
+    /// Adds another layer, from the costs of its nodes and of an edge from a node of the layer
+    /// before to one of its own.
     pub(crate) fn extend(&mut self, node_costs: &[f64], edge_cost: impl Fn(usize, usize) -> f64) {
         let reached = node_costs.iter().enumerate().map(|(to, own)| {
             let mut best = (f64::INFINITY, 0);
@@ -41,8 +41,8 @@ impl ShortestWays {
         self.before.push(before);
     }
 
-    /// The cheapest way, of equals the one with the smaller node in the last layer where they
-    /// differ; `None` where a layer has no node or no way has a finite cost.
+    /// Returns the cheapest way; among equals, the one with the smaller node in the last layer
+    /// where they differ; `None` where a layer has no node or no way has a finite cost.
     pub(crate) fn cheapest(&self) -> Option<Way> {
         let ends = self.cost.iter().copied().enumerate().filter(|(_, cost)| cost.is_finite());
         let (last, cost) = ends.reduce(|a, b| if b.1 < a.1 { b } else { a })?;

@@ -13,7 +13,7 @@ use crate::search::bezier::{SearchCurve, TurnTable};
 use crate::search::lattice::Lattice;
 
 /// Finds a pose for every CC point of every pass (CLOPT, items 3 and 4 of the method), as the mode
-/// asks.
+/// requires.
 ///
 /// `Smallest`: each point gets the smallest feasible posture of its curve; then the postures are
 /// raised where that is needed to keep the turn of the axis along the pass below `max_turn_per_mm`,
@@ -22,14 +22,14 @@ use crate::search::lattice::Lattice;
 ///
 /// `Smooth`: postures of a lattice over the search's ranges are tested at layers along the pass;
 /// the cheapest sequence is the shortest way through them; the rotary axes are smoothed along it,
-/// and each point is tested in the posture that results. One that is not feasible is raised until
-/// it is, and the band bent there; a point for which that fails gets the first feasible posture of
-/// its curve, so that no point is left out that `Smallest` plans, or one beside the curve.
+/// and each point is tested in the resulting posture. An infeasible one is raised until it is
+/// feasible, and the band is bent there. A point for which that fails gets the first feasible
+/// posture of its curve, or one beside the curve, so every point that `Smallest` plans is planned.
 ///
-/// `Fixed` and `Toward` take the posture that they ask for or none.
+/// `Fixed` and `Toward` take the prescribed posture or none.
 ///
-/// Every pose has been tested as it stands. The result does not depend on the number of threads.
-/// The monitor advances by one for every CC point.
+/// Every returned pose has been tested. The result does not depend on the number of threads. The
+/// monitor advances by one for every CC point.
 ///
 /// # Errors
 /// When the monitor cancels.
@@ -89,13 +89,13 @@ impl Grounds {
         all
     }
 
-    /// Whether a curve has the same ranges, to either side.
+    /// Returns whether a curve has the same ranges, to either side.
     fn serves(&self, curve: &SearchCurve) -> bool {
         *curve == self.curve || *curve == self.curve.mirrored()
     }
 }
 
-/// Postures that something else than the search decides: feasible or not.
+/// Tries postures that are prescribed instead of searched, feasible or not.
 fn prescribed(
     test: &PoseTest<'_>,
     task: &PassTask,
@@ -144,13 +144,13 @@ fn smallest(
     Ok(PlannedPass { outcomes, optimum: None })
 }
 
-/// Raising one posture can ask for more at its neighbours when the raised one was not feasible;
-/// each round spreads that by one rate-limited ramp, and more than a few rounds mean that the
-/// feasible set itself jumps.
+/// Rounds of raising postures: a raise can require more at the neighbours when the raised posture
+/// was not feasible. Each round spreads that by one rate-limited ramp; more than a few rounds mean
+/// that the feasible set itself jumps.
 const SMOOTHING_ROUNDS: usize = 4;
 
-/// The smallest u at each point that is not below its own and changes by no more than the allowed
-/// turn from its neighbours.
+/// Returns the smallest u at each point that is not below its own and changes by no more than the
+/// allowed turn from its neighbours.
 fn rate_limited(
     pass: &Pass<CcPoint>,
     found: &[Result<Found, Infeasible>],

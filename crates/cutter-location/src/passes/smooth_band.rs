@@ -1,4 +1,4 @@
-//! A smooth sequence of rotary positions through chosen ones, inside the feasible set.
+//! Smooth sequence of rotary positions through chosen ones, inside the feasible set.
 
 use std::cell::Cell;
 
@@ -13,16 +13,16 @@ use crate::passes::task::Outcome;
 use crate::pose::workcell::{Configuration, FeasiblePose, Hints, Infeasible};
 use crate::search;
 
-/// Rounds of smoothing: each one binds the points that were not feasible in the one before.
+/// Rounds of smoothing: each binds the points that were not feasible in the one before.
 const ROUNDS: usize = 6;
 
-/// How much more a point is bound that was not feasible.
+/// Factor by which the weight of a point that was not feasible grows.
 const TIGHTER: f64 = 30.0;
 
 /// Tilts that are tried above one that is not feasible, rad.
 const RAISES: [f64; 8] = [0.0005, 0.001, 0.002, 0.004, 0.008, 0.016, 0.032, 0.064];
 
-/// Postures nearer to a tested one than this are taken to be that one, rad.
+/// Postures nearer to a tested one than this count as equal to it, rad.
 const SAME: f64 = 1e-6;
 
 /// Smooths the rotary axes of a pass.
@@ -45,21 +45,21 @@ struct Beside {
     in_vain: usize,
 }
 
-/// Points in a row without a posture beside the curve after which only every [`SELDOM`]th is looked
-/// at.
+/// Points in a row without a posture beside the curve after which only every [`SELDOM`]th is
+/// searched.
 const PATIENCE: usize = 20;
 
 /// See [`PATIENCE`].
 const SELDOM: usize = 10;
 
-/// A stretch of points that the machine stands at on one branch.
+/// A stretch of points on one branch of the machine.
 struct Stretch {
     first: usize,
     last: usize,
     branch: Branch,
     /// For each rotary axis, the value wanted at each point.
     targets: Vec<Vec<f64>>,
-    /// How much each point is bound to it.
+    /// How strongly each point is bound to it.
     weights: Vec<f64>,
 }
 
@@ -70,7 +70,7 @@ enum Known {
     Open,
     /// The pose at a posture.
     Free(FeasiblePose),
-    /// The pose of another posture than the smooth one, which is not feasible.
+    /// The pose of another posture than the smooth one, which is infeasible.
     Bound(FeasiblePose),
     /// No posture is feasible.
     Never(Infeasible),
@@ -83,9 +83,9 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
         Self { pass, clock, scale, tau, rotary, beside: Cell::default() }
     }
 
-    /// Poses of all points, along a smooth band through chosen nodes where that is feasible. A
-    /// point of which no posture near the band is feasible gets the first feasible one of its
-    /// search curve.
+    /// Returns poses of all points, along a smooth band through chosen nodes where that is
+    /// feasible. A point without a feasible posture near the band gets the first feasible one of
+    /// its search curve.
     pub(crate) fn through(
         &self,
         nodes: &[(usize, Node)],
@@ -113,8 +113,8 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
         Ok(known.into_iter().map(outcome).collect())
     }
 
-    /// One stretch for every run of nodes on the same branch; points between two runs go with the
-    /// first.
+    /// Returns one stretch for every run of nodes on the same branch; points between two runs
+    /// belong to the first.
     fn stretches(&self, nodes: &[(usize, Node)]) -> Vec<Stretch> {
         let n = self.pass.task.pass.points.len();
         let runs: Vec<&[(usize, Node)]> =
@@ -128,8 +128,8 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
             .collect()
     }
 
-    /// Wanted are the chosen postures, and between two of them what is between them: tilt and
-    /// rotate linear over the way.
+    /// Interpolates the wanted postures between the chosen ones: tilt and rotate linear over the
+    /// way.
     fn stretch(&self, run: &[(usize, Node)], first: usize, last: usize) -> Stretch {
         let mut targets = vec![Vec::with_capacity(last + 1 - first); self.rotary.len()];
         let mut near = run[0].1.configuration;
@@ -146,7 +146,7 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
         Stretch { first, last, branch: run[0].1.configuration.branch, targets, weights }
     }
 
-    /// The posture between those of the nodes on both sides of a point.
+    /// Returns the posture at a point interpolated between the nodes on both sides.
     fn between(&self, run: &[(usize, Node)], k: usize) -> Posture {
         let next = run.partition_point(|(point, _)| *point <= k);
         let (Some((a, before)), Some((b, after))) = (next.checked_sub(1).map(|j| &run[j]), run.get(next)) else {
@@ -160,14 +160,14 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
     }
 
     /// Returns the machine's configuration in a posture at a point, on the branch of `near` and at
-    /// the turns nearest to it; `near` itself where the machine cannot reach the posture on
-    /// that branch.
+    /// the turns nearest to it; `near` itself where the machine cannot reach the posture on that
+    /// branch.
     fn reached(&self, k: usize, posture: Posture, near: &Configuration) -> Configuration {
         let cl = cl_from_cc(self.pass.test.cell.tool.cutter(), &self.pass.task.pass.points[k], posture);
         self.pass.test.configuration_like(&cl, near).unwrap_or(*near)
     }
 
-    /// Smooths, tests what has changed, and binds what is not feasible to a posture that is;
+    /// Smooths, tests changed points, and binds infeasible ones to a feasible posture; returns
     /// whether another round is worth while.
     fn round(&self, stretch: &mut Stretch, known: &mut [Known], is_last: bool, hints: &mut Hints) -> bool {
         let times = &self.clock.times[stretch.first..=stretch.last];
@@ -193,8 +193,7 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
             let wanted = self.standing(stretch.branch, stretch.targets.iter().map(|targets| targets[at]));
             let wanted = self.posture(k, &wanted.axes);
             *known = match self.raised(k, [posture, wanted], &configuration, hints) {
-                // On the other branch the machine stands elsewhere: nothing for the band to go
-                // through.
+                // On the other branch the axes differ: the band cannot pass through this pose.
                 Ok(pose) if pose.configuration.branch != stretch.branch => Known::Bound(pose),
                 Ok(pose) => {
                     bound = true;
@@ -210,8 +209,8 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
         !is_last && (self.rebound(stretch, known) || bound)
     }
 
-    /// Binds points of which the smooth posture turns too fast or leaves too much standing, and
-    /// which stood better where they were to stand; whether there was one.
+    /// Binds points whose smooth posture turns too fast, or leaves too high a cusp while their
+    /// wanted posture leaves a lower one; returns whether there was any.
     fn rebound(&self, stretch: &mut Stretch, known: &[Known]) -> bool {
         let mut any = false;
         for k in stretch.first..=stretch.last {
@@ -236,7 +235,7 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
         any
     }
 
-    /// Whether a posture leaves more standing than is allowed, and more than the one wanted.
+    /// Returns whether a posture leaves a higher cusp than allowed and than the wanted one.
     fn leaves_too_much(&self, stretch: &Stretch, k: usize, posture: Posture) -> bool {
         let (scale, strip) = (self.pass.cusp_scale(), self.pass.strip(k));
         let height = scale.height(posture, &strip);
@@ -248,9 +247,10 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
         height > NEARLY && height > 1.001 * wanted()
     }
 
-    /// A feasible posture near one that is not: with more tilt, one step beyond the first such one
-    /// where that is feasible, too, because the band will not keep to it exactly; else the one that
-    /// the band was to go through; else the first one of the search curve, or one beside it.
+    /// Returns a feasible posture near one that is not: with more tilt, one step beyond the first
+    /// such one where that is also feasible, because the band will not keep to it exactly; else the
+    /// posture that the band was to pass through; else the first one of the search curve, or one
+    /// beside it.
     fn raised(&self, k: usize, [posture, wanted]: [Posture; 2], near: &Configuration, hints: &mut Hints) -> Outcome {
         let cc = &self.pass.task.pass.points[k];
         let mut first = None;
@@ -281,11 +281,11 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
         found.map(|found| found.pose).or_else(|why| self.beside_the_curve(k, wanted, near, hints).ok_or(why))
     }
 
-    /// A feasible posture of a fine lattice over the ranges: where all of the curve is blocked, a
-    /// narrow place beside it may be free. The posture found at the point before is tried first,
-    /// then those of the lattice, the nearest to the wanted one first, without one the first by
-    /// tilt. After many points in a row without one, only now and then another is looked at so
-    /// closely.
+    /// Searches a feasible posture of a fine lattice over the ranges: where the whole curve is
+    /// blocked, a narrow place beside it may be free. The posture found at the point before is
+    /// tried first, then those of the lattice, the nearest to the wanted one first, or the smallest
+    /// tilt first without one. After many points in a row without a result, only some points are
+    /// searched so closely.
     fn beside_the_curve(
         &self,
         k: usize,
@@ -306,7 +306,8 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
         found
     }
 
-    /// The fine lattice, the postures whose tool axis is nearest to that of the wanted one first.
+    /// Returns the fine lattice, the postures whose tool axis is nearest to that of the wanted one
+    /// first.
     fn fine_postures(&self, cc: &CcPoint, wanted: Option<Posture>) -> Vec<Posture> {
         let mut postures: Vec<Posture> = self.pass.fine.postures.iter().map(|p| self.pass.signed(*p)).collect();
         if let Some(axis) = wanted.map(|posture| cc.tool_axis(posture)) {
@@ -316,7 +317,7 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
         postures
     }
 
-    /// The machine with its rotary axes so.
+    /// Returns the configuration with these rotary values.
     fn standing(&self, branch: Branch, rotary: impl Iterator<Item = f64>) -> Configuration {
         let mut axes: AxisValues = self.pass.test.cell.machine.home();
         for (&k, value) in self.rotary.iter().zip(rotary) {
@@ -325,9 +326,9 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
         Configuration { axes, branch }
     }
 
-    /// The posture of a rotary position at a point, brought into the ranges of the search. With
-    /// three rotary axes a position that has been smoothed gives the tool axis, but brings the tip
-    /// to its place only with the rotary values that are solved for when the posture is tested.
+    /// Returns the posture of a rotary position at a point, brought into the ranges of the search.
+    /// With three rotary axes a smoothed position gives the tool axis, but brings the tip to its
+    /// place only with the rotary values that are solved for when the posture is tested.
     fn posture(&self, k: usize, axes: &AxisValues) -> Posture {
         let test = self.pass.test;
         let on_table = test.cell.machine.cl_point(axes, test.cell.tool.gauge_length());
@@ -345,7 +346,7 @@ fn outcome(known: Known) -> Outcome {
     }
 }
 
-/// Whether two postures are the same for the tool axis and for the contact.
+/// Returns whether two postures are the same for the tool axis and for the contact.
 fn is_same(a: Posture, b: Posture) -> bool {
     (a.tilt - b.tilt).abs() <= SAME && (a.rotate - b.rotate).abs() <= SAME
 }

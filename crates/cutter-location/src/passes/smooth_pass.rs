@@ -14,42 +14,42 @@ use crate::pose::pose_test::PoseTest;
 use crate::pose::workcell::{Configuration, FeasiblePose, Hints};
 use crate::search::lattice::Lattice;
 
-/// Data for the choice of one pass' postures.
+/// Data for the choice of postures of one pass.
 pub(crate) struct SmoothPass<'s, 'a> {
     pub(crate) test: &'s PoseTest<'a>,
     pub(crate) task: &'s PassTask,
     pub(crate) settings: &'s PassSettings,
     pub(crate) smooth: &'s SmoothSettings,
     pub(crate) lattice: &'s Lattice,
-    /// Where the lattice and the search find nothing.
+    /// Lattice for points where the coarse lattice and the search find nothing.
     pub(crate) fine: &'s Lattice,
     pub(crate) cusps: &'s CuspTable,
 }
 
-/// A posture in which the machine can stand at a CC point.
+/// A posture at a CC point that the machine can take.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Node {
     pub(crate) posture: Posture,
     pub(crate) configuration: Configuration,
     pub(crate) scaled: Scaled,
-    /// Tool axis seen from feed, left and normal.
+    /// Tool axis by its parts along feed, left and normal.
     pub(crate) axis: Vector3<f64>,
     /// Cost of cusps per second.
     pub(crate) cusp_rate: f64,
 }
 
-/// Layers lie so far apart that a turn from one posture of the lattice to the next over is within
-/// the limit.
+/// Factor on the distance of layers: a turn from one posture of the lattice to the next but one is
+/// within the limit.
 const SPACINGS: f64 = 1.5;
 
 /// Time scale of smoothing, as a part of the time between layers.
 const SMOOTHING: f64 = 1.0;
 
-/// A pass has that many layers, where it has so many points.
+/// Smallest number of layers of a pass, where it has so many points.
 const FEWEST: f64 = 4.0;
 
 impl SmoothPass<'_, '_> {
-    /// Poses of all CC points, and how near to the best the sequence is.
+    /// Plans poses of all CC points, and measures how near to the best the sequence is.
     pub(crate) fn plan(&self, monitor: &dyn Monitor) -> Result<PlannedPass, Cancelled> {
         let n = self.task.pass.points.len();
         if n == 0 {
@@ -79,8 +79,8 @@ impl SmoothPass<'_, '_> {
         Ok(PlannedPass { outcomes: Pass::new(outcomes), optimum })
     }
 
-    /// By how much a turn against the surface is more than the limit, 0 within it; as the chord of
-    /// the turn.
+    /// Returns the excess of a turn against the surface over the limit, 0 within it; as the chord
+    /// of the turn.
     pub(crate) fn excess(&self, from: &Vector3<f64>, to: &Vector3<f64>, gap: Gap) -> f64 {
         turn_excess(self.settings.max_turn_per_mm, from, to, gap)
     }
@@ -93,13 +93,13 @@ impl SmoothPass<'_, '_> {
         self.task.strips.get(point).copied().flatten().unwrap_or(self.smooth.strip)
     }
 
-    /// A posture with rotate to the pass's side.
+    /// Returns a posture with rotate to the pass's side.
     pub(crate) fn signed(&self, amount: Posture) -> Posture {
         let negative = self.task.curve.end().rotate < 0.0;
         Posture { rotate: if negative { -amount.rotate } else { amount.rotate }, ..amount }
     }
 
-    /// The posture of the search's ranges that is nearest in tilt and in rotate.
+    /// Returns the posture of the search's ranges that is nearest in tilt and in rotate.
     pub(crate) fn within_ranges(&self, posture: Posture) -> Posture {
         let (start, end) = (self.task.curve.start(), self.task.curve.end());
         let (low, high) = (start.rotate.min(end.rotate), start.rotate.max(end.rotate));
@@ -140,8 +140,8 @@ impl SmoothPass<'_, '_> {
         optimum
     }
 
-    /// Whether the way from a pose to that of a later point is beyond a limit: the tool axis turns
-    /// too far against the surface for the length of it, or an axis of the machine would have to be
+    /// Returns whether the way from a pose to that of a later point is beyond a limit: the tool
+    /// axis turns too far against the surface for its length, or a machine axis would have to be
     /// faster than it can.
     pub(crate) fn is_beyond(&self, ends: &Ends<'_>, [from, to]: [&FeasiblePose; 2]) -> bool {
         let Ends { clock, scale, points: [a, b] } = *ends;
@@ -154,16 +154,16 @@ impl SmoothPass<'_, '_> {
         self.excess(&seen(a, from), &seen(b, to), gap) > 0.0 || scale.excess(&scaled(from), &scaled(to), gap.time) > 0.0
     }
 
-    /// Steps between neighbouring points that are beyond a limit.
+    /// Counts steps between neighbouring points that are beyond a limit.
     fn jumps(&self, outcomes: &[Outcome]) -> usize {
         let limits = (self.settings.max_turn_per_mm, self.smooth.feed);
         steps_beyond_limits(self.test.cell.machine, &self.task.pass, outcomes, limits)
     }
 }
 
-/// Steps between neighbouring points of a pass on which the tool axis turns against the surface by
-/// more than a largest turn, rad/mm, or an axis of the machine would have to be faster than it can
-/// at a feed, mm/s: what [`Optimum::jumps`] counts. Steps without a pose at an end are none.
+/// Counts steps between neighbouring points of a pass on which the tool axis turns against the
+/// surface by more than a largest turn, rad/mm, or a machine axis would have to be faster than it
+/// can at a feed, mm/s, as [`Optimum::jumps`] does. Steps without a pose at an end do not count.
 pub fn steps_beyond_limits(
     machine: &Machine,
     pass: &Pass<CcPoint>,
@@ -183,8 +183,8 @@ pub fn steps_beyond_limits(
     (1..points.len().min(outcomes.len())).filter(beyond).count()
 }
 
-/// By how much a turn against the surface is more than the limit, rad/mm; 0 within it; as the chord
-/// of the turn.
+/// Returns the excess of a turn against the surface over the limit, rad/mm; 0 within it; as the
+/// chord of the turn.
 fn turn_excess(max_turn_per_mm: f64, from: &Vector3<f64>, to: &Vector3<f64>, gap: Gap) -> f64 {
     let limit = max_turn_per_mm * gap.length * (1.0 + 1e-9);
     let chord_sq = (to - from).norm_squared();
@@ -205,7 +205,7 @@ pub(crate) struct Gap {
     pub(crate) time: f64,
 }
 
-/// When the cutter is where, at the programmed feed.
+/// Times at which the cutter passes the points, at the programmed feed.
 pub(crate) struct PassClock {
     /// Way along the CC points, mm.
     pub(crate) lengths: Vec<f64>,
@@ -234,7 +234,8 @@ impl PassClock {
         Gap { length: self.lengths[to] - self.lengths[from], time: self.times[to] - self.times[from] }
     }
 
-    /// Points about `spacing` apart, both ends among them, none nearer than `spacing` but the last.
+    /// Returns points about `spacing` apart, including both ends, none nearer than `spacing` but
+    /// the last.
     fn layers(&self, spacing: f64) -> Vec<usize> {
         let last = self.lengths.len() - 1;
         let mut points = vec![0];
@@ -251,7 +252,7 @@ impl PassClock {
     }
 }
 
-/// An axis by its parts along feed, left and normal of a CC point.
+/// Returns an axis by its parts along feed, left and normal of a CC point.
 pub(crate) fn seen_from(cc: &CcPoint, axis: &Vector3<f64>) -> Vector3<f64> {
     Vector3::new(cc.feed.dot(axis), cc.left().dot(axis), cc.normal.dot(axis))
 }

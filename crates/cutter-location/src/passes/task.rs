@@ -1,4 +1,4 @@
-//! Passes to plan, the settings of their search, and what comes of it.
+//! Passes to plan, the settings of their search, and its results.
 
 use facemill_cl_data::{CcPoint, Pass, Posture};
 use nalgebra::{Point3, Unit, Vector3};
@@ -12,13 +12,12 @@ use crate::search::bezier::SearchCurve;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum PostureMode {
-    /// At every point the smallest feasible posture of its search curve (CLOPT), raised where that
+    /// The smallest feasible posture of the search curve at every point (CLOPT), raised where that
     /// is needed to keep the turn of the axis within [`PassSettings::max_turn_per_mm`].
     Smallest,
     /// The cheapest sequence over the whole pass, smoothed.
     Smooth(SmoothSettings),
-    /// The same posture at every point, rotate counted toward the side that the search curve turns
-    /// to.
+    /// The same posture at every point, rotate counted toward the side of the search curve.
     Fixed(Posture),
     /// The tool axis through a point or line.
     Toward(AxisTarget),
@@ -27,12 +26,12 @@ pub enum PostureMode {
 /// Settings of the cheapest sequence of postures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SmoothSettings {
-    /// Programmed feed along the path, mm/s. Larger: axes move faster, so that their motion counts
-    /// for more.
+    /// Programmed feed along the path, mm/s. Larger: axes move faster, so their motion counts for
+    /// more.
     pub feed: f64,
-    /// Cusp that is allowed, mm. Larger: cusps count for less, motion for more.
+    /// Allowed cusp, mm. Larger: cusps count for less, motion for more.
     pub cusp: f64,
-    /// Strip between a point and the neighbouring pass where that is not known.
+    /// Strip between a point and the neighbouring pass where none is known.
     pub strip: Strip,
 }
 
@@ -51,7 +50,7 @@ pub enum AxisTarget {
 }
 
 impl AxisTarget {
-    /// Tool axis at a CC point; `None` where the target is at the point itself.
+    /// Returns the tool axis at a CC point; `None` where the target is at the point itself.
     pub fn axis_at(&self, cc: &CcPoint) -> Option<Unit<Vector3<f64>>> {
         let target = match *self {
             Self::Point(point) => point,
@@ -63,7 +62,7 @@ impl AxisTarget {
     }
 }
 
-/// How postures follow each other along a pass.
+/// Settings for the postures along a pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PassSettings {
     /// How each point is searched.
@@ -77,7 +76,7 @@ pub struct PassSettings {
 }
 
 impl PassSettings {
-    /// How a point is searched where the posture that its neighbours suggest is not feasible;
+    /// Returns the search of a point where the posture that its neighbours suggest is not feasible;
     /// `None` where the mode allows no other.
     pub fn fallback(&self) -> Option<&SearchSettings> {
         match self.mode {
@@ -87,12 +86,12 @@ impl PassSettings {
     }
 }
 
-/// A pass and the curve its points are searched along.
+/// A pass and the search curve of its points.
 #[derive(Clone, Debug)]
 pub struct PassTask {
     /// CC points in cutting order.
     pub pass: Pass<CcPoint>,
-    /// Search curve, with the sign of rotate that the cutting direction asks for.
+    /// Search curve, with the sign of rotate that the cutting direction requires.
     pub curve: SearchCurve,
     /// Strip between each point and the neighbouring pass; may be empty if none is known.
     pub strips: Vec<Option<Strip>>,
@@ -125,13 +124,13 @@ pub struct Optimum {
 }
 
 impl Optimum {
-    /// How much more the smoothed sequence costs than the cheapest of the graph, as part of the
-    /// latter; 0 where that costs nothing.
+    /// Returns how much more the smoothed sequence costs than the cheapest of the graph, as a
+    /// fraction of the latter; 0 where that costs nothing.
     pub fn gap(&self) -> f64 {
         if self.graph > 0.0 { self.smoothed / self.graph - 1.0 } else { 0.0 }
     }
 
-    /// The sum over two passes.
+    /// Returns the sum over two passes.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
         Self {

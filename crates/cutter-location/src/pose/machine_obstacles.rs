@@ -8,8 +8,8 @@ use nalgebra::{Isometry3, Point3};
 
 use crate::pose::workcell::Workcell;
 
-/// Whether a body of the machine is one of those that this head brings near the workpiece. Those of
-/// another head are tested against the workpiece in that head's own view.
+/// Returns whether this head brings a body of the machine near the workpiece. Bodies of another
+/// head are tested against the workpiece in that head's own view.
 pub(crate) fn is_moved_along(body: &MachineBody) -> bool {
     body.joints_from_table() > 0 && body.carrier() != Some(Carrier::OtherHead)
 }
@@ -22,12 +22,12 @@ pub(crate) struct Ball {
 }
 
 impl Ball {
-    /// Around a solid as it is dilated.
+    /// Encloses a solid as it is dilated.
     pub(crate) fn around(solid: &Solid) -> Self {
         Self::around_box(&solid.aabb())
     }
 
-    /// Around several solids in one frame.
+    /// Encloses several solids in one frame.
     pub(crate) fn around_all(solids: &[Solid]) -> Self {
         let all = solids.iter().map(Solid::aabb).reduce(|a, b| Aabb { min: a.min.inf(&b.min), max: a.max.sup(&b.max) });
         all.map_or(Self { center: Point3::origin(), radius: 0.0 }, |bounds| Self::around_box(&bounds))
@@ -38,14 +38,14 @@ impl Ball {
         Self { center, radius: 0.5 * (bounds.max - bounds.min).norm() }
     }
 
-    /// Whether the two are farther apart than `gap`, mm, and so what is in them.
+    /// Returns whether the two balls, and so their contents, are farther apart than `gap`, mm.
     pub(crate) fn is_beyond(&self, other: &Self, other_from_self: &Isometry3<f64>, gap: f64) -> bool {
         let reach = self.radius + other.radius + gap + ROUNDING;
         (other_from_self * self.center - other.center).norm_squared() > reach * reach
     }
 }
 
-/// Largest error of the places of two bodies from rounding, mm: far more than of metres to 1e-12.
+/// Largest rounding error of the places of two bodies, mm: far more than of metres to 1e-12.
 const ROUNDING: f64 = 1e-6;
 
 /// A body of the machine's bed or table that moves against the workpiece, such as a column or the
@@ -57,14 +57,14 @@ pub(crate) struct MachineObstacle {
     pub(crate) mesh: MeshTree,
     /// Distance that it keeps from others, mm.
     pub(crate) clearance: f64,
-    /// Around it, clearance included.
+    /// Ball around it, clearance included.
     pub(crate) ball: Ball,
     /// Whether it is one of the other head.
     pub(crate) is_other_head: bool,
 }
 
 impl MachineObstacle {
-    /// All of a machine.
+    /// Returns all of a machine.
     pub(crate) fn all(machine: &Machine) -> Vec<Self> {
         let moving = |(_, b): &(usize, &MachineBody)| b.carrier() != Some(Carrier::Head) && b.joints_from_table() > 0;
         let of_body = |(body, b): (usize, &MachineBody)| {
@@ -77,13 +77,12 @@ impl MachineObstacle {
     }
 }
 
-/// Which bodies are tested against which obstacles: those of the workcell, then those of the
-/// machine.
+/// Pairs of bodies and obstacles to test: obstacles of the workcell, then those of the machine.
 ///
-/// Two bodies of the machine that one joint joins lie within each other by construction (a ram in
-/// its guide), and those without a joint between them never move against each other: both are left
-/// out. Bodies of bed and table are tested against the workpiece, but not against each other: that
-/// is a matter of the axes' limits. Bodies of the other head are tested against tool, cutter and
+/// Two pairs of machine bodies are left out: bodies connected by one joint lie within each other by
+/// construction (a ram in its guide), and bodies without a joint between them never move against
+/// each other. Bodies of bed and table are tested against the workpiece, but not against each
+/// other: the axes' limits cover that. Bodies of the other head are tested against tool, cutter and
 /// the bodies of this head; the other head's own test checks them against workpiece, table and bed.
 pub(crate) struct Meetings {
     /// Of the cutter.

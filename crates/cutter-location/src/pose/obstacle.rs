@@ -15,22 +15,22 @@ pub struct Obstacle<'a> {
     pub name: String,
     /// The mesh.
     pub mesh: MeshHandle<'a>,
-    /// Distance that the cutter's test body keeps from the mesh, mm; `None` where the cutter may go
-    /// (stock).
+    /// Distance that the cutter's test body keeps from the mesh, mm; `None` where the cutter may
+    /// enter (stock).
     pub gouge_allowance: Option<f64>,
     /// Distance that every dilated non-cutting body keeps from the mesh, mm: the thickness of the
     /// stock on it.
     pub collision_allowance: f64,
-    /// Index among the machine's bodies, where it is one that stands still against the workpiece.
+    /// Index among the machine's bodies, where it is one that does not move against the workpiece.
     pub machine_body: Option<usize>,
     /// Names of its pieces, for messages, where it has several.
     pub pieces: Option<&'a dyn Pieces>,
 }
 
 impl<'a> Obstacle<'a> {
-    /// Returns a part as it is to be: the cutter may touch its mesh, and go no deeper than the
-    /// gouge tolerance; other bodies keep their own clearance. Set the allowances for material to
-    /// leave on it, or for stock around it.
+    /// Returns a part in its finished shape: the cutter may touch its mesh, and go no deeper than
+    /// the gouge tolerance; other bodies keep their own clearance. Set the allowances for material
+    /// to leave on it, or for stock around it.
     pub fn part(name: impl Into<String>, mesh: impl Into<MeshHandle<'a>>) -> Self {
         Self {
             name: name.into(),
@@ -43,11 +43,11 @@ impl<'a> Obstacle<'a> {
     }
 }
 
-/// Mesh of an obstacle, workpiece frame: the caller's, or shared with it.
+/// Mesh of an obstacle, workpiece frame: borrowed or shared.
 #[derive(Clone)]
 #[non_exhaustive]
 pub enum MeshHandle<'a> {
-    /// The caller's.
+    /// A mesh of the caller.
     Borrowed(&'a dyn Interference),
     /// Shared, for meshes that a workcell makes itself.
     Shared(Arc<MeshTree>),
@@ -82,13 +82,13 @@ impl From<Arc<MeshTree>> for MeshHandle<'_> {
     }
 }
 
-/// Something of several pieces that have names.
+/// Named pieces of an obstacle.
 pub trait Pieces: Sync {
-    /// Name of the piece that is at a place, workpiece frame.
+    /// Returns the name of the piece at a place, workpiece frame.
     fn name_at(&self, place: &Point3<f64>) -> String;
 }
 
-/// Body of the machine's table that stands still against the workpiece.
+/// Body of the machine's table that does not move against the workpiece.
 pub struct TableBody<'a> {
     /// Index among the machine's bodies.
     pub index: usize,
@@ -100,7 +100,7 @@ pub struct TableBody<'a> {
     pub clearance: f64,
 }
 
-/// Returns the bodies of the machine's table that stand still against the workpiece, in the order
+/// Returns the bodies of the machine's table that do not move against the workpiece, in the order
 /// of the machine file.
 pub fn table_bodies<'a>(
     machine: &'a Machine,

@@ -1,4 +1,4 @@
-//! Where tool and machine are at a pose, and how far they move to another.
+//! Places of tool and machine at a pose, and their motion to another.
 
 use facemill_cl_data::{ClPoint, Solid};
 use facemill_inverse_kinematics::{AxisValues, Carrier, Machine};
@@ -8,16 +8,16 @@ use crate::pose::machine_obstacles::is_moved_along;
 use crate::pose::pose_test::PoseTest;
 use crate::pose::workcell::{Configuration, angle_between};
 
-/// Where tool and machine are at one pose.
+/// Places of tool and machine at one pose.
 pub(crate) struct PlacedMachine<'m> {
     machine: &'m Machine,
     tool_length: f64,
     axes: AxisValues,
     cl: ClPoint,
     tool_reach: f64,
-    /// Of the machine, those that this head brings near the workpiece.
+    /// Bodies of the machine that this head brings near the workpiece.
     bodies: Vec<PlacedBody>,
-    /// Of these, the obstacles.
+    /// The obstacles among the bodies of the machine.
     obstacles: Vec<PlacedBody>,
     /// Indices of the bodies of this head, and of those of the other one; empty where there is no
     /// other.
@@ -26,7 +26,7 @@ pub(crate) struct PlacedMachine<'m> {
 
 /// A body seen from the tool tip.
 struct PlacedBody {
-    /// Of the workpiece from the body.
+    /// Rotation from the body to the workpiece.
     rotation: UnitQuaternion<f64>,
     /// The tool tip in the body's frame.
     tip: Point3<f64>,
@@ -42,14 +42,14 @@ impl PlacedBody {
         Self { rotation: work_from_body.rotation, tip, farthest }
     }
 
-    /// Largest motion of a point of the body against one that goes with the tip.
+    /// Returns the largest motion of a point of the body against one that moves with the tip.
     fn motion_to(&self, other: &Self) -> f64 {
         self.rotation.angle_to(&other.rotation) * self.farthest.max(other.farthest) + (other.tip - self.tip).norm()
     }
 }
 
 impl<'m> PlacedMachine<'m> {
-    /// Where tool and machine are when the machine stands so.
+    /// Places tool and machine in a configuration.
     pub(crate) fn new(test: &PoseTest<'m>, configuration: &Configuration) -> Self {
         let machine = test.cell.machine;
         let axes = &configuration.axes;
@@ -76,15 +76,15 @@ impl<'m> PlacedMachine<'m> {
         }
     }
 
-    /// Largest distance by which any point of tool and machine can come nearer to any point of
-    /// workpiece and machine on the way to another stance, mm, as long as every body turns one way
-    /// and the tip goes straight.
+    /// Returns the largest distance by which any point of tool and machine can come nearer to any
+    /// point of workpiece and machine on the way to another configuration, mm, as long as every
+    /// body turns one way and the tip moves straight.
     ///
     /// A point moves with the tip, turns about it with its body, and moves as the body does against
-    /// the tip (a ram that does not tilt with the tool). The tool is round: turning about its own
-    /// axis moves nothing. What moves on the other side (a column, seen from the workpiece) adds to
-    /// it. Against the other head, which moves on its own, counts what either does on the bed, by
-    /// all that its axes do.
+    /// the tip (a ram that does not tilt with the tool). The tool is round, so turning about its
+    /// own axis moves nothing. Motion on the other side (a column, seen from the workpiece) adds to
+    /// it. Against the other head, which moves independently, the motion of either on the bed
+    /// counts, by all its axes.
     pub(crate) fn motion_to(&self, other: &Self) -> f64 {
         let largest = |a: &[PlacedBody], b: &[PlacedBody], least: f64| {
             a.iter().zip(b).map(|(a, b)| a.motion_to(b)).fold(least, f64::max)
@@ -97,8 +97,8 @@ impl<'m> PlacedMachine<'m> {
         against_bed.max(self.of_both_heads_to(other))
     }
 
-    /// The same for tool and bodies of this head against the bodies of the other head; 0 without
-    /// one.
+    /// Returns the same for tool and bodies of this head against the bodies of the other head; 0
+    /// without one.
     fn of_both_heads_to(&self, other: &Self) -> f64 {
         let [own, others] = &self.heads;
         if others.is_empty() {

@@ -12,7 +12,7 @@ use crate::pose::workcell::{
     Body, Configuration, FeasiblePose, Hints, Infeasible, Workcell, angle_between, tool_frame,
 };
 
-/// The workcell with what does not change from pose to pose worked out.
+/// A workcell with everything precomputed that does not change from pose to pose.
 pub struct PoseTest<'a> {
     /// The workcell.
     pub cell: &'a Workcell<'a>,
@@ -23,16 +23,17 @@ pub struct PoseTest<'a> {
     pub(crate) work_from_table: Isometry3<f64>,
     pub(crate) machine_obstacles: Vec<MachineObstacle>,
     pub(crate) meetings: Meetings,
-    /// Around the bodies that are tested for collision, in their order, and around the cutter.
+    /// Balls around the bodies that are tested for collision, in their order, and around the
+    /// cutter.
     balls: Vec<Ball>,
     cutter_ball: Ball,
     pub(crate) spun_bodies: Vec<SpunBody>,
     pub(crate) widths: Widths,
-    /// Half angle of the cone about the singular direction that postures keep out of, rad.
+    /// Half angle of the cone about the singular direction that postures avoid, rad.
     pole_cone: f64,
 }
 
-/// A body where it is.
+/// A placed body.
 pub(crate) struct Placed<'b> {
     pub(crate) body: Body,
     pub(crate) solid: &'b Solid,
@@ -62,27 +63,28 @@ impl<'a> PoseTest<'a> {
         }
     }
 
-    /// The same test for choosing postures away from the pole: one whose tool axis is within this
-    /// angle (rad) of the rotary axis nearest to the workpiece is not feasible. With three rotary
-    /// axes nothing is avoided. What a path has to do there all the same is for a test without it.
+    /// Returns the same test for choosing postures away from the pole: a posture whose tool axis is
+    /// within this angle (rad) of the rotary axis nearest to the workpiece is not feasible. With
+    /// three rotary axes nothing is avoided. Use a test without this for a path that has to enter
+    /// the cone all the same.
     #[must_use]
     pub fn avoiding_pole(self, half_angle: f64) -> Self {
         Self { pole_cone: half_angle, ..self }
     }
 
-    /// Half angle of the cone about the pole that postures keep out of, rad.
+    /// Returns the half angle of the cone about the pole that postures avoid, rad.
     pub fn pole_cone(&self) -> f64 {
         self.pole_cone
     }
 
-    /// CC points of all searches with a proof made with this test so far, in which
+    /// Returns the CC points of all searches with a proof made with this test so far for which
     /// `SearchSettings::certified` was too narrow to be reached; `None` where there were none. Does
     /// not depend on the order of the searches.
     pub fn widened(&self) -> Option<Widened> {
         self.widths.widened()
     }
 
-    /// Name of a body for messages.
+    /// Returns the name of a body for messages.
     pub fn body_name(&self, body: Body) -> &str {
         match body {
             Body::Cutter => "cutter",
@@ -91,7 +93,7 @@ impl<'a> PoseTest<'a> {
         }
     }
 
-    /// Name of an obstacle for messages, with the piece of it that is at a place.
+    /// Returns the name of an obstacle for messages, with its piece at a place.
     pub fn obstacle_name(&self, obstacle: usize, place: &Point3<f64>) -> String {
         match self.cell.obstacles.get(obstacle) {
             Some(o) => o.pieces.map_or_else(|| o.name.clone(), |pieces| pieces.name_at(place)),
@@ -102,7 +104,7 @@ impl<'a> PoseTest<'a> {
         }
     }
 
-    /// One sentence on why a posture cannot be taken.
+    /// Says in one sentence why a posture is infeasible.
     pub fn describe(&self, why: &Infeasible) -> String {
         match why {
             Infeasible::OutsideCone { excess } => {
@@ -132,8 +134,8 @@ impl<'a> PoseTest<'a> {
     /// Tests one posture at a CC point: cone, limits, gouge with seating, collision (CLOPT,
     /// feasibility test).
     ///
-    /// `near` is the configuration to stay close to; its branch is tried first, because going over
-    /// to the other one is only possible through the pole.
+    /// `near` is the configuration to stay close to. Its branch is tried first, because the machine
+    /// can change to the other one only through the pole.
     ///
     /// # Errors
     /// The first reason found, in the order of the tests.
@@ -161,10 +163,10 @@ impl<'a> PoseTest<'a> {
         Err(reason.expect("configurations() gives at least one"))
     }
 
-    /// Ways for the machine to stand, in which a posture at a CC point is free at the largest lift:
-    /// with cone, limits and collision judged there, a millimetre's hundredths above where
-    /// [`PoseTest::try_posture`] would seat it. For choosing among postures; what is chosen is
-    /// tested as it stands.
+    /// Returns the configurations in which a posture at a CC point is free at the largest lift,
+    /// with cone, limits and collision judged there, hundredths of a millimetre above where
+    /// [`PoseTest::try_posture`] would seat it. For choosing among postures; the chosen one is
+    /// tested again as seated.
     ///
     /// # Errors
     /// The first reason found, in the order of the tests.
@@ -192,9 +194,9 @@ impl<'a> PoseTest<'a> {
         if free.is_empty() { Err(reason.expect("configurations() gives at least one")) } else { Ok(free) }
     }
 
-    /// All ways for the machine to stand in a posture at a CC point at the largest lift, within its
-    /// limits, nothing else tested: those of [`PoseTest::configurations_of`] are among them, in the
-    /// same order.
+    /// Returns all configurations of a posture at a CC point at the largest lift within the limits,
+    /// nothing else tested: those of [`PoseTest::configurations_of`] are among them, in the same
+    /// order.
     pub(crate) fn lifted_configurations(&self, cc: &CcPoint, posture: Posture) -> Vec<Configuration> {
         let cl = cl_from_cc(self.cell.tool.cutter(), cc, posture);
         let lifted = cl.translated(cc.normal.into_inner() * self.cell.max_lift);
@@ -224,8 +226,8 @@ impl<'a> PoseTest<'a> {
         self.cell.machine.inverse_near(&cl, length, reference).map_err(Infeasible::Unreachable)
     }
 
-    /// Configurations for a pose, at least one: with `near`, the one on its branch comes first;
-    /// without, the preferred one.
+    /// Returns the configurations for a pose, at least one: with `near`, the one on its branch
+    /// comes first; without, the preferred one.
     fn configurations(
         &self,
         cl: &ClPoint,
@@ -265,13 +267,12 @@ impl<'a> PoseTest<'a> {
     /// Returns the machine's configuration at a pose on the branch of `near`, its rotary axes at
     /// the turns nearest to it.
     ///
-    /// # Errors
-    /// When the pose is out of reach, or in reach on the other branch only.
+    /// When the pose is out of reach, or in reach only on the other branch.
     pub fn configuration_like(&self, cl: &ClPoint, near: &Configuration) -> Result<Configuration, Infeasible> {
         on_branch(&self.inverse(cl, &near.axes)?, near.branch).ok_or(Infeasible::OtherBranch(near.branch))
     }
 
-    /// Least lift along `normal` that frees the test body.
+    /// Returns the least lift along `normal` that frees the test body.
     fn seat(&self, cl: &ClPoint, normal: &Unit<Vector3<f64>>, hints: &mut Hints) -> Result<f64, Infeasible> {
         if self.gouge(cl, hints).is_none() {
             return Ok(0.0);
@@ -291,9 +292,9 @@ impl<'a> PoseTest<'a> {
         Ok(free)
     }
 
-    /// First obstacle that the cutter's test body cuts, with a point of it inside the body
-    /// (workpiece frame). Bodies of the machine that move against the workpiece are left to
-    /// [`PoseTest::collision`], which knows where they are.
+    /// Returns the first obstacle that the cutter's test body cuts, with a point of it inside the
+    /// body (workpiece frame). [`PoseTest::collision`], which knows their places, tests bodies of
+    /// the machine that move against the workpiece.
     pub fn gouge(&self, cl: &ClPoint, hints: &mut Hints) -> Option<(usize, Point3<f64>)> {
         let work_from_tool = tool_frame(cl);
         hints.gouge.resize(self.cell.obstacles.len(), None);
@@ -308,13 +309,13 @@ impl<'a> PoseTest<'a> {
         None
     }
 
-    /// Pose of the tool frame in the workpiece frame.
+    /// Returns the pose of the tool frame in the workpiece frame.
     pub(crate) fn work_from_tool(&self, axes: &AxisValues) -> Isometry3<f64> {
         self.work_from_table * self.cell.machine.forward(axes, self.cell.tool.gauge_length())
     }
 
-    /// Every body that is tested for collision: of the tool assembly, then those of the machine
-    /// that move against the workpiece.
+    /// Returns every body that is tested for collision: those of the tool assembly, then those of
+    /// the machine that move against the workpiece.
     pub(crate) fn placed<'b>(&'b self, axes: &'b AxisValues) -> impl Iterator<Item = Placed<'b>> {
         let work_from_tool = self.work_from_tool(axes);
         let tool = self.tool_bodies.iter().enumerate().map(move |(k, b)| Placed {
@@ -331,8 +332,8 @@ impl<'a> PoseTest<'a> {
         tool.chain(moving)
     }
 
-    /// First collision of a non-cutting body at these axis values, or of the cutter with a body of
-    /// the machine.
+    /// Returns the first collision of a non-cutting body at these axis values, or of the cutter
+    /// with a body of the machine.
     pub fn collision(&self, axes: &AxisValues, hints: &mut Hints) -> Option<Infeasible> {
         let frames = self.machine_frames(axes);
         for (slot, placed) in self.placed(axes).enumerate() {
@@ -358,8 +359,8 @@ impl<'a> PoseTest<'a> {
         self.cutter_at_machine(axes, &frames)
     }
 
-    /// The cutter, which nothing of the machine is to touch, against the bodies that move against
-    /// the workpiece.
+    /// Tests the cutter, which may touch no part of the machine, against the bodies that move
+    /// against the workpiece.
     fn cutter_at_machine(&self, axes: &AxisValues, frames: &[Isometry3<f64>]) -> Option<Infeasible> {
         let work_from_tool = self.work_from_tool(axes);
         for k in self.cell.obstacles.len()..self.n_obstacles() {
@@ -376,19 +377,19 @@ impl<'a> PoseTest<'a> {
         None
     }
 
-    /// Whether balls alone tell that a body, which is there in the frame of the obstacle, does not
-    /// touch it. Of the workcell's obstacles they tell nothing.
+    /// Returns whether balls alone prove that a body at this place in the frame of an obstacle does
+    /// not touch it. They prove nothing for obstacles of the workcell.
     fn is_beyond(&self, obstacle: usize, ball: &Ball, obstacle_from_body: &Isometry3<f64>) -> bool {
         let own = obstacle.checked_sub(self.cell.obstacles.len());
         own.is_some_and(|own| ball.is_beyond(&self.machine_obstacles[own].ball, obstacle_from_body, 0.0))
     }
 
-    /// Obstacles of the workcell, then of the machine.
+    /// Counts the obstacles of the workcell and of the machine.
     pub(crate) fn n_obstacles(&self) -> usize {
         self.cell.obstacles.len() + self.machine_obstacles.len()
     }
 
-    /// Mesh of an obstacle and the distance that dilated bodies keep from it.
+    /// Returns the mesh of an obstacle and the distance that dilated bodies keep from it.
     pub(crate) fn obstacle(&self, k: usize) -> (&dyn Interference, f64) {
         match self.cell.obstacles.get(k) {
             Some(o) => (&*o.mesh, o.collision_allowance),
@@ -399,7 +400,7 @@ impl<'a> PoseTest<'a> {
         }
     }
 
-    /// Pose of each machine obstacle's frame in the workpiece frame.
+    /// Returns the pose of each machine obstacle's frame in the workpiece frame.
     pub(crate) fn machine_frames(&self, axes: &AxisValues) -> Vec<Isometry3<f64>> {
         if self.machine_obstacles.is_empty() {
             return Vec::new();
@@ -409,7 +410,7 @@ impl<'a> PoseTest<'a> {
         self.machine_obstacles.iter().map(|o| all[o.body]).collect()
     }
 
-    /// A body's pose in the frame of an obstacle.
+    /// Returns a body's pose in the frame of an obstacle.
     pub(crate) fn seen_from_obstacle(
         &self,
         k: usize,
@@ -422,7 +423,7 @@ impl<'a> PoseTest<'a> {
         }
     }
 
-    /// A point of an obstacle in the workpiece frame.
+    /// Returns a point of an obstacle in the workpiece frame.
     pub(crate) fn at_work(&self, k: usize, frames: &[Isometry3<f64>], p: &Point3<f64>) -> Point3<f64> {
         match k.checked_sub(self.cell.obstacles.len()) {
             None => *p,
@@ -430,7 +431,7 @@ impl<'a> PoseTest<'a> {
         }
     }
 
-    /// Whether the Z-map's maxima prove that a body is above all obstacles of the workcell.
+    /// Returns whether the Z-map's maxima prove that a body is above all obstacles of the workcell.
     fn proven_free(&self, solid: &Solid, work_from_body: &Isometry3<f64>) -> bool {
         let thickest = self.cell.obstacles.iter().map(|o| o.collision_allowance).fold(0.0, f64::max);
         self.cell.z_map.is_some_and(|(map, map_from_work)| {
@@ -438,8 +439,8 @@ impl<'a> PoseTest<'a> {
         })
     }
 
-    /// Tests a pose that is not at a CC point (an approach), on the branch of `near`: cone
-    /// excepted, as [`PoseTest::try_posture`] without seating.
+    /// Tests a pose that is not at a CC point (an approach), on the branch of `near`: as
+    /// [`PoseTest::try_posture`], but without cone and seating.
     ///
     /// # Errors
     /// The first reason found.
@@ -454,9 +455,9 @@ impl<'a> PoseTest<'a> {
         }
     }
 
-    /// Distance from the whole tool and the machine's bodies, dilated as they are and cutter
-    /// included, to the nearest obstacle or the stock on it, searched up to `at_most`, and what
-    /// that is.
+    /// Returns the distance from the whole tool and the machine's bodies, dilated and with the
+    /// cutter, to the nearest obstacle or the stock on it, searched up to `at_most`, and the
+    /// blocking pair.
     pub fn rapid_distance(&self, axes: &AxisValues, at_most: f64, hints: &mut Hints) -> (f64, Option<Infeasible>) {
         let frames = self.machine_frames(axes);
         let work_from_tool = self.work_from_tool(axes);
@@ -487,13 +488,13 @@ impl<'a> PoseTest<'a> {
         nearest
     }
 
-    /// How far above a clearance surface the tip has to be for the whole cutter to be outside,
-    /// whatever its axis, mm.
+    /// Returns the height of the tip above a clearance surface at which the whole cutter is
+    /// outside, whatever its axis, mm.
     pub fn clearance_margin(&self) -> f64 {
         self.cell.tool.cutter().radius()
     }
 
-    /// Whether the cutter touches the stock, or what it is on, at a pose.
+    /// Returns whether the cutter touches the stock or its support at a pose.
     pub fn cutter_in_stock(&self, cl: &ClPoint, hints: &mut Hints) -> bool {
         let work_from_tool = tool_frame(cl);
         hints.gouge.resize(self.cell.obstacles.len(), None);
@@ -503,7 +504,7 @@ impl<'a> PoseTest<'a> {
         })
     }
 
-    /// Distance from the tool tip to the farthest point of the tool assembly, mm.
+    /// Returns the distance from the tool tip to the farthest point of the tool assembly, mm.
     pub fn reach(&self) -> f64 {
         let top = |b: &PlacedSolid| {
             let corner = b.solid.aabb();
@@ -512,12 +513,12 @@ impl<'a> PoseTest<'a> {
         self.tool_bodies.iter().map(top).fold(self.cell.tool.gauge_length(), f64::max)
     }
 
-    /// Pose of the workpiece frame on the table, inverted.
+    /// Returns the pose of the workpiece frame on the table, inverted.
     pub fn work_from_table(&self) -> &Isometry3<f64> {
         &self.work_from_table
     }
 
-    /// The tool's non-cutting bodies, dilated by their clearance, tool frame.
+    /// Returns the tool's non-cutting bodies, dilated by their clearance, tool frame.
     pub fn tool_bodies(&self) -> &[PlacedSolid] {
         &self.tool_bodies
     }
@@ -526,7 +527,7 @@ impl<'a> PoseTest<'a> {
 /// Bisections of a lift: enough to exhaust a double.
 const MAX_HALVINGS: u32 = 200;
 
-/// The solution on a branch; at the pole, where both are one, it is on either.
+/// Returns the solution on a branch; at the pole, where both are one, it is on either.
 fn on_branch(all: &InverseSolutions, branch: facemill_inverse_kinematics::Branch) -> Option<Configuration> {
     let at_pole = || all.iter().find(|s| s.free_axis.is_some());
     all.on_branch(branch).or_else(at_pole).map(|s| Configuration { axes: s.values, branch })

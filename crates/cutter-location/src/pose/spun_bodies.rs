@@ -6,7 +6,7 @@ use nalgebra::{Isometry3, Vector3};
 use crate::pose::machine_obstacles::is_moved_along;
 use crate::pose::workcell::{Body, Workcell};
 
-/// A body of revolution about the tool's axis that is fixed to the tool: where it is depends on the
+/// A body of revolution about the tool's axis that is fixed to the tool: its place depends on the
 /// tool pose alone.
 pub(crate) struct SpunBody {
     /// Its place among the bodies that are tested for collision.
@@ -16,8 +16,8 @@ pub(crate) struct SpunBody {
     pub(crate) tool_from_solid: Isometry3<f64>,
 }
 
-/// The bodies of tool and machine that are fixed to the tool and turn about its axis into
-/// themselves.
+/// Returns the bodies of tool and machine that are fixed to the tool and are bodies of revolution
+/// about its axis.
 pub(crate) fn spun_bodies(cell: &Workcell<'_>, tool_bodies: &[PlacedSolid]) -> Vec<SpunBody> {
     let machine = cell.machine;
     let home = machine.home();
@@ -37,8 +37,8 @@ pub(crate) fn spun_bodies(cell: &Workcell<'_>, tool_bodies: &[PlacedSolid]) -> V
         .collect()
 }
 
-/// Whether a frame has its z axis on that of the other, to rounding: a body of revolution there is
-/// off by less than 1e-8 mm when it is turned about it.
+/// Returns whether a frame has its z axis on that of the other, up to rounding: a body of
+/// revolution there moves by less than 1e-8 mm when it is turned about that axis.
 fn is_on_z(pose: &Isometry3<f64>) -> bool {
     (pose * Vector3::z()).xy().norm() < 1e-12 && pose.translation.vector.xy().norm() < 1e-9
 }

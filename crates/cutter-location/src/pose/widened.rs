@@ -1,29 +1,29 @@
-//! Angles by which a body grew until a posture was certain.
+//! CC points at which a proof needed a larger width than requested.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
 use facemill_cl_data::CcPoint;
 
-/// Points at which the width of a proof had to be larger than asked for.
+/// Points at which the width of a proof had to be larger than requested.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Widened {
-    /// How many.
+    /// Their number.
     pub points: usize,
     /// The largest width that was reached at one of them.
     pub largest: f64,
 }
 
 impl Widened {
-    /// Points of two tests.
+    /// Adds up the points of two tests.
     #[must_use]
     pub fn plus(self, other: Self) -> Self {
         Self { points: self.points + other.points, largest: self.largest.max(other.largest) }
     }
 }
 
-/// The largest width of each point at which more than the asked one was needed, by the bits of its
-/// place: a sum that does not hang on the order of the searches.
+/// Largest width of each point that needed more than the requested one, by the bits of its place: a
+/// sum that does not depend on the order of the searches.
 #[derive(Debug, Default)]
 pub(crate) struct Widths(Mutex<BTreeMap<[u64; 3], f64>>);
 

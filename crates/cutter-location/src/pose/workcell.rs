@@ -10,7 +10,7 @@ use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 
 use crate::pose::obstacle::{Obstacle, table_bodies};
 
-/// Directions the tool axis may point in, workpiece frame.
+/// Allowed directions of the tool axis, workpiece frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisCone {
     /// Middle of the cone.
@@ -19,7 +19,7 @@ pub struct AxisCone {
     pub half_angle: f64,
 }
 
-/// Everything a pose is judged by.
+/// Everything that decides about a pose.
 #[derive(Clone)]
 pub struct Workcell<'a> {
     /// Machine.
@@ -28,13 +28,12 @@ pub struct Workcell<'a> {
     pub table_from_work: Isometry3<f64>,
     /// Tool assembly.
     pub tool: &'a ToolAssembly,
-    /// Obstacles, which must not be cut or hit. Tool and head are also tested against bodies of the
-    /// machine that move against the workpiece; those of the table that stand still against it
-    /// belong here.
+    /// Obstacles, which must not be cut or hit. Bodies of the table that do not move against the
+    /// workpiece belong here; tool and head are always tested against machine bodies that do.
     pub obstacles: Vec<Obstacle<'a>>,
-    /// Branch of the inverse solution to take where nothing comes before.
+    /// Branch of the inverse solution for poses without a predecessor.
     pub preferred_branch: BranchPreference,
-    /// Directions allowed to the tool axis.
+    /// Cone of allowed directions of the tool axis.
     pub axis_cone: Option<AxisCone>,
     /// Tolerance t of the cutter's test body, mm.
     pub gouge_tolerance: f64,
@@ -42,8 +41,8 @@ pub struct Workcell<'a> {
     pub max_lift: f64,
     /// Accuracy of the seating lift, mm.
     pub lift_resolution: f64,
-    /// Z-map of all obstacles, dilated nowhere, with its pose: answers first for bodies that are
-    /// far above it.
+    /// Z-map of all obstacles, not dilated, with its pose: proves quickly that bodies far above it
+    /// are free.
     pub z_map: Option<(&'a ZMap, Isometry3<f64>)>,
 }
 
@@ -55,8 +54,8 @@ pub const MAX_LIFT: f64 = 0.06;
 
 impl<'a> Workcell<'a> {
     /// Returns a workcell whose only obstacles are the machine's own: the bodies of its table that
-    /// stand still against the workpiece, with the clearances of the machine file. The test takes
-    /// those that move against the workpiece from the machine itself.
+    /// do not move against the workpiece, with the clearances of the machine file. The test takes
+    /// those that do move from the machine itself.
     ///
     /// `table_from_work` is the pose of the workpiece frame on the machine's table. Push the part,
     /// fixtures and stock to `obstacles` ([`Obstacle::part`]). The other values start with
@@ -84,8 +83,8 @@ impl<'a> Workcell<'a> {
     }
 }
 
-/// Configuration of a machine at a pose: axis values, and the branch of the inverse solution that
-/// they belong to. At the pole both branches have the same values.
+/// Configuration of a machine at a pose: axis values, and their branch of the inverse solution. At
+/// the pole both branches have the same values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Configuration {
     /// Axis values.
@@ -107,7 +106,7 @@ pub struct FeasiblePose {
     pub lift: f64,
 }
 
-/// Why a posture cannot be taken: a result, not an error.
+/// Reason why a posture is infeasible: a result, not an error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Infeasible {
     /// The tool axis leaves the job's cone by `excess` rad.
@@ -115,19 +114,19 @@ pub enum Infeasible {
         /// Angle outside the cone, rad.
         excess: f64,
     },
-    /// The tool axis is so near to the rotary axis nearest to the workpiece that this one would
+    /// The tool axis is so near to the rotary axis nearest to the workpiece that this axis would
     /// have to turn fast; only where the test avoids that
     /// ([`PoseTest::avoiding_pole`](crate::pose::pose_test::PoseTest::avoiding_pole)).
     Singular {
         /// Angle inside the cone to avoid, rad.
         within: f64,
     },
-    /// The posture asked for has the tool axis 90° or more from the surface's normal, or no
+    /// The tool axis of the requested posture is 90° or more from the surface's normal, or has no
     /// direction at all.
     FromBelow,
     /// No axis values within the limits give this pose.
     Unreachable(Unreachable),
-    /// The pose can be reached, but only on the other branch, and it belongs to a way on this one.
+    /// The pose can be reached, but only on the other branch, while its way is on this one.
     OtherBranch(Branch),
     /// The cutter's test body cuts an obstacle, and the largest lift does not free it.
     Gouge {
@@ -143,13 +142,12 @@ pub enum Infeasible {
         /// Index of the axis.
         axis: usize,
     },
-    /// An entry goes down into the stock more steeply than the tool may.
+    /// An entry descends into the stock more steeply than the tool may.
     Ramp {
         /// Angle below the cutter's bottom plane, rad.
         angle: f64,
     },
-    /// A dilated non-cutting body hits an obstacle, or the cutter something that it must keep away
-    /// from.
+    /// A dilated non-cutting body hits an obstacle, or the cutter hits one that it must not touch.
     Collision {
         /// The body.
         body: Body,
@@ -160,7 +158,7 @@ pub enum Infeasible {
     },
 }
 
-/// Tells bodies and obstacles by their index; [`PoseTest::describe`] has their names.
+/// Identifies bodies and obstacles by their index; [`PoseTest::describe`] gives their names.
 ///
 /// [`PoseTest::describe`]: crate::pose::pose_test::PoseTest::describe
 impl fmt::Display for Infeasible {
@@ -208,8 +206,8 @@ impl fmt::Display for Body {
     }
 }
 
-/// The triangles that answered last, one per pair of body and obstacle: neighbouring poses are
-/// usually blocked by the same.
+/// Triangles of the last hits, one per pair of body and obstacle: neighbouring poses are usually
+/// blocked by the same.
 #[derive(Clone, Debug, Default)]
 pub struct Hints {
     pub(crate) gouge: Vec<Option<u32>>,
@@ -217,7 +215,7 @@ pub struct Hints {
     pub(crate) distance: Vec<Option<u32>>,
 }
 
-/// A tool frame at a pose: origin at the tip, z along the axis, x anywhere. For bodies of
+/// Returns a tool frame at a pose: origin at the tip, z along the axis, x anywhere. For bodies of
 /// revolution only.
 pub fn tool_frame(cl: &ClPoint) -> Isometry3<f64> {
     let rotation = UnitQuaternion::rotation_between(&Vector3::z(), &cl.axis)
@@ -225,7 +223,7 @@ pub fn tool_frame(cl: &ClPoint) -> Isometry3<f64> {
     Isometry3::from_parts(cl.tip.into(), rotation)
 }
 
-/// Angle between two directions, rad, accurate near 0 and π.
+/// Returns the angle between two directions, rad, accurate near 0 and π.
 pub fn angle_between(a: &Unit<Vector3<f64>>, b: &Unit<Vector3<f64>>) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }

@@ -1,6 +1,6 @@
 use facemill_cl_data::Posture;
 
-/// Which angle grows first along the search curve (CLOPT, chapter III).
+/// Order in which the angles grow along the search curve (CLOPT, chapter III).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SearchOrder {
     /// Control points V1, V2 = (tilt end, rotate start), V3.
@@ -13,8 +13,8 @@ pub enum SearchOrder {
 /// CLOPT's search curve: the rational quadratic Bézier from the smallest to the largest tilt and
 /// rotate.
 ///
-/// `C(u) = [(1−u)²·V1 + 2·w·u(1−u)·V2 + u²·V3] / [(1−u)² + 2·w·u(1−u) + u²]`, u in 0..=1. Tilt
-/// and |rotate| never decrease along it, because every coordinate of V2 is that of one end.
+/// `C(u) = [(1−u)²·V1 + 2·w·u(1−u)·V2 + u²·V3] / [(1−u)² + 2·w·u(1−u) + u²]`, u in 0..=1. Tilt and
+/// |rotate| never decrease along it, because every coordinate of V2 is that of one end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SearchCurve {
     start: Posture,
@@ -23,7 +23,7 @@ pub struct SearchCurve {
     weight: f64,
 }
 
-/// Why a search range is none.
+/// Reason why a search range is invalid.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SearchCurveError {
@@ -43,7 +43,7 @@ impl SearchCurve {
     /// point.
     ///
     /// # Errors
-    /// When a range or the weight is not as [`SearchCurveError`] says.
+    /// When a range or the weight is invalid, see [`SearchCurveError`].
     pub fn new(start: Posture, end: Posture, order: SearchOrder, weight: f64) -> Result<Self, SearchCurveError> {
         let tilt_ok = 0.0 <= start.tilt && start.tilt <= end.tilt && end.tilt < std::f64::consts::FRAC_PI_2;
         if !tilt_ok {
@@ -65,14 +65,14 @@ impl SearchCurve {
         Ok(Self { start, middle, end, weight })
     }
 
-    /// The same curve with the other sign of rotate.
+    /// Returns the same curve with the other sign of rotate.
     #[must_use]
     pub fn mirrored(self) -> Self {
         let mirror = |p: Posture| Posture { rotate: -p.rotate, ..p };
         Self { start: mirror(self.start), middle: mirror(self.middle), end: mirror(self.end), ..self }
     }
 
-    /// The posture at `u`, which is clamped to 0..=1.
+    /// Returns the posture at `u`, which is clamped to 0..=1.
     pub fn at(&self, u: f64) -> Posture {
         let u = u.clamp(0.0, 1.0);
         let (b0, b1, b2) = ((1.0 - u).powi(2), 2.0 * self.weight * u * (1.0 - u), u * u);
@@ -83,26 +83,26 @@ impl SearchCurve {
         }
     }
 
-    /// The curve of the same start, order and weight to another end; `None` where that makes no
-    /// curve.
+    /// Returns the curve of the same start, order and weight to another end; `None` where that is
+    /// not a valid curve.
     pub fn with_end(&self, end: Posture) -> Option<Self> {
         let tilt_first = Posture { tilt: self.end.tilt, rotate: self.start.rotate };
         let order = if self.middle == tilt_first { SearchOrder::TiltFirst } else { SearchOrder::RotateFirst };
         Self::new(self.start, end, order, self.weight).ok()
     }
 
-    /// The largest tilt and rotate of the curve.
+    /// Returns the largest tilt and rotate of the curve.
     pub fn end(&self) -> Posture {
         self.end
     }
 
-    /// The smallest tilt and rotate of the curve.
+    /// Returns the smallest tilt and rotate of the curve.
     pub fn start(&self) -> Posture {
         self.start
     }
 }
 
-/// Length of the path that the tool axis runs on the unit sphere (against surface and feed) along a
+/// Length of the path of the tool axis on the unit sphere (against surface and feed) along a
 /// [`SearchCurve`]: turns "how fast may the posture change" into a bound on u. Tabulated; the
 /// inverse is exact at the table's nodes and monotone between them.
 #[derive(Clone, Debug)]
@@ -114,7 +114,7 @@ pub struct TurnTable {
 impl TurnTable {
     const STEPS: usize = 256;
 
-    /// The table of a curve.
+    /// Tabulates a curve.
     pub fn new(curve: &SearchCurve) -> Self {
         let at = |k: usize| curve.at(k as f64 / Self::STEPS as f64);
         let mut turn = vec![0.0];
@@ -128,14 +128,14 @@ impl TurnTable {
         Self { turn }
     }
 
-    /// Turn of the axis from u = 0, rad.
+    /// Returns the turn of the axis from u = 0, rad.
     pub fn turn_at(&self, u: f64) -> f64 {
         let x = u.clamp(0.0, 1.0) * Self::STEPS as f64;
         let k = (x as usize).min(Self::STEPS - 1);
         self.turn[k] + (x - k as f64) * (self.turn[k + 1] - self.turn[k])
     }
 
-    /// The u with this turn, clamped to the curve.
+    /// Returns the u with this turn, clamped to the curve.
     pub fn u_at(&self, turn: f64) -> f64 {
         let k = self.turn.partition_point(|&t| t <= turn).clamp(1, Self::STEPS) - 1;
         let within = (turn - self.turn[k]) / (self.turn[k + 1] - self.turn[k]);

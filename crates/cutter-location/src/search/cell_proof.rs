@@ -2,10 +2,10 @@
 //!
 //! Between the postures of a range the tool turns about the point r above the contact: by the
 //! tilt's difference about the axis across the tilt direction, then by the rotate's difference
-//! about the normal. Bodies free of the mesh in all of these poses are found by
-//! [`Interference::turn`](facemill_interference::Interference::turn), bodies hit in all of them by
-//! a point of the mesh that stays within the body. Proofs are about [`PoseTest::try_posture`],
-//! seating included.
+//! about the normal. [`Interference::turn`](facemill_interference::Interference::turn) proves that
+//! bodies are free of the mesh in all of these poses. A point of the mesh that stays within a body
+//! proves that the body is hit in all of them. Proofs are about [`PoseTest::try_posture`], seating
+//! included.
 
 use facemill_cl_data::{CcPoint, ClPoint, Posture, Solid};
 use facemill_interference::{Interference, SweepVerdict, TurnRange, Verdict, penetration};
@@ -26,18 +26,18 @@ pub(crate) enum Proof {
     /// No posture is feasible, and this blocks all of them; places are those of the posture in the
     /// middle.
     Blocked(Infeasible),
-    /// Nothing; the verdict on the posture in the middle.
+    /// No proof; holds the verdict on the posture in the middle.
     None(Option<Infeasible>),
 }
 
-/// Distance by which every proof is on the safe side, mm: the pose by kinematics is 1e-9 mm from
-/// the CL point's, verdicts have a band of 1e-9 mm.
+/// Safety margin of every proof, mm: the kinematic pose is within 1e-9 mm of the CL point's, and
+/// verdicts have a band of 1e-9 mm.
 pub(crate) const MARGIN: f64 = 1e-6;
 
 /// The same for angles, rad.
 const ANGLE_MARGIN: f64 = 1e-9;
 
-/// The postures within an amount of one, at one CC point.
+/// The postures around one, at one CC point.
 pub(crate) struct PostureCell<'t, 'a> {
     pub(crate) test: &'t PoseTest<'a>,
     cc: CcPoint,
@@ -47,12 +47,12 @@ pub(crate) struct PostureCell<'t, 'a> {
     pub(crate) cl: ClPoint,
     /// The fixed point of all turns, r above the contact.
     center: Point3<f64>,
-    /// Where axes that do not move the tool stand.
+    /// Values of the axes that do not move the tool.
     pub(crate) others: AxisValues,
 }
 
 impl<'t, 'a> PostureCell<'t, 'a> {
-    /// The postures whose tilt and rotate differ by at most `half` from the middle.
+    /// Creates the cell of postures whose tilt and rotate differ by at most `half` from the middle.
     pub(crate) fn new(test: &'t PoseTest<'a>, cc: &CcPoint, middle: Posture, half: [f64; 2]) -> Self {
         let cutter = test.cell.tool.cutter();
         Self {
@@ -66,12 +66,12 @@ impl<'t, 'a> PostureCell<'t, 'a> {
         }
     }
 
-    /// The same where axes that do not move the tool stand as in `near`, at home without it.
+    /// Takes the values of axes that do not move the tool from `near`, or at home without it.
     pub(crate) fn near(self, near: Option<&Configuration>) -> Self {
         Self { others: near.map_or(self.others, |near| near.axes), ..self }
     }
 
-    /// Returns the proof that can be had, starting from the verdict on the middle.
+    /// Returns the strongest proof found, starting from the verdict on the middle.
     pub(crate) fn judge(&self, hints: &mut Hints) -> Proof {
         match self.test.try_posture(&self.cc, self.middle, None, hints) {
             Ok(_) if self.is_free(hints) => Proof::Free,
@@ -80,8 +80,8 @@ impl<'t, 'a> PostureCell<'t, 'a> {
         }
     }
 
-    /// The proof that all are blocked, where the middle is blocked by `why`: by that, else by
-    /// another body.
+    /// Proves that all are blocked, where the middle is blocked by `why`: by that, else by another
+    /// body.
     pub(crate) fn blocked_by(&self, why: &Infeasible) -> Option<Infeasible> {
         match why {
             Infeasible::OutsideCone { excess } => (*excess > self.axis_turn() + ANGLE_MARGIN).then_some(*why),
@@ -101,14 +101,14 @@ impl<'t, 'a> PostureCell<'t, 'a> {
         self.test.cell.max_lift
     }
 
-    /// No tool axis is farther than this from that in the middle, rad: the length of the way there
-    /// on the unit sphere.
+    /// Returns a bound on the angle of any tool axis to that in the middle, rad: the length of the
+    /// way there on the unit sphere.
     fn axis_turn(&self) -> f64 {
         let steepest = (self.middle.tilt + self.half[0]).min(std::f64::consts::FRAC_PI_2);
         self.half[0] + self.half[1] * steepest.sin()
     }
 
-    /// Tool poses of the cell, lifted by 0 up to `max_lift`, in the table frame.
+    /// Returns the tool poses of the cell, lifted by 0 up to `max_lift`, in the table frame.
     pub(crate) fn pose_set(&self, max_lift: f64) -> PoseSet {
         let from_center = (self.cl.tip - self.center).norm();
         PoseSet {
@@ -118,12 +118,12 @@ impl<'t, 'a> PostureCell<'t, 'a> {
         }
     }
 
-    /// The pose in the middle, lifted.
+    /// Returns the pose in the middle, lifted.
     fn lifted(&self, lift: f64) -> ClPoint {
         self.cl.translated(self.cc.normal.into_inner() * lift)
     }
 
-    /// The poses of a body of the tool in the range, lifted by `lifts[0]` to `lifts[1]`.
+    /// Returns the poses of a body of the tool in the range, lifted by `lifts[0]` to `lifts[1]`.
     fn turns(&self, frame_from_solid: &Isometry3<f64>, lifts: [f64; 2]) -> TurnRange {
         let lift = 0.5 * (lifts[0] + lifts[1]);
         let normal = self.cc.normal.into_inner();
@@ -143,13 +143,13 @@ impl<'t, 'a> PostureCell<'t, 'a> {
         if !within_cone {
             return false;
         }
-        // Where the cutter is free as it stands, no posture is lifted; where it is free at the
+        // Where the cutter is free without lift, no posture is lifted; where it is free at the
         // largest lift, each is lifted by some amount up to that.
         let lift = [0.0, self.max_lift()].into_iter().find(|lift| self.cutter_is_free(*lift, hints));
         lift.is_some_and(|lift| self.tool_is_free(lift, hints) && OnMachine::new(self, lift).is_free())
     }
 
-    /// Whether the cutter's test bodies are free in all postures at one lift.
+    /// Returns whether the cutter's test bodies are free in all postures at one lift.
     fn cutter_is_free(&self, lift: f64, hints: &mut Hints) -> bool {
         let range = self.turns(&Isometry3::identity(), [lift; 2]);
         hints.gouge.resize(self.test.cell.obstacles.len(), None);
@@ -162,7 +162,8 @@ impl<'t, 'a> PostureCell<'t, 'a> {
         })
     }
 
-    /// Obstacles that the cutter must not gouge, with its test bodies dilated by the allowance.
+    /// Returns the obstacles that the cutter must not gouge, with its test bodies dilated by the
+    /// allowance.
     fn gouge_tests(&self) -> impl Iterator<Item = (usize, &'t dyn Interference, Solid)> {
         let test = self.test;
         test.cell.obstacles.iter().enumerate().filter(|(k, _)| test.meetings.cutter[*k]).flat_map(move |(k, o)| {
@@ -171,8 +172,8 @@ impl<'t, 'a> PostureCell<'t, 'a> {
         })
     }
 
-    /// The bodies that turn with the tool against the obstacles of the workcell, dilated by their
-    /// allowances.
+    /// Returns the bodies that turn with the tool, paired with the obstacles of the workcell and
+    /// dilated by their allowances.
     fn tool_tests(&self) -> impl Iterator<Item = (&'t SpunBody, usize, &'t dyn Interference, Solid)> {
         let test = self.test;
         test.spun_bodies.iter().flat_map(move |spun| {
@@ -182,7 +183,7 @@ impl<'t, 'a> PostureCell<'t, 'a> {
         })
     }
 
-    /// Whether these bodies are free in all postures and lifts up to `lift`.
+    /// Returns whether these bodies are free in all postures and lifts up to `lift`.
     fn tool_is_free(&self, lift: f64, hints: &mut Hints) -> bool {
         let n = self.test.n_obstacles();
         self.tool_tests().all(|(spun, k, mesh, solid)| {
@@ -192,7 +193,7 @@ impl<'t, 'a> PostureCell<'t, 'a> {
         })
     }
 
-    /// A gouge of all postures: one both without lift and at the largest one, so that none is
+    /// Finds a gouge of all postures, both without lift and at the largest one, so that none can be
     /// seated.
     fn gouged(&self) -> Option<Infeasible> {
         self.gouge_at(0.0)?;
@@ -200,13 +201,14 @@ impl<'t, 'a> PostureCell<'t, 'a> {
         Some(Infeasible::Gouge { obstacle, place })
     }
 
-    /// An obstacle with a point that stays in one of the test bodies in all postures at one lift.
+    /// Finds an obstacle with a point that stays in one of the test bodies in all postures at one
+    /// lift.
     fn gouge_at(&self, lift: f64) -> Option<(usize, Point3<f64>)> {
         let range = self.turns(&Isometry3::identity(), [lift; 2]);
         self.gouge_tests().find_map(|(k, mesh, body)| Some((k, witness(mesh, &body, &range)?)))
     }
 
-    /// A body that turns with the tool, with a point of an obstacle that stays in it in all
+    /// Finds a body that turns with the tool, with a point of an obstacle that stays in it in all
     /// postures and lifts.
     fn hit_by_tool(&self) -> Option<Infeasible> {
         self.tool_tests().find_map(|(spun, obstacle, mesh, solid)| {
@@ -217,8 +219,9 @@ impl<'t, 'a> PostureCell<'t, 'a> {
     }
 }
 
-/// A point of the mesh that is in the dilated solid in all poses of a range, or, of a solid that is
-/// wholly inside a closed part in all of them, a point on its way out; `None` where none is found.
+/// Returns a point of the mesh that is in the dilated solid in all poses of a range, or, for a
+/// solid wholly inside a closed part in all of them, a point on its way out; `None` where none is
+/// found.
 fn witness(mesh: &dyn Interference, solid: &Solid, range: &TurnRange) -> Option<Point3<f64>> {
     let Verdict::Hit(hit) = mesh.verdict(solid, &range.mesh_from_solid, None) else { return None };
     if stays_within(solid, range, &hit.point) {
@@ -227,14 +230,14 @@ fn witness(mesh: &dyn Interference, solid: &Solid, range: &TurnRange) -> Option<
     if is_far_from_surface(mesh, solid, range) {
         return Some(hit.point);
     }
-    // The deepest point stays longest where depth counts, which is everywhere but beside the fixed
-    // point.
+    // Where depth decides, the deepest point stays inside longest: everywhere except beside the
+    // fixed point.
     let deepest = penetration(mesh, solid, &range.mesh_from_solid)?.point;
     stays_within(solid, range, &deepest).then_some(deepest)
 }
 
-/// Whether the surface is farther from the dilated solid than it moves within the range: what is
-/// inside stays inside.
+/// Returns whether the surface is farther from the dilated solid than it moves within the range: a
+/// solid inside stays inside.
 fn is_far_from_surface(mesh: &dyn Interference, solid: &Solid, range: &TurnRange) -> bool {
     let bounds = solid.aabb();
     let pick = |k: usize, axis: usize| if k >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
@@ -244,10 +247,10 @@ fn is_far_from_surface(mesh: &dyn Interference, solid: &Solid, range: &TurnRange
     mesh.core_distance(solid, &range.mesh_from_solid, beyond, None).is_none()
 }
 
-/// Whether a point is in the dilated solid in all poses of a range.
+/// Returns whether a point is in the dilated solid in all poses of a range.
 ///
-/// The depth is concave, so that over first-order movements it is least at a corner of the range;
-/// the rest of the movement takes no more of it than its own length.
+/// The depth is concave, so over first-order movements it is least at a corner of the range; the
+/// rest of the movement reduces it by no more than its own length.
 fn stays_within(solid: &Solid, range: &TurnRange, q: &Point3<f64>) -> bool {
     let depth = |p: Point3<f64>| solid.depth(&range.mesh_from_solid.inverse_transform_point(&p));
     let least = range.corner_moves(q).iter().map(|by| depth(q + by)).fold(f64::INFINITY, f64::min);

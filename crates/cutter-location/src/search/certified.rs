@@ -1,5 +1,5 @@
-//! The search with a proof: what is passed over on the curve is proven blocked, up to stretches of
-//! a stated width.
+//! Search with a proof: everything passed over on the curve is proven blocked, up to stretches of a
+//! stated width.
 
 use facemill_cl_data::CcPoint;
 
@@ -9,34 +9,35 @@ use crate::search::bezier::SearchCurve;
 use crate::search::cell_proof::PostureCell;
 use crate::search::{Found, Reasons, SearchSettings, refine};
 
-/// Result of the search with a proof.
+/// Result of [`certified_search`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct CertifiedSearch {
     /// The pose, or the reason that blocked most of the curve.
     pub found: Result<Found, Infeasible>,
-    /// No feasible stretch of the curve that is at least so long lies before it: the width that was
-    /// asked for, or a larger one where that would have taken more than [`MOST_TESTS`] tests.
+    /// Width of the proof: every feasible stretch of the curve before the result is shorter. The
+    /// requested width, or a larger one where that would have taken more than [`MOST_TESTS`] tests.
     pub width: f64,
-    /// Intervals that were judged, by a pose test and an attempt at a proof each.
+    /// Number of judged intervals, each with a pose test and an attempt at a proof.
     pub tests: usize,
 }
 
-/// Intervals judged before the width is doubled: half a second at worst, and some ten times what a
-/// hard point takes at a thousandth.
+/// Intervals judged before the width is doubled: half a second at worst, and about ten times the
+/// number that a hard point takes at a thousandth.
 pub const MOST_TESTS: usize = 4096;
 
-/// Smallest width: finer, angles of postures differ by less than axis values are written with.
+/// Smallest width: below it, angles of postures differ by less than the resolution of written axis
+/// values.
 const FINEST: f64 = 1e-6;
 
-/// The first feasible posture of the curve from `from_u` on, where stretches shorter than
+/// Returns the first feasible posture of the curve from `from_u` on, where stretches shorter than
 /// `settings.certified` may be missed (shorter than `settings.u_step`, where that is `None`).
 ///
-/// Intervals of the curve are taken from the left. One is passed over where a single proof blocks
-/// all its postures; it is halved where none is found; and where it is no longer than the width,
-/// both ends and the middle are tested. So every feasible stretch before the result is shorter than
-/// the width. The result itself is tested as it stands, and bisected against the last blocked u to
-/// `settings.u_tolerance`. A width that had to be larger than requested is reported by
-/// [`PoseTest::widened`], too, whether a posture is found or not.
+/// Intervals of the curve are judged from the left. One is passed over where a single proof blocks
+/// all its postures, and halved where no proof is found; where it is no longer than the width, both
+/// ends and the middle are tested. So every feasible stretch before the result is shorter than the
+/// width. The result itself is tested, and bisected against the last blocked u to
+/// `settings.u_tolerance`. [`PoseTest::widened`] also reports a width that had to be larger than
+/// requested, whether a posture is found or not.
 pub fn certified_search(
     test: &PoseTest<'_>,
     cc: &CcPoint,
@@ -109,7 +110,7 @@ impl Walk<'_, '_> {
         }
     }
 
-    /// An interval no longer than the width: its first feasible test, if any.
+    /// Judges an interval no longer than the width: its first feasible test, if any.
     fn short(&mut self, tested: [f64; 3], hints: &mut Hints) -> Step {
         let mut blocked = None;
         for u in tested {
@@ -131,8 +132,8 @@ impl Walk<'_, '_> {
         self.test.try_posture(self.cc, self.curve.at(u), self.near, hints).map(|pose| Found { u, pose, width: None })
     }
 
-    /// All postures of an interval: tilt and rotate run one way along the curve, so that its ends
-    /// differ most from its middle.
+    /// Returns the cell of all postures of an interval: tilt and rotate are monotone along the
+    /// curve, so its ends differ most from its middle.
     fn cell(&self, from: f64, middle: f64, to: f64) -> PostureCell<'_, '_> {
         let [start, center, end] = [from, middle, to].map(|u| self.curve.at(u));
         let half = |of: fn(&facemill_cl_data::Posture) -> f64| {

@@ -2,7 +2,7 @@ use facemill_cl_data::Posture;
 
 use crate::search::bezier::SearchCurve;
 
-/// The most postures of a lattice.
+/// Largest number of postures of a lattice.
 const MOST: usize = 96;
 
 /// Finest distance of neighbours, as a turn of the tool axis, rad.
@@ -19,13 +19,13 @@ pub(crate) struct Lattice {
 }
 
 impl Lattice {
-    /// The lattice over a curve's ranges, corners included, as fine as [`MOST`] and [`FINEST`]
-    /// allow.
+    /// Creates the lattice over a curve's ranges, corners included, as fine as [`MOST`] and
+    /// [`FINEST`] allow.
     pub(crate) fn new(curve: &SearchCurve) -> Self {
         Self::within(curve, FINEST, MOST)
     }
 
-    /// A lattice several times as fine, for points at which little is feasible.
+    /// Creates a lattice several times as fine, for points where little is feasible.
     pub(crate) fn fine(curve: &SearchCurve) -> Self {
         Self::within(curve, FINEST / 4.0, 8 * MOST)
     }
@@ -53,8 +53,8 @@ fn postures(curve: &SearchCurve, spacing: f64) -> Vec<Posture> {
         .collect()
 }
 
-/// Values from one end to the other, both included, so many that neighbours are `spacing` of the
-/// `extent` apart at most.
+/// Returns values from one end to the other, both included, as few as keep neighbours at most
+/// `spacing` of the `extent` apart.
 fn evenly(ends: [f64; 2], extent: f64, spacing: f64) -> impl Iterator<Item = f64> {
     let steps = (extent / spacing - 1e-9).ceil().max(if ends[1] > ends[0] { 1.0 } else { 0.0 }) as usize;
     (0..=steps).map(move |k| if k == 0 { ends[0] } else { ends[0] + (ends[1] - ends[0]) * k as f64 / steps as f64 })

@@ -1,5 +1,4 @@
-//! Proofs over a range of postures that have to do with the machine: limits, and bodies that move
-//! with its axes.
+//! Proofs over a range of postures about the machine: limits, and bodies that move with its axes.
 
 use facemill_cl_data::Solid;
 use facemill_interference::{Interference, Verdict, penetration};
@@ -22,10 +21,10 @@ struct Pair<'p> {
     body: Body,
     obstacle: usize,
     mesh: &'p dyn Interference,
-    /// Dilated by clearance and allowance.
+    /// The body, dilated by clearance and allowance.
     solid: Solid,
     obstacle_from_solid: Isometry3<f64>,
-    /// How far the two move against each other within the range, mm.
+    /// Largest motion of the two against each other within the range, mm.
     travel: f64,
 }
 
@@ -34,7 +33,7 @@ impl<'t, 'a> OnMachine<'t, 'a> {
         let set = cell.pose_set(max_lift);
         let machine = cell.test.cell.machine;
         let mut ranges = machine.axis_ranges(&set, cell.test.cell.tool.gauge_length());
-        // The other head stands still where it is.
+        // The other head does not move.
         if let AxisRanges::Both(branches) = &mut ranges {
             for k in (0..machine.axes().len()).filter(|&k| !machine.moves_tool(k)) {
                 branches.iter_mut().for_each(|range| range.middle[k] = cell.others.get_or_zero(k));
@@ -43,8 +42,8 @@ impl<'t, 'a> OnMachine<'t, 'a> {
         Self { test: cell.test, set, ranges }
     }
 
-    /// Whether on one branch all postures are within the limits and nothing of the machine is
-    /// touched. Which branch that is does not matter: the test of a posture tries both.
+    /// Returns whether on one branch all postures are within the limits and no machine body touches
+    /// anything. Either branch will do: the test of a posture tries both.
     pub(crate) fn is_free(&self) -> bool {
         let AxisRanges::Both(branches) = &self.ranges else { return false };
         branches.iter().any(|range| {
@@ -53,7 +52,7 @@ impl<'t, 'a> OnMachine<'t, 'a> {
         })
     }
 
-    /// The limit that no posture keeps on either branch.
+    /// Returns a limit that every posture exceeds, on both branches.
     pub(crate) fn beyond_limits(&self) -> Option<Infeasible> {
         match &self.ranges {
             AxisRanges::OutOfReach(why) => Some(Infeasible::Unreachable(*why)),
@@ -72,7 +71,7 @@ impl<'t, 'a> OnMachine<'t, 'a> {
         }
     }
 
-    /// A collision in all postures: on each branch one of its own, or a limit.
+    /// Returns a collision in all postures: on each branch one of its own, or a limit.
     pub(crate) fn hit(&self) -> Option<Infeasible> {
         let AxisRanges::Both(branches) = &self.ranges else { return None };
         let [first, second] = branches.each_ref().map(|range| self.beyond(range).or_else(|| self.hit_on(range)));
@@ -89,8 +88,8 @@ impl<'t, 'a> OnMachine<'t, 'a> {
         })
     }
 
-    /// The pairs that single postures are tested for, but for those that [`PostureCell`] bounds
-    /// more sharply: bodies that turn with the tool against the workpiece.
+    /// Returns the pairs that single postures are tested for, except those that [`PostureCell`]
+    /// bounds more sharply: bodies that turn with the tool against the workpiece.
     fn pairs(&self, range: &AxisRange) -> Vec<Pair<'t>> {
         let test = self.test;
         let (n_own, n_all) = (test.cell.obstacles.len(), test.n_obstacles());
@@ -122,14 +121,14 @@ impl<'t, 'a> OnMachine<'t, 'a> {
         self.test.spun_bodies.iter().any(|spun| spun.body == body)
     }
 
-    /// How far a body moves within a range.
+    /// Returns the largest motion of a body within a range.
     fn travel(&self, range: &AxisRange, body: Body, solid: &Solid, work_from_solid: &Isometry3<f64>) -> f64 {
         let cell = self.test.cell;
         let by_machine = |k: usize| cell.machine.body_travel(k, range, &self.set, cell.tool.gauge_length());
         match body {
             Body::Machine(k) if self.is_spun(body) => by_machine(k).min(self.spun_travel(solid, work_from_solid)),
             Body::Machine(k) => by_machine(k),
-            // There is none; of one that the spindle moves, nothing would be proven.
+            // There is none; nothing would be proven for one that is not round.
             Body::Tool(_) if !self.is_spun(body) => f64::INFINITY,
             Body::Cutter | Body::Tool(_) => self.spun_travel(solid, work_from_solid),
         }
@@ -143,8 +142,8 @@ impl<'t, 'a> OnMachine<'t, 'a> {
         })
     }
 
-    /// How far a body of revolution of the tool moves: with the tip, and with the tool axis' turn
-    /// about it.
+    /// Returns the largest motion of a body of revolution of the tool: with the tip, and about it
+    /// with the turn of the tool axis.
     fn spun_travel(&self, solid: &Solid, work_from_solid: &Isometry3<f64>) -> f64 {
         let bounds = solid.aabb();
         let center = work_from_solid * nalgebra::center(&bounds.min, &bounds.max);
@@ -154,12 +153,12 @@ impl<'t, 'a> OnMachine<'t, 'a> {
 }
 
 impl Pair<'_> {
-    /// Whether the two do not touch anywhere in the range.
+    /// Returns whether the two do not touch anywhere in the range.
     fn is_free(&self) -> bool {
         self.mesh.verdict(&self.solid.dilated(self.travel + MARGIN), &self.obstacle_from_solid, None).is_free()
     }
 
-    /// A point of the obstacle, in its frame, that is in the body everywhere in the range.
+    /// Returns a point of the obstacle, in its frame, that is in the body everywhere in the range.
     fn witness(&self) -> Option<Point3<f64>> {
         let Verdict::Hit(hit) = self.mesh.verdict(&self.solid, &self.obstacle_from_solid, None) else { return None };
         let deepest = || penetration(self.mesh, &self.solid, &self.obstacle_from_solid).map(|p| p.point);

@@ -1,7 +1,7 @@
-//! The feasible set over tilt × rotate at one CC point (CLOPT fig. 3), in cells that are proven.
+//! Map of the feasible set over tilt × rotate at one CC point (CLOPT fig. 3), in proven cells.
 //!
 //! A cell is proven free or blocked as a whole, by bounds on how the tool turns within it, or split
-//! into quarters, down to a resolution. What is proven is the answer of [`PoseTest::try_posture`]
+//! into quarters, down to a resolution. The proof holds for the answer of [`PoseTest::try_posture`]
 //! for every posture of the cell, its edges included.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -22,7 +22,7 @@ pub struct PostureRange {
     pub rotate: [f64; 2],
 }
 
-/// Why two ranges of angles cannot be mapped.
+/// Reason why two ranges of angles cannot be mapped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MapError {
@@ -40,7 +40,8 @@ pub enum MapError {
     Cancelled(#[from] Cancelled),
 }
 
-/// Finest parts of a range: at each side 4000 leave 16 million cells at worst, a gigabyte.
+/// Largest number of parts of a range: 4000 at each side make 16 million cells at worst, a
+/// gigabyte.
 pub const MAX_DIVISIONS: u32 = 4000;
 
 /// Knowledge of the postures of a cell.
@@ -51,8 +52,8 @@ pub enum CellState {
     /// None is feasible: proven. All are blocked by this body and obstacle, limit or cone; places
     /// and values are those of the posture in the middle.
     Blocked(Infeasible),
-    /// Neither could be proven of a cell of the finest size; the verdict on the posture in its
-    /// middle, `None` where that is feasible.
+    /// Neither could be proven for a cell of the finest size; holds the verdict on the posture in
+    /// its middle, `None` where that is feasible.
     Uncertain(Option<Infeasible>),
 }
 
@@ -65,16 +66,16 @@ pub struct MapCell {
     pub state: CellState,
 }
 
-/// The map: cells that cover the range without overlap, but for their edges.
+/// Map of cells that cover the range without overlap, except for their edges.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SolutionMap {
     /// All postures.
     pub range: PostureRange,
     /// No uncertain cell has a side longer than this, rad.
     pub resolution: f64,
-    /// The cells, by blocks along rotate, then tilt.
+    /// The cells, in blocks along rotate, then tilt.
     pub cells: Vec<MapCell>,
-    /// Number of ranges that were judged, each by one pose test and attempts at a proof.
+    /// Number of judged ranges, each with one pose test and attempts at a proof.
     pub judged: usize,
 }
 
@@ -89,7 +90,7 @@ pub struct AreaFractions {
     pub uncertain: f64,
 }
 
-/// Halvings from the largest cells to the finest: larger ones are hardly ever proven.
+/// Halvings from the largest cells to the finest: larger cells are hardly ever proven.
 const LEVELS: u32 = 5;
 
 /// Maps the feasible set of a CC point to an angular resolution, rad.
@@ -97,8 +98,7 @@ const LEVELS: u32 = 5;
 /// The result does not depend on the number of threads. The monitor advances by one for each of
 /// [`n_steps`].
 ///
-/// # Errors
-/// When range or resolution make no map, or the monitor cancels.
+/// When range or resolution are invalid, or the monitor cancels.
 pub fn map(
     test: &PoseTest<'_>,
     cc: &CcPoint,
@@ -128,10 +128,10 @@ pub fn map(
     Ok(SolutionMap { range, resolution, cells, judged: judged.into_inner() })
 }
 
-/// Steps in which [`map`] is made: its largest cells.
+/// Counts the steps of [`map`]: its largest cells.
 ///
 /// # Errors
-/// When range or resolution make no map.
+/// When range or resolution are invalid.
 pub fn n_steps(range: &PostureRange, resolution: f64) -> Result<usize, MapError> {
     range.divisions(resolution).map(|[tilts, rotates]| tilts as usize * rotates as usize)
 }
@@ -144,8 +144,8 @@ struct Mapper<'m, 'a> {
 }
 
 impl Mapper<'_, '_> {
-    /// The cells of a range: itself where something is proven of it or it is small enough, else
-    /// those of its parts.
+    /// Collects the cells of a range: itself where something is proven for it or it is small
+    /// enough, else those of its parts.
     fn divide(&self, range: PostureRange, hints: &mut Hints, cells: &mut Vec<MapCell>) {
         self.judged.fetch_add(1, Ordering::Relaxed);
         let cell = PostureCell::new(self.test, self.cc, range.middle(), range.half());
@@ -153,7 +153,7 @@ impl Mapper<'_, '_> {
             Proof::Free => CellState::Free,
             Proof::Blocked(why) => CellState::Blocked(why),
             Proof::None(middle) => {
-                // Rounding of a range that was halved must not ask for another level.
+                // Rounding of a halved range must not cause another level.
                 let parts = range.half().map(|half| if 2.0 * half > self.resolution * (1.0 + 1e-9) { 2 } else { 1 });
                 if parts != [1, 1] {
                     for k in 0..parts[0] * parts[1] {
@@ -169,7 +169,7 @@ impl Mapper<'_, '_> {
 }
 
 impl PostureRange {
-    /// Number of largest cells along tilt and rotate.
+    /// Returns the number of largest cells along tilt and rotate.
     fn divisions(&self, resolution: f64) -> Result<[u32; 2], MapError> {
         let ([tilt, steepest], [rotate, last]) = (self.tilt, self.rotate);
         if !(0.0 <= tilt && tilt < steepest && steepest < std::f64::consts::FRAC_PI_2) {
@@ -186,7 +186,7 @@ impl PostureRange {
         Ok([steepest - tilt, last - rotate].map(|width| (width / largest - 1e-9).ceil().max(1.0) as u32))
     }
 
-    /// One of equal parts, by its place along tilt and rotate.
+    /// Returns one of equal parts, by its place along tilt and rotate.
     fn part(&self, at: [u32; 2], parts: [u32; 2]) -> Self {
         let cut = |[from, to]: [f64; 2], k: u32, n: u32| {
             let edge = |k: u32| if k == n { to } else { from + (to - from) * f64::from(k) / f64::from(n) };
@@ -195,31 +195,31 @@ impl PostureRange {
         Self { tilt: cut(self.tilt, at[0], parts[0]), rotate: cut(self.rotate, at[1], parts[1]) }
     }
 
-    /// The posture in the middle.
+    /// Returns the posture in the middle.
     pub fn middle(&self) -> Posture {
         let mean = |[a, b]: [f64; 2]| 0.5 * (a + b);
         Posture { tilt: mean(self.tilt), rotate: mean(self.rotate) }
     }
 
-    /// Largest differences of tilt and rotate from the middle, rounded up.
+    /// Returns the largest differences of tilt and rotate from the middle, rounded up.
     fn half(&self) -> [f64; 2] {
         [self.tilt, self.rotate].map(|[a, b]| 0.5 * (b - a) + f64::EPSILON * (a.abs() + b.abs()))
     }
 
-    /// Whether a posture is in the range.
+    /// Returns whether a posture is in the range.
     pub fn holds(&self, posture: &Posture) -> bool {
         let within = |v: f64, [from, to]: [f64; 2]| from <= v && v <= to;
         within(posture.tilt, self.tilt) && within(posture.rotate, self.rotate)
     }
 
-    /// Product of the widths, rad².
+    /// Returns the product of the widths, rad².
     fn area(&self) -> f64 {
         (self.tilt[1] - self.tilt[0]) * (self.rotate[1] - self.rotate[0])
     }
 }
 
 impl SolutionMap {
-    /// How much of the range is free, blocked and uncertain.
+    /// Returns the fractions of the range that are free, blocked and uncertain.
     pub fn fractions(&self) -> AreaFractions {
         let mut sums = AreaFractions::default();
         for cell in &self.cells {
@@ -229,12 +229,12 @@ impl SolutionMap {
                 CellState::Uncertain(_) => sums.uncertain += cell.range.area(),
             }
         }
-        // By the cells' own sum, so that a map of one kind is all of that kind.
+        // By the cells' own sum, so that a map with only one kind is entirely of that kind.
         let all = sums.free + sums.blocked + sums.uncertain;
         AreaFractions { free: sums.free / all, blocked: sums.blocked / all, uncertain: sums.uncertain / all }
     }
 
-    /// The first cell that holds a posture.
+    /// Returns the first cell that contains a posture.
     pub fn cell_at(&self, posture: &Posture) -> Option<&MapCell> {
         self.cells.iter().find(|c| c.range.holds(posture))
     }

@@ -1,4 +1,4 @@
-//! Remedies where no posture is feasible.
+//! Remedies for points without a feasible posture.
 
 use facemill_cl_data::{CcPoint, Posture};
 use facemill_tool_model::ToolAssembly;
@@ -10,26 +10,26 @@ use crate::search::SearchSettings;
 use crate::search::bezier::SearchCurve;
 use crate::search::certified::certified_search;
 
-/// A change with which a CC point has a feasible posture.
+/// A change that gives a CC point a feasible posture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Remedy {
-    /// The search curve may go on to this tilt, rad.
+    /// Extends the search curve to this tilt, rad.
     Tilt(f64),
-    /// The search curve may go on to this rotate, rad, with its sign.
+    /// Extends the search curve to this rotate, rad, with its sign.
     Rotate(f64),
-    /// A cutter of this radius, mm: its body narrower in proportion, its corner as it is where that
-    /// fits.
+    /// A cutter of this radius, mm: its body narrower in proportion, its corner unchanged where
+    /// that fits.
     Radius(f64),
     /// The same cutter sticking out this far, mm: its body longer by as much.
     StickOut(f64),
-    /// The search with a proof of this width: what it finds was stepped over.
+    /// The search with a proof of this width: its posture was stepped over.
     CertifiedWidth(f64),
 }
 
 /// Farthest tilt that is tried, rad: beyond, a face mill cuts with its side.
 const FARTHEST_TILT: f64 = 60.0 * std::f64::consts::PI / 180.0;
 
-/// Smallest part of the radius that is tried.
+/// Smallest fraction of the radius that is tried.
 const SMALLEST_RADIUS: f64 = 0.1;
 
 /// Farthest rotate that is tried, rad: beyond, the tool leans backward.
@@ -38,34 +38,34 @@ const FARTHEST_ROTATE: f64 = 120.0 * std::f64::consts::PI / 180.0;
 /// Largest growth of the stick-out that is tried, in radii.
 const LONGEST: f64 = 4.0;
 
-/// Amounts of a change that are tried before the smallest is bisected: what only helps in between
-/// is not found.
+/// Number of amounts of a change that are tried before the smallest is bisected: an amount that
+/// helps only in between is not found.
 const TRIALS: u32 = 24;
 
-/// How near below the reported amount the point is still blocked.
+/// Fraction of the reported amount at which the point is still blocked.
 const BLOCKED_AT: f64 = 0.95;
 
 /// Amounts that are tried in bisection: enough to exhaust a double.
 const MAX_BISECTIONS: u32 = 60;
 
-/// Width to which "blocked" is proven: feasible stretches of the curve that are shorter count as
-/// none. Larger: the reported need may be more than the real one; smaller: slower, and the width
-/// may not be reached in [`MOST_TESTS`](crate::search::certified::MOST_TESTS).
+/// Width to which "blocked" is proven: shorter feasible stretches of the curve are ignored. Larger:
+/// the reported need may be more than the real one. Smaller: slower, and the width may not be
+/// reached in [`MOST_TESTS`](crate::search::certified::MOST_TESTS).
 const WIDTH: f64 = 0.01;
 
-/// The smallest width that any curve is searched to within
+/// Smallest width to which any curve can be searched within
 /// [`MOST_TESTS`](crate::search::certified::MOST_TESTS) intervals: halving to 2^-11 takes 2^12 − 1
 /// of them.
 const SMALLEST_WIDTH: f64 = 1.0 / 2048.0;
 
-/// The smallest single changes of range or tool, each alone, with which a CC point has a posture on
-/// its search curve.
+/// Returns the smallest single changes of range or tool, each alone, that give a CC point a posture
+/// on its search curve.
 ///
-/// With the change a posture has been tested as feasible. With 95 % of it the curve is proven
-/// blocked, but for feasible stretches shorter than 0.01 of it (than `settings.certified`, where
+/// With the change, a posture has been tested as feasible. With 95 % of it the curve is proven
+/// blocked, except for feasible stretches shorter than 0.01 of it (than `settings.certified`, where
 /// that is less, down to 1/2048). Changes that do not help, or only in amounts between the tried
-/// ones, are not among them, nor are postures beside the curve. A point in which the search finds a
-/// posture needs none; one in which it only steps over what the proof finds needs
+/// ones, are not among them, nor are postures beside the curve. A point where the search finds a
+/// posture needs no change; one where it merely steps over a posture that the proof finds needs
 /// [`Remedy::CertifiedWidth`].
 pub fn reliefs(cell: &Workcell<'_>, cc: &CcPoint, curve: &SearchCurve, settings: &SearchSettings) -> Vec<Remedy> {
     let test = PoseTest::new(cell);
@@ -103,8 +103,8 @@ pub fn reliefs(cell: &Workcell<'_>, cc: &CcPoint, curve: &SearchCurve, settings:
     .collect()
 }
 
-/// An amount up to `most` that is enough while 95 % of it are not; `None` where no tried one is, or
-/// none is found with less of it not enough.
+/// Returns an amount up to `most` that is enough while 95 % of it is not; `None` where no tried
+/// amount is enough, or every one found still has a smaller one that is.
 fn smallest(most: f64, mut is_enough: impl FnMut(f64) -> bool) -> Option<f64> {
     if !(most > 0.0 && most.is_finite()) {
         return None;
@@ -118,10 +118,11 @@ fn smallest(most: f64, mut is_enough: impl FnMut(f64) -> bool) -> Option<f64> {
             let middle = 0.5 * (lacking + enough);
             if is_enough(middle) { enough = middle } else { lacking = middle }
         } else if is_enough(less) {
-            // Amounts that help are not all above those that do not: on from the smaller amount.
+            // Amounts that help are not all above those that do not: continue from the smaller
+            // amount.
             (lacking, enough) = (0.0, less);
         } else {
-            // Told is only what was tried itself.
+            // Return only an amount that was tried itself.
             return Some(enough);
         }
     }

@@ -99,8 +99,8 @@ fn a_roll_in_comes_from_the_finished_side_and_from_above() {
     }
 }
 
-/// Lowest height of the cutter over z = 0: that of the lower rim of the circle of corner centres,
-/// less r.
+/// Returns the lowest height of the cutter over z = 0: that of the lower rim of the circle of
+/// corner centres, minus r.
 fn height_over_plane(tool: &ToolAssembly, cl: &ClPoint) -> f64 {
     let cutter = tool.cutter();
     let r = cutter.corner_radius();
@@ -174,7 +174,7 @@ fn both_ends_of_a_pass_are_clear_by_the_rapid_clearance() {
     }
 }
 
-/// How steeply a leg goes down against the bottom of the cutter.
+/// Returns how steeply a leg descends against the bottom of the cutter.
 fn ramp(from: &ClPoint, to: &ClPoint) -> f64 {
     let way = to.tip - from.tip;
     (-way.dot(&to.axis) / way.norm()).asin()

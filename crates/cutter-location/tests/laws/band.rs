@@ -16,24 +16,23 @@ use crate::kit::{Ball, Random, cc_on_plane, curve_deg, machine, obstacle, plane,
 use crate::pass_costs::SMOOTH;
 use crate::rods::beside;
 
-/// Distance of neighbours in the lattice that the graph takes its nodes from, deg of axis turn
-/// (docs/method.md).
+/// Distance of neighbours in the lattice of the graph's nodes, deg of axis turn (docs/method.md).
 const COARSE: f64 = 2.0;
 /// Distance of neighbours in the fine lattice, deg of axis turn (docs/method.md).
 const FINE: f64 = 0.25 * COARSE;
-/// Radius of the holder of `kit::tool` with its clearance, and a height above the tip at which it
-/// is met, mm.
+/// Radius of the holder of `kit::tool` with its clearance, and a height above the tip within it,
+/// mm.
 const HOLDER: f64 = 32.0;
 const HEIGHT: f64 = 120.0;
-/// Cages of points this far apart do not meet each other's holders, mm.
+/// Cages of points this far apart do not touch each other's holders, mm.
 const APART: f64 = 200.0;
 
 fn mill() -> ToolAssembly {
     tool(16.0, 2.0, 12.0)
 }
 
-/// Balls that leave the tool axis a triangle of postures about one, whose middle is `room` (rad)
-/// away from its sides; the triangle is turned by an angle about the axis.
+/// Returns balls that leave the tool axis a triangle of postures about one, whose middle is `room`
+/// (rad) from its sides; the triangle is turned by an angle about the axis.
 fn cage(cutter: &Cutter, cc: &CcPoint, posture: Posture, room: f64, turn: f64) -> Vec<MeshTree> {
     let radius = 4.0;
     let away = HOLDER + radius + HEIGHT * room.tan();
@@ -44,7 +43,7 @@ fn cage(cutter: &Cutter, cc: &CcPoint, posture: Posture, room: f64, turn: f64) -
     (0..3).map(|k| MeshTree::new(&Ball { center: at(k), radius }.mesh())).collect()
 }
 
-/// The workcell of a plane and these obstacles, handed to what looks at it.
+/// Passes the workcell of a plane and these obstacles to a function.
 fn in_cell<T>(balls: &[MeshTree], look: impl FnOnce(&PoseTest<'_>) -> T) -> T {
     let part = MeshTree::new(&plane(4000.0));
     let (machine, tool) = (machine(), mill());
@@ -79,8 +78,8 @@ fn lattice(tilts: [f64; 2], rotates: [f64; 2], spacing: f64) -> Vec<Posture> {
     (0..=rows).flat_map(row).collect()
 }
 
-/// Ranges for places beside the curve: of so few postures that the lattices are as fine as they may
-/// be.
+/// Ranges for places beside the curve: with so few postures that the lattices are as fine as
+/// possible.
 const TILTS: [f64; 2] = [6.0, 16.0];
 const ROTATES: [f64; 2] = [0.0, -60.0];
 
@@ -88,14 +87,14 @@ fn curve_of_ranges() -> SearchCurve {
     curve_deg([TILTS[0], ROTATES[0]], [TILTS[1], ROTATES[1]], SearchOrder::TiltFirst, 4.0)
 }
 
-/// Whether neither the curve nor the lattice of the graph has a posture at a point.
+/// Returns whether neither the curve nor the lattice of the graph has a posture at a point.
 fn is_beside(test: &PoseTest<'_>, cc: &CcPoint) -> bool {
     let found = search(test, cc, &curve_of_ranges(), &SearchSettings::default(), 0.0, None, &mut Hints::default());
     found.is_err() && lattice(TILTS, ROTATES, COARSE).iter().all(|p| !is_free(test, cc, *p))
 }
 
-/// Whether all postures of a disc about one are feasible, of so large a radius that a posture of
-/// the fine lattice is in it (half the diagonal of its meshes, and a little): looked at on a grid.
+/// Returns whether all postures of a disc about one are feasible, on a grid. The disc is large
+/// enough to hold a posture of the fine lattice (half the diagonal of its meshes, and a little).
 fn is_wide_place(test: &PoseTest<'_>, cc: &CcPoint, p: Posture) -> bool {
     let radius = 0.75 * FINE.to_radians();
     let grid = (-4..=4).flat_map(|i| (-4..=4).map(move |j| (0.25 * f64::from(i), 0.25 * f64::from(j))));
@@ -105,7 +104,7 @@ fn is_wide_place(test: &PoseTest<'_>, cc: &CcPoint, p: Posture) -> bool {
     })
 }
 
-/// A posture within the ranges, a degree from their borders at least, and an angle.
+/// Returns a posture within the ranges, at least a degree from their borders, and an angle.
 fn any_place(random: &mut Random) -> (Posture, f64) {
     let tilt = random.between(TILTS[0] + 1.0, TILTS[1] - 1.0);
     (posture_deg(tilt, random.between(ROTATES[1] + 8.0, ROTATES[0] - 8.0)), random.between(0.0, 3.0))
@@ -136,7 +135,7 @@ fn a_place_as_wide_as_the_fine_lattice_is_found_where_curve_and_graph_have_none(
 
 #[test]
 fn a_place_beside_the_curve_is_found_again_behind_many_points_without_one() {
-    // One point with a place, more blocked ones than are all looked at closely, and one with the
+    // One point with a place, more blocked ones than are all searched closely, and one with the
     // same place again.
     let blocked = 25;
     let ends = [cc_on_plane(0.0, 0.0), cc_on_plane(2.0 * APART, 0.0)];
@@ -167,13 +166,13 @@ fn a_place_beside_the_curve_is_found_again_behind_many_points_without_one() {
 
 #[test]
 fn a_point_with_room_for_its_node_only_stands_in_it() {
-    // One tilt, so that none above can be tried; rotates of the graph's lattice, which the fine one
-    // does not have.
+    // One tilt, so none above can be tried; rotates of the graph's lattice, which the fine one does
+    // not have.
     let (tilts, rotates) = ([12.0, 12.0], [-20.0, -60.0]);
     let curve = curve_deg([12.0, rotates[0]], [12.0, rotates[1]], SearchOrder::TiltFirst, 1.0);
     let (coarse, fine) = (lattice(tilts, rotates, COARSE), lattice(tilts, rotates, FINE));
     let search_settings = SearchSettings { u_step: 0.35, ..SearchSettings::default() };
-    // To and fro, as no smooth sequence goes.
+    // To and fro, unlike any smooth sequence.
     let nodes = [1, 4, 1, 4, 4, 1, 4, 1].map(|k: usize| coarse[k]);
     let points: Vec<CcPoint> = (0..nodes.len()).map(|k| cc_on_plane(APART * k as f64, 0.0)).collect();
     let room = 0.04f64.to_radians();
@@ -215,16 +214,16 @@ fn most_passes_that_smoothing_makes_turn_too_fast_are_bound_until_they_do_not() 
     let (machine, tool) = (machine(), mill());
     let cell: Workcell<'_> = workcell(&machine, &tool, Vec::new());
     let test = PoseTest::new(&cell);
-    // Smoothed without regard to the limit, the axis would swing through the ranges at the edge.
-    // They are so small that a turn over all of them is within the limit between layers, and not
-    // between neighbours.
+    // Smoothed without the limit, the axis would swing through the ranges at the edge. They are so
+    // small that a turn over all of them is within the limit between layers, but not between
+    // neighbours.
     let curve = curve_deg([12.0, -20.0], [12.6, -22.0], SearchOrder::TiltFirst, 1.0);
-    // A cusp that binds nothing.
+    // A cusp that limits nothing.
     let smooth = SmoothSettings { cusp: 0.5, ..SMOOTH };
     let settings = PassSettings { mode: PostureMode::Smooth(smooth), ..settings(SearchSettings::default(), 5e-4) };
     let mut random = Random::new(73);
-    // Rounds are few, so that steps may be left, which are told as jumps; unbound, there are some
-    // in every pass.
+    // Rounds are few, so steps may remain, which are reported as jumps; without binding there are
+    // some in every pass.
     let (mut settled, scenes) = (0, 20);
     for _ in 0..scenes {
         let (bend, at) = (random.between(0.015, 0.03), random.between(11.0, 19.0) as usize);

@@ -1,4 +1,4 @@
-//! Every position that is tested is that of the branch it is to be driven on.
+//! Every tested position is on the branch on which it is to be driven.
 
 use facemill_cl_data::{ClPoint, RapidLaw};
 use facemill_cutter_location::links::approach::{ApproachSettings, ApproachShape, PassEnd, PassEndPose, approach};
@@ -57,8 +57,8 @@ fn whole(from: Waypoint, way: &[Waypoint], to: Waypoint) -> Vec<Waypoint> {
     [&[from], way, &[to]].concat()
 }
 
-/// Smallest distance over the straight moves of a link, each position on the branch of the move's
-/// ends, and over its swings, all axes in proportion (the preset's rapid law).
+/// Returns the smallest distance over the straight moves of a link, each position on the branch of
+/// the move's ends, and over its swings, all axes in proportion (the preset's rapid law).
 fn smallest(test: &PoseTest<'_>, way: &[Waypoint], balls: &[Ball]) -> f64 {
     const N: usize = 600;
     let mut smallest = f64::INFINITY;
@@ -79,7 +79,7 @@ fn smallest(test: &PoseTest<'_>, way: &[Waypoint], balls: &[Ball]) -> f64 {
     smallest
 }
 
-/// Where the tip is when the machine stands so.
+/// Returns the tip in a configuration.
 fn tip_at(test: &PoseTest<'_>, w: &Waypoint) -> Point3<f64> {
     let cl = test.cell.machine.cl_point(&w.configuration.axes, test.cell.tool.gauge_length());
     cl.transformed(test.work_from_table()).tip
@@ -178,8 +178,8 @@ fn links_stay_on_the_branch_of_their_ends_and_keep_the_clearance_there() {
     assert!(judged > 40 && around > 5, "{judged} judged, {around} not direct");
 }
 
-/// Two columns where the ram comes by when the table turns half around under the tool, but not
-/// before and after.
+/// Two columns that the ram passes when the table turns half around under the tool, but not before
+/// and after.
 fn columns() -> Vec<Ball> {
     let column = |y: f64| (0..14).map(move |k| Point3::new(100.0, y, 900.0 + 150.0 * f64::from(k)));
     column(470.0).chain(column(-470.0)).map(|center| Ball { center, radius: 140.0 }).collect()
@@ -258,7 +258,7 @@ fn entries_and_exits_are_on_the_branch_of_their_cut() {
         straight: 0.0,
         still_across: None,
     };
-    // Where the ram of one branch comes by on the way out.
+    // Where the ram of one branch passes on the way out.
     let mut blocked_on = vec![];
     for beside in [[-400.0, 0.0], [400.0, 0.0]] {
         let ball = Ball { center: Point3::new(beside[0] - 30.0, beside[1], 1000.0), radius: 100.0 };

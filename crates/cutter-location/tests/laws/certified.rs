@@ -109,7 +109,7 @@ fn a_search_from_a_later_u_is_proven_from_there_and_a_blocked_curve_names_what_b
     assert!(blocked.tests < 40, "{}", blocked.tests);
 }
 
-/// Something that is hit in every pose, but at no point that a proof could use.
+/// An obstacle that is hit in every pose, but at no point that a proof could use.
 struct Everywhere;
 
 impl Interference for Everywhere {
@@ -145,8 +145,8 @@ fn a_width_that_needs_too_many_tests_gives_way_and_says_so() {
     }
 }
 
-/// A plate in front of the cutter's axis up to some height of the pose, and so up to some tilt;
-/// what it hits, no proof can use.
+/// A plate in front of the cutter's axis up to some height of the pose, and so up to some tilt; no
+/// proof can use its hits.
 struct UpTo {
     tip: f64,
 }
@@ -172,7 +172,7 @@ fn points_at_which_a_width_gave_way_are_counted_once_with_the_largest_one() {
     let at = |x: f64, width: f64| {
         search(&test, &cc_on_plane(x, 5.0), &curve, &settings(width), 0.0, None, &mut Hints::default())
     };
-    // Wide enough: nothing to tell.
+    // Wide enough: nothing to report.
     assert!(at(10.0, 0.002).is_err() && test.widened().is_none());
     let mut largest = 0.0_f64;
     for (x, width, points) in [(10.0, 1e-5, 1), (10.0, 2e-5, 1), (20.0, 1e-4, 2), (10.0, 1e-5, 2)] {

@@ -1,4 +1,4 @@
-//! Two heads: bodies of the other one are in the way of tool, cutter and head.
+//! Two heads: bodies of the other head are obstacles of tool, cutter and head.
 
 use facemill_cl_data::{PlacedSolid, Solid};
 use facemill_cutter_location::{Body, Hints, Infeasible, PoseTest};
@@ -58,7 +58,8 @@ fn points_of((_, solid, pose): &Placed, random: &mut Random) -> Vec<Point3<f64>>
     points
 }
 
-/// Deepest that sampled points of two bodies are in the other one, both dilated; negative outside.
+/// Returns the greatest depth of sampled points of two bodies in the other one, both dilated;
+/// negative outside.
 fn depth(a: &Placed, b: &Placed, random: &mut Random) -> f64 {
     let in_other = |points: Vec<Point3<f64>>, (_, solid, pose): &Placed| {
         let depth = |p: &Point3<f64>| solid.rounding() - solid.core_distance(&pose.inverse_transform_point(p));

@@ -1,4 +1,4 @@
-//! Scenes, and distances to spheres that know nothing of meshes.
+//! Scenes, and distances to spheres without meshes.
 
 use facemill_cl_data::{CcPoint, ClPoint, Posture, RoundFrustum, Solid};
 use facemill_cutter_location::links::link::Waypoint;
@@ -85,7 +85,7 @@ pub(crate) fn workcell<'a>(machine: &'a Machine, tool: &'a ToolAssembly, obstacl
     }
 }
 
-/// A pose as the machine stands there on a branch.
+/// Returns a pose with its configuration on a branch.
 pub(crate) fn stand_on(cell: &Workcell<'_>, cl: &ClPoint, branch: Branch) -> Waypoint {
     let on_table = cl.transformed(&cell.table_from_work);
     let all = cell.machine.inverse(&on_table, cell.tool.gauge_length()).unwrap();
@@ -93,7 +93,7 @@ pub(crate) fn stand_on(cell: &Workcell<'_>, cl: &ClPoint, branch: Branch) -> Way
     Waypoint { cl: *cl, configuration: Configuration { axes, branch } }
 }
 
-/// The same on the positive branch, which scenes here prefer.
+/// Returns the same on the positive branch, which scenes here prefer.
 pub(crate) fn stand(cell: &Workcell<'_>, cl: &ClPoint) -> Waypoint {
     stand_on(cell, cl, Branch::Positive)
 }
@@ -120,7 +120,7 @@ pub(crate) fn cc_on_patch(spec: &PatchSpec, x: f64, y: f64, feed: Vector3<f64>) 
     CcPoint::new(p.point, p.normal.into_inner(), feed).unwrap()
 }
 
-/// A ball that stands in the way.
+/// A ball as an obstacle.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ball {
     pub(crate) center: Point3<f64>,
@@ -128,7 +128,7 @@ pub(crate) struct Ball {
 }
 
 impl Ball {
-    /// Its mesh, whose facets lie inside the ball: by this much at most.
+    /// Returns the largest distance of its mesh, whose facets lie inside the ball.
     pub(crate) fn chord_error(&self) -> f64 {
         self.radius * (1.0 - (0.5 * std::f64::consts::FRAC_PI_2 / N_BALL).cos().powi(2))
     }
@@ -143,7 +143,7 @@ impl Ball {
 /// Quads along a quarter turn of a ball.
 const N_BALL: f64 = 20.0;
 
-/// Distance from cutter, tool and head, dilated as they are, to the nearest ball, at a pose. From
+/// Returns the distance from cutter, tool and head, dilated, to the nearest ball at a pose. From
 /// the definition of the cutter (flute cylinder and corner torus) and the poses of the bodies;
 /// without the interference of the crate under test.
 pub(crate) fn distance_to_balls(cell: &Workcell<'_>, cl: &ClPoint, balls: &[Ball]) -> f64 {
@@ -153,7 +153,7 @@ pub(crate) fn distance_to_balls(cell: &Workcell<'_>, cl: &ClPoint, balls: &[Ball
     distance_at(cell, &axes, balls)
 }
 
-/// The same at axis values.
+/// Returns the same at axis values.
 pub(crate) fn distance_at(cell: &Workcell<'_>, axes: &AxisValues, balls: &[Ball]) -> f64 {
     let length = cell.tool.gauge_length();
     let table_from_tool = cell.machine.forward(axes, length);
@@ -177,8 +177,8 @@ pub(crate) fn distance_at(cell: &Workcell<'_>, axes: &AxisValues, balls: &[Ball]
     balls.iter().map(to_ball).fold(f64::INFINITY, f64::min)
 }
 
-/// The smallest of [`distance_to_balls`] over a way, tip straight and axis turned in the plane of
-/// its ends, `n` poses a leg.
+/// Returns the smallest of [`distance_to_balls`] over a way, tip straight and axis turned in the
+/// plane of its ends, `n` poses a leg.
 pub(crate) fn smallest_distance(cell: &Workcell<'_>, way: &[ClPoint], n: usize, balls: &[Ball]) -> f64 {
     let mut smallest = f64::INFINITY;
     for leg in way.windows(2) {

@@ -9,8 +9,8 @@ use crate::kit::{Ball, Random, distance_to_balls, machine, obstacle, smallest_di
 
 const CLEARANCE: f64 = 10.0;
 
-/// Poses of a link are tested at most 1 mm of motion apart where they are near the clearance, so
-/// that half of it may lack.
+/// Poses of a link are tested at most 1 mm of motion apart near the clearance, so half of it may
+/// lack.
 const HALF_STEP: f64 = 0.5;
 
 fn settings(clearance: ClearanceSurface) -> LinkSettings {
@@ -134,7 +134,7 @@ fn no_link_among_scattered_balls_comes_nearer_than_the_rapid_clearance() {
 #[test]
 fn the_head_is_farther_from_the_tip_than_the_tool_and_moves_farther_in_a_turn() {
     // The tip stays nearly where it is, the axis turns by 80°, and the head, 150 to 900 mm away,
-    // swings past a ball that it meets at one moment of the turn only.
+    // swings past a ball that it meets at only one moment of the turn.
     let (machine, tool) = (machine(), tool(16.0, 2.0, 20.0));
     let mut random = Random::new(12);
     let mut judged = 0;

@@ -1,4 +1,4 @@
-//! Bodies of bed and table that move against the workpiece, held against tool and head.
+//! Bodies of bed and table that move against the workpiece, tested against tool and head.
 
 use facemill_cl_data::{ClPoint, RapidLaw, Solid};
 use facemill_cutter_location::links::link::{ClearanceSurface, LinkSettings, Linker};
@@ -9,7 +9,7 @@ use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::kit::{MOUNT, Random, machine, stand, tool, workcell};
 
-/// The preset with a post on its bed that stands 180 mm beside the workpiece's origin, `top` above
+/// The preset with a post on its bed 180 mm beside the workpiece's origin, `top` above
 /// it.
 pub(crate) fn with_post(top: f64) -> Machine {
     let mut file = machine().to_file();

@@ -1,4 +1,4 @@
-//! The map of the feasible set: what it says of a cell holds for every posture in it.
+//! The map of the feasible set: its verdict on a cell holds for every posture in it.
 
 use facemill_cl_data::{CcPoint, Posture, Silent};
 use facemill_cutter_location::search::map::{CellState, MapCell, MapError, PostureRange, SolutionMap, map};
@@ -102,7 +102,7 @@ fn every_posture_of_a_certified_cell_is_as_the_cell_says() {
     assert!(uncertain < 0.3, "{uncertain} of the area uncertain");
 }
 
-/// The cells fill the range, and none is uncertain that is larger than the resolution.
+/// Checks that the cells fill the range, and that no uncertain one is larger than the resolution.
 fn assert_covers(map: &SolutionMap) {
     let area = |r: &PostureRange| (r.tilt[1] - r.tilt[0]) * (r.rotate[1] - r.rotate[0]);
     let sum: f64 = map.cells.iter().map(|c| area(&c.range)).sum();
@@ -239,8 +239,8 @@ fn limits_and_bodies_of_the_bed_are_proven_as_the_single_postures_say() {
     let mut tested = Tested::default();
     let (mut by_limits, mut by_post, mut known) = (0, 0, 0.0);
     for round in 0..8 {
-        // Far out, where X ends at 2600 mm, or near the post; the part leans, so that C does not
-        // turn freely.
+        // Far out, where X ends at 2600 mm, or near the post; the part leans, so C does not turn
+        // freely.
         let far = round % 2 == 0;
         let place = if far {
             Isometry3::translation(random.between(2500.0, 2900.0), random.between(-100.0, 100.0), MOUNT)

@@ -1,4 +1,4 @@
-//! Maps of scenes whose answer is known: closed forms, needles, ceilings, a part all around.
+//! Maps of scenes with a known answer: closed forms, needles, ceilings, a part all around.
 
 use facemill_cl_data::{CcPoint, Silent};
 use facemill_cutter_location::search::map::{CellState, MapCell, map};

@@ -9,7 +9,7 @@ use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
 use crate::kit::{MOUNT, Random, machine, stand, tool, workcell};
 
-/// The preset with a block on its bed that stands 180 mm beside the workpiece's origin, up to 700
+/// The preset with a block on its bed 180 mm beside the workpiece's origin, up to 700
 /// mm above it.
 fn with_block() -> MachineFile {
     let mut file = machine().to_file();
@@ -23,8 +23,8 @@ fn with_block() -> MachineFile {
     file
 }
 
-/// Every box as the hull of its corners, in a mesh frame that is turned about z against the box's
-/// and stands back by as much.
+/// Replaces every box by the hull of its corners, in a mesh frame that is turned about z against
+/// the box's and placed back by as much.
 fn boxes_as_meshes(mut file: MachineFile, turn_deg: f64) -> (MachineFile, usize) {
     let mut n_boxes = 0;
     let rows = file.workpiece_chain.rows.iter_mut().chain(file.tool_chains.iter_mut().flat_map(|c| c.rows.iter_mut()));

@@ -1,4 +1,4 @@
-//! Passes beside a point, against strips of known width and against what a ball leaves on the
+//! Passes beside a point, against strips of known width and against the ridges of a ball on the
 //! surface, place by place.
 
 use facemill_cl_data::{CcPoint, Posture};
@@ -57,7 +57,7 @@ fn line(from: f64, to: f64, y: f64) -> Vec<[f64; 2]> {
     (0..=n as i32).map(|k| [from + (to - from) * f64::from(k) / n, y]).collect()
 }
 
-/// A line along x that ends in a bend by 110° to the left, with the inner one of a radius of 8 mm:
+/// A line along x that ends in a bend by 110° to the left, the inner one with a radius of 8 mm:
 /// parallel curves.
 fn hook(number: f64) -> Vec<[f64; 2]> {
     let radius = 8.0 + STEP * number;
@@ -69,20 +69,20 @@ fn hook(number: f64) -> Vec<[f64; 2]> {
 
 const REACH: NeighbourReach = NeighbourReach { far: 60.0, opposed: 20.0 };
 
-/// Everything beside all points of a pass.
+/// Returns the neighbours of all points of a pass.
 fn beside(neighbours: &Neighbours, pass: usize) -> Vec<Beside> {
     let n = neighbours.passes()[pass].points.len();
     (0..n).map(|point| neighbours.of(OwnPlace { pass, point })).collect()
 }
 
-/// Steps toward the passes before at all points of a pass.
+/// Returns the steps toward the passes before at all points of a pass.
 fn steps(neighbours: &Neighbours, pass: usize) -> Vec<Vec<f64>> {
     let of = |beside: Beside| beside.before().map(|n| n.strip.step_over).collect();
     beside(neighbours, pass).into_iter().map(of).collect()
 }
 
-/// The most that balls along all passes leave between two places of the surface: every place
-/// against every ball.
+/// Returns the highest ridge that balls along all passes leave between two places of the surface:
+/// every place against every ball.
 fn left_by_balls(passes: &[CutPass], from: &CcPoint, to: &CcPoint) -> f64 {
     let mut centers: Vec<Point3<f64>> = Vec::new();
     for pass in passes {
@@ -102,7 +102,7 @@ fn left_by_balls(passes: &[CutPass], from: &CcPoint, to: &CcPoint) -> f64 {
         };
         centers.iter().map(lowest).fold(f64::INFINITY, f64::min)
     };
-    // The surface between is the circle through both, as far as balls can tell over 5 mm.
+    // The surface between is the circle through both, as exactly as balls show over 5 mm.
     let chord = to.position - from.position;
     let bend = (to.normal.into_inner() - from.normal.into_inner()).dot(&chord) / chord.norm_squared();
     (0..=40)
@@ -172,7 +172,7 @@ fn partial_passes_are_neighbours_where_they_are_and_nowhere_else() {
     let between = Neighbours::new(vec![full(0.0), partial(STEP), full(2.0 * STEP)], REACH);
     for (point, found) in steps(&between, 2).iter().enumerate() {
         let missing = (40.0 - x(&between, 2, point)).max(0.0);
-        // Before it begins a ball reaches as far back from its end as to the places that are as
+        // Before its start, a ball reaches as far back from its end as to the places that are as
         // near to this pass.
         let expected = (STEP + missing * missing / STEP).min(2.0 * STEP);
         assert!(found.len() == 1 && (found[0] - expected).abs() < 1e-9, "{point}: {found:?}");
@@ -187,7 +187,7 @@ fn partial_passes_are_neighbours_where_they_are_and_nowhere_else() {
         assert!(found.len() == 2 && found.iter().all(|s| (s - STEP).abs() < 1e-9), "{point}: {found:?}");
         assert!(after.of(OwnPlace { pass: 2, point }).earlier.iter().all(Option::is_some));
     }
-    // A pass behind several partial ones, none of them directly before it in number.
+    // A pass behind several partial ones, where none is directly before it in number.
     let many = Neighbours::new(vec![full(0.0), partial(-STEP), partial(-2.0 * STEP), full(STEP)], REACH);
     assert!(steps(&many, 3).iter().all(|found| found.len() == 1 && (found[0] - STEP).abs() < 1e-9));
 }
@@ -250,7 +250,7 @@ fn a_pass_goes_across_another_on_one_surface_alone() {
         assert!(is_across(&lean(-0.1 * STEP, 0.2 * STEP)) && is_across(&lean(0.9 * STEP, 1.1 * STEP)));
         assert!(is_across(&lean(-STEP, 2.0 * STEP)));
     }
-    // Above and below it crosses in a picture alone, and on the other side of a thin wall another
+    // Above and below, it crosses only in projection; on the other side of a thin wall another
     // surface is cut.
     let laid = Neighbours::new(vec![pass(&PLANE, &line(-30.0, 30.0, 0.0))], REACH);
     let over: Vec<[f64; 2]> = line(-10.0, 10.0, 0.0).into_iter().map(|[a, b]| [b, a]).collect();

@@ -81,7 +81,7 @@ fn settings(tilt: [f64; 2], shared_tests: f64) -> PairSettings {
     }
 }
 
-/// How the first head stands at the first station, by the machine's own solution.
+/// Returns the configuration of the first head at the first station, by the machine's own solution.
 fn start(test: &PoseTest<'_>, station: &PairStation, tilt_deg: f64) -> Configuration {
     let posture = crate::kit::posture_deg(tilt_deg, 0.0);
     let cl = cl_from_cc(test.cell.tool.cutter(), &station.cc[0], posture).transformed(&test.cell.table_from_work);
@@ -111,7 +111,7 @@ fn planned_on(machine_file: &str, spacing: f64) -> Planned {
     let shared = (0..9).find(|&k| machines[0].is_shared(k)).unwrap();
     let pair = PairTest { tests: [&tests[0], &tests[1]], shared };
     let stations = stations(&spec, 61);
-    // Where an endless axis would be: a reference only.
+    // The position of an endless axis: a reference only.
     let endless = heads(&tools);
     let start = start(&PoseTest::new(&cells(&endless, &tools, &part)[0]), &stations[0], 3.0);
     let poses = plan_pair(&pair, &stations, &settings([3.0, 15.0], spacing), &start, &Silent).unwrap();
@@ -119,8 +119,8 @@ fn planned_on(machine_file: &str, spacing: f64) -> Planned {
     Planned { stations, poses, machines, tools }
 }
 
-/// Every stand has one value of the shared axis, both tips and axes where their postures say,
-/// postures in range, cutters that keep out of the plate, and heads that are apart.
+/// Every pose has one value of the shared axis, both tips and axes as their postures define them,
+/// postures in range, cutters outside the plate, and heads that are apart.
 #[test]
 fn both_heads_stand_where_they_were_planned() {
     let planned = planned(6.0);
@@ -152,8 +152,8 @@ fn angle(a: &Unit<Vector3<f64>>, b: &Unit<Vector3<f64>>) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }
 
-/// The shared axis goes on evenly: its steps are no larger than what the normals' own turn and the
-/// tilts' range explain.
+/// The shared axis moves evenly: its steps are no larger than the normals' own turn and the tilts'
+/// range explain.
 #[test]
 fn the_shared_axis_does_not_jump() {
     let planned = planned(6.0);
@@ -166,7 +166,7 @@ fn the_shared_axis_does_not_jump() {
     assert!(bends < 0.02, "{bends}");
 }
 
-/// A limited shared axis stands where an endless one does, at turns within its limits, and changes
+/// A limited shared axis has the values of an endless one, at turns within its limits, and changes
 /// the turn once where one end of its travel lies on the way.
 #[test]
 fn a_limited_shared_axis_goes_as_far_as_its_limits_and_on_from_the_other() {
@@ -200,8 +200,8 @@ fn a_limited_shared_axis_goes_as_far_as_its_limits_and_on_from_the_other() {
     }
 }
 
-/// Where both heads are told to be at the same place with nothing between them, they are refused
-/// for each other.
+/// Both heads are refused because of each other where they should be at the same place with nothing
+/// between them.
 #[test]
 fn heads_in_one_place_are_refused() {
     let far = crate::kit::plane(10.0).transformed(&Isometry3::translation(0.0, 0.0, -2000.0));
@@ -212,7 +212,7 @@ fn heads_in_one_place_are_refused() {
     let tests = [PoseTest::new(&cells[0]), PoseTest::new(&cells[1])];
     let shared = (0..9).find(|&k| machines[0].is_shared(k)).unwrap();
     let pair = PairTest { tests: [&tests[0], &tests[1]], shared };
-    // A plate that is thinner than nothing: each head cuts 30 mm beyond the other's side.
+    // A plate of negative thickness: each head cuts 30 mm beyond the other's side.
     let at =
         |z: f64, up: f64| CcPoint::new(Point3::new(0.0, 0.0, z), Vector3::new(0.3, 0.0, up), Vector3::x()).unwrap();
     for (apart, collides) in [(-30.0, true), (60.0, false)] {

@@ -1,4 +1,4 @@
-//! Cost of a sequence of postures, as docs/method.md defines it, written a second time.
+//! Cost of a sequence of postures as docs/method.md defines it, in a second implementation.
 
 use std::f64::consts::{PI, TAU};
 
@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 pub(crate) const STRIP: Strip = Strip { step_over: 6.0, curvature: 0.0 };
 pub(crate) const SMOOTH: SmoothSettings = SmoothSettings { feed: 20.0, cusp: 0.05, strip: STRIP };
 
-/// Cost of beginning on the branch that is not preferred, of changing branch, and of each limit
+/// Cost of starting on the branch that is not preferred, of changing branch, and of each limit
 /// times the ratio, s.
 const JUMP: f64 = 1e4;
 
@@ -22,7 +22,7 @@ pub(crate) fn seen(cc: &CcPoint, p: Posture) -> Vector3<f64> {
     Vector3::new(cc.feed.dot(&axis), cc.left().dot(&axis), cc.normal.dot(&axis))
 }
 
-/// A posture, and how the machine stands in it.
+/// A posture, and the axis values in it.
 pub(crate) type Stood = (Posture, AxisValues);
 
 /// Cost of sequences at all points of a pass.
@@ -51,8 +51,8 @@ impl Cost<'_> {
         self.start(&way[0].1) + standing + steps
     }
 
-    /// The least cost of all sequences that take one of these at each point, every one of them
-    /// looked at.
+    /// Returns the least cost of all sequences that take one of these at each point, by
+    /// enumeration.
     pub(crate) fn least(&self, choices: &[Vec<Stood>]) -> f64 {
         let standing = |k: usize| choices[k].iter().map(|c| self.standing(k, c.0)).collect();
         let standing: Vec<Vec<f64>> = (0..choices.len()).map(standing).collect();
@@ -91,7 +91,7 @@ impl Cost<'_> {
         0.5 * (before + after) * (height.powi(2) + (20.0 * (height - 0.9f64).max(0.0)).powi(2))
     }
 
-    /// From point `k` to the next.
+    /// Returns the cost from point `k` to the next.
     fn step(&self, k: usize, from: &Stood, to: &Stood) -> f64 {
         let time = self.time(k);
         let mut sum = 0.0;
@@ -113,15 +113,15 @@ impl Cost<'_> {
         sum
     }
 
-    /// Speed of the axis that is nearest to its largest velocity, or farthest beyond it, over that
-    /// velocity.
+    /// Returns the speed of the axis nearest to its largest velocity, or farthest beyond it, over
+    /// that velocity.
     pub(crate) fn fastest(&self, from: AxisValues, to: AxisValues, time: f64) -> f64 {
         let axes = self.cell.machine.axes().iter().enumerate();
         axes.map(|(index, axis)| axis_step(axis, index, from, to).abs() / time / axis.max_velocity).fold(0.0, f64::max)
     }
 }
 
-/// How far an axis goes from one position to another, an endless one the short way.
+/// Returns the distance of an axis between two positions, for an endless one the short way.
 fn axis_step(axis: &Axis, index: usize, from: AxisValues, to: AxisValues) -> f64 {
     let step = to.get_or_zero(index) - from.get_or_zero(index);
     if axis.endless { (step + PI).rem_euclid(TAU) - PI } else { step }

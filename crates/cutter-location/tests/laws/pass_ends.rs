@@ -22,7 +22,7 @@ const SURFACES: [(&str, Height); 6] = [
 
 const REACH: NeighbourReach = NeighbourReach { far: 60.0, opposed: 60.0 };
 
-/// A curve that runs to +x about a level of y, from one x to another.
+/// A curve toward +x about a level of y, from one x to another.
 #[derive(Clone, Copy, Debug)]
 struct Curve {
     level: f64,
@@ -54,7 +54,7 @@ impl Curve {
         CutPass { points: (0..=n as i32).map(|k| self.point(z, x(k))).collect(), uncut_left: true }
     }
 
-    /// Places 0.05 mm apart, on to so far beyond its ends.
+    /// Returns places 0.05 mm apart, continued this far beyond its ends.
     fn dense(&self, z: Height, beyond: f64) -> Vec<Point3<f64>> {
         let n = ((self.to - self.from + 2.0 * beyond) / 0.05).ceil() as i32;
         let x = |k: i32| self.from - beyond + (self.to - self.from + 2.0 * beyond) * f64::from(k) / f64::from(n);
@@ -62,16 +62,15 @@ impl Curve {
     }
 }
 
-/// Whether a place lies on the side of a point, and no farther ahead or behind than aside.
+/// Checks that a place lies on the side of a point, and no farther ahead or behind than aside.
 fn beside(own: &CcPoint, place: &Point3<f64>, is_left: bool) -> Option<[f64; 2]> {
     let between = place - own.position;
     let aside = own.left().dot(&between) * if is_left { 1.0 } else { -1.0 };
     (aside > 1e-6 && own.feed.dot(&between).abs() <= aside).then(|| [between.norm(), aside])
 }
 
-/// The least and the largest step-over that a ball may be said to have there: to the nearest place
-/// of the others if they went on, and twice the way across the feed to where some other is as near
-/// as this one.
+/// Returns bounds of the step-over for a ball: the distance to the nearest place of the others if
+/// they continued, and twice the way across the feed to where some other is as near as this one.
 fn bounds(
     own: &CcPoint,
     is_left: bool,
@@ -127,7 +126,7 @@ fn beside_ends_anywhere_the_step_over_is_that_of_the_nearest_pass() {
                 .map(|k| step * f64::from(k))
                 .map(|level| Curve { level, bow, from: -end(level), to: end(-level) })
                 .collect();
-            // One is partial. Cut first, it is beside what is cut later.
+            // One is partial. If cut first, it is beside those cut later.
             let mut partial = curves.remove(2 + family % 3);
             partial.from = random.between(-15.0, 5.0);
             curves.insert(0, partial);

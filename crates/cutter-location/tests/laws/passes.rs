@@ -62,7 +62,7 @@ fn the_turn_between_neighbours_is_bounded_wherever_a_raised_posture_is_feasible(
             .map(|cc| search(&test, cc, &task.curve, &SETTINGS.search, 0.0, None, &mut Hints::default()))
             .map(|found| found.ok().map(|f| f.pose.posture))
             .collect();
-        // The turn that one coarse tolerance of u can make.
+        // The turn possible within one coarse tolerance of u.
         let slack = (0..1000)
             .map(|k| turn(task.curve.at(f64::from(k) * 1e-3), task.curve.at(f64::from(k + 1) * 1e-3)))
             .fold(0.0, f64::max);
@@ -75,8 +75,8 @@ fn the_turn_between_neighbours_is_bounded_wherever_a_raised_posture_is_feasible(
                 steep_before += usize::from(turn(p, q) > allowed);
             }
             if turn(a.posture, b.posture) > allowed {
-                // The lower of the two could not be raised: nothing above it that is near enough is
-                // feasible.
+                // The lower of the two could not be raised: no posture above it that is near enough
+                // is feasible.
                 let (low, high, cc) = if a.posture.tilt < b.posture.tilt {
                     (a.posture, b.posture, &task.pass.points[k - 1])
                 } else {
@@ -152,7 +152,7 @@ fn the_plan_is_the_same_on_one_and_on_two_threads() {
     }
 }
 
-/// Counts, and cancels after so many steps.
+/// Counts steps, and cancels after so many.
 struct Counting {
     steps: AtomicUsize,
     cancel_after: usize,

@@ -40,7 +40,8 @@ fn wavy_tasks(spec: &PatchSpec, step: f64) -> Vec<PassTask> {
         .collect()
 }
 
-/// A feasible posture, and the machine in it at the largest lift, where nodes of the graph stand.
+/// Returns a feasible posture and its axis values at the largest lift, where the graph has its
+/// nodes.
 fn lifted_free(test: &PoseTest<'_>, cc: &CcPoint, p: Posture) -> Option<(Posture, AxisValues)> {
     test.try_posture(cc, p, None, &mut Hints::default()).ok()?;
     let lift = cc.normal.into_inner() * test.cell.max_lift;
@@ -48,7 +49,7 @@ fn lifted_free(test: &PoseTest<'_>, cc: &CcPoint, p: Posture) -> Option<(Posture
     Some((p, stand(test.cell, &cl).configuration.axes))
 }
 
-/// Every sequence that takes one of these at each point.
+/// Returns every sequence that takes one of these at each point.
 fn all_ways<T: Copy>(choices: &[Vec<T>]) -> Vec<Vec<T>> {
     choices.iter().fold(vec![Vec::new()], |ways, nodes| {
         ways.iter().flat_map(|way| nodes.iter().map(move |node| [way.as_slice(), &[*node]].concat())).collect()
@@ -57,7 +58,7 @@ fn all_ways<T: Copy>(choices: &[Vec<T>]) -> Vec<Vec<T>> {
 
 #[test]
 fn the_graphs_optimum_is_that_of_all_sequences_and_the_gap_is_true() {
-    // Flat enough for these postures everywhere, and not so flat that none of them gouges.
+    // Flat enough for these postures everywhere, but not so flat that none of them gouges.
     let spec = PatchSpec::new([240.0, 240.0], 7.0, [2.0, 1.5]).unwrap();
     let tree = MeshTree::new(&patch(&spec, 120, 120).unwrap());
     let (machine, tool) = (machine(), tool(16.0, 2.0, 12.0));
@@ -129,7 +130,7 @@ fn nodes_that_do_not_stand_as_seated_leave_the_graph_and_the_gap_of_the_rest_is_
     let time = |k: usize| (points[k + 1].position - points[k].position).norm() / SMOOTH.feed;
     let layer_time = (0..points.len() - 1).map(time).sum::<f64>() / (points.len() - 1) as f64;
     while scenes < 12 {
-        // Balls about as high as the low end of the holder, which the largest lift lets pass.
+        // Balls about as high as the low end of the holder, which the largest lift clears.
         let balls: Vec<MeshTree> = (0..2)
             .map(|_| {
                 let at = [random.between(-60.0, 40.0), random.between(-30.0, 40.0), random.between(38.0, 52.0)];
@@ -159,7 +160,7 @@ fn nodes_that_do_not_stand_as_seated_leave_the_graph_and_the_gap_of_the_rest_is_
             standing.push(nodes.iter().copied().filter(|n| test.try_posture(cc, n.0, None, hints).is_ok()).collect());
             free.push(nodes);
         }
-        // Points at which the graph has nodes and none of them stands.
+        // Points where the graph has nodes and none of them is feasible as seated.
         if free.iter().any(Vec::is_empty) || standing.iter().all(|s| !s.is_empty()) {
             continue;
         }
@@ -223,7 +224,7 @@ fn smooth_postures_are_feasible_within_the_ranges_and_no_point_is_lost() {
     assert!(free > 200 && refused > 0, "{free} {refused}");
 }
 
-/// Mean square of second differences of the rotary axes.
+/// Returns the mean square of second differences of the rotary axes.
 fn unrest(cell: &Workcell<'_>, pass: &PlannedPass) -> f64 {
     let axes: Vec<AxisValues> =
         pass.outcomes.points.iter().filter_map(|o| o.as_ref().ok()).map(|p| p.configuration.axes).collect();
@@ -242,7 +243,7 @@ fn smooth_postures_move_the_rotary_axes_less_than_the_smallest_ones() {
     let total = |planned: &[PlannedPass]| planned.iter().map(|p| unrest(&cell, p)).sum::<f64>();
     let (smallest, smooth) = (plan(PostureMode::Smallest), plan(PostureMode::Smooth(SMOOTH)));
     assert!(total(&smooth) < 0.5 * total(&smallest), "{} {}", total(&smooth), total(&smallest));
-    // The jumps told are those there are.
+    // The reported jumps are the real ones.
     for (task, pass) in tasks.iter().zip(&smooth) {
         let cost =
             Cost { cell: &cell, points: &task.pass.points, max_turn_per_mm: 0.01, feed: SMOOTH.feed, layer_time: 1.0 };

@@ -1,4 +1,4 @@
-//! Rapid blocks as the control drives them under RTCP: the tip on a line, the rotary axes evenly or
+//! Rapid blocks as the control drives them under RTCP: the tip on a line, the rotary axes even or
 //! the vector turned.
 
 use facemill_cl_data::{ClPoint, CuttingLaw, RapidLaw};
@@ -24,8 +24,7 @@ fn pose(tip: [f64; 3], axis: [f64; 3]) -> ClPoint {
     ClPoint { tip: Point3::from(tip), axis: Unit::new_normalize(Vector3::from(axis)) }
 }
 
-/// The axes at a time: rotary ones even, the tip on its line, linear ones where they have to be for
-/// it.
+/// Returns the axes at a time: rotary ones even, the tip on its line, linear ones as that requires.
 fn following(machine: &Machine, length: f64, [a, b]: [&AxisValues; 2], t: f64) -> AxisValues {
     let tip = |q: &AxisValues| machine.cl_point(q, length).tip;
     let tip = tip(a) + (tip(b) - tip(a)) * t;
@@ -77,7 +76,7 @@ fn a_rapid_block_that_would_take_an_axis_beyond_its_limit_between_the_ends_is_re
     let (whole, tool) = (machine(), tool(16.0, 2.0, 20.0));
     let length = tool.gauge_length();
     let cell = workcell(&whole, &tool, vec![]);
-    // The tool stands upright, the table turns by 120 deg below it, and the linear axes go round on
+    // The tool is upright, the table turns by 120 deg below it, and the linear axes move around on
     // an arc.
     let from = stand(&cell, &pose([40.0, 120.0, 100.0], [0.0, 0.0, 1.0])).configuration.axes;
     let mut turned = from;
@@ -85,7 +84,7 @@ fn a_rapid_block_that_would_take_an_axis_beyond_its_limit_between_the_ends_is_re
     let tip = whole.cl_point(&from, length).tip + SHIFT;
     let to = whole.with_tip_at(&turned, &tip, length).unwrap();
     let way: Vec<AxisValues> = (0..=90).map(|k| following(&whole, length, [&from, &to], f64::from(k) / 90.0)).collect();
-    // The axis and sense that go farthest beyond both ends.
+    // The axis and sense that move farthest beyond both ends.
     let beyond = |(k, sense): (usize, f64)| {
         let ends = (sense * from[k]).max(sense * to[k]);
         (k, sense, ends, way.iter().map(|q| sense * q[k]).fold(f64::NEG_INFINITY, f64::max))
@@ -114,11 +113,11 @@ fn a_rapid_block_that_would_take_an_axis_beyond_its_limit_between_the_ends_is_re
     let is_limit = matches!(&refused, Infeasible::Unreachable(Unreachable::AxisLimit { index, .. }) if *index == axis);
     assert!(is_limit, "{refused:?}");
     assert_eq!(block(farthest + 1.0, follows), Ok(()));
-    // Axes that go evenly stay between their ends.
+    // Axes that move evenly stay between their ends.
     assert_eq!(block(ends + 1.0, RapidLaw::Linear.into()), Ok(()));
 }
 
-/// A little way of the tip.
+/// A short way of the tip.
 const SHIFT: Vector3<f64> = Vector3::new(3.0, 2.0, 1.0);
 
 #[test]
@@ -136,7 +135,7 @@ fn a_turned_vector_goes_over_to_no_other_branch_or_winding() {
     (swung[3], swung[4]) = (-from[3], from[4] + std::f64::consts::PI);
     for other in [wound, swung] {
         let other = machine.with_tip_at(&other, &tip, length).unwrap();
-        // The tool stands as it did.
+        // The tool has its old direction.
         let apart = machine.cl_point(&other, length).axis.angle(&machine.cl_point(&from, length).axis);
         assert!(apart < 1e-6, "{apart}");
         let block = |law: CuttingLaw| Linker::new(&test, &settings(law)).rapid_block(&from, &other, CLEARANCE);

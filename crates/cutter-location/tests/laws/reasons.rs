@@ -1,4 +1,4 @@
-//! Every reason why a posture cannot be taken, provoked, with its place and its sentence.
+//! Every reason why a posture is infeasible, provoked, with its place and its sentence.
 
 use facemill_cutter_location::{
     AxisCone, Body, Hints, Infeasible, PoseTest, SearchOrder, SearchSettings, Workcell, search,
@@ -14,7 +14,7 @@ fn an_axis_limit_is_named_with_axis_value_and_limits() {
     let tree = MeshTree::new(&plane(400.0));
     let (machine, tool) = (machine(), tool(16.0, 2.0, 12.0));
     // The table is 4 m wide, X reaches 2.6 m: with C free to turn, a part at 3 m is out of reach
-    // whatever C is.
+    // for every C.
     let table_from_work = Isometry3::translation(3000.0, 0.0, 900.0);
     let cell = Workcell { table_from_work, ..workcell(&machine, &tool, vec![obstacle("part", &tree)]) };
     let test = PoseTest::new(&cell);
@@ -55,8 +55,8 @@ fn leaving_the_cone_is_told_with_the_angle_outside() {
 #[test]
 fn a_gouge_names_the_obstacle_and_a_place_in_the_cutter() {
     let part = MeshTree::new(&plane(400.0));
-    // A knob on the plane under the trailing part of the cutter, which a tilt of 5° does not clear
-    // and one of 30° does.
+    // A knob on the plane under the trailing part of the cutter: a tilt of 30° clears it, one of 5°
+    // does not.
     let knob = Ball { center: Point3::new(-40.0, 0.0, 0.0), radius: 8.0 };
     let knob_tree = MeshTree::new(&knob.mesh());
     let (machine, tool) = (machine(), tool(25.0, 2.0, 12.0));
@@ -77,7 +77,7 @@ fn a_gouge_names_the_obstacle_and_a_place_in_the_cutter() {
 fn a_collision_names_the_body_and_the_obstacle() {
     let part = MeshTree::new(&plane(400.0));
     let (machine, tool) = (machine(), tool(16.0, 2.0, 12.0));
-    // Beside the upright tool, as far from its axis as said, with a ball of radius 5: within the
+    // Beside the upright tool, at this distance from its axis, with a ball of radius 5: within the
     // body of radius 12 from 12 to 52 mm, the holder of radius 30 from 52 to 152 mm, the nose of
     // radius 90, the head of half width 150.
     for (name, height, outer) in [
@@ -112,7 +112,7 @@ fn search_tells_what_blocked_most_of_the_curve() {
     let part = MeshTree::new(&plane(400.0));
     let (machine, tool) = (machine(), tool(16.0, 2.0, 12.0));
     let curve = curve_deg([2.0, 0.0], [22.0, 0.0], SearchOrder::TiltFirst, 1.0);
-    // A pillar that reaches into the cutter's place blocks all postures that the cone lets through.
+    // A pillar that reaches into the cutter's place blocks all postures that the cone allows.
     let knob = MeshTree::new(&Ball { center: Point3::new(-14.0, 0.0, 10.0), radius: 9.0 }.mesh());
     for (half_angle_deg, expected) in [(4.0, "outside the job's cone"), (21.0, "cutter gouges knob")] {
         let cone = AxisCone { axis: Unit::new_normalize(Vector3::z()), half_angle: f64::to_radians(half_angle_deg) };

@@ -23,7 +23,7 @@ fn finds(cell: &Workcell<'_>, curve: &SearchCurve) -> bool {
     search(&test, &cc_on_plane(0.0, 0.0), curve, &settings, 0.0, None, &mut Hints::default()).is_ok()
 }
 
-/// Feasible stretches of the curve with the change, or with a part of the way to it, and whether
+/// Returns the feasible stretches of the curve with the change, or with a part of it, and whether
 /// the paper's steps find one.
 fn changed(cell: &Workcell<'_>, curve: &SearchCurve, relief: Remedy, part: f64) -> (Vec<[f64; 2]>, bool) {
     let (end, tool) = (curve.end(), cell.tool);
@@ -43,7 +43,7 @@ fn changed(cell: &Workcell<'_>, curve: &SearchCurve, relief: Remedy, part: f64) 
     (stretches(&PoseTest::new(cell), &cc_on_plane(0.0, 0.0), &curve, N), finds(cell, &curve))
 }
 
-/// Holds a change to what is told of it; whether the paper's steps find nothing with it.
+/// Checks a remedy against its description; returns whether the paper's steps find nothing with it.
 fn hold(cell: &Workcell<'_>, curve: &SearchCurve, relief: Remedy) -> bool {
     let (enough, by_steps) = changed(cell, curve, relief, 1.0);
     assert!(!enough.is_empty(), "{relief:?} does not help");
@@ -105,7 +105,7 @@ fn a_change_that_opens_only_a_short_stretch_is_told_and_less_of_it_opens_none() 
     let (mut told, mut past_steps) = (0, 0);
     for _ in 0..16 {
         // A rod under the rear of the cutter until it is tilted so far, and one before its front
-        // from a bit later on.
+        // from slightly later on.
         let free = posture_deg(random.between(11.0, 30.0), -20.0);
         let blocked = posture_deg(free.tilt.to_degrees() + random.between(0.4, 2.0), -20.0);
         let places = [

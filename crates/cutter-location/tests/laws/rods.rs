@@ -6,7 +6,7 @@ use facemill_surface_model::TriMesh;
 use facemill_tool_model::{Cutter, cl_from_cc};
 use nalgebra::{Point3, Vector3};
 
-/// Feasible stretches of a curve, as first and last u, by a scan in `n` steps.
+/// Returns the feasible stretches of a curve, as first and last u, by a scan in `n` steps.
 pub(crate) fn stretches(test: &PoseTest<'_>, cc: &CcPoint, curve: &SearchCurve, n: usize) -> Vec<[f64; 2]> {
     let mut hints = Hints::default();
     let at = |k: usize| k as f64 / n as f64;
@@ -22,7 +22,7 @@ pub(crate) fn stretches(test: &PoseTest<'_>, cc: &CcPoint, curve: &SearchCurve, 
     found
 }
 
-/// A thin rod that stands up to a place.
+/// Returns a thin rod that reaches up to a place.
 pub(crate) fn post(at: &Point3<f64>, width: f64) -> TriMesh {
     let corner = |x: f64, y: f64| at + Vector3::new(x, y, 0.0);
     let top = [corner(-width, -width), corner(width, -width), corner(0.0, width)];
@@ -32,8 +32,8 @@ pub(crate) fn post(at: &Point3<f64>, width: f64) -> TriMesh {
     TriMesh::new(vertices, sides.to_vec()).unwrap()
 }
 
-/// A place in the frame of the cutter at a posture: along the front (the tilt's direction), to its
-/// left, and up the axis.
+/// Returns a place in the frame of the cutter at a posture: along the front (the tilt's direction),
+/// to its left, and up the axis.
 pub(crate) fn beside(cutter: &Cutter, cc: &CcPoint, posture: Posture, front_left_up: [f64; 3]) -> Point3<f64> {
     let cl = cl_from_cc(cutter, cc, posture);
     let (sin, cos) = posture.tilt.sin_cos();

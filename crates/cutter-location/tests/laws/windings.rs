@@ -1,4 +1,4 @@
-//! The cheapest sequence over all ways to stand: branches, and full turns of a limited axis.
+//! The cheapest sequence over all configurations: branches, and full turns of a limited axis.
 
 use std::f64::consts::TAU;
 
@@ -17,7 +17,7 @@ use crate::pass_costs::{Cost, SMOOTH, Stood};
 
 /// How far the table turns to either side, rad.
 const C_LIMIT: f64 = 400.0 * TAU / 360.0;
-/// The only postures of the scenes, rotates as the search takes them.
+/// The only postures of the scenes, with rotates as the search takes them.
 const ROTATES: [f64; 2] = [-20.0, -24.0];
 const TILT: f64 = 12.0;
 
@@ -34,8 +34,7 @@ fn wound() -> Machine {
     Machine::from_file(file).unwrap()
 }
 
-/// Points of the plane most of the way around a circle, so that the table has to turn with the
-/// feed.
+/// Points of the plane most of the way around a circle, where the table has to turn with the feed.
 fn around() -> Vec<CcPoint> {
     let at = |angle: f64| {
         let (sin, cos) = angle.sin_cos();
@@ -44,9 +43,9 @@ fn around() -> Vec<CcPoint> {
     (0..4).map(|k| at(1.8 * f64::from(k))).collect()
 }
 
-/// Every way to stand at a point: of both postures and the one that is searched, both branches, at
-/// every number of full turns of the table that its limits hold; whether nothing is hit there comes
-/// with it.
+/// Returns every configuration at a point: of both postures and the one that is searched, on both
+/// branches, at every number of full turns of the table within its limits; with each, whether it is
+/// free of collisions.
 fn ways_to_stand(test: &PoseTest<'_>, cc: &CcPoint, curve: &SearchCurve) -> Vec<(Stood, bool)> {
     let (cell, hints) = (test.cell, &mut Hints::default());
     let c = cell.machine.axis_index("C").unwrap();
@@ -73,12 +72,12 @@ fn ways_to_stand(test: &PoseTest<'_>, cc: &CcPoint, curve: &SearchCurve) -> Vec<
     all
 }
 
-/// Those of some ways to stand.
+/// Selects some of the configurations.
 fn only(ways: &[Vec<(Stood, bool)>], keep: impl Fn(&Stood, bool) -> bool) -> Vec<Vec<Stood>> {
     ways.iter().map(|of| of.iter().filter(|(s, free)| keep(s, *free)).map(|(s, _)| *s).collect()).collect()
 }
 
-/// In how many scenes something decides.
+/// Number of scenes in which each criterion decides.
 #[derive(Debug, Default)]
 struct Decides {
     blocked: usize,
@@ -101,7 +100,7 @@ fn the_graphs_optimum_is_that_of_all_branches_and_windings() {
     for preferred in [BranchPreference::Nearest, BranchPreference::Positive, BranchPreference::Negative] {
         let mut scenes = 0;
         while scenes < 6 {
-            // As high as the ram, which stands over another side of the part on the other branch.
+            // As high as the ram, which is over another side of the part on the other branch.
             let mut at = |low: f64, high: f64| random.between(low, high);
             let center = Point3::new(at(-600.0, 600.0), at(-600.0, 600.0), at(700.0, 1300.0));
             let ball = MeshTree::new(&Ball { center, radius: 150.0 }.mesh());

@@ -53,7 +53,7 @@ fn a_shared_mesh_answers_as_a_borrowed_one() {
         let test = PoseTest::new(&cell);
         test.try_posture(&cc_on_plane(3.0, -4.0), posture_deg(3.0, 0.0), None, &mut Hints::default())
     };
-    // As it is, and with material to leave on it, which is in the way.
+    // In its finished shape, and with material to leave on it, which is in the way.
     for gouge_allowance in [Some(0.0), Some(0.5)] {
         let borrowed = tried(Obstacle { gouge_allowance, ..Obstacle::part("part", &*tree) });
         assert_eq!(borrowed, tried(Obstacle { gouge_allowance, ..Obstacle::part("part", Arc::clone(&tree)) }));

@@ -11,7 +11,7 @@ use super::spans::Spans;
 use crate::time_law::barrier::Scaled;
 use crate::time_law::{AxisBounds, MotionBounds, TimeLawError};
 
-/// A block of a program whose time law is asked for: a straight line of the axes.
+/// A block of a program to be timed: a straight line of the axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProgramBlock {
     /// Axis values at its end; it starts where the one before it ends.
@@ -19,44 +19,44 @@ pub struct ProgramBlock {
     /// Least time by its tip feed, s: the tip's way over the feed (Dc/Fc, FEED (4)); 0 where the
     /// feed is not capped.
     pub tip_time: f64,
-    /// Whether the axes stand at its end.
+    /// Whether the axes stop at its end.
     pub exact_stop: bool,
 }
 
-/// How a program is run.
+/// Settings of a program's time law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProgramSettings {
-    /// Most by which each axis leaves the program's lines where corners are blended, mm or rad;
-    /// `None` stops at every corner. Where a blend within it would take longer than a stop, the
-    /// axes stop.
+    /// Largest deviation of each axis from the program's lines where corners are blended, mm or
+    /// rad; `None` stops at every corner. Where a blend within it would take longer than a stop,
+    /// the axes stop.
     pub tolerance: Option<AxisValues>,
-    /// Length of the spans that the law is made of where the path would allow longer ones, as a
-    /// share of the time in which an axis gets from rest to its largest speed. Shorter ones come
-    /// nearer to the least time and cost more computing.
+    /// Length of the spans of the law where the path would allow longer ones, as a fraction of the
+    /// time in which an axis accelerates from rest to its largest speed. Shorter ones come nearer
+    /// to the least time and cost more computing.
     pub resolution: f64,
 }
 
 impl ProgramSettings {
-    /// Corners blended within this tolerance of each axis, mm or rad.
+    /// Blends corners within this tolerance of each axis, mm or rad.
     pub fn blended(tolerance: AxisValues) -> Self {
         Self { tolerance: Some(tolerance), resolution: 0.15 }
     }
 
-    /// A stop at every corner.
+    /// Stops at every corner.
     pub fn stopping() -> Self {
         Self { tolerance: None, resolution: 0.15 }
     }
 }
 
-/// Why a program has no time law.
+/// Reason why a program has no time law.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ProgramLawError {
     /// A limit is wrong.
     #[error(transparent)]
     Bounds(#[from] TimeLawError),
-    /// The position that the program starts from is not finite, or has not as many axes as there
-    /// are limits.
+    /// The start position of the program is not finite, or its number of axes differs from the
+    /// number of limits.
     #[error("the start has {axes} axes with limits for {bounds}, or a value that is not finite")]
     BadStart {
         /// Axes of the start.
@@ -108,16 +108,15 @@ pub enum ProgramLawError {
     },
 }
 
-/// Lines that are shorter than this are left out, s at the axes' largest speeds: 1e-8 mm at 100
-/// mm/s.
+/// Lines shorter than this are left out, s at the axes' largest speeds: 1e-8 mm at 100 mm/s.
 const SHORTEST: f64 = 1e-10;
 
-/// Least tolerance, mm or rad; it stands in where the program stops at every corner. Below it
-/// rounding would count.
+/// Least tolerance, mm or rad; used where the program stops at every corner. Below it rounding
+/// would count.
 const STRAIGHT: f64 = 1e-9;
 
-/// The motion of a program from rest to rest in short time: within velocity, acceleration and jerk
-/// of every axis and the tip feed of every block, corners blended within the tolerance, with
+/// Computes a fast motion of a program from rest to rest: within velocity, acceleration and jerk of
+/// every axis and the tip feed of every block, corners blended within the tolerance, with
 /// look-ahead over the whole program.
 ///
 /// Guarantee: no limit is exceeded at any time, proven by Bernstein coefficients to rounding, and
@@ -126,7 +125,7 @@ const STRAIGHT: f64 = 1e-9;
 /// result does not depend on the number of threads.
 ///
 /// # Errors
-/// Limits, settings or blocks that cannot be meant, with the index of the block.
+/// Invalid limits, settings or blocks, with the index of the block.
 ///
 /// ```
 /// use facemill_feedrate::{AxisBounds, ProgramBlock, ProgramSettings, program_law};
@@ -152,8 +151,8 @@ pub fn program_law(
     program_law_of(start, blocks.iter().copied(), axes, settings)
 }
 
-/// [`program_law`] of blocks that are made where they are asked for, several times and each time
-/// alike: a million of them need not be held.
+/// Computes [`program_law`] for blocks that are generated on demand, several times and identically
+/// each time: a million of them need not be stored.
 ///
 /// # Errors
 /// As [`program_law`].
@@ -178,9 +177,9 @@ pub fn program_law_of(
     Ok(ProgramLaw::new(points, axes.len(), planned))
 }
 
-/// The quickest motion over several lines of those there are.
+/// Returns the faster of the possible motions over several lines.
 fn blended(polyline: Polyline, tolerance: &AxisValues, grain: &Grain, scaled: &Scaled, axes: &[AxisBounds]) -> Motion {
-    // Corners are decided one by one, so that all together may still have been blended in vain.
+    // Corners are decided one by one, so blending all of them may still be slower than stopping.
     let stopping: f64 = polyline.stopping(axes).map(|line| line.curve.duration()).sum();
     let lines = polyline.lines() as f64;
     let rounded = || RoundedLine::along(&polyline, axes, tolerance);
@@ -189,8 +188,8 @@ fn blended(polyline: Polyline, tolerance: &AxisValues, grain: &Grain, scaled: &S
     let mut is_rounding = true;
     if let Some(path) = path {
         is_rounding = path.bending() as f64 > SMOOTH * lines;
-        // Rounded corners are not held beside the spline: they are made again where they are
-        // quicker.
+        // Rounded corners are not stored next to the spline: they are computed again where they are
+        // faster.
         let others = if is_rounding { stopping.min(duration(&rounded())) } else { stopping };
         let section = Section::plan(&polyline, path, scaled);
         if section.duration() <= others {
@@ -202,13 +201,13 @@ fn blended(polyline: Polyline, tolerance: &AxisValues, grain: &Grain, scaled: &S
     if is_quicker { Motion::Rounded(rounded) } else { Motion::Lines(polyline.stopping(axes).collect()) }
 }
 
-/// Spans a line up to which a spline over several lines is so much quicker than rounded corners
-/// that these are not asked for.
+/// Ratio of spans to lines up to which a spline over several lines is so much faster than rounded
+/// corners that these are not computed.
 const SMOOTH: f64 = 0.7;
 
-/// Spans a line up to which a spline over several lines is worth its computing, besides those for
-/// the way from rest and back. Where there are more, each corner has spans of its own, and rounded
-/// corners take some percent more or less for a tenth of the computing.
+/// Ratio of spans to lines up to which a spline over several lines is worth its computing, not
+/// counting those for the way from rest and back. With more, each corner has spans of its own, and
+/// rounded corners take some percent more or less time for a tenth of the computing.
 const SPANS_A_LINE: f64 = 3.0;
 
 /// Motion between two stops.
@@ -219,7 +218,7 @@ enum Stretch {
     Lines(Polyline),
 }
 
-/// Collects lines until the axes stand.
+/// Collects lines until the axes stop.
 struct Open<'a> {
     axes: &'a [AxisBounds],
     polyline: Polyline,
@@ -247,8 +246,8 @@ impl Open<'_> {
     }
 }
 
-/// The points at the ends of the blocks, one after the other from the start on, and what lies
-/// between stops. A block without motion ends where the one before it does.
+/// Returns the points at the ends of the blocks, one after the other from the start on, and the
+/// stretches between stops. A block without motion ends where the one before it does.
 fn stretches(
     start: &AxisValues,
     blocks: impl ExactSizeIterator<Item = ProgramBlock>,
@@ -279,7 +278,7 @@ fn stretches(
     (points, open.out)
 }
 
-/// Lengths of spans that the changes of speed of every axis can be made of.
+/// Returns span lengths fine enough for the changes of speed of every axis.
 fn grain(axes: &[AxisBounds], resolution: f64) -> Grain {
     let least = |f: fn(&AxisBounds) -> f64| axes.iter().map(f).fold(f64::INFINITY, f64::min);
     // Time from rest to the largest speed; half of it is the way at that speed.
@@ -287,7 +286,7 @@ fn grain(axes: &[AxisBounds], resolution: f64) -> Grain {
     Grain { span: resolution * rise, ramp: 0.5 * rise }
 }
 
-/// Length of a line, s: axes by the time that they take at their largest speeds.
+/// Returns the length of a line, s: axes by the time that they take at their largest speeds.
 pub(crate) fn length(from: &AxisValues, to: &AxisValues, axes: &[AxisBounds]) -> f64 {
     axes.iter().enumerate().map(|(k, b)| (to[k] - from[k]) / b.velocity).fold(0.0, f64::hypot)
 }
@@ -309,7 +308,7 @@ fn check(
     check_program(start, blocks, bounds)
 }
 
-/// Refuses a start or blocks that cannot be meant.
+/// Refuses an invalid start or blocks.
 pub(crate) fn check_program(
     start: &AxisValues,
     blocks: impl Iterator<Item = ProgramBlock>,

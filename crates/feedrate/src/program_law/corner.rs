@@ -8,7 +8,7 @@ use crate::time_law::AxisBounds;
 pub(crate) struct LineMotion {
     pub(crate) block: usize,
     pub(crate) curve: SCurve,
-    /// Largest ṙ by the tip feed.
+    /// Largest ṙ allowed by the tip feed.
     pub(crate) cap: f64,
 }
 
@@ -16,7 +16,7 @@ pub(crate) struct LineMotion {
 /// largest speed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Line {
-    /// s at the axes' largest speeds.
+    /// Length, s at the axes' largest speeds.
     pub(crate) length: f64,
     /// Derivatives of the axes by r.
     pub(crate) slopes: [f64; MAX_AXES],
@@ -25,7 +25,7 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    /// The line between two points, with ṙ no larger than `cap`.
+    /// Creates the line between two points, with ṙ no larger than `cap`.
     pub(crate) fn new(from: &AxisValues, to: &AxisValues, length: f64, cap: f64, axes: &[AxisBounds]) -> Self {
         let mut slopes = [0.0; MAX_AXES];
         let mut limits = [cap, f64::INFINITY, f64::INFINITY];
@@ -38,17 +38,17 @@ impl Line {
         Self { length, slopes, limits }
     }
 
-    /// The least-time motion over the line from rest to rest.
+    /// Returns the least-time motion over the line from rest to rest.
     pub(crate) fn alone(&self) -> SCurve {
         SCurve::new(self.length, self.limits)
     }
 
-    /// Time that a blend over ±`w` at the speed `c` saves on this side of a corner against a stop,
-    /// s.
+    /// Returns the time that a blend over ±`w` at the speed `c` saves on this side of a corner
+    /// compared with a stop, s.
     ///
-    /// From the speed u of the line with the acceleration a and jerk j, changes of speed by
-    /// jerk-limited ramps with the way that is left out run at u: (2c − c²/u)/(2a) + c·a/(2u·j) for
-    /// the ramps less w/c − w/u for the blend.
+    /// For the speed u of the line with the acceleration a and jerk j, changes of speed by
+    /// jerk-limited ramps, with the way left out covered at u: (2c − c²/u)/(2a) + c·a/(2u·j) for
+    /// the ramps minus w/c − w/u for the blend.
     pub(crate) fn saved_by_blend(&self, w: f64, c: f64) -> f64 {
         let [_, a, j] = self.limits;
         let u = self.alone().speed();
@@ -60,15 +60,15 @@ impl Line {
     }
 }
 
-/// Share of an axis's speed by which directions may differ and count as one: rounding passes, and a
-/// jump of the velocity by this share is blended within nanometres.
+/// Fraction of an axis's speed within which two directions count as one: rounding passes, and a
+/// jump of the velocity by this fraction is blended within nanometres.
 const SAME_DIRECTION: f64 = 1e-9;
 
-/// Whether the axes stand between two lines: without a tolerance at every corner; with one, where a
-/// blend within it takes longer than a stop.
+/// Returns whether the axes stop between two lines: without a tolerance at every corner; with one,
+/// where a blend within it takes longer than a stop.
 ///
-/// A blend over ±w turns with the speed that the acceleration and jerk of its bend allow. What it
-/// saves is an estimate, which only chooses between two motions that hold all limits.
+/// A blend over ±w turns at the speed that the acceleration and jerk of its bend allow. The time it
+/// saves is an estimate, used only to choose between two motions that hold all limits.
 pub(crate) fn stops_between(before: &Line, after: &Line, axes: &[AxisBounds], tolerance: Option<&AxisValues>) -> bool {
     let bend = |k: usize| (after.slopes[k] - before.slopes[k]).abs();
     let turns = |k: usize| bend(k) > SAME_DIRECTION * axes[k].velocity;

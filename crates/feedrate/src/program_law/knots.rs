@@ -2,24 +2,25 @@ use facemill_inverse_kinematics::{AxisValues, MAX_AXES};
 
 use super::polyline::{Point, Polyline};
 
-/// How long spans may be at most.
+/// Largest lengths of spans.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Grain {
-    /// At the speeds of the tip feed, s.
+    /// Length at the speeds of the tip feed, s.
     pub(crate) span: f64,
-    /// The first and the last piece of a section, in r.
+    /// Length of the first and the last piece of a section, in r.
     pub(crate) ramp: f64,
 }
 
-/// Most by which neighbouring pieces differ, and a little for rounding.
+/// Largest ratio of neighbouring pieces, with a little for rounding.
 const GRADING: f64 = 2.01;
 
-/// The spline has to be straight on the first and the last piece. As pieces at most double, the
-/// control points of these reach less than so many times as far.
+/// Length of the end chords in pieces. The spline has to be straight on the first and the last
+/// piece; as pieces at most double, the control points of these reach less than this many times as
+/// far.
 pub(crate) const CHORD: f64 = 4.0;
 
-/// Length of the first or last piece: such that the chord over [`CHORD`] times that length stays
-/// within half the tolerance.
+/// Returns the length of the first or last piece for which the chord over [`CHORD`] times that
+/// length stays within half the tolerance.
 fn ramp_length(polyline: &Polyline, tolerance: &AxisValues, ramp: f64, at_end: bool) -> f64 {
     let length = polyline.length();
     let mut w = ramp.min(length / (2.0 * CHORD));
@@ -38,8 +39,8 @@ fn ramp_length(polyline: &Polyline, tolerance: &AxisValues, ramp: f64, at_end: b
     }
 }
 
-/// Ends of pieces such that a uniform spline with pieces of these lengths would stay within half
-/// the tolerance.
+/// Returns ends of pieces for which a uniform spline with pieces of these lengths would stay within
+/// half the tolerance.
 pub(crate) fn coarse(polyline: &Polyline, tolerance: &AxisValues, grain: &Grain) -> Vec<f64> {
     let length = polyline.length();
     let ramp = grain.ramp;
@@ -74,13 +75,13 @@ pub(crate) fn coarse(polyline: &Polyline, tolerance: &AxisValues, grain: &Grain)
     ends
 }
 
-/// Pieces are not halved below this, where rounding would count as bending: 1e-8 mm at 100 mm/s, on
-/// long programs more.
+/// Returns the length below which pieces are not halved, because rounding would count as bending:
+/// 1e-8 mm at 100 mm/s, on long programs more.
 pub(crate) fn shortest(length: f64) -> f64 {
     1e-10 + 1e-13 * length
 }
 
-/// Whether an interval has to be halved; `line` holds its start.
+/// Returns whether an interval has to be halved; `line` is the one at its start.
 fn is_rough(polyline: &Polyline, tolerance: &AxisValues, (a, b): (f64, f64), line: usize) -> bool {
     let w = b - a;
     let mid = 0.5 * (a + b);
@@ -96,24 +97,24 @@ fn is_rough(polyline: &Polyline, tolerance: &AxisValues, (a, b): (f64, f64), lin
     inside.into_iter().any(|v| bent(second(polyline.vertex(v), polyline.r[v])))
 }
 
-/// Whether the caps of the lines in an interval differ so much that the least of them must not hold
-/// for all of it.
+/// Returns whether the caps of the lines in an interval differ so much that the least of them must
+/// not apply to all of it.
 fn is_uneven(polyline: &Polyline, span: f64, (a, b): (f64, f64), line: usize) -> bool {
     let lines = (line..polyline.lines()).take_while(|&k| polyline.r[k] < b);
     let (mut least, mut most) = (f64::INFINITY, 0.0_f64);
     for k in lines {
-        // Without a cap the axes limit ṙ to the root of their number at most.
+        // Without a cap the axes limit ṙ to at most the root of their number.
         let cap = polyline.caps[k].min(MAX_AXES as f64);
         (least, most) = (least.min(cap), most.max(cap));
     }
     most > EVEN * least && b - a > span * least.min(1.0)
 }
 
-/// Ratio of caps on one piece at most, unless it is as short as a span.
+/// Largest ratio of caps on one piece, unless it is as short as a span.
 const EVEN: f64 = 1.02;
 
-/// The same ends with more between them, so that neighbouring pieces differ by a factor of 2 at
-/// most. The first and the last one stay: nothing bends there.
+/// Returns the same ends with more between them, until neighbouring pieces differ by a factor of 2
+/// at most. The first and the last one stay: nothing bends there.
 pub(crate) fn graded(ends: Vec<f64>) -> Vec<f64> {
     let mut ends = ends;
     loop {
@@ -157,12 +158,12 @@ fn graded_forward(ends: &[f64], sign: f64) -> Vec<f64> {
     out
 }
 
-/// Growth of neighbouring pieces where the path bends. More than this bends the spline more than
-/// the path; less needs more pieces.
+/// Growth of neighbouring pieces where the path bends. A larger one bends the spline more than the
+/// path; a smaller one needs more pieces.
 const SMOOTH: f64 = 1.25;
 
-/// Ends of pieces whose lengths change slowly where the path bends, and are about those given there
-/// or shorter. The first and the last piece stay.
+/// Returns ends of pieces whose lengths change slowly where the path bends, and are about those
+/// given there or shorter. The first and the last piece stay.
 pub(crate) fn smoothed(polyline: &Polyline, ends: &[f64]) -> Vec<f64> {
     let n = ends.len() - 1;
     if n < 4 {
@@ -187,8 +188,8 @@ pub(crate) fn smoothed(polyline: &Polyline, ends: &[f64]) -> Vec<f64> {
     out
 }
 
-/// Lengths of pieces, of which neighbours where the path bends differ by the factor [`SMOOTH`] at
-/// most.
+/// Returns lengths of pieces that differ by at most the factor [`SMOOTH`] between neighbours where
+/// the path bends.
 fn slowly_changing(polyline: &Polyline, ends: &[f64]) -> Vec<f64> {
     let n = ends.len() - 1;
     let mut widths: Vec<f64> = ends.windows(2).map(|e| e[1] - e[0]).collect();
@@ -211,7 +212,7 @@ fn slowly_changing(polyline: &Polyline, ends: &[f64]) -> Vec<f64> {
     widths
 }
 
-/// The length of pieces at `at` in piece `k`, linear between the middles of pieces.
+/// Returns the length of pieces at `at` in piece `k`, linear between the middles of pieces.
 fn between(ends: &[f64], width: &[f64], k: usize, at: f64) -> f64 {
     let middle = |k: usize| 0.5 * (ends[k] + ends[k + 1]);
     let (a, b) = if at < middle(k) { (k.saturating_sub(1).max(1), k) } else { (k, (k + 1).min(width.len() - 2)) };

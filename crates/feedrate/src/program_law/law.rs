@@ -19,9 +19,9 @@ pub struct ProgramLaw {
     points: Vec<f64>,
     sections: Vec<Timed>,
     block_ends: Vec<f64>,
-    /// Largest ṙ by the tip feed of each block; infinite without a cap.
+    /// Largest ṙ allowed by the tip feed of each block; infinite without a cap.
     caps: Vec<f64>,
-    /// Time of each block at the largest ṙ that is proven for it, s; 0 without motion.
+    /// Time of each block at the largest ṙ proven for it, s; 0 without motion.
     peak_times: Vec<f64>,
 }
 
@@ -61,7 +61,7 @@ impl Timed {
     }
 }
 
-/// Times at which the spans of a section that starts at `start` start, and at its end.
+/// Returns the times at which the spans of a section that starts at `start` start, and at its end.
 fn span_times(section: &Section, start: f64) -> Vec<f64> {
     let mut times = Vec::with_capacity(section.paces.len() + 1);
     let mut t = start;
@@ -129,7 +129,7 @@ impl ProgramLaw {
         self.sections.push(Timed::Rounded(Box::new((lines, starts))));
     }
 
-    /// Notes when the ends of a section's blocks are passed.
+    /// Records when the ends of a section's blocks are passed.
     fn pass(&mut self, polyline: &Polyline, section: &Section, starts: &[f64]) {
         let path = &section.path;
         let mut span = 0;
@@ -144,19 +144,18 @@ impl ProgramLaw {
         for ((&block, peak), r) in polyline.blocks.iter().zip(section.peaks()).zip(polyline.r.windows(2)) {
             self.peak_times[block] = (r[1] - r[0]) / peak;
         }
-        // The end of the last one is that of the section, to the last bit.
+        // The last end is that of the section, to the last bit.
         if let Some(&block) = polyline.blocks.last() {
             self.block_ends[block] = starts[starts.len() - 1];
         }
     }
 
-    /// Time of the whole program, s.
+    /// Returns the time of the whole program, s.
     pub fn total_time(&self) -> f64 {
         self.sections.last().map_or(0.0, Timed::end)
     }
 
-    /// Number of parts that the law is made of: lines run from stop to stop, and spans of blended
-    /// ones.
+    /// Returns the number of parts of the law: lines from stop to stop, and spans of blended ones.
     pub fn parts(&self) -> usize {
         let parts = |section: &Timed| match section {
             Timed::Line { .. } => 1,
@@ -166,35 +165,36 @@ impl ProgramLaw {
         self.sections.iter().map(parts).sum()
     }
 
-    /// Times at which the blocks end, s, in order. A block whose end is a blended corner ends where
-    /// the path passes the corner.
+    /// Returns the times at which the blocks end, s, in order. A block whose end is a blended
+    /// corner ends where the path passes the corner.
     pub fn block_ends(&self) -> &[f64] {
         &self.block_ends
     }
 
-    /// Time of each block in this motion, s.
+    /// Returns the time of each block in this motion, s.
     pub fn block_times(&self) -> Vec<f64> {
         let starts = std::iter::once(0.0).chain(self.block_ends.iter().copied());
         self.block_ends.iter().zip(starts).map(|(end, start)| end - start).collect()
     }
 
-    /// Time in which each block would be run at the largest speed that it has in this motion, s:
-    /// proven to be no more than its time, and 0 without motion. A block of which a feed asks no
-    /// less time than this can be run as here: what is asked for beyond its largest speed the
-    /// machine cannot do.
+    /// Returns the time in which each block would be run at the largest speed that it has in this
+    /// motion, s: proven to be no more than its time, and 0 without motion. If the feed of a block
+    /// requires no less time than this, the block can be run as here; the machine cannot reach a
+    /// higher feed.
     ///
-    /// A block counts with the blends at its ends, where its neighbours take part, as far as they
+    /// A block counts with the blends at its ends, in which its neighbours take part, as far as
+    /// they reach.
     /// reach.
     pub fn block_peak_times(&self) -> &[f64] {
         &self.peak_times
     }
 
-    /// The axes at time `t`, s; before the start and after the end they stand.
+    /// Returns the axes at time `t`, s; before the start and after the end they are at rest.
     pub fn at(&self, t: f64) -> AxisMotion {
         self.motion(t).0
     }
 
-    /// The axes at time `t`, and ṙ.
+    /// Returns the axes at time `t`, and ṙ.
     fn motion(&self, t: f64) -> (AxisMotion, f64) {
         let i = self.sections.partition_point(|s| s.start() <= t).saturating_sub(1);
         let mut out = [AxisValues::zeros(self.n_axes); 4];
@@ -254,21 +254,21 @@ impl ProgramLaw {
         (AxisMotion { position, velocity, acceleration, jerk, tip_feed: None }, rate)
     }
 
-    /// Derivatives of the axes by r along a line.
+    /// Returns the derivatives of the axes by r along a line.
     fn slopes(&self, line: &RoundedLine) -> AxisValues {
         let (from, to) = (self.point(line.block), self.point(line.block + 1));
         AxisValues::from_fn(self.n_axes, |k| (to[k] - from[k]) / line.length())
     }
 
-    /// Axis values at the end of block `index` − 1, at the start for 0.
+    /// Returns axis values at the end of block `index` − 1, at the start for 0.
     fn point(&self, index: usize) -> AxisValues {
         let at = &self.points[index * self.n_axes..(index + 1) * self.n_axes];
         AxisValues::from_fn(self.n_axes, |k| at[k])
     }
 
-    /// Returns the limiting factor of each block: the limit that is used most at its middle and its
-    /// ends, of equal ones that of the middle, and the used share of it. `None` for blocks without
-    /// motion.
+    /// Returns the limiting factor of each block, and the used fraction of it: the limit that is
+    /// used most at its middle and its ends, among equal ones that of the middle. `None` for blocks
+    /// without motion.
     pub fn block_limits(&self, axes: &[AxisBounds]) -> Vec<Option<(MotionLimit, f64)>> {
         let bounds = MotionBounds::new(axes.to_vec());
         let most = |block: usize| {

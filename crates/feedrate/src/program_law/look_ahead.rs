@@ -4,9 +4,9 @@ use super::ProgramBlock;
 use super::blocks::length;
 use crate::time_law::AxisBounds;
 
-/// Least times of blocks, raised where a control that looks ahead over `n` blocks, the one it runs
-/// included, could not stop within them: an estimate, which takes what is ahead for straight and
-/// its accelerations and jerks for their means.
+/// Raises the least times of blocks where a control that looks ahead over `n` blocks, including the
+/// present one, could not stop within them: an estimate, which takes the blocks ahead as straight
+/// and their accelerations and jerks at their means.
 ///
 /// Blocks in which nothing moves count as one each. Programs of no more than `n` blocks stay as
 /// they are.
@@ -51,7 +51,7 @@ pub fn within_look_ahead(start: &AxisValues, blocks: &[ProgramBlock], axes: &[Ax
     out
 }
 
-/// Largest speed from which one stops on a straight way with these limits.
+/// Returns the largest speed from which the axes stop on a straight way with these limits.
 fn stoppable(way: f64, acceleration: f64, jerk: f64) -> f64 {
     let build_up = 0.5 * acceleration / jerk;
     acceleration * (build_up.hypot((2.0 * way / acceleration).sqrt()) - build_up)

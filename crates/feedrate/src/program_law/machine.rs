@@ -5,7 +5,7 @@ use crate::block_feed::tip_time;
 use crate::plan::{FeedBlock, PlanFeedsError};
 use crate::time_law::AxisBounds;
 
-/// An axis whose machine file does not say how it may be accelerated.
+/// An axis whose machine file lacks an acceleration or jerk.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("the machine gives no {what} for axis {letter}: add it to the machine file to time programs")]
 pub struct MissingLimit {
@@ -15,7 +15,7 @@ pub struct MissingLimit {
     pub what: &'static str,
 }
 
-/// The limits of all axes of a machine, in axis order.
+/// Returns the limits of all axes of a machine, in axis order.
 ///
 /// # Errors
 /// The first axis without a largest acceleration or jerk.
@@ -29,9 +29,9 @@ pub fn machine_bounds(machine: &Machine) -> Result<Vec<AxisBounds>, MissingLimit
     machine.axes().iter().map(bounds).collect()
 }
 
-/// The blocks of [`plan_feeds`](crate::plan::plan_feeds) for [`program_law`](crate::program_law):
-/// each with the least time that its tip feed asks for, Dc/Fc of FEED (4) with Dc the distance of
-/// the tip's two positions. None stops.
+/// Returns the blocks of [`plan_feeds`](crate::plan::plan_feeds) for
+/// [`program_law`](crate::program_law): each with the least time that its tip feed requires, Dc/Fc
+/// of FEED (4), where Dc is the distance of the tip's two positions. None stops.
 ///
 /// # Errors
 /// For the first block whose tip feed is not above 0 or whose positions are not finite.

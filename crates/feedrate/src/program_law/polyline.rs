@@ -10,8 +10,8 @@ use crate::time_law::AxisBounds;
 /// Axis values of a point without their number.
 pub(crate) type Point = [f64; MAX_AXES];
 
-/// The blocks between two stops as straight lines over their summed length r, in which each axis
-/// counts by the time it takes at its largest speed: s.
+/// Blocks between two stops as straight lines over their summed length r, in which each axis counts
+/// by the time it takes at its largest speed: s.
 #[derive(Clone, Debug)]
 pub(crate) struct Polyline {
     pub(crate) n_axes: usize,
@@ -19,7 +19,7 @@ pub(crate) struct Polyline {
     pub(crate) r: Vec<f64>,
     /// Axis values of every vertex, one after the other.
     pub(crate) q: Vec<f64>,
-    /// Largest ṙ on every line by the tip feed; infinite without a cap.
+    /// Largest ṙ on every line allowed by the tip feed; infinite without a cap.
     pub(crate) caps: Vec<f64>,
     /// Block of the program that each line belongs to.
     pub(crate) blocks: Vec<usize>,
@@ -30,7 +30,7 @@ impl Polyline {
         Self { n_axes: start.len(), r: vec![0.0], q: start.as_slice().to_vec(), caps: Vec::new(), blocks: Vec::new() }
     }
 
-    /// Leaves all lines out and starts anew.
+    /// Removes all lines and starts anew.
     pub(crate) fn restart(&mut self, start: &AxisValues) {
         self.r.truncate(1);
         self.q.clear();
@@ -47,19 +47,19 @@ impl Polyline {
         self.caps.push(cap);
     }
 
-    /// The motion that stops at every vertex, line by line.
+    /// Returns the motion that stops at every vertex, line by line.
     pub(crate) fn stopping(&self, axes: &[AxisBounds]) -> impl Iterator<Item = LineMotion> {
         let alone = move |k| LineMotion { block: self.blocks[k], curve: self.line(k, axes).alone(), cap: self.caps[k] };
         (0..self.lines()).map(alone)
     }
 
-    /// A line with its limits.
+    /// Returns a line with its limits.
     pub(crate) fn line(&self, index: usize, axes: &[AxisBounds]) -> Line {
         let at = |k: usize| AxisValues::from_fn(self.n_axes, |axis| self.vertex(k)[axis]);
         Line::new(&at(index), &at(index + 1), self.r[index + 1] - self.r[index], self.caps[index], axes)
     }
 
-    /// Number of lines.
+    /// Returns the number of lines.
     pub(crate) fn lines(&self) -> usize {
         self.caps.len()
     }
@@ -72,7 +72,8 @@ impl Polyline {
         &self.q[index * self.n_axes..(index + 1) * self.n_axes]
     }
 
-    /// Index of the line that holds `r`, the first or last one outside; searched from `near` on.
+    /// Returns the index of the line that contains `r`, the first or last one outside; searched
+    /// from `near` on.
     pub(crate) fn line_at(&self, r: f64, near: usize) -> usize {
         let last = self.lines() - 1;
         let mut low = near.min(last);
@@ -94,7 +95,7 @@ impl Polyline {
         low + self.r[low + 1..=high].partition_point(|&x| x <= r)
     }
 
-    /// The point at `r` on the line of this index, which may be longer than the line.
+    /// Returns the point at `r` on the line of this index, which may be extended.
     pub(crate) fn on_line(&self, r: f64, line: usize) -> Point {
         let share = (r - self.r[line]) / (self.r[line + 1] - self.r[line]);
         let (a, b) = (self.vertex(line), self.vertex(line + 1));
@@ -105,14 +106,14 @@ impl Polyline {
         out
     }
 
-    /// The point at `r` on the straight line through the points at `a` and `b`.
+    /// Returns the point at `r` on the straight line through the points at `a` and `b`.
     pub(crate) fn on_chord(&self, r: f64, a: f64, b: f64) -> Point {
         let (p, q) = (self.at(a, 0), self.at(b, self.lines()));
         let share = (r - a) / (b - a);
         std::array::from_fn(|k| p[k] + (q[k] - p[k]) * share)
     }
 
-    /// The point at `r`; the first and the last line go on beyond the ends.
+    /// Returns the point at `r`; the first and the last line continue beyond the ends.
     pub(crate) fn at(&self, r: f64, near: usize) -> Point {
         self.on_line(r, self.line_at(r, near))
     }

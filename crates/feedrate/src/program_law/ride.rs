@@ -3,7 +3,7 @@ use super::s_curve::peak;
 /// A motion over a straight way from one speed to another, both without acceleration: up to a
 /// speed, along at it, and down to the other.
 ///
-/// Lengths and speeds are those of r, as in [`super::s_curve::SCurve`], which is the same from rest
+/// Lengths and speeds are those of r, as in [`super::s_curve::SCurve`], the same motion from rest
 /// to rest.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ride {
@@ -40,7 +40,7 @@ impl Change {
         0.5 * (self.from + self.to) * self.duration()
     }
 
-    /// Way, speed, acceleration and jerk at a time in it.
+    /// Returns way, speed, acceleration and jerk at a time in it.
     fn at(&self, t: f64) -> [f64; 4] {
         let (j, ramp) = (self.jerk, self.ramp);
         if t <= ramp {
@@ -57,14 +57,14 @@ impl Change {
     }
 }
 
-/// Times a bracket of speeds is narrowed at most. A larger speed that is missed by little costs as
-/// little.
+/// Number of times that a bracket of speeds is narrowed at most. Missing the largest speed by
+/// little costs equally little.
 const NARROWED: u32 = 24;
 
-/// Share of the way that may be left for the largest speed, where a larger one is possible.
+/// Fraction of the way that may be left over at the largest speed, where a larger one is possible.
 const LEFT: f64 = 1e-6;
 
-/// The largest speed within a bracket for which `way` of it is no more than `length`; the lower end
+/// Returns the largest speed within a bracket whose `way` is no more than `length`; the lower end
 /// is known to be one.
 fn largest(mut low: f64, mut high: f64, length: f64, way: impl Fn(f64) -> f64) -> f64 {
     let most = way(high) - length;
@@ -94,7 +94,7 @@ fn largest(mut low: f64, mut high: f64, length: f64, way: impl Fn(f64) -> f64) -
     low
 }
 
-/// The largest speed that is reached from `speed`, or left for it, on a way of this length.
+/// Returns the largest speed that is reached from `speed`, or left for it, on a way of this length.
 pub(crate) fn reached(speed: f64, most: f64, length: f64, limits: [f64; 2]) -> f64 {
     // Half of a motion from rest over twice the way gains at least as much speed.
     let high = most.min(speed + peak(2.0 * length, limits));
@@ -102,7 +102,8 @@ pub(crate) fn reached(speed: f64, most: f64, length: f64, limits: [f64; 2]) -> f
 }
 
 impl Ride {
-    /// The quickest such motion; the two speeds are within `most` and within reach of one another.
+    /// Creates the fastest such motion; the two speeds are within `most` and within reach of one
+    /// another.
     pub(crate) fn new(length: f64, [from, to]: [f64; 2], [most, a, j]: [f64; 3]) -> Self {
         let limits = [a, j];
         let way = |v: f64| Change::new(from, v, limits).way() + Change::new(v, to, limits).way();
@@ -121,13 +122,13 @@ impl Ride {
         up.duration() + self.cruise(&up, &down) + down.duration()
     }
 
-    /// Time at the largest speed; rounding must not make it negative.
+    /// Returns the time at the largest speed; rounding must not make it negative.
     fn cruise(&self, up: &Change, down: &Change) -> f64 {
         let left = self.length - up.way() - down.way();
         if left > 0.0 { left / self.speeds[1] } else { 0.0 }
     }
 
-    /// Way and its first three derivatives at time `t`, from 0 to the duration.
+    /// Returns way and its first three derivatives at time `t`, from 0 to the duration.
     pub(crate) fn at(&self, t: f64) -> [f64; 4] {
         let [up, down] = self.changes();
         let cruise = self.cruise(&up, &down);

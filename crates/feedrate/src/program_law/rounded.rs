@@ -5,8 +5,7 @@ use super::polyline::Polyline;
 use super::ride::{Ride, reached};
 use crate::time_law::AxisBounds;
 
-/// A line of a program between corners that are rounded each by itself, and run round at constant
-/// speed.
+/// A line of a program between corners that are rounded one by one at constant speed.
 ///
 /// Over ±w around a corner, in r, the axes are a cubic spline: their second derivative rises evenly
 /// from 0 at −w to bend/w at the corner and falls back to 0 at w, where bend is the change of their
@@ -15,7 +14,7 @@ use crate::time_law::AxisBounds;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RoundedLine {
     pub(crate) block: usize,
-    /// Largest ṙ by the tip feed.
+    /// Largest ṙ allowed by the tip feed.
     pub(crate) cap: f64,
     /// Its middle, between the two corners.
     pub(crate) ride: Ride,
@@ -23,14 +22,14 @@ pub(crate) struct RoundedLine {
     pub(crate) halves: [f64; 2],
 }
 
-/// Share of a line that a corner takes at most: between two corners there has to be a way to change
-/// the speed on.
+/// Largest fraction of a line for a corner: between two corners there has to be a way for changes
+/// of speed.
 const SHARE: f64 = 0.4;
 
-/// Taken off the tolerance and the speeds of corners for rounding.
+/// Margin on the tolerance and the speeds of corners for rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// A corner between two lines: half its length, and the speed it is run round at.
+/// A corner between two lines: half its length, and its speed.
 #[derive(Clone, Copy, Debug, Default)]
 struct Corner {
     half: f64,
@@ -38,8 +37,8 @@ struct Corner {
 }
 
 impl Corner {
-    /// The widest one within the tolerance and the quickest speed round it; none where a stop is
-    /// quicker.
+    /// Returns the widest corner within the tolerance and its highest speed; none where a stop is
+    /// faster.
     fn between(before: &Line, after: &Line, axes: &[AxisBounds], tolerance: &AxisValues) -> Self {
         let bends = |k: usize| (after.slopes[k] - before.slopes[k]).abs();
         let within = |k: usize| 6.0 * tolerance[k] * (1.0 - ROUNDING) / bends(k);
@@ -54,7 +53,7 @@ impl Corner {
         if saved < 0.0 { Self::default() } else { Self { half: widest, speed } }
     }
 
-    /// As long as its speed needs it.
+    /// Returns it only as long as its speed needs.
     fn shortened(&self, before: &Line, after: &Line, axes: &[AxisBounds]) -> Self {
         let c = self.speed / (1.0 - ROUNDING);
         let needed = |k: usize| {
@@ -66,13 +65,14 @@ impl Corner {
 }
 
 impl RoundedLine {
-    /// The lines of a polyline from rest to rest.
+    /// Returns the lines of a polyline from rest to rest.
     pub(crate) fn along(polyline: &Polyline, axes: &[AxisBounds], tolerance: &AxisValues) -> Vec<Self> {
-        // Lines are made again where they are needed: a million of them take more memory than time.
+        // Lines are computed again where they are needed: a million of them take more memory than
+        // time.
         let n = polyline.lines();
         let line = |k: usize| polyline.line(k, axes);
-        // The corner before each line, and that behind the last one; first only as quick as they
-        // are reached from the start.
+        // The corner before each line, and that behind the last one; in the first pass only as fast
+        // as they are reached from the start.
         let mut corners = vec![Corner::default(); n + 1];
         let mut before = line(0);
         for k in 1..n {
@@ -109,19 +109,19 @@ impl RoundedLine {
         first + self.ride.duration() + last
     }
 
-    /// Largest speed on it.
+    /// Returns the largest speed on it.
     pub(crate) fn peak(&self) -> f64 {
         self.ride.speeds[1]
     }
 
-    /// Times of the halves of the corners that are on it.
+    /// Returns the times of the halves of its corners.
     fn corner_times(&self) -> [f64; 2] {
         let [from, _, to] = self.ride.speeds;
         let time = |half: f64, speed: f64| if half > 0.0 { half / speed } else { 0.0 };
         [time(self.halves[0], from), time(self.halves[1], to)]
     }
 
-    /// Way from its start and first three derivatives by time, at a time in it.
+    /// Returns the way from its start and first three derivatives by time, at a time in it.
     pub(crate) fn at(&self, t: f64) -> [f64; 4] {
         let [first, last] = self.corner_times();
         let [from, _, to] = self.ride.speeds;
@@ -138,14 +138,14 @@ impl RoundedLine {
         [self.halves[0] + r, v, a, j]
     }
 
-    /// Returns the addition of the corner that holds the place `r` to an axis of the line and to
-    /// its first three derivatives by r, where the slope of the axis changes by so much at the
-    /// start and at the end.
+    /// Returns the addition of the corner at the place `r` to an axis of the line and to its first
+    /// three derivatives by r, where the slope of the axis changes by `bends` at the start and at
+    /// the end.
     pub(crate) fn rounding(&self, r: f64, bends: [f64; 2]) -> [f64; 4] {
         let [first, last] = self.halves;
         let back = self.length() - r;
-        // Before a corner at −u and behind it at u the spline is off alike; odd derivatives change
-        // their sign.
+        // At −u before a corner and at u behind it the deviation of the spline is the same; odd
+        // derivatives change their sign.
         let (u, w, bend, sign) = if r < first {
             (first - r, first, bends[0], -1.0)
         } else if back < last {
@@ -158,7 +158,7 @@ impl RoundedLine {
     }
 }
 
-/// The speed of a corner at one end of a line that is reached from that at the other.
+/// Returns the speed of a corner at one end of a line that is reachable from that at the other.
 fn within_reach(line: &Line, from: &Corner, to: &Corner) -> f64 {
     let length = line.length - from.half - to.half;
     to.speed.min(reached(from.speed, to.speed, length, [line.limits[1], line.limits[2]]))

@@ -12,8 +12,8 @@ pub(crate) struct SCurve {
     cruise: f64,
 }
 
-/// The speed that is reached between two stops: with the largest acceleration, or without reaching
-/// it.
+/// Returns the speed that is reached between two stops, with or without reaching the largest
+/// acceleration.
 pub(crate) fn peak(length: f64, [a, j]: [f64; 2]) -> f64 {
     let both = 0.5 * a * ((a / j).hypot(2.0 * (length / a).sqrt()) - a / j);
     if both * j >= a * a { both } else { (0.25 * length * length * j).cbrt() }
@@ -38,17 +38,17 @@ impl SCurve {
         2.0 * self.change() + self.cruise
     }
 
-    /// Largest speed that is reached.
+    /// Returns the largest speed that is reached.
     pub(crate) fn speed(&self) -> f64 {
         self.jerk * self.ramp * (self.ramp + self.steady)
     }
 
-    /// Time from rest to the largest speed.
+    /// Returns the time from rest to the largest speed.
     fn change(&self) -> f64 {
         2.0 * self.ramp + self.steady
     }
 
-    /// r and its first three derivatives at time `t` from 0 to the duration.
+    /// Returns r and its first three derivatives at time `t` from 0 to the duration.
     pub(crate) fn at(&self, t: f64) -> [f64; 4] {
         let back = self.duration() - t;
         if t <= back {

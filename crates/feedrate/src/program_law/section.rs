@@ -8,7 +8,7 @@ use crate::time_law::certify::{speed_bound, stretch};
 use crate::time_law::descent::{Effort, lower};
 use crate::time_law::law::Pace;
 
-/// Spans that are solved at once. Longer windows have fewer borders; shorter ones need fewer steps
+/// Number of spans solved at once. Longer windows have fewer borders; shorter ones need fewer steps
 /// each.
 const WINDOW: usize = 256;
 
@@ -19,58 +19,58 @@ pub(crate) struct Section {
     pub(crate) paces: Vec<Pace>,
 }
 
-/// Constants while a section is solved.
+/// Constants during the solution of a section.
 struct Task<'a> {
     path: &'a Spans,
     scaled: &'a Scaled,
-    /// Largest ṙ by the tip feed on every line of the polyline.
+    /// Largest ṙ allowed by the tip feed on every line of the polyline.
     caps: &'a [f64],
     /// Length of every span in the path variable.
     h: Vec<f64>,
-    /// How far the limits of every span are drawn in.
+    /// Factor by which the limits of every span are tightened.
     tightening: Vec<f64>,
     /// The problem of all spans where they are one window.
     kept: Option<Problem>,
 }
 
-/// A motion within every limit. Its unknowns are held in place of its paces, which are three times
-/// as much.
+/// A motion within every limit. It stores its unknowns instead of its paces, which take three times
+/// the memory.
 struct Certified {
     x: Vec<f64>,
-    /// How much slower it is run than the unknowns say.
+    /// Factor by which it is slower than its unknowns.
     stretch: f64,
-    /// s.
+    /// Time, s.
     time: f64,
 }
 
-/// Passes over all windows where there are several: where the first window ends, and how far each
-/// goes. The second one speeds up what the first one held at the windows' ends.
+/// Passes over all windows where there are several: the end of the first window, and the effort.
+/// The second pass speeds up the parts that the first one kept fixed at the windows' ends.
 const SHIFTED: [(usize, Effort); 2] =
     [(WINDOW, Effort { steps: 30, gaps: (0.1, 0.02) }), (WINDOW / 2, Effort { steps: 20, gaps: (0.02, 0.001) })];
 
 /// The pass where there is one window.
 const ALONE: [(usize, Effort); 1] = [(WINDOW, Effort { steps: 40, gaps: (0.1, 0.001) })];
 
-/// Passes that take back what the certificate says is too much, and what this took too much.
+/// Passes that correct the excess found by the certificate, and the excess of that correction.
 const LAST: [(usize, Effort); 2] = [
     (WINDOW / 4, Effort { steps: 8, gaps: (0.001, 0.001) }),
     (3 * WINDOW / 4, Effort { steps: 8, gaps: (0.001, 0.001) }),
 ];
 
-/// Stretch of time from which on limits are drawn in and the motion is found again.
+/// Stretch of time from which on limits are tightened and the motion is computed again.
 const BEYOND: f64 = 1.01;
 
-/// Share of acceleration and jerk that the motion is started with.
+/// Fraction of acceleration and jerk in the initial motion.
 const LEISURE: f64 = 0.3;
 
 /// Certificates below this are not distinguished.
 const FLOOR: f64 = 0.998;
 
-/// Limits are drawn in from the start by this, so that little is exceeded between the samples.
+/// Initial tightening of the limits, to exceed little between the samples.
 const MARGIN: f64 = 1.001;
 
 impl Section {
-    /// The motion along a polyline from rest to rest on these spans of it.
+    /// Plans the motion along a polyline from rest to rest on these spans of it.
     pub(crate) fn plan(polyline: &Polyline, path: Spans, scaled: &Scaled) -> Self {
         let n = path.len();
         let h = (0..n).map(|i| path.length(i)).collect();
@@ -84,7 +84,7 @@ impl Section {
         self.paces.iter().map(Pace::duration).sum()
     }
 
-    /// A bound of ṙ on each line of the polyline and wherever else the line takes part.
+    /// Returns a bound of ṙ on each line of the polyline and wherever else the line takes part.
     pub(crate) fn peaks(&self) -> Vec<f64> {
         let most: Vec<f64> = (0..self.paces.len())
             .into_par_iter()
@@ -102,7 +102,7 @@ impl Section {
 }
 
 impl Task<'_> {
-    /// The quickest certified motion of all passes; more of them where the path is smooth.
+    /// Returns the fastest certified motion of all passes; more of them where the path is smooth.
     fn solve(&mut self, is_smooth: bool) -> Vec<Pace> {
         let mut x = self.guess();
         self.slow_down(&mut x, 1.1);
@@ -111,8 +111,8 @@ impl Task<'_> {
         }
         let most = self.draw_in(&x);
         let mut best = Certified { time: self.time(&x, most), x: x.clone(), stretch: most };
-        // Where spans are few more passes cost little, and where one is far beyond its limits all
-        // of them pay for it.
+        // Where spans are few, more passes cost little, and where one is far beyond its limits all
+        // of them are slowed down by it.
         let more = if is_smooth { LAST.len() } else { usize::from(most >= BEYOND) };
         for (first, effort) in &LAST[..more] {
             self.kept = self.kept.is_some().then(|| self.problem(0, self.h.len()));
@@ -125,14 +125,14 @@ impl Task<'_> {
                 (best.stretch, best.time) = (most, time);
             }
         }
-        // A long program's paces are what most memory is held for: no more beside them than they
-        // are made of.
+        // A long program's paces take most of the memory: nothing else is kept beside them except
+        // their inputs.
         drop((x, std::mem::take(&mut self.tightening)));
         (0..self.h.len()).map(|i| self.certified_pace(i, &best.x, best.stretch)).collect()
     }
 
-    /// Draws limits in by as much as a motion exceeds them in each span; returns the largest
-    /// stretch of time that a span asks for.
+    /// Tightens the limits by the excess of a motion in each span; returns the largest stretch of
+    /// time that a span requires.
     fn draw_in(&mut self, x: &[f64]) -> f64 {
         let stretches = self.stretches(x);
         for (factor, stretch) in self.tightening.iter_mut().zip(&stretches) {
@@ -141,21 +141,21 @@ impl Task<'_> {
         stretches.into_iter().fold(0.0, f64::max)
     }
 
-    /// By how much each span asks for time to be stretched.
+    /// Returns the stretch of time that each span requires.
     fn stretches(&self, x: &[f64]) -> Vec<f64> {
         (0..self.h.len()).into_par_iter().map(|i| self.stretch(i, &self.pace(i, x))).collect()
     }
 
-    /// A motion to start from, nearly within the limits: at the steady speeds of the spans, with
-    /// changes between that a part of acceleration and jerk allow.
+    /// Returns an initial motion, nearly within the limits: at the steady speeds of the spans, with
+    /// changes in between that a fraction of acceleration and jerk allows.
     ///
-    /// From rest at the jerk j the square of the speed is β with β^¾ = 3/√2·√j·r, so that β^¾ may
-    /// rise and fall by so much.
+    /// From rest at the jerk j the square of the speed is β with β^¾ = 3/√2·√j·r, so β^¾ may rise
+    /// and fall by that much.
     fn guess(&self) -> Vec<f64> {
         let windows = self.windows(WINDOW);
         let n = self.h.len();
         let mut reaches = vec![Reach { steady: 0.0, change: 0.0, bend: 0.0 }; n];
-        // Each window into its own part: the parts joined afterwards would be held twice.
+        // Each window into its own part: joining the parts afterwards would need twice the memory.
         let mut parts = Vec::with_capacity(windows.len());
         let mut rest = reaches.as_mut_slice();
         for (a, b) in windows {
@@ -189,7 +189,7 @@ impl Task<'_> {
         x
     }
 
-    /// Passes the problem of a window; that of the only one is kept.
+    /// Passes the problem of a window to a function; that of the only window is kept.
     fn on<T>(&self, (start, end): (usize, usize), ask: impl FnOnce(&Problem) -> T) -> T {
         match &self.kept {
             Some(problem) if (start, end) == (0, self.h.len()) => ask(problem),
@@ -197,7 +197,7 @@ impl Task<'_> {
         }
     }
 
-    /// Stretches time so that every sample is within its limits by this factor.
+    /// Stretches time until every sample is within its limits by this factor.
     fn slow_down(&self, x: &mut [f64], factor: f64) {
         let slow = factor * self.dilation(x);
         if slow > 1.0 {
@@ -205,7 +205,7 @@ impl Task<'_> {
         }
     }
 
-    /// Time of a motion that is stretched as a whole so that no span exceeds a limit, s.
+    /// Returns the time of a motion that is stretched as a whole until no span exceeds a limit, s.
     fn time(&self, x: &[f64], stretch: f64) -> f64 {
         (0..self.h.len()).map(|i| self.certified_pace(i, x, stretch).duration()).sum()
     }
@@ -214,12 +214,12 @@ impl Task<'_> {
         self.pace(span, x).scaled(stretch.powi(-2))
     }
 
-    /// 1/ṙ² of the tip feed on a span.
+    /// Returns 1/ṙ² of the tip feed on a span.
     fn cap(&self, span: usize) -> f64 {
         self.path.lines(span).map(|line| self.caps[line].powi(-2)).fold(0.0, f64::max)
     }
 
-    /// The problem of the spans from `start` to `end` and their unknowns.
+    /// Returns the problem of the spans from `start` to `end` and their unknowns.
     fn problem(&self, start: usize, end: usize) -> Problem {
         let mut problem = Problem::new(end - start + 2);
         let (mut axes, mut limits): (Vec<Quartic>, Vec<[f64; 3]>) = (Vec::new(), Vec::new());
@@ -242,7 +242,7 @@ impl Task<'_> {
         problem
     }
 
-    /// Starts and ends of windows, the first one of so many spans.
+    /// Returns starts and ends of windows, the first one of so many spans.
     fn windows(&self, first: usize) -> Vec<(usize, usize)> {
         let n = self.h.len();
         let mut out = Vec::new();
@@ -265,7 +265,7 @@ impl Task<'_> {
         each.collect::<Vec<f64>>().into_iter().fold(0.0, f64::max)
     }
 
-    /// Lowers the time in every window, with the unknowns at its ends as they are.
+    /// Lowers the time in every window, with the unknowns at its ends fixed.
     fn improve(&self, x: &mut [f64], first: usize, effort: &Effort) {
         let windows = self.windows(first);
         let solve = |&(a, b): &(usize, usize)| {

@@ -4,17 +4,17 @@ use super::knots::Grain;
 use super::polyline::Polyline;
 use super::spline::{Quartic, Spline};
 
-/// A spline cut into the spans of a law, from rest to rest.
+/// Spans of a spline for a law from rest to rest.
 ///
-/// Its first and last piece lie on straight lines and are run through in another variable x with r
-/// ~ x³, so that the path is at rest with finite jerk there.
+/// Its first and last piece lie on straight lines and are parametrised by another variable x with r
+/// ~ x³, so the path is at rest with finite jerk there.
 #[derive(Clone, Debug)]
 pub(crate) struct Spans {
     pub(crate) spline: Spline,
     places: Vec<Place>,
 }
 
-/// The part of a piece that a span is, of so many equal ones.
+/// Place of a span in its piece, as one of several equal parts.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     piece: u32,
@@ -22,14 +22,14 @@ struct Place {
     parts: u32,
 }
 
-/// Spans of the first and the last piece, in which speeds grow from rest.
+/// Number of spans of the first and the last piece, in which speeds grow from rest.
 const RAMP: u32 = 12;
 
-/// Spans of a piece on one line at most. Its bends are about as far away as it is long, so that
-/// speeds change within it only where it is shorter than so many spans.
+/// Largest number of spans of a piece on one line. Its bends are about as far away as it is long,
+/// so speeds change within it only where it is shorter than so many spans.
 const STRAIGHT: f64 = 8.0;
 
-/// Length of a span at most, as a share of its distance from the stop.
+/// Largest length of a span, as a fraction of its distance from the stop.
 const ONSET: f64 = 0.5;
 
 /// From rest over 1 to the rate 2 at x = 1: 2x³ − x⁴. Its second derivative vanishes at both ends.
@@ -38,8 +38,8 @@ const RISE: Quartic = [0.0, 0.0, 0.0, 2.0, -1.0];
 const FALL: Quartic = [0.0, 2.0, 0.0, -2.0, 1.0];
 
 impl Spans {
-    /// The spans of the spline within the tolerance of a polyline; `None` where they are more than
-    /// `most` a line, besides those for the way from rest and back.
+    /// Cuts the spline within the tolerance of a polyline into spans; `None` where they are more
+    /// than `most` per line, not counting those for the way from rest and back.
     pub(crate) fn along(polyline: &Polyline, tolerance: &AxisValues, grain: &Grain, most: f64) -> Option<Self> {
         let most = most * polyline.lines() as f64;
         // Its first and its last piece are the ramps.
@@ -59,7 +59,7 @@ impl Spans {
         (spans.bending() as f64 <= most).then_some(spans)
     }
 
-    /// How many there are besides those for the way from rest and back.
+    /// Returns the number of spans, not counting those for the way from rest and back.
     pub(crate) fn bending(&self) -> usize {
         self.places.len().saturating_sub(2 * RAMP as usize)
     }
@@ -68,12 +68,12 @@ impl Spans {
         self.places.len()
     }
 
-    /// Lines of the polyline that take part in a span, from the first to the last.
+    /// Returns the lines of the polyline that take part in a span, from the first to the last.
     pub(crate) fn lines(&self, span: usize) -> std::ops::RangeInclusive<usize> {
         self.spline.lines(self.places[span].piece as usize)
     }
 
-    /// r less the start of a piece, and its part at the start or the end, if it is a ramp.
+    /// Returns r minus the start of a piece, and its part at the start or the end, if it is a ramp.
     fn ramp(&self, piece: usize) -> Option<&'static Quartic> {
         match piece {
             0 => Some(&RISE),
@@ -82,7 +82,7 @@ impl Spans {
         }
     }
 
-    /// r over a span, less the start of its piece.
+    /// Returns r over a span, minus the start of its piece.
     pub(crate) fn advance(&self, span: usize) -> Quartic {
         let place = self.places[span];
         let (a, b) = self.spline.range(place.piece as usize);
@@ -90,14 +90,14 @@ impl Spans {
         place.restrict(&whole)
     }
 
-    /// r at the end of a span.
+    /// Returns r at the end of a span.
     pub(crate) fn end(&self, span: usize) -> f64 {
         let place = self.places[span];
         let (a, b) = self.spline.range(place.piece as usize);
         if place.part + 1 == place.parts { b } else { a + self.advance(span).iter().sum::<f64>() }
     }
 
-    /// Length of a span in the path variable.
+    /// Returns the length of a span in the path variable.
     pub(crate) fn length(&self, span: usize) -> f64 {
         let place = self.places[span];
         let (a, b) = self.spline.range(place.piece as usize);
@@ -105,7 +105,7 @@ impl Spans {
         rate * (b - a) / f64::from(place.parts)
     }
 
-    /// The axes as polynomials in the span's own s, and r less the start of its piece.
+    /// Returns the axes as polynomials in the span's own s, and r minus the start of its piece.
     pub(crate) fn polynomials(&self, span: usize, axes: &mut Vec<Quartic>) -> Quartic {
         let place = self.places[span];
         self.spline.polynomials(place.piece as usize, axes);
@@ -120,8 +120,8 @@ impl Spans {
         self.advance(span)
     }
 
-    /// The axes as in [`Spans::polynomials`] with their limits; on a straight piece r alone with
-    /// the limits that the axes set it, which is the same and less to compute.
+    /// Returns the axes as in [`Spans::polynomials`] with their limits; on a straight piece only r
+    /// with the limits that the axes set it, which is equivalent and cheaper.
     pub(crate) fn limited(
         &self,
         span: usize,
@@ -150,7 +150,7 @@ impl Spans {
         advance
     }
 
-    /// s of a span at which r is reached.
+    /// Returns s of a span at which r is reached.
     pub(crate) fn s_at(&self, span: usize, r: f64) -> f64 {
         let (a, _) = self.spline.range(self.places[span].piece as usize);
         let c = self.advance(span);
@@ -168,7 +168,7 @@ impl Spans {
 }
 
 impl Place {
-    /// A polynomial over the piece in the s of this part.
+    /// Returns a polynomial over the piece in the s of this part.
     fn restrict(&self, c: &Quartic) -> Quartic {
         let mut out = *c;
         if self.parts == 1 {

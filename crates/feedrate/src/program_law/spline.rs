@@ -15,24 +15,24 @@ pub(crate) struct Spline {
     knots: Vec<f64>,
     /// Control points, one after the other: piece i has those from i to i + 3.
     control: Vec<f64>,
-    /// Line of the polyline on which each control point lies, or beside which where it lies on a
-    /// chord.
+    /// Line of the polyline on which each control point lies, or the nearby one where the point
+    /// lies on a chord.
     lines: Vec<u32>,
-    /// Control points before the first number lie on the chord from the start, those from the
-    /// second on on that to the end.
+    /// Control points before the first index lie on the chord from the start, those from the second
+    /// index on the chord to the end.
     chords: (usize, usize),
 }
 
 impl Spline {
-    /// The spline that stays within `tolerance` of the polyline in every axis at every r, with a
-    /// first and a last piece that are straight and no longer than the grain says.
+    /// Creates the spline that stays within `tolerance` of the polyline in every axis at every r,
+    /// with a first and a last piece that are straight and no longer than the grain allows.
     ///
     /// `None` where it has more pieces than `most`.
     pub(crate) fn along(polyline: &Polyline, tolerance: &AxisValues, grain: &Grain, most: f64) -> Option<Self> {
         let mut ends = smoothed(polyline, &graded(coarse(polyline, tolerance, grain)));
         loop {
             ends = graded(ends);
-            // They only become more.
+            // Their number only grows.
             if (ends.len() - 1) as f64 > most {
                 return None;
             }
@@ -54,7 +54,7 @@ impl Spline {
         }
     }
 
-    /// The spline with these ends of pieces.
+    /// Creates the spline with these ends of pieces.
     fn on(polyline: &Polyline, ends: &[f64]) -> Self {
         let n = ends.len() - 1;
         let (first, last) = (ends[1] - ends[0], ends[n] - ends[n - 1]);
@@ -86,27 +86,27 @@ impl Spline {
         Self { n_axes: polyline.n_axes, knots, control, lines, chords }
     }
 
-    /// Number of pieces.
+    /// Returns the number of pieces.
     pub(crate) fn pieces(&self) -> usize {
         self.knots.len() - 5
     }
 
-    /// Whether a piece lies on one line of the polyline.
+    /// Returns whether a piece lies on one line of the polyline.
     pub(crate) fn is_on_line(&self, piece: usize) -> bool {
         piece >= self.chords.0 && piece + 3 < self.chords.1 && self.lines[piece] == self.lines[piece + 3]
     }
 
-    /// Whether a piece lies on a line or a chord.
+    /// Returns whether a piece lies on a line or a chord.
     pub(crate) fn is_straight(&self, piece: usize) -> bool {
         self.is_on_line(piece) || piece + 3 < self.chords.0 || piece >= self.chords.1
     }
 
-    /// r at the start and the end of a piece.
+    /// Returns r at the start and the end of a piece.
     pub(crate) fn range(&self, piece: usize) -> (f64, f64) {
         (self.knots[piece + 2], self.knots[piece + 3])
     }
 
-    /// Lines of the polyline that take part in a piece, from the first to the last.
+    /// Returns the lines of the polyline that take part in a piece, from the first to the last.
     pub(crate) fn lines(&self, piece: usize) -> std::ops::RangeInclusive<usize> {
         self.lines[piece] as usize..=self.lines[piece + 3] as usize
     }
@@ -115,7 +115,7 @@ impl Spline {
         &self.control[index * self.n_axes..(index + 1) * self.n_axes]
     }
 
-    /// Bézier points of a piece by axis (blossoms of the four control points).
+    /// Returns the Bézier points of a piece by axis (blossoms of the four control points).
     fn bezier(&self, piece: usize, axis: usize, share: &Shares) -> [f64; 4] {
         let [p0, p1, p2, p3] = [0, 1, 2, 3].map(|k| self.point(piece + k)[axis]);
         let mix = |a: f64, b: f64, s: f64| a + (b - a) * s;
@@ -135,26 +135,26 @@ impl Spline {
         }
     }
 
-    /// The axes over a piece as polynomials in its own s.
+    /// Returns the axes over a piece as polynomials in its own s.
     pub(crate) fn polynomials(&self, piece: usize, axes: &mut Vec<Quartic>) {
         axes.clear();
         let share = self.shares(piece);
         let straight = self.is_straight(piece);
         for axis in 0..self.n_axes {
             let [b0, b1, b2, b3] = self.bezier(piece, axis, &share);
-            // Exactly straight, so that no rounding stands as curvature.
+            // Exactly straight, so rounding does not appear as curvature.
             let bend = [3.0 * (b1 - b0), 3.0 * ((b2 - b1) - (b1 - b0)), (b3 - b0) - 3.0 * (b2 - b1)];
             let [c1, c2, c3] = if straight { [b3 - b0, 0.0, 0.0] } else { bend };
             axes.push([b0, c1, c2, c3, 0.0]);
         }
     }
 
-    /// A bound of the distance between spline and polyline at the same r in a piece, in shares of
-    /// the tolerance.
+    /// Returns a bound of the distance between spline and polyline at the same r in a piece, as a
+    /// fraction of the tolerance.
     ///
     /// Between two breaks (vertices of the polyline and the piece's ends) their difference is
-    /// cubic, with the second derivative of the spline, which is at most its larger end value M: so
-    /// it is at most the larger value at the breaks and M·(distance of the breaks)²/8.
+    /// cubic, with the second derivative of the spline, which is at most its larger end value M. So
+    /// it is at most the larger value at the breaks plus M·(distance of the breaks)²/8.
     fn deviation(&self, polyline: &Polyline, tolerance: &AxisValues, piece: usize, line: &mut usize) -> f64 {
         if self.is_on_line(piece) {
             return 0.0;
@@ -192,7 +192,7 @@ impl Spline {
     }
 }
 
-/// Where the blossoms' arguments lie between the knots.
+/// Positions of the blossoms' arguments between the knots.
 struct Shares {
     start: [f64; 2],
     inner: [f64; 2],

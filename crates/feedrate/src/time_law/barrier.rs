@@ -1,20 +1,20 @@
 use super::lanes::{LANES, Lanes};
 use super::span::eval;
 
-/// Limits in the form the solver works with: reciprocals of velocity², acceleration and jerk of
-/// every axis, and of the square of the tip's speed.
+/// Limits in the solver's form: reciprocals of velocity², acceleration and jerk of every axis, and
+/// of the square of the tip's speed.
 pub(crate) struct Scaled {
     pub(crate) axes: Vec<[f64; 3]>,
     pub(crate) tip: Option<f64>,
 }
 
-/// Samples' bounds of β, β' and β'' (derivatives by r of β = ṙ²), each lane of its own.
+/// Bounds of samples on β, β' and β'' (derivatives by r of β = ṙ²), one sample per lane.
 struct Group {
     /// First of the three unknowns that it depends on.
     first: [u32; LANES],
     /// β, β', β'' from the three unknowns.
     rows: [[Lanes; 3]; 3],
-    /// β where the rows are 0: 1 in lanes without a sample, which then say nothing.
+    /// β where the rows are 0: 1 in lanes without a sample, which then have no effect.
     still: Lanes,
     /// Weight in the integral of the time.
     weight: Lanes,
@@ -34,13 +34,13 @@ struct Line {
 /// Samples of a span.
 const SAMPLES: usize = 3;
 
-/// A span as the solver sees it.
+/// A span in the solver's form.
 pub(crate) struct Part<'a, const K: usize> {
     /// First of its three unknowns.
     pub(crate) first: usize,
     /// Length in the path variable.
     pub(crate) h: f64,
-    /// As from [`end_weights`].
+    /// Weights from [`end_weights`].
     pub(crate) ends: ([f64; 2], [f64; 2]),
     /// Axes as polynomials in s, and their limits as in [`Scaled`].
     pub(crate) axes: &'a [[f64; K]],
@@ -48,18 +48,18 @@ pub(crate) struct Part<'a, const K: usize> {
     /// Coordinates whose joint speed is capped, and 1/cap².
     pub(crate) tip: &'a [[f64; K]],
     pub(crate) tip_limit: f64,
-    /// The limits are drawn in as for a motion that is faster by this factor.
+    /// Factor of tightening: limits are those of a motion faster by this factor.
     pub(crate) tightening: f64,
 }
 
-/// How many unknowns at the start and at the end keep their values.
+/// Numbers of unknowns at the start and at the end that keep their values.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Pinned {
     pub(crate) start: usize,
     pub(crate) end: usize,
 }
 
-/// How far a span lets the motion go, by its samples.
+/// Limits of the motion in a span, by its samples.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reach {
     /// Largest β at constant speed.
@@ -86,8 +86,8 @@ pub(crate) struct Quadratic {
     pub(crate) band: Vec<[f64; 3]>,
 }
 
-/// Weights of the values at the left and right end of span `i` from the unknowns i, i + 1 and i +
-/// 1, i + 2.
+/// Returns weights of the values at the left and right end of span `i` from the unknowns i, i + 1
+/// and i + 1, i + 2.
 pub(crate) fn end_weights(h: &[f64], i: usize) -> ([f64; 2], [f64; 2]) {
     let share = |a: f64, b: f64| [b / (a + b), a / (a + b)];
     let left = if i == 0 { [1.0, 0.0] } else { share(h[i - 1], h[i]) };
@@ -96,7 +96,7 @@ pub(crate) fn end_weights(h: &[f64], i: usize) -> ([f64; 2], [f64; 2]) {
 }
 
 impl Problem {
-    /// No samples yet, of spans with `n` unknowns together.
+    /// Creates a problem without samples, for spans with `n` unknowns together.
     pub(crate) fn new(n: usize) -> Self {
         let groups = Vec::with_capacity((SAMPLES * n).div_ceil(LANES));
         Self { groups, lines: Vec::new(), samples: 0, reaches: Vec::with_capacity(n), n, pinned: Pinned::default() }
@@ -115,13 +115,12 @@ impl Problem {
         self.reaches.push(Reach { steady, change: 1.0 / change, bend: 1.0 / bend });
     }
 
-    /// Returns the reaches that the spans leave to the motion, in the order in which they were
-    /// added.
+    /// Returns the reach of each span, in the order in which the spans were added.
     pub(crate) fn reaches(&self) -> &[Reach] {
         &self.reaches
     }
 
-    /// The group and the lane of the next sample.
+    /// Returns the group and the lane of the next sample.
     fn next_lane(&mut self) -> usize {
         let lane = self.samples % LANES;
         if lane == 0 {
@@ -180,23 +179,23 @@ impl Problem {
         group.velocity.0[lane] = velocity;
     }
 
-    /// The factor by which time has to be stretched so that no sample exceeds a limit.
+    /// Returns the factor by which time has to be stretched until no sample exceeds a limit.
     pub(crate) fn dilation(&self, x: &[f64]) -> f64 {
         pulp::Arch::new().dispatch(Dilation { problem: self, x })
     }
 
-    /// Time by Simpson's rule on each span and the sum of the barriers; `None` where a limit is
-    /// reached.
+    /// Returns the time by Simpson's rule on each span and the sum of the barriers; `None` where a
+    /// limit is reached.
     pub(crate) fn value(&self, x: &[f64]) -> Option<(f64, f64)> {
-        // Then β is above 0 on the whole of every span.
+        // Positive unknowns keep β above 0 on every whole span.
         if x.iter().any(|&x| x.is_nan() || x <= 0.0) {
             return None;
         }
         pulp::Arch::new().dispatch(Value { problem: self, x })
     }
 
-    /// Gradient and Hessian; `curved` is the share of the jerk limits' own curvature (which may
-    /// make it indefinite).
+    /// Returns gradient and Hessian; `curved` is the fraction of the jerk limits' own curvature
+    /// (which may make it indefinite).
     pub(crate) fn derivatives(&self, x: &[f64], kappa: f64, curved: f64) -> Quadratic {
         let mut out = Quadratic { gradient: vec![0.0; self.n], band: vec![[0.0; 3]; self.n] };
         for (i, x) in x.iter().enumerate() {
@@ -222,7 +221,7 @@ impl Problem {
 }
 
 impl Group {
-    /// β, β' and β''.
+    /// Returns β, β' and β''.
     #[inline(always)]
     fn state(&self, x: &[f64]) -> [Lanes; 3] {
         let mut at = [Lanes::ZERO; 3];
@@ -239,7 +238,8 @@ impl Group {
         &problem.lines[self.lines.start as usize..self.lines.end as usize]
     }
 
-    /// Gradient and Hessian by β, β', β'' of what samples add: (00, 01, 02, 11, 12, 22).
+    /// Returns gradient and Hessian by β, β', β'' of the samples' contributions: (00, 01, 02, 11,
+    /// 12, 22).
     #[inline(always)]
     fn local(&self, lines: &[Line], [b, b1, b2]: [Lanes; 3], kappa: f64, curved: f64) -> ([Lanes; 3], [Lanes; 6]) {
         let one = Lanes::all(1.0);
@@ -259,7 +259,7 @@ impl Group {
             let a = a0 * b + a1 * b1;
             let [j0, j1, j2] = line.j;
             let j = j0 * b + j1 * b1 + j2 * b2;
-            // Divisions are dear: one for both slacks.
+            // Divisions are expensive: one for both slacks.
             let (slack_a, slack_j) = (one - a * a, (root - j) * (root + j));
             let inverse = one.over(slack_a * slack_j);
             // −ln(1 − a²)
@@ -290,9 +290,9 @@ impl Group {
     }
 }
 
-/// The largest stretch of time that a sample asks for. Of its own type, as [`Value`] and
-/// [`Derivatives`] are, because of a closure called by [`pulp::Arch::dispatch`] only a shell would
-/// get the vector instructions.
+/// The largest stretch of time that a sample requires. A type of its own, like [`Value`] and
+/// [`Derivatives`]: with a closure called by [`pulp::Arch::dispatch`], only a shell would get the
+/// vector instructions.
 struct Dilation<'a> {
     problem: &'a Problem,
     x: &'a [f64],
@@ -303,7 +303,7 @@ impl pulp::NullaryFnOnce for Dilation<'_> {
 
     #[inline(always)]
     fn call(self) -> f64 {
-        // Squares of velocity, accelerations and squares of jerk: roots are dear.
+        // Squares of velocity, accelerations and squares of jerk: roots are expensive.
         let (mut velocity, mut acceleration, mut jerk) = (Lanes::ZERO, Lanes::ZERO, Lanes::ZERO);
         for group in &self.problem.groups {
             let [b, b1, b2] = group.state(self.x);
@@ -329,7 +329,7 @@ impl pulp::NullaryFnOnce for Value<'_> {
 
     #[inline(always)]
     fn call(self) -> Self::Output {
-        // Logarithms are dear: factors are multiplied first, as long as they are far from
+        // Logarithms are expensive: factors are multiplied first, as long as they are far from
         // underflow.
         let (mut barrier, mut product) = (0.0, 1.0);
         for x in self.x {
@@ -352,7 +352,7 @@ impl pulp::NullaryFnOnce for Value<'_> {
                     least = least.min(sa).min(sj);
                     products = products * (sa * sj);
                 }
-                // A value that is no number is below nothing.
+                // A NaN is below nothing.
                 let least = least.least();
                 if least.is_nan() || least <= 0.0 {
                     return None;
@@ -369,10 +369,10 @@ impl pulp::NullaryFnOnce for Value<'_> {
     }
 }
 
-/// Axes whose slacks, of at least 1e-16 each, may be multiplied from 1e-100 on.
+/// Number of axes whose slacks, of at least 1e-16 each, may be multiplied from 1e-100 on.
 const AT_ONCE: usize = 5;
 
-/// Adds what the samples do to gradient and Hessian.
+/// Adds the samples' contributions to gradient and Hessian.
 struct Derivatives<'a> {
     problem: &'a Problem,
     x: &'a [f64],
@@ -417,10 +417,10 @@ impl pulp::NullaryFnOnce for Derivatives<'_> {
     }
 }
 
-/// Moves a product that has come near the ends of the range of numbers into the sum of −ln.
+/// Moves a product that is near the ends of the range of numbers into the sum of −ln.
 #[inline(always)]
 fn flush(product: &mut f64, barrier: &mut f64) {
-    // Unknowns are of a usual size: three factors more are far from underflow.
+    // Unknowns are of usual size: three more factors are far from underflow.
     if *product < 1e-200 || *product > 1e200 {
         *barrier -= product.ln();
         *product = 1.0;
@@ -435,7 +435,7 @@ pub(crate) fn newton_step(q: &Quadratic) -> Option<Vec<f64>> {
     let mut y: Vec<f64> = q.gradient.iter().map(|g| -g).collect();
     for i in 0..n {
         let pivot = l[i][0];
-        // An indefinite matrix, or one that rounding has made so.
+        // An indefinite matrix, or one made indefinite by rounding.
         if pivot.is_nan() || pivot <= 0.0 {
             return None;
         }

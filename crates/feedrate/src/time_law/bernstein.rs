@@ -1,5 +1,5 @@
-//! Polynomials on [0, 1] by Bernstein coefficients: they lie between the smallest and the largest
-//! one.
+//! Polynomials on [0, 1] by Bernstein coefficients: their values lie between the smallest and the
+//! largest coefficient.
 
 /// Highest degree that occurs: the square of a degree 6 times a degree 2.
 pub(crate) const MAX_DEGREE: usize = 14;
@@ -27,7 +27,7 @@ const BINOMIAL: [[f64; MAX_DEGREE + 1]; MAX_DEGREE + 1] = {
     b
 };
 
-/// One over each of them, as divisions are dear.
+/// Reciprocal of each of them, as divisions are expensive.
 const RECIPROCAL: [[f64; MAX_DEGREE + 1]; MAX_DEGREE + 1] = {
     let mut out = [[0.0; MAX_DEGREE + 1]; MAX_DEGREE + 1];
     let mut n = 0;
@@ -74,7 +74,7 @@ impl Bernstein {
         out
     }
 
-    /// Sum of two polynomials of the same degree.
+    /// Returns the sum of two polynomials of the same degree.
     pub(crate) fn plus(&self, other: &Self) -> Self {
         let mut out = *self;
         for k in 0..=out.degree {
@@ -87,7 +87,7 @@ impl Bernstein {
         Self { c: self.c.map(|c| c * factor), degree: self.degree }
     }
 
-    /// A bound of its size on [0, 1].
+    /// Returns a bound of its size on [0, 1].
     pub(crate) fn size(&self) -> f64 {
         self.c[..=self.degree].iter().fold(0.0, |most, c| c.abs().max(most))
     }
@@ -96,7 +96,7 @@ impl Bernstein {
         self.c[..=self.degree].iter().copied().fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// The halves [0, ½] and [½, 1], by de Casteljau.
+    /// Returns the halves [0, ½] and [½, 1], by de Casteljau.
     fn split(&self) -> (Self, Self) {
         let n = self.degree;
         let (mut low, mut high) = (*self, *self);
@@ -109,8 +109,8 @@ impl Bernstein {
         (low, high)
     }
 
-    /// An upper bound of the polynomial on [0, 1]: either at most `floor`, or within the share
-    /// `tolerance` of its maximum.
+    /// Returns an upper bound of the polynomial on [0, 1]: either at most `floor`, or within the
+    /// fraction `tolerance` of its maximum.
     pub(crate) fn upper_bound(&self, floor: f64, tolerance: f64) -> f64 {
         // Each split halves the interval, and the gap shrinks by four: 30 are beyond rounding.
         self.bound(floor, tolerance, 30)

@@ -13,7 +13,8 @@ pub struct AxisBounds {
 }
 
 impl AxisBounds {
-    /// The limits of an axis of a machine; `None` where its file gives no acceleration or no jerk.
+    /// Returns the limits of an axis of a machine; `None` where its file gives no acceleration or
+    /// no jerk.
     pub fn of_axis(axis: &Axis) -> Option<Self> {
         Some(Self { velocity: axis.max_velocity, acceleration: axis.max_acceleration?, jerk: axis.max_jerk? })
     }
@@ -29,7 +30,7 @@ impl AxisBounds {
 pub struct MotionBounds {
     /// Limits of every axis, in axis order.
     pub axes: Vec<AxisBounds>,
-    /// Largest speed of the tip, mm/min, where the path knows its tip.
+    /// Largest speed of the tip, mm/min, for a path with a tip.
     pub tip_feed: Option<f64>,
 }
 
@@ -46,7 +47,7 @@ pub enum MotionLimit {
     TipFeed,
 }
 
-/// Why there is no time law.
+/// Reason why there is no time law.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TimeLawError {
@@ -66,10 +67,10 @@ pub enum TimeLawError {
         /// Given value, mm/min.
         value: f64,
     },
-    /// There is a cap on the tip feed, but the path does not know its tip.
+    /// There is a cap on the tip feed, but the path has no tip.
     #[error("the tip feed is capped, but the path gives no tip: give it, or no cap")]
     NoTip,
-    /// The path has not as many axes as there are limits.
+    /// The number of axes of the path differs from the number of limits.
     #[error("the path has {path} axes, but limits are given for {bounds}")]
     AxisCount {
         /// Axes of the path.
@@ -88,11 +89,11 @@ pub enum TimeLawError {
     NotFinite {
         /// Index of the piece.
         piece: usize,
-        /// Where in the path's parameter.
+        /// Place in the path's parameter.
         parameter: f64,
     },
-    /// Position, first or second derivative jumps between two pieces, so that no motion with finite
-    /// jerk passes there.
+    /// Position, first or second derivative jumps between two pieces, so no motion with finite jerk
+    /// passes there.
     #[error("derivative {order} of axis {axis} jumps at the start of piece {piece}: stop there, or blend the corner")]
     Jump {
         /// Index of the piece that starts there.
@@ -102,15 +103,15 @@ pub enum TimeLawError {
         /// 0 for the position, 1 and 2 for derivatives.
         order: usize,
     },
-    /// The path between two close points is not what their derivatives say.
+    /// The path between two close points contradicts their derivatives.
     #[error("piece {piece} of the path is not smooth at parameter {parameter}, or its derivatives are not its own")]
     NotSmooth {
         /// Index of the piece.
         piece: usize,
-        /// Where in the path's parameter.
+        /// Place in the path's parameter.
         parameter: f64,
     },
-    /// The path stands still over a part of its parameter.
+    /// The path does not move over a part of its parameter.
     #[error("no axis moves in a part of piece {piece} of the path: leave that part out")]
     NoMotion {
         /// Index of the piece.
@@ -119,7 +120,7 @@ pub enum TimeLawError {
 }
 
 impl MotionBounds {
-    /// Limits of these axes and no cap on the tip feed.
+    /// Returns limits of these axes without a cap on the tip feed.
     pub fn new(axes: Vec<AxisBounds>) -> Self {
         Self { axes, tip_feed: None }
     }

@@ -1,10 +1,10 @@
 use super::bernstein::Bernstein;
 use super::law::Pace;
 
-/// Relative accuracy of a bound; it costs this share of time at most.
+/// Relative accuracy of a bound; it costs at most this fraction of time.
 const ACCURACY: f64 = 1e-7;
 
-/// Derivative of order `d` by s, as a polynomial.
+/// Returns the derivative of order `d` by s, as a polynomial.
 fn derivative(c: &[f64], d: usize) -> Bernstein {
     let mut powers = [0.0; 8];
     // A polynomial of too low a degree has 0 as its derivative.
@@ -16,12 +16,12 @@ fn derivative(c: &[f64], d: usize) -> Bernstein {
     Bernstein::from_powers(&powers[..n])
 }
 
-/// The factor by which time has to be stretched on this span so that no limit is exceeded: 1 where
-/// one is just reached.
+/// Returns the factor by which time has to be stretched on this span until no limit is exceeded: 1
+/// where one is just reached.
 ///
-/// It is an upper bound over the whole span, at most the share [`ACCURACY`] above the least one, or
-/// below `floor`. With ṡ² = ρ(s), velocity² = q_s²·ρ, acceleration = q_ss·ρ + q_s·ρ'/2 and jerk² =
-/// ρ·(q_sss·ρ + 3/2·q_ss·ρ' + q_s·ρ''/2)² are polynomials in s, bounded by their Bernstein
+/// It is an upper bound over the whole span, at most the fraction [`ACCURACY`] above the least one,
+/// or below `floor`. With ṡ² = ρ(s), velocity² = q_s²·ρ, acceleration = q_ss·ρ + q_s·ρ'/2 and jerk²
+/// = ρ·(q_sss·ρ + 3/2·q_ss·ρ' + q_s·ρ''/2)² are polynomials in s, bounded by their Bernstein
 /// coefficients.
 pub(crate) fn stretch<const K: usize>(
     (axes, limits): (&[[f64; K]], &[[f64; 3]]),
@@ -34,7 +34,7 @@ pub(crate) fn stretch<const K: usize>(
     let rho1 = Bernstein::from_coefficients(&[2.0 * (b - a), 2.0 * (c - b)]);
     let rho2 = 2.0 * ((a - b) + (c - b));
     let mut most = floor;
-    // Bounds of the factors often are enough: then the products are not asked for.
+    // Bounds of the factors often suffice: then the products are not computed.
     let sizes = [rho.size(), rho1.size(), rho2.abs()];
     for (axis, limit) in axes.iter().zip(limits) {
         let q1 = derivative(axis, 1);
@@ -71,8 +71,8 @@ pub(crate) fn stretch<const K: usize>(
     most
 }
 
-/// A bound of ṙ over a span on which r is this polynomial of s: at most the share [`ACCURACY`]
-/// above its largest value.
+/// Returns a bound of ṙ over a span on which r is this polynomial of s: at most the fraction
+/// [`ACCURACY`] above its largest value.
 pub(crate) fn speed_bound<const K: usize>(r: &[f64; K], pace: &Pace) -> f64 {
     let rate = derivative(r, 1);
     let speed_sq = rate.times(&rate).times(&Bernstein::from_coefficients(&pace.0));

@@ -1,27 +1,28 @@
 use super::barrier::{Problem, newton_step};
 
-/// Factor by which the weight of time against the barrier grows from one stage to the next. Larger
-/// ones need fewer stages of more steps.
+/// Factor by which the weight of time against the barrier grows from one stage to the next. A
+/// larger one needs fewer stages of more steps.
 const GROWTH: f64 = 4.0;
 
-/// Newton steps of one stage at most; it takes up to 30 until the first limits are near and then
-/// about 7.
+/// Largest number of Newton steps of one stage; it takes up to 30 until the first limits are near
+/// and then about 7.
 const STEPS: usize = 60;
 
-/// Stages end when the barrier costs this share of the time at most, and so many there are at most.
+/// Fraction of the time that the barrier may cost at the end of the last stage, and the largest
+/// number of stages.
 const GAP: f64 = 1e-6;
 const STAGES: usize = 40;
 
-/// Factor by which the barrier's share of the time shrinks at once where the steps follow its
+/// Factor by which the barrier's fraction of the time shrinks at once where the steps follow its
 /// minima.
 const SHRINKING: f64 = 4.0;
 
-/// Decrease promised per unknown below which a point is near enough to the barrier's minimum to go
-/// on from, and near enough to stay.
+/// Predicted decrease per unknown below which a point is near enough to the barrier's minimum to
+/// continue from, and near enough to stay.
 const CENTRED: f64 = 2.0;
 const DONE: f64 = 0.05;
 
-/// Decrease promised per unknown from which longer steps than Newton's are tried.
+/// Predicted decrease per unknown from which longer steps than Newton's are tried.
 const FAR: f64 = 0.3;
 
 /// Unknowns with their time and the sum of their barriers.
@@ -29,19 +30,19 @@ struct Iterate {
     x: Vec<f64>,
     time: f64,
     barrier: f64,
-    /// The length of step that is tried first from here, from what the last one was.
+    /// Length of the first trial step from here, based on the last one.
     length: f64,
 }
 
 impl Iterate {
-    /// `None` where a limit is reached.
+    /// Evaluates unknowns; `None` where a limit is reached.
     fn new(problem: &Problem, x: Vec<f64>) -> Option<Self> {
         problem.value(&x).map(|(time, barrier)| Self { x, time, barrier, length: 1.0 })
     }
 }
 
-/// Unknowns of least time by a barrier method: strictly within every sampled limit, from a slow law
-/// on.
+/// Finds unknowns of least time by a barrier method: strictly within every sampled limit, starting
+/// from a slow law.
 pub(crate) fn minimise(problem: &Problem) -> Vec<f64> {
     let mut x = vec![1.0; problem.n];
     let slow = 1.5 * problem.dilation(&x);
@@ -64,16 +65,16 @@ pub(crate) fn minimise(problem: &Problem) -> Vec<f64> {
     at.x
 }
 
-/// How far [`lower`] goes.
+/// Effort of [`lower`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Effort {
-    /// Newton steps at most.
+    /// Largest number of Newton steps.
     pub(crate) steps: usize,
-    /// Share of the time that the barrier costs at first and at last.
+    /// Fraction of the time that the barrier costs at first and at last.
     pub(crate) gaps: (f64, f64),
 }
 
-/// Lowers the time from `x` on, which is strictly within every limit; the weight of the barrier
+/// Lowers the time from `x`, which is strictly within every limit; the weight of the barrier
 /// follows the time.
 pub(crate) fn lower(problem: &Problem, x: &mut Vec<f64>, effort: &Effort) {
     let Some(mut at) = Iterate::new(problem, x.clone()) else { return };
@@ -100,16 +101,16 @@ pub(crate) fn lower(problem: &Problem, x: &mut Vec<f64>, effort: &Effort) {
     *x = at.x;
 }
 
-/// One step of Newton's method, which stays strictly feasible and lowers κ·T + barrier, from a
-/// point that is about the minimum for the weight of time `before`.
+/// Makes one step of Newton's method, which stays strictly feasible and lowers κ·T + barrier, from
+/// a point near the minimum for the weight of time `before`.
 ///
-/// With the slacks s of the limits that are reached, which fall as 1/κ, Newton's step for the
-/// weight κ would go to s·(2 − κ/before): beyond the limits where κ is twice as large. The one that
-/// goes to s·before/κ is that for before·(2 − before/κ). Returns the decrease that the full step
-/// promises, in units of one logarithm; `None` where there is no step.
+/// With the slacks s of the reached limits, which fall as 1/κ, Newton's step for the weight κ would
+/// lead to s·(2 − κ/before): beyond the limits where κ is twice as large. The step that leads to
+/// s·before/κ is that for before·(2 − before/κ). Returns the decrease that the full step predicts,
+/// in units of one logarithm; `None` where there is no step.
 fn newton(problem: &Problem, at: &mut Iterate, (before, kappa): (f64, f64)) -> Option<f64> {
-    // The exact Hessian where it is positive definite; without the jerk limits' curvature it always
-    // is.
+    // The exact Hessian where it is positive definite; it always is without the jerk limits'
+    // curvature.
     let toward = before * (2.0 - before / kappa);
     let exact = problem.derivatives(&at.x, toward, 1.0);
     let (step, gradient) = match newton_step(&exact) {
@@ -133,7 +134,7 @@ fn newton(problem: &Problem, at: &mut Iterate, (before, kappa): (f64, f64)) -> O
         next
     })?;
     best.length = length;
-    // Far below the limits a full step makes the square of the speed only 5/3 of what it was.
+    // Far below the limits a full step raises the square of the speed only to 5/3 of its value.
     if -slope > FAR * problem.n as f64 {
         let longer = (1..6).map_while(|k| trial(f64::from(1 << k)));
         for next in longer {

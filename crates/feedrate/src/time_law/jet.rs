@@ -6,8 +6,8 @@ use std::ops::{Add, Mul, Neg, Sub};
 
 /// A value and its first three derivatives by one parameter, in this order.
 ///
-/// Arithmetic on jets gives the derivatives of formulas exactly (to rounding), so that a path
-/// through the inverse kinematics of a machine needs no finite differences:
+/// Arithmetic on jets gives the derivatives of formulas exactly (to rounding), so a path through
+/// the inverse kinematics of a machine needs no finite differences:
 ///
 /// ```
 /// use facemill_feedrate::Jet;
@@ -19,38 +19,38 @@ use std::ops::{Add, Mul, Neg, Sub};
 pub struct Jet(pub [f64; 4]);
 
 impl Jet {
-    /// A value that does not depend on the parameter.
+    /// Returns a value that does not depend on the parameter.
     pub fn constant(value: f64) -> Self {
         Self([value, 0.0, 0.0, 0.0])
     }
 
-    /// The parameter itself.
+    /// Returns the parameter itself.
     pub fn parameter(value: f64) -> Self {
         Self([value, 1.0, 0.0, 0.0])
     }
 
-    /// The value.
+    /// Returns the value.
     pub fn value(&self) -> f64 {
         self.0[0]
     }
 
-    /// First derivative.
+    /// Returns the first derivative.
     pub fn d1(&self) -> f64 {
         self.0[1]
     }
 
-    /// Second derivative.
+    /// Returns the second derivative.
     pub fn d2(&self) -> f64 {
         self.0[2]
     }
 
-    /// Third derivative.
+    /// Returns the third derivative.
     pub fn d3(&self) -> f64 {
         self.0[3]
     }
 
-    /// f(self), of which `outer` are the value and derivatives by its own argument: the chain rule
-    /// of Faà di Bruno.
+    /// Returns f(self) by the chain rule of Faà di Bruno; `outer` holds the value of f and its
+    /// derivatives by its own argument.
     #[must_use]
     pub fn chain(&self, outer: [f64; 4]) -> Self {
         let [_, x1, x2, x3] = self.0;
@@ -58,21 +58,21 @@ impl Jet {
         Self([f, f1 * x1, f2 * x1 * x1 + f1 * x2, f3 * x1 * x1 * x1 + 3.0 * f2 * x1 * x2 + f1 * x3])
     }
 
-    /// Sine.
+    /// Returns the sine.
     #[must_use]
     pub fn sin(&self) -> Self {
         let (s, c) = self.value().sin_cos();
         self.chain([s, c, -s, -c])
     }
 
-    /// Cosine.
+    /// Returns the cosine.
     #[must_use]
     pub fn cos(&self) -> Self {
         let (s, c) = self.value().sin_cos();
         self.chain([c, -s, -c, s])
     }
 
-    /// Square root; not finite at 0.
+    /// Returns the square root; not finite at 0.
     #[must_use]
     pub fn sqrt(&self) -> Self {
         let r = self.value().sqrt();
@@ -80,15 +80,15 @@ impl Jet {
         self.chain([r, 0.5 / r, -0.25 / (r * x), 0.375 / (r * x * x)])
     }
 
-    /// 1/self; not finite at 0.
+    /// Returns 1/self; not finite at 0.
     #[must_use]
     pub fn recip(&self) -> Self {
         let i = 1.0 / self.value();
         self.chain([i, -i * i, 2.0 * i * i * i, -6.0 * i * i * i * i])
     }
 
-    /// Angle of the vector (`x`, `self`), rad, in (−π, π]; its derivatives know no jump. Not finite
-    /// at the origin.
+    /// Returns the angle of the vector (`x`, `self`), rad, in (−π, π]; its derivatives have no
+    /// jump. Not finite at the origin.
     #[must_use]
     pub fn atan2(&self, x: Self) -> Self {
         let (y, angle) = (*self, self.value().atan2(x.value()));

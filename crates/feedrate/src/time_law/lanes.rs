@@ -2,11 +2,11 @@
 
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
-/// So many samples are looked at at once.
+/// Number of samples evaluated at once.
 pub(crate) const LANES: usize = 8;
 
-/// A number of each of [`LANES`] samples; arithmetic is that of each by itself, so that it does not
-/// depend on what the processor does at once.
+/// A number for each of [`LANES`] samples; arithmetic is that of each by itself, so it does not
+/// depend on how many the processor handles at once.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lanes(pub(crate) [f64; LANES]);
 
@@ -51,13 +51,13 @@ impl Lanes {
         self.each(f64::abs)
     }
 
-    /// The smaller ones; of none the second.
+    /// Returns the smaller of each pair; for NaN the second.
     #[inline(always)]
     pub(crate) fn min(self, other: Self) -> Self {
         self.with(other, |a, b| if a < b { a } else { b })
     }
 
-    /// The larger ones; of none the second.
+    /// Returns the larger of each pair; for NaN the second.
     #[inline(always)]
     pub(crate) fn max(self, other: Self) -> Self {
         self.with(other, |a, b| if a > b { a } else { b })

@@ -3,7 +3,7 @@ use facemill_inverse_kinematics::AxisValues;
 use super::span::{Ramp, Septic, Span, eval};
 use super::{MotionBounds, MotionLimit};
 
-/// Where the axes are and how they move at a moment. mm or rad, and these per s, s², s³.
+/// Positions of the axes and their motion at a moment: mm or rad, and these per s, s², s³.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisMotion {
     /// Positions.
@@ -12,15 +12,15 @@ pub struct AxisMotion {
     pub velocity: AxisValues,
     /// Accelerations.
     pub acceleration: AxisValues,
-    /// Jerks. Where they jump, those after the jump.
+    /// Jerks. At a jump, those after it.
     pub jerk: AxisValues,
-    /// Speed of the tip, mm/min, where the path knows it.
+    /// Speed of the tip, mm/min, for a path with a tip.
     pub tip_feed: Option<f64>,
 }
 
 impl AxisMotion {
-    /// Share of each limit that is used, from 0 (not at all) to 1 (wholly): velocity, acceleration
-    /// and jerk of every axis, and the tip feed where it is capped.
+    /// Returns the used fraction of each limit, from 0 (not at all) to 1 (wholly): velocity,
+    /// acceleration and jerk of every axis, and the tip feed where it is capped.
     pub fn shares<'a>(&'a self, bounds: &'a MotionBounds) -> impl Iterator<Item = (MotionLimit, f64)> + 'a {
         bounds
             .axes
@@ -36,7 +36,7 @@ impl AxisMotion {
             .chain(self.tip_feed.zip(bounds.tip_feed).map(|(feed, most)| (MotionLimit::TipFeed, feed / most)))
     }
 
-    /// The limit that is used most, and the share of it that is used.
+    /// Returns the limit that is used most, and its used fraction.
     pub fn binding(&self, bounds: &MotionBounds) -> Option<(MotionLimit, f64)> {
         self.shares(bounds).reduce(|most, next| if next.1 > most.1 { next } else { most })
     }
@@ -45,7 +45,7 @@ impl AxisMotion {
 /// ρ(s) = ṡ² over a span, s ∈ [0, 1]: a quadratic by its Bernstein coefficients, all above 0. Per
 /// s².
 ///
-/// Then s̈ = ρ'(s)/2 is linear in s, so that s(t) has a closed form.
+/// Then s̈ = ρ'(s)/2 is linear in s, so s(t) has a closed form.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Pace(pub(crate) [f64; 3]);
 
@@ -55,13 +55,13 @@ impl Pace {
         (a - b) + (c - b)
     }
 
-    /// ρ and its first two derivatives by s.
+    /// Returns ρ and its first two derivatives by s.
     pub(crate) fn at(&self, s: f64) -> [f64; 3] {
         let ([a, b, c], t) = (self.0, 1.0 - s);
         [a * t * t + 2.0 * b * s * t + c * s * s, 2.0 * ((b - a) * t + (c - b) * s), 2.0 * self.curve()]
     }
 
-    /// Time from s = 0 to 1: ∫ ds/√ρ = 2/√k·artanh(√k/(√ρ(0) + √ρ(1))), k half of ρ''.
+    /// Returns the time from s = 0 to 1: ∫ ds/√ρ = 2/√k·artanh(√k/(√ρ(0) + √ρ(1))), k half of ρ''.
     pub(crate) fn duration(&self) -> f64 {
         let sum = self.0[0].sqrt() + self.0[2].sqrt();
         let z = self.curve() / (sum * sum);
@@ -75,7 +75,7 @@ impl Pace {
         2.0 / sum * factor
     }
 
-    /// s at time `t` from the start of the span, in [0, 1].
+    /// Returns s at time `t` from the start of the span, in [0, 1].
     pub(crate) fn position(&self, t: f64) -> f64 {
         let k = self.curve();
         let x = k * t * t;
@@ -92,7 +92,7 @@ impl Pace {
         (self.0[0].sqrt() * t * first + (self.0[1] - self.0[0]) * t * t * second).clamp(0.0, 1.0)
     }
 
-    /// Time from s = 0 to `s`: the duration of the part before it.
+    /// Returns the time from s = 0 to `s`: the duration of the part before it.
     pub(crate) fn time_to(&self, s: f64) -> f64 {
         if s <= 0.0 {
             return 0.0;
@@ -101,7 +101,7 @@ impl Pace {
         Pace([a, a * (1.0 - s) + b * s, self.at(s)[0]]).scaled(1.0 / (s * s)).duration()
     }
 
-    /// First three derivatives of s by time.
+    /// Returns the first three derivatives of s by time.
     pub(crate) fn rates(&self, s: f64) -> [f64; 3] {
         let [rho, rho1, rho2] = self.at(s);
         let v = rho.max(0.0).sqrt();
@@ -135,18 +135,18 @@ impl TimeLaw {
         Self { spans, paces, ramp, starts }
     }
 
-    /// Time of the whole motion, s.
+    /// Returns the time of the whole motion, s.
     pub fn total_time(&self) -> f64 {
         self.starts[self.paces.len()]
     }
 
-    /// Index of the span at time `t`, and s within it.
+    /// Returns the index of the span at time `t`, and s within it.
     fn place(&self, t: f64) -> (usize, f64) {
         let i = self.starts.partition_point(|&start| start <= t).clamp(1, self.paces.len()) - 1;
         (i, self.paces[i].position((t.min(self.total_time()) - self.starts[i]).max(0.0)))
     }
 
-    /// The axes at time `t`, s; before the start and after the end they stand.
+    /// Returns the axes at time `t`, s; before the start and after the end they are at rest.
     pub fn at(&self, t: f64) -> AxisMotion {
         let (i, s) = self.place(t);
         let span = &self.spans[i];
@@ -164,14 +164,14 @@ impl TimeLaw {
         AxisMotion { position, velocity, acceleration, jerk, tip_feed: span.tip.as_ref().map(|tip| 60.0 * speed(tip)) }
     }
 
-    /// The parameter of the path that is passed at time `t`.
+    /// Returns the parameter of the path that is passed at time `t`.
     pub fn parameter_at(&self, t: f64) -> f64 {
         let (i, s) = self.place(t);
         let span = &self.spans[i];
         self.ramp.at((span.start + span.h * s).min(1.0))[0].min(self.ramp.start + self.ramp.length)
     }
 
-    /// Times at which the pieces of the path end, s, in order; the last one is
+    /// Returns the times at which the pieces of the path end, s, in order; the last one is
     /// [`TimeLaw::total_time`].
     pub fn piece_ends(&self) -> Vec<f64> {
         let mut ends = vec![0.0; self.spans.last().map_or(0, |s| s.piece + 1)];
@@ -182,7 +182,7 @@ impl TimeLaw {
     }
 }
 
-/// Derivatives by time of f(s(t)) from those by s and those of s.
+/// Returns the derivatives by time of f(s(t)) from those by s and those of s.
 pub(crate) fn in_time([q, q1, q2, q3]: [f64; 4], [v, a, j]: [f64; 3]) -> [f64; 4] {
     [q, q1 * v, q2 * v * v + q1 * a, q3 * v * v * v + 3.0 * q2 * v * a + q1 * j]
 }

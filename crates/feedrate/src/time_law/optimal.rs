@@ -6,43 +6,42 @@ use super::span::{Ramp, Septic, Span, eval, span};
 use super::{JointPath, MotionBounds, TimeLawError};
 use facemill_inverse_kinematics::AxisValues;
 
-/// Effort of [`minimum_time_law`]. The result depends on these numbers alone, not on a clock.
+/// Effort of [`minimum_time_law`]. The result depends only on these numbers, not on a clock.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TimeLawSettings {
-    /// Spans that the path is cut into, on each of which ṙ² is quadratic; each piece of the path
-    /// has at least one, and where the path needs it to be kept to 1e-6 mm and rad it has more. The
-    /// time above the least falls about as 1/spans, and computing time grows as spans.
+    /// Number of spans into which the path is cut, with ṙ² quadratic on each. Each piece of the
+    /// path has at least one, and more where the path has to be kept to 1e-6 mm and rad. The time
+    /// above the least falls about as 1/spans, and computing time grows as spans.
     pub spans: usize,
-    /// Solutions in turn in which the limits of spans are drawn in by what they are exceeded
-    /// between the samples.
+    /// Number of consecutive solutions, in each of which the limits of spans are tightened by their
+    /// excess between the samples.
     pub rounds: usize,
 }
 
 impl Default for TimeLawSettings {
-    /// About a tenth of a second of computing for five axes.
+    /// Returns settings for about a tenth of a second of computing for five axes.
     fn default() -> Self {
         Self { spans: 1000, rounds: 2 }
     }
 }
 
 impl TimeLawSettings {
-    /// About ten times the effort of the default.
+    /// Returns settings with about ten times the effort of the default.
     pub fn thorough() -> Self {
         Self { spans: 10_000, rounds: 2 }
     }
 }
 
-/// The law of motion from rest to rest that takes the least time along a smooth path within the
-/// limits of all axes and the cap on the tip feed.
+/// Returns the law of motion from rest to rest that takes the least time along a smooth path within
+/// the limits of all axes and the cap on the tip feed.
 ///
 /// Guarantee: along the path as cut into polynomials of degree 7 (which meet the given path and its
 /// three derivatives at every knot) no limit is exceeded at any time, proven by the Bernstein
-/// coefficients of velocity, acceleration and jerk, to rounding. That the time is the least is not
-/// proven: the problem has the local minima of jerk limits.
+/// coefficients of velocity, acceleration and jerk, to rounding. The time is not proven to be the
+/// least: jerk limits make the problem have local minima.
 ///
-/// # Errors
-/// Limits that are not positive, a path that is not finite, stands still, or whose position, first
-/// or second derivative jumps.
+/// Limits that are not positive; a path that is not finite, does not move, or has jumps of
+/// position, first or second derivative.
 pub fn minimum_time_law(
     path: &dyn JointPath,
     bounds: &MotionBounds,
@@ -107,7 +106,7 @@ impl Scaled {
     }
 }
 
-/// The unknowns as quadratics over each span's own s.
+/// Returns the unknowns as quadratics over each span's own s.
 fn paces(spans: &[Span], x: &[f64]) -> Vec<Pace> {
     let h: Vec<f64> = spans.iter().map(|s| s.h).collect();
     (0..spans.len())
@@ -119,7 +118,7 @@ fn paces(spans: &[Span], x: &[f64]) -> Vec<Pace> {
         .collect()
 }
 
-/// The path as polynomials: every piece in spans of about equal length in r.
+/// Cuts the path into polynomials: every piece in spans of about equal length in r.
 fn cut(path: &dyn JointPath, bounds: &MotionBounds, spans: usize) -> Result<(Vec<Span>, Ramp), TimeLawError> {
     let breaks = checked_breaks(path)?;
     let ramp = Ramp { start: breaks[0], length: breaks[breaks.len() - 1] - breaks[0] };
@@ -153,15 +152,15 @@ fn cut(path: &dyn JointPath, bounds: &MotionBounds, spans: usize) -> Result<(Vec
     }
 }
 
-/// Most by which a span's polynomials leave the path between its ends, mm or rad, as far as two
-/// points in between show.
+/// Largest distance of a span's polynomials from the path between its ends, mm or rad, as far as
+/// two points in between show.
 const ACCURACY: f64 = 1e-6;
 
-/// A span is halved so often at most. Each time a smooth path comes nearer by 2⁸; one that still is
-/// off has derivatives that are not its own.
+/// Largest number of halvings of a span. Each brings a smooth path nearer by 2⁸; a path that still
+/// is off has wrong derivatives.
 const HALVINGS: u32 = 8;
 
-/// The span between two ends, halved until it keeps to the path.
+/// Adds the span between two ends, halved until it keeps to the path.
 fn push_spans(
     path: &dyn JointPath,
     piece: usize,
@@ -178,7 +177,7 @@ fn push_spans(
         let differences = whole.axes.iter().enumerate().map(|(k, c)| (eval(c, s)[0] - given.get_or_zero(k)).abs());
         differences.fold(0.0, f64::max)
     };
-    // Values that are large in numbers have more rounding.
+    // Large values have more rounding.
     let allowed = whole.axes.iter().map(|c| 1e-12 * c[0].abs()).fold(ACCURACY, f64::max);
     if off(0.5) <= allowed && off(0.3) <= allowed {
         out.push(whole);
@@ -192,11 +191,11 @@ fn push_spans(
     push_spans(path, piece, ramp, (mid, b), within, halvings - 1, out)
 }
 
-/// Largest jump of a derivative between pieces as a share of its largest value: rounding passes,
+/// Largest jump of a derivative between pieces as a fraction of its largest value: rounding passes,
 /// corners do not.
 const JUMP: f64 = 1e-9;
 
-/// The ends of the pieces, after position, first and second derivative have been found to be
+/// Returns the ends of the pieces after checking that position, first and second derivative are
 /// continuous there.
 fn checked_breaks(path: &dyn JointPath) -> Result<Vec<f64>, TimeLawError> {
     let breaks = path.breaks();

@@ -16,7 +16,8 @@ pub(crate) struct Span {
     pub(crate) tip: Option<[Septic; 3]>,
 }
 
-/// The polynomial that has these values and first three derivatives (by s) at s = 0 and s = 1.
+/// Returns the polynomial that has these values and first three derivatives (by s) at s = 0 and s =
+/// 1.
 pub(crate) fn septic(start: [f64; 4], end: [f64; 4]) -> Septic {
     let [c0, c1, c2, c3] = [start[0], start[1], start[2] / 2.0, start[3] / 6.0];
     let d0 = (end[0] - c0) - (c1 + c2 + c3);
@@ -35,7 +36,7 @@ pub(crate) fn septic(start: [f64; 4], end: [f64; 4]) -> Septic {
     ]
 }
 
-/// Value and first three derivatives by s of a polynomial by its powers, lowest first.
+/// Returns value and first three derivatives by s of a polynomial by its powers, lowest first.
 pub(crate) fn eval(c: &[f64], s: f64) -> [f64; 4] {
     let mut out = [0.0; 4];
     for &k in c.iter().rev() {
@@ -47,7 +48,7 @@ pub(crate) fn eval(c: &[f64], s: f64) -> [f64; 4] {
     [out[0], out[1], 2.0 * out[2], 6.0 * out[3]]
 }
 
-/// How the path variable r ∈ [0, 1] runs through the parameter: u = u0 + length·(10 r³ − 15 r⁴ + 6
+/// Relation of the path variable r ∈ [0, 1] to the parameter: u = u0 + length·(10 r³ − 15 r⁴ + 6
 /// r⁵).
 ///
 /// Its first two derivatives vanish at both ends, so every law with a finite speed ṙ is at rest
@@ -59,7 +60,7 @@ pub(crate) struct Ramp {
 }
 
 impl Ramp {
-    /// u and its first three derivatives by r.
+    /// Returns u and its first three derivatives by r.
     pub(crate) fn at(&self, r: f64) -> [f64; 4] {
         let l = self.length;
         let q = 1.0 - r;
@@ -71,7 +72,7 @@ impl Ramp {
         ]
     }
 
-    /// The r at which u is reached, by bisection to the last bit.
+    /// Returns the r at which u is reached, by bisection to the last bit.
     pub(crate) fn inverse(&self, u: f64) -> f64 {
         let (mut low, mut high) = (0.0, 1.0);
         for _ in 0..60 {
@@ -82,7 +83,7 @@ impl Ramp {
     }
 }
 
-/// Derivatives by s of f(u(r0 + h s)), by the chain rule.
+/// Returns the derivatives by s of f(u(r0 + h s)), by the chain rule.
 fn by_s(f: [f64; 4], u: [f64; 4], h: f64) -> [f64; 4] {
     let [_, u1, u2, u3] = u;
     [
@@ -93,7 +94,7 @@ fn by_s(f: [f64; 4], u: [f64; 4], h: f64) -> [f64; 4] {
     ]
 }
 
-/// The part of `piece` between `r` and `r + h` as polynomials.
+/// Returns the part of `piece` between `r` and `r + h` as polynomials.
 pub(crate) fn span(
     path: &dyn JointPath,
     piece: usize,

@@ -2,13 +2,13 @@ use super::law::TrapezoidSettings;
 use super::segment::{LEAST_CYCLES, Segment};
 use crate::time_law::AxisBounds;
 
-/// Share of an axis' acceleration that a change of direction within one cycle may ask for.
+/// Fraction of an axis' acceleration that a change of direction within one cycle may require.
 const KINK: f64 = 0.1;
 
-/// Share of the acceleration across an arc: what is left along it is a half.
+/// Fraction of the acceleration across an arc: a half remains along it.
 const ACROSS: f64 = 0.866_025_403_784_438_6;
 
-/// Share of a segment's length that an arc may leave its corner by at most.
+/// Largest distance of an arc from its corner, as a fraction of a segment's length.
 const REACH: f64 = 0.25;
 
 /// Turns nearer to a full reversal than this end in a stop, rad.
@@ -17,14 +17,14 @@ const REVERSAL: f64 = std::f64::consts::PI / 90.0;
 /// Motion of a control between two segments.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Junction {
-    /// Stands.
+    /// The control stops.
     Stop,
     /// Lets the next segment start while this one stops.
     Overlap,
-    /// Goes through at this speed at most; the change of direction takes this share of the
+    /// The control passes at this speed at most; the change of direction takes this fraction of the
     /// acceleration on both sides.
     Through { speed: f64, share: f64 },
-    /// Rounds the corner by an arc.
+    /// The control rounds the corner by an arc.
     Arc(Arc),
 }
 
@@ -46,7 +46,7 @@ pub(crate) struct Arc {
 pub(crate) struct OverlapSpeeds {
     /// Speed from which the first one stops while the second one starts.
     pub leaving: f64,
-    /// Speed that the second one has when the first one stands.
+    /// Speed of the second one when the first one has stopped.
     pub entering: f64,
 }
 
@@ -59,21 +59,21 @@ pub(crate) struct Pace {
 }
 
 impl Pace {
-    /// Largest speed between two stops.
+    /// Returns the largest speed between two stops.
     fn reachable(&self) -> f64 {
         (self.acceleration * self.length).sqrt().min(self.speed)
     }
 }
 
-/// Half of the angle between two segments as seen from the corner, rad: π/2 where they go straight
-/// on.
+/// Returns half of the angle between two segments as seen from the corner, rad: π/2 where they
+/// continue straight on.
 pub(crate) fn half_angle(before: &Segment, after: &Segment) -> f64 {
     let along: f64 = before.direction.iter().zip(after.direction.iter()).map(|(a, b)| a * b).sum();
     0.5 * (-along).clamp(-1.0, 1.0).acos()
 }
 
-/// Speeds of an overlap: it lasts no longer than half of either segment, and takes the corner
-/// within the tolerance.
+/// Returns the speeds of an overlap: it lasts no longer than half of either segment, and passes the
+/// corner within the tolerance.
 pub(crate) fn overlap(before: Pace, after: Pace, half_angle: f64, tolerance: f64) -> OverlapSpeeds {
     let (v, w) = (before.reachable(), after.reachable());
     let longest = (before.length / v).min(after.length / w);
@@ -87,7 +87,8 @@ pub(crate) fn overlap(before: Pace, after: Pace, half_angle: f64, tolerance: f64
 }
 
 impl Junction {
-    /// The junction behind `before`, of which `left` mm are left by the junction in front of it.
+    /// Returns the junction behind `before`, whose remaining length is `left` mm after the junction
+    /// in front of it.
     pub(crate) fn between(
         before: &Segment,
         after: &Segment,
@@ -125,14 +126,15 @@ impl Junction {
     }
 }
 
-/// Share of the weakest axis' acceleration that the change of direction asks for within one cycle.
+/// Returns the fraction of the weakest axis' acceleration that the change of direction requires
+/// within one cycle.
 fn kink_share(before: &Segment, after: &Segment, speed: f64, axes: &[AxisBounds], cycle: f64) -> f64 {
     let of_axis = |k: usize| (after.direction[k] - before.direction[k]).abs() * speed / (cycle * axes[k].acceleration);
     (0..axes.len()).map(of_axis).fold(0.0, f64::max)
 }
 
 impl Arc {
-    /// The widest arc that both lines and the tolerance allow.
+    /// Returns the widest arc that both lines and the tolerance allow.
     fn new(
         before: &Segment,
         after: &Segment,
@@ -144,7 +146,7 @@ impl Arc {
         let moved = |k: &usize| before.direction[*k] != 0.0 || after.direction[*k] != 0.0;
         let most = (0..axes.len()).filter(moved).map(|k| axes[k].acceleration).fold(f64::INFINITY, f64::min);
         let tolerance = settings.tolerance.min(REACH * before.whole).min(REACH * after.whole);
-        // Of 1 − sin the small difference counts.
+        // 1 − sin is a small difference that matters.
         let open = 2.0 * (0.5 * (std::f64::consts::FRAC_PI_2 - half)).sin().powi(2);
         let by_tolerance = half.cos() * tolerance / open;
         let cut = by_tolerance.min(left).min(0.5 * after.whole);
@@ -154,12 +156,12 @@ impl Arc {
         Self { speed, length: radius * turn, cut, acceleration: most * (1.0 - across * across).sqrt() }
     }
 
-    /// The same together with what is left of the line in front of it.
+    /// Returns the same together with the rest of the line in front of it.
     pub(crate) fn with_line(self, length: f64) -> Self {
         Self { length: self.length + length, ..self }
     }
 
-    /// Largest speed that a control's cycle leaves.
+    /// Limits the speed to that allowed by a control's cycle.
     pub(crate) fn within_cycle(self, cycle: f64) -> Self {
         Self { speed: self.speed.min(self.length / (LEAST_CYCLES * cycle)), ..self }
     }

@@ -6,12 +6,12 @@ use super::segment::Segment;
 use crate::program_law::{ProgramBlock, ProgramLawError, check_program};
 use crate::time_law::{AxisBounds, MotionBounds, MotionLimit};
 
-/// How a control runs its queue of blocks.
+/// Settings of a control's motion through its queue of blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrapezoidSettings {
-    /// How far the tip may leave a corner, mm; 0 stops at every corner.
+    /// Largest distance of the tip from a corner, mm; 0 stops at every corner.
     pub tolerance: f64,
-    /// Blocks over which the control sees to it that it can stop.
+    /// Number of blocks within which the control keeps itself able to stop.
     pub look_ahead: usize,
     /// Cycle of the control, s: no line or arc takes less.
     pub cycle: f64,
@@ -21,30 +21,29 @@ pub struct TrapezoidSettings {
 /// none.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrapezoidLaw {
-    /// Times, s. Where two blocks overlap the time counts for the first one; an arc counts half for
-    /// each.
+    /// Times, s. Where two blocks overlap, the time counts for the first one; an arc counts half
+    /// for each.
     pub times: Vec<f64>,
     /// Times at the largest speed in each block, s.
     pub peak_times: Vec<f64>,
-    /// The limit that holds each block back; `None` without motion.
+    /// The limiting factor of each block; `None` without motion.
     pub limits: Vec<Option<MotionLimit>>,
 }
 
-/// Times a program on a control that limits acceleration and not jerk, and looks ahead over a
+/// Times a program on a control that limits acceleration but not jerk, and looks ahead over a
 /// number of blocks as long as no rotary axis moves.
 ///
 /// Lines of the linear axes are joined by arcs within the tolerance, or directly where the
 /// direction hardly changes; the speed at each joint is one from which the control can stop within
-/// its look-ahead. A block that turns a rotary axis, and its neighbours, know of no look-ahead:
-/// each is run from rest to rest at half of the acceleration, and the next one starts while it
-/// stops. This is the trajectory planner of LinuxCNC as it behaves; `docs/time-law.md` has the
-/// comparison.
+/// its look-ahead. A block that turns a rotary axis, and its neighbours, have no look-ahead: each
+/// is run from rest to rest at half of the acceleration, and the next one starts while it stops.
+/// This is the trajectory planner of LinuxCNC as it behaves; `docs/time-law.md` has the comparison.
 ///
-/// `is_linear` names the linear axes, taken as at right angles; bounds of jerk are not used. It is
-/// a model of times: no positions are claimed.
+/// `is_linear` marks the linear axes, taken as at right angles; bounds of jerk are not used. It is
+/// a model of times, not of positions.
 ///
 /// # Errors
-/// Limits or blocks that cannot be meant, with the index of the block.
+/// Invalid limits or blocks, with the index of the block.
 ///
 /// ```
 /// use facemill_feedrate::{AxisBounds, ProgramBlock, TrapezoidSettings, trapezoid_law};
@@ -81,7 +80,7 @@ pub fn trapezoid_law(
     Ok(timed(blocks.len(), &segments, &entries, &ends, settings))
 }
 
-/// State at the start of an entry: speed, and what an overlap has gone of it.
+/// State at the start of an entry: speed, and its way during an overlap.
 #[derive(Clone, Copy, Default)]
 struct Begun {
     speed: f64,
@@ -112,8 +111,8 @@ fn timed(
     law
 }
 
-/// Where the next entry is when this one stands: it gets as fast in the same time as this one gets
-/// slower.
+/// Returns the state of the next entry when this one has stopped: it accelerates in the same time
+/// as this one slows down.
 fn start_of_next(speeds: OverlapSpeeds, profile: &Profile, slowing: f64, starting: f64) -> Begun {
     let leaving = speeds.leaving.min(profile.peak);
     let time = leaving / slowing;
@@ -128,8 +127,8 @@ struct Profile {
 }
 
 impl Profile {
-    /// The profile from what has begun to at most a speed at the end, and the speed that is reached
-    /// there.
+    /// Returns the profile from the begun state to at most a speed at the end, and the speed that
+    /// is reached there.
     fn new(entry: &Entry, begun: Begun, most_at_end: f64) -> (Self, f64) {
         let (a, v) = (entry.acceleration, begun.speed);
         let way = (entry.length - begun.way).max(0.0);

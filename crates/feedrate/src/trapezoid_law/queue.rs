@@ -3,7 +3,7 @@ use super::law::TrapezoidSettings;
 use super::segment::{LEAST_CYCLES, Segment};
 use crate::time_law::AxisBounds;
 
-/// Cycles below which what is left of a line before an arc is taken into the arc.
+/// Number of cycles below which the rest of a line before an arc is merged into the arc.
 const GAP_CYCLES: f64 = 4.0;
 
 /// A line or an arc in the queue of a control.
@@ -26,11 +26,11 @@ pub(crate) enum End {
     Stop,
     /// An overlap with the next entry.
     Overlap,
-    /// A way through, at this speed at most.
+    /// A passage at this speed at most.
     Through(f64),
 }
 
-/// The lines and arcs of a program.
+/// Returns the lines and arcs of a program.
 pub(crate) fn entries(segments: &[Segment], axes: &[AxisBounds], settings: &TrapezoidSettings) -> Vec<Entry> {
     let mut out = Vec::with_capacity(segments.len());
     let mut before = Junction::Stop;
@@ -69,7 +69,7 @@ pub(crate) fn entries(segments: &[Segment], axes: &[AxisBounds], settings: &Trap
     out
 }
 
-/// Splits the rest of a line before an arc, which takes it where it is short.
+/// Splits the rest of a line before an arc, which absorbs it where it is short.
 fn parted(left: f64, arc: Arc, cycle: f64) -> (f64, Option<Arc>) {
     let line = left - arc.cut;
     if line < GAP_CYCLES * cycle * arc.speed {
@@ -79,7 +79,7 @@ fn parted(left: f64, arc: Arc, cycle: f64) -> (f64, Option<Arc>) {
     }
 }
 
-/// Share of its acceleration that a line between two junctions has along it.
+/// Returns the fraction of a line's acceleration that acts along it between two junctions.
 fn along(before: &Junction, after: &Junction) -> f64 {
     let share = |junction: &Junction| if let Junction::Through { share, .. } = junction { *share } else { 0.0 };
     // Where two lines move at once each has half.
@@ -87,14 +87,14 @@ fn along(before: &Junction, after: &Junction) -> f64 {
     (1.0 - share(before).max(share(after))) * if is_shared { 0.5 } else { 1.0 }
 }
 
-/// Speed at the end of each entry from which the control can stop within its look-ahead; 0 where it
-/// stops anyhow.
+/// Returns the speed at the end of each entry from which the control can stop within its
+/// look-ahead; 0 where it stops anyway.
 pub(crate) fn end_speeds(entries: &[Entry], look_ahead: usize) -> Vec<f64> {
     let of_entry = |k: usize| {
         let End::Through(_) = entries[k].end else { return 0.0 };
         let seen = &entries[k..entries.len().min(k + 1 + look_ahead)];
         let through = seen.iter().take(seen.len() - 1).take_while(|e| matches!(e.end, End::Through(_))).count();
-        // From a stop at the end of what is seen back to here.
+        // From a stop at the end of the look-ahead back to here.
         let back = |v: f64, at: usize| {
             let (before, entry) = (&seen[at - 1], &seen[at]);
             let End::Through(most) = before.end else { return 0.0 };

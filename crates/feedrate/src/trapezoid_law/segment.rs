@@ -6,14 +6,14 @@ use crate::time_law::{AxisBounds, MotionLimit};
 /// Segments shorter than this are left out, s at the axes' largest speeds.
 const SHORTEST: f64 = 1e-10;
 
-/// Way of all linear axes below which the rotary axes alone move, mm.
+/// Way of all linear axes below which only the rotary axes move, mm.
 const STANDS: f64 = 1e-9;
 
-/// Share of a cycle beyond 1 that a control spends in a segment at least.
+/// Least time of a control in a segment, in cycles.
 pub(crate) const LEAST_CYCLES: f64 = 1.02;
 
-/// A block as a control's queue holds it. Lengths are those of the linear axes, mm; of the rotary
-/// ones, deg, where these stand.
+/// A block in a control's queue. Lengths are those of the linear axes, mm, or of the rotary ones,
+/// deg, where the linear ones do not move.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Segment {
     /// Index of its block.
@@ -22,20 +22,20 @@ pub(crate) struct Segment {
     pub whole: f64,
     /// Largest speed by feed, axes and cycle.
     pub speed: f64,
-    /// The axis or feed that gives it.
+    /// The axis or feed that limits it.
     pub speed_limit: MotionLimit,
     /// Acceleration along it by the slowest axis, and that axis.
     pub acceleration: (f64, usize),
     /// Whether a rotary axis moves.
     pub turns: bool,
-    /// Unit vector of the linear axes; 0 where they stand.
+    /// Unit vector of the linear axes; 0 where they do not move.
     pub direction: AxisValues,
-    /// Whether the axes stand at its end.
+    /// Whether the axes stop at its end.
     pub exact_stop: bool,
 }
 
 impl Segment {
-    /// The block from one position to the other; `None` without motion.
+    /// Returns the block from one position to the other; `None` without motion.
     pub(crate) fn new(
         block: usize,
         from: &AxisValues,

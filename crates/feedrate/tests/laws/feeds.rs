@@ -30,7 +30,7 @@ fn for_blocks(law: impl Fn(AxisValues, AxisValues, f64, f64) -> Result<(), TestC
         .unwrap();
 }
 
-/// Speed of every axis in mm/min and deg/min, as FEED writes it.
+/// Returns the speed of every axis in mm/min and deg/min, as FEED writes it.
 fn axis_feeds(machine: &Machine, start: &AxisValues, end: &AxisValues, time: f64) -> Vec<f64> {
     let unit = |k: usize| if k < 3 { 1.0 } else { 180.0 / std::f64::consts::PI };
     (0..machine.axes().len()).map(|k| (end[k] - start[k]).abs() * unit(k) * 60.0 / time).collect()
@@ -56,7 +56,7 @@ fn no_axis_exceeds_its_speed_and_the_feed_is_the_papers() {
         match feed.limit {
             // FEED (4).
             FeedLimit::TipFeed => prop_assert!((feed.tip_feed - tip_feed).abs() <= 1e-9 * tip_feed),
-            // FEED (7), (8): the limiting axis runs at its largest speed, the tip below the
+            // FEED (7), (8): the limiting axis moves at its largest speed, the tip below the
             // programmed one.
             FeedLimit::Axis(k) => {
                 prop_assert!((speeds[k] - most[k]).abs() <= 1e-9 * most[k]);
@@ -205,7 +205,7 @@ fn rapids_take_the_time_of_their_slowest_axis_or_of_the_rapid_feed() {
 
 #[test]
 fn a_rapid_that_keeps_its_tip_takes_the_time_of_the_axis_that_has_to_be_fastest_for_it() {
-    // The tip stands still beside the table's axis while that turns by 180°: X and Y go round on
+    // The tip does not move beside the table's axis while that turns by 180°: X and Y move round
     // half a circle.
     let machine = mill();
     let length = 260.0;
@@ -217,7 +217,7 @@ fn a_rapid_that_keeps_its_tip_takes_the_time_of_the_axis_that_has_to_be_fastest_
     let end = machine.with_tip_at(&turned, &tip, length).unwrap();
     let way = (end[0] - start[0]).hypot(end[1] - start[1]);
     assert!(radius > 300.0 && (way - 2.0 * radius).abs() < 1e-6, "{way} {radius}");
-    // Each is as fast as the tip on the circle somewhere, whatever the ends are.
+    // Each is as fast as the tip on the circle somewhere, for any ends.
     let table = std::f64::consts::PI / machine.axes()[4].max_velocity;
     let fastest = machine.axes()[0].max_velocity.min(machine.axes()[1].max_velocity);
     let expected = (radius * std::f64::consts::PI / fastest).max(table);

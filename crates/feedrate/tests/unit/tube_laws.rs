@@ -42,7 +42,7 @@ fn no_value_leaves_its_width_and_those_without_one_stay_to_the_last_bit() {
     }
 }
 
-/// Within what rounding hides the curve is found again nearly as smooth as it was.
+/// Within the width that rounding hides, the curve is recovered nearly as smooth as it was.
 #[test]
 fn rounding_of_a_smooth_curve_is_taken_out() {
     let mut random = Lcg(5);
@@ -60,8 +60,7 @@ fn rounding_of_a_smooth_curve_is_taken_out() {
     }
 }
 
-/// A bend that is larger than the widths remains: of a corner the slopes on both sides, a few
-/// places away.
+/// A bend larger than the widths remains: at a corner the slopes on both sides, a few places away.
 #[test]
 fn what_the_widths_do_not_hide_stays() {
     let mut random = Lcg(9);
@@ -77,7 +76,7 @@ fn what_the_widths_do_not_hide_stays() {
     assert!(slope(100).abs() < 1e-4 && (slope(180) - 1.0).abs() < 1e-4, "{} {}", slope(100), slope(180));
 }
 
-/// The solution is where every small change is worse.
+/// Every small change of the solution is worse.
 #[test]
 fn the_equations_are_those_of_the_least_roughness() {
     let mut random = Lcg(21);

@@ -1,7 +1,7 @@
 //! Dual mills: two heads that face each other along a level C.
 //!
-//! All numbers stand in the table's frame with all axes at 0: z is C and points to the first head,
-//! y is up, the hub's seat is at the origin. The second head is the first one turned by half a turn
+//! All numbers are in the table's frame with all axes at 0: z is C and points to the first head, y
+//! is up, the hub's seat is at the origin. The second head is the first one turned by half a turn
 //! about the upright through [`CENTRE`].
 
 use std::f64::consts::PI;
@@ -57,7 +57,7 @@ fn fork() -> [BodyFile; 2] {
     [arm("fork arm, upper", 140.0), arm("fork arm, lower", -140.0)]
 }
 
-/// Two heads with these lines and what carries the propeller.
+/// Builds two heads with these lines and the propeller's support.
 fn dual(name: &str, head: [AxisLine; 4]) -> MachineFile {
     let bed_from_table = bed_from_table();
     let mut c = rotary('C', true, [[0.0, 0.0, 1.0], [0.0; 3]], None, ROTARY);
@@ -114,8 +114,8 @@ fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6 + 0.0
 }
 
-/// Homes beside the arbor and the headstock, and as far out as Z goes: behind them there is no room
-/// for the second head.
+/// Homes beside the arbor and the headstock, and at the end of Z: behind them there is no room for
+/// the second head.
 fn at_home(mut line: AxisLine) -> AxisLine {
     if let Joint::Prismatic(j) = &mut line.joint {
         j.home_mm = match j.axis.as_str() {

@@ -4,12 +4,12 @@ use std::fmt;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Part of a turn by which a way of half a turn is taken for the one that goes on: rounding of
-/// words.
+/// Fraction of a turn within which a way of half a turn counts as the one that turns on: rounding
+/// of words.
 const HALF_TURNS_ON: f64 = 1e-9;
 
-/// Part of a turn by which two places are one: rounding of words. Larger: a way that is meant is
-/// not gone; smaller: a whole turn is.
+/// Fraction of a turn within which two places are one: rounding of words. Larger: an intended short
+/// way is not made; smaller: a whole turn is made by rounding.
 const SAME_PLACE: f64 = 1e-9;
 
 /// Kind of a joint.
@@ -21,22 +21,22 @@ pub enum AxisKind {
     Rotary,
 }
 
-/// Which of the chains of a machine an axis or a body belongs to.
+/// Side of a machine that an axis or a body belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Carrier {
-    /// The tool's side: between bed and spindle.
+    /// The tool's side, between bed and spindle.
     Head,
-    /// The workpiece's side: between bed and table.
+    /// The workpiece's side, between bed and table.
     Table,
-    /// On a machine with two heads, the one whose tool the view does not move: between bed and its
-    /// spindle. Its axes do not move this view's tool, its bodies are in the way of it.
+    /// On a machine with two heads, the side of the head whose tool the view does not move: between
+    /// bed and its spindle. Its axes do not move this view's tool; its bodies are obstacles for it.
     OtherHead,
 }
 
 /// Address of an axis in NC text: a letter, and a number for a second head (`B`, `X2`).
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct AxisLetter {
-    // The number stands first so that the derived order is that of NC words: X Y Z A B C, then the
+    // The number comes first so that the derived order is that of NC words: X Y Z A B C, then the
     // second head.
     number: u8,
     rank: u8,
@@ -107,30 +107,30 @@ pub struct Axis {
     pub max_jerk: Option<f64>,
     /// Value of the home position, within the limits.
     pub home: f64,
-    /// Whether a rotary axis turns on and on; not where its wind-up is limited.
+    /// Whether a rotary axis turns without limit; not where its wind-up is limited.
     pub endless: bool,
-    /// How far an axis without stops may be wound from home, rad; its limits are there.
+    /// Largest wind-up from home of an axis without stops, rad; its limits are there.
     pub max_wind_up: Option<f64>,
-    /// How the control reads the words of an endless axis; `None` where the file does not say:
-    /// words wind on.
+    /// How the control reads the words of an endless axis; `None` where the file does not say, so
+    /// that words wind on.
     pub rollover: Option<Rollover>,
-    /// Which side of the machine it is on.
+    /// Side of the machine that carries it.
     pub carried_by: Carrier,
 }
 
 impl Axis {
-    /// Whether a rotary axis has no stops, be its wind-up limited or not.
+    /// Returns whether a rotary axis has no stops, even if its wind-up is limited.
     pub fn has_no_stops(&self) -> bool {
         self.endless || self.max_wind_up.is_some()
     }
 
-    /// Whether words of the axis count to 360 deg.
+    /// Returns whether words of the axis count to 360 deg.
     pub fn rolls_over(&self) -> bool {
         matches!(self.rollover, Some(Rollover::Shortest | Rollover::SignDirected))
     }
 
-    /// The value that an absolute word leads to from the value `from`; the word in the unit of
-    /// values, `offset` its zero. Exactly their sum where words wind on.
+    /// Returns the value that an absolute word leads to from the value `from`; the word is in the
+    /// unit of values, `offset` its zero. Exactly their sum where words wind on.
     pub fn led_to(&self, from: f64, offset: f64, word: f64) -> f64 {
         match self.rollover {
             None | Some(Rollover::None) => offset + word,
@@ -140,7 +140,7 @@ impl Axis {
             }
             Some(Rollover::SignDirected) => {
                 let target = offset + word.abs();
-                // The place where it stands is reached without a turn.
+                // The present place is reached without a turn.
                 let turns = (from - target) / TAU;
                 let turns =
                     if word.is_sign_negative() { (turns + SAME_PLACE).floor() } else { (turns - SAME_PLACE).ceil() };
@@ -149,12 +149,12 @@ impl Axis {
         }
     }
 
-    /// Whether `value` is within the limits, both ends included.
+    /// Returns whether `value` is within the limits, both ends included.
     pub fn holds(&self, value: f64) -> bool {
         (self.min..=self.max).contains(&value)
     }
 
-    /// A difference of axis values in the unit of NC words: mm stay mm, rad become degrees.
+    /// Returns a difference of axis values in the unit of NC words: mm stay mm, rad become degrees.
     pub fn in_word_unit(&self, value: f64) -> f64 {
         match self.kind {
             AxisKind::Linear => value,

@@ -1,12 +1,12 @@
 use std::ops::{Index, IndexMut};
 
-/// The most axes a machine can have: the dual mill has nine.
+/// Largest number of axes of a machine: the dual mill has nine.
 pub const MAX_AXES: usize = 10;
 
 /// One value per axis, in the order of [`Machine::axes`](crate::machine::Machine::axes): mm for
 /// linear axes, rad for rotary ones.
 ///
-/// They are what the machine's scales show (joint values), not the words of an NC program.
+/// They are the values on the machine's scales (joint values), not the words of an NC program.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisValues {
     // Entries from `len` on are 0.
@@ -15,12 +15,12 @@ pub struct AxisValues {
 }
 
 impl AxisValues {
-    /// `n` axes at 0. More than [`MAX_AXES`] are cut off.
+    /// Returns `n` axes at 0. More than [`MAX_AXES`] are cut off.
     pub fn zeros(n: usize) -> Self {
         Self { values: [0.0; MAX_AXES], len: n.min(MAX_AXES) }
     }
 
-    /// The value of each of `n` axes by its index. More than [`MAX_AXES`] are cut off.
+    /// Returns the value of each of `n` axes by its index. More than [`MAX_AXES`] are cut off.
     pub fn from_fn(n: usize, mut value: impl FnMut(usize) -> f64) -> Self {
         let mut q = Self::zeros(n);
         for k in 0..q.len {
@@ -29,38 +29,38 @@ impl AxisValues {
         q
     }
 
-    /// The values of a slice; `None` when it is longer than [`MAX_AXES`].
+    /// Returns the values of a slice; `None` when it is longer than [`MAX_AXES`].
     pub fn from_slice(values: &[f64]) -> Option<Self> {
         (values.len() <= MAX_AXES).then(|| Self::from_fn(values.len(), |k| values[k]))
     }
 
-    /// Number of axes.
+    /// Returns the number of axes.
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// Whether there is no axis.
+    /// Returns whether there is no axis.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// The values in axis order.
+    /// Returns the values in axis order.
     pub fn as_slice(&self) -> &[f64] {
         &self.values[..self.len]
     }
 
-    /// The values in axis order.
+    /// Iterates over the values in axis order.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
         self.as_slice().iter().copied()
     }
 
-    /// The value of axis `index`, 0 where there is none.
+    /// Returns the value of axis `index`, 0 where there is none.
     pub fn get_or_zero(&self, index: usize) -> f64 {
         self.values.get(index).copied().unwrap_or(0.0)
     }
 
-    /// Every axis at the fraction `t` of its way from here (t = 0) to `end` (t = 1). Both ends are
-    /// met exactly, and an axis that does not move keeps its value exactly.
+    /// Returns every axis at the fraction `t` of its way from here (t = 0) to `end` (t = 1). Both
+    /// ends are met exactly, and an axis that does not move keeps its value exactly.
     #[must_use]
     pub fn lerp(&self, end: &Self, t: f64) -> Self {
         if t == 1.0 {
@@ -69,7 +69,7 @@ impl AxisValues {
         Self::from_fn(self.len, |k| self.values[k] + (end.values[k] - self.values[k]) * t)
     }
 
-    /// Whether every value is finite.
+    /// Returns whether every value is finite.
     pub fn is_finite(&self) -> bool {
         self.iter().all(f64::is_finite)
     }

@@ -11,7 +11,7 @@ pub struct AxisLine {
     pub joint: Joint,
     /// Direction of the row's z axis.
     pub direction: Unit<Vector3<f64>>,
-    /// A point on a revolute joint's axis, mm; of no meaning for a prismatic one.
+    /// A point on a revolute joint's axis, mm; ignored for a prismatic one.
     pub point: Point3<f64>,
     /// Bodies that move with the joint, their poses given in the bed's frame.
     pub bodies: Vec<BodyFile>,
@@ -20,19 +20,20 @@ pub struct AxisLine {
 /// Sine below which two directions are taken as parallel: rounding of unit vectors.
 const PARALLEL: f64 = 1e-14;
 
-/// Sine below which the foot of a common normal lies so far away (more than 100 times the distance
-/// of the lines) that its place costs digits: the turn and the offset then get a row each.
+/// Sine below which the foot of a common normal is so far away (more than 100 times the distance of
+/// the lines) that its place costs digits: the turn and the offset then get a row each.
 const NEARLY_PARALLEL: f64 = 1e-2;
 
-/// Distance below which two parallel lines are one, mm.
+/// Distance below which two parallel lines count as one, mm.
 const SAME_LINE: f64 = 1e-12;
 
-/// The rows of a chain from the bed whose joints lie on these lines and which ends in this frame.
+/// Returns the rows of a chain from the bed whose joints lie on these lines and which ends in this
+/// frame.
 ///
-/// Craig's rows turn and shift about the x axis before, so every frame gets its x along the common
-/// normal to the next line. Rows without a joint stand only where they have to: before the first
-/// joint, between two nearly parallel lines, and at the end. The rows reproduce lines and end frame
-/// to rounding (1e-9 mm for machines of metres).
+/// Craig's rows turn and shift about the previous x axis, so every frame gets its x along the
+/// common normal to the next line. Rows without a joint appear only where necessary: before the
+/// first joint, between two nearly parallel lines, and at the end. The rows reproduce lines and end
+/// frame to rounding (1e-9 mm for machines of metres).
 pub fn rows_from_axes(axes: &[AxisLine], bed_from_end: &Isometry3<f64>) -> Vec<DhRow> {
     let mut chain = Chain { rows: Vec::new(), open: fixed(), frame: Isometry3::identity() };
     for axis in axes {
@@ -48,8 +49,8 @@ pub fn rows_from_axes(axes: &[AxisLine], bed_from_end: &Isometry3<f64>) -> Vec<D
 }
 
 impl DhRow {
-    /// RotX(alpha) · TransX(a) · RotZ(theta) · TransZ(d): pose of the row's frame in the one before
-    /// it, its joint at 0.
+    /// Returns RotX(alpha) · TransX(a) · RotZ(theta) · TransZ(d): the pose of the row's frame in
+    /// the one before it, its joint at 0.
     pub fn transform(&self) -> Isometry3<f64> {
         let about = |axis, deg: f64| UnitQuaternion::from_axis_angle(&axis, deg.to_radians());
         Isometry3::from_parts(Translation3::identity(), about(Vector3::x_axis(), self.alpha_deg))
@@ -67,12 +68,12 @@ struct Chain {
     frame: Isometry3<f64>,
 }
 
-/// How a line lies behind the open row.
+/// Position of a line behind the open row.
 struct Normal {
     /// Turn and shift that bring the open row's frame to the common normal.
     theta: f64,
     d: f64,
-    /// From there to the line.
+    /// Angle from there to the line.
     alpha: f64,
     a: f64,
 }
@@ -86,7 +87,7 @@ impl Chain {
         self.frame.rotation * Vector3::z()
     }
 
-    /// Closes the open row so that a row's alpha and a reach the line, and opens that row.
+    /// Closes the open row with alpha and a that reach the line, and opens that line's row.
     fn go_to(&mut self, direction: &Unit<Vector3<f64>>, point: Option<Point3<f64>>) {
         let sine = self.z().cross(direction).norm();
         if point.is_some() && (PARALLEL..NEARLY_PARALLEL).contains(&sine) {
@@ -103,7 +104,7 @@ impl Chain {
         let to_point = point.map_or_else(Vector3::zeros, |p| p.coords - self.frame.translation.vector);
         let cross = z.cross(direction);
         let (sine, cosine) = (cross.norm(), z.dot(direction));
-        // Which of the two ends of the normal is x is free: the one that turns less.
+        // Either end of the normal can be x: take the one that turns less.
         let turn = |n: &Vector3<f64>| z.dot(&x.cross(n)).atan2(x.dot(n));
         if sine < NEARLY_PARALLEL && (sine < PARALLEL || point.is_some()) {
             let across = to_point - z * z.dot(&to_point);
@@ -135,7 +136,7 @@ impl Chain {
         self.open.bodies = bodies.to_vec();
     }
 
-    /// Keeps a row, its bodies brought to its frame; one that does nothing is left out.
+    /// Adds a row, its bodies moved to its frame; one without effect is left out.
     fn close(&mut self, mut row: DhRow) {
         for value in [&mut row.a_mm, &mut row.alpha_deg, &mut row.d_mm, &mut row.theta_deg] {
             *value = clean(*value);
@@ -168,7 +169,7 @@ impl Chain {
     }
 }
 
-/// Takes the rounding out of a number that was meant to be shorter, and the sign off 0.
+/// Removes rounding from a number that was meant to be shorter, and the sign from 0.
 fn clean(value: f64) -> f64 {
     let short = (value * 1e9).round() / 1e9;
     if (value - short).abs() < 1e-12 { short + 0.0 } else { value }

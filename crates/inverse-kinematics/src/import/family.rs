@@ -7,10 +7,10 @@ use crate::axes::axis_values::AxisValues;
 use crate::import::joint_lines::JointLine;
 use crate::machine::Machine;
 
-/// Where the rotary axes of a machine are, and how they lie: what kind of machine it is.
+/// Arrangement of a machine's rotary axes: the kind of machine.
 ///
-/// Written as shops say it: `head B, table C`; `table-table A-C` and `head-head C-A`, the axis
-/// nearest to the bed first; `head B (nutating, 45°), table C`.
+/// Written as in shops: `head B, table C`; `table-table A-C` and `head-head C-A`, the axis nearest
+/// to the bed first; `head B (nutating, 45°), table C`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Family {
     /// Rotary axes of the head, from the bed outward.
@@ -23,7 +23,7 @@ pub struct Family {
     pub linear_table: Vec<AxisLetter>,
 }
 
-/// A rotary axis and how it lies.
+/// A rotary axis and its direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotaryRole {
     /// The axis.
@@ -32,7 +32,8 @@ pub struct RotaryRole {
     pub nutating: Option<f64>,
 }
 
-/// An axis within this angle of a right one counts as right, rad: what workshop drawings leave.
+/// An axis within this angle of a right one counts as right, rad: the accuracy of workshop
+/// drawings.
 const RIGHT: f64 = 1e-4;
 
 impl Machine {
@@ -41,7 +42,7 @@ impl Machine {
         let lines = self.joint_lines();
         let of = |kind, carrier| -> Vec<&JointLine> {
             let mut all: Vec<_> = lines.iter().filter(|l| l.kind == kind && l.carrier == carrier).collect();
-            // The table's stand from the table inward.
+            // The table's axes come from the table inward.
             if carrier == Carrier::Table {
                 all.reverse();
             }
@@ -65,7 +66,7 @@ impl Machine {
     }
 }
 
-/// The angle between two lines where it is neither 0 nor 90°.
+/// Returns the angle between two lines where it is neither 0 nor 90°.
 fn oblique(a: &Vector3<f64>, b: &Vector3<f64>) -> Option<f64> {
     let angle = a.cross(b).norm().atan2(a.dot(b).abs());
     (angle > RIGHT && angle < std::f64::consts::FRAC_PI_2 - RIGHT).then_some(angle)

@@ -4,7 +4,7 @@ use crate::axes::axis::{AxisKind, Carrier};
 use crate::machine::Machine;
 use crate::machine_file::{DhRow, Joint, Sense};
 
-/// A joint as it lies in the table frame with all axes at 0.
+/// A joint's line in the table frame with all axes at 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointLine {
     /// Index of its axis.
@@ -23,15 +23,15 @@ pub struct JointLine {
 }
 
 impl Machine {
-    /// The joints that move the tool, in the order from the table to it: the table's from the table
-    /// inward, then the head's outward.
+    /// Returns the joints that move the tool, in the order from the table to it: the table's from
+    /// the table inward, then the head's outward.
     pub fn joint_lines(&self) -> Vec<JointLine> {
         let file = self.to_file();
         let (table, bed_from_table) = walk(&file.workpiece_chain.rows);
         let head = file.tool_chains.get(self.head).map(|c| walk(&c.rows).0).unwrap_or_default();
         let table_from_bed = bed_from_table.inverse();
-        // A table joint moves the table against the bed: seen from the table the tool moves the
-        // other way.
+        // A table joint moves the table against the bed, so relative to the table the tool moves
+        // the other way.
         let from_table = table.into_iter().rev().map(|j| (j, Carrier::Table, -1.0));
         let to_tool = head.into_iter().map(|j| (j, Carrier::Head, 1.0));
         let line = |((joint, row, frame), carrier, side): ((Joint, usize, Isometry3<f64>), Carrier, f64)| {
@@ -56,7 +56,7 @@ impl Machine {
 
 type Walked = Vec<(Joint, usize, Isometry3<f64>)>;
 
-/// Joints of a chain with their row's number and frame, and the frame at the end.
+/// Returns the joints of a chain with their row's number and frame, and the frame at the end.
 fn walk(rows: &[DhRow]) -> (Walked, Isometry3<f64>) {
     let mut frame = Isometry3::identity();
     let mut joints = Vec::new();

@@ -17,7 +17,7 @@ pub(crate) enum Unit {
 }
 
 impl Unit {
-    /// Units that are read, and their size in ours.
+    /// Returns the known units and their size in ours.
     fn known(self) -> &'static [(&'static str, f64)] {
         const DEG: f64 = 180.0 / std::f64::consts::PI;
         match self {
@@ -31,7 +31,7 @@ impl Unit {
     }
 }
 
-/// A number with its unit.
+/// Reads a number with its unit.
 pub(crate) fn number(node: &Node<'_, '_>, attribute: &str, text: &str, unit: Unit) -> Result<f64, ImportError> {
     let text = text.trim();
     let is_number = |c: char| c.is_ascii_digit() || "+-.eE".contains(c);
@@ -45,7 +45,7 @@ pub(crate) fn number(node: &Node<'_, '_>, attribute: &str, text: &str, unit: Uni
     })
 }
 
-/// As many numbers as are asked for, with their units.
+/// Reads the requested number of values, with their units.
 pub(crate) fn numbers<const N: usize>(
     node: &Node<'_, '_>,
     attribute: &str,
@@ -63,7 +63,7 @@ pub(crate) fn numbers<const N: usize>(
     Ok(values)
 }
 
-/// A vector without a unit, of any length above 0.
+/// Reads a vector without a unit, of any length above 0.
 pub(crate) fn direction(node: &Node<'_, '_>, attribute: &str) -> Result<Normalized<Vector3<f64>>, ImportError> {
     let text = node.attribute(attribute).ok_or_else(|| wrong(node, format!("has no attribute `{attribute}`")))?;
     let parts: Option<Vec<f64>> = text.split_whitespace().map(|w| w.parse().ok()).collect();

@@ -5,13 +5,12 @@ use crate::machine::Machine;
 use crate::solver::inverse_solution::{InverseSolution, Unreachable};
 
 impl Machine {
-    /// All solutions of [`Machine::inverse`] at all of their [windings](Machine::windings): every
-    /// branch, and of a limited rotary axis every number of full turns that its limits allow, up to
-    /// the five nearest to home.
+    /// Returns all solutions of [`Machine::inverse`] at all of their [windings](Machine::windings):
+    /// every branch, and for a limited rotary axis every number of full turns that its limits
+    /// allow, up to the five nearest to home.
     ///
     /// Each is within the limits, and its forward solution differs from `cl` by at most 1e-9 mm and
-    /// 1e-12 rad. A [free](InverseSolution::free_axis) axis stands at home or at full turns from
-    /// it.
+    /// 1e-12 rad. A [free](InverseSolution::free_axis) axis is at home or at full turns from it.
     ///
     /// # Errors
     /// As [`Machine::inverse`].

@@ -1,9 +1,9 @@
 //! Axis values over a set of tool poses, bounded from outside.
 //!
-//! For tool axes within a cone and tips within a ball: the second rotary axis stands by the angle
-//! between tool axis and first rotary axis alone, and monotonically; the first by that and by the
-//! tool axis' azimuth, which a cone beside the pole bounds. What the linear axes have to make up
-//! for is bounded by the ways of the tip about both rotary axes.
+//! For tool axes within a cone and tips within a ball: the second rotary axis depends,
+//! monotonically, only on the angle between tool axis and first rotary axis; the first depends on
+//! that angle and on the tool axis' azimuth, which a cone beside the pole bounds. The motion of the
+//! tip about both rotary axes bounds the compensating motion of the linear axes.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -29,18 +29,18 @@ pub struct PoseSet {
     pub shift: f64,
 }
 
-/// Axis values of one branch over a [`PoseSet`]; limits are not asked.
+/// Axis values of one branch over a [`PoseSet`]; limits are not tested.
 ///
-/// Axes that do not [move the tool](Machine::moves_tool) are no matter of the poses: they stand at
-/// home, with 0 for the half. Whoever moves them sets both before [`Machine::body_travel`] is
-/// asked.
+/// The poses do not determine axes that do not [move the tool](Machine::moves_tool): these are at
+/// home, with 0 for the half. A caller that moves them sets both before calling
+/// [`Machine::body_travel`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AxisRange {
     /// The branch.
     pub branch: Branch,
     /// Values in the middle, at the turns nearest to home.
     pub middle: AxisValues,
-    /// No value is farther from that in the middle, up to full turns.
+    /// Largest difference of each value from that in the middle, up to full turns.
     pub half: AxisValues,
 }
 
@@ -53,8 +53,8 @@ pub enum AxisRanges {
     /// No pose of the set is in reach, whatever the limits.
     OutOfReach(Unreachable),
     /// Nothing is proven: the set reaches to the pole or to the edge of the reach, or the machine's
-    /// joints stand in an order that is not treated (a rotary joint between two linear ones, or
-    /// three rotary joints).
+    /// order of joints is not supported (a rotary joint between two linear ones, or three rotary
+    /// joints).
     Unknown,
 }
 
@@ -63,14 +63,14 @@ pub enum AxisRanges {
 pub enum LimitVerdict {
     /// All values of all axes can be taken within the limits.
     Within,
-    /// One axis is beyond its limits everywhere; holds its values in the middle.
+    /// One axis is beyond its limits for all values; holds its values in the middle.
     Beyond(Unreachable),
     /// Neither is proven.
     Unknown,
 }
 
-/// Added to every half range, mm or rad: rounding of the closed forms, which is 1e-12 of some
-/// metres, and the excess over a limit that counts as rounding (2e-10).
+/// Margin added to every half range, mm or rad: rounding of the closed forms, which is 1e-12 of
+/// some metres, and the excess over a limit that counts as rounding (2e-10).
 const SLACK: f64 = 1e-8;
 
 /// Distance that the cone keeps from the pole and from the edge of the reach, rad: nearer, angles
@@ -78,9 +78,9 @@ const SLACK: f64 = 1e-8;
 const FROM_POLE: f64 = 1e-6;
 
 impl Machine {
-    /// The axis values that tool poses of a set ask for: closed form, conservative.
+    /// Bounds the axis values of all tool poses of a set: closed form, conservative.
     pub fn axis_ranges(&self, set: &PoseSet, tool_length: f64) -> AxisRanges {
-        // Also refuses what is not a number.
+        // Also refuses NaN.
         if !(set.turn >= 0.0 && set.turn < FRAC_PI_2 && set.shift >= 0.0 && set.shift.is_finite()) {
             return AxisRanges::Unknown;
         }
@@ -125,7 +125,7 @@ impl Machine {
         half.is_finite().then_some(AxisRange { branch: solution.branch, middle: solution.values, half })
     }
 
-    /// How far the two rotary axes get from their values in the middle.
+    /// Returns the largest differences of the two rotary axes from their values in the middle.
     fn rotary_halves(&self, set: &PoseSet) -> Option<[f64; 2]> {
         let mut rotaries = self.chain.screws.iter().filter(|s| s.kind == AxisKind::Rotary);
         let (first, second) = (rotaries.next()?.direction, rotaries.next()?.direction);
@@ -142,10 +142,11 @@ impl Machine {
         Some([azimuth + first_half, second_half])
     }
 
-    /// How far the three linear axes get from their values in the middle, in chain order.
+    /// Returns the largest differences of the three linear axes from their values in the middle, in
+    /// chain order.
     ///
-    /// Whatever way the rotaries go, D·(linear rates) is the tip's rate less what the rotaries give
-    /// it, each no more than its own rate times the tip's distance from its axis.
+    /// For any motion of the rotaries, D·(linear rates) is the tip's rate minus the part due to
+    /// each rotary, which is at most its own rate times the tip's distance from its axis.
     fn linear_halves(&self, joints: &Joints<'_>, rotary: &[f64; 2], set: &PoseSet) -> Option<[f64; 3]> {
         let screws = &self.chain.screws;
         let first = screws.iter().position(|s| s.kind == AxisKind::Linear)?;
@@ -161,8 +162,8 @@ impl Machine {
         (determinant > 1e-6).then(|| [yz, zx, xy].map(|row| way * row.norm() / determinant))
     }
 
-    /// The limits over a range of axis values. Axes that do not move the tool are not asked, as for
-    /// a solution.
+    /// Compares a range of axis values with the limits. Axes that do not move the tool are not
+    /// tested, as for a solution.
     pub fn limits_over(&self, range: &AxisRange) -> LimitVerdict {
         let mut all_within = true;
         for (index, axis) in self.axes.iter().enumerate().filter(|(k, _)| self.moves_tool(*k)) {
@@ -180,10 +181,10 @@ impl Machine {
         if all_within { LimitVerdict::Within } else { LimitVerdict::Unknown }
     }
 
-    /// Distance, mm, within which every point of a body of the machine stays of its place in the
-    /// middle of the range, table frame. The smaller of two bounds: the joints between table and
-    /// body moving the body, or tip and tool axis and the joints between tool and body. A body of
-    /// the other head moves by that one's axes too, as far as the range says.
+    /// Returns a distance, mm, within which every point of a body of the machine stays from its
+    /// place in the middle of the range, table frame. It is the smaller of two bounds: by the
+    /// joints between table and body, or by tip and tool axis and the joints between tool and body.
+    /// A body of the other head moves by its own axes too, as far as the range gives them.
     pub fn body_travel(&self, body: usize, range: &AxisRange, set: &PoseSet, tool_length: f64) -> f64 {
         let body = &self.bodies[body];
         let chain = self.chain_to(body);
@@ -211,7 +212,7 @@ impl Machine {
         let to_body = || chain.screws[..body.n_joints].iter().zip(&lines);
         let by_table = way(&mut to_body().rev());
         let turn: f64 = self.chain.screws.iter().filter(|s| s.kind == AxisKind::Rotary).map(half).sum();
-        // To the other head the way leads from the tool back to the bed, where both chains part.
+        // To the other head, the path runs from the tool back to the bed, where both chains part.
         let parts_at = match &self.other {
             Some(other) if body.carrier() == Some(Carrier::OtherHead) => other.n_shared,
             _ => body.n_joints,
@@ -220,8 +221,8 @@ impl Machine {
         let against_tool = way(&mut to_body().skip(parts_at).rev().chain(to_tool));
         let from_tip = |p: &Point3<f64>| p - joints.tip;
         let tool_axis = self.linear_map(&range.middle, tool_length).tool_axis;
-        // The tool's frame turns as its axis does, and about its axis by no more than it turns in
-        // all and back.
+        // The tool's frame turns as its axis does, and about its axis by no more than its whole
+        // turn and back.
         let all = corners(&bounds).map(|p| pose * p);
         let largest = |of: &dyn Fn(&Point3<f64>) -> f64| all.iter().map(of).fold(0.0, f64::max);
         let by_axis =
@@ -236,7 +237,7 @@ fn corners(bounds: &Aabb) -> [Point3<f64>; 8] {
     std::array::from_fn(|k| Point3::new(pick(k, 0), pick(k, 1), pick(k, 2)))
 }
 
-/// The sides of the spherical triangle of first axis, second axis and tool axis that do not change.
+/// Constant sides of the spherical triangle of first axis, second axis and tool axis.
 #[derive(Debug)]
 struct Sides {
     /// Between the two rotary axes.
@@ -246,13 +247,13 @@ struct Sides {
 }
 
 impl Sides {
-    /// Least and largest angle between tool axis and first axis.
+    /// Returns the least and largest angle between tool axis and first axis.
     fn reach(&self) -> (f64, f64) {
         let sum = self.between + self.spindle;
         ((self.between - self.spindle).abs(), sum.min(TAU - sum))
     }
 
-    /// Angles at the first and at the second axis (half-angle formulas).
+    /// Returns the angles at the first and at the second axis (half-angle formulas).
     fn angles(&self, to_first: f64) -> [f64; 2] {
         let half = 0.5 * (to_first + self.between + self.spindle);
         let [first, between, spindle, all] =
@@ -261,8 +262,8 @@ impl Sides {
         [at_first, 2.0 * (between * spindle).sqrt().atan2((all * first).sqrt())]
     }
 
-    /// How far both angles get from those at `to_first` when it changes by up to `turn`. The second
-    /// is monotone; the first turns back at most once.
+    /// Returns the largest change of both angles from those at `to_first` when it changes by up to
+    /// `turn`. The second is monotone; the first turns back at most once.
     fn halves(&self, to_first: f64, turn: f64) -> [f64; 2] {
         let (least, most) = (to_first - turn, to_first + turn);
         let at = self.angles(to_first);
@@ -273,16 +274,16 @@ impl Sides {
             .fold([0.0, 0.0], |far: [f64; 2], e| [far[0].max((e[0] - at[0]).abs()), far[1].max((e[1] - at[1]).abs())])
     }
 
-    /// Where the angle at the first axis is largest or smallest: its cosine (cos c − cos a·cos
-    /// b)/(sin a·sin b) has the derivative (cos b − cos c·cos a)/(sin²a·sin b), with a the side to
-    /// the tool axis, b between, c of the spindle.
+    /// Returns where the angle at the first axis is largest or smallest: its cosine (cos c − cos
+    /// a·cos b)/(sin a·sin b) has the derivative (cos b − cos c·cos a)/(sin²a·sin b), with a the
+    /// side to the tool axis, b between, c of the spindle.
     fn turning_point(&self) -> Option<f64> {
         let cosine = self.between.cos() / self.spindle.cos();
         (cosine.abs() <= 1.0).then(|| cosine.acos())
     }
 }
 
-/// The joints of a machine as they stand, table frame.
+/// Joints of a machine at given axis values, table frame.
 struct Joints<'m> {
     screws: &'m [Screw],
     axes: [Line; MAX_AXES],
@@ -292,7 +293,7 @@ struct Joints<'m> {
 /// Direction and a point of a joint's axis.
 pub(crate) type Line = (Vector3<f64>, Point3<f64>);
 
-/// The lines of the joints of a chain as they stand, table frame.
+/// Returns the lines of the joints of a chain at given axis values, table frame.
 pub(crate) fn lines_of(screws: &[Screw], q: &AxisValues) -> [Line; MAX_AXES] {
     let mut lines = [(Vector3::zeros(), Point3::origin()); MAX_AXES];
     let mut motion = Isometry3::identity();
@@ -313,16 +314,17 @@ impl<'m> Joints<'m> {
         Self { screws, axes: lines_of(screws, q), tip: machine.cl_point(q, tool_length).tip }
     }
 
-    /// Distance of a point from the axis of a rotary joint.
+    /// Returns the distance of a point from the axis of a rotary joint.
     fn distance_from(&self, k: usize, p: &Point3<f64>) -> f64 {
         distance(&self.axes[k], p)
     }
 
-    /// Sum of the ways that the rotary joints move the tip, for their half ranges in chain order.
+    /// Returns the sum of the ways by which the rotary joints move the tip, for their half ranges
+    /// in chain order.
     ///
     /// The tip's distance from an axis changes with the joints behind it; or, seen from the link
     /// before the axis, with the tip and the joints in front of it. Linear joints, whose ways are
-    /// not known yet, may stand on one side only.
+    /// not known yet, may be on one side only.
     fn tip_ways(&self, rotary: &[f64; 2], shift: f64) -> Option<f64> {
         let at: Vec<usize> = (0..self.screws.len()).filter(|&k| self.screws[k].kind == AxisKind::Rotary).collect();
         let (first, second) = (*at.first()?, *at.get(1)?);
@@ -340,21 +342,21 @@ impl<'m> Joints<'m> {
     }
 }
 
-/// Whether values within `half` of `value` can all be taken within the limits (`Some(true)`), or
-/// none (`Some(false)`).
+/// Returns whether values within `half` of `value` can all be taken within the limits
+/// (`Some(true)`), or none (`Some(false)`).
 fn on_axis(axis: &Axis, value: f64, half: f64) -> Option<bool> {
     let value = if axis.kind == AxisKind::Rotary { nearest_to(axis, value) } else { value };
     if axis.min <= value - half && value + half <= axis.max {
         return Some(true);
     }
-    // Of a rotary axis, the turn nearest to the limits is outside: all others are farther, but for
+    // For a rotary axis, the turn nearest to the limits is outside: all others are farther, except
     // those on the other side.
     let beyond = |v: f64| v - half > axis.max || v + half < axis.min;
     let turns: &[f64] = if axis.kind == AxisKind::Rotary { &[-TAU, 0.0, TAU] } else { &[0.0] };
     turns.iter().all(|turn| beyond(value + turn)).then_some(false)
 }
 
-/// The value plus full turns that is nearest to the middle of the limits.
+/// Returns the value plus the full turns that bring it nearest to the middle of the limits.
 fn nearest_to(axis: &Axis, value: f64) -> f64 {
     let middle = if axis.min.is_finite() && axis.max.is_finite() { 0.5 * (axis.min + axis.max) } else { axis.home };
     crate::inverse::nearest_turn(value, middle)

@@ -12,36 +12,36 @@ use crate::machine_file::error::MachineError;
 use crate::solver::Solver;
 use crate::solver::inverse_solution::BranchPreference;
 
-/// Which directions of the tool axis a machine reaches with its rotary axes inside their limits.
+/// Directions of the tool axis that a machine reaches with its rotary axes inside their limits.
 ///
-/// With two rotary axes that holds wherever the tip is, linear axes long enough. With three it
+/// With two rotary axes this holds for every tip, if the linear axes are long enough. With three it
 /// depends on the tip: it is given for one [`tip`](Self::tip), and the linear axes are inside their
 /// limits too.
 ///
 /// Angles are counted from the z axis of the table frame, rad. They come from a grid of directions
-/// with bisection between its points: estimates, good to what the reach changes within 1.5° of
+/// with bisection between its points: estimates, accurate to the change of the reach within 1.5° of
 /// azimuth (6° with three rotary axes). The smallest and largest angle are reached.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisReach {
     /// Share of the sphere of directions, 0 to 1.
     pub share: f64,
-    /// Smallest angle from z of a direction reached.
+    /// Smallest angle from z of a reached direction.
     pub smallest_tilt: f64,
     /// Largest one.
     pub largest_tilt: f64,
     /// Every direction up to this angle from z is reached; 0 where z itself is not, or nothing
-    /// about it.
+    /// around it.
     pub full_cone: f64,
     /// Directions in which a rotary axis has no effect on the tool axis. Not given with three
     /// rotary axes, which are singular in poses, not in directions.
     pub singular: Vec<SingularDirection>,
-    /// The tip for which all this holds, table frame, mm: that of the bare spindle nose with every
-    /// axis in the middle of its travel, endless ones at home. `None` where it holds for every tip.
+    /// Tip for which all this holds, table frame, mm: that of the bare spindle nose with every axis
+    /// in the middle of its travel, endless ones at home. `None` where it holds for every tip.
     pub tip: Option<Point3<f64>>,
 }
 
-/// A direction of the tool axis along the rotary axis nearest to the workpiece, which may then
-/// stand anywhere.
+/// A direction of the tool axis along the rotary axis nearest to the workpiece, which may then have
+/// any value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SingularDirection {
     /// The rotary axis.
@@ -64,12 +64,12 @@ const VALUES: usize = 25;
 /// Halvings of an interval of the grid: to 1e-9 rad.
 const HALVINGS: usize = 24;
 
-/// Limits of linear axes that no pose about the origin exceeds, mm; small enough that solutions
-/// stay exact.
+/// Limits of linear axes that no pose about the origin exceeds, mm; small enough to keep solutions
+/// exact.
 const FAR: f64 = 1e6;
 
 impl Machine {
-    /// Which directions of the tool axis the rotary axes reach.
+    /// Returns the directions of the tool axis that the rotary axes reach.
     ///
     /// # Errors
     /// None for a machine that was built: with two rotary axes it is built again with longer linear
@@ -81,8 +81,7 @@ impl Machine {
         }
         let machine = self.with_long_linear_axes()?;
         let mut reach = machine.reach_on_grid(STEPS, &Point3::origin());
-        // Corners of the reach lie between azimuths; they are where rotary axes stand at their
-        // limits.
+        // Corners of the reach lie between azimuths, where rotary axes are at their limits.
         for tilt in machine.tilts() {
             reach.smallest_tilt = reach.smallest_tilt.min(tilt);
             reach.largest_tilt = reach.largest_tilt.max(tilt);
@@ -91,8 +90,8 @@ impl Machine {
         Ok(reach)
     }
 
-    /// The reach at a tip, from a grid with so many steps of tilt and azimuth; singular directions
-    /// and tip left open.
+    /// Returns the reach at a tip, from a grid with so many steps of tilt and azimuth, without
+    /// singular directions and tip.
     fn reach_on_grid(&self, steps: usize, tip: &Point3<f64>) -> AxisReach {
         let reaches = |tilt: f64, azimuth: f64| self.reaches_direction(tip, &direction(tilt, azimuth));
         let step = PI / steps as f64;
@@ -106,7 +105,7 @@ impl Machine {
         };
         for k in 0..steps {
             let azimuth = TAU * (k as f64 + 0.5) / steps as f64;
-            // Middles of the bands, which is where an area is counted, and both poles.
+            // Middles of the bands, which represent their areas, and both poles.
             let tilt = |i: usize| if i > steps { PI } else { ((i as f64 - 0.5) * step).max(0.0) };
             let free: Vec<bool> = (0..=steps + 1).map(|i| reaches(tilt(i), azimuth)).collect();
             let border = |inside: usize, outside: usize| {
@@ -136,7 +135,7 @@ impl Machine {
         reach
     }
 
-    /// The nose with every axis in the middle of its travel, endless ones at home.
+    /// Returns the nose with every axis in the middle of its travel, endless ones at home.
     fn middle_tip(&self) -> Point3<f64> {
         let middle = |k: usize| {
             let axis = &self.axes()[k];
@@ -145,7 +144,7 @@ impl Machine {
         self.cl_point(&AxisValues::from_fn(self.axes().len(), middle), 0.0).tip
     }
 
-    /// The same machine with linear axes that end nowhere near.
+    /// Returns the same machine with very long linear axes.
     fn with_long_linear_axes(&self) -> Result<Self, MachineError> {
         let mut file = self.to_file();
         let rows = file.workpiece_chain.rows.iter_mut().chain(file.tool_chains.iter_mut().flat_map(|c| &mut c.rows));
@@ -157,8 +156,8 @@ impl Machine {
         build_view(file, self.head)
     }
 
-    /// Angles of the tool axis from z with the rotary axes on a grid of their values, both limits
-    /// included.
+    /// Returns angles of the tool axis from z with the rotary axes on a grid of their values, both
+    /// limits included.
     fn tilts(&self) -> impl Iterator<Item = f64> + '_ {
         let rotary: Vec<usize> = (0..self.axes().len()).filter(|&k| self.is_rotary(k)).collect();
         (0..VALUES.pow(rotary.len() as u32)).map(move |combination| {
@@ -175,7 +174,7 @@ impl Machine {
         })
     }
 
-    /// Whether the tool axis takes this direction with the tip there.
+    /// Returns whether the tool axis takes this direction with the tip there.
     fn reaches_direction(&self, tip: &Point3<f64>, axis: &Unit<Vector3<f64>>) -> bool {
         let cl = ClPoint { tip: *tip, axis: *axis };
         self.nearest_inverse(&cl, 0.0, None, BranchPreference::Nearest).is_ok()

@@ -1,4 +1,4 @@
-//! Which rotary positions a control turns to when a program names the tool's axis as a vector.
+//! Choice of rotary positions by a control when a program gives the tool's axis as a vector.
 
 #[cfg(test)]
 #[path = "../../tests/unit/inverse/control_choice_laws.rs"]
@@ -16,32 +16,31 @@ use crate::solver::Solver;
 use crate::solver::inverse_solution::Unreachable;
 
 /// Smallest angle between the tool axis, on its way too, and the rotary axis nearest to the
-/// workpiece at which a choice is returned, rad. Nearer to the pole controls have settings of their
-/// own for what their axes do, and the decimals of a vector turn that axis by more than thirty
-/// times what they turn the tool. Smaller: choices that no one knows are returned; larger: choices
-/// that all controls make alike are refused.
+/// workpiece at which a choice is returned, rad. Nearer to the pole, controls have settings of
+/// their own for the motion of their axes, and the decimals of a vector turn that axis by more than
+/// thirty times the turn of the tool. Smaller: choices that nobody knows are returned; larger:
+/// choices that all controls make alike are refused.
 pub const POLE_CONE: f64 = 2.0 * std::f64::consts::PI / 180.0;
 
 /// How much farther than by the factor another position must be for the choice to be clear, rad:
-/// rounding of what is near, and what a control adds to a comparison. Smaller trusts controls to
-/// tell what is nearly alike; larger refuses short ways.
+/// rounding of near values, and any constant that a control adds to a comparison. Smaller relies on
+/// controls to distinguish nearly equal ways; larger refuses short ways.
 const CLEARLY: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
-/// Largest ratio of the ways of two rotary axes as one control compares them and another one does:
-/// the sum of two ways is up to twice the larger one. What is more than twice as far by its larger
-/// way is farther by the sum, and by every norm between the two.
+/// Largest ratio of the ways of two rotary axes between the measures of different controls: the sum
+/// of two ways is up to twice the larger one. A position more than twice as far by its larger way
+/// is farther by the sum, and by every norm between the two.
 const BY_ANY_NORM: f64 = 2.0;
 
-/// How far an axis may be beyond its limit from rounding, rad.
+/// Largest excess over a limit that counts as rounding, rad.
 const AT_LIMIT: f64 = 1e-9;
 
-/// Angle between the tool and a vector below which the control turns nothing, rad: what a position
-/// of the axes is solved to. A program cannot say so small a turn. Smaller would turn the axes by
-/// rounding where a vector is said again; larger would take a vector that is another one for the
-/// same.
+/// Angle between the tool and a vector below which the control turns nothing, rad: the accuracy of
+/// the solution. A program cannot express so small a turn. Smaller would turn the axes by rounding
+/// where a vector is repeated; larger would take a different vector for the same one.
 const STILL: f64 = 1e-12;
 
-/// Why it is not known where a control turns the rotary axes to.
+/// Reason why it is not known where a control turns the rotary axes to.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum UnclearChoice {
@@ -50,10 +49,10 @@ pub enum UnclearChoice {
         "what a control does with a tool vector is followed on machines with three linear and two rotary axes alone"
     )]
     OtherMachine,
-    /// No position brings the tool there.
+    /// No position has this tool axis and tip.
     #[error("no position of the axes does: {0}")]
     Unreachable(#[from] Unreachable),
-    /// The tool axis is, or comes on its way, too near to a rotary axis.
+    /// The tool axis is too near to a rotary axis, at its end or on its way.
     #[error(
         "the tool comes within {:.3} deg of the direction of axis {axis}, where controls differ in what it does", angle.to_degrees()
     )]
@@ -93,21 +92,21 @@ struct Candidate {
 }
 
 impl Machine {
-    /// The position that a control goes to for a tool axis that is given as a vector, from where
-    /// its axes are: of all positions within the limits of the rotary axes, on every branch and at
-    /// every full turn, the one with the smallest largest turn of a rotary axis. `cl` is in the
-    /// table frame. Limits of linear axes are not asked.
+    /// Returns the position that a control takes for a tool axis given as a vector, from the
+    /// present axis values. Among all positions within the limits of the rotary axes, on every
+    /// branch and at every full turn, it is the one with the smallest largest turn of a rotary
+    /// axis. `cl` is in the table frame. Limits of linear axes are not tested.
     ///
-    /// Where the tool has the direction of the vector already, to 1e-12 rad, the rotary axes stay
-    /// as they are to the last bit: so they do in all blocks that say the same vector.
+    /// Where the tool has the direction of the vector already, to 1e-12 rad, the rotary axes keep
+    /// their values to the last bit, as they do in all blocks that repeat a vector.
     ///
-    /// Guaranteed is that every other position within the limits has a largest turn of more than
-    /// twice that and 5°, so that a control that compares sums takes the same one, and that the
-    /// tool stays [`POLE_CONE`] away from the pole if it turns in the plane of both directions. The
-    /// forward solution differs from `cl` by at most 1e-9 mm and 1e-12 rad.
+    /// Every other position within the limits is guaranteed to have a largest turn of more than
+    /// twice that and 5°, so a control that compares sums takes the same one. The tool stays
+    /// [`POLE_CONE`] away from the pole if it turns in the plane of both directions. The forward
+    /// solution differs from `cl` by at most 1e-9 mm and 1e-12 rad.
     ///
     /// # Errors
-    /// When there is no such position: what a control does then is not known.
+    /// When there is no such position: the control's behaviour is then unknown.
     pub fn control_choice(
         &self,
         from: &AxisValues,
@@ -141,8 +140,8 @@ impl Machine {
         }
     }
 
-    /// All positions, each rotary axis at the full turn nearest to where it is and one to either
-    /// side of it.
+    /// Returns all positions, each rotary axis at the full turn nearest to its present value and
+    /// one to either side of it.
     fn candidates(
         &self,
         rotary: [usize; 2],
@@ -172,14 +171,14 @@ fn is_beyond(axis: &Axis, value: f64) -> bool {
     !axis.endless && !(axis.min - AT_LIMIT..=axis.max + AT_LIMIT).contains(&value)
 }
 
-/// The smallest angle between a line and a vector that turns evenly from `a` to `b` in their plane,
-/// rad.
+/// Returns the smallest angle between a line and a vector that turns evenly from `a` to `b` in
+/// their plane, rad.
 fn smallest_angle(a: &Unit<Vector3<f64>>, b: &Unit<Vector3<f64>>, line: &Vector3<f64>) -> f64 {
     let angle = |v: &Vector3<f64>| line.cross(v).norm().atan2(line.dot(v).abs());
     let ends = angle(a).min(angle(b));
     let Some(normal) = Unit::try_new(a.cross(b), 0.0) else { return ends };
-    // In the plane the direction nearest to the line is what is left of the line without its part
-    // along the normal.
+    // The direction in the plane nearest to the line is the line without its component along the
+    // normal.
     let nearest = line - normal.into_inner() * normal.dot(line);
     let is_passed = |v: &Vector3<f64>| a.cross(v).dot(&normal) >= 0.0 && v.cross(b).dot(&normal) >= 0.0;
     if is_passed(&nearest) || is_passed(&-nearest) { FRAC_PI_2 - angle(&normal) } else { ends }

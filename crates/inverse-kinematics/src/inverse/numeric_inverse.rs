@@ -12,11 +12,11 @@ use crate::solver::inverse_solution::{InverseSolution, InverseSolutions, Unreach
 use crate::solver::rotary_triples::{RotaryTriple, Target};
 use crate::solver::screw_chain::METRE;
 
-/// Largest turn of any rotary axis for which the solution that Newton's method finds is taken
-/// without a look at the others.
+/// Largest turn of any rotary axis for which the solution of Newton's method is taken without
+/// comparing the others.
 const CONTINUED: f64 = 5.0 * TAU / 360.0;
 
-/// Steps of Newton's method on all joints, after which a solution is given up.
+/// Largest number of steps of Newton's method on all joints before a solution is given up.
 const MOST_REFINEMENTS: usize = 4;
 
 /// Values of a free axis tried over a turn for solutions within the limits.
@@ -32,7 +32,7 @@ const ALMOST: f64 = 1e-2;
 const POSES_TRIED: usize = 90;
 
 impl Machine {
-    /// All solutions of a machine with three rotary joints; limits are not asked.
+    /// Returns all solutions of a machine with three rotary joints, without testing limits.
     pub(crate) fn unlimited_numeric(
         &self,
         numeric: &NumericSolver,
@@ -52,8 +52,8 @@ impl Machine {
         self.numeric_at(numeric, cl, tool_length, reference, at)
     }
 
-    /// The solutions; of a curve of them those at these values of its free joints. Windings are
-    /// those nearest to the reference.
+    /// Returns the solutions; on a curve of them those at these values of its free joints. Windings
+    /// are those nearest to the reference.
     fn numeric_at(
         &self,
         numeric: &NumericSolver,
@@ -80,8 +80,9 @@ impl Machine {
         }
     }
 
-    /// Solutions within the limits on a curve of which those at the reference are not: at the
-    /// nearest of a row of values of a free axis. Those between two of the row may be missed.
+    /// Returns solutions within the limits on a curve whose solutions at the reference are not: at
+    /// the nearest of a row of values of a free axis. Solutions between two of the row may be
+    /// missed.
     pub(crate) fn along_curve(
         &self,
         numeric: &NumericSolver,
@@ -103,7 +104,7 @@ impl Machine {
         })
     }
 
-    /// The solution that a position goes on to, if it is near and within the limits.
+    /// Returns the solution that continues a position, if it is near and within the limits.
     pub(crate) fn continued(
         &self,
         numeric: &NumericSolver,
@@ -122,8 +123,8 @@ impl Machine {
         numeric.rotaries.iter().all(|k| turn(k) < CONTINUED).then_some(solution.values)
     }
 
-    /// Newton's method on all five joints, for poses in which the tip condition alone is not
-    /// enough: where the linear axes are nearly parallel.
+    /// Applies Newton's method to all five joints, for poses in which the tip condition alone is
+    /// not enough: where the linear axes are nearly parallel.
     pub(crate) fn refined(
         &self,
         cl: &ClPoint,
@@ -162,9 +163,9 @@ impl Machine {
         Ok(InverseSolution { values, branch: triple.branch, free_axis: triple.free.map(|k| numeric.rotaries[k]) })
     }
 
-    /// Where the tip condition has no root: the solution from where it is least, or by how much the
-    /// tip is missed there. There is one only where the condition hardly depends on what is solved
-    /// for and rounding decides.
+    /// Handles a tip condition without a root: returns the solution at its least value, or the
+    /// distance by which the tip is missed there. There is a solution only where the condition
+    /// hardly depends on the unknown and rounding decides.
     fn almost(
         &self,
         numeric: &NumericSolver,
@@ -186,9 +187,9 @@ impl Machine {
         Err(Unreachable::Tip { first, second, by })
     }
 
-    /// The distance of the tip from the plane of the two linear axes, and the rotary values, at the
-    /// best pose found: equidistant ones, and the smallest between the neighbours of the best of
-    /// them by golden section.
+    /// Returns the distance of the tip from the plane of the two linear axes, and the rotary
+    /// values, at the best pose found: the best of equidistant ones, refined between its neighbours
+    /// by golden section.
     fn nearest_miss(
         &self,
         numeric: &NumericSolver,

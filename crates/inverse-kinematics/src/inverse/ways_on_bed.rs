@@ -7,9 +7,9 @@ use crate::machine::Machine;
 use crate::solver::screw_chain::Screw;
 
 impl Machine {
-    /// Upper bound, mm, for how far any point of a body gets from its place on the bed while every
-    /// axis goes one way from one position to another, at any time on the way. The body is given by
-    /// its index in [`Machine::bodies`].
+    /// Returns an upper bound, mm, for the distance of any point of a body from its place on the
+    /// bed, at any time while every axis moves one way from one position to another. The body is
+    /// given by its index in [`Machine::bodies`].
     ///
     /// Only the axes between body and bed count. A body of one head and one of the other, which may
     /// both move, come nearer to each other by no more than the sum of their ways.
@@ -24,13 +24,13 @@ impl Machine {
         let joints = || chain.screws.iter().zip(&lines);
         let n_table = self.n_table();
         if body.n_joints < n_table {
-            // From the body inward: the table's joints stand from the table to the bed.
+            // From the body inward: the table's joints run from the table to the bed.
             return way(&mut joints().take(n_table).skip(body.n_joints), &center, reach, from, to);
         }
         way(&mut joints().take(body.n_joints).skip(n_table).rev(), &center, reach, from, to)
     }
 
-    /// The same for the tool: all points that are at most `reach` from the tip.
+    /// Returns the same for the tool: all points that are at most `reach` from the tip.
     pub fn tool_way_on_bed(&self, from: &AxisValues, to: &AxisValues, tool_length: f64, reach: f64) -> f64 {
         let lines = lines_of(&self.chain.screws, from);
         let tip = self.cl_point(from, tool_length).tip;
@@ -38,16 +38,17 @@ impl Machine {
         way(&mut joints.skip(self.n_table()).rev(), &tip, reach, from, to)
     }
 
-    /// Joints between table and bed.
+    /// Returns the number of joints between table and bed.
     fn n_table(&self) -> usize {
         self.chain.screws.iter().filter(|s| self.axes[s.axis].carried_by == Carrier::Table).count()
     }
 }
 
-/// Way of the points that are at most `reach` from `center`, the joints listed from them inward.
+/// Bounds the way of the points that are at most `reach` from `center`, the joints listed from them
+/// inward.
 ///
 /// The motion from the one position to any on the way is the product of the joints' motions about
-/// their lines at the first one, the outermost applied first: each moves a point by its own way
+/// their lines at the first one, the outermost applied first. Each moves a point by its own way
 /// times the point's distance from its line, which the joints before have changed by no more than
 /// the way so far.
 fn way(

@@ -4,15 +4,16 @@ use crate::axes::axis::Axis;
 use crate::axes::axis_values::AxisValues;
 use crate::machine::Machine;
 
-/// Most windings of one axis that are returned: a cable is never wound further, a limit may be.
+/// Largest number of returned windings of one axis: a cable is never wound further, though a limit
+/// may allow it.
 const MOST: usize = 5;
 
 impl Machine {
-    /// The same position with its rotary axes at every number of full turns that their limits
-    /// allow.
+    /// Returns the same position with its rotary axes at every number of full turns that their
+    /// limits allow.
     ///
-    /// An endless axis has one winding, the value it has: it turns on from wherever it is. Of
-    /// an axis with more than five the five nearest to home are returned. Ascending, the axes of
+    /// An endless axis has one winding, its present value: it turns on from there. For an axis with
+    /// more than five, the five nearest to home are returned. Ascending, the axes of
     /// [`Machine::axes`] in turn; empty where no turn brings an axis within its limits. The tool
     /// has the same pose in all of them; axes that do not move it keep their values.
     pub fn windings(&self, q: &AxisValues) -> Vec<AxisValues> {
@@ -37,7 +38,7 @@ impl Machine {
     }
 }
 
-/// The values of an axis at all of its windings, ascending.
+/// Returns the values of an axis at all of its windings, ascending.
 fn turns(axis: &Axis, value: f64) -> Vec<f64> {
     let nearest = value + TAU * ((axis.home - value) / TAU).round();
     let reach = MOST as i32;

@@ -14,8 +14,7 @@ pub struct MachineBody {
     pub clearance: f64,
     /// The link it is fixed to.
     pub link: LinkId,
-    /// Joints between its link and the table, in the chain from the table to the tool of the head
-    /// it is on.
+    /// Joints between its link and the table, in the chain from the table to the tool of its head.
     pub(crate) n_joints: usize,
     /// Pose at the zero pose of the machine.
     pub(crate) table_from_solid_at_zero: Isometry3<f64>,
@@ -35,7 +34,7 @@ pub enum LinkId {
     },
 }
 
-/// Where a body is.
+/// A placed body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyPose<'a> {
     /// The body.
@@ -50,8 +49,8 @@ impl MachineBody {
         &self.body.name
     }
 
-    /// The side of the machine it moves with; `None` for a body of the bed. Bodies of the other
-    /// head are not [`Carrier::Head`].
+    /// Returns the side of the machine it moves with; `None` for a body of the bed. Bodies of the
+    /// other head are not [`Carrier::Head`].
     pub fn carrier(&self) -> Option<Carrier> {
         match self.link {
             LinkId::Bed => None,
@@ -59,9 +58,10 @@ impl MachineBody {
         }
     }
 
-    /// Joints between the table and the body's link: 0 where it stands still against the table.
+    /// Returns the number of joints between the table and the body's link: 0 where it does not move
+    /// against the table.
     ///
-    /// How many lie between it and another body, or the tool, says
+    /// For the joints between it and another body, or the tool, see
     /// [`Machine::joints_between`](crate::machine::Machine::joints_between) and
     /// [`Machine::joints_to_tool`](crate::machine::Machine::joints_to_tool): the chains to two
     /// heads part at the bed.
@@ -70,10 +70,10 @@ impl MachineBody {
     }
 }
 
-/// The solid of a body's shape, dilated by its clearance.
+/// Returns the solid of a body's shape, dilated by its clearance.
 ///
 /// # Errors
-/// For a mesh whose hull nobody has given.
+/// For a mesh without a given hull.
 pub(crate) fn solid_of(body: &BodyFile) -> Result<Solid, MachineError> {
     let rounding = body.clearance_mm;
     let frustum = |radius_low, radius_high, z_high| {
@@ -89,7 +89,7 @@ pub(crate) fn solid_of(body: &BodyFile) -> Result<Solid, MachineError> {
     })
 }
 
-/// Pose of a body in its link's frame.
+/// Returns the pose of a body in its link's frame.
 pub(crate) fn pose_of(body: &BodyFile) -> Isometry3<f64> {
     let [x, y, z] = body.rotation_xyz_deg.map(f64::to_radians);
     Isometry3::from_parts(Translation3::from(body.position_mm), UnitQuaternion::from_euler_angles(x, y, z))

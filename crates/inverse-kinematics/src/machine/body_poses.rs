@@ -8,8 +8,8 @@ use crate::machine::bodies::{BodyPose, MachineBody};
 use crate::solver::screw_chain::ScrewChain;
 
 impl Machine {
-    /// The same machine with more clearance around its bodies: `by` gives what is added for each,
-    /// mm.
+    /// Returns the same machine with more clearance around its bodies: `by` returns the increase
+    /// for each, mm.
     #[must_use]
     pub fn with_more_clearance(&self, by: impl Fn(&MachineBody) -> f64) -> Self {
         let mut machine = self.clone();
@@ -21,12 +21,12 @@ impl Machine {
         machine
     }
 
-    /// Where every body is in the table frame, in the order of [`Machine::bodies`].
+    /// Returns the pose of every body in the table frame, in the order of [`Machine::bodies`].
     ///
-    /// Those of the other head are placed by its own axes. A table's bodies are among them; they
+    /// The axes of the other head place its bodies. The result includes a table's bodies, which
     /// touch the part by design, so filter by [`MachineBody::carrier`].
     pub fn body_poses<'a>(&'a self, q: &'a AxisValues) -> impl ExactSizeIterator<Item = BodyPose<'a>> + 'a {
-        // Bodies of one chain stand in its order: what moves the one before moves the next one too.
+        // Bodies of one chain come in its order: a joint that moves one also moves the next.
         let mut before: Option<(&ScrewChain, usize, Isometry3<f64>)> = None;
         self.bodies.iter().map(move |body| {
             let chain = self.chain_to(body);

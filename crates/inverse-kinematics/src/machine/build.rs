@@ -44,7 +44,7 @@ pub(crate) fn build_heads(file: MachineFile) -> Result<Vec<Machine>, MachineErro
     (0..walked.heads.len()).map(|head| walked.view(file.clone(), head)).collect()
 }
 
-/// As [`build_heads`], one of them.
+/// Sets up the view of one head as [`build_heads`] does.
 pub(crate) fn build_view(file: MachineFile, head: usize) -> Result<Machine, MachineError> {
     Walked::new(&file)?.view(file, head)
 }
@@ -75,7 +75,7 @@ impl Walked {
         Ok(Self { table, heads })
     }
 
-    /// The machine as a head sees it.
+    /// Returns the machine as one head sees it.
     fn view(&self, file: MachineFile, head: usize) -> Result<Machine, MachineError> {
         let axes = self.axes(head);
         let chain = self.chain(head, &axes);
@@ -87,7 +87,7 @@ impl Walked {
         Ok(machine)
     }
 
-    /// The axes in the order of NC words.
+    /// Returns the axes in the order of NC words.
     fn axes(&self, head: usize) -> Vec<Axis> {
         let mut axes: Vec<Axis> = self.table.joints.iter().map(|j| j.0.clone()).collect();
         for (k, chain) in self.heads.iter().enumerate() {
@@ -98,11 +98,11 @@ impl Walked {
         axes
     }
 
-    /// The joints in the order from the table to the tool of a head.
+    /// Returns the joints in the order from the table to the tool of a head.
     fn chain(&self, head: usize, axes: &[Axis]) -> ScrewChain {
         let table_from_bed = self.table.end().inverse();
-        // A table joint moves the table relative to the bed: seen from the table the bed moves the
-        // opposite way.
+        // A table joint moves the table relative to the bed, so relative to the table the bed moves
+        // the opposite way.
         let from_table = self.table.joints.iter().rev().map(|(a, s, frame)| (a, -s.sign(), frame));
         let to_tool = self.heads[head].joints.iter().map(|(a, s, frame)| (a, s.sign(), frame));
         let screws = from_table.chain(to_tool).map(|(axis, sign, frame)| {
@@ -114,7 +114,7 @@ impl Walked {
         ScrewChain { screws: screws.collect(), table_from_nose: table_from_bed * self.heads[head].end() }
     }
 
-    /// Returns the data that the view of a head has of the other one.
+    /// Returns the data of the other head in the view of a head.
     fn other(&self, file: &MachineFile, head: usize, axes: &[Axis], chain: &ScrewChain) -> Option<OtherChain> {
         let other = (0..self.heads.len()).find(|&k| k != head)?;
         let mut own: OwnAxes = std::array::from_fn(|k| chain.screws[k].axis as u8);
@@ -167,7 +167,8 @@ impl WalkedChain {
     }
 }
 
-/// Craig's modified convention: RotX(alpha) · TransX(a) · RotZ(theta) · TransZ(d).
+/// Returns the transform of Craig's modified convention: RotX(alpha) · TransX(a) · RotZ(theta) ·
+/// TransZ(d).
 fn dh_transform(row: &DhRow) -> Isometry3<f64> {
     let about_x = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), row.alpha_deg.to_radians());
     let about_z = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), row.theta_deg.to_radians());
@@ -230,8 +231,8 @@ fn refuse_structure(table: &WalkedChain, head: usize, chain: &WalkedChain) -> Re
     }
 }
 
-/// Refuses machines that cannot place the tip in every direction while the tool axis stands, in any
-/// pose (tried in a few).
+/// Refuses machines that cannot move the tip in every direction while the tool axis is fixed, in
+/// any pose (tried in a few).
 fn refuse_dependent_linears(machine: &Machine) -> Result<(), MachineError> {
     let free_somewhere = [0.0, 0.7, -1.1].iter().any(|&angle| {
         let q = AxisValues::from_fn(machine.axes.len(), |k| {
@@ -249,9 +250,9 @@ fn refuse_dependent_linears(machine: &Machine) -> Result<(), MachineError> {
     Err(MachineError::DependentLinears { axes })
 }
 
-/// Whether five joints move tip and tool axis in every direction at a pose.
+/// Returns whether five joints move tip and tool axis in every direction at a pose.
 fn moves_tool_freely(chain: &ScrewChain, q: &AxisValues) -> bool {
-    // 1e-9 is what directions known to 1e-9 leave of nothing.
+    // Directions known to 1e-9 turn zero into 1e-9.
     const LEAST: f64 = 1e-9;
     chain.tool_velocities(q, 0.0).0.determinant().abs() > LEAST
 }

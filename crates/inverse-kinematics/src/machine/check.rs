@@ -22,7 +22,7 @@ fn finite(field: String, axis: Option<&str>, value: f64) -> Checked {
     if value.is_finite() { Ok(()) } else { Err(fail(field, axis, FieldProblem::NotFinite)) }
 }
 
-/// That a value is in the range of its key.
+/// Checks that a value is in the range of its key.
 fn limited(field: String, axis: Option<&str>, value: f64) -> Checked {
     finite(field.clone(), axis, value)?;
     beyond_limits(&field, value).map_or(Ok(()), |problem| Err(fail(field, axis, problem)))
@@ -64,7 +64,7 @@ pub(crate) fn check_row(field: &str, row: &DhRow) -> Checked {
     check_bodies(&format!("{field}.bodies"), &row.bodies)
 }
 
-/// The axis of a joint, in mm, rad and s.
+/// Returns the axis of a joint, in mm, rad and s.
 pub(crate) fn joint_axis(field: &str, joint: &Joint, carrier: Carrier) -> Result<Axis, MachineError> {
     match joint {
         Joint::Prismatic(j) => prismatic_axis(&format!("{field}.joint.prismatic"), j, carrier),
@@ -141,7 +141,7 @@ fn revolute_axis(field: &str, j: &RevoluteJoint, carried_by: Carrier) -> Result<
     })
 }
 
-/// How far an axis may be wound from home, rad, after what cannot be meant together is refused.
+/// Returns the largest wind-up of an axis from home, rad, after refusing contradictory keys.
 fn wind_up(field: &str, j: &RevoluteJoint) -> Result<Option<f64>, MachineError> {
     let axis = Some(j.axis.as_str());
     let problem = |key: &str, problem| Err(fail(format!("{field}.{key}"), axis, problem));

@@ -13,9 +13,9 @@ use crate::solver::screw_chain::ScrewChain;
 /// Data that the view of one head has of the other one.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct OtherChain {
-    /// From the table to the other tool.
+    /// Chain from the table to the other tool.
     pub(crate) chain: ScrewChain,
-    /// Joints between table and bed: those that both chains begin with.
+    /// Joints between table and bed, with which both chains begin.
     pub(crate) n_shared: usize,
     /// The axes that move this view's tool.
     pub(crate) own: OwnAxes,
@@ -24,14 +24,13 @@ pub(crate) struct OtherChain {
 }
 
 impl Machine {
-    /// The machine of a file as each of its heads sees it, one view for each tool chain: the
-    /// workpiece chain belongs to all of them.
+    /// Returns the machine of a file as each of its heads sees it, one view for each tool chain:
+    /// the workpiece chain belongs to all of them.
     ///
-    /// Every view has *all* axes of the file in the same order, so that one position goes to all of
-    /// them; its tool is moved by those of the workpiece chain and of its own head alone. Solutions
-    /// leave the other ones where they are: [`Machine::inverse_near`] at the reference,
-    /// [`Machine::inverse`] at home. Bodies of the other head are among [`Machine::bodies`] and
-    /// move by their own axes.
+    /// Every view has *all* axes of the file in the same order, so one position serves all of them;
+    /// only the axes of the workpiece chain and of its own head move its tool. Solutions leave the
+    /// other ones unchanged: [`Machine::inverse_near`] at the reference, [`Machine::inverse`] at
+    /// home. Bodies of the other head are among [`Machine::bodies`] and move by their own axes.
     ///
     /// ```
     /// use facemill_cl_data::ClPoint;
@@ -55,7 +54,7 @@ impl Machine {
         build_heads(file)
     }
 
-    /// As [`Machine::heads`], from the text of a machine file.
+    /// Builds the views as [`Machine::heads`], from the text of a machine file.
     ///
     /// # Errors
     /// As [`Machine::heads`], or when the text is no machine file.
@@ -63,38 +62,38 @@ impl Machine {
         Self::heads(facemill_file_format::from_json(text)?)
     }
 
-    /// Number of the head, from 0: that of its chain among the file's `tool_chains`.
+    /// Returns the number of the head, from 0: that of its chain among the file's `tool_chains`.
     pub fn head(&self) -> usize {
         self.head
     }
 
-    /// Number of heads of the machine that this is a view of.
+    /// Returns the number of heads of the machine that this is a view of.
     pub fn head_count(&self) -> usize {
         self.file.tool_chains.len()
     }
 
-    /// Channel of the control that programs this head, as the file says.
+    /// Returns the channel of the control that programs this head, from the file.
     pub fn channel(&self) -> u32 {
         self.file.tool_chains.get(self.head).map_or(1, |chain| chain.channel)
     }
 
-    /// Whether an axis is between the workpiece and this head's tool. All are, but for those of the
-    /// other head.
+    /// Returns whether an axis is between the workpiece and this head's tool: all axes except those
+    /// of the other head.
     pub fn moves_tool(&self, axis: usize) -> bool {
         self.axes[axis].carried_by != Carrier::OtherHead
     }
 
-    /// Whether an axis moves the workpiece against the tools of two heads, so that both have to
+    /// Returns whether an axis moves the workpiece against the tools of two heads, so both have to
     /// agree on its value.
     pub fn is_shared(&self, axis: usize) -> bool {
         self.other.is_some() && self.axes[axis].carried_by == Carrier::Table
     }
 
-    /// Joints between two bodies, by their indices in [`Machine::bodies`]: 0 where they move as
-    /// one.
+    /// Returns the number of joints between two bodies, by their indices in [`Machine::bodies`]: 0
+    /// where they move as one.
     ///
-    /// The chains to two heads part at the bed: from a body of one to a body of the other the way
-    /// leads through it.
+    /// The chains to two heads part at the bed, so the path from a body of one to a body of the
+    /// other passes through it.
     pub fn joints_between(&self, body: usize, other: usize) -> usize {
         let [a, b] = [&self.bodies[body], &self.bodies[other]];
         match (&self.other, a.carrier(), b.carrier()) {
@@ -104,8 +103,8 @@ impl Machine {
         }
     }
 
-    /// Joints between a body, by its index in [`Machine::bodies`], and the tool: 0 where it is
-    /// fixed to the spindle.
+    /// Returns the number of joints between a body, by its index in [`Machine::bodies`], and the
+    /// tool: 0 where it is fixed to the spindle.
     pub fn joints_to_tool(&self, body: usize) -> usize {
         let body = &self.bodies[body];
         let to_tool = self.chain.screws.len();
@@ -115,13 +114,13 @@ impl Machine {
         }
     }
 
-    /// The same view with a tool in the other head's spindle: its bodies stand behind those of the
-    /// machine, as bodies of the other head that are fixed to its nose.
+    /// Returns the same view with a tool in the other head's spindle: its bodies follow those of
+    /// the machine, as bodies of the other head that are fixed to its nose.
     ///
     /// `bodies` are given in that tool's frame: origin at the tip, z toward the spindle, the nose's
-    /// face at `gauge_length`, mm. All that a solid is dilated by, clearance or corner, counts as
-    /// its [`MachineBody::clearance`]. A machine with one head has no other spindle and stays as it
-    /// is.
+    /// face at `gauge_length`, mm. The whole dilation of a solid, clearance or corner, counts as
+    /// its [`MachineBody::clearance`]. A machine with one head has no other spindle and is returned
+    /// unchanged.
     #[must_use]
     pub fn with_tool_in_other_head(&self, bodies: &[PlacedSolid], gauge_length: f64) -> Self {
         let mut machine = self.clone();
@@ -141,12 +140,12 @@ impl Machine {
         machine
     }
 
-    /// The axes that move the tool, where there are others.
+    /// Returns the axes that move the tool, where there are others.
     pub(crate) fn own_axes(&self) -> Option<OwnAxes> {
         self.other.as_ref().map(|other| other.own)
     }
 
-    /// The chain from the table that a body is on.
+    /// Returns the chain from the table that carries a body.
     pub(crate) fn chain_to(&self, body: &MachineBody) -> &ScrewChain {
         match &self.other {
             Some(other) if body.carrier() == Some(Carrier::OtherHead) => &other.chain,

@@ -1,5 +1,5 @@
-//! Limits of a machine file's numbers: beyond them a value is a slip of unit or key, and plans with
-//! it would mean nothing.
+//! Limits of the numbers in a machine file: a value beyond them is a slip of unit or key, and plans
+//! with it would be meaningless.
 
 use facemill_file_format::KeyLimit;
 
@@ -7,10 +7,10 @@ use crate::machine_file::error::FieldProblem;
 
 /// Limits of the keys that have one of their own; lengths have ±1e6 mm.
 ///
-/// Velocities: a thousandth of the slowest axis, and ten times what linear motors and lathe
-/// spindles reach. Accelerations: from what takes minutes to start to a hundred times g. Jerks:
-/// from what takes minutes to accelerate to what no drive follows. Control tolerances: beyond 10 mm
-/// and 5 degrees nothing is cut to shape.
+/// Velocities: a thousandth of the slowest axis, and ten times the speed of linear motors and lathe
+/// spindles. Accelerations: from a start that takes minutes to a hundred times g. Jerks: from an
+/// acceleration that builds up over minutes to one that no drive follows. Control tolerances:
+/// beyond 10 mm and 5 degrees nothing is cut to shape.
 pub const MACHINE_LIMITS: [KeyLimit; 18] = [
     KeyLimit::new("max_velocity_mm_min", 1.0, 1e6),
     KeyLimit::new("max_acceleration_mm_s2", 0.1, 1e6),

@@ -33,9 +33,8 @@ pub fn preset(name: &str) -> Option<&'static str> {
 /// FEED (9)).
 ///
 /// C vertical, table 4 m in diameter; X and Y ±2.6 m, Z 3.6 m, B ±110°, C endless; the B axis lies
-/// 350 mm above the spindle nose. With all axes at 0 the nose stands in the centre of the table's
-/// top, where the table frame has its origin. Jerks are assumed: full acceleration is reached in
-/// 0.1 s.
+/// 350 mm above the spindle nose. With all axes at 0 the nose is in the centre of the table's top,
+/// where the table frame has its origin. Jerks are assumed: full acceleration is reached in 0.1 s.
 pub fn preset_head_b_table_c() -> &'static str {
     include_str!("../../presets/head-b-table-c.json")
 }
@@ -48,7 +47,7 @@ pub fn preset_dual_xyzb() -> &'static str {
 }
 
 impl Machine {
-    /// The machine of [`preset_head_b_table_c`].
+    /// Builds the machine of [`preset_head_b_table_c`].
     ///
     /// # Errors
     /// None: the tests build it.

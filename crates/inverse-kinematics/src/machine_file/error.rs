@@ -4,7 +4,7 @@ use facemill_file_format::FormatError;
 
 use crate::axes::axis::AxisLetter;
 
-/// Why a machine file cannot be used.
+/// Reason why a machine file cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MachineError {
@@ -40,7 +40,7 @@ pub enum MachineError {
         /// Number of tool chains.
         n_heads: usize,
     },
-    /// The file has two tool chains where the machine of one is asked for.
+    /// The file has two tool chains where the machine of one is requested.
     #[error(
         "the machine has two heads (tool_chains has 2 chains), and one is asked for here: use the views of both, \
          `Machine::heads`"
@@ -66,15 +66,15 @@ pub enum MachineError {
         /// The rotary axis nearest to the tool.
         axis: AxisLetter,
     },
-    /// The linear joints do not add enough for the tip to be placed anywhere: three of them lie in
-    /// one plane, or two do not add to what three rotary joints do.
+    /// The linear joints are too few for the tip to be placed anywhere: three of them lie in one
+    /// plane, or two do not complement three rotary joints.
     #[error("the linear axes {} leave a direction in which the tip cannot be placed", axes.iter().map(AxisLetter::as_str).collect::<Vec<_>>().join(", "))]
     DependentLinears {
         /// The linear axes.
         axes: Vec<AxisLetter>,
     },
-    /// In every pose some axes can move together without moving the tool, so that the others do not
-    /// place and turn it.
+    /// In every pose some axes can move together without moving the tool, so the others do not
+    /// suffice to place and turn it.
     #[error(
         "in every pose the axes {} can move together without moving the tool, so that the machine has four degrees of freedom or \
          less; check the directions of these axes",
@@ -105,7 +105,7 @@ pub enum FieldProblem {
         /// The value in the file.
         value: f64,
     },
-    /// No axis, control or chain has such a value.
+    /// The value is impossible for any axis, control or chain.
     #[error("is {value:?}, but has to be from {least} to {most}: is the unit right?")]
     OutOfRange {
         /// The value in the file.
@@ -115,7 +115,7 @@ pub enum FieldProblem {
         /// Largest.
         most: f64,
     },
-    /// No machine is that large.
+    /// A length beyond that of any machine.
     #[error("is {value}, more than {largest} from 0: is the unit right?")]
     TooFar {
         /// As given, mm.
@@ -141,19 +141,19 @@ pub enum FieldProblem {
         /// Upper limit.
         max: f64,
     },
-    /// A key of endless axes on one with stops.
+    /// A key for endless axes on one with stops.
     #[error("is for axes whose range is endless: leave it out, or the limits")]
     OnlyEndless,
-    /// A limit of the wind-up of an axis that counts to 360 deg.
+    /// A wind-up limit of an axis that counts to 360 deg.
     #[error("is for axes whose words wind on: with rollover shortest or sign_directed nothing winds up")]
     RollsOver,
     /// The axis is not an address of NC text.
     #[error("is not an axis address: one of X Y Z A B C U V W, with a digit from 1 to 9 behind it for a second head")]
     NoAxisLetter,
-    /// A list of axes names one that no joint has.
+    /// A list of axes has one without a joint.
     #[error("is the address of no joint")]
     NoSuchAxis,
-    /// An axis is named for a value that the machine has as a whole.
+    /// A list of axes for a value that belongs to the machine as a whole.
     #[error("names an axis, but the value belongs to the machine as a whole; leave `axes` out")]
     NotOfAnAxis,
     /// Two joints have the same address.
@@ -165,7 +165,7 @@ pub enum FieldProblem {
     /// A name is empty.
     #[error("is empty")]
     Empty,
-    /// A body is the hull of a mesh that nobody has read.
+    /// A body is the hull of a mesh that was not read.
     #[error(
         "names the mesh file {file:?}, which is not read here: read the machine file with `MachineFile`, give the hulls of \
          its meshes by `MachineFile::with_hulls` and make the machine by `Machine::from_file` or `Machine::heads` (the \

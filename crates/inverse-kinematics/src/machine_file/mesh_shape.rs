@@ -69,8 +69,8 @@ impl MeshShapeFile {
 }
 
 impl MachineFile {
-    /// The file with the hull of every mesh that its bodies name, as `hull_of` tells it. This crate
-    /// reads no files: whoever does reads each mesh and makes the hull, in mm, by
+    /// Returns the file with the hull of every mesh of its bodies, from `hull_of`. This crate reads
+    /// no files: the caller reads each mesh and makes the hull, in mm, by
     /// [`ConvexPolyhedron::around`].
     ///
     /// ```

@@ -1,4 +1,4 @@
-//! How far the motion in a block is from what is meant by its ends.
+//! Deviation of the motion in a block from the ideal motion between its ends.
 
 mod block;
 mod path;
@@ -13,70 +13,68 @@ use crate::machine::Machine;
 use crate::motion::deviation::block::{Block, Derivatives};
 use crate::motion::{BlockLaw, OPPOSITE_COSINE, Turn};
 
-/// How far the control's motion in a block is from what was meant: the tip on a straight line, the
+/// Deviation of the control's motion in a block from the ideal one: the tip on a straight line, the
 /// tool axis turning uniformly in the plane of its ends, both in the same time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Deviation {
-    /// Of the tip, mm.
+    /// Deviation of the tip, mm.
     pub tip: f64,
-    /// Of the tool axis, rad.
+    /// Deviation of the tool axis, rad.
     pub axis: f64,
 }
 
 impl Deviation {
-    /// Deviation of any point of the cutter's rim and bottom, mm: tip + R·δ.
+    /// Returns the deviation of any point of the cutter's rim and bottom, mm: tip + R·δ.
     pub fn rim(&self, radius: f64) -> f64 {
         self.tip + radius * self.axis
     }
 
-    /// The larger one of each.
+    /// Returns the larger value of each.
     #[must_use]
     pub fn max(&self, other: &Self) -> Self {
         Self { tip: self.tip.max(other.tip), axis: self.axis.max(other.axis) }
     }
 }
 
-/// Largest excess of a bound over the deviation that is really there, as a part of it, before it is
-/// made sharper.
+/// Largest excess of a bound over the real deviation, as a fraction of it, before it is sharpened.
 const EXCESS: f64 = 0.03;
 
-/// Most parts into which a block is split to make its bound sharper.
+/// Largest number of parts into which a block is split to sharpen its bound.
 const MAX_PARTS: usize = 64;
 
-/// Deviation of the tip, mm, and of the axis, rad, below which no bound is made sharper: far below
-/// what a control resolves, far above rounding.
+/// Deviation of the tip, mm, and of the axis, rad, below which no bound is sharpened: far below a
+/// control's resolution, far above rounding.
 const NEGLIGIBLE: Deviation = Deviation { tip: 1e-6, axis: 1e-9 };
 
-/// Upper bound for the deviation of the motion in one block from the straight motion between its
-/// ends.
+/// Bounds the deviation of the motion in one block from the straight motion between its ends.
 ///
 /// `law` is a [`CuttingLaw`], a [`RapidLaw`] or a [`BlockLaw`]. The bound is a guarantee up to
-/// rounding (1e-15 of the travels), not an estimate, and it is sharp: for blocks in which the
-/// rotary axes turn by some degrees it is within 10 % of the deviation that is really there, mostly
-/// within 3 %, where that is more than 1e-6 mm or 1e-9 rad. Zero where no rotary axis moves, rapids
-/// with a speed for each axis aside.
+/// rounding (1e-15 of the travels), not an estimate. It is sharp: for blocks in which the rotary
+/// axes turn by some degrees it is within 10 % of the real deviation, mostly within 3 %, where that
+/// is more than 1e-6 mm or 1e-9 rad. Zero where no rotary axis moves, except for rapids with a
+/// speed for each axis.
 ///
-/// - [`CuttingLaw::AxesLinear`] and [`RapidLaw::Linear`]: from the meant pose at the same time,
-///   which is at least the distance from the meant path.
+/// - [`CuttingLaw::AxesLinear`] and [`RapidLaw::Linear`]: from the ideal pose at the same time,
+///   which is at least the distance from the ideal path.
 /// - [`CuttingLaw::TipAndRotariesLinear`]: the same, the tip without deviation.
 /// - [`CuttingLaw::TipLinearVectorTurned`]: none; but π for an axis that reverses, whose turn has
 ///   no plane.
-/// - [`RapidLaw::PerAxis`]: the way bends, and time says nothing about the distance from the
-///   straight one. For every pose on the way there is one pose of the meant motion from which tip
-///   *and* axis are no farther than the bound.
+/// - [`RapidLaw::PerAxis`]: the path bends, and equal times do not give the distance from the
+///   straight one. For every pose on the way one pose of the ideal motion has both tip *and* axis
+///   within the bound.
 ///
-/// *Proof.* e(t), motion minus meant motion, vanishes at both ends of the block, and |e‴| ≤ P, a
+/// *Proof.* e(t), motion minus ideal motion, vanishes at both ends of the block, and |e‴| ≤ P, a
 /// sum over triples of joints. (1) With e″(½) = c, known exactly, a sum over pairs of joints, e is
 /// the sum of −t(1−t)·c/2 and of a part whose second derivative is at most P·|t − ½|; so |e|
 /// ≤ |c|/8 + P/48 (Green's function of the second derivative; its integral with |t − ½| is largest
 /// in the middle, 1/48). (2) e differs from the parabola 4t(1−t)·e(½) by at most P/6·|t(t−½)(t−1)|
 /// (interpolation at three times); so |e| ≤ |e(½)| + P·√3/216. (3) Where neither is sharp the block
-/// is split in n equal parts: in each |e| is at most the larger end's plus |e″|/(8n²), with |e″|
-/// ≤ |c| + P/2 everywhere. For the tool axis e is a chord between unit vectors, which is made an
-/// angle by 2·asin(chord/2). Bends are at the ends of parts, and there the meant pose may be
-/// chosen; in between it runs evenly from one to the next.
+/// is split into n equal parts: in each |e| is at most the larger end's plus |e″|/(8n²), with |e″|
+/// ≤ |c| + P/2 everywhere. For the tool axis e is a chord between unit vectors, converted to an
+/// angle by 2·asin(chord/2). Bends are at the ends of parts, where the ideal pose may be chosen; in
+/// between it moves evenly from one to the next.
 ///
-/// Values that are missing count as 0; with values that are not finite the bound is infinite.
+/// Missing values count as 0; with values that are not finite the bound is infinite.
 pub fn deviation_bound(
     machine: &Machine,
     law: impl Into<BlockLaw>,
@@ -103,13 +101,12 @@ pub fn deviation_bound(
     }
 }
 
-/// The bound against the meant pose at the same time, all axes moving linearly.
+/// Bounds the distance from the ideal pose at the same time, with all axes moving linearly.
 fn in_equal_time(machine: &Machine, start: &AxisValues, end: &AxisValues, tool_length: f64) -> Deviation {
     let block = Block::new(machine, start, end, tool_length);
     let meant = Meant::new(machine, start, end, tool_length);
     let (tip, mut axis) = (block.tip(), block.axis());
-    // The second derivative of the axis that is meant is −angle²·axis, the third one has the length
-    // angle³.
+    // The second derivative of the ideal axis is −angle²·axis, the third one has the length angle³.
     let angle = meant.turn.angle;
     axis.second += meant.turn.at(0.5).into_inner() * (angle * angle);
     axis.third += angle.powi(3);
@@ -137,24 +134,24 @@ fn in_equal_time(machine: &Machine, start: &AxisValues, end: &AxisValues, tool_l
     Deviation { tip: direct.tip.min(split.tip), axis: direct.axis.min(split.axis) }
 }
 
-/// Number of parts after which `curvature`, the largest deviation within an unsplit block, is
-/// within the excess allowed.
+/// Returns the number of parts after which `curvature`, the largest deviation within an unsplit
+/// block, is within the allowed excess.
 fn parts_for(curvature: &Deviation, found: &Deviation) -> usize {
     let n = |curvature: f64, found: f64, negligible: f64| (curvature / (EXCESS * found.max(negligible))).sqrt().ceil();
     let tip = n(curvature.tip, found.tip, NEGLIGIBLE.tip);
-    // Even, so that the middle, which has been asked, is among the ends of parts.
+    // Even, so the middle, which is known already, is among the ends of parts.
     (tip.max(n(curvature.axis, found.axis, NEGLIGIBLE.axis)).clamp(2.0, MAX_PARTS as f64) as usize).next_multiple_of(2)
 }
 
 impl Derivatives {
-    /// Largest distance from the chord in equal time, from the derivatives and from the distance in
-    /// the middle.
+    /// Returns the largest distance from the chord in equal time, from the derivatives and from the
+    /// distance in the middle.
     fn largest_from_chord(&self, in_the_middle: f64) -> f64 {
         let by_second = self.second.norm() / 8.0 + self.third / 48.0;
         by_second.min(in_the_middle + self.third * (3f64.sqrt() / 216.0))
     }
 
-    /// Largest second derivative.
+    /// Returns the largest second derivative.
     fn largest_second(&self) -> f64 {
         self.second.norm() + 0.5 * self.third
     }
@@ -181,7 +178,7 @@ impl Meant {
         Self { start: a, tip_way: b.tip - a.tip, turn: Turn::new(&a.axis, &b.axis) }
     }
 
-    /// How far a pose is from what is meant at the fraction `s` of the way.
+    /// Returns the deviation of a pose from the ideal one at the fraction `s` of the way.
     fn deviation(&self, cl: &ClPoint, s: f64) -> Deviation {
         let chord = (cl.axis.into_inner() - self.turn.at(s).into_inner()).norm();
         Deviation { tip: (cl.tip - self.start.tip - self.tip_way * s).norm(), axis: angle_of_chord(chord) }

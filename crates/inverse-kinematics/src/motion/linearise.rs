@@ -1,4 +1,4 @@
-//! Positions between which the control stays near the motion that poses mean.
+//! Positions between which the control stays near the ideal motion between poses.
 
 mod error;
 mod segment;
@@ -13,31 +13,32 @@ use crate::motion::linearise::segment::{Segment, Step, Trial};
 
 pub use crate::motion::linearise::error::LineariseError;
 
-/// How far the control may be from the meant motion between two positions. All of them have to
-/// hold; infinity is no limit.
+/// Tolerances of the control's motion between two positions against the ideal motion. All of them
+/// have to hold; infinity means no limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MotionTolerance {
-    /// For the tip, mm.
+    /// Tolerance of the tip, mm.
     pub tip: f64,
-    /// For the tool axis, rad.
+    /// Tolerance of the tool axis, rad.
     pub axis: f64,
-    /// For any point of the cutter's rim, mm; see [`Deviation::rim`].
+    /// Tolerance of any point of the cutter's rim, mm; see [`Deviation::rim`].
     pub rim: f64,
     /// Radius of the rim, mm.
     pub radius: f64,
 }
 
 impl MotionTolerance {
-    /// The same tolerance for tip and rim of a cutter with this radius, mm; none for the axis of
-    /// its own.
+    /// Returns the same tolerance for tip and rim of a cutter with this radius, mm, and none for
+    /// the axis itself.
     pub fn of_cutter(tolerance: f64, radius: f64) -> Self {
         Self { tip: tolerance, axis: f64::INFINITY, rim: tolerance, radius }
     }
 
-    /// The largest part of a tolerance that a deviation uses up: up to 1 all of them hold.
+    /// Returns the largest fraction of a tolerance that a deviation uses up: up to 1 all of them
+    /// hold.
     pub fn used_by(&self, deviation: &Deviation) -> f64 {
         let parts = [deviation.tip / self.tip, deviation.axis / self.axis, deviation.rim(self.radius) / self.rim];
-        // An infinite deviation against no limit is not a number, and holds nothing.
+        // An infinite deviation over an infinite tolerance is NaN, and violates it.
         parts.into_iter().map(|part| if part.is_nan() { f64::INFINITY } else { part }).fold(0.0, f64::max)
     }
 
@@ -58,8 +59,8 @@ impl MotionTolerance {
     }
 }
 
-/// Smallest tolerances, mm and rad: a thousand times what the inverse solution promises. Below, its
-/// rounding would decide whether a block holds.
+/// Smallest tolerances, mm and rad: a thousand times the accuracy of the inverse solution. Below,
+/// its rounding would decide whether a block holds.
 const LEAST_TOLERANCE: Deviation = Deviation { tip: 1e-6, axis: 1e-9 };
 
 /// Requirements of [`linearise`].
@@ -69,21 +70,21 @@ pub struct Linearisation {
     pub law: BlockLaw,
     /// Distance from the tip to the spindle nose, mm.
     pub tool_length: f64,
-    /// How far that may be from what is meant.
+    /// Tolerance of that motion against the ideal one.
     pub tolerance: MotionTolerance,
-    /// Most positions that may be put between two neighbouring poses.
+    /// Largest number of positions inserted between two neighbouring poses.
     pub max_between: usize,
 }
 
 impl Linearisation {
-    /// With at most 10,000 positions between two poses: half a turn of a rotary axis beside a pole,
-    /// with the tip standing still, takes about a thousand.
+    /// Sets at most 10,000 positions between two poses: half a turn of a rotary axis beside a pole,
+    /// with a fixed tip, takes about a thousand.
     pub fn new(law: impl Into<BlockLaw>, tool_length: f64, tolerance: MotionTolerance) -> Self {
         Self { law: law.into(), tool_length, tolerance, max_between: 10_000 }
     }
 }
 
-/// A place of the meant motion.
+/// A place of the ideal motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseFraction {
     /// Index of the pose at or before it.
@@ -102,14 +103,14 @@ impl std::fmt::Display for PoseFraction {
     }
 }
 
-/// Positions that hold a tolerance, and what they hold.
+/// Positions that hold a tolerance, and their bounds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Linearised {
-    /// Axis values, the given poses and those put between them, in the order of motion.
+    /// Axis values of the given and the inserted poses, in the order of motion.
     pub positions: Vec<AxisValues>,
-    /// Where each position comes from.
+    /// Origin of each position.
     pub source: Vec<PoseFraction>,
-    /// The largest bounds over all blocks, of tip and axis each by itself.
+    /// The largest bounds over all blocks, separately for tip and axis.
     pub bound: Deviation,
     /// The largest bound for the rim over all blocks, mm.
     pub rim: f64,
@@ -118,25 +119,25 @@ pub struct Linearised {
     pub at: usize,
 }
 
-/// The positions between which the control stays within the tolerance of the motion that `poses`
-/// mean: from each to the next the tip on a straight line, the tool axis turning evenly in the
-/// plane of its ends.
+/// Returns positions between which the control stays within the tolerance of the ideal motion
+/// between `poses`: from each to the next the tip on a straight line, the tool axis turning evenly
+/// in the plane of its ends.
 ///
-/// Every pose is kept, reached to 1e-9 mm and 1e-12 rad and within the limits. Positions are put
-/// between poses only where [`deviation_bound`](crate::motion::deviation::deviation_bound) does not
-/// hold the tolerance, as few as it asks for, and so that all blocks between two poses use up about
-/// the same of it. The way starts where an axis at its largest speed is first from `start`, and
-/// stays on that branch and winding of the rotary axes. The branch changes only within a block that
-/// is proven to hold the tolerance: where the tool axis goes through the pole itself, or passes it
-/// closer than the tolerance. Where the first pose is at the pole, its free axis stands as the
-/// first pose beside the pole needs it.
+/// Every pose is kept, reached to 1e-9 mm and 1e-12 rad and within the limits. Positions are
+/// inserted between poses only where [`deviation_bound`](crate::motion::deviation::deviation_bound)
+/// exceeds the tolerance, as few as it requires, and such that all blocks between two poses use up
+/// about the same fraction of it. The way starts at the position that is first reached from `start`
+/// with every axis at its largest speed, and stays on that branch and winding of the rotary axes.
+/// The branch changes only within a block that is proven to hold the tolerance: where the tool axis
+/// passes through the pole itself, or closer to it than the tolerance. Where the first pose is at
+/// the pole, its free axis takes the value that the first pose beside the pole needs.
 ///
 /// Limits hold at the positions, and between them where axes move linearly. Under the RTCP laws the
-/// linear axes bend between positions; [`Machine::axis_ranges`] says how far. Where the control
-/// turns the tool vector itself, no tolerance is used up; positions are put so that no rotary axis
-/// turns by more than 90° in a block, which leaves no doubt on which way it turns.
+/// linear axes bend between positions; [`Machine::axis_ranges`] returns by how much. Where the
+/// control turns the tool vector itself, no tolerance is used up; positions are inserted such that
+/// no rotary axis turns by more than 90° in a block, which leaves no doubt about its sense.
 ///
-/// No poses give no positions. The result depends on nothing but the arguments.
+/// No poses give no positions. The result depends only on the arguments.
 ///
 /// ```
 /// use facemill_cl_data::{ClPoint, CuttingLaw};
@@ -161,7 +162,7 @@ pub struct Linearised {
 /// ```
 ///
 /// # Errors
-/// [`LineariseError`], with the place: nothing is bent to get past it.
+/// [`LineariseError`], with the place: no motion is bent to avoid an error.
 pub fn linearise(
     machine: &Machine,
     poses: &[ClPoint],

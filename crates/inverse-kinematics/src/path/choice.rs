@@ -8,25 +8,25 @@ use crate::solver::inverse_solution::Unreachable;
 /// Kind of a segment between two neighbouring poses of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SegmentKind {
-    /// The tool cuts: the axes have to go on continuously.
+    /// The tool cuts: the axes have to move on continuously.
     Cut,
     /// The tool is clear of the part: anything may turn.
     Link,
 }
 
-/// Motion of the axes between two poses, other than the ideal one: the tip on a straight line, the
-/// tool axis turning evenly in the plane of its ends.
+/// Motion of the axes between two poses that differs from the ideal one: the tip on a straight
+/// line, the tool axis turning evenly in the plane of its ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Change {
-    /// A limited rotary axis turns back, or on, by full turns beside what the motion asks for. Told
-    /// is the axis that does most; where two do so in one segment the values tell the other.
+    /// A limited rotary axis turns back, or on, by full turns in addition to the motion. Holds the
+    /// axis with the most turns; where two turn in one segment, the values show the other.
     Rewind {
         /// Index of the axis.
         axis: usize,
         /// Full turns, in the axis's sense.
         turns: i32,
     },
-    /// The next pose is reached by another solution than the one that the motion leads to, or the
+    /// The next pose is reached by another solution than that of the continued motion, or the
     /// motion leaves the reach of the rotary axes.
     Flip,
 }
@@ -45,14 +45,14 @@ pub struct PathChange {
 pub struct FreeTurn {
     /// First pose of the stretch in which the axis is free.
     pub first: usize,
-    /// Last pose of it. If it is the first one, the axis turns while the tip stands there: the
-    /// values hold `from`.
+    /// Last pose of it. If it is the first one, the axis turns while the tip is at rest there, and
+    /// the values hold `from`.
     pub last: usize,
     /// Index of the axis.
     pub axis: usize,
-    /// Value at which it comes in, rad.
+    /// Value at its start, rad.
     pub from: f64,
-    /// Value at which it leaves, rad.
+    /// Value at its end, rad.
     pub to: f64,
 }
 
@@ -66,7 +66,7 @@ pub struct SingularStretch {
     /// Smallest angle of a pose's tool axis to the singular direction, rad.
     pub smallest_angle: f64,
     /// Largest turn of a rotary axis per way of the tip in a cut that begins or ends in the
-    /// stretch, rad/mm; infinite where an axis turns while the tip stands.
+    /// stretch, rad/mm; infinite where an axis turns while the tip is at rest.
     pub largest_speed: f64,
 }
 
@@ -75,8 +75,7 @@ pub struct SingularStretch {
 pub struct PathChoice {
     /// Axis values of every pose; endless axes are unrolled.
     pub values: Vec<AxisValues>,
-    /// Changes in cuts: the tool has to be retracted there, the axes turned, and the tool brought
-    /// back.
+    /// Changes in cuts: the tool has to be retracted there, the axes turned, and the tool returned.
     pub breaks: Vec<PathChange>,
     /// Changes on links.
     pub link_turns: Vec<PathChange>,
@@ -88,7 +87,7 @@ pub struct PathChoice {
     pub weighted_time: f64,
 }
 
-/// Costs of a path besides its changes.
+/// Cost settings of a path in addition to its changes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PathSettings {
     /// Factor on the travel time of every axis, 0 or more.
@@ -98,20 +97,20 @@ pub struct PathSettings {
 }
 
 impl PathSettings {
-    /// Weights of 1, and a cone of 5°.
+    /// Returns weights of 1, and a cone of 5°.
     pub fn new(machine: &Machine) -> Self {
         Self { weights: AxisValues::from_fn(machine.axes().len(), |_| 1.0), singular_cone: 5.0_f64.to_radians() }
     }
 }
 
-/// Why no axis values are chosen for a path.
+/// Reason why no axis values are chosen for a path.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PathError {
     /// There are no poses.
     #[error("the path has no poses")]
     NoPoses,
-    /// Not one segment between every two neighbouring poses.
+    /// The number of segments is not one between every two neighbouring poses.
     #[error("{poses} poses have {} segments between them, not {segments}", poses - 1)]
     SegmentCount {
         /// Number of poses.
@@ -141,10 +140,10 @@ pub enum PathError {
     Unreachable {
         /// Index of the pose.
         index: usize,
-        /// Why.
+        /// The reason.
         reason: Unreachable,
     },
-    /// The limits of the rotary axes allow more positions than are looked at.
+    /// The limits of the rotary axes allow more positions than are evaluated.
     #[error(
         "pose {index} has {found} or more positions within the limits of the rotary axes, {most} are looked at; narrow \
          the limits"
@@ -154,7 +153,7 @@ pub enum PathError {
         index: usize,
         /// Positions found.
         found: usize,
-        /// Positions looked at.
+        /// Largest number of positions evaluated.
         most: usize,
     },
 }

@@ -4,22 +4,22 @@ use crate::path::choice::{Change, SegmentKind};
 use crate::path::follow::Base;
 use crate::path::station::{Node, Poses, Station};
 
-/// How solutions of one station go on to those of the next.
+/// Continuations of the solutions of one station to those of the next.
 pub(crate) struct Edges<'a> {
     of: Poses<'a>,
     from: &'a Station,
     to: &'a Station,
     kind: SegmentKind,
     weights: &'a AxisValues,
-    /// For each solution of `from`: the solution of `to` it goes on to, and the way of each rotary
-    /// axis.
+    /// For each solution of `from`: the solution of `to` that continues it, and the way of each
+    /// rotary axis.
     continued: Vec<(usize, usize, AxisValues)>,
 }
 
 /// One way from a node to the next.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Edge {
-    /// `None` where the solution goes on.
+    /// `None` where the solution continues.
     pub(crate) change: Option<Change>,
     /// Way of each axis.
     pub(crate) way: AxisValues,
@@ -57,7 +57,7 @@ impl<'a> Edges<'a> {
                 for (b, base) in to.bases.iter().enumerate() {
                     let left = of.machine.arrival((end, base), (start, &from.bases[0]), of.tool_length);
                     if let Some(values) = left {
-                        // From whatever value of the free axis: it turns before it leaves.
+                        // From any value of the free axis: it turns before it leaves.
                         (0..from.bases.len()).for_each(|a| edges.add(a, b, &values, &base.values));
                     }
                 }
@@ -76,8 +76,8 @@ impl<'a> Edges<'a> {
         self.continued.push((a, b, way));
     }
 
-    /// The rotary values at which the axes leave a free stretch for node `to`, if the motion goes
-    /// on to it.
+    /// Returns the rotary values at which the axes leave a free stretch for node `to`, if the
+    /// motion continues to it.
     pub(crate) fn leaving(&self, to: &Node) -> Option<AxisValues> {
         let (_, _, way) = self.continued.iter().find(|(_, b, _)| self.from.free.is_some() && *b == to.base)?;
         Some(AxisValues::from_fn(way.len(), |k| to.values[k] - way[k]))
@@ -88,7 +88,7 @@ impl<'a> Edges<'a> {
         let n = from.values.len();
         let goes_on = self.continued.iter().find(|(a, b, _)| *a == from.base && *b == to.base);
         let mut way = AxisValues::from_fn(n, |k| self.of.way(k, from.values[k], to.values[k]));
-        // The free axis of either end turns there; on a link to where it is wanted.
+        // The free axis of either end turns there; on a link, to its wanted value.
         let loose = |k| self.from.free == Some(k) || (self.kind == SegmentKind::Link && self.to.free == Some(k));
         let Some((_, _, meant)) = goes_on else {
             let turns_free = self.kind == SegmentKind::Link && self.to.free.is_some();
@@ -107,7 +107,7 @@ impl<'a> Edges<'a> {
         Edge { change: if leaves_beyond { change.or(Some(Change::Flip)) } else { change }, way }
     }
 
-    /// The axis that turns by full turns beside what is meant, the one that does most.
+    /// Returns the axis that makes the most full turns in addition to the ideal motion.
     fn rewound(&self, way: &AxisValues, meant: Option<&AxisValues>, loose: &dyn Fn(usize) -> bool) -> Option<Change> {
         let machine = self.of.machine;
         let turns = |k: usize| {
@@ -119,7 +119,7 @@ impl<'a> Edges<'a> {
         (most.1 != 0).then_some(Change::Rewind { axis: most.0, turns: most.1 })
     }
 
-    /// Weighted time of the axis that takes longest, s. Where a free stretch ends or begins only
+    /// Returns the weighted time of the slowest axis, s. Where a free stretch ends or begins only
     /// the rotary axes count.
     pub(crate) fn time(&self, way: &AxisValues) -> f64 {
         let only_rotary = self.from.free.is_some() || self.to.free.is_some();

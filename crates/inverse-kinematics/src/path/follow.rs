@@ -16,19 +16,19 @@ use crate::solver::inverse_solution::{Branch, InverseSolution, InverseSolutions}
 pub(crate) struct Base {
     pub(crate) values: AxisValues,
     pub(crate) branch: Branch,
-    /// The branches meet here, or the first rotary axis is free: the way goes on along either
+    /// The branches meet here, or the first rotary axis is free: the way continues along either
     /// branch.
     pub(crate) meets: bool,
     pub(crate) free_axis: Option<usize>,
     /// With three rotary axes: largest difference of a rotary value to the nearest other solution,
     /// rad.
     pub(crate) apart: f64,
-    /// Within the limits at some winding.
+    /// Whether it is within the limits at some winding.
     pub(crate) within: bool,
 }
 
-/// The motion that is meant between two poses: tip straight, tool axis turning evenly in the plane
-/// of its ends.
+/// The ideal motion between two poses: tip straight, tool axis turning evenly in the plane of its
+/// ends.
 struct Ideal<'a> {
     from: &'a ClPoint,
     to: &'a ClPoint,
@@ -45,31 +45,32 @@ struct Place {
 }
 
 /// Turn of a rotary axis, rad, below which the nearest turn is the continuous one. With two rotary
-/// axes, on a way of at most 90° along which the angle to the first axis only grows or shrinks, no
-/// value changes by more than 270° (90° of azimuth, 180° in the triangle), so what looks like less
-/// than 90° is not 90° less a full turn.
+/// axes, on a way of at most 90° along which the angle to the first axis only grows or only
+/// shrinks, no value changes by more than 270° (90° of azimuth, 180° in the triangle), so an
+/// apparent change of less than 90° is not one minus a full turn.
 const SURE_STEP: f64 = FRAC_PI_2;
 
-/// The same with three rotary axes, where nothing bounds the change: an estimate.
+/// The same with three rotary axes, where no bound on the change is known: an estimate.
 const SMALL_STEP: f64 = 10.0 * FRAC_PI_2 / 90.0;
 
 /// With three rotary axes the other solutions at both ends must be farther apart than a step by
-/// this factor, or the way is looked at more closely.
+/// this factor, or the way is subdivided.
 const CLEARLY_FARTHER: f64 = 3.0;
 
-/// Places of a way that are looked at: more than halving down to rounding takes with two rotary
-/// axes. With three a solution may need more where it runs along close to another one; it then
-/// counts as not going on.
+/// Largest number of evaluated places of a way: more than halving down to rounding takes with two
+/// rotary axes. With three, a solution may need more where it runs close to another one; it then
+/// counts as not continued.
 const MOST_LOOKS: usize = 200;
 
 /// Cosine below which two tool axes count as opposite, as for the motion of a block.
 const OPPOSITE_COSINE: f64 = -1.0 + 5e-15;
 
-/// Distance from the pole at which the limit of the free axis is read, rad: what the limit is wrong
-/// by; large enough for the azimuth to be known to 1e-8.
+/// Distance from the pole at which the limit of the free axis is read, rad: the error of the limit;
+/// large enough for the azimuth to be known to 1e-8.
 const BESIDE_POLE: f64 = 1e-7;
 
-/// Difference of rotary values, full turns aside, that two solutions of one pose never have, rad.
+/// Smallest difference of rotary values, apart from full turns, between two solutions of one pose,
+/// rad.
 const SAME: f64 = 1e-6;
 
 impl Ideal<'_> {
@@ -78,7 +79,7 @@ impl Ideal<'_> {
         ClPoint { tip, axis: turned_axis(&self.from.axis, &self.to.axis, t) }
     }
 
-    /// Where between the ends the angle to a direction is least or largest.
+    /// Returns where between the ends the angle to a direction is least or largest.
     fn turning_point(&self, w: &Vector3<f64>) -> Option<f64> {
         let n = self.from.axis.cross(&self.to.axis);
         let (here, there) = (n.cross(&self.from.axis).dot(w), n.cross(&self.to.axis).dot(w));
@@ -92,13 +93,13 @@ impl Ideal<'_> {
     }
 }
 
-/// Angle between two directions.
+/// Returns the angle between two directions.
 pub(crate) fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }
 
 impl Machine {
-    /// All solutions of a pose, the ones beyond the limits too.
+    /// Returns all solutions of a pose, including those beyond the limits.
     pub(crate) fn bases(
         &self,
         cl: &ClPoint,
@@ -126,9 +127,9 @@ impl Machine {
         Ok(all.iter().map(base).collect())
     }
 
-    /// The solutions among `ends`, those of pose `to`, to which `start` goes on along the ideal
-    /// motion from pose `from`, and their values with the rotary ones unrolled from those of
-    /// `start`. One at most, but two from where branches meet.
+    /// Returns the solutions among `ends`, those of pose `to`, that continue `start` along the
+    /// ideal motion from pose `from`, and their values with the rotary ones unrolled from those of
+    /// `start`. At most one, or two from a pose where branches meet.
     pub(crate) fn followed(
         &self,
         (from, start): (&ClPoint, &Base),
@@ -166,19 +167,19 @@ impl Machine {
             reached = t;
         }
         let place = self.advanced(&ideal, &place, [reached, 1.0], ends, tool_length, &mut looks)?;
-        // Beside the edge of the reach two solutions are that near to each other.
+        // Beside the edge of the reach two solutions are this close to each other.
         let turn = |end: &Base| self.largest_turn(&end.values, &place.values);
         let (index, nearest) = ends.iter().enumerate().min_by(|a, b| turn(a.1).total_cmp(&turn(b.1)))?;
         (turn(nearest) < SAME).then_some((index, place.values))
     }
 
-    /// Distance of a solution to the nearest other one.
+    /// Returns the distance of a solution to the nearest other one.
     fn apart(&self, solution: &InverseSolution, all: &InverseSolutions) -> f64 {
         let others = all.iter().filter(|other| other.values != solution.values);
         others.map(|other| self.largest_turn(&solution.values, &other.values)).fold(f64::INFINITY, f64::min)
     }
 
-    /// Largest difference of rotary values, full turns aside.
+    /// Returns the largest difference of rotary values, apart from full turns.
     fn largest_turn(&self, a: &AxisValues, b: &AxisValues) -> f64 {
         let rotary = (0..a.len()).filter(|&k| self.is_rotary(k));
         rotary.map(|k| (nearest_turn(b[k], a[k]) - a[k]).abs()).fold(0.0, f64::max)
@@ -188,7 +189,7 @@ impl Machine {
         matches!(self.solver, Solver::Closed { .. })
     }
 
-    /// Whether the rotary values are the same, full turns aside.
+    /// Returns whether the rotary values are the same, apart from full turns.
     pub(crate) fn same_rotaries(&self, a: &AxisValues, b: &AxisValues) -> bool {
         self.largest_turn(a, b) < SAME
     }
@@ -228,7 +229,7 @@ impl Machine {
             let mut values = end.values;
             let mut most = 0.0_f64;
             for k in (0..values.len()).filter(|&k| self.is_rotary(k)) {
-                // Where it is free it stays.
+                // A free axis keeps its value.
                 values[k] = if is_closed && end.free_axis == Some(k) {
                     place.values[k]
                 } else {
@@ -249,8 +250,8 @@ impl Machine {
         (nearest.0 < SMALL_STEP && clear).then_some(nearest.1)
     }
 
-    /// The values at which a solution comes to a pose where an axis is free, on the ideal motion:
-    /// the limit of that axis, and what the pose asks of the others.
+    /// Returns the values at which a solution arrives at a pose with a free axis, on the ideal
+    /// motion: the limit of that axis, and the others' values at the pose.
     pub(crate) fn arrival(
         &self,
         (from, start): (&ClPoint, &Base),
@@ -270,17 +271,17 @@ impl Machine {
         self.at_rotaries(pole, tool_length, &values)
     }
 
-    /// The values with the linear axes that belong to these rotary ones, checked by the forward
-    /// solution.
+    /// Returns the values with the linear axes that belong to these rotary ones, checked by the
+    /// forward solution.
     pub(crate) fn at_rotaries(&self, cl: &ClPoint, tool_length: f64, rotary: &AxisValues) -> Option<AxisValues> {
         let turns = (0..rotary.len()).filter(|&k| self.is_rotary(k)).map(|k| (k, rotary[k]));
         self.with_rotaries(cl, tool_length, rotary, turns).ok()
     }
 
-    /// Angle between the tool axis of a CL point (table frame) and the nearer end of the rotary
-    /// axis nearest to the workpiece, rad: along it that axis may stand anywhere, and near it turns
-    /// 1/sin of the angle times as fast as the tool axis. `None` with three rotary axes, which are
-    /// singular in poses, not in directions.
+    /// Returns the angle between the tool axis of a CL point (table frame) and the nearer end of
+    /// the rotary axis nearest to the workpiece, rad: along it that axis may have any value, and
+    /// near it turns 1/sin of the angle times as fast as the tool axis. `None` with three rotary
+    /// axes, which are singular in poses, not in directions.
     pub fn angle_to_singular(&self, cl: &ClPoint) -> Option<f64> {
         let Solver::Closed { rotaries, .. } = &self.solver else { return None };
         let w = rotaries.first.direction;
@@ -288,7 +289,7 @@ impl Machine {
     }
 }
 
-/// Distance of two tips.
+/// Returns the distance of two tips.
 pub(crate) fn distance(a: &Point3<f64>, b: &Point3<f64>) -> f64 {
     (a - b).norm()
 }

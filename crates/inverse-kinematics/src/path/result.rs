@@ -6,7 +6,7 @@ use crate::path::follow::distance;
 use crate::path::station::{Poses, Station};
 use crate::solver::inverse_solution::Unreachable;
 
-/// Puts the result together while the stations are gone through a second time.
+/// Builds the result during a second pass over the stations.
 pub(crate) struct Choosing<'a> {
     of: Poses<'a>,
     segments: &'a [SegmentKind],
@@ -17,11 +17,11 @@ pub(crate) struct Choosing<'a> {
     result: PathChoice,
 }
 
-/// How the turn of a free axis is spread over its stretch: the first way in which all poses are
-/// within the limits.
+/// Distributions of the turn of a free axis over its stretch: the first with all poses within the
+/// limits is used.
 const SPREADS: [fn(f64) -> f64; 3] = [|t| t, |t| if t > 0.0 { 1.0 } else { 0.0 }, |t| if t < 1.0 { 0.0 } else { 1.0 }];
 
-/// Turn of a free axis that is rounding, rad: its values are limits read beside the pole.
+/// Turn of a free axis that counts as rounding, rad: its values are limits read beside the pole.
 const NO_TURN: f64 = 1e-6;
 
 impl<'a> Choosing<'a> {
@@ -70,8 +70,8 @@ impl<'a> Choosing<'a> {
         Ok(())
     }
 
-    /// Fills in the values of a station; returns those at its end, where a free axis has turned to
-    /// where it leaves.
+    /// Fills in the values of a station; returns those at its end, after a free axis has turned to
+    /// its leaving value.
     fn leave(&mut self, station: &Station, leaving: Option<&AxisValues>) -> Result<AxisValues, PathError> {
         let Some(axis) = station.free else {
             self.result.values.push(self.at);
@@ -166,7 +166,7 @@ impl<'a> Choosing<'a> {
         all
     }
 
-    /// Largest turn of a rotary axis per way of the tip, 0 for what is no cut or is broken.
+    /// Returns the largest turn of a rotary axis per way of the tip, 0 for a link or a break.
     fn speed(&self, segment: usize) -> f64 {
         let is_whole = self.segments.get(segment) == Some(&SegmentKind::Cut)
             && self.result.breaks.binary_search_by_key(&segment, |b| b.segment).is_err();

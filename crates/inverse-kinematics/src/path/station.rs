@@ -9,8 +9,8 @@ use crate::path::choice::PathError;
 use crate::path::follow::Base;
 use crate::solver::inverse_solution::{InverseSolution, Unreachable};
 
-/// A pose, or neighbouring poses in which the same rotary axis is free, with all that the machine
-/// may stand at.
+/// A pose, or neighbouring poses in which the same rotary axis is free, with all possible positions
+/// of the machine.
 #[derive(Clone, Debug)]
 pub(crate) struct Station {
     /// First and last pose.
@@ -37,13 +37,13 @@ pub(crate) struct Poses<'a> {
     pub(crate) tool_length: f64,
 }
 
-/// The most positions at one pose.
+/// Largest number of positions at one pose.
 const MOST_NODES: usize = 512;
 
-/// Excess over a limit of a rotary axis that is rounding, rad.
+/// Excess over a limit of a rotary axis that counts as rounding, rad.
 const SLACK: f64 = 2e-13;
 
-/// The stations along a path, one after the other.
+/// Stations along a path, one after the other.
 pub(crate) struct Stations<'a> {
     of: Poses<'a>,
     reference: AxisValues,
@@ -52,12 +52,12 @@ pub(crate) struct Stations<'a> {
 }
 
 impl<'a> Stations<'a> {
-    /// `reference` is where an axis stands that is free all along.
+    /// Starts at the first pose; `reference` is the position of an axis that is free all along.
     pub(crate) fn new(of: Poses<'a>, reference: AxisValues) -> Self {
         Self { of, reference, at: 0, ahead: None }
     }
 
-    /// The station behind `previous`; `None` at the end.
+    /// Returns the station behind `previous`; `None` at the end.
     pub(crate) fn next(&mut self, previous: Option<&Station>) -> Result<Option<Station>, PathError> {
         let mut station = match self.ahead.take() {
             Some(station) => station,
@@ -81,12 +81,12 @@ impl Poses<'_> {
         bases.map_err(|reason| PathError::Unreachable { index, reason })
     }
 
-    /// The station that begins with a pose; of one with a free axis the values are still to be
+    /// Returns the station that begins with a pose; with a free axis its values are still to be
     /// settled.
     fn station(&self, first: usize) -> Result<Station, PathError> {
         let bases = self.bases(first)?;
-        // With three rotary axes a free axis stays at home: the others make up for it, and where
-        // they do is not followed.
+        // With three rotary axes a free axis stays at home: the others compensate, and where they
+        // do is not followed.
         let free = bases.iter().find_map(|b| b.free_axis).filter(|_| bases[0].meets);
         let mut station = Station { first, last: first, free, bases, nodes: Vec::new() };
         let Some(axis) = free else {
@@ -106,7 +106,7 @@ impl Poses<'_> {
     }
 
     /// Gives the free axis its values: those at which it arrives from the solutions before, and at
-    /// which it leaves for those behind.
+    /// which it leaves for the ones behind.
     fn settle(
         &self,
         station: &mut Station,
@@ -143,18 +143,18 @@ impl Poses<'_> {
         self.wind(station)
     }
 
-    /// The position at a pose with these rotary values.
+    /// Returns the position at a pose with these rotary values.
     pub(crate) fn at(&self, index: usize, rotary: &AxisValues) -> Option<AxisValues> {
         self.machine.at_rotaries(&self.poses[index], self.tool_length, rotary)
     }
 
-    /// The values with what is rounding beyond a limit cut off.
+    /// Returns the values with rounding beyond a limit cut off.
     pub(crate) fn within(&self, q: &AxisValues) -> Result<AxisValues, Unreachable> {
         let solution = InverseSolution { values: *q, branch: self.machine.branch_of(q), free_axis: None };
         self.machine.within_limits(solution).map(|s| s.values)
     }
 
-    /// The nodes of the solutions that are within the limits.
+    /// Creates the nodes of the solutions that are within the limits.
     fn wind(&self, station: &mut Station) -> Result<(), PathError> {
         let index = station.first;
         for (base, of) in station.bases.iter().enumerate().filter(|(_, b)| b.within) {
@@ -172,7 +172,7 @@ impl Poses<'_> {
         Ok(())
     }
 
-    /// All windings of the limited rotary axes.
+    /// Returns all windings of the limited rotary axes.
     fn windings(&self, q: &AxisValues) -> Vec<AxisValues> {
         let mut all = vec![*q];
         for (k, axis) in self.machine.axes().iter().enumerate() {
@@ -197,7 +197,8 @@ impl Poses<'_> {
         all
     }
 
-    /// Way of an axis from one value to another: of an endless one the short way round.
+    /// Returns the way of an axis from one value to another, for an endless one the short way
+    /// round.
     pub(crate) fn way(&self, axis: usize, from: f64, to: f64) -> f64 {
         if self.machine.axes()[axis].endless { nearest_turn(to, from) - from } else { to - from }
     }

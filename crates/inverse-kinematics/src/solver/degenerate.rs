@@ -3,19 +3,19 @@ use crate::axes::axis_values::AxisValues;
 use crate::machine_file::error::MachineError;
 use crate::solver::screw_chain::ScrewChain;
 
-/// Poses looked at. One that is singular by chance is not followed by seven more.
+/// Number of poses tested. A pose that is singular by chance is not followed by seven more.
 const POSES: u32 = 8;
 
-/// Singular value, part of the largest, up to which joints depend on each other. Files in degrees
-/// with nine digits leave 1e-9; what is larger at one pose in eight is a machine that can be
-/// steered there.
+/// Singular value, as a fraction of the largest, up to which joints depend on each other. Files in
+/// degrees with nine digits leave 1e-9; a larger value at one pose in eight is a machine that can
+/// be steered there.
 const DEPENDENT: f64 = 1e-8;
 
-/// Part of the joints in a motion from which on they are named.
+/// Share of a joint in a motion from which on its axis is named.
 const TAKES_PART: f64 = 1e-3;
 
 /// Refuses a chain of five joints in which some can move without moving the tool in every pose, so
-/// that the others do not suffice for tip and tool axis anywhere.
+/// the others do not suffice for tip and tool axis anywhere.
 pub(crate) fn refuse_degenerate(chain: &ScrewChain, axes: &[Axis]) -> Result<(), MachineError> {
     let mut takes_part = [false; 5];
     for pose in 0..POSES {

@@ -2,7 +2,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Unit, Vector3};
 
-/// Turns the spindle to a direction by two rotary axes in general position.
+/// Solution of two rotary axes in general position that turn the spindle to a direction.
 ///
 /// The tool axis is `Rot(first, q₁) · Rot(second, q₂) · spindle`; linear joints between them do not
 /// matter. The three directions `first`, `second` and the tool axis seen from between the two
@@ -51,10 +51,10 @@ pub(crate) struct RotaryAxis {
     /// Index among the machine's axes.
     pub(crate) axis: usize,
     pub(crate) direction: Vector3<f64>,
-    /// Azimuth 0 and 90°.
+    /// Directions of azimuth 0 and 90°.
     pub(crate) zero: Vector3<f64>,
     pub(crate) quarter: Vector3<f64>,
-    /// Azimuth of the spindle at the zero pose; of no meaning for the first axis.
+    /// Azimuth of the spindle at the zero pose; unused for the first axis.
     pub(crate) spindle_azimuth: f64,
 }
 
@@ -65,26 +65,27 @@ pub(crate) enum PairSolution {
     Two { positive: [f64; 2], negative: [f64; 2] },
     /// Edge of the reach: both sides coincide.
     One([f64; 2]),
-    /// The direction lies on the first axis, which may stand anywhere; value of the second.
+    /// The direction lies on the first axis, which may have any value; holds the value of the
+    /// second.
     FirstFree(f64),
     /// Out of reach by this angle.
     Beyond(f64),
 }
 
-/// Why two axes do not turn a tool to a range of directions.
+/// Reason why two axes do not turn a tool to a range of directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum PairFault {
     Parallel,
     SpindleAlongSecond,
 }
 
-/// Angle below which two directions count as the same, rad. It has to stay below the accuracy
-/// promised for solutions (1e-12), because at the pole the azimuth of the direction is dropped, and
-/// above rounding (1e-15), because there the azimuth is noise.
+/// Angle below which two directions count as the same, rad. It has to stay below the guaranteed
+/// accuracy of solutions (1e-12), because at the pole the azimuth of the direction is dropped, and
+/// above rounding (1e-15), where the azimuth is noise.
 pub(crate) const SAME_DIRECTION: f64 = 4e-13;
 
-/// Sine of the angle below which axes of a machine count as parallel: what a file in degrees with
-/// nine digits leaves.
+/// Sine of the angle below which axes of a machine count as parallel: the rounding of a file in
+/// degrees with nine digits.
 pub(crate) const PARALLEL_SINE: f64 = 1e-9;
 
 impl DirectionPair {
@@ -116,9 +117,10 @@ impl DirectionPair {
         Ok(Self { first, second, between, spindle_to_second, first_sign, constants })
     }
 
-    /// The values of both axes on the positive and on the negative side by the law of cosines,
-    /// which needs fewer functions than the half-angle formulas and loses digits near the pole and
-    /// the edges of the reach: `None` where cosines are nearer to those there than `apart`.
+    /// Returns the values of both axes on the positive and on the negative side by the law of
+    /// cosines, which needs fewer functions than the half-angle formulas and loses digits near the
+    /// pole and the edges of the reach: `None` where cosines are nearer to those there than
+    /// `apart`.
     pub(crate) fn solve_regular(&self, tool_axis: &Vector3<f64>, apart: f64) -> Option<[[Turned; 2]; 2]> {
         let of = &self.constants;
         let cos = tool_axis.dot(&self.first.direction);
@@ -156,11 +158,11 @@ impl DirectionPair {
         }))
     }
 
-    /// The values of both axes, each within ±2π, for a tool axis in the table frame.
+    /// Returns the values of both axes, each within ±2π, for a tool axis in the table frame.
     pub(crate) fn solve(&self, tool_axis: &Vector3<f64>) -> PairSolution {
         let to_first = angle(tool_axis, &self.first.direction);
         let half = 0.5 * (to_first + self.between + self.spindle_to_second);
-        // Half the perimeter less each side: all four sines are positive inside the reach.
+        // Half the perimeter minus each side: all four sines are positive inside the reach.
         let margins = [half - to_first, half - self.between, half - self.spindle_to_second, PI - half];
         let beyond = margins.iter().fold(0.0_f64, |worst, m| worst.max(-2.0 * m));
         if beyond > SAME_DIRECTION {
@@ -181,8 +183,8 @@ impl DirectionPair {
         PairSolution::Two { positive, negative: [self.first_sign * (azimuth - at_first), -at_second - spindle] }
     }
 
-    /// Whether this value of the second axis belongs to the positive side: the spindle is between 0
-    /// and 180° right-handed about the second axis from where it is nearest to the first.
+    /// Returns whether this value of the second axis belongs to the positive side: the spindle is
+    /// between 0 and 180° right-handed about the second axis from its place nearest to the first.
     pub(crate) fn is_positive(&self, second_value: f64) -> bool {
         (second_value + self.second.spindle_azimuth).rem_euclid(TAU) <= PI
     }
@@ -201,7 +203,7 @@ impl RotaryAxis {
     }
 }
 
-/// Angle between two unit vectors, accurate at 0 and π too.
+/// Returns the angle between two unit vectors, accurate at 0 and π too.
 pub(crate) fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }

@@ -6,12 +6,12 @@ use crate::solver::summed_rotaries::{Line, along};
 use crate::solver::tip_condition::{functions, value_and_gradient};
 use crate::solver::trig_roots::{SAMPLES, real_roots, sample_angle};
 
-/// Steps of Newton's method from the edge of what is reached, known to 1e-9 rad, or to 1e-6 where
-/// two edges meet.
+/// Steps of Newton's method from the edge of the reach, known to 1e-9 rad, or to 1e-6 where two
+/// edges meet.
 const MOST_STEPS: usize = 40;
 
 /// Three rotary joints, two of them parallel, with the tool along the first axis: the first value
-/// and one of the parallel ones are free, and the tip condition is what they are chosen by.
+/// and one of the parallel ones are free, and the tip condition determines them.
 ///
 /// Rotary values are `base + outer·by_outer + inner·by_inner`. The tip condition is of degree 1 in
 /// the inner value, f = A + B·cos + C·sin with A, B and C of degree 1 or 2 in the outer one. So at
@@ -21,14 +21,14 @@ pub(crate) struct FreePlane {
     branch: Branch,
     by_outer: [f64; 3],
     by_inner: [f64; 3],
-    /// The joints that the outer and the inner value belong to.
+    /// Indices of the joints of the outer and the inner value.
     outer: usize,
     inner: usize,
 }
 
 impl FreePlane {
-    /// From a position that meets the tool axis; `first_two` tells which two are parallel, `sign`
-    /// whether they turn opposite ways.
+    /// Starts from a position that meets the tool axis; `first_two` says which two are parallel,
+    /// `sign` whether they turn opposite ways.
     pub(crate) fn new(base: [f64; 3], branch: Branch, first_two: bool, sign: f64) -> Self {
         if first_two {
             Self { base, branch, by_outer: [1.0, 0.0, 0.0], by_inner: [0.0, 1.0, 0.0], outer: 0, inner: 1 }
@@ -37,9 +37,9 @@ impl FreePlane {
         }
     }
 
-    /// The solutions at the reference value of the first joint and of the other free one. If there
-    /// are none: those at the ends of the intervals of outer values that have any, nearest to the
-    /// reference first. So some are added if there are any.
+    /// Adds the solutions at the reference value of the first joint and of the other free one. If
+    /// there are none, it adds those at the ends of the intervals of outer values with solutions,
+    /// nearest to the reference first. So some are added if there are any.
     pub(crate) fn solve(&self, target: &Target<'_>, reference: [f64; 3], all: &mut Triples) {
         for line in [self.first_at(reference), self.other_at(reference)] {
             along(target, &line, reference, 0.0, all);
@@ -49,7 +49,7 @@ impl FreePlane {
         }
     }
 
-    /// The first joint at its reference value.
+    /// Returns the line with the first joint at its reference value.
     pub(crate) fn first_at(&self, reference: [f64; 3]) -> Line {
         if self.inner == 0 { self.inner_at(reference) } else { self.outer_at(reference) }
     }
@@ -72,22 +72,23 @@ impl FreePlane {
         [0, 1, 2].map(|k| self.base[k] + outer * self.by_outer[k] + inner * self.by_inner[k])
     }
 
-    /// The tip condition and its derivatives by outer and inner value.
+    /// Returns the tip condition and its derivatives by outer and inner value.
     fn condition(&self, target: &Target<'_>, [outer, inner]: [f64; 2]) -> (f64, [f64; 2]) {
         let (f, gradient) = value_and_gradient(&target.t, &self.values(outer, inner).map(functions));
         (f, [self.by_outer, self.by_inner].map(|by| gradient.dot(&Vector3::from(by))))
     }
 
-    /// A, and amplitude and phase of B·cos + C·sin, at an outer value.
+    /// Returns A, and amplitude and phase of B·cos + C·sin, at an outer value.
     fn wave(&self, target: &Target<'_>, outer: f64) -> [f64; 3] {
-        // A wave is at the start of its turn, and by its slope there, what B and C make of it.
+        // B is the value of the wave at the start of its turn, C its slope there.
         let (at_zero, [_, c]) = self.condition(target, [outer, 0.0]);
         let (opposite, _) = self.condition(target, [outer, std::f64::consts::PI]);
         let (a, b) = (0.5 * (at_zero + opposite), 0.5 * (at_zero - opposite));
         [a, b.hypot(c), c.atan2(b)]
     }
 
-    /// The two inner values that meet the tip condition best at an outer one, as rotary values.
+    /// Returns the two inner values that meet the tip condition best at an outer one, as rotary
+    /// values.
     pub(crate) fn best_at(&self, target: &Target<'_>, outer: f64) -> [[f64; 3]; 2] {
         let [a, amplitude, phase] = self.wave(target, outer);
         // NaN where the condition does not depend on the inner value.
@@ -119,8 +120,8 @@ impl FreePlane {
         }
     }
 
-    /// The nearest values that meet the tip condition, by the shortest step to where its tangent
-    /// does, and what is left of it over its scale. Where both derivatives are 0 every step halves
+    /// Returns the nearest values that meet the tip condition, by the shortest step to the zero of
+    /// its tangent, and the residual over its scale. Where both derivatives are 0 every step halves
     /// the distance.
     fn polished(&self, target: &Target<'_>, start: [f64; 2]) -> ([f64; 2], f64) {
         let (mut best, (mut f, mut slope)) = (start, self.condition(target, start));
@@ -128,7 +129,7 @@ impl FreePlane {
             let way = -f / (slope[0] * slope[0] + slope[1] * slope[1]);
             let next = [0, 1].map(|k| best[k] + (slope[k] * way).clamp(-0.1, 0.1));
             let (next_f, next_slope) = self.condition(target, next);
-            // Not for NaN either.
+            // Also false for NaN.
             if next_f.abs() < f.abs() {
                 (best, f, slope) = (next, next_f, next_slope);
             } else {

@@ -9,11 +9,11 @@ pub struct InverseSolution {
     /// The side of the rotary axis nearest to the tool.
     pub branch: Branch,
     /// At the pole, where the tool axis lies along the rotary axis nearest to the workpiece: the
-    /// index of that axis. Any value of it does; `values` holds the reference value, with the
-    /// linear values that belong to it.
+    /// index of that axis. Any of its values is a solution; `values` holds the reference value,
+    /// with the linear values that belong to it.
     ///
-    /// With three rotary axes: the axis that can move on while the others make up for it, where a
-    /// whole curve of solutions is. `values` holds those at its reference value, or at one near
+    /// With three rotary axes: the axis that can move on while the others compensate, where
+    /// solutions form a whole curve. `values` holds those at its reference value, or at one near
     /// that.
     pub free_axis: Option<usize>,
 }
@@ -32,7 +32,7 @@ pub enum Branch {
     Negative,
 }
 
-/// Which branch to take where there is no previous position to stay near to.
+/// Branch to take where there is no previous position to stay near to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum BranchPreference {
     /// The one nearest to home.
@@ -47,8 +47,8 @@ pub enum BranchPreference {
 /// All solutions within the limits, each once.
 ///
 /// With two rotary axes one or two, the positive branch first. With three up to [`MAX_SOLUTIONS`],
-/// several on a branch: those come first that are reached first from the reference position, so
-/// that the first one on a branch goes on from where the machine stands.
+/// several on a branch, in the order of the time to reach them from the reference position, so the
+/// first one on a branch continues the machine's present position.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct InverseSolutions {
     // Entries from `n` on are empty.
@@ -57,14 +57,14 @@ pub struct InverseSolutions {
     kept: Kept,
 }
 
-/// Joints between the workpiece and every tool that is solved here.
+/// Number of joints between the workpiece and every tool that is solved here.
 pub(crate) const N_JOINTS: usize = 5;
 
 /// Common part of all solutions for one head of two.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Kept {
     own: OwnAxes,
-    /// 0 where all axes move the tool; the rest has no meaning then.
+    /// 0 where all axes move the tool; the rest is unused then.
     n_axes: u8,
     /// Values of the axes that do not move the tool, ascending.
     others: [f64; MAX_AXES - N_JOINTS],
@@ -84,7 +84,7 @@ impl Kept {
         kept
     }
 
-    /// All values, those of the axes that move the tool being `own`.
+    /// Returns all values, with `own` for the axes that move the tool.
     #[inline(never)]
     fn with(&self, own: &[f64; N_JOINTS]) -> AxisValues {
         let (mut others, mut moving) = (self.others.iter(), self.own.iter().zip(own).peekable());
@@ -98,7 +98,7 @@ impl Kept {
 /// Indices of the axes that move the tool, ascending.
 pub(crate) type OwnAxes = [u8; N_JOINTS];
 
-/// A solution in less than half the room, because solutions are made and copied by the million.
+/// A solution in less than half the space, because solutions are made and copied by the million.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Packed {
     values: [f64; N_JOINTS],
@@ -131,11 +131,11 @@ impl Packed {
     }
 }
 
-/// The most solutions of any pose, windings aside: two with two rotary axes; with three twelve, the
-/// roots of a polynomial.
+/// Largest number of solutions of any pose, apart from windings: two with two rotary axes; with
+/// three twelve, the roots of a polynomial.
 pub const MAX_SOLUTIONS: usize = 12;
 
-/// Why there are no axis values for a CL point.
+/// Reason why there are no axis values for a CL point.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Unreachable {
     /// An axis would leave its limits on every branch; holds the branch with the smallest excess
@@ -169,7 +169,7 @@ pub enum Unreachable {
         /// Smallest turn that brings the direction into reach, rad.
         by: f64,
     },
-    /// Of two linear axes: in no pose of the rotary axes that gives the tool axis is the tip in the
+    /// With two linear axes: no pose of the rotary axes with this tool axis has the tip in the
     /// plane in which they move it.
     #[error("the linear axes {first} and {second} miss the tip by {by:.4} mm in every pose that gives the tool axis")]
     Tip {
@@ -177,8 +177,8 @@ pub enum Unreachable {
         first: AxisLetter,
         /// Linear axis nearer to the tool.
         second: AxisLetter,
-        /// Distance of the tip from the plane, at the best of the poses tried: some smaller one may
-        /// be missed, mm.
+        /// Distance of the tip from the plane at the best of the poses tried, mm; a smaller one may
+        /// be missed.
         by: f64,
     },
     /// In the pose of the rotary axes the linear axes lie in one plane.
@@ -193,8 +193,8 @@ pub enum Unreachable {
 }
 
 impl InverseSolutions {
-    /// A single solution; of one head of two with the axes that move its tool, the others are as in
-    /// the first one in all.
+    /// Stores a single solution; for one head of two only the axes that move its tool, the others
+    /// as in the first solution of all.
     #[inline]
     pub(crate) fn one(first: &InverseSolution, own: Option<OwnAxes>) -> Self {
         let kept = own.map_or(Kept::NONE, |own| Kept::new(&first.values, own));
@@ -203,7 +203,7 @@ impl InverseSolutions {
         all
     }
 
-    /// Adds a solution; more than fit are dropped.
+    /// Adds a solution; solutions that do not fit are dropped.
     #[inline]
     pub(crate) fn push(&mut self, solution: &InverseSolution) {
         if self.n < MAX_SOLUTIONS {
@@ -212,7 +212,7 @@ impl InverseSolutions {
         }
     }
 
-    /// Puts the solutions in ascending order of a measure; equal ones keep theirs.
+    /// Sorts the solutions in ascending order of a measure; equal ones keep their order.
     pub(crate) fn sort_by_measure(&mut self, measure: impl Fn(&InverseSolution) -> f64) {
         let kept = self.kept;
         let of = |packed: &Packed| measure(&packed.unpacked(&kept));
@@ -227,18 +227,18 @@ impl InverseSolutions {
         }
     }
 
-    /// The solutions; at least one.
+    /// Iterates over the solutions; at least one.
     pub fn iter(&self) -> impl Iterator<Item = InverseSolution> + '_ {
         self.items[..self.n].iter().map(|packed| packed.unpacked(&self.kept))
     }
 
-    /// Number of solutions.
+    /// Returns the number of solutions.
     #[expect(clippy::len_without_is_empty, reason = "there is always at least one")]
     pub fn len(&self) -> usize {
         self.n
     }
 
-    /// The (first) solution on this branch that is within the limits.
+    /// Returns the (first) solution on this branch that is within the limits.
     pub fn on_branch(&self, branch: Branch) -> Option<InverseSolution> {
         self.iter().find(|s| s.branch == branch)
     }

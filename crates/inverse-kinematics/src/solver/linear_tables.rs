@@ -5,15 +5,16 @@ use nalgebra::Point3;
 use crate::axes::axis_values::{AxisValues, MAX_AXES};
 use crate::solver::screw_chain::{LinearMap, ScrewChain};
 
-/// The values of three linear joints as quotients of functions of two rotary values.
+/// Values of three linear joints as quotients of functions of two rotary values.
 ///
-/// By Cramer's rule they are quotients of determinants. Every rotary joint turns all that stands
-/// behind it alike, and a determinant does not change when all its columns are turned: so each
-/// rotary value stands in it in the first power of its cosine and sine only, and nine coefficients
-/// tell all. The numerators are linear in the tip and in the tool length too.
+/// By Cramer's rule they are quotients of determinants. Every rotary joint turns everything behind
+/// it alike, and a determinant does not change when all its columns are turned. So each rotary
+/// value appears only in the first power of its cosine and sine, and nine coefficients suffice. The
+/// numerators are linear in the tip and in the tool length too.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct LinearTables {
-    /// Of each linear joint, for the constant, the tip's coordinates and the tool length.
+    /// Coefficients of each linear joint, for the constant, the tip's coordinates and the tool
+    /// length.
     numerators: [[[f64; 9]; 5]; 3],
     determinant: [f64; 9],
 }
@@ -25,7 +26,7 @@ pub(crate) struct LinearTablesAt {
 }
 
 impl LinearTables {
-    /// For rotary axes with these indices, from the table to the tool.
+    /// Creates the tables for rotary axes with these indices, from the table to the tool.
     pub(crate) fn new(chain: &ScrewChain, rotaries: [usize; 2]) -> Self {
         let mut tables = Self { numerators: [[[0.0; 9]; 5]; 3], determinant: [0.0; 9] };
         // The weights of three equidistant samples in 1, cos and sin.
@@ -65,8 +66,8 @@ impl LinearTables {
 }
 
 impl LinearTablesAt {
-    /// The linear values for cosines and sines of the rotary ones; `None` where the linear joints
-    /// are dependent.
+    /// Returns the linear values for cosines and sines of the rotary ones; `None` where the linear
+    /// joints are dependent.
     pub(crate) fn solve(&self, [[c, s], [d, t]]: [[f64; 2]; 2]) -> Option<[f64; 3]> {
         let products = [1.0, d, t, c, c * d, c * t, s, s * d, s * t];
         let sum = |table: &[f64; 9]| table.iter().zip(&products).map(|(a, b)| a * b).sum::<f64>();

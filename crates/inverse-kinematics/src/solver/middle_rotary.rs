@@ -1,4 +1,4 @@
-//! The solutions of three rotary joints by the value of the middle one.
+//! Solutions of three rotary joints by the value of the middle one.
 
 use nalgebra::Vector3;
 
@@ -16,15 +16,15 @@ use crate::solver::trig_roots::{SAMPLES, Seeds, real_roots, sample_angle};
 /// ```
 ///
 /// with α = w₁·a, β = w₃·s, G = w₁·w₃′, N = 1 − G². Cosine and sine of q₁ and q₃ are linear in b,
-/// so that f = even ± odd·z, and f₊·f₋·N² is a trigonometric polynomial of degree 6 in q₂. Where b
-/// comes near to w₂ its roots stay apart, while the values of the first joint come together.
+/// so f = even ± odd·z, and f₊·f₋·N² is a trigonometric polynomial of degree 6 in q₂. Where b comes
+/// near to w₂ its roots stay apart, while the values of the first joint come together.
 pub(crate) struct MiddleRotary<'a> {
     pub(crate) w: &'a [Vector3<f64>; 3],
     pub(crate) spindle: &'a Vector3<f64>,
     pub(crate) target: &'a Target<'a>,
 }
 
-/// Everything at one value of the middle joint: 1, cosine and sine of first and third value are the
+/// Quantities at one value of the middle joint: 1, cosine and sine of first and third value are the
 /// first entry ± z times the second.
 struct AtMiddle {
     first: [[f64; 3]; 2],
@@ -36,7 +36,7 @@ struct AtMiddle {
 }
 
 impl MiddleRotary<'_> {
-    /// Values of the middle joint near every one that has a solution.
+    /// Returns values of the middle joint near every one that has a solution.
     pub(crate) fn roots(&self) -> Seeds {
         let mut samples = [0.0; SAMPLES];
         let mut size = 0.0_f64;
@@ -49,8 +49,8 @@ impl MiddleRotary<'_> {
         real_roots(&samples, 1e-14 * size)
     }
 
-    /// The two triples of rotary values at a value of the middle joint that meet the tool axis, or
-    /// come near to it.
+    /// Returns the two triples of rotary values at a value of the middle joint that meet the tool
+    /// axis, or come near to it.
     pub(crate) fn triples(&self, second: f64) -> [[f64; 3]; 2] {
         let at = self.at(second);
         let z = at.z_sq.max(0.0).sqrt();
@@ -60,7 +60,7 @@ impl MiddleRotary<'_> {
         })
     }
 
-    /// f₊·f₋·N² at a value of the middle joint.
+    /// Returns f₊·f₋·N² at a value of the middle joint.
     #[cfg(test)]
     pub(crate) fn polynomial(&self, second: f64) -> f64 {
         let at = self.at(second);

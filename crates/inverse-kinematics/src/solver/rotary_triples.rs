@@ -4,7 +4,7 @@ use crate::solver::inverse_solution::{Branch, MAX_SOLUTIONS};
 use crate::solver::tip_condition::{Coefficients, TipCondition};
 
 /// Rotary values nearer to each other than this are one solution, rad: two that are nearer miss the
-/// pose in between by less than 1e-12 rad, so that they cannot be distinguished.
+/// pose in between by less than 1e-12 rad, so they cannot be distinguished.
 const SAME_SOLUTION: f64 = 1e-6;
 
 /// Rotary values of a solution, from the table to the tool.
@@ -12,11 +12,11 @@ const SAME_SOLUTION: f64 = 1e-6;
 pub(crate) struct RotaryTriple {
     pub(crate) values: [f64; 3],
     pub(crate) branch: Branch,
-    /// Which of the three may take other values.
+    /// Index of the one that may take other values.
     pub(crate) free: Option<usize>,
 }
 
-/// The rotary values of all solutions.
+/// Rotary values of all solutions.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Triples {
     items: [RotaryTriple; MAX_SOLUTIONS],
@@ -33,7 +33,7 @@ impl Triples {
         &self.items[..self.n]
     }
 
-    /// Adds a solution that is not there yet.
+    /// Adds a solution that is not among them yet.
     pub(crate) fn push(&mut self, triple: RotaryTriple) {
         let same = |other: &RotaryTriple| {
             (0..3).all(|k| (0.5 * (other.values[k] - triple.values[k])).sin().abs() < 0.5 * SAME_SOLUTION)

@@ -5,7 +5,7 @@ use nalgebra::{Isometry3, Matrix3, Point3, SMatrix, SVector, Translation3, Unit,
 use crate::axes::axis::AxisKind;
 use crate::axes::axis_values::AxisValues;
 
-/// Length that counts as much as 1 rad where both stand in one matrix, mm.
+/// Length that counts as much as 1 rad where both are in one matrix, mm.
 pub(crate) const METRE: f64 = 1000.0;
 
 /// A joint as a screw in the table frame at the zero pose (all axis values 0).
@@ -19,7 +19,7 @@ pub(crate) struct Screw {
     pub(crate) direction: Unit<Vector3<f64>>,
     /// A point on the axis of a rotary joint.
     pub(crate) point: Vector3<f64>,
-    /// Parts of the turn of a rotary joint that do not change.
+    /// Constant parts of the turn of a rotary joint.
     turn: TurnParts,
 }
 
@@ -43,14 +43,14 @@ impl Screw {
         Self { axis, kind, direction, point, turn }
     }
 
-    /// Rotation and translation of everything behind a rotary joint, given cosine and sine of its
-    /// value.
+    /// Returns rotation and translation of everything behind a rotary joint, given cosine and sine
+    /// of its value.
     fn turned(&self, [cos, sin]: [f64; 2]) -> (Matrix3<f64>, Vector3<f64>) {
         let turn = &self.turn;
         (turn.along + turn.across * cos + turn.cross * sin, turn.arm * (1.0 - cos) - turn.cross_arm * sin)
     }
 
-    /// Motion of everything behind the joint when its axis goes from 0 to `value`.
+    /// Returns the motion of everything behind the joint when its axis moves from 0 to `value`.
     pub(crate) fn motion(&self, value: f64) -> Isometry3<f64> {
         match self.kind {
             AxisKind::Linear => Isometry3::from_parts(
@@ -77,28 +77,28 @@ pub(crate) struct ScrewChain {
     pub(crate) table_from_nose: Isometry3<f64>,
 }
 
-/// Tool tip as a function of the linear axes while the rotary axes stand still: `tip = offset +
-/// directions · linears`.
+/// Tool tip as a function of the linear axes while the rotary axes do not move:
+/// `tip = offset + directions · linears`.
 pub(crate) struct LinearMap {
     pub(crate) offset: Vector3<f64>,
-    /// Columns in the order in which the linear joints stand in the chain.
+    /// Columns in the order of the linear joints in the chain.
     pub(crate) directions: Matrix3<f64>,
-    /// Tool axis, which depends on the rotary axes alone.
+    /// Tool axis, which depends only on the rotary axes.
     pub(crate) tool_axis: Vector3<f64>,
 }
 
 impl ScrewChain {
-    /// Motion of a link that `n_joints` joints separate from the table.
+    /// Returns the motion of a link that `n_joints` joints separate from the table.
     pub(crate) fn motion_behind(&self, n_joints: usize, q: &AxisValues) -> Isometry3<f64> {
         self.motion_on(Isometry3::identity(), 0..n_joints, q)
     }
 
-    /// Motion of a link behind these joints, from that of the link in front of them.
+    /// Returns the motion of a link behind these joints, from that of the link in front of them.
     pub(crate) fn motion_on(&self, front: Isometry3<f64>, joints: Range<usize>, q: &AxisValues) -> Isometry3<f64> {
         self.screws[joints].iter().fold(front, |m, s| m * s.motion(q.get_or_zero(s.axis)))
     }
 
-    /// Tool tip in the nose frame lies `tool_length` in front of the nose.
+    /// Returns the tool pose, whose tip lies `tool_length` in front of the nose.
     pub(crate) fn forward(&self, q: &AxisValues, tool_length: f64) -> Isometry3<f64> {
         self.motion_behind(self.screws.len(), q) * self.table_from_tool_at_zero(tool_length)
     }
@@ -107,14 +107,14 @@ impl ScrewChain {
         self.table_from_nose * Translation3::new(0.0, 0.0, -tool_length)
     }
 
-    /// Tool axis at the zero pose.
+    /// Returns the tool axis at the zero pose.
     pub(crate) fn spindle_at_zero(&self) -> Unit<Vector3<f64>> {
         self.table_from_nose.rotation * Vector3::z_axis()
     }
 
-    /// Velocities that the first five joints, in chain order, give the tool at `q`: of the tool
-    /// axis along two directions across it (the two vectors), and of the tip per metre; linear
-    /// joints per metre too.
+    /// Returns the velocities that the first five joints, in chain order, give the tool at `q`: of
+    /// the tool axis along two directions across it (the two vectors), and of the tip per metre;
+    /// linear joints per metre too.
     pub(crate) fn tool_velocities(&self, q: &AxisValues, tool_length: f64) -> (SMatrix<f64, 5, 5>, [Vector3<f64>; 2]) {
         let end = self.forward(q, tool_length);
         let (tip, tool_axis) = (Point3::from(end.translation.vector), end.rotation * Vector3::z());
@@ -138,8 +138,8 @@ impl ScrewChain {
         (velocities, across)
     }
 
-    /// Tip and tool axis for the rotary values in `q`, its linear values left open. Linear joints
-    /// beyond three are 0.
+    /// Returns tip and tool axis for the rotary values in `q` as a function of the linear values.
+    /// Linear joints beyond three are 0.
     pub(crate) fn linear_map(&self, q: &AxisValues, tool_length: f64) -> LinearMap {
         let mut rotation = Matrix3::identity();
         let mut offset = Vector3::zeros();
@@ -168,13 +168,13 @@ impl ScrewChain {
 }
 
 impl LinearMap {
-    /// Smallest |determinant| of the three unit directions with which the tip can be placed. At
-    /// 1e-9 an error of 1e-15 in a direction already moves an axis by 1e-6 of the distance; smaller
-    /// is worse, larger refuses usable poses.
+    /// Smallest |determinant| of the three unit directions at which the tip can be placed. At 1e-9
+    /// an error of 1e-15 in a direction already moves an axis by 1e-6 of the distance; smaller is
+    /// worse, larger refuses usable poses.
     pub(crate) const MIN_DETERMINANT: f64 = 1e-9;
 
-    /// The linear values that bring the tip to `tip`; `None` when the three directions lie in a
-    /// plane.
+    /// Returns the linear values that bring the tip to `tip`; `None` when the three directions lie
+    /// in a plane.
     pub(crate) fn solve(&self, tip: &Point3<f64>) -> Option<Vector3<f64>> {
         let (rows, determinant) = self.cofactors();
         if determinant.abs() < Self::MIN_DETERMINANT || determinant.is_nan() {
@@ -187,14 +187,14 @@ impl LinearMap {
         Some(values + cramer(tip.coords - self.tip(&values)))
     }
 
-    /// Rows of the adjugate of the directions, and their determinant.
+    /// Returns the rows of the adjugate of the directions, and their determinant.
     pub(crate) fn cofactors(&self) -> ([Vector3<f64>; 3], f64) {
         let [x, y, z] = [0, 1, 2].map(|k| self.directions.column(k).into_owned());
         let rows = [y.cross(&z), z.cross(&x), x.cross(&y)];
         (rows, x.dot(&rows[0]))
     }
 
-    /// The first two linear values that bring the tip nearest to `tip`; `None` when the two
+    /// Returns the first two linear values that bring the tip nearest to `tip`; `None` when the two
     /// directions are parallel.
     pub(crate) fn solve_two(&self, tip: &Point3<f64>) -> Option<Vector3<f64>> {
         let [x, y] = [0, 1].map(|k| self.directions.column(k).into_owned());
@@ -209,7 +209,7 @@ impl LinearMap {
         Some(values + cramer(tip.coords - self.tip(&values)))
     }
 
-    /// The tip at these linear values.
+    /// Returns the tip at these linear values.
     pub(crate) fn tip(&self, linears: &Vector3<f64>) -> Vector3<f64> {
         self.offset + self.directions * linears
     }

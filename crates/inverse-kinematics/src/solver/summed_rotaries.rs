@@ -7,11 +7,11 @@ use crate::solver::rotary_triples::{RotaryTriple, Target, Triples};
 use crate::solver::tip_condition::{functions, value_and_gradient};
 use crate::solver::trig_roots::{SAMPLES, real_roots, sample_angle};
 
-/// Part of the largest coefficient of the tip condition below which it counts as zero all along a
-/// line.
+/// Fraction of the largest coefficient of the tip condition below which it counts as zero all along
+/// a line.
 const NO_CONDITION: f64 = 1e-11;
 
-/// Part of it that is rounding.
+/// Fraction of it that counts as rounding.
 const MET: f64 = 1e-13;
 
 /// Rounding of a direction, rad.
@@ -21,7 +21,7 @@ const DIRECTION_ROUNDING: f64 = 5e-16;
 const MOST_STEPS: usize = 12;
 
 /// Three rotary joints, the middle one parallel to one of its neighbours, that turn the tool to a
-/// direction and bring the tip into the plane that two linear joints move it in.
+/// direction and bring the tip into the plane of motion of two linear joints.
 ///
 /// Only the sum of the two parallel ones turns the tool axis, so that sum and the third value
 /// follow from it in closed form. Along each of the two branches the tip condition is a
@@ -40,14 +40,14 @@ pub(crate) struct SummedRotaries {
 pub(crate) struct Line {
     pub(crate) base: [f64; 3],
     pub(crate) direction: [f64; 3],
-    /// The joint that θ is the value of.
+    /// Index of the joint whose value is θ.
     pub(crate) unknown: usize,
     pub(crate) branch: Branch,
     pub(crate) free: Option<usize>,
 }
 
 impl SummedRotaries {
-    /// Directions of the rotary joints from the table to the tool, and the spindle, at the
+    /// Takes directions of the rotary joints from the table to the tool, and the spindle, at the
     /// machine's zero pose.
     pub(crate) fn new(
         w: [Unit<Vector3<f64>>; 3],
@@ -60,15 +60,15 @@ impl SummedRotaries {
         Ok(Self { pair, first_two, sign: w[1].dot(&beside).signum() })
     }
 
-    /// Rounding of a direction over the sine of its angle to the first axis: what is left open of
-    /// the first value. At the pole that is free.
+    /// Returns the uncertainty of the first value: rounding of a direction over the sine of its
+    /// angle to the first axis. At the pole that value is free.
     fn open(&self, tool_axis: &Vector3<f64>) -> f64 {
         let across = tool_axis.cross(&self.pair.first.direction).norm();
         DIRECTION_ROUNDING / across.max(SAME_DIRECTION)
     }
 
-    /// All solutions for a target. Where a whole curve of them is, those at the reference value of
-    /// its free joint; with the tool along the first axis those of [`FreePlane::solve`].
+    /// Returns all solutions for a target. On a whole curve of them, those at the reference value
+    /// of its free joint; with the tool along the first axis those of [`FreePlane::solve`].
     pub(crate) fn solve(&self, target: &Target<'_>, reference: [f64; 3]) -> Triples {
         let mut all = Triples::new();
         if let PairSolution::FirstFree(second) = self.pair.solve(&target.tool_axis) {
@@ -82,8 +82,8 @@ impl SummedRotaries {
         all
     }
 
-    /// The solution nearest to a reference position on its line; `None` where Newton's method does
-    /// not find one.
+    /// Returns the solution nearest to a reference position on its line; `None` where Newton's
+    /// method does not find one.
     pub(crate) fn near(&self, target: &Target<'_>, reference: [f64; 3]) -> Option<RotaryTriple> {
         let branch = self.branch_of(reference);
         let line = self.lines(target, reference).into_iter().flatten().find(|l| l.branch == branch)?;
@@ -96,7 +96,7 @@ impl SummedRotaries {
         if self.pair.is_positive(second) { Branch::Positive } else { Branch::Negative }
     }
 
-    /// Angle by which a direction is out of reach, 0 within.
+    /// Returns the angle by which a direction is out of reach, 0 within.
     pub(crate) fn out_of_reach(&self, tool_axis: &Vector3<f64>) -> f64 {
         match self.pair.solve(tool_axis) {
             PairSolution::Beyond(by) => by,
@@ -104,8 +104,8 @@ impl SummedRotaries {
         }
     }
 
-    /// The rotary values at a value of the unknown on one branch; with the tool along the first
-    /// axis those that meet the tip condition best there.
+    /// Returns the rotary values at a value of the unknown on one branch; with the tool along the
+    /// first axis those that meet the tip condition best there.
     pub(crate) fn values_at(&self, target: &Target<'_>, value: f64, positive: bool) -> Option<[f64; 3]> {
         if let PairSolution::FirstFree(second) = self.pair.solve(&target.tool_axis) {
             return Some(self.free_plane(second).best_at(target, value)[usize::from(!positive)]);
@@ -141,14 +141,15 @@ impl SummedRotaries {
         }
     }
 
-    /// The tool axis lies on the first axis: that is free, and so is one of the parallel joints.
+    /// Returns the free values where the tool axis lies on the first axis: that one, and one of the
+    /// parallel joints.
     fn free_plane(&self, second: f64) -> FreePlane {
         let base = if self.first_two { [0.0, 0.0, second] } else { [0.0, second, 0.0] };
         FreePlane::new(base, self.branch_of(base), self.first_two, self.sign)
     }
 }
 
-/// The solutions on one line, the place of which is known to `open`, rad: two that come so near to
+/// Adds the solutions on one line, whose place is known to `open`, rad. Two that come so near to
 /// each other that they may be one, or just missed, are added too.
 pub(crate) fn along(target: &Target<'_>, line: &Line, reference: [f64; 3], open: f64, all: &mut Triples) {
     let mut samples = [0.0; SAMPLES];
@@ -156,7 +157,7 @@ pub(crate) fn along(target: &Target<'_>, line: &Line, reference: [f64; 3], open:
         *sample = line.condition(target, sample_angle(k)).0;
     }
     let size = samples.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-    // Beside a curve of solutions there are some that are not where the reference is.
+    // Besides a curve of solutions there are single ones away from the reference.
     let at_reference = reference[line.unknown];
     if size < NO_CONDITION * target.scale && line.condition(target, at_reference).0.abs() < MET * target.scale {
         all.push(line.triple(at_reference, line.free.or(Some(line.unknown))));
@@ -179,13 +180,13 @@ impl Line {
         RotaryTriple { values: self.values(value), branch: self.branch, free }
     }
 
-    /// The tip condition and its derivative along the line.
+    /// Returns the tip condition and its derivative along the line.
     fn condition(&self, target: &Target<'_>, value: f64) -> (f64, f64) {
         let (f, gradient) = value_and_gradient(&target.t, &self.values(value).map(functions));
         (f, gradient.dot(&Vector3::from(self.direction)))
     }
 
-    /// Newton's method, and what it leaves of the tip condition over its scale.
+    /// Applies Newton's method; also returns the residual of the tip condition over its scale.
     fn polished(&self, target: &Target<'_>, start: f64) -> (f64, f64) {
         let (mut best, (mut f, mut slope)) = (start, self.condition(target, start));
         let mut step = -f / slope;

@@ -10,47 +10,47 @@ use crate::solver::screw_chain::ScrewChain;
 use crate::solver::tip_condition::{TipCondition, functions, value_and_gradient};
 use crate::solver::trig_roots::{SAMPLES, real_roots, sample_directions};
 
-/// Rotary values nearer to each other than this are one solution too if those in the middle between
-/// them are a solution.
+/// Rotary values nearer to each other than this also count as one solution if those in the middle
+/// between them are a solution.
 const MAYBE_SAME: f64 = 1e-2;
 
-/// How nearly: rad, and the part of the tip condition's scale.
+/// Accuracy of that test: rad, and the fraction of the tip condition's scale.
 const STILL_SOLUTION: f64 = 2e-13;
 
-/// First and third values nearer to those of a curve of solutions at the pole than this are on it,
+/// First and third values nearer than this to those of a curve of solutions at the pole are on it,
 /// rad: a solution beside it is a double root there, known to the root of the rounding.
 const STILL_ON_CURVE: f64 = 1e-7;
 
-/// Rounding of the tip condition as part of its scale.
+/// Rounding of the tip condition as a fraction of its scale.
 const ROUNDING: f64 = 2e-16;
 
-/// Difference from the target, rad and part of the tip condition's scale, that the forward solution
-/// may still accept.
+/// Difference from the target, rad and fraction of the tip condition's scale, that the forward
+/// solution may still accept.
 const MET: f64 = 1e-12;
 
-/// Part of the largest coefficient of the tip condition below which its polynomial counts as zero,
-/// so that any value solves it.
+/// Fraction of the largest coefficient of the tip condition below which its polynomial counts as
+/// zero, so any value solves it.
 const NO_CONDITION: f64 = 1e-11;
 
-/// Angle from the pole of the middle rotary within which solutions are looked for at the pole as
-/// well, rad. There two roots come nearer and nearer to each other, while their middle values stay
-/// apart; larger costs time only.
+/// Angle from the pole of the middle rotary within which solutions are also searched at the pole,
+/// rad. There two roots come nearer and nearer to each other, while their middle values stay apart;
+/// larger costs only time.
 const BESIDE_POLE: f64 = 0.02;
 
-/// Part of the largest coefficient of the tip condition below which it hardly tells the middle
-/// value at its pole.
+/// Fraction of the largest coefficient of the tip condition below which it hardly determines the
+/// middle value at its pole.
 const HARDLY_A_CONDITION: f64 = 1e-5;
 
-/// Length of a stretch on which the polynomial is 0 to rounding from which on it is looked at as a
-/// curve of solutions, rad. Eight roots that meet are a stretch of 0.02.
+/// Length from which on a stretch with a polynomial of 0 to rounding is examined as a curve of
+/// solutions, rad. Eight roots that meet are a stretch of 0.02.
 const CURVE: f64 = 0.1;
 
 /// Steps of Newton's method. From a root of the polynomial two are enough; at a double root every
-/// step halves the distance, from 0.01 rad to what rounding leaves of it in some thirty.
+/// step halves the distance, from 0.01 rad to the rounding in some thirty.
 const MOST_STEPS: usize = 40;
 
 /// Three rotary joints, none parallel to the next, that turn the tool to a direction and bring the
-/// tip into the plane that two linear joints move it in.
+/// tip into the plane of motion of two linear joints.
 ///
 /// Values are counted from the pose in which all directions but the first lie in one plane; see
 /// [`ThreeRotaries::zero`]. With b the tool axis seen behind the first joint and v the one seen in
@@ -74,15 +74,15 @@ pub(crate) struct ThreeRotaries {
     spindle: Vector3<f64>,
     /// Cosine and sine of the angles between first and second, second and third, third and spindle.
     sides: [[f64; 2]; 3],
-    /// Least angle between second axis and tool axis in front of the third joint, and what the
-    /// largest lacks of 180°.
+    /// Least angle between second axis and tool axis in front of the third joint, and the
+    /// difference of the largest from 180°.
     spindle_from_second: [f64; 2],
     between: f64,
-    /// Values of the machine's axes where those counted here are 0.
+    /// Values of the machine's axes where the values here are 0.
     pub(crate) zero: [f64; 3],
 }
 
-/// Everything at one value of φ.
+/// Quantities at one value of φ.
 struct AtFirst {
     cos_third: f64,
     /// Square of the sine of the third value; negative where there is none.
@@ -94,7 +94,7 @@ struct AtFirst {
     h: f64,
 }
 
-/// The tip condition as a function of φ, and the frame φ is counted in.
+/// The tip condition as a function of φ, and the frame of φ.
 struct Harmonics {
     azimuth: f64,
     /// Part of the tool axis along w₁ and across.
@@ -106,7 +106,7 @@ struct Harmonics {
 }
 
 impl ThreeRotaries {
-    /// Directions of the rotary joints from the table to the tool, and the spindle, at the
+    /// Takes directions of the rotary joints from the table to the tool, and the spindle, at the
     /// machine's zero pose.
     pub(crate) fn new(w: [Unit<Vector3<f64>>; 3], spindle: &Unit<Vector3<f64>>) -> Self {
         let [u, v, z] = w.map(Unit::into_inner);
@@ -129,13 +129,13 @@ impl ThreeRotaries {
         }
     }
 
-    /// The tip condition of the chain, in the values counted here.
+    /// Returns the tip condition of the chain, in the values of this solver.
     pub(crate) fn condition(&self, chain: &ScrewChain, axes: [usize; 3]) -> TipCondition {
         TipCondition::new(chain, axes, self.zero)
     }
 
-    /// All solutions for a target; where a whole curve of them is, those at the reference value of
-    /// its free joint.
+    /// Returns all solutions for a target; on a whole curve of them, those at the reference value
+    /// of its free joint.
     pub(crate) fn solve(&self, target: &Target<'_>, reference: [f64; 3]) -> Triples {
         let harmonics = self.harmonics(target);
         let mut all = Triples::new();
@@ -168,20 +168,20 @@ impl ThreeRotaries {
         all
     }
 
-    /// Newton's method from a reference position; `None` where it does not converge.
+    /// Applies Newton's method from a reference position; `None` where it does not converge.
     pub(crate) fn near(&self, target: &Target<'_>, reference: [f64; 3]) -> Option<RotaryTriple> {
         let start = [0, 1, 2].map(|k| reference[k] - self.zero[k]);
         let (values, error) = self.polished(target, start);
         (error < 1e-12).then(|| self.triple(values, None))
     }
 
-    /// The side of the last rotary: the spindle is between 0 and 180° right-handed about it from
-    /// where it is nearest to the middle one.
+    /// Returns the side of the last rotary: the spindle is between 0 and 180° right-handed about it
+    /// from its place nearest to the middle one.
     pub(crate) fn is_positive(&self, third_value: f64) -> bool {
         (third_value - self.zero[2]).rem_euclid(2.0 * PI) <= PI
     }
 
-    /// Angle by which a direction is out of reach, 0 within.
+    /// Returns the angle by which a direction is out of reach, 0 within.
     pub(crate) fn out_of_reach(&self, tool_axis: &Vector3<f64>) -> f64 {
         let to_first = angle(tool_axis, &self.first.direction);
         let [near, far] = self.spindle_from_second;
@@ -189,8 +189,8 @@ impl ThreeRotaries {
         (nearest - (PI - far)).max(near - farthest).max(0.0)
     }
 
-    /// The rotary values at an angle φ of the first on one side of the third; `None` where there is
-    /// none.
+    /// Returns the rotary values at an angle φ of the first on one side of the third; `None` where
+    /// there is none.
     pub(crate) fn values_at(&self, target: &Target<'_>, phi: f64, positive: bool) -> Option<[f64; 3]> {
         let harmonics = self.harmonics(target);
         let (sin, cos) = phi.sin_cos();
@@ -198,7 +198,7 @@ impl ThreeRotaries {
         (at.sin_third_sq >= 0.0).then(|| self.machine_values(self.values(&harmonics, &at, phi, positive)))
     }
 
-    /// H at an angle φ of the first rotary.
+    /// Returns H at an angle φ of the first rotary.
     #[cfg(test)]
     pub(crate) fn polynomial(&self, target: &Target<'_>, phi: f64) -> f64 {
         let at = self.at(&self.harmonics(target), [phi.cos(), phi.sin()]);
@@ -222,7 +222,7 @@ impl ThreeRotaries {
         }
     }
 
-    /// g, h and D at φ, given its cosine and sine.
+    /// Returns g, h and D at φ, given its cosine and sine.
     fn at(&self, of: &Harmonics, [cos, sin]: [f64; 2]) -> AtFirst {
         let [[cos1, sin1], [cos2, sin2], [cos3, sin3]] = self.sides;
         let b_along = of.along * cos1 + of.across * sin1 * cos;
@@ -249,20 +249,20 @@ impl ThreeRotaries {
         [of.azimuth - phi, second, s.atan2(at.cos_third)]
     }
 
-    /// The solutions at a root of the polynomial.
+    /// Adds the solutions at a root of the polynomial.
     fn at_root(&self, target: &Target<'_>, of: &Harmonics, phi: f64, all: &mut Triples) {
         let (sin, cos) = phi.sin_cos();
         let at = self.at(of, [cos, sin]);
-        // Roots near the edge of the third's reach are only known to the root of the rounding.
+        // Roots near the edge of the third's reach are known only to the root of the rounding.
         if at.sin_third_sq < -1e-5 {
             return;
         }
         let odd = at.h * at.sin_third_sq.max(0.0).sqrt();
         let [plus, minus] = [(at.g + odd).abs(), (at.g - odd).abs()];
         for (positive, own, other) in [(true, plus, minus), (false, minus, plus)] {
-            // The other side's condition is not met there, unless both are nearly. Beside the pole
+            // The other side's condition is not met there, unless both nearly are. Beside the pole
             // the middle value, and with it the condition, changes so fast that the place of a root
-            // does not tell.
+            // does not decide.
             if own <= other || own < 1e-4 * at.d * target.scale || at.d < BESIDE_POLE * BESIDE_POLE {
                 let (values, error) = self.polished(target, self.values(of, &at, phi, positive));
                 self.add(target, values, error, all);
@@ -270,7 +270,7 @@ impl ThreeRotaries {
         }
     }
 
-    /// Adds a solution that is distinct from those that are there.
+    /// Adds a solution that is distinct from the present ones.
     fn add(&self, target: &Target<'_>, values: [f64; 3], error: f64, all: &mut Triples) {
         if error > 1e-11 {
             return;
@@ -283,7 +283,7 @@ impl ThreeRotaries {
             });
             let middle = [0, 1, 2].map(|k| values[k] + 0.5 * way[k]);
             let is_near = way.iter().all(|d| d.abs() < MAYBE_SAME);
-            // Another one of those that differ in the free value alone.
+            // Another one of those that differ only in the free value.
             let on_its_curve = other.free == Some(1) && way[0].abs().max(way[2].abs()) < STILL_ON_CURVE;
             on_its_curve || is_near && self.is_met(target, middle)
         };
@@ -292,8 +292,8 @@ impl ThreeRotaries {
         }
     }
 
-    /// At the pole of the middle joint, where b and v lie along it, its value follows from the tip
-    /// condition alone. Returns whether it is near.
+    /// Adds solutions at the pole of the middle joint, where b and v lie along it: its value
+    /// follows from the tip condition alone. Returns whether the pole is near.
     fn beside_pole(&self, target: &Target<'_>, of: &Harmonics, reference: [f64; 3], all: &mut Triples) -> bool {
         let to_first = of.across.atan2(of.along);
         let from_second = [(to_first - self.between).abs(), (PI - to_first - self.between).abs()];
@@ -330,7 +330,7 @@ impl ThreeRotaries {
         is_near
     }
 
-    /// The solutions by the value of the middle joint.
+    /// Adds the solutions by the value of the middle joint.
     fn by_middle(&self, target: &Target<'_>, all: &mut Triples) {
         let middle = self.middle(target);
         for start in middle.roots().as_slice().iter().flat_map(|&second| middle.triples(second)) {
@@ -347,8 +347,8 @@ impl ThreeRotaries {
         self.add(target, values, error, all);
     }
 
-    /// Where every value of the first joint gives solutions: those at its reference value, or,
-    /// where the third has none there, at the nearest of a row of values.
+    /// Adds solutions where every value of the first joint gives some: those at its reference
+    /// value, or, where the third has none there, at the nearest of a row of values.
     fn on_curve(&self, target: &Target<'_>, of: &Harmonics, reference: [f64; 3], all: &mut Triples) {
         let at_reference = of.azimuth - (reference[0] - self.zero[0]);
         let n = 180;
@@ -373,12 +373,13 @@ impl ThreeRotaries {
         }
     }
 
-    /// Whether the forward solution at these values cannot be distinguished from the target.
+    /// Returns whether the forward solution at these values cannot be distinguished from the
+    /// target.
     fn is_met(&self, target: &Target<'_>, q: [f64; 3]) -> bool {
         let tip = value_and_gradient(&target.t, &q.map(functions)).0.abs();
         let sine = target.condition.sine(&q).min(1.0);
-        // Where the linear joints are nearly parallel, a small value of the condition is a long way
-        // of theirs.
+        // Where the linear joints are nearly parallel, a small value of the condition means a long
+        // way for them.
         self.error(target, q).0 < STILL_SOLUTION && tip < (STILL_SOLUTION * sine + ROUNDING) * target.scale
     }
 
@@ -392,8 +393,8 @@ impl ThreeRotaries {
         [0, 1, 2].map(|k| values[k] + self.zero[k])
     }
 
-    /// How far values are from the target, rad (the tip condition over its scale), and the Newton
-    /// step from there.
+    /// Returns the distance of values from the target, rad (the tip condition over its scale), and
+    /// the Newton step from there.
     fn error(&self, target: &Target<'_>, q: [f64; 3]) -> (f64, Option<Vector3<f64>>) {
         let e = q.map(functions);
         let [w1, w2, w3] = &self.w;
@@ -416,8 +417,8 @@ impl ThreeRotaries {
         (off.norm() + residual.z.abs(), (determinant != 0.0 && step.iter().all(|s| s.is_finite())).then_some(step))
     }
 
-    /// Newton's method on all three values, which also holds where two roots of the polynomial
-    /// meet. Returns the best values and their [error](Self::error).
+    /// Applies Newton's method to all three values, which also converges where two roots of the
+    /// polynomial meet. Returns the best values and their [error](Self::error).
     fn polished(&self, target: &Target<'_>, start: [f64; 3]) -> ([f64; 3], f64) {
         const LARGEST_STEP: f64 = 0.3;
         let mut best = start;
@@ -443,7 +444,7 @@ impl ThreeRotaries {
     }
 }
 
-/// `v` turned about the unit vector `w`, given cosine and sine.
+/// Returns `v` turned about the unit vector `w`, given cosine and sine.
 fn turned(w: &Vector3<f64>, [cos, sin]: [f64; 2], v: &Vector3<f64>) -> Vector3<f64> {
     v * cos + w.cross(v) * sin + w * (w.dot(v) * (1.0 - cos))
 }

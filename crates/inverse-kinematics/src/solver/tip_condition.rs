@@ -9,21 +9,21 @@ use crate::solver::screw_chain::ScrewChain;
 /// the i-th function of the first, the j-th of the second, the k-th of the third.
 pub(crate) type Coefficients = [f64; 27];
 
-/// Condition that two linear joints cannot meet: the tip's distance from the plane in which they
-/// move it, as a function of three rotary values.
+/// Condition that two linear joints cannot meet: the tip's distance from the plane of their motion,
+/// as a function of three rotary values.
 ///
 /// With d and e the directions of the linear joints, the distance times |d × e| is det(d, e, tip −
-/// offset). Every rotary joint turns all that stands behind it alike, and a determinant does not
-/// change when all its columns are turned: so each rotary value stands in it in the first power of
-/// its cosine and sine only. It is linear in the tip and in the tool length too.
+/// offset). Every rotary joint turns everything behind it alike, and a determinant does not change
+/// when all its columns are turned. So each rotary value appears only in the first power of its
+/// cosine and sine. It is linear in the tip and in the tool length too.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct TipCondition {
-    /// For the constant, the tip's coordinates and the tool length.
+    /// Coefficients for the constant, the tip's coordinates and the tool length.
     parts: [Coefficients; 5],
 }
 
 impl TipCondition {
-    /// For rotary values counted from `zero`.
+    /// Sets up the condition for rotary values counted from `zero`.
     pub(crate) fn new(chain: &ScrewChain, rotaries: [usize; 3], zero: [f64; 3]) -> Self {
         let mut parts = [[0.0; 27]; 5];
         let angles = [0.0, TAU / 3.0, 2.0 * TAU / 3.0];
@@ -50,36 +50,36 @@ impl TipCondition {
         Self { parts }
     }
 
-    /// Sine of the angle between the two linear joints: the condition over it is the tip's distance
-    /// from their plane, mm.
+    /// Returns the sine of the angle between the two linear joints: the condition over it is the
+    /// tip's distance from their plane, mm.
     pub(crate) fn sine(&self, values: &[f64; 3]) -> f64 {
         let e = values.map(functions);
         let [_, x, y, z, _] = &self.parts;
         Vector3::from([x, y, z].map(|part| value_and_gradient(part, &e).0)).norm()
     }
 
-    /// The condition for one tip.
+    /// Returns the condition for one tip.
     pub(crate) fn at(&self, tip: &Point3<f64>, tool_length: f64) -> Coefficients {
         let [constant, x, y, z, length] = &self.parts;
         std::array::from_fn(|k| constant[k] + tip.x * x[k] + tip.y * y[k] + tip.z * z[k] + tool_length * length[k])
     }
 }
 
-/// det(d, e, tip − offset) as factors of 1, the tip's coordinates and the tool length.
+/// Returns det(d, e, tip − offset) as factors of 1, the tip's coordinates and the tool length.
 fn values_at(chain: &ScrewChain, q: &AxisValues) -> [f64; 5] {
     let map = chain.linear_map(q, 0.0);
     let normal: Vector3<f64> = map.directions.column(0).cross(&map.directions.column(1));
     [-normal.dot(&map.offset), normal.x, normal.y, normal.z, normal.dot(&map.tool_axis)]
 }
 
-/// 1, cos and sin of a value.
+/// Returns 1, cos and sin of a value.
 pub(crate) fn functions(value: f64) -> [f64; 3] {
     let (sin, cos) = value.sin_cos();
     [1.0, cos, sin]
 }
 
-/// Value of the condition and its derivatives by the three rotary values, from the functions of
-/// each.
+/// Returns the value of the condition and its derivatives by the three rotary values, from the
+/// functions of each.
 pub(crate) fn value_and_gradient(t: &Coefficients, e: &[[f64; 3]; 3]) -> (f64, Vector3<f64>) {
     let d = e.map(|[_, cos, sin]| [-sin, cos]);
     let (mut value, mut gradient) = (0.0, Vector3::zeros());

@@ -8,43 +8,43 @@ use nalgebra::Complex;
 /// Largest degree of the polynomials.
 pub(crate) const DEGREE: usize = 6;
 
-/// Equidistant values that tell a polynomial: one more than its coefficients, so that no highest
-/// sine is lost.
+/// Number of equidistant values that determine a polynomial: one more than its coefficients, so the
+/// highest sine is not lost.
 pub(crate) const SAMPLES: usize = 2 * (DEGREE + 1);
 
-/// Arcs in which roots are looked for: as many as keep the grid of samples the same in each.
+/// Arcs in which roots are searched: as many as keep the grid of samples the same in each.
 const ARCS: usize = SAMPLES / 2;
 
 /// Bernstein coefficients on an arc.
 const ORDER: usize = 2 * DEGREE + 1;
 
-/// Halvings of an arc: to 9e-7 rad, which is as near as the rounding of the samples (1e-14) lets
-/// two roots come before they are one.
+/// Halvings of an arc: to 9e-7 rad, the distance at which the rounding of the samples (1e-14)
+/// merges two roots.
 const HALVINGS: u32 = 20;
 
-/// Pieces looked at before the polynomial counts as zero all along an arc.
+/// Pieces examined before the polynomial counts as zero all along an arc.
 const MOST_PIECES: usize = 1200;
 
-/// Length of a bracket in which a root is taken from the last step, which is much nearer to it;
-/// part of an arc.
+/// Length of a bracket in which a root is taken from the last step, which is much nearer to it; as
+/// a fraction of an arc.
 const CLOSED: f64 = 1e-6;
 
-/// Most values returned.
+/// Largest number of returned values.
 const MOST_SEEDS: usize = 64;
 
-/// Length of a stretch, rad, up to which it holds one pair of roots that come together at the
-/// rounding of the samples.
+/// Length of a stretch, rad, up to which it holds one pair of roots that merge at the rounding of
+/// the samples.
 const NARROW: f64 = 5e-6;
 
-/// Pieces with roots that cannot be separated are one when they are so near to each other, rad.
+/// Pieces with roots that cannot be separated are one when they are this near to each other, rad.
 const ADJACENT: f64 = 1e-9;
 
-/// Angle of sample `k`.
+/// Returns the angle of sample `k`.
 pub(crate) fn sample_angle(k: usize) -> f64 {
     (k as f64 + 0.5) * TAU / SAMPLES as f64
 }
 
-/// Cosine and sine of every sample's angle.
+/// Returns cosine and sine of every sample's angle.
 pub(crate) fn sample_directions() -> &'static [[f64; 2]; SAMPLES] {
     static DIRECTIONS: LazyLock<[[f64; 2]; SAMPLES]> = LazyLock::new(|| {
         std::array::from_fn(|k| {
@@ -56,17 +56,18 @@ pub(crate) fn sample_directions() -> &'static [[f64; 2]; SAMPLES] {
 }
 
 /// Angles near which every root lies: a simple one to 1e-9 rad; where two or more are nearer to
-/// each other than 1e-6 rad, or than rounding can tell, three or five equidistant ones over the
+/// each other than 1e-6 rad, or than rounding can resolve, three or five equidistant ones over the
 /// stretch that holds them.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Seeds {
     angles: [f64; MOST_SEEDS],
     n: usize,
-    /// The stretch that is being put together.
+    /// The stretch under construction.
     stretch: Option<[f64; 2]>,
     /// Length of the longest stretch.
     pub(crate) widest: f64,
-    /// More pieces than are looked at: the polynomial is zero, or nearly so, along an arc.
+    /// Whether there were more pieces than are examined: the polynomial is zero, or nearly so,
+    /// along an arc.
     pub(crate) cut_off: bool,
 }
 
@@ -110,14 +111,14 @@ impl Seeds {
     }
 }
 
-/// The real roots of the trigonometric polynomial of at most [`DEGREE`] with these values at the
-/// [sample angles](sample_angle), known to `noise`.
+/// Returns the real roots of the trigonometric polynomial of at most [`DEGREE`] with these values
+/// at the [sample angles](sample_angle), known to `noise`.
 ///
 /// On an arc around φ₀, x = tan((φ − φ₀)/2) makes it a polynomial of twice the degree over (1 +
 /// x²)^degree. Its Bernstein coefficients have as many changes of sign as there are roots, or an
 /// even number more (Descartes' rule); none and one are proofs. Other pieces are halved; those that
-/// cannot be decided at the smallest width are returned as they are. So a double root is found, and
-/// one that rounding has turned into a near miss.
+/// cannot be decided at the smallest width are returned as they are. So a double root is found, as
+/// is one that rounding has turned into a near miss.
 pub(crate) fn real_roots(samples: &[f64; SAMPLES], noise: f64) -> Seeds {
     let basis: &Basis = &BASIS;
     let mut seeds = Seeds { angles: [0.0; MOST_SEEDS], n: 0, stretch: None, widest: 0.0, cut_off: false };
@@ -144,7 +145,7 @@ pub(crate) fn real_roots(samples: &[f64; SAMPLES], noise: f64) -> Seeds {
     seeds
 }
 
-/// Bernstein coefficients on the part of an arc from `low` to `low + width`, 0 to 1 being all of
+/// Bernstein coefficients on the part of an arc from `low` to `low + width`, where 0 to 1 is all of
 /// it.
 struct Piece {
     c: [f64; ORDER],
@@ -157,7 +158,7 @@ enum Signs {
     NoRoot,
     OneRoot,
     Unknown,
-    /// Nothing, as all of them are noise.
+    /// No conclusion: all of them are noise.
     Noise,
 }
 
@@ -195,7 +196,7 @@ impl Piece {
         if positive + negative == 0 {
             return Signs::Noise;
         }
-        // One change: undecided signs lie between the two runs only.
+        // One change: undecided signs lie only between the two runs.
         let (first, last) = (self.c[0], self.c[ORDER - 1]);
         let (of_first, of_last) = if first > 0.0 { (positive, negative) } else { (negative, positive) };
         let opposite = first.abs() > noise && last.abs() > noise && (first > 0.0) != (last > 0.0);
@@ -208,7 +209,7 @@ impl Piece {
         if run == of_first && end_run == of_last { Signs::OneRoot } else { Signs::Unknown }
     }
 
-    /// De Casteljau in the middle.
+    /// Splits in the middle by De Casteljau.
     fn halves(&self) -> [Self; 2] {
         let mut c = self.c;
         let mut left = [0.0; ORDER];
@@ -234,9 +235,9 @@ impl Piece {
         sum
     }
 
-    /// The root between ends of opposite sign, as a fraction of the piece (Ridders). The bracket
-    /// itself is closed: where the polynomial is nearly zero at an end without a root there, steps
-    /// get small long before.
+    /// Returns the root between ends of opposite sign, as a fraction of the piece (Ridders). The
+    /// bracket itself is closed: where the polynomial is nearly zero at an end without a root
+    /// there, steps get small long before.
     fn only_root(&self) -> f64 {
         let (mut a, mut b) = ([0.0, self.c[0]], [1.0, self.c[ORDER - 1]]);
         let point = |s: f64| [s, self.value(s)];
@@ -261,9 +262,9 @@ impl Piece {
     }
 }
 
-/// Part that does not depend on the polynomial.
+/// Precomputed part that does not depend on the polynomial.
 struct Basis {
-    /// Bernstein coefficients on the arc around angle 0 from samples.
+    /// Matrix from samples to Bernstein coefficients on the arc around angle 0.
     from_samples: [[f64; SAMPLES]; ORDER],
     binomials: [f64; ORDER],
     /// tan of a quarter of the arc.
@@ -292,8 +293,8 @@ impl Basis {
     }
 }
 
-/// Bernstein coefficients of e^{imφ}(1 + x²)^n = (1 + ix)^{n+m}·(1 − ix)^{n−m}, x = tan(φ/2) from
-/// −w to w.
+/// Returns Bernstein coefficients of e^{imφ}(1 + x²)^n = (1 + ix)^{n+m}·(1 − ix)^{n−m}, x =
+/// tan(φ/2) from −w to w.
 fn harmonic(m: i32, w: f64, binomials: &[f64; ORDER]) -> [Complex<f64>; ORDER] {
     let mut scaled = [Complex::new(0.0, 0.0); ORDER];
     scaled[0] = Complex::new(1.0, 0.0);

@@ -1,4 +1,4 @@
-//! Machines for tests, and forward kinematics written down a second time.
+//! Machines for tests, and a second implementation of forward kinematics.
 #![allow(dead_code, unreachable_pub, reason = "every test program uses a part of it")]
 
 pub mod oracle;
@@ -110,7 +110,7 @@ pub fn machine(workpiece: Vec<DhRow>, tool: Vec<DhRow>) -> Machine {
 }
 
 /// Trunnion: table tilts about A (x), turns about C; the A axis is offset from C by `dy`, `dz`;
-/// both go through the rotation point. At the zero pose the table frame is the bed's.
+/// both pass through the rotation point. At the zero pose the table frame is the bed's.
 pub fn trunnion_ac(sense: Sense, rotation_point: [f64; 3], dy: f64, dz: f64, a_limits: Option<(f64, f64)>) -> Machine {
     let [x, y, z] = rotation_point;
     let table = vec![
@@ -147,8 +147,8 @@ pub fn random_machine(r: &mut Random) -> Machine {
     random_machine_of(r, ["X", "Y", "Z", "B", "C"], |r| r.within(-180.0, 180.0))
 }
 
-/// The same with joints of these addresses, and angles between them as given: right ones make poles
-/// and parallel joints.
+/// Returns the same with joints of these addresses, and angles between them as given: right angles
+/// make poles and parallel joints.
 pub fn random_machine_of(r: &mut Random, axes: [&str; 5], angle: impl Fn(&mut Random) -> f64) -> Machine {
     loop {
         let mut joints = axes;
@@ -200,7 +200,7 @@ pub fn dual_mill_head() -> Machine {
     machine(table, tool)
 }
 
-/// Two linear and three rotary joints: a dual mill's head, machines in general position, and ones
+/// Two linear and three rotary joints: a dual mill's head, machines in general position, and some
 /// with right angles, many of them with two rotary joints parallel.
 pub fn families_of_three_rotaries() -> Vec<Machine> {
     let axes = ["X", "Y", "A", "B", "C"];
@@ -225,8 +225,8 @@ pub fn families() -> Vec<Machine> {
     all
 }
 
-/// Both views of each preset with two heads: one of three linear and two rotary joints, one of two
-/// and three.
+/// Returns both views of each preset with two heads: one of three linear and two rotary joints, one
+/// of two and three.
 pub fn dual_mills() -> [Vec<Machine>; 2] {
     ["dual-c-horizontal-xyzb", "dual-c-horizontal-xzab"].map(|name| {
         let path = format!("{}/../../assets/machines/{name}.json", env!("CARGO_MANIFEST_DIR"));
@@ -255,13 +255,13 @@ pub fn craig(row: &DhRow, values: &dyn Fn(&str) -> f64) -> Matrix4<f64> {
     m
 }
 
-/// Bed from the end of a chain's first `n` rows.
+/// Returns bed from the end of a chain's first `n` rows.
 pub fn craig_chain(rows: &[DhRow], machine: &Machine, q: &AxisValues) -> Matrix4<f64> {
     let value = |axis: &str| q[machine.axis_index(axis).unwrap()];
     rows.iter().fold(Matrix4::identity(), |m, row| m * craig(row, &value))
 }
 
-/// Table from tool by multiplying Craig's matrices.
+/// Returns table from tool by multiplying Craig's matrices.
 pub fn forward_by_matrices(machine: &Machine, q: &AxisValues, tool_length: f64) -> Matrix4<f64> {
     let file = machine.to_file();
     let table = craig_chain(&file.workpiece_chain.rows, machine, q);
@@ -275,8 +275,8 @@ pub fn cl_by_matrices(machine: &Machine, q: &AxisValues, tool_length: f64) -> Cl
     ClPoint { tip: Point3::from(tip.xyz()), axis: Unit::new_normalize(axis.xyz()) }
 }
 
-/// Largest difference of linear (mm) and rotary values (rad) of the axes that move the tool, full
-/// turns aside.
+/// Returns the largest difference of linear (mm) and rotary values (rad) of the axes that move the
+/// tool, apart from full turns.
 pub fn difference(machine: &Machine, a: &AxisValues, b: &AxisValues) -> (f64, f64) {
     let mut worst = (0.0_f64, 0.0_f64);
     for (k, axis) in machine.axes().iter().enumerate().filter(|(_, a)| a.carried_by != Carrier::OtherHead) {

@@ -10,7 +10,7 @@ use super::{Random, craig};
 /// Length that counts as much as 1 rad, mm.
 const LENGTH: f64 = 500.0;
 
-/// A machine as its file tells it.
+/// A machine read from its file.
 pub struct Oracle<'m> {
     machine: &'m Machine,
     file: MachineFile,
@@ -23,8 +23,8 @@ pub struct Oracle<'m> {
 #[derive(Debug)]
 pub struct Found {
     pub values: AxisValues,
-    /// Least singular value of the Jacobian, lengths counted in units of 500 mm: how far from
-    /// double the solution is.
+    /// Least singular value of the Jacobian, lengths counted in units of 500 mm: a measure of how
+    /// far the solution is from double.
     pub least_singular: f64,
 }
 
@@ -57,7 +57,7 @@ impl<'m> Oracle<'m> {
         SVector::from_iterator(tip.iter().chain(axis.iter()).copied())
     }
 
-    /// A value's unit in the Jacobian.
+    /// Returns a value's unit in the Jacobian.
     fn unit(&self, k: usize) -> f64 {
         if self.machine.axes()[k].kind == AxisKind::Linear { LENGTH } else { 1.0 }
     }
@@ -72,7 +72,8 @@ impl<'m> Oracle<'m> {
         }))
     }
 
-    /// Signed volume of the Jacobian, tool axis taken across itself: 0 where two solutions meet.
+    /// Returns the signed volume of the Jacobian, tool axis taken across itself: 0 where two
+    /// solutions meet.
     pub fn volume(&self, q: &AxisValues) -> f64 {
         let cl = self.cl_point(q);
         let j = self.jacobian(q, &cl);
@@ -84,7 +85,7 @@ impl<'m> Oracle<'m> {
         full.determinant()
     }
 
-    /// One damped Newton run; `None` where it does not converge.
+    /// Makes one damped Newton run; `None` where it does not converge.
     pub fn newton(&self, cl: &ClPoint, start: AxisValues) -> Option<Found> {
         let mut q = start;
         let mut damping = 1e-3;

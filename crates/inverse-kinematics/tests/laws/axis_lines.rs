@@ -42,7 +42,7 @@ fn random_lines(r: &mut Random) -> Vec<AxisLine> {
     lines
 }
 
-/// Motion of one joint, written as a rotation about a line.
+/// Returns the motion of one joint, written as a rotation about a line.
 fn screw(line: &AxisLine, value: f64) -> Isometry3<f64> {
     match &line.joint {
         Joint::Prismatic(j) => {

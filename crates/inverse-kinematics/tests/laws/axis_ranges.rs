@@ -36,7 +36,7 @@ fn families_with_bodies() -> Vec<Machine> {
     families().iter().map(with_bodies).collect()
 }
 
-/// A pose of a set; every third on its border.
+/// Returns a pose of a set; every third on its border.
 fn pose_of(set: &PoseSet, r: &mut Random, k: usize) -> ClPoint {
     let share = |r: &mut Random| if k.is_multiple_of(3) { 1.0 } else { r.within(0.0, 1.0) };
     let across = Unit::new_normalize(set.cl.axis.cross(&r.direction()));
@@ -50,7 +50,7 @@ fn random_set(machine: &Machine, r: &mut Random) -> PoseSet {
     PoseSet { cl, turn: size * r.within(0.0, 1.0), shift: 100.0 * size * r.within(0.0, 1.0) }
 }
 
-/// Farthest way of a corner of a body between two positions.
+/// Returns the farthest way of a corner of a body between two positions.
 fn way_of(machine: &Machine, body: usize, from: &AxisValues, to: &AxisValues) -> f64 {
     let at = |q: &AxisValues| machine.body_poses(q).nth(body).unwrap().table_from_solid;
     let (from, to) = (at(from), at(to));
@@ -101,7 +101,7 @@ fn every_pose_of_a_set_has_its_values_within_the_ranges_and_moves_no_body_farthe
         }
         known += usize::from(known_here > 20);
     }
-    // Machines with a rotary joint between two linear ones are not treated.
+    // Machines with a rotary joint between two linear ones are not supported.
     assert!(checked > 5000 && known >= 6 && tight > 2000, "{checked} checked on {known} machines, {tight} tight");
 }
 

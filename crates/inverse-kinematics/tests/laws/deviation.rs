@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 const TOOL: f64 = 140.0;
 const RADIUS: f64 = 40.0;
 
-/// Bound over deviation really there for tip, axis and rim; of the axis where it is above 1e-6 rad.
+/// Bound over real deviation for tip, axis and rim; for the axis where it is above 1e-6 rad.
 fn ratios(machine: &Machine, ends: [&AxisValues; 2]) -> [f64; 3] {
     let found = sampled(machine, TOOL, RADIUS, ends, 400);
     let bound = deviation_bound(machine, CuttingLaw::AxesLinear, ends[0], ends[1], TOOL);
@@ -119,7 +119,7 @@ fn every_pose_of_a_bent_rapid_is_near_one_pose_of_the_straight_way() {
             let b = a.lerp(&end, size);
             let [p0, p1] = [&a, &b].map(|q| cl_by_matrices(&machine, q, TOOL));
             let straight: Vec<ClPoint> = (0..=4000).map(|k| meant(&p0, &p1, f64::from(k) / 4000.0)).collect();
-            // Between two of these poses the meant motion is at most half a step from one of them.
+            // Between two of these poses the ideal motion is at most half a step from one of them.
             let step = apart(&straight[0], &straight[1]);
             let bound = deviation_bound(&machine, RapidLaw::PerAxis, &a, &b, TOOL);
             let (tip, axis) = (bound.tip + 0.51 * step.tip + 1e-9, bound.axis + 0.51 * step.axis + 1e-9);
@@ -139,11 +139,11 @@ fn a_rapid_bends_by_the_distance_of_its_corner_from_the_straight_line() {
     let a = AxisValues::from([100.0, 0.0, 300.0, 0.3, 0.0]);
     let b = AxisValues::from([200.0, 50.0, 300.0, 0.3, 0.0]);
     assert_eq!(machine.axes()[0].max_velocity, machine.axes()[1].max_velocity);
-    // X and Y run at 45° until Y is there: 50 mm each, against a line that rises 1 in 2.
+    // X and Y run at 45° until Y arrives: 50 mm each, against a line that rises 1 in 2.
     let corner = (50.0 * 100.0 - 50.0 * 50.0) / 100f64.hypot(50.0);
     let bound = deviation_bound(&machine, RapidLaw::PerAxis, &a, &b, TOOL);
     assert!((bound.tip - corner).abs() < 1e-9 && bound.axis < 1e-12, "{bound:?}");
-    // Straight at another speed is straight.
+    // A straight path at another speed is straight.
     let along = AxisValues::from([200.0, 0.0, 300.0, 0.3, 0.0]);
     assert!(deviation_bound(&machine, RapidLaw::PerAxis, &a, &along, TOOL).tip < 1e-9);
     assert_eq!(deviation_bound(&machine, RapidLaw::PerAxis, &a, &a, TOOL), Deviation::default());
@@ -151,7 +151,7 @@ fn a_rapid_bends_by_the_distance_of_its_corner_from_the_straight_line() {
 
 #[test]
 fn the_bound_of_a_bent_rapid_is_within_a_tenth_of_the_distance_from_the_path() {
-    // Nearest by tip alone: no other choice of the meant pose brings the tip nearer.
+    // Nearest by tip only: no other choice of the ideal pose brings the tip nearer.
     let machine = Machine::head_b_table_c().unwrap();
     let mut r = Random::new(35);
     for _ in 0..100 {

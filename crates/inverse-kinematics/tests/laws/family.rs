@@ -4,7 +4,7 @@ use crate::common::*;
 use facemill_inverse_kinematics::*;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 
-/// Motion about or along a joint's line, written out.
+/// Returns the motion about or along a joint's line, written out.
 fn motion(line: &JointLine, value: f64) -> Isometry3<f64> {
     match line.kind {
         AxisKind::Linear => Translation3::from(line.direction.into_inner() * value).into(),
@@ -96,7 +96,7 @@ fn corners_of_the_reach_are_found() {
     assert!((reach.full_cone - 40_f64.to_radians()).abs() < 1e-4, "{reach:?}");
 }
 
-/// Whatever values the rotary axes have, the tool axis is inside what is told.
+/// For any values of the rotary axes, the tool axis is inside the reported reach.
 #[test]
 fn no_pose_is_outside_the_reach() {
     let mut r = Random::new(23);
@@ -126,7 +126,7 @@ fn singular_direction_is_the_first_rotary_axis() {
     assert_eq!(told, [("C".to_owned(), 1.0, true), ("C".to_owned(), -1.0, false)]);
 }
 
-/// With two linear axes the reach is that for the tip which is told.
+/// With two linear axes the reach is that for the reported tip.
 #[test]
 fn reach_with_two_linear_axes_is_told_for_its_tip() {
     let machine = dual_mill_head();
@@ -146,7 +146,7 @@ fn reach_with_two_linear_axes_is_told_for_its_tip() {
         );
         assert!(is_reached || tilt > reach.full_cone - 0.06, "{tilt} {reach:?}");
     }
-    // Four standard deviations of the count, and what the grid leaves.
+    // Four standard deviations of the count, and the error of the grid.
     assert!((reached as f64 / n as f64 - reach.share).abs() < 0.045 + 0.02, "{reached} {reach:?}");
     assert!(Machine::head_b_table_c().unwrap().axis_reach().unwrap().tip.is_none());
 }

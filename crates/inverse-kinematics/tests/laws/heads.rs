@@ -1,4 +1,4 @@
-//! Machines with two heads: views of both, told apart and held together.
+//! Machines with two heads: views of both, separately and together.
 
 use crate::common::*;
 use facemill_cl_data::{PlacedSolid, RoundBox, Solid};
@@ -7,8 +7,8 @@ use nalgebra::{Isometry3, Matrix4, Vector3};
 
 const TOOL: f64 = 237.0;
 
-/// A machine with one head as the first of two: the second is a copy of it elsewhere, with numbers
-/// in its letters.
+/// Returns a machine with one head as the first of two: the second is a copy of it elsewhere, with
+/// numbers in its letters.
 fn doubled(file: &MachineFile) -> MachineFile {
     let mut file = file.clone();
     let mut second = file.tool_chains[0].clone();
@@ -130,7 +130,8 @@ fn a_view_solves_as_its_head_alone_and_keeps_the_other_ones_axes() {
     assert!(solved.iter().all(|&n| n > 300), "{solved:?}");
 }
 
-/// Pose of a body by Craig's matrices, table frame; `solid_from` is its pose in its link.
+/// Returns the pose of a body by Craig's matrices, table frame; `solid_from` is its pose in its
+/// link.
 fn body_by_matrices(view: &Machine, body: &MachineBody, q: &AxisValues) -> Matrix4<f64> {
     let file = view.to_file();
     let rows = |carrier| match carrier {
@@ -171,7 +172,7 @@ fn bodies_of_the_other_head_and_its_tool_are_where_matrices_put_them() {
                     let meant = body_by_matrices(&view, at.body, &q);
                     assert!((at.table_from_solid.to_homogeneous() - meant).abs().max() < 1e-9, "{}", at.body.name());
                 }
-                // Fixed to the other tool, whichever view tells where that is.
+                // Fixed to the other tool, in whichever view.
                 let tool = forward_by_matrices(other, &q, TOOL);
                 let meant = tool * other_tool()[0].frame_from_solid.to_homogeneous();
                 let at = poses.last().unwrap().table_from_solid.to_homogeneous();
@@ -265,7 +266,7 @@ fn what_two_heads_cannot_mean_is_refused_by_name() {
     let shared = refusal(|f| set_axis(&mut f.tool_chains[0].rows[3], "C"));
     assert!(shared.starts_with("tool_chains[0].rows[3].joint (axis C): "), "{shared}");
     assert!(shared.contains("workpiece_chain alone"), "{shared}");
-    // An axis too few in one head.
+    // One axis too few in one head.
     let few = refusal(|f| f.tool_chains[1].rows[1].joint = None);
     assert!(few.starts_with("tool_chains[1] and workpiece_chain together have 2 linear and 2 rotary joints"), "{few}");
     // Five axes in each head and none of the workpiece.
@@ -287,7 +288,7 @@ fn what_two_heads_cannot_mean_is_refused_by_name() {
     assert_eq!(alone.with_tool_in_other_head(&other_tool(), TOOL), alone);
 }
 
-/// Largest way of sampled points of a solid, given its pose before and after.
+/// Returns the largest way of sampled points of a solid, given its pose before and after.
 fn largest_way(solid: &Solid, from: &Isometry3<f64>, to: &Isometry3<f64>, r: &mut Random) -> f64 {
     let bounds = solid.aabb();
     let mut largest = 0.0_f64;
@@ -362,7 +363,7 @@ fn bodies_of_the_other_head_move_no_farther_than_over_a_box_of_its_axes() {
                     range.middle[k] = q[k];
                     range.half[k] = r.within(0.0, if is_linear { 30.0 } else { 0.2 });
                 }
-                // The axes anywhere in the box whose tool is in the set.
+                // Any axis values in the box with the tool in the set.
                 let mut cl = set.cl;
                 cl.tip += r.direction().into_inner() * r.within(0.0, set.shift);
                 let mut at = AxisValues::from_fn(q.len(), |k| range.middle[k] + range.half[k] * r.within(-1.0, 1.0));
@@ -415,7 +416,7 @@ fn paths_and_lines_leave_the_other_head_where_it_was() {
             let at_home = choose_along(view, &poses, &segments, None, TOOL, &settings).unwrap();
             let home = view.home();
             assert!(at_home.values.iter().all(|q| (0..9).all(|k| view.moves_tool(k) || q[k] == home[k])));
-            // The cost of the other head does not concern the path.
+            // The cost of the other head does not affect the path.
             let mut free = settings;
             (0..9).filter(|&k| !view.moves_tool(k)).for_each(|k| free.weights[k] = 0.0);
             let unweighted = choose_along(view, &poses, &segments, Some(&start), TOOL, &free).unwrap();

@@ -1,4 +1,4 @@
-//! Machine files of another program: what becomes of them, and what is refused.
+//! Machine files of another program: the result, and refusals.
 
 use std::path::{Path, PathBuf};
 
@@ -22,7 +22,7 @@ fn shared_machines() -> Vec<PathBuf> {
     files
 }
 
-/// An attribute, found without a parser: every element of these files stands on one line.
+/// Reads an attribute without a parser: every element of these files is on one line.
 fn attribute<'a>(line: &'a str, name: &str) -> Option<&'a str> {
     let start = line.find(&format!(" {name}=\""))? + name.len() + 3;
     line[start..].split('"').next()
@@ -33,7 +33,7 @@ fn vector(text: &str) -> Vector3<f64> {
     Vector3::from_iterator(words.map(|w| w.parse::<f64>().unwrap()))
 }
 
-/// An axis element read a second time: what it does to what it carries when its word grows.
+/// A second reading of an axis element: the motion of its load when its word grows.
 struct Element {
     letter: &'static str,
     on_table: bool,
@@ -66,7 +66,7 @@ fn elements(text: &str) -> Vec<Element> {
 }
 
 impl Element {
-    /// Motion of what it carries.
+    /// Motion of its load.
     fn motion(&self, value: f64) -> Isometry3<f64> {
         if self.is_linear {
             let side = if self.on_table { -1.0 } else { 1.0 };
@@ -77,8 +77,8 @@ impl Element {
     }
 }
 
-/// Table from nose by the elements themselves: table in the order of the file, of the head the
-/// rotary ones backwards.
+/// Returns table from nose by the elements themselves: those of the table in the order of the file,
+/// the rotary ones of the head in reverse.
 fn pose_by_elements(text: &str, value: &dyn Fn(&str) -> f64) -> Isometry3<f64> {
     let all = elements(text);
     let simulation = text.lines().find(|l| l.contains("<simulation ")).unwrap();

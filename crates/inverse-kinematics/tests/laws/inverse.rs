@@ -11,7 +11,7 @@ fn assert_reaches(machine: &Machine, q: &AxisValues, cl: &ClPoint, tool_length: 
     let reached = cl_by_matrices(machine, q, tool_length);
     let tip = (reached.tip - cl.tip).norm();
     let axis = (*reached.axis - *cl.axis).norm();
-    // 1e-12 mm and 1e-15 rad of rounding in the matrices themselves come on top of the promise.
+    // 1e-12 mm and 1e-15 rad of rounding in the matrices themselves add to the guarantee.
     assert!(tip < 1.01e-9 && axis < 1.01e-12, "{}: tip {tip:e}, axis {axis:e} at {q:?}", machine.name());
 }
 
@@ -44,7 +44,7 @@ fn every_branch_reaches_the_pose_and_one_is_the_pose_it_came_from() {
                 assert_reaches(&machine, &s.values, &cl, TOOL);
                 assert_eq!(machine.first_beyond_limit(&s.values), None);
                 let (mm, rad) = difference(&machine, &s.values, &q);
-                // Near the edges of the reach the rotaries are only known to the root of the
+                // Near the edges of the reach the rotaries are known only to the root of the
                 // rounding.
                 found |= mm < 1e-4 && rad < 1e-6;
             }
@@ -72,8 +72,8 @@ fn branches_are_on_the_two_sides_of_the_last_rotary_axis() {
     }
 }
 
-/// The B-head, C-table machine by hand: B is the angle to z, C the azimuth, then the pivot is
-/// turned back by C.
+/// Solves the B-head, C-table machine by hand: B is the angle to z, C the azimuth, then the pivot
+/// is turned back by C.
 #[test]
 fn head_b_table_c_agrees_with_its_closed_form() {
     let machine = Machine::head_b_table_c().unwrap();

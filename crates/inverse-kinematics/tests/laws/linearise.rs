@@ -14,8 +14,8 @@ fn settings(law: impl Into<BlockLaw>, tip: f64, axis: f64, rim: f64) -> Linearis
     Linearisation::new(law, TOOL, MotionTolerance { tip, axis, rim, radius: RADIUS })
 }
 
-/// Poses from one position to the next, each a part `size` of the axes' ranges away; the first
-/// position.
+/// Returns poses from one position to the next, each a part `size` of the axes' ranges away; and
+/// the first position.
 fn wandering(machine: &Machine, r: &mut Random, n: usize, size: f64) -> (AxisValues, Vec<ClPoint>) {
     let start = r.values(machine);
     let mut q = start;
@@ -64,8 +64,8 @@ fn every_block_holds_the_tolerances_by_dense_sampling() {
     assert!(n_ways > 90 && n_between > 1000, "{n_ways} ways, {n_between} positions between poses");
 }
 
-/// Fewest blocks from one pose to the next whose ends are on a fine grid of the way and which hold:
-/// dynamic programming over all pairs of the grid.
+/// Returns the fewest blocks from one pose to the next that hold, with ends on a fine grid of the
+/// way: dynamic programming over all pairs of the grid.
 fn fewest_blocks(machine: &Machine, grid: &[AxisValues], holds: impl Fn(usize, usize) -> bool) -> usize {
     let mut fewest = vec![0];
     for j in 1..grid.len() {
@@ -119,7 +119,7 @@ fn there_are_at_most_a_tenth_more_blocks_than_the_optimum() {
         }
     }
     assert!(n_cases > 50, "{n_cases}");
-    // The optimum holds really, proven or not; its grid is finite too.
+    // The optimum really holds, proven or not; its grid is finite too.
     assert!(100 * found <= 102 * optimum, "{found} blocks in all, {optimum} would do");
 }
 

@@ -1,4 +1,4 @@
-//! Linearised ways at and beside poles, at limits, and what is refused.
+//! Linearised ways at and beside poles, at limits, and refusals.
 
 use crate::common::*;
 use crate::meant::*;
@@ -102,8 +102,8 @@ fn a_corner_at_the_pole_is_refused_with_its_place() {
     let machine = Machine::head_b_table_c().unwrap();
     let [a, pole, b] = [leaning(5.0, 0.0), leaning(0.0, 0.0), leaning(5.0, 90.0)];
     let poses = [at(0.0, a), at(10.0, pole), at(20.0, b)];
-    // With RTCP and rotary axes linear the table may turn at the pole: the tip stands, the axis is
-    // within its tolerance.
+    // With RTCP and rotary axes linear the table may turn at the pole: the tip does not move, the
+    // axis is within its tolerance.
     for law in [CuttingLaw::AxesLinear, CuttingLaw::TipLinearVectorTurned] {
         let e = linearise(&machine, &poses, &machine.home(), &settings(law, 0.01, 1e-4, 0.02)).unwrap_err();
         let LineariseError::Singular { place, axis, from } = e else { panic!("{e}") };
@@ -122,8 +122,8 @@ fn ends_of_reach_and_limits_are_told_with_their_place() {
     assert!(matches!(e, LineariseError::Unreachable { place: PoseFraction { pose: 1, fraction: 0.0 }, .. }), "{e}");
     assert!(e.to_string().starts_with("pose 1: axis "), "{e}");
 
-    // The table turns up to ±100° only: past that the branch ends, and the other one is half a turn
-    // away.
+    // The table turns only up to ±100°: beyond that the branch ends, and the other one is half a
+    // turn away.
     let mut head = head_yxz();
     head.push(rotary("B", Sense::Positive, Some((-90.0, 90.0)), row(0.0, 90.0, 0.0, 0.0)));
     head.push(row(0.0, -90.0, -100.0, 0.0));

@@ -38,7 +38,7 @@ fn preset_is_the_machine_it_says() {
     assert!(c.endless && !b.endless && (b.max.to_degrees() - 110.0).abs() < 1e-12);
     let law = machine.motion_law();
     assert_eq!((law.cutting, law.rapid), (CuttingLaw::AxesLinear, RapidLaw::Linear));
-    // With all axes at 0 the nose stands in the origin, the tool below it.
+    // With all axes at 0 the nose is in the origin, the tool below it.
     let pose = machine.forward(&AxisValues::zeros(5), 200.0);
     assert!((pose.translation.vector - Vector3::new(0.0, 0.0, -200.0)).norm() < 1e-12);
     // B tilts about a pivot 350 mm above the nose, toward +x.
@@ -119,7 +119,7 @@ fn faults_are_told_with_field_and_axis() {
     assert!(refusal(|f| f.motion.control_tolerance.path_mm = -0.1).contains("control_tolerance.path_mm"));
 }
 
-/// Every number of a file that has this key, as paths of JSON; of a list its first.
+/// Returns every number of a file with this key, as paths of JSON; the first entry of a list.
 fn places(value: &Value, key: &str, at: &str, found: &mut Vec<String>) {
     let children: Vec<(String, &Value)> = match value {
         Value::Object(map) => map.iter().map(|(k, v)| (k.clone(), v)).collect(),
@@ -135,7 +135,7 @@ fn places(value: &Value, key: &str, at: &str, found: &mut Vec<String>) {
     }
 }
 
-/// The preset with every key that may be left out, one joint with limits and one that is endless.
+/// Returns the preset with every optional key, one joint with limits and one endless.
 fn full() -> Value {
     let mut file: Value = serde_json::from_str(preset_head_b_table_c()).unwrap();
     file["feed"]["rapid_mm_min"] = json!(24_000);
@@ -167,7 +167,7 @@ fn values_beyond_their_limits_are_refused_with_field_and_limits_and_those_within
                 let e = with(outside).unwrap_err();
                 assert!(e.contains(limit.key) && e.contains(&range), "{place} {outside}: {e}");
             }
-            // Within, another law may refuse it: a home outside of its axis.
+            // Within this limit, another law may refuse it: a home outside of its axis.
             for inside in [limit.least, limit.most] {
                 let is_taken = with(inside).map_or_else(|e| !e.contains(&range), |_| true);
                 assert!(is_taken, "{place} {inside}");
@@ -279,7 +279,7 @@ fn shapes_are_placed_as_the_file_says() {
     assert!(matches!(named("head").body.solid, Solid::Box(b) if b.half_extents == Vector3::new(150.0, 150.0, 250.0)));
     assert!(matches!(named("spindle nose").body.solid, Solid::Frustum(f)
         if (f.z_low, f.z_high, f.radius_low, f.radius_high, f.rounding) == (0.0, 250.0, 90.0, 90.0, 5.0)));
-    // The nose body stands on the nose, behind the tool, in every pose.
+    // The nose body is on the nose, behind the tool, in every pose.
     let q = AxisValues::from([100.0, 200.0, 700.0, -0.8, 2.0]);
     let pose = machine.body_poses(&q).find(|p| p.body.name() == "spindle nose").unwrap();
     let nose = machine.forward(&q, 0.0);

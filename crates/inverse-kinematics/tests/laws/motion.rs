@@ -118,7 +118,8 @@ fn blocks_without_a_motion_are_refused() {
     assert_eq!(Motion::new(&machine, law, &level, &AxisValues::from([0.0; 4]), TOOL).unwrap_err(), bad);
 }
 
-/// Largest deviation at points of a dense sampling: what the bound must never be below.
+/// Returns the largest deviation at points of a dense sampling, which the bound must never be
+/// below.
 fn sampled(machine: &Machine, law: CuttingLaw, a: &AxisValues, b: &AxisValues) -> Deviation {
     let motion = Motion::new(machine, BlockLaw::Cutting(law), a, b, TOOL).unwrap();
     let mut worst = Deviation::default();
@@ -158,8 +159,8 @@ fn deviation_bound_is_never_below_dense_sampling() {
 #[test]
 fn deviation_bound_exceeds_the_deviation_in_third_order_only() {
     // About 2°, 0.2° and 0.02° in both rotary axes, and the excess of the median block. Where the
-    // second derivative happens to vanish in the middle of a block the third order is all there is,
-    // so this is no law for every block.
+    // second derivative happens to vanish in the middle of a block only the third order remains, so
+    // this is not a law for every block.
     for (size, excess) in [(1e-2, 0.15), (1e-3, 0.015), (1e-4, 0.0015)] {
         let mut r = Random::new(24);
         let mut ratios = Vec::new();

@@ -1,4 +1,4 @@
-//! Branch and winding along a path: the fewest changes, beside all sequences tried one by one.
+//! Branch and winding along a path: the fewest changes, compared with all sequences one by one.
 
 use std::f64::consts::{PI, TAU};
 
@@ -17,7 +17,7 @@ fn cuts(poses: &[ClPoint]) -> Vec<SegmentKind> {
     vec![SegmentKind::Cut; poses.len() - 1]
 }
 
-/// The machine with rotary axes limited to these degrees, or endless ones.
+/// Returns the machine with rotary axes limited to these degrees, or endless ones.
 fn with_range(machine: &Machine, letters: &[&str], limits: Option<(f64, f64)>) -> Machine {
     let mut file = machine.to_file();
     let rows = file.workpiece_chain.rows.iter_mut().chain(&mut file.tool_chains[0].rows);
@@ -34,7 +34,8 @@ fn with_range(machine: &Machine, letters: &[&str], limits: Option<(f64, f64)>) -
     Machine::from_file(file).unwrap()
 }
 
-/// Every position of the result is at its pose, by Craig's matrices, and within the limits.
+/// Checks that every position of the result is at its pose, by Craig's matrices, and within the
+/// limits.
 fn assert_reaches(machine: &Machine, poses: &[ClPoint], choice: &PathChoice) {
     assert_eq!(choice.values.len(), poses.len());
     for (cl, q) in poses.iter().zip(&choice.values) {
@@ -52,9 +53,9 @@ fn leaning(tilt: f64, azimuth: f64) -> ClPoint {
     ClPoint { tip: Point3::new(100.0 * azimuth.cos(), 100.0 * azimuth.sin(), 50.0 + azimuth), axis }
 }
 
-/// The slow obvious version: the solution followed through 300 places of the ideal motion; `None`
-/// where a step is too large to be sure, or the tool axis comes within 1° of the pole, which such
-/// steps jump over.
+/// Follows a solution in the slow obvious way, through 300 places of the ideal motion; `None` where
+/// a step is too large to be sure, or the tool axis comes within 1° of the pole, which such steps
+/// jump over.
 fn followed_slowly(machine: &Machine, from: &ClPoint, to: &ClPoint, start: &AxisValues) -> Option<AxisValues> {
     let angle = from.axis.angle(&to.axis);
     let first = machine.joint_lines().into_iter().find(|l| l.kind == AxisKind::Rotary).unwrap().direction;
@@ -89,8 +90,8 @@ fn followed_slowly(machine: &Machine, from: &ClPoint, to: &ClPoint, start: &Axis
 
 type Cost = (usize, usize, f64);
 
-/// The cheapest of all sequences, one by one; `None` where the slow version of following cannot be
-/// sure.
+/// Returns the cheapest of all sequences, one by one; `None` where the slow version of following
+/// cannot be sure.
 fn cheapest_of_all(machine: &Machine, poses: &[ClPoint], segments: &[SegmentKind]) -> Option<Cost> {
     let layers: Vec<Vec<AxisValues>> =
         poses.iter().map(|cl| machine.all_solutions(cl, LENGTH).unwrap().iter().map(|s| s.values).collect()).collect();
@@ -130,7 +131,7 @@ fn cheapest_of_all(machine: &Machine, poses: &[ClPoint], segments: &[SegmentKind
     }
 }
 
-/// A path of few poses that drifts on with one rotary axis, so that it winds up.
+/// A path of few poses that drifts on with one rotary axis and so winds up.
 fn short_path(machine: &Machine, random: &mut Random, step: f64) -> (Vec<ClPoint>, Vec<SegmentKind>) {
     let mut q = random.values(machine);
     let rotary: Vec<usize> = (0..5).filter(|&k| machine.axes()[k].kind == AxisKind::Rotary).collect();
@@ -228,8 +229,8 @@ fn spiral(turns: usize, links_at: &[usize]) -> (Vec<ClPoint>, Vec<SegmentKind>) 
     (poses, segments)
 }
 
-/// C at ±200° goes 400° without a change, and 360° more with each: a rewind is a whole turn, and so
-/// is at most a flip.
+/// C at ±200° turns 400° without a change, and 360° more with each: a rewind is a whole turn, as is
+/// a flip at most.
 #[test]
 fn a_limited_table_rewinds_no_oftener_than_it_has_to_and_on_links_where_there_are_any() {
     let machine = with_range(&Machine::head_b_table_c().unwrap(), &["C"], Some((-200.0, 200.0)));
@@ -256,7 +257,7 @@ fn a_limited_table_rewinds_no_oftener_than_it_has_to_and_on_links_where_there_ar
             }
         }
     }
-    // One link, where it does not help with the first two of three turns.
+    // One link, where it does not help the first two of three turns.
     let (poses, segments) = spiral(3, &[2]);
     let choice = choose(&machine, &poses, &segments).unwrap();
     assert_eq!((choice.breaks.len(), choice.link_turns.len()), (1, 1));
@@ -277,7 +278,7 @@ fn an_endless_axis_never_rewinds() {
     assert_reaches(&machine, &poses, &choice);
 }
 
-/// Tool axes from −10° to 10° in one plane, past the pole at a distance.
+/// Tool axes from −10° to 10° in one plane, passing the pole at a distance.
 fn past_the_pole(distance: f64, n: usize) -> Vec<ClPoint> {
     (0..=n)
         .map(|k| {
@@ -296,7 +297,7 @@ fn poses_in_the_singular_cone_are_told_with_the_turn_they_ask_for() {
         let poses = past_the_pole(distance, 40);
         let choice = choose(&machine, &poses, &cuts(&poses)).unwrap();
         assert_eq!((choice.breaks.len(), choice.free_turns.len()), (0, 0), "{distance}");
-        // The tool never gets to the other side of B: C has to go round.
+        // The tool never reaches the other side of B: C has to turn round.
         let turned = (choice.values[40][c] - choice.values[0][c]).abs();
         let expected = 2.0 * (10.0_f64.to_radians().tan() / distance.tan()).atan();
         assert!((turned - expected).abs() < 1e-6, "{distance}: {turned}");
@@ -347,7 +348,7 @@ fn a_free_axis_turns_evenly_in_its_stretch_and_only_there() {
         let [turn] = choice.free_turns[..] else { panic!("{:?}", choice.free_turns) };
         assert_eq!((turn.first, turn.last, turn.axis), (5, last, c));
         assert!(((turn.to - turn.from).abs() - 1.2).abs() < 1e-6, "{turn:?}");
-        // Outside the stretch C stands, inside it turns by as much for every mm.
+        // Outside the stretch C is at rest, inside it turns by as much for every mm.
         for (k, w) in choice.values.windows(2).enumerate() {
             let way = w[1][c] - w[0][c];
             let inside = k >= 5 && k < last;

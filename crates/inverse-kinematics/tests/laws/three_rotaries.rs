@@ -33,13 +33,13 @@ fn every_solution_reaches_the_pose_and_one_is_the_pose_it_came_from() {
     assert!(counts[4..].iter().sum::<usize>() > 500 && counts[5..].iter().sum::<usize>() > 20, "{counts:?}");
 }
 
-/// Values with the tool along the first rotary axis where two of them are parallel: it stays where
-/// it is while that axis turns, and while another does and the third is made to follow. `None`
-/// where the machine has none of this kind.
+/// Returns values with the tool along the first rotary axis where two of them are parallel: it does
+/// not move while that axis turns, or while another turns and the third follows. `None` where the
+/// machine has none of this kind.
 fn along_first(machine: &Machine, r: &mut Random) -> Option<AxisValues> {
     let rotary: Vec<usize> = (0..5).filter(|&k| machine.axes()[k].kind == AxisKind::Rotary).collect();
     let tool_axis = |q: &AxisValues| *machine.cl_point(q, TOOL).axis;
-    // Other values on the curve of solutions are to be within the limits of the linear axes too.
+    // Other values on the curve of solutions have to be within the limits of the linear axes too.
     let mut q = r.values(machine).lerp(&machine.home(), 0.5);
     for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
         let [free, other, follows] = order.map(|k| rotary[k]);
@@ -100,7 +100,7 @@ fn with_the_tool_along_the_first_of_parallel_rotaries_a_pose_is_reached_from_any
         }
         n_machines += usize::from(is_one);
     }
-    // Poses that neither free joint reaches from where it stands are among them.
+    // Poses that neither free joint reaches from its present value are among them.
     assert!(n_machines >= 6 && far > 20, "{n_machines} machines, {far} far");
 }
 
@@ -121,7 +121,7 @@ fn a_machine_that_has_four_degrees_of_freedom_in_every_pose_is_refused_with_the_
     // Axes in general directions.
     let good = with_head(vec![side("B", 70.0), side("A", 50.0), end(-40.0)]);
     assert!(good.is_ok(), "{good:?}");
-    // B and C upright: X and Y make up for what a turn of both does, wherever the tool is.
+    // B and C upright: X and Y compensate the turns of both, for every tool pose.
     let bad = with_head(vec![side("B", 0.0), side("A", 90.0), end(-40.0)]);
     match bad {
         Err(MachineError::DependentAxes { axes }) => {

@@ -61,7 +61,7 @@ fn the_tip_condition_is_of_degree_one_in_each_rotary_value_in_every_order_of_joi
     }
 }
 
-/// Random machines: the polynomials have no harmonic above the sixth, and that one mostly.
+/// Random machines: the polynomials have no harmonic above the sixth, and mostly have the sixth.
 fn has_degree_six(polynomial: impl Fn(&ThreeRotaries, &Target<'_>, f64) -> f64) {
     const N: usize = 64;
     let mut r = Random(facemill_test_kit::Lcg(4));
@@ -70,8 +70,7 @@ fn has_degree_six(polynomial: impl Fn(&ThreeRotaries, &Target<'_>, f64) -> f64) 
     let condition = TipCondition::new(&chain([Linear, Rotary, Rotary, Rotary, Linear], &mut r), [1, 2, 3], [0.0; 3]);
     for _ in 0..200 {
         let three = ThreeRotaries::new([r.direction(), r.direction(), r.direction()], &r.direction());
-        // The proof asks for nothing but degree one in each value, so that any coefficients will
-        // do.
+        // The proof needs only degree one in each value, so any coefficients will do.
         let t = std::array::from_fn(|_| r.within_one());
         let target = Target { condition: &condition, tool_axis: r.direction().into_inner(), t, scale: 1.0 };
         let angle = |k: usize| std::f64::consts::TAU * (k as f64 + 0.5) / N as f64;

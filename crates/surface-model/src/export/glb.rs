@@ -4,7 +4,7 @@ use serde::Serialize;
 use super::{ExportError, NamedNode, check, named_groups};
 use crate::mesh::tri_mesh::TriMesh;
 
-/// Binary glTF 2.0 in metres, +Y up.
+/// Writes binary glTF 2.0 in metres, +Y up.
 ///
 /// Each mesh is stored once, however many nodes use it. A mesh with several groups becomes a node
 /// with a child `node/group` for each. Coordinates are rounded to single precision of a metre (at
@@ -27,13 +27,13 @@ pub fn write_glb(meshes: &[&TriMesh], nodes: &[NamedNode<'_>]) -> Result<Vec<u8>
     document.bytes(bin)
 }
 
-/// A point in mm, +Z up, as glTF has it: metres, +Y up.
+/// Converts a point in mm, +Z up, to glTF: metres, +Y up.
 fn to_gltf(v: &Vector3<f64>) -> Vector3<f64> {
     Vector3::new(v.x, v.z, -v.y)
 }
 
-// The parts of the glTF schema that are written. Structs and not a map of values, so that the order
-// of the keys, and with it the bytes, is fixed here.
+// Written parts of the glTF schema. They are structs and not a map of values because the order of
+// the keys, and with it the bytes, is fixed here.
 #[derive(Default, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Document {
@@ -203,8 +203,8 @@ impl Document {
         Ok(stored)
     }
 
-    /// Gives all meshes these colours of their vertices: linear red, green and blue of 16 bits, and
-    /// a dull material.
+    /// Gives all meshes these vertex colours: linear red, green and blue of 16 bits, and a dull
+    /// material.
     pub(super) fn paint(&mut self, colours: &[[u16; 3]], bin: &mut Vec<u8>) -> Result<(), ExportError> {
         let (buffer_view, accessor) = (self.buffer_views.len() as u32, self.accessors.len() as u32);
         let opaque = colours.iter().flat_map(|&[r, g, b]| [r, g, b, u16::MAX]);
@@ -220,7 +220,7 @@ impl Document {
             min: None,
             max: None,
         });
-        // Without a material metal is meant, which is black where nothing is mirrored in it.
+        // Without a material the default is metal, which is black where it mirrors nothing.
         let pbr_metallic_roughness = Metal { metallic_factor: 0.0, roughness_factor: 0.9 };
         self.materials.push(Material { pbr_metallic_roughness, double_sided: true });
         for primitive in self.meshes.iter_mut().flat_map(|m| &mut m.primitives) {
@@ -229,7 +229,7 @@ impl Document {
         Ok(())
     }
 
-    /// The file.
+    /// Returns the bytes of the file.
     pub(super) fn bytes(mut self, bin: Vec<u8>) -> Result<Vec<u8>, ExportError> {
         self.buffers.push(Buffer { byte_length: bin.len() });
         let json = serde_json::to_vec(&self).map_err(|_| ExportError::TooLarge)?;
@@ -266,7 +266,7 @@ impl Document {
     }
 }
 
-/// The GLB container: header, JSON chunk padded with blanks, BIN chunk padded with zeros.
+/// Builds the GLB container: header, JSON chunk padded with blanks, BIN chunk padded with zeros.
 fn container(mut json: Vec<u8>, mut bin: Vec<u8>) -> Result<Vec<u8>, ExportError> {
     json.resize(json.len().next_multiple_of(4), b' ');
     bin.resize(bin.len().next_multiple_of(4), 0);

@@ -4,12 +4,12 @@ use super::glb::Document;
 use super::{ExportError, NamedNode, check};
 use crate::mesh::tri_mesh::TriMesh;
 
-/// Binary glTF 2.0 of a mesh whose vertices have colours (`COLOR_0`), in metres, +Y up, under one
-/// name.
+/// Writes binary glTF 2.0 of a mesh whose vertices have colours (`COLOR_0`), in metres, +Y up,
+/// under one name.
 ///
-/// Colours are red, green and blue as screens take them (sRGB); the file has them linear with 16
-/// bits each, as glTF asks, on a material that is neither metal nor mirror and shows both sides.
-/// Between vertices viewers blend. Coordinates are rounded to single precision of a metre. The same
+/// Colours are red, green and blue for screens (sRGB). The file stores them linear with 16 bits
+/// each, as glTF requires, on a material that is neither metal nor mirror and shows both sides.
+/// Viewers blend between vertices. Coordinates are rounded to single precision of a metre. The same
 /// mesh always gives the same bytes.
 ///
 /// # Errors
@@ -29,7 +29,7 @@ pub fn write_painted_glb(name: &str, mesh: &TriMesh, colours: &[[u8; 3]]) -> Res
     document.bytes(bin)
 }
 
-/// A part of a colour as light, by the curve of sRGB (IEC 61966-2-1).
+/// Returns a colour component as light, by the curve of sRGB (IEC 61966-2-1).
 fn linear(byte: u8) -> u16 {
     let c = f64::from(byte) / 255.0;
     let light = if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) };

@@ -10,17 +10,18 @@ use crate::import::settings::ImportFault;
 /// Reads accessors of a glTF document, with every offset checked.
 ///
 /// The gltf crate's own readers panic on a POSITION accessor that is not float, on sparse values
-/// that run out, and on documents with indices out of range; this one returns where it is wrong.
+/// that run out, and on documents with indices out of range; this one returns the place of the
+/// fault.
 pub(super) struct Accessors<'a> {
     root: &'a json::Root,
     /// The GLB container's BIN chunk.
     blob: Option<Vec<u8>>,
     resolve: &'a dyn Fn(&str) -> io::Result<Vec<u8>>,
-    /// Buffers read so far; only those that geometry needs are.
+    /// Buffers read so far; only those needed by geometry are.
     buffers: Vec<Option<Vec<u8>>>,
 }
 
-/// Where equally spaced elements lie in a buffer.
+/// Layout of equally spaced elements in a buffer.
 #[derive(Clone, Copy)]
 struct Layout {
     buffer: usize,
@@ -37,7 +38,7 @@ impl<'a> Accessors<'a> {
         Self { root, blob, resolve, buffers: vec![None; root.buffers.len()] }
     }
 
-    /// Points of a `VEC3` accessor of floats.
+    /// Returns the points of a `VEC3` accessor of floats.
     pub(super) fn points(&mut self, accessor: usize) -> Result<Vec<[f32; 3]>, ImportFault> {
         let a = self.accessor(accessor)?;
         let kind = (a.type_, a.component_type.as_ref());
@@ -59,7 +60,7 @@ impl<'a> Accessors<'a> {
             .collect())
     }
 
-    /// Indices of a `SCALAR` accessor of unsigned bytes, shorts or ints.
+    /// Returns the indices of a `SCALAR` accessor of unsigned bytes, shorts or ints.
     pub(super) fn indices(&mut self, accessor: usize) -> Result<Vec<u32>, ImportFault> {
         let a = self.accessor(accessor)?;
         let (Checked::Valid(Type::Scalar), Checked::Valid(component)) = (a.type_, a.component_type) else {
@@ -76,7 +77,7 @@ impl<'a> Accessors<'a> {
         self.root.accessors.get(accessor).ok_or_else(|| fault("accessors", accessor, "it does not exist"))
     }
 
-    /// The bytes of all elements, one after the other, sparse ones put in place.
+    /// Returns the bytes of all elements, one after the other, with sparse ones in place.
     fn elements(&mut self, accessor: usize, size: usize) -> Result<Vec<u8>, ImportFault> {
         let a = self.accessor(accessor)?;
         let Some(view) = a.buffer_view else {
@@ -126,7 +127,7 @@ impl<'a> Accessors<'a> {
         let of_view = |message: &str| fault("bufferViews", view, message);
         let v = self.root.buffer_views.get(view).ok_or_else(|| of_view("it does not exist"))?;
         let stride = v.byte_stride.map_or(size, |s| s.0);
-        // Less would let elements overlap, and few bytes pass for any number of them.
+        // A smaller stride would let elements overlap, and a few bytes pass for any number of them.
         if stride < size {
             return Err(of_view("its stride is less than the size of an element"));
         }
@@ -179,12 +180,12 @@ pub(super) fn fault(list: &str, index: usize, message: &str) -> ImportFault {
     ImportFault::Element { element: format!("{list}[{index}]"), message: message.to_owned() }
 }
 
-/// Saturates where the machine counts with fewer bits; no buffer is that long.
+/// Saturates on machines with smaller integers; no buffer is that long.
 fn as_usize(n: u64) -> usize {
     usize::try_from(n).unwrap_or(usize::MAX)
 }
 
-/// An unsigned little-endian number of one to four bytes.
+/// Returns an unsigned little-endian number of one to four bytes.
 fn unsigned(bytes: &[u8]) -> u32 {
     bytes.iter().rev().fold(0, |n, &b| n << 8 | u32::from(b))
 }

@@ -9,11 +9,11 @@ use super::RawMesh;
 use super::accessor::{Accessors, fault};
 use crate::import::settings::ImportFault;
 
-/// Reads glTF or GLB: all triangles of the default scene, in metres or what the file means, with
+/// Reads glTF or GLB: all triangles of the default scene, in metres or the file's own unit, with
 /// node transforms applied.
 ///
 /// Points and lines are left out. Skinned and morphed meshes, compression and instancing by
-/// extension are refused: their true shape is not in the accessors that are read here.
+/// extension are refused: the accessors read here do not give their true shape.
 pub(super) fn read(bytes: &[u8], resolve: &dyn Fn(&str) -> io::Result<Vec<u8>>) -> Result<RawMesh, ImportFault> {
     check_container(bytes)?;
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
@@ -42,7 +42,8 @@ pub(super) fn read(bytes: &[u8], resolve: &dyn Fn(&str) -> io::Result<Vec<u8>>) 
     Ok(mesh)
 }
 
-/// A GLB header that announces less than its own size makes the gltf crate subtract below zero.
+/// Refuses a GLB header that announces less than its own size, which makes the gltf crate subtract
+/// below zero.
 fn check_container(bytes: &[u8]) -> Result<(), ImportFault> {
     if !bytes.starts_with(b"glTF") {
         return Ok(());
@@ -66,9 +67,8 @@ fn error_text(e: &gltf::Error) -> String {
     }
 }
 
-/// Extensions change what the accessors mean only if they are among those that are refused; all
-/// others concern materials, lights, names and the like, and may be required without changing a
-/// triangle.
+/// Refuses extensions that change the meaning of the accessors. All others concern materials,
+/// lights, names and the like, and may be required without changing a triangle.
 fn check_extensions(root: &json::Root) -> Result<(), ImportFault> {
     const COMPRESSED: [&str; 3] = ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"];
     const HARMLESS: [&str; 12] = [
@@ -105,7 +105,7 @@ fn check_extensions(root: &json::Root) -> Result<(), ImportFault> {
     }
 }
 
-/// The nodes of the default scene, else of the first; where there are no scenes, all that are no
+/// Returns the nodes of the default scene, else of the first; without scenes, all nodes that are no
 /// other's child.
 fn roots(root: &json::Root) -> Result<Vec<usize>, ImportFault> {
     let scene = root.scene.map_or(0, |s| s.value());
@@ -124,8 +124,8 @@ fn roots(root: &json::Root) -> Result<Vec<usize>, ImportFault> {
     }
 }
 
-/// `parent_from_node`, from a matrix or from scale, rotation and translation, applied in this
-/// order.
+/// Returns `parent_from_node`, from a matrix or from scale, rotation and translation, applied in
+/// this order.
 fn local(node: &json::Node, index: usize) -> Result<Matrix4<f64>, ImportFault> {
     let matrix = match node.matrix {
         Some(m) => Matrix4::from_column_slice(&m.map(f64::from)),
@@ -170,7 +170,7 @@ fn add_mesh(
     Ok(())
 }
 
-/// Says in which primitive an accessor's fault was met, where the fault does not name one.
+/// Adds the primitive to an accessor's fault that does not name one.
 fn within_primitive(fault: ImportFault, mesh: usize, primitive: usize) -> ImportFault {
     let place = format!("meshes[{mesh}].primitives[{primitive}]");
     match fault {
@@ -214,7 +214,7 @@ fn add_primitive(
     }
     let first = u32::try_from(mesh.vertices.len()).ok().filter(|f| f.checked_add(n_points).is_some());
     let first = first.ok_or(ImportFault::TooLarge { limit: u32::MAX as usize / 3 })?;
-    // A mirroring node turns the winding round (glTF 2.0, 3.7.4).
+    // A mirroring node reverses the winding (glTF 2.0, 3.7.4).
     let mirrors = scene_from_node.fixed_view::<3, 3>(0, 0).determinant() < 0.0;
     for t in triangles(mode, &corners) {
         let [a, b, c] = t.map(|v| v + first);
@@ -228,7 +228,7 @@ fn add_primitive(
     Ok(())
 }
 
-/// Triangles of a list, strip or fan, all wound as the first (glTF 2.0, 3.7.2.1).
+/// Returns the triangles of a list, strip or fan, all wound as the first (glTF 2.0, 3.7.2.1).
 fn triangles(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
     let strip = |(k, w): (usize, &[u32])| if k % 2 == 0 { [w[0], w[1], w[2]] } else { [w[0], w[2], w[1]] };
     match mode {

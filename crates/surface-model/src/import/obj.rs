@@ -7,9 +7,9 @@ use crate::import::settings::ImportFault;
 
 /// Reads an OBJ file by `tobj`.
 ///
-/// tobj says what is wrong but not where, takes NaN, refuses comments behind a face, and its index
-/// arithmetic overflows on wild texture indices. So it gets a digest of the file: only positions,
-/// faces by position index, and names, each of them checked here with its line.
+/// tobj reports faults without their place, accepts NaN, refuses comments behind a face, and its
+/// index arithmetic overflows on wild texture indices. So it gets a digest of the file: only
+/// positions, faces by position index, and names, each of them checked here with its line.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ImportFault> {
     let digest = digest(bytes)?;
     let options = tobj::LoadOptions { triangulate: true, single_index: false, ..Default::default() };
@@ -34,7 +34,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ImportFault> {
 const NAME_MARK: &str = "=";
 
 fn digest(bytes: &[u8]) -> Result<String, ImportFault> {
-    // All positions come first, so that a face may use one that the file has behind it.
+    // All positions come first, because a face may use one that comes behind it in the file.
     let (mut positions, mut faces) = (String::new(), String::new());
     let n_vertices =
         logical_lines(bytes).filter(|(_, text)| text.split_whitespace().next() == Some("v")).count() as i64;
@@ -68,8 +68,8 @@ fn digest(bytes: &[u8]) -> Result<String, ImportFault> {
     Ok(positions + &faces)
 }
 
-/// Lines without comments, those that end in `\` joined with the next, with the number of the
-/// first.
+/// Returns lines without comments, those that end in `\` joined with the next, with the number of
+/// the first.
 fn logical_lines(bytes: &[u8]) -> impl Iterator<Item = (usize, String)> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     let mut lines = bytes.split(|&b| b == b'\n').enumerate();
@@ -111,7 +111,8 @@ fn position(words: &[&str], line: usize, digest: &mut String) -> Result<(), Impo
     Ok(())
 }
 
-/// Position indices of a face, from 1; negative ones count back from the vertices before it.
+/// Returns position indices of a face, from 1; negative ones count back from the vertices before
+/// it.
 fn face<'a>(words: impl Iterator<Item = &'a str>, n_before: i64, n_vertices: i64) -> Result<Vec<i64>, String> {
     let corners: Vec<i64> = words
         .map(|word| {

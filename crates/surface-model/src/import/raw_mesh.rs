@@ -3,7 +3,7 @@ use nalgebra::Point3;
 use crate::import::settings::ImportFault;
 use crate::mesh::tri_mesh::Group;
 
-/// Triangles as a file gives them: in its unit and frame, neither welded nor checked.
+/// Triangles as read from a file: in its unit and frame, neither welded nor checked.
 #[derive(Default)]
 pub(crate) struct RawMesh {
     pub(crate) vertices: Vec<Point3<f64>>,
@@ -11,12 +11,11 @@ pub(crate) struct RawMesh {
     pub(crate) groups: Vec<Group>,
 }
 
-/// The sides of the triangles are numbered with 32 bits later on.
+/// Later stages number the sides of the triangles with 32 bits.
 const MAX_TRIANGLES: usize = 1 << 29;
 
 impl RawMesh {
-    /// The triangles that follow belong to a group of this name; a group is continued when it is
-    /// the last one.
+    /// Assigns the following triangles to a group of this name; the last group may be continued.
     pub(super) fn begin_group(&mut self, name: &str) {
         if self.groups.last().is_some_and(|g| g.name == name) {
             return;

@@ -44,7 +44,7 @@ pub struct RepairReport {
     pub components: Vec<Component>,
 }
 
-/// Welds, mends or drops triangles without area, drops duplicates, and looks at what remains.
+/// Welds, mends or drops triangles without area, drops duplicates, and analyses the rest.
 pub(crate) fn repair(raw: RawMesh, settings: &ImportSettings) -> Result<(TriMesh, RepairReport), ImportFault> {
     let points: Vec<Point3<f64>> = raw.vertices.iter().map(|p| settings.to_mm(p)).collect();
     if let Some(k) = points.iter().position(|p| !p.iter().all(|x| x.is_finite())) {
@@ -96,13 +96,13 @@ fn all_differ([a, b, c]: [u32; 3]) -> bool {
     a != b && b != c && c != a
 }
 
-/// Whether a triangle's height over its longest side is within the tolerance (mm), or nothing but
+/// Returns whether a triangle's height over its longest side is within the tolerance (mm), or only
 /// rounding.
 fn is_flat(points: &[Point3<f64>], t: [u32; 3], tolerance: f64) -> bool {
     let [a, b, c] = t.map(|v| points[v as usize]);
     let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
     let twice_area = (b - a).cross(&(c - a)).norm();
-    // An area that overflows is none that can be computed with.
+    // An area that overflows is useless for computing.
     let has_area = twice_area.is_finite() && twice_area > longest * tolerance.max(1e-12 * longest);
     !all_differ(t) || !has_area
 }
@@ -135,7 +135,7 @@ impl Kept {
     }
 }
 
-/// The same triangle with its lowest vertex first.
+/// Returns the same triangle with its lowest vertex first.
 fn lowest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
     if a < b && a < c {
         [a, b, c]
@@ -146,7 +146,7 @@ fn lowest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
     }
 }
 
-/// The mesh of the triangles that stay, with the vertices they use in the order of the file.
+/// Builds the mesh of the triangles that stay, with the vertices they use in the order of the file.
 fn compact(points: &[Point3<f64>], kept: Kept) -> Result<TriMesh, ImportFault> {
     let mut place = vec![u32::MAX; points.len()];
     kept.triangles.iter().flatten().for_each(|&v| place[v as usize] = 0);

@@ -6,7 +6,7 @@ use nalgebra::{Point3, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The kinds of mesh files that are read.
+/// Kinds of mesh files that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MeshFormat {
     /// Wavefront OBJ. Polygons are cut into fans; `o` and `g` names become groups; materials are
@@ -19,8 +19,8 @@ pub enum MeshFormat {
 }
 
 impl MeshFormat {
-    /// The format by the ending of a file name, with or without the dot, in any case; `None` for
-    /// others.
+    /// Returns the format by the ending of a file name, with or without the dot, in any case;
+    /// `None` for others.
     pub fn from_extension(extension: &str) -> Option<Self> {
         match extension.trim_start_matches('.').to_ascii_lowercase().as_str() {
             "obj" => Some(Self::Obj),
@@ -46,7 +46,7 @@ pub enum LengthUnit {
 }
 
 impl LengthUnit {
-    /// Its length in mm.
+    /// Returns its length in mm.
     pub fn in_mm(self) -> f64 {
         match self {
             Self::Metre => 1000.0,
@@ -70,7 +70,7 @@ pub enum UpAxis {
 }
 
 impl UpAxis {
-    /// The vector in the frame with +Z up. A proper rotation: it mirrors nothing.
+    /// Returns the vector in the frame with +Z up. A proper rotation: it mirrors nothing.
     pub fn to_z_up(self, v: Vector3<f64>) -> Vector3<f64> {
         match self {
             Self::X => Vector3::new(v.y, v.z, v.x),
@@ -80,7 +80,7 @@ impl UpAxis {
     }
 }
 
-/// How the numbers of a mesh file are meant.
+/// Interpretation of the numbers in a mesh file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImportSettings {
     /// Unit of the coordinates.
@@ -93,9 +93,9 @@ pub struct ImportSettings {
 }
 
 impl ImportSettings {
-    /// glTF is in metres with +Y up by its specification; OBJ and STL say nothing, and are taken as
-    /// mm with +Z up. Vertices are welded within 1 nm, which is above the rounding of any file and
-    /// below what matters on a machine.
+    /// Returns the settings for a format. By its specification glTF is in metres with +Y up; OBJ
+    /// and STL specify nothing, and are taken as mm with +Z up. Vertices are welded within 1 nm,
+    /// which is above the rounding of any file and below what matters on a machine.
     pub fn default_for(format: MeshFormat) -> Self {
         let (unit, up_axis) = match format {
             MeshFormat::Gltf => (LengthUnit::Metre, UpAxis::Y),
@@ -137,10 +137,10 @@ pub enum ImportFault {
         /// Fault.
         message: String,
     },
-    /// The glTF document is no valid JSON or lacks something that the format demands.
+    /// The glTF document is not valid JSON or lacks something that the format requires.
     #[error("the glTF document cannot be read: {0}")]
     Document(String),
-    /// The file uses something that is not read.
+    /// The file uses an unsupported feature.
     #[error("{feature} is not read; {hint}")]
     Unsupported {
         /// Feature in use.
@@ -154,24 +154,24 @@ pub enum ImportFault {
         /// Vertex, triangle or line.
         place: String,
     },
-    /// There is no triangle, or none that has an area.
+    /// There is no triangle with an area.
     #[error("there is no triangle with an area in it ({n_degenerate} without)")]
     Empty {
         /// Triangles without area.
         n_degenerate: usize,
     },
-    /// Another file that this one refers to cannot be had.
+    /// Another file that this one refers to is not available.
     #[error("the buffer \"{uri}\" it refers to cannot be read: {source}")]
     External {
         /// Its name as written in the file, percent signs decoded.
         uri: String,
-        /// Why not.
+        /// Reason.
         source: io::Error,
     },
-    /// More triangles than are handled.
+    /// More triangles than supported.
     #[error("there are more than {limit} triangles; split the mesh or reduce it")]
     TooLarge {
-        /// Most that are handled.
+        /// Largest number supported.
         limit: usize,
     },
 }

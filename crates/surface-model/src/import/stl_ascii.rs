@@ -18,7 +18,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ImportFault> {
     Ok(mesh)
 }
 
-/// Facets up to and with `endsolid`, whose name is not compared.
+/// Reads facets up to and including `endsolid`, whose name is not compared.
 fn solid(words: &mut Words<'_>, mesh: &mut RawMesh) -> Result<(), ImportFault> {
     loop {
         let word = words.some("facet")?;
@@ -50,7 +50,7 @@ fn solid(words: &mut Words<'_>, mesh: &mut RawMesh) -> Result<(), ImportFault> {
     }
 }
 
-/// Words between blanks, with the line the last one stood in.
+/// Words between blanks, with the line of the last one.
 struct Words<'a> {
     rest: &'a [u8],
     line: usize,

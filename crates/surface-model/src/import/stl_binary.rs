@@ -9,11 +9,11 @@ const TRIANGLES: usize = HEADER + 4;
 
 const TRIANGLE: usize = 50;
 
-/// Whether an STL file is binary.
+/// Returns whether an STL file is binary.
 ///
-/// Binary headers may begin with `solid` like a text, so the count decides where it fits the
-/// length; else a file that begins with `solid` is text unless there is a zero byte near its start,
-/// which no text has.
+/// Binary headers may begin with `solid` like a text, so the file is binary where the count matches
+/// the length. Else a file that begins with `solid` is text, unless there is a zero byte near its
+/// start, which no text has.
 pub(super) fn is_binary(bytes: &[u8]) -> bool {
     if count(bytes).is_some_and(|n| n.checked_mul(TRIANGLE).and_then(|l| l.checked_add(TRIANGLES)) == Some(bytes.len()))
     {
@@ -24,8 +24,7 @@ pub(super) fn is_binary(bytes: &[u8]) -> bool {
     !text.get(..5).is_some_and(|w| w.eq_ignore_ascii_case(b"solid")) || start.contains(&0)
 }
 
-/// Reads a binary STL. Fewer bytes after the last triangle than one takes are ignored: some writers
-/// pad.
+/// Reads a binary STL. Trailing bytes too few for a triangle are ignored: some writers pad.
 pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ImportFault> {
     let fault = |offset: usize, message: String| ImportFault::Byte { offset, message };
     let Some(n) = count(bytes) else {

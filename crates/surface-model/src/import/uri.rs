@@ -1,5 +1,5 @@
-/// The bytes of a `data:` address in base64; `None` when it is another kind of address, an error
-/// when it is broken.
+/// Returns the bytes of a `data:` address in base64; `None` for another kind of address, an error
+/// for a broken one.
 pub(super) fn embedded(uri: &str) -> Option<Result<Vec<u8>, String>> {
     let data = uri.get(..5).filter(|scheme| scheme.eq_ignore_ascii_case("data:")).map(|_| &uri[5..])?;
     let Some((kind, data)) = data.split_once(',') else { return Some(Err("it has no comma before the data".into())) };
@@ -35,7 +35,7 @@ fn base64(text: &[u8]) -> Result<Vec<u8>, String> {
     if end % 4 == 1 { Err("its data ends within a base64 digit group".into()) } else { Ok(bytes) }
 }
 
-/// A relative address with `%20` and the like decoded, as a file is named.
+/// Decodes `%20` and the like in a relative address to a file name.
 pub(super) fn percent_decoded(uri: &str) -> String {
     let bytes = uri.as_bytes();
     let mut out = Vec::with_capacity(bytes.len());

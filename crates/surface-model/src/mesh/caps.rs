@@ -3,8 +3,8 @@ use nalgebra::Point3;
 use crate::mesh::edges::Edges;
 use crate::mesh::tri_mesh::TriMesh;
 
-/// Turns triangles of three distinct corners but without area out of the mesh, and returns how
-/// many.
+/// Removes triangles with three distinct corners but without area from the mesh by turning them,
+/// and returns their number.
 ///
 /// Such a triangle has one corner b on its longest side, between a and c. Dropping it would leave a
 /// slit between the one neighbour at a–c and the two at a–b and b–c. So the side is turned instead:
@@ -17,7 +17,7 @@ pub(crate) fn turn_caps(
     is_flat: impl Fn([u32; 3]) -> bool,
 ) -> usize {
     let mut n_turned = 0;
-    // Caps beside each other are solved one after the other, from the outermost in.
+    // Adjacent caps are solved one after the other, from the outermost in.
     for _ in 0..MOST_ROUNDS {
         let caps: Vec<usize> = (0..triangles.len()).filter(|&t| is_flat(triangles[t])).collect();
         if caps.is_empty() {
@@ -51,7 +51,7 @@ pub(crate) fn turn_caps(
     n_turned
 }
 
-/// More rows of caps side by side than any mesher leaves.
+/// Largest number of rounds: more than the rows of adjacent caps that any mesher leaves.
 const MOST_ROUNDS: usize = 16;
 
 fn longest_side(mesh: &TriMesh, triangle: usize) -> usize {

@@ -2,7 +2,7 @@ use std::ops::Range;
 
 use crate::mesh::tri_mesh::TriMesh;
 
-/// The edges of a mesh: which triangle sides lie on each.
+/// The edges of a mesh, with the triangle sides on each.
 ///
 /// A side is numbered `3 * triangle + k` and runs from corner k to corner k + 1 (mod 3). Sides
 /// whose two corners are the same vertex lie on no edge. Methods panic when an edge or triangle is
@@ -54,33 +54,33 @@ impl Edges {
         Self { edges, sides: keyed.into_iter().map(|(_, s)| s).collect(), edge_of_side }
     }
 
-    /// Number of edges.
+    /// Returns the number of edges.
     pub fn len(&self) -> usize {
         self.edges.len()
     }
 
-    /// Whether there is no edge.
+    /// Returns whether there is no edge.
     pub fn is_empty(&self) -> bool {
         self.edges.is_empty()
     }
 
-    /// Its two vertices, the lower index first.
+    /// Returns its two vertices, the lower index first.
     pub fn vertices(&self, edge: u32) -> [u32; 2] {
         self.edges[edge as usize].vertices
     }
 
-    /// The sides that lie on it, at least one.
+    /// Returns the sides on an edge, at least one.
     pub fn sides(&self, edge: u32) -> &[u32] {
         let e = &self.edges[edge as usize];
         &self.sides[Range { start: e.first_side as usize, end: (e.first_side + e.n_sides) as usize }]
     }
 
-    /// The edge a side lies on; `None` where both its corners are the same vertex.
+    /// Returns the edge of a side; `None` where both its corners are the same vertex.
     pub fn of_side(&self, triangle: u32, k: usize) -> Option<u32> {
         Some(self.edge_of_side[3 * triangle as usize + k]).filter(|&e| e != NO_EDGE)
     }
 
-    /// The side across, where exactly two triangles meet in the edge and are wound alike:
+    /// Returns the side across, where exactly two triangles meet in the edge and are wound alike:
     /// (triangle, k).
     pub fn across(&self, mesh: &TriMesh, triangle: u32, k: usize) -> Option<(u32, usize)> {
         let &[a, b] = self.sides(self.of_side(triangle, k)?) else { return None };
@@ -91,7 +91,7 @@ impl Edges {
         (start(triangle, k) != start(t, j)).then_some((t, j))
     }
 
-    /// How many sides run from the lower vertex to the higher one, and how many the other way.
+    /// Counts the sides that run from the lower vertex to the higher one, and those the other way.
     pub fn directions(&self, mesh: &TriMesh, edge: u32) -> (usize, usize) {
         let low = self.vertices(edge)[0];
         let sides = self.sides(edge);
@@ -100,7 +100,7 @@ impl Edges {
     }
 }
 
-/// Runs of entries with the same key, and where each starts.
+/// Returns runs of entries with the same key, and where each starts.
 fn runs<K: PartialEq, V>(keyed: &[(K, V)]) -> impl Iterator<Item = (usize, &[(K, V)])> {
     let mut place = 0;
     keyed.chunk_by(|a, b| a.0 == b.0).map(move |run| {
@@ -109,7 +109,7 @@ fn runs<K: PartialEq, V>(keyed: &[(K, V)]) -> impl Iterator<Item = (usize, &[(K,
     })
 }
 
-/// Sets that are joined step by step; the lowest member stands for its set.
+/// Sets that are joined step by step; the lowest member represents its set.
 pub(crate) struct DisjointSets(Vec<u32>);
 
 impl DisjointSets {

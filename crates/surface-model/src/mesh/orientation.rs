@@ -1,10 +1,10 @@
-//! Which way the pieces of a mesh are wound, also of an open one, by the generalised winding number
+//! Winding of the pieces of a mesh, also of an open one, by the generalised winding number
 //! (Jacobson, Kavan, Sorkine-Hornung, Robust inside-outside segmentation using generalized winding
 //! numbers, SIGGRAPH 2013).
 //!
 //! The field F of a triangle is the winding number at its centroid, without the triangle itself:
-//! 0.5 where the mesh closes around the material behind it, −0.5 where it closes around what lies
-//! in front, 0 on a plate. Turning a piece turns what it adds to the fields of all pieces, so that
+//! 0.5 where the mesh closes around the material behind it, −0.5 where it closes around the space
+//! in front, 0 on a plate. Turning a piece turns its contribution to the fields of all pieces, so
 //! pieces of one body that are wound against each other are found, too.
 
 #[cfg(test)]
@@ -19,41 +19,43 @@ use crate::mesh::edges::{DisjointSets, Edges};
 use crate::mesh::topology::Topology;
 use crate::mesh::tri_mesh::TriMesh;
 
-/// Least mean field of a piece on whose winding a claim is made: a long tube with a slit of a
-/// quarter of its round has 0.37, a blade as long as its chord, a quarter as thick and open at both
-/// ends 0.38, a half-sphere 0.32. Below it the piece may as well be the wall of a hollow.
+/// Least mean field of a piece for a decision on its winding: a long tube with a slit of a quarter
+/// of its round has 0.37, a blade as long as its chord, a quarter as thick and open at both ends
+/// 0.38, a half-sphere 0.32. Below it the piece may as well be the wall of a hollow.
 const DECIDED: f64 = 0.36;
 
 /// Field of the surface of a solid.
 const SOLID: f64 = 0.5;
 
-/// Least gain in field that a turned piece must give, as part of its area; a clear case has 1.
+/// Least gain in field that a turned piece must give, as a fraction of its area; a clear case has
+/// 1.
 const LEAST_GAIN: f64 = 0.5;
 
-/// Largest mean field of the others at a closed piece of negative volume that is no cavity of them.
+/// Largest mean field of the others at a closed piece of negative volume that is not a cavity of
+/// them.
 const NO_CAVITY: f64 = 0.25;
 
-/// Solid angles that are computed at most, and samples at least and at most: half a second for
-/// 500,000 triangles.
+/// Largest number of computed solid angles, and largest and least number of samples: half a second
+/// for 500,000 triangles.
 const ANGLES: usize = 20_000_000;
 
 const SAMPLES: (usize, usize) = (16, 512);
 
-/// Least samples of a piece.
+/// Least number of samples of a piece.
 const LEAST_SAMPLES: usize = 4;
 
-/// Which way a piece of a mesh is wound.
+/// Winding of a piece of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Winding {
     /// Counter-clockwise seen from outside: the material lies behind it.
     Outward,
-    /// The other way: the mesh closes around what lies in front of it.
+    /// The other way: the mesh closes around the space in front of it.
     Inward,
     /// The mesh does not decide: an open surface may have its material on either side.
     Undecided,
 }
 
-/// Triangles that hang together by edges and are wound alike.
+/// Triangles connected by edges and wound alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WoundPiece {
     /// Its lowest triangle.
@@ -64,7 +66,7 @@ pub struct WoundPiece {
     pub area: f64,
     /// Whether it bounds a volume by itself.
     pub closed: bool,
-    /// Which way it is wound.
+    /// Its winding.
     pub winding: Winding,
 }
 
@@ -78,13 +80,13 @@ pub struct Orientation {
 }
 
 impl Orientation {
-    /// Finds the pieces and which way each is wound.
+    /// Finds the pieces and their winding.
     ///
-    /// Guaranteed: a mesh that is turned as a whole has `Inward` and `Outward` exchanged, but for
-    /// cavities; motions do not change the result but by rounding. An open piece of small field (a
-    /// plate, dish, hood or half-sphere) is `Undecided`, and so is the closed wall of a cavity. A
-    /// duct whose inner wall alone is there has the shape of a bar that is wound inward, and is
-    /// called so: whoever knows the tool asks whether it has room there. Pieces beyond the largest
+    /// Guaranteed: turning a mesh as a whole exchanges `Inward` and `Outward`, except for cavities;
+    /// motions change the result only by rounding. An open piece of small field (a plate, dish,
+    /// hood or half-sphere) is `Undecided`, and so is the closed wall of a cavity. A duct with only
+    /// its inner wall has the shape of a bar that is wound inward, and is reported as that: a
+    /// caller that knows the tool has to test whether it fits in there. Pieces beyond the largest
     /// few hundred, and fewer in large meshes, are `Undecided`. Time is bounded by 20 million solid
     /// angles, or 16 for each triangle.
     #[must_use]
@@ -106,13 +108,13 @@ impl Orientation {
         orientation
     }
 
-    /// Number of triangles in pieces that are wound so.
+    /// Counts the triangles in pieces with this winding.
     pub fn n_wound(&self, winding: Winding) -> usize {
         self.pieces.iter().filter(|p| p.winding == winding).map(|p| p.n_triangles).sum()
     }
 }
 
-/// Pieces, all undecided.
+/// Finds the pieces, all undecided.
 fn pieces(mesh: &TriMesh, edges: &Edges) -> Orientation {
     let n = mesh.triangles().len();
     let mut sets = DisjointSets::new(n);
@@ -127,7 +129,7 @@ fn pieces(mesh: &TriMesh, edges: &Edges) -> Orientation {
     }
     let mut orientation = Orientation { pieces: Vec::new(), piece_of: vec![0; n] };
     for t in 0..n {
-        // The lowest triangle stands for its set, so it has been seen before the others.
+        // The lowest triangle represents its set, so it has been seen before the others.
         let first = sets.find(t as u32) as usize;
         orientation.piece_of[t] = orientation.piece_of[first];
         if first == t {
@@ -150,7 +152,7 @@ fn n_samples(n_triangles: usize) -> usize {
     (ANGLES / n_triangles.max(1)).clamp(SAMPLES.0, SAMPLES.1)
 }
 
-/// The pieces of largest area, as many as can be looked at.
+/// Returns the pieces of largest area, as many as can be evaluated.
 fn considered(pieces: &[WoundPiece], n_triangles: usize) -> Vec<u32> {
     let mut order: Vec<u32> = (0..pieces.len() as u32).collect();
     order.sort_by(|a, b| pieces[*b as usize].area.total_cmp(&pieces[*a as usize].area).then(a.cmp(b)));
@@ -158,10 +160,10 @@ fn considered(pieces: &[WoundPiece], n_triangles: usize) -> Vec<u32> {
     order
 }
 
-/// Additions of each piece to the mean field of each other one, as they are wound.
+/// Contributions of each piece to the mean field of each other one, with the present winding.
 struct Fields {
     areas: Vec<f64>,
-    /// Row: the piece that has the field; column: the piece that makes it.
+    /// Row: the piece with the field; column: the piece that causes it.
     of: Vec<Vec<f64>>,
 }
 
@@ -186,18 +188,18 @@ impl Fields {
         Self { of: (0..order.len()).map(row).collect(), areas }
     }
 
-    /// Mean field of a piece where these pieces are turned.
+    /// Returns the mean field of a piece when these pieces are turned.
     fn mean(&self, piece: usize, turned: &[bool]) -> f64 {
         self.of[piece].iter().zip(turned).map(|(f, turned)| if *turned { -f } else { *f }).sum()
     }
 
-    /// Returns the lack from the field of a solid, times area. More than that is no lack: solids
-    /// may overlap.
+    /// Returns the deficit from the field of a solid, times area. A larger field is no deficit:
+    /// solids may overlap.
     fn lack(&self, turned: &[bool]) -> f64 {
         (0..self.areas.len()).map(|k| self.areas[k] * (SOLID - self.mean(k, turned)).max(0.0)).sum()
     }
 
-    /// Lack that is saved by turning a piece once more.
+    /// Returns the deficit saved by turning a piece once more.
     fn gain(&self, piece: usize, turned: &[bool]) -> f64 {
         let mut other = turned.to_vec();
         other[piece] = !other[piece];
@@ -235,8 +237,8 @@ impl Fields {
             .collect()
     }
 
-    /// Turns piece after piece, the one that saves most first, until none saves what a clear case
-    /// does.
+    /// Turns piece after piece, the one that saves most first, until none saves as much as a clear
+    /// case.
     fn settled(&self, mut turned: Vec<bool>, free: &dyn Fn(usize) -> bool) -> Vec<bool> {
         for _ in 0..2 * turned.len() {
             let gains = (0..turned.len()).filter(|&k| free(k)).map(|k| (k, self.gain(k, &turned)));
@@ -250,7 +252,7 @@ impl Fields {
     }
 }
 
-/// `n` of these triangles, evenly by area; large ones several times.
+/// Returns `n` of these triangles, evenly by area; large ones several times.
 fn spread(mesh: &TriMesh, triangles: &[u32], area: f64, n: usize) -> Vec<u32> {
     let step = area / n as f64;
     let (mut sum, mut samples) = (0.0, Vec::with_capacity(n));
@@ -263,8 +265,8 @@ fn spread(mesh: &TriMesh, triangles: &[u32], area: f64, n: usize) -> Vec<u32> {
     samples
 }
 
-/// Returns the additions of these triangles to the winding number at the centroid of one that does
-/// not count.
+/// Returns the contributions of these triangles to the winding number at the centroid of one that
+/// does not count.
 fn field_at(mesh: &TriMesh, sample: u32, triangles: &[u32]) -> f64 {
     let [a, b, c] = mesh.corners(sample as usize);
     let p = Point3::from((a.coords + b.coords + c.coords) / 3.0);
@@ -272,8 +274,8 @@ fn field_at(mesh: &TriMesh, sample: u32, triangles: &[u32]) -> f64 {
     others.map(|&t| solid_angle(&p, &mesh.corners(t as usize))).sum::<f64>() / (2.0 * TAU)
 }
 
-/// Solid angle of a triangle, positive where it is seen from behind; 0 in its plane. (Van Oosterom,
-/// Strackee, The solid angle of a plane triangle, IEEE Trans. Biomed. Eng. 1983.)
+/// Returns the solid angle of a triangle, positive where it is seen from behind; 0 in its plane.
+/// (Van Oosterom, Strackee, The solid angle of a plane triangle, IEEE Trans. Biomed. Eng. 1983.)
 fn solid_angle(p: &Point3<f64>, corners: &[Point3<f64>; 3]) -> f64 {
     let [a, b, c] = corners.map(|q| q - p);
     let [la, lb, lc] = [a.norm(), b.norm(), c.norm()];

@@ -7,22 +7,22 @@ use crate::mesh::tri_mesh::TriMesh;
 pub struct Refined {
     /// The same surface in smaller triangles, in one group.
     pub mesh: TriMesh,
-    /// For each of its triangles the one it is a part of.
+    /// For each of its triangles the original one.
     pub parents: Vec<u32>,
-    /// Whether it stopped before the edges were as short as asked.
+    /// Whether it stopped before the edges were as short as requested.
     pub is_coarse: bool,
 }
 
-/// How often edges are halved at most: 2⁻⁴⁰ of any edge is less than rounding.
+/// Largest number of halvings of an edge: 2⁻⁴⁰ of any edge is less than rounding.
 const MAX_LEVELS: usize = 40;
 
 impl TriMesh {
-    /// The same surface in triangles with no edge longer than `edge` mm, where that takes no more
-    /// than `max_triangles` (or as many as there are); else as fine as halving the long edges once
-    /// less often makes it.
+    /// Returns the same surface in triangles with no edge longer than `edge` mm, where that takes
+    /// no more than `max_triangles` (or as many as there are); else as fine as with one halving of
+    /// the long edges less.
     ///
-    /// Edges are halved wherever they are too long, on both sides alike: no vertex lies within
-    /// another triangle's edge. The first vertices are those of the mesh.
+    /// Edges that are too long are halved on both sides alike: no vertex lies within another
+    /// triangle's edge. The first vertices are those of the mesh.
     #[must_use]
     pub fn refined(&self, edge: f64, max_triangles: usize) -> Refined {
         let mut vertices = self.vertices().to_vec();
@@ -61,7 +61,8 @@ impl TriMesh {
     }
 }
 
-/// The parts of a triangle whose sides may have middles; side k goes from corner k to the next.
+/// Passes the parts of a triangle whose sides may have middles; side k leads from corner k to the
+/// next.
 fn divide(t: [u32; 3], middles: [Option<u32>; 3], mut part: impl FnMut([u32; 3])) {
     let [a, b, c] = t;
     match middles {

@@ -1,14 +1,14 @@
 use crate::mesh::edges::{DisjointSets, Edges};
 use crate::mesh::tri_mesh::TriMesh;
 
-/// Components of a mesh, and edges that are not those of a solid.
+/// Components of a mesh, and edges that a solid would not have.
 #[derive(Clone, Debug)]
 pub struct Topology {
-    /// Edges on which one triangle lies.
+    /// Edges of one triangle.
     pub n_open_edges: usize,
-    /// Edges on which three or more triangles lie.
+    /// Edges of three or more triangles.
     pub n_non_manifold_edges: usize,
-    /// Edges on which two triangles lie that are wound against each other.
+    /// Edges of two triangles that are wound against each other.
     pub n_miswound_edges: usize,
     /// Components by their first triangle.
     pub components: Vec<Component>,
@@ -29,8 +29,8 @@ pub struct Component {
 }
 
 impl Component {
-    /// Whether it is closed and wound inside out. A cavity inside another component is wound so by
-    /// right.
+    /// Returns whether it is closed and wound inside out. That winding is correct for a cavity
+    /// inside another component.
     pub fn is_inverted(&self) -> bool {
         self.volume_mm3.is_some_and(|v| v < 0.0)
     }
@@ -59,7 +59,7 @@ impl Topology {
         topology
     }
 
-    /// Volumes by the divergence theorem about a vertex of each component, which keeps the
+    /// Computes volumes by the divergence theorem about a vertex of each component, which keeps the
     /// cancellation small.
     fn add_volumes(&mut self, mesh: &TriMesh) {
         let mut sums = vec![(None, 0.0); self.components.len()];
@@ -75,7 +75,7 @@ impl Topology {
     }
 }
 
-/// Components, taken as closed, and the component of each triangle.
+/// Returns components, taken as closed, and the component of each triangle.
 fn components(mesh: &TriMesh, edges: &Edges) -> (Vec<Component>, Vec<u32>) {
     let n = mesh.triangles().len();
     let mut sets = DisjointSets::new(n);
@@ -88,7 +88,7 @@ fn components(mesh: &TriMesh, edges: &Edges) -> (Vec<Component>, Vec<u32>) {
     let mut components: Vec<Component> = Vec::new();
     let mut component_of = vec![0; n];
     for t in 0..n {
-        // The lowest triangle stands for its set, so it has been seen before the others.
+        // The lowest triangle represents its set, so it has been seen before the others.
         let first = sets.find(t as u32) as usize;
         if first == t {
             component_of[t] = components.len() as u32;

@@ -3,9 +3,9 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Indexed triangle mesh in mm, counter-clockwise seen from outside the material.
 ///
-/// Indices are in range and coordinates finite: [`TriMesh::new`] checks it, and nothing changes it
-/// afterwards. It may be open, non-manifold and of several overlapping components. Triangles belong
-/// to named groups.
+/// Indices are in range and coordinates finite: [`TriMesh::new`] checks this, and nothing changes
+/// it afterwards. The mesh may be open, non-manifold and of several overlapping components.
+/// Triangles belong to named groups.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TriMesh {
     vertices: Vec<Point3<f64>>,
@@ -22,7 +22,7 @@ pub struct Group {
     pub triangles: std::ops::Range<usize>,
 }
 
-/// Why vertices and triangles are not a mesh.
+/// Reason why vertices and triangles are not a mesh.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshError {
@@ -32,7 +32,7 @@ pub enum MeshError {
         /// Index of the vertex, from 0.
         vertex: usize,
     },
-    /// A triangle names a vertex that does not exist.
+    /// A triangle has the index of a vertex that does not exist.
     #[error("triangle {triangle} uses vertex {vertex}, but there are only {n_vertices}")]
     BadIndex {
         /// Index of the triangle, from 0.
@@ -53,7 +53,7 @@ pub enum MeshError {
 }
 
 impl TriMesh {
-    /// A mesh of one group without a name.
+    /// Creates a mesh of one group without a name.
     ///
     /// # Errors
     /// When a coordinate is not finite or an index out of range.
@@ -62,7 +62,7 @@ impl TriMesh {
         Self::with_groups(vertices, triangles, groups)
     }
 
-    /// A mesh with named groups, which follow each other without gap.
+    /// Creates a mesh with named groups, which follow each other without gap.
     ///
     /// # Errors
     /// As [`TriMesh::new`], and when the groups do not cover all triangles in order.
@@ -93,50 +93,51 @@ impl TriMesh {
         Ok(Self { vertices, triangles, groups })
     }
 
-    /// Vertices, mm.
+    /// Returns the vertices, mm.
     pub fn vertices(&self) -> &[Point3<f64>] {
         &self.vertices
     }
 
-    /// Vertex indices of each triangle.
+    /// Returns the vertex indices of each triangle.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
     }
 
-    /// Groups in file order; they cover all triangles.
+    /// Returns the groups in file order; they cover all triangles.
     pub fn groups(&self) -> &[Group] {
         &self.groups
     }
 
-    /// Index of the group a triangle belongs to; `None` when there is no such triangle.
+    /// Returns the index of a triangle's group; `None` when there is no such triangle.
     pub fn group_of(&self, triangle: usize) -> Option<usize> {
         let group = self.groups.partition_point(|g| g.triangles.end <= triangle);
         (group < self.groups.len()).then_some(group)
     }
 
-    /// Corners of a triangle.
+    /// Returns the corners of a triangle.
     pub fn corners(&self, triangle: usize) -> [Point3<f64>; 3] {
         self.triangles[triangle].map(|v| self.vertices[v as usize])
     }
 
-    /// Twice the area times the unit normal, out of the material; zero for a degenerate triangle.
+    /// Returns twice the area times the unit normal, out of the material; zero for a degenerate
+    /// triangle.
     pub fn scaled_normal(&self, triangle: usize) -> Vector3<f64> {
         let [a, b, c] = self.corners(triangle);
         (b - a).cross(&(c - a))
     }
 
-    /// Smallest box around the vertices that triangles use.
+    /// Returns the smallest box around the vertices that triangles use.
     pub fn aabb(&self) -> Aabb {
         self.triangles.iter().flatten().fold(Aabb::EMPTY, |b, &v| b.with_point(&self.vertices[v as usize]))
     }
 
-    /// The mesh after the motion `to_from`.
+    /// Returns the mesh after the motion `to_from`.
     #[must_use]
     pub fn transformed(&self, to_from: &Isometry3<f64>) -> Self {
         Self { vertices: self.vertices.iter().map(|p| to_from * p).collect(), ..self.clone() }
     }
 
-    /// The triangles of the groups for which `keep` holds, with all vertices kept.
+    /// Returns the triangles of the groups for which `keep` holds, with all vertices kept.
     #[must_use]
     pub fn select_groups(&self, mut keep: impl FnMut(&str) -> bool) -> Self {
         let (mut triangles, mut groups) = (Vec::new(), Vec::new());
@@ -148,14 +149,14 @@ impl TriMesh {
         Self { vertices: self.vertices.clone(), triangles, groups }
     }
 
-    /// The same triangles wound the other way: inside becomes outside.
+    /// Returns the same triangles wound the other way: inside becomes outside.
     #[must_use]
     pub fn reversed(mut self) -> Self {
         self.triangles.iter_mut().for_each(|t| t.swap(1, 2));
         self
     }
 
-    /// This mesh followed by `other`, groups kept, vertices not welded.
+    /// Returns this mesh followed by `other`, groups kept, vertices not welded.
     ///
     /// # Panics
     /// When there are more than `u32::MAX` vertices.

@@ -1,10 +1,10 @@
 use nalgebra::Point3;
 
-/// Weights of the corners for the point of a triangle nearest to `p`.
+/// Returns the weights of the corners for the point of a triangle nearest to `p`.
 ///
-/// The regions of corners, sides and face are distinguished by the signs of scalar products of the
-/// sides with the lines to `p` (Ericson, Real-Time Collision Detection, 5.1.5). A triangle without
-/// area gives a point on one of its sides.
+/// The signs of scalar products of the sides with the lines to `p` distinguish the regions of
+/// corners, sides and face (Ericson, Real-Time Collision Detection, 5.1.5). A triangle without area
+/// gives a point on one of its sides.
 pub(crate) fn closest_on_triangle(p: &Point3<f64>, [a, b, c]: &[Point3<f64>; 3]) -> [f64; 3] {
     let (ab, ac) = (b - a, c - a);
     let (ap, bp, cp) = (p - a, p - b, p - c);
@@ -39,8 +39,8 @@ pub(crate) fn closest_on_triangle(p: &Point3<f64>, [a, b, c]: &[Point3<f64>; 3])
     let area = area_a + area_b + area_c;
     let (v, w) = (ratio(area_b, area), ratio(area_c, area));
     let face = [(1.0 - v - w).max(0.0), v, w];
-    // The areas are differences of these products. In a sliver little is left of them but rounding,
-    // and then the sides, which are reliable, know better.
+    // The areas are differences of these products. In a sliver they are mostly rounding, and the
+    // sides are more reliable.
     let product = (ab_ap * ac_bp).abs().max((ab_cp * ac_ap).abs()).max((ab_bp * ac_cp).abs());
     if area > 1e-9 * product { face } else { best_of_face_and_sides(p, [a, b, c], face) }
 }
@@ -63,7 +63,7 @@ fn best_of_face_and_sides(p: &Point3<f64>, t: [&Point3<f64>; 3], face: [f64; 3])
     best.1
 }
 
-/// `part / whole` within 0..1; 0 where both are 0.
+/// Returns `part / whole` within 0..1; 0 where both are 0.
 fn ratio(part: f64, whole: f64) -> f64 {
     let r = part / whole;
     if r.is_finite() { r.clamp(0.0, 1.0) } else { 0.0 }

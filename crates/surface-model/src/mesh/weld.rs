@@ -2,15 +2,15 @@ use std::collections::HashMap;
 
 use nalgebra::Point3;
 
-/// For each point the lowest-numbered point that it is taken together with; itself where it stands
-/// alone.
+/// Returns for each point the lowest-numbered point that it is merged with; itself where there is
+/// none.
 ///
-/// In their order, each point joins the first one that stands for others (or itself) within
-/// `tolerance`; with tolerance 0 that is one with equal coordinates. Points that stand are thus
-/// farther than `tolerance` apart, and no chain of near points draws distant ones together.
+/// In their order, each point joins the first representative (or becomes one itself) within
+/// `tolerance`; with tolerance 0, one with equal coordinates. Representatives are thus farther than
+/// `tolerance` apart, and no chain of near points merges distant ones.
 pub(crate) fn weld(points: &[Point3<f64>], tolerance: f64) -> Vec<u32> {
     // Cells wide enough that most points have no second cell within the tolerance, narrow enough to
-    // hold few that stand.
+    // hold few representatives.
     let width = 4.0 * tolerance;
     let cell = |x: f64| if width > 0.0 { (x / width).floor() as i64 } else { (x + 0.0).to_bits() as i64 };
     let tolerance_sq = tolerance * tolerance;
@@ -36,7 +36,7 @@ pub(crate) fn weld(points: &[Point3<f64>], tolerance: f64) -> Vec<u32> {
     stands_for
 }
 
-/// One or two neighbouring cells.
+/// Returns one or two neighbouring cells.
 fn span(low: i64, high: i64) -> impl Iterator<Item = i64> {
     std::iter::once(low).chain((high != low).then_some(high))
 }

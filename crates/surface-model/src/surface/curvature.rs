@@ -3,8 +3,7 @@ use nalgebra::{Matrix3, Unit, Vector3};
 use crate::mesh::tri_mesh::TriMesh;
 use crate::surface::normals::SmoothVertices;
 
-/// Curvature of a surface at a point: how the unit normal turns with a step along the surface,
-/// 1/mm.
+/// Curvature of a surface at a point: the turn of the unit normal per step along the surface, 1/mm.
 ///
 /// Positive where the surface bends away from the outside (convex, as a ball seen from outside),
 /// negative where it bends towards it (concave, where a cutter may gouge). It is an estimate: on a
@@ -21,7 +20,7 @@ pub struct CurvatureTensor {
     pub tensor: Matrix3<f64>,
 }
 
-/// The two extreme normal curvatures and where they are reached.
+/// The two extreme normal curvatures and their directions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrincipalCurvatures {
     /// Largest normal curvature, 1/mm.
@@ -35,7 +34,8 @@ pub struct PrincipalCurvatures {
 }
 
 impl CurvatureTensor {
-    /// Normal curvature in the direction of `along`, whose part along the normal is ignored; 1/mm.
+    /// Returns the normal curvature in the direction of `along`, whose part along the normal is
+    /// ignored; 1/mm.
     ///
     /// `None` when `along` is parallel to the normal.
     pub fn normal_curvature(&self, along: &Vector3<f64>) -> Option<f64> {
@@ -44,7 +44,7 @@ impl CurvatureTensor {
         Some(direction.dot(&(self.tensor * direction.into_inner())))
     }
 
-    /// Principal curvatures and directions.
+    /// Returns principal curvatures and directions.
     pub fn principal(&self) -> PrincipalCurvatures {
         let (u, v) = tangents(&self.normal);
         let entry = |a: &Vector3<f64>, b: &Vector3<f64>| a.dot(&(self.tensor * b));
@@ -62,8 +62,8 @@ impl CurvatureTensor {
         }
     }
 
-    /// The tensors of the parts, each turned from its own normal to `normal`, weighted; `None`
-    /// where a part that counts is missing.
+    /// Returns the weighted sum of tensors, each turned from its own normal to `normal`; `None`
+    /// where a tensor with a weight is missing.
     pub(crate) fn blend(
         normal: Unit<Vector3<f64>>,
         parts: &[(f64, Option<&VertexCurvature>)],
@@ -84,8 +84,8 @@ pub(crate) struct VertexCurvature {
     tensor: Matrix3<f64>,
 }
 
-/// Curvature at each smooth vertex: means of the facets around it, weighted by the part of their
-/// area nearest to it.
+/// Returns the curvature at each smooth vertex: means of the facets around it, weighted by the part
+/// of their area nearest to it.
 pub(crate) fn vertex_curvatures(
     mesh: &TriMesh,
     facets: &[Option<Unit<Vector3<f64>>>],
@@ -111,8 +111,8 @@ pub(crate) fn vertex_curvatures(
         .collect()
 }
 
-/// The tensor in the facet's plane that best explains the differences of the corner normals along
-/// the three sides, by least squares (Rusinkiewicz, section 3.1).
+/// Returns the tensor in the facet's plane that best explains the differences of the corner normals
+/// along the three sides, by least squares (Rusinkiewicz, section 3.1).
 fn facet_curvature(
     p: &[nalgebra::Point3<f64>; 3],
     facet: &Unit<Vector3<f64>>,
@@ -141,7 +141,7 @@ fn facet_curvature(
     Some(entries.x * u * u.transpose() + entries.y * mixed + entries.z * v * v.transpose())
 }
 
-/// A tensor of the plane with normal `from`, carried to the plane with normal `to` by the smallest
+/// Moves a tensor from the plane with normal `from` to the plane with normal `to` by the smallest
 /// turn.
 fn turned(tensor: &Matrix3<f64>, from: &Unit<Vector3<f64>>, to: &Unit<Vector3<f64>>) -> Matrix3<f64> {
     let cosine = from.dot(to);
@@ -150,15 +150,15 @@ fn turned(tensor: &Matrix3<f64>, from: &Unit<Vector3<f64>>, to: &Unit<Vector3<f6
     if cosine <= -1.0 + 1e-9 {
         return *tensor;
     }
-    // Rodrigues' formula with the unnormalised axis: no angle is needed, and nothing is lost near
+    // Rodrigues' formula with the unnormalised axis: it needs no angle, and loses nothing near
     // zero.
     let cross = from.cross(to).cross_matrix();
     let turn = Matrix3::identity() + cross + cross * cross / (1.0 + cosine);
     turn * tensor * turn.transpose()
 }
 
-/// The parts of a triangle's area that are nearest to each of its corners; where it is obtuse, half
-/// of it for the obtuse corner and a quarter for each other (Meyer et al., Discrete
+/// Returns the parts of a triangle's area that are nearest to each of its corners; where it is
+/// obtuse, half of it for the obtuse corner and a quarter for each other (Meyer et al., Discrete
 /// differential-geometry operators, 2003, section 3.3).
 fn voronoi_areas(mesh: &TriMesh, triangle: usize) -> [f64; 3] {
     let p = mesh.corners(triangle);
@@ -175,7 +175,7 @@ fn voronoi_areas(mesh: &TriMesh, triangle: usize) -> [f64; 3] {
     })
 }
 
-/// Two unit tangents that make a right-handed frame with the normal.
+/// Returns two unit tangents that make a right-handed frame with the normal.
 fn tangents(n: &Unit<Vector3<f64>>) -> (Unit<Vector3<f64>>, Unit<Vector3<f64>>) {
     let mut axis = Vector3::zeros();
     axis[n.iamin()] = 1.0;

@@ -15,18 +15,19 @@ pub struct LevelCurve {
 /// A point of a level curve, on an edge of the mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelPoint {
-    /// Where, mm.
+    /// Position, mm.
     pub position: Point3<f64>,
-    /// The triangle that the curve runs through after this point; at the end of an open curve the
-    /// one before it.
+    /// Triangle through which the curve runs after this point; at the end of an open curve, the one
+    /// before it.
     pub triangle: u32,
     /// Vertices of the edge it lies on, the lower index first.
     pub edge: [u32; 2],
-    /// How far along the edge, from 0 at its first vertex to 1 at its second.
+    /// Fraction of the edge, from 0 at its first vertex to 1 at its second.
     pub fraction: f64,
 }
 
-/// The curves on a mesh along which values given at its vertices, linear between them, are `level`.
+/// Returns the curves on a mesh along which values given at its vertices, linear between them, are
+/// `level`.
 ///
 /// Values at the level count as above it, so no curve branches, and a curve through a vertex meets
 /// it exactly. A row of vertices at the level gives a curve along them, where lower values are
@@ -35,16 +36,16 @@ pub struct LevelPoint {
 /// whose value is missing or not finite carry no curve. Where only one vertex reaches the level,
 /// the curve has no length and is left out.
 ///
-/// The order is fixed by the triangles: open curves by their first triangle, then closed ones by
+/// The triangles determine the order: open curves by their first triangle, then closed ones by
 /// their lowest.
 #[must_use]
 pub fn level_curves(mesh: &TriMesh, values: &[f64], level: f64) -> Vec<LevelCurve> {
     level_curves_among(mesh, &Edges::of(mesh), values, level, 0..mesh.triangles().len() as u32)
 }
 
-/// As [`level_curves`], in some of the triangles, with the mesh's edges already found.
+/// Computes [`level_curves`] in some of the triangles, with the mesh's edges already found.
 ///
-/// `among` are the triangles in rising order, those that do not cross the level included. The work
+/// `among` are the triangles in rising order, including those that do not cross the level. The work
 /// grows with their number, not with the size of the mesh.
 #[must_use]
 pub fn level_curves_among(
@@ -57,8 +58,8 @@ pub fn level_curves_among(
     march(mesh, edges, values, level, among, |_, _, fraction| fraction)
 }
 
-/// The marching itself; `place` may correct where on an edge (lower vertex, higher vertex) the
-/// curve crosses.
+/// Marches through the triangles; `place` may correct where on an edge (lower vertex, higher
+/// vertex) the curve crosses.
 pub(crate) fn march(
     mesh: &TriMesh,
     edges: &Edges,
@@ -70,7 +71,7 @@ pub(crate) fn march(
     let crossing = |t: u32| Some((t, Crossing::of(mesh.triangles()[t as usize], values, level)?));
     let crossings: Vec<(u32, Crossing)> = among.into_iter().filter_map(crossing).collect();
     let index = |t: u32| crossings.binary_search_by_key(&t, |(t, _)| *t).ok();
-    // Across the side where the values rise lies the triangle that the curve runs through next.
+    // The next triangle of the curve lies across the side where the values rise.
     let beyond = |k: usize, side: usize| edges.across(mesh, crossings[k].0, side).and_then(|(u, _)| index(u));
     let mut done = vec![false; crossings.len()];
     let mut curves = Vec::new();
@@ -95,7 +96,7 @@ pub(crate) fn march(
     curves
 }
 
-/// The sides of a triangle on which the values cross the level, going round counter-clockwise.
+/// Sides of a triangle on which the values cross the level, in counter-clockwise order.
 #[derive(Clone, Copy)]
 struct Crossing {
     /// Side on which they fall from above to below.
@@ -115,14 +116,14 @@ impl Crossing {
     }
 }
 
-/// Puts the points of a chain of triangles together: each is entered where values fall and left
-/// where they rise.
+/// Joins the points of a chain of triangles: each is entered where values fall and left where they
+/// rise.
 fn curve(chain: &[usize], closed: bool, point: impl Fn(usize, bool) -> LevelPoint) -> Option<LevelCurve> {
     let mut points: Vec<LevelPoint> = chain.iter().map(|&k| point(k, false)).collect();
     if !closed {
         points.extend(chain.last().map(|&k| point(k, true)));
     }
-    // Of points at the same place the last one leads on.
+    // Among points at the same place, the last one continues the curve.
     let n = points.len();
     let mut kept: Vec<LevelPoint> = Vec::with_capacity(n);
     for p in points {

@@ -3,24 +3,23 @@ use nalgebra::{Unit, Vector3};
 use crate::mesh::edges::{DisjointSets, Edges};
 use crate::mesh::tri_mesh::TriMesh;
 
-/// Unit normal of each facet; `None` where the triangle has no area.
+/// Returns the unit normal of each facet; `None` where the triangle has no area.
 ///
 /// A triangle counts as such when its height is less than 1e-12 of its longest side: rounding of
-/// the coordinates then decides where its normal points.
+/// the coordinates then decides the direction of its normal.
 pub(crate) fn facet_normals(mesh: &TriMesh) -> Vec<Option<Unit<Vector3<f64>>>> {
     (0..mesh.triangles().len())
         .map(|t| {
             let [a, b, c] = mesh.corners(t);
             let longest = (b - a).norm().max((c - b).norm()).max((a - c).norm());
-            // Divided first, so that neither tiny nor huge triangles leave the range of the
-            // numbers.
+            // Divided first, so neither tiny nor huge triangles leave the range of the numbers.
             Unit::try_new(((b - a) / longest).cross(&((c - a) / longest)), 1e-12)
         })
         .collect()
 }
 
-/// Smooth vertices: corners of the triangles around a vertex between which no crease runs share
-/// one.
+/// Smooth vertices, each shared by corners of the triangles around a vertex without a crease
+/// between them.
 pub(crate) struct SmoothVertices {
     /// Smooth vertex of each corner, `3 * triangle + k`.
     pub(crate) of_corner: Vec<u32>,
@@ -30,7 +29,7 @@ pub(crate) struct SmoothVertices {
 }
 
 impl SmoothVertices {
-    /// Two facets are joined across an edge when exactly they meet there, are wound alike, and
+    /// Joins two facets across an edge when exactly these two meet there, are wound alike, and
     /// their normals differ by no more than `crease_angle` (rad).
     pub(crate) fn of(mesh: &TriMesh, edges: &Edges, facets: &[Option<Unit<Vector3<f64>>>], crease_angle: f64) -> Self {
         let mut sets = DisjointSets::new(3 * mesh.triangles().len());
@@ -39,7 +38,7 @@ impl SmoothVertices {
                 let Some((u, j)) = edges.across(mesh, t as u32, k) else { continue };
                 let smooth = match (facet, &facets[u as usize]) {
                     (Some(a), Some(b)) => a.cross(b).norm().atan2(a.dot(b)) <= crease_angle,
-                    // A triangle without area has no normal to differ in; it must not part its
+                    // A triangle without area has no normal to compare; it must not separate its
                     // neighbours.
                     _ => true,
                 };
@@ -67,12 +66,12 @@ impl SmoothVertices {
                 sums[of_corner[corner] as usize] += corner_angle(mesh, corner) * n.into_inner();
             }
         }
-        // Facets that cancel to less than 1e-9 of a radian leave no direction that means anything.
+        // Facets that cancel to less than 1e-9 of a radian leave no meaningful direction.
         Self { of_corner, normals: sums.into_iter().map(|s| Unit::try_new(s, 1e-9)).collect() }
     }
 }
 
-/// Angle of the triangle at a corner, rad.
+/// Returns the angle of the triangle at a corner, rad.
 fn corner_angle(mesh: &TriMesh, corner: usize) -> f64 {
     let p = mesh.corners(corner / 3);
     let k = corner % 3;

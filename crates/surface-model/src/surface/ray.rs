@@ -3,7 +3,7 @@ use nalgebra::{Point3, Unit, Vector3};
 
 use crate::surface::{Surface, SurfacePoint};
 
-/// Where a ray meets a triangle.
+/// Intersection of a ray with a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayHit {
     /// The point; its distance is measured along the ray from its origin.
@@ -15,20 +15,20 @@ pub struct RayHit {
 /// Crossing of a ray with a triangle.
 struct Crossing {
     hit: RayHit,
-    /// It passes exactly through a side or corner, which the neighbours share.
+    /// Whether it passes exactly through a side or corner, which the neighbours share.
     on_border: bool,
 }
 
-/// Signed number of a ray's crossings with the closed components, and whether it can be trusted.
+/// Signed number of a ray's crossings with the closed components, and whether it is reliable.
 enum Count {
     Clear(i32),
     Touching(i32),
     OnSurface,
 }
 
-/// A ray prepared for triangles and boxes: sheared so that it runs along an axis (Woop, Benthin,
-/// Wald, Watertight ray/triangle intersection, JCGT 2013). Two triangles with a common side compute
-/// the same number for it, so no ray slips through between them.
+/// A ray prepared for triangles and boxes: sheared to run along an axis (Woop, Benthin, Wald,
+/// Watertight ray/triangle intersection, JCGT 2013). Two triangles with a common side compute the
+/// same number for it, so no ray slips through between them.
 struct Ray {
     origin: Point3<f64>,
     direction: Unit<Vector3<f64>>,
@@ -37,8 +37,8 @@ struct Ray {
 }
 
 impl Surface {
-    /// The first point that a ray meets within `max_distance` (mm), from whichever side; of
-    /// triangles that share it the one with the lowest index.
+    /// Returns the first point that a ray meets within `max_distance` (mm), from whichever side;
+    /// among triangles that share it, the one with the lowest index.
     ///
     /// No ray slips through between triangles with a common side. A ray in the plane of a triangle
     /// does not meet it.
@@ -50,7 +50,7 @@ impl Surface {
         hit(triangle)
     }
 
-    /// All points that a ray meets within `max_distance` (mm), by distance, then triangle.
+    /// Returns all points that a ray meets within `max_distance` (mm), by distance, then triangle.
     ///
     /// A ray through a common side or corner of triangles meets each of them.
     pub fn ray_all(&self, origin: &Point3<f64>, direction: &Unit<Vector3<f64>>, max_distance: f64) -> Vec<RayHit> {
@@ -66,14 +66,14 @@ impl Surface {
         hits
     }
 
-    /// How often the closed components wind around `p`: 1 inside one, 2 where two overlap, −1
-    /// inside one that is wound inside out, 0 outside and in a cavity. Open components do not
+    /// Returns how often the closed components wind around `p`: 1 inside one, 2 where two overlap,
+    /// −1 inside one that is wound inside out, 0 outside and in a cavity. Open components do not
     /// count. `None` when `p` lies on the surface.
     ///
-    /// Counts signed crossings of a ray; a ray that touches a side or corner is given up for
-    /// another direction, so the count is exact but for points that lie on the surface up to
-    /// rounding. After 32 directions, which takes triangles finer than rounding, the last count
-    /// stands.
+    /// Counts signed crossings of a ray. A ray that touches a side or corner is replaced by another
+    /// direction, so the count is exact except for points that lie on the surface up to rounding.
+    /// After 32 directions, which happens only with triangles finer than rounding, the last count
+    /// is returned.
     pub fn winding(&self, p: &Point3<f64>) -> Option<i32> {
         let mut last = 0;
         for direction in directions() {
@@ -105,8 +105,8 @@ impl Surface {
         }
     }
 
-    /// Whether `p` is inside the material of the closed components, which may overlap; false on the
-    /// surface.
+    /// Returns whether `p` is inside the material of the closed components, which may overlap;
+    /// false on the surface.
     ///
     /// A component wound inside out that lies apart from others counts as material too; inside
     /// another it is a cavity.
@@ -126,8 +126,8 @@ impl Ray {
         Self { origin, direction, axes: [x, y, z], shear: Vector3::new(d.x / d.z, d.y / d.z, 1.0 / d.z) }
     }
 
-    /// Distance at which the ray enters a box, 0 when it starts inside, infinite when it misses;
-    /// never more than the distance that [`Ray::crossing`] finds for a triangle in it.
+    /// Returns the distance at which the ray enters a box, 0 when it starts inside, infinite when
+    /// it misses; never more than the distance that [`Ray::crossing`] finds for a triangle in it.
     fn enters(&self, b: &Aabb) -> f64 {
         let (low, high) = (b.min - self.origin, b.max - self.origin);
         // The triangle test rounds in proportion to the coordinates seen from the origin; the box
@@ -172,14 +172,14 @@ impl Ray {
         }
         let position = self.origin + self.direction.into_inner() * distance;
         let point = SurfacePoint { position, triangle, barycentric, distance };
-        // Counter-clockwise as seen along the ray, the frame (x, y, direction) being right-handed,
+        // The frame (x, y, direction) is right-handed, so counter-clockwise as seen along the ray
         // means that the normal points along the ray.
         Some(Crossing { hit: RayHit { point, from_outside: sum < 0.0 }, on_border: weights.contains(&0.0) })
     }
 }
 
-/// Directions that no design aligns with: along a spiral on the sphere, the first off all axes and
-/// diagonals.
+/// Returns directions that no design aligns with: along a spiral on the sphere, the first away from
+/// all axes and diagonals.
 fn directions() -> impl Iterator<Item = Unit<Vector3<f64>>> {
     (0..32).map(|k| {
         let z = 0.137_131_7 + 0.023_719_3 * f64::from(k);

@@ -12,11 +12,11 @@ pub struct Polyline {
     pub closed: bool,
 }
 
-/// The curves in which a surface meets the plane through `origin` with the given normal.
+/// Returns the curves in which a surface meets the plane through `origin` with the given normal.
 ///
 /// Exact up to rounding: every point lies on an edge of the mesh and in the plane. Seen from
-/// outside, the side that `normal` points to is on the left. `keep` says which triangles take part;
-/// order and ends as in [`level_curves`](crate::surface::level_curves::level_curves).
+/// outside, the side that `normal` points to is on the left. `keep` selects the triangles; order
+/// and ends as in [`level_curves`](crate::surface::level_curves::level_curves).
 pub fn plane_section(
     surface: &Surface,
     origin: &Point3<f64>,
@@ -26,12 +26,12 @@ pub fn plane_section(
     implicit_section(surface, |p| (p - origin).dot(normal), keep)
 }
 
-/// The curves in which a surface meets the cylinder of `radius` (mm) about the axis through
+/// Returns the curves in which a surface meets the cylinder of `radius` (mm) about the axis through
 /// `origin`.
 ///
 /// Points lie on edges of the mesh and, up to rounding, on the cylinder. Seen from outside, the
 /// side away from the axis is on the left. A crossing of the cylinder within a triangle whose
-/// corners are all on one side of it is not seen.
+/// corners are all on one side of it is missed.
 pub fn cylinder_section(
     surface: &Surface,
     origin: &Point3<f64>,
@@ -42,11 +42,11 @@ pub fn cylinder_section(
     implicit_section(surface, |p| (p - origin).cross(axis).norm() - radius, keep)
 }
 
-/// The curves on a surface where `f` is 0, with its zeros on the edges found to rounding, whatever
-/// its shape between.
+/// Returns the curves on a surface where `f` is 0, with its zeros on the edges found to rounding,
+/// whatever its shape in between.
 ///
-/// `f` is evaluated at the vertices; a zero that no vertex tells is not seen. Where `f` is not
-/// finite there is no curve. Seen from outside, positive values are on the left.
+/// `f` is evaluated at the vertices; a zero between vertices of the same sign is missed. Where `f`
+/// is not finite there is no curve. Seen from outside, positive values are on the left.
 pub fn implicit_section(
     surface: &Surface,
     f: impl Fn(&Point3<f64>) -> f64,
@@ -65,11 +65,11 @@ pub fn implicit_section(
         .collect()
 }
 
-/// A zero of `f` in 0..1, where it is `f0` at 0 and `f1` at 1 and these have different signs, from
-/// a first guess.
+/// Returns a zero of `f` in 0..1, where it is `f0` at 0 and `f1` at 1 and these have different
+/// signs, from a first guess.
 ///
-/// Regula falsi in the Illinois form, which closes on a smooth zero in a few steps; every third
-/// step halves the bracket, so that 160 of them reach rounding for any function.
+/// Regula falsi in the Illinois form, which converges to a smooth zero in a few steps; every third
+/// step halves the bracket, so 160 of them reach rounding for any function.
 fn zero_between(f: impl Fn(f64) -> f64, f0: f64, f1: f64, guess: f64) -> f64 {
     let (mut low, mut high) = ((0.0, f0), (1.0, f1));
     let mut s = guess;

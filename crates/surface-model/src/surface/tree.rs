@@ -46,8 +46,8 @@ const BINS: usize = 16;
 /// input.
 const HEURISTIC_DEPTH: usize = 40;
 
-/// Most nodes that wait during a traversal: one per level, and no more than 32 levels of halves
-/// hold 2³² items.
+/// Largest number of nodes that wait during a traversal: one per level, and 32 levels of halves
+/// suffice for 2³² items.
 const STACK: usize = HEURISTIC_DEPTH + 34;
 
 impl Tree {
@@ -69,22 +69,22 @@ impl Tree {
         Self { nodes, items, item_boxes }
     }
 
-    /// Box around all items; empty when there are none.
+    /// Returns the box around all items; empty when there are none.
     pub fn aabb(&self) -> Aabb {
         self.nodes.first().map_or(Aabb::EMPTY, |n| n.aabb)
     }
 
-    /// The node around everything, for traversals of one's own; `None` when there are no items.
+    /// Returns the node around everything, for custom traversals; `None` when there are no items.
     pub fn root(&self) -> Option<NodeId> {
         (!self.nodes.is_empty()).then_some(NodeId(0))
     }
 
-    /// Box of a node.
+    /// Returns the box of a node.
     pub fn node_aabb(&self, node: NodeId) -> &Aabb {
         &self.nodes[node.0 as usize].aabb
     }
 
-    /// Children or items of a node.
+    /// Returns the children or items of a node.
     pub fn below(&self, node: NodeId) -> Below<'_> {
         let n = &self.nodes[node.0 as usize];
         if n.n_items == 0 {
@@ -110,8 +110,8 @@ impl Tree {
         });
     }
 
-    /// As [`Tree::visit_boxes`], but stops at the first item for which `find` returns something,
-    /// and returns that.
+    /// Visits as [`Tree::visit_boxes`], but stops at the first item for which `find` returns
+    /// something, and returns that.
     pub fn find_in_boxes<T>(&self, enter: impl Fn(&Aabb) -> bool, mut find: impl FnMut(u32) -> Option<T>) -> Option<T> {
         let mut stack = Stack::new();
         stack.push(self.root().filter(|&r| enter(self.node_aabb(r))), 0.0);
@@ -133,8 +133,8 @@ impl Tree {
         None
     }
 
-    /// The item of least value, at most `limit`, and its value; of items with equal value the one
-    /// with the lowest number.
+    /// Returns the item of least value, at most `limit`, and its value; among items with equal
+    /// value the one with the lowest number.
     ///
     /// `bound` must not be more than the value of any item inside the box. `measure` gets an item
     /// and the least value found so far (at first `limit`) and returns the item's value, or `None`
@@ -174,8 +174,8 @@ impl Tree {
         best
     }
 
-    /// Checks what holds for every tree: each item once, every box around what is below it, depth
-    /// within the stack.
+    /// Checks the invariants of every tree: each item once, every box around everything below it,
+    /// depth within the stack.
     ///
     /// # Errors
     /// Names the first node or item that breaks it.

@@ -1,4 +1,4 @@
-//! No bytes make the reader panic or hang, and none that are cut off pass for a whole file.
+//! No bytes make the reader panic or hang, and no truncated bytes pass for a whole file.
 use facemill_surface_model::{
     ImportSettings, MeshFormat, NamedNode, TriMesh, import_mesh, no_external_files, write_glb, write_obj,
     write_stl_binary,

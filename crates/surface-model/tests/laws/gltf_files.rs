@@ -114,7 +114,7 @@ fn nodes_move_turn_scale_and_mirror() {
     assert_eq!(names, ["a", "mirrored", "of mesh"]);
     let part = |name: &str| mesh.select_groups(|n| n == name);
     assert!((area_vector(&part("a")) - 2.0 * AREA).norm() < 1.0);
-    // Mirrored, the winding is turned too, so the normal stays what it was.
+    // Mirroring turns the winding too, so the normal is unchanged.
     assert!((area_vector(&part("mirrored")) - AREA).norm() < 1.0);
     // Turned by 90° about z: (1, 0, 0) becomes (0, 1, 0), and 2 m along x become 2 m along y, which
     // is +Z here.
@@ -135,7 +135,7 @@ fn cyclic_and_shared_nodes_are_errors() {
         let found = read(&document).unwrap_err();
         assert!(found.contains("it is reached twice: the nodes are cyclic, or it has two parents"), "{found}");
     }
-    // Without any scene a cycle has no root, and so there is nothing.
+    // Without any scene a cycle has no root, so nothing is left.
     let mut document = plain_square();
     document["nodes"] = json!([{"mesh": 0, "children": [0]}]);
     document.as_object_mut().unwrap().retain(|k, _| !k.starts_with("scene"));
@@ -179,7 +179,7 @@ fn strided_and_external_buffers_are_read() {
     push(&mut document, "buffers", json!({"byteLength": 64, "uri": "a%20b.bin"}));
     document["bufferViews"][0] = json!({"buffer": 1, "byteLength": 64, "byteStride": 16});
     document["accessors"][0]["byteOffset"] = json!(4);
-    // Other buffers and images are not asked for.
+    // Other buffers and images are not requested.
     push(&mut document, "buffers", json!({"byteLength": 64, "uri": "animation.bin"}));
     document["images"] = json!([{"uri": "texture.png"}]);
     let resolve = |uri: &str| if uri == "a b.bin" { Ok(bytes.clone()) } else { Err(io::Error::other(uri.to_owned())) };

@@ -12,8 +12,8 @@ fn tetrahedron() -> TriMesh {
     TriMesh::new(p.to_vec(), vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]).unwrap()
 }
 
-/// The crate that reads glTF finds the same points, +Y up, and the colours as light; the JSON says
-/// what the format's text asks.
+/// The crate that reads glTF finds the same points, +Y up, and the colours as light; the JSON meets
+/// the requirements of the format.
 #[test]
 fn colours_come_back_as_light_and_the_file_is_what_gltf_asks() {
     let mesh = tetrahedron();
@@ -39,7 +39,7 @@ fn colours_come_back_as_light_and_the_file_is_what_gltf_asks() {
     for (found, srgb) in found.iter().zip(colours) {
         assert_eq!(found[3], 1.0);
         for (light, byte) in found.iter().zip(srgb) {
-            // The other way: from light to what a screen is told.
+            // The reverse: from light to screen values.
             let l = f64::from(*light);
             let c = if l <= 0.003_130_8 { 12.92 * l } else { 1.055 * l.powf(1.0 / 2.4) - 0.055 };
             assert!((c * 255.0 - f64::from(byte)).abs() < 0.1, "{c} {byte}");
@@ -48,7 +48,7 @@ fn colours_come_back_as_light_and_the_file_is_what_gltf_asks() {
     let material = primitive.material();
     assert!(material.double_sided() && material.pbr_metallic_roughness().metallic_factor() == 0.0);
 
-    // The container by hand: lengths, alignment, and that nothing refers to what is not there.
+    // The container by hand: lengths, alignment, and no dangling references.
     let u32_at = |at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap()) as usize;
     assert_eq!((&bytes[..4], u32_at(4), u32_at(8)), (&b"glTF"[..], 2, bytes.len()));
     let json_length = u32_at(12);

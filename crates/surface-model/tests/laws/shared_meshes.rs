@@ -1,5 +1,5 @@
-//! The meshes of others, dirty ones among them, against what is known about them from their
-//! sources. They are not part of the project; where the folder is absent the tests say so and pass.
+//! Third-party meshes, dirty ones among them, compared with the data of their sources. They are not
+//! part of the project; where the folder is absent the tests say so and pass.
 use facemill_surface_model::{
     ImportSettings, Imported, LengthUnit, MeshFormat, Surface, SurfaceSettings, UpAxis, import_mesh, no_external_files,
 };

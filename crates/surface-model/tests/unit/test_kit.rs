@@ -36,7 +36,7 @@ impl Lcg {
     }
 }
 
-/// Closed grid of `nu` × `nv` quads, periodic in both directions where asked.
+/// Closed grid of `nu` × `nv` quads, periodic in both directions where requested.
 pub(crate) fn grid(
     (nu, nv): (usize, usize),
     (closed_u, closed_v): (bool, bool),

@@ -12,7 +12,7 @@ use crate::links::ways::{Ends, WayKind, way_of_heads};
 pub struct Chosen {
     /// Kind of the way.
     pub kind: WayKind,
-    /// The positions, as their words say them.
+    /// The positions, as given by their rounded words.
     pub through: Vec<AxisValues>,
     /// Time, s.
     pub time: f64,
@@ -21,26 +21,26 @@ pub struct Chosen {
 /// Times of a link, and a faster way where there is one.
 #[derive(Clone, Debug)]
 pub struct Choice {
-    /// As it was, s.
+    /// Time of the original link, s.
     pub before: f64,
-    /// The slowest axis by itself, whatever is in the way, s.
+    /// Time of the slowest axis by itself, ignoring obstacles, s.
     pub lower_bound: f64,
     /// Faster way; `None` where there is none.
     pub better: Option<Chosen>,
 }
 
-/// Distances out that are tried of every kind of way, in squares of this many equal parts of the
+/// Number of distances out that are tried for every kind of way, spaced as squares up to the
 /// largest.
 const RUNGS: u32 = 14;
 
 /// Halvings between the last distance out that was not free and the first one that was.
 const HALVINGS: u32 = 5;
 
-/// Parts of the distance to the straight line by which places between are pulled in, one after the
-/// other.
+/// Fractions of the distance to the straight line by which places in between are pulled in, one
+/// after the other.
 const PULLS: [f64; 4] = [0.5, 0.25, 0.25, 0.125];
 
-/// By how much a way has to be faster, s: less is rounding.
+/// Least gain of a faster way, s: less is rounding.
 const FASTER: f64 = 1e-4;
 
 /// Context of the choice.
@@ -62,18 +62,18 @@ struct Timed {
     way: Chosen,
 }
 
-/// The way of one kind that goes least far out among those that are free.
+/// The free way of one kind that leads least far out.
 struct Innermost<'t> {
     found: &'t Timed,
-    /// How far out the next one inside goes, which is not free; `None` without one.
+    /// Distance out of the next one inside, which is not free; `None` without one.
     blocked: Option<f64>,
 }
 
-/// The innermost of some ways of one kind that is free, by halving: from the outermost one, or the
-/// middle one where that is not.
+/// Returns the innermost free way of one kind, by halving: from the outermost one, or from the
+/// middle one where the outermost is not free.
 fn innermost<'t>(ways: &[&'t Timed], is_free: impl Fn(&Timed) -> bool) -> Option<Innermost<'t>> {
     let outermost = ways.len().checked_sub(1)?;
-    // Index of a free way, and how many inside of it are not.
+    // Index of a free way, and the number of blocked ones inside of it.
     let mut free = [outermost, outermost / 2].into_iter().find(|k| is_free(ways[*k]))?;
     let mut blocked = 0;
     while blocked < free {
@@ -83,9 +83,9 @@ fn innermost<'t>(ways: &[&'t Timed], is_free: impl Fn(&Timed) -> bool) -> Option
     Some(Innermost { found: ways[free], blocked: blocked.checked_sub(1).map(|k| ways[k].out) })
 }
 
-/// The way with its rotary axes turning all along that goes as far out as this one, where it is
-/// faster and free: such ways may be free at some distances alone, between others that are not,
-/// because farther out more is turned near the ends.
+/// Returns the way with its rotary axes turning all along that leads as far out as this one, where
+/// it is faster and free. Such ways may be free only at some distances between others that are not,
+/// because farther out more of the turn happens near the ends.
 fn spread<'t>(timed: &'t [Timed], best: Innermost<'t>, is_free: impl Fn(&Timed) -> bool) -> Innermost<'t> {
     let kind = match best.found.kind {
         WayKind::Lifted => WayKind::LiftedSpread,
@@ -100,12 +100,12 @@ fn spread<'t>(timed: &'t [Timed], best: Innermost<'t>, is_free: impl Fn(&Timed) 
 }
 
 impl Chooser<'_, '_> {
-    /// The fastest free way of a link among all kinds, each as far in as it is free; never one that
-    /// is slower than the link is.
+    /// Returns the fastest free way of a link among all kinds, each as far in as it is free; never
+    /// one slower than the link.
     ///
-    /// A way that goes farther out is taken to be free where a nearer one of its kind is, so that
-    /// few of each kind are asked for: where that does not hold, a faster way may be missed, but
-    /// none is taken that is not free.
+    /// A way that leads farther out is assumed to be free where a nearer one of its kind is, so
+    /// only a few of each kind are tested. Where that does not hold, a faster way may be missed,
+    /// but the chosen way is always free.
     ///
     /// # Errors
     /// When a way cannot be timed.
@@ -136,7 +136,7 @@ impl Chooser<'_, '_> {
         Ok(Choice { before, lower_bound, better })
     }
 
-    /// A way with its time, where it is faster than `before`.
+    /// Returns a way with its time, where it is faster than `before`.
     fn timed(&self, kind: WayKind, out: f64, before: f64) -> Option<Timed> {
         let way = way_of_heads(self.heads, kind, out)?;
         let (last, over) = way.split_last()?;
@@ -150,7 +150,8 @@ impl Chooser<'_, '_> {
         (time < before - FASTER).then_some(Timed { kind, out, way: Chosen { kind, through, time } })
     }
 
-    /// The same kind of way as far in as it is free, from the farthest one that was not on.
+    /// Returns the same kind of way as far in as it is free, starting from the farthest one that
+    /// was not.
     fn further_in(
         &self,
         link: &ProgramLink,
@@ -172,7 +173,7 @@ impl Chooser<'_, '_> {
         best
     }
 
-    /// The same way with its places between the ends pulled toward the line through their
+    /// Returns the same way with its places between the ends pulled toward the line through their
     /// neighbours, as far as that is free and faster.
     fn pulled_tight(&self, link: &ProgramLink, stage: &LinkStage<'_, '_>, mut best: Chosen) -> Chosen {
         for by in PULLS {
@@ -202,7 +203,8 @@ impl Chooser<'_, '_> {
         })
     }
 
-    /// How far out a way may go to be worth it, mm: what the linear axes go on the link as it is.
+    /// Returns the largest worthwhile distance out, mm: the motion of the linear axes on the
+    /// original link.
     fn largest_out(&self, link: &ProgramLink) -> f64 {
         let starts = std::iter::once(&link.start).chain(&link.ends);
         let length = |(from, to): (&AxisValues, &AxisValues)| -> f64 {

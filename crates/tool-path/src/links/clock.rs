@@ -1,4 +1,4 @@
-//! How long a link takes.
+//! Times of links.
 
 use facemill_feedrate::{ProgramBlock, rapid_time};
 use facemill_inverse_kinematics::{Axis, AxisValues, BlockLaw, Machine};
@@ -22,12 +22,12 @@ impl<'a> LinkClock<'a> {
         Self { machine, tool_length, timer }
     }
 
-    /// Whether accelerations and jerks count.
+    /// Returns whether accelerations and jerks count.
     pub fn is_by_law(&self) -> bool {
         self.timer.is_some()
     }
 
-    /// Time that no way to there is faster than, s: that of the slowest axis by itself.
+    /// Returns a lower bound of the time of any way there, s: that of the slowest axis by itself.
     pub fn least_time(&self, start: &AxisValues, end: &AxisValues) -> f64 {
         let of_axis = |(k, axis): (usize, &Axis)| {
             let way = (end[k] - start[k]).abs();
@@ -41,17 +41,17 @@ impl<'a> LinkClock<'a> {
         self.machine.axes().iter().enumerate().map(of_axis).fold(0.0, f64::max)
     }
 
-    /// Time of a way through these positions, s.
+    /// Returns the time of a way through these positions, s.
     ///
     /// # Errors
-    /// If the motion has a fault, which the text names.
+    /// If the motion is invalid; the text says why.
     pub fn time(&self, law: BlockLaw, start: &AxisValues, through: &[AxisValues]) -> Result<f64, String> {
         let starts = std::iter::once(start).chain(through);
         let plain: Vec<f64> =
             starts.zip(through).map(|(from, to)| rapid_time(self.machine, law, from, to, self.tool_length)).collect();
         let Some(timer) = &self.timer else { return Ok(plain.iter().sum()) };
-        // By the axes' speeds the law knows better; a rapid feed of the control caps as a tip feed
-        // does.
+        // The law already knows the axes' speeds; a rapid feed of the control is a cap like a tip
+        // feed.
         let is_capped = self.machine.feed_range().rapid.is_some();
         let block = |(end, time): (&AxisValues, &f64)| ProgramBlock {
             end: *end,
@@ -64,13 +64,13 @@ impl<'a> LinkClock<'a> {
     }
 }
 
-/// Least time of one axis from rest to rest within velocity, acceleration and jerk.
+/// Returns the least time of one axis from rest to rest within velocity, acceleration and jerk.
 ///
-/// It gains its largest speed v in v/a + a/j, or where it does not get to its largest acceleration
-/// in 2·√(v/j), and loses it in as long, on half of v times that each. Where the way is too short
-/// for that, v is what the way allows.
+/// It reaches its largest speed v in v/a + a/j, or, without reaching its largest acceleration, in
+/// 2·√(v/j), and loses it in the same time, at a mean speed of v/2. Where the way is too short for
+/// that, v is the speed that the way allows.
 fn rest_to_rest(way: f64, velocity: f64, acceleration: f64, jerk: f64) -> f64 {
-    // Speed from which on the largest acceleration is got to.
+    // Speed from which on the largest acceleration is reached.
     let knee = acceleration * acceleration / jerk;
     let gain = |v: f64| if v >= knee { v / acceleration + acceleration / jerk } else { 2.0 * (v / jerk).sqrt() };
     if velocity * gain(velocity) <= way {

@@ -1,20 +1,19 @@
-//! The order of passes with the shortest links: an open tour, each pass driven in its own
-//! direction, and behind those that have to be cut before it.
+//! Order of passes with the shortest links: an open tour, in which each pass keeps its own
+//! direction and its place behind those that have to be cut before it.
 
 use rayon::prelude::*;
 
-/// Costs of going from one pass to another, in any unit that adds up, such as seconds.
+/// Costs of moving from one pass to another, in any unit that adds up, such as seconds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TourCosts {
     n: usize,
-    /// From the end of the pass of the row to the start of that of the column.
+    /// Cost from the end of the row's pass to the start of the column's.
     links: Vec<f64>,
-    /// To the start of each pass from where the tool comes from.
+    /// Cost from the tool's initial place to the start of each pass.
     first: Vec<f64>,
-    /// From the end of each pass to where the tool goes to.
+    /// Cost from the end of each pass to the tool's final place.
     last: Vec<f64>,
-    /// Whether the pass of the row has to be cut before that of the column; empty: any may be cut
-    /// first.
+    /// Whether the row's pass has to be cut before the column's; empty: any order is allowed.
     before: Vec<bool>,
 }
 
@@ -25,17 +24,17 @@ pub struct Tour {
     pub order: Vec<usize>,
     /// Its cost, with the ways to the first pass and from the last.
     pub cost: f64,
-    /// No order costs less than this.
+    /// Lower bound of the cost of every order.
     pub lower_bound: f64,
     /// Whether it is an order of least cost.
     pub is_exact: bool,
 }
 
-/// Why there is no tour.
+/// Reason why there is no tour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TourError {
-    /// The numbers of costs do not go together.
+    /// The numbers of costs do not match.
     #[error(
         "{links} links, {first} ways to the first pass and {last} from the last are not those of one number of passes"
     )]
@@ -50,7 +49,7 @@ pub enum TourError {
     /// A cost is negative or not finite.
     #[error("a cost is not a number of at least 0")]
     Cost,
-    /// A pass is to be cut before one that does not stand behind it.
+    /// A pass has to be cut before one that does not come behind it.
     #[error("pass {first} cannot be kept before pass {second}: only passes in the order that they have can")]
     Order {
         /// Index of the pass that is to be cut first.
@@ -60,27 +59,27 @@ pub enum TourError {
     },
 }
 
-/// Passes up to which the order is exact: 2¹² sets of 12 ends are nothing, and each pass more
-/// doubles them.
+/// Number of passes up to which the order is exact: 2¹² sets of 12 ends are cheap, and each further
+/// pass doubles them.
 const EXACT: usize = 12;
 
-/// Passes from which the nearest pass is taken next, again and again, to begin with: more seldom
-/// find anything shorter.
+/// Number of passes from which a nearest-neighbour tour is started: more seldom find anything
+/// shorter.
 const BEGINNINGS: usize = 16;
 
-/// Longest row of passes that is moved to another place.
+/// Longest row of passes moved to another place.
 const LONGEST_ROW: usize = 3;
 
-/// Least gain of a change, as part of the cost: less is rounding, and could go in circles.
+/// Least gain of a change, as a fraction of the cost: less is rounding, and could loop.
 const LEAST_GAIN: f64 = 1e-12;
 
-/// Rounds of improvements at most: each of them gains something, so that this is never reached but
-/// by thousands of passes.
+/// Largest number of rounds of improvements: each gains something, so only thousands of passes can
+/// reach this.
 const MAX_ROUNDS: usize = 1000;
 
 impl TourCosts {
-    /// Costs of n passes: `links` row by row, from the end of the row's pass to the start of the
-    /// column's.
+    /// Takes the costs of n passes: `links` row by row, from the end of the row's pass to the start
+    /// of the column's.
     ///
     /// # Errors
     /// When there are not n² links for n ways to the first pass and n from the last, or a cost is
@@ -90,7 +89,7 @@ impl TourCosts {
         if links.len() != n * n || last.len() != n {
             return Err(TourError::Counts { links: links.len(), first: n, last: last.len() });
         }
-        // From a pass to itself nothing goes.
+        // Entries from a pass to itself are unused.
         let mut off_diagonal = links.iter().enumerate().filter(|(k, _)| k / n != k % n).map(|(_, c)| c);
         let is_cost = |c: &f64| *c >= 0.0 && c.is_finite();
         if !(off_diagonal.all(is_cost) && first.iter().all(is_cost) && last.iter().all(is_cost)) {
@@ -99,11 +98,11 @@ impl TourCosts {
         Ok(Self { n, links, first, last, before: Vec::new() })
     }
 
-    /// With pairs of passes of which the first has to be cut before the second, as in the order
-    /// that they have.
+    /// Adds pairs of passes, of which the first has to be cut before the second, as in their
+    /// present order.
     ///
     /// # Errors
-    /// When a second pass does not stand behind its first one.
+    /// When a second pass does not come behind its first one.
     pub fn keeping(mut self, pairs: impl IntoIterator<Item = (usize, usize)>) -> Result<Self, TourError> {
         for (first, second) in pairs {
             if first >= second || second >= self.n {
@@ -115,12 +114,12 @@ impl TourCosts {
         Ok(self)
     }
 
-    /// Whether a pass has to be cut before another one.
+    /// Returns whether a pass has to be cut before another one.
     fn is_before(&self, first: usize, second: usize) -> bool {
         self.before.get(first * self.n + second) == Some(&true)
     }
 
-    /// Whether all passes are cut behind those that have to be cut before them.
+    /// Returns whether all passes are cut behind those that have to be cut before them.
     #[must_use]
     pub fn allow(&self, order: &[usize]) -> bool {
         let behind = |k: usize| order[k + 1..].iter().all(|&later| !self.is_before(later, order[k]));
@@ -139,9 +138,9 @@ impl TourCosts {
     }
 }
 
-/// An order of passes that costs as little as is found, each behind those that have to be cut
-/// before it: of up to twelve passes the least of all, of more never more than they cost in the
-/// order that they have, with a bound that tells how much less there could be at most.
+/// Returns an order of passes with the lowest cost found, each behind those that have to be cut
+/// before it. Up to twelve passes it is optimal; for more it never costs more than their present
+/// order. A bound limits how much less could be possible.
 #[must_use]
 pub fn shortest_tour(costs: &TourCosts) -> Tour {
     if costs.n <= EXACT {
@@ -159,7 +158,7 @@ pub fn shortest_tour(costs: &TourCosts) -> Tour {
     Tour { order, cost, lower_bound, is_exact: false }
 }
 
-/// By the least cost over every set of passes that ends at each of them (Held and Karp).
+/// Solves by the least cost over every set of passes that ends at each of them (Held and Karp).
 fn exact(costs: &TourCosts) -> Vec<usize> {
     let n = costs.n;
     if n == 0 {
@@ -196,8 +195,8 @@ fn exact(costs: &TourCosts) -> Vec<usize> {
     order
 }
 
-/// Always on to the nearest pass that is left and may be cut; `None` where the first one must not
-/// be.
+/// Moves on to the nearest remaining pass that may be cut next; `None` where the first one is not
+/// allowed.
 fn nearest_next(costs: &TourCosts, first: usize) -> Option<Vec<usize>> {
     let mut left: Vec<usize> = (0..costs.n).filter(|k| *k != first).collect();
     if left.iter().any(|&k| costs.is_before(k, first)) {
@@ -207,7 +206,7 @@ fn nearest_next(costs: &TourCosts, first: usize) -> Option<Vec<usize>> {
     let mut at = first;
     while !left.is_empty() {
         let cost = |k: &usize| costs.link(at, left[*k]);
-        // The first of those that are left always may.
+        // The first remaining one is always allowed.
         let may = |k: &usize| left[..*k].iter().all(|&earlier| !costs.is_before(earlier, left[*k]));
         let nearest = (0..left.len()).filter(may).min_by(|a, b| cost(a).total_cmp(&cost(b))).unwrap_or(0);
         at = left.remove(nearest);
@@ -216,8 +215,7 @@ fn nearest_next(costs: &TourCosts, first: usize) -> Option<Vec<usize>> {
     Some(order)
 }
 
-/// Rows of passes moved to other places, and the order of rows turned around, until nothing of it
-/// is shorter.
+/// Moves rows of passes to other places and reverses the order of rows, until nothing is shorter.
 fn improved(costs: &TourCosts, mut order: Vec<usize>) -> Vec<usize> {
     for _ in 0..MAX_ROUNDS {
         if !(move_a_row(costs, &mut order) | turn_rows(costs, &mut order)) {
@@ -227,8 +225,8 @@ fn improved(costs: &TourCosts, mut order: Vec<usize>) -> Vec<usize> {
     order
 }
 
-/// Cost from the pass at one place of an order to that at another; outside of it are the ways in
-/// and out.
+/// Returns the cost from the pass at one place of an order to that at another; places outside are
+/// the ways in and out.
 fn between(costs: &TourCosts, from: Option<usize>, to: Option<usize>) -> f64 {
     match (from, to) {
         (Some(from), Some(to)) => costs.link(from, to),
@@ -238,7 +236,7 @@ fn between(costs: &TourCosts, from: Option<usize>, to: Option<usize>) -> f64 {
     }
 }
 
-/// Moves every short row to where it is best (Or-opt); says whether anything was gained.
+/// Moves every short row to its best place (Or-opt); returns whether anything was gained.
 fn move_a_row(costs: &TourCosts, order: &mut Vec<usize>) -> bool {
     let (n, mut is_any) = (order.len(), false);
     let least = LEAST_GAIN * costs.of(order);
@@ -270,8 +268,7 @@ fn move_a_row(costs: &TourCosts, order: &mut Vec<usize>) -> bool {
     is_any
 }
 
-/// Drives rows in the opposite order where that is shorter (2-opt); each pass keeps its own
-/// direction.
+/// Reverses the order of rows where that is shorter (2-opt); each pass keeps its own direction.
 fn turn_rows(costs: &TourCosts, order: &mut [usize]) -> bool {
     let (n, mut is_any) = (order.len(), false);
     let least = LEAST_GAIN * costs.of(order);
@@ -299,7 +296,7 @@ fn turn_rows(costs: &TourCosts, order: &mut [usize]) -> bool {
 
 /// Returns a lower bound of every order: one way in, one way out, and the largest of three bounds
 /// on the links: a spanning tree by the cheaper direction of each, and the cheapest link to (and
-/// from) every pass but the one that this is dearest for.
+/// from) every pass except the most expensive one.
 fn lower_bound(costs: &TourCosts) -> f64 {
     let n = costs.n;
     let least = |all: &[f64]| all.iter().copied().reduce(f64::min).unwrap_or(0.0);
@@ -313,7 +310,7 @@ fn lower_bound(costs: &TourCosts) -> f64 {
     least(&costs.first) + least(&costs.last) + spanning_tree(costs).max(out).max(into)
 }
 
-/// Cost of a least spanning tree (Prim); an order of passes is one.
+/// Returns the cost of a least spanning tree (Prim); an order of passes is one.
 fn spanning_tree(costs: &TourCosts) -> f64 {
     let n = costs.n;
     let edge = |a: usize, b: usize| costs.link(a, b).min(costs.link(b, a));

@@ -49,11 +49,11 @@ impl WayKind {
     ];
 }
 
-/// The ends of a link on a machine, and what is around the workpiece.
+/// Ends of a link on a machine, and the surroundings of the workpiece.
 pub struct Ends<'a> {
     /// Machine.
     pub machine: &'a Machine,
-    /// From the gauge line to the tip, mm.
+    /// Distance from the gauge line to the tip, mm.
     pub tool_length: f64,
     /// Mounting of the workpiece.
     pub table_from_work: Isometry3<f64>,
@@ -72,7 +72,7 @@ pub struct Ends<'a> {
 const ARC_STEP: f64 = 0.28;
 
 /// Difference of axis values below which two positions are one, mm or rad: less than a word can
-/// say, more than rounding.
+/// express, more than rounding.
 const SAME: f64 = 1e-8;
 
 fn is_same(a: &AxisValues, b: &AxisValues) -> bool {
@@ -156,7 +156,7 @@ impl Ends<'_> {
         way
     }
 
-    /// The position with its spindle axis so far out of the outer one of both ends.
+    /// Returns the position with its spindle axis this far out of the outer one of both ends.
     fn lifted(&self, at: &AxisValues, out: f64) -> AxisValues {
         let (k, sign) = self.spindle;
         let mut lifted = *at;
@@ -164,24 +164,24 @@ impl Ends<'_> {
         lifted
     }
 
-    /// The position moved back along its tool axis.
+    /// Returns the position moved back along its tool axis.
     fn backed(&self, at: &AxisValues, out: f64) -> Option<AxisValues> {
         let cl = self.machine.cl_point(at, self.tool_length);
         self.at_tip(at, &(cl.tip + cl.axis.into_inner() * out))
     }
 
-    /// Where the tip is, table frame.
+    /// Returns the tip, table frame.
     pub(crate) fn tip(&self, at: &AxisValues) -> Point3<f64> {
         self.machine.cl_point(at, self.tool_length).tip
     }
 
-    /// The rotary values of a position, the tip there (table frame).
+    /// Returns the rotary values of a position with the tip there (table frame).
     fn at_tip(&self, at: &AxisValues, tip: &Point3<f64>) -> Option<AxisValues> {
         self.machine.with_tip_at(at, tip, self.tool_length)
     }
 
-    /// Two places on the way with their rotary axes turned by the share of the tip's way that is
-    /// done.
+    /// Returns two places on the way, with their rotary axes turned by the completed fraction of
+    /// the tip's way.
     fn turned_on(&self, over: &[AxisValues; 2]) -> [AxisValues; 2] {
         let places = [self.start, over[0], over[1], self.end].map(|at| self.tip(&at));
         let lengths = [0, 1, 2].map(|k| (places[k + 1] - places[k]).norm());
@@ -194,9 +194,10 @@ impl Ends<'_> {
         })
     }
 
-    /// Straight away from the workpiece until both ends are as far out, then around it, and in.
+    /// Returns the way straight away from the workpiece until both ends are as far out, then around
+    /// it, and in.
     ///
-    /// From the middle of the workpiece every direction is away: the other end's is taken. `None`
+    /// In the middle of the workpiece every direction leads away: the other end's is taken. `None`
     /// where both ends are there.
     fn around(&self, out: f64) -> Option<Vec<AxisValues>> {
         let tips = [self.start, self.end].map(|at| self.table_from_work.inverse_transform_point(&self.tip(&at)));
@@ -213,25 +214,25 @@ impl Ends<'_> {
         (0..=n as usize).map(place).collect()
     }
 
-    /// The tool axis where the rotary axes have turned half way, work frame.
+    /// Returns the tool axis where the rotary axes have turned half way, work frame.
     fn axis_half_way(&self) -> Vector3<f64> {
         let axis = self.machine.cl_point(&self.start.lerp(&self.end, 0.5), self.tool_length).axis;
         self.table_from_work.inverse_transform_vector(&axis)
     }
 }
 
-/// A point by what is nearest to it in the middle of the workpiece: a point of the clearance plane,
-/// of the line of the cylinder, or the middle of the sphere; work frame, mm.
+/// A point relative to its foot in the middle of the workpiece: a point of the clearance plane, of
+/// the line of the cylinder, or the middle of the sphere; work frame, mm.
 struct Outward {
     foot: Point3<f64>,
-    /// Away from the workpiece; `None` in its middle, where no direction is.
+    /// Direction away from the workpiece; `None` in its middle, which has none.
     direction: Option<Unit<Vector3<f64>>>,
-    /// From the foot in that direction; below a plane negative.
+    /// Distance from the foot in that direction; below a plane negative.
     distance: f64,
 }
 
-/// Distance from the middle of the workpiece within which no direction is away, mm: rounding would
-/// tell it.
+/// Distance from the middle of the workpiece within which there is no direction away, mm: rounding
+/// would decide it.
 const NO_DIRECTION: f64 = 1e-6;
 
 impl Outward {
@@ -252,18 +253,18 @@ impl Outward {
 /// Directions from one to another, turned evenly.
 struct Arc {
     from: Unit<Vector3<f64>>,
-    /// At right angles to the first one, in the plane of both.
+    /// Direction at right angles to the first one, in the plane of both.
     across: Vector3<f64>,
-    /// Between both, rad.
+    /// Angle between both, rad.
     angle: f64,
 }
 
-/// Sine of the angle between two opposite directions below which any plane holds both.
+/// Sine of the angle between two opposite directions below which any plane contains both.
 const OPPOSITE: f64 = 1e-6;
 
 impl Arc {
-    /// The shorter way; between opposite directions about a cylinder's line, and on the side to
-    /// which this axis points.
+    /// Takes the shorter way; between opposite directions about a cylinder's line, and on the side
+    /// to which this axis points.
     fn between(
         [from, to]: [Unit<Vector3<f64>>; 2],
         surface: &ClearanceSurface,
@@ -280,14 +281,14 @@ impl Arc {
         Self { from, across, angle: turn.norm().atan2(cosine) }
     }
 
-    /// The direction at a share of the angle.
+    /// Returns the direction at a fraction of the angle.
     fn at(&self, share: f64) -> Vector3<f64> {
         let (sin, cos) = (share * self.angle).sin_cos();
         self.from.into_inner() * cos + self.across * sin
     }
 }
 
-/// A direction at right angles to another one, and to this line, that is nearest to a side; any of
+/// Returns a direction at right angles to another one, and to this line, nearest to a side; any of
 /// them where none is.
 fn opposite(from: &Unit<Vector3<f64>>, line: Option<Unit<Vector3<f64>>>, side: &Vector3<f64>) -> Vector3<f64> {
     if let Some(line) = line {

@@ -1,4 +1,4 @@
-//! The lines of a link: whether they say nothing but places, and those of another way.
+//! Lines of a link: whether they hold only positions, and the lines of another way.
 
 use facemill_inverse_kinematics::{AxisValues, Machine, Rollover};
 use facemill_nc_program::{
@@ -8,11 +8,11 @@ use facemill_nc_program::{
 use facemill_virtual_machine::ProgramLink;
 use nalgebra::{Isometry3, Point3};
 
-/// How positions become words.
+/// Settings for words of positions.
 pub struct LinkWords<'a> {
     /// Machine.
     pub machine: &'a Machine,
-    /// From the gauge line to the tip, mm.
+    /// Distance from the gauge line to the tip, mm.
     pub tool_length: f64,
     /// Words of axis values.
     pub words: &'a WordMap,
@@ -22,19 +22,19 @@ pub struct LinkWords<'a> {
     pub decimals: Decimals,
 }
 
-/// How a control's rapids are written.
+/// Form of a control's rapids.
 pub struct RapidForm {
     /// Text before the words, and behind them.
     code: String,
     end: String,
     always_point: bool,
     plus_sign: bool,
-    /// Whether every line has its number, which is no word of it.
+    /// Whether every line has a number, which is not one of its words.
     pub numbers_lines: bool,
 }
 
 impl RapidForm {
-    /// Form of a dialect.
+    /// Returns the form of a dialect.
     pub fn of(dialect: Dialect) -> Self {
         let file = dialect.file();
         Self {
@@ -46,7 +46,7 @@ impl RapidForm {
         }
     }
 
-    /// A number with these decimals at least that is read as exactly this one.
+    /// Returns a number with at least these decimals that is read as exactly this one.
     fn number(&self, decimals: u8, value: f64) -> Option<String> {
         let text =
             (decimals.into()..=MOST_DECIMALS).map(|n| format!("{value:.n$}")).find(|t| t.parse() == Ok(value))?;
@@ -76,7 +76,7 @@ pub struct LinkLines {
 }
 
 impl LinkWords<'_> {
-    /// The position as its rounded words give it, and these.
+    /// Returns the position given by its rounded words, and these words.
     pub fn rounded(&self, compensation: Compensation, axes: &AxisValues) -> Option<(AxisWords, AxisValues)> {
         match compensation {
             Compensation::Rtcp(_) => self.rounded_tip(axes),
@@ -107,7 +107,7 @@ impl LinkWords<'_> {
         Some((words, self.machine.with_tip_at(&turned, &(self.table_from_rtcp_words * tip), self.tool_length)?))
     }
 
-    /// The axes whose words say by their sign which way round they go.
+    /// Returns the axes whose words give the direction of turning by their sign.
     fn signed(&self) -> impl Iterator<Item = AxisLetter> + '_ {
         let axes = self.machine.axes().iter().zip(self.words.axes());
         axes.filter(|(axis, _)| axis.rollover == Some(Rollover::SignDirected)).map(|(_, mapped)| mapped.letter)
@@ -121,13 +121,13 @@ impl LinkWords<'_> {
         AxisWords::from_words(rounded).ok().filter(|all| all.iter().all(|w| w.value.abs() < 1e6))
     }
 
-    /// The lines of a way through these positions in place of a link, without their endings, and
-    /// without numbers where the control has one on each: as many words as change. The last
-    /// position is the link's own, to the last bit.
+    /// Returns the lines of a way through these positions in place of a link, without their
+    /// endings, and without numbers where the control has one on each line, with only the words
+    /// that change. The last position is the link's own, to the last bit.
     ///
     /// # Errors
-    /// When no words say it, or where rotary axes go the shorter way (`turns_shorter`), and one
-    /// would turn by 180 deg or more in a block.
+    /// When no words express it, or where rotary axes turn the shorter way (`turns_shorter`), and
+    /// one would turn by 180 deg or more in a block.
     pub fn lines(
         &self,
         form: &RapidForm,
@@ -167,26 +167,27 @@ impl LinkWords<'_> {
     }
 }
 
-/// A rotary axis that turns by half a turn or more from some words to others.
+/// Returns a rotary axis that turns by half a turn or more from some words to others.
 fn half_turn(from: &AxisWords, to: &AxisWords) -> Option<AxisLetter> {
     let turns = |letter| Some((to.get(letter)? - from.get(letter)?).abs() >= 180.0);
     let rotary = to.iter().map(|w| w.letter).filter(|letter| letter.kind() == AxisKind::Rotary);
     rotary.into_iter().find(|letter| turns(*letter) == Some(true))
 }
 
-/// Whether M126 is anywhere in a program for Heidenhain: rotary axes then go the shorter way.
+/// Returns whether M126 is anywhere in a program for Heidenhain: rotary axes then turn the shorter
+/// way.
 pub fn turns_shorter(program: &ReadProgram) -> bool {
     let says = |block: &ReadBlock| block.text.to_ascii_uppercase().replace(' ', "").contains("M126");
     program.dialect == Dialect::Heidenhain && program.blocks.iter().any(says)
 }
 
-/// Most decimals of a rewritten word of a program from elsewhere.
+/// Largest number of decimals of a rewritten word of a foreign program.
 const MOST_DECIMALS: usize = 9;
 
-/// The lines of a link, or why they must stay.
+/// Returns the lines of a link, or the reason why they must stay.
 ///
 /// # Errors
-/// With the line: what a block says besides places of the axes.
+/// With the line: the content of a block besides positions of the axes.
 pub fn link_lines(program: &ReadProgram, words: &WordMap, link: &ProgramLink) -> Result<LinkLines, String> {
     let (Some(&first), Some(&last)) = (link.blocks.first(), link.blocks.last()) else {
         return Err("it has no block".to_owned());
@@ -203,7 +204,7 @@ pub fn link_lines(program: &ReadProgram, words: &WordMap, link: &ProgramLink) ->
             return Err(format!("line {}: its words refer to {}", block.line, motion.work_offset));
         }
         lines.push(block.line);
-        // On Heidenhain every line has its number, which counts on.
+        // On Heidenhain every line has its consecutive number.
         let number = block.number.filter(|_| program.dialect != Dialect::Heidenhain);
         numbers.push(number.map_or_else(String::new, |_| number_text(&block.text)));
         motion_of = motion_of.or(Some(motion)).filter(|m| m.compensation == motion.compensation);
@@ -229,20 +230,20 @@ pub fn link_lines(program: &ReadProgram, words: &WordMap, link: &ProgramLink) ->
 }
 
 impl LinkLines {
-    /// Length compensation at the end of the link.
+    /// Returns the length compensation at the end of the link.
     pub fn compensation(&self) -> Compensation {
         self.compensation
     }
 }
 
-/// A line that says nothing to the machine.
+/// Returns whether a line has no effect on the machine.
 fn is_comment(block: &ReadBlock) -> bool {
     let says = |c: &ReadCommand| matches!(c, ReadCommand::Comment(_));
     block.motion.is_none() && !block.sets_state && !block.skippable && block.commands.iter().all(says)
 }
 
-/// The motion of a block with nothing but G0, a number and places of axes as absolute words in mm
-/// and deg.
+/// Returns the motion of a block with nothing but G0, a number and positions of axes as absolute
+/// words in mm and deg.
 fn plain_rapid(dialect: Dialect, block: &ReadBlock) -> Result<&ReadMotion, String> {
     let motion = block.motion.as_ref().ok_or("says something else than a place")?;
     if motion.kind != MotionKind::Rapid || motion.via.is_some() || motion.tool.is_some() || motion.arc.is_some() {
@@ -261,7 +262,7 @@ fn plain_rapid(dialect: Dialect, block: &ReadBlock) -> Result<&ReadMotion, Strin
     let words = if is_dialogue { words_of(&dialogue_places(&block.text)?) } else { words_of(&block.text) };
     for (letter, number, value) in words? {
         let is_plain = match letter {
-            // No compensation of the radius.
+            // No radius compensation.
             'R' if is_dialogue => number == "0",
             'N' | 'G' if is_dialogue => false,
             'N' => true,
@@ -289,7 +290,7 @@ fn dialogue_places(text: &str) -> Result<String, String> {
     places.ok_or_else(|| format!("`{code}` is not understood as places"))
 }
 
-/// Letter, number and value of every word of a line.
+/// Returns letter, number and value of every word of a line.
 fn words_of(text: &str) -> Result<Vec<(char, String, f64)>, String> {
     let mut words = Vec::new();
     let mut rest = text.trim();
@@ -305,7 +306,7 @@ fn words_of(text: &str) -> Result<Vec<(char, String, f64)>, String> {
     Ok(words)
 }
 
-/// `N120 ` of a line that begins with its number.
+/// Returns `N120 ` of a line that begins with its number.
 fn number_text(text: &str) -> String {
     let digits = text[1..].find(|c: char| !c.is_ascii_digit()).map_or(text.len(), |k| k + 1);
     format!("{} ", &text[..digits])

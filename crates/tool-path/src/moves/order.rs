@@ -33,11 +33,12 @@ pub struct PassOrderReport {
 }
 
 /// Returns pieces in the order with the shortest links, from the position of the tool before them.
-/// Pieces that can touch each other keep their order: no place is in reach of the flutes on two
-/// pieces that change places, their entries and exits with all paths through stock among them, so
-/// that every cut takes the stock that it takes in the order as laid.
 ///
-/// Links cost the time of their slowest axis alone: an estimate, which changes no claim.
+/// Pieces that can touch each other keep their order: the flutes cannot reach any common place on
+/// two pieces that change places, including their entries and exits with all paths through stock.
+/// So every cut removes the same stock as in the order as laid.
+///
+/// Links cost only the time of their slowest axis: an estimate, which affects no guarantee.
 ///
 /// # Errors
 /// Returns an error if the monitor cancels.
@@ -108,8 +109,8 @@ pub fn farthest_touch(cutter: &Cutter) -> f64 {
     cutter.radius().hypot(cutter.flute_length())
 }
 
-/// Returns pairs of pieces, as they are laid, with poses from which the flutes may reach one place:
-/// with tips less than twice so far apart.
+/// Returns pairs of pieces, as laid, with poses from which the flutes may reach a common place:
+/// their tips are less than twice the reach apart.
 fn touching(paths: &[CutPath], reach: f64) -> Vec<(usize, usize)> {
     let beads: Vec<Vec<Bead>> =
         paths.iter().map(|path| path.tips.iter().flat_map(|tips| beads(tips, reach)).collect()).collect();
@@ -134,9 +135,9 @@ struct Bead {
     radius: f64,
 }
 
-/// Largest deviation of the tip from the straight line between two positions, as a fraction of their
-/// distance: blocks are almost straight, and an axis that turns about the workpiece goes along the
-/// circle over its chord.
+/// Largest deviation of the tip from the straight line between two positions, as a fraction of
+/// their distance: blocks are almost straight, and an axis that turns about the workpiece moves
+/// along the circle over its chord.
 const BEYOND_CHORD: f64 = 0.5;
 
 /// Returns balls around a path, each of at most a quarter of the reach unless two positions are

@@ -1,4 +1,4 @@
-//! From pieces and links to moves, one after the other, with axis values.
+//! Sequence of moves with axis values, from pieces and links.
 
 use facemill_cl_data::ClPoint;
 use facemill_cutter_location::links::link::{LinkBlocked, Linker, Waypoint, between};
@@ -11,26 +11,27 @@ use crate::path_error::PathError;
 use crate::pieces::Cut;
 use crate::winding::unwound;
 
-/// Gives axis values to poses as they were tested and inserts poses where the control would stray
+/// Gives axis values to poses as they were tested and inserts poses where the control would deviate
 /// between two.
 pub(crate) struct Sequencer<'t, 'a> {
     test: &'t PoseTest<'a>,
     settings: &'t MoveSettings,
-    /// Where the machine is; `None` before the first pose.
+    /// Present position of the machine; `None` before the first pose.
     at: Option<Waypoint>,
     worst: f64,
     hints: Hints,
 }
 
-/// Halvings of a block: 2^10 blocks for one say that the machine is near a singular pose, where
+/// Halvings of a block: 2^10 blocks for one mean that the machine is near a singular pose, where
 /// more would not help.
 const MAX_HALVINGS: u32 = 10;
 
-/// Part of the rapid clearance that is left where a block strays from the tested way by half of it.
+/// Fraction of the rapid clearance that is left where a block deviates from the tested way by half
+/// of it.
 const RAPID_SHARE: f64 = 0.25;
 
 impl<'t, 'a> Sequencer<'t, 'a> {
-    /// Starts where the operation before has ended.
+    /// Starts at the end of the operation before.
     pub(crate) fn new(test: &'t PoseTest<'a>, settings: &'t MoveSettings, from: Option<Move>) -> Self {
         let at = from.map(|m| Waypoint { cl: m.cl, configuration: configuration_of(test, &m.axes) });
         Self { test, settings, at, worst: 0.0, hints: Hints::default() }
@@ -90,14 +91,14 @@ impl<'t, 'a> Sequencer<'t, 'a> {
         Ok(OperationMoves { pieces: done, retract, linearisation: self.worst, order: None })
     }
 
-    /// A free way from a pose to the clearance surface.
+    /// Returns a free way from a pose to the clearance surface.
     fn out(&self, from: &Waypoint) -> Result<Vec<Waypoint>, PathError> {
         Linker::new(self.test, &self.settings.link)
             .way_out(from)
             .map_err(|blocked| blocked_way(self.test, "no way to the clearance surface", &blocked))
     }
 
-    /// Goes to a pose of an entry or exit, the rotary axes as at the cut that it belongs to.
+    /// Moves to a pose of an entry or exit, with rotary axes as at its cut.
     fn approach(&mut self, cl: &ClPoint, cut: &Cut, moves: &mut Vec<Move>) -> Result<(), PathError> {
         let comes_from_stock = self.at.is_some_and(|at| self.test.cutter_in_stock(&at.cl, &mut self.hints));
         let in_stock = comes_from_stock || self.test.cutter_in_stock(cl, &mut self.hints);
@@ -105,8 +106,8 @@ impl<'t, 'a> Sequencer<'t, 'a> {
         self.go(kind, &Waypoint { cl: *cl, configuration: cut.pose.configuration }, moves)
     }
 
-    /// Goes to a pose on the branch, at the winding, and at the pole with the rotary values, that
-    /// it was tested with.
+    /// Moves to a pose on the branch and at the winding with which it was tested, and, at the pole,
+    /// with the tested rotary values.
     fn go(&mut self, kind: MoveKind, tested: &Waypoint, moves: &mut Vec<Move>) -> Result<(), PathError> {
         let near = self.at.map_or(tested.configuration.axes, |at| at.configuration.axes);
         let axes = endless_near(self.test, &tested.configuration.axes, &near);
@@ -131,7 +132,7 @@ impl<'t, 'a> Sequencer<'t, 'a> {
         }
     }
 
-    /// The same pose with an endless axis a turn nearer to home, where a rapid that is free takes
+    /// Returns the same pose with an endless axis a turn nearer to home, where a free rapid takes
     /// no longer for it.
     fn unwound(&self, at: &Waypoint, to: &Waypoint) -> Option<Waypoint> {
         let same_branch = at.configuration.branch == to.configuration.branch;
@@ -152,8 +153,8 @@ impl<'t, 'a> Sequencer<'t, 'a> {
         PathError::Blocked(format!("a link, entry or inserted pose cannot be reached: {}", self.test.describe(why)))
     }
 
-    /// Goes over to the other branch, or to another winding, with all axes together, where links do
-    /// that: clear of everything. Where it must not, the error reports `why` it has to.
+    /// Changes to the other branch or another winding with all axes together, where links do that:
+    /// clear of everything. Where it is not allowed, the error reports `why` it is needed.
     fn swing(
         &mut self,
         at: &Waypoint,
@@ -190,8 +191,8 @@ impl<'t, 'a> Sequencer<'t, 'a> {
         })
     }
 
-    /// The same over poses farther out along the tool axes at both ends: the first heights that are
-    /// free.
+    /// Does the same over poses farther out along the tool axes at both ends: the first heights
+    /// that are free.
     fn lifted_swing(&self, at: &Waypoint, to: &Waypoint) -> Option<Vec<Waypoint>> {
         LIFTS.iter().find_map(|lift| {
             let raised = |w: &Waypoint| {
@@ -204,7 +205,7 @@ impl<'t, 'a> Sequencer<'t, 'a> {
         })
     }
 
-    /// Appends the move to `to`, with poses in between where the control would stray too far: tip
+    /// Appends the move to `to`, with poses in between where the control would deviate too far: tip
     /// straight, axis turned evenly, as links and approaches were tested. Cuts are close enough
     /// already. Rapid blocks are tested once more as the control drives them.
     fn reach(&mut self, kind: MoveKind, to: Waypoint, moves: &mut Vec<Move>) -> Result<(), PathError> {
@@ -258,5 +259,6 @@ impl<'t, 'a> Sequencer<'t, 'a> {
     }
 }
 
-/// How far outside the clearance surface the rotary axes turn over where they cannot on it, mm.
+/// Distances outside the clearance surface at which the rotary axes turn over where they cannot on
+/// it, mm.
 const LIFTS: [f64; 3] = [50.0, 150.0, 400.0];

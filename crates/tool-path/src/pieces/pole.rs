@@ -1,4 +1,4 @@
-//! Postures away from the pole of the rotary axes, and at it where there are no others.
+//! Postures away from the pole of the rotary axes, and at it only where there are no others.
 
 use facemill_cl_data::{CcPoint, ClPoint, Pass};
 use facemill_cutter_location::links::link::between;
@@ -7,35 +7,35 @@ use rayon::prelude::*;
 
 use crate::pieces::LaidTask;
 
-/// The tests that postures are chosen by.
+/// Tests for choosing postures.
 pub struct Tests<'t> {
-    /// Keeps away from the pole.
+    /// Test that avoids the pole.
     pub choosing: &'t PoseTest<'t>,
-    /// Does not.
+    /// Test that does not.
     pub plain: &'t PoseTest<'t>,
 }
 
 impl<'t> Tests<'t> {
-    /// One test for both.
+    /// Uses one test for both.
     #[cfg(test)]
     pub fn one(test: &'t PoseTest<'t>) -> Self {
         Self { choosing: test, plain: test }
     }
 
-    /// Whether the middle of the way between two poses is so near to the pole that a pose between
-    /// them may be in its cone.
+    /// Returns whether the middle of the way between two poses is so near to the pole that a pose
+    /// between them may be in its cone.
     pub fn leads_by_pole(&self, from: &ClPoint, to: &ClPoint) -> bool {
         let cone = self.choosing.pole_cone();
         let middle = between(from, to, 0.5).transformed(&self.plain.cell.table_from_work);
         cone > 0.0 && self.plain.cell.machine.angle_to_singular(&middle).is_some_and(|angle| angle < 2.0 * cone)
     }
 
-    /// The test to plan with: postures that the job prescribes are taken as they are.
+    /// Returns the test to plan with: postures that the job prescribes are taken as they are.
     pub fn of(&self, settings: &PassSettings) -> &'t PoseTest<'t> {
         if settings.fallback().is_some() { self.choosing } else { self.plain }
     }
 
-    /// Whether a posture of a point's ranges can be one that is kept away from.
+    /// Returns whether a point's ranges can contain a posture that is avoided.
     fn may_avoid(&self, cc: &CcPoint, task: &LaidTask) -> bool {
         let cell = self.plain.cell;
         let upright = ClPoint { tip: cc.position, axis: cc.normal }.transformed(&cell.table_from_work);
@@ -43,13 +43,14 @@ impl<'t> Tests<'t> {
         cell.machine.angle_to_singular(&upright).is_some_and(|angle| angle - tilt < self.choosing.pole_cone())
     }
 
-    /// CC points at which searches could not prove as finely as asked, of both tests.
+    /// Returns the CC points at which searches could not reach the requested width of proof, of
+    /// both tests.
     pub fn widened(&self) -> Option<Widened> {
         let both = [self.choosing.widened(), self.plain.widened()].into_iter().flatten();
         both.reduce(Widened::plus)
     }
 
-    /// Points without a pose that have one nearer to the pole: there the first feasible one of the
+    /// Fills points that have a pose only nearer to the pole, with the first feasible one of the
     /// search curve.
     pub fn at_pole(&self, tasks: &[LaidTask], settings: &PassSettings, outcomes: &mut [Pass<Outcome>]) {
         let Some(search_settings) = settings.fallback() else { return };
@@ -62,7 +63,7 @@ impl<'t> Tests<'t> {
                 {
                     match search(self.plain, cc, &task.curve, search_settings, 0.0, near.as_ref(), &mut hints) {
                         Ok(again) => *found = Ok(again.pose),
-                        // The point is blocked for another reason than the pole.
+                        // The point is blocked for a reason other than the pole.
                         Err(other) if matches!(why, Infeasible::Singular { .. }) => *found = Err(other),
                         Err(_) => {}
                     }

@@ -1,4 +1,4 @@
-//! Laws of pieces, of what is inserted between their cuts, and of the moves that they become.
+//! Laws of pieces, of cuts inserted into them, and of their moves.
 
 use facemill_cl_data::{CcPoint, CuttingLaw, Pass, Posture, RapidLaw, Silent};
 use facemill_cutter_location::links::approach::{ApproachSettings, ApproachShape};
@@ -42,7 +42,7 @@ pub(crate) fn tool() -> ToolAssembly {
     .unwrap()
 }
 
-/// The plane z = 0 with a ball on it that stands out by `out`.
+/// The plane z = 0 with a ball on it that sticks out by `out`.
 pub(crate) fn plane_with_bump(place: Point3<f64>, out: f64) -> TriMesh {
     let plane = AnalyticPart::new(AnalyticShape::Plane { size: [600.0; 2] }).unwrap().mesh(8).unwrap();
     let shape = AnalyticShape::Sphere { radius: 1.0, material: MaterialSide::Inside };
@@ -106,7 +106,7 @@ fn a_pass_is_split_where_the_branch_changes_and_not_at_the_border() {
     let cell = cell(&machine, &tool, &tree);
     let test = PoseTest::new(&cell);
     let (plus, minus) = (Branch::Positive, Branch::Negative);
-    // Upright the machine stands at the pole, on either branch.
+    // With the tool upright the machine is at the pole, on either branch.
     let up = Posture { tilt: 0.0, rotate: 0.0 };
     let before = cut(&test, 40.0, 0.0, minus).pose;
     let upright = test.try_posture(&cc(60.0), up, Some(&before.configuration), &mut Hints::default()).unwrap();
@@ -126,9 +126,9 @@ pub(crate) fn linearity(tolerance: f64) -> Linearity {
     Linearity { tolerance, rounding: ROUNDING, law: CuttingLaw::AxesLinear }
 }
 
-/// Pieces of two cuts 20 mm apart that turn the axis by 40° about the normal, over a bump that the
-/// cutter touches between the two only; the number of pieces, and of inserted poses that are
-/// lifted. Where the piece ends in between, both cuts are alone and left out.
+/// Makes pieces of two cuts 20 mm apart that turn the axis by 40° about the normal, over a bump
+/// that the cutter touches only between the two; returns the number of pieces, and of inserted
+/// poses that are lifted. Where the piece ends in between, both cuts are alone and left out.
 fn filled_over(out: f64, branch: Branch) -> (usize, usize) {
     let (machine, tool) = (Machine::head_b_table_c().unwrap(), tool());
     let tree = MeshTree::new(&plane_with_bump(Point3::new(12.0, 4.0, 0.0), out));
@@ -260,8 +260,8 @@ fn every_move_is_driven_where_it_was_tested_and_a_branch_changes_above_the_clear
     };
     let settings = move_settings();
     let mut left_out = vec![];
-    // Cuts as they come from the search are too far apart for the control: as planned, they are
-    // filled first.
+    // Cuts as found by the search are too far apart for the control: they are filled first, as in a
+    // plan.
     let search = SearchSettings::default();
     let pieces = |branches| {
         filled(&Tests::one(&test), &settings.linearity, Some(&search), pieces(branches), &mut Vec::new(), &Silent)

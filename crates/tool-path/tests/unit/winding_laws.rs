@@ -1,4 +1,4 @@
-//! Laws of windings: as few turns back as there can be, on links only, and nothing left uncut.
+//! Laws of windings: as few turns back as possible, only on links, and nothing left uncut.
 
 use std::f64::consts::{PI, TAU};
 
@@ -50,7 +50,8 @@ fn cost_of(pieces: &[Vec<f64>]) -> Cost {
     sum
 }
 
-/// The least cost over all windings of all cuts within the limits, every combination tried.
+/// Returns the least cost over all windings of all cuts within the limits, by trying every
+/// combination.
 fn least_cost(pieces: &[Vec<f64>], (min, max): (f64, f64)) -> Cost {
     fn all(places: &[(usize, usize, Vec<f64>)], taken: &mut Vec<Vec<f64>>, best: &mut Option<Cost>) {
         let Some(((piece, cut, values), rest)) = places.split_first() else {
@@ -167,8 +168,8 @@ fn a_pass_once_around_is_cut_whole_and_turns_back_as_rarely_as_can_be() {
             filled(&Tests::one(&test), &linearity(0.05), Some(&search), rings(&test, &passes), &mut left_out, &Silent)
                 .unwrap();
         assert_eq!(whole.len(), 3, "a limit ends no piece before windings are chosen");
-        // A cut every third of a turn is enough to tell where an axis has to turn back, and few
-        // enough to try all combinations.
+        // A cut every third of a turn shows where an axis has to turn back, and leaves few enough
+        // combinations to try all.
         let travel = |piece: &Piece| -> Vec<f64> {
             let mut at = piece.cuts[0].pose.configuration.axes[c];
             let some = piece.cuts.iter().map(|cut| {
@@ -212,7 +213,7 @@ fn a_pass_once_around_is_cut_whole_and_turns_back_as_rarely_as_can_be() {
     assert!(counts[0] > counts[4] && counts[4] == 0, "{counts:?}");
 }
 
-/// The head-B, table-C mill with a limit to how far its table winds.
+/// The head-B, table-C mill with a limited wind-up of its table.
 fn with_wind_up(turns: f64) -> Machine {
     let mut file = Machine::head_b_table_c().unwrap().to_file();
     for row in &mut file.workpiece_chain.rows {
@@ -223,8 +224,8 @@ fn with_wind_up(turns: f64) -> Machine {
     Machine::from_file(file).unwrap()
 }
 
-/// Passes that each go once round the part the same way wind the table up on and on; a limit has
-/// links turn it back.
+/// Passes that each lead once round the part the same way wind the table up more and more; with a
+/// limit, links turn it back.
 #[test]
 fn passes_that_go_round_and_round_stay_within_the_limit_of_the_wind_up() {
     let machine = with_wind_up(3.0);
@@ -238,7 +239,7 @@ fn passes_that_go_round_and_round_stay_within_the_limit_of_the_wind_up() {
     let chosen = windings(&machine, &pieces, None);
     let values: Vec<f64> = chosen.iter().flatten().map(|q| q[c]).collect();
     assert!(values.iter().all(|v| axis.holds(*v)), "{values:?}");
-    // No pass is broken, and no more links turn back than six turns of room ask for.
+    // No pass is broken, and no more links turn back than six turns of room require.
     for (piece, meant) in chosen.iter().zip(&pieces) {
         let way = piece[24][c] - piece[0][c];
         assert!((way - (meant[24][c] - meant[0][c])).abs() < 1e-9, "{way}");

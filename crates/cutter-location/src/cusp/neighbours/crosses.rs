@@ -1,16 +1,16 @@
-//! Whether a pass goes across another.
+//! Tests whether a pass crosses another.
 
 use facemill_cl_data::{Aabb, CcPoint};
 use nalgebra::Point3;
 
 use crate::cusp::neighbours::Neighbours;
 
-/// Sine of the largest slope, seen from the place, between two passes that meet on one surface:
-/// steeper, one is above the other.
+/// Sine of the largest slope, seen from the place, between two passes that meet on one surface;
+/// beyond it one is above the other.
 const LARGEST_SLOPE: f64 = 0.5;
 
 impl Neighbours {
-    /// Whether a pass with these points goes across any of the passes, on the same surface, seen
+    /// Returns whether a pass with these points crosses any of the passes on the same surface, seen
     /// along its normals.
     pub fn is_crossed_by(&self, pass: &[CcPoint]) -> bool {
         pass.windows(2).any(|pair| self.is_crossed_between([&pair[0], &pair[1]]))

@@ -8,24 +8,24 @@ use crate::cusp::neighbours::{LEAST_ALONG, Neighbour};
 
 /// A pass that ends beside a point.
 pub(super) struct BesideEnd {
-    /// The pass as if it went on to the plane, at its end.
+    /// The pass continued from its end to the plane.
     pub(super) neighbour: Neighbour,
-    /// Straight distance to where it would cross the plane, mm.
+    /// Straight distance to the place where it would cross the plane, mm.
     pub(super) aside: f64,
     /// Distance of its end from the plane, mm.
     pub(super) gap: f64,
-    /// Whether the point's own pass ends nearer than that pass is, on the side where that one is
-    /// missing.
+    /// Whether, on the side where that pass is missing, the end of the point's own pass is nearer
+    /// than that pass.
     pub(super) is_at_own_end: bool,
 }
 
-/// Newton steps to the plane along a parabola that hardly bends on the way: after two the rest is
+/// Newton steps to the plane along a parabola that hardly bends on the way: after two, the rest is
 /// below rounding.
 const PLANE_STEPS: usize = 3;
 
-/// Where a pass would cross the plane through `cc` across its feed if it went on beyond its end as
-/// it bends before it; `None` where it would not come there. The end is the first of `points` with
-/// `is_first`, else the last.
+/// Returns where a pass would cross the plane through `cc` across its feed if it continued beyond
+/// its end with its curvature before the end; `None` where it would not reach the plane. The end is
+/// the first of `points` with `is_first`, else the last.
 pub(super) fn continued(cc: &CcPoint, points: &[CutPoint], is_first: bool) -> Option<CutPoint> {
     let inward = |k: usize| &points[if is_first { k } else { points.len() - 1 - k }];
     let outward = |p: &CutPoint| if is_first { -p.cc.feed.into_inner() } else { p.cc.feed.into_inner() };
@@ -35,7 +35,7 @@ pub(super) fn continued(cc: &CcPoint, points: &[CutPoint], is_first: bool) -> Op
         return None;
     }
     let mut way = -ahead / speed;
-    // Over as much of the pass as is missing: over less, rounding would tell how it bends.
+    // Over as much of the pass as is missing: over less, rounding would decide the curvature.
     let away = |k: &usize| (inward(*k).cc.position - end.cc.position).norm();
     let base = (1..points.len()).find(|k| away(k) >= way).unwrap_or(points.len() - 1);
     let length = away(&base);

@@ -20,13 +20,13 @@ impl Found {
         }
     }
 
-    /// Takes passes that end beside the point, where they are nearer than those that go on.
+    /// Adds passes that end beside the point, where they are nearer than those that continue.
     pub(super) fn take_ends(&mut self, ends: &[BesideEnd]) {
         let crossings = Found { nearest: self.nearest, earlier: self.earlier };
         for end in ends {
             let side = usize::from(end.neighbour.is_left);
-            // Toward a pass that begins inside a strip the ridge is that pass's own, where it is
-            // cut later.
+            // Toward a pass that begins inside a strip, the ridge belongs to that pass if it is cut
+            // later.
             if end.neighbour.is_earlier || end.is_of_border(crossings.nearest[side].is_some()) {
                 end.put_into(&mut self.nearest[side], crossings.nearest[side].is_some());
             }
@@ -36,7 +36,7 @@ impl Found {
         }
     }
 
-    /// Distance beyond which nothing is wanted.
+    /// Returns the distance beyond which no crossing is needed.
     pub(super) fn farthest(&self, reach: f64) -> f64 {
         let all = self.nearest.iter().chain(&self.earlier);
         all.map(|f| f.as_ref().map_or(reach, |(distance, _)| *distance)).fold(0.0, f64::max)
@@ -49,14 +49,14 @@ impl Found {
 }
 
 impl BesideEnd {
-    /// Whether the border of what is cut goes along here: nothing is cut beyond, or the point's own
-    /// pass ends here, too.
+    /// Returns whether the border of the cut area runs along here: nothing is cut beyond, or the
+    /// point's own pass also ends here.
     fn is_of_border(&self, has_crossing: bool) -> bool {
         !has_crossing || self.is_at_own_end
     }
 
     fn put_into(&self, best: &mut Option<(f64, Neighbour)>, has_crossing: bool) {
-        // Inside a strip the end reaches as far as it is nearer to the plane's places than the
+        // Inside a strip the end acts as far as it is nearer to the places of the plane than the
         // point is.
         let longer = if self.is_of_border(has_crossing) { 1.0 } else { 1.0 + (self.gap / self.aside).powi(2) };
         let Neighbour { strip, arc, .. } = self.neighbour;
@@ -65,8 +65,8 @@ impl BesideEnd {
     }
 }
 
-/// Puts a neighbour where the one there is farther. Of equal distances the same one stays whatever
-/// order they come in.
+/// Replaces the neighbour by a nearer one. Of equal distances, the same one stays whatever order
+/// they come in.
 fn put(best: &mut Option<(f64, Neighbour)>, distance: f64, neighbour: Neighbour) {
     let key = |n: &Neighbour| n.point.cc.position;
     let better = best

@@ -1,4 +1,4 @@
-//! Where a pass crosses a plane.
+//! Intersections of a pass with a plane.
 
 use facemill_cl_data::CcPoint;
 use nalgebra::{Point3, Vector3};
@@ -8,10 +8,10 @@ use crate::cusp::cut_point::CutPoint;
 /// Bisections of a segment of 5 mm to 5 nm.
 const CROSSING_STEPS: u32 = 20;
 
-/// Where the segment between two points crosses the plane through `cc` across its feed.
+/// Returns where the segment between two points crosses the plane through `cc` across its feed.
 ///
-/// The segment is the cubic with both feeds at its ends where they go its way, so that points far
-/// apart on a strong bend do not cut the corner; else the chord.
+/// The segment is the cubic with both feeds at its ends where they point along it, so points far
+/// apart on a strong bend do not cut the corner; else it is the chord.
 pub(super) fn section_crossing(cc: &CcPoint, [a, b]: [&CutPoint; 2]) -> Option<CutPoint> {
     let ahead = |p: &Point3<f64>| (p - cc.position).dot(&cc.feed);
     let (at_a, at_b) = (ahead(&a.cc.position), ahead(&b.cc.position));

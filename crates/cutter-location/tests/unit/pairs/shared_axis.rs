@@ -4,7 +4,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::test_scene::{bare_cell, tool};
 
-/// Postures with the axis at a value, against its signs along a scan forty times as dense, on
+/// Postures with the axis at a value, compared with its signs along a scan forty times as dense, on
 /// machines of both kinds.
 #[test]
 fn every_posture_with_the_value_is_found_and_has_it() {

@@ -1,6 +1,6 @@
 use crate::passes::layers::*;
 
-/// Costs by a hash of where they stand, on a coarse grid so that many ways cost the same.
+/// Costs by a hash of their place, on a coarse grid so that many ways cost the same.
 struct Hashed {
     seed: u64,
     sizes: Vec<usize>,
@@ -41,7 +41,7 @@ fn cost_of(graph: &Hashed, nodes: &[usize]) -> f64 {
     own + (1..nodes.len()).map(|layer| graph.edge_cost(layer, nodes[layer - 1], nodes[layer])).sum::<f64>()
 }
 
-/// Every way there is.
+/// Returns every possible way.
 fn all_ways(sizes: &[usize]) -> Vec<Vec<usize>> {
     sizes.iter().fold(vec![Vec::new()], |ways, &size| {
         let longer = |way: &Vec<usize>, node| way.iter().copied().chain([node]).collect();

@@ -26,7 +26,7 @@ fn points_of_both_heads_come_no_nearer_than_the_motion_says_while_both_move() {
             };
             let (ours, theirs) = (of(Carrier::Head), of(Carrier::OtherHead));
             let stance = |axes| PlacedMachine::new(&test, &Configuration { axes, branch: Branch::Positive });
-            // Head on: the bound is what they do.
+            // Head on: the bound is the motion itself.
             let zero = AxisValues::zeros(machine.axes().len());
             let mut nearer = zero;
             for (k, axis) in machine.axes().iter().enumerate() {

@@ -6,7 +6,7 @@ fn smallest_amounts_are_enough_and_their_largest_parts_are_not() {
         let amount = smallest(10.0, |x| x >= threshold).unwrap();
         assert!(amount >= threshold && 0.95 * amount < threshold, "{amount} for {threshold}");
     }
-    // At 95 % of what bisection ends at it helps again: told is less.
+    // At 95 % of the amount where bisection ends it helps again: less is reported.
     let windows = |x: f64| (4.27..4.28).contains(&x) || x >= 4.45;
     let amount = smallest(12.0, windows).unwrap();
     assert!((4.27..4.28).contains(&amount), "{amount}");

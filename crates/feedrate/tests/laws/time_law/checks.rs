@@ -3,10 +3,10 @@
 use facemill_feedrate::{MotionBounds, MotionLimit};
 use facemill_inverse_kinematics::AxisValues;
 
-/// Largest share of any limit in motion `position(t)` from 0 to `time`, by differences of positions
-/// over steps of `time`/`n`. A difference of order d over steps of h is hᵈ times an average of the
-/// d-th derivative, so that of a motion within its limits no share is above 1 but for rounding,
-/// wherever the derivatives jump.
+/// Returns the largest share of any limit in motion `position(t)` from 0 to `time`, by differences
+/// of positions over steps of `time`/`n`. A difference of order d over steps of h is hᵈ times an
+/// average of the d-th derivative, so in a motion within its limits no share is above 1 except for
+/// rounding, wherever the derivatives jump.
 pub(crate) fn worst_share(
     bounds: &MotionBounds,
     time: f64,

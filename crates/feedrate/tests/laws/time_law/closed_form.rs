@@ -1,4 +1,4 @@
-//! Least times that are known in closed form.
+//! Least times in closed form.
 
 use facemill_feedrate::AxisBounds;
 

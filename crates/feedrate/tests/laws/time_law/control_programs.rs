@@ -1,18 +1,19 @@
-//! Four kinds of program on which controls differ, from the origin on: X, Y, Z in mm, B and C in
-//! deg.
+//! Four kinds of program on which controls differ, starting at the origin: X, Y, Z in mm, B and C
+//! in deg.
 
 /// A program of straight cuts.
 pub(crate) struct ControlProgram {
     pub(crate) name: &'static str,
     /// Speed along X, Y and Z, mm/min.
     pub(crate) feed: f64,
-    /// How far corners may be left, mm; 0: exact stops.
+    /// Largest distance from corners, mm; 0: exact stops.
     pub(crate) tolerance: f64,
     /// Ends of the cuts.
     pub(crate) ends: Vec<[f64; 5]>,
 }
 
-/// All of them with about so many seconds of motion for each on a quick machine; 1 is the least.
+/// Returns all of them with about so many seconds of motion for each on a fast machine; 1 is the
+/// least.
 pub(crate) fn control_programs(size: usize) -> [ControlProgram; 4] {
     let program = |name, feed, tolerance, n: usize, at: fn(f64) -> [f64; 5]| {
         let start = at(0.0);

@@ -128,7 +128,8 @@ fn no_block_is_run_faster_than_its_tip_feed_or_its_axes_allow() {
         assert!(law.block_ends().windows(2).all(|t| t[0] <= t[1]));
         let mut at = start();
         for (block, time) in blocks.iter().zip(law.block_times()) {
-            // A corner may be passed off its middle, so axes are let the tolerance at both ends.
+            // A corner may be passed away from its middle, so axes may use the tolerance at both
+            // ends.
             let slack = 1.0 - 1e-9;
             assert!(time >= block.tip_time * slack, "{seed}: {time} {block:?}");
             for (k, b) in axes().iter().enumerate() {
@@ -141,8 +142,8 @@ fn no_block_is_run_faster_than_its_tip_feed_or_its_axes_allow() {
     }
 }
 
-/// The axis that takes the longest over a way, and the rate at which a velocity runs through the
-/// way, if it is along it.
+/// Returns the axis that takes the longest over a way, and the rate at which a velocity passes
+/// through the way, if it is along it.
 fn rate_along(way: &AxisValues, velocity: &AxisValues) -> Option<f64> {
     let time = |k: &usize| way[*k].abs() / axes()[*k].velocity;
     let slowest = (0..3).max_by(|a, b| time(a).total_cmp(&time(b)))?;
@@ -190,10 +191,10 @@ fn asking_only_for_the_peaks_costs_hardly_anything() {
             }
             blended(&blocks).total_time() / before.total_time() - 1.0
         };
-        // The law keeps some tenths of a percent from its caps, and with other caps it is another
+        // The law stays some tenths of a percent below its caps, and with other caps it is another
         // law within its accuracy.
         let (tight, loose) = (with_room(1.0), with_room(1.01));
-        // On jagged lines, whose peaks differ from line to line, it holds each to those of the
+        // On jagged lines, whose peaks differ from line to line, it limits each to those of the
         // lines around.
         let most = if seed % 5 == 4 { 0.01 } else { 0.005 };
         assert!(tight < 0.01 && loose < most, "{seed}: {tight} {loose}");
@@ -209,7 +210,7 @@ fn stops_at_every_corner_take_the_times_of_the_closed_form() {
     for k in 0..30 {
         let step = [(0.01, 0.003), (3.0, 2.0), (60.0, 40.0), (300.0, 10.0)][k % 4];
         let end = AxisValues::from([at[0] + step.0 * random.unit(), at[1] - step.1 * random.unit(), at[2]]);
-        // Along a line each axis moves as the line, in proportion.
+        // Along a line each axis moves in proportion.
         let way = (end[0] - at[0]).hypot(end[1] - at[1]);
         let limit = |f: fn(&AxisBounds) -> f64| {
             (0..2).map(|k| f(&axes()[k]) * way / (end[k] - at[k]).abs()).fold(f64::INFINITY, f64::min)
@@ -268,7 +269,7 @@ fn blending_takes_no_longer_than_stopping() {
     }
 }
 
-/// Cost of the law, without a clock: spans take the computing, and no line has many of them,
+/// Cost of the law, without a clock: spans determine the computing, and no line has many of them,
 /// however it zigzags.
 #[test]
 fn jagged_lines_take_few_parts_each_and_less_time_than_stops() {

@@ -3,7 +3,7 @@
 use facemill_feedrate::*;
 use facemill_inverse_kinematics::AxisValues;
 
-/// One axis by values at the ends of unit pieces: what each piece starts and ends with.
+/// One axis by values at the ends of unit pieces: the start and end of each piece.
 struct Pieces(Vec<[[f64; 4]; 2]>);
 
 impl JointPath for Pieces {

@@ -7,7 +7,7 @@ use super::checks::worst_share;
 use super::closed_form::rest_to_rest;
 use super::spline_path::{SplinePath, joints, published_bounds};
 
-/// Bound from acceleration limits alone: no law of the benchmark is faster.
+/// Bound from acceleration limits only: no law of the benchmark is faster.
 const FLOOR: f64 = 7.107;
 
 fn law(path: &dyn JointPath, bounds: &MotionBounds, spans: usize) -> TimeLaw {

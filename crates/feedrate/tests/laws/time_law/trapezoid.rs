@@ -1,5 +1,5 @@
-//! Times of a control that limits acceleration alone, against the figures of one and against closed
-//! forms.
+//! Times of a control that limits only acceleration, compared with the figures of one and with
+//! closed forms.
 
 use facemill_feedrate::{AxisBounds, ProgramBlock, TrapezoidSettings, trapezoid_law, within_look_ahead};
 use facemill_inverse_kinematics::AxisValues;
@@ -57,7 +57,7 @@ fn times_are_those_of_linuxcnc_within_five_percent_on_four_kinds_of_program() {
 /// Programs that the figures are for.
 const SIZE: usize = 5;
 
-/// From rest to rest the closed form; joined lines are never slower than stops, and never quicker
+/// From rest to rest the closed form; joined lines are never slower than stops, and never faster
 /// than their speeds allow.
 #[test]
 fn joined_lines_take_no_longer_than_stops_and_no_less_than_their_speeds_allow() {
@@ -89,8 +89,8 @@ fn joined_lines_take_no_longer_than_stops_and_no_less_than_their_speeds_allow() 
     }
 }
 
-/// The control can stop within its look-ahead: over short blocks it gets no faster, over longer
-/// ones nothing changes.
+/// The control can stop within its look-ahead: it is no faster over short blocks, and unchanged
+/// over longer ones.
 #[test]
 fn a_short_look_ahead_slows_short_blocks_alone() {
     let axis = AxisBounds { velocity: 500.0, acceleration: 1000.0, jerk: 1e5 };

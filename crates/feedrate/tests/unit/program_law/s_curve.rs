@@ -1,7 +1,7 @@
 use super::*;
 
-/// Within its limits at all times, continuous, and at the end at the end; each limit reached or not
-/// needed.
+/// Checks that it is within its limits at all times, continuous, and ends at the end; each limit
+/// reached or not needed.
 #[test]
 fn phases_join_and_hold_their_limits() {
     for k in 0..600_u32 {

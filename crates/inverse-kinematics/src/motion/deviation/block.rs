@@ -17,15 +17,15 @@ pub(super) struct Block {
     axis_velocity: [Vector3<f64>; MAX_AXES],
     /// Bound for the length of `tip_velocity` over the whole block.
     reach: [f64; MAX_AXES],
-    /// Where the tool is in the middle of the block.
+    /// Tool pose in the middle of the block.
     pub(super) middle: ClPoint,
 }
 
-/// How a point moves in a block, which takes the unit of time.
+/// Motion of a point in a block, which takes the unit of time.
 pub(super) struct Derivatives {
     /// Second derivative in the middle.
     pub(super) second: Vector3<f64>,
-    /// Bound for the length of the third derivative all along.
+    /// Bound for the length of the third derivative over the whole block.
     pub(super) third: f64,
 }
 
@@ -68,19 +68,19 @@ impl Block {
         block
     }
 
-    /// How the tip moves.
+    /// Returns the motion of the tip.
     pub(super) fn tip(&self) -> Derivatives {
         Derivatives { second: self.second(&self.tip_velocity), third: self.third_bound(&self.reach) }
     }
 
-    /// How the tool axis moves.
+    /// Returns the motion of the tool axis.
     pub(super) fn axis(&self) -> Derivatives {
         let reach = self.rotary.map(|rotary| if rotary { 1.0 } else { 0.0 });
         Derivatives { second: self.second(&self.axis_velocity), third: self.third_bound(&reach) }
     }
 
-    /// Σ over pairs of joints: a rotary joint turns the velocities of itself and of all joints
-    /// behind it.
+    /// Returns Σ over pairs of joints: a rotary joint turns the velocities of itself and of all
+    /// joints behind it.
     fn second(&self, velocity: &[Vector3<f64>; MAX_AXES]) -> Vector3<f64> {
         let mut behind = Vector3::zeros();
         let mut sum = Vector3::zeros();
@@ -94,8 +94,8 @@ impl Block {
         sum
     }
 
-    /// Σ over triples i ≤ j ≤ k of joints, i and j rotary, of the lengths of their travels times
-    /// the reach of k, each as often as the triple can be ordered.
+    /// Returns Σ over triples i ≤ j ≤ k of joints, i and j rotary, of the lengths of their travels
+    /// times the reach of k, each as often as the triple can be ordered.
     fn third_bound(&self, reach: &[f64; MAX_AXES]) -> f64 {
         let mut sum = 0.0;
         for i in (0..self.n).filter(|&i| self.rotary[i]) {

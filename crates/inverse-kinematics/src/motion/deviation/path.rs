@@ -5,12 +5,12 @@ use crate::machine::Machine;
 use crate::motion::deviation::{Block, Deviation, Meant, angle_of_chord, chord_of_angle, parts_for};
 use crate::motion::per_axis;
 
-/// Length by which a turn is compared with a way of the tip where the nearest pose of the meant
-/// motion is chosen, mm: about that of a tool. Any value gives a bound; a much smaller or larger
-/// one lets the axis or the tip stray more than need be.
+/// Length that compares a turn with a way of the tip where the nearest pose of the ideal motion is
+/// chosen, mm: about that of a tool. Any value gives a bound; a much smaller or larger one allows
+/// the axis or the tip more deviation than necessary.
 const LEVER: f64 = 100.0;
 
-/// The bound for a motion in which each axis stops at its own time.
+/// Returns the bound for a motion in which each axis stops at its own time.
 pub(super) fn from_path(machine: &Machine, start: &AxisValues, end: &AxisValues, tool_length: f64) -> Deviation {
     let total = machine.travel_time(start, end);
     if total <= 0.0 {
@@ -25,7 +25,7 @@ pub(super) fn from_path(machine: &Machine, start: &AxisValues, end: &AxisValues,
     times.sort_by(f64::total_cmp);
     times.dedup();
     let at = |t: f64| machine.cl_point(&per_axis(machine, start, end, t), tool_length);
-    // The real deviation at the bends decides how sharp the bound has to be.
+    // The real deviation at the bends decides the necessary sharpness of the bound.
     let bends = times.iter().map(|&t| meant.deviation_from_path(&at(t)));
     let found = bends.fold(Deviation::default(), |worst, here| worst.max(&here));
     let mut worst = Deviation::default();
@@ -38,7 +38,7 @@ pub(super) fn from_path(machine: &Machine, start: &AxisValues, end: &AxisValues,
     worst
 }
 
-/// The bound for a piece in which all axes that move do so evenly.
+/// Bounds a piece in which all moving axes move evenly.
 fn piece_bound(
     machine: &Machine,
     meant: &Meant,
@@ -76,8 +76,8 @@ fn piece_bound(
 }
 
 impl Meant {
-    /// Where on the meant way a pose belongs: the mean of where its tip and where its axis is
-    /// nearest, each with the weight of the square of its way.
+    /// Returns the place of a pose on the ideal way: the mean of the places nearest to its tip and
+    /// to its axis, each with the weight of the square of its way.
     fn fraction_near(&self, cl: &ClPoint) -> f64 {
         let (tip_weight, axis_weight) = (self.tip_way.norm_squared(), (LEVER * self.turn.angle).powi(2));
         let weight = tip_weight + axis_weight;

@@ -2,42 +2,41 @@ use crate::axes::axis::AxisLetter;
 use crate::motion::linearise::PoseFraction;
 use crate::solver::inverse_solution::Unreachable;
 
-/// Why poses cannot be linearised.
+/// Reason why poses cannot be linearised.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LineariseError {
-    /// A tolerance is not above 0, or too small to tell from rounding.
+    /// A tolerance is not above 0, or too small to distinguish from rounding.
     #[error("tolerance `{field}` has to be at least 1e-6 mm or 1e-9 rad, a radius finite and not below 0")]
     BadTolerance {
         /// Field of [`MotionTolerance`](crate::motion::linearise::MotionTolerance).
         field: &'static str,
     },
-    /// The position to start from is no position of the machine, or the tool length is not finite.
+    /// The start position is no position of the machine, or the tool length is not finite.
     #[error("the start is not {n_axes} finite axis values, or the tool length is not finite")]
     BadStart {
         /// Number of axes of the machine.
         n_axes: usize,
     },
-    /// The machine does not get there.
+    /// The machine does not reach a pose.
     #[error("{place}: {cause}; move the part, choose another posture there, or end the pass before")]
     Unreachable {
-        /// Where.
+        /// The place.
         place: PoseFraction,
-        /// Why.
+        /// The reason.
         cause: Unreachable,
     },
-    /// The side of the rotary axes that the pass is on, or the full turns they have made, ends at a
-    /// limit.
+    /// The branch of the pass, or its number of full turns, ends at a limit.
     #[error(
         "{place}: axis {axis} would have to jump by {:.1} deg, because the way that it is on ends at a limit; start on \
          the other branch or another full turn, or retract there and turn", by.to_degrees()
     )]
     Jump {
-        /// Where.
+        /// The place.
         place: PoseFraction,
         /// The rotary axis that jumps farthest.
         axis: AxisLetter,
-        /// By how much, rad.
+        /// Angle of the jump, rad.
         by: f64,
     },
     /// The rotary axes cannot follow the tool axis, however close positions are: it is at, or too
@@ -47,17 +46,17 @@ pub enum LineariseError {
          have to jump; tilt the tool away from that axis there, or retract and turn", from.to_degrees()
     )]
     Singular {
-        /// Where.
+        /// The place.
         place: PoseFraction,
         /// The rotary axis nearest to the workpiece.
         axis: AxisLetter,
         /// Angle between tool axis and rotary axis, rad.
         from: f64,
     },
-    /// Neighbouring tool axes are opposite, so that the plane in which to turn is open.
+    /// Neighbouring tool axes are opposite, which leaves the plane of the turn undefined.
     #[error("{place}: the tool axis reverses to the next pose; put a pose between the two")]
     Reverses {
-        /// Where.
+        /// The place.
         place: PoseFraction,
     },
     /// More positions would be needed than are allowed.
@@ -66,7 +65,7 @@ pub enum LineariseError {
          tool away from the rotary axis nearest to the workpiece"
     )]
     TooMany {
-        /// Where.
+        /// The place.
         place: PoseFraction,
         /// [`Linearisation::max_between`](crate::motion::linearise::Linearisation::max_between).
         limit: usize,

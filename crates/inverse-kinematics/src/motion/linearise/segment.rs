@@ -11,7 +11,7 @@ use crate::motion::linearise::{Linearisation, LineariseError, PoseFraction};
 use crate::motion::{BlockLaw, Motion, OPPOSITE_COSINE, Turn};
 use crate::solver::inverse_solution::{Branch, InverseSolution, Unreachable};
 
-/// A position and the branch that the way is on there.
+/// A position and the branch of the way there.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Trial {
     pub(super) values: AxisValues,
@@ -23,10 +23,10 @@ pub(super) struct Trial {
 pub(super) struct Step {
     /// Fraction of the way at its end.
     pub(super) to: f64,
-    /// Where it ends.
+    /// Position at its end.
     pub(super) stand: Trial,
     pub(super) deviation: Deviation,
-    /// Part of the tolerance that it uses up.
+    /// Fraction of the tolerance that it uses up.
     pub(super) used: f64,
 }
 
@@ -51,31 +51,29 @@ pub(super) enum Steps {
 /// that can be passed; a smaller one is lost in the rounding of the poses.
 const SHORTEST: f64 = 1e-9;
 
-/// How often positions are placed anew to even out what their blocks use up, and by how much more
-/// than the estimate of the number of blocks is allowed each time.
+/// Margins over the estimated number of blocks, one for each attempt to place positions anew and
+/// even out the use of the tolerance.
 const MARGINS: [f64; 6] = [1.0, 1.0, 1.0, 1.003, 1.01, 1.03];
 
-/// Most by which the longest of the blocks between two poses is longer than the shortest before
-/// they are evened out.
+/// Largest ratio of the longest to the shortest block between two poses before they are evened out.
 const EVEN: f64 = 1.1;
 
-/// Part by which an estimate may miss the number of blocks that would do: within it one block fewer
+/// Factor by which an estimate may miss the sufficient number of blocks: within it one block fewer
 /// is tried.
 const TRY_FEWER: f64 = 1.01;
 
-/// Trials after blocks hold, with fewer of them or to even them out.
+/// Attempts after the blocks hold, with fewer of them or to even them out.
 const AFTER: usize = 2;
 
-/// Where the control turns the tool vector itself: largest turn of a rotary axis in a block, rad.
-/// Beyond half a turn its sense is open.
+/// Largest turn of a rotary axis in a block where the control turns the tool vector itself, rad.
+/// Beyond half a turn its sense is ambiguous.
 const LARGEST_TURN: f64 = FRAC_PI_2;
 
-/// The same: largest part of its turn by which a rotary axis may be away from the mean of its ends
-/// in the middle of a block. A jump at one end is half of it.
+/// The same: largest distance of a rotary axis from the mean of its ends in the middle of a block,
+/// as a fraction of its turn. For a jump at one end it is half.
 const LARGEST_BEND: f64 = 0.25;
 
-/// The same: such a distance that is never too much, rad, where an axis turns back within the
-/// block.
+/// The same: distance, rad, that is always allowed where an axis turns back within the block.
 const NO_BEND: f64 = 0.005;
 
 impl Steps {
@@ -94,7 +92,7 @@ impl From<InverseSolution> for Trial {
 }
 
 impl Trial {
-    /// The position of the first pose that is first reached from `start`.
+    /// Returns the position of the first pose that is reached first from `start`.
     pub(super) fn first(
         machine: &Machine,
         poses: &[ClPoint],
@@ -106,8 +104,7 @@ impl Trial {
         };
         let mut reference = *start;
         let mut branch = None;
-        // At the pole the axis that is free there stands as the first pose beside the pole needs
-        // it.
+        // At the pole, the free axis takes the value that the first pose beside the pole needs.
         for (k, cl) in poses.iter().enumerate() {
             let solutions = machine.inverse_near(cl, tool_length, start).map_err(unreachable(k))?;
             let time = |s: &InverseSolution| machine.travel_time(start, &s.values);
@@ -148,7 +145,7 @@ impl<'a> Segment<'a> {
         Ok(Self { machine, settings, pose, ends, tip_way: b.tip - a.tip, turn, start })
     }
 
-    /// Blocks that hold the tolerance, few and even.
+    /// Returns blocks that hold the tolerance, few and even.
     pub(super) fn steps(&self) -> Result<Steps, LineariseError> {
         let whole = self.step(&self.start, 1.0).map_err(|cause| LineariseError::Unreachable {
             place: PoseFraction { pose: self.pose + 1, fraction: 0.0 },
@@ -172,8 +169,8 @@ impl<'a> Segment<'a> {
         ClPoint { tip: self.ends[0].tip + self.tip_way * t, axis: self.turn.at(t) }
     }
 
-    /// The block to a fraction of the way: on the branch it is on, unless that does not hold the
-    /// tolerance and the other does.
+    /// Returns the block to a fraction of the way: on its present branch, unless that does not hold
+    /// the tolerance and the other does.
     fn step(&self, from: &Trial, to: f64) -> Result<Step, Unreachable> {
         let solutions = self.machine.inverse_near(&self.meant(to), self.settings.tool_length, &from.values)?;
         let block = |solution: InverseSolution| {
@@ -185,7 +182,7 @@ impl<'a> Segment<'a> {
         if let Some(own) = own.filter(|own| own.used <= 1.0) {
             return Ok(own);
         }
-        // Through the pole, and close by, the other branch is the one that turns less.
+        // Through the pole, and close to it, the other branch is the one that turns less.
         let turn = |values: &AxisValues| self.largest_turn(&from.values, values).1;
         let most = own.map_or(f64::INFINITY, |own| turn(&own.stand.values));
         let other = solutions.iter().find(|s| s.branch != from.branch && turn(&s.values) < most).map(block);
@@ -202,9 +199,9 @@ impl<'a> Segment<'a> {
         Step { to, stand, deviation, used }
     }
 
-    /// How far the rotary axes are from moving evenly where the control turns the tool vector
-    /// itself; up to 1 there is no doubt on which way they go. Farthest from it are jumps at the
-    /// pole, which stay as they are however short the block is.
+    /// Returns the distance of the rotary axes from even motion where the control turns the tool
+    /// vector itself; up to 1 there is no doubt about their sense. The distance is largest for
+    /// jumps at the pole, which stay however short the block is.
     fn doubt(&self, from: &AxisValues, to: &AxisValues) -> f64 {
         let turn = self.largest_turn(from, to).1;
         let motion = Motion::new(self.machine, self.settings.law, from, to, self.settings.tool_length);
@@ -214,32 +211,31 @@ impl<'a> Segment<'a> {
         parts.into_iter().fold(0.0, f64::max).powi(2)
     }
 
-    /// The rotary axis that turns farthest, and how far, rad.
+    /// Returns the rotary axis that turns farthest, and its turn, rad.
     fn largest_turn(&self, from: &AxisValues, to: &AxisValues) -> (AxisLetter, f64) {
         let axes = self.machine.axes().iter().enumerate();
         let turns = axes.filter(|(_, a)| a.kind == AxisKind::Rotary).map(|(k, a)| (a.letter, (to[k] - from[k]).abs()));
         turns.fold((self.machine.axes()[0].letter, 0.0), |most, turn| if turn.1 > most.1 { turn } else { most })
     }
 
-    /// Lengths that add up: the deviation grows with the square of a block's length, at bends in
-    /// proportion to it.
+    /// Returns a length that adds up: the deviation grows with the square of a block's length, at
+    /// bends in proportion to it.
     fn length(&self, step: &Step) -> f64 {
         if self.settings.law == BlockLaw::Rapid(RapidLaw::PerAxis) { step.used } else { step.used.sqrt() }
     }
 
-    /// The blocks cut anew so that they are few and of equal length; `None` where that does not
-    /// come to an end.
+    /// Cuts the blocks anew into few of equal length; `None` where that does not converge.
     ///
-    /// The sum of the lengths of the blocks tells how many are needed. Their ends are then placed
-    /// at equal parts of it, each block's length spread evenly over it; as blocks get shorter, that
-    /// is more nearly so.
+    /// The sum of the lengths of the blocks gives the necessary number. Their ends are then placed
+    /// at equal parts of it, each block's length spread evenly over it, which becomes more accurate
+    /// as blocks get shorter.
     fn even(&self, mut steps: Vec<Step>, mut held: Option<Vec<Step>>) -> Option<Vec<Step>> {
         let mut n_after = 0;
         for margin in MARGINS {
             let length: f64 = steps.iter().map(|s| self.length(s)).sum();
             let mut n = (length * margin).ceil().max(2.0);
             if let Some(held) = &held {
-                // One block alone is what did not hold at first.
+                // A single block is the one that did not hold at first.
                 let fewer = (held.len() - 1) as f64;
                 let try_fewer = fewer >= 2.0 && length <= fewer * TRY_FEWER;
                 if n_after == AFTER || !try_fewer && self.is_even(held) {
@@ -266,7 +262,7 @@ impl<'a> Segment<'a> {
         longest <= EVEN * shortest
     }
 
-    /// Blocks that end at equal parts of the length of these ones.
+    /// Returns blocks that end at equal parts of the length of these.
     fn cut(&self, steps: &[Step], length: f64, n: usize) -> Option<Vec<Step>> {
         let mut cut = Vec::with_capacity(n);
         let mut stand = self.start;
@@ -287,7 +283,7 @@ impl<'a> Segment<'a> {
         Some(cut)
     }
 
-    /// Blocks one after the other, each about as long as the tolerance lets it be.
+    /// Returns consecutive blocks, each about as long as the tolerance allows.
     fn longest_steps(&self) -> Result<Vec<Step>, LineariseError> {
         let mut steps: Vec<Step> = Vec::new();
         let (mut from, mut stand, mut guess) = (0.0, self.start, 1.0);
@@ -304,7 +300,7 @@ impl<'a> Segment<'a> {
         Ok(steps)
     }
 
-    /// A block that holds the tolerance, to within a few percent the longest one.
+    /// Returns a block that holds the tolerance, within a few percent of the longest one.
     fn longest_step(&self, stand: &Trial, from: f64, guess: f64) -> Option<Step> {
         let (mut holds, mut beyond): (Option<Step>, f64) = (None, 1.0 + SHORTEST);
         let mut size = guess;
@@ -333,7 +329,7 @@ impl<'a> Segment<'a> {
         }
     }
 
-    /// Why no block that begins here holds the tolerance.
+    /// Returns the reason why no block that begins here holds the tolerance.
     fn cause(&self, stand: &Trial, from: f64) -> LineariseError {
         let place = PoseFraction { pose: self.pose, fraction: from };
         let next = (from + SHORTEST).min(1.0);

@@ -12,7 +12,7 @@ pub fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
     a.cross(b).norm().atan2(a.dot(b))
 }
 
-/// The meant pose at a fraction of the way: the vector between its ends by sines.
+/// Returns the ideal pose at a fraction of the way: the vector between its ends by sines.
 pub fn meant(a: &ClPoint, b: &ClPoint, t: f64) -> ClPoint {
     let (u, v) = (a.axis.into_inner(), b.axis.into_inner());
     let whole = angle(&u, &v);
@@ -24,8 +24,8 @@ pub fn apart(a: &ClPoint, b: &ClPoint) -> Deviation {
     Deviation { tip: (a.tip - b.tip).norm(), axis: angle(&a.axis, &b.axis) }
 }
 
-/// Largest deviations of tip, axis and rim (tip + R·δ of one time) at points of a dense sampling,
-/// all axes moving linearly.
+/// Returns the largest deviations of tip, axis and rim (tip + R·δ at one time) at points of a dense
+/// sampling, all axes moving linearly.
 pub fn sampled(machine: &Machine, tool: f64, radius: f64, [a, b]: [&AxisValues; 2], n: u32) -> [f64; 3] {
     let [p0, p1] = [a, b].map(|q| cl_by_matrices(machine, q, tool));
     let at = |k| f64::from(k) / f64::from(n);
@@ -33,7 +33,7 @@ pub fn sampled(machine: &Machine, tool: f64, radius: f64, [a, b]: [&AxisValues; 
     deviations.fold([0.0; 3], |[tip, axis, rim], d| [tip.max(d.tip), axis.max(d.axis), rim.max(d.rim(radius))])
 }
 
-/// Axis values when every axis has run for a time at its own speed.
+/// Returns axis values when every axis has run for a time at its own speed.
 pub fn own_speeds(machine: &Machine, a: &AxisValues, b: &AxisValues, time: f64) -> AxisValues {
     AxisValues::from_fn(a.len(), |k| {
         let done = machine.axes()[k].max_velocity * time;
@@ -41,7 +41,7 @@ pub fn own_speeds(machine: &Machine, a: &AxisValues, b: &AxisValues, time: f64) 
     })
 }
 
-/// Every pose is at its place, every position within the limits and on the meant way.
+/// Checks that every pose is at its place, every position within the limits and on the ideal way.
 pub fn check_places(machine: &Machine, tool: f64, poses: &[ClPoint], way: &Linearised) {
     assert_eq!(way.positions.len(), way.source.len());
     let kept: Vec<usize> = way.source.iter().filter(|s| s.fraction == 0.0).map(|s| s.pose).collect();

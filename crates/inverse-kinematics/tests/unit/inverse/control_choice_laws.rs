@@ -47,8 +47,8 @@ fn a_short_way_away_from_the_pole_is_taken_as_it_is_on_both_branches() {
     }
 }
 
-/// Whatever the tip does: a vector that is said again turns nothing, from wherever the first one
-/// turned the axes to.
+/// For any motion of the tip: a repeated vector turns nothing, whatever position the first one led
+/// to.
 #[test]
 fn the_same_vector_keeps_the_rotary_axes_to_the_last_bit() {
     let machines = ["head-b-table-c", "head-b-nutating-table-c", "head-head-c-a", "table-table-b-c"];
@@ -68,7 +68,7 @@ fn the_same_vector_keeps_the_rotary_axes_to_the_last_bit() {
             let mut cl = ClPoint { tip: tip(), axis };
             let Ok(all) = machine.all_solutions(&cl, LENGTH) else { continue };
             for solution in &all {
-                // A little beside it, so that the first choice turns.
+                // A little beside it, so the first choice turns.
                 let from = AxisValues::from_fn(solution.values.len(), |k| solution.values[k] + 1e-3);
                 let Ok(first) = machine.control_choice(&from, &cl, LENGTH) else { continue };
                 assert_ne!(rotary(&first), rotary(&from));
@@ -86,8 +86,8 @@ fn the_same_vector_keeps_the_rotary_axes_to_the_last_bit() {
     assert!(clear > 300, "{clear}");
 }
 
-/// Against all solutions at all windings: whoever adds ways up, and whoever takes the largest,
-/// takes the one chosen.
+/// Against all solutions at all windings: a control that adds ways up, and one that takes the
+/// largest, take the chosen one.
 #[test]
 fn what_is_chosen_is_the_nearest_by_the_largest_turn_and_by_the_sum() {
     let machine = machine();

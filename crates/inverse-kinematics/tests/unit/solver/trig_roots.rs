@@ -1,6 +1,6 @@
 use crate::solver::trig_roots::*;
 
-/// Π over the roots of sin((φ − root)/2), an even number of them.
+/// Returns Π over the roots of sin((φ − root)/2), an even number of them.
 fn samples_of(roots: &[f64], factor: impl Fn(f64) -> f64) -> [f64; SAMPLES] {
     std::array::from_fn(|k| {
         let at = sample_angle(k);
@@ -50,7 +50,7 @@ fn double_roots_and_near_ones_and_near_misses_are_found() {
                 assert!(nearest < 2e-6, "{r}: {nearest:e} {found:?}");
             }
         }
-        // No root at all, but nearer than the rounding can tell.
+        // No root at all, but nearer than the rounding can resolve.
         let samples = samples_of(&[at + 1.3, at + 2.9], |x| 1.0 + 1e-15 - (x - at).cos());
         let found = real_roots(&samples, noise(&samples));
         assert!(found.as_slice().iter().any(|f| apart(*f, at) < 2e-6), "{at}");

@@ -1,4 +1,4 @@
-//! Laws of windings: blades and shells are known by them, sheets and dishes are not.
+//! Laws of windings: blades and shells are recognised, sheets and dishes are not.
 
 use std::f64::consts::{PI, TAU};
 

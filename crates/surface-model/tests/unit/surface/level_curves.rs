@@ -2,7 +2,7 @@ use crate::surface::level_curves::*;
 use crate::test_kit::{Lcg, grid, torus};
 use std::f64::consts::TAU;
 
-/// Checks the laws of every set of curves, whatever the values.
+/// Checks the laws of every set of curves, for any values.
 fn check(mesh: &TriMesh, values: &[f64], level: f64, curves: &[LevelCurve]) {
     for c in curves {
         assert!(c.points.len() >= if c.closed { 3 } else { 2 });

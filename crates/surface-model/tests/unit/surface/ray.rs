@@ -7,7 +7,7 @@ fn surface(mesh: TriMesh) -> Surface {
     Surface::new(mesh, SurfaceSettings::default())
 }
 
-/// Möller and Trumbore's way, over all triangles: (distance, triangle).
+/// Implements the method of Möller and Trumbore over all triangles: (distance, triangle).
 fn plain_hits(s: &Surface, o: &Point3<f64>, d: &Vector3<f64>) -> Vec<(f64, u32)> {
     let mut hits = Vec::new();
     for t in 0..s.mesh().triangles().len() {

@@ -1,7 +1,8 @@
 use crate::links::clock::*;
 
-/// Way of an axis that changes its acceleration by the jerk all the time, or keeps the largest one
-/// or the largest speed: integrated step by step to the middle of its time, and doubled.
+/// Returns the way of an axis that always changes its acceleration by the jerk, or keeps the
+/// largest one or the largest speed: integrated step by step to the middle of its time, and
+/// doubled.
 fn way_in(time: f64, velocity: f64, acceleration: f64, jerk: f64) -> f64 {
     let n = 40_000;
     let (step, ramp) = (0.5 * time / f64::from(n), (acceleration / jerk).min((velocity / jerk).sqrt()));

@@ -7,8 +7,7 @@ impl Lcg {
         self.0.unit()
     }
 
-    /// Costs that go neither by distance nor the same way back; every other set has many that are
-    /// equal.
+    /// Returns asymmetric costs that follow no distance; every other set has many equal ones.
     fn costs(&mut self, n: usize) -> TourCosts {
         let is_coarse = self.unit() < 0.5;
         let mut all = |n: usize| -> Vec<f64> {
@@ -19,7 +18,7 @@ impl Lcg {
     }
 }
 
-/// Of all orders in which no pass comes before one that has to be cut first.
+/// Enumerates all orders in which no pass comes before one that has to be cut first.
 fn least_of_all(costs: &TourCosts, order: &mut Vec<usize>, k: usize) -> f64 {
     if k == order.len() {
         let is_late = |(at, pass): (usize, &usize)| order[..at].iter().any(|p| costs.before[pass * costs.n + p]);
@@ -124,6 +123,6 @@ fn costs_that_are_none_are_refused() {
     assert!(matches!(new(&[0.0; 3], &[0.0; 2]), Err(TourError::Counts { links: 3, first: 2, last: 2 })));
     assert_eq!(new(&[0.0, -1.0, 0.0, 0.0], &[0.0; 2]), Err(TourError::Cost));
     assert_eq!(new(&[0.0; 4], &[0.0, f64::NAN]), Err(TourError::Cost));
-    // From a pass to itself is not asked.
+    // The entry from a pass to itself is not used.
     assert!(new(&[f64::NAN, 1.0, 1.0, f64::NAN], &[0.0; 2]).is_ok());
 }

@@ -1,4 +1,4 @@
-//! Scenes in which one kind of way is the fastest that is free, and what the choice takes there.
+//! Scenes in which one kind of way is the fastest free one, and the result of the choice there.
 
 use std::fmt::Write;
 
@@ -43,7 +43,7 @@ type Place = ([f64; 3], [f64; 3]);
 
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
 
-/// A box, its frame at a place with z along the tool there.
+/// A box, with its frame at a place and z along the tool there.
 fn wall((tip, axis): Place, low: [f64; 3], high: [f64; 3]) -> MeshTree {
     let (corners, triangles) = facemill_test_kit::box_mesh(low, high);
     let turn = UnitQuaternion::rotation_between(&Vector3::z(), &Vector3::from(axis)).unwrap();
@@ -52,7 +52,7 @@ fn wall((tip, axis): Place, low: [f64; 3], high: [f64; 3]) -> MeshTree {
     MeshTree::new(&TriMesh::new(vertices, triangles).unwrap())
 }
 
-/// Four walls about the tool's axis, this far from it and this high above the tip.
+/// Four walls around the tool's axis, this far from it and this high above the tip.
 fn pit(place: Place, half: f64, height: f64) -> Vec<MeshTree> {
     let (outer, low) = (half + 8.0, -20.0);
     vec![
@@ -63,11 +63,11 @@ fn pit(place: Place, half: f64, height: f64) -> Vec<MeshTree> {
     ]
 }
 
-/// A link between two cuts, what is in the way, and how it goes.
+/// A link between two cuts, its obstacles, and its kind.
 struct Scene {
     machine: &'static str,
     ends: [Place; 2],
-    /// How far the tip is moved out at both ends in the program as it is.
+    /// Distance by which the tip is moved out at both ends in the original program.
     old: [[f64; 3]; 2],
     walls: Vec<MeshTree>,
     surface: ClearanceSurface,
@@ -81,14 +81,13 @@ struct Shop {
     table_from_work: Isometry3<f64>,
 }
 
-/// Distance kept from what is in the way, mm.
+/// Clearance from obstacles, mm.
 const CLEARANCE: f64 = 1.0;
 
 const REGISTER: Compensation = Compensation::Length(7);
 
 impl Shop {
-    /// The workpiece's origin is where the tip is with all linear axes in the middle of their
-    /// ranges.
+    /// The workpiece's origin is the tip with all linear axes in the middle of their ranges.
     fn new(name: &str) -> Self {
         let (machine, tool) = (machine(name), tool());
         let middle = AxisValues::from_fn(machine.axes().len(), |k| {
@@ -197,7 +196,7 @@ struct Looked {
 
 /// Distances out that are tried, mm.
 fn ladder(kind: WayKind) -> Vec<f64> {
-    // Nothing out is direct, whatever it is called.
+    // Distance 0 is the direct way, whatever its kind.
     let out = (1..=10).map(|k| 20.0 * f64::from(k)).chain([260.0, 320.0, 400.0, 600.0, 800.0, 1000.0]);
     if kind == WayKind::Direct { vec![0.0] } else { out.collect() }
 }
@@ -227,14 +226,14 @@ fn look(shop: &Shop, scene: &Scene, link: &ProgramLink, stage: &LinkStage<'_, '_
     Looked { choice, each: WayKind::TRIED.iter().map(|&kind| (kind, best(kind))).collect() }
 }
 
-/// By how much a kind is the fastest, s.
+/// Least lead of the fastest kind, s.
 const MARGIN: f64 = 0.1;
 
-/// By how much the choice may be slower than the ladder's best, s: its own ladder has other steps.
+/// Largest lag of the choice behind the ladder's best, s: its own ladder has other steps.
 const STEPS: f64 = 0.02;
 
-/// Among all kinds this one's fastest free way is the fastest by far, and it is what is taken:
-/// faster than the link was, and run without a finding.
+/// This kind's fastest free way is the fastest of all by far, and it is chosen: faster than the
+/// link was, and run without a finding.
 fn assert_taken(scene: &Scene, wanted: WayKind) {
     let shop = Shop::new(scene.machine);
     let setup = shop.setup(scene);
@@ -313,7 +312,7 @@ fn over_a_thin_wall_half_way_a_link_has_a_peak() {
     }
 }
 
-/// From a pit into a slot in which the tool leans; behind the head stands a wall, so that it cannot
+/// From a pit into a slot in which the tool leans; there is a wall behind the head, so it cannot
 /// back out along the tool.
 #[test]
 fn between_two_pits_a_link_is_lifted_where_the_head_cannot_go_back() {
@@ -352,8 +351,8 @@ fn out_of_leaning_pits_a_link_goes_along_the_tool() {
     }
 }
 
-/// Pockets of a pattern about a slow table, that are wide enough for the table to turn a little
-/// while the tool leaves them, and a post between them that it has to keep away from.
+/// Pockets of a pattern about a slow table, wide enough for the table to turn a little while the
+/// tool leaves them, and a post between them that the tool has to clear.
 #[test]
 fn out_of_wide_leaning_pits_on_a_slow_table_a_link_along_the_tool_turns_all_along() {
     let a = leaning([100.0, 0.0, 0.0], 40.0);

@@ -1,5 +1,5 @@
 //! Laws of the ways of links, on machines with their rotary axes in the head, in the table and in
-//! both, by matrices of their own.
+//! both, by independent matrices.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -107,7 +107,7 @@ fn ends<'a>(machine: &'a Machine, surface: &'a ClearanceSurface, [start, end]: [
     }
 }
 
-/// Looks at random links of every machine about every surface, each with a distance out.
+/// Tests random links of every machine about every surface, each with a distance out.
 fn each_link(n: usize, mut look: impl FnMut(&Ends<'_>, f64)) {
     let mut random = Random(7);
     for machine in &machines() {
@@ -124,14 +124,14 @@ fn assert_near(a: &Point3<f64>, b: &Point3<f64>) {
     assert!((a - b).norm() < 1e-6, "{a} and not {b}");
 }
 
-/// Shares of a tip's way over two places that are done at them.
+/// Returns the completed shares of a tip's way at two places on it.
 fn shares(places: [Point3<f64>; 4]) -> [f64; 2] {
     let lengths: Vec<f64> = places.windows(2).map(|w| (w[1] - w[0]).norm()).collect();
     let all: f64 = lengths.iter().sum();
     [lengths[0] / all, (lengths[0] + lengths[1]) / all]
 }
 
-/// The rotary values are those at these shares of the link's turn.
+/// Checks that the rotary values are those at these shares of the link's turn.
 fn assert_turned(ends: &Ends<'_>, way: &[AxisValues], shares: &[f64]) {
     for (at, share) in way.iter().zip(shares) {
         for k in (0..at.len()).filter(|&k| is_rotary(ends.machine, k)) {
@@ -149,7 +149,7 @@ fn every_way_ends_where_the_link_does_and_stands_nowhere() {
             assert!(way.last() == Some(&ends.end) && way.iter().all(AxisValues::is_finite), "{kind}");
             assert!(way.len() == n || kind == WayKind::Around && way.len() >= 3, "{kind}: {}", way.len());
         }
-        // Nothing out of the outer end, its place is the end itself but for rounding.
+        // At distance 0 from the outer end, its place is the end itself up to rounding.
         for (kind, out) in WayKind::TRIED.into_iter().flat_map(|kind| [(kind, 0.0), (kind, out)]) {
             let way = ends.way(kind, out).unwrap();
             let apart = |a: &AxisValues, b: &AxisValues| (0..a.len()).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max);
@@ -161,7 +161,7 @@ fn every_way_ends_where_the_link_does_and_stands_nowhere() {
     });
 }
 
-/// Lifted ways move one axis alone at their ends, along the tool where the rotary axes are at 0.
+/// Lifted ways move only one axis at their ends, along the tool where the rotary axes are at 0.
 #[test]
 fn lifted_ways_go_out_and_back_with_the_spindles_axis_alone() {
     each_link(4, |ends, out| {
@@ -191,7 +191,8 @@ fn lifted_ways_go_out_and_back_with_the_spindles_axis_alone() {
     });
 }
 
-/// By shares of the tip's way over the table; lifted ones by that of the lifted way.
+/// Rotary axes turn by shares of the tip's way over the table; for lifted ways by that of the
+/// lifted way.
 #[test]
 fn spread_ways_turn_by_the_share_of_the_tips_way() {
     each_link(4, |ends, out| {
@@ -233,8 +234,8 @@ fn outward(ends: &Ends<'_>, places: &[AxisValues]) -> Vec<(Point3<f64>, Vector3<
     places.iter().map(of).collect()
 }
 
-/// Even level over the surface, by the shorter way, with chords that keep 99 % of it; returns the
-/// places' directions.
+/// Checks an even level over the surface, by the shorter way, with chords that keep 99 % of it;
+/// returns the places' directions.
 fn assert_around(ends: &Ends<'_>, out: f64) -> Vec<Vector3<f64>> {
     let way = ends.way(WayKind::Around, out).unwrap();
     let (_, over) = way.split_last().unwrap();
@@ -270,7 +271,7 @@ fn a_way_around_keeps_an_even_level_over_the_clearance_surface() {
         let way = ends.way(WayKind::Around, out).unwrap();
         let at_ends = outward(ends, &[ends.start, ends.end]);
         let around = outward(ends, &[way[0], way[way.len() - 2]]);
-        // Straight out from both ends, and as far as asked from the outer one.
+        // Straight out from both ends, and from the outer one as far as requested.
         for (end, place) in at_ends.iter().zip(&around) {
             assert_near(&end.0, &place.0);
             assert!((end.1 - place.1).norm() < 1e-6, "{} {}", end.1, place.1);
@@ -280,8 +281,8 @@ fn a_way_around_keeps_an_even_level_over_the_clearance_surface() {
     });
 }
 
-/// A machine, and where its tool stands at places of the work, with its axis pointing away from
-/// there as far as it can.
+/// A machine, and its tool poses at places of the work, with the tool axis pointing away from there
+/// as far as possible.
 fn standing(machine: &Machine, places: [Point3<f64>; 2], axes: [Vector3<f64>; 2]) -> [AxisValues; 2] {
     [0, 1].map(|k| {
         let cl = facemill_cl_data::ClPoint { tip: places[k], axis: Unit::new_normalize(axes[k]) };
@@ -290,9 +291,8 @@ fn standing(machine: &Machine, places: [Point3<f64>; 2], axes: [Vector3<f64>; 2]
     })
 }
 
-/// Opposite ends leave the side open on which the way goes: it is that of the tool. Where the
-/// straight line between both ends is near to the middle, the way around is no nearer than it is
-/// elsewhere.
+/// Opposite ends leave the side of the way open: it is that of the tool. Where the straight line
+/// between both ends is near to the middle, the way around is no nearer than elsewhere.
 #[test]
 fn a_way_around_opposite_ends_goes_by_the_side_of_the_tool() {
     let machine = machine("head-head-c-a");
