@@ -18,6 +18,16 @@ pub enum ApproachShape {
         /// Angle of the arc, up to 90°.
         angle: f64,
     },
+    /// Arc as in `TangentialArc`, continued along its tangent by a straight line: rises by the same
+    /// height over a shorter way than a flatter arc, and no more steeply than its angle.
+    Ramp {
+        /// Radius of the arc; 0 for the line alone.
+        radius: f64,
+        /// Angle of the arc and slope of the line, up to 90°.
+        angle: f64,
+        /// Height of the end of the line above the pass, along its normal.
+        height: f64,
+    },
     /// Arc in the tangent plane, tangent to the pass, from the side that is already cut, rising by
     /// a tenth of its sideways way: the cutter rolls into the stock, so its teeth leave it with
     /// thin chips.
@@ -54,11 +64,13 @@ pub fn arc_poses(
     uncut_left: bool,
     step: f64,
 ) -> Vec<ClPoint> {
-    let (ApproachShape::TangentialArc { radius, angle } | ApproachShape::RollIn { radius, angle }) = shape;
+    let (ApproachShape::TangentialArc { radius, angle }
+    | ApproachShape::Ramp { radius, angle, .. }
+    | ApproachShape::RollIn { radius, angle }) = shape;
     let along = outward_feed(end, cc);
     let normal = cc.normal.into_inner();
     let bend = match shape {
-        ApproachShape::TangentialArc { .. } => normal,
+        ApproachShape::TangentialArc { .. } | ApproachShape::Ramp { .. } => normal,
         ApproachShape::RollIn { .. } => {
             let finished = if uncut_left { -cc.left().into_inner() } else { cc.left().into_inner() };
             finished + normal * ROLL_IN_RISE
@@ -66,12 +78,18 @@ pub fn arc_poses(
     };
     // A step that is no length makes as few poses as a large one.
     let n = (radius * angle * bend.norm() / step).ceil().clamp(1.0, MAX_TESTS) as usize;
-    (1..=n)
-        .map(|k| {
-            let (sin, cos) = (angle * k as f64 / n as f64).sin_cos();
-            cl.translated((along * sin + bend * (1.0 - cos)) * radius)
-        })
-        .collect()
+    let at = |angle: f64| (along * angle.sin() + bend * (1.0 - angle.cos())) * radius;
+    let arc = (1..=n).map(|k| at(angle * k as f64 / n as f64));
+    let line = if let ApproachShape::Ramp { height, .. } = shape {
+        let rise = (height - radius * (1.0 - angle.cos())).max(0.0);
+        along * (rise / angle.tan()) + normal * rise
+    } else {
+        Vector3::zeros()
+    };
+    // A slope of 0 has no end at a height.
+    let n_line = (line.norm() / step).ceil().clamp(0.0, MAX_TESTS) as usize;
+    let line = (1..=n_line).map(|k| at(angle) + line * (k as f64 / n_line as f64));
+    arc.chain(line).map(|way| cl.translated(way)).collect()
 }
 
 /// Poses of the straight line between a pass and its arc, from the one next to the pass outward, at
@@ -126,17 +144,33 @@ impl ApproachSettings {
             ApproachShape::TangentialArc { radius, angle } => {
                 ApproachShape::TangentialArc { radius: radius * share, angle }
             }
+            ApproachShape::Ramp { radius, angle, height } => {
+                ApproachShape::Ramp { radius: radius * share, angle, height: height * share }
+            }
             ApproachShape::RollIn { radius, angle } => ApproachShape::RollIn { radius: radius * share, angle },
         };
         Self { shape, step: self.step * share, ..*self }
     }
 
-    /// Returns the arc of the same height with a larger radius, which is flatter everywhere; `None`
-    /// for a roll-in.
-    fn flattened(&self, times: f64) -> Option<Self> {
-        let ApproachShape::TangentialArc { radius, angle } = self.shape else { return None };
-        let angle = (1.0 - (1.0 - angle.cos()) / times).acos();
-        Some(Self { shape: ApproachShape::TangentialArc { radius: radius * times, angle }, ..*self })
+    /// Returns the ramps that are tried in place of an arc that the tool cannot take: a part of the
+    /// arc, up to the steepest slope, and the line from there; none for other shapes.
+    fn ramps(&self, steepest: f64) -> impl Iterator<Item = Self> {
+        let arc = match self.shape {
+            ApproachShape::TangentialArc { radius, angle } => Some((radius, angle)),
+            _ => None,
+        };
+        let (settings, angle) = (*self, arc.map_or(0.0, |(_, angle)| angle.min(steepest)));
+        let shapes = arc.filter(|_| angle > LEAST_SLOPE).into_iter().flat_map(move |(radius, whole)| {
+            let height = radius * (1.0 - whole.cos());
+            let ramp = move |&(share, of_height): &(f64, f64)| {
+                // An arc that is nowhere too steep is the whole one.
+                let is_other = share < 1.0 || angle < whole;
+                let (radius, height) = (radius * share, height * of_height);
+                is_other.then_some(ApproachShape::Ramp { radius, angle, height })
+            };
+            RAMPS.iter().filter_map(ramp)
+        });
+        shapes.map(move |shape| Self { shape, ..settings })
     }
 }
 
@@ -169,13 +203,14 @@ pub struct PassEndPose<'a> {
 /// farther apart than the test step, on the branch of the pass, the cutter's test body cuts nothing
 /// that must stay (the way is lifted along the normal where facets require it, as poses are seated),
 /// bodies hit nothing, axis values exist, and an entry goes down into stock no more steeply than the
-/// tool may. Where this is not possible, shorter lines are tried, down to none, each also with
-/// flatter arcs of the same height where the arc goes down too steeply, up to eight times the
-/// radius; then smaller arcs of the same angle without a line, down to an eighth of the radius. From
-/// the end of the arc the tool retracts along its axis in steps until it is clear.
+/// tool may. Where this is not possible, shorter lines are tried, down to none; then smaller arcs of
+/// the same angle, down to an eighth of the radius, and, for an arc in the plane of feed and normal,
+/// ramps that are as steep as the tool may go down (an exit: as the end of the arc). Ramps are tried
+/// first if the arc is too steep. From the end of the arc the tool retracts along its axis in steps
+/// until it is clear.
 ///
 /// # Errors
-/// The reason why the arc without the straight line cannot be taken, when no smaller one can either.
+/// The reason why the arc without the straight line cannot be taken, when no other can either.
 pub fn approach(
     test: &PoseTest<'_>,
     settings: &ApproachSettings,
@@ -183,27 +218,42 @@ pub fn approach(
     hints: &mut Hints,
 ) -> Result<Approach, Infeasible> {
     let mut way = |settings: &ApproachSettings| Outward { test, settings, hints, near: *at.configuration }.way(at);
-    let mut with_line = |share: f64| {
-        let settings = ApproachSettings { straight: settings.straight.max(0.0) * share, ..*settings };
-        let refused = match way(&settings) {
-            Ok(approach) => return Ok(approach),
-            Err(why) => why,
-        };
-        let flatter = FLATTER.iter().filter_map(|&times| settings.flattened(times));
-        let mut flatter = flatter.take_while(|_| matches!(refused, Infeasible::Ramp { .. }));
-        flatter.find_map(|settings| way(&settings).ok()).ok_or(refused)
-    };
     // On a surface that rises beyond the pass a straight line gouges, and the arc may not.
     let lines = LINES.iter().filter(|_| settings.straight > 0.0);
-    if let Some(approach) = lines.map(|&share| with_line(share)).find_map(Result::ok) {
+    let with_line = |share: &f64| ApproachSettings { straight: settings.straight * share, ..*settings };
+    if let Some(approach) = lines.map(with_line).find_map(|settings| way(&settings).ok()) {
         return Ok(approach);
     }
-    let refused = match with_line(0.0) {
+    let arc = ApproachSettings { straight: 0.0, ..*settings };
+    let refused = match way(&arc) {
         Ok(approach) => return Ok(approach),
         Err(why) => why,
     };
-    let arc = ApproachSettings { straight: 0.0, ..*settings };
-    SMALLER.iter().find_map(|&share| way(&arc.scaled(share)).ok()).ok_or(refused)
+    let steepest = if at.end == PassEnd::Entry {
+        slope_for_ramp(test.cell.tool.max_ramp_angle(), at)
+    } else {
+        std::f64::consts::FRAC_PI_2
+    };
+    let ramps: Vec<ApproachSettings> = arc.ramps(steepest).collect();
+    let smaller = SMALLER.map(|share| arc.scaled(share));
+    // Smaller arcs are as steep: they help where the arc meets something.
+    let others = if matches!(refused, Infeasible::Ramp { .. }) {
+        [ramps.as_slice(), &smaller].concat()
+    } else {
+        [smaller.as_slice(), &ramps].concat()
+    };
+    others.iter().find_map(|settings| way(settings).ok()).ok_or(refused)
+}
+
+/// Returns the slope of an outward line over the tangent plane on which the tool descends by a ramp
+/// angle relative to its bottom; negative where every outward line descends more steeply.
+///
+/// For feed f outward, normal n and axis a, a line at slope s descends by the angle r with
+/// sin r = (cos s f + sin s n) · a.
+fn slope_for_ramp(ramp: f64, at: &PassEndPose<'_>) -> f64 {
+    let axis = at.cl.axis;
+    let (along, up) = (outward_feed(at.end, at.cc).dot(&axis), at.cc.normal.dot(&axis));
+    (ramp.sin() / along.hypot(up)).min(1.0).asin() - along.atan2(up)
 }
 
 /// Fractions of the straight line that are tried, with the whole arc, before the arc alone.
@@ -212,8 +262,12 @@ const LINES: [f64; 3] = [1.0, 0.5, 0.25];
 /// Fractions of an arc's radius that are tried.
 const SMALLER: [f64; 3] = [0.5, 0.25, 0.125];
 
-/// Multiples of an arc's radius that are tried where it descends too steeply.
-const FLATTER: [f64; 3] = [2.0, 4.0, 8.0];
+/// Fractions of the arc's radius and height of the ramps that are tried: low ones first, which are
+/// short; then ones that leave the surface more quickly, where it bends toward the cutter.
+const RAMPS: [(f64, f64); 6] = [(1.0, 0.5), (1.0, 1.0), (0.25, 0.5), (0.25, 1.0), (0.0, 0.5), (0.0, 1.0)];
+
+/// Least slope of a ramp, rad: on flatter ones the end is too far away.
+const LEAST_SLOPE: f64 = 0.005;
 
 /// Moves outward from the end of a pass, testing on the way.
 struct Outward<'t, 'a> {
