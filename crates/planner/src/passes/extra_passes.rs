@@ -5,7 +5,7 @@
 #[path = "../../tests/unit/passes/extra_passes/laws.rs"]
 pub(crate) mod laws;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use facemill_cl_data::{CcPoint, Pass, Posture};
 use facemill_cutter_location::cusp::Ridge;
@@ -103,6 +103,15 @@ struct Extra {
     task: LaidTask,
 }
 
+/// Inserted pass with the poses of its points.
+struct PlannedExtra {
+    /// Number of the pass before which it is cut.
+    before: usize,
+    /// Its feasible runs.
+    runs: Vec<(LaidTask, Pass<Outcome>)>,
+    optimum: Option<Optimum>,
+}
+
 impl<'a> Interposer<'_, 'a> {
     /// Inserts passes beside trimmed ones, and if requested between the planned ones, until the
     /// cusp holds or no more fit.
@@ -117,7 +126,11 @@ impl<'a> Interposer<'_, 'a> {
     ) -> Result<ExtraPasses, Failure> {
         let mut extra = ExtraPasses::default();
         let moved = self.moved(path);
-        extra.moved = self.put_in(path, moved, &mut extra.refused, stages)?;
+        let moved = self.plan(path, moved, &mut extra.refused, stages)?;
+        extra.moved = moved.iter().map(|e| e.runs.len()).sum();
+        if extra.moved > 0 {
+            *path = path.with(&moved).0;
+        }
         if added == AddedPasses::All {
             self.keep_cusp(path, CutOrder::InStrip, &mut extra, stages)?;
         }
@@ -143,31 +156,33 @@ impl<'a> Interposer<'_, 'a> {
             if order == CutOrder::Last {
                 between.iter_mut().for_each(|e| e.before = path.tasks.len());
             }
-            let (before, left) = (path.clone(), self.left_beyond(path));
-            let put_in = self.put_in(path, between, &mut extra.refused, stages)?;
-            if put_in == 0 {
-                break;
-            }
-            if self.left_beyond(path) >= left {
+            let left = self.left_beyond(path);
+            let planned = self.plan(path, between, &mut extra.refused, stages)?;
+            let (all, strips) = path.with(&planned);
+            let helps = strips_with_less(&left, &self.left_beyond(&all), &strips);
+            let kept: Vec<PlannedExtra> = planned.into_iter().filter(|e| helps.contains(&e.before)).collect();
+            let n = kept.iter().map(|e| e.runs.len()).sum::<usize>();
+            let (best, _) = path.with(&kept);
+            if n == 0 || total(&self.left_beyond(&best)) >= total(&left) {
                 // Longer, and no better.
-                *path = before;
                 break;
             }
-            extra.between += put_in;
+            *path = best;
+            extra.between += n;
         }
         Ok(())
     }
 
-    /// Plans passes and inserts the feasible ones between the others; returns their number.
-    fn put_in(
+    /// Returns passes with the feasible runs of their points.
+    fn plan(
         &self,
-        path: &mut PlannedPath,
+        path: &PlannedPath,
         extras: Vec<Extra>,
         refused: &mut Vec<(Point3<f64>, String)>,
         stages: &dyn Stages,
-    ) -> Result<usize, Failure> {
+    ) -> Result<Vec<PlannedExtra>, Failure> {
         if extras.is_empty() {
-            return Ok(0);
+            return Ok(Vec::new());
         }
         let n_points = extras.iter().map(|e| e.task.pass.points.len()).sum();
         let monitor = stages.start(ADDED, n_points);
@@ -176,37 +191,25 @@ impl<'a> Interposer<'_, 'a> {
         let mut planned = plan_passes(self.tests.of(self.settings), &strips, self.settings, &*monitor)?;
         drop(monitor);
         self.detours.take(&strips, &mut planned, stages)?;
-        let optimum = planned.iter().filter_map(|p| p.optimum).chain(path.optimum).reduce(Optimum::plus);
+        let optima: Vec<Option<Optimum>> = planned.iter().map(|p| p.optimum).collect();
         let mut outcomes: Vec<Pass<Outcome>> =
             planned.into_iter().map(|PlannedPass { outcomes, .. }| outcomes).collect();
         self.tests.at_pole(&laid, self.settings, &mut outcomes);
-        let mut at: BTreeMap<usize, Vec<(LaidTask, Pass<Outcome>)>> = BTreeMap::new();
-        let mut n = 0;
-        for (extra, outcomes) in extras.into_iter().zip(outcomes) {
+        let mut found = Vec::new();
+        for ((extra, outcomes), optimum) in extras.into_iter().zip(outcomes).zip(optima) {
             for (cc, outcome) in extra.task.pass.points.iter().zip(&outcomes.points) {
                 if let Err(why) = outcome {
                     refused.push((cc.position, self.tests.plain.describe(why)));
                 }
             }
-            for run in runs(&outcomes.points, |o| o.is_ok()) {
+            let of_run = |run: std::ops::Range<usize>| {
                 let pass = Pass::new(extra.task.pass.points[run.clone()].to_vec());
-                let task = LaidTask { pass, ..extra.task.clone() };
-                at.entry(extra.before).or_default().push((task, Pass::new(outcomes.points[run].to_vec())));
-                n += 1;
-            }
+                (LaidTask { pass, ..extra.task.clone() }, Pass::new(outcomes.points[run].to_vec()))
+            };
+            let runs = runs(&outcomes.points, |o| o.is_ok()).into_iter().map(of_run).collect();
+            found.push(PlannedExtra { before: extra.before, runs, optimum });
         }
-        if n == 0 {
-            return Ok(0);
-        }
-        path.optimum = optimum;
-        let (tasks, outcomes) = (std::mem::take(&mut path.tasks), std::mem::take(&mut path.outcomes));
-        let n_before = tasks.len();
-        for (k, planned) in tasks.into_iter().zip(outcomes).enumerate() {
-            path.take_all(at.remove(&k));
-            path.take_all(Some(vec![planned]));
-        }
-        path.take_all(at.remove(&n_before));
-        Ok(n)
+        Ok(found)
     }
 
     /// Returns new passes with the strips to those beside them.
@@ -247,11 +250,12 @@ impl<'a> Interposer<'_, 'a> {
         (0..neighbours.passes().len()).into_par_iter().map(of_run).collect::<Vec<_>>().into_iter().flatten().collect()
     }
 
-    /// Returns the stock that ridges leave beyond the permitted cusp, mm³, as if they were as high
-    /// over the whole strip: a measure for comparing rounds. A strip that stays uncut counts as
-    /// high as it is wide.
-    fn left_beyond(&self, path: &PlannedPath) -> f64 {
-        let neighbours = Neighbours::new(path.planned().passes(), self.reach);
+    /// Returns the stock that the ridges of each pass toward earlier ones leave beyond the permitted
+    /// cusp, mm³, as if they were as high over the whole strip: a measure for comparing rounds. A
+    /// strip that stays uncut counts as high as it is wide.
+    fn left_beyond(&self, path: &PlannedPath) -> Vec<f64> {
+        let planned = path.planned();
+        let neighbours = Neighbours::new(planned.passes(), self.reach);
         let cutter = self.tests.plain.cell.tool.cutter();
         let of_point = |pass: usize, point: usize| -> f64 {
             let points = &neighbours.passes()[pass].points;
@@ -267,11 +271,15 @@ impl<'a> Interposer<'_, 'a> {
             };
             beside.before().map(beyond).sum()
         };
-        let of_pass = |pass: usize| -> f64 {
+        let of_run = |pass: usize| -> f64 {
             (0..neighbours.passes()[pass].points.len()).map(|point| of_point(pass, point)).sum()
         };
-        let found: Vec<f64> = (0..neighbours.passes().len()).into_par_iter().map(of_pass).collect();
-        found.iter().sum()
+        let of_runs: Vec<f64> = (0..neighbours.passes().len()).into_par_iter().map(of_run).collect();
+        let mut left = vec![0.0; path.tasks.len()];
+        for (task, beyond) in planned.task.iter().zip(of_runs) {
+            left[*task] += beyond;
+        }
+        left
     }
 
     /// Returns the number of passes that a ridge requires between a point and the pass beside it.
@@ -438,6 +446,21 @@ fn even_out(shares: &mut [Option<(Neighbour, f64)>]) {
     }
 }
 
+/// Returns the strips in which less is left now than before; `strips` are those of the passes now.
+fn strips_with_less(before: &[f64], now: &[f64], strips: &[usize]) -> BTreeSet<usize> {
+    let mut of_strip: BTreeMap<usize, f64> = BTreeMap::new();
+    for (strip, left) in strips.iter().zip(now) {
+        *of_strip.entry(*strip).or_default() += left;
+    }
+    // Passes that are cut last are in no strip of an earlier pass: all or none of them.
+    let is_less = |strip: usize, left: f64| before.get(strip).map_or(total(now) < total(before), |&b| left < b);
+    of_strip.into_iter().filter(|&(strip, left)| is_less(strip, left)).map(|(strip, _)| strip).collect()
+}
+
+fn total(left: &[f64]) -> f64 {
+    left.iter().sum()
+}
+
 /// Returns the runs of at least two items for which a condition holds.
 fn runs<T>(items: &[T], holds: impl Fn(&T) -> bool) -> Vec<std::ops::Range<usize>> {
     runs_of_one(items, holds).into_iter().filter(|run| run.len() >= 2).collect()
@@ -479,11 +502,26 @@ impl PlannedRuns {
 }
 
 impl PlannedPath {
-    fn take_all(&mut self, planned: Option<Vec<(LaidTask, Pass<Outcome>)>>) {
-        for (task, outcome) in planned.into_iter().flatten() {
-            self.tasks.push(task);
-            self.outcomes.push(outcome);
+    /// Returns the path with passes inserted, and for each of its passes the number of the strip
+    /// that it is in: that of the pass itself, or of the pass before which it is inserted.
+    fn with(&self, extras: &[PlannedExtra]) -> (Self, Vec<usize>) {
+        let mut by_strip: BTreeMap<usize, Vec<&(LaidTask, Pass<Outcome>)>> = BTreeMap::new();
+        for extra in extras {
+            by_strip.entry(extra.before).or_default().extend(&extra.runs);
         }
+        let optimum = extras.iter().filter_map(|e| e.optimum).chain(self.optimum).reduce(Optimum::plus);
+        let mut path = Self { tasks: Vec::new(), outcomes: Vec::new(), optimum };
+        let mut strips = Vec::new();
+        for strip in 0..=self.tasks.len() {
+            let own = self.tasks.get(strip).zip(self.outcomes.get(strip));
+            let inserted = by_strip.remove(&strip).unwrap_or_default().into_iter().map(|(task, of)| (task, of));
+            for (task, outcomes) in inserted.chain(own) {
+                path.tasks.push(task.clone());
+                path.outcomes.push(outcomes.clone());
+                strips.push(strip);
+            }
+        }
+        (path, strips)
     }
 
     /// Returns the runs of feasible points with their postures.
