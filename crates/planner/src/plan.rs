@@ -145,7 +145,7 @@ fn shorten_links(
     let texts = write_draft(scene, operations)?;
     let program = OwnProgram { scene, operations, texts: &texts, as_cut: HeldAsCut::NOTHING };
     let mut links = PlannedLinks::find(&program, cut, stages)?;
-    links.put_in(operations);
+    links.put_in(scene, operations);
     Ok(Ok(links))
 }
 

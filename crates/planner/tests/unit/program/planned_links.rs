@@ -62,10 +62,10 @@ fn links_that_are_taken_back_are_as_they_were() {
     let program = OwnProgram { scene: &scene, operations: &operations, texts: &texts, as_cut: HeldAsCut::NOTHING };
     let mut links = PlannedLinks::find(&program, Some((stock, 0.05)), stages).unwrap();
     let before = places(&operations);
-    links.put_in(&mut operations);
+    links.put_in(&scene, &mut operations);
     let after = places(&operations);
-    let n = links.links.len();
-    assert!(n >= 5 && links.links.iter().all(|l| l.better.is_some()), "{n} links");
+    let n = links.searched.links.len();
+    assert!(n >= 5 && links.searched.links.iter().all(|l| l.faster.is_some()), "{n} links");
     let passes = operations[0].moves.pieces.len();
     // The exit from the first operation and the approach to the second are one link.
     assert!(n == 2 * passes - 1 && after[passes].is_empty() && !before[passes].is_empty());
