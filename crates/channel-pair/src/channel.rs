@@ -35,8 +35,8 @@ impl Channel<'_> {
     }
 }
 
-/// The two channels: each has the axes with the number of its head's spindle axis, the first one
-/// those without a number too.
+/// The two channels. Each has the axes with the number of its head's spindle axis; the first also
+/// has the axes without a number.
 pub(crate) fn channels<'a>(spec: &ProgramSpec, heads: &'a [HeadSpec]) -> Result<[Channel<'a>; 2], WriteError> {
     let [first, second] = heads else { return Err(facemill_nc_program::HeadError::Count { n: heads.len() }.into()) };
     let numbers = [first, second].map(|h| h.spindle_axis.number());
@@ -54,7 +54,7 @@ pub(crate) fn channels<'a>(spec: &ProgramSpec, heads: &'a [HeadSpec]) -> Result<
     Ok([channel(0, first), channel(1, second)])
 }
 
-/// Where all axes of a program are, in units of their words' last decimals.
+/// Positions of all axes of a program, in units of their words' last decimals.
 pub(crate) struct Place {
     units: Vec<(AxisLetter, Option<i64>)>,
     decimals: Decimals,
@@ -65,8 +65,8 @@ impl Place {
         Self { units: axes.iter().map(|a| (a.letter, None)).collect(), decimals }
     }
 
-    /// Goes to these words; the axes that are somewhere else than before, and the norm of their
-    /// ways, mm and deg.
+    /// Moves to the positions of these words; returns the axes whose positions change, each with
+    /// its signed travel, mm or deg.
     pub(crate) fn go(&mut self, words: &AxisWords, place: &str) -> Result<Vec<(AxisLetter, f64)>, WriteError> {
         let mut changed = Vec::new();
         for word in words.iter() {
@@ -85,12 +85,12 @@ impl Place {
         Ok(changed)
     }
 
-    /// The first axis that no word has said anything of.
+    /// First axis without a known position.
     pub(crate) fn unknown(&self) -> Option<AxisLetter> {
         self.units.iter().find(|(_, units)| units.is_none()).map(|(letter, _)| *letter)
     }
 
-    /// `X1=100.` or `C12.5`: the word of an axis where it is.
+    /// Word of an axis at its position, such as `X1=100.` or `C12.5`.
     pub(crate) fn word(&self, letter: AxisLetter) -> String {
         let units = self.units.iter().find(|(l, _)| *l == letter).and_then(|(_, units)| *units).unwrap_or(0);
         let mut text = letter.to_string();
@@ -102,7 +102,7 @@ impl Place {
     }
 }
 
-/// The norm of ways, mm and deg.
+/// Norm of the travels of axes, mm and deg.
 pub(crate) fn norm<'a>(ways: impl IntoIterator<Item = &'a (AxisLetter, f64)>) -> f64 {
     ways.into_iter().fold(0.0, |sum: f64, (_, way)| sum.hypot(*way))
 }

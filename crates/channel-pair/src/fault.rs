@@ -2,7 +2,7 @@
 
 use facemill_nc_program::AxisLetter;
 
-/// Where and why two texts are not a pair of channel programs.
+/// Place and reason of the fault that keeps two texts from being a pair of channel programs.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("channel {channel}, line {line}: {fault}")]
 pub struct SiemensReadError {
@@ -41,7 +41,7 @@ pub enum SiemensFault {
     /// More axes than a position can hold.
     #[error(transparent)]
     TooManyAxes(#[from] facemill_nc_program::TooManyAxes),
-    /// A mark that does not follow the one before.
+    /// Mark whose number does not follow that of the mark before.
     #[error("mark {found} behind mark {before}: they count up and start again at 1")]
     MarkOrder {
         /// Its number.

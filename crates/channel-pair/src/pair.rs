@@ -13,8 +13,8 @@ pub struct SiemensSettings {
     /// Most cutting blocks between two marks, at least 1. At a mark the channels stop and wait for
     /// each other.
     pub blocks_per_mark: u32,
-    /// Largest number of a mark, 2 to 99; behind it they start at 1 again. 9 is known to every
-    /// control.
+    /// Largest number of a mark, 2 to 99; after it the numbers restart at 1. Every control accepts
+    /// 9.
     pub last_mark: u32,
     /// Decimals of the words.
     pub decimals: Decimals,
@@ -25,12 +25,12 @@ pub struct SiemensSettings {
 /// How the feed of a channel is written.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SiemensFeed {
-    /// Inverse time, 1/min: both channels have to take the same time for a block, and the same
-    /// number stands in both.
+    /// Inverse time, 1/min: both channels must take the same time for a block, so both have the
+    /// same number.
     #[default]
     G93,
-    /// mm/min: the norm over all axes of the channel, 1 deg as 1 mm, rounded in each channel by
-    /// itself.
+    /// mm/min: norm over all axes of the channel, 1 deg as 1 mm, rounded separately in each
+    /// channel.
     G94,
 }
 
@@ -51,7 +51,7 @@ impl Default for SiemensSettings {
 /// The texts of both channels, with `\n` line ends.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SiemensPair {
-    /// Of channel 1, which has the first head and the axes that no head has, and of channel 2.
+    /// Text of channel 1, which has the first head and the axes of no head, then of channel 2.
     pub channels: [String; 2],
 }
 
@@ -60,8 +60,7 @@ pub struct SiemensPair {
 pub struct ReadPair {
     /// The blocks of the body, in order.
     pub blocks: Vec<ReadPairBlock>,
-    /// Numbers of all marks, in order, those of header and end among them: the same in both
-    /// channels.
+    /// Numbers of all marks in order, including those of header and end; the same in both channels.
     pub marks: Vec<u32>,
     /// Tool lengths that the channels check (mm).
     pub tool_lengths: [f64; 2],
@@ -72,9 +71,9 @@ pub struct ReadPair {
 pub struct ReadPairBlock {
     /// G0.
     pub is_rapid: bool,
-    /// Words of all axes of both channels at its end.
+    /// Words of all axes of both channels at the end of the block.
     pub words: AxisWords,
-    /// How long it takes in each channel, s; 0 for rapids.
+    /// Duration of the block in each channel, s; 0 for rapids.
     pub times: [f64; 2],
     /// Number of marks before it.
     pub marks_before: usize,

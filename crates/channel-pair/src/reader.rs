@@ -6,12 +6,12 @@ use crate::statement::Statement;
 use crate::statements::Statements;
 use facemill_nc_program::{AxisKind, AxisLetter, AxisWords};
 
-/// Reads what [`write_siemens_pair`](crate::write_siemens_pair) writes, and nothing else:
-/// the same marks in both channels, between them the same blocks, with the words of both and the
-/// times that they take in each.
+/// Reads the programs that [`write_siemens_pair`](crate::write_siemens_pair) writes, and no others.
 ///
-/// # Errors
-/// At the first line that the writer would not have written there.
+/// Both channels must have the same marks and the same blocks between them. The blocks are returned
+/// with the words of both channels and their durations in each.
+///
+/// # Errors At the first line that the writer would not have written there.
 pub fn read_siemens_pair(texts: [&str; 2]) -> Result<ReadPair, SiemensReadError> {
     let [first, second] = [read(1, texts[0])?, read(2, texts[1])?];
     if let Some((axis, _)) = second.axes.iter().find(|(a, _)| first.axes.iter().any(|(b, _)| a == b)) {
@@ -22,7 +22,7 @@ pub fn read_siemens_pair(texts: [&str; 2]) -> Result<ReadPair, SiemensReadError>
 
 /// One channel.
 struct Channel {
-    /// Where the axes are.
+    /// Positions of the axes.
     axes: Vec<(AxisLetter, Option<f64>)>,
     /// Line of the first statement.
     first_line: u32,
@@ -38,7 +38,7 @@ struct Item {
 #[derive(Clone, Debug, PartialEq)]
 enum What {
     Mark(u32),
-    /// Words of all axes behind it, time in s; rapids have none.
+    /// Words of all axes at the end of the block, and its time in s; rapids have none.
     Block {
         is_rapid: bool,
         words: AxisWords,
@@ -141,7 +141,7 @@ impl Reading {
         Ok(())
     }
 
-    /// F counts all axes of the channel, or time.
+    /// Checks that F counts all axes of the channel, or time.
     fn check_path_axes(
         &self,
         s: &Statements,
@@ -173,7 +173,8 @@ impl Reading {
         Ok(())
     }
 
-    /// Takes the axes to these words; the norm of their ways, mm and deg.
+    /// Moves the axes to the positions of these words; returns the norm of their travels, mm and
+    /// deg.
     fn go(&mut self, s: &Statements, line: u32, words: &AxisWords) -> Result<f64, SiemensReadError> {
         let mut length = 0.0_f64;
         for word in words.iter() {
@@ -231,7 +232,7 @@ impl Reading {
     }
 }
 
-/// The same axes in any order.
+/// Whether two lists hold the same axes in any order.
 fn is_same(some: &[AxisLetter], wanted: &[AxisLetter]) -> bool {
     some.len() == wanted.len() && wanted.iter().all(|a| some.contains(a))
 }
@@ -252,8 +253,8 @@ fn dwell(s: &Statement) -> Option<f64> {
     if let Statement::Dwell(seconds) = s { Some(*seconds) } else { None }
 }
 
-/// Both channels as one: item by item, marks with marks of the same number and blocks with blocks
-/// of the same kind.
+/// Merges both channels item by item: marks with marks of the same number, blocks with blocks of
+/// the same kind.
 fn merge(first: &Channel, second: &Channel) -> Result<ReadPair, SiemensReadError> {
     let mut pair =
         ReadPair { blocks: Vec::new(), marks: Vec::new(), tool_lengths: [first.tool_length, second.tool_length] };

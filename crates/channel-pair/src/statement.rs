@@ -6,16 +6,16 @@ use facemill_nc_program::{AxisLetter, AxisWords, number_text};
 /// Metric, XY plane, no radius compensation, absolute, feed per minute.
 pub(crate) const SAFE_START: &str = "G710 G17 G40 G90 G94";
 
-/// Reference radius of a rotary axis at which 1 deg counts as 1 mm: 180/π mm, what controls have
-/// until told otherwise.
+/// Reference radius of a rotary axis at which 1 deg counts as 1 mm: 180/π mm, the default of
+/// controls.
 pub(crate) const FGREF: &str = "57.29578";
 
-/// Where a tool of another length leads to, and what stops the control there.
+/// Jump target if the tool has another length; an alarm stops the control there.
 pub(crate) const LABEL: &str = "WRONG_TOOL:";
 
 pub(crate) const ALARM: &str = "SETAL(65000)";
 
-/// Largest difference of tool lengths that is let pass, mm.
+/// Largest accepted difference of tool lengths, mm.
 pub(crate) const CHECK_TOLERANCE: &str = "0.01";
 
 /// Statement of a line.

@@ -38,7 +38,7 @@ impl Statements {
         self.next == self.all.len()
     }
 
-    /// The next statement where it is what is asked for.
+    /// Takes the next statement if `pick` accepts it.
     pub(crate) fn take<T>(&mut self, pick: impl Fn(&Statement) -> Option<T>) -> Option<(u32, T)> {
         let (line, statement) = self.all.get(self.next)?;
         let found = (*line, pick(statement)?);
@@ -61,7 +61,7 @@ impl Statements {
     }
 }
 
-/// A line without `N12 `.
+/// Returns a line without its block number, such as `N12 `.
 fn without_number(line: &str) -> Option<&str> {
     let Some(rest) = line.strip_prefix('N') else { return Some(line) };
     let (number, code) = rest.split_once(' ')?;

@@ -13,22 +13,22 @@ use facemill_nc_program::{
 /// Decimals of the seconds of a dwell.
 const DWELL_DECIMALS: u8 = 6;
 
-/// The blocks of a program of two heads as two channel programs for Siemens 840D, one for each
-/// head; the axes that no head has (C) belong to the first. The tool and spindle of `spec` are
-/// those of the first head, as for
+/// Writes the blocks of a program of two heads as two channel programs for Siemens 840D, one for
+/// each head; the axes of no head (C) belong to the first. The tool and spindle of `spec` are those
+/// of the first head, as for
 /// [`write_program_of_heads`](facemill_nc_program::write_program_of_heads).
 ///
-/// Each block stands in both channels and takes the same time in both: where a channel's axes stand
-/// it waits (`G4 F`). Marks (`WAITM(n,1,2)`) stand behind every rapid, before and behind every row
-/// of cutting blocks, before a comment, and after every [`SiemensSettings::blocks_per_mark`]
-/// cutting blocks. Between marks each channel runs by itself, so that the two heads are together
-/// where they were planned only at marks, unless C is coupled: the text says at its head that it is
-/// an estimate.
+/// Each block is in both channels and takes the same time in both: a channel whose axes stand still
+/// waits (`G4 F`). Marks (`WAITM(n,1,2)`) follow every rapid, come before and after every run of
+/// cutting blocks and before a comment, and follow every [`SiemensSettings::blocks_per_mark`]
+/// cutting blocks. Between marks each channel runs by itself. Unless C is coupled, the two heads
+/// are therefore together as planned only at marks, and the header of the text says that it is an
+/// estimate.
 ///
-/// # Errors
-/// When there are not two heads or they share something, an axis has the number of neither, a
-/// setting is out of its range, the program does not start with a rapid that names every axis,
-/// holds blocks other than comments, starts of spindles, rapids and cuts, or a number fits no word.
+/// # Errors When there are not two heads or they share something, an axis has the number of
+/// neither, a setting is out of its range, the program does not start with a rapid that names every
+/// axis, the program holds blocks other than comments, spindle starts, rapids and cuts, or a number
+/// fits no word.
 pub fn write_siemens_pair(
     spec: &ProgramSpec,
     all: &[HeadSpec],
@@ -80,7 +80,7 @@ struct PairWriter<'a> {
     place: Place,
     /// Number of the last mark.
     mark: u32,
-    /// Cutting blocks since.
+    /// Cutting blocks since that mark.
     since_mark: u32,
 }
 
@@ -95,7 +95,7 @@ impl Text {
     fn block(&mut self, line: &str) {
         if let Some(numbers) = self.numbers {
             let number = u64::from(numbers.start) + u64::from(numbers.step) * u64::from(self.next);
-            // Eight digits; a number that comes again is a name that nothing goes to. Writing to a
+            // Eight digits; block numbers may repeat, because nothing jumps to them. Writing to a
             // String cannot fail.
             let _ = write!(self.text, "N{} ", number % 100_000_000);
             self.next += 1;
@@ -159,7 +159,7 @@ impl PairWriter<'_> {
         Ok(())
     }
 
-    /// The way home of all but the spindle axes.
+    /// Writes the moves home of all but the spindle axes.
     fn home_rest(&mut self) {
         for (channel, text) in self.channels.iter().zip(&mut self.texts) {
             home(channel, Group::Across, text);
@@ -205,8 +205,8 @@ impl PairWriter<'_> {
         }
     }
 
-    /// In the channel of its head; both wait before, so that none cuts with the speed of what
-    /// follows.
+    /// Starts a spindle in the channel of its head; both channels wait first, so that neither cuts
+    /// with the speed of the next pass.
     fn spindle(&mut self, rpm: f64, clockwise: bool, spindle: Option<u32>, place: String) -> Result<(), WriteError> {
         if self.since_mark > 0 {
             self.wait();
@@ -274,15 +274,15 @@ impl PairWriter<'_> {
     }
 }
 
-/// A feed in units of its last decimal, rounded down, but not to zero.
+/// Returns a feed in units of its last decimal, rounded down, but at least one unit.
 fn rounded_down(value: f64, decimals: u8, what: &'static str, place: &str) -> Result<i64, WriteError> {
     let units = number_text::units_below(value, decimals).filter(|_| value > 0.0);
     let error = || WriteError::Number { place: place.to_owned(), what, value };
     Ok(units.ok_or_else(error)?.max(1))
 }
 
-/// Words of the channel's axes that have changed; of all its axes where none has, so that every
-/// block stands in both.
+/// Returns the words of the channel's changed axes, or of all its axes if none has changed: every
+/// block must be in both channels.
 fn words_of(channel: &Channel<'_>, changed: &[(AxisLetter, f64)], place: &Place) -> String {
     let is_changed = |letter: &AxisLetter| changed.iter().any(|(l, _)| l == letter);
     let none = !channel.letters().any(|l| is_changed(&l));
@@ -306,7 +306,8 @@ fn comments(channel: &Channel<'_>, job: &str, settings: &SiemensSettings, text: 
     });
 }
 
-/// With G94 F is the speed over the axes of FGROUP, a rotary one at its reference radius.
+/// Writes the axes over which F is the speed with G94 (FGROUP), rotary ones at their reference
+/// radius.
 fn path_axes(channel: &Channel<'_>, text: &mut Text) {
     let all: Vec<String> = channel.letters().map(|l| l.to_string()).collect();
     text.block(&format!("FGROUP({})", all.join(",")));
@@ -350,7 +351,7 @@ fn coolant_code(coolant: Coolant) -> &'static str {
     }
 }
 
-/// G54 to G57, then G505 and on.
+/// Returns the code of a work offset: G54 to G57, then G505 and on.
 fn work_offset(offset: WorkOffset) -> Result<String, WriteError> {
     match offset.number() {
         n @ 1..=4 => Ok(format!("G{}", 53 + n)),

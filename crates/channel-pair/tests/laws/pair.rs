@@ -5,7 +5,7 @@ use crate::kit::Random;
 use facemill_channel_pair::*;
 use facemill_nc_program::*;
 
-/// Rapids, comments and cuts; feeds that mean the same in G93 whatever mode they are told in.
+/// Rapids, comments and cuts; the feeds are those of G93 in whichever mode they are written.
 fn random_blocks(random: &mut Random, n: usize) -> Vec<Block> {
     let map = map();
     let joints = random_joints(random, n);
@@ -13,7 +13,7 @@ fn random_blocks(random: &mut Random, n: usize) -> Vec<Block> {
         let words = map.words(q).unwrap();
         let kind = if k == 0 { 0 } else { random.below(12) };
         let mut named = AxisWords::new();
-        // Only what a first block must name is always named.
+        // Words are optional but for those that a first block must have.
         for word in words.iter().filter(|_| k == 0 || random.below(5) > 0) {
             named.set(word.letter, word.value).unwrap();
         }
@@ -38,12 +38,12 @@ fn read(texts: &[String; 2]) -> Result<ReadPair, SiemensReadError> {
     read_siemens_pair([&texts[0], &texts[1]])
 }
 
-/// Words as they are written: to nearest, halves away from zero.
+/// Rounds words as they are written: to nearest, halves away from zero.
 fn rounded(value: f64) -> f64 {
     (value * 1e3).round() / 1e3
 }
 
-/// Of every motion: whether it is a rapid, where all axes are behind it, and its feed.
+/// For each motion: whether it is a rapid, the positions of all axes at its end, and its feed.
 fn motions(blocks: &[Block]) -> Vec<(bool, AxisWords, f64)> {
     let mut at = AxisWords::new();
     let mut all = Vec::new();
@@ -77,8 +77,7 @@ fn every_block_is_recovered_and_takes_the_same_time_in_both_channels() {
             assert_eq!((found.is_rapid, found.words), (is_rapid, words));
             if !is_rapid {
                 let [a, b] = found.times;
-                // Half a unit of the times' own last decimals, which may be taken from or added to
-                // each of them.
+                // Half a unit of the last decimal of the times, by which each of them may be off.
                 let asked = 60.0 / feed;
                 match settings_feed(&texts) {
                     SiemensFeed::G93 => {
@@ -108,7 +107,7 @@ fn settings_feed(texts: &[String; 2]) -> SiemensFeed {
 }
 
 /// Marks are where the channels must be together, in the same order in both, and never farther
-/// apart than asked.
+/// apart than requested.
 #[test]
 fn marks_stand_around_rapids_and_passes_and_after_every_kth_block() {
     let mut random = Random(22);
@@ -140,7 +139,7 @@ fn marks_stand_around_rapids_and_passes_and_after_every_kth_block() {
                 assert!(pair.blocks[index].marks_before > pair.blocks[index - 1].marks_before);
             }
         }
-        // One behind the last block, and two of the way home.
+        // One after the last block, and two of the way home.
         assert_eq!(pair.marks.len(), pair.blocks.last().unwrap().marks_before + 3);
     }
 }
@@ -187,7 +186,7 @@ fn each_channel_has_the_words_of_its_head_and_says_that_it_is_an_estimate() {
     }
 }
 
-/// Every line that is left out, doubled or changed is refused, but for comments and what is free:
+/// The reader refuses every line that is left out, doubled or changed, except in comments and free
 /// numbers.
 #[test]
 fn nothing_but_what_the_writer_writes_is_read() {
@@ -205,7 +204,7 @@ fn nothing_but_what_the_writer_writes_is_read() {
         for (k, line) in lines.iter().enumerate().filter(|(_, l)| !l.starts_with(';')) {
             assert!(with(k, &[]).is_err(), "without {line}");
             assert!(with(k, &[line, line]).is_err(), "twice {line}");
-            // A block of the body may name X1 where it is.
+            // A block of the body that leaves X1 out may also name it.
             let is_free =
                 channel == 0 && k > body && line.contains(" G") && !line.contains(" G4") && !line.contains("X1=");
             let mut changes =
