@@ -1,6 +1,7 @@
 //! Makes the pictures of the documentation from the sample job: `cargo run --release -p facemill
 //! --example pictures` writes `docs/pictures/*.svg`; with `machines` behind it only those of the
-//! machines, with `dual` only that of the two heads, with `deviation` only that of the deviation.
+//! machines, with `dual` only that of the two heads, with `deviation` only that of the deviation, with
+//! `levels` only that of the sample's passes by cylinders.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -35,19 +36,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     if argument.as_deref() == Some("machines") {
         return Ok(());
     }
+    if argument.as_deref() == Some("levels") {
+        let picture = plan("assets/propeller/job-cylinders.json")?.passes.into_bytes();
+        return Ok(files::write_all(Path::new("docs/pictures"), &[("passes-cylinders.svg".to_owned(), picture)])?);
+    }
     let path = argument.unwrap_or_else(|| "assets/propeller/job.json".to_owned());
-    let job = Job::read(Path::new(&path))?;
-    let planned = plan_setup(&job, 0, PlanSettings { verify: false, certificates: false }, &SilentStages)?;
-    let text = |name: &str| planned.files.iter().find(|(n, _)| n == name).map(|(_, bytes)| bytes.clone());
-    let apt = read_apt(text("program.apt").ok_or("no APT file")?)?;
-    let mesh_file = &job.file.setups[0].meshes[0];
-    let mesh = read_mesh(&job.beside(&mesh_file.file), mesh_file.unit, mesh_file.up_axis)?.mesh;
-    let map = ZMap::build(&mesh, &Isometry3::identity(), &ZMapSettings { cell: 24.0, margin: 0.0 })?;
+    let Planned { job, passes, solution_space } = plan(&path)?;
     let pictures = vec![
         dual_picture()?,
         deviation_picture()?,
-        ("passes.svg".to_owned(), passes(&map, &apt.points).into_bytes()),
-        ("solution-space.svg".to_owned(), text("solution-space.svg").ok_or("no picture in the plan")?),
+        ("passes.svg".to_owned(), passes.into_bytes()),
+        ("solution-space.svg".to_owned(), solution_space),
         ("cusp.svg".to_owned(), cusp(job.tool.cutter()).into_bytes()),
         ("contact.svg".to_owned(), method::contact()?.into_bytes()),
         ("test-body.svg".to_owned(), method::test_body()?.into_bytes()),
@@ -56,6 +55,29 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     ];
     files::write_all(Path::new("docs/pictures"), &pictures)?;
     Ok(())
+}
+
+/// Pictures of a planned job.
+struct Planned {
+    job: Job,
+    /// Way of the tool tip.
+    passes: String,
+    /// Solution space of the first point.
+    solution_space: Vec<u8>,
+}
+
+/// Plans a job and draws its passes over its first mesh.
+fn plan(path: &str) -> Result<Planned, Box<dyn std::error::Error>> {
+    let job = Job::read(Path::new(path))?;
+    let planned = plan_setup(&job, 0, PlanSettings { verify: false, certificates: false }, &SilentStages)?;
+    let text = |name: &str| planned.files.iter().find(|(n, _)| n == name).map(|(_, bytes)| bytes.clone());
+    let apt = read_apt(text("program.apt").ok_or("no APT file")?)?;
+    let mesh_file = &job.file.setups[0].meshes[0];
+    let mesh = read_mesh(&job.beside(&mesh_file.file), mesh_file.unit, mesh_file.up_axis)?.mesh;
+    let map = ZMap::build(&mesh, &Isometry3::identity(), &ZMapSettings { cell: 24.0, margin: 0.0 })?;
+    let passes = passes(&map, &apt.points);
+    let solution_space = text("solution-space.svg").ok_or("no picture in the plan")?;
+    Ok(Planned { job, passes, solution_space })
 }
 
 /// A picture and its name.

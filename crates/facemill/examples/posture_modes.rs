@@ -1,4 +1,4 @@
-//! The sample job with its postures chosen in each mode: the table of docs/benchmarks.md.
+//! The sample job by cylinders with its postures chosen in each mode: the table of docs/benchmarks.md.
 //!
 //! `cargo run --release -p facemill --example posture_modes`
 
@@ -26,7 +26,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let entry = entry?;
             std::fs::copy(entry.path(), folder.path().join(entry.file_name()))?;
         }
-        let path = folder.path().join("job.json");
+        let path = folder.path().join("job-cylinders.json");
         let mut job: Value = serde_json::from_slice(&std::fs::read(&path)?)?;
         job["operations"][0]["search"]["mode"] = mode;
         // Modes of one posture or none leave out points as they must.

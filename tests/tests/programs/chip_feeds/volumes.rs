@@ -96,7 +96,7 @@ fn an_arch_loses_chip_area_times_the_way_of_the_sections_centroid() {
 /// pass to pass.
 const FULL_WIDTH: std::ops::RangeInclusive<u32> = 22..=47;
 
-/// From the ends of the sample job's passes, mm: there the stock ends at the blade's edges.
+/// From the ends of the passes of the sample job by cylinders, mm: there the stock ends at the blade's edges.
 const BLADE_MARGIN: f64 = 150.0;
 
 /// The table of docs/chip-area.md, on lines 1 mm apart: two minutes with
@@ -104,7 +104,7 @@ const BLADE_MARGIN: f64 = 150.0;
 #[test]
 #[ignore = "plans the sample job and cuts its first blade: two minutes"]
 fn full_width_passes_of_the_sample_job_lose_chip_area_times_way() {
-    let job = workspace().join("assets/propeller/job.json");
+    let job = workspace().join("assets/propeller/job-cylinders.json");
     let region = StockRegion::Rectangle([[0.0, -900.0], [1560.0, 900.0]]);
     let (table, verified) = plan_and_cut(&job, request(1.0, 0.005, region));
     let mut pieces = trial(&table, &verified.cuts);
