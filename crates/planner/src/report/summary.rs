@@ -123,7 +123,7 @@ fn wound(all: &[WindUp]) -> impl Iterator<Item = String> + '_ {
 }
 
 /// Largest number of assumptions in the summary; the report has them all.
-const TOLD_ASSUMPTIONS: usize = 4;
+const SHOWN_ASSUMPTIONS: usize = 6;
 
 /// Returns lines on inserted passes, and reasons if the permitted cusp is exceeded.
 fn cusps_kept(cusps: &CuspsKeptReport) -> Vec<String> {
@@ -146,9 +146,9 @@ fn cusps_kept(cusps: &CuspsKeptReport) -> Vec<String> {
 /// Returns lines on the behaviour that the program leaves to the control.
 fn assumptions(all: &[Assumption]) -> Vec<String> {
     let mut lines = vec![format!("  assumptions       {}", all.len())];
-    lines.extend(all.iter().take(TOLD_ASSUMPTIONS).map(|a| format!("    {a}")));
-    if all.len() > TOLD_ASSUMPTIONS {
-        lines.push(format!("    and {} more, see the report", all.len() - TOLD_ASSUMPTIONS));
+    lines.extend(all.iter().take(SHOWN_ASSUMPTIONS).map(|a| format!("    {a}")));
+    if all.len() > SHOWN_ASSUMPTIONS {
+        lines.push(format!("    and {} more, see the report", all.len() - SHOWN_ASSUMPTIONS));
     }
     lines
 }
