@@ -142,7 +142,11 @@ pub fn small_propeller() -> JobFolder {
         "job.json",
         &[
             ("/operations/0/tolerances/max_step_mm", json!(4.0)),
+            ("/operations/0/tolerances/max_lift_mm", json!(0.06)),
             ("/operations/0/search/mode", json!("smallest")),
+            ("/operations/0/entry", json!({ "tangential_arc": { "radius_mm": 125.0, "angle_deg": 8.0 } })),
+            ("/operations/0/exit", json!({ "tangential_arc": { "radius_mm": 125.0, "angle_deg": 8.0 } })),
+            ("/operations/0/path/strategy/edge_fill", json!(false)),
             ("/operations/0/path/strategy/strategy/cylindrical_sections/from_radius_mm", json!(120.0)),
             ("/operations/0/path/strategy/strategy/cylindrical_sections/to_radius_mm", json!(150.0)),
         ],

@@ -4,7 +4,7 @@ use facemill_tool_model::cl_from_cc;
 use nalgebra::Vector3;
 use serde_json::{Value, json};
 
-use crate::examples::new_job::{NewJob, new_job};
+use crate::examples::new_job::{NewJob, Series, new_job};
 use crate::setup::path::*;
 
 /// Makes a changed patch job in a folder.
@@ -83,4 +83,28 @@ fn direction_and_spindle_decide_feed_and_lean() {
             check(&job, direction, &format!("{rotation} {direction} from a file"));
         }
     }
+}
+
+#[test]
+fn edge_fill_lays_less_length_over_a_blade() {
+    let folder = tempfile::tempdir().unwrap();
+    let propeller = NewJob::Propeller { series: Series::Dtmb4119, diameter_mm: 1000.0 };
+    for (name, bytes) in new_job(&propeller).unwrap() {
+        std::fs::write(folder.path().join(name), bytes).unwrap();
+    }
+    let path = folder.path().join("job.json");
+    let file: Value = serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap();
+    let length = |edge_fill: bool| -> f64 {
+        let mut file = file.clone();
+        file["operations"][0]["path"]["strategy"]["edge_fill"] = json!(edge_fill);
+        std::fs::write(&path, serde_json::to_vec(&file).unwrap()).unwrap();
+        let job = Job::read(&path).unwrap();
+        let setup = Setup::read(&job, 0).unwrap();
+        let laid = lay(&job, &setup, 0, &job.file.operations[0]).unwrap();
+        let of_pass =
+            |points: &[CcPoint]| points.windows(2).map(|w| (w[1].position - w[0].position).norm()).sum::<f64>();
+        laid.tasks.iter().map(|t| of_pass(&t.pass.points)).sum()
+    };
+    let [levels, fronts] = [false, true].map(length);
+    assert!(fronts < 0.9 * levels && fronts > 0.5 * levels, "{fronts} {levels}");
 }
