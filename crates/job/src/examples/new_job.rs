@@ -153,19 +153,21 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
     // Rounded up to the next hundredth.
     operation["tolerances"]["mesh_chord_mm"] = json!(round_to((100.0 * chord).ceil() / 100.0, 2));
     operation["pattern"] = json!({ "copies": n_blades, "index_angle_deg": 360.0 / n_blades as f64 });
-    // Strips are narrow at the leading edge alone, and edges lean: fronts, and short arcs that begin
-    // beyond the edge.
-    operation["path"]["strategy"]["edge_fill"] = json!(true);
-    let arc = json!({
-        "tangential_arc": {
-            "radius_mm": round_to(6.25 * radius, 1),
-            "angle_deg": 8.0,
-            "straight_mm": round_to(0.125 * radius, 1),
-        }
-    });
-    operation["entry"] = arc.clone();
-    operation["exit"] = arc;
-    operation["tolerances"]["max_lift_mm"] = json!(0.02);
+    if !overlapping {
+        // Strips are narrow at the leading edge alone, and edges lean: fronts, and short arcs that
+        // begin beyond the edge. Between blades that overlap, many pass ends need the larger arcs.
+        operation["path"]["strategy"]["edge_fill"] = json!(true);
+        let arc = json!({
+            "tangential_arc": {
+                "radius_mm": round_to(6.25 * radius, 1),
+                "angle_deg": 8.0,
+                "straight_mm": round_to(0.125 * radius, 1),
+            }
+        });
+        operation["entry"] = arc.clone();
+        operation["exit"] = arc;
+        operation["tolerances"]["max_lift_mm"] = json!(0.02);
+    }
     // From the tip inward: cut climbing, the passes then run down the blade, and their ends leave
     // over its lower edge.
     operation["path"]["strategy"]["order"] = json!("decreasing");

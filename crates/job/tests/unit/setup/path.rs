@@ -106,5 +106,5 @@ fn edge_fill_lays_less_length_over_a_blade() {
         laid.tasks.iter().map(|t| of_pass(&t.pass.points)).sum()
     };
     let [levels, fronts] = [false, true].map(length);
-    assert!(fronts < 0.9 * levels && fronts > 0.5 * levels, "{fronts} {levels}");
+    assert!(fronts < 0.95 * levels && fronts > 0.5 * levels, "{fronts} {levels}");
 }
