@@ -77,7 +77,8 @@ pub fn arc_poses(
         }
     };
     // A step that is no length makes as few poses as a large one.
-    let n = (radius * angle * bend.norm() / step).ceil().clamp(1.0, MAX_TESTS) as usize;
+    let has_arc = radius != 0.0 || !matches!(shape, ApproachShape::Ramp { .. });
+    let n = if has_arc { (radius * angle * bend.norm() / step).ceil().clamp(1.0, MAX_TESTS) as usize } else { 0 };
     let at = |angle: f64| (along * angle.sin() + bend * (1.0 - angle.cos())) * radius;
     let arc = (1..=n).map(|k| at(angle * k as f64 / n as f64));
     let line = if let ApproachShape::Ramp { height, .. } = shape {
