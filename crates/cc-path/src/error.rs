@@ -91,13 +91,13 @@ pub enum PathError {
         /// How many pieces were left out.
         n_dropped_pieces: usize,
     },
-    /// The strip width asked of the caller is not a number.
+    /// The strip width of the caller is not a number.
     #[error("the strip width at ({:.6}, {:.6}, {:.6}) is not a number", position.x, position.y, position.z)]
     StripWidth {
         /// Where, workpiece frame, mm.
         position: Point3<f64>,
     },
-    /// The step-over asks for more passes than a plan may have, or for passes across more facets.
+    /// The step-over requires more passes than a plan may have, or for passes across more facets.
     #[error(
         "the step-over asks for more than {limit} passes, or for passes across more than {most_crossings} facets, over \
          {span:.1} mm of levels; {remedy}, or bound the region"

@@ -8,7 +8,7 @@
 //!   a CC point, and levels are chosen so that no neighbours lie farther apart along the surface;
 //!   points are put on them by chord tolerance, largest step and turn of the normal. With
 //!   [`LaySettings::edge_fill`], passes are *fronts* instead: they lean from the levels as the
-//!   strip width asks for, and partial passes fill up an edge where strips are narrow.
+//!   strip width requires, and partial passes fill up an edge where strips are narrow.
 //!
 //! ```
 //! use facemill_cc_path::{LaySettings, ParallelPlanes, PathError, Region, Strategy, UncutSide, lay_passes};
@@ -27,7 +27,7 @@
 //! let laid = lay_passes(&surface, &Region::default(), &strategy, &settings, &|_| 12.0, &Silent)?;
 //!
 //! assert_eq!(laid.passes.len(), 6, "five strips");
-//! // From the lowest y up, the stock that still stands on the left: the feed is +x.
+//! // From the lowest y up, with uncut stock on the left: the feed is +x.
 //! assert!(laid.passes.iter().all(|p| p.pass.points[0].feed == Vector3::x_axis()));
 //! # Ok::<(), PathError>(())
 //! ```
@@ -51,8 +51,8 @@
 //! It must not know holders or machines; what it needs to know of the tool comes in as the strip
 //! width.
 //!
-//! Inside: `region` chooses triangles, `patch` cuts them at the box and refines them, `widths` asks
-//! for strip widths, `levels` chooses levels; `along`, `columns` and `fronts` plan fronts, and
+//! Inside: `region` chooses triangles, `patch` cuts them at the box and refines them, `widths` gets
+//! strip widths, `levels` chooses levels; `along`, `columns` and `fronts` plan fronts, and
 //! `front_layout` puts them on the patch; `trace` finds the curves of both, `resample` puts points on
 //! them, `order` puts them in order; `samples` spreads points over a region, one in each cell of a
 //! `lattice`, whatever is laid on it; `size` bounds all of them.

@@ -31,7 +31,7 @@ const SAME_POINT: f64 = 1e-9;
 /// # Errors
 /// When a point is farther from the surface than allowed, two points in a row project on the same
 /// point, a normal of the file is more than 90° from the surface's, or the feed turns back on
-/// itself or stands on the surface. The error names pass and point.
+/// itself or is normal to the surface. The error names pass and point.
 pub fn project(
     path: &PathFile,
     surface: &Surface,
@@ -120,7 +120,7 @@ fn feed(positions: &[Point3<f64>], k: usize) -> Vector3<f64> {
 /// exact for a parabola. A chord alone is off by half the bend, which a strong bend between points
 /// far apart makes 10° and more.
 ///
-/// Where the next chord turns by more than 60°, it says nothing about the end.
+/// Where the next chord turns by more than 60°, it is no measure of the bend at the end.
 fn at_end(chord: Vector3<f64>, next: Option<Vector3<f64>>) -> Vector3<f64> {
     let length = chord.norm();
     let Some(next) = next.filter(|next| next.dot(&chord) >= 0.5 * length * next.norm()) else { return chord };

@@ -25,7 +25,7 @@ pub struct RegionSample {
     pub area: f64,
 }
 
-/// The region of an operation: what is asked to be cut, before any pass is laid on it.
+/// Region that an operation has to cut, before any pass is laid on it.
 #[derive(Clone, Debug)]
 pub struct AskedRegion<'a> {
     surface: &'a Surface,

@@ -299,7 +299,7 @@ impl Sides {
     }
 }
 
-/// Disjoint sets of triangles; the lowest member stands for its set.
+/// Disjoint sets of triangles; the lowest member identifies its set.
 struct Sets {
     parent: Vec<u32>,
 }

@@ -54,7 +54,7 @@ pub trait Interference: Sync {
     /// Whether the dilated solid touches nothing of the mesh at any time of an interval, and is in
     /// no closed component. Clear is proven; where an implementation proves nothing, everything is
     /// unproven. Where it is not clear, the solid may touch, its core does in the middle of the
-    /// interval, or the interval is too long; a shorter one tells more.
+    /// interval, or the interval is too long; a shorter one may prove more.
     fn sweep(&self, solid: &Solid, motion: &MotionInterval, hint: Option<u32>) -> SweepVerdict {
         let _ = (solid, motion, hint);
         SweepVerdict::Unproven(None)

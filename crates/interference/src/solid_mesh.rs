@@ -5,7 +5,7 @@ use facemill_cl_data::{RoundFrustum, Solid};
 use facemill_surface_model::{MeshError, TriMesh};
 use nalgebra::{Point3, Vector3};
 
-/// How far the prism that stands for a turned body may stick out of it, mm. Smaller makes more
+/// Largest excess of the prism that replaces a turned body over it, mm. Smaller makes more
 /// triangles, larger tests a body that is not there.
 const LARGEST_EXCESS: f64 = 0.05;
 

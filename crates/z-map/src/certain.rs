@@ -11,7 +11,7 @@ use crate::separation::{Gap, gap};
 /// point in common with the columns under the maxima of the cells, down to −∞.
 ///
 /// `true` is a proof, up to rounding that is charged to it, and also says that the solid is not
-/// inside the part, as long as the map's z points out of the material. `false` says nothing: the
+/// inside the part, as long as the map's z points out of the material. `false` proves nothing: the
 /// solid is in the mesh, or nearer to it than the cells are fine, or under an overhang, or the pose
 /// is not finite.
 ///

@@ -51,7 +51,7 @@ pub fn left_heights(
     Ok(chunks.concat())
 }
 
-/// Everything that one cutter sweeps in its cutting motions, ready to be asked for what it leaves.
+/// Everything that one cutter sweeps in its cutting motions, for queries of what it leaves.
 ///
 /// The height left on a place p with normal n is the least s ≥ 0 at which p + s·n is in the cutter
 /// at some time of a motion, and at most the stock's. The cutter is the solid of revolution of its

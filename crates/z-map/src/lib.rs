@@ -8,7 +8,7 @@
 //! [`certainly_free`] answers from those alone: "free" is proven, anything else means that the mesh
 //! has to decide.
 //!
-//! [`NodeHeights`] has the heights alone, where no proof is asked for.
+//! [`NodeHeights`] has the heights alone, where no proof is needed.
 //!
 //! ```
 //! use facemill_cl_data::{RoundFrustum, Solid};
@@ -30,10 +30,10 @@
 //!
 //! A [`DexelMap`] is a solid as parallel lines. What a body of revolution sweeps is taken out of it
 //! ([`DexelMap::remove`]), from each line exactly what is inside, or within a stated tolerance
-//! where the axis turns; [`DexelMap::meets`] only asks, and [`DexelMap::nearest`] tells how near a
-//! solid is. It is made from a box, a cylinder or a closed mesh with an allowance, kept as bytes,
-//! and exported as a closed mesh. [`DexelMap::deviation`] compares it with the part that it should
-//! have become.
+//! where the axis turns; [`DexelMap::meets`] only queries, and [`DexelMap::nearest`] returns the
+//! distance of a solid. It is made from a box, a cylinder or a closed mesh with an allowance, kept
+//! as bytes, and exported as a closed mesh. [`DexelMap::deviation`] compares it with the part that
+//! it should have become.
 //!
 //! ```
 //! use facemill_cl_data::ClPoint;
@@ -52,8 +52,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A [`SweptCutter`] is asked the other way round: how high the material is that a cutter's motions
-//! leave on places of a surface, along the surface's normal and without a grid.
+//! A [`SweptCutter`] answers the opposite question: the height of the material that a cutter's
+//! motions leave on places of a surface, along the surface's normal and without a grid.
 //!
 //! A Z-map's frame is the caller's choice, z pointing away from the material; everything below the
 //! topmost surface counts as material there, so under an overhang nothing is ever proven free.

@@ -38,13 +38,13 @@ pub enum ZMapError {
     /// The cell size is not a positive number.
     #[error("a Z-map cell of {cell} mm is not a positive length")]
     BadCell {
-        /// Cell size asked for, mm.
+        /// Requested cell size, mm.
         cell: f64,
     },
     /// The margin is negative or not finite.
     #[error("a Z-map margin of {margin} mm is not a length of 0 or more")]
     BadMargin {
-        /// Margin asked for, mm.
+        /// Requested margin, mm.
         margin: f64,
     },
     /// The map's frame is not finite, or moves the mesh out of the range of numbers.
@@ -56,7 +56,7 @@ pub enum ZMapError {
         ZMap::MAX_CELLS, ZMap::MAX_CELLS as f64 * 19e-9
     )]
     TooManyCells {
-        /// Cell size asked for, mm.
+        /// Requested cell size, mm.
         cell: f64,
         /// Number of cells it makes.
         n_cells: f64,

@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 pub(crate) enum Gap {
     /// A plane between them proves at least this distance.
     AtLeast(f64),
-    /// Two points of them are no farther apart than was asked for.
+    /// Two points of them are no farther apart than the requested distance.
     Within,
     /// Neither was found.
     Unknown,

@@ -79,7 +79,7 @@ pub(crate) struct Columns {
 }
 
 /// Steepest front: gain of level per way along the passes, 11°. Steeper fronts turn the feed too far
-/// from the direction that was asked for.
+/// from the direction of the strategy.
 pub(crate) const STEEPEST: f64 = 0.2;
 
 /// Columns of a region; more are wider.
@@ -272,8 +272,9 @@ impl Columns {
         reach
     }
 
-    /// Longest way from one front to the next on a column, and whether it is longer than was asked
-    /// for: `levels` are those that the fronts may have on it, and `step` the largest between them.
+    /// Returns the longest way from one front to the next on a column, and whether it is longer
+    /// than allowed: `levels` are those that the fronts may have on it, and `step` the largest
+    /// between them.
     pub(crate) fn strip(&self, i: usize, levels: [f64; 2], step: f64) -> (f64, bool) {
         let [from, to] = levels.map(|l| self.level_index(l));
         let cells = self.cells[i * self.n_levels..(i + 1) * self.n_levels][from..=to].iter();

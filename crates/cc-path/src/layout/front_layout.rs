@@ -80,8 +80,8 @@ impl FrontLayout {
         self.fronts.iter().zip(&self.triangles).map(level).collect()
     }
 
-    /// Number of strips that are somewhere wider than was asked for, and the longest way from one
-    /// front to the next.
+    /// Returns the number of strips that are somewhere wider than allowed, and the longest way from
+    /// one front to the next.
     pub(crate) fn strips(&self) -> (usize, f64) {
         let mut wide = vec![false; self.fronts.len()];
         let mut widest: f64 = 0.0;

@@ -28,8 +28,8 @@ pub struct Laid {
     pub n_levels: usize,
     /// Pieces left out because they are shorter than the shortest pass, margins taken off.
     pub n_dropped_pieces: usize,
-    /// Strips between two levels that are somewhere wider than was asked for, because that was
-    /// below the smallest step-over, or because the surface stands at less than 3° to the levels.
+    /// Strips between two levels that are somewhere wider than allowed, because the allowed width
+    /// was below the smallest step-over, or because the surface is at less than 3° to the levels.
     pub n_wide_strips: usize,
     /// Largest distance between neighbouring levels along the surface, mm: on no facet is the way
     /// up its steepest lines from one level to the next longer. Facets at less than 3° to the
@@ -67,10 +67,10 @@ const BORDER_INSET: f64 = 1e-6;
 /// Lays passes on the region of a surface: along levels of the strategy, so close that neighbours
 /// are nowhere farther apart along the surface than `strip_width` allows.
 ///
-/// `strip_width` is asked at the vertices of the region (and between them where they are farther
+/// `strip_width` is called at the vertices of the region (and between them where they are farther
 /// apart than the largest step-over), with the surface's normal and the feed of the first level; it
-/// answers in mm, infinite for any. The first and the last level lie on the border of the region or
-/// at the ends of the strategy's range. A step of `monitor` is one level.
+/// returns mm, infinite for any width. The first and the last level lie on the border of the region
+/// or at the ends of the strategy's range. A step of `monitor` is one level.
 ///
 /// The result does not depend on the number of threads. A rigid motion of surface, strategy and
 /// region moves it along, except for a box, whose sides stay parallel to the axes.

@@ -79,7 +79,7 @@ pub(crate) fn triangles_at(bands: &[Band], levels: &[f64]) -> Vec<Vec<u32>> {
     at
 }
 
-/// How many of the steps between the levels (in rising order) are larger than was asked for.
+/// Counts the steps between levels (in rising order) that are larger than allowed.
 pub(crate) fn count_wide(bands: &[Band], levels: &[f64]) -> usize {
     let mut wide = vec![false; levels.len().saturating_sub(1)];
     for b in bands.iter().filter(|b| b.asked < b.limit) {

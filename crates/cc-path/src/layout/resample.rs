@@ -174,11 +174,11 @@ fn turn_between(curve: &Curve, a: &Place, b: &Place) -> f64 {
     nodes.chain([b.normal]).map(|n| n.angle(&a.normal)).fold(0.0, f64::max)
 }
 
-/// How far the smooth section leaves the straight line from `a` to `b`, estimated, mm.
+/// Estimates the deviation of the smooth section from the straight line from `a` to `b`, mm.
 ///
-/// Along the surface it is what the nodes between say. Across it the facets hide what the surface
-/// does inside them, but the normals tell: a line of length L whose ends' normals differ by Δθ in
-/// the plane of the line stands over an arc of height L·Δθ/8. The larger of the two counts. The
+/// Along the surface, the nodes between give it. Across it, facets hide the bend of the surface
+/// inside them, but the normals show it: a line of length L whose ends' normals differ by Δθ in the
+/// plane of the line is the chord of an arc of height L·Δθ/8. The larger of the two counts. The
 /// normals at an open border know one side only, so on facets there the estimate is down to half of
 /// what is true.
 fn chord_between(curve: &Curve, a: &Place, b: &Place) -> f64 {

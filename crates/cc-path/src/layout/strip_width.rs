@@ -9,7 +9,7 @@ use crate::strategy::patch::Patch;
 use crate::strategy::settings::{Direction, LaySettings};
 use crate::strategy::size::StepOverCause;
 
-/// The allowed distance between passes at a CC point, mm, measured along the surface: asked of the
+/// Allowed distance between passes at a CC point, mm, measured along the surface: a function of the
 /// caller.
 pub(crate) type StripWidth<'a> = &'a (dyn Fn(&CcPoint) -> f64 + Sync);
 

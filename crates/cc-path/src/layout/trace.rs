@@ -17,7 +17,7 @@ pub(crate) struct Curve<'a> {
     /// Smooth normals at the beginning and the end of each piece: they differ from piece to piece
     /// at creases.
     normals: Vec<[Unit<Vector3<f64>>; 2]>,
-    /// How far each piece stands off its chord at the middle, mm.
+    /// Distance of each piece from its chord at the middle, mm.
     bulges: Vec<f64>,
     /// Way to each node, mm.
     ways: Vec<f64>,
@@ -220,7 +220,8 @@ impl<'a> Curve<'a> {
         (a.piece + 1..=b.piece).map(|k| (&self.nodes[k], [self.normals[k - 1][1], self.normals[k][0]]))
     }
 
-    /// The most that the curve between two places stands off the chords of its pieces, mm.
+    /// Returns the largest distance of the curve between two places from the chords of its pieces,
+    /// mm.
     pub(crate) fn bulge_between(&self, a: &Place, b: &Place) -> f64 {
         let bulge = |k: usize| {
             let (from, to) = (self.ways[k], self.ways[k + 1]);

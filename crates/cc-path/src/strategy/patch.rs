@@ -202,7 +202,7 @@ impl Pieces {
     }
 
     /// Halves every edge for which `asks` holds, and cuts the triangles at them accordingly.
-    /// Whether there was any.
+    /// Returns whether there was any.
     fn halve_edges(&mut self, asks: impl Fn(&Point3<f64>, &Point3<f64>) -> bool) -> bool {
         let mut middles = BTreeMap::new();
         for t in &self.triangles {

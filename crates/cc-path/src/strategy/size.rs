@@ -47,7 +47,7 @@ impl StepOverCause {
 /// bend as their number.
 ///
 /// # Errors
-/// With the setting that asks for most of the pieces.
+/// Returns an error with the setting that causes most of the pieces.
 pub(crate) fn check_pieces(
     facets: impl Iterator<Item = [Point3<f64>; 3]>,
     strategy: &Strategy,
@@ -95,11 +95,11 @@ impl PointsLeft {
     }
 }
 
-/// The error for passes with too many points: because of the largest step where that alone asks for
-/// them, else of the chord tolerance.
+/// Returns the error for passes with too many points: because of the largest step where that alone
+/// requires them, else of the chord tolerance.
 ///
-/// A chord tolerance asks for 1 / √tolerance points. `measured` is the share of the length that was
-/// looked at, and its points.
+/// A chord tolerance requires 1 / √tolerance points. `measured` is the measured share of the
+/// length, and its points.
 pub(crate) fn too_many_points(
     settings: &LaySettings,
     length: f64,

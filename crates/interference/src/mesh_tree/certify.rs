@@ -1,6 +1,6 @@
 //! Verdicts over an interval of time: what a moving body touches at no moment of it.
 //!
-//! A body that slides along a surface is near to it all the time, so that its speed says nothing:
+//! A body that slides along a surface is near to it all the time, so that its speed proves nothing:
 //! what counts is how far it moves *toward* each piece of the surface. With the separating
 //! direction g of a piece in the middle of the interval (the gradient of the distance there), the
 //! distance at any time is at least g·p − h, the extent h of the body along g at that time. To
@@ -27,8 +27,8 @@ impl MeshTree {
     /// Clear is proven, up to the rounding band of
     /// [`Interference::verdict`](crate::query::Interference::verdict). Unproven says that the solid
     /// may touch, that the core does in the middle, or that the interval is too long; a shorter one
-    /// tells more. The lack falls with the square of the length where `deviation` does. `hint` is a
-    /// triangle to look at first.
+    /// may prove more. The lack falls with the square of the length where `deviation` does. `hint`
+    /// is a triangle to look at first.
     pub(crate) fn swept(&self, solid: &Solid, motion: &MotionInterval, hint: Option<u32>) -> SweepVerdict {
         let pose = &motion.mesh_from_solid;
         let numbers = motion.velocity.iter().chain(motion.spin.iter()).chain([&motion.half, &motion.deviation]);

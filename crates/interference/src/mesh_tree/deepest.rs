@@ -2,8 +2,8 @@
 //!
 //! The depth of a point in a convex body is the least below any of its faces, each a plane or the
 //! wall of a cone. So the depth of a slab is bounded face by face, eight slabs at once, and the
-//! depth of a triangle by the slopes at a few of its points; between these bounds the body made
-//! smaller tells.
+//! depth of a triangle by the slopes at a few of its points; between these bounds, tests of
+//! the body made smaller decide.
 
 use facemill_cl_data::{ConvexPolyhedron, Solid};
 use nalgebra::{Isometry3, Matrix3, Point3, Vector3};

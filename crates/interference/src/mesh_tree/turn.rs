@@ -28,7 +28,7 @@ impl MeshTree {
     /// closed component.
     ///
     /// Clear is proven, up to the rounding band of verdicts. Unproven says that the solid may
-    /// touch, or that the range is too large; a smaller one tells more. `hint` is a triangle to
+    /// touch, or that the range is too large; a smaller one may prove more. `hint` is a triangle to
     /// look at first.
     pub(crate) fn turned(&self, solid: &Solid, range: &TurnRange, hint: Option<u32>) -> SweepVerdict {
         let pose = &range.mesh_from_solid;

@@ -78,9 +78,9 @@ pub(crate) fn stepped_depth(
     })
 }
 
-/// The depth of a surface in a body between two bounds, at most [`ACCURACY`] too large, and what
-/// `away` tells of it there: the distance of the surface from the body made smaller by so much, 0
-/// where they meet, and where it is.
+/// Returns the depth of a surface in a body between two bounds, at most [`ACCURACY`] too large, and
+/// the result of `away` there: the distance of the surface from the body made smaller by this
+/// depth, 0 where they meet, and its place.
 ///
 /// The smaller body is away from the surface just where it is smaller by more than the depth, and
 /// then by at least the excess: so each distance brackets the depth from both sides.
@@ -153,7 +153,7 @@ fn eroded_frustum(f: &RoundFrustum, by: f64) -> RoundFrustum {
         z_high = z_high.min(apex);
     }
     if z_low > z_high {
-        // At the inner radius only rounding tells the ends apart.
+        // At the inner radius the ends differ by rounding alone.
         z_low = z_low.min(f.z_high - by).max(f.z_low + by);
         z_high = z_low;
     }

@@ -5,8 +5,8 @@ use facemill_surface_model::TriMesh;
 use facemill_tool_model::Cutter;
 use nalgebra::{Isometry3, Point3};
 
-/// A small triangle across the radius just below the upper rim of the cutter, as far outside of its
-/// side as told.
+/// Returns a small triangle across the radius just below the upper rim of the cutter, at this
+/// distance outside of its side.
 fn splinter(radius: f64, top: f64, outside: f64) -> TriMesh {
     let at = |y, z| Point3::new(radius + outside, y, z);
     TriMesh::new(vec![at(-0.1, top - 0.2), at(0.1, top - 0.2), at(0.0, top - 0.1)], vec![[0, 1, 2]]).unwrap()

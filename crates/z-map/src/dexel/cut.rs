@@ -48,7 +48,7 @@ impl DexelMap {
     /// over the tiles, with the same result on any number of threads.
     ///
     /// # Errors
-    /// As for one; the index tells which. The map is unchanged then.
+    /// As for one sweep, with the index of the sweep. The map is unchanged then.
     pub fn remove_all(&mut self, sweeps: &[Sweep], tolerance: f64) -> Result<Vec<Cut>, SweepError> {
         let steps: Vec<Step<'_>> = sweeps.iter().map(|sweep| Step::Remove(*sweep)).collect();
         let cuts = self.run(&steps, tolerance)?;
@@ -130,7 +130,7 @@ impl Window<'_> {
     }
 }
 
-/// A tile that is being asked.
+/// Tile that is queried.
 pub(crate) struct Glance<'a> {
     pub(crate) grid: &'a DexelGrid,
     pub(crate) i0: usize,

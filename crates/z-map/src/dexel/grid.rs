@@ -3,8 +3,8 @@ use nalgebra::{Isometry3, Point3};
 /// Where the lines of a dexel map are: along z of a frame, through the centres of a lattice of
 /// square cells.
 ///
-/// The line (i, j) is at x = `origin[0]` + (i + ½)·`cell`, y likewise, and stands for its whole
-/// cell. mm.
+/// The line (i, j) is at x = `origin[0]` + (i + ½)·`cell`, y likewise, and represents its
+/// whole cell. mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DexelGrid {
     work_from_map: Isometry3<f64>,
@@ -20,7 +20,7 @@ pub enum GridError {
     /// The cell size is not a positive number.
     #[error("a dexel cell of {cell} mm is not a positive length")]
     BadCell {
-        /// Cell size asked for, mm.
+        /// Requested cell size, mm.
         cell: f64,
     },
     /// A corner or the frame is not finite, or the far corner is not beyond the near one.
@@ -37,7 +37,7 @@ pub enum GridError {
         DexelGrid::MAX_LINES
     )]
     TooManyLines {
-        /// Cell size asked for, mm.
+        /// Requested cell size, mm.
         cell: f64,
         /// Number of lines it makes.
         n_lines: f64,
@@ -75,7 +75,7 @@ impl DexelGrid {
         Ok(Self { work_from_map: *work_from_map, origin: low, cell, n_lines: n.map(|n| n as usize) })
     }
 
-    /// The lattice that a file tells, checked like any other.
+    /// Returns the lattice of a file, checked like any other.
     pub(crate) fn from_parts(
         work_from_map: Isometry3<f64>,
         origin: [f64; 2],

@@ -18,9 +18,9 @@ use crate::dexel::tile::SIDE;
 /// Parts that are placed before tiles are gone through: bounds the memory for their outlines.
 pub(crate) const BATCH: usize = 4096;
 
-/// How many times the tolerance a body is dilated by, and its motion may be off, when it is asked
-/// for the first time. More makes fewer pieces of a motion, and bodies that come near material are
-/// asked a second time.
+/// Multiple of the tolerance by which a body is dilated, and its motion may be off, in its first
+/// query. A larger one makes fewer pieces of a motion; bodies that come near material are queried a
+/// second time.
 const COARSER: f64 = 8.0;
 
 /// Part of a step's sweep.
@@ -35,7 +35,7 @@ pub(crate) struct Task<'a> {
 pub(crate) struct Job<'a> {
     pub(crate) step: usize,
     pub(crate) swept: Swept<'a>,
-    /// Of a part that is asked: what is asked where `swept`, which holds it, meets material.
+    /// Finer query of a part, where `swept`, which contains it, meets material.
     finer: Option<Finer<'a>>,
 }
 
@@ -72,7 +72,7 @@ pub(crate) fn tasks<'a>(grid: &DexelGrid, steps: &'a [Step<'a>], tolerance: f64)
     Ok(tasks)
 }
 
-/// Bodies that hold those that are asked with all that is within the first tolerance of them, by
+/// Bodies that contain the queried ones with everything within the first tolerance of them, by
 /// the address of the body.
 pub(crate) struct Wider(HashMap<usize, TurnedBody>);
 

@@ -8,7 +8,7 @@ use crate::dexel::tile::{Interval, LINES, SIDE, Tile};
 ///
 /// The lines are along z of the map's frame ([`DexelGrid`]). Each holds disjoint closed intervals
 /// in rising order, none empty, no two touching. A line is exact up to rounding; between the lines
-/// the map says nothing, and counts each line for its whole cell.
+/// the map is unknown, and counts each line for its whole cell.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DexelMap {
     pub(crate) grid: DexelGrid,
@@ -36,7 +36,7 @@ pub enum StockError {
     /// The cylinder has no radius.
     #[error("a stock cylinder of radius {radius} mm is not a cylinder")]
     BadRadius {
-        /// Radius asked for, mm.
+        /// Requested radius, mm.
         radius: f64,
     },
 }

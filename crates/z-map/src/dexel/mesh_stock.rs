@@ -30,10 +30,10 @@ pub enum MeshStockError {
     /// The allowance is negative or not finite.
     #[error("a stock allowance of {allowance} mm is not a length of 0 or more")]
     BadAllowance {
-        /// Allowance asked for, mm.
+        /// Requested allowance, mm.
         allowance: f64,
     },
-    /// The rectangle that lines were asked for is none, or has no stock.
+    /// The requested rectangle is none, or has no stock.
     #[error("the region from ({}, {}) to ({}, {}) mm is no rectangle with stock in it; the stock is from ({:.3}, {:.3}) to \
         ({:.3}, {:.3}) mm", region[0][0], region[0][1], region[1][0], region[1][1], low.x, low.y, high.x, high.y)]
     BadRegion {

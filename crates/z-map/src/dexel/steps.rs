@@ -18,11 +18,11 @@ pub enum Step<'a> {
 /// Material that a step removed or met.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepResult {
-    /// Volume that was taken out, mm³; 0 of a step that asks.
+    /// Removed volume, mm³; 0 of a query.
     pub volume: f64,
     /// Lines that lost material, counted once for each part of a motion that turns.
     pub lines: u64,
-    /// Where a step that asks met the material deepest.
+    /// Place where a query meets the material deepest.
     pub deepest: Option<Contact>,
 }
 

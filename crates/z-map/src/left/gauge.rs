@@ -100,9 +100,9 @@ impl Gauge {
         self.nearest_of_line(pose, place, [before.map_or(way, |(low, _)| low), way])
     }
 
-    /// Where a line that misses the cutter is nearest to it, between two ways along it: there alone
-    /// the sign of the distance's change with time tells on which side in time the line may meet
-    /// the cutter.
+    /// Returns the place at which a line that misses the cutter is nearest to it, between two ways
+    /// along it: only there does the sign of the distance's rate of change give the side in time on
+    /// which the line may meet the cutter.
     fn nearest_of_line(&self, pose: &ClPoint, place: &SurfacePlace, [mut low, mut high]: [f64; 2]) -> Approach {
         let at = |way: f64| {
             let at = place.position + place.normal.into_inner() * way;

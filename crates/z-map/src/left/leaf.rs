@@ -58,12 +58,12 @@ impl Gauge {
         Try { t, entry, rate, entry_rate: if slope == 0.0 { rate } else { rate / slope.abs() } }
     }
 
-    /// Least way along a place's normal to the cutter over the time of a motion; `None` where the
-    /// line meets it at no pose that was looked at.
+    /// Returns the least way along a place's normal to the cutter over the time of a motion; `None`
+    /// where the line meets it at no tested pose.
     ///
-    /// Of a cutter whose axis stands still the distance from the line's points is convex in way and
-    /// time, so that the sign of its change tells on which side of a pose the least is, and its
-    /// rate how much less that can be.
+    /// If the axis keeps its direction, the distance from the line's points is convex in way and
+    /// time. The sign of its change then gives the side of a pose on which the least is, and its
+    /// rate bounds how much less that can be.
     pub(super) fn least_entry(&self, m: &CutterMotion, place: &SurfacePlace, accuracy: f64) -> Option<f64> {
         let mut low = self.attempt(m, place, 0.0);
         let mut best = low.entry;

@@ -72,7 +72,7 @@ impl Tree {
         }
         while let Some((k, distance)) = open.pop() {
             let node = &self.nodes[k as usize];
-            // The bound is older than the best: asked again where it is not far beyond.
+            // The bound is older than the best: it is computed again where it is not far beyond.
             if distance > 0.0 || node.distance_over(gauge, place, best.0) > 0.0 {
                 continue;
             }

@@ -49,8 +49,8 @@ fn milled(part: &Surface, frame: &Isometry3<f64>, cell: f64) -> [DexelMap; 2] {
     [before, now]
 }
 
-/// Between passes the ball leaves r − √(r² − s²/4), told to what the ridge falls off within half
-/// the distance of the lines' places; along a pass nothing; where it was not, the allowance.
+/// Between passes the ball leaves r − √(r² − s²/4), less the fall of the ridge within half the
+/// distance of the lines' places; along a pass nothing; where it was not, the allowance.
 #[test]
 fn cusps_islands_and_finished_surface_are_the_closed_forms() {
     let part = plate();

@@ -9,7 +9,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use crate::dexel_kit::{body, cut, direction, pose, upright};
 use crate::kit::Random;
 
-/// By how much less than it is a distance may be told.
+/// Largest amount by which a returned distance may be too small, mm.
 const RESOLUTION: f64 = 1e-4;
 
 /// Points of a line's material are so far apart.
@@ -28,7 +28,7 @@ fn solids() -> [Solid; 5] {
     ]
 }
 
-/// A block that stands somewhere, of more than one tile, with lines of several intervals and of
+/// Returns a block anywhere, of more than one tile, with lines of several intervals and of
 /// none.
 fn stock(frame: &Isometry3<f64>, random: &mut Random) -> DexelMap {
     let mut map = DexelMap::of_box(frame, [-18.0, -18.0, -6.0], [18.0, 18.0, 6.0], 1.0).unwrap();

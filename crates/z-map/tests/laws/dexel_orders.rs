@@ -1,6 +1,6 @@
 //! How fast errors of removed volumes fall with the cell, against closed forms.
 //!
-//! A cut stands at seeded places and headings in lattices of seeded cells, so that no error is one
+//! A cut is at seeded places and headings in lattices of seeded cells, so that no error is one
 //! of a lucky offset or of a lucky ratio of radius and cell. Where the length that lines lose jumps
 //! along a curve, the some 1/h cells on it are wrong by up to h² each, with both signs: the root
 //! mean square falls as h^1.5 (Kendall, Quart. J. Math. 19, 1948). Where it begins like a square

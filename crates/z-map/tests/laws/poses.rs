@@ -144,7 +144,7 @@ fn no_pose_without_numbers_is_certainly_free() {
 #[test]
 fn the_gouge_estimate_is_the_clearance_over_a_plane() {
     let mesh = field(10, 30.0, |_, _| 0.0);
-    // The plane, wherever the part stands.
+    // The plane, at any pose of the part.
     let work_from_mesh = Random::new(31).pose(200.0);
     let map = build(&mesh.transformed(&work_from_mesh), &work_from_mesh.inverse(), 2.0);
     for (radius, corner) in [(80.0, 6.0), (25.0, 0.0), (10.0, 10.0)] {

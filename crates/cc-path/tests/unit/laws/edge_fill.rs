@@ -113,7 +113,7 @@ fn fronts_of_planes_and_cylinders_lie_on_a_wavy_mesh_within_a_strip_of_each_othe
             assert!(s.closest_point(&cc.position, 1e-9).is_some());
             assert!((cc.feed.norm() - 1.0).abs() < 1e-9 && cc.feed.dot(&cc.normal).abs() < 1e-9);
             // Fronts lean by at most 0.2 along the passes, and their coordinate by no more than the mesh
-            // asks for.
+            // requires.
             let level = strategy.gradient(&cc.position).unwrap();
             assert!(cc.feed.dot(&level).abs() < 0.45, "{} at {}", cc.feed.dot(&level), p.level);
         }

@@ -3,7 +3,7 @@ use nalgebra::{Point3, Unit, Vector3};
 
 use crate::dexel::bodies::body::{Corner, RoundRing, TurnedBody};
 
-/// A body in the frame of a map, standing still, asked about lines along +z.
+/// Body at rest in the frame of a map, queried along lines parallel to +z.
 #[derive(Clone, Debug)]
 pub(crate) struct Placed<'a> {
     pub(crate) body: &'a TurnedBody,
@@ -108,7 +108,7 @@ impl<'a> Placed<'a> {
     }
 }
 
-/// A point of a body's boundary with the outward normal that it was asked for.
+/// Point of a body's boundary with a given outward normal.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Support {
     pub(crate) point: Vector3<f64>,

@@ -69,8 +69,8 @@ pub(crate) struct Warm {
 /// would be larger than that.
 const ALONG_LINES: f64 = 1e-9;
 
-/// How far beside the line the point may be whose tangent plane tells the height, mm: the height is
-/// wrong by its square over the radius of curvature.
+/// Largest distance from the line of the point whose tangent plane gives the height, mm: the height
+/// is wrong by its square over the radius of curvature.
 const REACHED: f64 = 1e-6;
 
 /// Sine of the angle between the plane of a flat end and the motion below which it slides in its

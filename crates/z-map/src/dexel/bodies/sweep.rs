@@ -88,9 +88,9 @@ impl<'a> Part<'a> {
 pub(crate) enum Purpose {
     /// To be cut: each at once with its turn, where that is less work than straight pieces.
     Cut,
-    /// To be asked: each straight within this many times the tolerance.
+    /// Query: each part straight within a multiple of the tolerance.
     Ask {
-        /// How many times.
+        /// The multiple.
         coarser: f64,
     },
 }
