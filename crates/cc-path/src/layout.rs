@@ -1,13 +1,12 @@
 //! Passes laid on a surface: level curves, their step by strip widths, their order.
 
-pub(crate) mod along;
-pub(crate) mod columns;
-pub(crate) mod front;
-pub(crate) mod front_layout;
-pub(crate) mod fronts;
+pub(crate) mod edge_fill;
 pub(crate) mod generate_passes;
+pub(crate) mod level_set;
 pub(crate) mod levels;
 pub(crate) mod order;
+pub(crate) mod pass_level;
 pub(crate) mod resample;
+pub(crate) mod section_layout;
 pub(crate) mod strip_width;
 pub(crate) mod trace;

@@ -52,8 +52,8 @@
 //! width.
 //!
 //! Inside: `region` chooses triangles, `patch` cuts them at the box and refines them, `widths` gets
-//! strip widths, `levels` chooses levels; `along`, `columns` and `fronts` plan fronts, and
-//! `front_layout` puts them on the patch; `trace` finds the curves of both, `resample` puts points on
+//! strip widths, `levels` chooses levels; `edge_fill` plans fronts and puts them on the patch;
+//! `section_layout` decides between both; `trace` finds the curves, `resample` puts points on
 //! them, `order` puts them in order; `samples` spreads points over a region, one in each cell of a
 //! `lattice`, whatever is laid on it; `size` bounds all of them.
 
@@ -82,4 +82,4 @@ pub use path_file::{PassFile, PathFile, PathFileError, PathFormat, PathFrame, re
 pub use project::{ProjectSettings, project};
 pub use region::{NormalCone, Region};
 pub use samples::{AskedRegion, RegionSample};
-pub use strategy::{CylindricalSections, ParallelPlanes, Strategy};
+pub use strategy::{CylindricalSections, ParallelPlanes, Sections, Strategy};

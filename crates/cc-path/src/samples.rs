@@ -9,7 +9,7 @@ use nalgebra::{Point3, Unit, Vector3};
 use crate::error::PathError;
 use crate::region::{Region, triangles_of};
 use crate::samples::lattice::{Lattice, LatticePoint, side_of};
-use crate::strategy::Strategy;
+use crate::strategy::{Sections, Strategy};
 
 /// Point of a region.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,14 +30,14 @@ pub struct RegionSample {
 pub struct AskedRegion<'a> {
     surface: &'a Surface,
     region: &'a Region,
-    strategy: Option<&'a Strategy>,
+    sections: Option<Sections>,
     is_in: Vec<bool>,
     triangles: Vec<u32>,
 }
 
 impl<'a> AskedRegion<'a> {
-    /// The facets that the region holds, bounded by its box and by the levels that the strategy
-    /// states.
+    /// The facets that the region holds, bounded by its box and by the range of levels if the
+    /// strategy has one.
     ///
     /// # Errors
     /// When the region holds no facet, or names a group that the surface does not have.
@@ -45,15 +45,16 @@ impl<'a> AskedRegion<'a> {
         let triangles = triangles_of(surface, region)?;
         let mut is_in = vec![false; surface.mesh().triangles().len()];
         triangles.iter().for_each(|&t| is_in[t as usize] = true);
-        Ok(Self { surface, region, strategy, is_in, triangles })
+        let sections = strategy.and_then(Strategy::sections);
+        Ok(Self { surface, region, sections, is_in, triangles })
     }
 
     /// Whether the region holds a point of a facet, borders included.
     pub fn contains(&self, triangle: u32, point: &Point3<f64>) -> bool {
         let in_box = self.region.bounds.is_none_or(|b| (0..3).all(|k| (b.min[k]..=b.max[k]).contains(&point[k])));
-        let in_levels = self.strategy.is_none_or(|strategy| {
-            let (from, to) = strategy.range();
-            (from..=to).contains(&strategy.level(point))
+        let in_levels = self.sections.is_none_or(|sections| {
+            let (from, to) = sections.range();
+            (from..=to).contains(&sections.level(point))
         });
         self.is_in[triangle as usize] && in_box && in_levels
     }

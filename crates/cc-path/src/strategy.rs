@@ -7,13 +7,23 @@ pub(crate) mod size;
 
 use nalgebra::{Point3, Unit, Vector3};
 
-/// How passes are laid: along the level curves of a function of the place.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// How passes are laid.
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Strategy {
     /// Sections by parallel planes.
     ParallelPlanes(ParallelPlanes),
     /// Sections by coaxial cylinders.
+    CylindricalSections(CylindricalSections),
+}
+
+/// Sections of a surface by a family of surfaces in space, which give every point a level.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Sections {
+    /// By parallel planes.
+    ParallelPlanes(ParallelPlanes),
+    /// By coaxial cylinders.
     CylindricalSections(CylindricalSections),
 }
 
@@ -45,6 +55,25 @@ pub struct CylindricalSections {
 }
 
 impl Strategy {
+    /// The sections that the passes are; `None` where they are curves of another kind.
+    pub fn sections(&self) -> Option<Sections> {
+        match self {
+            Self::ParallelPlanes(s) => Some(Sections::ParallelPlanes(*s)),
+            Self::CylindricalSections(s) => Some(Sections::CylindricalSections(*s)),
+        }
+    }
+}
+
+impl From<Sections> for Strategy {
+    fn from(sections: Sections) -> Self {
+        match sections {
+            Sections::ParallelPlanes(s) => Self::ParallelPlanes(s),
+            Sections::CylindricalSections(s) => Self::CylindricalSections(s),
+        }
+    }
+}
+
+impl Sections {
     /// Level of a place, mm: distance along the normal, or radius.
     pub fn level(&self, p: &Point3<f64>) -> f64 {
         match self {

@@ -2,11 +2,13 @@ use facemill_cl_data::{CcPoint, Pass};
 use nalgebra::{Point3, Unit, Vector3};
 
 use crate::layout::generate_passes::LaidPass;
+use crate::layout::level_set::LevelSet;
 use crate::layout::resample::Piece;
 use crate::strategy::settings::{Direction, LaySettings, Pattern};
 
 /// The pieces of one level or front.
-pub(crate) struct LevelPieces {
+pub(crate) struct LevelPieces<'a> {
+    pub(crate) set: LevelSet<'a>,
     pub(crate) pieces: Vec<Piece>,
     /// The direction in which partial passes have to run; `None` where they are none.
     pub(crate) starts: Option<Direction>,
@@ -15,14 +17,10 @@ pub(crate) struct LevelPieces {
 /// Puts the pieces in cutting order: level by level, on each level from where the last pass ended
 /// to the nearest start of a piece; on the first level along the feed. Partial passes run from the
 /// edge.
-pub(crate) fn arrange(
-    levels: Vec<LevelPieces>,
-    level_of: impl Fn(&Point3<f64>) -> f64,
-    settings: &LaySettings,
-) -> Vec<LaidPass> {
+pub(crate) fn arrange(levels: Vec<LevelPieces>, settings: &LaySettings) -> Vec<LaidPass> {
     let mut direction = settings.first_direction();
     let mut passes: Vec<LaidPass> = Vec::new();
-    for LevelPieces { pieces, starts } in levels {
+    for LevelPieces { set, pieces, starts } in levels {
         if pieces.is_empty() {
             continue;
         }
@@ -36,7 +34,7 @@ pub(crate) fn arrange(
                 None => first_along_feed(&pieces),
             };
             let Piece { points, length, closed, .. } = pieces.remove(next);
-            let level = points.first().map_or(f64::NAN, |cc| level_of(&cc.position));
+            let level = points.first().map_or(f64::NAN, |cc| set.reported_level(&cc.position));
             passes.push(LaidPass { pass: Pass::new(points), level, uncut, length, closed, partial });
         }
         if settings.pattern == Pattern::Zigzag && !partial {

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::error::PathError;
 use crate::layout::levels::Band;
-use crate::strategy::Strategy;
+use crate::strategy::Sections;
 use crate::strategy::patch::Patch;
 use crate::strategy::settings::{Direction, LaySettings};
 use crate::strategy::size::StepOverCause;
@@ -33,15 +33,15 @@ const SLIVER: f64 = 0.02;
 /// When a width is NaN.
 pub(crate) fn bands(
     patch: &Patch,
-    strategy: &Strategy,
+    sections: &Sections,
     settings: &LaySettings,
     strip_width: StripWidth,
 ) -> Result<(Vec<Band>, StepOverCause), PathError> {
-    let widths = vertex_widths(patch, strategy, settings, strip_width)?;
+    let widths = vertex_widths(patch, sections, settings, strip_width)?;
     let band = |t: usize| {
         let v = patch.mesh.triangles()[t].map(|v| v as usize);
         let levels = v.map(|v| patch.levels[v]);
-        let slope = |v: usize| facet_slope(patch, strategy, t as u32, &patch.mesh.vertices()[v]);
+        let slope = |v: usize| facet_slope(patch, sections, t as u32, &patch.mesh.vertices()[v]);
         Band {
             low: least(levels),
             high: levels.into_iter().fold(f64::NEG_INFINITY, f64::max),
@@ -59,16 +59,16 @@ pub(crate) fn least(values: [f64; 3]) -> f64 {
     values.into_iter().fold(f64::INFINITY, f64::min)
 }
 
-fn facet_slope(patch: &Patch, strategy: &Strategy, triangle: u32, p: &Point3<f64>) -> f64 {
+fn facet_slope(patch: &Patch, sections: &Sections, triangle: u32, p: &Point3<f64>) -> f64 {
     let facet = patch.facet_normal(triangle).filter(|_| patch.facet_shape(triangle) >= SLIVER);
     let normal = facet.unwrap_or_else(|| patch.normal(triangle, p));
-    strategy.slope(p, &normal)
+    sections.slope(p, &normal)
 }
 
 /// The width allowed at each vertex of the patch, at most the largest step-over.
 fn vertex_widths(
     patch: &Patch,
-    strategy: &Strategy,
+    sections: &Sections,
     settings: &LaySettings,
     strip_width: StripWidth,
 ) -> Result<Vec<f64>, PathError> {
@@ -84,7 +84,7 @@ fn vertex_widths(
             return Ok(settings.max_step_over);
         }
         let p = patch.mesh.vertices()[v];
-        let cc = cc_point(strategy, settings.first_direction(), p, patch.normal(triangle_at[v], &p));
+        let cc = cc_point(sections, settings.first_direction(), p, patch.normal(triangle_at[v], &p));
         let width = strip_width(&cc);
         if width.is_nan() { Err(PathError::StripWidth { position: p }) } else { Ok(width.min(settings.max_step_over)) }
     };
@@ -93,8 +93,8 @@ fn vertex_widths(
 
 /// The CC point of a level curve: the feed runs along the level, the higher levels to the left of
 /// it when forward.
-fn cc_point(strategy: &Strategy, direction: Direction, p: Point3<f64>, normal: Unit<Vector3<f64>>) -> CcPoint {
-    let across = strategy.gradient(&p).and_then(|g| Unit::try_new(g.cross(&normal), 1e-9));
+fn cc_point(sections: &Sections, direction: Direction, p: Point3<f64>, normal: Unit<Vector3<f64>>) -> CcPoint {
+    let across = sections.gradient(&p).and_then(|g| Unit::try_new(g.cross(&normal), 1e-9));
     // Where the surface lies along the level there is no curve: any tangent serves, the width there
     // hardly matters.
     let forward = across.unwrap_or_else(|| any_tangent(&normal));

@@ -1,8 +1,9 @@
 use facemill_surface_model::{LevelCurve, level_curves_among};
 use nalgebra::{Point3, Unit, Vector3};
 
-use crate::layout::front::LevelSet;
+use crate::layout::level_set::LevelSet;
 use crate::strategy::patch::Patch;
+use crate::strategy::settings::Direction;
 
 /// A section of the patch: one piece per triangle, the higher levels to the left seen from outside.
 ///
@@ -24,6 +25,14 @@ pub(crate) struct Curve<'a> {
     pub(crate) closed: bool,
 }
 
+/// The curves of a level set.
+pub(crate) struct TracedLevel<'a> {
+    pub(crate) set: LevelSet<'a>,
+    pub(crate) curves: Vec<Curve<'a>>,
+    /// As in [`PassLevel`](crate::layout::pass_level::PassLevel).
+    pub(crate) starts: Option<Direction>,
+}
+
 /// A place on a curve.
 #[derive(Clone, Copy)]
 pub(crate) struct Place {
@@ -38,7 +47,7 @@ pub(crate) struct Place {
 /// The sections by a level set, in the order of the patch's triangles; `among` are those that reach
 /// it, in rising order, and `values` those of the set at their corners.
 pub(crate) fn trace<'a>(patch: &'a Patch<'a>, set: LevelSet<'a>, values: &[f64], among: &[u32]) -> Vec<Curve<'a>> {
-    level_curves_among(&patch.mesh, &patch.edges, values, set.level, among.iter().copied())
+    level_curves_among(&patch.mesh, &patch.edges, values, set.level(), among.iter().copied())
         .into_iter()
         .filter_map(|c| Curve::new(patch, set, &c))
         .flat_map(Curve::parts)
@@ -74,10 +83,9 @@ impl<'a> Curve<'a> {
         Some(this)
     }
 
-    /// The parts of it that the front runs over, each with one node more at its ends.
+    /// The parts of it that the pass runs over, each with one node more at its ends.
     fn parts(self) -> Vec<Self> {
-        let Some(front) = self.set.front else { return vec![self] };
-        let covered: Vec<bool> = self.nodes.iter().map(|p| front.covers(p)).collect();
+        let covered: Vec<bool> = self.nodes.iter().map(|p| self.set.covers(p)).collect();
         if covered.iter().all(|&c| c) {
             return vec![self];
         }
@@ -172,7 +180,7 @@ impl<'a> Curve<'a> {
         // the lone corner to the side across crosses the level once. The line is the one through
         // the point of the chord.
         let v = self.patch.mesh.triangles()[self.triangles[piece] as usize];
-        let is_above = |p: &Point3<f64>| self.set.value(p) >= self.set.level;
+        let is_above = |p: &Point3<f64>| self.set.value(p) >= self.set.level();
         let above = v.map(|v| is_above(&self.patch.mesh.vertices()[v as usize]));
         let lone = (0..3).find(|&k| above[k] != above[(k + 1) % 3] && above[k] != above[(k + 2) % 3]).unwrap_or(0);
         let corner = |k: usize| self.patch.mesh.vertices()[v[k % 3] as usize];

@@ -6,7 +6,7 @@ use nalgebra::{Point3, Unit, Vector3};
 
 use crate::error::PathError;
 use crate::region::{Region, triangles_of};
-use crate::strategy::Strategy;
+use crate::strategy::Sections;
 use crate::strategy::size::check_pieces;
 
 /// The region as a mesh of its own, every point of which lies on the drive surface: triangles cut
@@ -44,26 +44,26 @@ impl<'a> Patch<'a> {
     pub(crate) fn new(
         surface: &'a Surface,
         region: &Region,
-        strategy: &Strategy,
+        sections: &Sections,
         fineness: &Fineness,
     ) -> Result<Self, PathError> {
         let mut cut = Pieces::of(surface, &triangles_of(surface, region)?);
         if let Some(bounds) = &region.bounds {
             cut.clip(bounds);
         }
-        cut.keep_range(strategy);
+        cut.keep_range(sections);
         if cut.triangles.is_empty() {
             return Err(PathError::EmptyRegion { reason: "none lies within box and levels" });
         }
         let corners = cut.triangles.iter().map(|t| t.map(|v| cut.vertices[v as usize]));
-        check_pieces(corners, strategy, fineness)?;
+        check_pieces(corners, sections, fineness)?;
         for _ in 0..MAX_ROUNDS {
-            if !cut.halve_edges(|a, b| fineness.asks_to_halve(strategy, a, b)) {
+            if !cut.halve_edges(|a, b| fineness.asks_to_halve(sections, a, b)) {
                 break;
             }
         }
         let Pieces { vertices, triangles, parents } = cut;
-        let levels = vertices.iter().map(|p| strategy.level(p)).collect();
+        let levels = vertices.iter().map(|p| sections.level(p)).collect();
         let mesh = TriMesh::new(vertices, triangles)
             .map_err(|_| PathError::EmptyRegion { reason: "its coordinates are not finite" })?;
         let edges = Edges::of(&mesh);
@@ -93,8 +93,8 @@ impl<'a> Patch<'a> {
 }
 
 impl Fineness {
-    fn asks_to_halve(&self, strategy: &Strategy, a: &Point3<f64>, b: &Point3<f64>) -> bool {
-        nalgebra::distance_squared(a, b) > self.max_edge * self.max_edge || strategy.bend(a, b) > self.max_bend
+    fn asks_to_halve(&self, sections: &Sections, a: &Point3<f64>, b: &Point3<f64>) -> bool {
+        nalgebra::distance_squared(a, b) > self.max_edge * self.max_edge || sections.bend(a, b) > self.max_bend
     }
 }
 
@@ -180,9 +180,9 @@ impl Pieces {
     }
 
     /// Leaves out triangles that surely have no level of the strategy's range.
-    fn keep_range(&mut self, strategy: &Strategy) {
-        let (low, high) = strategy.range();
-        let levels: Vec<f64> = self.vertices.iter().map(|p| strategy.level(p)).collect();
+    fn keep_range(&mut self, sections: &Sections) {
+        let (low, high) = sections.range();
+        let levels: Vec<f64> = self.vertices.iter().map(|p| sections.level(p)).collect();
         let keep: Vec<bool> = self
             .triangles
             .iter()
@@ -191,7 +191,7 @@ impl Pieces {
                 let of = t.map(|v| levels[v as usize]);
                 // The level changes by at most the way: inside the triangle it can be lower than at
                 // every corner.
-                let reach = if strategy.is_linear() { 0.0 } else { (b - a).norm().max((c - a).norm()) };
+                let reach = if sections.is_linear() { 0.0 } else { (b - a).norm().max((c - a).norm()) };
                 of.iter().any(|&l| l >= low) && of.iter().any(|&l| l - reach <= high)
             })
             .collect();

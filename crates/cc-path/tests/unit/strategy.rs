@@ -1,10 +1,10 @@
 use super::*;
 use crate::test_kit::Lcg;
 
-fn cylinders(axis_origin: Point3<f64>, axis: Vector3<f64>) -> Strategy {
+fn cylinders(axis_origin: Point3<f64>, axis: Vector3<f64>) -> Sections {
     let axis_direction = Unit::new_normalize(axis);
     let sections = CylindricalSections { axis_origin, axis_direction, from_radius: 0.0, to_radius: 1e9 };
-    Strategy::CylindricalSections(sections)
+    Sections::CylindricalSections(sections)
 }
 
 #[test]
@@ -12,7 +12,7 @@ fn a_crossing_has_the_level_wherever_the_ends_straddle_it() {
     let mut rng = Lcg::new(1);
     for _ in 0..3000 {
         let planes = ParallelPlanes { origin: rng.point(5.0), normal: rng.direction(), from: None, to: None };
-        for s in [Strategy::ParallelPlanes(planes), cylinders(rng.point(5.0), rng.direction().into_inner())] {
+        for s in [Sections::ParallelPlanes(planes), cylinders(rng.point(5.0), rng.direction().into_inner())] {
             let (a, b) = (rng.point(100.0), rng.point(100.0));
             let level = s.level(&a) + rng.unit() * (s.level(&b) - s.level(&a));
             for (p, q) in [(a, b), (b, a)] {

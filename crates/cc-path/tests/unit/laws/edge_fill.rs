@@ -34,7 +34,7 @@ fn narrow_strips_at_an_edge_get_partial_passes_and_the_rest_wide_ones() {
         let at = move |p: &Point3<f64>| if (p.x - side).abs() < 20.0 { 2.5 } else { 8.0 };
         let strategy = planes(Vector3::y_axis());
         // Forward is +x here: higher levels are to the left of the feed.
-        let forward = strategy.gradient(&Point3::origin()).unwrap().cross(&Vector3::z()).x;
+        let forward = strategy.sections().unwrap().gradient(&Point3::origin()).unwrap().cross(&Vector3::z()).x;
         assert!(forward > 0.0);
         let settings = LaySettings { direction, ..filled() };
         let plain =
@@ -114,7 +114,7 @@ fn fronts_of_planes_and_cylinders_lie_on_a_wavy_mesh_within_a_strip_of_each_othe
             assert!((cc.feed.norm() - 1.0).abs() < 1e-9 && cc.feed.dot(&cc.normal).abs() < 1e-9);
             // Fronts lean by at most 0.2 along the passes, and their coordinate by no more than the mesh
             // requires.
-            let level = strategy.gradient(&cc.position).unwrap();
+            let level = strategy.sections().unwrap().gradient(&cc.position).unwrap();
             assert!(cc.feed.dot(&level).abs() < 0.45, "{} at {}", cc.feed.dot(&level), p.level);
         }
         for (_, [a, b]) in gaps(&laid) {

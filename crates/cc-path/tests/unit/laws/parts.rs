@@ -65,13 +65,13 @@ fn wrong_settings_and_regions_are_named() {
         e.to_string()
     };
     let y = planes(Vector3::y_axis());
-    let e = error(y, LaySettings { max_step: 0.0, ..LaySettings::default() });
+    let e = error(y.clone(), LaySettings { max_step: 0.0, ..LaySettings::default() });
     assert_eq!(e, "max_step is 0, but has to be finite and above 0");
-    let e = error(y, LaySettings { edge_margin: -1.0, ..LaySettings::default() });
+    let e = error(y.clone(), LaySettings { edge_margin: -1.0, ..LaySettings::default() });
     assert!(e.starts_with("edge_margin is -1"), "{e}");
-    let e = error(y, LaySettings { min_step_over: 9.0, ..LaySettings::default() });
+    let e = error(y.clone(), LaySettings { min_step_over: 9.0, ..LaySettings::default() });
     assert!(e.contains("at most max_step_over"), "{e}");
-    let e = error(y, LaySettings { chord_tolerance: f64::NAN, ..LaySettings::default() });
+    let e = error(y.clone(), LaySettings { chord_tolerance: f64::NAN, ..LaySettings::default() });
     assert!(e.starts_with("chord_tolerance is NaN"), "{e}");
     let e = error(rings(Point3::origin(), 30.0, 20.0), LaySettings::default());
     assert!(e.starts_with("to_radius is 20"), "{e}");
@@ -79,7 +79,7 @@ fn wrong_settings_and_regions_are_named() {
     assert!(e.contains("within box and levels"), "{e}");
     let e = error(planes(Vector3::z_axis()), LaySettings::default());
     assert!(e.contains("check the direction of the strategy"), "{e}");
-    let e = error(y, LaySettings { max_step: 1e-6, chord_tolerance: 1e-6, ..LaySettings::default() });
+    let e = error(y.clone(), LaySettings { max_step: 1e-6, chord_tolerance: 1e-6, ..LaySettings::default() });
     assert!(e.contains("more than 2000000; take a largest step of"), "{e}");
 }
 
@@ -120,7 +120,7 @@ fn a_propeller_blade_is_covered_by_one_pass_per_radius() {
     let suction = s.mesh().groups()[0].triangles.clone();
     for (p, cc) in points(&laid) {
         let at = s.closest_point_where(&cc.position, 1.0, |t| suction.contains(&(t as usize))).unwrap();
-        assert!(at.distance < 1e-9 && (strategy.level(&cc.position) - p.level).abs() < 1e-9);
+        assert!(at.distance < 1e-9 && (strategy.sections().unwrap().level(&cc.position) - p.level).abs() < 1e-9);
         assert_eq!(p.uncut, UncutSide::Right);
     }
     for (_, [a, b]) in gaps(&laid) {
@@ -149,7 +149,7 @@ fn a_heap_of_random_triangles_gives_passes_on_it_or_a_typed_error() {
                 Ok(laid) => {
                     n_laid += 1;
                     for (p, cc) in points(&laid) {
-                        assert!((strategy.level(&cc.position) - p.level).abs() < 1e-9);
+                        assert!((strategy.sections().unwrap().level(&cc.position) - p.level).abs() < 1e-9);
                         assert!(
                             s.closest_point(&cc.position, 1e-9).is_some()
                                 && bounds.dilated(1e-9).contains(&cc.position)

@@ -17,9 +17,9 @@ fn every_point_lies_on_the_mesh_and_on_its_level_with_the_feed_along_it() {
         for (p, cc) in points(&laid) {
             let on_mesh = s.closest_point(&cc.position, 1.0).unwrap();
             assert!(on_mesh.distance < 1e-9, "{} off the mesh", on_mesh.distance);
-            assert!((strategy.level(&cc.position) - p.level).abs() < 1e-9);
+            assert!((strategy.sections().unwrap().level(&cc.position) - p.level).abs() < 1e-9);
             assert!(cc.normal.angle(&s.normal_at(&on_mesh)) < 1e-6);
-            assert!(cc.feed.dot(&strategy.gradient(&cc.position).unwrap()).abs() < 1e-9);
+            assert!(cc.feed.dot(&strategy.sections().unwrap().gradient(&cc.position).unwrap()).abs() < 1e-9);
         }
     }
 }

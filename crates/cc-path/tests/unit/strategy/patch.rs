@@ -4,9 +4,9 @@ use crate::test_kit::{plane, sphere_patch, surface};
 
 const COARSE: Fineness = Fineness { max_edge: f64::INFINITY, max_bend: f64::INFINITY };
 
-fn along_x() -> Strategy {
+fn along_x() -> Sections {
     let normal = Vector3::y_axis();
-    Strategy::ParallelPlanes(ParallelPlanes { origin: Point3::origin(), normal, from: None, to: None })
+    Sections::ParallelPlanes(ParallelPlanes { origin: Point3::origin(), normal, from: None, to: None })
 }
 
 fn area(mesh: &TriMesh) -> f64 {
@@ -58,7 +58,7 @@ fn levels_of_cylinders_are_linear_on_every_edge_of_a_cut_up_plane() {
     let axis_direction = Vector3::z_axis();
     let axis_origin = Point3::new(-30.0, 40.0, 0.0);
     let sections = CylindricalSections { axis_origin, axis_direction, from_radius: 35.0, to_radius: 100.0 };
-    let strategy = Strategy::CylindricalSections(sections);
+    let strategy = Sections::CylindricalSections(sections);
     let fineness = Fineness { max_edge: f64::INFINITY, max_bend: 1e-3 };
     let patch = Patch::new(&s, &Region::default(), &strategy, &fineness).unwrap();
     for e in 0..patch.edges.len() as u32 {

@@ -6,15 +6,15 @@ use crate::test_kit::{plane, surface};
 use facemill_cl_data::Silent;
 use nalgebra::Vector3;
 
-fn planes() -> Strategy {
+fn planes() -> Sections {
     let normal = Vector3::y_axis();
-    Strategy::ParallelPlanes(ParallelPlanes { origin: Point3::origin(), normal, from: None, to: None })
+    Sections::ParallelPlanes(ParallelPlanes { origin: Point3::origin(), normal, from: None, to: None })
 }
 
-fn rings() -> Strategy {
+fn rings() -> Sections {
     let axis_direction = Vector3::z_axis();
     let axis_origin = Point3::new(-5.0, 3.0, 0.0);
-    Strategy::CylindricalSections(CylindricalSections {
+    Sections::CylindricalSections(CylindricalSections {
         axis_origin,
         axis_direction,
         from_radius: 10.0,
@@ -30,8 +30,8 @@ fn passes_with_too_many_points_are_refused_with_a_setting_that_is_enough() {
         (rings(), LaySettings { chord_tolerance: 1e-4, max_points: 300, ..LaySettings::default() }),
         (rings(), LaySettings { max_step: 0.2, max_points: 500, ..LaySettings::default() }),
     ];
-    let laid = |strategy: &Strategy, settings: &LaySettings| {
-        lay_passes(&s, &Region::default(), strategy, settings, &|_| f64::INFINITY, &Silent)
+    let laid = |strategy: &Sections, settings: &LaySettings| {
+        lay_passes(&s, &Region::default(), &(*strategy).into(), settings, &|_| f64::INFINITY, &Silent)
     };
     for (strategy, settings) in cases {
         let Err(PathError::TooManyPoints { limit, remedy, .. }) = laid(&strategy, &settings) else {

@@ -2,33 +2,16 @@
 
 use std::borrow::Cow;
 
-use crate::layout::columns::Columns;
-use crate::layout::front::{Front, FrontSet, LevelSet};
-use crate::layout::fronts::{FrontSettings, cost_of_levels, plan_fronts};
+use crate::layout::edge_fill::columns::Columns;
+use crate::layout::edge_fill::front::{Front, FrontSet};
+use crate::layout::edge_fill::fronts::{FrontSettings, cost_of_levels, plan_fronts};
+use crate::layout::level_set::LevelSet;
 use crate::layout::levels::Band;
-use crate::strategy::Strategy;
+use crate::layout::pass_level::{PassLevel, Strips};
+use crate::strategy::Sections;
 use crate::strategy::patch::Patch;
 use crate::strategy::settings::{Direction, LaySettings, LevelOrder, Pattern};
 use crate::strategy::size::MAX_CROSSINGS;
-
-/// Where passes are cut out of a patch, and the triangles that reach there.
-pub(crate) struct PassLevel<'a> {
-    pub(crate) set: LevelSet<'a>,
-    /// In rising order.
-    pub(crate) among: Cow<'a, [u32]>,
-}
-
-impl PassLevel<'_> {
-    /// The direction in which its passes start at an end of the region and join the pass before
-    /// inside it; `None` where any direction serves.
-    pub(crate) fn starts(&self) -> Option<Direction> {
-        match self.set.front?.front.joins {
-            [false, true] => Some(Direction::Forward),
-            [true, false] => Some(Direction::Reverse),
-            _ => None,
-        }
-    }
-}
 
 /// The fronts of a region, in cutting order.
 pub(crate) struct FrontLayout {
@@ -49,7 +32,7 @@ impl FrontLayout {
     /// `rising` levels.
     pub(crate) fn plan(
         patch: &Patch,
-        strategy: &Strategy,
+        sections: &Sections,
         settings: &LaySettings,
         bands: &[Band],
         rising: &[f64],
@@ -59,7 +42,7 @@ impl FrontLayout {
             LevelOrder::Increasing => ([first, last], 1.0),
             LevelOrder::Decreasing => ([-last, -first], -1.0),
         };
-        let columns = Columns::of(patch, strategy, settings, bands, range, sign)?;
+        let columns = Columns::of(patch, sections, settings, bands, range, sign)?;
         let plan = plan_fronts(&columns, &front_settings(settings, &columns), MOST_PER_LEVEL * rising.len() + 8)?;
         let of_levels = cost_of_levels(&columns, rising, settings.pass_cost);
         if plan.cost >= (1.0 - LEAST_GAIN) * of_levels {
@@ -70,19 +53,17 @@ impl FrontLayout {
     }
 
     /// The fronts with the triangles that reach them, in cutting order.
-    pub(crate) fn levels<'a>(&'a self, strategy: &'a Strategy) -> Vec<PassLevel<'a>> {
-        let set = |front: &'a Front| {
-            let Columns { row, along, sign, .. } = &self.columns;
-            LevelSet::of_front(strategy, FrontSet { front, row, along, sign: *sign })
+    pub(crate) fn levels<'a>(&'a self, sections: &'a Sections) -> Vec<PassLevel<'a>> {
+        let Columns { row, along, sign, .. } = &self.columns;
+        let level = |(front, among): (&'a Front, &'a Vec<u32>)| {
+            let set = LevelSet::Front { sections, front: FrontSet { front, row, along, sign: *sign } };
+            PassLevel { set, among: Cow::Borrowed(among), starts: starts(front) }
         };
-        let level =
-            |(front, among): (&'a Front, &'a Vec<u32>)| PassLevel { set: set(front), among: Cow::Borrowed(among) };
         self.fronts.iter().zip(&self.triangles).map(level).collect()
     }
 
-    /// Returns the number of strips that are somewhere wider than allowed, and the longest way from
-    /// one front to the next.
-    pub(crate) fn strips(&self) -> (usize, f64) {
+    /// Returns the strips from one front to the next.
+    pub(crate) fn strips(&self) -> Strips {
         let mut wide = vec![false; self.fronts.len()];
         let mut widest: f64 = 0.0;
         for i in 0..self.columns.row.n {
@@ -99,7 +80,17 @@ impl FrontLayout {
                 before = Some(front);
             }
         }
-        (wide.into_iter().filter(|&w| w).count(), widest)
+        Strips { n_wide: wide.into_iter().filter(|&w| w).count(), widest }
+    }
+}
+
+/// The direction in which a partial pass starts at an end of the region and joins the pass before
+/// inside it; `None` for a pass from end to end.
+fn starts(front: &Front) -> Option<Direction> {
+    match front.joins {
+        [false, true] => Some(Direction::Forward),
+        [true, false] => Some(Direction::Reverse),
+        _ => None,
     }
 }
 

@@ -2,11 +2,11 @@
 
 use nalgebra::Vector3;
 
-use crate::layout::along::Along;
-use crate::layout::front::Row;
+use crate::layout::edge_fill::along::Along;
+use crate::layout::edge_fill::front::Row;
 use crate::layout::levels::Band;
 use crate::layout::strip_width::least;
-use crate::strategy::Strategy;
+use crate::strategy::Sections;
 use crate::strategy::patch::Patch;
 use crate::strategy::settings::LaySettings;
 
@@ -53,7 +53,7 @@ struct Border {
 
 /// The region of a patch, cut into columns of equal width across the passes.
 ///
-/// Levels are those of the strategy, or their negatives where cutting begins at the highest, so
+/// Levels are those of the sections, or their negatives where cutting begins at the highest, so
 /// that passes are planned in rising order.
 pub(crate) struct Columns {
     pub(crate) row: Row,
@@ -79,7 +79,7 @@ pub(crate) struct Columns {
 }
 
 /// Steepest front: gain of level per way along the passes, 11°. Steeper fronts turn the feed too far
-/// from the direction of the strategy.
+/// from the direction of the sections.
 pub(crate) const STEEPEST: f64 = 0.2;
 
 /// Columns of a region; more are wider.
@@ -93,13 +93,13 @@ impl Columns {
     /// `None` where the passes have no coordinate along them. Fronts go from `first` to `last`.
     pub(crate) fn of(
         patch: &Patch,
-        strategy: &Strategy,
+        sections: &Sections,
         settings: &LaySettings,
         bands: &[Band],
         [first_level, last_level]: [f64; 2],
         sign: f64,
     ) -> Option<Self> {
-        let along = Along::of(patch, strategy)?;
+        let along = Along::of(patch, sections)?;
         let values: Vec<f64> = patch.mesh.vertices().iter().map(|p| along.value(p)).collect();
         let used = patch.mesh.triangles().iter().flatten().map(|&v| values[v as usize]);
         let (start, end) = used.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
@@ -128,7 +128,7 @@ impl Columns {
             last: last_level,
         };
         for (t, band) in bands.iter().enumerate() {
-            this.add(patch, strategy, t, band);
+            this.add(patch, sections, t, band);
         }
         this.sum_up();
         this.find_inner_borders();
@@ -136,10 +136,10 @@ impl Columns {
     }
 
     /// Enters a triangle into its columns.
-    fn add(&mut self, patch: &Patch, strategy: &Strategy, t: usize, band: &Band) {
+    fn add(&mut self, patch: &Patch, sections: &Sections, t: usize, band: &Band) {
         let v = patch.mesh.triangles()[t].map(|v| v as usize);
         let corners: [[f64; 2]; 3] = v.map(|v| [self.values[v], self.sign * patch.levels[v]]);
-        let share = slanted_share(patch, strategy, &self.along, t, v[0]);
+        let share = slanted_share(patch, sections, &self.along, t, v[0]);
         let band = Band { limit: band.limit * share, asked: band.asked * share, ..*band };
         let area = 0.5 * patch.mesh.scaled_normal(t).norm();
         let flat = area_of(&corners).max(f64::MIN_POSITIVE);
@@ -321,9 +321,9 @@ impl Columns {
 /// them is d / |∇level × ∇x| · |∇x|, and up the steepest lines of level it is at most
 /// d / (|∇level| − s·|∇x · g|), with s the steepest slope and g the direction of ∇level, all within
 /// the facet. The shorter of both bounds the distance.
-fn slanted_share(patch: &Patch, strategy: &Strategy, along: &Along, t: usize, v: usize) -> f64 {
+fn slanted_share(patch: &Patch, sections: &Sections, along: &Along, t: usize, v: usize) -> f64 {
     let p = patch.mesh.vertices()[v];
-    let (Some(normal), Some(gradient)) = (patch.facet_normal(t as u32), strategy.gradient(&p)) else { return 1.0 };
+    let (Some(normal), Some(gradient)) = (patch.facet_normal(t as u32), sections.gradient(&p)) else { return 1.0 };
     let tangential = |d: Vector3<f64>| d - normal.into_inner() * normal.dot(&d);
     let (level, x) = (tangential(gradient.into_inner()), tangential(along.gradient(&p)));
     let (slope, length) = (level.norm(), x.norm());

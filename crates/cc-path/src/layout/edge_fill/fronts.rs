@@ -1,8 +1,8 @@
 //! Fronts: passes that advance by the local strip width, with partial passes where strips are
 //! narrow at an edge.
 
-use crate::layout::columns::{Columns, STEEPEST};
-use crate::layout::front::Front;
+use crate::layout::edge_fill::columns::{Columns, STEEPEST};
+use crate::layout::edge_fill::front::Front;
 
 /// What a plan of fronts goes by.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,7 @@
 use nalgebra::{Point3, Unit, Vector3};
 
 use crate::strategy::patch::Patch;
-use crate::strategy::{CylindricalSections, Strategy};
+use crate::strategy::{CylindricalSections, Sections};
 
 /// Coordinate along the passes, mm: it grows in the direction in which the passes of a patch run
 /// forward on the whole.
@@ -30,17 +30,13 @@ struct MeanDirection {
 
 impl MeanDirection {
     /// Sums up `components` of the forward direction at each facet.
-    fn of(
-        patch: &Patch,
-        strategy: &Strategy,
-        components: impl Fn(&Point3<f64>, &Vector3<f64>) -> Vector3<f64>,
-    ) -> Self {
+    fn of(patch: &Patch, levels: &Sections, components: impl Fn(&Point3<f64>, &Vector3<f64>) -> Vector3<f64>) -> Self {
         let mut this = Self { sum: Vector3::zeros(), area: 0.0 };
         for (t, corners) in patch.mesh.triangles().iter().enumerate() {
             let [a, b, c] = corners.map(|v| patch.mesh.vertices()[v as usize]);
             let scaled = 0.5 * (b - a).cross(&(c - a));
             let middle = Point3::from((a.coords + b.coords + c.coords) / 3.0);
-            let Some(gradient) = strategy.gradient(&middle) else { continue };
+            let Some(gradient) = levels.gradient(&middle) else { continue };
             let Some(normal) = patch.facet_normal(t as u32) else { continue };
             // As long as the sine of the angle between facet and level, so a facet along the
             // level, whose direction means nothing, does not count.
@@ -60,17 +56,17 @@ impl MeanDirection {
 impl Along {
     /// The coordinate of a patch; `None` where its passes run too differently, or all round the
     /// axis.
-    pub(crate) fn of(patch: &Patch, strategy: &Strategy) -> Option<Self> {
-        match strategy {
-            Strategy::ParallelPlanes(_) => {
-                let direction = MeanDirection::of(patch, strategy, |_, forward| *forward).direction()?;
+    pub(crate) fn of(patch: &Patch, levels: &Sections) -> Option<Self> {
+        match levels {
+            Sections::ParallelPlanes(_) => {
+                let direction = MeanDirection::of(patch, levels, |_, forward| *forward).direction()?;
                 Some(Self::Line { direction })
             }
-            Strategy::CylindricalSections(sections) => Self::unrolled(patch, strategy, sections),
+            Sections::CylindricalSections(sections) => Self::unrolled(patch, levels, sections),
         }
     }
 
-    fn unrolled(patch: &Patch, strategy: &Strategy, sections: &CylindricalSections) -> Option<Self> {
+    fn unrolled(patch: &Patch, levels: &Sections, sections: &CylindricalSections) -> Option<Self> {
         let used = || patch.mesh.triangles().iter().flatten().map(|&v| patch.mesh.vertices()[v as usize]);
         let n_used = 3 * patch.mesh.triangles().len();
         let middle = used().map(|p| sections.radial(&p)).sum::<Vector3<f64>>();
@@ -85,7 +81,7 @@ impl Along {
             let Some(out) = Unit::try_new(sections.radial(p), 0.0) else { return Vector3::zeros() };
             Vector3::new(axis.cross(&out).dot(forward), axis.dot(forward), 0.0)
         };
-        let direction = MeanDirection::of(patch, strategy, components).direction()?;
+        let direction = MeanDirection::of(patch, levels, components).direction()?;
         Some(unrolled(direction.x * radius, direction.y))
     }
 

@@ -1,0 +1,147 @@
+//! Passes along sections: which levels or fronts they are.
+
+use std::borrow::Cow;
+
+use facemill_cl_data::Monitor;
+use facemill_surface_model::{Surface, TriMesh};
+
+use crate::error::PathError;
+use crate::layout::edge_fill::front_layout::FrontLayout;
+use crate::layout::level_set::LevelSet;
+use crate::layout::levels::{Band, count_wide, plan_levels, triangles_at, widest_strip};
+use crate::layout::pass_level::{PassLevel, Strips};
+use crate::layout::strip_width::{StripWidth, bands};
+use crate::strategy::Sections;
+use crate::strategy::patch::{Fineness, Patch};
+use crate::strategy::settings::{LaySettings, LevelOrder, require};
+use crate::strategy::size::StepOverCause;
+
+/// Border levels are moved inside by this part of the region's extent (3 µm on 3 m), and at most by
+/// a thousandth of the range. Larger: a rim stays uncut. Smaller: a border that runs along a level
+/// only up to the rounding of a mesh file in single precision is cut in crumbs.
+const BORDER_INSET: f64 = 1e-6;
+
+/// The levels or fronts of sections of a patch.
+pub(crate) struct SectionLayout<'a> {
+    sections: &'a Sections,
+    kind: Kind,
+    pub(crate) strips: Strips,
+}
+
+enum Kind {
+    /// Levels in cutting order, with the triangles that reach them.
+    Levels(Vec<(f64, Vec<u32>)>),
+    Fronts(Box<FrontLayout>),
+}
+
+impl<'a> SectionLayout<'a> {
+    /// # Errors
+    /// When no level lies in the region, a width is NaN, there would be too many passes, or the monitor
+    /// cancels.
+    pub(crate) fn plan(
+        patch: &Patch,
+        sections: &'a Sections,
+        settings: &LaySettings,
+        strip_width: StripWidth,
+        monitor: &dyn Monitor,
+    ) -> Result<Self, PathError> {
+        let (bands, cause) = bands(patch, sections, settings, strip_width)?;
+        monitor.checkpoint()?;
+        let (first, last) = border_levels(patch, sections)?;
+        let rising = rising_levels(&bands, cause, first, last, settings)?;
+        let fronts = || FrontLayout::plan(patch, sections, settings, &bands, &rising);
+        if let Some(fronts) = settings.edge_fill.then(fronts).flatten() {
+            let strips = fronts.strips();
+            return Ok(Self { sections, kind: Kind::Fronts(Box::new(fronts)), strips });
+        }
+        let strips = Strips { n_wide: count_wide(&bands, &rising), widest: widest_strip(&bands, &rising) };
+        let triangles = triangles_at(&bands, &rising);
+        let mut levels: Vec<_> = rising.into_iter().zip(triangles).collect();
+        if settings.order == LevelOrder::Decreasing {
+            levels.reverse();
+        }
+        Ok(Self { sections, kind: Kind::Levels(levels), strips })
+    }
+
+    /// Where passes are cut out, in cutting order.
+    pub(crate) fn levels(&'a self) -> Vec<PassLevel<'a>> {
+        let sections = self.sections;
+        match &self.kind {
+            Kind::Fronts(fronts) => fronts.levels(sections),
+            Kind::Levels(levels) => {
+                let pass = |(level, among): &'a (f64, Vec<u32>)| PassLevel {
+                    set: LevelSet::Level { sections, level: *level },
+                    among: Cow::Borrowed(among),
+                    starts: None,
+                };
+                levels.iter().map(pass).collect()
+            }
+        }
+    }
+}
+
+/// # Errors
+/// When the range of levels is empty.
+pub(crate) fn check_sections(sections: &Sections) -> Result<(), PathError> {
+    let (low, high) = sections.range();
+    match sections {
+        Sections::ParallelPlanes(_) => {
+            require("from", low, "a number", !low.is_nan())?;
+            require("to", high, "a number, not below from", high >= low)
+        }
+        Sections::CylindricalSections(_) => {
+            require("from_radius", low, "finite and not below 0", low.is_finite() && low >= 0.0)?;
+            require("to_radius", high, "not below from_radius", high >= low)
+        }
+    }
+}
+
+pub(crate) fn fineness(surface: &Surface, settings: &LaySettings) -> Fineness {
+    Fineness {
+        // Widths are taken between vertices no farther apart than this. A region that would fall
+        // into more than about 300 × 300 pieces by it is taken more coarsely.
+        max_edge: settings.max_step_over.max(extent(surface.mesh()) / 300.0),
+        // Islands and bays of a level that are smaller than this may be missed. Points lie on the
+        // level all the same.
+        max_bend: settings.chord_tolerance / 2.0,
+    }
+}
+
+/// Largest distance of a triangle's corner from the first one, mm: a size that does not change with
+/// the frame.
+pub(crate) fn extent(mesh: &TriMesh) -> f64 {
+    let mut corners = mesh.triangles().iter().flatten().map(|&v| mesh.vertices()[v as usize]);
+    let Some(first) = corners.next() else { return 0.0 };
+    corners.map(|p| (p - first).norm_squared()).fold(0.0, f64::max).sqrt()
+}
+
+/// Lowest and highest level to be cut.
+fn border_levels(patch: &Patch, sections: &Sections) -> Result<(f64, f64), PathError> {
+    let used = patch.mesh.triangles().iter().flatten().map(|&v| patch.levels[v as usize]);
+    let (lowest, highest) = used.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), l| (a.min(l), b.max(l)));
+    let inset = (BORDER_INSET * extent(&patch.mesh)).min(1e-3 * (highest - lowest));
+    let (low, high) = sections.range();
+    let (first, last) = ((lowest + inset).max(low), (highest - inset).min(high));
+    if first > last {
+        return Err(PathError::EmptyRegion { reason: "none lies within the levels to be cut" });
+    }
+    Ok((first, last))
+}
+
+/// The levels in rising order. They are planned from the side where cutting begins.
+fn rising_levels(
+    bands: &[Band],
+    cause: StepOverCause,
+    first: f64,
+    last: f64,
+    settings: &LaySettings,
+) -> Result<Vec<f64>, PathError> {
+    match settings.order {
+        LevelOrder::Increasing => plan_levels(bands, cause, first, last, settings.even),
+        LevelOrder::Decreasing => {
+            let turned: Vec<Band> = bands.iter().map(|b| Band { low: -b.high, high: -b.low, ..*b }).collect();
+            let levels = plan_levels(&turned, cause, -last, -first, settings.even)?;
+            Ok(levels.into_iter().rev().map(|l| -l).collect())
+        }
+    }
+}
