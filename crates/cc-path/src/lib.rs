@@ -71,7 +71,7 @@ mod strategy;
 #[path = "../tests/unit/test_kit.rs"]
 mod test_kit;
 
-pub use crate::layout::generate_passes::{Laid, LaidPass, lay_passes};
+pub use crate::layout::generate_passes::{LaidPass, PassLayout, lay_passes};
 pub use crate::strategy::file::{
     BoxFile, CylindricalSectionsFile, NormalConeFile, ParallelPlanesFile, RegionFile, StrategyFile,
 };
@@ -81,5 +81,5 @@ pub use error::{PathError, Remedy};
 pub use path_file::{PassFile, PathFile, PathFileError, PathFormat, PathFrame, read_path_file, write_path_file};
 pub use project::{ProjectSettings, project};
 pub use region::{NormalCone, Region};
-pub use samples::{AskedRegion, RegionSample};
+pub use samples::{RegionSample, RequestedRegion};
 pub use strategy::{CylindricalSections, ParallelPlanes, Sections, Strategy};

@@ -27,7 +27,7 @@ pub struct RegionSample {
 
 /// Region that an operation has to cut, before any pass is laid on it.
 #[derive(Clone, Debug)]
-pub struct AskedRegion<'a> {
+pub struct RequestedRegion<'a> {
     surface: &'a Surface,
     region: &'a Region,
     sections: Option<Sections>,
@@ -35,7 +35,7 @@ pub struct AskedRegion<'a> {
     triangles: Vec<u32>,
 }
 
-impl<'a> AskedRegion<'a> {
+impl<'a> RequestedRegion<'a> {
     /// The facets that the region holds, bounded by its box and by the range of levels if the
     /// strategy has one.
     ///

@@ -1,7 +1,7 @@
 //! Material that a program leaves on the surface that its operations are to cut, measured on its
 //! text.
 
-use facemill_cc_path::{AskedRegion, Region, RegionSample, Strategy};
+use facemill_cc_path::{Region, RegionSample, RequestedRegion, Strategy};
 use facemill_cl_data::{CcPoint, Silent};
 use facemill_cutter_location::cusp::expected_strip_width;
 use facemill_job::failure::Failure;
@@ -114,8 +114,8 @@ impl<'a> Asked<'a> {
         Ok(Self { operation, region, strategy, places: places(operation.pattern.as_ref()), limit })
     }
 
-    fn region<'s>(&'s self, setup: &'s Setup<'_>) -> Result<AskedRegion<'s>, Failure> {
-        AskedRegion::new(&setup.around_drive, &self.region, self.strategy.as_ref())
+    fn region<'s>(&'s self, setup: &'s Setup<'_>) -> Result<RequestedRegion<'s>, Failure> {
+        RequestedRegion::new(&setup.around_drive, &self.region, self.strategy.as_ref())
             .map_err(|e| Failure::Internal(format!("operation \"{}\": {e}", self.operation.name)))
     }
 
@@ -132,7 +132,7 @@ impl<'a> Asked<'a> {
     }
 
     /// Returns samples of the region in one place of the pattern.
-    fn samples(&self, job: &Job, region: &AskedRegion<'_>) -> Result<Vec<RegionSample>, Failure> {
+    fn samples(&self, job: &Job, region: &RequestedRegion<'_>) -> Result<Vec<RegionSample>, Failure> {
         let (spacing, places) = (self.step_over(job)? / SAMPLES_ACROSS, self.places.len() as f64);
         let area = region.facet_area() * places;
         let mut area_each = (spacing * spacing).clamp(area / MAX_SAMPLES, area / MIN_SAMPLES);
@@ -253,7 +253,7 @@ const MAX_HEIGHT: f64 = 1000.0;
 fn outside(setup: &Setup<'_>, asked: &[Asked<'_>]) -> Result<f64, Failure> {
     let whole = Region { groups: Some(setup.drive_groups.clone()), ..Region::default() };
     let surface = &setup.around_drive;
-    let drive = AskedRegion::new(surface, &whole, None).map_err(|e| Failure::Internal(e.to_string()))?;
+    let drive = RequestedRegion::new(surface, &whole, None).map_err(|e| Failure::Internal(e.to_string()))?;
     let regions = asked.iter().map(|a| a.region(setup)).collect::<Result<Vec<_>, _>>()?;
     let is_asked = |triangle: u32, p: &Point3<f64>| {
         asked.iter().zip(&regions).any(|(a, region)| {

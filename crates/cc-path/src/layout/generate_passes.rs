@@ -17,7 +17,7 @@ use crate::strategy::{Sections, Strategy};
 
 /// Passes laid on a surface.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Laid {
+pub struct PassLayout {
     /// The passes in cutting order, at least one.
     pub passes: Vec<LaidPass>,
     /// Number of levels, those without a pass included.
@@ -36,7 +36,7 @@ pub struct Laid {
     pub largest_chord: f64,
 }
 
-/// One pass of a [`Laid`] path.
+/// One pass of a [`PassLayout`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaidPass {
     /// The points in cutting order, at least two. Each lies on the mesh and, unless
@@ -77,7 +77,7 @@ pub fn lay_passes(
     settings: &LaySettings,
     strip_width: &(dyn Fn(&CcPoint) -> f64 + Sync),
     monitor: &dyn Monitor,
-) -> Result<Laid, PathError> {
+) -> Result<PassLayout, PathError> {
     settings.check()?;
     let sections = match strategy {
         Strategy::ParallelPlanes(s) => Sections::ParallelPlanes(*s),
@@ -93,22 +93,22 @@ fn along_sections(
     settings: &LaySettings,
     strip_width: &(dyn Fn(&CcPoint) -> f64 + Sync),
     monitor: &dyn Monitor,
-) -> Result<Laid, PathError> {
+) -> Result<PassLayout, PathError> {
     check_sections(sections)?;
     let patch = Patch::new(surface, region, sections, &fineness(surface, settings))?;
     monitor.checkpoint()?;
     let layout = SectionLayout::plan(&patch, sections, settings, strip_width, monitor)?;
     let traced = trace_levels(&patch, layout.levels(), settings, monitor)?;
-    laid(traced, layout.strips, settings, monitor)
+    pass_layout(traced, layout.strips, settings, monitor)
 }
 
 /// The passes on traced levels, in cutting order.
-fn laid(
+fn pass_layout(
     levels: Vec<TracedLevel>,
     strips: Strips,
     settings: &LaySettings,
     monitor: &dyn Monitor,
-) -> Result<Laid, PathError> {
+) -> Result<PassLayout, PathError> {
     let (n_levels, n_curves) = (levels.len(), levels.iter().map(|l| l.curves.len()).sum::<usize>());
     let pieces = resample_levels(&levels, settings, monitor)?;
     let n_pieces: usize = pieces.iter().map(|p| p.pieces.len()).sum();
@@ -119,7 +119,7 @@ fn laid(
     let largest_chord = pieces.iter().flat_map(|p| &p.pieces).map(|p| p.chord).fold(0.0, f64::max);
     let passes = arrange(pieces, settings);
     let Strips { n_wide: n_wide_strips, widest: largest_step_over } = strips;
-    Ok(Laid { n_levels, n_dropped_pieces, n_wide_strips, largest_step_over, largest_chord, passes })
+    Ok(PassLayout { n_levels, n_dropped_pieces, n_wide_strips, largest_step_over, largest_chord, passes })
 }
 
 /// The curves of each level, in the triangles that reach it, closed ones cut open one after the

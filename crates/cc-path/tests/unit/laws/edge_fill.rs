@@ -7,11 +7,16 @@ fn filled() -> LaySettings {
     LaySettings { max_step_over: 8.0, edge_fill: true, pass_cost: 20.0, min_pass_length: 5.0, ..LaySettings::default() }
 }
 
-fn length(laid: &Laid) -> f64 {
-    laid.passes.iter().map(|p| p.length).sum()
+fn length(layout: &PassLayout) -> f64 {
+    layout.passes.iter().map(|p| p.length).sum()
 }
 
-fn lay_by(s: &Surface, strategy: &Strategy, settings: &LaySettings, width: &(dyn Fn(&CcPoint) -> f64 + Sync)) -> Laid {
+fn lay_by(
+    s: &Surface,
+    strategy: &Strategy,
+    settings: &LaySettings,
+    width: &(dyn Fn(&CcPoint) -> f64 + Sync),
+) -> PassLayout {
     lay_passes(s, &Region::default(), strategy, settings, width, &Silent).unwrap()
 }
 
@@ -22,8 +27,8 @@ fn skewed(lean: f64) -> TriMesh {
 
 /// Largest ratio of the distance from a place of the plane to the nearest pass, to half the width
 /// allowed there.
-fn worst_reach(laid: &Laid, places: &[Point3<f64>], width: impl Fn(&Point3<f64>) -> f64) -> f64 {
-    places.iter().map(|p| distance_to_passes(p, laid) / (0.5 * width(p))).fold(0.0, f64::max)
+fn worst_reach(layout: &PassLayout, places: &[Point3<f64>], width: impl Fn(&Point3<f64>) -> f64) -> f64 {
+    places.iter().map(|p| distance_to_passes(p, layout) / (0.5 * width(p))).fold(0.0, f64::max)
 }
 
 #[test]
@@ -39,15 +44,15 @@ fn narrow_strips_at_an_edge_get_partial_passes_and_the_rest_wide_ones() {
         let settings = LaySettings { direction, ..filled() };
         let plain =
             lay_by(&s, &strategy, &LaySettings { edge_fill: false, ..settings.clone() }, &|cc| at(&cc.position));
-        let laid = lay_by(&s, &strategy, &settings, &|cc| at(&cc.position));
-        assert!(length(&laid) < 0.62 * length(&plain), "{} of {}", length(&laid), length(&plain));
-        let short: Vec<&LaidPass> = laid.passes.iter().filter(|p| p.partial && p.length < 100.0).collect();
+        let layout = lay_by(&s, &strategy, &settings, &|cc| at(&cc.position));
+        assert!(length(&layout) < 0.62 * length(&plain), "{} of {}", length(&layout), length(&plain));
+        let short: Vec<&LaidPass> = layout.passes.iter().filter(|p| p.partial && p.length < 100.0).collect();
         assert!(short.len() > 10, "{}", short.len());
         // They start at the narrow edge.
         assert!(short.iter().all(|p| (p.pass.points[0].position.x - side).abs() < 1e-6));
         let mut rng = Lcg::new(3);
         let places: Vec<_> = (0..3000).map(|_| Point3::new(200.0 * rng.unit(), 120.0 * rng.unit(), 0.0)).collect();
-        let worst = worst_reach(&laid, &places, at);
+        let worst = worst_reach(&layout, &places, at);
         assert!(worst < 1.02, "{worst}");
     }
 }
@@ -69,7 +74,7 @@ fn strips_of_a_skewed_region_are_no_wider_than_allowed() {
                 let s = surface(skewed(lean));
                 let at = |p: &Point3<f64>| 2.5 + 5.5 * ((p.x - lean * p.y) / 60.0).clamp(0.0, 1.0);
                 let settings = LaySettings { pattern, order, ..filled() };
-                let laid = lay_by(&s, &planes(Vector3::y_axis()), &settings, &|cc| at(&cc.position));
+                let layout = lay_by(&s, &planes(Vector3::y_axis()), &settings, &|cc| at(&cc.position));
                 let mut rng = Lcg::new(3);
                 let place = |rng: &mut Lcg| {
                     let y = 120.0 * rng.unit();
@@ -80,12 +85,12 @@ fn strips_of_a_skewed_region_are_no_wider_than_allowed() {
                 let is_beside = |p: &Point3<f64>| !(4.0..196.0).contains(&(p.x - lean * p.y));
                 let (beside, inside): (Vec<_>, Vec<_>) = places.into_iter().partition(is_beside);
                 for (places, most) in [(inside, 1.005), (beside, 1.06)] {
-                    let worst = worst_reach(&laid, &places, at);
+                    let worst = worst_reach(&layout, &places, at);
                     assert!(worst < most, "{lean} {pattern:?} {order:?}: {worst}");
                 }
                 // Levels take 49 · 200 mm; passes as wide as allowed everywhere, 120 mm · ∫ dx / w = 3.6 m.
-                assert!(length(&laid) < 7000.0, "{lean} {pattern:?} {order:?}: {}", length(&laid));
-                assert!(laid.passes.iter().all(|p| p.length >= 5.0));
+                assert!(length(&layout) < 7000.0, "{lean} {pattern:?} {order:?}: {}", length(&layout));
+                assert!(layout.passes.iter().all(|p| p.length >= 5.0));
             }
         }
     }
@@ -105,11 +110,11 @@ fn fronts_of_planes_and_cylinders_lie_on_a_wavy_mesh_within_a_strip_of_each_othe
             let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
             pool.install(|| lay_by(&s, &strategy, &settings, &width))
         };
-        let laid = on(2);
-        assert_eq!(laid, on(1));
-        let cost = |laid: &Laid| length(laid) + settings.pass_cost * laid.passes.len() as f64;
-        assert!(laid.passes.iter().any(|p| p.partial) && cost(&laid) < 0.98 * cost(&plain));
-        for (p, cc) in points(&laid) {
+        let layout = on(2);
+        assert_eq!(layout, on(1));
+        let cost = |layout: &PassLayout| length(layout) + settings.pass_cost * layout.passes.len() as f64;
+        assert!(layout.passes.iter().any(|p| p.partial) && cost(&layout) < 0.98 * cost(&plain));
+        for (p, cc) in points(&layout) {
             assert!(s.closest_point(&cc.position, 1e-9).is_some());
             assert!((cc.feed.norm() - 1.0).abs() < 1e-9 && cc.feed.dot(&cc.normal).abs() < 1e-9);
             // Fronts lean by at most 0.2 along the passes, and their coordinate by no more than the mesh
@@ -117,14 +122,14 @@ fn fronts_of_planes_and_cylinders_lie_on_a_wavy_mesh_within_a_strip_of_each_othe
             let level = strategy.sections().unwrap().gradient(&cc.position).unwrap();
             assert!(cc.feed.dot(&level).abs() < 0.45, "{} at {}", cc.feed.dot(&level), p.level);
         }
-        for (_, [a, b]) in gaps(&laid) {
+        for (_, [a, b]) in gaps(&layout) {
             assert!(a.feed.dot(&b.feed) > 0.5 && (b.position - a.position).dot(&a.feed) > 0.0);
         }
         let mut rng = Lcg::new(8);
         for _ in 0..600 {
             let p = Point3::new(2.0 + 96.0 * rng.unit(), 2.0 + 76.0 * rng.unit(), 0.0);
             let p = s.closest_point(&p, 50.0).unwrap().position;
-            let reach = distance_to_passes(&p, &laid) / (0.5 * at(&p));
+            let reach = distance_to_passes(&p, &layout) / (0.5 * at(&p));
             assert!(reach < 1.06, "{p}: {reach}");
         }
     }
@@ -143,9 +148,9 @@ fn fronts_on_a_heap_of_random_triangles_lie_on_it_or_give_a_typed_error() {
             let settings = LaySettings { max_step_over: 6.0, min_step_over: 2.0, ..filled() };
             let width = |cc: &CcPoint| 2.0 + cc.position.x.abs() / 8.0;
             match lay_passes(&s, &Region::default(), &strategy, &settings, &width, &Silent) {
-                Ok(laid) => {
+                Ok(layout) => {
                     n_laid += 1;
-                    assert!(points(&laid).all(|(_, cc)| s.closest_point(&cc.position, 1e-9).is_some()));
+                    assert!(points(&layout).all(|(_, cc)| s.closest_point(&cc.position, 1e-9).is_some()));
                 }
                 Err(e) => assert!(matches!(e, PathError::EmptyRegion { .. } | PathError::NoPasses { .. }), "{e}"),
             }

@@ -1,4 +1,4 @@
-//! Promises of laid passes, checked against the smooth surfaces that the meshes were made from.
+//! Promises of layout passes, checked against the smooth surfaces that the meshes were made from.
 
 mod edge_fill;
 mod parts;
@@ -23,11 +23,11 @@ fn rings(axis_origin: Point3<f64>, from_radius: f64, to_radius: f64) -> Strategy
     Strategy::CylindricalSections(CylindricalSections { axis_origin, axis_direction, from_radius, to_radius })
 }
 
-fn lay(s: &Surface, strategy: &Strategy, settings: &LaySettings) -> Laid {
+fn lay(s: &Surface, strategy: &Strategy, settings: &LaySettings) -> PassLayout {
     lay_on(s, &Region::default(), strategy, settings)
 }
 
-fn lay_on(s: &Surface, region: &Region, strategy: &Strategy, settings: &LaySettings) -> Laid {
+fn lay_on(s: &Surface, region: &Region, strategy: &Strategy, settings: &LaySettings) -> PassLayout {
     lay_passes(s, region, strategy, settings, &|_| f64::INFINITY, &Silent).unwrap()
 }
 
@@ -41,12 +41,12 @@ fn oblique() -> Unit<Vector3<f64>> {
     Unit::new_normalize(Vector3::new(0.2, 1.0, 0.1))
 }
 
-fn points(laid: &Laid) -> impl Iterator<Item = (&LaidPass, &CcPoint)> {
-    laid.passes.iter().flat_map(|p| p.pass.points.iter().map(move |cc| (p, cc)))
+fn points(layout: &PassLayout) -> impl Iterator<Item = (&LaidPass, &CcPoint)> {
+    layout.passes.iter().flat_map(|p| p.pass.points.iter().map(move |cc| (p, cc)))
 }
 
-fn gaps(laid: &Laid) -> impl Iterator<Item = (&LaidPass, [&CcPoint; 2])> {
-    laid.passes.iter().flat_map(|p| p.pass.points.windows(2).map(move |w| (p, [&w[0], &w[1]])))
+fn gaps(layout: &PassLayout) -> impl Iterator<Item = (&LaidPass, [&CcPoint; 2])> {
+    layout.passes.iter().flat_map(|p| p.pass.points.windows(2).map(move |w| (p, [&w[0], &w[1]])))
 }
 
 fn distance_to_segment(p: &Point3<f64>, a: &Point3<f64>, b: &Point3<f64>) -> f64 {
@@ -55,6 +55,6 @@ fn distance_to_segment(p: &Point3<f64>, a: &Point3<f64>, b: &Point3<f64>) -> f64
     (p - (a + ab * t)).norm()
 }
 
-fn distance_to_passes(p: &Point3<f64>, laid: &Laid) -> f64 {
-    gaps(laid).map(|(_, [a, b])| distance_to_segment(p, &a.position, &b.position)).fold(f64::INFINITY, f64::min)
+fn distance_to_passes(p: &Point3<f64>, layout: &PassLayout) -> f64 {
+    gaps(layout).map(|(_, [a, b])| distance_to_segment(p, &a.position, &b.position)).fold(f64::INFINITY, f64::min)
 }
