@@ -6,7 +6,7 @@ use crate::jobs::JobFolder;
 use crate::program::{code_and_errors, run};
 
 /// How a command ended.
-pub struct Told {
+pub struct CommandOutput {
     /// Exit code.
     pub code: i32,
     /// Standard output.
@@ -23,12 +23,12 @@ const FILES: [&str; 6] = [".nc", ".json", ".stock", ".obj", ".stl", ".glb"];
 ///
 /// # Panics
 /// When it cannot be started, was killed, or prints no text.
-pub fn facemill_in(job: &JobFolder, words: &str) -> Told {
+pub fn facemill_in(job: &JobFolder, words: &str) -> CommandOutput {
     let is_file = |word: &str| FILES.iter().any(|ending| word.ends_with(ending));
     let place = |word: &str| if is_file(word) { job.path(word).into_os_string() } else { word.into() };
     let output = run(&words.split_whitespace().map(place).collect::<Vec<OsString>>());
     let (code, errors) = code_and_errors(&output);
-    Told { code, printed: String::from_utf8(output.stdout).expect("text"), errors }
+    CommandOutput { code, printed: String::from_utf8(output.stdout).expect("text"), errors }
 }
 
 /// Names and bytes of all files of the folder, by name.
@@ -43,7 +43,7 @@ pub fn files_of(job: &JobFolder) -> Vec<(OsString, Vec<u8>)> {
     files
 }
 
-impl Told {
+impl CommandOutput {
     /// Whether a line of what was printed has all of these words.
     #[must_use]
     pub fn prints(&self, words: &[&str]) -> bool {

@@ -10,7 +10,7 @@ use crate::jobs::JobFolder;
 use crate::paper_machine::{PIVOT_TO_FACE, tool_on_table};
 
 /// A mesh that must not be cut.
-pub struct Ground {
+pub struct KeepOutMesh {
     /// Its role in the job: `drive`, `part`, `check`, `fixture`.
     pub role: String,
     /// Its triangles, workpiece frame.
@@ -34,7 +34,7 @@ pub struct Body {
 /// A setup of a job on the head-B, table-C mill, as far as it can be gouged.
 pub struct ReadBack {
     /// Obstacles, which must not be cut.
-    pub grounds: Vec<Ground>,
+    pub grounds: Vec<KeepOutMesh>,
     /// The cutter.
     pub cutter: RoundedCylinder,
     /// Cutter body, holder, spindle nose.
@@ -50,7 +50,7 @@ pub struct ReadBack {
 }
 
 /// A place of the tool: tip and axis, workpiece frame.
-pub type Place = (Point3<f64>, Unit<Vector3<f64>>);
+pub type TipAndAxis = (Point3<f64>, Unit<Vector3<f64>>);
 
 /// A number of a JSON file.
 ///
@@ -106,7 +106,7 @@ impl ReadBack {
     }
 
     /// The tool at an end of a motion, or between them.
-    pub fn tool(&self, at: &Axes, rtcp: bool) -> Place {
+    pub fn tool(&self, at: &Axes, rtcp: bool) -> TipAndAxis {
         // Words count from the work offset: of the axes without RTCP, of the tip with it, then on
         // the table.
         let [x, y, z] = self.work_offset;
@@ -117,12 +117,12 @@ impl ReadBack {
     }
 
     /// The tool at the end of a motion.
-    pub fn end(&self, m: &Motion) -> Place {
+    pub fn end(&self, m: &Motion) -> TipAndAxis {
         self.tool(&m.to, m.rtcp)
     }
 
     /// Places along a motion, its end included, tip and rim at most `step` apart.
-    pub fn places(&self, m: &Motion, step: f64) -> Vec<Place> {
+    pub fn places(&self, m: &Motion, step: f64) -> Vec<TipAndAxis> {
         let ((a, u), (b, v)) = (self.tool(&m.from, m.rtcp), self.end(m));
         // The rotaries may swing the tip out and back within a block.
         let turn = (m.to.b - m.from.b).abs().to_radians() * self.pivot_length
@@ -134,8 +134,8 @@ impl ReadBack {
     }
 
     /// How deep the cutter is in what must stay, allowances included; 0 where it is nowhere.
-    pub fn depth(&self, (tip, axis): &Place) -> f64 {
-        let beyond = |g: &Ground| g.allowance - g.bins.gap(&self.cutter, tip, axis, g.allowance);
+    pub fn depth(&self, (tip, axis): &TipAndAxis) -> f64 {
+        let beyond = |g: &KeepOutMesh| g.allowance - g.bins.gap(&self.cutter, tip, axis, g.allowance);
         self.grounds.iter().map(beyond).fold(0.0, f64::max)
     }
 
@@ -155,7 +155,7 @@ impl ReadBack {
 
     /// Returns the rest of the clearances of all bodies from stock and fixtures at a place,
     /// searched up to `at_most`; negative: one is nearer than it may be.
-    pub fn room(&self, (tip, axis): &Place, at_most: f64) -> f64 {
+    pub fn room(&self, (tip, axis): &TipAndAxis, at_most: f64) -> f64 {
         let mut room = at_most;
         for g in &self.grounds {
             for b in &self.bodies {
@@ -168,7 +168,7 @@ impl ReadBack {
 
     /// Distance of cutter and bodies from what they come nearest to, the stock on it included,
     /// searched up to `at_most`.
-    pub fn distance(&self, (tip, axis): &Place, at_most: f64) -> f64 {
+    pub fn distance(&self, (tip, axis): &TipAndAxis, at_most: f64) -> f64 {
         let mut nearest = at_most;
         for g in &self.grounds {
             let reach = g.thickness + at_most;
@@ -200,7 +200,7 @@ fn bodies(tool: &Value) -> (Vec<Body>, f64) {
     (bodies, low)
 }
 
-fn grounds(job: &JobFolder, setup: usize, file: &Value) -> Vec<Ground> {
+fn grounds(job: &JobFolder, setup: usize, file: &Value) -> Vec<KeepOutMesh> {
     let typed = job.file().setups.remove(setup).meshes;
     let work_from_part = pose(&file["work_from_part"]);
     let stock = file["stock"].pointer("/offset/allowance_mm").map_or(0.0, number);
@@ -215,7 +215,7 @@ fn grounds(job: &JobFolder, setup: usize, file: &Value) -> Vec<Ground> {
         let role = m["role"].as_str().expect("a role").to_owned();
         let allowance = m.get("allowance_mm").map_or(0.0, number);
         let thickness = if role == "fixture" { allowance } else { stock.max(allowance) };
-        Ground { role, bins: Bins::new(&mesh.transformed(&work_from_part), 5.0), allowance, thickness }
+        KeepOutMesh { role, bins: Bins::new(&mesh.transformed(&work_from_part), 5.0), allowance, thickness }
     };
     entries.iter().zip(&typed).filter(|(m, _)| !in_a_part(m)).map(one).collect()
 }

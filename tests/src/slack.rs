@@ -10,7 +10,7 @@ use facemill::tool_model::Cutter;
 use serde_json::Value;
 
 use crate::interpreter::Motion;
-use crate::read_back::{Place, ReadBack};
+use crate::read_back::{ReadBack, TipAndAxis};
 
 /// One block that cuts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,7 +82,7 @@ fn proven_depths(certificates: &Value) -> std::collections::BTreeMap<usize, Opti
 
 /// How deep the cutter is in what must stay at a place, up to its corner radius; infinite where it
 /// is deeper.
-fn deepest(grounds: &[(MeshTree, f64)], cutter: &Cutter, (tip, axis): &Place) -> f64 {
+fn deepest(grounds: &[(MeshTree, f64)], cutter: &Cutter, (tip, axis): &TipAndAxis) -> f64 {
     let core = Solid::Frustum(cutter.core());
     let pose = tool_frame(&ClPoint { tip: *tip, axis: *axis });
     let of = |(mesh, allowance): &(MeshTree, f64)| {

@@ -9,7 +9,7 @@ use serde_json::Value;
 
 use crate::brute::{Frustum, RoundedCylinder, in_tool};
 use crate::craig::{Words, end_of};
-use crate::read_back::{Place, number};
+use crate::read_back::{TipAndAxis, number};
 
 /// A motion of the program's body.
 #[derive(Clone, Debug)]
@@ -117,7 +117,7 @@ impl TwoHeads {
     ///
     /// # Panics
     /// When a word is missing.
-    pub fn place(&self, head: usize, words: &Words) -> Place {
+    pub fn place(&self, head: usize, words: &Words) -> TipAndAxis {
         let mut words = words.clone();
         *words.get_mut(&format!("Z{}", head + 1)).expect("a spindle axis") += self.gauges[head];
         let table = end_of(&self.machine["workpiece_chain"]["rows"], &words);
@@ -191,7 +191,7 @@ impl ToolShape {
 
     /// Distance of a point from it, workpiece frame, mm; negative inside its cutter, 0 in its other
     /// bodies.
-    fn distance(&self, (tip, axis): &Place, point: &Point3<f64>) -> f64 {
+    fn distance(&self, (tip, axis): &TipAndAxis, point: &Point3<f64>) -> f64 {
         let (rho, z) = in_tool(tip, axis, point);
         let sections = self.sections.iter().map(|s| s.distance(rho, z));
         sections.fold(self.cutter.signed_distance(rho, z), f64::min)
@@ -199,7 +199,7 @@ impl ToolShape {
 
     /// Points of its surface, on faces and walls, some `step` (mm) apart; of its cutter only where
     /// that is asked for.
-    fn points(&self, (tip, axis): &Place, step: f64, cutter: bool) -> Vec<Point3<f64>> {
+    fn points(&self, (tip, axis): &TipAndAxis, step: f64, cutter: bool) -> Vec<Point3<f64>> {
         let RoundedCylinder { radius, corner, height } = self.cutter;
         let rim = radius - corner;
         let mut outline = Vec::new();
@@ -239,16 +239,16 @@ fn any_across(axis: &Unit<Vector3<f64>>) -> Vector3<f64> {
 
 /// Distance of two tools by points of their surfaces some `step` apart, mm: at most that much more
 /// than there is. Not above 0: they intersect.
-pub fn tools_apart(tools: &[ToolShape; 2], places: [&Place; 2], step: f64) -> f64 {
+pub fn tools_apart(tools: &[ToolShape; 2], places: [&TipAndAxis; 2], step: f64) -> f64 {
     apart(tools, places, step, true)
 }
 
 /// The same between all but the cutter of either tool and the whole other one.
-pub fn bodies_apart(tools: &[ToolShape; 2], places: [&Place; 2], step: f64) -> f64 {
+pub fn bodies_apart(tools: &[ToolShape; 2], places: [&TipAndAxis; 2], step: f64) -> f64 {
     apart(tools, places, step, false)
 }
 
-fn apart(tools: &[ToolShape; 2], places: [&Place; 2], step: f64, cutters: bool) -> f64 {
+fn apart(tools: &[ToolShape; 2], places: [&TipAndAxis; 2], step: f64, cutters: bool) -> f64 {
     let from = |h: usize| {
         let points = tools[h].points(places[h], step, cutters);
         points.iter().map(|p| tools[1 - h].distance(places[1 - h], p)).fold(f64::INFINITY, f64::min)

@@ -13,7 +13,7 @@ use nalgebra::Isometry3;
 use crate::interpreter::{self, Motion};
 use crate::jobs::JobFolder;
 use crate::program::{code_and_errors, run};
-use crate::read_back::{Place, ReadBack, apt_feeds, number};
+use crate::read_back::{ReadBack, TipAndAxis, apt_feeds, number};
 
 /// A wavy patch of 80 mm, six passes along x about its middle, a face mill of 8 mm. The tilt is so
 /// large that the tool never stands upright, where the machine is singular.
@@ -82,8 +82,9 @@ pub const APPROACH: f64 = 1000.0;
 
 /// Largest distance of a place of `a` from the nearest of `b`: of tips, and of the rims of a cutter
 /// of this radius.
-pub fn strays(a: &[Place], b: &[Place], radius: f64) -> f64 {
-    let apart = |p: &Place, q: &Place| (p.0 - q.0).norm() + radius * (p.1.into_inner() - q.1.into_inner()).norm();
+pub fn strays(a: &[TipAndAxis], b: &[TipAndAxis], radius: f64) -> f64 {
+    let apart =
+        |p: &TipAndAxis, q: &TipAndAxis| (p.0 - q.0).norm() + radius * (p.1.into_inner() - q.1.into_inner()).norm();
     a.iter().map(|p| b.iter().map(|q| apart(p, q)).fold(f64::INFINITY, f64::min)).fold(0.0, f64::max)
 }
 
@@ -205,7 +206,7 @@ impl Written {
     }
 
     /// Motions with this tip feed and the places where they end.
-    pub fn with_feed(&self, feed: f64) -> Vec<(&Motion, Place)> {
+    pub fn with_feed(&self, feed: f64) -> Vec<(&Motion, TipAndAxis)> {
         let wanted = self.motions.iter().zip(&self.feeds).filter(|(_, f)| **f == Some(feed));
         wanted.map(|(m, _)| (m, self.back.end(m))).collect()
     }

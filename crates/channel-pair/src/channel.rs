@@ -55,12 +55,12 @@ pub(crate) fn channels<'a>(spec: &ProgramSpec, heads: &'a [HeadSpec]) -> Result<
 }
 
 /// Positions of all axes of a program, in units of their words' last decimals.
-pub(crate) struct Place {
+pub(crate) struct WordPositions {
     units: Vec<(AxisLetter, Option<i64>)>,
     decimals: Decimals,
 }
 
-impl Place {
+impl WordPositions {
     pub(crate) fn new(axes: &[AxisSpec], decimals: Decimals) -> Self {
         Self { units: axes.iter().map(|a| (a.letter, None)).collect(), decimals }
     }

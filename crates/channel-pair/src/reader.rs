@@ -21,7 +21,7 @@ pub fn read_siemens_pair(texts: [&str; 2]) -> Result<ReadPair, SiemensReadError>
 }
 
 /// One channel.
-struct Channel {
+struct ChannelReader {
     /// Positions of the axes.
     axes: Vec<(AxisLetter, Option<f64>)>,
     /// Line of the first statement.
@@ -60,10 +60,10 @@ fn home(s: &Statement) -> Option<Vec<AxisLetter>> {
     if let Statement::Home(axes) = s { Some(axes.clone()) } else { None }
 }
 
-fn read(channel: usize, text: &str) -> Result<Channel, SiemensReadError> {
+fn read(channel: usize, text: &str) -> Result<ChannelReader, SiemensReadError> {
     let mut statements = Statements::new(channel, text)?;
     let mut reading = Reading {
-        channel: Channel { axes: Vec::new(), first_line: statements.line(), tool_length: 0.0, items: Vec::new() },
+        channel: ChannelReader { axes: Vec::new(), first_line: statements.line(), tool_length: 0.0, items: Vec::new() },
         homes: Vec::new(),
         mark: 0,
     };
@@ -74,7 +74,7 @@ fn read(channel: usize, text: &str) -> Result<Channel, SiemensReadError> {
 }
 
 struct Reading {
-    channel: Channel,
+    channel: ChannelReader,
     /// Axes that the header sends home together, the spindle axis first.
     homes: Vec<Vec<AxisLetter>>,
     /// Number of the last mark.
@@ -255,7 +255,7 @@ fn dwell(s: &Statement) -> Option<f64> {
 
 /// Merges both channels item by item: marks with marks of the same number, blocks with blocks of
 /// the same kind.
-fn merge(first: &Channel, second: &Channel) -> Result<ReadPair, SiemensReadError> {
+fn merge(first: &ChannelReader, second: &ChannelReader) -> Result<ReadPair, SiemensReadError> {
     let mut pair =
         ReadPair { blocks: Vec::new(), marks: Vec::new(), tool_lengths: [first.tool_length, second.tool_length] };
     for k in 0..first.items.len().max(second.items.len()) {

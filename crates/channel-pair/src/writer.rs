@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::channel::{Channel, Group, Place, channels, norm};
+use crate::channel::{Channel, Group, WordPositions, channels, norm};
 use crate::pair::{SiemensFeed, SiemensPair, SiemensSettings};
 use crate::statement::{ALARM, CHECK_TOLERANCE, FGREF, LABEL, SAFE_START};
 use facemill_nc_program::{
@@ -40,7 +40,7 @@ pub fn write_siemens_pair(
         spec,
         settings,
         texts: [(); 2].map(|()| Text { text: String::new(), numbers: settings.block_numbers, next: 0 }),
-        place: Place::new(&spec.axes, settings.decimals),
+        place: WordPositions::new(&spec.axes, settings.decimals),
         mark: 0,
         since_mark: 0,
         channels,
@@ -77,7 +77,7 @@ struct PairWriter<'a> {
     settings: &'a SiemensSettings,
     channels: [Channel<'a>; 2],
     texts: [Text; 2],
-    place: Place,
+    place: WordPositions,
     /// Number of the last mark.
     mark: u32,
     /// Cutting blocks since that mark.
@@ -283,7 +283,7 @@ fn rounded_down(value: f64, decimals: u8, what: &'static str, place: &str) -> Re
 
 /// Returns the words of the channel's changed axes, or of all its axes if none has changed: every
 /// block must be in both channels.
-fn words_of(channel: &Channel<'_>, changed: &[(AxisLetter, f64)], place: &Place) -> String {
+fn words_of(channel: &Channel<'_>, changed: &[(AxisLetter, f64)], place: &WordPositions) -> String {
     let is_changed = |letter: &AxisLetter| changed.iter().any(|(l, _)| l == letter);
     let none = !channel.letters().any(|l| is_changed(&l));
     let words: Vec<String> = channel.letters().filter(|l| none || is_changed(l)).map(|l| place.word(l)).collect();

@@ -104,7 +104,7 @@ pub struct ChipSection {
 /// position: see [`ChipAreaError`].
 pub fn chip_area(section: &ChipSection) -> Result<f64, ChipAreaError> {
     check_values(section)?;
-    let placed = Placed::new(section);
+    let placed = TurnedSection::new(section);
     let tools = placed.tools()?;
     for ((tool, contact), position) in tools.iter().zip(&placed.contacts).zip([Position::First, Position::Second]) {
         if placed.layer.is_gouged_by(tool, contact.point) {
@@ -182,7 +182,7 @@ fn check_values(section: &ChipSection) -> Result<(), ChipAreaError> {
 }
 
 /// The section in the tool's frame: origin at the first CC point, y along the axis.
-struct Placed {
+struct TurnedSection {
     cutter: SectionCutter,
     layer: Layer,
     contacts: [Contact; 2],
@@ -190,7 +190,7 @@ struct Placed {
     steps_right: bool,
 }
 
-impl Placed {
+impl TurnedSection {
     fn new(section: &ChipSection) -> Self {
         let curvature = section.surface.curvature();
         let sense = if section.step_sign == StepSign::Positive { 1.0 } else { -1.0 };

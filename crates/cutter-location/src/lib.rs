@@ -58,4 +58,4 @@ pub use crate::pose::workcell::{
 pub use crate::search::bezier::{SearchCurve, SearchCurveError, SearchOrder, TurnTable};
 pub use crate::search::certified::{CertifiedSearch, MOST_TESTS, certified_search};
 pub use crate::search::remedy::{Remedy, reliefs};
-pub use search::{Found, SearchSettings, search};
+pub use search::{FoundPosture, SearchSettings, search};

@@ -24,7 +24,7 @@ pub struct SearchSettings {
     pub u_tolerance: f64,
     /// Width of feasible stretches of u that may be missed: everything before the result is proven
     /// blocked except feasible stretches shorter than this ([`certified_search`]), or than
-    /// [`Found::width`] where this width would take too many tests. `None` steps as the paper does.
+    /// [`FoundPosture::width`] where this width would take too many tests. `None` steps as the paper does.
     pub certified: Option<f64>,
 }
 
@@ -36,7 +36,7 @@ impl Default for SearchSettings {
 
 /// A feasible pose and its place on the curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Found {
+pub struct FoundPosture {
     /// Parameter on the search curve.
     pub u: f64,
     /// The pose, tested at exactly this u.
@@ -66,11 +66,12 @@ pub fn search(
     from_u: f64,
     near: Option<&Configuration>,
     hints: &mut Hints,
-) -> Result<Found, Infeasible> {
+) -> Result<FoundPosture, Infeasible> {
     if settings.certified.is_some() {
         return certified_search(test, cc, curve, settings, from_u, near, hints).found;
     }
-    let mut try_at = |u: f64| test.try_posture(cc, curve.at(u), near, hints).map(|pose| Found { u, pose, width: None });
+    let mut try_at =
+        |u: f64| test.try_posture(cc, curve.at(u), near, hints).map(|pose| FoundPosture { u, pose, width: None });
     let mut blocked = None;
     let mut reasons = Reasons::default();
     for u in coarse_steps(from_u, settings.u_step) {
@@ -93,11 +94,11 @@ fn coarse_steps(from: f64, step: f64) -> impl Iterator<Item = f64> {
 
 /// Bisects between a blocked and a feasible u; keeps the last feasible one.
 pub(crate) fn refine(
-    mut try_at: impl FnMut(f64) -> Result<Found, Infeasible>,
+    mut try_at: impl FnMut(f64) -> Result<FoundPosture, Infeasible>,
     blocked: Option<f64>,
-    mut found: Found,
+    mut found: FoundPosture,
     tolerance: f64,
-) -> Found {
+) -> FoundPosture {
     let Some(mut blocked) = blocked else { return found };
     while found.u - blocked > tolerance {
         let middle = 0.5 * (blocked + found.u);

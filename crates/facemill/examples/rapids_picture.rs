@@ -69,10 +69,10 @@ fn with_far_links(text: &[u8]) -> Result<Vec<u8>, Failed> {
 const ALLOWANCE: f64 = 1.0;
 
 /// Path of the tip on the work, and whether it is a rapid.
-type Way = (bool, Vec<Point3<f64>>);
+type TipPath = (bool, Vec<Point3<f64>>);
 
 /// Returns the paths of the tip behind its first cut and before its last one.
-fn tip_ways(job: &Job, text: &[u8]) -> Result<Vec<Way>, Failed> {
+fn tip_ways(job: &Job, text: &[u8]) -> Result<Vec<TipPath>, Failed> {
     let machine = &job.machine;
     let length = job.tool.gauge_length();
     let words = word_map(machine, length)?;
@@ -80,7 +80,7 @@ fn tip_ways(job: &Job, text: &[u8]) -> Result<Vec<Way>, Failed> {
     let program = read_program(text, Dialect::Fanuc)?;
     let table_from_work: Isometry3<f64> = nalgebra::Translation3::new(0.0, 0.0, 300.0).into();
     let mut at: Option<AxisValues> = None;
-    let mut ways: Vec<Way> = Vec::new();
+    let mut ways: Vec<TipPath> = Vec::new();
     for (_, motion) in program.motions() {
         let Some(end) = words.joints_at(motion, &home).ok().and_then(|j| AxisValues::from_slice(&j)) else { continue };
         if let Some(start) = at.replace(end) {
@@ -109,7 +109,7 @@ fn word_map(machine: &Machine, length: f64) -> Result<WordMap, Failed> {
 const GROUND: &str = "#c9ced2";
 
 /// Draws from the side the stock, and the path of the tip before and after, one above the other.
-fn picture(stock: &DexelMap, ways: &[Vec<Way>; 2], file: &RapidsFile) -> String {
+fn picture(stock: &DexelMap, ways: &[Vec<TipPath>; 2], file: &RapidsFile) -> String {
     let mut figure = Figure::new(760.0, 840.0, "Links of a sculptured surface, from the side");
     let titles = [
         format!("before: {} at rapid rate", clock(file.time_before_s)),

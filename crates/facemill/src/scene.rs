@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use facemill_cl_data::CcPoint;
-use facemill_cutter_location::{Found, Hints, Infeasible, PoseTest, search};
+use facemill_cutter_location::{FoundPosture, Hints, Infeasible, PoseTest, search};
 use facemill_job::failure::Failure;
 use facemill_job::setup::cell::{search_curve, search_settings, z_map};
 use facemill_job::setup::scene::Scene;
@@ -42,7 +42,7 @@ pub trait UseScene {
         operation: &str,
         cc: &[CcPoint],
         uncut_left: bool,
-    ) -> Result<Vec<Result<Found, Infeasible>>, Failure>;
+    ) -> Result<Vec<Result<FoundPosture, Infeasible>>, Failure>;
 
     /// Plans the operations of the setup, as [`plan_setup`].
     ///
@@ -84,7 +84,7 @@ impl UseScene for Scene<'_> {
         operation: &str,
         cc: &[CcPoint],
         uncut_left: bool,
-    ) -> Result<Vec<Result<Found, Infeasible>>, Failure> {
+    ) -> Result<Vec<Result<FoundPosture, Infeasible>>, Failure> {
         check_one_head(self)?;
         let named = self.job.operations_of(self.setup.file).map(|(_, o)| o).find(|o| o.name == operation);
         let operation = named.ok_or_else(|| {

@@ -112,7 +112,7 @@ pub fn feed_for_block(
     range: &FeedRange,
 ) -> Result<BlockFeed, FeedError> {
     let tip_time = tip_time(tip_distance, tip_feed)?;
-    let Timed { f_word, time, limit } = timed(axes, start, end, tip_time, range)?.unwrap_or(Timed {
+    let TimedFeed { f_word, time, limit } = timed(axes, start, end, tip_time, range)?.unwrap_or(TimedFeed {
         f_word: tip_feed.max(range.min).min(range.max),
         time: 0.0,
         limit: FeedLimit::NoMotion,
@@ -132,7 +132,7 @@ pub(crate) fn tip_time(tip_distance: f64, tip_feed: f64) -> Result<f64, FeedErro
 }
 
 /// F word (G94) and time of a block, and the limit that sets the time.
-pub(crate) struct Timed {
+pub(crate) struct TimedFeed {
     pub(crate) f_word: f64,
     pub(crate) time: f64,
     pub(crate) limit: FeedLimit,
@@ -146,7 +146,7 @@ pub(crate) fn timed(
     end: &AxisValues,
     tip_time: f64,
     range: &FeedRange,
-) -> Result<Option<Timed>, FeedError> {
+) -> Result<Option<TimedFeed>, FeedError> {
     let length = g94_length(axes, start, end);
     if !length.is_finite() {
         return Err(FeedError::NotFinite);
@@ -161,16 +161,16 @@ pub(crate) fn timed(
     }
     if f_word > range.max {
         let time = 60.0 * length / range.max;
-        return Ok(Some(Timed { f_word: range.max, time, limit: FeedLimit::ControlMax }));
+        return Ok(Some(TimedFeed { f_word: range.max, time, limit: FeedLimit::ControlMax }));
     }
     if f_word >= range.min {
-        return Ok(Some(Timed { f_word, time, limit }));
+        return Ok(Some(TimedFeed { f_word, time, limit }));
     }
     let time = 60.0 * length / range.min;
     if time < axis_time {
         return Err(FeedError::MinimumExceedsAxis { axis, f_word, min: range.min });
     }
-    Ok(Some(Timed { f_word: range.min, time, limit: FeedLimit::ControlMin }))
+    Ok(Some(TimedFeed { f_word: range.min, time, limit: FeedLimit::ControlMin }))
 }
 
 /// Returns the axis that needs the longest at its largest speed, and that time, s. Among equal ones

@@ -2,7 +2,7 @@
 
 use facemill_inverse_kinematics::{Axis, AxisValues, FeedRange, Machine};
 
-use crate::block_feed::{FeedError, FeedLimit, Timed, timed, tip_time};
+use crate::block_feed::{FeedError, FeedLimit, TimedFeed, timed, tip_time};
 use crate::plan::PlanFeedsError;
 
 /// Feed and time of one block in which two heads move at once.
@@ -77,7 +77,7 @@ pub fn feed_for_pair(
         times[head] = if tip_feeds[head].is_some() { time } else { 0.0 };
     }
     let slower = usize::from(times[1] > times[0]);
-    let Some(Timed { f_word, time, limit }) = timed(axes, start, end, times[slower], range)? else {
+    let Some(TimedFeed { f_word, time, limit }) = timed(axes, start, end, times[slower], range)? else {
         let slowest = tip_feeds.into_iter().flatten().reduce(f64::min).unwrap_or(range.min);
         let (f_word, limit) = (slowest.max(range.min).min(range.max), PairLimit::Other(FeedLimit::NoMotion));
         return Ok(PairFeed { f_word, time: 0.0, tip_feeds: [0.0; 2], limit });

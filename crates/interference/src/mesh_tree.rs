@@ -17,7 +17,7 @@ use crate::body::lanes::{Lanes, vectorized};
 use crate::body::{Body, Placed, for_body};
 use crate::closed::{ClosedParts, Components};
 use crate::mesh_tree::build::{Child, Node, Tree};
-use crate::mesh_tree::lift_search::Way;
+use crate::mesh_tree::lift_search::LiftedSolid;
 use crate::query::Interference;
 use crate::query::sweep_verdict::{MotionInterval, SweepVerdict, TurnRange};
 use crate::query::verdict::{Separation, Verdict, Witness};
@@ -192,8 +192,8 @@ impl Interference for MeshTree {
             return self.triangles.is_empty().then_some(0.0);
         }
         let max_lift = if max_lift.is_nan() { 0.0 } else { max_lift };
-        let way = Way { solid, mesh_from_solid, direction: direction.into_inner(), max_lift, resolution };
-        for_body!(Placed::new(solid, mesh_from_solid), |body| self.first_free(&body, &way))
+        let lifted = LiftedSolid { solid, mesh_from_solid, direction: direction.into_inner(), max_lift, resolution };
+        for_body!(Placed::new(solid, mesh_from_solid), |body| self.first_free(&body, &lifted))
     }
 }
 

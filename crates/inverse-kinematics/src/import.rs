@@ -50,7 +50,7 @@ mod typical {
 }
 
 /// One `<axis>` in our units.
-struct Axis {
+struct ImportedAxis {
     letter: &'static str,
     is_linear: bool,
     carrier: Carrier,
@@ -74,15 +74,15 @@ pub fn import_autodesk_machine(text: &str) -> Result<MachineFile, ImportError> {
     if root.tag_name().name() != "machine" {
         return Err(wrong(&root, "is not <machine>: this is no Autodesk machine file"));
     }
-    let axes: Vec<Axis> = children(&root, "axis").map(|node| read_axis(&node)).collect::<Result<_, _>>()?;
+    let axes: Vec<ImportedAxis> = children(&root, "axis").map(|node| read_axis(&node)).collect::<Result<_, _>>()?;
     refuse_orders(&root, &axes)?;
     let (bed_from_table, bed_from_nose) = ends(&root)?;
-    let of = |carrier| axes.iter().filter(move |a: &&Axis| a.carrier == carrier);
+    let of = |carrier| axes.iter().filter(move |a: &&ImportedAxis| a.carrier == carrier);
     let table: Vec<AxisLine> = of(Carrier::Table).map(|a| a.line.clone()).collect();
     // Such files list rotary axes of a head from the tool to the bed, everything else from the bed
     // outward.
     let mut head: Vec<AxisLine> = of(Carrier::Head).filter(|a| a.is_linear).map(|a| a.line.clone()).collect();
-    let rotary: Vec<&Axis> = of(Carrier::Head).filter(|a| !a.is_linear).collect();
+    let rotary: Vec<&ImportedAxis> = of(Carrier::Head).filter(|a| !a.is_linear).collect();
     head.extend(rotary.iter().rev().map(|a| a.line.clone()));
     let (feed, feed_is_known) = feed(&root)?;
     Ok(MachineFile {
@@ -120,7 +120,7 @@ fn required<'a>(node: &Node<'a, '_>, attribute: &str) -> Result<&'a str, ImportE
     node.attribute(attribute).ok_or_else(|| wrong(node, format!("has no attribute `{attribute}`")))
 }
 
-fn read_axis(node: &Node<'_, '_>) -> Result<Axis, ImportError> {
+fn read_axis(node: &Node<'_, '_>) -> Result<ImportedAxis, ImportError> {
     let one_of = |attribute: &str, known: &[&'static str]| {
         let text = required(node, attribute)?;
         let position = known.iter().position(|k| *k == text);
@@ -143,7 +143,7 @@ fn read_axis(node: &Node<'_, '_>) -> Result<Axis, ImportError> {
         }
         let (joint, has_velocity) = prismatic(node, ["X", "Y", "Z"][coordinate], carrier)?;
         let line = AxisLine { joint, direction: Unit::new_unchecked(unit), point: Point3::origin(), bodies: vec![] };
-        return Ok(Axis { letter: ["X", "Y", "Z"][coordinate], is_linear, carrier, line, has_velocity });
+        return Ok(ImportedAxis { letter: ["X", "Y", "Z"][coordinate], is_linear, carrier, line, has_velocity });
     }
     let vector = direction(node, "axis")?;
     let (joint, has_velocity) = revolute(node, ["A", "B", "C"][coordinate], carrier)?;
@@ -151,7 +151,7 @@ fn read_axis(node: &Node<'_, '_>) -> Result<Axis, ImportError> {
     // negative, a head's against.
     let direction = if carrier == Carrier::Table { vector } else { -vector };
     let line = AxisLine { joint, direction, point: Point3::from(offset), bodies: vec![] };
-    Ok(Axis { letter: ["A", "B", "C"][coordinate], is_linear, carrier, line, has_velocity })
+    Ok(ImportedAxis { letter: ["A", "B", "C"][coordinate], is_linear, carrier, line, has_velocity })
 }
 
 /// Returns the sense of an axis: by ISO 841, letters describe the motion of the tool relative to
@@ -230,7 +230,7 @@ fn revolute(node: &Node<'_, '_>, letter: &str, carrier: Carrier) -> Result<(Join
 
 /// Refuses a linear axis listed behind a rotary one of its side: it would be ambiguous which
 /// carries which.
-fn refuse_orders(root: &Node<'_, '_>, axes: &[Axis]) -> Result<(), ImportError> {
+fn refuse_orders(root: &Node<'_, '_>, axes: &[ImportedAxis]) -> Result<(), ImportError> {
     let nodes: Vec<Node<'_, '_>> = children(root, "axis").collect();
     if axes.is_empty() {
         return Err(wrong(root, "has no <axis>"));
@@ -297,7 +297,7 @@ fn source(root: &Node<'_, '_>) -> String {
     format!("Autodesk machine file{description}")
 }
 
-fn assumed(axes: &[Axis], feed_is_known: bool) -> Vec<AssumedFile> {
+fn assumed(axes: &[ImportedAxis], feed_is_known: bool) -> Vec<AssumedFile> {
     let whole = |value| AssumedFile { value, axes: Vec::new() };
     let slow: Vec<String> = axes.iter().filter(|a| !a.has_velocity).map(|a| a.letter.to_owned()).collect();
     let mut all = Vec::new();

@@ -16,7 +16,7 @@ use facemill_nc_program::{
     WorkOffset,
 };
 use facemill_virtual_machine::motion::axis_motion::{AxisMotion, MotionContext, MotionReader, StraightCut, legs};
-use facemill_virtual_machine::program_time::program_moves::{Moves, stands};
+use facemill_virtual_machine::program_time::program_moves::{MoveRuns, is_standstill};
 use serde::Serialize;
 
 use crate::feed_rewrite::checks::{Computed, Doubts, LAST_BITS, check_vectors, not_raised, rounded_down};
@@ -152,7 +152,7 @@ pub fn rewrite_feed_lines<R: BufRead>(
     let Some(law) = &settings.time_law else {
         return Ok(read(&open, FeedOptimizer::new(settings, &words, Law::Off)?, Some(out))?.summary);
     };
-    let run = FeedOptimizer::new(settings, &words, Law::Collecting(Moves::default()))?;
+    let run = FeedOptimizer::new(settings, &words, Law::Collecting(MoveRuns::default()))?;
     let tolerance = blending(settings.machine, law)?;
     let control = settings.dialect.file().control_motion;
     let Law::Collecting(moves) = read(&open, run, None)?.law else {
@@ -324,8 +324,8 @@ impl<'s> FeedOptimizer<'s> {
                 "a switch decides whether it is run, and so determines feed and position of the next block".to_owned(),
             ));
         }
-        let stands = stands(block);
-        if stands {
+        let stops = is_standstill(block);
+        if stops {
             self.law.stop();
         }
         if let Some(motion) = &block.motion {
@@ -337,7 +337,7 @@ impl<'s> FeedOptimizer<'s> {
             return Ok(Edit::Keep);
         };
         let edit = self.motion(block, motion, way);
-        if stands {
+        if stops {
             self.law.stop();
         }
         edit.map_err(at_line)

@@ -13,7 +13,7 @@ use facemill_job::setup::cell::{search_settings, workcell, z_map};
 use facemill_job::setup::path::lay;
 use facemill_job::stages::Stages;
 use facemill_job::validate::belongs;
-use facemill_tool_path::pieces::LaidTask;
+use facemill_tool_path::segments::LaidTask;
 
 use crate::drawing::solution_svg::map_svg;
 use crate::passes::operation::{mapped_range, settle_branch};

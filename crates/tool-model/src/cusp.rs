@@ -37,7 +37,7 @@ pub fn cusp_height_between(right: &Outline, left: &Outline, step: f64, surface_c
     if !(step >= 0.0 && step.is_finite() && spanned <= std::f64::consts::PI) {
         return Cusp::Uncut;
     }
-    let section = Section { right, left, step, curvature: surface_curvature };
+    let section = CircularSection { right, left, step, curvature: surface_curvature };
     let ridge = section.crossing();
     if ridge.is_finite() { Cusp::Height(ridge.max(0.0)) } else { Cusp::Uncut }
 }
@@ -67,14 +67,14 @@ pub fn step_over_for_cusp(right: &Outline, left: &Outline, cusp: f64, surface_cu
 }
 
 /// Two outlines over a circular section of the surface.
-struct Section<'a> {
+struct CircularSection<'a> {
     right: &'a Outline,
     left: &'a Outline,
     step: f64,
     curvature: f64,
 }
 
-impl Section<'_> {
+impl CircularSection<'_> {
     /// Height of `outline` over the surface at arc length `s` from the outline's own CC point;
     /// infinite where it does not reach.
     fn height(&self, outline: &Outline, s: f64) -> f64 {

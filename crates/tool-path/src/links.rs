@@ -2,14 +2,14 @@
 
 pub mod choose;
 pub mod clock;
+#[cfg(test)]
+#[path = "../tests/unit/links/link_path_laws.rs"]
+mod link_path_laws;
+#[cfg(test)]
+#[path = "../tests/unit/links/link_path_scenes.rs"]
+mod link_path_scenes;
+pub mod link_paths;
 pub mod tour;
-#[cfg(test)]
-#[path = "../tests/unit/links/way_scenes.rs"]
-mod way_scenes;
-pub mod ways;
-#[cfg(test)]
-#[path = "../tests/unit/links/ways_laws.rs"]
-mod ways_laws;
 pub mod words;
 
 use facemill_cutter_location::links::link::ClearanceSurface;
@@ -19,7 +19,7 @@ use nalgebra::Isometry3;
 
 use crate::links::choose::{Choice, Chooser};
 use crate::links::clock::LinkClock;
-use crate::links::ways::Ends;
+use crate::links::link_paths::LinkEnds;
 
 /// A machine with its tool and workpiece, and the surface over which long links lead.
 #[derive(Clone, Copy)]
@@ -36,8 +36,8 @@ pub struct LinkScene<'a> {
 
 impl LinkScene<'_> {
     /// Returns the ends of a link at these axis values.
-    fn ends(&self, start: AxisValues, end: AxisValues) -> Ends<'_> {
-        Ends {
+    fn ends(&self, start: AxisValues, end: AxisValues) -> LinkEnds<'_> {
+        LinkEnds {
             machine: self.machine,
             tool_length: self.tool_length,
             table_from_work: self.table_from_work,
@@ -61,7 +61,7 @@ pub fn fastest(
     rounded: &(dyn Fn(&AxisValues) -> Option<AxisValues> + Sync),
 ) -> Result<Choice, String> {
     let end = link.ends.last().copied().unwrap_or(link.start);
-    let heads: Vec<Ends<'_>> = heads.iter().map(|head| head.ends(link.start, end)).collect();
+    let heads: Vec<LinkEnds<'_>> = heads.iter().map(|head| head.ends(link.start, end)).collect();
     Chooser { heads: &heads, clock, law: link.law, rounded }.choose(link, stage)
 }
 

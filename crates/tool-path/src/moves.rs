@@ -16,7 +16,7 @@ use crate::linearity::Linearity;
 use crate::moves::order::{PassOrderReport, ordered};
 use crate::moves::sequencer::Sequencer;
 use crate::path_error::PathError;
-use crate::pieces::{Cut, LeftOut, Piece};
+use crate::segments::{Cut, LeftOut, PassSegment};
 
 /// Purpose of a move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,7 +49,7 @@ pub struct Move {
 #[derive(Clone, Debug)]
 pub struct PieceMoves {
     /// The piece, as far as entry and exit left it.
-    pub piece: Piece,
+    pub piece: PassSegment,
     /// In order.
     pub moves: Vec<Move>,
 }
@@ -94,7 +94,7 @@ pub struct MoveSettings {
 /// A piece with its ways in and out.
 pub struct Reached {
     /// The piece.
-    pub piece: Piece,
+    pub piece: PassSegment,
     /// Into it.
     pub entry: Approach,
     /// Out of it.
@@ -129,7 +129,7 @@ fn outer(approach: &Approach) -> Waypoint {
 pub fn operation_moves(
     test: &PoseTest<'_>,
     settings: &MoveSettings,
-    pieces: Vec<Piece>,
+    pieces: Vec<PassSegment>,
     from: Option<Move>,
     left_out: &mut Vec<LeftOut>,
     monitor: &dyn Monitor,
@@ -199,10 +199,10 @@ pub fn blocked_way(test: &PoseTest<'_>, what: &str, blocked: &LinkBlocked) -> Pa
 }
 
 /// Returns entry and exit of a piece, shortened until both exist.
-pub fn reach(test: &PoseTest<'_>, settings: &MoveSettings, mut piece: Piece) -> (Option<Reached>, Vec<LeftOut>) {
+pub fn reach(test: &PoseTest<'_>, settings: &MoveSettings, mut piece: PassSegment) -> (Option<Reached>, Vec<LeftOut>) {
     let mut hints = Hints::default();
     let mut lost = Vec::new();
-    let mut at_end = |piece: &Piece, end: PassEnd| {
+    let mut at_end = |piece: &PassSegment, end: PassEnd| {
         let (settings, cut) = match end {
             PassEnd::Entry => (&settings.entry, piece.cuts.first()),
             PassEnd::Exit => (&settings.exit, piece.cuts.last()),

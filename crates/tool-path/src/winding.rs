@@ -6,7 +6,7 @@ use facemill_cutter_location::{Hints, PoseTest, SearchSettings, limited_rotaries
 use facemill_inverse_kinematics::{AxisValues, Machine};
 
 use crate::linearity::turned_near;
-use crate::pieces::{Cut, Filler, Piece, PosePair};
+use crate::segments::{Cut, Filler, PassSegment, PosePair};
 
 /// Number of windings tried for each cut, those nearest to home: a cable is never wound farther,
 /// though a limit may allow it.
@@ -37,9 +37,9 @@ type Cost = (u32, u32, f64);
 pub fn wound(
     test: &PoseTest<'_>,
     fallback: Option<&SearchSettings>,
-    pieces: Vec<Piece>,
+    pieces: Vec<PassSegment>,
     start: Option<AxisValues>,
-) -> Vec<Piece> {
+) -> Vec<PassSegment> {
     let machine = test.cell.machine;
     if limited_rotaries(machine).next().is_none() {
         return pieces;
@@ -171,9 +171,14 @@ pub fn windings(machine: &Machine, pieces: &[Vec<AxisValues>], start: Option<&Ax
 }
 
 /// Splits a piece at these positions into the parts between which an axis turns back.
-fn parts(test: &PoseTest<'_>, fallback: Option<&SearchSettings>, piece: Piece, at: &[AxisValues]) -> Vec<Piece> {
+fn parts(
+    test: &PoseTest<'_>,
+    fallback: Option<&SearchSettings>,
+    piece: PassSegment,
+    at: &[AxisValues],
+) -> Vec<PassSegment> {
     let machine = test.cell.machine;
-    let Piece { copy, pass, uncut_left, curve, cuts, .. } = piece;
+    let PassSegment { copy, pass, uncut_left, curve, cuts, .. } = piece;
     let filler = Filler::new(test, fallback, curve);
     let mut runs: Vec<Vec<Cut>> = vec![Vec::new()];
     let mut last: Option<Cut> = None;
@@ -189,7 +194,7 @@ fn parts(test: &PoseTest<'_>, fallback: Option<&SearchSettings>, piece: Piece, a
     }
     let is_whole = runs.len() == 1;
     let part = |k: usize| if is_whole { None } else { Some(k as u32) };
-    let of = |(k, cuts)| Piece { copy, pass, cuts, uncut_left, curve, part: part(k) };
+    let of = |(k, cuts)| PassSegment { copy, pass, cuts, uncut_left, curve, part: part(k) };
     runs.into_iter().enumerate().map(of).collect()
 }
 

@@ -10,8 +10,8 @@ use facemill_virtual_machine::{Assumption, BlockCut, EstimatedPositions};
 pub fn all_assumptions(of_text: Vec<Assumption>, of_feeds: Vec<Assumption>) -> Vec<Assumption> {
     let mut all = [of_text, of_feeds].concat();
     all.sort();
-    let mut told = BTreeSet::new();
-    all.retain(|assumption| told.insert(assumption.text.clone()));
+    let mut seen = BTreeSet::new();
+    all.retain(|assumption| seen.insert(assumption.text.clone()));
     all
 }
 

@@ -18,7 +18,7 @@ use facemill_job::stages::Stages;
 use facemill_nc_program::ReadProgram;
 use facemill_surface_model::{Refined, Surface, SurfaceSettings, TriMesh, write_painted_glb};
 use facemill_virtual_machine::VirtualSetup;
-use facemill_z_map::{DeviationError, DexelMap, Place};
+use facemill_z_map::{DeviationError, DeviationPoint, DexelMap};
 use nalgebra::Point3;
 use rayon::prelude::*;
 
@@ -208,7 +208,7 @@ fn patches(
         let [a, b, c] = fine.mesh.corners(k).map(|p| p.coords);
         let middle = Point3::from((a + b + c) / 3.0);
         let normal = part.facet_normal(parent);
-        let place: Option<Place> = normal.and_then(|n| found.near(&middle, &n)).map(|p| beyond(p, allowances));
+        let place: Option<DeviationPoint> = normal.and_then(|n| found.near(&middle, &n)).map(|p| beyond(p, allowances));
         Patch { area: 0.5 * fine.mesh.scaled_normal(k).norm(), is_drive: is_drive[parent as usize], place }
     };
     (0..fine.parents.len()).into_par_iter().map(patch).collect()

@@ -11,7 +11,7 @@ use facemill_virtual_machine::program_time::tolerance::levers_at;
 use facemill_virtual_machine::{Assumption, BlockCut, Finding, FindingKind, Measure, StockRun};
 
 /// Feeds and speeds that a job requires in one of its setups, for all its operations and heads.
-pub struct Asked {
+pub struct RequiredFeeds {
     /// Largest speed of a tip in cuts, mm/min.
     cuts: f64,
     /// Largest speed of a tip, mm/min: of cuts, entries, exits and air.
@@ -72,8 +72,8 @@ impl CutFeeds {
 
     /// Returns a note if most of the cutting path is far slower than the job's feeds: that is no
     /// fault, but may be a slip.
-    pub fn note(&self, asked: &Asked, head: &str) -> Option<Assumption> {
-        let least = asked.least?;
+    pub fn note(&self, required: &RequiredFeeds, head: &str) -> Option<Assumption> {
+        let least = required.least?;
         let [all, slow] = self.ways;
         if slow <= WORTH_A_NOTE * all {
             return None;
@@ -197,7 +197,7 @@ const SAME_SPEED: [f64; 2] = [0.5, 1e-3];
 /// Least expected number of decimals of words.
 const DECIMALS: u8 = 3;
 
-impl Asked {
+impl RequiredFeeds {
     /// Returns the requirements of a setup's operations; `None` without any.
     pub fn of(job: &Job, setup: &SetupFile) -> Option<Self> {
         let feeds: Vec<_> = job.operations_of(setup).map(|(_, o)| &o.feeds).collect();
@@ -313,13 +313,13 @@ impl Asked {
             let open = |block: &&FastBlock| !block.is_above_all && !is_cut(block) && is(block.line);
             fast.iter().find(open).map(|block| block.line)
         };
-        let told = |line: Option<u32>, text: String| line.map(|line| Assumption { line: Some(line), text });
+        let note_at = |line: Option<u32>, text: String| line.map(|line| Assumption { line: Some(line), text });
         let Some(known) = known else {
             let text = format!(
                 "feeds of cuts are compared with {all} mm/min, the largest of cutting, approach and air feeds: the stock is \
                  not cut, so cuts cannot be distinguished from entries"
             );
-            return told(first(&|_| true), text).into_iter().collect();
+            return note_at(first(&|_| true), text).into_iter().collect();
         };
         let held = format!("feeds above {cuts} mm/min, the largest of cuts, are compared with {all} mm/min where");
         let not_covered = format!("{held} the tool may reach stock beyond the region that is cut: it may cut there");
@@ -333,7 +333,7 @@ impl Asked {
         );
         let in_force =
             [(&known.not_covered, not_covered), (&known.doubtful, doubtful), (&known.between_lines, between_lines)];
-        in_force.into_iter().filter_map(|(lines, text)| told(first(&|line| lines.contains(&line)), text)).collect()
+        in_force.into_iter().filter_map(|(lines, text)| note_at(first(&|line| lines.contains(&line)), text)).collect()
     }
 
     /// Returns the speed of the tip if it exceeds a limit (mm/min) by more than rounding of words
@@ -404,13 +404,13 @@ impl Asked {
     }
 
     fn other_speed(&self, block: &ReadBlock, speed: f64) -> Option<Finding> {
-        let is_same = |asked: &f64| (speed - asked).abs() <= SAME_SPEED[0].max(SAME_SPEED[1] * asked);
+        let is_same = |required: &f64| (speed - required).abs() <= SAME_SPEED[0].max(SAME_SPEED[1] * required);
         if self.speeds.iter().any(is_same) {
             return None;
         }
-        let mut asked: Vec<String> = self.speeds.iter().map(f64::to_string).collect();
-        asked.dedup();
-        let note = format!("S{speed} is programmed, but the job requires {} 1/min", asked.join(", "));
+        let mut speeds: Vec<String> = self.speeds.iter().map(f64::to_string).collect();
+        speeds.dedup();
+        let note = format!("S{speed} is programmed, but the job requires {} 1/min", speeds.join(", "));
         Some(of_block(FindingKind::OtherSpindleSpeed, block, note))
     }
 }

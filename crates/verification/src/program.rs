@@ -30,7 +30,7 @@ use facemill_z_map::DexelMap;
 
 use crate::assumptions::{all_assumptions, cuts_nothing, is_estimate};
 use crate::deviation::{CutStock, deviation_of};
-use crate::feeds::{Asked, CutFeeds, FastBlock, KnownCuts};
+use crate::feeds::{CutFeeds, FastBlock, KnownCuts, RequiredFeeds};
 use crate::merged_heads::{merged_runs, proven_for_both};
 use crate::named_results::{name_obstacles, not_verified};
 use crate::remaining::{RunningHead, remaining};
@@ -156,7 +156,7 @@ pub fn verify_program(
         None => HeldAsCut::NOTHING,
     };
     let stamp = ProgramStamp::new(request.program, text);
-    let run = Run { program: &program, text, stamp, request, gouge_limit, as_cut, stages };
+    let run = VerificationRun { program: &program, text, stamp, request, gouge_limit, as_cut, stages };
     let mut found = if job.second.is_some() { run.two_heads(job)? } else { run.one_head(job)? };
     found.verification.findings.sort_by_key(|f| (f.first_line, f.kind));
     let machine = match &job.second {
@@ -184,7 +184,7 @@ pub fn verify_program(
 }
 
 /// Program and the options of its run.
-struct Run<'a> {
+struct VerificationRun<'a> {
     program: &'a ReadProgram,
     text: &'a [u8],
     stamp: ProgramStamp,
@@ -195,7 +195,7 @@ struct Run<'a> {
 }
 
 /// Results of the runs.
-struct Found {
+struct RunResults {
     verification: Verification,
     times: ProgramTimes,
     assumptions: Vec<Assumption>,
@@ -208,7 +208,7 @@ struct Found {
     painted: Option<Vec<u8>>,
 }
 
-impl Found {
+impl RunResults {
     /// Returns the results without cut stock.
     fn of(verification: Verification, certificates: Option<Certificates>) -> Self {
         let assumptions = Vec::new();
@@ -244,7 +244,7 @@ struct Cut<const N: usize> {
     between: Vec<BetweenLines>,
 }
 
-impl Found {
+impl RunResults {
     /// Adds the results of cutting the stock; returns the knowledge about the heads' cuts.
     fn take<const N: usize>(&mut self, cut: Cut<N>) -> [KnownCuts; N] {
         self.verification.findings.extend(cut.findings.into_iter().flatten());
@@ -257,8 +257,8 @@ impl Found {
     }
 }
 
-impl Run<'_> {
-    fn one_head(&self, job: &Job) -> Result<Found, Failure> {
+impl VerificationRun<'_> {
+    fn one_head(&self, job: &Job) -> Result<RunResults, Failure> {
         let setup = Setup::read(job, self.request.setup)?;
         check_winding(job, &setup, self.request.setup)?;
         let scene = Scene::new(job, &setup, self.request.setup)?;
@@ -269,15 +269,15 @@ impl Run<'_> {
         let at = scene.virtual_setup(self.request.dialect);
         let mut found = self.found(&at, &setup, "")?;
         found.times = self.times(&[(&job.machine, job.tool.gauge_length())], &scene, &mut found);
-        let asked = Asked::of(job, setup.file);
-        let [feeds] = self.cut_feeds(asked.as_ref(), [(&job.machine, job.tool.gauge_length())], &at);
+        let required = RequiredFeeds::of(job, setup.file);
+        let [feeds] = self.cut_feeds(required.as_ref(), [(&job.machine, job.tool.gauge_length())], &at);
         let cut = self.request.cut.as_ref();
         let on = HeadView { scene: &scene, at: &at };
         let then = [&*found.verification.findings];
         let cut = cut.map(|cut| self.cut([(&on, &feeds.fast)], then, cut)).transpose()?;
         let known = cut.map(|cut| found.take(cut));
         let [known] = known.map_or([None], |known| known.map(Some));
-        self.compare_feeds(asked.as_ref(), &[(&feeds, known, "")], &mut found);
+        self.compare_feeds(required.as_ref(), &[(&feeds, known, "")], &mut found);
         self.measure(job, &setup, &[&at], &mut found)?;
         self.place(&at, &mut found.verification)?;
         found.assumptions.extend(open_files(&setup).chain(open_stock(&setup)));
@@ -301,10 +301,10 @@ impl Run<'_> {
                 ..self.settings()
             }
         });
-        let stands = std::array::from_fn(|h| (heads[h].0, &settings[h]));
-        let done = cut_stock(self.program, stands, cut, self.stages)?;
+        let views = std::array::from_fn(|h| (heads[h].0, &settings[h]));
+        let done = cut_stock(self.program, views, cut, self.stages)?;
         let (mut deviation, mut painted) = (None, None);
-        if let (Some(asked), Some((on, _))) = (&cut.deviation, heads.first()) {
+        if let (Some(required), Some((on, _))) = (&cut.deviation, heads.first()) {
             let now = std::iter::once(&done.rest).chain(&done.across);
             let lines: Vec<[&DexelMap; 2]> = done.before.iter().zip(now).map(|(before, now)| [before, now]).collect();
             let held = CutStock {
@@ -316,7 +316,7 @@ impl Run<'_> {
                 tolerance: cut.tolerance,
                 gouge_limit: self.gouge_limit,
             };
-            let found = deviation_of(on.scene.job, on.scene.setup, &held, asked, self.stages)?;
+            let found = deviation_of(on.scene.job, on.scene.setup, &held, required, self.stages)?;
             (deviation, painted) = (Some(found.0), found.1);
         }
         let accuracy = [done.report.tolerance_mm, done.report.cell_mm];
@@ -332,7 +332,7 @@ impl Run<'_> {
         };
         let mut between = Vec::new();
         if cut.rest.is_none() && !self.request.fast {
-            between.extend(between_lines(self.program, stands, cut, (then, &done.not_covered), self.stages)?);
+            between.extend(between_lines(self.program, views, cut, (then, &done.not_covered), self.stages)?);
             let new = between.iter_mut().map(|between| std::mem::take(&mut between.findings));
             findings.iter_mut().zip(new).for_each(|(all, new)| add_between(all, new));
         }
@@ -351,7 +351,7 @@ impl Run<'_> {
     }
 
     /// Runs the program for each head, with the other one's tool as it is.
-    fn two_heads(&self, job: &Job) -> Result<Found, Failure> {
+    fn two_heads(&self, job: &Job) -> Result<RunResults, Failure> {
         if self.uses_rtcp() {
             let message = "its words are the tip's (RTCP), which machines with two heads do not support";
             return Err(Failure::input(self.request.program, message));
@@ -366,25 +366,25 @@ impl Run<'_> {
         let (mut first, mut second) = (of_head(0)?, of_head(1)?);
         let certificates = first.certificates.zip(second.certificates).map(|(a, b)| proven_for_both(&[a, b]));
         let heads = [0, 1].map(|h| (&machines[h], seen[h].tool.gauge_length()));
-        let asked = Asked::of(job, setups[0].file);
+        let required = RequiredFeeds::of(job, setups[0].file);
         // Words are the axes' own, regardless of the head whose view reads them.
-        let feeds = self.cut_feeds(asked.as_ref(), heads, &at[0]);
+        let feeds = self.cut_feeds(required.as_ref(), heads, &at[0]);
         let on = [0, 1].map(|h| HeadView { scene: &scenes[h], at: &at[h] });
-        let stands = [(&on[0], &feeds[0].fast[..]), (&on[1], &feeds[1].fast[..])];
+        let views = [(&on[0], &feeds[0].fast[..]), (&on[1], &feeds[1].fast[..])];
         let then = [&*first.verification.findings, &*second.verification.findings];
-        let mut cut = self.request.cut.as_ref().map(|cut| self.cut(stands, then, cut)).transpose()?;
+        let mut cut = self.request.cut.as_ref().map(|cut| self.cut(views, then, cut)).transpose()?;
         // Each finding gets the name of its head, with the rest of that head's findings.
         for (h, found) in [&mut first.verification, &mut second.verification].into_iter().enumerate() {
             found.findings.extend(cut.iter_mut().flat_map(|cut| std::mem::take(&mut cut.findings[h])));
         }
         let verification = merged_runs([first.verification, second.verification], Vec::new());
-        let mut found = Found::of(verification, certificates);
+        let mut found = RunResults::of(verification, certificates);
         let views = [0, 1].map(|h| (&seen[h].machine, seen[h].tool.gauge_length()));
         found.times = self.times(&views, &scenes[0], &mut found);
         let known = cut.map(|cut| found.take(cut)).map_or([None, None], |known| known.map(Some));
         let [first, second] = known;
         let feeds = [(&feeds[0], first, "head 1"), (&feeds[1], second, "head 2")];
-        self.compare_feeds(asked.as_ref(), &feeds, &mut found);
+        self.compare_feeds(required.as_ref(), &feeds, &mut found);
         self.measure(job, &setups[0], &[&at[0], &at[1]], &mut found)?;
         self.place(&at[0], &mut found.verification)?;
         found.assumptions.extend(open_files(&setups[0]).chain(open_stock(&setups[0])));
@@ -393,7 +393,7 @@ impl Run<'_> {
 
     /// Returns the time of the program: for machines as each head sees them, with the lengths of
     /// their tools.
-    fn times(&self, views: &[(&Machine, f64)], scene: &Scene<'_>, found: &mut Found) -> ProgramTimes {
+    fn times(&self, views: &[(&Machine, f64)], scene: &Scene<'_>, found: &mut RunResults) -> ProgramTimes {
         let constant = [found.verification.cutting_time_s, found.verification.rapid_time_s];
         if !self.request.time_law {
             return ProgramTimes::constant(constant, vec!["not requested".to_owned()]);
@@ -420,7 +420,7 @@ impl Run<'_> {
         job: &Job,
         setup: &Setup<'_>,
         heads: &[&VirtualSetup<'_>],
-        found: &mut Found,
+        found: &mut RunResults,
     ) -> Result<(), Failure> {
         if self.request.fast {
             return Ok(());
@@ -438,28 +438,33 @@ impl Run<'_> {
     /// Compares speeds of cuts with the job's, seen by machines with the lengths of their tools.
     fn cut_feeds<const N: usize>(
         &self,
-        asked: Option<&Asked>,
+        required: Option<&RequiredFeeds>,
         views: [(&Machine, f64); N],
         at: &VirtualSetup<'_>,
     ) -> [CutFeeds; N] {
         let (words, frame) = (at.words, Some(at.table_from_rtcp_words));
         views.map(|(machine, tool_length)| {
             let at = MotionContext { machine, tool_length, words, frame, work_offset: Some(words.work_offset()) };
-            asked.map(|asked| asked.feeds_of_cuts(self.program, at)).unwrap_or_default()
+            required.map(|required| required.feeds_of_cuts(self.program, at)).unwrap_or_default()
         })
     }
 
     /// Adds findings where feeds and spindle speeds differ from the job's, and their assumptions,
     /// for the fast blocks of each head, with the knowledge about its cuts, and its name.
-    fn compare_feeds(&self, asked: Option<&Asked>, heads: &[(&CutFeeds, Option<KnownCuts>, &str)], found: &mut Found) {
-        let Some(asked) = asked else { return };
+    fn compare_feeds(
+        &self,
+        required: Option<&RequiredFeeds>,
+        heads: &[(&CutFeeds, Option<KnownCuts>, &str)],
+        found: &mut RunResults,
+    ) {
+        let Some(required) = required else { return };
         for (feeds, known, head) in heads {
-            found.verification.findings.extend(asked.findings(self.program, &feeds.fast, known.as_ref(), head));
-            found
-                .assumptions
-                .extend(asked.assumptions(&feeds.fast, known.as_ref()).into_iter().chain(feeds.note(asked, head)));
+            found.verification.findings.extend(required.findings(self.program, &feeds.fast, known.as_ref(), head));
+            found.assumptions.extend(
+                required.assumptions(&feeds.fast, known.as_ref()).into_iter().chain(feeds.note(required, head)),
+            );
         }
-        found.verification.findings.extend(asked.other_speeds(self.program));
+        found.verification.findings.extend(required.other_speeds(self.program));
     }
 
     /// Adds the machine's position to findings that are made from the text.
@@ -472,7 +477,7 @@ impl Run<'_> {
         motions.any(|m| matches!(m.compensation, Compensation::Rtcp(_)))
     }
 
-    fn found(&self, at: &VirtualSetup<'_>, setup: &Setup<'_>, head: &'static str) -> Result<Found, Failure> {
+    fn found(&self, at: &VirtualSetup<'_>, setup: &Setup<'_>, head: &'static str) -> Result<RunResults, Failure> {
         let settings = self.settings();
         let blocks = self.program.blocks.len();
         let monitor = self.stages.start(if head.is_empty() { "verify program" } else { head }, blocks);
@@ -484,7 +489,7 @@ impl Run<'_> {
             certify(self.program, at, &settings, &*monitor).map_err(not_verified)
         });
         let certificates = certificates.transpose()?;
-        Ok(Found::of(verification, certificates))
+        Ok(RunResults::of(verification, certificates))
     }
 }
 

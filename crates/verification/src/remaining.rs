@@ -75,25 +75,25 @@ pub fn remaining(
     heads: &[RunningHead<'_>],
     stages: &dyn Stages,
 ) -> Result<Option<RemainingReport>, Failure> {
-    let asked: Vec<Asked<'_>> = job
+    let requested: Vec<OperationRegion<'_>> = job
         .operations_of(setup.file)
-        .map(|(_, operation)| Asked::of(job, setup, operation))
+        .map(|(_, operation)| OperationRegion::of(job, setup, operation))
         .collect::<Result<_, _>>()?;
-    if asked.is_empty() {
+    if requested.is_empty() {
         return Ok(None);
     }
     let sweep = |h: &RunningHead<'_>| swept_by_cuts(program, h.at, h.settings, MOTION_TOLERANCE, &Silent);
     let sweeps: Vec<SweptCutter> = heads.iter().map(sweep).collect::<Result<_, _>>().map_err(not_verified)?;
     let reach = heads.iter().map(|h| h.at.tool.cutter().radius()).fold(0.0, f64::max);
     let mut operations = Vec::new();
-    for asked in &asked {
-        operations.push(asked.measured((job, setup), &sweeps, reach, stages)?);
+    for requested in &requested {
+        operations.push(requested.measured((job, setup), &sweeps, reach, stages)?);
     }
-    Ok(Some(RemainingReport { accuracy_mm: ACCURACY, outside_fraction: outside(setup, &asked)?, operations }))
+    Ok(Some(RemainingReport { accuracy_mm: ACCURACY, outside_fraction: outside(setup, &requested)?, operations }))
 }
 
 /// Region that an operation is to cut.
-struct Asked<'a> {
+struct OperationRegion<'a> {
     operation: &'a OperationFile,
     region: Region,
     strategy: Option<Strategy>,
@@ -101,7 +101,7 @@ struct Asked<'a> {
     limit: f64,
 }
 
-impl<'a> Asked<'a> {
+impl<'a> OperationRegion<'a> {
     fn of(job: &Job, setup: &Setup<'_>, operation: &'a OperationFile) -> Result<Self, Failure> {
         let wrong = |e: facemill_cc_path::PathError| job.wrong(format!("operation \"{}\": {e}", operation.name));
         let (file, strategy) = match &operation.path {
@@ -169,7 +169,7 @@ impl<'a> Asked<'a> {
             let on: Vec<SurfacePlace> = of.iter().map(|s| s.on).collect();
             left_heights(sweeps, &on, &*monitor).map_err(|_| Failure::Interrupted)
         };
-        let mut measured = Measured::new(&all, &heights(&all)?);
+        let mut measured = MaterialLeft::new(&all, &heights(&all)?);
         let spacing = measured.spacing();
         let near = |k: &usize| {
             let Sampled { place, sample, .. } = all[*k];
@@ -192,7 +192,7 @@ struct Sampled {
 
 /// Material left on samples.
 #[derive(Default)]
-pub struct Measured {
+pub struct MaterialLeft {
     /// Area of each sample, mm²; zero for borders and for those around the largest.
     pub areas: Vec<f64>,
     /// Samples.
@@ -201,7 +201,7 @@ pub struct Measured {
     pub left: Vec<LeftHeight>,
 }
 
-impl Measured {
+impl MaterialLeft {
     fn new(of: &[Sampled], left: &[LeftHeight]) -> Self {
         let mut measured = Self::default();
         measured.add(of, left);
@@ -250,13 +250,13 @@ const MAX_HEIGHT: f64 = 1000.0;
 
 /// Returns the fraction of the drive surface that no operation is to cut, in any place of its
 /// pattern.
-fn outside(setup: &Setup<'_>, asked: &[Asked<'_>]) -> Result<f64, Failure> {
+fn outside(setup: &Setup<'_>, requested: &[OperationRegion<'_>]) -> Result<f64, Failure> {
     let whole = Region { groups: Some(setup.drive_groups.clone()), ..Region::default() };
     let surface = &setup.around_drive;
     let drive = RequestedRegion::new(surface, &whole, None).map_err(|e| Failure::Internal(e.to_string()))?;
-    let regions = asked.iter().map(|a| a.region(setup)).collect::<Result<Vec<_>, _>>()?;
+    let regions = requested.iter().map(|a| a.region(setup)).collect::<Result<Vec<_>, _>>()?;
     let is_asked = |triangle: u32, p: &Point3<f64>| {
-        asked.iter().zip(&regions).any(|(a, region)| {
+        requested.iter().zip(&regions).any(|(a, region)| {
             a.places.iter().enumerate().any(|(k, place)| {
                 if k == 0 {
                     return region.contains(triangle, p);
@@ -291,8 +291,8 @@ pub fn quantiles<const N: usize>(areas: &[f64], left: &[LeftHeight], shares: [f6
 }
 
 /// Returns the figures of the material left on samples.
-pub fn remaining_on_region(operation: &OperationFile, limit_mm: f64, measured: &Measured) -> RemainingOnRegion {
-    let Measured { areas, on, left } = measured;
+pub fn remaining_on_region(operation: &OperationFile, limit_mm: f64, measured: &MaterialLeft) -> RemainingOnRegion {
+    let MaterialLeft { areas, on, left } = measured;
     let area: f64 = areas.iter().sum();
     let share = |is: &dyn Fn(usize) -> bool| {
         (0..left.len()).filter(|&k| is(k)).map(|k| areas[k]).fold(0.0, |sum, a| sum + a) / area.max(f64::MIN_POSITIVE)

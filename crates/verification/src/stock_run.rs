@@ -101,8 +101,8 @@ pub fn cut_stock<const N: usize>(
     let setups = heads.map(|(stand, _)| stand.scene.setup);
     let has_walls = has_walls(&setups);
     let for_walls = !cut.across && cut.across_walls && has_walls;
-    let asked = (cut.across || for_walls).then(|| meshes.across(on.scene.job, on.scene.setup, cut.cell));
-    let mut across = match asked {
+    let maps_across = (cut.across || for_walls).then(|| meshes.across(on.scene.job, on.scene.setup, cut.cell));
+    let mut across = match maps_across {
         Some(Ok(maps)) => maps.to_vec(),
         Some(Err(why)) if cut.across => return Err(why),
         // They were not requested: without them, the report says that walls are not seen.

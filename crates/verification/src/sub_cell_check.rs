@@ -49,7 +49,7 @@ pub fn between_lines<const N: usize>(
     (then, not_covered): ([&[Finding]; N], &[Vec<u32>; N]),
     stages: &dyn Stages,
 ) -> Result<[BetweenLines; N], Failure> {
-    let mut asked = [const { Vec::new() }; N];
+    let mut queried = [const { Vec::new() }; N];
     let mut found = Vec::with_capacity(N);
     for (h, (on, settings)) in heads.into_iter().enumerate() {
         // Every finding deep enough to be detected between the lines needs a check.
@@ -61,12 +61,12 @@ pub fn between_lines<const N: usize>(
             ..settings.clone()
         };
         let run = run("verify against all of the stock", program, (on, &at_first), stages)?;
-        asked[h] = in_question(on.at, &run.findings, then[h]);
+        queried[h] = in_question(on.at, &run.findings, then[h]);
         let is_beside = |f: &&Finding| not_covered[h].iter().any(|line| (f.first_line..=f.last_line).contains(line));
-        let beside = asked[h].iter().filter(|f| !is_of_machine(f)).filter(is_beside);
+        let beside = queried[h].iter().filter(|f| !is_of_machine(f)).filter(is_beside);
         found.push(BetweenLines { findings: beside.cloned().collect(), positions: run.between });
     }
-    let left = left_between(program, heads, cut, asked, stages)?;
+    let left = left_between(program, heads, cut, queried, stages)?;
     found.iter_mut().zip(left).for_each(|(found, left)| found.findings.extend(left));
     found.try_into().map_err(|_| Failure::Internal("a head without a run".to_owned()))
 }
@@ -92,17 +92,17 @@ pub fn hold_machine_as_cut<const N: usize>(
     if !is_met || !is_cut_known(&tools(&heads), cut.cell, cut.tolerance) {
         return Ok(false);
     }
-    let mut asked = [const { Vec::new() }; N];
-    for ((asked, at_first), (on, settings)) in asked.iter_mut().zip(&mut at_first).zip(heads) {
+    let mut queried = [const { Vec::new() }; N];
+    for ((queried, at_first), (on, settings)) in queried.iter_mut().zip(&mut at_first).zip(heads) {
         let as_cut = HeldAsCut { machine: true, ..settings.as_cut };
         let without = VerifySettings { as_cut, ..settings.clone() };
         let then = run("verify without the stock", program, (on, &without), stages)?;
-        *asked = of_machine(on, &at_first.findings, &then.findings);
+        *queried = of_machine(on, &at_first.findings, &then.findings);
         let news = of_machine(on, &then.findings, &at_first.findings);
-        at_first.findings.retain(|f| !asked.contains(f));
+        at_first.findings.retain(|f| !queried.contains(f));
         at_first.findings.extend(news);
     }
-    let left = left_between(program, heads, cut, asked, stages)?;
+    let left = left_between(program, heads, cut, queried, stages)?;
     at_first.into_iter().zip(left).for_each(|(at_first, left)| add_between(&mut at_first.findings, left));
     Ok(true)
 }
@@ -129,26 +129,27 @@ fn left_between<const N: usize>(
     program: &ReadProgram,
     heads: [(&HeadView<'_>, &VerifySettings); N],
     cut: &CutRequest,
-    asked: [Vec<Finding>; N],
+    queried: [Vec<Finding>; N],
     stages: &dyn Stages,
 ) -> Result<[Vec<Finding>; N], Failure> {
-    let is_asked = asked.iter().any(|asked| !asked.is_empty()) && is_cut_known(&tools(&heads), cut.cell, cut.tolerance);
-    let Some((on, _)) = heads.first().filter(|_| is_asked) else { return Ok([const { Vec::new() }; N]) };
+    let is_queried =
+        queried.iter().any(|queried| !queried.is_empty()) && is_cut_known(&tools(&heads), cut.cell, cut.tolerance);
+    let Some((on, _)) = heads.first().filter(|_| is_queried) else { return Ok([const { Vec::new() }; N]) };
     let monitor = stages.start(LOOK, program.blocks.len());
     let mut outside = StockMeshes::of(on.scene.setup).outside(on.scene.job, on.scene.setup, cut.cell, cut.region)?;
-    let mut asked = asked.into_iter();
-    let views = heads.map(|(on, settings)| (on.at, settings, asked.next().unwrap_or_default()));
+    let mut queried = queried.into_iter();
+    let views = heads.map(|(on, settings)| (on.at, settings, queried.next().unwrap_or_default()));
     still_there(program, views, &mut outside, cut.tolerance, &*monitor).map_err(not_verified)
 }
 
 /// Adds the findings between the lines, except those whose blocks have a finding on the same bodies
 /// in the stock already.
 pub fn add_between(findings: &mut Vec<Finding>, between: Vec<Finding>) {
-    let is_told = |f: &Finding| {
+    let is_known = |f: &Finding| {
         let alike = |k: &&Finding| (k.kind, &k.body, &k.obstacle) == (f.kind, &f.body, &f.obstacle);
         findings.iter().filter(alike).any(|k| k.first_line <= f.first_line && f.last_line <= k.last_line)
     };
-    let new: Vec<Finding> = between.into_iter().filter(|f| !is_told(f)).collect();
+    let new: Vec<Finding> = between.into_iter().filter(|f| !is_known(f)).collect();
     findings.extend(new);
     findings.sort_by_key(|f| (f.first_line, f.kind));
 }

@@ -8,9 +8,9 @@ use facemill_job::format::program_times::ProgramTimes;
 use facemill_nc_program::{ControlMotion, Dialect, MotionKind, ProgramReader, RtcpRapids};
 use facemill_tool_path::moves::MoveKind;
 use facemill_virtual_machine::motion::axis_motion::{AxisMotion, MotionContext, MotionReader, legs};
-use facemill_virtual_machine::program_time::program_moves::{Moves, stands};
+use facemill_virtual_machine::program_time::program_moves::{MoveRuns, is_standstill};
 use facemill_virtual_machine::program_time::run::{RunLaw, Timer, missing_limits};
-use facemill_virtual_machine::program_time::tolerance::View;
+use facemill_virtual_machine::program_time::tolerance::MachineView;
 use nalgebra::Isometry3;
 use rayon::prelude::*;
 
@@ -42,7 +42,7 @@ pub struct Meant {
 /// Returns the times of a text from any source, at `constant` speeds ([cuts, rapids] in s) and by
 /// the motion law: the same for every reader.
 pub fn times_of_text(
-    views: &[View<'_>],
+    views: &[MachineView<'_>],
     at: MotionContext<'_>,
     written: &TimedText<'_>,
     constant: [f64; 2],
@@ -71,7 +71,7 @@ pub fn times_of_text(
 #[derive(Default)]
 pub struct Motions {
     /// Motions in runs between stops.
-    pub moves: Moves,
+    pub moves: MoveRuns,
     /// Meaning of each motion.
     pub meant: Vec<Meant>,
     /// Time of all rapids at the axes' largest velocities, s.
@@ -84,7 +84,12 @@ pub struct Motions {
 
 impl Motions {
     /// Returns the times of each run.
-    pub fn laws(&self, views: &[View<'_>], machine: &Machine, control: &ControlMotion) -> Result<Vec<RunLaw>, String> {
+    pub fn laws(
+        &self,
+        views: &[MachineView<'_>],
+        machine: &Machine,
+        control: &ControlMotion,
+    ) -> Result<Vec<RunLaw>, String> {
         let timer = Timer::new(views, machine.motion_law().control_tolerance).map_err(|e| e.to_string())?;
         let timer = timer.on_control(control).with_rounded_vectors(self.moves.vector_rounding(self.frame));
         self.moves.runs().par_iter().map(|run| timer.time(run)).collect()
@@ -104,8 +109,8 @@ pub fn motions(
     for line in written.text.split_inclusive(|byte| *byte == b'\n') {
         // Text that is not understood is a finding of the run.
         let Ok(Some(block)) = reader.read_line(line) else { continue };
-        let stands = stands(&block);
-        if stands {
+        let stops = is_standstill(&block);
+        if stops {
             all.moves.stop();
         }
         match follower.block(&block) {
@@ -140,7 +145,7 @@ pub fn motions(
                 all.not_followed.get_or_insert_with(|| format!("line {}: {why}", block.line));
             }
         }
-        if stands {
+        if stops {
             all.moves.stop();
         }
     }

@@ -8,7 +8,7 @@ use facemill_tool_model::ToolSection;
 use facemill_z_map::{DexelMap, RoundRing, Step, Sweep, TurnedBody};
 use rayon::prelude::*;
 
-use crate::motion::moves::{Move, Moves, resolve};
+use crate::motion::moves::{Move, ResolvedMoves, resolve};
 use crate::motion::setup;
 use crate::motion::setup::{HeldAsCut, ObstacleKind, VerifyError, VerifySettings, VirtualSetup};
 use crate::proof::doubts::Doubts;
@@ -159,7 +159,7 @@ pub fn links_off_first_stock<T: Send>(
     let scenes: Vec<Scene<'_>> = wide.iter().map(|wide| Scene::new(wide, verify)).collect::<Result<_, _>>()?;
     let stage = LinkStage { scenes: &scenes, cut: None };
     // All heads have the same words, so the motions of all axes are the same.
-    let resolved: Vec<Moves> = heads.iter().map(|head| resolve(program, head, verify)).collect();
+    let resolved: Vec<ResolvedMoves> = heads.iter().map(|head| resolve(program, head, verify)).collect();
     let doubts: Vec<Doubts> = resolved.iter().map(|r| Doubts::new(program, &r.faults)).collect();
     let Some(resolved) = resolved.into_iter().next() else { return Ok(Vec::new()) };
     let links = links(program, &resolved.moves, &doubts);

@@ -7,11 +7,11 @@ pub(crate) mod prover;
 #[derive(Clone, Debug)]
 pub(crate) struct Proof {
     /// The depth, mm, where one is proven.
-    pub(crate) depth: Option<Depth>,
+    pub(crate) depth: Option<ProvenDepth>,
     /// Whether every body keeps its required clearance.
     pub(crate) bodies_clear: bool,
     /// Smallest distance of a body.
-    pub(crate) clearance: Option<Nearest>,
+    pub(crate) clearance: Option<ProvenDistance>,
     /// The first thing that could not be proven.
     pub(crate) open: Option<Open>,
     /// Intervals that were taken.
@@ -20,7 +20,7 @@ pub(crate) struct Proof {
 
 /// Proven depths, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Depth {
+pub(crate) struct ProvenDepth {
     /// Of the motion as it is programmed.
     pub(crate) programmed: f64,
     /// Of what the control may make of it.
@@ -39,7 +39,7 @@ pub(crate) enum Open {
 }
 
 /// A proven distance, mm, with the indices of its body and obstacle.
-pub(crate) type Nearest = (f64, (usize, usize));
+pub(crate) type ProvenDistance = (f64, (usize, usize));
 
 impl Proof {
     pub(crate) fn unknown() -> Self {
@@ -63,7 +63,7 @@ impl Proof {
     }
 }
 
-impl Depth {
+impl ProvenDepth {
     pub(crate) fn max(self, other: Self) -> Self {
         Self {
             programmed: self.programmed.max(other.programmed),

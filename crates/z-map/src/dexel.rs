@@ -20,7 +20,7 @@ mod tri_dexel;
 pub use crate::dexel::bodies::body::{BodyError, RoundRing, TurnedBody};
 pub use crate::dexel::bodies::sweep::{MAX_PIECES, Sweep, SweepError};
 pub use cut::{Contact, Cut};
-pub use deviation::{Cavity, Deviation, DeviationError, Place};
+pub use deviation::{Cavity, Deviation, DeviationError, DeviationPoint};
 pub use file::StockFileError;
 pub use grid::{DexelGrid, GridError};
 pub use map::{Broken, DexelMap, StockError};

@@ -22,7 +22,7 @@ pub(crate) struct Lattice {
 
 /// Columns and rows of the nodes that may be under or over a triangle, both ends included.
 #[derive(Clone, Copy)]
-pub(crate) struct Window {
+pub(crate) struct NodeWindow {
     columns: [i32; 2],
     /// Rows.
     pub(crate) rows: [i32; 2],
@@ -105,10 +105,10 @@ impl Lattice {
 
     /// Nodes that may be under or over a triangle of the mesh; `None` where there are none.
     #[inline(always)]
-    pub(crate) fn window(&self, t: &Corners) -> Option<Window> {
+    pub(crate) fn window(&self, t: &Corners) -> Option<NodeWindow> {
         let columns = self.between(least(t, 0), largest(t, 0), self.x0, self.last[0]);
         let rows = self.between(least(t, 1), largest(t, 1), self.y0, self.last[1]);
-        (columns[0] <= columns[1] && rows[0] <= rows[1]).then_some(Window { columns, rows })
+        (columns[0] <= columns[1] && rows[0] <= rows[1]).then_some(NodeWindow { columns, rows })
     }
 
     /// Raises nodes to the triangle where they are below it; `nodes` are whole rows from
@@ -143,7 +143,7 @@ impl Lattice {
     /// The same where the window is wide: of each row only what is between the edges, several nodes
     /// at a time.
     #[inline(always)]
-    fn raise_between_edges(&self, facet: &Facet, window: &Window, first_row: i32, nodes: &mut [f64]) {
+    fn raise_between_edges(&self, facet: &Facet, window: &NodeWindow, first_row: i32, nodes: &mut [f64]) {
         let crossings = facet.crossings();
         let bounds = window.columns.map(|i| self.x(f64::from(i)));
         for j in window.rows[0]..=window.rows[1] {
@@ -183,7 +183,7 @@ impl Lattice {
 
     /// The same for a triangle whose projection is nearly or wholly without area.
     #[cold]
-    fn raise_to_sliver(&self, t: &Corners, window: &Window, first_row: i32, nodes: &mut [f64]) {
+    fn raise_to_sliver(&self, t: &Corners, window: &NodeWindow, first_row: i32, nodes: &mut [f64]) {
         let (low, high) = (least(t, 1), largest(t, 1));
         let t = &t.map(|p| *p);
         for j in window.rows[0]..=window.rows[1] {

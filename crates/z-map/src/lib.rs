@@ -91,9 +91,9 @@ pub use crate::left::place::{CutterMotion, SurfacePlace};
 pub use crate::map::heights::NodeHeights;
 pub use certain::certainly_free;
 pub use dexel::{
-    BodyError, Broken, Cavity, Contact, Cut, Deviation, DeviationError, DexelGrid, DexelMap, GridError, Interval,
-    MAX_PIECES, MeshStockError, NearestMaterial, Place, RoundRing, Step, StepResult, StockError, StockFileError, Sweep,
-    SweepError, TriDexel, TurnedBody,
+    BodyError, Broken, Cavity, Contact, Cut, Deviation, DeviationError, DeviationPoint, DexelGrid, DexelMap, GridError,
+    Interval, MAX_PIECES, MeshStockError, NearestMaterial, RoundRing, Step, StepResult, StockError, StockFileError,
+    Sweep, SweepError, TriDexel, TurnedBody,
 };
 pub use estimate::{PointClearance, Ring, corners_estimate, gouge_estimate, ring_estimate};
 pub use left::left_heights;

@@ -25,7 +25,7 @@ struct Row {
 }
 
 /// Types that are being written out, from the outermost on, and the order of keys.
-struct Place<'p> {
+struct TypeContext<'p> {
     prefix: String,
     within: Vec<&'p str>,
     order: &'p [String],
@@ -47,7 +47,11 @@ impl<'s> Table<'s> {
         }
         let order: Vec<String> = old.iter().flat_map(|line| keys_of_row(line)).collect();
         let mut rows = Vec::new();
-        self.add_type(definition, &Place { prefix: String::new(), within: vec![name], order: &order }, &mut rows)?;
+        self.add_type(
+            definition,
+            &TypeContext { prefix: String::new(), within: vec![name], order: &order },
+            &mut rows,
+        )?;
         let mut out = if self.has_defaults {
             "| key | type | default | meaning |\n|---|---|---|---|\n".to_owned()
         } else {
@@ -61,7 +65,7 @@ impl<'s> Table<'s> {
     }
 
     /// Adds the keys of an object, or the variants of a choice.
-    fn add_type(&self, definition: &'s Value, place: &Place<'_>, rows: &mut Vec<Row>) -> Result<(), String> {
+    fn add_type(&self, definition: &'s Value, place: &TypeContext<'_>, rows: &mut Vec<Row>) -> Result<(), String> {
         if let Some(properties) = definition["properties"].as_object() {
             let none = Vec::new();
             let required = definition["required"].as_array().unwrap_or(&none);
@@ -95,7 +99,7 @@ impl<'s> Table<'s> {
         property: &'s Value,
         is_required: bool,
         choice: Option<&str>,
-        place: &Place<'_>,
+        place: &TypeContext<'_>,
         rows: &mut Vec<Row>,
     ) -> Result<(), String> {
         let target = Target::of(property);
@@ -123,7 +127,7 @@ impl<'s> Table<'s> {
             definition["properties"].is_object() || texts(definition).is_none() && definition["oneOf"].is_array();
         if is_open && anchor.is_none() && (name.is_empty() || !place.within.contains(&name)) {
             let within = place.within.iter().copied().chain([name]).collect();
-            self.add_type(definition, &Place { prefix: format!("{full}."), within, order: place.order }, rows)?;
+            self.add_type(definition, &TypeContext { prefix: format!("{full}."), within, order: place.order }, rows)?;
         }
         Ok(())
     }
@@ -160,7 +164,7 @@ impl<'s> Table<'s> {
     }
 }
 
-impl Place<'_> {
+impl TypeContext<'_> {
     /// Place of a key in the order of the page; that of the first key within it, if it has none.
     fn position(&self, key: &str) -> usize {
         let full = format!("{}{key}", self.prefix);

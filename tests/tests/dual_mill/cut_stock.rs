@@ -6,7 +6,7 @@ use facemill::virtual_machine::{Finding, FindingKind};
 use facemill::{CutRequest, Job, Planned, SilentStages, StockRegion, VerifyRequest, verify_program};
 use facemill_tests::brute::{RoundedCylinder, in_tool};
 use facemill_tests::jobs::{JobFolder, text_of};
-use facemill_tests::read_back::{Place, number};
+use facemill_tests::read_back::{TipAndAxis, number};
 use facemill_tests::two_heads::DualBlock;
 use nalgebra::{Point3, Unit, Vector3};
 
@@ -125,13 +125,13 @@ fn sampled(read: &ReadPlan) -> ([f64; 2], usize) {
     (volumes, blocks_that_cut)
 }
 
-fn is_in(cutter: &RoundedCylinder, (tip, axis): &Place, at: &Point3<f64>) -> bool {
+fn is_in(cutter: &RoundedCylinder, (tip, axis): &TipAndAxis, at: &Point3<f64>) -> bool {
     let (rho, z) = in_tool(tip, axis, at);
     cutter.signed_distance(rho, z) < 0.0
 }
 
 /// Places of a head's tool on a block, both ends among them.
-fn places(read: &ReadPlan, block: &DualBlock, head: usize) -> Vec<Place> {
+fn places(read: &ReadPlan, block: &DualBlock, head: usize) -> Vec<TipAndAxis> {
     let n = (read.ways(block)[head] / STEP).ceil().max(1.0) as usize;
     (0..=n).map(|k| read.heads.place(head, &between(block, k as f64 / n as f64))).collect()
 }

@@ -8,12 +8,12 @@ mod lowered_feeds;
 
 use facemill::cl_file::{AptFile, read_apt};
 use facemill::new_job::NewJob;
-use facemill::rapids::WayKind;
+use facemill::rapids::RetractStrategy;
 use facemill::report::SpreadReport;
 use facemill::{Job, PlanSettings, Planned, SilentStages, plan_job, plan_setup};
 use facemill_tests::craig::Words;
 use facemill_tests::jobs::{JobFolder, text_of};
-use facemill_tests::read_back::{Place, ReadBack, apt_feeds, number};
+use facemill_tests::read_back::{ReadBack, TipAndAxis, apt_feeds, number};
 use facemill_tests::shared::workspace;
 use facemill_tests::two_heads::{DualBlock, ToolShape, TwoHeads, bodies_apart, dual_blocks, tools_apart};
 use serde_json::{Value, json};
@@ -270,7 +270,7 @@ fn links_are_shortened_and_both_tools_keep_apart_on_them(planned: &Planned, read
         let is_least = link.time_after_s < link.lower_bound_s + 1e-4;
         assert!(is_less || is_least || link.kept_because.is_some(), "{link:?}");
         assert!(
-            is_less == (link.way != WayKind::Original) && link.time_after_s >= link.lower_bound_s - 1e-9,
+            is_less == (link.way != RetractStrategy::Original) && link.time_after_s >= link.lower_bound_s - 1e-9,
             "{link:?}"
         );
         assert!(is_less || link.time_after_s == link.time_before_s, "{link:?}");
@@ -278,7 +278,7 @@ fn links_are_shortened_and_both_tools_keep_apart_on_them(planned: &Planned, read
         assert!(rapid.clone().count() > 0 && rapid.clone().all(|b| b.rapid), "{link:?}");
         for (block, t) in rapid.flat_map(|b| [0.0, 0.25, 0.5, 0.75].map(|t| (b, t))) {
             let at = between(block, t);
-            let places: [Place; 2] = [0, 1].map(|h| read.heads.place(h, &at));
+            let places: [TipAndAxis; 2] = [0, 1].map(|h| read.heads.place(h, &at));
             let apart = tools_apart(&read.tools, [&places[0], &places[1]], 3.0);
             assert!(apart > 0.0, "line {}: the tools are {apart} mm apart", block.line);
         }
@@ -477,7 +477,7 @@ fn tools_are_apart_and_no_deeper_than_allowed(read: &ReadPlan) {
     for block in read.blocks.iter().filter(|b| !b.rapid).step_by(7) {
         for t in [0.5, 1.0] {
             let at = between(block, t);
-            let places: [Place; 2] = [0, 1].map(|h| read.heads.place(h, &at));
+            let places: [TipAndAxis; 2] = [0, 1].map(|h| read.heads.place(h, &at));
             let apart = tools_apart(&read.tools, [&places[0], &places[1]], 3.0);
             assert!(apart > 0.0, "line {}: the tools are {apart} mm apart", block.line);
             let bodies = bodies_apart(&read.tools, [&places[0], &places[1]], 3.0);

@@ -88,7 +88,7 @@ const TORUS: AnalyticShape = AnalyticShape::Torus { major_radius: MAJOR, minor_r
 const SADDLE: AnalyticShape = AnalyticShape::Saddle { size: [SIZE; 2], concave_radius: CONCAVE, convex_radius: CONVEX };
 
 /// A place where a surface is concave along the disc, which rises from there.
-struct Place {
+struct ConcavePlace {
     name: &'static str,
     touch: Touch,
     /// The onset for the rim's radius and r in closed form, where there is one. Elsewhere it is the
@@ -97,19 +97,24 @@ struct Place {
     closed_form: fn(f64, f64) -> Option<f64>,
 }
 
-fn on_torus(name: &'static str, around: f64, tube: f64, closed_form: fn(f64, f64) -> Option<f64>) -> Place {
+fn on_torus(name: &'static str, around: f64, tube: f64, closed_form: fn(f64, f64) -> Option<f64>) -> ConcavePlace {
     let ((sin, cos), (sin_v, cos_v)) = (around.sin_cos(), tube.sin_cos());
     let r = MAJOR + MINOR * cos_v;
     let at = Point3::new(r * cos, r * sin, MINOR * sin_v);
     let normal = Vector3::new(cos_v * cos, cos_v * sin, sin_v);
-    Place { name, touch: Touch { at, normal, across: Vector3::new(-sin, cos, 0.0) }, closed_form }
+    ConcavePlace { name, touch: Touch { at, normal, across: Vector3::new(-sin, cos, 0.0) }, closed_form }
 }
 
-fn on_saddle(name: &'static str, [x, y]: [f64; 2], turn: f64, closed_form: fn(f64, f64) -> Option<f64>) -> Place {
+fn on_saddle(
+    name: &'static str,
+    [x, y]: [f64; 2],
+    turn: f64,
+    closed_form: fn(f64, f64) -> Option<f64>,
+) -> ConcavePlace {
     let at = Point3::new(x, y, 0.5 * (x * x / CONCAVE - y * y / CONVEX));
     let normal = Vector3::new(-x / CONCAVE, y / CONVEX, 1.0).normalize();
     let across = Vector3::new(turn.cos(), turn.sin(), 0.0);
-    Place {
+    ConcavePlace {
         name,
         touch: Touch { at, normal, across: (across - normal * across.dot(&normal)).normalize() },
         closed_form,
@@ -149,7 +154,7 @@ fn chord(shape: AnalyticShape, resolution: usize) -> f64 {
 fn check_onsets(
     shape: AnalyticShape,
     resolutions: [usize; 4],
-    places: &[Place],
+    places: &[ConcavePlace],
     distance: &dyn Fn(&Point3<f64>) -> f64,
 ) {
     let radius = 25.0;
@@ -197,7 +202,7 @@ fn check_onsets(
 
 /// A ball has no rim behind the contact: below the concave radius it is free at every tilt, far
 /// above it at none.
-fn check_balls(tree: &MeshTree, e: f64, places: &[Place]) {
+fn check_balls(tree: &MeshTree, e: f64, places: &[ConcavePlace]) {
     for place in places {
         for (radius, expected) in [(25.0, true), (50.0, true), (90.0, false)] {
             let cutter = RoundDisc::of_cutter(radius, radius);

@@ -3,7 +3,7 @@
 
 use facemill_tests::interpreter::{Axes, Motion};
 use facemill_tests::jobs::JobFolder;
-use facemill_tests::read_back::{Place, number};
+use facemill_tests::read_back::{TipAndAxis, number};
 use facemill_tests::variants::{APPROACH, CUTTING, Written, planned, strays, tiny_patch, variant};
 use serde_json::{Value, json};
 
@@ -113,12 +113,12 @@ fn rtcp_and_axis_programs_of_a_job_take_the_tool_the_same_way() {
     let radius = axes.back.cutter.radius;
     let linearisation = 0.02;
     for rapid in [false, true] {
-        let of = |w: &Written, step: f64| -> Vec<Place> {
+        let of = |w: &Written, step: f64| -> Vec<TipAndAxis> {
             w.motions.iter().filter(|m| m.rapid == rapid).flat_map(|m| w.back.places(m, step)).collect()
         };
         let step = 0.05;
         let [fine_axes, fine_rtcp] = [&axes, &rtcp].map(|w| of(w, step));
-        let ends = |w: &Written| -> Vec<Place> {
+        let ends = |w: &Written| -> Vec<TipAndAxis> {
             w.motions.iter().filter(|m| m.rapid == rapid).map(|m| w.back.end(m)).collect()
         };
         // Each leaves the common way by its linearisation; a sample is half a step away. Rapids may

@@ -6,15 +6,15 @@ use facemill::surface_model::TriMesh;
 use facemill_tests::brute::in_tool;
 use facemill_tests::interpreter::Motion;
 use facemill_tests::jobs::{JobFolder, unfinished};
-use facemill_tests::read_back::{Place, number};
+use facemill_tests::read_back::{TipAndAxis, number};
 use facemill_tests::variants::{APPROACH, CUTTING, Written, planned, strays, tiny_patch, tiny_patch_planned, variant};
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use serde_json::{Value, json};
 
 /// Runs of motions at approach feed: of each its places, the place before it, and whether it is an
 /// entry.
-fn approaches(w: &Written) -> Vec<(Vec<Place>, bool)> {
-    let mut runs: Vec<(Vec<Place>, bool)> = Vec::new();
+fn approaches(w: &Written) -> Vec<(Vec<TipAndAxis>, bool)> {
+    let mut runs: Vec<(Vec<TipAndAxis>, bool)> = Vec::new();
     for (k, m) in w.motions.iter().enumerate() {
         if w.feeds[k] != Some(APPROACH) {
             continue;
@@ -47,7 +47,7 @@ fn roll_ins_and_roll_outs_stay_on_the_cut_side() {
                 places.reverse();
             }
             let tip = places[0].0;
-            let sideways = |p: &Place| (p.0 - tip).y * cut_side;
+            let sideways = |p: &TipAndAxis| (p.0 - tip).y * cut_side;
             let mut last = 0.0;
             for p in &places[1..] {
                 // Words are rounded.
@@ -146,7 +146,7 @@ fn every_point_of_a_path_file_is_touched_and_nothing_else_is_cut() {
     for y in rows {
         for k in 0..37 {
             let touched = nearest_of(&mesh, &Point3::new(-36.0 + 2.0 * f64::from(k), y, 0.0));
-            let gap = |place: &Place| {
+            let gap = |place: &TipAndAxis| {
                 let (rho, z) = in_tool(&place.0, &place.1, &touched);
                 w.back.cutter.signed_distance(rho, z).abs()
             };
@@ -255,7 +255,7 @@ fn copies_of_a_pattern_are_the_first_place_turned() {
     );
     let w = planned(&job);
     w.check();
-    let mut places: Vec<Vec<Place>> = vec![Vec::new(); 3];
+    let mut places: Vec<Vec<TipAndAxis>> = vec![Vec::new(); 3];
     for (m, place) in w.with_feed(CUTTING) {
         let comments = w.nc.lines().take(m.line).filter_map(|l| l.strip_suffix(')')?.split_once("PLACE "));
         let at: usize = comments.last().unwrap().1.parse().unwrap();
@@ -264,7 +264,7 @@ fn copies_of_a_pattern_are_the_first_place_turned() {
     assert!(places[0].len() > 50 && w.total("planned_points") == w.total("cc_points"));
     for k in 1..3 {
         let turn = Rotation3::from_axis_angle(&Vector3::z_axis(), -(k as f64) * std::f64::consts::TAU / 3.0);
-        let back: Vec<Place> =
+        let back: Vec<TipAndAxis> =
             places[k].iter().map(|p| (turn * p.0, Unit::new_unchecked(turn * p.1.into_inner()))).collect();
         // Words are rounded, and rounding may end the bisection of a lift one step apart.
         for (a, b) in [(&back, &places[0]), (&places[0], &back)] {

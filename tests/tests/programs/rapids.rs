@@ -2,7 +2,7 @@
 //! they did, and leave every other byte as it is.
 
 use facemill::nc_program::Dialect;
-use facemill::rapids::{Rapids, RapidsFile, RapidsRequest, WayKind, faster_rapids};
+use facemill::rapids::{Rapids, RapidsFile, RapidsRequest, RetractStrategy, faster_rapids};
 use facemill::{CutRequest, Failure, Job, SilentStages};
 use facemill_tests::interpreter;
 use facemill_tests::jobs::{JobFolder, text_of};
@@ -86,7 +86,7 @@ fn links_far_above_a_sculptured_surface_come_down_to_its_stock() {
     let held = file.links[0].kept_because.as_ref().unwrap();
     assert!(held.starts_with(&format!("line {}: says", file.links[0].lines[0] + 1)), "{held}");
     for (k, link) in file.links.iter().enumerate() {
-        assert_eq!(link.way == WayKind::Original, k == 0);
+        assert_eq!(link.way == RetractStrategy::Original, k == 0);
         assert!(link.lower_bound_s <= link.time_after_s + 1e-9 && link.time_after_s <= link.time_before_s, "{link:?}");
         assert_eq!(link.lines.map(|l| l as usize), [before[k].0[0], *before[k].0.last().unwrap()]);
         assert_eq!(before[k].1, after[k].1, "where it ends");
@@ -140,7 +140,7 @@ fn a_link_with_nothing_in_the_way_is_one_block_and_is_so_again() {
     let direct = two_ways(head, "G0 X-30. Y5. B2.5 C-12.\n");
     assert_eq!(String::from_utf8(made.text).unwrap(), direct);
     let [link] = &made.file.links[..] else { panic!() };
-    assert!(link.way == WayKind::Direct && link.time_after_s >= link.lower_bound_s && link.lines == [9, 11]);
+    assert!(link.way == RetractStrategy::Direct && link.time_after_s >= link.lower_bound_s && link.lines == [9, 11]);
     let again = faster(&job, Dialect::Fanuc, &direct).unwrap_or_else(|e| panic!("{e}"));
     assert!(again.text == direct.as_bytes() && again.file.changed == 0);
     assert_eq!(again.file.time_before_s, link.time_after_s);

@@ -8,7 +8,7 @@ use facemill::inverse_kinematics::{AxisValues, Machine, deviation_bound};
 use facemill_tests::interpreter::{self, Motion};
 use facemill_tests::jobs::{JobFolder, small_patch, small_patch_planned, small_propeller, text_of};
 use facemill_tests::paper_machine::{PIVOT_TO_FACE, tool_on_table};
-use facemill_tests::read_back::{Ground, ReadBack};
+use facemill_tests::read_back::{KeepOutMesh, ReadBack};
 use nalgebra::{Unit, Vector3};
 
 /// `strides`: of how many motions one is looked at, for the cutter and for the bodies.
@@ -53,7 +53,7 @@ fn check_bodies(back: &ReadBack, motions: &[Motion], stride: usize, told: f64) {
         assert!(back.room(&place, 0.0) >= -0.1, "line {}: {:?}", m.line, back.room(&place, 0.0));
         for body in &back.bodies {
             let at_most = body.clearance + 5.0;
-            let from = |g: &Ground| g.bins.distance(&body.shape, &place.0, &place.1, at_most);
+            let from = |g: &KeepOutMesh| g.bins.distance(&body.shape, &place.0, &place.1, at_most);
             let d = back.grounds.iter().map(from).fold(at_most, f64::min);
             if d < at_most {
                 nearest = nearest.min(d);

@@ -2,7 +2,7 @@
 
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::program::{code_and_errors, run};
-use facemill_tests::read_back::{Place, number};
+use facemill_tests::read_back::{TipAndAxis, number};
 use facemill_tests::variants::{CUTTING, planned, tiny_patch, variant};
 use serde_json::json;
 
@@ -63,7 +63,7 @@ fn in_the_stock_nothing_is_faster_than_the_cuts() {
         let Some(feed) = feeds.next().flatten() else { continue };
         // Of the whole motion the cutter's smallest distance from the part, by brute force.
         let back = &written.back;
-        let gap = |(tip, axis): &Place| {
+        let gap = |(tip, axis): &TipAndAxis| {
             back.grounds
                 .iter()
                 .map(|g| g.bins.gap(&back.cutter, tip, axis, 2.0 * allowance))

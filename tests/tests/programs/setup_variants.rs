@@ -8,7 +8,7 @@ use facemill::surface_model::TriMesh;
 use facemill_tests::brute::Bins;
 use facemill_tests::interpreter::Motion;
 use facemill_tests::jobs::{JobFolder, unfinished};
-use facemill_tests::read_back::{Ground, Place, number};
+use facemill_tests::read_back::{KeepOutMesh, TipAndAxis, number};
 use facemill_tests::variants::{
     Written, box_obj, plan, planned, tiny_patch, tiny_patch_planned, with_long_flute, written,
 };
@@ -73,7 +73,7 @@ fn in_stock(stock: Value, files: &[(&str, String)], solid: &TriMesh) -> Written 
     w.back.grounds[0].thickness = 0.0;
     w.check();
     // The cutter is in the stock nearly all the time that it cuts.
-    let cuts: Vec<Place> = w.with_feed(1200.0).iter().map(|c| c.1).collect();
+    let cuts: Vec<TipAndAxis> = w.with_feed(1200.0).iter().map(|c| c.1).collect();
     let within = cuts.iter().filter(|p| bins.gap(&w.back.cutter, &p.0, &p.1, 0.0) < -0.1).count();
     assert!(within * 10 > cuts.len() * 9, "{within} of {} cuts are in the stock", cuts.len());
     w
@@ -185,10 +185,10 @@ fn a_clamp_is_kept_off_and_what_it_forbids_is_left_out() {
     let w = planned(&job);
     // Cutter and bodies keep the allowance from the clamp as they keep off the part.
     w.check();
-    let clamp: Vec<&Ground> = w.back.grounds.iter().filter(|g| g.role == "fixture").collect();
+    let clamp: Vec<&KeepOutMesh> = w.back.grounds.iter().filter(|g| g.role == "fixture").collect();
     assert_eq!((clamp.len(), clamp[0].allowance), (1, KEPT));
     let nearest = |w: &Written| -> f64 {
-        let near = |p: &Place| clamp[0].bins.gap(&w.back.cutter, &p.0, &p.1, 20.0);
+        let near = |p: &TipAndAxis| clamp[0].bins.gap(&w.back.cutter, &p.0, &p.1, 20.0);
         w.motions.iter().flat_map(|m| w.back.places(m, 1.0)).map(|p| near(&p)).fold(20.0, f64::min)
     };
     let budget = number(&w.report["budgets"][0]["against_mesh_mm"]);

@@ -6,7 +6,7 @@ use facemill::new_job::NewJob;
 use facemill::{Job, PlanSettings, SilentStages, plan_setup};
 use facemill_tests::craig::{Words, end_of};
 use facemill_tests::jobs::{JobFolder, text_of};
-use facemill_tests::read_back::{Place, ReadBack, number};
+use facemill_tests::read_back::{ReadBack, TipAndAxis, number};
 use facemill_tests::shared::workspace;
 use nalgebra::{Point3, Unit, Vector3};
 use serde_json::{Value, json};
@@ -32,7 +32,7 @@ fn job() -> JobFolder {
 
 /// Tip and axis of the tool in the workpiece frame. With the length compensated Z stands higher
 /// than its word by that.
-fn place(machine: &Value, back: &ReadBack, gauge: f64, words: &Words) -> Place {
+fn place(machine: &Value, back: &ReadBack, gauge: f64, words: &Words) -> TipAndAxis {
     let words: &Words = &words.iter().map(|(k, v)| (k.clone(), if k == "Z" { v + gauge } else { *v })).collect();
     let table = end_of(&machine["workpiece_chain"]["rows"], words);
     let nose = end_of(&machine["tool_chains"][0]["rows"], words);

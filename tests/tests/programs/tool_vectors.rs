@@ -80,7 +80,7 @@ fn words_from_work(job: &JobFolder) -> Isometry3<f64> {
 
 /// Content of a motion line, with remembered words.
 #[derive(Clone, Debug, Default)]
-struct Line {
+struct MotionLine {
     tip: [f64; 3],
     /// `None` where rotary words say it.
     axis: Option<[f64; 3]>,
@@ -90,8 +90,8 @@ struct Line {
 }
 
 /// Motion lines between the first rapid of the body and the end of the coolant, read word by word.
-fn motion_lines(text: &str, tool: [&str; 3]) -> Vec<Line> {
-    let mut at = Line::default();
+fn motion_lines(text: &str, tool: [&str; 3]) -> Vec<MotionLine> {
+    let mut at = MotionLine::default();
     let mut all = Vec::new();
     let is_first = |l: &&str| {
         let has = |w: &str| l.split(' ').any(|x| x.starts_with(w));
@@ -136,7 +136,7 @@ fn motion_lines(text: &str, tool: [&str; 3]) -> Vec<Line> {
 
 /// Every line is its pose of the plan: the tip to the decimals of the words, the axis to those of
 /// the vector.
-fn check_poses(job: &JobFolder, planned: &Planned, lines: &[Line]) {
+fn check_poses(job: &JobFolder, planned: &Planned, lines: &[MotionLine]) {
     let poses = planned_poses(job, planned);
     assert_eq!(lines.len(), poses.len());
     let mut n = 0;
@@ -379,7 +379,7 @@ fn near_the_pole_rotary_words_stand_between_vectors_or_the_plan_is_refused() {
     assert_eq!(open.count(), 0, "{:?}", planned.report.findings);
     let text = text_with(&planned, ".mpf");
     let lines = motion_lines(&text, ["A3=", "B3=", "C3="]);
-    let feeds: Vec<&Line> = lines.iter().filter(|l| !l.is_rapid).collect();
+    let feeds: Vec<&MotionLine> = lines.iter().filter(|l| !l.is_rapid).collect();
     let with_words = feeds.iter().filter(|l| l.axis.is_none()).count();
     assert!(with_words > 0, "{} blocks", feeds.len());
     let nearest = feeds.iter().filter_map(|l| l.axis).map(|[x, y, _]| x.hypot(y)).fold(f64::INFINITY, f64::min);

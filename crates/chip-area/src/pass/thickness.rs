@@ -79,7 +79,7 @@ const MAX_CELLS: usize = 50_000;
 
 /// A part of the cutting surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Part {
+enum CutterPart {
     Corner,
     Flute,
     Bottom,
@@ -88,7 +88,7 @@ enum Part {
 /// A piece of a part: angles about the axis, counted from the feed, and the part's own coordinate.
 #[derive(Clone, Copy, Debug)]
 struct Cell {
-    part: Part,
+    part: CutterPart,
     phi: [f64; 2],
     /// On the corner the angle of the normal from the axis downward (rad), on the flute the height
     /// over the middle of the rim, on the bottom the distance from its middle (mm).
@@ -165,39 +165,39 @@ impl Surface {
         let sectors = (0..SECTORS).map(|k| [k, k + 1].map(|k| PI * (2.0 * f64::from(k) / f64::from(SECTORS) - 1.0)));
         sectors.flat_map(move |phi| {
             let parts = [
-                (self.corner > 0.0, Part::Corner, FRAC_PI_2),
-                (true, Part::Flute, self.flute),
-                (self.rim > 0.0, Part::Bottom, self.rim),
+                (self.corner > 0.0, CutterPart::Corner, FRAC_PI_2),
+                (true, CutterPart::Flute, self.flute),
+                (self.rim > 0.0, CutterPart::Bottom, self.rim),
             ];
             let there = parts.into_iter().filter(|(is_there, ..)| *is_there);
             there.map(move |(_, part, to)| self.cell(part, phi, [0.0, to]))
         })
     }
 
-    fn cell(&self, part: Part, phi: [f64; 2], along: [f64; 2]) -> Cell {
+    fn cell(&self, part: CutterPart, phi: [f64; 2], along: [f64; 2]) -> Cell {
         let across = self.across * cos_range(phi)[1];
         // f·n = sin θ·f·u·cos φ − cos θ·f·a, at most √(..)·cos(θ − θ of the largest); sin θ is not
         // below 0.
         let bound = match part {
-            Part::Corner => {
+            CutterPart::Corner => {
                 let largest = across.atan2(-self.along);
                 across.hypot(self.along) * cos_range(along.map(|theta| theta - largest))[1]
             }
-            Part::Flute => across,
-            Part::Bottom => -self.along,
+            CutterPart::Flute => across,
+            CutterPart::Bottom => -self.along,
         };
         Cell { part, phi, along, bound }
     }
 
     /// Returns the radius about the axis and the height over the rim's middle.
-    fn profile(&self, part: Part, along: f64) -> [f64; 2] {
+    fn profile(&self, part: CutterPart, along: f64) -> [f64; 2] {
         match part {
-            Part::Corner => {
+            CutterPart::Corner => {
                 let (sin, cos) = along.sin_cos();
                 [self.rim + self.corner * sin, -self.corner * cos]
             }
-            Part::Flute => [self.rim + self.corner, along],
-            Part::Bottom => [along, -self.corner],
+            CutterPart::Flute => [self.rim + self.corner, along],
+            CutterPart::Bottom => [along, -self.corner],
         }
     }
 
@@ -220,12 +220,12 @@ impl Surface {
         let [q, h] = self.profile(cell.part, along);
         let at = std::array::from_fn(|k| self.middle[k] + q * (self.u[k] * cos + self.v[k] * sin) + h * self.axis[k]);
         let share = match cell.part {
-            Part::Corner => {
+            CutterPart::Corner => {
                 let (sin_theta, cos_theta) = along.sin_cos();
                 sin_theta * self.across * cos - cos_theta * self.along
             }
-            Part::Flute => self.across * cos,
-            Part::Bottom => -self.along,
+            CutterPart::Flute => self.across * cos,
+            CutterPart::Bottom => -self.along,
         };
         (share, at)
     }
@@ -245,8 +245,9 @@ impl Surface {
         // remaining stock is steep.
         let turn = self.corner.max(SMALLEST_TURN * radius);
         let by_phi = z_phi + SIDEWAYS * y_phi + turn * around * around;
-        let by_along =
-            z_along + SIDEWAYS * y_along + if part == Part::Corner { self.corner * (along[1] - along[0]) } else { 0.0 };
+        let by_along = z_along
+            + SIDEWAYS * y_along
+            + if part == CutterPart::Corner { self.corner * (along[1] - along[0]) } else { 0.0 };
         let middle = |[a, b]: [f64; 2]| 0.5 * (a + b);
         if by_phi >= by_along {
             let m = middle(phi);

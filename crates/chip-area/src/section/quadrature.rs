@@ -26,16 +26,16 @@ const MAX_PARTS: u32 = 4_000;
 /// coincidence cannot make small. Parts are halved until their error is their share of `accuracy`.
 /// `breaks` are in order; f may have kinks at them without cost.
 pub(crate) fn integral(f: impl Fn(f64) -> f64, breaks: &[f64], accuracy: f64) -> (f64, f64) {
-    let part = |from: f64, to: f64, halvings: u32| Part { ends: [from, to], halvings, rules: rules(&f, from, to) };
+    let part = |from: f64, to: f64, halvings: u32| Subrange { ends: [from, to], halvings, rules: rules(&f, from, to) };
     let parts_of = |ends: &[f64]| {
         let at = |i: u32| ends[0] + (ends[1] - ends[0]) * (f64::from(i) / f64::from(FIRST_PARTS));
         (0..FIRST_PARTS).map(|i| part(at(i), at(i + 1), 0)).collect::<Vec<_>>()
     };
-    let mut open: Vec<Part> = breaks.windows(2).flat_map(parts_of).collect();
+    let mut open: Vec<Subrange> = breaks.windows(2).flat_map(parts_of).collect();
     open.reverse();
     let length: f64 = breaks.last().unwrap_or(&0.0) - breaks.first().unwrap_or(&0.0);
     let (mut sum, mut error, mut parts) = (0.0, 0.0, 0);
-    while let Some(Part { ends: [from, to], halvings, rules: (whole, _) }) = open.pop() {
+    while let Some(Subrange { ends: [from, to], halvings, rules: (whole, _) }) = open.pop() {
         let middle = 0.5 * (from + to);
         let halves = [part(from, middle, halvings + 1), part(middle, to, halvings + 1)];
         let area = halves[0].rules.0 + halves[1].rules.0;
@@ -53,7 +53,7 @@ pub(crate) fn integral(f: impl Fn(f64) -> f64, breaks: &[f64], accuracy: f64) ->
 }
 
 /// A part of the range.
-struct Part {
+struct Subrange {
     ends: [f64; 2],
     halvings: u32,
     rules: (f64, f64),

@@ -133,10 +133,10 @@ impl ToolSection {
 
     /// Returns the forms of the outline of a tool with its axis in the section plane, and their
     /// ranges.
-    fn pieces(&self) -> [Option<Piece>; 3] {
+    fn pieces(&self) -> [Option<OutlinePiece>; 3] {
         let ([low, high], Rim { rim, corner, .. }) = (self.range(), self.rim);
         let top = self.center.y + 1e-9 * (high - low);
-        let piece = |form, range| Some(Piece { curve: self.curve(form), range, top });
+        let piece = |form, range| Some(OutlinePiece { curve: self.curve(form), range, top });
         let flat = || piece(Form::Flat, [low + corner, high - corner]);
         match (rim > 0.0, corner > 0.0) {
             (false, _) => [piece(Form::Right, [low, high]), None, None],
@@ -288,13 +288,13 @@ impl ToolSection {
 }
 
 /// Part of an outline: the part of a curve over a range and not above the middle of the rim.
-struct Piece {
+struct OutlinePiece {
     curve: LevelCurve,
     range: [f64; 2],
     top: f64,
 }
 
-impl Piece {
+impl OutlinePiece {
     /// Returns whether a point of the curve is on the piece or misses it by little: a place that
     /// only adds a cut may be reported too often.
     fn may_hold(&self, p: &Point2<f64>) -> bool {

@@ -2,7 +2,7 @@
 
 mod crosses;
 mod ends;
-mod found;
+mod nearest_crossings;
 mod section;
 
 use std::cell::Cell;
@@ -12,7 +12,7 @@ use facemill_surface_model::Tree;
 
 use crate::cusp::cut_point::{CutPoint, Strip};
 use crate::cusp::neighbours::ends::{BesideEnd, continued};
-use crate::cusp::neighbours::found::Found;
+use crate::cusp::neighbours::nearest_crossings::NearestCrossings;
 use crate::cusp::neighbours::section::section_crossing;
 
 /// A pass, or part of one, among others.
@@ -172,7 +172,7 @@ impl Neighbours {
     }
 
     fn find(&self, own: &CutPoint, at: Option<OwnPlace>) -> Beside {
-        let mut found = Found::default();
+        let mut found = NearestCrossings::default();
         let farthest = Cell::new(self.reach.far);
         let enter = |b: &Aabb| {
             plane_distance(&own.cc, b) <= SAME_POINT

@@ -338,7 +338,7 @@ impl<'t, 'a> Linker<'t, 'a> {
     /// clearance to something.
     fn leg(&mut self, from: &Waypoint, to: &ClPoint) -> Result<Waypoint, LinkBlocked> {
         let (test, clearance) = (self.test, self.settings.rapid_clearance);
-        let mut walk = Walk { t: 0.0, step: 1.0 };
+        let mut walk = LegWalk { t: 0.0, step: 1.0 };
         let mut configuration = from.configuration;
         for _ in 0..MAX_STEPS {
             let pose = between(&from.cl, to, walk.t);
@@ -380,13 +380,13 @@ fn along_clearance(surface: &ClearanceSurface, margin: f64, a: &ClPoint, b: &ClP
 }
 
 /// A place on a leg, as a fraction of the leg.
-pub(crate) struct Walk {
+pub(crate) struct LegWalk {
     pub(crate) t: f64,
     /// The step to try next.
     pub(crate) step: f64,
 }
 
-impl Walk {
+impl LegWalk {
     /// Advances as far as no point of tool and machine moves by more than `free`, to the leg's end
     /// at most. `motion` bounds that motion up to a later place.
     pub(crate) fn advance(

@@ -2,7 +2,7 @@
 
 use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, Machine, Motion, Unreachable};
 
-use crate::links::link::{FAR, LinkBlocked, Linker, MAX_STEPS, Walk, least_advance};
+use crate::links::link::{FAR, LegWalk, LinkBlocked, Linker, MAX_STEPS, least_advance};
 use crate::links::rewind::rewound_axis;
 use crate::pose::placed_machine::PlacedMachine;
 use crate::pose::workcell::{Configuration, Infeasible};
@@ -49,7 +49,7 @@ impl Linker<'_, '_> {
             Ok(Configuration { axes, branch: machine.branch_of(&axes) })
         };
         let largest_step = (LARGEST_TURN / turn(machine, from, to)).min(1.0);
-        let mut walk = Walk { t: 0.0, step: largest_step };
+        let mut walk = LegWalk { t: 0.0, step: largest_step };
         let mut here = Configuration { axes: *from, branch: machine.branch_of(from) };
         for _ in 0..MAX_STEPS {
             let (distance, nearest) = test.rapid_distance(&here.axes, clearance + FAR, &mut self.hints);

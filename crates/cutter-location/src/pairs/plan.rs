@@ -51,7 +51,7 @@ pub struct PairSettings {
 /// that keeps its change within `max_turn_per_mm` and where the heads would otherwise collide. The
 /// result is tested for each head alone and then with the other head.
 ///
-/// `start` is the configuration of the first head at the first station ([`PairTest::stands`] gives
+/// `start` is the configuration of the first head at the first station ([`PairTest::configurations_over`] gives
 /// one for each branch); the second head takes the branch on which it needs the nearest value of
 /// the shared axis.
 ///
@@ -411,7 +411,7 @@ impl PairPlan<'_, '_, '_> {
             c
         };
         let distance = |c: &Configuration| (c.axes.get_or_zero(shared) - wanted).abs();
-        let all = self.pair.stands(1, &station.cc[1], &self.settings.ranges[1]).into_iter().map(turned);
+        let all = self.pair.configurations_over(1, &station.cc[1], &self.settings.ranges[1]).into_iter().map(turned);
         all.min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or(*start)
     }
 

@@ -114,7 +114,7 @@ impl<'t, 'a> PairTest<'t, 'a> {
 
     /// Returns the configurations of a head (0 or 1) at a CC point with only limits tested: the
     /// first of each branch, in the plain posture of the range or else in another.
-    pub fn stands(&self, head: usize, cc: &CcPoint, range: &PostureRange) -> Vec<Configuration> {
+    pub fn configurations_over(&self, head: usize, cc: &CcPoint, range: &PostureRange) -> Vec<Configuration> {
         let others = range.tilts().flat_map(|tilt| range.rotates().map(move |rotate| Posture { tilt, rotate }));
         let mut found: Vec<Configuration> = Vec::new();
         for posture in std::iter::once(range.plain()).chain(others) {

@@ -120,7 +120,7 @@ impl<'g, 's, 'a> PassGraph<'g, 's, 'a> {
         let Some(k) = self.layers.iter().position(|layer| layer.point == fallen.point) else { return };
         let indices = self.layers[k].nodes.take().unwrap_or_default();
         let left: Vec<NodeIndex> =
-            indices.into_iter().filter(|&index| index != fallen.index && self.stands(k, index, hints)).collect();
+            indices.into_iter().filter(|&index| index != fallen.index && self.is_feasible(k, index, hints)).collect();
         if left.is_empty() {
             self.layers.remove(k);
         } else {
@@ -129,7 +129,7 @@ impl<'g, 's, 'a> PassGraph<'g, 's, 'a> {
     }
 
     /// Returns whether a node is feasible once it is seated, on its own branch.
-    fn stands(&self, layer: usize, (posture, way): NodeIndex, hints: &mut Hints) -> bool {
+    fn is_feasible(&self, layer: usize, (posture, way): NodeIndex, hints: &mut Hints) -> bool {
         let Some(node) = self.standing(layer, posture).get(usize::from(way)).copied() else { return false };
         let cc = &self.pass.task.pass.points[self.layers[layer].point];
         let pose = self.pass.test.try_posture(cc, node.posture, Some(&node.configuration), hints);

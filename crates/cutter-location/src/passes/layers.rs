@@ -2,7 +2,7 @@
 
 /// A way, one node of every layer, and its cost.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Way {
+pub(crate) struct LayeredPath {
     /// A node of every layer.
     pub(crate) nodes: Vec<usize>,
     /// Sum over nodes and edges.
@@ -43,7 +43,7 @@ impl ShortestWays {
 
     /// Returns the cheapest way; among equals, the one with the smaller node in the last layer
     /// where they differ; `None` where a layer has no node or no way has a finite cost.
-    pub(crate) fn cheapest(&self) -> Option<Way> {
+    pub(crate) fn cheapest(&self) -> Option<LayeredPath> {
         let ends = self.cost.iter().copied().enumerate().filter(|(_, cost)| cost.is_finite());
         let (last, cost) = ends.reduce(|a, b| if b.1 < a.1 { b } else { a })?;
         let mut nodes = vec![last];
@@ -51,7 +51,7 @@ impl ShortestWays {
             nodes.push(before[*nodes.last()?] as usize);
         }
         nodes.reverse();
-        Some(Way { nodes, cost })
+        Some(LayeredPath { nodes, cost })
     }
 }
 

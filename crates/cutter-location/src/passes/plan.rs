@@ -8,7 +8,7 @@ use crate::passes::task::{Outcome, PassSettings, PassTask, PlannedPass, PostureM
 use crate::pose::pose_test::PoseTest;
 use crate::pose::workcell::{Hints, Infeasible};
 use crate::search;
-use crate::search::Found;
+use crate::search::FoundPosture;
 use crate::search::bezier::{SearchCurve, TurnTable};
 use crate::search::lattice::Lattice;
 
@@ -125,7 +125,7 @@ fn smallest(
     monitor: &dyn Monitor,
 ) -> Result<PlannedPass, Cancelled> {
     let mut hints = Hints::default();
-    let mut smallest: Vec<Result<Found, Infeasible>> = Vec::with_capacity(task.pass.points.len());
+    let mut smallest: Vec<Result<FoundPosture, Infeasible>> = Vec::with_capacity(task.pass.points.len());
     for cc in &task.pass.points {
         monitor.checkpoint()?;
         let near = smallest.last().and_then(|r| r.as_ref().ok()).map(|f| f.pose.configuration);
@@ -153,7 +153,7 @@ const SMOOTHING_ROUNDS: usize = 4;
 /// allowed turn from its neighbours.
 fn rate_limited(
     pass: &Pass<CcPoint>,
-    found: &[Result<Found, Infeasible>],
+    found: &[Result<FoundPosture, Infeasible>],
     curve: &SearchCurve,
     max_turn_per_mm: f64,
 ) -> Vec<Option<f64>> {
@@ -181,7 +181,7 @@ fn raise_to(
     task: &PassTask,
     settings: &PassSettings,
     wanted: &[Option<f64>],
-    found: &mut [Result<Found, Infeasible>],
+    found: &mut [Result<FoundPosture, Infeasible>],
     hints: &mut Hints,
 ) -> bool {
     let mut larger = false;

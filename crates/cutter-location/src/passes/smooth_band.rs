@@ -33,12 +33,12 @@ pub(crate) struct Band<'b, 's, 'a> {
     /// Time scale below which changes are smoothed away, s.
     tau: f64,
     rotary: Vec<usize>,
-    beside: Cell<Beside>,
+    beside: Cell<BandProgress>,
 }
 
 /// Results of the search beside the search curve so far.
 #[derive(Clone, Copy, Default)]
-struct Beside {
+struct BandProgress {
     /// The last posture found.
     last: Option<Posture>,
     /// Points in a row without one.

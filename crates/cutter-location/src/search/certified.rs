@@ -7,13 +7,13 @@ use crate::pose::pose_test::PoseTest;
 use crate::pose::workcell::{Configuration, Hints, Infeasible};
 use crate::search::bezier::SearchCurve;
 use crate::search::cell_proof::PostureCell;
-use crate::search::{Found, Reasons, SearchSettings, refine};
+use crate::search::{FoundPosture, Reasons, SearchSettings, refine};
 
 /// Result of [`certified_search`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct CertifiedSearch {
     /// The pose, or the reason that blocked most of the curve.
-    pub found: Result<Found, Infeasible>,
+    pub found: Result<FoundPosture, Infeasible>,
     /// Width of the proof: every feasible stretch of the curve before the result is shorter. The
     /// requested width, or a larger one where that would have taken more than [`MOST_TESTS`] tests.
     pub width: f64,
@@ -51,7 +51,7 @@ pub fn certified_search(
     let mut width = asked;
     let mut tests = 0;
     loop {
-        let mut walk = Walk { test, cc, curve, settings, near, width, tests: 0, reasons: Reasons::default() };
+        let mut walk = CertifiedWalk { test, cc, curve, settings, near, width, tests: 0, reasons: Reasons::default() };
         let end = walk.interval(from_u.min(1.0), 1.0, hints);
         tests += walk.tests;
         let found = match end {
@@ -59,7 +59,7 @@ pub fn certified_search(
                 width *= 2.0;
                 continue;
             }
-            Step::Found(found) => Ok(Found { width: Some(width), ..found }),
+            Step::Found(found) => Ok(FoundPosture { width: Some(width), ..found }),
             Step::Blocked => Err(walk.reasons.most_frequent()),
         };
         if width > asked {
@@ -69,7 +69,7 @@ pub fn certified_search(
     }
 }
 
-struct Walk<'w, 'a> {
+struct CertifiedWalk<'w, 'a> {
     test: &'w PoseTest<'a>,
     cc: &'w CcPoint,
     curve: &'w SearchCurve,
@@ -84,11 +84,11 @@ struct Walk<'w, 'a> {
 enum Step {
     /// Proven blocked, or too short to matter.
     Blocked,
-    Found(Found),
+    Found(FoundPosture),
     OutOfTests,
 }
 
-impl Walk<'_, '_> {
+impl CertifiedWalk<'_, '_> {
     fn interval(&mut self, from: f64, to: f64, hints: &mut Hints) -> Step {
         self.tests += 1;
         if self.tests > MOST_TESTS {
@@ -128,8 +128,12 @@ impl Walk<'_, '_> {
         Step::Blocked
     }
 
-    fn try_at(&self, u: f64, hints: &mut Hints) -> Result<Found, Infeasible> {
-        self.test.try_posture(self.cc, self.curve.at(u), self.near, hints).map(|pose| Found { u, pose, width: None })
+    fn try_at(&self, u: f64, hints: &mut Hints) -> Result<FoundPosture, Infeasible> {
+        self.test.try_posture(self.cc, self.curve.at(u), self.near, hints).map(|pose| FoundPosture {
+            u,
+            pose,
+            width: None,
+        })
     }
 
     /// Returns the cell of all postures of an interval: tilt and rotate are monotone along the

@@ -15,7 +15,7 @@ use crate::search::cell_proof::{PostureCell, Proof};
 
 /// Tilts and rotates from one to another, rad, both ends included.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PostureRange {
+pub struct MapRange {
     /// Smallest and largest tilt.
     pub tilt: [f64; 2],
     /// Smallest and largest rotate.
@@ -61,7 +61,7 @@ pub enum CellState {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapCell {
     /// Its postures.
-    pub range: PostureRange,
+    pub range: MapRange,
     /// Knowledge of them.
     pub state: CellState,
 }
@@ -70,7 +70,7 @@ pub struct MapCell {
 #[derive(Clone, Debug, PartialEq)]
 pub struct SolutionMap {
     /// All postures.
-    pub range: PostureRange,
+    pub range: MapRange,
     /// No uncertain cell has a side longer than this, rad.
     pub resolution: f64,
     /// The cells, in blocks along rotate, then tilt.
@@ -102,7 +102,7 @@ const LEVELS: u32 = 5;
 pub fn map(
     test: &PoseTest<'_>,
     cc: &CcPoint,
-    range: PostureRange,
+    range: MapRange,
     resolution: f64,
     monitor: &dyn Monitor,
 ) -> Result<SolutionMap, MapError> {
@@ -132,7 +132,7 @@ pub fn map(
 ///
 /// # Errors
 /// When range or resolution are invalid.
-pub fn n_steps(range: &PostureRange, resolution: f64) -> Result<usize, MapError> {
+pub fn n_steps(range: &MapRange, resolution: f64) -> Result<usize, MapError> {
     range.divisions(resolution).map(|[tilts, rotates]| tilts as usize * rotates as usize)
 }
 
@@ -146,7 +146,7 @@ struct Mapper<'m, 'a> {
 impl Mapper<'_, '_> {
     /// Collects the cells of a range: itself where something is proven for it or it is small
     /// enough, else those of its parts.
-    fn divide(&self, range: PostureRange, hints: &mut Hints, cells: &mut Vec<MapCell>) {
+    fn divide(&self, range: MapRange, hints: &mut Hints, cells: &mut Vec<MapCell>) {
         self.judged.fetch_add(1, Ordering::Relaxed);
         let cell = PostureCell::new(self.test, self.cc, range.middle(), range.half());
         let state = match cell.judge(hints) {
@@ -168,7 +168,7 @@ impl Mapper<'_, '_> {
     }
 }
 
-impl PostureRange {
+impl MapRange {
     /// Returns the number of largest cells along tilt and rotate.
     fn divisions(&self, resolution: f64) -> Result<[u32; 2], MapError> {
         let ([tilt, steepest], [rotate, last]) = (self.tilt, self.rotate);

@@ -1,7 +1,7 @@
 //! The map of the feasible set: its verdict on a cell holds for every posture in it.
 
 use facemill_cl_data::{CcPoint, Posture, Silent};
-use facemill_cutter_location::search::map::{CellState, MapCell, MapError, PostureRange, SolutionMap, map};
+use facemill_cutter_location::search::map::{CellState, MapCell, MapError, MapRange, SolutionMap, map};
 use facemill_cutter_location::{AxisCone, Body, Hints, Infeasible, PoseTest, Workcell, tool_frame};
 use facemill_interference::{MeshTree, ParryMesh};
 use facemill_inverse_kinematics::{BodyFile, Machine};
@@ -13,11 +13,11 @@ use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 use crate::kit::{Ball, MOUNT, Random, cc_on_patch, cc_on_plane, machine, obstacle, plane, tool, workcell};
 use crate::machine_bodies::with_post;
 
-pub(crate) fn range_deg(tilt: [f64; 2], rotate: [f64; 2]) -> PostureRange {
-    PostureRange { tilt: tilt.map(f64::to_radians), rotate: rotate.map(f64::to_radians) }
+pub(crate) fn range_deg(tilt: [f64; 2], rotate: [f64; 2]) -> MapRange {
+    MapRange { tilt: tilt.map(f64::to_radians), rotate: rotate.map(f64::to_radians) }
 }
 
-fn at_random(range: &PostureRange, random: &mut Random) -> Posture {
+fn at_random(range: &MapRange, random: &mut Random) -> Posture {
     // Corners and edges as often as the inside.
     let mut pick = |[from, to]: [f64; 2]| match random.between(0.0, 4.0) as u32 {
         0 => from,
@@ -104,7 +104,7 @@ fn every_posture_of_a_certified_cell_is_as_the_cell_says() {
 
 /// Checks that the cells fill the range, and that no uncertain one is larger than the resolution.
 fn assert_covers(map: &SolutionMap) {
-    let area = |r: &PostureRange| (r.tilt[1] - r.tilt[0]) * (r.rotate[1] - r.rotate[0]);
+    let area = |r: &MapRange| (r.tilt[1] - r.tilt[0]) * (r.rotate[1] - r.rotate[0]);
     let sum: f64 = map.cells.iter().map(|c| area(&c.range)).sum();
     assert!((sum / area(&map.range) - 1.0).abs() < 1e-9);
     for cell in &map.cells {

@@ -171,11 +171,11 @@ struct Lines {
     n: usize,
     began: Instant,
     done: AtomicUsize,
-    told: Mutex<Told>,
+    lines: Mutex<StageLines>,
 }
 
 /// State of the lines of a stage.
-struct Told {
+struct StageLines {
     next: Duration,
     lines: usize,
     forecast: Forecast,
@@ -183,8 +183,8 @@ struct Told {
 
 impl Lines {
     fn new(title: String, n: usize) -> Self {
-        let told = Mutex::new(Told { next: BETWEEN_LINES[0], lines: 0, forecast: Forecast::default() });
-        Self { title, n, began: Instant::now(), done: AtomicUsize::new(0), told }
+        let lines = Mutex::new(StageLines { next: BETWEEN_LINES[0], lines: 0, forecast: Forecast::default() });
+        Self { title, n, began: Instant::now(), done: AtomicUsize::new(0), lines }
     }
 }
 
@@ -192,17 +192,17 @@ impl Monitor for Lines {
     fn advance(&self, steps: usize) {
         let done = self.done.fetch_add(steps, Ordering::Relaxed) + steps;
         // Another thread is reporting already.
-        let Ok(mut told) = self.told.try_lock() else { return };
+        let Ok(mut lines) = self.lines.try_lock() else { return };
         let elapsed = self.began.elapsed();
-        if elapsed < told.next {
+        if elapsed < lines.next {
             return;
         }
         let share = done as f64 / self.n.max(1) as f64;
-        let left = told.forecast.left(elapsed.as_secs_f64(), share);
+        let left = lines.forecast.left(elapsed.as_secs_f64(), share);
         let left = left.map_or_else(String::new, |left| format!(", {} left", clock(left)));
         eprintln!("{}, {:.0} %{left}", self.title, 100.0 * share.min(1.0));
-        told.lines += 1;
-        told.next = elapsed + BETWEEN_LINES[1];
+        lines.lines += 1;
+        lines.next = elapsed + BETWEEN_LINES[1];
     }
     fn is_cancelled(&self) -> bool {
         is_interrupted()
@@ -211,7 +211,7 @@ impl Monitor for Lines {
 
 impl Drop for Lines {
     fn drop(&mut self) {
-        if self.told.get_mut().is_ok_and(|told| told.lines > 0) && !is_interrupted() {
+        if self.lines.get_mut().is_ok_and(|lines| lines.lines > 0) && !is_interrupted() {
             eprintln!("{}, ended after {}", self.title, clock(self.began.elapsed().as_secs_f64()));
         }
     }

@@ -48,7 +48,7 @@ fn sheet(z: fn(f64) -> f64) -> TriMesh {
 
 /// A line of the program with a motion: its number from 1, whether it is rapid, and the words of
 /// the rotary axes behind it, deg.
-struct Line {
+struct MotionLine {
     number: usize,
     rapid: bool,
     feed: f64,
@@ -57,7 +57,7 @@ struct Line {
 }
 
 /// Reads G0, G1, B, C and F, which stay until they are given again.
-fn lines(planned: &Planned) -> Vec<Line> {
+fn lines(planned: &Planned) -> Vec<MotionLine> {
     let file = planned.files.iter().find(|(name, _)| name == "program.nc").expect("a program without faults");
     let text = String::from_utf8(file.1.clone()).unwrap();
     let (mut rapid, mut b, mut c, mut feed) = (true, 0.0, 0.0, 0.0);
@@ -83,7 +83,7 @@ fn lines(planned: &Planned) -> Vec<Line> {
             }
         }
         if moves {
-            all.push(Line { number: k + 1, rapid, feed, b, c });
+            all.push(MotionLine { number: k + 1, rapid, feed, b, c });
         }
     }
     all
@@ -263,10 +263,10 @@ fn where_the_tilt_does_not_lead_out_of_the_cone_poses_are_kept_and_their_blocks_
     let told = &planned.report.singular_blocks;
     let lines = lines(&planned);
     // Blocks that are in the cone at an end, of those at the feed of cuts.
-    let cuts: Vec<&[Line]> = lines.windows(2).filter(|w| !w[0].rapid && !w[1].rapid).collect();
-    let inside = |w: &&&[Line]| w[0].b.abs().min(w[1].b.abs()) < 1.49;
+    let cuts: Vec<&[MotionLine]> = lines.windows(2).filter(|w| !w[0].rapid && !w[1].rapid).collect();
+    let inside = |w: &&&[MotionLine]| w[0].b.abs().min(w[1].b.abs()) < 1.49;
     let named = |n: usize| told.iter().find(|s| (s.first_line as usize..=s.last_line as usize).contains(&n));
-    let approach = |w: &&&[Line]| w[0].b == w[1].b && w[0].c == w[1].c;
+    let approach = |w: &&&[MotionLine]| w[0].b == w[1].b && w[0].c == w[1].c;
     let mut n = 0;
     for w in cuts.iter().filter(inside).filter(|w| !approach(w)) {
         let run = named(w[1].number).unwrap_or_else(|| panic!("line {} is not named", w[1].number));

@@ -1,7 +1,7 @@
 use facemill_inverse_kinematics::AxisValues;
 use rayon::prelude::*;
 
-use super::corner::{Line, LineMotion, stops_between};
+use super::corner::{LineMotion, ProgramLine, stops_between};
 use super::knots::Grain;
 use super::law::{Motion, ProgramLaw};
 use super::polyline::Polyline;
@@ -222,12 +222,12 @@ enum Stretch {
 struct Open<'a> {
     axes: &'a [AxisBounds],
     polyline: Polyline,
-    last: Option<Line>,
+    last: Option<ProgramLine>,
     out: Vec<Stretch>,
 }
 
 impl Open<'_> {
-    fn push(&mut self, block: usize, line: Line, end: &AxisValues, cap: f64) {
+    fn push(&mut self, block: usize, line: ProgramLine, end: &AxisValues, cap: f64) {
         self.polyline.push(end, line.length, cap, block);
         self.last = Some(line);
     }
@@ -262,7 +262,7 @@ fn stretches(
         let length = length(&at, &block.end, axes);
         if length > SHORTEST {
             let cap = if block.tip_time > 0.0 { length / block.tip_time } else { f64::INFINITY };
-            let line = Line::new(&at, &block.end, length, cap, axes);
+            let line = ProgramLine::new(&at, &block.end, length, cap, axes);
             if open.last.is_some_and(|last| stops_between(&last, &line, open.axes, tolerance)) {
                 open.stop(&at);
             }

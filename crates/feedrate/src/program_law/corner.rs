@@ -15,7 +15,7 @@ pub(crate) struct LineMotion {
 /// A line of the program over its length r, in which each axis counts by the time it takes at its
 /// largest speed.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Line {
+pub(crate) struct ProgramLine {
     /// Length, s at the axes' largest speeds.
     pub(crate) length: f64,
     /// Derivatives of the axes by r.
@@ -24,7 +24,7 @@ pub(crate) struct Line {
     pub(crate) limits: [f64; 3],
 }
 
-impl Line {
+impl ProgramLine {
     /// Creates the line between two points, with ṙ no larger than `cap`.
     pub(crate) fn new(from: &AxisValues, to: &AxisValues, length: f64, cap: f64, axes: &[AxisBounds]) -> Self {
         let mut slopes = [0.0; MAX_AXES];
@@ -69,7 +69,12 @@ const SAME_DIRECTION: f64 = 1e-9;
 ///
 /// A blend over ±w turns at the speed that the acceleration and jerk of its bend allow. The time it
 /// saves is an estimate, used only to choose between two motions that hold all limits.
-pub(crate) fn stops_between(before: &Line, after: &Line, axes: &[AxisBounds], tolerance: Option<&AxisValues>) -> bool {
+pub(crate) fn stops_between(
+    before: &ProgramLine,
+    after: &ProgramLine,
+    axes: &[AxisBounds],
+    tolerance: Option<&AxisValues>,
+) -> bool {
     let bend = |k: usize| (after.slopes[k] - before.slopes[k]).abs();
     let turns = |k: usize| bend(k) > SAME_DIRECTION * axes[k].velocity;
     if !(0..axes.len()).any(turns) {

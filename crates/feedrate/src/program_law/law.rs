@@ -17,7 +17,7 @@ pub struct ProgramLaw {
     n_axes: usize,
     /// Axis values at the start and at the end of every block, one after the other.
     points: Vec<f64>,
-    sections: Vec<Timed>,
+    sections: Vec<TimedSection>,
     block_ends: Vec<f64>,
     /// Largest ṙ allowed by the tip feed of each block; infinite without a cap.
     caps: Vec<f64>,
@@ -37,13 +37,13 @@ pub(crate) enum Motion {
 
 /// A motion from rest to rest with the times at which its parts start, and at its end.
 #[derive(Clone, Debug)]
-enum Timed {
+enum TimedSection {
     Line { block: usize, curve: SCurve, start: f64 },
     Rounded(Box<(Vec<RoundedLine>, Vec<f64>)>),
     Spline(Box<(Section, Vec<f64>)>),
 }
 
-impl Timed {
+impl TimedSection {
     fn start(&self) -> f64 {
         match self {
             Self::Line { start, .. } => *start,
@@ -92,7 +92,7 @@ impl ProgramLaw {
                     let (polyline, section) = *planned;
                     let starts = span_times(&section, law.total_time());
                     law.pass(&polyline, &section, &starts);
-                    law.sections.push(Timed::Spline(Box::new((section, starts))));
+                    law.sections.push(TimedSection::Spline(Box::new((section, starts))));
                 }
             }
         }
@@ -112,7 +112,7 @@ impl ProgramLaw {
         self.block_ends[block] = start + curve.duration();
         self.caps[block] = cap;
         self.peak_times[block] = curve.length() / curve.speed();
-        self.sections.push(Timed::Line { block, curve, start });
+        self.sections.push(TimedSection::Line { block, curve, start });
     }
 
     fn push_rounded(&mut self, lines: Vec<RoundedLine>) {
@@ -126,7 +126,7 @@ impl ProgramLaw {
             self.caps[line.block] = line.cap;
             self.peak_times[line.block] = line.length() / line.peak();
         }
-        self.sections.push(Timed::Rounded(Box::new((lines, starts))));
+        self.sections.push(TimedSection::Rounded(Box::new((lines, starts))));
     }
 
     /// Records when the ends of a section's blocks are passed.
@@ -152,15 +152,15 @@ impl ProgramLaw {
 
     /// Returns the time of the whole program, s.
     pub fn total_time(&self) -> f64 {
-        self.sections.last().map_or(0.0, Timed::end)
+        self.sections.last().map_or(0.0, TimedSection::end)
     }
 
     /// Returns the number of parts of the law: lines from stop to stop, and spans of blended ones.
     pub fn parts(&self) -> usize {
-        let parts = |section: &Timed| match section {
-            Timed::Line { .. } => 1,
-            Timed::Rounded(lines) => lines.0.len(),
-            Timed::Spline(spline) => spline.0.paces.len(),
+        let parts = |section: &TimedSection| match section {
+            TimedSection::Line { .. } => 1,
+            TimedSection::Rounded(lines) => lines.0.len(),
+            TimedSection::Spline(spline) => spline.0.paces.len(),
         };
         self.sections.iter().map(parts).sum()
     }
@@ -204,7 +204,7 @@ impl ProgramLaw {
                 out[0] = self.point(0);
                 0.0
             }
-            Some(Timed::Line { block, curve, start }) => {
+            Some(TimedSection::Line { block, curve, start }) => {
                 let [r, rates @ ..] = curve.at((t - start).clamp(0.0, curve.duration()));
                 let rates = if moving { rates } else { [0.0; 3] };
                 let (from, to) = (self.point(*block), self.point(block + 1));
@@ -214,7 +214,7 @@ impl ProgramLaw {
                 }
                 rates[0]
             }
-            Some(Timed::Rounded(lines)) => {
+            Some(TimedSection::Rounded(lines)) => {
                 let (lines, starts) = &**lines;
                 let k = starts.partition_point(|&start| start <= t).clamp(1, lines.len()) - 1;
                 let line = &lines[k];
@@ -233,7 +233,7 @@ impl ProgramLaw {
                 }
                 rates[0]
             }
-            Some(Timed::Spline(spline)) => {
+            Some(TimedSection::Spline(spline)) => {
                 let (section, starts) = &**spline;
                 let spans = section.paces.len();
                 let k = starts.partition_point(|&start| start <= t).clamp(1, spans) - 1;

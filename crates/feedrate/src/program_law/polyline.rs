@@ -4,7 +4,7 @@ mod tests;
 
 use facemill_inverse_kinematics::{AxisValues, MAX_AXES};
 
-use super::corner::{Line, LineMotion};
+use super::corner::{LineMotion, ProgramLine};
 use crate::time_law::AxisBounds;
 
 /// Axis values of a point without their number.
@@ -54,9 +54,9 @@ impl Polyline {
     }
 
     /// Returns a line with its limits.
-    pub(crate) fn line(&self, index: usize, axes: &[AxisBounds]) -> Line {
+    pub(crate) fn line(&self, index: usize, axes: &[AxisBounds]) -> ProgramLine {
         let at = |k: usize| AxisValues::from_fn(self.n_axes, |axis| self.vertex(k)[axis]);
-        Line::new(&at(index), &at(index + 1), self.r[index + 1] - self.r[index], self.caps[index], axes)
+        ProgramLine::new(&at(index), &at(index + 1), self.r[index + 1] - self.r[index], self.caps[index], axes)
     }
 
     /// Returns the number of lines.

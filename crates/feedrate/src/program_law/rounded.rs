@@ -1,6 +1,6 @@
 use facemill_inverse_kinematics::AxisValues;
 
-use super::corner::Line;
+use super::corner::ProgramLine;
 use super::polyline::Polyline;
 use super::ride::{Ride, reached};
 use crate::time_law::AxisBounds;
@@ -39,7 +39,7 @@ struct Corner {
 impl Corner {
     /// Returns the widest corner within the tolerance and its highest speed; none where a stop is
     /// faster.
-    fn between(before: &Line, after: &Line, axes: &[AxisBounds], tolerance: &AxisValues) -> Self {
+    fn between(before: &ProgramLine, after: &ProgramLine, axes: &[AxisBounds], tolerance: &AxisValues) -> Self {
         let bends = |k: usize| (after.slopes[k] - before.slopes[k]).abs();
         let within = |k: usize| 6.0 * tolerance[k] * (1.0 - ROUNDING) / bends(k);
         let widest = (0..axes.len()).map(within).fold(SHARE * before.length.min(after.length), f64::min);
@@ -54,7 +54,7 @@ impl Corner {
     }
 
     /// Returns it only as long as its speed needs.
-    fn shortened(&self, before: &Line, after: &Line, axes: &[AxisBounds]) -> Self {
+    fn shortened(&self, before: &ProgramLine, after: &ProgramLine, axes: &[AxisBounds]) -> Self {
         let c = self.speed / (1.0 - ROUNDING);
         let needed = |k: usize| {
             let bend = (after.slopes[k] - before.slopes[k]).abs();
@@ -159,7 +159,7 @@ impl RoundedLine {
 }
 
 /// Returns the speed of a corner at one end of a line that is reachable from that at the other.
-fn within_reach(line: &Line, from: &Corner, to: &Corner) -> f64 {
+fn within_reach(line: &ProgramLine, from: &Corner, to: &Corner) -> f64 {
     let length = line.length - from.half - to.half;
     to.speed.min(reached(from.speed, to.speed, length, [line.limits[1], line.limits[2]]))
 }

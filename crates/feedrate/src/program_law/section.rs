@@ -3,10 +3,10 @@ use rayon::prelude::*;
 use super::polyline::Polyline;
 use super::spans::Spans;
 use super::spline::Quartic;
-use crate::time_law::barrier::{Part, Pinned, Problem, Reach, Scaled, end_weights};
+use crate::time_law::barrier::{Pinned, Problem, Reach, Scaled, SolverSpan, end_weights};
 use crate::time_law::certify::{speed_bound, stretch};
 use crate::time_law::descent::{Effort, lower};
-use crate::time_law::law::Pace;
+use crate::time_law::law::SquaredSpeed;
 
 /// Number of spans solved at once. Longer windows have fewer borders; shorter ones need fewer steps
 /// each.
@@ -16,7 +16,7 @@ const WINDOW: usize = 256;
 #[derive(Clone, Debug)]
 pub(crate) struct Section {
     pub(crate) path: Spans,
-    pub(crate) paces: Vec<Pace>,
+    pub(crate) paces: Vec<SquaredSpeed>,
 }
 
 /// Constants during the solution of a section.
@@ -81,7 +81,7 @@ impl Section {
     }
 
     pub(crate) fn duration(&self) -> f64 {
-        self.paces.iter().map(Pace::duration).sum()
+        self.paces.iter().map(SquaredSpeed::duration).sum()
     }
 
     /// Returns a bound of ṙ on each line of the polyline and wherever else the line takes part.
@@ -103,7 +103,7 @@ impl Section {
 
 impl Task<'_> {
     /// Returns the fastest certified motion of all passes; more of them where the path is smooth.
-    fn solve(&mut self, is_smooth: bool) -> Vec<Pace> {
+    fn solve(&mut self, is_smooth: bool) -> Vec<SquaredSpeed> {
         let mut x = self.guess();
         self.slow_down(&mut x, 1.1);
         for (first, effort) in if self.kept.is_some() { &ALONE[..] } else { &SHIFTED } {
@@ -210,7 +210,7 @@ impl Task<'_> {
         (0..self.h.len()).map(|i| self.certified_pace(i, x, stretch).duration()).sum()
     }
 
-    fn certified_pace(&self, span: usize, x: &[f64], stretch: f64) -> Pace {
+    fn certified_pace(&self, span: usize, x: &[f64], stretch: f64) -> SquaredSpeed {
         self.pace(span, x).scaled(stretch.powi(-2))
     }
 
@@ -225,7 +225,7 @@ impl Task<'_> {
         let (mut axes, mut limits): (Vec<Quartic>, Vec<[f64; 3]>) = (Vec::new(), Vec::new());
         for i in start..end {
             let tip = [self.path.limited(i, &self.scaled.axes, &mut axes, &mut limits)];
-            let part = Part {
+            let part = SolverSpan {
                 first: i - start,
                 h: self.h[i],
                 ends: end_weights(&self.h, i),
@@ -281,13 +281,13 @@ impl Task<'_> {
         }
     }
 
-    fn pace(&self, span: usize, x: &[f64]) -> Pace {
+    fn pace(&self, span: usize, x: &[f64]) -> SquaredSpeed {
         let ([l0, l1], [r0, r1]) = end_weights(&self.h, span);
         let ends = [l0 * x[span] + l1 * x[span + 1], x[span + 1], r0 * x[span + 1] + r1 * x[span + 2]];
-        Pace(ends).scaled(self.h[span].powi(-2))
+        SquaredSpeed(ends).scaled(self.h[span].powi(-2))
     }
 
-    fn stretch(&self, span: usize, pace: &Pace) -> f64 {
+    fn stretch(&self, span: usize, pace: &SquaredSpeed) -> f64 {
         let (mut axes, mut limits) = (Vec::new(), Vec::new());
         let tip = [self.path.limited(span, &self.scaled.axes, &mut axes, &mut limits)];
         stretch((&axes, &limits), (&tip, self.cap(span)), pace, FLOOR)

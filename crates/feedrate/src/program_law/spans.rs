@@ -11,12 +11,12 @@ use super::spline::{Quartic, Spline};
 #[derive(Clone, Debug)]
 pub(crate) struct Spans {
     pub(crate) spline: Spline,
-    places: Vec<Place>,
+    places: Vec<SpanPlace>,
 }
 
 /// Place of a span in its piece, as one of several equal parts.
 #[derive(Clone, Copy, Debug)]
-struct Place {
+struct SpanPlace {
     piece: u32,
     part: u32,
     parts: u32,
@@ -53,7 +53,7 @@ impl Spans {
             let parts = ((b - a) / (speed * grain.span)).max((b - a) / (ONSET * from_stop)).ceil();
             let most = if spline.is_on_line(piece) { STRAIGHT } else { f64::from(u16::MAX) };
             let parts = if piece == 0 || piece + 1 == pieces { RAMP } else { parts.clamp(1.0, most) as u32 };
-            places.extend((0..parts).map(|part| Place { piece: piece as u32, part, parts }));
+            places.extend((0..parts).map(|part| SpanPlace { piece: piece as u32, part, parts }));
         }
         let spans = Self { spline, places };
         (spans.bending() as f64 <= most).then_some(spans)
@@ -167,7 +167,7 @@ impl Spans {
     }
 }
 
-impl Place {
+impl SpanPlace {
     /// Returns a polynomial over the piece in the s of this part.
     fn restrict(&self, c: &Quartic) -> Quartic {
         let mut out = *c;

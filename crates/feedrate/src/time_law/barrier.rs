@@ -26,7 +26,7 @@ struct Group {
 
 /// One axis at samples: |a·(β, β')| ≤ 1 and √β·|j·(β, β', β'')| ≤ 1; 0 where a sample has fewer
 /// axes.
-struct Line {
+struct AxisRows {
     a: [Lanes; 2],
     j: [Lanes; 3],
 }
@@ -35,7 +35,7 @@ struct Line {
 const SAMPLES: usize = 3;
 
 /// A span in the solver's form.
-pub(crate) struct Part<'a, const K: usize> {
+pub(crate) struct SolverSpan<'a, const K: usize> {
     /// First of its three unknowns.
     pub(crate) first: usize,
     /// Length in the path variable.
@@ -73,7 +73,7 @@ pub(crate) struct Reach {
 /// the samples.
 pub(crate) struct Problem {
     groups: Vec<Group>,
-    lines: Vec<Line>,
+    lines: Vec<AxisRows>,
     samples: usize,
     reaches: Vec<Reach>,
     pub(crate) n: usize,
@@ -103,7 +103,7 @@ impl Problem {
     }
 
     /// Adds the samples of a span.
-    pub(crate) fn push<const K: usize>(&mut self, part: &Part<K>) {
+    pub(crate) fn push<const K: usize>(&mut self, part: &SolverSpan<K>) {
         // The largest steady speed, and reciprocals: by velocity and acceleration, by jerk; of
         // change and bend.
         let mut most = [0.0; 4];
@@ -133,7 +133,7 @@ impl Problem {
         lane
     }
 
-    fn sample<const K: usize>(&mut self, part: &Part<K>, s: f64, weight: f64, most: &mut [f64; 4]) {
+    fn sample<const K: usize>(&mut self, part: &SolverSpan<K>, s: f64, weight: f64, most: &mut [f64; 4]) {
         let lane = self.next_lane();
         let Some(group) = self.groups.last_mut() else { return };
         let ([l0, l1], [r0, r1]) = part.ends;
@@ -161,7 +161,7 @@ impl Problem {
                 continue;
             }
             if line == self.lines.len() {
-                self.lines.push(Line { a: [Lanes::ZERO; 2], j: [Lanes::ZERO; 3] });
+                self.lines.push(AxisRows { a: [Lanes::ZERO; 2], j: [Lanes::ZERO; 3] });
             }
             let into = &mut self.lines[line];
             (0..2).for_each(|k| into.a[k].0[lane] = a[k]);
@@ -234,14 +234,14 @@ impl Group {
     }
 
     #[inline(always)]
-    fn lines<'a>(&self, problem: &'a Problem) -> &'a [Line] {
+    fn lines<'a>(&self, problem: &'a Problem) -> &'a [AxisRows] {
         &problem.lines[self.lines.start as usize..self.lines.end as usize]
     }
 
     /// Returns gradient and Hessian by β, β', β'' of the samples' contributions: (00, 01, 02, 11,
     /// 12, 22).
     #[inline(always)]
-    fn local(&self, lines: &[Line], [b, b1, b2]: [Lanes; 3], kappa: f64, curved: f64) -> ([Lanes; 3], [Lanes; 6]) {
+    fn local(&self, lines: &[AxisRows], [b, b1, b2]: [Lanes; 3], kappa: f64, curved: f64) -> ([Lanes; 3], [Lanes; 6]) {
         let one = Lanes::all(1.0);
         let inverse_b = one.over(b);
         let root = inverse_b.root();

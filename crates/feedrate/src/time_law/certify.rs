@@ -1,5 +1,5 @@
 use super::bernstein::Bernstein;
-use super::law::Pace;
+use super::law::SquaredSpeed;
 
 /// Relative accuracy of a bound; it costs at most this fraction of time.
 const ACCURACY: f64 = 1e-7;
@@ -26,7 +26,7 @@ fn derivative(c: &[f64], d: usize) -> Bernstein {
 pub(crate) fn stretch<const K: usize>(
     (axes, limits): (&[[f64; K]], &[[f64; 3]]),
     (tip, tip_limit): (&[[f64; K]], f64),
-    pace: &Pace,
+    pace: &SquaredSpeed,
     floor: f64,
 ) -> f64 {
     let [a, b, c] = pace.0;
@@ -73,7 +73,7 @@ pub(crate) fn stretch<const K: usize>(
 
 /// Returns a bound of ṙ over a span on which r is this polynomial of s: at most the fraction
 /// [`ACCURACY`] above its largest value.
-pub(crate) fn speed_bound<const K: usize>(r: &[f64; K], pace: &Pace) -> f64 {
+pub(crate) fn speed_bound<const K: usize>(r: &[f64; K], pace: &SquaredSpeed) -> f64 {
     let rate = derivative(r, 1);
     let speed_sq = rate.times(&rate).times(&Bernstein::from_coefficients(&pace.0));
     speed_sq.upper_bound(0.0, ACCURACY).sqrt()

@@ -47,9 +47,9 @@ impl AxisMotion {
 ///
 /// Then s̈ = ρ'(s)/2 is linear in s, so s(t) has a closed form.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Pace(pub(crate) [f64; 3]);
+pub(crate) struct SquaredSpeed(pub(crate) [f64; 3]);
 
-impl Pace {
+impl SquaredSpeed {
     fn curve(&self) -> f64 {
         let [a, b, c] = self.0;
         (a - b) + (c - b)
@@ -98,7 +98,7 @@ impl Pace {
             return 0.0;
         }
         let [a, b, _] = self.0;
-        Pace([a, a * (1.0 - s) + b * s, self.at(s)[0]]).scaled(1.0 / (s * s)).duration()
+        SquaredSpeed([a, a * (1.0 - s) + b * s, self.at(s)[0]]).scaled(1.0 / (s * s)).duration()
     }
 
     /// Returns the first three derivatives of s by time.
@@ -117,14 +117,14 @@ impl Pace {
 #[derive(Clone, Debug)]
 pub struct TimeLaw {
     spans: Vec<Span>,
-    paces: Vec<Pace>,
+    paces: Vec<SquaredSpeed>,
     ramp: Ramp,
     /// Time at the start of every span, and at the end of the last.
     starts: Vec<f64>,
 }
 
 impl TimeLaw {
-    pub(crate) fn new(spans: Vec<Span>, paces: Vec<Pace>, ramp: Ramp) -> Self {
+    pub(crate) fn new(spans: Vec<Span>, paces: Vec<SquaredSpeed>, ramp: Ramp) -> Self {
         let mut starts = Vec::with_capacity(paces.len() + 1);
         let mut t = 0.0;
         starts.push(t);

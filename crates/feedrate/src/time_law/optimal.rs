@@ -1,7 +1,7 @@
-use super::barrier::{Part, Problem, Scaled, end_weights};
+use super::barrier::{Problem, Scaled, SolverSpan, end_weights};
 use super::certify::stretch;
 use super::descent::minimise;
-use super::law::{Pace, TimeLaw};
+use super::law::{SquaredSpeed, TimeLaw};
 use super::span::{Ramp, Septic, Span, eval, span};
 use super::{JointPath, MotionBounds, TimeLawError};
 use facemill_inverse_kinematics::AxisValues;
@@ -52,15 +52,15 @@ pub fn minimum_time_law(
     let scaled = Scaled::new(bounds);
     let n = spans.len();
     let mut tightening = vec![1.0; n];
-    let mut best: Option<(f64, Vec<Pace>)> = None;
+    let mut best: Option<(f64, Vec<SquaredSpeed>)> = None;
     for _ in 0..settings.rounds.max(1) {
         let problem = problem(&spans, &scaled, &tightening);
         let x = minimise(&problem);
         let paces = paces(&spans, &x);
         let stretches: Vec<f64> = spans.iter().zip(&paces).map(|(s, p)| span_stretch(s, p, &scaled)).collect();
         let most = stretches.iter().copied().fold(0.0, f64::max);
-        let paces: Vec<Pace> = paces.iter().map(|p| p.scaled(1.0 / (most * most))).collect();
-        let time: f64 = paces.iter().map(Pace::duration).sum();
+        let paces: Vec<SquaredSpeed> = paces.iter().map(|p| p.scaled(1.0 / (most * most))).collect();
+        let time: f64 = paces.iter().map(SquaredSpeed::duration).sum();
         if best.as_ref().is_none_or(|(least, _)| time < *least) {
             best = Some((time, paces));
         }
@@ -71,7 +71,7 @@ pub fn minimum_time_law(
     Ok(TimeLaw::new(spans, best.map(|b| b.1).unwrap_or_default(), ramp))
 }
 
-fn span_stretch(span: &Span, pace: &Pace, scaled: &Scaled) -> f64 {
+fn span_stretch(span: &Span, pace: &SquaredSpeed, scaled: &Scaled) -> f64 {
     let tip: &[Septic] = span.tip.as_ref().map_or(&[], |t| t);
     stretch((&span.axes, &scaled.axes), (tip, scaled.tip.unwrap_or(0.0)), pace, 0.0)
 }
@@ -81,7 +81,7 @@ fn problem(spans: &[Span], scaled: &Scaled, tightening: &[f64]) -> Problem {
     let mut problem = Problem::new(spans.len() + 2);
     for (i, span) in spans.iter().enumerate() {
         let tip: &[Septic] = span.tip.as_ref().map_or(&[], |t| t);
-        let part = Part {
+        let part = SolverSpan {
             first: i,
             h: span.h,
             ends: end_weights(&h, i),
@@ -107,13 +107,13 @@ impl Scaled {
 }
 
 /// Returns the unknowns as quadratics over each span's own s.
-fn paces(spans: &[Span], x: &[f64]) -> Vec<Pace> {
+fn paces(spans: &[Span], x: &[f64]) -> Vec<SquaredSpeed> {
     let h: Vec<f64> = spans.iter().map(|s| s.h).collect();
     (0..spans.len())
         .map(|i| {
             let ([l0, l1], [r0, r1]) = end_weights(&h, i);
             let ends = [l0 * x[i] + l1 * x[i + 1], x[i + 1], r0 * x[i + 1] + r1 * x[i + 2]];
-            Pace(ends).scaled(h[i].powi(-2))
+            SquaredSpeed(ends).scaled(h[i].powi(-2))
         })
         .collect()
 }

@@ -39,8 +39,8 @@ impl Lanes3 {
 /// not.
 #[inline(always)]
 pub(crate) fn vectorized<R>(arch: Arch, run: impl Fn() -> R) -> R {
-    struct Run<F>(F);
-    impl<R, F: Fn() -> R> NullaryFnOnce for Run<F> {
+    struct VectorCall<F>(F);
+    impl<R, F: Fn() -> R> NullaryFnOnce for VectorCall<F> {
         type Output = R;
 
         #[inline(always)]
@@ -48,5 +48,5 @@ pub(crate) fn vectorized<R>(arch: Arch, run: impl Fn() -> R) -> R {
             (self.0)()
         }
     }
-    arch.dispatch(Run(run))
+    arch.dispatch(VectorCall(run))
 }

@@ -133,7 +133,7 @@ fn boundary(len: usize, part: usize) -> usize {
 struct Sizes(BTreeMap<usize, u32>);
 
 /// Triangles of a node: so many from a place in the order on.
-struct Run {
+struct NodeTriangles {
     first: u32,
     len: u32,
 }
@@ -164,16 +164,16 @@ impl Sizes {
     }
 
     /// The runs of all nodes, the root's first, each before those below it.
-    fn runs(&self, len: usize) -> Vec<Run> {
+    fn runs(&self, len: usize) -> Vec<NodeTriangles> {
         // A tree of one triangle has a root nevertheless.
         let mut runs = Vec::with_capacity(self.n_nodes(len).max(1) as usize);
-        let mut pending = vec![Run { first: 0, len: len as u32 }];
+        let mut pending = vec![NodeTriangles { first: 0, len: len as u32 }];
         while let Some(run) = pending.pop() {
             let len = run.len as usize;
             for part in (0..n_parts(len)).rev() {
                 let [from, to] = [part, part + 1].map(|k| boundary(len, k));
                 if to - from > 1 {
-                    pending.push(Run { first: run.first + from as u32, len: (to - from) as u32 });
+                    pending.push(NodeTriangles { first: run.first + from as u32, len: (to - from) as u32 });
                 }
             }
             runs.push(run);

@@ -22,7 +22,7 @@ const LEAST_HEADROOM: f64 = 0.003;
 const HEADROOM: f64 = 0.01;
 
 /// A solid to be lifted.
-pub(crate) struct Way<'a> {
+pub(crate) struct LiftedSolid<'a> {
     pub(crate) solid: &'a Solid,
     pub(crate) mesh_from_solid: &'a Isometry3<f64>,
     pub(crate) direction: Vector3<f64>,
@@ -33,23 +33,23 @@ pub(crate) struct Way<'a> {
 impl MeshTree {
     /// The first lift at which the body touches nothing and is inside nothing, but for windows
     /// narrower than the resolution.
-    pub(crate) fn first_free(&self, body: &impl Body, way: &Way) -> Option<f64> {
+    pub(crate) fn first_free(&self, body: &impl Body, lifted: &LiftedSolid) -> Option<f64> {
         // A little more than a verdict's, which rounds the pose in another way.
-        let reach = way.solid.rounding() + 2.0 * TOUCH;
-        let rising = LiftSearch { body, direction: way.direction, reach, accuracy: 0.5 * way.resolution };
+        let reach = lifted.solid.rounding() + 2.0 * TOUCH;
+        let rising = LiftSearch { body, direction: lifted.direction, reach, accuracy: 0.5 * lifted.resolution };
         let mut lift = 0.0;
         loop {
             lift = vectorized(
                 self.arch,
                 #[inline(always)]
-                || self.risen(&rising, lift, way.max_lift),
+                || self.risen(&rising, lift, lifted.max_lift),
             )?;
-            let pose = Translation3::from(way.direction * lift) * way.mesh_from_solid;
-            let Some(out) = self.way_out(way.solid, &pose, &way.direction) else { return Some(lift) };
+            let pose = Translation3::from(lifted.direction * lift) * lifted.mesh_from_solid;
+            let Some(out) = self.way_out(lifted.solid, &pose, &lifted.direction) else { return Some(lift) };
             // Inside until the half line leaves.
-            let depth = way.direction.dot(&(out.point - pose * way.solid.interior_point()));
-            lift += depth.max(way.resolution);
-            if lift > way.max_lift {
+            let depth = lifted.direction.dot(&(out.point - pose * lifted.solid.interior_point()));
+            lift += depth.max(lifted.resolution);
+            if lift > lifted.max_lift {
                 return None;
             }
         }

@@ -200,7 +200,7 @@ impl Machine {
         // Each joint carries what is behind it; the distances from it grow with the joints on the
         // way.
         let reach = (bounds.max - bounds.min).norm() * 0.5;
-        let way = |order: &mut dyn Iterator<Item = (&Screw, &Line)>| {
+        let way = |order: &mut dyn Iterator<Item = (&Screw, &JointAxisLine)>| {
             order.fold(0.0, |way, (screw, line)| {
                 let rate = match screw.kind {
                     AxisKind::Linear => 1.0,
@@ -286,15 +286,15 @@ impl Sides {
 /// Joints of a machine at given axis values, table frame.
 struct Joints<'m> {
     screws: &'m [Screw],
-    axes: [Line; MAX_AXES],
+    axes: [JointAxisLine; MAX_AXES],
     tip: Point3<f64>,
 }
 
 /// Direction and a point of a joint's axis.
-pub(crate) type Line = (Vector3<f64>, Point3<f64>);
+pub(crate) type JointAxisLine = (Vector3<f64>, Point3<f64>);
 
 /// Returns the lines of the joints of a chain at given axis values, table frame.
-pub(crate) fn lines_of(screws: &[Screw], q: &AxisValues) -> [Line; MAX_AXES] {
+pub(crate) fn lines_of(screws: &[Screw], q: &AxisValues) -> [JointAxisLine; MAX_AXES] {
     let mut lines = [(Vector3::zeros(), Point3::origin()); MAX_AXES];
     let mut motion = Isometry3::identity();
     for (line, screw) in lines.iter_mut().zip(screws) {
@@ -304,7 +304,7 @@ pub(crate) fn lines_of(screws: &[Screw], q: &AxisValues) -> [Line; MAX_AXES] {
     lines
 }
 
-pub(crate) fn distance((direction, point): &Line, p: &Point3<f64>) -> f64 {
+pub(crate) fn distance((direction, point): &JointAxisLine, p: &Point3<f64>) -> f64 {
     direction.cross(&(p - point)).norm()
 }
 

@@ -2,7 +2,7 @@ use nalgebra::Point3;
 
 use crate::axes::axis::{AxisKind, Carrier};
 use crate::axes::axis_values::AxisValues;
-use crate::inverse::axis_ranges::{Line, distance, lines_of};
+use crate::inverse::axis_ranges::{JointAxisLine, distance, lines_of};
 use crate::machine::Machine;
 use crate::solver::screw_chain::Screw;
 
@@ -52,7 +52,7 @@ impl Machine {
 /// times the point's distance from its line, which the joints before have changed by no more than
 /// the way so far.
 fn way(
-    joints: &mut dyn Iterator<Item = (&Screw, &Line)>,
+    joints: &mut dyn Iterator<Item = (&Screw, &JointAxisLine)>,
     center: &Point3<f64>,
     reach: f64,
     from: &AxisValues,

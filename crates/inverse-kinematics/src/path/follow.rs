@@ -37,7 +37,7 @@ struct Ideal<'a> {
 
 /// The continuous solution at a place of the way.
 #[derive(Clone, Copy)]
-struct Place {
+struct FollowedPosition {
     values: AxisValues,
     branch: Branch,
     meets: bool,
@@ -156,7 +156,8 @@ impl Machine {
             return None;
         }
         let ideal = Ideal { from, to, angle: angle(&from.axis, &to.axis) };
-        let mut place = Place { values: start.values, branch: start.branch, meets: start.meets, apart: start.apart };
+        let mut place =
+            FollowedPosition { values: start.values, branch: start.branch, meets: start.meets, apart: start.apart };
         let turning = match &self.solver {
             Solver::Closed { rotaries, .. } => ideal.turning_point(&rotaries.first.direction),
             Solver::Numeric(_) => None,
@@ -197,12 +198,12 @@ impl Machine {
     fn advanced(
         &self,
         ideal: &Ideal<'_>,
-        place: &Place,
+        place: &FollowedPosition,
         [start, end]: [f64; 2],
         ends: &[Base],
         tool_length: f64,
         looks: &mut usize,
-    ) -> Option<Place> {
+    ) -> Option<FollowedPosition> {
         *looks = looks.checked_sub(1)?;
         if !self.is_closed() || ideal.angle * (end - start) <= FRAC_PI_2 {
             let there = if end == 1.0 {
@@ -223,7 +224,7 @@ impl Machine {
     }
 
     /// Returns the solution that is surely the continuous one, if it can be identified.
-    fn step(&self, place: &Place, ends: &[Base]) -> Option<Place> {
+    fn step(&self, place: &FollowedPosition, ends: &[Base]) -> Option<FollowedPosition> {
         let is_closed = self.is_closed();
         let turned = ends.iter().map(|end| {
             let mut values = end.values;
@@ -237,7 +238,7 @@ impl Machine {
                 };
                 most = most.max((values[k] - place.values[k]).abs());
             }
-            (most, Place { values, branch: end.branch, meets: end.meets, apart: end.apart })
+            (most, FollowedPosition { values, branch: end.branch, meets: end.meets, apart: end.apart })
         });
         if is_closed {
             let near = || turned.clone().filter(|(step, _)| *step < SURE_STEP);

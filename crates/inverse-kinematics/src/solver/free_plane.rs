@@ -2,7 +2,7 @@ use nalgebra::Vector3;
 
 use crate::solver::inverse_solution::Branch;
 use crate::solver::rotary_triples::{RotaryTriple, Target, Triples};
-use crate::solver::summed_rotaries::{Line, along};
+use crate::solver::summed_rotaries::{RotaryLine, along};
 use crate::solver::tip_condition::{functions, value_and_gradient};
 use crate::solver::trig_roots::{SAMPLES, real_roots, sample_angle};
 
@@ -50,22 +50,22 @@ impl FreePlane {
     }
 
     /// Returns the line with the first joint at its reference value.
-    pub(crate) fn first_at(&self, reference: [f64; 3]) -> Line {
+    pub(crate) fn first_at(&self, reference: [f64; 3]) -> RotaryLine {
         if self.inner == 0 { self.inner_at(reference) } else { self.outer_at(reference) }
     }
 
-    fn other_at(&self, reference: [f64; 3]) -> Line {
+    fn other_at(&self, reference: [f64; 3]) -> RotaryLine {
         if self.inner == 0 { self.outer_at(reference) } else { self.inner_at(reference) }
     }
 
-    fn outer_at(&self, reference: [f64; 3]) -> Line {
+    fn outer_at(&self, reference: [f64; 3]) -> RotaryLine {
         let base = self.values(reference[self.outer], 0.0);
-        Line { base, direction: self.by_inner, unknown: self.inner, branch: self.branch, free: Some(self.outer) }
+        RotaryLine { base, direction: self.by_inner, unknown: self.inner, branch: self.branch, free: Some(self.outer) }
     }
 
-    fn inner_at(&self, reference: [f64; 3]) -> Line {
+    fn inner_at(&self, reference: [f64; 3]) -> RotaryLine {
         let base = self.values(0.0, reference[self.inner]);
-        Line { base, direction: self.by_outer, unknown: self.outer, branch: self.branch, free: Some(self.inner) }
+        RotaryLine { base, direction: self.by_outer, unknown: self.outer, branch: self.branch, free: Some(self.inner) }
     }
 
     fn values(&self, outer: f64, inner: f64) -> [f64; 3] {

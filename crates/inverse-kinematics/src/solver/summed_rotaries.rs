@@ -37,7 +37,7 @@ pub(crate) struct SummedRotaries {
 
 /// Rotary values `base + θ·direction`.
 #[derive(Clone, Copy)]
-pub(crate) struct Line {
+pub(crate) struct RotaryLine {
     pub(crate) base: [f64; 3],
     pub(crate) direction: [f64; 3],
     /// Index of the joint whose value is θ.
@@ -115,7 +115,7 @@ impl SummedRotaries {
         line.map(|l| l.values(value))
     }
 
-    fn lines(&self, target: &Target<'_>, reference: [f64; 3]) -> [Option<Line>; 2] {
+    fn lines(&self, target: &Target<'_>, reference: [f64; 3]) -> [Option<RotaryLine>; 2] {
         let line = |[first, second]: [f64; 2], branch| self.line(first, second, branch);
         match self.pair.solve(&target.tool_axis) {
             PairSolution::Two { positive, negative } => {
@@ -123,21 +123,21 @@ impl SummedRotaries {
             }
             PairSolution::One(pair) => {
                 let line = line(pair, Branch::Positive);
-                [Some(Line { branch: self.branch_of(line.base), ..line }), None]
+                [Some(RotaryLine { branch: self.branch_of(line.base), ..line }), None]
             }
             PairSolution::FirstFree(second) => [Some(self.free_plane(second).first_at(reference)), None],
             PairSolution::Beyond(_) => [None, None],
         }
     }
 
-    fn line(&self, first: f64, second: f64, branch: Branch) -> Line {
+    fn line(&self, first: f64, second: f64, branch: Branch) -> RotaryLine {
         let s = self.sign;
         if self.first_two {
             let base = [0.0, s * first, second];
-            Line { base, direction: [1.0, -s, 0.0], unknown: 0, branch, free: None }
+            RotaryLine { base, direction: [1.0, -s, 0.0], unknown: 0, branch, free: None }
         } else {
             let base = [first, second, 0.0];
-            Line { base, direction: [0.0, -s, 1.0], unknown: 2, branch, free: None }
+            RotaryLine { base, direction: [0.0, -s, 1.0], unknown: 2, branch, free: None }
         }
     }
 
@@ -151,7 +151,7 @@ impl SummedRotaries {
 
 /// Adds the solutions on one line, whose place is known to `open`, rad. Two that come so near to
 /// each other that they may be one, or just missed, are added too.
-pub(crate) fn along(target: &Target<'_>, line: &Line, reference: [f64; 3], open: f64, all: &mut Triples) {
+pub(crate) fn along(target: &Target<'_>, line: &RotaryLine, reference: [f64; 3], open: f64, all: &mut Triples) {
     let mut samples = [0.0; SAMPLES];
     for (k, sample) in samples.iter_mut().enumerate() {
         *sample = line.condition(target, sample_angle(k)).0;
@@ -171,7 +171,7 @@ pub(crate) fn along(target: &Target<'_>, line: &Line, reference: [f64; 3], open:
     }
 }
 
-impl Line {
+impl RotaryLine {
     fn values(&self, value: f64) -> [f64; 3] {
         [0, 1, 2].map(|k| self.base[k] + value * self.direction[k])
     }

@@ -132,12 +132,12 @@ pub(crate) fn real_roots(samples: &[f64; SAMPLES], noise: f64) -> Seeds {
         for (c, row) in c.iter_mut().zip(&basis.from_samples) {
             *c = row.iter().zip(&shifted).map(|(m, h)| m * h).sum();
         }
-        let piece = Piece { c, low: 0.0, width: 1.0 };
+        let piece = ArcPiece { c, low: 0.0, width: 1.0 };
         let centre = TAU * arc as f64 / ARCS as f64;
         let angle = |s: f64| centre + 2.0 * (basis.half_width * (2.0 * s - 1.0)).atan();
         isolate(&piece, HALVINGS, noise, &mut budget, &mut |found| match found {
-            Found::Root(s) => seeds.push(angle(s)),
-            Found::Piece(low, high) => seeds.push_piece(angle(low), angle(high)),
+            Isolated::Root(s) => seeds.push(angle(s)),
+            Isolated::Piece(low, high) => seeds.push_piece(angle(low), angle(high)),
         });
     }
     seeds.end_stretch();
@@ -147,7 +147,7 @@ pub(crate) fn real_roots(samples: &[f64; SAMPLES], noise: f64) -> Seeds {
 
 /// Bernstein coefficients on the part of an arc from `low` to `low + width`, where 0 to 1 is all of
 /// it.
-struct Piece {
+struct ArcPiece {
     c: [f64; ORDER],
     low: f64,
     width: f64,
@@ -163,21 +163,21 @@ enum Signs {
 }
 
 /// A root, or a piece with some, as fractions of the arc.
-enum Found {
+enum Isolated {
     Root(f64),
     Piece(f64, f64),
 }
 
-fn isolate(piece: &Piece, halvings: u32, noise: f64, budget: &mut usize, found: &mut impl FnMut(Found)) {
+fn isolate(piece: &ArcPiece, halvings: u32, noise: f64, budget: &mut usize, found: &mut impl FnMut(Isolated)) {
     if *budget == 0 {
         return;
     }
     *budget -= 1;
     match piece.signs(noise) {
         Signs::NoRoot => {}
-        Signs::OneRoot => found(Found::Root(piece.low + piece.width * piece.only_root())),
-        Signs::Noise => found(Found::Piece(piece.low, piece.low + piece.width)),
-        Signs::Unknown if halvings == 0 => found(Found::Piece(piece.low, piece.low + piece.width)),
+        Signs::OneRoot => found(Isolated::Root(piece.low + piece.width * piece.only_root())),
+        Signs::Noise => found(Isolated::Piece(piece.low, piece.low + piece.width)),
+        Signs::Unknown if halvings == 0 => found(Isolated::Piece(piece.low, piece.low + piece.width)),
         Signs::Unknown => {
             for half in piece.halves() {
                 isolate(&half, halvings - 1, noise, budget, found);
@@ -186,7 +186,7 @@ fn isolate(piece: &Piece, halvings: u32, noise: f64, budget: &mut usize, found: 
     }
 }
 
-impl Piece {
+impl ArcPiece {
     fn signs(&self, noise: f64) -> Signs {
         let positive = self.c.iter().filter(|&&c| c > noise).count();
         let negative = self.c.iter().filter(|&&c| c < -noise).count();

@@ -21,7 +21,7 @@ pub struct Oracle<'m> {
 
 /// Values that reach a pose.
 #[derive(Debug)]
-pub struct Found {
+pub struct OracleSolution {
     pub values: AxisValues,
     /// Least singular value of the Jacobian, lengths counted in units of 500 mm: a measure of how
     /// far the solution is from double.
@@ -86,7 +86,7 @@ impl<'m> Oracle<'m> {
     }
 
     /// Makes one damped Newton run; `None` where it does not converge.
-    pub fn newton(&self, cl: &ClPoint, start: AxisValues) -> Option<Found> {
+    pub fn newton(&self, cl: &ClPoint, start: AxisValues) -> Option<OracleSolution> {
         let mut q = start;
         let mut damping = 1e-3;
         let mut r = self.residual(&q, cl);
@@ -106,7 +106,7 @@ impl<'m> Oracle<'m> {
                 (q, r, damping) = (next, next_r, damping * 0.1);
             } else if r.norm() < 1e-12 {
                 let least_singular = j.svd(false, false).singular_values.min();
-                return Some(Found { values: q, least_singular });
+                return Some(OracleSolution { values: q, least_singular });
             } else {
                 damping = damping.max(1e-9) * 8.0;
             }
@@ -116,7 +116,7 @@ impl<'m> Oracle<'m> {
 
     /// Returns the solutions that runs from random seeds find within the limits, rotary values in
     /// ±π.
-    pub fn solutions(&self, cl: &ClPoint, n_seeds: usize, r: &mut Random) -> Vec<Found> {
+    pub fn solutions(&self, cl: &ClPoint, n_seeds: usize, r: &mut Random) -> Vec<OracleSolution> {
         let mut all = Vec::new();
         for _ in 0..n_seeds {
             let Some(mut found) = self.newton(cl, r.values(self.machine)) else { continue };

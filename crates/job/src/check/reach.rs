@@ -4,7 +4,7 @@ use facemill_cl_data::{CcPoint, ClPoint, Posture};
 use facemill_inverse_kinematics::{AxisKind, Unreachable};
 use facemill_surface_model::{Surface, SurfaceSettings};
 use facemill_tool_model::cl_from_cc;
-use facemill_tool_path::pieces::LaidTask;
+use facemill_tool_path::segments::LaidTask;
 
 use crate::format::job_file::OperationFile;
 use crate::load::job::{Job, Setup};

@@ -1,6 +1,6 @@
 //! Report on links before and after.
 
-use facemill_tool_path::links::ways::WayKind;
+use facemill_tool_path::links::link_paths::RetractStrategy;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -61,7 +61,7 @@ pub struct LinkReport {
     /// Time of its slowest axis by itself, without obstacles: no link is faster, s.
     pub lower_bound_s: f64,
     /// Its new path.
-    pub way: WayKind,
+    pub way: RetractStrategy,
     /// Reason why it was not examined, or was restored.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kept_because: Option<String>,

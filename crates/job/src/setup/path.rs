@@ -6,7 +6,7 @@ use facemill_cc_path::{
 };
 use facemill_cl_data::{CcPoint, Pass, Silent};
 use facemill_cutter_location::cusp::expected_strip_width;
-use facemill_tool_path::pieces::LaidTask;
+use facemill_tool_path::segments::LaidTask;
 
 use crate::failure::Failure;
 use crate::format::job_file::{

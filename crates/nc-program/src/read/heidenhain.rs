@@ -10,8 +10,8 @@ mod words;
 
 use crate::dialect::Dialect;
 use crate::read::error::{ReadError, ReadFault};
-use crate::read::heidenhain::guards::Guard;
-use crate::read::heidenhain::words::Code;
+use crate::read::heidenhain::guards::HeidenhainGuard;
+use crate::read::heidenhain::words::HeidenhainCode;
 use crate::read::modal::Modal;
 use crate::read::program::{
     Compensation, MacroKind, NoteKind, Plane, ReadBlock, ReadCommand, ReadNote, ReadProgram, ToolLengthNote,
@@ -54,7 +54,7 @@ pub struct HeidenhainReader {
     /// Name of what the line before goes on with.
     continued: Option<String>,
     /// A branch that may turn out to jump over an alarm alone.
-    guard: Option<Guard>,
+    guard: Option<HeidenhainGuard>,
 }
 
 /// State that the control remembers.
@@ -157,7 +157,7 @@ impl HeidenhainReader {
 
     /// Reads `/` and the number in front of a block; where the rest of the code starts.
     fn block_start(&mut self, line: &[u8], block: &mut ReadBlock) -> Result<usize, ReadError> {
-        let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
+        let code = HeidenhainCode { text: &self.code, source: &self.source, variables: &self.variables };
         let slash = |at: usize| code.byte(at) == Some(b'/');
         let mut at = code.skip_blanks(0);
         if slash(at) {
@@ -199,7 +199,7 @@ impl HeidenhainReader {
         let moves = block.motion.is_some();
         self.state.modal.end_block(block, moves);
         if goes_on {
-            let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
+            let code = HeidenhainCode { text: &self.code, source: &self.source, variables: &self.variables };
             let why = "a block that goes on in the next line, other than of a cycle";
             let name = name.ok_or_else(|| code.unsupported(start..code.text.len(), why))?;
             self.continued = Some(name);

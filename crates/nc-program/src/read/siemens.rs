@@ -14,7 +14,7 @@ use crate::read::modal::Modal;
 use crate::read::program::{
     CallKind, Compensation, MacroKind, NoteKind, ReadBlock, ReadCommand, ReadNote, ReadProgram, ToolLengthNote,
 };
-use crate::read::siemens::items::{Code, Item};
+use crate::read::siemens::items::{Item, SiemensCode};
 use crate::read::source;
 use crate::read::source::Source;
 use crate::read::values::variables::Variables;
@@ -48,7 +48,7 @@ pub struct SiemensReader {
     /// A GOTO has been read: any block with a number may be where it leads.
     has_jumped: bool,
     /// A branch that may turn out to guard nothing but an alarm.
-    guard: Option<Guard>,
+    guard: Option<SiemensGuard>,
     /// The line in upper case, without its comment; kept for its memory.
     code: Vec<u8>,
     items: Vec<Item>,
@@ -56,7 +56,7 @@ pub struct SiemensReader {
 
 /// `IF … GOTOF LABEL`, and whether the alarm (SETAL) that it jumps over has been read.
 #[derive(Debug)]
-struct Guard {
+struct SiemensGuard {
     number: u32,
     line: Box<[u8]>,
     label: Vec<u8>,
@@ -141,7 +141,7 @@ impl SiemensReader {
     /// Reads `/`, `/0` to `/9`, N and labels in front of a block; where the rest of the code
     /// starts.
     fn block_start(&mut self, line: &[u8], block: &mut ReadBlock) -> Result<usize, ReadError> {
-        let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
+        let code = SiemensCode { text: &self.code, source: &self.source, variables: &self.variables };
         let mut at = code.skip_blanks(0);
         // `%_N_NAME_MPF`: the name of the program in front of it.
         if code.byte(at) == Some(b'%') {
@@ -230,7 +230,7 @@ impl SiemensReader {
         if self.keeps_iso(line, start, block) {
             return Ok(());
         }
-        let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
+        let code = SiemensCode { text: &self.code, source: &self.source, variables: &self.variables };
         let name = &code.text[start..start + code.name_length(start)];
         // Most blocks begin with an address.
         let is_name = name.len() > 1 && name[1].is_ascii_alphabetic();

@@ -9,7 +9,7 @@ use crate::words::axis_words::{AxisKind, AxisLetter, AxisWords};
 use crate::words::number_text;
 use crate::write::codes::{spindle_code, spindle_speed};
 use crate::write::lines::LineSink;
-use crate::write::motion::{Modal, Move};
+use crate::write::motion::{Move, WrittenState};
 use crate::write::text::{clean_comment, comment_pieces, push_axis_word};
 
 /// Writes blocks as lines and leaves out what the control remembers.
@@ -19,7 +19,7 @@ pub(super) struct BodyWriter<'s, 'a> {
     heads: &'a [HeadSpec],
     pub(super) settings: &'a PostSettings,
     pub(super) sink: &'s mut LineSink<'a>,
-    pub(super) modal: Modal,
+    pub(super) modal: WrittenState,
     /// The line being written; kept for its memory.
     pub(super) line: String,
     /// Index of the block being written, for errors.
@@ -33,7 +33,7 @@ impl<'s, 'a> BodyWriter<'s, 'a> {
         settings: &'a PostSettings,
         sink: &'s mut LineSink<'a>,
     ) -> Self {
-        Self { spec, heads, settings, sink, modal: Modal::default(), line: String::new(), index: 0 }
+        Self { spec, heads, settings, sink, modal: WrittenState::default(), line: String::new(), index: 0 }
     }
 
     /// Writes all blocks and returns the line at which each begins.
@@ -55,7 +55,7 @@ impl<'s, 'a> BodyWriter<'s, 'a> {
             Block::Linear { words, feed } => self.cut(words, *feed, None),
             Block::LinearVectors { words, feed, vectors } => self.cut(words, *feed, Some(vectors)),
             Block::ToolCall { number } => {
-                self.modal = Modal::default();
+                self.modal = WrittenState::default();
                 self.lines(&words.tool_change, &[("number", &number.to_string())])
             }
             Block::SpindleOn { rpm, clockwise, spindle } => {
@@ -78,7 +78,7 @@ impl<'s, 'a> BodyWriter<'s, 'a> {
             Block::Stop => self.lines(&words.stop, &[]),
             Block::End => self.lines(&words.end, &[]),
             Block::Raw(text) => {
-                self.modal = Modal::default();
+                self.modal = WrittenState::default();
                 text.lines().map(str::trim).filter(|l| !l.is_empty()).try_for_each(|l| self.sink.push_template_line(l))
             }
         }
@@ -202,7 +202,7 @@ impl<'s, 'a> BodyWriter<'s, 'a> {
     }
 
     fn home(&mut self, axes: &[AxisLetter]) -> Result<(), WriteError> {
-        self.modal = Modal::default();
+        self.modal = WrittenState::default();
         if axes.is_empty() {
             return Ok(());
         }

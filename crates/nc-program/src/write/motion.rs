@@ -14,7 +14,7 @@ const UNIT_LENGTH: f64 = 1e-6;
 
 /// State that the control is known to remember. Words are in units of their last decimal.
 #[derive(Default)]
-pub(super) struct Modal {
+pub(super) struct WrittenState {
     /// Absolute words and feed mode have been said.
     is_set: bool,
     motion: Option<Move>,
@@ -217,7 +217,7 @@ impl BodyWriter<'_, '_> {
     }
 }
 
-impl Modal {
+impl WrittenState {
     fn word(&self, axis: AxisLetter) -> Option<i64> {
         self.words.iter().find(|(letter, _)| *letter == axis).map(|(_, units)| *units)
     }

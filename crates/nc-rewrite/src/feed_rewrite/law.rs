@@ -6,10 +6,10 @@ use facemill_feedrate::BlockFeed;
 use facemill_inverse_kinematics::{AxisValues, BlockLaw, FeedRange, Machine};
 use facemill_nc_program::ControlMotion;
 use facemill_virtual_machine::motion::axis_motion::StraightCut;
-use facemill_virtual_machine::program_time::program_moves::Moves;
+use facemill_virtual_machine::program_time::program_moves::MoveRuns;
 use facemill_virtual_machine::program_time::reachable;
-use facemill_virtual_machine::program_time::run::{Run, Timer, missing_limits};
-use facemill_virtual_machine::program_time::tolerance::View;
+use facemill_virtual_machine::program_time::run::{MotionRun, Timer, missing_limits};
+use facemill_virtual_machine::program_time::tolerance::MachineView;
 use nalgebra::Isometry3;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -43,7 +43,7 @@ pub enum Law {
     /// The law is not requested.
     Off,
     /// Moves are collected.
-    Collecting(Moves),
+    Collecting(MoveRuns),
     /// The time of each cutting move at its largest speed, in their order, and the number of those
     /// used.
     Known(Vec<f64>, usize),
@@ -58,7 +58,7 @@ impl Law {
     }
 
     /// Records a rapid.
-    pub fn rapid(&mut self, view: View<'_>, law: BlockLaw, ends: [&AxisValues; 2]) {
+    pub fn rapid(&mut self, view: MachineView<'_>, law: BlockLaw, ends: [&AxisValues; 2]) {
         if let Self::Collecting(moves) = self {
             moves.rapid(view, law, ends);
         }
@@ -146,7 +146,7 @@ pub fn timed(
     tool_length: f64,
     (tolerance, control): (ControlTolerance, &ControlMotion),
     table_from_words: Option<Isometry3<f64>>,
-    mut moves: Moves,
+    mut moves: MoveRuns,
 ) -> Result<(Vec<f64>, FeedLawTimes), String> {
     let views = [(machine, tool_length)];
     let timer = Timer::new(&views, tolerance).map_err(|e| e.to_string())?.without_limits().on_control(control);
@@ -181,7 +181,7 @@ pub fn timed(
             again.push((run, now.0));
         }
     }
-    let sum = |(mut run, before): (Run, &[f64])| {
+    let sum = |(mut run, before): (MotionRun, &[f64])| {
         run.blocks.iter_mut().zip(before).for_each(|(block, before)| block.tip_time = *before);
         Ok(timer.time(&run)?.times.iter().sum())
     };
@@ -193,7 +193,7 @@ pub fn timed(
 /// Returns whether a run timed with the least times of its blocks has the same motion with these
 /// others: its motion keeps them, and no block that they would permit to be quicker was limited by
 /// its least time.
-fn is_same_motion(run: &Run, peak_times: &[f64], others: &[f64]) -> bool {
+fn is_same_motion(run: &MotionRun, peak_times: &[f64], others: &[f64]) -> bool {
     run.blocks.iter().zip(peak_times).zip(others).all(|((block, &peak), &other)| {
         let was_free = peak > FREE * block.tip_time;
         other == block.tip_time || (other <= peak && (other >= block.tip_time || was_free))

@@ -5,12 +5,12 @@ use facemill_job::failure::Failure;
 use facemill_job::format::rapids_file::{LinkReport, RAPIDS_FORMAT, RapidsFile};
 use facemill_job::stages::Stages;
 use facemill_tool_path::links::clock::LinkClock;
-use facemill_tool_path::links::ways::WayKind;
+use facemill_tool_path::links::link_paths::RetractStrategy;
 use facemill_verification::program::Verified;
 use facemill_virtual_machine::{Finding, Verification, merge_findings};
 
 use crate::rapids::numbered::{replaced, without_numbers};
-use crate::rapids::{Found, Rapids, Stage, verified};
+use crate::rapids::{LinkSearch, Rapids, SearchedLink, verified};
 
 /// Largest number of rounds that restore the old lines of links with new findings, before the
 /// program is left unchanged.
@@ -18,9 +18,9 @@ const ROUNDS: usize = 4;
 
 /// Writes, reads and runs the new program until no changed link has a new finding.
 pub(crate) fn finish(
-    stage: &Stage<'_>,
+    stage: &LinkSearch<'_>,
     text: &[u8],
-    links: &mut [Found],
+    links: &mut [SearchedLink],
     before: &Verified,
     stages: &dyn Stages,
 ) -> Result<Rapids, Failure> {
@@ -44,13 +44,13 @@ pub(crate) fn finish(
 }
 
 /// Returns the program with the improved links, and each link's first and last line in it.
-fn written(stage: &Stage<'_>, text: &[u8], links: &[Found]) -> (Vec<u8>, Vec<[u32; 2]>) {
+fn written(stage: &LinkSearch<'_>, text: &[u8], links: &[SearchedLink]) -> (Vec<u8>, Vec<[u32; 2]>) {
     let changed: Vec<(&[u32], &[String])> =
         links.iter().filter_map(|l| Some((&l.own.as_ref()?.lines[..], &l.better.as_ref()?.1[..]))).collect();
     let (new, places) = replaced(text, &changed, stage.form.numbers_lines);
     let mut places = places.into_iter();
     let mut moved = 0_i64;
-    let of_link = |link: &Found| match (&link.own, &link.better) {
+    let of_link = |link: &SearchedLink| match (&link.own, &link.better) {
         (Some(own), Some((_, texts))) => {
             moved += texts.len() as i64 - own.lines.len() as i64;
             places.next().unwrap_or_default()
@@ -64,7 +64,12 @@ fn written(stage: &Stage<'_>, text: &[u8], links: &[Found]) -> (Vec<u8>, Vec<[u3
 /// Checks the new program by reading it: outside of changed links its motions are those of the old
 /// one, and links have the same end points. If every line has a number, compares both texts without
 /// numbers.
-fn same_elsewhere(stage: &Stage<'_>, texts: [&[u8]; 2], links: &[Found], places: &[[u32; 2]]) -> Result<(), Failure> {
+fn same_elsewhere(
+    stage: &LinkSearch<'_>,
+    texts: [&[u8]; 2],
+    links: &[SearchedLink],
+    places: &[[u32; 2]],
+) -> Result<(), Failure> {
     let internal = |why: String| Failure::Internal(format!("the program with other links {why}"));
     let read = |text: &[u8]| {
         let program = if stage.form.numbers_lines {
@@ -104,7 +109,7 @@ fn same_elsewhere(stage: &Stage<'_>, texts: [&[u8]; 2], links: &[Found], places:
 
 /// Restores links at which the new program has a finding that the old one does not have there;
 /// returns whether there were any.
-fn take_back(links: &mut [Found], places: &[[u32; 2]], before: &Verification, after: &Verification) -> bool {
+fn take_back(links: &mut [SearchedLink], places: &[[u32; 2]], before: &Verification, after: &Verification) -> bool {
     let touches = |f: &Finding, [first, last]: [u32; 2]| f.first_line <= last && f.last_line >= first;
     let mut is_any = false;
     for (link, place) in links.iter_mut().zip(places).filter(|(l, _)| l.better.is_some()) {
@@ -118,15 +123,15 @@ fn take_back(links: &mut [Found], places: &[[u32; 2]], before: &Verification, af
     is_any
 }
 
-fn report(stage: &Stage<'_>, links: &[Found], places: &[[u32; 2]], verified: [&Verified; 2]) -> RapidsFile {
+fn report(stage: &LinkSearch<'_>, links: &[SearchedLink], places: &[[u32; 2]], verified: [&Verified; 2]) -> RapidsFile {
     let views = [(&stage.scene.job.machine, stage.scene.job.tool.gauge_length())];
-    let of_link = |(link, place): (&Found, &[u32; 2])| LinkReport {
+    let of_link = |(link, place): (&SearchedLink, &[u32; 2])| LinkReport {
         lines: link.lines,
         new_lines: *place,
         time_before_s: link.before,
         time_after_s: link.better.as_ref().map_or(link.before, |(way, _)| way.time),
         lower_bound_s: link.lower_bound,
-        way: link.better.as_ref().map_or(WayKind::Original, |(way, _)| way.kind),
+        way: link.better.as_ref().map_or(RetractStrategy::Original, |(way, _)| way.kind),
         kept_because: link.kept_because.clone(),
     };
     let all: Vec<LinkReport> = links.iter().zip(places).map(of_link).collect();

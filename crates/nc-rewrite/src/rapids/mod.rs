@@ -29,8 +29,8 @@ use crate::rapids::finish::finish;
 
 pub use facemill_job::format::rapids_file::{LinkReport, RAPIDS_FORMAT, RapidsFile};
 pub use facemill_job::format::report::links::{LinksReport, PlannedLinkReport, ShortenedLinks};
+pub use facemill_tool_path::links::link_paths::RetractStrategy;
 pub use facemill_tool_path::links::tour::{Tour, TourCosts, TourError, shortest_tour};
-pub use facemill_tool_path::links::ways::WayKind;
 
 /// Options of the search for faster links.
 #[derive(Clone, Debug)]
@@ -62,7 +62,7 @@ pub struct Rapids {
 }
 
 /// Replaces links of a program (all rapids between two runs of cuts) by the fastest path among
-/// those of [`WayKind`] that is free of the stock at that time, of part, fixtures and machine:
+/// those of [`RetractStrategy`] that is free of the stock at that time, of part, fixtures and machine:
 /// proven as rapids are in certificates, with the clearance of [`LinkSettings`]. A link without a
 /// faster free path keeps its bytes, as does all other text.
 ///
@@ -90,7 +90,7 @@ pub fn faster_rapids(
     let clearance = request.clearance.unwrap_or(setup.file.rapid_clearance_mm);
     let form = RapidForm::of(request.dialect);
     let turns_shorter = turns_shorter(&program) || job.machine.axes().iter().any(Axis::rolls_over);
-    let stage = Stage { scene, program: &program, request, clearance, form, turns_shorter };
+    let stage = LinkSearch { scene, program: &program, request, clearance, form, turns_shorter };
     let mut links = stage.links(stages)?;
     finish(&stage, text, &mut links, &before, stages)
 }
@@ -108,7 +108,7 @@ fn verified(job: &Job, text: &[u8], request: &RapidsRequest<'_>, stages: &dyn St
 }
 
 /// Link with the result of its search.
-struct Found {
+struct SearchedLink {
     /// Lines of its first and last motion.
     lines: [u32; 2],
     /// Its own lines; `None` if they stay.
@@ -120,7 +120,7 @@ struct Found {
 }
 
 /// Shared data of the search for links.
-struct Stage<'a> {
+struct LinkSearch<'a> {
     scene: Scene<'a>,
     program: &'a ReadProgram,
     request: &'a RapidsRequest<'a>,
@@ -130,9 +130,9 @@ struct Stage<'a> {
     turns_shorter: bool,
 }
 
-impl Stage<'_> {
+impl LinkSearch<'_> {
     /// Returns every link between two runs of cuts, with the fastest free path.
-    fn links(&self, stages: &dyn Stages) -> Result<Vec<Found>, Failure> {
+    fn links(&self, stages: &dyn Stages) -> Result<Vec<SearchedLink>, Failure> {
         let at = self.scene.virtual_setup(self.request.dialect);
         let mut stock = match &self.request.cut.rest {
             Some(rest) => rest.clone(),
@@ -172,7 +172,7 @@ impl Stage<'_> {
         clock: &LinkClock<'_>,
         link: &ProgramLink,
         stage: &LinkStage<'_, '_>,
-    ) -> Result<Found, String> {
+    ) -> Result<SearchedLink, String> {
         let line = |block: Option<&usize>| block.map_or(0, |&b| self.program.blocks[b].line);
         let lines = [line(link.blocks.first()), line(link.blocks.last())];
         let own = held(link).map_or_else(|| link_lines(self.program, &self.scene.words, link), Err);
@@ -182,7 +182,14 @@ impl Stage<'_> {
                 let before = clock.time(link.law, &link.start, &link.ends)?;
                 let end = link.ends.last().copied().unwrap_or(link.start);
                 let lower_bound = clock.least_time(&link.start, &end);
-                return Ok(Found { lines, own: None, before, lower_bound, better: None, kept_because: Some(why) });
+                return Ok(SearchedLink {
+                    lines,
+                    own: None,
+                    before,
+                    lower_bound,
+                    better: None,
+                    kept_because: Some(why),
+                });
             }
         };
         let writer = self.writer(at);
@@ -194,7 +201,7 @@ impl Stage<'_> {
             Ok(better) => (better, None),
             Err(why) => (None, Some(why)),
         };
-        Ok(Found { lines, own: Some(own), before, lower_bound, better, kept_because })
+        Ok(SearchedLink { lines, own: Some(own), before, lower_bound, better, kept_because })
     }
 
     fn writer<'w>(&'w self, at: &VirtualSetup<'_>) -> LinkWords<'w> {

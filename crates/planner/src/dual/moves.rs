@@ -12,7 +12,7 @@ use facemill_tool_path::moves::{Move, MoveKind, MoveSettings, blocked_way};
 use nalgebra::{Unit, Vector3};
 use rayon::prelude::*;
 
-use super::runs::{Causes, Run};
+use super::runs::{Causes, PairRun};
 
 /// A move of the whole machine.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +31,7 @@ pub(crate) struct DualMove {
 #[derive(Clone, Debug)]
 pub(crate) struct ReachedRun {
     /// Run without the stops that have no entry or exit.
-    pub run: Run,
+    pub run: PairRun,
     /// Moves from the clearance surfaces to before its first stop, outermost first.
     pub down: Vec<DualMove>,
     /// Moves from its last stop back to the clearance surfaces.
@@ -72,7 +72,11 @@ impl DualMover<'_, '_> {
     ///
     /// # Errors
     /// Returns an error if the monitor cancels.
-    pub(crate) fn reach(&self, runs: Vec<Run>, monitor: &dyn Monitor) -> Result<(Vec<ReachedRun>, Causes), Failure> {
+    pub(crate) fn reach(
+        &self,
+        runs: Vec<PairRun>,
+        monitor: &dyn Monitor,
+    ) -> Result<(Vec<ReachedRun>, Causes), Failure> {
         let reached: Vec<(Option<ReachedRun>, Causes)> = runs
             .into_par_iter()
             .map(|run| {
@@ -91,7 +95,7 @@ impl DualMover<'_, '_> {
         Ok((all, causes))
     }
 
-    fn reach_one(&self, mut run: Run) -> (Option<ReachedRun>, Causes) {
+    fn reach_one(&self, mut run: PairRun) -> (Option<ReachedRun>, Causes) {
         let mut causes = Causes::default();
         let mut found = [None, None];
         for (k, end) in [PassEnd::Entry, PassEnd::Exit].into_iter().enumerate() {
@@ -119,7 +123,7 @@ impl DualMover<'_, '_> {
     /// why there are none with the requested arcs. If both heads obstruct each other, it tries
     /// smaller arcs: beyond an edge, opposite cutters come nearer to each other along their tangents
     /// than the arcs lift them.
-    fn end(&self, run: &Run, end: PassEnd) -> Result<Vec<DualMove>, String> {
+    fn end(&self, run: &PairRun, end: PassEnd) -> Result<Vec<DualMove>, String> {
         let mut first = None;
         for share in ARC_SHARES {
             match self.end_by(share, run, end) {
@@ -130,7 +134,7 @@ impl DualMover<'_, '_> {
         Err(first.unwrap_or_default())
     }
 
-    fn end_by(&self, share: f64, run: &Run, end: PassEnd) -> Result<Vec<DualMove>, String> {
+    fn end_by(&self, share: f64, run: &PairRun, end: PassEnd) -> Result<Vec<DualMove>, String> {
         let stop = if end == PassEnd::Entry { run.stops.first() } else { run.stops.last() };
         let Some(stop) = stop else { return Err(String::new()) };
         let what = if end == PassEnd::Entry { "entry" } else { "exit" };

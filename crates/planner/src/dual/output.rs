@@ -14,7 +14,7 @@ use facemill_verification::merged_heads::merged_runs;
 use facemill_verification::named_results::{name_obstacles, not_verified};
 use facemill_verification::remaining::{RunningHead, remaining};
 use facemill_verification::text_times::TimedText;
-use facemill_virtual_machine::program_time::tolerance::View;
+use facemill_virtual_machine::program_time::tolerance::MachineView;
 use facemill_virtual_machine::{
     Assumption, Certificates, GougeSection, SectionGouge, Verification, VerifySettings, VirtualSetup, assumptions,
     certify, verify,
@@ -23,12 +23,12 @@ use facemill_virtual_machine::{
 use super::channels::channel_files;
 use super::moves::DualMove;
 use super::program::{DualTimes, DualWriter, PartFeeds, dual_spec};
-use crate::dual::parts::{Part, TwoHeadContext};
+use crate::dual::parts::{ProgramPart, TwoHeadContext};
 use crate::passes::operation::PlannedOperation;
 use crate::program::output::NOT_VERIFIED;
 use crate::program::timed::Timed;
 use crate::program::timing::text::time_text;
-use crate::program::timing::{Written, time_program};
+use crate::program::timing::{WrittenWords, time_program};
 
 /// Origin of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -67,7 +67,7 @@ pub(crate) struct DualTexts {
 /// machine.
 pub(crate) fn write_dual_texts(
     ground: &TwoHeadContext<'_>,
-    parts: &[Part<'_>],
+    parts: &[ProgramPart<'_>],
     verify: bool,
 ) -> Result<DualTexts, Failure> {
     let (jobs, words) = (ground.jobs(), &ground.scenes[0].words);
@@ -103,8 +103,8 @@ pub(crate) fn write_dual_texts(
         part_times.push(of_part);
     }
     let mut timed = writer.finish();
-    let views: [View<'_>; 2] = std::array::from_fn(|h| (&jobs[h].machine, jobs[h].tool.gauge_length()));
-    let written = Written { job: jobs[0], words, table_from_rtcp_words: nalgebra::Isometry3::identity() };
+    let views: [MachineView<'_>; 2] = std::array::from_fn(|h| (&jobs[h].machine, jobs[h].tool.gauge_length()));
+    let written = WrittenWords { job: jobs[0], words, table_from_rtcp_words: nalgebra::Isometry3::identity() };
     let slower = time_program(&views, &written, &mut timed)?;
     timed.slow_down(&slower);
     let mut factors = slower.into_iter();
@@ -144,13 +144,13 @@ pub(crate) fn write_dual_texts(
     Ok(DualTexts { timed, nc: written.text, apts, part_lines, places, times, block_lines, spec, heads, post })
 }
 
-fn part_name(part: &Part<'_>) -> String {
+fn part_name(part: &ProgramPart<'_>) -> String {
     let names: Vec<&str> = part.files.iter().flatten().map(|f| f.name.as_str()).collect();
     names.join(" + ")
 }
 
 /// Returns the operations of a part, a single one twice.
-fn files_of<'a>(part: &Part<'a>) -> Result<[&'a OperationFile; 2], Failure> {
+fn files_of<'a>(part: &ProgramPart<'a>) -> Result<[&'a OperationFile; 2], Failure> {
     match part.files {
         [Some(a), Some(b)] => Ok([a, b]),
         [Some(a), None] | [None, Some(a)] => Ok([a, a]),
@@ -159,12 +159,12 @@ fn files_of<'a>(part: &Part<'a>) -> Result<[&'a OperationFile; 2], Failure> {
 }
 
 /// Returns the first operation of each head, which sets the initial spindle speeds and the coolant.
-fn spindle_feeds<'a>(parts: &[Part<'a>], first: &Part<'a>) -> Result<[&'a OperationFile; 2], Failure> {
+fn spindle_feeds<'a>(parts: &[ProgramPart<'a>], first: &ProgramPart<'a>) -> Result<[&'a OperationFile; 2], Failure> {
     let fallback = files_of(first)?;
     Ok([0, 1].map(|h| parts.iter().find_map(|p| p.files[h]).unwrap_or(fallback[h])))
 }
 
-fn apt_moves(ground: &TwoHeadContext<'_>, parts: &[Part<'_>], head: usize, verify: bool) -> Vec<AptMove> {
+fn apt_moves(ground: &TwoHeadContext<'_>, parts: &[ProgramPart<'_>], head: usize, verify: bool) -> Vec<AptMove> {
     let (job, setup) = (ground.scenes[head].job, ground.scenes[head].setup);
     let work_from_table = setup.table_from_work.inverse();
     let cl = |m: &DualMove| -> ClPoint {
@@ -205,7 +205,7 @@ impl DualTexts {
     /// Returns an error only for an internal fault.
     pub(crate) fn time(&mut self, ground: &TwoHeadContext<'_>) -> Result<(), Failure> {
         let jobs = ground.jobs();
-        let views: [View<'_>; 2] = std::array::from_fn(|h| (&jobs[h].machine, jobs[h].tool.gauge_length()));
+        let views: [MachineView<'_>; 2] = std::array::from_fn(|h| (&jobs[h].machine, jobs[h].tool.gauge_length()));
         let (dialect, rapids) = (self.post.dialect(), RtcpRapids::default());
         let control = &self.post.rules().control_motion;
         let written = TimedText { text: self.nc.as_bytes(), dialect, control, rapids, block_lines: &self.block_lines };
@@ -232,7 +232,7 @@ impl DualTexts {
 /// Text with its input, as the virtual machine runs it once for each head.
 pub(crate) struct DualProgram<'p, 'a> {
     pub ground: &'p TwoHeadContext<'a>,
-    pub parts: &'p [Part<'a>],
+    pub parts: &'p [ProgramPart<'a>],
     pub texts: &'p DualTexts,
 }
 
@@ -285,7 +285,7 @@ impl DualProgram<'_, '_> {
     }
 
     pub(super) fn settings(&self, head: usize) -> VerifySettings {
-        let section = |(part, &first_line): (&Part<'_>, &u32)| {
+        let section = |(part, &first_line): (&ProgramPart<'_>, &u32)| {
             // A waiting head cuts nothing.
             let limit = part.files[head].map_or(0.0, |o| budget(self.ground.scenes[head].job, o).simulated());
             GougeSection { name: part_name(part), first_line, gouge_limit: limit }
@@ -299,7 +299,7 @@ impl DualProgram<'_, '_> {
 pub(crate) fn merged(
     runs: [Verification; 2],
     heads: &[usize],
-    parts: &[Part<'_>],
+    parts: &[ProgramPart<'_>],
     operations: &[PlannedOperation<'_>],
 ) -> Verification {
     let sections: Vec<SectionGouge> = operations

@@ -12,16 +12,16 @@ use facemill_job::setup::scene::Scene;
 use facemill_job::stages::Stages;
 use facemill_tool_path::moves::order::PassOrderReport;
 use facemill_tool_path::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, operation_moves};
-use facemill_tool_path::pieces::{Cut, LeftOut, Piece};
+use facemill_tool_path::segments::{Cut, LeftOut, PassSegment};
 use nalgebra::Point3;
 use rayon::prelude::*;
 
 use super::moves::{DualMove, DualMover, ReachedRun};
 use super::pairing::{PiecePair, pairs, stations};
 use super::passes_between::PassesBetween;
-use super::runs::{Cause, Causes, Run, RunPlanner, Stop, left_over};
+use super::runs::{Cause, Causes, PairRun, RunPlanner, SyncPoint, left_over};
 use crate::dual::links::run_order::run_order;
-use crate::dual::parts::{PairOutline, Part, Section, TwoHeadContext, alone_sections, cells, mover, section};
+use crate::dual::parts::{PairOutline, ProgramPart, Section, TwoHeadContext, alone_sections, cells, mover, section};
 use crate::dual::run_trimming::{Remains, paired_left};
 use crate::passes::engagement::engagement_of_passes;
 use crate::passes::move_settings::move_settings;
@@ -50,7 +50,7 @@ impl<'a> PairPlanner<'_, 'a> {
         at: &mut Option<AxisValues>,
         picture: &mut Option<String>,
         clock: &mut Clock,
-    ) -> Result<(HeadOperations<'a>, Part<'a>), Failure> {
+    ) -> Result<(HeadOperations<'a>, ProgramPart<'a>), Failure> {
         let ground = self.ground;
         let mut single = |head: usize, name: &str| {
             let named =
@@ -64,7 +64,7 @@ impl<'a> PairPlanner<'_, 'a> {
         };
         let mut planned = [single(0, &self.pair.first)?, single(1, &self.pair.second)?];
         let separate_time = self.separate_time(&planned)?;
-        let pieces: [Vec<Piece>; 2] =
+        let pieces: [Vec<PassSegment>; 2] =
             std::array::from_fn(|h| planned[h].2.moves.pieces.iter().map(|p| p.piece.clone()).collect());
         let files = [planned[0].2.operation, planned[1].2.operation];
         let cells = cells(ground, files[0], files[1]);
@@ -131,7 +131,7 @@ impl<'a> PairPlanner<'_, 'a> {
         let splits = splits(causes);
         let pair =
             PairOutline { file: self.pair.clone(), runs: both.runs.len(), separate_time, splits, order: both.order };
-        let part = Part { files: files.map(Some), sections, pair: Some(pair) };
+        let part = ProgramPart { files: files.map(Some), sections, pair: Some(pair) };
         Ok((planned, part))
     }
 
@@ -142,7 +142,7 @@ impl<'a> PairPlanner<'_, 'a> {
         &self,
         mover: &DualMover<'_, '_>,
         head: usize,
-        left: Vec<Piece>,
+        left: Vec<PassSegment>,
         at: Option<AxisValues>,
     ) -> Result<(Vec<DualMove>, OperationMoves, Vec<LeftOut>), Failure> {
         let (test, settings) = (mover.test.tests[head], mover.settings[head]);
@@ -185,7 +185,7 @@ impl<'a> PairPlanner<'_, 'a> {
             let monitor = self.stages.start("left beside both heads", reached.len());
             reached = remains.given_back(reached, causes, &*monitor)?;
             drop(monitor);
-            let runs: Vec<&Run> = reached.iter().map(|r| &r.run).collect();
+            let runs: Vec<&PairRun> = reached.iter().map(|r| &r.run).collect();
             let left = [left_over(slices[0], 0, &runs), left_over(slices[1], 1, &runs)];
             let left_slices = [left[0].as_slice(), left[1].as_slice()];
             let monitor = self.stages.start("left for both heads", left[0].len());
@@ -193,11 +193,11 @@ impl<'a> PairPlanner<'_, 'a> {
             let mut more = paired_left(mover, &of_left, feeds, &*monitor)?;
             drop(monitor);
             more.retain(|r| !apart.contains(&r.run.pieces));
-            let passes = |of: &[ReachedRun], pieces: [&[Piece]; 2]| -> Vec<[Piece; 2]> {
+            let passes = |of: &[ReachedRun], pieces: [&[PassSegment]; 2]| -> Vec<[PassSegment; 2]> {
                 of.iter().map(|r| std::array::from_fn(|h| pieces[h][r.run.pieces[h]].clone())).collect()
             };
             let passes = [passes(&reached, slices), passes(&more, left_slices)].concat();
-            let all: Vec<(&ReachedRun, &[Piece; 2])> = reached.iter().chain(&more).zip(&passes).collect();
+            let all: Vec<(&ReachedRun, &[PassSegment; 2])> = reached.iter().chain(&more).zip(&passes).collect();
             let monitor = self.stages.start("order of both heads", 0);
             let runs_alone: Vec<&ReachedRun> = all.iter().map(|(run, _)| *run).collect();
             let order = run_order(self.ground, mover, &runs_alone, from, &*monitor)?;
@@ -207,7 +207,7 @@ impl<'a> PairPlanner<'_, 'a> {
             let report = report.map(|report| PassOrderReport { operation, ..report });
             match linked_in_order(mover, &all, order, from) {
                 Ok(Linked { sections, at, order }) => {
-                    let more: Vec<&Run> = more.iter().map(|r| &r.run).collect();
+                    let more: Vec<&PairRun> = more.iter().map(|r| &r.run).collect();
                     let left = [0, 1].map(|h| left_over(left_slices[h], h, &more));
                     let report = report.filter(|_| order.is_some());
                     let order = order.unwrap_or_else(|| (0..all.len()).collect());
@@ -230,7 +230,7 @@ impl<'a> PairPlanner<'_, 'a> {
     /// Returns the passes that each head needs between those that it cuts, in runs and alone.
     fn between(&self, both: &Both, files: [&OperationFile; 2]) -> Result<[PassesBetween; 2], Failure> {
         let of = |h: usize| {
-            let cut: Vec<Piece> = both.cut_by(h).map(|p| p.piece).chain(both.left[h].iter().cloned()).collect();
+            let cut: Vec<PassSegment> = both.cut_by(h).map(|p| p.piece).chain(both.left[h].iter().cloned()).collect();
             PassesBetween::find(&self.ground.ground(h), files[h], &cut, self.stages)
         };
         Ok([of(0)?, of(1)?])
@@ -243,7 +243,7 @@ impl<'a> PairPlanner<'_, 'a> {
         mover: &DualMover<'_, '_>,
         planner: &RunPlanner<'_, '_>,
         both: &mut Both,
-        pieces: [&[Piece]; 2],
+        pieces: [&[PassSegment]; 2],
     ) -> Result<(), Failure> {
         let monitor = self.stages.start("left for both heads", pieces[0].len());
         let of_them = RunPlanner { pieces, shortest: 0.0, ..*planner };
@@ -258,7 +258,7 @@ impl<'a> PairPlanner<'_, 'a> {
             both.passes.push(passes);
             runs.push(run.run);
         }
-        let of_runs: Vec<&Run> = runs.iter().collect();
+        let of_runs: Vec<&PairRun> = runs.iter().collect();
         for (h, pieces) in pieces.into_iter().enumerate() {
             both.left[h].extend(left_over(pieces, h, &of_runs));
         }
@@ -286,12 +286,12 @@ impl<'a> PairPlanner<'_, 'a> {
     fn reached(
         &self,
         mover: &DualMover<'_, '_>,
-        pieces: [&[Piece]; 2],
+        pieces: [&[PassSegment]; 2],
         files: [&OperationFile; 2],
         settings: &[MoveSettings; 2],
     ) -> Result<(Vec<ReachedRun>, Causes), Failure> {
         let feeds = files.map(|f| f.feeds.cutting_mm_min / 60.0);
-        let asked = |piece: &Piece| -> Vec<_> { piece.places().map(|c| c.cc).collect() };
+        let asked = |piece: &PassSegment| -> Vec<_> { piece.places().map(|c| c.cc).collect() };
         let together: Vec<PiecePair> = pairs(pieces[0], pieces[1])
             .into_iter()
             .map(|[i, j]| {
@@ -336,11 +336,11 @@ impl<'a> PairPlanner<'_, 'a> {
 
 /// Runs of both heads in cutting order, and the remaining pieces.
 struct Both {
-    runs: Vec<Run>,
+    runs: Vec<PairRun>,
     /// Piece of each head that a run is or was a part of.
-    passes: Vec<[Piece; 2]>,
+    passes: Vec<[PassSegment; 2]>,
     /// Pieces that each head cuts alone.
-    left: [Vec<Piece>; 2],
+    left: [Vec<PassSegment>; 2],
     sections: Vec<Section>,
     /// Position of both heads after them.
     at: Option<AxisValues>,
@@ -368,7 +368,7 @@ struct Linked {
 /// in this order; or the run without a link to it and the reason.
 fn linked_in_order(
     mover: &DualMover<'_, '_>,
-    runs: &[(&ReachedRun, &[Piece; 2])],
+    runs: &[(&ReachedRun, &[PassSegment; 2])],
     order: Option<Vec<usize>>,
     at: Option<AxisValues>,
 ) -> Result<Linked, (usize, String)> {
@@ -385,7 +385,7 @@ fn linked_in_order(
 /// link to it and the reason.
 fn linked(
     mover: &DualMover<'_, '_>,
-    runs: &[(&ReachedRun, &[Piece; 2])],
+    runs: &[(&ReachedRun, &[PassSegment; 2])],
     order: impl Iterator<Item = usize>,
     mut at: Option<AxisValues>,
 ) -> Result<(Vec<Section>, Option<AxisValues>), (usize, String)> {
@@ -404,7 +404,7 @@ fn linked(
 fn run_sections(
     mover: &DualMover<'_, '_>,
     run: &ReachedRun,
-    passes: &[Piece; 2],
+    passes: &[PassSegment; 2],
     at: Option<AxisValues>,
 ) -> Result<(Vec<Section>, Option<AxisValues>), Failure> {
     let comment = format!("PASSES {} AND {} PLACE {}", passes[0].pass + 1, passes[1].pass + 1, passes[0].copy + 1);
@@ -445,7 +445,7 @@ pub(crate) fn run_planner<'r, 'a>(
     files: [&OperationFile; 2],
     settings: &[MoveSettings; 2],
     pair: &PairFile,
-    pieces: [&'r [Piece]; 2],
+    pieces: [&'r [PassSegment]; 2],
 ) -> RunPlanner<'r, 'a> {
     let ranges = files.map(|f| [false, true].map(|left| posture_range(f, pair, left)));
     let radius = mover.test.tests[0].cell.tool.cutter().radius().min(mover.test.tests[1].cell.tool.cutter().radius());
@@ -483,15 +483,18 @@ fn posture_range(operation: &OperationFile, pair: &PairFile, uncut_left: bool) -
 }
 
 /// Returns a head's part of a run as a piece of its operation, which `piece` is or was a part of.
-pub(crate) fn as_piece(head: usize, run: &Run, piece: &Piece) -> PieceMoves {
-    let cut = |s: &Stop| Cut { cc: s.cc[head], pose: s.pose.poses[head], inserted: !s.is_point(head) };
+pub(crate) fn as_piece(head: usize, run: &PairRun, piece: &PassSegment) -> PieceMoves {
+    let cut = |s: &SyncPoint| Cut { cc: s.cc[head], pose: s.pose.poses[head], inserted: !s.is_point(head) };
     let moves = run.stops.iter().enumerate().map(|(k, s)| Move {
         kind: if k == 0 { MoveKind::Engage } else { MoveKind::Cut },
         cl: s.pose.poses[head].cl,
         axes: s.pose.axes,
         chip: None,
     });
-    PieceMoves { piece: Piece { cuts: run.stops.iter().map(cut).collect(), ..piece.clone() }, moves: moves.collect() }
+    PieceMoves {
+        piece: PassSegment { cuts: run.stops.iter().map(cut).collect(), ..piece.clone() },
+        moves: moves.collect(),
+    }
 }
 
 /// Sets the chips of a head's cutter in the moves of runs; `pieces` are the head's parts of the
@@ -532,13 +535,13 @@ fn place(p: &Point3<f64>) -> [u64; 3] {
 }
 
 /// Points of pieces, to be planned once each.
-fn points_of(pieces: &[Piece]) -> Places {
+fn points_of(pieces: &[PassSegment]) -> Places {
     let mut points = Places::new();
     add_points(&mut points, pieces);
     points
 }
 
-fn add_points(points: &mut Places, pieces: &[Piece]) {
+fn add_points(points: &mut Places, pieces: &[PassSegment]) {
     for cut in pieces.iter().flat_map(|p| &p.cuts).filter(|c| !c.inserted) {
         *points.entry(place(&cut.cc.position)).or_default() += 1;
     }

@@ -7,15 +7,15 @@ use facemill_tool_path::moves::{Move, MoveKind};
 use nalgebra::Vector3;
 
 use crate::dual::output::DualTexts;
-use crate::dual::parts::{Part, TwoHeadContext};
+use crate::dual::parts::{ProgramPart, TwoHeadContext};
 use crate::dual::program::DualTimes;
-use crate::dual::runs::Stop;
+use crate::dual::runs::SyncPoint;
 use crate::report::lost_time::Driven;
 use crate::report::rotary_reversals::{RotaryReversals, rewinds_report, singular_blocks};
 
 impl DualTexts {
     /// Returns the axes of either head that turn back or race at the pole.
-    pub(crate) fn turning(&self, parts: &[Part<'_>], ground: &TwoHeadContext<'_>) -> RotaryReversals {
+    pub(crate) fn turning(&self, parts: &[ProgramPart<'_>], ground: &TwoHeadContext<'_>) -> RotaryReversals {
         let mut all: Option<RotaryReversals> = None;
         for h in 0..2 {
             let job = ground.scenes[h].job;
@@ -51,7 +51,7 @@ impl DualTexts {
     /// each part.
     pub(crate) fn pair_reports(
         &self,
-        parts: &[Part<'_>],
+        parts: &[ProgramPart<'_>],
         saved: &[f64],
         ground: &TwoHeadContext<'_>,
     ) -> Vec<PairReport> {
@@ -60,7 +60,12 @@ impl DualTexts {
     }
 }
 
-fn pair_report(part: &Part<'_>, times: &DualTimes, saved: f64, ground: &TwoHeadContext<'_>) -> Option<PairReport> {
+fn pair_report(
+    part: &ProgramPart<'_>,
+    times: &DualTimes,
+    saved: f64,
+    ground: &TwoHeadContext<'_>,
+) -> Option<PairReport> {
     let outline = part.pair.as_ref()?;
     let axis = &ground.scenes[0].job.machine.axes()[ground.shared];
     let (paired, cut): (f64, f64) = (times.paired.iter().sum(), times.cut.iter().sum());
@@ -85,10 +90,10 @@ fn pair_report(part: &Part<'_>, times: &DualTimes, saved: f64, ground: &TwoHeadC
 
 /// Counts the steps between stops of runs in which a head's tool turns farther relative to the
 /// surface than its operation allows.
-fn posture_jumps(part: &Part<'_>, head: usize) -> usize {
+fn posture_jumps(part: &ProgramPart<'_>, head: usize) -> usize {
     let Some(operation) = part.files[head] else { return 0 };
     let allowed = operation.search.max_turn_deg_per_mm.to_radians();
-    let is_jump = |w: &[Stop]| {
+    let is_jump = |w: &[SyncPoint]| {
         let [a, b] = [w[0].pose.poses[head].posture, w[1].pose.poses[head].posture];
         let way = (w[1].cc[head].position - w[0].cc[head].position).norm();
         // Angle between both axes as seen from the surface.

@@ -2,7 +2,7 @@
 
 use facemill_cl_data::CcPoint;
 use facemill_cutter_location::PairStation;
-use facemill_tool_path::pieces::Piece;
+use facemill_tool_path::segments::PassSegment;
 
 /// A piece of each operation, cut at the same time.
 #[derive(Clone, Debug)]
@@ -28,7 +28,7 @@ pub(crate) struct Station {
 ///
 /// The method is the longest common subsequence of both orders, which is exact: its table has every
 /// pair of the best choice.
-pub(crate) fn pairs(first: &[Piece], second: &[Piece]) -> Vec<[usize; 2]> {
+pub(crate) fn pairs(first: &[PassSegment], second: &[PassSegment]) -> Vec<[usize; 2]> {
     let lengths = [first, second].map(|pieces| pieces.iter().map(length).collect::<Vec<f64>>());
     let size = first.iter().chain(second).map(extent).fold(1.0, f64::max);
     let score = |i: usize, j: usize| {
@@ -66,18 +66,18 @@ fn in_order(n: usize, m: usize, score: impl Fn(usize, usize) -> f64) -> Vec<[usi
 }
 
 /// Returns the length of a piece along its cuts, mm.
-pub(crate) fn length(piece: &Piece) -> f64 {
+pub(crate) fn length(piece: &PassSegment) -> f64 {
     piece.cuts.windows(2).map(|w| (w[1].cc.position - w[0].cc.position).norm()).sum()
 }
 
-fn extent(piece: &Piece) -> f64 {
+fn extent(piece: &PassSegment) -> f64 {
     facemill_cl_data::Aabb::of_points(piece.cuts.iter().map(|c| &c.cc.position)).half_extents().norm() * 4.0
 }
 
 /// Returns the mean distance between points at the same fraction of both pieces.
-fn distance(a: &Piece, b: &Piece) -> f64 {
+fn distance(a: &PassSegment, b: &PassSegment) -> f64 {
     const SAMPLES: usize = 9;
-    let at = |p: &Piece, k: usize| p.cuts[(p.cuts.len() - 1) * k / (SAMPLES - 1)].cc.position;
+    let at = |p: &PassSegment, k: usize| p.cuts[(p.cuts.len() - 1) * k / (SAMPLES - 1)].cc.position;
     (0..SAMPLES).map(|k| (at(a, k) - at(b, k)).norm()).sum::<f64>() / SAMPLES as f64
 }
 

@@ -10,7 +10,7 @@ use facemill_tool_path::moves::{Move, MoveSettings, PieceMoves};
 use facemill_z_map::ZMap;
 
 use crate::dual::moves::{DualMove, DualMover};
-use crate::dual::runs::Run;
+use crate::dual::runs::PairRun;
 use crate::passes::extra_passes::AddedPasses;
 use crate::passes::operation::SetupContext;
 
@@ -39,7 +39,7 @@ impl<'a> TwoHeadContext<'a> {
 }
 
 /// Part of the program: one operation, or two at once.
-pub(crate) struct Part<'a> {
+pub(crate) struct ProgramPart<'a> {
     /// Operation of each head, if it has one.
     pub files: [Option<&'a OperationFile>; 2],
     /// Moves with their comments.
@@ -53,7 +53,7 @@ pub(crate) struct Section {
     pub comment: String,
     pub moves: Vec<DualMove>,
     /// Run whose stops its moves go to, if both heads cut.
-    pub run: Option<Run>,
+    pub run: Option<PairRun>,
     /// Whether its moves continue a pass that was interrupted to turn an axis back.
     pub goes_on: bool,
 }

@@ -9,8 +9,8 @@ use facemill_job::format::job_file::OperationFile;
 use facemill_job::setup::cell::pass_settings;
 use facemill_job::setup::pattern::places;
 use facemill_job::stages::{BETWEEN, PLACES, Stages};
-use facemill_tool_path::pieces::pole::Tests;
-use facemill_tool_path::pieces::{LaidTask, LeftOut, Piece, copy_outcomes, filled, split};
+use facemill_tool_path::segments::pole::Tests;
+use facemill_tool_path::segments::{LaidTask, LeftOut, PassSegment, copy_outcomes, filled, split};
 use facemill_tool_path::winding::wound;
 use nalgebra::Isometry3;
 
@@ -23,7 +23,7 @@ use crate::passes::operation::{PlannedOperation, SetupContext, detours, interpos
 #[derive(Default)]
 pub(crate) struct PassesBetween {
     /// Their pieces in all places of the pattern, to be cut after all others.
-    pub pieces: Vec<Piece>,
+    pub pieces: Vec<PassSegment>,
     /// Largest number in one place of the pattern, and places without any possible.
     pub extra: ExtraPasses,
     /// Their CC points.
@@ -47,7 +47,7 @@ impl PassesBetween {
     pub(crate) fn find(
         ground: &SetupContext<'_>,
         operation: &OperationFile,
-        cut: &[Piece],
+        cut: &[PassSegment],
         stages: &dyn Stages,
     ) -> Result<Self, Failure> {
         let (Some(strategy), Some(first)) = (strategy_of(operation), cut.first()) else { return Ok(Self::default()) };
@@ -83,7 +83,7 @@ impl PassesBetween {
             tests.at_pole(&tasks, &settings, &mut outcomes);
             found.cc_points += n_points;
             let pieces = split(tests.plain, &tasks, &outcomes, copy as u32, &mut found.left_out);
-            found.pieces.extend(pieces.into_iter().map(|p| Piece { pass: n_passes + p.pass, ..p }));
+            found.pieces.extend(pieces.into_iter().map(|p| PassSegment { pass: n_passes + p.pass, ..p }));
         }
         let monitor = stages.start(BETWEEN, found.cc_points);
         let (fallback, linearity) = (settings.fallback(), cut_linearity(ground.scene.job, operation));
@@ -106,7 +106,7 @@ impl PassesBetween {
 }
 
 /// Returns pieces in one place of the pattern as passes in the first place, with their postures.
-fn path_of<'p>(pieces: impl Iterator<Item = &'p Piece>, place: &Isometry3<f64>) -> PlannedPath {
+fn path_of<'p>(pieces: impl Iterator<Item = &'p PassSegment>, place: &Isometry3<f64>) -> PlannedPath {
     let to_first = place.inverse();
     let mut path = PlannedPath { tasks: Vec::new(), outcomes: Vec::new(), optimum: None };
     for piece in pieces {

@@ -22,7 +22,7 @@ use nalgebra::Point3;
 use super::output::{DualProgram, DualTexts, merged, write_dual_texts};
 use super::pair::{PairPlanner, as_piece};
 use crate::dual::links::DualLinks;
-use crate::dual::parts::{Part, TwoHeadContext, alone_sections, cells, mover, section};
+use crate::dual::parts::{ProgramPart, TwoHeadContext, alone_sections, cells, mover, section};
 use crate::dual::refinement::refine;
 use crate::passes::extra_passes::AddedPasses;
 use crate::passes::move_settings::move_settings;
@@ -71,7 +71,7 @@ pub(crate) fn plan_dual_setup(
     let scenes = Scene::of_heads(jobs, setups, machines, index)?;
     let ground = TwoHeadContext { scenes: &scenes, maps: [&maps[0], &maps[1]], shared };
     let mut operations: Vec<(usize, usize, PlannedOperation<'_>)> = Vec::new();
-    let mut parts: Vec<Part<'_>> = Vec::new();
+    let mut parts: Vec<ProgramPart<'_>> = Vec::new();
     let mut picture = None;
     let mut at: Option<AxisValues> = None;
     for (k, operation) in jobs[0].operations_of(setups[0].file) {
@@ -142,7 +142,7 @@ pub(crate) fn plan_dual_setup(
 /// Writes faster links that are free for both heads into the moves, or returns why there are none.
 fn shorten_links(
     ground: &TwoHeadContext<'_>,
-    parts: &mut [Part<'_>],
+    parts: &mut [ProgramPart<'_>],
     stages: &dyn Stages,
 ) -> Result<Result<DualLinks, String>, Failure> {
     if !ground.scenes[0].setup.file.links.shorten {
@@ -157,7 +157,7 @@ fn shorten_links(
 /// Program of a machine with two heads.
 struct TwoHeads<'r, 'a> {
     ground: &'r TwoHeadContext<'a>,
-    parts: Vec<Part<'a>>,
+    parts: Vec<ProgramPart<'a>>,
     settings: PlanSettings,
     before: &'r StockBefore,
     /// Faster links, or the reason why none were searched.
@@ -229,7 +229,7 @@ fn alone<'a>(
     picture: &mut Option<String>,
     stages: &dyn Stages,
     clock: &mut Clock,
-) -> Result<(PlannedOperation<'a>, Part<'a>), Failure> {
+) -> Result<(PlannedOperation<'a>, ProgramPart<'a>), Failure> {
     let scene = &ground.scenes[head];
     let job = scene.job;
     let operation = &job.file.operations[index];
@@ -249,11 +249,11 @@ fn alone<'a>(
     *at = planned.moves.last().map(|m| m.axes).or(*at);
     let mut files = [None; 2];
     files[head] = Some(operation);
-    Ok((planned, Part { files, sections, pair: None }))
+    Ok((planned, ProgramPart { files, sections, pair: None }))
 }
 
 /// Adds the stops of refined runs to the pieces of pairs.
-fn with_refined_stops(operations: &mut [PlannedOperation<'_>], parts: &[Part<'_>]) {
+fn with_refined_stops(operations: &mut [PlannedOperation<'_>], parts: &[ProgramPart<'_>]) {
     let mut operations = operations.iter_mut();
     for part in parts {
         for head in (0..2).filter(|&h| part.files[h].is_some()) {

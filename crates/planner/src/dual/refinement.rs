@@ -8,14 +8,14 @@ use facemill_tool_path::moves::MoveKind;
 use crate::dual::moves::{DualMove, DualMover};
 use crate::dual::output::{BlockPlace, DualTexts};
 use crate::dual::pair::run_planner;
-use crate::dual::parts::{Part, TwoHeadContext};
+use crate::dual::parts::{ProgramPart, TwoHeadContext};
 use crate::passes::move_settings::move_settings;
 
 /// Adds tested stops to each block of a run on these lines, at least one in its middle, and returns
 /// their number. A block stays as it is if none is feasible, or if one head works alone.
 pub(crate) fn refine(
     ground: &TwoHeadContext<'_>,
-    parts: &mut [Part<'_>],
+    parts: &mut [ProgramPart<'_>],
     texts: &DualTexts,
     lines: &BTreeSet<u32>,
 ) -> usize {

@@ -6,19 +6,19 @@ use std::collections::BTreeSet;
 use facemill_cl_data::Monitor;
 use facemill_job::failure::Failure;
 use facemill_tool_path::moves::reach;
-use facemill_tool_path::pieces::Piece;
+use facemill_tool_path::segments::PassSegment;
 use nalgebra::Point3;
 use rayon::prelude::*;
 
 use crate::dual::moves::{DualMover, ReachedRun};
 use crate::dual::pairing::{PiecePair, length, stations};
-use crate::dual::runs::{Causes, Gap, Run, RunPlanner, gaps, part_of};
+use crate::dual::runs::{Causes, Gap, PairRun, RunPlanner, gaps, part_of};
 
 /// Planner for the remainders of runs.
 pub(crate) struct Remains<'m, 'r, 'a> {
     pub mover: &'m DualMover<'r, 'a>,
     /// Pieces of each operation.
-    pub pieces: [&'m [Piece]; 2],
+    pub pieces: [&'m [PassSegment]; 2],
     /// As [`RunPlanner::shortest`].
     pub shortest: f64,
 }
@@ -74,7 +74,7 @@ impl Remains<'_, '_, '_> {
         monitor: &dyn Monitor,
     ) -> Result<(), Failure> {
         let key = |gap: &Gap| (head, gap.piece, gap.at.map(f64::to_bits));
-        let runs: Vec<&Run> = runs.iter().map(|r| &r.run).collect();
+        let runs: Vec<&PairRun> = runs.iter().map(|r| &r.run).collect();
         let mut open = gaps(self.pieces[head], head, &runs);
         open.retain(|gap| !sound.contains(&key(gap)));
         let wide: Vec<[f64; 2]> = open
@@ -123,11 +123,11 @@ impl Remains<'_, '_, '_> {
     }
 
     /// Returns a run with the stops that both heads keep; `None` if they are too few.
-    fn shortened(&self, run: Run, kept: &[[f64; 2]; 2], causes: &mut Causes) -> Vec<Run> {
+    fn shortened(&self, run: PairRun, kept: &[[f64; 2]; 2], causes: &mut Causes) -> Vec<PairRun> {
         let why = "what one head would leave there for itself has no entry or exit of its own";
         let is_kept = |at: &[f64; 2]| (0..2).all(|h| kept[h][0] <= at[h] && at[h] <= kept[h][1]);
         let (stops, given): (Vec<_>, Vec<_>) = run.stops.iter().partition(|s| is_kept(&s.at));
-        let short = Run { stops, ..run.clone() };
+        let short = PairRun { stops, ..run.clone() };
         let enough = !short.is_shorter_than(self.shortest);
         for stop in if enough { &given } else { &run.stops } {
             causes.add(why.to_owned(), why.to_owned(), &stop.cc[0]);
@@ -176,9 +176,9 @@ pub(crate) fn paired_left(
 
 /// Returns pieces of the second head that may go with one of the first: beyond both cutters, the
 /// nearest in length first.
-fn partners(pieces: [&[Piece]; 2], i: usize, apart: f64) -> impl Iterator<Item = [usize; 2]> {
+fn partners(pieces: [&[PassSegment]; 2], i: usize, apart: f64) -> impl Iterator<Item = [usize; 2]> {
     let first = &pieces[0][i];
-    let middle = |p: &Piece| p.cuts[p.cuts.len() / 2].cc.position;
+    let middle = |p: &PassSegment| p.cuts[p.cuts.len() / 2].cc.position;
     let own = length(first);
     let mut of_lengths: Vec<(f64, usize)> = pieces[1]
         .iter()
@@ -206,7 +206,7 @@ fn whole_run(
     let [a, b] = pieces.map(|p| p.places().map(|c| c.cc).collect::<Vec<_>>());
     let pair = PiecePair { pieces: couple, stations: stations([&a, &b], feeds) };
     let ends = pieces.map(|p| p.places().count().saturating_sub(1) as f64);
-    let whole = |run: &Run| {
+    let whole = |run: &PairRun| {
         let [first, last] = [run.stops.first(), run.stops.last()].map(|s| s.map(|s| s.at));
         first == Some([0.0; 2]) && last == Some(ends)
     };

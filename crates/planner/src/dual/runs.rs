@@ -9,13 +9,13 @@ use facemill_cutter_location::{
 };
 use facemill_inverse_kinematics::AxisKind;
 use facemill_tool_path::linearity::Linearity;
-use facemill_tool_path::pieces::Piece;
+use facemill_tool_path::segments::PassSegment;
 
 use super::pairing::{PiecePair, Station, between};
 
 /// Both heads at CC points.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Stop {
+pub(crate) struct SyncPoint {
     /// One for each head.
     pub cc: [CcPoint; 2],
     /// Pose of both heads.
@@ -24,7 +24,7 @@ pub(crate) struct Stop {
     pub at: [f64; 2],
 }
 
-impl Stop {
+impl SyncPoint {
     /// Returns whether a head is at a point of its path here, and not between two.
     pub(crate) fn is_point(&self, head: usize) -> bool {
         self.at[head].fract() == 0.0
@@ -33,16 +33,16 @@ impl Stop {
 
 /// Consecutive stops without lifting; at least two.
 #[derive(Clone, Debug)]
-pub(crate) struct Run {
+pub(crate) struct PairRun {
     /// Indices of the pieces, one of each operation.
     pub pieces: [usize; 2],
     /// Whether the uncut stock lies to the left of the feed, for each head.
     pub uncut_left: [bool; 2],
     /// Stops in cutting order.
-    pub stops: Vec<Stop>,
+    pub stops: Vec<SyncPoint>,
 }
 
-impl Run {
+impl PairRun {
     /// Returns the length of each head's path along its CC points, mm.
     pub(crate) fn lengths(&self) -> [f64; 2] {
         let of = |h: usize| self.stops.windows(2).map(|w| (w[1].cc[h].position - w[0].cc[h].position).norm()).sum();
@@ -105,7 +105,7 @@ pub(crate) struct RunPlanner<'r, 'a> {
     /// Permitted deviation of each head's motion between stops.
     pub linearity: [Linearity; 2],
     /// Pieces of each operation.
-    pub pieces: [&'r [Piece]; 2],
+    pub pieces: [&'r [PassSegment]; 2],
     /// Shortest run that is worth its entries and exits, mm along the longer of both ways.
     pub shortest: f64,
 }
@@ -115,16 +115,16 @@ impl RunPlanner<'_, '_> {
     ///
     /// # Errors
     /// Returns an error if the monitor cancels.
-    pub(crate) fn runs(&self, pair: &PiecePair, monitor: &dyn Monitor) -> Result<(Vec<Run>, Causes), Cancelled> {
+    pub(crate) fn runs(&self, pair: &PiecePair, monitor: &dyn Monitor) -> Result<(Vec<PairRun>, Causes), Cancelled> {
         let stations: Vec<_> = pair.stations.iter().map(|s| s.pair).collect();
         let uncut_left = std::array::from_fn(|h| self.pieces[h][pair.pieces[h]].uncut_left);
         let ranges = self.ranges(uncut_left);
         let settings = PairSettings { ranges, ..self.settings };
         let outcomes = self.outcomes(pair, &stations, &settings, monitor)?;
-        let run = |stops: Vec<Stop>| Run { pieces: pair.pieces, uncut_left, stops };
+        let run = |stops: Vec<SyncPoint>| PairRun { pieces: pair.pieces, uncut_left, stops };
         let mut causes = Causes::default();
-        let mut runs: Vec<Run> = Vec::new();
-        let mut open: Vec<Stop> = Vec::new();
+        let mut runs: Vec<PairRun> = Vec::new();
+        let mut open: Vec<SyncPoint> = Vec::new();
         let mut hints = [Hints::default(), Hints::default()];
         for (station, outcome) in pair.stations.iter().zip(outcomes) {
             monitor.checkpoint()?;
@@ -150,7 +150,7 @@ impl RunPlanner<'_, '_> {
             }
         }
         runs.push(run(open));
-        let short = |r: &Run| r.is_shorter_than(self.shortest);
+        let short = |r: &PairRun| r.is_shorter_than(self.shortest);
         for run in runs.iter().filter(|r| short(r)) {
             for stop in &run.stops {
                 let why = "the stretch that both can cut at once is too short".to_owned();
@@ -162,7 +162,7 @@ impl RunPlanner<'_, '_> {
     }
 
     /// Returns the reason why no blocks lead from one stop to another.
-    fn why_parted(&self, from: Option<&Stop>, to: &Stop) -> String {
+    fn why_parted(&self, from: Option<&SyncPoint>, to: &SyncPoint) -> String {
         let shared = self.test.shared;
         let axis = &self.test.tests[0].cell.machine.axes()[shared];
         let way = from.map_or(0.0, |from| to.pose.axes[shared] - from.pose.axes[shared]);
@@ -178,10 +178,10 @@ impl RunPlanner<'_, '_> {
     pub(crate) fn mended(
         &self,
         ranges: &[PostureRange; 2],
-        from: &Stop,
-        to: &Stop,
+        from: &SyncPoint,
+        to: &SyncPoint,
         hints: &mut [Hints; 2],
-    ) -> Option<Vec<Stop>> {
+    ) -> Option<Vec<SyncPoint>> {
         self.halved(ranges, from, to, MAX_HALVINGS, hints)
     }
 
@@ -189,11 +189,11 @@ impl RunPlanner<'_, '_> {
     fn halved(
         &self,
         ranges: &[PostureRange; 2],
-        from: &Stop,
-        to: &Stop,
+        from: &SyncPoint,
+        to: &SyncPoint,
         halvings: u32,
         hints: &mut [Hints; 2],
-    ) -> Option<Vec<Stop>> {
+    ) -> Option<Vec<SyncPoint>> {
         let middle = self.middle(ranges, from, to, hints)?;
         let mut stops = self.between(ranges, from, &middle, halvings, hints)?;
         stops.push(middle);
@@ -217,7 +217,7 @@ impl RunPlanner<'_, '_> {
         if blocked(&best) as f64 <= MANY * stations.len() as f64 {
             return Ok(best);
         }
-        for start in self.test.stands(0, &first.cc[0], &settings.ranges[0]) {
+        for start in self.test.configurations_over(0, &first.cc[0], &settings.ranges[0]) {
             if start.branch != own.branch {
                 let found = plan_pair(&self.test, stations, settings, &start, monitor)?;
                 if blocked(&found) < blocked(&best) {
@@ -233,8 +233,8 @@ impl RunPlanner<'_, '_> {
         std::array::from_fn(|h| self.ranges[h][usize::from(uncut_left[h])])
     }
 
-    fn stop(&self, station: &Station, outcome: PairOutcome) -> Result<Stop, PairBlocked> {
-        outcome.map(|pose| Stop { cc: station.pair.cc, pose, at: station.at })
+    fn stop(&self, station: &Station, outcome: PairOutcome) -> Result<SyncPoint, PairBlocked> {
+        outcome.map(|pose| SyncPoint { cc: station.pair.cc, pose, at: station.at })
     }
 
     /// Returns stops strictly between two, close enough for the control in both heads; `None` if
@@ -242,11 +242,11 @@ impl RunPlanner<'_, '_> {
     fn between(
         &self,
         ranges: &[PostureRange; 2],
-        from: &Stop,
-        to: &Stop,
+        from: &SyncPoint,
+        to: &SyncPoint,
         halvings: u32,
         hints: &mut [Hints; 2],
-    ) -> Option<Vec<Stop>> {
+    ) -> Option<Vec<SyncPoint>> {
         let strays = |h: usize| self.linearity[h].judge(self.test.tests[h], &from.pose.axes, &to.pose.axes).1;
         if !strays(0) && !strays(1) {
             return Some(Vec::new());
@@ -258,21 +258,21 @@ impl RunPlanner<'_, '_> {
     pub(crate) fn middle(
         &self,
         ranges: &[PostureRange; 2],
-        from: &Stop,
-        to: &Stop,
+        from: &SyncPoint,
+        to: &SyncPoint,
         hints: &mut [Hints; 2],
-    ) -> Option<Stop> {
+    ) -> Option<SyncPoint> {
         let cc = [between(&from.cc[0], &to.cc[0], 0.5)?, between(&from.cc[1], &to.cc[1], 0.5)?];
         let pose = self.test.halfway(ranges, &cc, [&from.pose, &to.pose], hints).ok()?;
         let at = std::array::from_fn(|h| 0.5 * (from.at[h] + to.at[h]));
-        Some(Stop { cc, pose, at })
+        Some(SyncPoint { cc, pose, at })
     }
 
     /// Returns the largest deviation of both cutters from the planned motion between the stops of a
     /// run, mm.
-    pub(crate) fn linearisation(&self, stops: &[Stop]) -> f64 {
+    pub(crate) fn linearisation(&self, stops: &[SyncPoint]) -> f64 {
         let strays =
-            |w: &[Stop], h: usize| self.linearity[h].judge(self.test.tests[h], &w[0].pose.axes, &w[1].pose.axes).0;
+            |w: &[SyncPoint], h: usize| self.linearity[h].judge(self.test.tests[h], &w[0].pose.axes, &w[1].pose.axes).0;
         stops.windows(2).map(|w| strays(w, 0).max(strays(w, 1))).fold(0.0, f64::max)
     }
 }
@@ -295,10 +295,10 @@ pub(crate) struct Gap {
 }
 
 /// Returns the stretches that runs leave of the pieces of an operation (0 or 1), in their order.
-pub(crate) fn gaps(pieces: &[Piece], head: usize, runs: &[&Run]) -> Vec<Gap> {
+pub(crate) fn gaps(pieces: &[PassSegment], head: usize, runs: &[&PairRun]) -> Vec<Gap> {
     let mut gaps = Vec::new();
     for (index, piece) in pieces.iter().enumerate() {
-        let ends = |(k, run): (usize, &&Run)| Some((run.stops.first()?.at[head], run.stops.last()?.at[head], k));
+        let ends = |(k, run): (usize, &&PairRun)| Some((run.stops.first()?.at[head], run.stops.last()?.at[head], k));
         let of_piece = runs.iter().enumerate().filter(|(_, r)| r.pieces[head] == index);
         let mut covered: Vec<_> = of_piece.filter_map(ends).collect();
         covered.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -320,13 +320,13 @@ pub(crate) fn gaps(pieces: &[Piece], head: usize, runs: &[&Run]) -> Vec<Gap> {
 /// Returns the remainder of each piece of an operation (0 or 1) beside its runs: pieces of its own
 /// cuts, each reaching to the cuts at which the runs beside it end. Single cuts that a run passes
 /// over are omitted.
-pub(crate) fn left_over(pieces: &[Piece], head: usize, runs: &[&Run]) -> Vec<Piece> {
+pub(crate) fn left_over(pieces: &[PassSegment], head: usize, runs: &[&PairRun]) -> Vec<PassSegment> {
     gaps(pieces, head, runs).iter().filter_map(|gap| part_of(&pieces[gap.piece], gap.at)).collect()
 }
 
 /// Returns the cuts of a piece from one place to another, whole cuts outward; `None` if they are
 /// fewer than two.
-pub(crate) fn part_of(piece: &Piece, [from, to]: [f64; 2]) -> Option<Piece> {
+pub(crate) fn part_of(piece: &PassSegment, [from, to]: [f64; 2]) -> Option<PassSegment> {
     // Added cuts go with the place before.
     let mut place: f64 = -1.0;
     let cuts: Vec<_> = piece
@@ -342,5 +342,5 @@ pub(crate) fn part_of(piece: &Piece, [from, to]: [f64; 2]) -> Option<Piece> {
         })
         .map(|(_, cut)| *cut)
         .collect();
-    (cuts.len() >= 2).then(|| Piece { cuts, ..piece.clone() })
+    (cuts.len() >= 2).then(|| PassSegment { cuts, ..piece.clone() })
 }

@@ -27,12 +27,12 @@ impl DualProgram<'_, '_> {
     ) -> Result<(CutByPlan, Option<String>), Failure> {
         let job = self.ground.scenes[0].job;
         let at = [0, 1].map(|h| self.setup(h));
-        let stands = [0, 1].map(|h| HeadView { scene: &self.ground.scenes[h], at: &at[h] });
+        let views = [0, 1].map(|h| HeadView { scene: &self.ground.scenes[h], at: &at[h] });
         let settings = [0, 1].map(|h| {
             let removal = removal_of(self.ground.scenes[h].job, self.ground.scenes[h].setup.file, h);
             VerifySettings { removal, ..self.settings(h) }
         });
-        let heads = [(&stands[0], &settings[0]), (&stands[1], &settings[1])];
+        let heads = [(&views[0], &settings[0]), (&views[1], &settings[1])];
         let program = self.read()?;
         let tolerance = job.file.verification.stock_tolerance_mm;
         let cut = cut_by_plan(before, tolerance, ([&mut *first, &mut *second], false), |request| {

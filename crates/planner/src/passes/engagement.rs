@@ -12,7 +12,7 @@ use facemill_job::stages::{CHIPS, Stages};
 use facemill_tool_model::{Cusp, Cutter, Outline};
 use facemill_tool_path::chips::{Chip, ChipSite, ROUGH_THICKNESS, StockTop, THICKNESS_ACCURACY};
 use facemill_tool_path::moves::{MoveKind, PieceMoves};
-use facemill_tool_path::pieces::Piece;
+use facemill_tool_path::segments::PassSegment;
 use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
 
@@ -42,7 +42,7 @@ pub(crate) fn engagement_of_passes(
     pieces: &mut [PieceMoves],
     stages: &dyn Stages,
 ) -> Result<Vec<Vec<PointEngagement>>, Failure> {
-    let all: Vec<&Piece> = pieces.iter().map(|p| &p.piece).collect();
+    let all: Vec<&PassSegment> = pieces.iter().map(|p| &p.piece).collect();
     let reach = neighbour_reach(job.tool.cutter(), operation);
     let twins = Twins::of(&all, operation, setup, reach.far);
     let surroundings = Surroundings::new(job, setup, &operation.feeds, &all, reach);
@@ -64,12 +64,12 @@ pub(crate) fn engagement_of_passes(
 }
 
 /// Returns the indices of the cuts of a piece that are points of the path, and of both ends.
-pub(crate) fn stations(piece: &Piece) -> Vec<usize> {
+pub(crate) fn stations(piece: &PassSegment) -> Vec<usize> {
     let last = piece.cuts.len().saturating_sub(1);
     (0..piece.cuts.len()).filter(|&k| k == 0 || k == last || !piece.cuts[k].inserted).collect()
 }
 
-fn cut_point(piece: &Piece, cut: usize) -> CutPoint {
+fn cut_point(piece: &PassSegment, cut: usize) -> CutPoint {
     let cut = &piece.cuts[cut];
     CutPoint { cc: cut.cc, posture: cut.pose.posture }
 }
@@ -79,7 +79,7 @@ struct Surroundings<'s> {
     job: &'s Job,
     setup: &'s Setup<'s>,
     feeds: &'s FeedsFile,
-    pieces: &'s [&'s Piece],
+    pieces: &'s [&'s PassSegment],
     /// The pieces of each place of the pattern, in cutting order.
     places: Vec<Neighbours>,
     /// Number of each piece in its place.
@@ -91,7 +91,7 @@ impl<'s> Surroundings<'s> {
         job: &'s Job,
         setup: &'s Setup<'s>,
         feeds: &'s FeedsFile,
-        pieces: &'s [&'s Piece],
+        pieces: &'s [&'s PassSegment],
         reach: NeighbourReach,
     ) -> Self {
         let n_places = pieces.iter().map(|p| p.copy as usize + 1).max().unwrap_or(0);
@@ -203,7 +203,7 @@ const SAME_PLACE: f64 = 1e-6;
 
 impl Twins {
     /// Returns the twins; none for a solid stock, which need not be symmetric.
-    fn of(pieces: &[&Piece], operation: &OperationFile, setup: &Setup<'_>, reach: f64) -> Self {
+    fn of(pieces: &[&PassSegment], operation: &OperationFile, setup: &Setup<'_>, reach: f64) -> Self {
         let none = Self { of: vec![None; pieces.len()] };
         if setup.stock_solid.is_some() {
             return none;
@@ -238,7 +238,7 @@ impl Twins {
 }
 
 /// Returns whether all cuts of two pieces are the same apart from their positions.
-fn are_twins(first: &Piece, copy: &Piece, place: &Isometry3<f64>) -> bool {
+fn are_twins(first: &PassSegment, copy: &PassSegment, place: &Isometry3<f64>) -> bool {
     let same_posture = |a: Posture, b: Posture| a == b;
     let near = |a: &Point3<f64>, b: &Point3<f64>| (place * a - b).norm() <= SAME_PLACE;
     first.cuts.len() == copy.cuts.len()

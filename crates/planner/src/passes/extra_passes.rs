@@ -16,8 +16,8 @@ use facemill_job::failure::Failure;
 use facemill_job::stages::{ADDED, Stages};
 use facemill_surface_model::Surface;
 use facemill_tool_model::{Cusp, Outline, step_over_for_cusp};
-use facemill_tool_path::pieces::LaidTask;
-use facemill_tool_path::pieces::pole::Tests;
+use facemill_tool_path::segments::LaidTask;
+use facemill_tool_path::segments::pole::Tests;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 

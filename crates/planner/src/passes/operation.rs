@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use facemill_cl_data::{CcPoint, Pass, Posture, Silent};
 use facemill_cutter_location::cusp::neighbours::{Neighbours, OwnPlace};
-use facemill_cutter_location::search::map::{PostureRange, map};
+use facemill_cutter_location::search::map::{MapRange, map};
 use facemill_cutter_location::{
     Hints, Optimum, Outcome, PassSettings, PoseTest, Remedy, SearchCurve, SearchSettings, Widened, Workcell,
     plan_passes, reliefs, search,
@@ -20,8 +20,8 @@ use facemill_job::setup::scene::Scene;
 use facemill_job::stages::{BETWEEN, HELP, LAY, LINKS, PICTURE, PLACES, POSTURES, Stages};
 use facemill_tool_model::cl_from_cc;
 use facemill_tool_path::moves::{Move, OperationMoves, operation_moves};
-use facemill_tool_path::pieces::pole::Tests;
-use facemill_tool_path::pieces::{LaidTask, LeftOut, Piece, copy_outcomes, filled, split};
+use facemill_tool_path::segments::pole::Tests;
+use facemill_tool_path::segments::{LaidTask, LeftOut, PassSegment, copy_outcomes, filled, split};
 use facemill_tool_path::winding::wound;
 use facemill_z_map::ZMap;
 use rayon::prelude::*;
@@ -205,7 +205,7 @@ pub(crate) fn settle_branch(cell: &mut Workcell<'_>, tasks: &[LaidTask]) {
 /// Poses in every place of the pattern.
 struct Placed {
     /// Pieces in cutting order.
-    pieces: Vec<Piece>,
+    pieces: Vec<PassSegment>,
     /// CC points of all places.
     cc_points: usize,
     /// Distance of the postures of the first place from the optimum, if one was sought.
@@ -353,11 +353,11 @@ fn picture_of(
 }
 
 /// Returns the range from tilt 0 and rotate 0 to the ends of the curve.
-pub(crate) fn mapped_range(curve: &SearchCurve) -> PostureRange {
+pub(crate) fn mapped_range(curve: &SearchCurve) -> MapRange {
     let end = curve.end();
     let rotate = if end.rotate == 0.0 { -SHOWN_ROTATE } else { end.rotate };
     let rotate = rotate.abs().max(NARROWEST).copysign(rotate);
-    PostureRange { tilt: [0.0, end.tilt.max(NARROWEST)], rotate: [rotate.min(0.0), rotate.max(0.0)] }
+    MapRange { tilt: [0.0, end.tilt.max(NARROWEST)], rotate: [rotate.min(0.0), rotate.max(0.0)] }
 }
 
 /// Smallest upper limit of tilt and rotate of a map, rad: a range of no width cannot be drawn.

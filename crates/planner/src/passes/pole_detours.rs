@@ -20,8 +20,8 @@ use facemill_job::failure::Failure;
 use facemill_job::stages::{DETOURS, Stages};
 use facemill_nc_program::ControlMotion;
 use facemill_tool_model::{Cusp, Outline, cusp_height_between};
-use facemill_tool_path::pieces::pole::Tests;
-use facemill_virtual_machine::program_time::run::{Run, Timer};
+use facemill_tool_path::segments::pole::Tests;
+use facemill_virtual_machine::program_time::run::{MotionRun, Timer};
 use rayon::prelude::*;
 
 /// Angle to the pole within which lost time is attributed to it, rad: farther away the first rotary
@@ -287,7 +287,7 @@ impl Judge<'_, '_, '_> {
         let asked = &times.asked[steps.clone()];
         let block = |(end, asked): (&AxisValues, &f64)| ProgramBlock { end: *end, tip_time: *asked, exact_stop: false };
         let blocks: Vec<ProgramBlock> = rest.iter().zip(asked).map(block).collect();
-        let run = Run { start: *start, blocks, is_rapid: false, vectors: Vec::new() };
+        let run = MotionRun { start: *start, blocks, is_rapid: false, vectors: Vec::new() };
         let by_law = self.timer.and_then(|timer| timer.time(&run).ok()).map(|law| law.times);
         let at_velocities = || positions.windows(2).zip(asked).map(|(ends, asked)| self.least_time(ends).max(*asked));
         let needed = by_law.unwrap_or_else(|| at_velocities().collect());

@@ -12,7 +12,7 @@ use facemill_job::stages::{SHORTEN, Stages};
 use facemill_nc_program::{Compensation, ReadProgram};
 use facemill_tool_path::links::choose::{Choice, Chosen};
 use facemill_tool_path::links::clock::LinkClock;
-use facemill_tool_path::links::ways::WayKind;
+use facemill_tool_path::links::link_paths::RetractStrategy;
 use facemill_tool_path::links::words::LinkWords;
 use facemill_tool_path::links::{LinkScene, fastest};
 use facemill_verification::named_results::not_verified;
@@ -56,7 +56,7 @@ pub(crate) struct SearchedLink {
 /// Path that replaces a link.
 pub(crate) struct FasterPath {
     /// Its kind.
-    pub kind: WayKind,
+    pub kind: RetractStrategy,
     /// Its time, s.
     pub time: f64,
     /// Positions before its end.
@@ -111,7 +111,7 @@ impl SearchedLinks {
             time_before_s: link.time_before,
             time_after_s: link.faster.as_ref().map_or(link.time_before, |faster| faster.time),
             lower_bound_s: link.lower_bound,
-            way: link.faster.as_ref().map_or(WayKind::Original, |faster| faster.kind),
+            way: link.faster.as_ref().map_or(RetractStrategy::Original, |faster| faster.kind),
             kept_because: link.kept_because.clone(),
         };
         ShortenedLinks::new(self.clearance, self.is_by_law, self.links.iter().map(of_link).collect())

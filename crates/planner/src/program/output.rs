@@ -18,7 +18,7 @@ use facemill_job::stock::map::StockRegion;
 use facemill_job::validate::tip_feed::programmed_feed;
 use facemill_nc_program::{ProgramSpec, ReadProgram, WrittenProgram, write_program_with_lines};
 use facemill_tool_path::moves::MoveKind;
-use facemill_verification::feeds::Asked;
+use facemill_verification::feeds::RequiredFeeds;
 use facemill_verification::named_results::{name_obstacles, not_verified};
 use facemill_verification::program::removal_of;
 use facemill_verification::remaining::{RunningHead, remaining};
@@ -34,7 +34,7 @@ use crate::passes::operation::PlannedOperation;
 use crate::program::BlockWriter;
 use crate::program::timed::{CutBlock, Timed};
 use crate::program::timing::text::time_text;
-use crate::program::timing::{Written, time_program};
+use crate::program::timing::{WrittenWords, time_program};
 
 /// Mark in a program that was not run on the virtual machine.
 pub(crate) const NOT_VERIFIED: &str = "NOT VERIFIED";
@@ -92,7 +92,7 @@ pub(crate) fn write_texts(
 ) -> Result<Texts, Failure> {
     let job = scene.job;
     let mut timed = blocks(scene, operations, verify)?;
-    let written = Written { job, words: &scene.words, table_from_rtcp_words: scene.written_frame()? };
+    let written = WrittenWords { job, words: &scene.words, table_from_rtcp_words: scene.written_frame()? };
     let slower = time_program(&[(&job.machine, job.tool.gauge_length())], &written, &mut timed)?;
     timed.slow_down(&slower);
     let (spec, written) = nc_text(scene, operations, &mut timed)?;
@@ -195,8 +195,8 @@ impl OwnProgram<'_> {
         let mut verification = verify(&program, &setting, &self.settings(), &*monitor).map_err(not_verified)?;
         name_obstacles(&mut verification, self.scene.setup);
         // A shop's template may turn the spindle at will.
-        let asked = Asked::of(self.scene.job, self.scene.setup.file);
-        verification.findings.extend(asked.iter().flat_map(|asked| asked.other_speeds(&program)));
+        let required = RequiredFeeds::of(self.scene.job, self.scene.setup.file);
+        verification.findings.extend(required.iter().flat_map(|required| required.other_speeds(&program)));
         verification.findings.sort_by_key(|f| (f.first_line, f.kind));
         Ok(verification)
     }

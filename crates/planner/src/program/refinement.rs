@@ -6,7 +6,7 @@ use facemill_cutter_location::{Hints, PoseTest};
 use facemill_job::setup::cell::pass_settings;
 use facemill_tool_path::linearity::turned_near;
 use facemill_tool_path::moves::{Move, MoveKind};
-use facemill_tool_path::pieces::{Filler, PosePair};
+use facemill_tool_path::segments::{Filler, PosePair};
 use facemill_virtual_machine::{Certificate, Certificates, FindingKind, Verification};
 
 use crate::passes::move_settings::cut_linearity;

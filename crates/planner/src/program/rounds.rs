@@ -97,7 +97,7 @@ pub(crate) fn sound<P: ProgramOfHeads<N>, const N: usize>(
 }
 
 /// Text, with the results of running and proving it.
-type Written<T, const N: usize> = (T, Option<[Verification; N]>, Option<[Certificates; N]>);
+type VerifiedTexts<T, const N: usize> = (T, Option<[Verification; N]>, Option<[Certificates; N]>);
 
 /// Writes the program until no block needs refinement, or the rounds are used up.
 fn refined<P: ProgramOfHeads<N>, const N: usize>(
@@ -105,7 +105,7 @@ fn refined<P: ProgramOfHeads<N>, const N: usize>(
     settings: PlanSettings,
     mended: &mut usize,
     clock: &mut Clock,
-) -> Result<Written<P::Texts, N>, Failure> {
+) -> Result<VerifiedTexts<P::Texts, N>, Failure> {
     for round in 1.. {
         let texts = program.write()?;
         clock.lap("program");

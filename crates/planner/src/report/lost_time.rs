@@ -32,12 +32,12 @@ struct OfOperation<'n> {
     name: &'n str,
     /// Time in passes, s.
     total: f64,
-    causes: BTreeMap<(LostTimeCause, Option<usize>), Lost>,
+    causes: BTreeMap<(LostTimeCause, Option<usize>), CauseLoss>,
 }
 
 /// Loss of an operation by one cause.
 #[derive(Default)]
-struct Lost {
+struct CauseLoss {
     sum: f64,
     /// Largest loss in a block, s, and its line.
     worst: (f64, u32),

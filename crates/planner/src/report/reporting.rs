@@ -17,7 +17,7 @@ use facemill_job::setup::cell::budget;
 use facemill_tool_model::Cusp;
 use facemill_tool_path::moves::order::PassOrderReport;
 use facemill_tool_path::moves::{MoveKind, PieceMoves};
-use facemill_tool_path::pieces::{Cut, LeftOut, Piece};
+use facemill_tool_path::segments::{Cut, LeftOut, PassSegment};
 use facemill_virtual_machine::{Certificates, Verification};
 use nalgebra::Point3;
 
@@ -217,7 +217,7 @@ fn smaller(a: Option<f64>, b: Option<f64>) -> Option<f64> {
     }
 }
 
-fn pass_report(operation: &str, piece: &Piece, all: &[PointEngagement], feeds: &[Option<f64>]) -> PassReport {
+fn pass_report(operation: &str, piece: &PassSegment, all: &[PointEngagement], feeds: &[Option<f64>]) -> PassReport {
     let range = |f: &dyn Fn(&Cut) -> f64| {
         piece.cuts.iter().map(f).fold([f64::INFINITY, f64::NEG_INFINITY], |[lo, hi], v| [lo.min(v), hi.max(v)])
     };

@@ -2,7 +2,7 @@
 
 use facemill_inverse_kinematics::{AxisKind, Machine};
 use facemill_job::format::report::RotaryReport;
-use facemill_tool_path::pieces::Cut;
+use facemill_tool_path::segments::Cut;
 
 /// Largest amplitude that counts as rounding, rad.
 const DEAD_BAND: f64 = 0.01 * std::f64::consts::PI / 180.0;

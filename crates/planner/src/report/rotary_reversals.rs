@@ -98,7 +98,7 @@ pub(crate) fn rewinds_report(job: &Job, driven: &[Driven<'_>], branch_changes: u
 /// Returns the number of changes to the machine's other branch between pieces.
 fn branch_changes(operations: &[PlannedOperation<'_>]) -> usize {
     let ends = operations.iter().flat_map(|o| &o.moves.pieces).filter_map(|p| {
-        let branch = |cut: &facemill_tool_path::pieces::Cut| cut.pose.configuration.branch;
+        let branch = |cut: &facemill_tool_path::segments::Cut| cut.pose.configuration.branch;
         Some([p.piece.cuts.first().map(branch)?, p.piece.cuts.last().map(branch)?])
     });
     let ends: Vec<[Branch; 2]> = ends.collect();

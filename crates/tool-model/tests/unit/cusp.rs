@@ -46,7 +46,7 @@ fn sharp_face_mill_cuts_the_ellipse_its_rim_is_seen_as() {
 
 /// Highest point above the plane or circle that neither outline clears, by dense sampling.
 fn sampled_ridge(a: &Outline, b: &Outline, step: f64, curvature: f64) -> f64 {
-    let section = Section { right: a, left: b, step, curvature };
+    let section = CircularSection { right: a, left: b, step, curvature };
     let n = 20_000;
     (0..=n).map(|k| section.heights(step * f64::from(k) / f64::from(n))).map(|(p, q)| p.min(q)).fold(0.0, f64::max)
 }

@@ -5,13 +5,13 @@ use facemill_virtual_machine::{LinkStage, ProgramLink};
 use rayon::prelude::*;
 
 use crate::links::clock::LinkClock;
-use crate::links::ways::{Ends, WayKind, way_of_heads};
+use crate::links::link_paths::{LinkEnds, RetractStrategy, path_of_heads};
 
 /// A way in place of a link.
 #[derive(Clone, Debug)]
 pub struct Chosen {
     /// Kind of the way.
-    pub kind: WayKind,
+    pub kind: RetractStrategy,
     /// The positions, as given by their rounded words.
     pub through: Vec<AxisValues>,
     /// Time, s.
@@ -46,7 +46,7 @@ const FASTER: f64 = 1e-4;
 /// Context of the choice.
 pub struct Chooser<'c, 'a> {
     /// Ends of the link for each head of the machine; at least one.
-    pub heads: &'c [Ends<'a>],
+    pub heads: &'c [LinkEnds<'a>],
     /// Times of links.
     pub clock: &'c LinkClock<'a>,
     /// Motion of the axes between two positions.
@@ -57,7 +57,7 @@ pub struct Chooser<'c, 'a> {
 
 /// A way that is not tested yet.
 struct Timed {
-    kind: WayKind,
+    kind: RetractStrategy,
     out: f64,
     way: Chosen,
 }
@@ -88,8 +88,8 @@ fn innermost<'t>(ways: &[&'t Timed], is_free: impl Fn(&Timed) -> bool) -> Option
 /// because farther out more of the turn happens near the ends.
 fn spread<'t>(timed: &'t [Timed], best: Innermost<'t>, is_free: impl Fn(&Timed) -> bool) -> Innermost<'t> {
     let kind = match best.found.kind {
-        WayKind::Lifted => WayKind::LiftedSpread,
-        WayKind::AlongTool => WayKind::AlongToolSpread,
+        RetractStrategy::Lifted => RetractStrategy::LiftedSpread,
+        RetractStrategy::AlongTool => RetractStrategy::AlongToolSpread,
         _ => return best,
     };
     let is_it = |t: &&Timed| t.kind == kind && t.out == best.found.out && t.way.time < best.found.way.time - FASTER;
@@ -114,9 +114,11 @@ impl Chooser<'_, '_> {
         let lower_bound = self.clock.least_time(&link.start, &self.heads[0].end);
         let largest = self.largest_out(link);
         let rungs: Vec<f64> = (0..=RUNGS).map(|k| largest * (f64::from(k) / f64::from(RUNGS)).powi(2)).collect();
-        let ladder = |kind: WayKind| if kind == WayKind::Direct { &rungs[..1] } else { &rungs[..] };
-        let all: Vec<(WayKind, f64)> =
-            WayKind::TRIED.into_iter().flat_map(|kind| ladder(kind).iter().map(move |out| (kind, *out))).collect();
+        let ladder = |kind: RetractStrategy| if kind == RetractStrategy::Direct { &rungs[..1] } else { &rungs[..] };
+        let all: Vec<(RetractStrategy, f64)> = RetractStrategy::TRIED
+            .into_iter()
+            .flat_map(|kind| ladder(kind).iter().map(move |out| (kind, *out)))
+            .collect();
         let timed: Vec<Option<Timed>> = all.par_iter().map(|&(kind, out)| self.timed(kind, out, before)).collect();
         let timed: Vec<Timed> = timed.into_iter().flatten().collect();
         let mut kinds: Vec<&[Timed]> = timed.chunk_by(|a, b| a.kind == b.kind).collect();
@@ -137,8 +139,8 @@ impl Chooser<'_, '_> {
     }
 
     /// Returns a way with its time, where it is faster than `before`.
-    fn timed(&self, kind: WayKind, out: f64, before: f64) -> Option<Timed> {
-        let way = way_of_heads(self.heads, kind, out)?;
+    fn timed(&self, kind: RetractStrategy, out: f64, before: f64) -> Option<Timed> {
+        let way = path_of_heads(self.heads, kind, out)?;
         let (last, over) = way.split_last()?;
         let mut through: Vec<AxisValues> = over.iter().map(self.rounded).collect::<Option<_>>()?;
         through.push(*last);

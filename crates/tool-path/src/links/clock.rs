@@ -2,8 +2,8 @@
 
 use facemill_feedrate::{ProgramBlock, rapid_time};
 use facemill_inverse_kinematics::{Axis, AxisValues, BlockLaw, Machine};
-use facemill_virtual_machine::program_time::run::{Run, Timer};
-use facemill_virtual_machine::program_time::tolerance::View;
+use facemill_virtual_machine::program_time::run::{MotionRun, Timer};
+use facemill_virtual_machine::program_time::tolerance::MachineView;
 
 /// Times ways at rapid rate, from rest to rest.
 pub struct LinkClock<'a> {
@@ -16,7 +16,7 @@ pub struct LinkClock<'a> {
 impl<'a> LinkClock<'a> {
     /// Creates the clock of a machine from the view of each head, at least one. It uses
     /// accelerations and jerks if the machine has them, otherwise velocities alone.
-    pub fn new(views: &'a [View<'a>]) -> Self {
+    pub fn new(views: &'a [MachineView<'a>]) -> Self {
         let (machine, tool_length) = views[0];
         let timer = Timer::new(views, machine.motion_law().control_tolerance).ok().map(Timer::without_limits);
         Self { machine, tool_length, timer }
@@ -59,7 +59,7 @@ impl<'a> LinkClock<'a> {
             exact_stop: false,
         };
         let blocks = through.iter().zip(&plain).map(block).collect();
-        let run = Run { start: *start, blocks, is_rapid: true, vectors: Vec::new() };
+        let run = MotionRun { start: *start, blocks, is_rapid: true, vectors: Vec::new() };
         Ok(timer.time(&run)?.times.iter().sum())
     }
 }

@@ -8,7 +8,7 @@ use facemill_inverse_kinematics::BlockLaw;
 use crate::linearity::{Linearity, endless_near};
 use crate::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, Reached, blocked_way, configuration_of};
 use crate::path_error::PathError;
-use crate::pieces::Cut;
+use crate::segments::Cut;
 use crate::winding::unwound;
 
 /// Gives axis values to poses as they were tested and inserts poses where the control would deviate

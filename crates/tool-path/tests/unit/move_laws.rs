@@ -16,8 +16,8 @@ use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::linearity::Linearity;
 use crate::moves::{Move, MoveKind, MoveSettings, operation_moves};
-use crate::pieces::pole::Tests;
-use crate::pieces::{Cut, LaidTask, Piece, filled, split};
+use crate::segments::pole::Tests;
+use crate::segments::{Cut, LaidTask, PassSegment, filled, split};
 
 pub(crate) fn tool() -> ToolAssembly {
     let section = |length_mm, d| Section { length_mm, diameter_low_mm: d, diameter_high_mm: d };
@@ -139,7 +139,7 @@ fn filled_over(out: f64, branch: Branch) -> (usize, usize) {
     let end = cuts[0].pose.posture;
     let start = Posture { tilt: end.tilt, rotate: 0.0 };
     let curve = SearchCurve::new(start, end, SearchOrder::TiltFirst, 1.0).unwrap();
-    let piece = Piece { copy: 0, pass: 0, cuts, uncut_left: true, curve, part: None };
+    let piece = PassSegment { copy: 0, pass: 0, cuts, uncut_left: true, curve, part: None };
     let settings = SearchSettings { u_step: 1.0, u_tolerance: 0.01, certified: None };
     let mut left_out = Vec::new();
     let pieces =
@@ -165,7 +165,7 @@ fn filled_over(out: f64, branch: Branch) -> (usize, usize) {
     if pieces.len() == 1 {
         assert!(pieces[0].cuts.len() > 5 && pieces[0].points() == 2);
     }
-    assert_eq!(pieces.iter().map(Piece::points).sum::<usize>() + left_out.len(), 2);
+    assert_eq!(pieces.iter().map(PassSegment::points).sum::<usize>() + left_out.len(), 2);
     (pieces.len(), lifted)
 }
 
@@ -208,7 +208,7 @@ fn between_postures_far_apart_either_the_control_stays_near_or_the_piece_ends() 
         let Some(cuts) = cuts else { continue };
         scenes += 1;
         let curve = SearchCurve::new(posture_deg(5.0, 0.0), posture_deg(25.0, -170.0), SearchOrder::RotateFirst, 1.0);
-        let piece = Piece { copy: 0, pass: 0, cuts, uncut_left: true, curve: curve.unwrap(), part: None };
+        let piece = PassSegment { copy: 0, pass: 0, cuts, uncut_left: true, curve: curve.unwrap(), part: None };
         let (limit, settings, mut left_out) = (linearity(0.01), SearchSettings::default(), Vec::new());
         let pieces = filled(&Tests::one(&test), &limit, Some(&settings), vec![piece], &mut left_out, &Silent).unwrap();
         for pair in pieces.iter().flat_map(|p| p.cuts.windows(2)) {
@@ -216,7 +216,7 @@ fn between_postures_far_apart_either_the_control_stays_near_or_the_piece_ends() 
             assert!(!limit.judge(&test, &a, &b).1, "scene {scenes}: {postures:?}");
         }
         assert!(pieces.iter().all(|p| p.cuts.len() >= 2 && !p.cuts[0].inserted));
-        assert_eq!(pieces.iter().map(Piece::points).sum::<usize>() + left_out.len(), 4);
+        assert_eq!(pieces.iter().map(PassSegment::points).sum::<usize>() + left_out.len(), 4);
         if pieces.len() == 1 { whole += 1 } else { ended += 1 }
     }
     assert!(ended >= 5 && whole >= 5, "{ended} end, {whole} do not");
@@ -251,10 +251,10 @@ fn every_move_is_driven_where_it_was_tested_and_a_branch_changes_above_the_clear
     let cell = cell(&machine, &tool, &tree);
     let test = PoseTest::new(&cell);
     let branches = [Branch::Positive, Branch::Negative, Branch::Negative, Branch::Positive];
-    let pieces = |branches: [Branch; 4]| -> Vec<Piece> {
+    let pieces = |branches: [Branch; 4]| -> Vec<PassSegment> {
         let piece = |(pass, branch): (usize, &Branch)| {
             let at = |k: i32| cut(&test, -60.0 + 20.0 * f64::from(k), -60.0 + 5.0 * f64::from(k), *branch);
-            Piece { copy: 0, pass, cuts: (0..6).map(at).collect(), uncut_left: true, curve: curve(), part: None }
+            PassSegment { copy: 0, pass, cuts: (0..6).map(at).collect(), uncut_left: true, curve: curve(), part: None }
         };
         branches.iter().enumerate().map(piece).collect()
     };

@@ -10,8 +10,8 @@ use nalgebra::{Point3, Vector3};
 
 use crate::move_laws::{Random, cell, curve, linearity, move_settings, plane_with_bump, tool};
 use crate::moves::{Move, MoveKind, OperationMoves, operation_moves};
-use crate::pieces::pole::Tests;
-use crate::pieces::{Cut, Piece, filled};
+use crate::segments::pole::Tests;
+use crate::segments::{Cut, PassSegment, filled};
 use crate::winding::{unwound, windings, wound};
 
 /// The head-B, table-C mill with stops at its table.
@@ -120,7 +120,7 @@ fn no_choice_of_windings_costs_less() {
 }
 
 /// Passes once around on the plane z = 0, at these radii, with these senses.
-fn rings(test: &PoseTest<'_>, passes: &[(f64, f64)]) -> Vec<Piece> {
+fn rings(test: &PoseTest<'_>, passes: &[(f64, f64)]) -> Vec<PassSegment> {
     let posture = Posture { tilt: 6f64.to_radians(), rotate: 0.0 };
     let piece = |(pass, &(radius, sense)): (usize, &(f64, f64))| {
         let mut near = None;
@@ -134,7 +134,7 @@ fn rings(test: &PoseTest<'_>, passes: &[(f64, f64)]) -> Vec<Piece> {
                 Cut { cc, pose, inserted: false }
             })
             .collect();
-        Piece { copy: 0, pass, cuts, uncut_left: true, curve: curve(), part: None }
+        PassSegment { copy: 0, pass, cuts, uncut_left: true, curve: curve(), part: None }
     };
     passes.iter().enumerate().map(piece).collect()
 }
@@ -170,7 +170,7 @@ fn a_pass_once_around_is_cut_whole_and_turns_back_as_rarely_as_can_be() {
         assert_eq!(whole.len(), 3, "a limit ends no piece before windings are chosen");
         // A cut every third of a turn shows where an axis has to turn back, and leaves few enough
         // combinations to try all.
-        let travel = |piece: &Piece| -> Vec<f64> {
+        let travel = |piece: &PassSegment| -> Vec<f64> {
             let mut at = piece.cuts[0].pose.configuration.axes[c];
             let some = piece.cuts.iter().map(|cut| {
                 let value = cut.pose.configuration.axes[c];

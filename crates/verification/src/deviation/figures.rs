@@ -2,7 +2,7 @@
 
 use facemill_job::format::report::deviation::{DeviationBin, DeviationFigures, DeviationPlace};
 use facemill_surface_model::Surface;
-use facemill_z_map::Place;
+use facemill_z_map::DeviationPoint;
 use nalgebra::Point3;
 
 /// Condition of a place of a surface.
@@ -21,13 +21,13 @@ pub(crate) enum Condition {
 pub(crate) struct Patch {
     pub(crate) area: f64,
     pub(crate) is_drive: bool,
-    pub(crate) place: Option<Place>,
+    pub(crate) place: Option<DeviationPoint>,
 }
 
 impl Condition {
     /// Returns the condition of a place within a tolerance; deviations are known to an uncertainty,
     /// mm.
-    pub(crate) fn of(place: Option<&Place>, [tolerance, uncertainty]: [f64; 2]) -> Self {
+    pub(crate) fn of(place: Option<&DeviationPoint>, [tolerance, uncertainty]: [f64; 2]) -> Self {
         match place {
             None => Self::NotMeasured,
             Some(p) if p.deviation == f64::NEG_INFINITY => Self::NoStock,
@@ -47,7 +47,7 @@ pub(crate) const STEPS: i32 = 8;
 /// Returns the figures of these places and patches, for a tolerance and an uncertainty (mm);
 /// deviations are those from the surface with its allowance.
 pub(crate) fn deviation_figures(
-    places: impl Iterator<Item = Place>,
+    places: impl Iterator<Item = DeviationPoint>,
     patches: impl Iterator<Item = Patch> + Clone,
     accuracy: [f64; 2],
 ) -> DeviationFigures {
@@ -108,6 +108,6 @@ pub(crate) fn drive_triangles(part: &Surface, drive: &Surface) -> Vec<bool> {
 pub(crate) const SAME_PLACE: f64 = 1e-6;
 
 /// Returns a place with its deviation from the surface with its allowance.
-pub(crate) fn beyond(place: Place, allowances: &[f64]) -> Place {
-    Place { deviation: place.deviation - allowances[place.triangle as usize], ..place }
+pub(crate) fn beyond(place: DeviationPoint, allowances: &[f64]) -> DeviationPoint {
+    DeviationPoint { deviation: place.deviation - allowances[place.triangle as usize], ..place }
 }

@@ -2,7 +2,7 @@
 
 use facemill_cl_data::Monitor;
 use facemill_surface_model::Surface;
-use facemill_z_map::{Cavity, Deviation, DeviationError, DexelMap, Place};
+use facemill_z_map::{Cavity, Deviation, DeviationError, DeviationPoint, DexelMap};
 use nalgebra::{Point3, Vector3};
 
 /// Comparison of the stock with a part on lines of one direction or several.
@@ -26,13 +26,13 @@ impl<'a> StockPlaces<'a> {
     }
 
     /// Returns all places, direction by direction.
-    pub(crate) fn all(&self) -> impl Iterator<Item = Place> + '_ {
+    pub(crate) fn all(&self) -> impl Iterator<Item = DeviationPoint> + '_ {
         self.directions.iter().flat_map(Deviation::places)
     }
 
     /// Returns the place next to a point of the part with this normal, on the lines most nearly
     /// parallel to it that have one.
-    pub(crate) fn near(&self, point: &Point3<f64>, normal: &Vector3<f64>) -> Option<Place> {
+    pub(crate) fn near(&self, point: &Point3<f64>, normal: &Vector3<f64>) -> Option<DeviationPoint> {
         let mut squarest: Vec<&Deviation<'_>> = self.directions.iter().collect();
         let square = |d: &Deviation<'_>| d.along().dot(normal).abs();
         squarest.sort_by(|a, b| square(b).total_cmp(&square(a)));

@@ -4,9 +4,9 @@ use facemill_nc_program::{Dialect, MappedAxis, WordMap, WorkOffset, read_program
 use facemill_virtual_machine::motion::axis_motion::MotionContext;
 
 fn found(text: &str) -> Vec<([u32; 2], String)> {
-    let asked = Asked { cuts: 1000.0, all: 1000.0, least: None, speeds: vec![6000.0], rounding: [0.0; 2] };
+    let required = RequiredFeeds { cuts: 1000.0, all: 1000.0, least: None, speeds: vec![6000.0], rounding: [0.0; 2] };
     let program = read_program(text, Dialect::Fanuc).unwrap();
-    let all = asked.other_speeds(&program);
+    let all = required.other_speeds(&program);
     all.into_iter().map(|f| ([f.first_line, f.last_line], f.note)).collect()
 }
 
@@ -41,12 +41,12 @@ fn cuts_behind_a_word_that_changes_feeds_are_not_compared() {
     });
     let words = WordMap::new(axes.collect(), WorkOffset::default(), 100.0).unwrap();
     let at = MotionContext { machine: &machine, tool_length: 100.0, words: &words, frame: None, work_offset: None };
-    let asked = Asked { cuts: 1000.0, all: 1000.0, least: None, speeds: vec![6000.0], rounding: [0.0; 2] };
+    let required = RequiredFeeds { cuts: 1000.0, all: 1000.0, least: None, speeds: vec![6000.0], rounding: [0.0; 2] };
     let fast = |word: &str| -> Vec<u32> {
         let there = "G0 X0 Y0 Z800 B0 C0\n";
         let text = format!("G710 G90 G94 G54\n{there}G1 X50 F5000\n{word}\n{there}G1 X50\n");
         let program = read_program(text, Dialect::Siemens840d).unwrap();
-        asked.feeds_of_cuts(&program, at).fast.into_iter().map(|block| block.line).collect()
+        required.feeds_of_cuts(&program, at).fast.into_iter().map(|block| block.line).collect()
     };
     assert_eq!(fast("M8"), [3, 6]);
     assert_eq!(fast("OVR=10"), [3]);

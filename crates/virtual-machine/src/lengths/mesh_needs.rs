@@ -36,7 +36,7 @@ pub(crate) fn mesh_needs(
     monitor: &dyn Monitor,
 ) -> Result<Needs, Cancelled> {
     let of_chunk = |moves: &[Move]| -> Result<Needs, Cancelled> {
-        let mut walker = Walker::new(scene, assembly, *lengths, longest);
+        let mut walker = LengthWalker::new(scene, assembly, *lengths, longest);
         for m in moves {
             monitor.checkpoint()?;
             walker.run(m);
@@ -62,7 +62,7 @@ struct Rider {
     tracks: Vec<Track>,
 }
 
-struct Walker<'a> {
+struct LengthWalker<'a> {
     scene: &'a Scene<'a>,
     assembly: &'a OpenAssembly,
     longest: f64,
@@ -87,7 +87,7 @@ struct Here {
 /// Contact: index of the rider and of the obstacle, and its place.
 type Met = (usize, usize, Point3<f64>);
 
-impl<'a> Walker<'a> {
+impl<'a> LengthWalker<'a> {
     fn new(scene: &'a Scene<'a>, assembly: &'a OpenAssembly, lengths: Lengths, longest: f64) -> Self {
         let mut walker = Self {
             scene,

@@ -93,7 +93,7 @@ pub fn clear_lengths(
     let search = Search { program, setup, assembly, stock, settings, verify, monitor };
     let mut lengths = [0.0; 4];
     assembly.rest(&mut lengths);
-    let mut found = Found { lengths, least: lengths, by: Default::default(), hopeless: None };
+    let mut found = GrownLengths { lengths, least: lengths, by: Default::default(), hopeless: None };
     search.grow(&mut found)?;
     search.lengths_of(found)
 }
@@ -146,7 +146,7 @@ struct Search<'s, 'a> {
     monitor: &'s dyn Monitor,
 }
 
-struct Found {
+struct GrownLengths {
     /// With the margin.
     lengths: Lengths,
     /// Least that is forced.
@@ -155,7 +155,7 @@ struct Found {
     hopeless: Option<(AssemblyLength, Raise)>,
 }
 
-impl Found {
+impl GrownLengths {
     /// Takes lengths up to what is asked of them and the margin; whether any was, and none is
     /// hopeless.
     fn take(&mut self, needs: &Needs, assembly: &OpenAssembly, margin: f64) -> bool {
@@ -176,7 +176,7 @@ impl Found {
 
 impl Search<'_, '_> {
     /// Takes lengths up, first without their margin and then with it, until a run asks for no more.
-    fn grow(&self, found: &mut Found) -> Result<(), VerifyError> {
+    fn grow(&self, found: &mut GrownLengths) -> Result<(), VerifyError> {
         for margin in [0.0, self.settings.margin] {
             for length in AssemblyLength::ALL {
                 let k = length.index();
@@ -197,7 +197,7 @@ impl Search<'_, '_> {
     }
 
     /// One run through the program; whether a length went up.
-    fn run(&self, found: &mut Found, margin: f64) -> Result<bool, VerifyError> {
+    fn run(&self, found: &mut GrownLengths, margin: f64) -> Result<bool, VerifyError> {
         let needs = self.with(&found.lengths, |scene, moves| {
             let (longest, monitor) = (self.settings.longest, self.monitor);
             Ok(mesh_needs(scene, moves, self.assembly, &found.lengths, longest, monitor)?)
@@ -291,8 +291,8 @@ impl Search<'_, '_> {
         Ok((tool, words, program))
     }
 
-    fn lengths_of(&self, found: Found) -> Result<ClearLengths, VerifyError> {
-        let Found { lengths, least, by, hopeless } = found;
+    fn lengths_of(&self, found: GrownLengths) -> Result<ClearLengths, VerifyError> {
+        let GrownLengths { lengths, least, by, hopeless } = found;
         let (tool, words, program) = self.posted(&lengths)?;
         let mut out = ClearLengths {
             lengths,

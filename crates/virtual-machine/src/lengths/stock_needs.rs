@@ -120,10 +120,10 @@ impl StockNeeds<'_, '_> {
     ) -> Result<bool, VerifyError> {
         for (m, s) in ways {
             if !m.is_rapid_of_tool() {
-                self.free(m, s, &stock, raised, Clearance::None)?;
+                self.free(m, s, &stock, raised, BodyClearance::None)?;
                 stock.remove(&Sweep { body: cutter, from: s.from, to: s.to }, self.tolerance).map_err(of_sweep)?;
             }
-            self.free(m, s, &stock, raised, Clearance::Kept)?;
+            self.free(m, s, &stock, raised, BodyClearance::Kept)?;
             if self.is_until_first && !raised.needs.is_none() {
                 return Ok(true);
             }
@@ -138,7 +138,7 @@ impl StockNeeds<'_, '_> {
         s: &Segment,
         stock: &DexelMap,
         raised: &mut Raised<'_>,
-        clearance: Clearance,
+        clearance: BodyClearance,
     ) -> Result<(), VerifyError> {
         let met = |body: &TurnedBody| -> Result<Option<Contact>, VerifyError> {
             let found = stock.meets(&Sweep { body, from: s.from, to: s.to }, self.tolerance).map_err(of_sweep)?;
@@ -200,7 +200,7 @@ fn free_way(most: f64, is_free: impl Fn(f64) -> Result<bool, VerifyError>) -> Re
 
 /// Whether a body is asked as it is, or with the clearance that it keeps.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Clearance {
+enum BodyClearance {
     None,
     Kept,
 }
@@ -216,14 +216,14 @@ struct Rider {
 }
 
 impl Rider {
-    fn body(&self, clearance: Clearance) -> &TurnedBody {
-        if clearance == Clearance::None { &self.plain } else { &self.kept }
+    fn body(&self, clearance: BodyClearance) -> &TurnedBody {
+        if clearance == BodyClearance::None { &self.plain } else { &self.kept }
     }
 
     /// The body so much higher; `None` where it has no volume.
-    fn higher(&self, way: f64, clearance: Clearance) -> Option<TurnedBody> {
+    fn higher(&self, way: f64, clearance: BodyClearance) -> Option<TurnedBody> {
         let f = &self.frustum;
-        let kept = if clearance == Clearance::None { 0.0 } else { self.clearance };
+        let kept = if clearance == BodyClearance::None { 0.0 } else { self.clearance };
         TurnedBody::frustum([f.z_low + way, f.z_high + way], [f.radius_low, f.radius_high], kept).ok()
     }
 }

@@ -45,22 +45,22 @@ impl Move {
 
 /// Motions and faults of a program, in its order.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Moves {
+pub(crate) struct ResolvedMoves {
     pub(crate) moves: Vec<Move>,
     pub(crate) faults: Vec<TextFault>,
     /// Where the axes are before each block; `None` where the place of one is not known.
-    pub(crate) stands: Vec<Option<AxisValues>>,
+    pub(crate) axes_before: Vec<Option<AxisValues>>,
 }
 
 /// Resolves every block. At the start all axes are at home.
-pub(crate) fn resolve(program: &ReadProgram, setup: &VirtualSetup<'_>, settings: &VerifySettings) -> Moves {
+pub(crate) fn resolve(program: &ReadProgram, setup: &VirtualSetup<'_>, settings: &VerifySettings) -> ResolvedMoves {
     let mut state = State::new(setup, program);
     let mut control = Control::new(setup, program);
     control.tool_lengths(program);
     for (index, block) in program.blocks.iter().enumerate() {
         state.section = settings.section_of(block.line);
         let (was_home, before) = (state.is_spindle_home(), state.resolver.known_axes());
-        state.out.stands.push(before);
+        state.out.axes_before.push(before);
         state.block(index, block);
         let is_home = was_home && state.is_spindle_home();
         control.block(index, block, is_home, state.may_cut(is_home, before.as_ref()));
@@ -91,7 +91,7 @@ struct State<'a> {
     long_turns: LongTurns,
     /// Index of the fault that goes on where words say no positions.
     unfollowed: Option<usize>,
-    out: Moves,
+    out: ResolvedMoves,
 }
 
 impl<'a> State<'a> {
@@ -108,7 +108,7 @@ impl<'a> State<'a> {
             beyond: Vec::new(),
             long_turns: LongTurns::default(),
             unfollowed: None,
-            out: Moves::default(),
+            out: ResolvedMoves::default(),
         }
     }
 

@@ -23,7 +23,7 @@ pub(crate) struct Spacing {
 /// The positions of a motion: fractions of its time, the last one 1.
 #[derive(Clone, Debug)]
 pub(crate) struct Positions {
-    parts: Vec<Part>,
+    parts: Vec<StepInterval>,
     /// Steps per position, at most 1.
     stride: f64,
     /// Whether the motion was bounded all over.
@@ -41,14 +41,14 @@ pub(crate) struct Positions {
 /// An interval of a motion, and how many of the longest allowed steps it takes at its bound on the
 /// speed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Part {
+struct StepInterval {
     from: f64,
     to: f64,
     steps: f64,
 }
 
 impl Positions {
-    fn new(parts: Vec<Part>, is_bounded: bool) -> Self {
+    fn new(parts: Vec<StepInterval>, is_bounded: bool) -> Self {
         let steps: f64 = parts.iter().map(|p| p.steps).sum();
         // The cast saturates.
         let n = (steps.ceil() as u64).max(1);
@@ -147,10 +147,10 @@ struct Walk<'a> {
 
 impl Walk<'_> {
     /// Whether all of the interval has a bound.
-    fn split(&self, from: f64, to: f64, depth: u32, parts: &mut Vec<Part>) -> bool {
+    fn split(&self, from: f64, to: f64, depth: u32, parts: &mut Vec<StepInterval>) -> bool {
         let (Ok(start), Ok(end)) = (self.motion.at(from), self.motion.at(to)) else {
             // The axes cannot follow: the position at the end of the part will show it.
-            parts.push(Part { from, to, steps: 1.0 });
+            parts.push(StepInterval { from, to, steps: 1.0 });
             return false;
         };
         let bound = self.bound([from, to], [&start, &end]);
@@ -172,7 +172,7 @@ impl Walk<'_> {
             // The velocity changes by at most the slack over the part: that is the largest
             // acceleration.
             .max((b.slack / (8.0 * self.spacing.max_bulge)).sqrt());
-        parts.push(Part { from, to, steps });
+        parts.push(StepInterval { from, to, steps });
         is_bounded
     }
 

@@ -6,24 +6,24 @@ use facemill_nc_program::{MacroKind, ReadBlock, ReadCommand};
 use nalgebra::Isometry3;
 
 use crate::motion::axis_motion::StraightCut;
-use crate::program_time::run::Run;
-use crate::program_time::tolerance::View;
+use crate::program_time::run::MotionRun;
+use crate::program_time::tolerance::MachineView;
 use crate::program_time::vectors::{VectorDecimals, VectorRounding};
 
 /// Moves of a program in runs between stops.
 #[derive(Default)]
-pub struct Moves {
+pub struct MoveRuns {
     /// The runs, in their order.
-    pub runs: Vec<Run>,
+    pub runs: Vec<MotionRun>,
     is_open: bool,
     /// Time of each cutting move at the feed that it had, s.
     pub before: Vec<f64>,
     decimals: VectorDecimals,
 }
 
-impl Moves {
+impl MoveRuns {
     /// The runs, in their order.
-    pub fn runs(&self) -> &[Run] {
+    pub fn runs(&self) -> &[MotionRun] {
         &self.runs
     }
 
@@ -40,7 +40,7 @@ impl Moves {
 
     /// A rapid. By the axes' speeds the law knows better; a rapid feed of the control caps as a tip
     /// feed does, and so does the slowest axis where the tip goes straight.
-    pub fn rapid(&mut self, (machine, length): View<'_>, law: BlockLaw, [from, to]: [&AxisValues; 2]) {
+    pub fn rapid(&mut self, (machine, length): MachineView<'_>, law: BlockLaw, [from, to]: [&AxisValues; 2]) {
         let is_capped = machine.feed_range().rapid.is_some() || matches!(law, BlockLaw::Cutting(_));
         let time = if is_capped { rapid_time(machine, law, from, to, length) } else { 0.0 };
         self.push([from, to], None, time, true);
@@ -56,7 +56,7 @@ impl Moves {
 
     fn push(&mut self, [from, end]: [&AxisValues; 2], vector: Option<[f64; 3]>, tip_time: f64, is_rapid: bool) {
         if !self.is_open || self.runs.last().is_none_or(|run| run.is_rapid != is_rapid) {
-            self.runs.push(Run { start: *from, blocks: Vec::new(), is_rapid, vectors: Vec::new() });
+            self.runs.push(MotionRun { start: *from, blocks: Vec::new(), is_rapid, vectors: Vec::new() });
             self.is_open = true;
         }
         if let Some(run) = self.runs.last_mut() {
@@ -72,7 +72,7 @@ impl Moves {
 
 /// Whether the axes stand for something that a block says. A tool vector is no such thing: it says
 /// where a motion ends.
-pub fn stands(block: &ReadBlock) -> bool {
+pub fn is_standstill(block: &ReadBlock) -> bool {
     use ReadCommand::{Call, Coolant, Dwell, End, Function, Macro, SpindleOff, SpindleOn, Stop, ToolChange};
     block.commands.iter().any(|command| match command {
         Macro { kind, .. } => *kind != MacroKind::ToolVector,

@@ -8,11 +8,11 @@ use facemill_feedrate::{
 use facemill_inverse_kinematics::{Axis, AxisKind, AxisValues, Machine};
 use facemill_nc_program::{ControlMotion, LimitedBy, RotaryBlocks};
 
-use crate::program_time::tolerance::{Levers, View, blend_tolerance, moving};
+use crate::program_time::tolerance::{Levers, MachineView, blend_tolerance, moving};
 use crate::program_time::vectors::{Evened, VectorRounding, evened};
 
 /// Moves of one kind, between which the axes need not stand.
-pub struct Run {
+pub struct MotionRun {
     /// Where the first one starts.
     pub start: AxisValues,
     /// The moves; their least times are those of their feeds.
@@ -38,7 +38,7 @@ pub struct RunLaw {
 
 /// Times runs on a machine.
 pub struct Timer<'a> {
-    views: &'a [View<'a>],
+    views: &'a [MachineView<'a>],
     bounds: Vec<AxisBounds>,
     tolerance: ControlTolerance,
     /// How the control runs its blocks; `None`: jerk limited, with all of them in sight.
@@ -66,7 +66,7 @@ impl<'a> Timer<'a> {
     ///
     /// # Errors
     /// The first axis without a limit.
-    pub fn new(views: &'a [View<'a>], tolerance: ControlTolerance) -> Result<Self, MissingLimit> {
+    pub fn new(views: &'a [MachineView<'a>], tolerance: ControlTolerance) -> Result<Self, MissingLimit> {
         let bounds = views.first().map_or_else(|| Ok(Vec::new()), |(machine, _)| machine_bounds(machine))?;
         let rapid = views.first().map_or(RapidLaw::Linear, |(machine, _)| machine.motion_law().rapid);
         Ok(Self { views, bounds, tolerance, control: None, rapid, rounding: None, tells_limits: true })
@@ -91,7 +91,7 @@ impl<'a> Timer<'a> {
     ///
     /// # Errors
     /// If a block has a fault, which the message names.
-    pub fn time(&self, run: &Run) -> Result<RunLaw, String> {
+    pub fn time(&self, run: &MotionRun) -> Result<RunLaw, String> {
         if run.is_rapid && self.rapid == RapidLaw::PerAxis {
             return self.each_axis_on_its_own(run);
         }
@@ -124,7 +124,7 @@ impl<'a> Timer<'a> {
 
     /// Least times of the blocks by what the control's look-ahead makes of them; `None` where it
     /// runs them as they are.
-    fn seen(&self, run: &Run) -> Option<Vec<f64>> {
+    fn seen(&self, run: &MotionRun) -> Option<Vec<f64>> {
         let control = self.control.as_ref()?;
         let look_ahead = control.look_ahead_blocks as usize;
         let stops = control.rotary_blocks == RotaryBlocks::Stopped;
@@ -133,7 +133,7 @@ impl<'a> Timer<'a> {
     }
 
     /// A block as the control runs it, with its stops at rotary blocks and a least time.
-    fn seen_block(&self, run: &Run, times: &[f64], index: usize) -> ProgramBlock {
+    fn seen_block(&self, run: &MotionRun, times: &[f64], index: usize) -> ProgramBlock {
         let axes = self.views.first().map_or(&[][..], |(machine, _)| machine.axes());
         let turns = |k: usize| {
             let from = if k == 0 { &run.start } else { &run.blocks[k - 1].end };
@@ -148,7 +148,7 @@ impl<'a> Timer<'a> {
     }
 
     /// The law of a control that limits acceleration alone.
-    fn by_trapezoids(&self, run: &Run, control: &ControlMotion) -> Result<RunLaw, String> {
+    fn by_trapezoids(&self, run: &MotionRun, control: &ControlMotion) -> Result<RunLaw, String> {
         let settings = TrapezoidSettings {
             tolerance: self.tolerance.path,
             look_ahead: control.look_ahead_blocks as usize,
@@ -169,14 +169,14 @@ impl<'a> Timer<'a> {
 
     /// The run without the steps that rounding makes in its vectors; `None` where it stays as it
     /// is.
-    fn evened(&self, run: &Run) -> Option<Evened> {
+    fn evened(&self, run: &MotionRun) -> Option<Evened> {
         // Vectors are followed on machines with one head.
         let ([view], Some(rounding)) = (self.views, &self.rounding) else { return None };
         evened(*view, run, rounding, self.tolerance)
     }
 
     /// Returns the distance that every axis may keep from the lines of a run; `None` for none.
-    fn blend(&self, run: &Run, tolerance: ControlTolerance) -> Option<AxisValues> {
+    fn blend(&self, run: &MotionRun, tolerance: ControlTolerance) -> Option<AxisValues> {
         let levers: Vec<Levers> = self.views.iter().map(|view| Levers::over(*view, run)).collect();
         let moving = self.views.first().map(|(machine, _)| moving(machine, run))?;
         blend_tolerance(tolerance, self.views, &levers, &moving)
@@ -184,7 +184,7 @@ impl<'a> Timer<'a> {
 
     /// Rapids in which every axis goes from stop to stop as fast as it can; the slowest one's time
     /// counts.
-    fn each_axis_on_its_own(&self, run: &Run) -> Result<RunLaw, String> {
+    fn each_axis_on_its_own(&self, run: &MotionRun) -> Result<RunLaw, String> {
         let mut at = run.start;
         let mut times = Vec::with_capacity(run.blocks.len());
         for block in &run.blocks {

@@ -7,10 +7,10 @@ use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use crate::program_time::run::Run;
+use crate::program_time::run::MotionRun;
 
 /// A machine as one head sees it, and the length of its tool, mm.
-pub type View<'a> = (&'a Machine, f64);
+pub type MachineView<'a> = (&'a Machine, f64);
 
 /// Turn of all rotary axes between two places at which levers are measured, rad: a hundredth of a
 /// lever is what they may grow in between. Smaller places cost more of them in long moves.
@@ -40,7 +40,7 @@ impl Levers {
     /// The lever of a rotary axis is the distance of the tip from it, half of the way that half a
     /// turn moves the tip by. Between the places at which it is measured it grows by no more than
     /// the tip moves.
-    pub fn over(view: View<'_>, run: &Run) -> Self {
+    pub fn over(view: MachineView<'_>, run: &MotionRun) -> Self {
         let of_chunk = |(k, moves): (usize, &[ProgramBlock])| {
             let start = (k * CHUNK).checked_sub(1).map_or(run.start, |before| run.blocks[before].end);
             chunk_levers(view, start, moves)
@@ -55,7 +55,7 @@ fn larger(a: &AxisValues, b: &AxisValues) -> AxisValues {
     AxisValues::from_fn(a.len(), |k| a[k].max(b[k]))
 }
 
-fn chunk_levers(view: View<'_>, start: AxisValues, moves: &[ProgramBlock]) -> AxisValues {
+fn chunk_levers(view: MachineView<'_>, start: AxisValues, moves: &[ProgramBlock]) -> AxisValues {
     let n = view.0.axes().len();
     let mut from = start;
     let mut at = levers_at(view, &from);
@@ -95,7 +95,7 @@ fn ways(machine: &Machine, from: &AxisValues, to: &AxisValues) -> (f64, f64) {
 }
 
 /// Levers of the rotary axes at a position, mm: what the tip moves by per rad.
-pub fn levers_at((machine, tool_length): View<'_>, q: &AxisValues) -> AxisValues {
+pub fn levers_at((machine, tool_length): MachineView<'_>, q: &AxisValues) -> AxisValues {
     let tip = machine.cl_point(q, tool_length).tip;
     let axes = machine.axes();
     AxisValues::from_fn(axes.len(), |k| {
@@ -114,7 +114,7 @@ pub fn stops_at_corners(tolerance: ControlTolerance) -> bool {
 }
 
 /// Which axes may stray in a run: those that move where no rotary axis does, else all.
-pub fn moving(machine: &Machine, run: &Run) -> Vec<bool> {
+pub fn moving(machine: &Machine, run: &MotionRun) -> Vec<bool> {
     let moves = |k: usize| run.blocks.iter().any(|block| block.end[k] != run.start[k]);
     let moving: Vec<bool> = (0..run.start.len()).map(moves).collect();
     let turns = machine.axes().iter().zip(&moving).any(|(axis, moves)| *moves && axis.kind == AxisKind::Rotary);
@@ -130,7 +130,7 @@ pub fn moving(machine: &Machine, run: &Run) -> Vec<bool> {
 /// nothing.
 pub fn blend_tolerance(
     tolerance: ControlTolerance,
-    views: &[View<'_>],
+    views: &[MachineView<'_>],
     levers: &[Levers],
     moving: &[bool],
 ) -> Option<AxisValues> {

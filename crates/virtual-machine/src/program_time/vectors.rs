@@ -9,8 +9,8 @@ use facemill_feedrate::{ProgramBlock, smoothest_within};
 use facemill_inverse_kinematics::AxisValues;
 use nalgebra::{Isometry3, Unit, Vector3};
 
-use crate::program_time::run::Run;
-use crate::program_time::tolerance::{View, stops_at_corners};
+use crate::program_time::run::MotionRun;
+use crate::program_time::tolerance::{MachineView, stops_at_corners};
 
 /// Decimals at most that a component is looked at for: beyond them it is no rounded number but a
 /// computed one.
@@ -74,7 +74,7 @@ pub struct VectorRounding {
 pub struct Evened {
     /// The run with other positions at the ends of its moves: of the same tip, and of a vector that
     /// has the same text.
-    pub run: Run,
+    pub run: MotionRun,
     /// Rest of the control's tolerance for blends.
     pub tolerance: ControlTolerance,
 }
@@ -98,7 +98,12 @@ struct Places {
 ///
 /// `None` where there is nothing to even out: no vectors, or a control without a tolerance, which
 /// stops at every step.
-pub fn evened(view: View<'_>, run: &Run, rounding: &VectorRounding, tolerance: ControlTolerance) -> Option<Evened> {
+pub fn evened(
+    view: MachineView<'_>,
+    run: &MotionRun,
+    rounding: &VectorRounding,
+    tolerance: ControlTolerance,
+) -> Option<Evened> {
     if run.is_rapid || stops_at_corners(tolerance) || run.vectors.iter().all(Option::is_none) {
         return None;
     }
@@ -118,12 +123,12 @@ pub fn evened(view: View<'_>, run: &Run, rounding: &VectorRounding, tolerance: C
     let blocks = places.of_moves.iter().zip(&run.blocks).map(even).collect();
     let widest = places.widths.iter().fold(0.0, |most: f64, w| most.max(*w));
     let orientation = tolerance.orientation - (3f64.sqrt() * widest).min(1.0).asin();
-    let run = Run { start: run.start, blocks, is_rapid: false, vectors: Vec::new() };
+    let run = MotionRun { start: run.start, blocks, is_rapid: false, vectors: Vec::new() };
     Some(Evened { run, tolerance: ControlTolerance { orientation, ..tolerance } })
 }
 
 impl Places {
-    fn of((machine, tool_length): View<'_>, run: &Run, rounding: &VectorRounding, most: f64) -> Self {
+    fn of((machine, tool_length): MachineView<'_>, run: &MotionRun, rounding: &VectorRounding, most: f64) -> Self {
         let in_words = |cl: &ClPoint| rounding.table_from_words.inverse_transform_vector(&cl.axis);
         let (mut before, mut cl) = (run.start, machine.cl_point(&run.start, tool_length));
         let mut places = Self { at: vec![0.0], axes: vec![in_words(&cl)], widths: vec![0.0], of_moves: Vec::new() };
@@ -159,7 +164,7 @@ fn length(from: &ClPoint, to: &ClPoint) -> f64 {
 /// The position with the same tip and this tool axis (frame of the words) next to `end`; `end`
 /// where that is not clear, which is so at the rim of the cone around the pole alone.
 fn turned(
-    (machine, tool_length): View<'_>,
+    (machine, tool_length): MachineView<'_>,
     rounding: &VectorRounding,
     end: &AxisValues,
     axis: &Vector3<f64>,

@@ -13,7 +13,7 @@ use crate::motion::moves::Move;
 use crate::motion::rates::{Parts, RateBounds, Rates};
 use crate::motion::spans::Spans;
 use crate::motion::stepping::MAX_TURN;
-use crate::proof::{Depth, Nearest, Open, Proof};
+use crate::proof::{Open, Proof, ProvenDepth, ProvenDistance};
 use crate::run::cutter_depth::CutterTrack;
 use crate::run::scene::{Frame, Mount, Role, Scene, SceneObstacle};
 
@@ -128,9 +128,9 @@ impl<'s, 'a> Prover<'s, 'a> {
     /// Where the cutter may cut, the control's tolerance is the error budget's, and only told. What
     /// it must not touch it must not touch with the control's tolerance: there that is part of the
     /// proof.
-    fn depth(&mut self) -> Result<Depth, Open> {
+    fn depth(&mut self) -> Result<ProvenDepth, Open> {
         let scene = self.scene;
-        let mut deepest = Depth { programmed: 0.0, with_control: 0.0 };
+        let mut deepest = ProvenDepth { programmed: 0.0, with_control: 0.0 };
         for (k, obstacle) in scene.obstacles.iter().enumerate().filter(|(_, o)| o.meets_cutter) {
             let Some(limit) = scene.cutter_limit(obstacle, self.m) else { continue };
             let cuts = !self.m.is_rapid_of_tool() && obstacle.role != Role::Machine;
@@ -148,7 +148,7 @@ impl<'s, 'a> Prover<'s, 'a> {
             let open = Open::Cutter { obstacle: k, limit: largest, is_rapid: self.m.is_rapid_of_tool() };
             let proven = self.depth_against(&body, depth, largest).ok_or(open)?;
             let control = if cuts { scene.cutter_control() } else { 0.0 };
-            deepest = deepest.max(Depth { programmed: proven, with_control: proven + control });
+            deepest = deepest.max(ProvenDepth { programmed: proven, with_control: proven + control });
         }
         Ok(deepest)
     }
@@ -207,9 +207,9 @@ impl<'s, 'a> Prover<'s, 'a> {
 
     /// The smallest distance that is proven for all bodies, with what the control may leave its
     /// motion by; or the first pair that is not proven to keep its required clearance.
-    fn clearance(&mut self) -> Result<Option<Nearest>, Open> {
+    fn clearance(&mut self) -> Result<Option<ProvenDistance>, Open> {
         let scene = self.scene;
-        let (mut first_open, mut smallest) = (None, None::<Nearest>);
+        let (mut first_open, mut smallest) = (None, None::<ProvenDistance>);
         let axes = self.motion.at(0.5).map_err(|_| Open::Motion)?;
         for (index, body) in scene.bodies.iter().enumerate() {
             for (k, obstacle) in scene.obstacles.iter().enumerate().filter(|(k, _)| body.meets[*k]) {

@@ -12,14 +12,14 @@ use crate::run::scene::Scene;
 use crate::run::track::Shape;
 
 /// Queries of a run of positions.
-pub(crate) struct Asked {
+pub(crate) struct RunQueries {
     /// Of each body of the scene, without its rounding.
     pub(crate) bodies: Vec<Vec<Shape>>,
     pub(crate) cutter: CutterDepth,
     pub(crate) cutter_in_rapid: CutterDepth,
 }
 
-impl Asked {
+impl RunQueries {
     /// All of every body; in an estimate the edges of all but the cutter in cuts.
     ///
     /// An edge is a disc: the circle at which a section of tool or holder begins or ends, and the

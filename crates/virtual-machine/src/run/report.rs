@@ -9,7 +9,7 @@ use crate::finding::{
     AxisReading, BetweenPositions, ClearancePlace, Finding, FindingKind, GougePlace, Pose, SectionGouge, TextFault,
     Verification, WindUp, reader_notes,
 };
-use crate::motion::moves::Moves;
+use crate::motion::moves::ResolvedMoves;
 use crate::motion::setup::{GougeSection, own_head};
 use crate::program_time::timing::duration;
 use crate::run::between::cutter_between;
@@ -22,7 +22,7 @@ use crate::run::surface_normals;
 pub(crate) struct Report<'a> {
     pub(crate) program: &'a ReadProgram,
     pub(crate) scene: &'a Scene<'a>,
-    resolved: &'a Moves,
+    resolved: &'a ResolvedMoves,
     /// When each move starts, and the last one ends, s since the start of the program.
     starts: Vec<f64>,
 }
@@ -41,7 +41,7 @@ fn near(key: &Key) -> Option<&'static str> {
 const STOCK: &str = "stock";
 
 impl<'a> Report<'a> {
-    pub(crate) fn new(program: &'a ReadProgram, scene: &'a Scene<'a>, resolved: &'a Moves) -> Self {
+    pub(crate) fn new(program: &'a ReadProgram, scene: &'a Scene<'a>, resolved: &'a ResolvedMoves) -> Self {
         let mut now = 0.0;
         let mut starts = vec![now];
         for m in &resolved.moves {
@@ -191,7 +191,7 @@ impl<'a> Report<'a> {
             if self.program.blocks.get(index).is_none_or(|b| b.line != finding.worst_line) {
                 continue;
             }
-            finding.pose = self.resolved.stands[index].map(|axes| self.pose(&axes, &self.scene.cl_at(&axes)));
+            finding.pose = self.resolved.axes_before[index].map(|axes| self.pose(&axes, &self.scene.cl_at(&axes)));
             let next = self.resolved.moves.partition_point(|m| m.block < index);
             finding.time_s = Some(self.starts[next]);
         }

@@ -83,7 +83,7 @@ pub(crate) fn segments_of_heads(heads: &[MoveOfHead<'_, '_>]) -> Vec<Option<Vec<
 
 /// The segments of all heads, divided at the same times.
 fn common_segments(heads: &[MoveOfHead<'_, '_>]) -> Option<Vec<Vec<Segment>>> {
-    let mut ways = heads.iter().map(Way::new).collect::<Option<Vec<_>>>()?;
+    let mut ways = heads.iter().map(DividedMove::new).collect::<Option<Vec<_>>>()?;
     let mut open: Vec<(f64, f64, u32)> = common_parts(heads).into_iter().rev().map(|[a, b]| (a, b, 0)).collect();
     let mut done = 0.0;
     while let Some((from, to, halvings)) = open.pop() {
@@ -123,7 +123,7 @@ fn common_parts(heads: &[MoveOfHead<'_, '_>]) -> Vec<[f64; 2]> {
 }
 
 /// A move that is being divided.
-struct Way<'r, 'a> {
+struct DividedMove<'r, 'a> {
     head: MoveOfHead<'r, 'a>,
     motion: Motion<'a>,
     rates: RateBounds<'a>,
@@ -134,7 +134,7 @@ struct Way<'r, 'a> {
     segments: Vec<Segment>,
 }
 
-impl<'r, 'a> Way<'r, 'a> {
+impl<'r, 'a> DividedMove<'r, 'a> {
     fn new(head: &MoveOfHead<'r, 'a>) -> Option<Self> {
         let MoveOfHead { scene, m, .. } = *head;
         let machine = scene.setup.machine;

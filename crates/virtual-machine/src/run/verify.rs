@@ -9,7 +9,7 @@ use crate::motion::setup::{VerifyError, VerifySettings, VirtualSetup};
 use crate::run::between::Follower;
 use crate::run::chunk_result::{ChunkResult, Clearance, nearest};
 use crate::run::dead_core::DeadCore;
-use crate::run::edges::Asked;
+use crate::run::edges::RunQueries;
 use crate::run::report::Report;
 use crate::run::rotaries;
 use crate::run::scene::Scene;
@@ -82,20 +82,20 @@ pub fn verify(
     let scene = Scene::new(setup, settings)?;
     let core = DeadCore::new(&scene, &resolved.moves, monitor)?;
     let normals = SurfaceNormals { scene: &scene, program };
-    let asked = Asked::new(&scene);
+    let queries = RunQueries::new(&scene);
     let chunks: Vec<(usize, &[Move])> = resolved.moves.chunks(MOVES_PER_CHUNK).enumerate().collect();
     let sampled: Result<Vec<ChunkResult>, Cancelled> = chunks
         .par_iter()
         .map(|(k, moves)| {
             monitor.checkpoint()?;
-            Ok(sample_clearance(&scene, &asked, k * MOVES_PER_CHUNK, moves))
+            Ok(sample_clearance(&scene, &queries, k * MOVES_PER_CHUNK, moves))
         })
         .collect();
     let nearest = nearest(sampled?.iter().map(|r| r.clearance));
     let results: Result<Vec<ChunkResult>, Cancelled> = chunks
         .par_iter()
         .with_max_len(1)
-        .map(|(k, moves)| run_chunk(&normals, (&asked, core.as_ref()), k * MOVES_PER_CHUNK, moves, nearest, monitor))
+        .map(|(k, moves)| run_chunk(&normals, (&queries, core.as_ref()), k * MOVES_PER_CHUNK, moves, nearest, monitor))
         .collect();
     let mut results = results?;
     results.push(rotaries::turns(&scene, &resolved.moves));
@@ -125,13 +125,13 @@ pub fn place_findings(
 
 fn run_chunk(
     normals: &SurfaceNormals<'_>,
-    (asked, core): (&Asked, Option<&DeadCore>),
+    (queries, core): (&RunQueries, Option<&DeadCore>),
     first: usize,
     moves: &[Move],
     nearest: Option<Clearance>,
     monitor: &dyn Monitor,
 ) -> Result<ChunkResult, Cancelled> {
-    let mut walker = Walker::new(normals.scene, asked, core, nearest);
+    let mut walker = Walker::new(normals.scene, queries, core, nearest);
     let mut follower = normals.scene.settings.estimate.is_none().then(|| Follower::new(normals.scene));
     for (k, m) in moves.iter().enumerate() {
         monitor.checkpoint()?;
@@ -147,8 +147,8 @@ fn run_chunk(
 
 /// Nearest body at the ends of a few moves. It is one of the places where the smallest clearance
 /// may be, and lets the run pass over all that is farther away: most of the program.
-fn sample_clearance(scene: &Scene<'_>, asked: &Asked, first: usize, moves: &[Move]) -> ChunkResult {
-    let mut walker = Walker::new(scene, asked, None, None);
+fn sample_clearance(scene: &Scene<'_>, queries: &RunQueries, first: usize, moves: &[Move]) -> ChunkResult {
+    let mut walker = Walker::new(scene, queries, None, None);
     for (k, m) in moves.iter().enumerate().step_by(MOVES_PER_SAMPLE) {
         walker.look(first + k, m);
     }

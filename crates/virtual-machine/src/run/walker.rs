@@ -11,7 +11,7 @@ use crate::program_time::timing::{duration, spike};
 use crate::run::chunk_result::{ChunkResult, Clearance, Gouge};
 use crate::run::cutter_depth::{CutterDepth, CutterPlacement, CutterTrack};
 use crate::run::dead_core::DeadCore;
-use crate::run::edges::{Asked, spacing};
+use crate::run::edges::{RunQueries, spacing};
 use crate::run::ramp::{Descent, RAMP_ROUNDING};
 use crate::run::scene::{Frame, Mount, Role, Scene};
 use crate::run::track::{Placement, Track};
@@ -19,7 +19,7 @@ use crate::run::track::{Placement, Track};
 /// Runs moves, keeping from position to position what is known of every distance.
 pub(crate) struct Walker<'a> {
     scene: &'a Scene<'a>,
-    asked: &'a Asked,
+    queries: &'a RunQueries,
     /// Per obstacle: in cuts, then in rapids.
     cutter: Vec<[CutterTrack; 2]>,
     /// Per body, then obstacle: one for each shape that is asked.
@@ -81,15 +81,15 @@ impl<'a> Walker<'a> {
     /// `nearest` is a place of the program where a body is near: only nearer ones are looked for.
     pub(crate) fn new(
         scene: &'a Scene<'a>,
-        asked: &'a Asked,
+        queries: &'a RunQueries,
         core: Option<&'a DeadCore>,
         nearest: Option<Clearance>,
     ) -> Self {
         let n_obstacles = scene.obstacles.len();
-        let tracks = asked.bodies.iter().flat_map(|shapes| vec![vec![Track::default(); shapes.len()]; n_obstacles]);
+        let tracks = queries.bodies.iter().flat_map(|shapes| vec![vec![Track::default(); shapes.len()]; n_obstacles]);
         Self {
             scene,
-            asked,
+            queries,
             cutter: vec![<[CutterTrack; 2]>::default(); n_obstacles],
             bodies: tracks.collect(),
             core,
@@ -243,8 +243,8 @@ impl<'a> Walker<'a> {
 
     /// Returns the queries of the cutter on a move.
     fn cutter_in(&self, m: &Move) -> &'a CutterDepth {
-        let asked = self.asked;
-        if m.is_rapid { &asked.cutter_in_rapid } else { &asked.cutter }
+        let queries = self.queries;
+        if m.is_rapid { &queries.cutter_in_rapid } else { &queries.cutter }
     }
 
     fn place_machine(&mut self, here: &Position<'_>) {
@@ -278,8 +278,8 @@ impl<'a> Walker<'a> {
         let section = here.m.section;
         let deepest = self.result.gouges.deepest(section).map_or(0.0, |g| g.depth.depth);
         let floor = if limit.kind == FindingKind::Gouge { deepest.min(limit.depth) } else { limit.depth };
-        let (asked, track) = (self.cutter_in(here.m), &mut self.cutter[obstacle][usize::from(here.m.is_rapid)]);
-        let Some(mut depth) = asked.beyond(floor, limit.thickness, cutter, track, o.mesh()) else { return };
+        let (queries, track) = (self.cutter_in(here.m), &mut self.cutter[obstacle][usize::from(here.m.is_rapid)]);
+        let Some(mut depth) = queries.beyond(floor, limit.thickness, cutter, track, o.mesh()) else { return };
         depth.place = self.in_work(obstacle, &depth.place);
         if limit.kind == FindingKind::Gouge && depth.depth > deepest {
             self.result.gouges.add(section, Gouge { depth, obstacle, move_index: here.index });
@@ -297,7 +297,7 @@ impl<'a> Walker<'a> {
                 Mount::Tool(tool_from_solid) => here.work_from_tool * tool_from_solid,
                 Mount::Machine(k) => self.machine_poses[k],
             };
-            for (part, shape) in self.asked.bodies[index].iter().enumerate() {
+            for (part, shape) in self.queries.bodies[index].iter().enumerate() {
                 let in_work = shape.placed(work_from_solid);
                 for (k, obstacle) in scene.obstacles.iter().enumerate().filter(|(k, _)| body.meets[*k]) {
                     match obstacle.frame {
@@ -320,7 +320,7 @@ impl<'a> Walker<'a> {
         let near = o.stock_for(body) + body.clearance + scene.settings.near_miss;
         let need = body.rounding + if o.counts { near.max(smallest) } else { near };
         let track = &mut self.bodies[index * scene.obstacles.len() + obstacle][part];
-        let Some(nearest) = track.nearest_within(need, &self.asked.bodies[index][part], at, o.mesh()) else { return };
+        let Some(nearest) = track.nearest_within(need, &self.queries.bodies[index][part], at, o.mesh()) else { return };
         let distance = (nearest.distance - body.rounding).max(0.0);
         let place = self.in_work(obstacle, &nearest.point);
         if o.counts && distance < smallest {
@@ -357,14 +357,14 @@ impl<'a> Walker<'a> {
         if !descent.is_steeper_than(tool.max_ramp_angle() + scene.settings.ramp_slack, rounding) {
             return;
         }
-        let cutter = self.asked.cutter.placed(&here.work_from_tool);
+        let cutter = self.queries.cutter.placed(&here.work_from_tool);
         let floor = scene.settings.gouge_limit_in(here.m.section);
         for (k, o) in scene.obstacles.iter().enumerate() {
             let Role::Work(kind) = o.role else { continue };
             if o.stock <= 0.0 && kind != ObstacleKind::Stock {
                 continue;
             }
-            if let Some(depth) = self.asked.cutter.beyond(floor, o.stock, &cutter, &mut self.cutter[k][0], o.mesh()) {
+            if let Some(depth) = self.queries.cutter.beyond(floor, o.stock, &cutter, &mut self.cutter[k][0], o.mesh()) {
                 let measure = Measure::AngleDeg(descent.angle().to_degrees());
                 let key = Key::of_cutter(FindingKind::RampTooSteep, k);
                 self.record(here, key, Some(measure), Some(depth.place));

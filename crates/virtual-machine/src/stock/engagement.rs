@@ -22,12 +22,12 @@ pub(crate) struct Engagement {
     slack: f64,
     /// mm.
     window: f64,
-    parts: VecDeque<Part>,
+    parts: VecDeque<CutShare>,
 }
 
 /// A part of a cutting move.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Part {
+pub(crate) struct CutShare {
     /// Way of the tip, and of the rim by the turn of the tool axis, mm.
     pub(crate) way: f64,
     /// Of the tip alone, mm.
@@ -53,14 +53,14 @@ impl Engagement {
     /// The removal rate over the last window as a share of the limit, where that is more than
     /// allowed. The tip's slowest speed is allowed at any rate, and a run that is shorter than the
     /// window is not judged.
-    pub(crate) fn cut(&mut self, part: Part) -> Option<f64> {
+    pub(crate) fn cut(&mut self, part: CutShare) -> Option<f64> {
         if part.time <= 0.0 || part.time.is_nan() {
             // Without a feed there is no rate; it is a fault of its own.
             self.lift();
             return None;
         }
         self.parts.push_back(part);
-        let sum = |of: fn(&Part) -> f64, parts: &VecDeque<Part>| parts.iter().map(of).sum::<f64>();
+        let sum = |of: fn(&CutShare) -> f64, parts: &VecDeque<CutShare>| parts.iter().map(of).sum::<f64>();
         let mut way = sum(|p| p.way, &self.parts);
         while let Some(first) = self.parts.front().filter(|first| way - first.way >= self.window) {
             way -= first.way;

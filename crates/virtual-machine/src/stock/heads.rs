@@ -3,7 +3,7 @@
 
 use facemill_nc_program::ReadProgram;
 
-use crate::motion::moves::Moves;
+use crate::motion::moves::ResolvedMoves;
 use crate::motion::setup::{VerifyError, VirtualSetup, own_head};
 
 /// Checks that each setup is of another head, and that all have one mounting of the workpiece.
@@ -28,7 +28,7 @@ pub(crate) fn check_setups(setups: &[&VirtualSetup<'_>]) -> Result<(), VerifyErr
 ///
 /// # Errors
 /// [`VerifyError::OneStock`] with the line of the first motion that is not.
-pub(crate) fn check_moves(program: &ReadProgram, resolved: &[Moves]) -> Result<(), VerifyError> {
+pub(crate) fn check_moves(program: &ReadProgram, resolved: &[ResolvedMoves]) -> Result<(), VerifyError> {
     for (k, own) in resolved.iter().enumerate().skip(1) {
         let (first, own) = (&resolved[0].moves, &own.moves);
         let differs = first.iter().zip(own).position(|(a, b)| {

@@ -11,7 +11,7 @@ use crate::motion::moves::Move;
 use crate::motion::setup::{VerifySettings, VirtualSetup};
 use crate::run::between::Follower;
 use crate::run::chunk_result::ChunkResult;
-use crate::run::edges::Asked;
+use crate::run::edges::RunQueries;
 use crate::run::scene::{Mount, Scene, SceneBody};
 use crate::run::walker::Walker;
 use crate::stock::now::{FirstStock, StockNow};
@@ -72,17 +72,17 @@ impl<'a> MachineBodies<'a> {
     /// a measure.
     fn contacts(
         &self,
-        asked: &[usize],
+        queried: &[usize],
         (index, m): (usize, &Move),
         lines: &DexelMap,
         monitor: &dyn Monitor,
     ) -> Result<Vec<Episode>, Cancelled> {
-        let bodies: Vec<&(usize, SceneBody)> = self.bodies.iter().filter(|(k, _)| asked.contains(k)).collect();
+        let bodies: Vec<&(usize, SceneBody)> = self.bodies.iter().filter(|(k, _)| queried.contains(k)).collect();
         let stock: Vec<StockNow<'_>> = self.first.iter().map(|first| first.at(lines)).collect();
         let own: Vec<&SceneBody> = bodies.iter().map(|(_, body)| body).collect();
         let meshes = stock.iter().map(|now| now as &dyn Interference);
         let scene = Scene::of_bodies(self.setup, self.settings, &own, meshes);
-        let shapes = Asked::new(&scene);
+        let shapes = RunQueries::new(&scene);
         let mut walker = Walker::new(&scene, &shapes, None, None);
         walker.run_bodies(index, m, monitor)?;
         let mut follower = Follower::new(&scene);
@@ -111,7 +111,7 @@ impl Waiting {
 
     /// Index of the next move in its batch.
     pub(crate) fn next(&self) -> Option<usize> {
-        self.moves.first().map(|asked| asked.index)
+        self.moves.first().map(|queried| queried.index)
     }
 
     /// Returns the contacts of each head's bodies on the first of the moves, with the lines before
@@ -125,14 +125,15 @@ impl Waiting {
         lines: &DexelMap,
         monitor: &dyn Monitor,
     ) -> Result<Option<(usize, Vec<Episode>)>, Cancelled> {
-        let asked: Vec<InQuestion> = self.moves.drain(..self.at_once.min(self.moves.len())).collect();
+        let queried: Vec<InQuestion> = self.moves.drain(..self.at_once.min(self.moves.len())).collect();
         let contacts = |InQuestion { head, index, bodies }: &InQuestion| {
             heads[*head].contacts(bodies, (first + index, &moves[*head][*index]), lines, monitor)
         };
-        let found: Result<Vec<Vec<Episode>>, Cancelled> = asked.par_iter().map(contacts).collect();
-        let mut all = asked.into_iter().zip(found?);
-        let of_first = all.next().map(|(asked, episodes)| (asked.head, episodes));
-        let again: Vec<InQuestion> = all.filter(|(_, episodes)| !episodes.is_empty()).map(|(asked, _)| asked).collect();
+        let found: Result<Vec<Vec<Episode>>, Cancelled> = queried.par_iter().map(contacts).collect();
+        let mut all = queried.into_iter().zip(found?);
+        let of_first = all.next().map(|(queried, episodes)| (queried.head, episodes));
+        let again: Vec<InQuestion> =
+            all.filter(|(_, episodes)| !episodes.is_empty()).map(|(queried, _)| queried).collect();
         self.at_once = if again.is_empty() { (2 * self.at_once).min(MOST_AT_ONCE) } else { 1 };
         self.moves.splice(0..0, again);
         Ok(of_first)

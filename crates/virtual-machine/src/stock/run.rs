@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::heads;
 use crate::finding::episodes::{Contact, Episodes, Key, worth_telling};
 use crate::finding::{Finding, FindingKind, Measure};
-use crate::motion::moves::{Move, Moves, resolve};
+use crate::motion::moves::{Move, ResolvedMoves, resolve};
 use crate::motion::setup;
 use crate::motion::setup::{VerifyError, VerifySettings, VirtualSetup};
 use crate::program_time::timing::duration;
@@ -18,7 +18,7 @@ use crate::run::report::Report;
 use crate::run::scene::Scene;
 use crate::run::segments::{Coarseness, MoveOfHead, Segment, segments_of_heads};
 use crate::stock::bodies::{Bodies, Phase};
-use crate::stock::engagement::{Engagement, Part};
+use crate::stock::engagement::{CutShare, Engagement};
 use crate::stock::probe::Probe;
 use crate::stock::retract::CutEnd;
 
@@ -138,7 +138,7 @@ pub fn run_stock_of_heads<const N: usize>(
     let views: Result<Vec<View<'_>>, VerifyError> =
         heads.iter().map(|(setup, settings)| View::new(program, setup, settings, accuracy)).collect();
     let views = views?;
-    let mut run = Run { heads: views.iter().map(Head::new).collect(), stock, tolerance };
+    let mut run = CutRun { heads: views.iter().map(Head::new).collect(), stock, tolerance };
     let n_moves = resolved.iter().map(|r| r.moves.len()).max().unwrap_or(0);
     for first in (0..n_moves).step_by(MOVES_PER_BATCH) {
         let batch = first..n_moves.min(first + MOVES_PER_BATCH);
@@ -220,13 +220,13 @@ struct Head<'r, 'a> {
     out: Out,
 }
 
-struct Run<'r, 'a> {
+struct CutRun<'r, 'a> {
     heads: Vec<Head<'r, 'a>>,
     stock: &'r mut DexelMap,
     tolerance: f64,
 }
 
-impl Run<'_, '_> {
+impl CutRun<'_, '_> {
     /// Cuts by the same moves of each head.
     fn batch(&mut self, first: usize, moves: &[&[Move]], monitor: &dyn Monitor) -> Result<(), VerifyError> {
         let ways = self.ways(moves, monitor)?;
@@ -289,7 +289,7 @@ impl<'r, 'a> Head<'r, 'a> {
     }
 
     /// Returns the material that this head removed, and its contacts.
-    fn report(&self, program: &ReadProgram, resolved: &Moves) -> StockRun {
+    fn report(&self, program: &ReadProgram, resolved: &ResolvedMoves) -> StockRun {
         let report = Report::new(program, &self.view.scene, resolved);
         let cuts = resolved.moves.iter().zip(&self.out.taken).filter(|(m, _)| !m.is_rapid);
         let blocks: Vec<BlockCut> =
@@ -346,7 +346,7 @@ impl<'r, 'a> Head<'r, 'a> {
         let tip_way = (to.tip - from.tip).norm();
         let turn = from.axis.cross(&to.axis).norm().atan2(from.axis.dot(&to.axis));
         let way = tip_way + setup.tool.cutter().radius() * turn;
-        if let Some(ratio) = engagement.cut(Part { way, tip_way, volume, time }) {
+        if let Some(ratio) = engagement.cut(CutShare { way, tip_way, volume, time }) {
             let key = Key::of_cutter(FindingKind::OverEngagement, self.view.scene.obstacles.len());
             self.out.episodes.record(index, contact(key, Some(Measure::RemovalRatio(ratio)), segment));
         }

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use crate::finding::episodes::{Contact, Episode, Episodes, Key};
 use crate::finding::{Finding, FindingKind};
-use crate::motion::moves::{Move, Moves, resolve};
+use crate::motion::moves::{Move, ResolvedMoves, resolve};
 use crate::motion::setup;
 use crate::motion::setup::{VerifyError, VerifySettings, VirtualSetup};
 use crate::run::report::Report;
@@ -149,7 +149,7 @@ impl Look<'_, '_> {
         }
     }
 
-    fn take(&mut self, first: usize, steps: &[Asked<'_>]) -> Result<(), VerifyError> {
+    fn take(&mut self, first: usize, steps: &[StepQuery<'_>]) -> Result<(), VerifyError> {
         let taken: Vec<Step<'_>> = steps.iter().map(|step| step.step).collect();
         let results = self.outside.run(&taken, self.tolerance);
         let results = results.map_err(|e| VerifyError::Sweep { problem: e.to_string() })?;
@@ -221,7 +221,7 @@ impl<'a> View<'a> {
     }
 
     /// Returns the findings of one head's episodes.
-    fn findings(&self, program: &ReadProgram, resolved: &Moves, episodes: &Episodes) -> Vec<Finding> {
+    fn findings(&self, program: &ReadProgram, resolved: &ResolvedMoves, episodes: &Episodes) -> Vec<Finding> {
         let report = Report::new(program, &self.scene, resolved);
         let told = |e: &Episode| {
             let mut finding = report.finding(e);
@@ -288,7 +288,7 @@ fn ways(views: &[View<'_>], moves: &[&[Move]], monitor: &dyn Monitor) -> Result<
 }
 
 /// A step, and what it is a finding of; `None` where it cuts.
-struct Asked<'s> {
+struct StepQuery<'s> {
     step: Step<'s>,
     key: Option<Key>,
     segment: &'s Segment,
@@ -299,7 +299,7 @@ struct Asked<'s> {
 
 /// Returns the queries and cuts on a batch of moves: in each part of a move all heads are queried
 /// before any of them cuts.
-fn steps<'s>(program: &ReadProgram, views: &'s [View<'_>], moves: &[&[Move]], ways: &'s Ways) -> Vec<Asked<'s>> {
+fn steps<'s>(program: &ReadProgram, views: &'s [View<'_>], moves: &[&[Move]], ways: &'s Ways) -> Vec<StepQuery<'s>> {
     let mut steps = Vec::new();
     for (index, of_heads) in ways.iter().enumerate() {
         let parts = of_heads.iter().flatten().map(Vec::len).max().unwrap_or(0);
@@ -307,7 +307,7 @@ fn steps<'s>(program: &ReadProgram, views: &'s [View<'_>], moves: &[&[Move]], wa
             for (head, view) in views.iter().enumerate() {
                 let Some(segment) = of_heads[head].as_ref().and_then(|segments| segments.get(part)) else { continue };
                 let m = &moves[head][index];
-                let step = |step, key| Asked { step, key, segment, head, index };
+                let step = |step, key| StepQuery { step, key, segment, head, index };
                 if cuts {
                     let takes = view.takes.iter().filter(|_| !m.is_rapid_of_tool());
                     steps.extend(takes.map(|takes| step(Step::Remove(takes.along(segment)), None)));

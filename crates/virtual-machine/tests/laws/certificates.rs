@@ -5,7 +5,7 @@ use facemill_test_kit::Lcg;
 use std::fmt::Write;
 
 use crate::kit;
-use crate::kit::depth::{Place, Triangle};
+use crate::kit::depth::{TipAndAxis, Triangle};
 use crate::kit::{Shop, Text};
 use facemill_cl_data::Silent;
 use facemill_interference::MeshTree;
@@ -49,13 +49,13 @@ fn certified(text: &Text<'_>, setup: &VirtualSetup<'_>, limit: f64) -> Certifica
 
 /// A place that the walk goes to, as the words of the text say it.
 #[derive(Clone, Copy, Debug)]
-struct Stop {
+struct WalkPoint {
     tip: Point3<f64>,
     axis: Unit<Vector3<f64>>,
     joints: AxisValues,
 }
 
-impl Stop {
+impl WalkPoint {
     /// Numbers of a block: with RTCP X, Y and Z are the tip's, else the axes'.
     fn read(shop: &Shop, numbers: [f64; 5], rtcp: bool) -> Self {
         let letters = [AxisLetter::X, AxisLetter::Y, AxisLetter::Z, AxisLetter::B, AxisLetter::C];
@@ -68,7 +68,7 @@ impl Stop {
     }
 }
 
-impl Stop {
+impl WalkPoint {
     /// Joints with the tip there in the workpiece frame, the head upright, and this word of C.
     fn read_tip(shop: &Shop, tip: [f64; 3], c: f64) -> AxisValues {
         let words = AxisWords::from_words([
@@ -87,7 +87,7 @@ impl Stop {
 /// A walk over the sheet: blocks of some millimetres, the axis turning, the cutter now in the
 /// sheet, now over it. With RTCP the linear words are the tip's. The stops are those of the rounded
 /// words.
-fn walk<'a>(shop: &'a Shop, lcg: &mut Lcg, n: usize, rtcp: bool) -> (Text<'a>, Vec<Stop>) {
+fn walk<'a>(shop: &'a Shop, lcg: &mut Lcg, n: usize, rtcp: bool) -> (Text<'a>, Vec<WalkPoint>) {
     let mut text = Text::new(shop);
     if rtcp {
         // Controls count in the frame that the table has where RTCP is switched on.
@@ -114,7 +114,7 @@ fn walk<'a>(shop: &'a Shop, lcg: &mut Lcg, n: usize, rtcp: bool) -> (Text<'a>, V
         };
         let [a, b, c, d, e] = &written;
         writeln!(text.text, "{code} X{a} Y{b} Z{c} B{d} C{e}").unwrap();
-        stops.push(Stop::read(shop, written.map(|number| number.parse().unwrap()), rtcp));
+        stops.push(WalkPoint::read(shop, written.map(|number| number.parse().unwrap()), rtcp));
     }
     (text, stops)
 }
@@ -136,7 +136,7 @@ struct Walk {
 impl Walk {
     /// Depths at times close together of each block against its certificate; `at` is the tool
     /// between two stops, by the law.
-    fn check(&self, shop: &Shop, at: impl Fn(&Stop, &Stop, f64) -> Place) {
+    fn check(&self, shop: &Shop, at: impl Fn(&WalkPoint, &WalkPoint, f64) -> TipAndAxis) {
         let sheet = sheet();
         let mesh = MeshTree::new(&sheet);
         let all: Vec<Triangle> = (0..sheet.triangles().len()).map(|k| sheet.corners(k)).collect();
@@ -145,7 +145,7 @@ impl Walk {
         let cuts = &found.certificates[found.certificates.len() - self.blocks..];
         let (mut touching, mut slacks) = (0, Vec::new());
         for (c, ends) in cuts.iter().zip(stops.windows(2)) {
-            let places: Vec<Place> =
+            let places: Vec<TipAndAxis> =
                 (0..=self.times).map(|k| at(&ends[0], &ends[1], f64::from(k) / f64::from(self.times))).collect();
             let deepest = kit::CUTTER.depth(places.iter().copied(), &within_reach(&all, &places), LIMIT);
             let Some(depth) = c.depth_mm else {
@@ -170,7 +170,7 @@ impl Walk {
 const LIMIT: f64 = 5.0;
 
 /// The triangles that the cutter may touch at any of these places.
-fn within_reach(all: &[Triangle], places: &[Place]) -> Vec<Triangle> {
+fn within_reach(all: &[Triangle], places: &[TipAndAxis]) -> Vec<Triangle> {
     let middle = places[places.len() / 2].0;
     let way = places.iter().map(|(tip, _)| (tip - middle).norm()).fold(0.0, f64::max);
     let reach = way + kit::CUTTER.radius.hypot(kit::CUTTER.height);
@@ -332,7 +332,7 @@ fn with_rapids(text: &str, rtcp_rapids: RtcpRapids) -> ReadProgram {
 
 /// Rapids of a walk under RTCP that keep the tip straight: whatever is certified to stay out of the
 /// sheet does so at all times close together, and most of what stays out is certified.
-fn rapids_stay_out(shop: &Shop, at: impl Fn(&Stop, &Stop, f64) -> Place) {
+fn rapids_stay_out(shop: &Shop, at: impl Fn(&WalkPoint, &WalkPoint, f64) -> TipAndAxis) {
     const TIMES: u32 = 40;
     const BLOCKS: usize = 250;
     let sheet = sheet_below(0.2);
@@ -344,7 +344,8 @@ fn rapids_stay_out(shop: &Shop, at: impl Fn(&Stop, &Stop, f64) -> Place) {
     let rapids = &found.certificates[found.certificates.len() - BLOCKS..];
     let (mut touching, mut clear, mut open) = (0, 0, 0);
     for (c, ends) in rapids.iter().zip(stops.windows(2)) {
-        let places: Vec<Place> = (0..=TIMES).map(|k| at(&ends[0], &ends[1], f64::from(k) / f64::from(TIMES))).collect();
+        let places: Vec<TipAndAxis> =
+            (0..=TIMES).map(|k| at(&ends[0], &ends[1], f64::from(k) / f64::from(TIMES))).collect();
         let deepest = kit::CUTTER.depth(places.iter().copied(), &within_reach(&all, &places), LIMIT);
         assert!(c.depth_mm.is_none() || deepest <= ROUNDING, "line {}: {deepest} deep and certified", c.line);
         touching += usize::from(deepest > 0.0);
@@ -394,7 +395,7 @@ fn run(shop: &Shop, mesh: &TriMesh, text: &str, rapids: RtcpRapids) -> (Verifica
 #[test]
 fn a_post_on_the_line_of_the_tip_is_met_under_one_law_and_one_on_the_way_of_the_axes_under_the_other() {
     let shop = shop_with(CuttingLawFile::TipAndRotariesLinear, RapidLawFile::Linear);
-    let joints = |[x, y]: [f64; 2], c: f64| Stop::read_tip(&shop, [x, y, 20.0], c);
+    let joints = |[x, y]: [f64; 2], c: f64| WalkPoint::read_tip(&shop, [x, y, 20.0], c);
     let ends = [joints(ENDS[0], 0.0), joints(ENDS[1], 120.0)];
     let times = || (0..=100).map(|k| f64::from(k) / 100.0);
     let on_line = |t: f64| [0, 1].map(|k| ENDS[0][k] + (ENDS[1][k] - ENDS[0][k]) * t);
@@ -434,7 +435,7 @@ fn axes_beyond_a_limit_between_the_ends_of_a_rapid_are_found_where_the_tip_goes_
         .map(|k| {
             let t = f64::from(k) / 60.0;
             let tip = [0, 1].map(|i| ENDS[0][i] + (ENDS[1][i] - ENDS[0][i]) * t);
-            Stop::read_tip(&shop, [tip[0], tip[1], 20.0], 120.0 * t)
+            WalkPoint::read_tip(&shop, [tip[0], tip[1], 20.0], 120.0 * t)
         })
         .collect();
     // The axis that goes farthest beyond its ends, and in which sense.

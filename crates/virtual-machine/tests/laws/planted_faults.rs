@@ -354,8 +354,8 @@ fn an_episode_over_many_blocks_and_chunks_is_one_finding() {
 
 #[test]
 fn cancelled_runs_have_no_result_and_bad_setups_are_named() {
-    struct Stop;
-    impl Monitor for Stop {
+    struct CancelAtOnce;
+    impl Monitor for CancelAtOnce {
         fn advance(&self, _: usize) {}
         fn is_cancelled(&self) -> bool {
             true
@@ -367,7 +367,7 @@ fn cancelled_runs_have_no_result_and_bad_setups_are_named() {
         verify(&program, setup, settings, monitor).unwrap_err()
     };
     let settings = VerifySettings::default();
-    assert_eq!(run(&shop.setup(), &settings, &Stop), VerifyError::Cancelled(Cancelled));
+    assert_eq!(run(&shop.setup(), &settings, &CancelAtOnce), VerifyError::Cancelled(Cancelled));
     let fine = VerifySettings { max_step: 0.0, ..settings.clone() };
     assert!(matches!(run(&shop.setup(), &fine, &Silent), VerifyError::Setting { field: "max_step", .. }));
     let mut setup = shop.setup();

@@ -4,7 +4,7 @@
 use facemill_test_kit::Lcg;
 use std::fmt::Write;
 
-use crate::kit::depth::Place;
+use crate::kit::depth::TipAndAxis;
 use crate::kit::stock::cut_stock;
 use crate::kit::{CUTTER, Shop, Text};
 use facemill_cl_data::{CuttingLaw, RapidLaw};
@@ -149,7 +149,7 @@ fn program(shop: &Shop, form: Form, poses: &[Pose], axes: &[AxisValues]) -> Read
 
 /// Places of the tool on the work at samples of a motion in time, so many that neither tip nor rim
 /// goes far between them.
-fn places(shop: &Shop, law: BlockLaw, from: &AxisValues, to: &AxisValues) -> Vec<Place> {
+fn places(shop: &Shop, law: BlockLaw, from: &AxisValues, to: &AxisValues) -> Vec<TipAndAxis> {
     let length = shop.tool.gauge_length();
     let motion = Motion::new(&shop.machine, law, from, to, length).unwrap();
     let work_from_table = shop.table_from_work.inverse();
@@ -157,9 +157,10 @@ fn places(shop: &Shop, law: BlockLaw, from: &AxisValues, to: &AxisValues) -> Vec
         let cl = shop.machine.cl_point(&motion.at(t).unwrap(), length).transformed(&work_from_table);
         (cl.tip, cl.axis)
     };
-    let sampled = |n: u32| -> Vec<Place> { (0..=n).map(|k| at(f64::from(k) / f64::from(n))).collect() };
-    let far =
-        |w: &[Place]| (w[1].0 - w[0].0).norm() + CUTTER.radius * (w[1].1.into_inner() - w[0].1.into_inner()).norm();
+    let sampled = |n: u32| -> Vec<TipAndAxis> { (0..=n).map(|k| at(f64::from(k) / f64::from(n))).collect() };
+    let far = |w: &[TipAndAxis]| {
+        (w[1].0 - w[0].0).norm() + CUTTER.radius * (w[1].1.into_inner() - w[0].1.into_inner()).norm()
+    };
     let mut n = 100;
     loop {
         let all = sampled(n);
@@ -172,7 +173,7 @@ fn places(shop: &Shop, law: BlockLaw, from: &AxisValues, to: &AxisValues) -> Vec
 }
 
 /// How far a point is outside of the cutter at the place where it is nearest, inside negative, mm.
-fn outside(places: &[Place], p: &Point3<f64>) -> f64 {
+fn outside(places: &[TipAndAxis], p: &Point3<f64>) -> f64 {
     places.iter().map(|place| CUTTER.outside(place, p).0).fold(f64::INFINITY, f64::min)
 }
 
@@ -215,13 +216,13 @@ fn cut(shop: &Shop, form: Form, poses: &[Pose], axes: &[AxisValues]) -> (DexelMa
 }
 
 /// Samples of a whole way.
-fn sweep(shop: &Shop, form: Form, axes: &[AxisValues]) -> Vec<Place> {
+fn sweep(shop: &Shop, form: Form, axes: &[AxisValues]) -> Vec<TipAndAxis> {
     axes.windows(2).flat_map(|w| places(shop, form.law().into(), &w[0], &w[1])).collect()
 }
 
 /// How deep material that is left is in the cutter at any sample, and how far material that was
 /// taken is outside of all, mm.
-fn errors(stock: &DexelMap, sweep: &[Place]) -> [f64; 2] {
+fn errors(stock: &DexelMap, sweep: &[TipAndAxis]) -> [f64; 2] {
     let mut errors = [0.0_f64; 2];
     for (p, is_material) in points(stock, [0.0, HEIGHT]) {
         let away = outside(sweep, &p);

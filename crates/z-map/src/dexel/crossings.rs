@@ -3,7 +3,7 @@
 use facemill_surface_model::TriMesh;
 
 use crate::dexel::grid::DexelGrid;
-use crate::dexel::mesh_stock::{Facet, QUANTUM, window};
+use crate::dexel::mesh_stock::{ProjectedTriangle, QUANTUM, window};
 use crate::dexel::tile::SIDE;
 
 /// Where a line goes through a triangle.
@@ -26,7 +26,8 @@ pub(crate) fn crossings_of_tile(grid: &DexelGrid, corner: [usize; 2], mesh: &Tri
         let corners = mesh.corners(triangle as usize);
         let Some([columns, rows]) = window(grid, &corners, 0.0) else { continue };
         let quanta = |c: f64| (c / QUANTUM).round() as i64;
-        let facet = Facet { places: corners.map(|p| [quanta(p.x), quanta(p.y)]), heights: corners.map(|p| p.z) };
+        let facet =
+            ProjectedTriangle { places: corners.map(|p| [quanta(p.x), quanta(p.y)]), heights: corners.map(|p| p.z) };
         for j in rows[0].max(corner[1])..=rows[1].min(corner[1] + SIDE - 1) {
             for i in columns[0].max(corner[0])..=columns[1].min(corner[0] + SIDE - 1) {
                 let line = ((j - corner[1]) * SIDE + i - corner[0]) as u16;

@@ -95,7 +95,7 @@ pub(crate) fn deeper(a: Deepest, b: Deepest) -> Deepest {
 }
 
 /// A tile that is being cut.
-pub(crate) struct Window<'a> {
+pub(crate) struct CutTile<'a> {
     pub(crate) grid: &'a DexelGrid,
     pub(crate) i0: usize,
     pub(crate) j0: usize,
@@ -104,7 +104,7 @@ pub(crate) struct Window<'a> {
     pub(crate) arch: pulp::Arch,
 }
 
-impl Window<'_> {
+impl CutTile<'_> {
     /// Length taken out, and number of lines.
     pub(crate) fn cut(&mut self, swept: &Swept) -> [f64; 2] {
         let Some(rows) = rows_to_look_at(self.grid, self.i0, self.j0, self.tile, swept) else { return [0.0; 2] };

@@ -8,7 +8,7 @@ use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 
 use crate::dexel::crossings::{Crossing, crossings_of_tile, merged, outer};
-use crate::dexel::deviation::line::Line;
+use crate::dexel::deviation::line::LinePair;
 use crate::dexel::grid::DexelGrid;
 use crate::dexel::map::DexelMap;
 use crate::dexel::mesh_stock::{MAX_REACH, bins};
@@ -17,7 +17,7 @@ use crate::dexel::tile::{LINES, SIDE};
 /// A place where a line of a map goes through the surface of a part, and how far the stock's
 /// surface is from it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct DeviationPoint {
     /// On the part, workpiece frame, mm.
     pub position: Point3<f64>,
     /// Triangle of the part.
@@ -153,7 +153,7 @@ impl Deviation<'_> {
     }
 
     /// All places, line by line within tiles, upward.
-    pub fn places(&self) -> impl Iterator<Item = Place> + '_ {
+    pub fn places(&self) -> impl Iterator<Item = DeviationPoint> + '_ {
         let tiles_x = self.grid.n_lines()[0].div_ceil(SIDE);
         self.tiles.iter().enumerate().filter(|(_, t)| !t.starts.is_empty()).flat_map(move |(k, tile)| {
             let (i0, j0) = (k % tiles_x * SIDE, k / tiles_x * SIDE);
@@ -171,12 +171,12 @@ impl Deviation<'_> {
     /// The place next to a point of the part with this normal: the nearest one on the nine lines
     /// around it, of those whose normals are within 60° of it, and that are not farther away than
     /// lines may be along such a slope.
-    pub fn near(&self, point: &Point3<f64>, normal: &Vector3<f64>) -> Option<Place> {
+    pub fn near(&self, point: &Point3<f64>, normal: &Vector3<f64>) -> Option<DeviationPoint> {
         let frame = self.grid.work_from_map();
         let p = frame.inverse_transform_point(point);
         let rise = frame.inverse_transform_vector(normal).z.abs();
         let [i, j] = [0, 1].map(|k| ((p[k] - self.grid.origin()[k]) / self.grid.cell()).floor() as i64);
-        let mut nearest: Option<(f64, Place)> = None;
+        let mut nearest: Option<(f64, DeviationPoint)> = None;
         for (a, b) in (-1..=1).flat_map(|b| (-1..=1).map(move |a| (i + a, j + b))) {
             let (Ok(a), Ok(b)) = (usize::try_from(a), usize::try_from(b)) else { continue };
             for record in self.records(a, b) {
@@ -200,9 +200,9 @@ impl Deviation<'_> {
         self.tiles[j / SIDE * nx.div_ceil(SIDE) + i / SIDE].of_line(j % SIDE * SIDE + i % SIDE)
     }
 
-    fn place(&self, i: usize, j: usize, record: &Record) -> Place {
+    fn place(&self, i: usize, j: usize, record: &Record) -> DeviationPoint {
         let Record { height, deviation, triangle, is_cut } = *record;
-        Place { position: self.grid.in_work(i, j, height), triangle, deviation, is_cut }
+        DeviationPoint { position: self.grid.in_work(i, j, height), triangle, deviation, is_cut }
     }
 }
 
@@ -243,7 +243,7 @@ impl Held<'_> {
                 None => of_line.to_vec(),
             };
             out.starts.resize(line + 1, out.records.len() as u32);
-            let at = Line {
+            let at = LinePair {
                 part: self.part,
                 grid: &self.map.grid,
                 i: i0 + line % SIDE,

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::dexel::bodies::body::TurnedBody;
 use crate::dexel::bodies::straight::Swept;
-use crate::dexel::bodies::sweep::{Part, Purpose, SweepError};
+use crate::dexel::bodies::sweep::{Purpose, SweepError, SweepPart};
 use crate::dexel::cut::{Deepest, Glance, deeper};
 use crate::dexel::grid::DexelGrid;
 use crate::dexel::map::DexelMap;
@@ -27,7 +27,7 @@ const COARSER: f64 = 8.0;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Task<'a> {
     step: usize,
-    part: Part<'a>,
+    part: SweepPart<'a>,
     is_asked: bool,
 }
 
@@ -40,7 +40,7 @@ pub(crate) struct Job<'a> {
 }
 
 struct Finer<'a> {
-    part: Part<'a>,
+    part: SweepPart<'a>,
     pieces: OnceLock<Vec<Swept<'a>>>,
 }
 

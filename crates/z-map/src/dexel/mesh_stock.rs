@@ -65,11 +65,11 @@ pub(crate) const MAX_REACH: f64 = (1u64 << 24) as f64;
 const ROUNDING: f64 = 1e-6;
 
 /// A place in the lattice's plane, in quanta.
-pub(crate) type Place = [i64; 2];
+pub(crate) type LatticePoint = [i64; 2];
 
 /// A triangle's corners in the map's frame.
-pub(crate) struct Facet {
-    pub(crate) places: [Place; 3],
+pub(crate) struct ProjectedTriangle {
+    pub(crate) places: [LatticePoint; 3],
     pub(crate) heights: [f64; 3],
 }
 
@@ -239,7 +239,7 @@ impl Cast<'_> {
     /// Ends of the material that a triangle makes on the tile's lines.
     fn add(&self, corners: &[Point3<f64>; 3], allowance: f64, ends: &mut Vec<End>) {
         let Some([columns, rows]) = window(self.grid, corners, allowance) else { return };
-        let facet = Facet {
+        let facet = ProjectedTriangle {
             places: corners.map(|p| [p.x, p.y].map(|c| (c / QUANTUM).round() as i64)),
             heights: corners.map(|p| p.z),
         };
@@ -276,9 +276,9 @@ impl Cast<'_> {
     }
 }
 
-impl Facet {
+impl ProjectedTriangle {
     /// Height at which a line goes through, and whether it goes in.
-    pub(crate) fn crossing(&self, at: Place) -> Option<(f64, bool)> {
+    pub(crate) fn crossing(&self, at: LatticePoint) -> Option<(f64, bool)> {
         let [a, b, c] = self.places;
         let sides = [side(b, c, at), side(c, a, at), side(a, b, at)];
         let is_up = sides[0].1;
@@ -299,7 +299,7 @@ impl Facet {
 /// Twice the area of the triangle from an edge to a place, and whether the place, moved by an
 /// infinitely small step along x and a far smaller one along y, is to the left of the edge. The
 /// answer for the edge turned round is the opposite.
-fn side(a: Place, b: Place, at: Place) -> (i128, bool) {
+fn side(a: LatticePoint, b: LatticePoint, at: LatticePoint) -> (i128, bool) {
     let [dx, dy] = [0, 1].map(|k| i128::from(b[k]) - i128::from(a[k]));
     let [px, py] = [0, 1].map(|k| i128::from(at[k]) - i128::from(a[k]));
     let area = dx * py - dy * px;

@@ -15,7 +15,7 @@ const CLEAR: f64 = 1e-6;
 
 /// The lines of a row that may meet a swept solid.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Run {
+pub(crate) struct LineRun {
     /// First and last column.
     pub(crate) columns: [usize; 2],
     y: f64,
@@ -34,7 +34,7 @@ pub(crate) struct Scan<'a, 'b> {
     /// Row of the tile.
     pub(crate) row: usize,
     pub(crate) tile: &'a mut Tile,
-    pub(crate) run: Run,
+    pub(crate) run: LineRun,
 }
 
 impl NullaryFnOnce for Scan<'_, '_> {
@@ -105,7 +105,7 @@ pub(crate) struct Ask<'a, 'b> {
     /// Row of the tile.
     pub(crate) row: usize,
     pub(crate) tile: &'a Tile,
-    pub(crate) run: Run,
+    pub(crate) run: LineRun,
 }
 
 /// Part of a line in a tile that a solid meets, and its column.
@@ -184,7 +184,7 @@ fn places(grid: &DexelGrid, first: usize) -> Wide {
 
 /// Returns the quickly found losses of sixteen lines; `None` if bounds prove that none is touched.
 #[inline(always)]
-fn look(swept: &Swept, x: &Wide, tops: &Wide, run: &mut Run) -> Option<Verdicts> {
+fn look(swept: &Swept, x: &Wide, tops: &Wide, run: &mut LineRun) -> Option<Verdicts> {
     let mut floors = [0.0; LANES];
     let mut is_clear = true;
     for l in 0..LANES {
@@ -234,12 +234,12 @@ pub(crate) fn run_of_row(
     [low, high]: [f64; 2],
     swept: &Swept,
     warmth: &Warmth,
-) -> Option<Run> {
+) -> Option<LineRun> {
     let columns = swept.rows.within(j, i0, i0 + SIDE - 1)?;
     if high == f64::NEG_INFINITY || swept.bounds[0] >= high + CLEAR || swept.bounds[1] <= low - CLEAR {
         return None;
     }
     let y = grid.y(j);
     let is_clear = swept.floor(columns.map(|i| grid.x(i)), [y, y]) >= high + CLEAR;
-    (!is_clear).then_some(Run { columns, y, warmth: *warmth })
+    (!is_clear).then_some(LineRun { columns, y, warmth: *warmth })
 }

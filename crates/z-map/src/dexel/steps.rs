@@ -1,7 +1,7 @@
 use rayon::prelude::*;
 
 use crate::dexel::bodies::sweep::{Sweep, SweepError};
-use crate::dexel::cut::{Contact, Deepest, Glance, Window, deeper};
+use crate::dexel::cut::{Contact, CutTile, Deepest, Glance, deeper};
 use crate::dexel::job::{BATCH, Plan, Wider, tasks};
 use crate::dexel::map::DexelMap;
 use crate::dexel::tile::{SIDE, Tile};
@@ -56,7 +56,7 @@ impl DexelMap {
             let plan = Plan::new(self, batch, &wider, tolerance);
             let of_tile = |(k, tile, of_tile): Busy<'_, '_>| -> Vec<OnTile> {
                 let (i0, j0) = (k % tiles_x * SIDE, k / tiles_x * SIDE);
-                let mut window = Window { grid: &grid, i0, j0, tile, arch };
+                let mut window = CutTile { grid: &grid, i0, j0, tile, arch };
                 let done = of_tile.iter().filter_map(|&(_, job)| {
                     let job = &plan.jobs[job as usize];
                     match steps[job.step] {

@@ -3,7 +3,7 @@ use nalgebra::{Isometry3, Point3};
 use pulp::Arch;
 use rayon::prelude::*;
 
-use crate::lattice::{Lattice, Raise, Window};
+use crate::lattice::{Lattice, NodeWindow, Raise};
 use crate::map::{ZMapError, ZMapSettings, grid_over};
 use crate::raster::Grid;
 
@@ -96,7 +96,7 @@ struct Binned {
 }
 
 impl Binned {
-    fn new(windows: impl Iterator<Item = Option<Window>>, n_strips: usize) -> Self {
+    fn new(windows: impl Iterator<Item = Option<NodeWindow>>, n_strips: usize) -> Self {
         let some: Vec<(u32, [usize; 2])> =
             (0..).zip(windows).filter_map(|(t, w)| w.map(|w| (t, w.rows.map(|j| j as usize / STRIP)))).collect();
         let mut starts = vec![0u32; n_strips + 1];

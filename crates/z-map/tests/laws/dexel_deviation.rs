@@ -2,7 +2,7 @@
 
 use facemill_cl_data::{Cancelled, Monitor, Silent};
 use facemill_surface_model::{Surface, SurfaceSettings, TriMesh};
-use facemill_z_map::{Deviation, DeviationError, DexelMap, Place};
+use facemill_z_map::{Deviation, DeviationError, DeviationPoint, DexelMap};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::dexel_kit::{body, cut, upright};
@@ -23,7 +23,7 @@ fn leaning(angle: f64) -> Isometry3<f64> {
 }
 
 /// Places on the top of a plate with the top at z = 0, away from its edges.
-fn on_top<'a>(deviation: &'a Deviation<'_>, half: f64) -> impl Iterator<Item = Place> + 'a {
+fn on_top<'a>(deviation: &'a Deviation<'_>, half: f64) -> impl Iterator<Item = DeviationPoint> + 'a {
     deviation.places().filter(move |p| p.position.z.abs() < 1e-6 && p.position.x.abs().max(p.position.y.abs()) < half)
 }
 
@@ -116,8 +116,8 @@ fn cut_through_is_as_deep_as_the_part_is_thick() {
     let [before, mut now] = milled(&part, &leaning(0.3), 0.5);
     cut(&mut now, &body(6.0, 0.0, 30.0), upright([0.0, 0.0, 5.0]), upright([0.0, 0.0, -15.0]), 0.01);
     let deviation = now.deviation(&before, &part, &Silent).unwrap();
-    let middle = |p: &Place| p.position.x.hypot(p.position.y) < 2.0;
-    let through: Vec<Place> = deviation.places().filter(middle).collect();
+    let middle = |p: &DeviationPoint| p.position.x.hypot(p.position.y) < 2.0;
+    let through: Vec<DeviationPoint> = deviation.places().filter(middle).collect();
     assert!(through.len() > 40 && through.iter().all(|p| (p.deviation + 6.0).abs() < ROUNDED), "{:?}", through[0]);
 
     let corners = [(-20.0, -20.0), (20.0, -20.0), (20.0, 20.0), (-20.0, 20.0)].map(|(x, y)| Point3::new(x, y, 0.0));
@@ -214,9 +214,9 @@ fn deviations_lie_between_distance_and_way_along_the_line() {
 }
 
 /// Cancels at once.
-struct Stop;
+struct CancelAtOnce;
 
-impl Monitor for Stop {
+impl Monitor for CancelAtOnce {
     fn advance(&self, _: usize) {}
     fn is_cancelled(&self) -> bool {
         true
@@ -229,7 +229,7 @@ fn maps_that_do_not_belong_together_and_cancelling_are_errors() {
     let [before, now] = milled(&part, &Isometry3::identity(), 1.0);
     let [other, _] = milled(&part, &Isometry3::identity(), 0.9);
     assert_eq!(now.deviation(&other, &part, &Silent).err(), Some(DeviationError::OtherLines));
-    assert_eq!(now.deviation(&before, &part, &Stop).err(), Some(DeviationError::Cancelled(Cancelled)));
+    assert_eq!(now.deviation(&before, &part, &CancelAtOnce).err(), Some(DeviationError::Cancelled(Cancelled)));
     let far = surface(part.mesh().transformed(&Isometry3::translation(1e8, 0.0, 0.0)));
     assert!(matches!(now.deviation(&before, &far, &Silent), Err(DeviationError::TooFar { .. })));
 }

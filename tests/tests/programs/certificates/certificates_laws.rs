@@ -4,7 +4,7 @@
 use facemill_tests::interpreter::{Axes, Motion};
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::program::{code_and_errors, run};
-use facemill_tests::read_back::Place;
+use facemill_tests::read_back::TipAndAxis;
 use facemill_tests::variants::{Written, variant, written};
 use nalgebra::{Rotation3, Unit, Vector3};
 use serde_json::{Value, json};
@@ -63,7 +63,7 @@ fn each_at_its_speed(a: &Axes, b: &Axes, t: f64) -> Axes {
 }
 
 /// The tool at a part of a motion's time.
-fn place(w: &Written, m: &Motion, laws: [&str; 2], t: f64) -> Place {
+fn place(w: &Written, m: &Motion, laws: [&str; 2], t: f64) -> TipAndAxis {
     if m.rapid {
         let [a, b] = [m.from, m.to].map(|at| axis_words(w, &at, m.rtcp));
         let at = if laws[1] == "per_axis" { each_at_its_speed(&a, &b, t) } else { a.lerp(&b, t) };
@@ -79,7 +79,7 @@ fn place(w: &Written, m: &Motion, laws: [&str; 2], t: f64) -> Place {
 }
 
 /// Distance of the nearest body from anything, searched up to `at_most`.
-fn body_distance(w: &Written, (tip, axis): &Place, at_most: f64) -> f64 {
+fn body_distance(w: &Written, (tip, axis): &TipAndAxis, at_most: f64) -> f64 {
     let pairs = w.back.grounds.iter().flat_map(|g| w.back.bodies.iter().map(move |b| (g, b)));
     pairs.map(|(g, b)| g.bins.distance(&b.shape, tip, axis, at_most)).fold(at_most, f64::min)
 }

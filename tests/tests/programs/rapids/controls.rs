@@ -2,7 +2,7 @@
 //! them.
 
 use facemill::nc_program::Dialect;
-use facemill::rapids::{Rapids, RapidsRequest, WayKind, faster_rapids};
+use facemill::rapids::{Rapids, RapidsRequest, RetractStrategy, faster_rapids};
 use facemill::{CutRequest, Job, SilentStages};
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::variants::{box_obj, tiny_patch};
@@ -62,7 +62,7 @@ fn links_for_haas_mazak_and_linuxcnc_become_one_block_among_the_same_bytes() {
         let direct = program("G0 X-30. Y5. B2.5 C-12.\n");
         assert_eq!(String::from_utf8(made.text).unwrap(), direct, "{dialect:?}");
         let [link] = &made.file.links[..] else { panic!("{dialect:?}: {:?}", made.file.links) };
-        assert!(link.way == WayKind::Direct && link.time_after_s < link.time_before_s, "{dialect:?}: {link:?}");
+        assert!(link.way == RetractStrategy::Direct && link.time_after_s < link.time_before_s, "{dialect:?}: {link:?}");
         assert_eq!((&*made.file.dialect, made.file.findings), (dialect.name(), [0, 0]));
         let again = faster(&job, dialect, &direct);
         assert!(again.text == direct.as_bytes() && again.file.changed == 0, "{dialect:?}");

@@ -2,7 +2,7 @@
 
 use facemill::Job;
 use facemill::nc_program::Dialect;
-use facemill::rapids::{Rapids, WayKind};
+use facemill::rapids::{Rapids, RetractStrategy};
 use facemill_tests::commands::facemill_in;
 use facemill_tests::jobs::text_of;
 use facemill_tests::variants::blink_patch;
@@ -54,7 +54,7 @@ fn a_link_with_nothing_in_the_way_is_one_line_and_the_lines_behind_count_on() {
         let direct = text(&two_ways("", DIRECT));
         assert_eq!(String::from_utf8(made.text).unwrap(), direct);
         let [link] = &made.file.links[..] else { panic!("{:?}", made.file.links) };
-        assert!(link.way == WayKind::Direct && link.time_after_s < link.time_before_s, "{link:?}");
+        assert!(link.way == RetractStrategy::Direct && link.time_after_s < link.time_before_s, "{link:?}");
         assert_eq!((link.lines, link.new_lines, made.file.findings), ([11, 13], [11, 11], [0, 0]));
         let again = faster(&job, &direct);
         assert!(again.text == direct.as_bytes() && again.file.changed == 0);

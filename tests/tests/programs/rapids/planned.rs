@@ -1,7 +1,7 @@
 //! Links of plans: shorter ones are free by the kit's own kinematics and distances, and change
 //! nothing else.
 
-use facemill::rapids::{ShortenedLinks, WayKind};
+use facemill::rapids::{RetractStrategy, ShortenedLinks};
 use facemill::{Job, PlanSettings, Planned, SilentStages, plan_job};
 use facemill_tests::interpreter::{self, Motion};
 use facemill_tests::jobs::{JobFolder, text_of};
@@ -42,10 +42,10 @@ fn adds_up(planned: &Planned) {
     let sum = |time: fn(&facemill::rapids::PlannedLinkReport) -> f64| links.links.iter().map(time).sum::<f64>();
     let sums = [sum(|l| l.time_before_s), sum(|l| l.time_after_s), sum(|l| l.lower_bound_s)];
     assert_eq!(sums, [links.time_before_s, links.time_after_s, links.lower_bound_s]);
-    assert_eq!(links.changed, links.links.iter().filter(|l| l.way != WayKind::Original).count());
+    assert_eq!(links.changed, links.links.iter().filter(|l| l.way != RetractStrategy::Original).count());
     for link in &links.links {
         assert!(link.lower_bound_s <= link.time_after_s + 1e-9 && link.time_after_s <= link.time_before_s, "{link:?}");
-        assert_eq!(link.way == WayKind::Original, link.time_after_s == link.time_before_s, "{link:?}");
+        assert_eq!(link.way == RetractStrategy::Original, link.time_after_s == link.time_before_s, "{link:?}");
     }
     assert!(links.links.windows(2).all(|pair| pair[0].lines[1] < pair[1].lines[0]));
 }
@@ -131,7 +131,7 @@ fn what_is_switched_between_operations_is_switched_far_from_the_part() {
     let kept: Vec<_> = other.iter().filter_map(|l| l.kept_because.as_deref()).collect();
     assert_eq!(kept, ["spindle or coolant change on it"]);
     let at = other.iter().position(|l| l.kept_because.is_some()).unwrap();
-    assert!(same[at].way != WayKind::Original && other[at].way == WayKind::Original);
+    assert!(same[at].way != RetractStrategy::Original && other[at].way == RetractStrategy::Original);
 }
 
 #[test]

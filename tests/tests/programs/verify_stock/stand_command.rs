@@ -1,7 +1,7 @@
 //! `facemill verify` on part, stock, machine and tool named one by one: exit codes, what it tells,
 //! and what it writes.
 
-use facemill_tests::commands::{Told, facemill_in, files_of};
+use facemill_tests::commands::{CommandOutput, facemill_in, files_of};
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::variants::box_obj;
 use serde_json::{Value, json};
@@ -23,7 +23,7 @@ fn stand() -> String {
 }
 
 /// Runs `facemill verify program.nc` with these words behind it, and the file that it wrote.
-fn verify(job: &JobFolder, words: &str) -> (Told, Value) {
+fn verify(job: &JobFolder, words: &str) -> (CommandOutput, Value) {
     let told = facemill_in(job, &format!("verify program.nc --out found.json {words}"));
     assert!(told.code < 2, "{words}: {}", told.errors);
     (told, job.json("found.json"))

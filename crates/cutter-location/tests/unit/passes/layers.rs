@@ -27,7 +27,7 @@ impl Hashed {
     fn layer(&self, layer: usize) -> Vec<f64> {
         (0..self.sizes[layer]).map(|node| self.node_cost(layer, node)).collect()
     }
-    fn shortest_way(&self) -> Option<Way> {
+    fn shortest_way(&self) -> Option<LayeredPath> {
         let mut ways = ShortestWays::new(self.layer(0));
         for layer in 1..self.sizes.len() {
             ways.extend(&self.layer(layer), |from, to| self.edge_cost(layer, from, to));

@@ -1,6 +1,6 @@
 //! Shortened links of a report.
 
-use facemill_tool_path::links::ways::WayKind;
+use facemill_tool_path::links::link_paths::RetractStrategy;
 use schemars::JsonSchema;
 use serde::Serialize;
 
@@ -61,7 +61,7 @@ pub struct PlannedLinkReport {
     /// Time of its slowest axis by itself, without obstacles: no link is faster, s.
     pub lower_bound_s: f64,
     /// Its path.
-    pub way: WayKind,
+    pub way: RetractStrategy,
     /// Reason why it was not examined, or was restored to the path over the clearance surface.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub kept_because: Option<String>,
@@ -80,7 +80,7 @@ impl ShortenedLinks {
             time_after_s,
             lower_bound_s,
             ratio_to_lower_bound: (lower_bound_s > 0.0).then(|| time_after_s / lower_bound_s),
-            changed: links.iter().filter(|l| l.way != WayKind::Original).count(),
+            changed: links.iter().filter(|l| l.way != RetractStrategy::Original).count(),
             links,
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::program::Coolant;
 use crate::read::error::{ReadError, ReadFault};
-use crate::read::fanuc::lexer::{Line, Word};
+use crate::read::fanuc::lexer::{FanucWord, LexedLine};
 use crate::read::fanuc::variant::Variant;
 use crate::read::modal::Modal;
 use crate::read::program::{CallKind, MacroKind, ReadBlock, ReadCall, ReadCommand};
@@ -30,14 +30,14 @@ pub(super) enum AxisRole {
 
 /// Resolves the words of `line`, whose text is `text`, and fills the block.
 pub(super) fn interpret(
-    line: &mut Line,
+    line: &mut LexedLine,
     variant: Variant,
     modal: &mut Modal,
     text: &[u8],
     block: &mut ReadBlock,
 ) -> Result<(), ReadError> {
     check_repeated(line, variant)?;
-    let mut reading = BlockReading {
+    let mut reading = FanucBlock {
         line,
         variant,
         modal,
@@ -68,9 +68,9 @@ pub(super) fn interpret(
 
 /// Every word but G and M stands once in a block; on Mazak controls a second T makes the next tool
 /// ready.
-fn check_repeated(line: &Line, variant: Variant) -> Result<(), ReadError> {
+fn check_repeated(line: &LexedLine, variant: Variant) -> Result<(), ReadError> {
     for (k, word) in line.words.iter().enumerate() {
-        let is_same = |other: &Word| other.letter == word.letter && other.index == word.index;
+        let is_same = |other: &FanucWord| other.letter == word.letter && other.index == word.index;
         let may_repeat = matches!(word.letter, b'G' | b'M') || word.letter == b'T' && variant == Variant::Mazak;
         if !may_repeat && line.words[..k].iter().any(is_same) {
             return Err(line.word_error(word, ReadFault::Repeated(line.word_text(word))));
@@ -80,8 +80,8 @@ fn check_repeated(line: &Line, variant: Variant) -> Result<(), ReadError> {
 }
 
 /// A block being read. Its G words are in `g_words`, its moves in `motion`.
-pub(super) struct BlockReading<'a> {
-    pub(super) line: &'a mut Line,
+pub(super) struct FanucBlock<'a> {
+    pub(super) line: &'a mut LexedLine,
     pub(super) variant: Variant,
     pub(super) modal: &'a mut Modal,
     /// The line without blanks at its ends.
@@ -97,7 +97,7 @@ pub(super) struct BlockReading<'a> {
     names_axes: bool,
 }
 
-impl BlockReading<'_> {
+impl FanucBlock<'_> {
     /// `,R5.` and `,C2.` round or chamfer the corner at the end of the block; `,A30.` is the angle
     /// of a line, whose end another word follows from. `@` and `^` are distance and angle from a
     /// pole. A comment that a control may take for words is none of these, and as unclear.
@@ -136,7 +136,7 @@ impl BlockReading<'_> {
 
     /// P behind S, M3, M4 or M5: which spindle they are for. Behind other M functions it is theirs.
     fn spindle_number(&mut self) -> Result<(), ReadError> {
-        let is_switch = |w: &Word| w.letter == b'M' && matches!(w.value, 3.0 | 4.0 | 5.0);
+        let is_switch = |w: &FanucWord| w.letter == b'M' && matches!(w.value, 3.0 | 4.0 | 5.0);
         let words = &self.line.words;
         let is_for_spindle = words.iter().any(|w| w.letter == b'S' || is_switch(w));
         let has_other = words.iter().any(|w| w.letter == b'M' && !is_switch(w));
@@ -260,7 +260,7 @@ impl BlockReading<'_> {
 
     /// Keeps what a block calls: the number behind P, and all other words as arguments.
     pub(super) fn keep_call(&mut self, is_modal: bool) {
-        let is_name = |w: &&Word| w.letter == b'P';
+        let is_name = |w: &&FanucWord| w.letter == b'P';
         let name =
             self.line.words.iter().find(is_name).map_or(String::new(), |w| self.line.word_text(w)[1..].to_owned());
         let arguments = self.line.words_text(|w| !matches!(w.letter, b'G' | b'M' | b'P'));
@@ -303,13 +303,13 @@ impl BlockReading<'_> {
     }
 
     /// The word of a letter that nothing has used, marked as used.
-    pub(super) fn take(&mut self, letter: u8) -> Option<Word> {
+    pub(super) fn take(&mut self, letter: u8) -> Option<FanucWord> {
         let word = self.line.words.iter_mut().find(|w| w.letter == letter && w.index == 0 && !w.is_used)?;
         word.is_used = true;
         Some(*word)
     }
 
-    pub(super) fn whole(&self, word: &Word) -> Result<u32, ReadError> {
+    pub(super) fn whole(&self, word: &FanucWord) -> Result<u32, ReadError> {
         let is_whole =
             word.index == 0 && word.is_known && word.value.fract() == 0.0 && (0.0..=99_999_999.0).contains(&word.value);
         if is_whole { Ok(word.value as u32) } else { Err(self.fault(word, ReadFault::Number)) }
@@ -323,12 +323,12 @@ impl BlockReading<'_> {
         if self.modal.is_inch { INCH } else { 1.0 }
     }
 
-    pub(super) fn fault(&self, word: &Word, fault: impl FnOnce(String) -> ReadFault) -> ReadError {
+    pub(super) fn fault(&self, word: &FanucWord, fault: impl FnOnce(String) -> ReadFault) -> ReadError {
         self.line.word_error(word, fault(self.line.word_text(word)))
     }
 }
 
 /// The axis that a word is of.
-pub(super) fn axis_of(word: &Word) -> Option<AxisLetter> {
+pub(super) fn axis_of(word: &FanucWord) -> Option<AxisLetter> {
     AxisLetter::new(char::from(word.letter), word.index)
 }

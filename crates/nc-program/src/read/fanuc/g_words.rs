@@ -2,8 +2,8 @@
 
 use crate::program::WorkOffset;
 use crate::read::error::{ReadError, ReadFault};
-use crate::read::fanuc::block::{AxisRole, BlockReading, INCH, axis_of};
-use crate::read::fanuc::lexer::Word;
+use crate::read::fanuc::block::{AxisRole, FanucBlock, INCH, axis_of};
+use crate::read::fanuc::lexer::FanucWord;
 use crate::read::fanuc::variant::Variant;
 use crate::read::modal::MotionCode;
 use crate::read::program::{Compensation, MacroKind, Plane, ReadCommand};
@@ -18,7 +18,7 @@ pub(super) const PLANE: &str = "a tilted working plane is not followed";
 
 const PER_TURN: &str = "a feed per revolution or a constant surface speed is not followed";
 
-impl BlockReading<'_> {
+impl FanucBlock<'_> {
     /// Every G word of the block, in order.
     pub(super) fn g_words(&mut self) -> Result<(), ReadError> {
         for k in 0..self.line.words.len() {
@@ -37,7 +37,7 @@ impl BlockReading<'_> {
     }
 
     /// `code` is ten times the G number.
-    fn g_word(&mut self, word: &Word, code: u16) -> Result<(), ReadError> {
+    fn g_word(&mut self, word: &FanucWord, code: u16) -> Result<(), ReadError> {
         if self.variant_code(word, code)? {
             return Ok(());
         }
@@ -135,7 +135,7 @@ impl BlockReading<'_> {
 
     /// G5 P and G5.1 Q switch the look-ahead, and their axis words say for which axes. On some
     /// controls G5 and G5.1 without them are splines.
-    fn look_ahead(&mut self, word: &Word) -> Result<(), ReadError> {
+    fn look_ahead(&mut self, word: &FanucWord) -> Result<(), ReadError> {
         let switch = if word.value == 5.0 { b'P' } else { b'Q' };
         if self.take(switch).is_none() || self.line.words.iter().any(|w| matches!(w.letter, b'I' | b'J')) {
             self.leave_path("a spline is not followed");
@@ -164,10 +164,10 @@ impl BlockReading<'_> {
     }
 
     /// Keeps a word that says how a path is kept, with the words that may belong to it.
-    pub(super) fn keep_mode(&mut self, word: &Word) {
+    pub(super) fn keep_mode(&mut self, word: &FanucWord) {
         self.has_parameters = true;
-        let is_code = |w: &Word| w.letter == word.letter && w.value == word.value;
-        let is_own = |w: &Word| is_code(w) || matches!(w.letter, b'P' | b'Q' | b'R' | b'E');
+        let is_code = |w: &FanucWord| w.letter == word.letter && w.value == word.value;
+        let is_own = |w: &FanucWord| is_code(w) || matches!(w.letter, b'P' | b'Q' | b'R' | b'E');
         let text = self.line.words_text(is_own);
         self.block.commands.push(ReadCommand::Mode(text));
     }
@@ -220,7 +220,7 @@ impl BlockReading<'_> {
     /// G54.2 P and G54.4 P: an offset that turns with the table, or one for how the workpiece is
     /// set. P0 switches it off; P of an unknown value may be any.
     pub(super) fn table_offset(&mut self) {
-        let is_zero = |w: &Word| w.letter == b'P' && w.index == 0 && w.is_known && w.value == 0.0;
+        let is_zero = |w: &FanucWord| w.letter == b'P' && w.index == 0 && w.is_known && w.value == 0.0;
         if self.line.words.iter().any(is_zero) {
             self.take(b'P');
             self.frame_off();
@@ -241,7 +241,7 @@ impl BlockReading<'_> {
         }
     }
 
-    pub(super) fn additional_offset(&mut self, word: &Word) -> Result<(), ReadError> {
+    pub(super) fn additional_offset(&mut self, word: &FanucWord) -> Result<(), ReadError> {
         let number = self.take(b'P').map(|p| self.whole(&p)).transpose()?.unwrap_or(0);
         let offset = u16::try_from(number).ok().filter(|n| *n > 0).and_then(|n| WorkOffset::new(n.saturating_add(6)));
         if offset.is_none() {

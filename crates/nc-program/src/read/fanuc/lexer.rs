@@ -11,7 +11,7 @@ use crate::read::values::{expression, number};
 
 /// A letter and its number.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Word {
+pub(super) struct FanucWord {
     /// Upper case; lower case behind a comma (`,R5.`).
     pub(super) letter: u8,
     /// The 2 of `X2=`, 0 for a letter alone.
@@ -41,14 +41,14 @@ pub(super) struct Assignment {
 
 /// One line, taken apart. Kept from line to line for its memory.
 #[derive(Debug, Default)]
-pub(super) struct Line {
+pub(super) struct LexedLine {
     /// Upper case, without comments and blanks.
     pub(super) code: Vec<u8>,
     /// Column of every byte of `code`, from 1.
     columns: Vec<u32>,
     /// Text of the comments, without their marks.
     pub(super) comments: Vec<String>,
-    pub(super) words: Vec<Word>,
+    pub(super) words: Vec<FanucWord>,
     pub(super) assignments: Vec<Assignment>,
     number: u32,
     /// A comment has parentheses inside, behind which a control may find words.
@@ -70,8 +70,8 @@ pub(super) struct CommentForm {
     pub(super) runs_python: bool,
 }
 
-impl Line {
-    /// Takes `bytes` apart into code and comments. Words follow with [`Line::split_words`].
+impl LexedLine {
+    /// Takes `bytes` apart into code and comments. Words follow with [`LexedLine::split_words`].
     pub(super) fn split(&mut self, number: u32, bytes: &[u8], form: CommentForm) -> Result<(), ReadError> {
         self.number = number;
         self.has_doubtful_comment = false;
@@ -140,7 +140,7 @@ impl Line {
             {
                 let word = self.word(at + 1, variant, variables)?;
                 at = word.end as usize;
-                self.words.push(Word { letter: word.letter.to_ascii_lowercase(), ..word });
+                self.words.push(FanucWord { letter: word.letter.to_ascii_lowercase(), ..word });
             } else {
                 let word = self.word(at, variant, variables)?;
                 at = word.end as usize;
@@ -170,7 +170,7 @@ impl Line {
         ReadFault::Expression(self.text(start, self.code.len()))
     }
 
-    fn word(&self, start: usize, variant: Variant, variables: &Variables) -> Result<Word, ReadError> {
+    fn word(&self, start: usize, variant: Variant, variables: &Variables) -> Result<FanucWord, ReadError> {
         let letter = self.code[start];
         // Distance and angle of polar words.
         let is_polar = variant == Variant::LinuxCnc && matches!(letter, b'@' | b'^');
@@ -181,7 +181,7 @@ impl Line {
             [digit @ b'1'..=b'9', b'=', ..] => (digit - b'0', start + 3),
             _ => (0, start + 1),
         };
-        let word = |value: Option<f64>, end: usize, has_point| Word {
+        let word = |value: Option<f64>, end: usize, has_point| FanucWord {
             letter,
             index,
             value: value.unwrap_or(f64::NAN),
@@ -232,20 +232,20 @@ impl Line {
 
     /// Whether any word is neither M, S or T nor of a dwell.
     pub(super) fn sets_state(&self) -> bool {
-        let is_dwell = |w: &Word| w.letter == b'G' && w.value == 4.0;
+        let is_dwell = |w: &FanucWord| w.letter == b'G' && w.value == 4.0;
         let dwells = self.words.iter().any(is_dwell);
-        let is_none = |w: &Word| matches!(w.letter, b'M' | b'S' | b'T');
-        let is_of_dwell = |w: &Word| dwells && (is_dwell(w) || matches!(w.letter, b'P' | b'X' | b'U'));
+        let is_none = |w: &FanucWord| matches!(w.letter, b'M' | b'S' | b'T');
+        let is_of_dwell = |w: &FanucWord| dwells && (is_dwell(w) || matches!(w.letter, b'P' | b'X' | b'U'));
         !self.assignments.is_empty() || !self.words.iter().all(|w| is_none(w) || is_of_dwell(w))
     }
 
     /// The word as it stands, without blanks.
-    pub(super) fn word_text(&self, word: &Word) -> String {
+    pub(super) fn word_text(&self, word: &FanucWord) -> String {
         self.text(word.start as usize, word.end as usize)
     }
 
     /// The words as they stand, without blanks inside them.
-    pub(super) fn words_text(&self, is_meant: impl Fn(&Word) -> bool) -> String {
+    pub(super) fn words_text(&self, is_meant: impl Fn(&FanucWord) -> bool) -> String {
         let mut text = String::new();
         for word in self.words.iter().filter(|w| is_meant(w)) {
             if !text.is_empty() {
@@ -257,7 +257,7 @@ impl Line {
     }
 
     /// Bytes of the line that are the word, and the byte at which its number begins.
-    pub(super) fn word_bytes(&self, word: &Word) -> (Range<usize>, usize) {
+    pub(super) fn word_bytes(&self, word: &FanucWord) -> (Range<usize>, usize) {
         let byte = |code: u32| self.columns[code as usize] as usize - 1;
         (byte(word.start)..byte(word.end - 1) + 1, byte(word.number))
     }
@@ -269,7 +269,7 @@ impl Line {
     }
 
     /// An error at a word.
-    pub(super) fn word_error(&self, word: &Word, fault: ReadFault) -> ReadError {
+    pub(super) fn word_error(&self, word: &FanucWord, fault: ReadFault) -> ReadError {
         self.error(word.start as usize, fault)
     }
 

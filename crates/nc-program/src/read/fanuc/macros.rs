@@ -1,6 +1,6 @@
 //! Macro text: what it is, and what it makes unknown.
 
-use crate::read::fanuc::reader::{FanucReader, Guard};
+use crate::read::fanuc::reader::{FanucGuard, FanucReader};
 use crate::read::program::{CallKind, MacroKind, NoteKind, ReadBlock, ReadCall, ReadCommand};
 
 impl FanucReader {
@@ -18,7 +18,7 @@ impl FanucReader {
                 }
                 self.notes.add(guard.line, NoteKind::Branch, guard.text.as_bytes());
             } else if !guard.has_alarm && kind == Some(MacroKind::Alarm) {
-                self.guard = Some(Guard { has_alarm: true, ..guard });
+                self.guard = Some(FanucGuard { has_alarm: true, ..guard });
                 is_guarded = true;
             } else if !guard.has_alarm || block.number != Some(guard.label) {
                 self.notes.add(guard.line, NoteKind::Branch, guard.text.as_bytes());
@@ -33,7 +33,7 @@ impl FanucReader {
             (Some(MacroKind::Branch), Some(label)) => {
                 let text = String::from_utf8_lossy(text).into();
                 let is_word = word.is_some();
-                self.guard = Some(Guard { is_word, line: block.line, text, label, has_alarm: false, bound: None });
+                self.guard = Some(FanucGuard { is_word, line: block.line, text, label, has_alarm: false, bound: None });
             }
             (Some(MacroKind::Branch), None) => self.note(NoteKind::Branch, text),
             (Some(MacroKind::Alarm), _) if !is_guarded => self.note(NoteKind::Branch, text),

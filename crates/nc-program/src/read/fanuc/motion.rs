@@ -1,8 +1,8 @@
 //! Where a block moves the axes.
 
 use crate::read::error::ReadError;
-use crate::read::fanuc::block::{AxisRole, BlockReading, axis_of};
-use crate::read::fanuc::lexer::Word;
+use crate::read::fanuc::block::{AxisRole, FanucBlock, axis_of};
+use crate::read::fanuc::lexer::FanucWord;
 use crate::read::fanuc::variant::Variant;
 use crate::read::modal::MotionCode;
 use crate::read::position::AxisAt;
@@ -10,7 +10,7 @@ use crate::read::program::{ArcWords, MotionKind, ReadMotion};
 use crate::read::unfollowed::Cause;
 use crate::words::axis_words::{AxisKind, AxisLetter, AxisWords};
 
-impl BlockReading<'_> {
+impl FanucBlock<'_> {
     /// Moves the axes that the block names, if they are targets.
     pub(super) fn motion(&mut self) -> Result<(), ReadError> {
         if !self.line.words.iter().any(|w| !w.is_used && axis_of(w).is_some()) {
@@ -121,7 +121,7 @@ impl BlockReading<'_> {
     }
 
     /// Where a word sends its axis, `None` where it goes from an unknown place.
-    fn target(&self, word: &Word, axis: AxisLetter) -> Option<AxisAt> {
+    fn target(&self, word: &FanucWord, axis: AxisLetter) -> Option<AxisAt> {
         if !word.is_known {
             return None;
         }

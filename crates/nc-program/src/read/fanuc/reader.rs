@@ -2,7 +2,7 @@ use std::io::BufRead;
 
 use crate::read::error::{ReadError, ReadFault};
 use crate::read::fanuc::block::{axis_of, interpret};
-use crate::read::fanuc::lexer::{Assignment, CommentForm, Line, Word};
+use crate::read::fanuc::lexer::{Assignment, CommentForm, FanucWord, LexedLine};
 use crate::read::fanuc::macros::assignment_kind;
 use crate::read::fanuc::variant::Variant;
 use crate::read::feed_place::FeedPlace;
@@ -44,7 +44,7 @@ pub struct FanucReader {
     pub(super) variables: Variables,
     /// A GOTO has been read: any block with a number may be where it leads.
     pub(super) has_jumped: bool,
-    pub(super) line: Line,
+    pub(super) line: LexedLine,
     line_number: u32,
     /// Bytes of the source before the line.
     n_bytes: usize,
@@ -55,7 +55,7 @@ pub struct FanucReader {
     /// Lines are parameters of the control (G10 L50), up to G11.
     enters_parameters: bool,
     /// A branch that may turn out to guard nothing but an alarm.
-    pub(super) guard: Option<Guard>,
+    pub(super) guard: Option<FanucGuard>,
     pub(super) tool_lengths: Vec<ToolLengthNote>,
     pub(super) notes: Notes,
 }
@@ -63,7 +63,7 @@ pub struct FanucReader {
 /// `IF […] GOTO n`, and whether the alarm that it jumps over has been read; or `On IF […]`, which
 /// has none but comments.
 #[derive(Debug)]
-pub(super) struct Guard {
+pub(super) struct FanucGuard {
     /// `On IF […]`, which `On ENDIF` ends.
     pub(super) is_word: bool,
     pub(super) line: u32,
@@ -316,7 +316,7 @@ impl FanucReader {
     /// goes.
     fn has_unknown_code(&self) -> bool {
         let words = &self.line.words;
-        let takes_p = |w: &Word| match w.letter {
+        let takes_p = |w: &FanucWord| match w.letter {
             b'G' => w.value == 30.0 || w.value == 54.1 || w.value == 154.0,
             b'M' => matches!(w.value, 3.0 | 4.0 | 5.0),
             letter => letter == b'S',
@@ -438,8 +438,8 @@ impl FanucReader {
         if self.modal.is_inch && self.line.words.iter().any(|w| w.letter == b'F') {
             self.note(NoteKind::InchFeed, text);
         }
-        let counts = |w: &Word| w.letter == b'F' || block.motion.is_some() && axis_of(w).is_some();
-        let is_pointless = |w: &Word| !w.has_point && w.value != 0.0;
+        let counts = |w: &FanucWord| w.letter == b'F' || block.motion.is_some() && axis_of(w).is_some();
+        let is_pointless = |w: &FanucWord| !w.has_point && w.value != 0.0;
         if self.variant != Variant::LinuxCnc && self.line.words.iter().any(|w| is_pointless(w) && counts(w)) {
             self.note(NoteKind::NoDecimalPoint, text);
         }

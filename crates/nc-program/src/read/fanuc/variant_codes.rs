@@ -2,9 +2,9 @@
 
 use crate::program::WorkOffset;
 use crate::read::error::ReadError;
-use crate::read::fanuc::block::{AxisRole, BlockReading, axis_of};
+use crate::read::fanuc::block::{AxisRole, FanucBlock, axis_of};
 use crate::read::fanuc::g_words::{PLANE, RADIUS};
-use crate::read::fanuc::lexer::Word;
+use crate::read::fanuc::lexer::FanucWord;
 use crate::read::fanuc::variant::Variant;
 use crate::read::program::{CallKind, Compensation, MacroKind, ReadCall, ReadCommand};
 use crate::read::unfollowed::Cause;
@@ -14,10 +14,10 @@ const MAPPING: &str = "cylindrical or polar interpolation is not followed";
 
 const THREAD: &str = "a move that follows the spindle is not followed";
 
-impl BlockReading<'_> {
+impl FanucBlock<'_> {
     /// Takes a G word as the variant has it; `false` where it is as on all controls. `code` is ten
     /// times its number.
-    pub(super) fn variant_code(&mut self, word: &Word, code: u16) -> Result<bool, ReadError> {
+    pub(super) fn variant_code(&mut self, word: &FanucWord, code: u16) -> Result<bool, ReadError> {
         match self.variant {
             Variant::Fanuc => Ok(self.common_code(code)),
             Variant::Haas => Ok(self.haas_code(word, code)? || self.common_code(code)),
@@ -49,7 +49,7 @@ impl BlockReading<'_> {
         true
     }
 
-    fn haas_code(&mut self, word: &Word, code: u16) -> Result<bool, ReadError> {
+    fn haas_code(&mut self, word: &FanucWord, code: u16) -> Result<bool, ReadError> {
         match code {
             // Pockets, probing, engraving, bolt circles, taps off the vertical.
             120 | 130 | 350 | 360 | 370 | 470 | 700 | 710 | 720 | 1500 | 1740 | 1840 | 2530 => self.call_here(code),
@@ -86,7 +86,7 @@ impl BlockReading<'_> {
         Ok(true)
     }
 
-    fn mazak_code(&mut self, word: &Word, code: u16) -> bool {
+    fn mazak_code(&mut self, word: &FanucWord, code: u16) -> bool {
         match code {
             612 => self.keep_mode(word),
             // Rotated planes switched off.
@@ -132,7 +132,7 @@ impl BlockReading<'_> {
     /// their role is unknown and the block is kept as it is. States that stay (G40, G80, G97, G98,
     /// G99) have no such doubt: words beside them go on with the motion in force.
     pub(super) fn cancelled_axes(&mut self) {
-        let tenths = |w: &Word| (w.value * 10.0).round() as u16;
+        let tenths = |w: &FanucWord| (w.value * 10.0).round() as u16;
         let has = |wanted: fn(u16) -> bool| self.line.words.iter().any(|w| w.letter == b'G' && wanted(tenths(w)));
         let ends_mirror = has(|code| code == 501);
         let ends_frame = has(|code| matches!(code, 110 | 131 | 150 | 230 | 500 | 502 | 690 | 695));
@@ -161,7 +161,7 @@ impl BlockReading<'_> {
     }
 
     /// Keeps what a cycle is described with, which further positions repeat.
-    pub(super) fn keep_cycle(&mut self, word: &Word) {
+    pub(super) fn keep_cycle(&mut self, word: &FanucWord) {
         let name = self.line.word_text(word);
         let arguments = self.line.words_text(|w| !matches!(w.letter, b'G' | b'M' | b'F' | b'S' | b'T'));
         let call = ReadCall { kind: CallKind::Cycle, name, arguments, is_modal: true };

@@ -3,7 +3,7 @@
 use crate::program::WorkOffset;
 use crate::read::error::{ReadError, ReadFault};
 use crate::read::heidenhain::statements::push_call;
-use crate::read::heidenhain::words::Code;
+use crate::read::heidenhain::words::HeidenhainCode;
 use crate::read::heidenhain::{HeidenhainReader, line_macro};
 use crate::read::program::{CallKind, MacroKind, ReadBlock, ReadCommand};
 use crate::read::values::expression;
@@ -116,7 +116,7 @@ impl HeidenhainReader {
         line: &[u8],
         block: &mut ReadBlock,
     ) -> Result<String, ReadError> {
-        let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
+        let code = HeidenhainCode { text: &self.code, source: &self.source, variables: &self.variables };
         let digits = code.text[at..].iter().take_while(|b| b.is_ascii_digit()).count();
         let name = code.string(at..at + digits);
         let fault = |_| code.source.error(start, ReadFault::Number(code.string(start..at + digits).trim().to_owned()));

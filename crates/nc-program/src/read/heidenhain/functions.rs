@@ -4,7 +4,7 @@ use crate::program::Coolant;
 use crate::read::error::ReadError;
 use crate::read::heidenhain::motion::Reading;
 use crate::read::heidenhain::statements::push_call;
-use crate::read::heidenhain::words::{Key, Word};
+use crate::read::heidenhain::words::{HeidenhainWord, Key};
 use crate::read::heidenhain::{State, line_macro};
 use crate::read::program::{CallKind, MacroKind, ReadBlock, ReadCommand};
 use crate::read::unfollowed::Cause;
@@ -35,7 +35,7 @@ impl State {
 
 impl Reading<'_> {
     fn codes(&self) -> Vec<u32> {
-        let of = |w: &Word| {
+        let of = |w: &HeidenhainWord| {
             let value = w.value.filter(|v| v.fract() == 0.0 && (0.0..1e6).contains(v))?;
             Some(value as u32)
         };

@@ -2,14 +2,14 @@
 //! alarm.
 
 use crate::read::heidenhain::HeidenhainReader;
-use crate::read::heidenhain::words::Code;
+use crate::read::heidenhain::words::HeidenhainCode;
 use crate::read::program::ToolLengthNote;
 use crate::read::values::expression;
 use crate::read::values::expression::Syntax;
 
 /// `FN 12: IF … GOTO LBL 99`, and whether the alarm that it jumps over has been read.
 #[derive(Debug)]
-pub(super) struct Guard {
+pub(super) struct HeidenhainGuard {
     number: u32,
     line: Box<[u8]>,
     label: Vec<u8>,
@@ -29,8 +29,13 @@ pub(super) struct Condition {
 impl HeidenhainReader {
     /// Opens a guard for a branch; `false` where its label does not say where it leads.
     pub(super) fn open_guard(&mut self, number: u32, line: &[u8], condition: Condition) -> bool {
-        self.guard =
-            condition.label.map(|label| Guard { number, line: line.into(), label, has_alarm: false, bound: None });
+        self.guard = condition.label.map(|label| HeidenhainGuard {
+            number,
+            line: line.into(),
+            label,
+            has_alarm: false,
+            bound: None,
+        });
         self.guard.is_some()
     }
 
@@ -75,7 +80,7 @@ impl HeidenhainReader {
 }
 
 /// Reads the text behind the colon of FN 9 to FN 12: `IF +Q1 GT +0.01 GOTO LBL 99`.
-pub(super) fn condition(code: &Code, function: u32, at: usize) -> Condition {
+pub(super) fn condition(code: &HeidenhainCode, function: u32, at: usize) -> Condition {
     let nothing = Condition { is_met: None, label: None };
     let value = |at: usize| expression::parse_value(code.text, at, Syntax::Parentheses, code.variables).ok();
     let word = |at: usize| code.name(code.skip_blanks(at));

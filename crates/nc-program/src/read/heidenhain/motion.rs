@@ -2,7 +2,7 @@
 
 use crate::program::FeedMode;
 use crate::read::error::{ReadError, ReadFault};
-use crate::read::heidenhain::words::{Code, Key, Word};
+use crate::read::heidenhain::words::{HeidenhainCode, HeidenhainWord, Key};
 use crate::read::heidenhain::{HeidenhainReader, State, line_macro};
 use crate::read::position::AxisAt;
 use crate::read::program::{ArcWords, Feed, MacroKind, MotionKind, ReadBlock, ToolVectors};
@@ -22,7 +22,7 @@ const XYZ: [AxisLetter; 3] = [AxisLetter::X, AxisLetter::Y, AxisLetter::Z];
 pub(super) struct Reading<'a> {
     pub(super) source: &'a Source,
     pub(super) state: &'a mut State,
-    pub(super) words: Vec<Word>,
+    pub(super) words: Vec<HeidenhainWord>,
     pub(super) line: &'a [u8],
     pub(super) block: &'a mut ReadBlock,
     /// M91.
@@ -41,7 +41,7 @@ impl HeidenhainReader {
         line: &[u8],
         block: &mut ReadBlock,
     ) -> Result<(), ReadError> {
-        let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
+        let code = HeidenhainCode { text: &self.code, source: &self.source, variables: &self.variables };
         let words = code.words(at)?;
         check(&code, kind, &words)?;
         let code_end = at.max(self.code.trim_ascii_end().len());
@@ -73,7 +73,7 @@ impl HeidenhainReader {
 }
 
 /// Every word has a meaning behind this beginning, and stands once.
-fn check(code: &Code, kind: &[u8], words: &[Word]) -> Result<(), ReadError> {
+fn check(code: &HeidenhainCode, kind: &[u8], words: &[HeidenhainWord]) -> Result<(), ReadError> {
     for (k, word) in words.iter().enumerate() {
         let fits = match word.key {
             Key::Axis(_) | Key::Incremental(_) | Key::Function | Key::Parameter => true,

@@ -1,7 +1,7 @@
 //! FN functions and formulas of Q parameters.
 
 use crate::read::error::{ReadError, ReadFault};
-use crate::read::heidenhain::words::Code;
+use crate::read::heidenhain::words::HeidenhainCode;
 use crate::read::heidenhain::{HeidenhainReader, guards, line_macro};
 use crate::read::program::{MacroKind, NoteKind, ReadBlock};
 use crate::read::values::expression::Syntax;
@@ -16,7 +16,7 @@ impl HeidenhainReader {
         line: &[u8],
         block: &mut ReadBlock,
     ) -> Result<(), ReadError> {
-        let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
+        let code = HeidenhainCode { text: &self.code, source: &self.source, variables: &self.variables };
         let digits = code.text[at..].iter().take_while(|b| b.is_ascii_digit()).count();
         let number: Option<u32> = code.string(at..at + digits).parse().ok();
         let colon = code.skip_blanks(at + digits);
@@ -54,7 +54,7 @@ impl HeidenhainReader {
 
     /// FN 9 to FN 12. One whose values say that it does not jump is passed by.
     fn branch(&mut self, function: u32, at: usize, line: &[u8], block: &mut ReadBlock) {
-        let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
+        let code = HeidenhainCode { text: &self.code, source: &self.source, variables: &self.variables };
         let condition = guards::condition(&code, function, at);
         if condition.is_met != Some(false) {
             self.variables.forget_all();
@@ -67,7 +67,7 @@ impl HeidenhainReader {
 
     /// FN 0 to 8 and 13: one value, a function of one, or two with an operator.
     fn arithmetic(&mut self, start: usize, at: usize, line: &[u8], block: &mut ReadBlock) -> Result<(), ReadError> {
-        let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
+        let code = HeidenhainCode { text: &self.code, source: &self.source, variables: &self.variables };
         let (name, mut at) = target(&code, start, at)?;
         let fault = |at: usize| no_expression(&code, start, at);
         let value =
@@ -114,7 +114,7 @@ impl HeidenhainReader {
 
     /// `Q1 = Q2 * SIN (Q3 + 5)`, `QS1 = "text"`.
     pub(super) fn formula(&mut self, start: usize, line: &[u8], block: &mut ReadBlock) -> Result<(), ReadError> {
-        let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
+        let code = HeidenhainCode { text: &self.code, source: &self.source, variables: &self.variables };
         let (name, at) = target(&code, start, start)?;
         if name.starts_with(b"QS") {
             block.commands.push(line_macro(MacroKind::Assignment, line));
@@ -139,7 +139,7 @@ fn is_of_control(name: &[u8]) -> bool {
 }
 
 /// `Q1 =` at a byte: the parameter, and the byte behind the sign.
-fn target(code: &Code, start: usize, at: usize) -> Result<(Vec<u8>, usize), ReadError> {
+fn target(code: &HeidenhainCode, start: usize, at: usize) -> Result<(Vec<u8>, usize), ReadError> {
     let at = code.skip_blanks(at);
     let rest = &code.text[at.min(code.text.len())..];
     let length = rest.iter().take_while(|b| b.is_ascii_alphanumeric()).count();
@@ -151,7 +151,7 @@ fn target(code: &Code, start: usize, at: usize) -> Result<(Vec<u8>, usize), Read
     Ok((rest[..length].to_vec(), equals + 1))
 }
 
-fn no_expression(code: &Code, start: usize, at: usize) -> ReadError {
+fn no_expression(code: &HeidenhainCode, start: usize, at: usize) -> ReadError {
     let text = code.string(start..code.text.len()).trim_end().to_owned();
     code.source.error(at.min(code.text.len().saturating_sub(1)), ReadFault::Expression(text))
 }

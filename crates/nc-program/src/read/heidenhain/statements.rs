@@ -2,7 +2,7 @@
 
 use crate::read::error::{ReadError, ReadFault};
 use crate::read::heidenhain::motion::TENTH_OF_INCH;
-use crate::read::heidenhain::words::Code;
+use crate::read::heidenhain::words::HeidenhainCode;
 use crate::read::heidenhain::{HeidenhainReader, line_macro};
 use crate::read::length_check::LengthVariables;
 use crate::read::program::{CallKind, MacroKind, NoteKind, Plane, ReadBlock, ReadCall, ReadCommand, ToolLengthNote};
@@ -19,7 +19,7 @@ impl HeidenhainReader {
         start: usize,
         block: &mut ReadBlock,
     ) -> Result<Option<String>, ReadError> {
-        let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
+        let code = HeidenhainCode { text: &self.code, source: &self.source, variables: &self.variables };
         let (first, second_at) = code.name(start);
         let (second, third_at) = code.name(second_at);
         let rest = |at: usize| code.string(at..code.text.len()).trim().to_owned();
@@ -156,7 +156,7 @@ impl HeidenhainReader {
 
     /// `TOOL CALL 5 Z S3000 F500 DL+0.1`, `TOOL CALL "NAME" Z`, `TOOL CALL S4000`.
     fn tool_call(&mut self, mut at: usize, line: &[u8], block: &mut ReadBlock) -> Result<(), ReadError> {
-        let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
+        let code = HeidenhainCode { text: &self.code, source: &self.source, variables: &self.variables };
         let mut has_unknown = false;
         let mut changes_length = false;
         let mut tool = None;
@@ -248,7 +248,7 @@ impl HeidenhainReader {
 
     /// `TOOL DEF 7` makes a tool ready; with L or R it sets its length and radius.
     fn tool_definition(&mut self, at: usize, line: &[u8], block: &mut ReadBlock) -> Result<(), ReadError> {
-        let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
+        let code = HeidenhainCode { text: &self.code, source: &self.source, variables: &self.variables };
         let text = code.string(at..code.text.len());
         match text.trim().parse() {
             Ok(number) => block.commands.push(ReadCommand::NextTool(number)),
@@ -303,7 +303,7 @@ impl HeidenhainReader {
         line: &[u8],
         block: &mut ReadBlock,
     ) -> Result<Option<String>, ReadError> {
-        let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
+        let code = HeidenhainCode { text: &self.code, source: &self.source, variables: &self.variables };
         let text = code.string(start..code.text.len());
         let words: Vec<&str> = text.split_whitespace().collect();
         match words.as_slice() {

@@ -47,7 +47,7 @@ pub(super) enum Key {
 
 /// A word and its value.
 #[derive(Clone, Debug)]
-pub(super) struct Word {
+pub(super) struct HeidenhainWord {
     pub(super) key: Key,
     /// `None` where it has none, or where it is not known.
     pub(super) value: Option<f64>,
@@ -56,7 +56,7 @@ pub(super) struct Word {
 }
 
 /// A line that is being taken apart: upper case, without its comment.
-pub(super) struct Code<'a> {
+pub(super) struct HeidenhainCode<'a> {
     pub(super) text: &'a [u8],
     pub(super) source: &'a Source,
     pub(super) variables: &'a Variables,
@@ -83,10 +83,10 @@ const NAMES: [(&[u8], Key); 16] = [
     (b"R", Key::Radius),
 ];
 
-impl Code<'_> {
+impl HeidenhainCode<'_> {
     /// All words from byte `at` on.
-    pub(super) fn words(&self, mut at: usize) -> Result<Vec<Word>, ReadError> {
-        let mut words: Vec<Word> = Vec::new();
+    pub(super) fn words(&self, mut at: usize) -> Result<Vec<HeidenhainWord>, ReadError> {
+        let mut words: Vec<HeidenhainWord> = Vec::new();
         loop {
             at = self.skip_blanks(at);
             if at >= self.text.len() {
@@ -102,7 +102,7 @@ impl Code<'_> {
                 Some(103.0 | 128.0 | 140.0) => {
                     let word = self.word(at)?;
                     let is_feed = matches!(word.key, Key::Feed | Key::FeedMax);
-                    Word { key: if is_feed { Key::Parameter } else { word.key }, ..word }
+                    HeidenhainWord { key: if is_feed { Key::Parameter } else { word.key }, ..word }
                 }
                 _ => self.word(at)?,
             };
@@ -112,14 +112,15 @@ impl Code<'_> {
     }
 
     /// An axis behind an M function.
-    fn argument(&self, start: usize) -> Word {
-        let plain = Word { key: Key::Parameter, value: None, span: start..start + 1, value_start: start + 1 };
+    fn argument(&self, start: usize) -> HeidenhainWord {
+        let plain = HeidenhainWord { key: Key::Parameter, value: None, span: start..start + 1, value_start: start + 1 };
         self.plain_number(Key::Parameter, start, self.skip_blanks(start + 1)).unwrap_or(plain)
     }
 
-    fn word(&self, start: usize) -> Result<Word, ReadError> {
+    fn word(&self, start: usize) -> Result<HeidenhainWord, ReadError> {
         let rest = &self.text[start..];
-        let plain = |key, length| Word { key, value: None, span: start..start + length, value_start: start + length };
+        let plain =
+            |key, length| HeidenhainWord { key, value: None, span: start..start + length, value_start: start + length };
         if let Some(word) = self.fixed(start) {
             return Ok(word);
         }
@@ -151,9 +152,9 @@ impl Code<'_> {
     }
 
     /// Words without a value: FMAX, FAUTO, DR+, R0.
-    fn fixed(&self, start: usize) -> Option<Word> {
+    fn fixed(&self, start: usize) -> Option<HeidenhainWord> {
         let rest = &self.text[start..];
-        let word = |key, length: usize, value_start: usize| Word {
+        let word = |key, length: usize, value_start: usize| HeidenhainWord {
             key,
             value: None,
             span: start..start + length,
@@ -181,7 +182,7 @@ impl Code<'_> {
         is_off.then(|| word(Key::NoCompensation, 2, 1))
     }
 
-    fn valued(&self, key: Key, start: usize, length: usize) -> Result<Word, ReadError> {
+    fn valued(&self, key: Key, start: usize, length: usize) -> Result<HeidenhainWord, ReadError> {
         let value_start = self.skip_blanks(start + length);
         if let Some(word) = self.plain_number(key, start, value_start) {
             return Ok(word);
@@ -189,7 +190,7 @@ impl Code<'_> {
         let is_value = self.byte(value_start).is_some_and(|b| matches!(b, b'+' | b'-' | b'.' | b'Q' | b'0'..=b'9'));
         let parsed = expression::parse_value(self.text, value_start, Syntax::Parentheses, self.variables);
         match parsed.ok().filter(|_| is_value) {
-            Some(parsed) => Ok(Word { key, value: parsed.value, span: start..parsed.end, value_start }),
+            Some(parsed) => Ok(HeidenhainWord { key, value: parsed.value, span: start..parsed.end, value_start }),
             None if self.byte(value_start).is_none_or(|b| !b.is_ascii_alphabetic()) => {
                 let end = value_start
                     + self.text[value_start.min(self.text.len())..].iter().take_while(|b| **b > b' ').count();
@@ -201,12 +202,12 @@ impl Code<'_> {
     }
 
     /// A word whose value is a number: most words of a program, faster than as an expression.
-    fn plain_number(&self, key: Key, start: usize, value_start: usize) -> Option<Word> {
+    fn plain_number(&self, key: Key, start: usize, value_start: usize) -> Option<HeidenhainWord> {
         let rest = self.text.get(value_start..)?;
         let sign = usize::from(matches!(rest.first(), Some(b'+' | b'-')));
         let length = sign + rest[sign..].iter().take_while(|b| b.is_ascii_digit() || **b == b'.').count();
         let value = number::parse(&rest[..length])?;
-        Some(Word { key, value: Some(value), span: start..value_start + length, value_start })
+        Some(HeidenhainWord { key, value: Some(value), span: start..value_start + length, value_start })
     }
 
     /// The word at a byte is none of the control's.
@@ -224,7 +225,7 @@ impl Code<'_> {
         self.source.error(span.start, ReadFault::Unsupported { word, why })
     }
 
-    pub(super) fn stray(&self, word: &Word) -> ReadError {
+    pub(super) fn stray(&self, word: &HeidenhainWord) -> ReadError {
         self.source.error(word.span.start, ReadFault::StrayWord(self.string(word.span.clone())))
     }
 

@@ -30,7 +30,7 @@ pub(super) enum Role {
 }
 
 /// A block being read. Its G words are in `g_codes`, its calls in `calls`, its moves in `motion`.
-pub(super) struct BlockReading<'a> {
+pub(super) struct SiemensBlock<'a> {
     pub(super) source: &'a Source,
     pub(super) state: &'a mut State,
     pub(super) code: &'a [u8],
@@ -46,7 +46,7 @@ pub(super) struct BlockReading<'a> {
 impl SiemensReader {
     /// Resolves the items and fills the block; whether it gives a feed in inches.
     pub(super) fn interpret(&mut self, line: &[u8], block: &mut ReadBlock) -> Result<bool, ReadError> {
-        let mut reading = BlockReading {
+        let mut reading = SiemensBlock {
             source: &self.source,
             state: &mut self.state,
             code: &self.code,
@@ -73,7 +73,7 @@ impl SiemensReader {
     }
 }
 
-impl BlockReading<'_> {
+impl SiemensBlock<'_> {
     /// Every word but G, M, H and those with an index of their own stands once in a block.
     fn check_repeated(&self) -> Result<(), ReadError> {
         for (k, item) in self.items.iter().enumerate() {

@@ -2,12 +2,12 @@
 
 use crate::read::error::{ReadError, ReadFault};
 use crate::read::program::{CallKind, MacroKind, ReadCall, ReadCommand};
-use crate::read::siemens::block::BlockReading;
+use crate::read::siemens::block::SiemensBlock;
 use crate::read::siemens::items::{Item, Value};
 use crate::read::siemens::{line_macro, names};
 use crate::words::axis_words::AxisLetter;
 
-impl BlockReading<'_> {
+impl SiemensBlock<'_> {
     /// A name that is no word: a cycle of the control, or a subprogram if nothing else stands in
     /// the block.
     pub(super) fn call(&mut self, item: &Item, name: &str) -> Result<(), ReadError> {

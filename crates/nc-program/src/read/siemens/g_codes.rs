@@ -4,14 +4,14 @@ use crate::program::WorkOffset;
 use crate::read::error::{ReadError, ReadFault};
 use crate::read::modal::MotionCode;
 use crate::read::program::Plane;
-use crate::read::siemens::block::{BlockReading, INCH, Role};
+use crate::read::siemens::block::{INCH, Role, SiemensBlock};
 use crate::read::siemens::items::Item;
 use crate::read::unfollowed::Cause;
 use crate::words::said_words::StateWord;
 
 pub(super) const ISO: &str = "the ISO language (G291) is not followed";
 
-impl BlockReading<'_> {
+impl SiemensBlock<'_> {
     /// Every G code of the block, in order.
     pub(super) fn g_codes(&mut self) -> Result<(), ReadError> {
         for k in 0..self.items.len() {

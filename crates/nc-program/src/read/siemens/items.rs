@@ -68,13 +68,13 @@ impl Item {
 }
 
 /// A line that is being taken apart: upper case, without its comment.
-pub(super) struct Code<'a> {
+pub(super) struct SiemensCode<'a> {
     pub(super) text: &'a [u8],
     pub(super) source: &'a Source,
     pub(super) variables: &'a Variables,
 }
 
-impl Code<'_> {
+impl SiemensCode<'_> {
     /// All items from byte `at` on.
     pub(super) fn items(&self, mut at: usize, items: &mut Vec<Item>) -> Result<(), ReadError> {
         loop {

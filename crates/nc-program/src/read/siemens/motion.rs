@@ -4,13 +4,13 @@ use crate::read::error::ReadError;
 use crate::read::modal::MotionCode;
 use crate::read::position::AxisAt;
 use crate::read::program::{ArcWords, MacroKind, MotionKind, ToolVectors};
-use crate::read::siemens::block::{BlockReading, INCH, Role};
+use crate::read::siemens::block::{INCH, Role, SiemensBlock};
 use crate::read::siemens::items::{Count, Item, Value, is_vector};
 use crate::read::siemens::line_macro;
 use crate::read::unfollowed::Cause;
 use crate::words::axis_words::{AxisKind, AxisLetter};
 
-impl BlockReading<'_> {
+impl SiemensBlock<'_> {
     /// Moves the axes that the block names, if they are targets.
     pub(super) fn motion(&mut self) -> Result<(), ReadError> {
         self.numbered_call()?;

@@ -3,9 +3,9 @@
 use crate::read::error::{ReadError, ReadFault};
 use crate::read::length_check::LengthVariables;
 use crate::read::program::{CallKind, MacroKind, NoteKind, ReadBlock, ReadCall, ReadCommand};
-use crate::read::siemens::items::{Code, is_assignment};
+use crate::read::siemens::items::{SiemensCode, is_assignment};
 use crate::read::siemens::names::Statement;
-use crate::read::siemens::{Guard, SiemensReader, line_macro};
+use crate::read::siemens::{SiemensGuard, SiemensReader, line_macro};
 use crate::read::values::expression;
 use crate::read::values::expression::Syntax;
 
@@ -26,7 +26,8 @@ impl SiemensReader {
                 self.has_jumped |= self.code.windows(4).any(|w| w == b"GOTO");
                 match self.label_ahead() {
                     Some(label) => {
-                        let guard = Guard { number: block.line, line: line.into(), label, has_alarm: false, bound };
+                        let guard =
+                            SiemensGuard { number: block.line, line: line.into(), label, has_alarm: false, bound };
                         self.guard = Some(guard);
                     }
                     None => self.source.note(NoteKind::Branch, line),
@@ -77,7 +78,7 @@ impl SiemensReader {
 
     /// `MSG("text")`.
     fn message(&self, line: &[u8], start: usize) -> Result<String, ReadError> {
-        let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
+        let code = SiemensCode { text: &self.code, source: &self.source, variables: &self.variables };
         let open = code.skip_blanks(start + code.name_length(start));
         if code.byte(open) != Some(b'(') {
             return Err(self.source.error(start, ReadFault::Expression(code.string(start..code.text.len()))));
@@ -93,7 +94,7 @@ impl SiemensReader {
 
     /// `DEF REAL A, B=5, C[3]`: what is not given begins as 0.
     fn definition(&mut self, start: usize) -> Result<(), ReadError> {
-        let code = Code { text: &self.code, source: &self.source, variables: &self.variables };
+        let code = SiemensCode { text: &self.code, source: &self.source, variables: &self.variables };
         let mut values = Vec::new();
         // DEF and the type, which may have a length (`STRING[20]`).
         let mut at = code.skip_blanks(start + code.name_length(start));

@@ -15,21 +15,21 @@ use facemill_job::format::report::links::ShortenedLinks;
 use facemill_job::stages::Stages;
 use facemill_nc_program::Compensation;
 use facemill_tool_path::links::clock::LinkClock;
-use facemill_virtual_machine::program_time::tolerance::View;
+use facemill_virtual_machine::program_time::tolerance::MachineView;
 use facemill_virtual_machine::{Finding, VirtualSetup};
 use nalgebra::Isometry3;
 
-use self::rapid_runs::{RapidRun, rapid_runs};
+use self::rapid_runs::{PairRapidRun, rapid_runs};
 use crate::dual::moves::DualMove;
 use crate::dual::output::{DualProgram, DualTexts};
-use crate::dual::parts::Part;
+use crate::dual::parts::ProgramPart;
 use crate::program::link_search::{FasterPath, LineMatch, LinkSearch, RapidLines, RunLines, SearchedLinks, link_words};
 
 /// Links of a setup, with the results of the search.
 pub(crate) struct DualLinks {
     searched: SearchedLinks,
     /// Runs before the search.
-    runs: Vec<RapidRun>,
+    runs: Vec<PairRapidRun>,
     /// Moves of all sections with links before the search, by part and section.
     first: BTreeMap<[usize; 2], Vec<DualMove>>,
     /// Time of the rapids of each part before the search, s.
@@ -46,9 +46,10 @@ impl DualLinks {
         let text = program.read()?;
         // As in planning, with the tool of the other head thicker than it is.
         let heads = [0, 1].map(|h| VirtualSetup { machine: &scenes[h].job.machine, ..program.setup(h) });
-        let views: [View<'_>; 2] = std::array::from_fn(|h| (&scenes[h].job.machine, scenes[h].job.tool.gauge_length()));
+        let views: [MachineView<'_>; 2] =
+            std::array::from_fn(|h| (&scenes[h].job.machine, scenes[h].job.tool.gauge_length()));
         let runs = rapid_runs(program.parts);
-        let lines = |run: &RapidRun| RunLines { lines: program.texts.lines_of(&run.places), hold: run.hold };
+        let lines = |run: &PairRapidRun| RunLines { lines: program.texts.lines_of(&run.places), hold: run.hold };
         let search = LinkSearch {
             heads: &scenes.each_ref().map(|scene| scene.link_scene()),
             clock: &LinkClock::new(&views),
@@ -66,7 +67,7 @@ impl DualLinks {
     }
 
     /// Writes the faster paths into the moves, and the initial ones where there are none.
-    pub(crate) fn put_in(&self, parts: &mut [Part<'_>]) {
+    pub(crate) fn put_in(&self, parts: &mut [ProgramPart<'_>]) {
         for ([part, section], moves) in &self.first {
             parts[*part].sections[*section].moves.clone_from(moves);
         }
@@ -89,7 +90,7 @@ impl DualLinks {
     /// any.
     pub(crate) fn take_back(
         &mut self,
-        parts: &mut [Part<'_>],
+        parts: &mut [ProgramPart<'_>],
         texts: &DualTexts,
         doubts: (&[Finding], &[u32]),
         with_all: bool,
@@ -110,7 +111,7 @@ impl DualLinks {
     }
 
     /// Returns the report on the links, with their lines in the written program.
-    pub(crate) fn report(&self, parts: &[Part<'_>], texts: &DualTexts) -> ShortenedLinks {
+    pub(crate) fn report(&self, parts: &[ProgramPart<'_>], texts: &DualTexts) -> ShortenedLinks {
         let runs = rapid_runs(parts);
         self.searched.report(&|run| texts.lines_of(&runs.get(run)?.places))
     }

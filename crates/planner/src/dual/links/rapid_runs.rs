@@ -3,10 +3,10 @@
 use facemill_tool_path::moves::MoveKind;
 
 use crate::dual::output::BlockPlace;
-use crate::dual::parts::Part;
+use crate::dual::parts::ProgramPart;
 
 /// All rapids between two cutting moves.
-pub(crate) struct RapidRun {
+pub(crate) struct PairRapidRun {
     /// Places of its moves, in order; at least one.
     pub places: Vec<BlockPlace>,
     /// Reason why the run must stay.
@@ -15,7 +15,7 @@ pub(crate) struct RapidRun {
 
 /// Returns the rapids between cutting moves, in program order, without those before the first cut
 /// and after the last.
-pub(crate) fn rapid_runs(parts: &[Part<'_>]) -> Vec<RapidRun> {
+pub(crate) fn rapid_runs(parts: &[ProgramPart<'_>]) -> Vec<PairRapidRun> {
     let mut all: Vec<(BlockPlace, bool)> = Vec::new();
     for (part, p) in parts.iter().enumerate() {
         for (section, s) in p.sections.iter().enumerate() {
@@ -32,17 +32,17 @@ pub(crate) fn rapid_runs(parts: &[Part<'_>]) -> Vec<RapidRun> {
         if run[0].1 && is_between {
             let places: Vec<BlockPlace> = run.iter().map(|(place, _)| *place).collect();
             let hold = hold(parts, &changes, &places);
-            runs.push(RapidRun { places, hold });
+            runs.push(PairRapidRun { places, hold });
         }
     }
     runs
 }
 
 /// Returns, for each part, whether the program changes the speed of a spindle before it.
-fn changes_of_spindles(parts: &[Part<'_>]) -> Vec<bool> {
-    let rpm = |part: &Part<'_>, head: usize| part.files[head].map(|f| f.feeds.spindle_rpm);
+fn changes_of_spindles(parts: &[ProgramPart<'_>]) -> Vec<bool> {
+    let rpm = |part: &ProgramPart<'_>, head: usize| part.files[head].map(|f| f.feeds.spindle_rpm);
     let mut speeds = [0, 1].map(|h| parts.iter().find_map(|p| rpm(p, h)));
-    let change = |part: &Part<'_>| {
+    let change = |part: &ProgramPart<'_>| {
         let now = [0, 1].map(|h| rpm(part, h).or(speeds[h]));
         std::mem::replace(&mut speeds, now) != now
     };
@@ -50,7 +50,7 @@ fn changes_of_spindles(parts: &[Part<'_>]) -> Vec<bool> {
 }
 
 /// Returns the action of the program on a link that must stay far from the part.
-fn hold(parts: &[Part<'_>], changes: &[bool], places: &[BlockPlace]) -> Option<&'static str> {
+fn hold(parts: &[ProgramPart<'_>], changes: &[bool], places: &[BlockPlace]) -> Option<&'static str> {
     let (first, last) = (places.first()?, places.last()?);
     if changes[first.part + 1..=last.part].iter().any(|change| *change) {
         return Some("the speed of a spindle changes on it");

@@ -5,7 +5,7 @@ use facemill_inverse_kinematics::AxisValues;
 use facemill_job::failure::Failure;
 use facemill_tool_path::links::clock::LinkClock;
 use facemill_tool_path::moves::order::{CutPath, PassOrderReport, farthest_touch, shortest_order};
-use facemill_virtual_machine::program_time::tolerance::View;
+use facemill_virtual_machine::program_time::tolerance::MachineView;
 
 use crate::dual::moves::{DualMover, ReachedRun};
 use crate::dual::parts::TwoHeadContext;
@@ -38,10 +38,10 @@ pub(crate) fn run_order(
 
 /// Returns the tips of both heads from the first move of a run's entry to the last of its exit, in
 /// the table frame; `None` without any.
-fn path(run: &ReachedRun, views: &[View<'_>; 2]) -> Option<CutPath> {
+fn path(run: &ReachedRun, views: &[MachineView<'_>; 2]) -> Option<CutPath> {
     let stops = run.run.stops.iter().map(|stop| stop.pose.axes);
     let along: Vec<AxisValues> =
         run.down.iter().map(|m| m.axes).chain(stops).chain(run.up.iter().map(|m| m.axes)).collect();
-    let tips = |(machine, length): &View<'_>| along.iter().map(|at| machine.cl_point(at, *length).tip).collect();
+    let tips = |(machine, length): &MachineView<'_>| along.iter().map(|at| machine.cl_point(at, *length).tip).collect();
     Some(CutPath { ends: [*along.first()?, *along.last()?], tips: views.iter().map(tips).collect() })
 }

@@ -17,8 +17,8 @@ use facemill_nc_program::{AxisWords, Block, FeedMode, WordMap};
 use facemill_tool_path::moves::MoveKind;
 use facemill_virtual_machine::Assumption;
 use facemill_virtual_machine::program_time::reachable;
-use facemill_virtual_machine::program_time::run::{Run, RunLaw, Timer, missing_limits};
-use facemill_virtual_machine::program_time::tolerance::{View, stops_at_corners};
+use facemill_virtual_machine::program_time::run::{MotionRun, RunLaw, Timer, missing_limits};
+use facemill_virtual_machine::program_time::tolerance::{MachineView, stops_at_corners};
 use facemill_virtual_machine::program_time::vectors::{VectorDecimals, VectorRounding};
 use nalgebra::{Isometry3, Unit, Vector3};
 use rayon::prelude::*;
@@ -43,13 +43,13 @@ enum Turn {
 }
 
 /// Conversion of axis values to written words.
-pub(crate) struct Written<'a> {
+pub(crate) struct WrittenWords<'a> {
     pub job: &'a Job,
     pub words: &'a WordMap,
     pub table_from_rtcp_words: Isometry3<f64>,
 }
 
-impl Written<'_> {
+impl WrittenWords<'_> {
     /// Returns the axis values of the rounded words, reached by the control from `before`. If the
     /// block has a tool vector, the control finds the rotary axes by it.
     fn values(&self, before: &AxisValues, axes: &AxisValues, turn: Turn) -> Option<AxisValues> {
@@ -112,7 +112,11 @@ impl Written<'_> {
 ///
 /// # Errors
 /// Only an internal fault.
-pub(crate) fn time_program(views: &[View<'_>], written: &Written<'_>, timed: &mut Timed) -> Result<Vec<f64>, Failure> {
+pub(crate) fn time_program(
+    views: &[MachineView<'_>],
+    written: &WrittenWords<'_>,
+    timed: &mut Timed,
+) -> Result<Vec<f64>, Failure> {
     let job = written.job;
     let mut slower = vec![1.0; timed.moves.len()];
     let Some((machine, _)) = views.first() else { return Ok(slower) };
@@ -147,27 +151,27 @@ pub(crate) fn time_program(views: &[View<'_>], written: &Written<'_>, timed: &mu
 fn tool_vectors(
     timer: &Timer<'_>,
     job: &Job,
-    runs: &[Run],
+    runs: &[MotionRun],
     laws: &[RunLaw],
     moves: &[TimedMove],
 ) -> Result<Option<VectorTimeReport>, String> {
     let mut before = moves.first().map(|m| m.axes);
     let mut moves = moves.iter();
-    let mut exact: Vec<(Run, f64)> = Vec::new();
+    let mut exact: Vec<(MotionRun, f64)> = Vec::new();
     for (run, law) in runs.iter().zip(laws) {
         let start = before.unwrap_or(run.start);
         let planned = run.blocks.iter().zip(&mut moves);
         let blocks: Vec<_> = planned.map(|(block, m)| ProgramBlock { end: m.axes, ..*block }).collect();
         before = blocks.last().map(|block| block.end).or(before);
         if run.vectors.iter().any(Option::is_some) {
-            let run = Run { start, blocks, is_rapid: run.is_rapid, vectors: Vec::new() };
+            let run = MotionRun { start, blocks, is_rapid: run.is_rapid, vectors: Vec::new() };
             exact.push((run, law.times.iter().sum()));
         }
     }
     if exact.is_empty() {
         return Ok(None);
     }
-    let added = |(run, time): &(Run, f64)| Ok(time - timer.time(run)?.times.iter().sum::<f64>());
+    let added = |(run, time): &(MotionRun, f64)| Ok(time - timer.time(run)?.times.iter().sum::<f64>());
     let added: Result<Vec<f64>, String> = exact.par_iter().map(added).collect();
     Ok(Some(VectorTimeReport {
         decimals: job.post.rules().numbers.vector_decimals,
@@ -181,7 +185,7 @@ fn tool_vectors(
 fn without_chips(
     timer: &Timer<'_>,
     job: &Job,
-    mut runs: Vec<Run>,
+    mut runs: Vec<MotionRun>,
     laws: &[RunLaw],
     timed: &mut Timed,
 ) -> Result<(), String> {
@@ -216,7 +220,7 @@ fn without_chips(
 }
 
 /// Returns the rounding of tool vectors in the text of these runs.
-fn vector_rounding(written: &Written<'_>, runs: &[Run]) -> Option<VectorRounding> {
+fn vector_rounding(written: &WrittenWords<'_>, runs: &[MotionRun]) -> Option<VectorRounding> {
     let mut decimals = VectorDecimals::default();
     let mut vectors = runs.iter().flat_map(|run| run.vectors.iter().flatten()).peekable();
     vectors.peek()?;
@@ -226,8 +230,8 @@ fn vector_rounding(written: &Written<'_>, runs: &[Run]) -> Option<VectorRounding
 
 /// Returns the runs of a program: moves of one kind without a stop of the axes between them. The
 /// first move of the program is in the first run, without a path: its start is unknown.
-fn runs(machine: &Machine, written: &Written<'_>, timed: &Timed) -> Vec<Run> {
-    let mut runs: Vec<Run> = Vec::new();
+fn runs(machine: &Machine, written: &WrittenWords<'_>, timed: &Timed) -> Vec<MotionRun> {
+    let mut runs: Vec<MotionRun> = Vec::new();
     let mut before: Option<(usize, AxisValues)> = None;
     let mut said = None;
     for m in &timed.moves {
@@ -238,7 +242,7 @@ fn runs(machine: &Machine, written: &Written<'_>, timed: &Timed) -> Vec<Run> {
         let stops = timed.program.blocks[from..m.block].iter().any(|b| !matches!(b, Block::Comment(_)));
         let is_rapid = m.kind == MoveKind::Rapid;
         if stops || runs.last().is_none_or(|run| run.is_rapid != is_rapid) {
-            runs.push(Run { start, blocks: Vec::new(), is_rapid, vectors: Vec::new() });
+            runs.push(MotionRun { start, blocks: Vec::new(), is_rapid, vectors: Vec::new() });
         }
         // The law knows the limits of axis speeds better; a rapid feed of the control caps like a
         // tip feed.

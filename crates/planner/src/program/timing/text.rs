@@ -6,7 +6,7 @@ use facemill_job::failure::Failure;
 use facemill_tool_path::moves::MoveKind;
 use facemill_verification::text_times::{Meant, TimedText, motions};
 use facemill_virtual_machine::motion::axis_motion::MotionContext;
-use facemill_virtual_machine::program_time::tolerance::View;
+use facemill_virtual_machine::program_time::tolerance::MachineView;
 
 use crate::program::timed::{Timed, TimedMove};
 use crate::program::timing::Tally;
@@ -17,7 +17,7 @@ use crate::program::timing::Tally;
 /// # Errors
 /// Only an internal fault.
 pub(crate) fn time_text(
-    views: &[View<'_>],
+    views: &[MachineView<'_>],
     at: MotionContext<'_>,
     written: &TimedText<'_>,
     timed: &mut Timed,

@@ -3,7 +3,7 @@ use facemill_job::setup::cell::z_map;
 use facemill_job::setup::scene::Scene;
 use facemill_job::stages::SilentStages;
 use facemill_tool_path::moves::PieceMoves;
-use facemill_tool_path::pieces::Piece;
+use facemill_tool_path::segments::PassSegment;
 use serde_json::json;
 
 use super::PassesBetween;
@@ -32,9 +32,9 @@ fn passes_put_in_behind_those_that_are_cut_keep_the_cusp() {
     let plan =
         PlannedOperation::plan(&ground, (index, operation), None, false, &SilentStages, &mut Clock::new()).unwrap();
     let mut planned = plan.0;
-    let cut: Vec<Piece> = planned.moves.pieces.iter().map(|p| p.piece.clone()).collect();
-    let too_high = |pieces: &[Piece]| {
-        let moves = |piece: &Piece| PieceMoves { piece: piece.clone(), moves: Vec::new() };
+    let cut: Vec<PassSegment> = planned.moves.pieces.iter().map(|p| p.piece.clone()).collect();
+    let too_high = |pieces: &[PassSegment]| {
+        let moves = |piece: &PassSegment| PieceMoves { piece: piece.clone(), moves: Vec::new() };
         let mut pieces: Vec<PieceMoves> = pieces.iter().map(moves).collect();
         let along = engagement_of_passes(&job, &setup, operation, &mut pieces, &SilentStages).unwrap();
         let ridges = along.iter().flatten().filter(|a| a.is_point).filter_map(|a| a.ridge);
@@ -48,7 +48,7 @@ fn passes_put_in_behind_those_that_are_cut_keep_the_cusp() {
     assert_eq!(too_high(&all), 0);
     let last = cut.iter().map(|p| p.pass).max().unwrap();
     assert!(found.pieces.iter().all(|p| p.pass > last && p.copy == 0));
-    assert_eq!(found.cc_points, found.pieces.iter().map(Piece::points).sum::<usize>());
+    assert_eq!(found.cc_points, found.pieces.iter().map(PassSegment::points).sum::<usize>());
 
     // Nothing is left to be put in, and all points count.
     let again = PassesBetween::find(&ground, operation, &all, &SilentStages).unwrap();

@@ -10,7 +10,7 @@ fn lines_of_run(run: usize) -> Option<[u32; 2]> {
 }
 
 fn link(run: Option<usize>, is_faster: bool) -> SearchedLink {
-    let faster = is_faster.then(|| FasterPath { kind: WayKind::Direct, time: 1.0, over: Vec::new() });
+    let faster = is_faster.then(|| FasterPath { kind: RetractStrategy::Direct, time: 1.0, over: Vec::new() });
     SearchedLink { run, lines: [1, 2], time_before: 3.0, lower_bound: 0.5, faster, kept_because: None }
 }
 
@@ -77,7 +77,7 @@ fn the_report_has_the_lines_and_times_of_the_written_program() {
     let times: Vec<f64> = report.links.iter().map(|link| link.time_after_s).collect();
     assert_eq!(times, [3.0, 3.0, 1.0, 1.0, 1.0]);
     assert_eq!((report.changed, report.clearance_mm, report.by_acceleration_and_jerk), (3, 5.0, false));
-    assert!(report.links[1].way == WayKind::Original && report.links[1].kept_because.is_some());
+    assert!(report.links[1].way == RetractStrategy::Original && report.links[1].kept_because.is_some());
 }
 
 fn rapids(rule: LineMatch) -> RapidLines {

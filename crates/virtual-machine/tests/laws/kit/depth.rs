@@ -12,7 +12,7 @@ pub struct Cutter {
 }
 
 /// A place of the tool: tip and axis.
-pub type Place = (Point3<f64>, Unit<Vector3<f64>>);
+pub type TipAndAxis = (Point3<f64>, Unit<Vector3<f64>>);
 
 /// A triangle.
 pub type Triangle = [Point3<f64>; 3];
@@ -23,7 +23,7 @@ const RESOLUTION: f64 = 1e-9;
 impl Cutter {
     /// How far a point is outside, mm (inside negative: its distance from the cutter's surface),
     /// and a slope of that. It is the largest of convex functions, and so is convex.
-    pub fn outside(&self, (tip, axis): &Place, p: &Point3<f64>) -> (f64, Vector3<f64>) {
+    pub fn outside(&self, (tip, axis): &TipAndAxis, p: &Point3<f64>) -> (f64, Vector3<f64>) {
         let up = axis.into_inner();
         let z = (p - tip).dot(&up);
         let across = p - tip - up * z;
@@ -44,7 +44,7 @@ impl Cutter {
     /// How deep the cutter is at most in the triangles at any of the places: the largest distance
     /// of a point of theirs in it from its surface, to a millionth of a micrometre; 0 where it
     /// touches none. Of depths above `at_most` only that they are.
-    pub fn depth(&self, places: impl Iterator<Item = Place>, triangles: &[Triangle], at_most: f64) -> f64 {
+    pub fn depth(&self, places: impl Iterator<Item = TipAndAxis>, triangles: &[Triangle], at_most: f64) -> f64 {
         let mut lowest = 0.0;
         for place in places {
             for t in triangles {
@@ -59,7 +59,7 @@ impl Cutter {
 
     /// Brings `lowest` down to the lowest value over a triangle. A convex function lies above its
     /// slope's plane: where that is not below `lowest` at a corner, nothing is.
-    fn lower(&self, place: &Place, t: &Triangle, lowest: &mut f64) {
+    fn lower(&self, place: &TipAndAxis, t: &Triangle, lowest: &mut f64) {
         let middle = Point3::from((t[0].coords + t[1].coords + t[2].coords) / 3.0);
         let (here, slope) = self.outside(place, &middle);
         let along = t.map(|corner| here + slope.dot(&(corner - middle)));

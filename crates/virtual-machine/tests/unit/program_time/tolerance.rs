@@ -19,10 +19,10 @@ fn position(random: &mut Lcg, axes: &[Axis]) -> AxisValues {
     })
 }
 
-fn run(positions: &[AxisValues]) -> Run {
+fn run(positions: &[AxisValues]) -> MotionRun {
     let block = |end: &AxisValues| ProgramBlock { end: *end, tip_time: 0.0, exact_stop: false };
     let blocks = positions[1..].iter().map(block).collect();
-    Run { start: positions[0], blocks, is_rapid: false, vectors: Vec::new() }
+    MotionRun { start: positions[0], blocks, is_rapid: false, vectors: Vec::new() }
 }
 
 #[test]
@@ -31,7 +31,7 @@ fn axes_within_the_tolerance_take_no_tip_and_no_tool_axis_farther_than_the_contr
     let given = ControlTolerance { path: 0.02, orientation: 3e-4 };
     for heads in machines() {
         let axes = heads[0].axes();
-        let views: Vec<View<'_>> = heads.iter().map(|m| (m, 180.0)).collect();
+        let views: Vec<MachineView<'_>> = heads.iter().map(|m| (m, 180.0)).collect();
         let positions: Vec<AxisValues> = (0..4).map(|_| position(&mut random, axes)).collect();
         let levers: Vec<Levers> = views.iter().map(|view| Levers::over(*view, &run(&positions))).collect();
         let most = blend_tolerance(given, &views, &levers, &vec![true; axes.len()]).unwrap();

@@ -4,7 +4,7 @@ use facemill_inverse_kinematics::{AxisValues, Machine};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::evened;
-use crate::program_time::run::Run;
+use crate::program_time::run::MotionRun;
 use crate::program_time::vectors::{VectorDecimals, VectorRounding};
 
 const LENGTH: f64 = 220.0;
@@ -21,7 +21,7 @@ fn rounded(v: Vector3<f64>, decimals: i32) -> [f64; 3] {
 
 /// Positions that a control takes for vectors along a wave, and the vectors. Every fortieth block
 /// has rotary words.
-fn run(machine: &Machine, decimals: i32, turn: impl Fn(f64) -> [f64; 2]) -> Run {
+fn run(machine: &Machine, decimals: i32, turn: impl Fn(f64) -> [f64; 2]) -> MotionRun {
     let frame = table_from_words();
     let at = |k: usize| {
         let s = 0.02 * k as f64;
@@ -30,7 +30,7 @@ fn run(machine: &Machine, decimals: i32, turn: impl Fn(f64) -> [f64; 2]) -> Run 
         machine.with_tip_at(&AxisValues::from([0.0, 0.0, 0.0, b, c]), &tip, LENGTH).unwrap()
     };
     let start = at(0);
-    let (mut before, mut run) = (start, Run { start, blocks: Vec::new(), is_rapid: false, vectors: Vec::new() });
+    let (mut before, mut run) = (start, MotionRun { start, blocks: Vec::new(), is_rapid: false, vectors: Vec::new() });
     for k in 1..250 {
         let mut cl = machine.cl_point(&at(k), LENGTH);
         let vector = (k % 40 != 0).then(|| rounded(frame.inverse_transform_vector(&cl.axis), decimals));
@@ -59,7 +59,7 @@ fn off(axis: Vector3<f64>, text: [f64; 3]) -> f64 {
 
 /// Largest second difference of the rotary axes, without those at the ends, which are as the text
 /// has them.
-fn roughness(run: &Run) -> f64 {
+fn roughness(run: &MotionRun) -> f64 {
     let second = |w: &[ProgramBlock], k: usize| (w[2].end[k] - 2.0 * w[1].end[k] + w[0].end[k]).abs();
     run.blocks[2..run.blocks.len() - 2].windows(3).flat_map(|w| [second(w, 3), second(w, 4)]).fold(0.0, f64::max)
 }
@@ -103,7 +103,7 @@ fn evened_positions_have_the_tip_and_the_vector_of_the_text_and_are_smoother() {
 fn nothing_is_evened_where_nothing_turns_or_the_control_allows_nothing() {
     let machine = Machine::head_b_table_c().unwrap();
     let rounding = VectorRounding { table_from_words: table_from_words(), half: 5e-6 };
-    let own = |run: &Run, orientation: f64| {
+    let own = |run: &MotionRun, orientation: f64| {
         let tolerance = ControlTolerance { path: 0.01, orientation };
         evened((&machine, LENGTH), run, &rounding, tolerance)
     };
@@ -119,7 +119,7 @@ fn nothing_is_evened_where_nothing_turns_or_the_control_allows_nothing() {
     assert_eq!(own(&still, 1e-3).unwrap().run.blocks, still.blocks);
     let turning = run(&machine, 5, |s| [0.3, 0.1 * s]);
     assert!(own(&turning, 0.0).is_none());
-    assert!(own(&Run { vectors: vec![None; turning.blocks.len()], ..turning }, 1e-3).is_none());
+    assert!(own(&MotionRun { vectors: vec![None; turning.blocks.len()], ..turning }, 1e-3).is_none());
 }
 
 #[test]

@@ -3,8 +3,8 @@ use crate::stock::engagement::*;
 const LIMIT: RemovalLimit = RemovalLimit { largest: 20e3, slowest: 200.0 };
 
 /// 1 mm at a feed in mm/min with a chip of this section, mm².
-fn part(feed: f64, section: f64) -> Part {
-    Part { way: 1.0, tip_way: 1.0, volume: section, time: 60.0 / feed }
+fn part(feed: f64, section: f64) -> CutShare {
+    CutShare { way: 1.0, tip_way: 1.0, volume: section, time: 60.0 / feed }
 }
 
 fn ratios(feed: f64, sections: impl Iterator<Item = f64>) -> Vec<Option<f64>> {

@@ -48,7 +48,7 @@ struct Flat {
 
 /// Which part of the swept surface a line met.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-enum Part {
+enum SidePart {
     #[default]
     Start,
     End,
@@ -58,7 +58,7 @@ enum Part {
 /// Start values from the line before; answers do not depend on them beyond rounding.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Warm {
-    part: Part,
+    part: SidePart,
     /// x, y, height and slopes along x and y at the start and at the end.
     at: [Option<[f64; 5]>; 2],
     sine: f64,
@@ -98,20 +98,20 @@ impl<'a> Side<'a> {
         if self.motion == Vector3::zeros() {
             return self.cap(0, x, y, warm);
         }
-        if warm.part == Part::Tunnel
+        if warm.part == SidePart::Tunnel
             && let Some((entry, place)) = self.tunnel_entry(x, y, warm)
             && (0.0..=1.0).contains(&place)
         {
             return Some(entry);
         }
-        let order = if warm.part == Part::End { [1, 0] } else { [0, 1] };
+        let order = if warm.part == SidePart::End { [1, 0] } else { [0, 1] };
         let mut caps = [None; 2];
         for k in order {
             caps[k] = self.cap(k, x, y, warm);
             if let Some(entry) = caps[k] {
                 let facing = entry.normal.dot(&self.motion);
                 if (k == 0 && facing <= 0.0) || (k == 1 && facing >= 0.0) {
-                    warm.part = if k == 0 { Part::Start } else { Part::End };
+                    warm.part = if k == 0 { SidePart::Start } else { SidePart::End };
                     return Some(entry);
                 }
             }
@@ -122,7 +122,7 @@ impl<'a> Side<'a> {
         let lies_within = |(_, place): &(Entry, f64)| (-1e-9..=1.0 + 1e-9).contains(place);
         let of_tunnel = tunnel.filter(lies_within).map(|(entry, _)| entry);
         if of_tunnel.is_some() {
-            warm.part = Part::Tunnel;
+            warm.part = SidePart::Tunnel;
         }
         let all = caps.into_iter().chain([of_tunnel]).flatten();
         all.reduce(|least, entry| if entry.height < least.height { entry } else { least })
@@ -162,17 +162,17 @@ impl Warm {
     /// that the last line met.
     #[inline(always)]
     pub(crate) fn verdicts(&mut self, lanes: &Lanes) -> Verdicts {
-        if self.part != Part::Tunnel {
-            let verdicts = lanes.cap(if self.part == Part::End { 1.0 } else { 0.0 });
+        if self.part != SidePart::Tunnel {
+            let verdicts = lanes.cap(if self.part == SidePart::End { 1.0 } else { 0.0 });
             if verdicts.are_complete() {
                 return verdicts;
             }
         }
         let (verdicts, share) = lanes.any();
         self.part = match share {
-            0.0 => Part::Start,
-            1.0 => Part::End,
-            _ => Part::Tunnel,
+            0.0 => SidePart::Start,
+            1.0 => SidePart::End,
+            _ => SidePart::Tunnel,
         };
         verdicts
     }

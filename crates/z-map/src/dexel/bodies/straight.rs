@@ -9,7 +9,7 @@ use crate::dexel::bodies::body::TurnedBody;
 use crate::dexel::bodies::lanes::{Verdicts, Wide};
 use crate::dexel::bodies::placed::Placed;
 use crate::dexel::bodies::side::{Side, Warm};
-use crate::dexel::bodies::sweep::{Part, slerp};
+use crate::dexel::bodies::sweep::{SweepPart, slerp};
 use crate::dexel::bodies::turning::Turning;
 use crate::dexel::grid::DexelGrid;
 
@@ -20,7 +20,7 @@ const OUTLINE: usize = 32;
 /// A swept solid over the lines of a map; heights in the map's frame.
 #[derive(Clone, Debug)]
 pub(crate) struct Swept<'a> {
-    way: Way<'a>,
+    way: BodyMotion<'a>,
     /// Rows and columns of the lines that may meet the solid.
     pub(crate) window: [[usize; 2]; 2],
     /// The same, closer, once [`Swept::outline`] has been called.
@@ -33,7 +33,7 @@ pub(crate) struct Swept<'a> {
 
 /// How a body moves.
 #[derive(Clone, Debug)]
-enum Way<'a> {
+enum BodyMotion<'a> {
     /// Seen from below, and from above with heights negated.
     Straight(Box<[Side<'a>; 2]>),
     Turning(Box<Turning<'a>>),
@@ -64,16 +64,16 @@ impl<'a> Swept<'a> {
         let at_end = ClPoint { tip: to.tip, axis: from.axis };
         let below = Side::new(Placed::new(body, &from), Placed::new(body, &at_end));
         let above = below.mirrored();
-        Self::new(Way::Straight(Box::new([below, above])), &from.axis, grid)
+        Self::new(BodyMotion::Straight(Box::new([below, above])), &from.axis, grid)
     }
 
     /// The same of a part whose axis turns, within the tolerance.
-    pub(crate) fn turning(part: &Part<'a>, tolerance: f64, grid: &DexelGrid) -> Option<Self> {
+    pub(crate) fn turning(part: &SweepPart<'a>, tolerance: f64, grid: &DexelGrid) -> Option<Self> {
         let axis = slerp(&part.from.axis, &part.to.axis, part.turn, 0.5);
-        Self::new(Way::Turning(Box::new(Turning::new(part, tolerance))), &axis, grid)
+        Self::new(BodyMotion::Turning(Box::new(Turning::new(part, tolerance))), &axis, grid)
     }
 
-    fn new(way: Way<'a>, axis: &Vector3<f64>, grid: &DexelGrid) -> Option<Self> {
+    fn new(way: BodyMotion<'a>, axis: &Vector3<f64>, grid: &DexelGrid) -> Option<Self> {
         let between = |k: usize, n: Vector3<f64>| grid.between(k, -way.height_in(&-n), way.height_in(&n));
         let window = [between(1, Vector3::y())?, between(0, Vector3::x())?];
         let z = Vector3::z();
@@ -92,8 +92,8 @@ impl<'a> Swept<'a> {
     #[inline(always)]
     pub(crate) fn verdicts(&self, x: &Wide, y: f64, tops: &Wide, floors: &Wide, warm: &mut Warmth) -> Verdicts {
         match &self.way {
-            Way::Straight(sides) => sides[0].verdicts(x, y, tops, floors, &mut warm.below),
-            Way::Turning(turning) => turning.verdicts(x, y, tops, floors, &mut warm.below),
+            BodyMotion::Straight(sides) => sides[0].verdicts(x, y, tops, floors, &mut warm.below),
+            BodyMotion::Turning(turning) => turning.verdicts(x, y, tops, floors, &mut warm.below),
         }
     }
 
@@ -101,8 +101,8 @@ impl<'a> Swept<'a> {
     /// above.
     pub(crate) fn pieces(&self) -> &[[Side<'a>; 2]] {
         match &self.way {
-            Way::Straight(sides) => std::slice::from_ref(sides),
-            Way::Turning(turning) => turning.pieces(),
+            BodyMotion::Straight(sides) => std::slice::from_ref(sides),
+            BodyMotion::Turning(turning) => turning.pieces(),
         }
     }
 
@@ -140,17 +140,17 @@ pub(crate) fn interval(
     Some([from, -above.entry(x, y, &mut warmth.above)?.height])
 }
 
-impl Way<'_> {
+impl BodyMotion<'_> {
     fn height_in(&self, n: &Vector3<f64>) -> f64 {
         match self {
-            Way::Straight(sides) => sides[0].height_in(n),
-            Way::Turning(turning) => turning.height_in(n),
+            BodyMotion::Straight(sides) => sides[0].height_in(n),
+            BodyMotion::Turning(turning) => turning.height_in(n),
         }
     }
 }
 
 impl Floor {
-    fn new(side: &Way, n: Vector3<f64>) -> Self {
+    fn new(side: &BodyMotion, n: Vector3<f64>) -> Self {
         Self([-n.x / n.z, -n.y / n.z, side.height_in(&n) / n.z])
     }
 
@@ -162,7 +162,7 @@ impl Floor {
 
 impl Rows {
     /// By tangents of the outline: never too narrow.
-    fn new(side: &Way, [first, last]: [usize; 2], grid: &DexelGrid) -> Self {
+    fn new(side: &BodyMotion, [first, last]: [usize; 2], grid: &DexelGrid) -> Self {
         // Right: x ≤ a·y + b; left: −x ≤ a·y + b.
         let tangents = [1.0, -1.0].map(|facing| {
             let mut lines = [[0.0; 2]; OUTLINE];

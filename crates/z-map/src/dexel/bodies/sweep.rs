@@ -53,7 +53,7 @@ const NO_TURN: f64 = 1e-12;
 /// Part of a sweep in a map's frame, and how far it must be divided to be straight pieces within
 /// the tolerance.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Part<'a> {
+pub(crate) struct SweepPart<'a> {
     pub(crate) body: &'a TurnedBody,
     pub(crate) from: ClPoint,
     pub(crate) to: ClPoint,
@@ -63,7 +63,7 @@ pub(crate) struct Part<'a> {
     pub(crate) n_pieces: usize,
 }
 
-impl<'a> Part<'a> {
+impl<'a> SweepPart<'a> {
     /// The part as straight motions: each has the axis of its middle, and its tip is set so that
     /// the middle of the body moves from where it is to where it will be.
     pub(crate) fn pieces(&self, n: usize) -> impl Iterator<Item = [ClPoint; 2]> + use<'a> {
@@ -107,7 +107,7 @@ impl<'a> Sweep<'a> {
         map_from_work: &Isometry3<f64>,
         tolerance: f64,
         purpose: Purpose,
-    ) -> Result<Vec<Part<'a>>, SweepError> {
+    ) -> Result<Vec<SweepPart<'a>>, SweepError> {
         let [from, to] = [self.from, self.to].map(|pose| pose.transformed(map_from_work));
         let sum = from.tip.coords.sum() + to.tip.coords.sum() + from.axis.sum() + to.axis.sum();
         if !sum.is_finite() {
@@ -117,7 +117,7 @@ impl<'a> Sweep<'a> {
         let turn = from.axis.cross(&to.axis).norm().atan2(from.axis.dot(&to.axis));
         if turn <= NO_TURN {
             let to = ClPoint { tip: to.tip, axis: from.axis };
-            return Ok(vec![Part { body, from, to, turn: 0.0, n_pieces: 1 }]);
+            return Ok(vec![SweepPart { body, from, to, turn: 0.0, n_pieces: 1 }]);
         }
         if turn > std::f64::consts::PI - 1e-6 {
             return Err(SweepError::HalfTurn { index, turn_deg: turn.to_degrees() });
@@ -142,7 +142,7 @@ impl<'a> Sweep<'a> {
         let of_part = |k: usize| {
             let [start, end] = [k as f64 / n_parts, (k as f64 + 1.0) / n_parts];
             let n_pieces = (n / n_parts).ceil() as usize;
-            Part { body, from: pose(start), to: pose(end), turn: turn / n_parts, n_pieces }
+            SweepPart { body, from: pose(start), to: pose(end), turn: turn / n_parts, n_pieces }
         };
         Ok((0..n_parts as usize).map(of_part).collect())
     }

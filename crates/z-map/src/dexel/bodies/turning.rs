@@ -6,7 +6,7 @@ use crate::dexel::bodies::body::TurnedBody;
 use crate::dexel::bodies::lanes::{Course, LANES, Lanes, Verdicts, Wide};
 use crate::dexel::bodies::placed::Placed;
 use crate::dexel::bodies::side::{Side, Warm};
-use crate::dexel::bodies::sweep::{Part, bulge, slerp};
+use crate::dexel::bodies::sweep::{SweepPart, bulge, slerp};
 
 /// Part of a sweep with a turning axis.
 ///
@@ -31,8 +31,8 @@ pub(crate) struct Turning<'a> {
 }
 
 impl<'a> Turning<'a> {
-    pub(crate) fn new(part: &Part<'a>, tolerance: f64) -> Self {
-        let Part { body, from, to, turn, .. } = *part;
+    pub(crate) fn new(part: &SweepPart<'a>, tolerance: f64) -> Self {
+        let SweepPart { body, from, to, turn, .. } = *part;
         let about = Unit::new_normalize(from.axis.cross(&to.axis));
         let turned = [0.5, -0.5].map(|share| {
             let turn = UnitQuaternion::from_axis_angle(&about, share * turn);

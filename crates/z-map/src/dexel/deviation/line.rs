@@ -19,7 +19,7 @@ enum Far {
 }
 
 /// One line of both maps.
-pub(crate) struct Line<'a> {
+pub(crate) struct LinePair<'a> {
     pub part: &'a Surface,
     pub grid: &'a DexelGrid,
     pub i: usize,
@@ -28,7 +28,7 @@ pub(crate) struct Line<'a> {
     pub before: Vec<Interval>,
 }
 
-impl Line<'_> {
+impl LinePair<'_> {
     /// The place of the k-th crossing.
     pub(crate) fn record(&self, crossings: &[Crossing], k: usize) -> Record {
         let Crossing { height, is_begin, triangle, .. } = crossings[k];

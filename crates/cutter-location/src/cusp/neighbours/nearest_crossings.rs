@@ -6,12 +6,12 @@ use crate::cusp::neighbours::{Beside, Neighbour};
 
 /// The nearest crossings so far, with their distances.
 #[derive(Default)]
-pub(super) struct Found {
+pub(super) struct NearestCrossings {
     nearest: [Option<(f64, Neighbour)>; 2],
     earlier: [Option<(f64, Neighbour)>; 2],
 }
 
-impl Found {
+impl NearestCrossings {
     pub(super) fn take(&mut self, distance: f64, neighbour: Neighbour) {
         let side = usize::from(neighbour.is_left);
         put(&mut self.nearest[side], distance, neighbour);
@@ -22,7 +22,7 @@ impl Found {
 
     /// Adds passes that end beside the point, where they are nearer than those that continue.
     pub(super) fn take_ends(&mut self, ends: &[BesideEnd]) {
-        let crossings = Found { nearest: self.nearest, earlier: self.earlier };
+        let crossings = NearestCrossings { nearest: self.nearest, earlier: self.earlier };
         for end in ends {
             let side = usize::from(end.neighbour.is_left);
             // Toward a pass that begins inside a strip, the ridge belongs to that pass if it is cut

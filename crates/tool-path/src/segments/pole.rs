@@ -5,7 +5,7 @@ use facemill_cutter_location::links::link::between;
 use facemill_cutter_location::{Hints, Infeasible, Outcome, PassSettings, PoseTest, Widened, search};
 use rayon::prelude::*;
 
-use crate::pieces::LaidTask;
+use crate::segments::LaidTask;
 
 /// Tests for choosing postures.
 pub struct Tests<'t> {

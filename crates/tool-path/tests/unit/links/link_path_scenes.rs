@@ -19,9 +19,9 @@ use nalgebra::{Isometry3, Point3, Unit, UnitQuaternion, Vector3};
 
 use crate::links::choose::{Choice, Chooser};
 use crate::links::clock::LinkClock;
+use crate::links::link_path_laws::machine;
+use crate::links::link_paths::{LinkEnds, RetractStrategy};
 use crate::links::spindle_of;
-use crate::links::ways::{Ends, WayKind};
-use crate::links::ways_laws::machine;
 use crate::links::words::LinkWords;
 
 /// A slim mill of 20 mm.
@@ -39,12 +39,12 @@ fn tool() -> ToolAssembly {
 }
 
 /// Tip and tool axis, workpiece frame.
-type Place = ([f64; 3], [f64; 3]);
+type TipAndAxis = ([f64; 3], [f64; 3]);
 
 const UP: [f64; 3] = [0.0, 0.0, 1.0];
 
 /// A box, with its frame at a place and z along the tool there.
-fn wall((tip, axis): Place, low: [f64; 3], high: [f64; 3]) -> MeshTree {
+fn wall((tip, axis): TipAndAxis, low: [f64; 3], high: [f64; 3]) -> MeshTree {
     let (corners, triangles) = facemill_test_kit::box_mesh(low, high);
     let turn = UnitQuaternion::rotation_between(&Vector3::z(), &Vector3::from(axis)).unwrap();
     let work_from_wall = Isometry3::from_parts(Vector3::from(tip).into(), turn);
@@ -53,7 +53,7 @@ fn wall((tip, axis): Place, low: [f64; 3], high: [f64; 3]) -> MeshTree {
 }
 
 /// Four walls around the tool's axis, this far from it and this high above the tip.
-fn pit(place: Place, half: f64, height: f64) -> Vec<MeshTree> {
+fn pit(place: TipAndAxis, half: f64, height: f64) -> Vec<MeshTree> {
     let (outer, low) = (half + 8.0, -20.0);
     vec![
         wall(place, [half, -outer, low], [outer, outer, height]),
@@ -66,7 +66,7 @@ fn pit(place: Place, half: f64, height: f64) -> Vec<MeshTree> {
 /// A link between two cuts, its obstacles, and its kind.
 struct Scene {
     machine: &'static str,
-    ends: [Place; 2],
+    ends: [TipAndAxis; 2],
     /// Distance by which the tip is moved out at both ends in the original program.
     old: [[f64; 3]; 2],
     walls: Vec<MeshTree>,
@@ -129,7 +129,7 @@ impl Shop {
         }
     }
 
-    fn axes_at(&self, (tip, axis): Place, near: Option<&AxisValues>) -> AxisValues {
+    fn axes_at(&self, (tip, axis): TipAndAxis, near: Option<&AxisValues>) -> AxisValues {
         let cl = ClPoint { tip: Point3::from(tip), axis: Unit::new_normalize(Vector3::from(axis)) };
         let cl = cl.transformed(&self.table_from_work);
         let length = self.tool.gauge_length();
@@ -191,19 +191,19 @@ impl Shop {
 struct Looked {
     choice: Choice,
     /// The fastest free way of each kind on a ladder of distances, s; infinite where none is free.
-    each: Vec<(WayKind, f64)>,
+    each: Vec<(RetractStrategy, f64)>,
 }
 
 /// Distances out that are tried, mm.
-fn ladder(kind: WayKind) -> Vec<f64> {
+fn ladder(kind: RetractStrategy) -> Vec<f64> {
     // Distance 0 is the direct way, whatever its kind.
     let out = (1..=10).map(|k| 20.0 * f64::from(k)).chain([260.0, 320.0, 400.0, 600.0, 800.0, 1000.0]);
-    if kind == WayKind::Direct { vec![0.0] } else { out.collect() }
+    if kind == RetractStrategy::Direct { vec![0.0] } else { out.collect() }
 }
 
 fn look(shop: &Shop, scene: &Scene, link: &ProgramLink, stage: &LinkStage<'_, '_>) -> Looked {
     let (length, words) = (shop.tool.gauge_length(), shop.words());
-    let ends = Ends {
+    let ends = LinkEnds {
         machine: &shop.machine,
         tool_length: length,
         table_from_work: shop.table_from_work,
@@ -218,12 +218,12 @@ fn look(shop: &Shop, scene: &Scene, link: &ProgramLink, stage: &LinkStage<'_, '_
     let choice = Chooser { heads: std::slice::from_ref(&ends), clock: &clock, law: link.law, rounded: &rounded }
         .choose(link, stage)
         .unwrap();
-    let best = |kind: WayKind| {
-        let ways = ladder(kind).into_iter().filter_map(|out| ends.way(kind, out));
+    let best = |kind: RetractStrategy| {
+        let ways = ladder(kind).into_iter().filter_map(|out| ends.path(kind, out));
         let free = ways.filter(|way| stage.is_free(link, way));
         free.map(|way| clock.time(link.law, &link.start, &way).unwrap()).fold(f64::INFINITY, f64::min)
     };
-    Looked { choice, each: WayKind::TRIED.iter().map(|&kind| (kind, best(kind))).collect() }
+    Looked { choice, each: RetractStrategy::TRIED.iter().map(|&kind| (kind, best(kind))).collect() }
 }
 
 /// Least lead of the fastest kind, s.
@@ -234,7 +234,7 @@ const STEPS: f64 = 0.02;
 
 /// This kind's fastest free way is the fastest of all by far, and it is chosen: faster than the
 /// link was, and run without a finding.
-fn assert_taken(scene: &Scene, wanted: WayKind) {
+fn assert_taken(scene: &Scene, wanted: RetractStrategy) {
     let shop = Shop::new(scene.machine);
     let setup = shop.setup(scene);
     let settings = VerifySettings::default();
@@ -259,14 +259,14 @@ fn assert_taken(scene: &Scene, wanted: WayKind) {
 }
 
 /// A place turned about z, deg.
-fn about_z((tip, axis): Place, deg: f64) -> Place {
+fn about_z((tip, axis): TipAndAxis, deg: f64) -> TipAndAxis {
     let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), deg.to_radians());
     let turned = |v: [f64; 3]| <[f64; 3]>::from(turn * Vector3::from(v));
     (turned(tip), turned(axis))
 }
 
 /// The tool leaning to +x by this angle, deg.
-fn leaning(tip: [f64; 3], deg: f64) -> Place {
+fn leaning(tip: [f64; 3], deg: f64) -> TipAndAxis {
     let (sin, cos) = deg.to_radians().sin_cos();
     (tip, [sin, 0.0, cos])
 }
@@ -282,7 +282,7 @@ const HEAD_TABLE: &str = "head-b-table-c";
 const TABLE_TABLE: &str = "table-table-a-c";
 
 /// Two places 300 mm apart, upright.
-const SIDE_BY_SIDE: [Place; 2] = [([-150.0, 0.0, 0.0], UP), ([150.0, 40.0, 0.0], UP)];
+const SIDE_BY_SIDE: [TipAndAxis; 2] = [([-150.0, 0.0, 0.0], UP), ([150.0, 40.0, 0.0], UP)];
 
 /// Links between two places side by side, upright, with these walls.
 fn upright(machine: &'static str, walls: Vec<MeshTree>) -> Scene {
@@ -293,22 +293,22 @@ fn upright(machine: &'static str, walls: Vec<MeshTree>) -> Scene {
 #[test]
 fn with_nothing_in_the_way_a_link_is_direct() {
     for machine in [HEAD_HEAD, HEAD_TABLE, TABLE_TABLE] {
-        assert_taken(&upright(machine, Vec::new()), WayKind::Direct);
+        assert_taken(&upright(machine, Vec::new()), RetractStrategy::Direct);
     }
 }
 
 #[test]
 fn out_of_a_pit_a_link_is_lifted_first_and_into_one_last() {
     let [a, b] = SIDE_BY_SIDE;
-    assert_taken(&upright(HEAD_HEAD, pit(a, 12.5, 60.0)), WayKind::LiftedFirst);
-    assert_taken(&upright(TABLE_TABLE, pit(b, 12.5, 60.0)), WayKind::LiftedLast);
+    assert_taken(&upright(HEAD_HEAD, pit(a, 12.5, 60.0)), RetractStrategy::LiftedFirst);
+    assert_taken(&upright(TABLE_TABLE, pit(b, 12.5, 60.0)), RetractStrategy::LiftedLast);
 }
 
 #[test]
 fn over_a_thin_wall_half_way_a_link_has_a_peak() {
     let between = || vec![wall(([0.0; 3], UP), [-5.0, -200.0, -60.0], [5.0, 200.0, 60.0])];
     for machine in [HEAD_TABLE, TABLE_TABLE] {
-        assert_taken(&upright(machine, between()), WayKind::Peak);
+        assert_taken(&upright(machine, between()), RetractStrategy::Peak);
     }
 }
 
@@ -325,7 +325,7 @@ fn between_two_pits_a_link_is_lifted_where_the_head_cannot_go_back() {
     walls.push(wall(slot, [770.0, -20.0, 500.0], [780.0, 20.0, 1000.0]));
     let surface = ClearanceSurface::Sphere { center: Point3::new(0.0, 0.0, -300.0), radius: 400.0 };
     let high = [0.0, 0.0, 300.0];
-    assert_taken(&Scene { machine: HEAD_TABLE, ends, old: [high, high], walls, surface }, WayKind::Lifted);
+    assert_taken(&Scene { machine: HEAD_TABLE, ends, old: [high, high], walls, surface }, RetractStrategy::Lifted);
 }
 
 /// A large table turns by 90 degrees under a row of posts, which takes longer than the lift.
@@ -337,7 +337,7 @@ fn over_posts_on_a_slow_table_a_lifted_link_turns_all_along() {
     let high = [0.0, 0.0, 500.0];
     let ends = [a, about_z(a, 90.0)];
     let scene = Scene { machine: HEAD_TABLE, ends, old: [high, high], walls, surface: flat() };
-    assert_taken(&scene, WayKind::LiftedSpread);
+    assert_taken(&scene, RetractStrategy::LiftedSpread);
 }
 
 /// Pits that are as wide as the tool, and lean away from each other.
@@ -347,7 +347,7 @@ fn out_of_leaning_pits_a_link_goes_along_the_tool() {
     let old = ends.map(|(_, axis)| axis.map(|v| 280.0 * v));
     for machine in [HEAD_HEAD, HEAD_TABLE] {
         let walls = ends.into_iter().flat_map(|end| pit(end, 12.5, 60.0)).collect();
-        assert_taken(&Scene { machine, ends, old, walls, surface: flat() }, WayKind::AlongTool);
+        assert_taken(&Scene { machine, ends, old, walls, surface: flat() }, RetractStrategy::AlongTool);
     }
 }
 
@@ -362,7 +362,7 @@ fn out_of_wide_leaning_pits_on_a_slow_table_a_link_along_the_tool_turns_all_alon
     walls.push(wall(between, [-50.0, -50.0, -20.0], [50.0, 50.0, 130.0]));
     let old = ends.map(|(_, axis)| axis.map(|v| 400.0 * v));
     let scene = Scene { machine: HEAD_TABLE, ends, old, walls, surface: flat() };
-    assert_taken(&scene, WayKind::AlongToolSpread);
+    assert_taken(&scene, RetractStrategy::AlongToolSpread);
 }
 
 /// A column higher than the machine lifts, beside its home, and the tool level on both sides of it.
@@ -378,5 +378,5 @@ fn from_one_side_of_a_column_to_the_other_a_link_goes_around() {
     let aside = [900.0, 0.0, 0.0];
     let ends = [beside(-80.0), beside(80.0)];
     let scene = Scene { machine: HEAD_HEAD, ends, old: [aside, aside], walls: vec![column], surface };
-    assert_taken(&scene, WayKind::Around);
+    assert_taken(&scene, RetractStrategy::Around);
 }

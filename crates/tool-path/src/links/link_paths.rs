@@ -1,4 +1,4 @@
-//! Ways that a link could take: families of positions, each by how far out they go.
+//! Paths that a link could take: families of positions, each by how far out they go.
 
 use facemill_cutter_location::links::link::ClearanceSurface;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
@@ -6,10 +6,10 @@ use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use schemars::JsonSchema;
 use serde::Serialize;
 
-/// How a link goes.
+/// Strategy by which a link retracts, crosses and approaches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum WayKind {
+pub enum RetractStrategy {
     /// As it was.
     Original,
     /// All axes together, in one block.
@@ -34,7 +34,7 @@ pub enum WayKind {
     Around,
 }
 
-impl WayKind {
+impl RetractStrategy {
     /// Candidates in place of the original.
     pub const TRIED: [Self; 9] = [
         Self::Direct,
@@ -50,7 +50,7 @@ impl WayKind {
 }
 
 /// Ends of a link on a machine, and the surroundings of the workpiece.
-pub struct Ends<'a> {
+pub struct LinkEnds<'a> {
     /// Machine.
     pub machine: &'a Machine,
     /// Distance from the gauge line to the tip, mm.
@@ -85,9 +85,9 @@ fn is_same(a: &AxisValues, b: &AxisValues) -> bool {
 ///
 /// Both heads pass the positions of their paths at the same times. A shared axis follows the path
 /// of the first head that moves.
-pub fn way_of_heads(heads: &[Ends<'_>], kind: WayKind, out: f64) -> Option<Vec<AxisValues>> {
+pub fn path_of_heads(heads: &[LinkEnds<'_>], kind: RetractStrategy, out: f64) -> Option<Vec<AxisValues>> {
     let first = heads.first()?;
-    let moving: Vec<&Ends<'_>> = heads.iter().filter(|head| heads.len() == 1 || head.moves_own_axes()).collect();
+    let moving: Vec<&LinkEnds<'_>> = heads.iter().filter(|head| heads.len() == 1 || head.moves_own_axes()).collect();
     let leader = *moving.first().unwrap_or(&first);
     let ways: Vec<Vec<AxisValues>> = moving.iter().map(|head| head.over(kind, out)).collect::<Option<_>>()?;
     let n = ways.first().map_or(0, Vec::len);
@@ -106,7 +106,7 @@ pub fn way_of_heads(heads: &[Ends<'_>], kind: WayKind, out: f64) -> Option<Vec<A
     Some(first.tidied(places.collect()))
 }
 
-impl Ends<'_> {
+impl LinkEnds<'_> {
     /// Returns whether an axis moves the tool of this head only.
     fn is_own(&self, axis: usize) -> bool {
         self.machine.moves_tool(axis) && !self.machine.is_shared(axis)
@@ -119,29 +119,29 @@ impl Ends<'_> {
 
     /// Returns the positions of a path of this kind that goes `out` mm out, without its start, on a
     /// machine with this head alone; `None` if there is none.
-    pub fn way(&self, kind: WayKind, out: f64) -> Option<Vec<AxisValues>> {
-        way_of_heads(std::slice::from_ref(self), kind, out)
+    pub fn path(&self, kind: RetractStrategy, out: f64) -> Option<Vec<AxisValues>> {
+        path_of_heads(std::slice::from_ref(self), kind, out)
     }
 
     /// Returns the positions between the ends of a path of this kind; some may be equal.
-    fn over(&self, kind: WayKind, out: f64) -> Option<Vec<AxisValues>> {
+    fn over(&self, kind: RetractStrategy, out: f64) -> Option<Vec<AxisValues>> {
         let (start, end) = (&self.start, &self.end);
         let lifted = [self.lifted(start, out), self.lifted(end, out)];
         Some(match kind {
-            WayKind::Original => return None,
-            WayKind::Direct => Vec::new(),
-            WayKind::Lifted => lifted.to_vec(),
-            WayKind::LiftedSpread => self.turned_on(&lifted).to_vec(),
-            WayKind::LiftedFirst => vec![lifted[0]],
-            WayKind::LiftedLast => vec![lifted[1]],
-            WayKind::Peak => vec![self.lifted(&start.lerp(end, 0.5), out)],
-            WayKind::AlongTool => vec![self.backed(start, out)?, self.backed(end, out)?],
-            WayKind::AlongToolSpread => {
+            RetractStrategy::Original => return None,
+            RetractStrategy::Direct => Vec::new(),
+            RetractStrategy::Lifted => lifted.to_vec(),
+            RetractStrategy::LiftedSpread => self.turned_on(&lifted).to_vec(),
+            RetractStrategy::LiftedFirst => vec![lifted[0]],
+            RetractStrategy::LiftedLast => vec![lifted[1]],
+            RetractStrategy::Peak => vec![self.lifted(&start.lerp(end, 0.5), out)],
+            RetractStrategy::AlongTool => vec![self.backed(start, out)?, self.backed(end, out)?],
+            RetractStrategy::AlongToolSpread => {
                 let backed = [self.backed(start, out)?, self.backed(end, out)?];
                 let turned = self.turned_on(&backed);
                 vec![self.at_tip(&turned[0], &self.tip(&backed[0]))?, self.at_tip(&turned[1], &self.tip(&backed[1]))?]
             }
-            WayKind::Around => self.around(out)?,
+            RetractStrategy::Around => self.around(out)?,
         })
     }
 
@@ -300,7 +300,7 @@ fn opposite(from: &Unit<Vector3<f64>>, line: Option<Unit<Vector3<f64>>>, side: &
     candidates.iter().find_map(without).unwrap_or_else(Vector3::z)
 }
 
-impl std::fmt::Display for WayKind {
+impl std::fmt::Display for RetractStrategy {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::Original => "original",

@@ -7,8 +7,8 @@ use facemill_cutter_location::links::link::ClearanceSurface;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, BranchPreference, DhRow, Joint, Machine, Sense};
 use nalgebra::{Isometry3, Matrix4, Point3, Translation3, Unit, UnitQuaternion, Vector3, Vector4};
 
+use crate::links::link_paths::{LinkEnds, RetractStrategy};
 use crate::links::spindle_of;
-use crate::links::ways::{Ends, WayKind};
 use crate::move_laws::Random;
 
 const TOOL_LENGTH: f64 = 130.0;
@@ -95,8 +95,8 @@ fn mounting() -> Isometry3<f64> {
     Isometry3::from_parts(Translation3::new(12.0, -30.0, 140.0), turn)
 }
 
-fn ends<'a>(machine: &'a Machine, surface: &'a ClearanceSurface, [start, end]: [AxisValues; 2]) -> Ends<'a> {
-    Ends {
+fn ends<'a>(machine: &'a Machine, surface: &'a ClearanceSurface, [start, end]: [AxisValues; 2]) -> LinkEnds<'a> {
+    LinkEnds {
         machine,
         tool_length: TOOL_LENGTH,
         table_from_work: mounting(),
@@ -108,7 +108,7 @@ fn ends<'a>(machine: &'a Machine, surface: &'a ClearanceSurface, [start, end]: [
 }
 
 /// Tests random links of every machine about every surface, each with a distance out.
-fn each_link(n: usize, mut look: impl FnMut(&Ends<'_>, f64)) {
+fn each_link(n: usize, mut look: impl FnMut(&LinkEnds<'_>, f64)) {
     let mut random = Random(7);
     for machine in &machines() {
         for surface in &[plane(), cylinder(), sphere()] {
@@ -132,7 +132,7 @@ fn shares(places: [Point3<f64>; 4]) -> [f64; 2] {
 }
 
 /// Checks that the rotary values are those at these shares of the link's turn.
-fn assert_turned(ends: &Ends<'_>, way: &[AxisValues], shares: &[f64]) {
+fn assert_turned(ends: &LinkEnds<'_>, way: &[AxisValues], shares: &[f64]) {
     for (at, share) in way.iter().zip(shares) {
         for k in (0..at.len()).filter(|&k| is_rotary(ends.machine, k)) {
             let expected = ends.start[k] + share * (ends.end[k] - ends.start[k]);
@@ -144,20 +144,20 @@ fn assert_turned(ends: &Ends<'_>, way: &[AxisValues], shares: &[f64]) {
 #[test]
 fn every_way_ends_where_the_link_does_and_stands_nowhere() {
     each_link(4, |ends, out| {
-        for (kind, n) in WayKind::TRIED.into_iter().zip([1, 3, 3, 2, 2, 2, 3, 3, 0]) {
-            let way = ends.way(kind, out).unwrap();
+        for (kind, n) in RetractStrategy::TRIED.into_iter().zip([1, 3, 3, 2, 2, 2, 3, 3, 0]) {
+            let way = ends.path(kind, out).unwrap();
             assert!(way.last() == Some(&ends.end) && way.iter().all(AxisValues::is_finite), "{kind}");
-            assert!(way.len() == n || kind == WayKind::Around && way.len() >= 3, "{kind}: {}", way.len());
+            assert!(way.len() == n || kind == RetractStrategy::Around && way.len() >= 3, "{kind}: {}", way.len());
         }
         // At distance 0 from the outer end, its place is the end itself up to rounding.
-        for (kind, out) in WayKind::TRIED.into_iter().flat_map(|kind| [(kind, 0.0), (kind, out)]) {
-            let way = ends.way(kind, out).unwrap();
+        for (kind, out) in RetractStrategy::TRIED.into_iter().flat_map(|kind| [(kind, 0.0), (kind, out)]) {
+            let way = ends.path(kind, out).unwrap();
             let apart = |a: &AxisValues, b: &AxisValues| (0..a.len()).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max);
             let starts = std::iter::once(&ends.start).chain(&way);
             assert!(starts.zip(&way).all(|(from, to)| apart(from, to) > 1e-8), "{kind}, {out} out");
             assert!(way.last() == Some(&ends.end), "{kind}");
         }
-        assert!(ends.way(WayKind::Original, out).is_none());
+        assert!(ends.path(RetractStrategy::Original, out).is_none());
     });
 }
 
@@ -178,14 +178,14 @@ fn lifted_ways_go_out_and_back_with_the_spindles_axis_alone() {
             expected[k] = sign * height;
             assert_eq!(*at, expected);
         };
-        let way = |kind| ends.way(kind, out).unwrap();
-        let lifted = way(WayKind::Lifted);
+        let way = |kind| ends.path(kind, out).unwrap();
+        let lifted = way(RetractStrategy::Lifted);
         above(&lifted[0], &ends.start);
         above(&lifted[1], &ends.end);
-        above(&way(WayKind::LiftedFirst)[0], &ends.start);
-        above(&way(WayKind::LiftedLast)[0], &ends.end);
+        above(&way(RetractStrategy::LiftedFirst)[0], &ends.start);
+        above(&way(RetractStrategy::LiftedLast)[0], &ends.end);
         let half = AxisValues::from_fn(ends.start.len(), |k| 0.5 * (ends.start[k] + ends.end[k]));
-        let peak = way(WayKind::Peak);
+        let peak = way(RetractStrategy::Peak);
         let apart = (0..half.len()).map(|axis| if axis == k { 0.0 } else { (peak[0][axis] - half[axis]).abs() });
         assert!(apart.fold(0.0, f64::max) < 1e-9 && (sign * peak[0][k] - height).abs() < 1e-9, "{peak:?}");
     });
@@ -197,13 +197,13 @@ fn lifted_ways_go_out_and_back_with_the_spindles_axis_alone() {
 fn spread_ways_turn_by_the_share_of_the_tips_way() {
     each_link(4, |ends, out| {
         let places = |way: &[AxisValues]| [&ends.start, &way[0], &way[1], &ends.end].map(|q| tip(ends.machine, q));
-        let way = |kind| ends.way(kind, out).unwrap();
-        let (lifted, spread) = (way(WayKind::Lifted), way(WayKind::LiftedSpread));
+        let way = |kind| ends.path(kind, out).unwrap();
+        let (lifted, spread) = (way(RetractStrategy::Lifted), way(RetractStrategy::LiftedSpread));
         assert_turned(ends, &spread, &shares(places(&lifted)));
         for (a, b) in lifted.iter().zip(&spread) {
             assert!((0..a.len()).all(|k| is_rotary(ends.machine, k) || a[k] == b[k]), "{a:?} {b:?}");
         }
-        let (along, spread) = (way(WayKind::AlongTool), way(WayKind::AlongToolSpread));
+        let (along, spread) = (way(RetractStrategy::AlongTool), way(RetractStrategy::AlongToolSpread));
         assert_turned(ends, &spread, &shares(places(&spread)));
         along.iter().zip(&spread).for_each(|(a, b)| assert_near(&tip(ends.machine, a), &tip(ends.machine, b)));
     });
@@ -212,7 +212,7 @@ fn spread_ways_turn_by_the_share_of_the_tips_way() {
 #[test]
 fn ways_along_the_tool_back_out_along_its_axis_at_both_ends() {
     each_link(4, |ends, out| {
-        let way = ends.way(WayKind::AlongTool, out).unwrap();
+        let way = ends.path(RetractStrategy::AlongTool, out).unwrap();
         for (at, place) in way.iter().zip([&ends.start, &ends.end]) {
             let (from, axis) = pose(ends.machine, place);
             assert_near(&tip(ends.machine, at), &(from + axis * out));
@@ -222,7 +222,7 @@ fn ways_along_the_tool_back_out_along_its_axis_at_both_ends() {
 }
 
 /// Feet, directions and distances from them of a way's places, work frame.
-fn outward(ends: &Ends<'_>, places: &[AxisValues]) -> Vec<(Point3<f64>, Vector3<f64>, f64)> {
+fn outward(ends: &LinkEnds<'_>, places: &[AxisValues]) -> Vec<(Point3<f64>, Vector3<f64>, f64)> {
     let of = |q: &AxisValues| {
         let p = ends.table_from_work.inverse_transform_point(&tip(ends.machine, q));
         let foot = foot(ends.surface, &p);
@@ -236,8 +236,8 @@ fn outward(ends: &Ends<'_>, places: &[AxisValues]) -> Vec<(Point3<f64>, Vector3<
 
 /// Checks an even level over the surface, by the shorter way, with chords that keep 99 % of it;
 /// returns the places' directions.
-fn assert_around(ends: &Ends<'_>, out: f64) -> Vec<Vector3<f64>> {
-    let way = ends.way(WayKind::Around, out).unwrap();
+fn assert_around(ends: &LinkEnds<'_>, out: f64) -> Vec<Vector3<f64>> {
+    let way = ends.path(RetractStrategy::Around, out).unwrap();
     let (_, over) = way.split_last().unwrap();
     let (n, around) = (over.len() - 1, outward(ends, over));
     assert!(n > 0);
@@ -268,7 +268,7 @@ fn assert_around(ends: &Ends<'_>, out: f64) -> Vec<Vector3<f64>> {
 fn a_way_around_keeps_an_even_level_over_the_clearance_surface() {
     each_link(20, |ends, out| {
         assert_around(ends, out);
-        let way = ends.way(WayKind::Around, out).unwrap();
+        let way = ends.path(RetractStrategy::Around, out).unwrap();
         let at_ends = outward(ends, &[ends.start, ends.end]);
         let around = outward(ends, &[way[0], way[way.len() - 2]]);
         // Straight out from both ends, and from the outer one as far as requested.
@@ -329,7 +329,7 @@ fn ends_in_the_middle_of_the_workpiece_go_out_toward_the_other_end_or_have_no_wa
         for places in [[middle, beside], [beside, middle]] {
             let places = standing(&machine, places, [up, up]);
             let ends = ends(&machine, &surface, places);
-            let way = ends.way(WayKind::Around, 3.0).unwrap();
+            let way = ends.path(RetractStrategy::Around, 3.0).unwrap();
             // No angle: out, across where the feet are apart, and in.
             let (_, over) = way.split_last().unwrap();
             let [first, last] = [outward(&ends, over)[0], outward(&ends, over)[over.len() - 1]];
@@ -338,21 +338,21 @@ fn ends_in_the_middle_of_the_workpiece_go_out_toward_the_other_end_or_have_no_wa
             assert!((first.2 - level).abs() < 1e-6 && (last.2 - level).abs() < 1e-6, "{first:?} {last:?}");
         }
         let places = standing(&machine, [middle, middle], [up, up]);
-        assert!(ends(&machine, &surface, places).way(WayKind::Around, 3.0).is_none());
+        assert!(ends(&machine, &surface, places).path(RetractStrategy::Around, 3.0).is_none());
     }
 }
 
 #[test]
 fn a_link_to_where_it_begins_has_finite_ways() {
     each_link(1, |ends, out| {
-        let same = Ends { end: ends.start, ..self::ends(ends.machine, ends.surface, [ends.start, ends.start]) };
-        for kind in WayKind::TRIED {
+        let same = LinkEnds { end: ends.start, ..self::ends(ends.machine, ends.surface, [ends.start, ends.start]) };
+        for kind in RetractStrategy::TRIED {
             for out in [0.0, out] {
-                let way = same.way(kind, out).unwrap_or_default();
+                let way = same.path(kind, out).unwrap_or_default();
                 assert!(way.iter().all(AxisValues::is_finite), "{kind}: {way:?}");
                 assert!(way.last().is_none_or(|last| *last == same.end), "{kind}");
             }
         }
-        assert_eq!(same.way(WayKind::Direct, 0.0), Some(Vec::new()));
+        assert_eq!(same.path(RetractStrategy::Direct, 0.0), Some(Vec::new()));
     });
 }

@@ -12,7 +12,7 @@ use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
 
 use crate::linearity::{Linearity, turned_near};
-use crate::pieces::pole::Tests;
+use crate::segments::pole::Tests;
 
 /// A CC point with its pose.
 #[derive(Clone, Copy, Debug)]
@@ -27,7 +27,7 @@ pub struct Cut {
 
 /// Neighbouring points of a pass that are all feasible.
 #[derive(Clone, Debug)]
-pub struct Piece {
+pub struct PassSegment {
     /// Place in the pattern, from 0.
     pub copy: u32,
     /// Pass of the path, from 0.
@@ -44,7 +44,7 @@ pub struct Piece {
     pub part: Option<u32>,
 }
 
-impl Piece {
+impl PassSegment {
     /// Returns whether a cut is a place that runs of two heads count: a point of the path, or the
     /// start or end of a part, which the tool has to reach as well.
     pub fn is_place(&self, cut: usize) -> bool {
@@ -103,7 +103,7 @@ pub fn split(
     outcomes: &[Pass<Outcome>],
     copy: u32,
     left_out: &mut Vec<LeftOut>,
-) -> Vec<Piece> {
+) -> Vec<PassSegment> {
     let mut pieces = Vec::new();
     for (pass, (task, outcome)) in tasks.iter().zip(outcomes).enumerate() {
         let mut cuts: Vec<Cut> = Vec::new();
@@ -111,7 +111,7 @@ pub fn split(
             let cuts = std::mem::take(cuts);
             if cuts.len() >= 2 {
                 let (uncut_left, curve) = (task.uncut_left, task.curve);
-                pieces.push(Piece { copy, pass, cuts, uncut_left, curve, part: None });
+                pieces.push(PassSegment { copy, pass, cuts, uncut_left, curve, part: None });
             } else {
                 left_out.extend(cuts.iter().map(|c| LeftOut {
                     place: c.cc.position,
@@ -156,18 +156,19 @@ pub fn filled(
     tests: &Tests<'_>,
     linearity: &Linearity,
     fallback: Option<&SearchSettings>,
-    pieces: Vec<Piece>,
+    pieces: Vec<PassSegment>,
     left_out: &mut Vec<LeftOut>,
     monitor: &dyn Monitor,
-) -> Result<Vec<Piece>, Cancelled> {
-    let filled: Vec<Vec<Piece>> = pieces
+) -> Result<Vec<PassSegment>, Cancelled> {
+    let filled: Vec<Vec<PassSegment>> = pieces
         .into_par_iter()
         .map(|piece| {
             monitor.checkpoint()?;
             Ok(fill(tests, linearity, fallback, piece))
         })
         .collect::<Result<_, Cancelled>>()?;
-    let (kept, alone): (Vec<Piece>, Vec<Piece>) = filled.into_iter().flatten().partition(|p| p.cuts.len() >= 2);
+    let (kept, alone): (Vec<PassSegment>, Vec<PassSegment>) =
+        filled.into_iter().flatten().partition(|p| p.cuts.len() >= 2);
     let reason = "alone between points that no blocks lead to without lifting";
     left_out.extend(alone.iter().flat_map(|p| &p.cuts).map(|cut| LeftOut {
         place: cut.cc.position,
@@ -177,8 +178,13 @@ pub fn filled(
     Ok(kept)
 }
 
-fn fill(tests: &Tests<'_>, linearity: &Linearity, fallback: Option<&SearchSettings>, piece: Piece) -> Vec<Piece> {
-    let Piece { copy, pass, uncut_left, curve, cuts, part } = piece;
+fn fill(
+    tests: &Tests<'_>,
+    linearity: &Linearity,
+    fallback: Option<&SearchSettings>,
+    piece: PassSegment,
+) -> Vec<PassSegment> {
+    let PassSegment { copy, pass, uncut_left, curve, cuts, part } = piece;
     let [away, plain] = [tests.choosing, tests.plain].map(|test| Filler::new(test, fallback, curve));
     let mut hints = Hints::default();
     let mut between = |from: &Cut, to: &Cut| {
@@ -197,7 +203,7 @@ fn fill(tests: &Tests<'_>, linearity: &Linearity, fallback: Option<&SearchSettin
             }
         }
     }
-    runs.into_iter().map(|cuts| Piece { copy, pass, uncut_left, curve, cuts, part }).collect()
+    runs.into_iter().map(|cuts| PassSegment { copy, pass, uncut_left, curve, cuts, part }).collect()
 }
 
 /// Two cuts, one after the other.
