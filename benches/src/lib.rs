@@ -213,7 +213,7 @@ pub fn machine() -> Machine {
     Machine::head_b_table_c().expect("the preset is valid")
 }
 
-/// The tool on the machine before a part that stands on the table, 700 mm above its middle.
+/// The tool on the machine before a part on the table, 700 mm above its middle.
 ///
 /// Seats by at most `max_lift` mm.
 pub fn work_cell<'a>(machine: &'a Machine, tool: &'a ToolAssembly, part: &'a MeshTree, max_lift: f64) -> Workcell<'a> {

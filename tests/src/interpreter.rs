@@ -1,8 +1,8 @@
 //! A tiny FANUC interpreter: enough for what the planner writes, and nothing taken from its reader.
 //!
 //! It follows G0, G1, G43, G43.4, G49, G28, G90, G91, G93, G94 and the words X Y Z B C F. Comments,
-//! macro blocks, M and T words do not move anything. Motions are told from the first block with G43
-//! or G43.4 on, when every axis has been stated.
+//! macro blocks, M and T words do not move anything. Motions begin at the first block with G43 or
+//! G43.4 on, when every axis has been stated.
 
 /// Words of the axes: mm and deg. Under RTCP X, Y, Z are those of the tip in the frame of the work
 /// offset, which is fixed to the table.

@@ -175,7 +175,7 @@ pub fn unfinished() -> (&'static str, Value) {
 }
 
 /// A wavy patch of 200 mm with few CC points: passes over a band along its middle. The tilt is so
-/// large that the tool never stands upright, where the machine is singular.
+/// large that the tool is never upright, where the machine is singular.
 ///
 /// # Panics
 /// When it cannot be written.

@@ -1,4 +1,4 @@
-//! A written program held against meshes by the kit's own interpreter, kinematics and distances.
+//! A written program checked against meshes by the kit's own interpreter, kinematics and distances.
 //! All data comes from the files of the job alone.
 
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};

@@ -47,7 +47,7 @@ const ROUNDING: f64 = 1e-6;
 /// under RTCP with linear rotaries.
 ///
 /// # Panics
-/// When the cutter has no corner radius: its depth is not told by a distance then.
+/// When the cutter has no corner radius: a distance does not give its depth then.
 pub fn sample(
     back: &ReadBack,
     cutter: &Cutter,

@@ -83,7 +83,7 @@ impl Touchable {
         is_sure.then_some(false)
     }
 
-    /// Whether a point is inside a closed component, told by the crossings of a half line in the
+    /// Whether a point is inside a closed component, by the crossings of a half line in the
     /// direction `along`. The direction should be any but a special one: a half line through an
     /// edge is counted by chance.
     pub fn contains(&self, point: &Point3<f64>, along: &Vector3<f64>) -> bool {

@@ -26,8 +26,7 @@ pub struct DualBlock {
     pub to: Words,
     /// F in effect, mm/min; 0 before the first.
     pub feed: f64,
-    /// Which heads are at work: where a comment names one head and its pass, the other one stands
-    /// by.
+    /// Heads at work: where a comment names one head and its pass, the other one is idle.
     pub working: [bool; 2],
 }
 
@@ -113,7 +112,7 @@ impl TwoHeads {
     }
 
     /// Tip and axis of a head's tool (0 or 1) in the workpiece frame. With its length compensated a
-    /// head's Z stands higher than its word by that.
+    /// head's Z is higher than its word by that.
     ///
     /// # Panics
     /// When a word is missing.
@@ -197,8 +196,8 @@ impl ToolShape {
         sections.fold(self.cutter.signed_distance(rho, z), f64::min)
     }
 
-    /// Points of its surface, on faces and walls, some `step` (mm) apart; of its cutter only where
-    /// that is asked for.
+    /// Points of its surface, on faces and walls, some `step` (mm) apart; of its cutter only on
+    /// request.
     fn points(&self, (tip, axis): &TipAndAxis, step: f64, cutter: bool) -> Vec<Point3<f64>> {
         let RoundedCylinder { radius, corner, height } = self.cutter;
         let rim = radius - corner;

@@ -16,7 +16,7 @@ use crate::program::{code_and_errors, run};
 use crate::read_back::{ReadBack, TipAndAxis, apt_feeds, number};
 
 /// A wavy patch of 80 mm, six passes along x about its middle, a face mill of 8 mm. The tilt is so
-/// large that the tool never stands upright, where the machine is singular.
+/// large that the tool is never upright, where the machine is singular.
 ///
 /// # Panics
 /// When it cannot be written.
@@ -214,7 +214,7 @@ impl Written {
     /// Index of the operation a line belongs to, by the operations' comments.
     ///
     /// # Panics
-    /// When the line stands before all of them.
+    /// When the line precedes all of them.
     pub fn operation_of(&self, line: usize) -> usize {
         let budgets = self.report["budgets"].as_array().expect("budgets");
         let names: Vec<String> =

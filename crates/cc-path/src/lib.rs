@@ -32,9 +32,9 @@
 //! # Ok::<(), PathError>(())
 //! ```
 //!
-//! Guaranteed: every point lies on the mesh and on its level or front to rounding; the result is the same on
-//! any number of threads; no input makes it panic. Estimated: chords, from the turn of the smooth
-//! normals inside facets.
+//! Guaranteed: every point lies on the mesh and on its level or front to rounding; the result is
+//! the same on any number of threads; no input makes it panic. Estimated: chords, from the turn of
+//! the smooth normals inside facets.
 //!
 //! Modules, each of which imports those above it alone:
 //!

@@ -24,7 +24,8 @@ pub struct SearchSettings {
     pub u_tolerance: f64,
     /// Width of feasible stretches of u that may be missed: everything before the result is proven
     /// blocked except feasible stretches shorter than this ([`certified_search`]), or than
-    /// [`FoundPosture::width`] where this width would take too many tests. `None` steps as the paper does.
+    /// [`FoundPosture::width`] where this width would take too many tests. `None` steps as the
+    /// paper does.
     pub certified: Option<f64>,
 }
 

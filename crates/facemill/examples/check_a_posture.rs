@@ -39,8 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let gouge = report("at the hub, the same", &high, &at_hub, 8.0, -20.0);
     assert!(matches!(gouge, Err(Infeasible::Gouge { .. })));
 
-    // The table is tested without being asked for: with a wrong height in the setup the cutter
-    // would cut it.
+    // The table is tested by default: with a wrong height in the setup the cutter would cut it.
     let hit = report("low, tilt 8 deg, rotate -20 deg", &low, &outside, 8.0, -20.0);
     let Err(Infeasible::Gouge { obstacle, .. }) = hit else { return Err("the table is in the way".into()) };
     assert_eq!(low.obstacles[obstacle].name, "table");

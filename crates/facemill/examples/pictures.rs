@@ -1,7 +1,7 @@
 //! Makes the pictures of the documentation from the sample job: `cargo run --release -p facemill
 //! --example pictures` writes `docs/pictures/*.svg`; with `machines` behind it only those of the
-//! machines, with `dual` only that of the two heads, with `deviation` only that of the deviation, with
-//! `levels` only that of the sample's passes by cylinders.
+//! machines, with `dual` only that of the two heads, with `deviation` only that of the deviation,
+//! with `levels` only that of the sample's passes by cylinders.
 
 use std::fmt::Write as _;
 use std::path::Path;

@@ -44,8 +44,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (_, program) = planned.files.iter().find(|(name, _)| name.ends_with(".h")).ok_or("no program")?;
     assert!(program.starts_with(b"BEGIN PGM") || program.starts_with(b"0 BEGIN PGM"));
 
-    // 4. The same setup as a scene: its program runs on the virtual machine again and cuts the stock,
-    //    and a posture is searched at one point, 5 mm above the middle of the patch.
+    // 4. The same setup as a scene: its program runs on the virtual machine again and cuts the
+    //    stock, and a posture is searched at one point, 5 mm above the middle of the patch.
     let setup = Setup::read(&job, 0)?;
     let scene = Scene::new(&job, &setup, 0)?;
     let cut = scene.cut(program, Dialect::Heidenhain, CutRequest::on_lines(1.0, 0.05), &SilentStages)?;

@@ -1,4 +1,5 @@
-//! The sample job by cylinders with its postures chosen in each mode: the table of docs/benchmarks.md.
+//! The sample job by cylinders with its postures chosen in each mode: the table of
+//! docs/benchmarks.md.
 //!
 //! `cargo run --release -p facemill --example posture_modes`
 

@@ -3,9 +3,9 @@
 //! [`Job::read`] reads a job with all files that it names. [`plan_setup`] plans one of its setups,
 //! [`plan_job`] plans all of them and cuts their stock. [`verify_program`] runs a program from any
 //! source in a setup, [`rapids::faster_rapids`] replaces its links, [`rewrite_feeds`] its feeds,
-//! and [`lengths::lengths_of_program`] finds the shortest tool for it. [`Scene`] with
-//! [`UseScene`] searches, plans, verifies and cuts one setup. [`files::write_all`] writes files whole
-//! or not at all. Each stage is a separate crate, re-exported here.
+//! and [`lengths::lengths_of_program`] finds the shortest tool for it. [`Scene`] with [`UseScene`]
+//! searches, plans, verifies and cuts one setup. [`files::write_all`] writes files whole or not at
+//! all. Each stage is a separate crate, re-exported here.
 //!
 //! The command line is the default feature `cli`. A library leaves out its dependencies with
 //! `facemill = { version = "0.1", default-features = false }`.

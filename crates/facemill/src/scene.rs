@@ -32,8 +32,8 @@ pub trait UseScene {
     /// Searches a posture at each CC point (workpiece frame), one by one, with the ranges of an
     /// operation; `uncut_left` states whether the uncut stock is to the left of the feed.
     ///
-    /// Each result is the posture that [`search`](search()) finds, or the reason that blocks most of
-    /// its curve.
+    /// Each result is the posture that [`search`](search()) finds, or the reason that blocks most
+    /// of its curve.
     ///
     /// # Errors
     /// If the job has no such operation, the operation no search curve, or the machine two heads.
@@ -56,8 +56,8 @@ pub trait UseScene {
     /// As [`verify_program`], and if the machine has two heads.
     fn verify(&self, text: &[u8], dialect: Dialect, stages: &dyn Stages) -> Result<Verified, Failure>;
 
-    /// Runs a program and cuts the stock as [`verify_program`]; `rest` of the result is the remaining
-    /// stock.
+    /// Runs a program and cuts the stock as [`verify_program`]; `rest` of the result is the
+    /// remaining stock.
     ///
     /// # Errors
     /// As [`verify_program`], and if the machine has two heads.

@@ -1,5 +1,5 @@
-//! Writes the machine files of `presets/machines`, to which `assets/machines` links, from the lines of their axes:
-//! `cargo run -p facemill-inverse-kinematics --example machines`.
+//! Writes the machine files of `presets/machines`, to which `assets/machines` links, from the lines
+//! of their axes: `cargo run -p facemill-inverse-kinematics --example machines`.
 //!
 //! Offsets, ranges and orders marked "Autodesk" are those of the generic machines of Autodesk's
 //! cam-posteditor (MIT); all others are typical, and marked as assumed in the files. Bodies are

@@ -62,8 +62,8 @@
 //! takes them back.
 //!
 //! Programs from elsewhere: [`read_haas`], [`read_mazak`], [`read_linuxcnc`], [`read_siemens`] and
-//! [`read_heidenhain`] end in a [`ReadProgram`], too. Each block knows where its feed stands in the
-//! source ([`FeedPlace`]).
+//! [`read_heidenhain`] end in a [`ReadProgram`], too. Each block records the place of its feed in
+//! the source ([`FeedPlace`]).
 //!
 //! Modules, each of which imports those above it alone:
 //!

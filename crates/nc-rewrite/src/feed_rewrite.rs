@@ -136,8 +136,8 @@ impl From<String> for FeedRewriteError {
     }
 }
 
-/// Runs [`rewrite_feeds`] line by line from a source, opened at its start each time, to a new program:
-/// holds one line at a time, and with a time law the ends of all moves.
+/// Runs [`rewrite_feeds`] line by line from a source, opened at its start each time, to a new
+/// program: holds one line at a time, and with a time law the ends of all moves.
 ///
 /// Output that was written before a failure is no program.
 ///

@@ -19,7 +19,7 @@ pub enum SpecError {
     /// The mesh would need more rows or columns than [`crate::BladeResolution`] allows.
     #[error("a chord tolerance of {tolerance} mm needs more than {most} rows or columns")]
     TooFine {
-        /// Tolerance asked for, mm.
+        /// Requested tolerance, mm.
         tolerance: f64,
         /// Most rows or columns.
         most: usize,

@@ -1,4 +1,5 @@
-//! Meshes of plain shapes, as vertices and triangles: each crate makes its own kind of mesh of them.
+//! Meshes of plain shapes, as vertices and triangles: each crate makes its own kind of mesh of
+//! them.
 
 use nalgebra::Point3;
 

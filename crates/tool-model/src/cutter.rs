@@ -116,10 +116,10 @@ impl Cutter {
         cylinder((self.radius - s).max(0.0), s, self.flute_length, 0.0)
     }
 
-    /// The part of the cutter near its upper rim that the rounded top of [`Cutter::lower_test_body`]
-    /// leaves out: a sharp cylinder inside the cutter, from r above the tip to the flute's end.
-    /// `None` where there is no such part (sharp corners within t, or a flute that ends with the
-    /// corner).
+    /// The part of the cutter near its upper rim that the rounded top of
+    /// [`Cutter::lower_test_body`] leaves out: a sharp cylinder inside the cutter, from r above the
+    /// tip to the flute's end. `None` where there is no such part (sharp corners within t, or a
+    /// flute that ends with the corner).
     pub fn upper_test_body(&self, tolerance: f64) -> Option<RoundFrustum> {
         let (t, r) = (tolerance.max(0.0), self.corner_radius);
         let inset = t * FRAC_1_SQRT_2;

@@ -7,8 +7,8 @@
 //! toward the spindle, mm.
 //!
 //! - [`cl_from_cc`] puts the cutter on a CC point (CLOPT (1), (2), torus form, flat limit).
-//! - [`Cutter::test_bodies`] are the bodies whose freedom proves that no cutter point is deeper than
-//!   the tolerance.
+//! - [`Cutter::test_bodies`] are the bodies whose freedom proves that no cutter point is deeper
+//!   than the tolerance.
 //! - [`Outline`] is the trace of the tilted cutter, seen along the feed; [`cusp_height_between`] is
 //!   the ridge between two neighbouring passes, and [`silhouette_curvature`] the curvature of the
 //!   trace at the contact.

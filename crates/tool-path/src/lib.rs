@@ -4,10 +4,10 @@
 //! machine, with tested poses inserted until the control stays near the path ([`segments`],
 //! [`linearity`]). Full turns of rotary axes are chosen for all of them ([`winding`]). They get
 //! entries, exits and links ([`moves`]), in the order with the fastest links ([`moves::order`]).
-//! [`links`] finds the fastest free way from one place to another: its paths ([`links::link_paths`]),
-//! their times ([`links::clock`]), the choice among them ([`links::choose`]), the order of many
-//! ([`links::tour`]). [`segments::pole`] keeps postures off the pole. [`chips`] computes the section
-//! of the chip.
+//! [`links`] finds the fastest free way from one place to another: its paths
+//! ([`links::link_paths`]), their times ([`links::clock`]), the choice among them
+//! ([`links::choose`]), the order of many ([`links::tour`]). [`segments::pole`] keeps postures off
+//! the pole. [`chips`] computes the section of the chip.
 //!
 //! Modules; each imports only those above it:
 //!

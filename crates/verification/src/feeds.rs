@@ -35,7 +35,7 @@ pub struct FastBlock {
     nth: usize,
     /// Speed of the tip, mm/min.
     speed: f64,
-    /// Whether that is more than any feed of the job; the job has none for a head that stands by.
+    /// Whether that is more than any feed of the job; the job has none for an idle head.
     is_above_all: bool,
 }
 

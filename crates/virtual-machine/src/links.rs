@@ -69,7 +69,7 @@ pub struct LinkDistances {
     pub first_stock: f64,
 }
 
-/// Where a program stands at the start of a link: all that is in the way.
+/// State of a program at the start of a link: all that is in the way.
 pub struct LinkStage<'s, 'a> {
     /// One for each head.
     scenes: &'s [Scene<'a>],
@@ -77,7 +77,7 @@ pub struct LinkStage<'s, 'a> {
     cut: Option<CutStock<'s>>,
 }
 
-/// Stock as it is at the start of a link, and what is asked of it.
+/// Stock as it is at the start of a link, and the tests against it.
 struct CutStock<'s> {
     bodies: &'s Bodies,
     /// The cutter and each body of the tool with a third, two thirds and all of the clearance.
@@ -92,8 +92,8 @@ struct CutStock<'s> {
 /// error.
 ///
 /// # Errors
-/// When the setup or a setting makes no sense, or the monitor cancels, which is told of every block
-/// with a motion.
+/// When the setup or a setting makes no sense, or the monitor, which advances by every block with a
+/// motion, cancels.
 pub fn run_links(
     program: &ReadProgram,
     setup: &VirtualSetup<'_>,
@@ -117,8 +117,7 @@ pub fn run_links(
     let bodies = Bodies::new(setup.tool, verify.clearance_slack, [link.tolerance, cell]);
     let kept = [1.0, 2.0, 3.0].map(|thirds| kept_bodies(setup, link.clearance * thirds / 3.0, cell));
     let coarse = Coarseness { tolerance: link.tolerance, reach: setup.tool.gauge_length(), max_way: bodies.max_way };
-    // Nothing is cut on the way, so that no body has to be asked before what the cutter takes
-    // beside it is gone.
+    // Nothing is cut on the way, so no body has to be tested before the cutter beside it has cut.
     let on_links = Coarseness { max_way: f64::INFINITY, ..coarse };
     let mut done = 0;
     for found in &links {
@@ -142,8 +141,8 @@ pub fn run_links(
 /// not change for one head is held.
 ///
 /// # Errors
-/// When a setup or a setting makes no sense, or the monitor cancels, which is told of every block
-/// with a motion.
+/// When a setup or a setting makes no sense, or the monitor, which advances by every block with a
+/// motion, cancels.
 pub fn links_off_first_stock<T: Send>(
     program: &ReadProgram,
     heads: &[&VirtualSetup<'_>],
@@ -298,7 +297,8 @@ impl LinkStage<'_, '_> {
     /// it moves at that time, are proven for every time of the motion and the deviation of the
     /// control, as in certificates of rapids; also those from the initial stock, if paths avoid it.
     /// Otherwise the motion is tested against the current stock as
-    /// [`run_stock`](crate::stock::run::run_stock) tests rapids, with the clearance of the settings.
+    /// [`run_stock`](crate::stock::run::run_stock) tests rapids, with the clearance of the
+    /// settings.
     pub fn is_free(&self, link: &ProgramLink, through: &[AxisValues]) -> bool {
         let is_beyond = |scene: &Scene<'_>| {
             let machine = scene.setup.machine;
@@ -378,7 +378,7 @@ impl CutStock<'_> {
                 parts.push((level, [sweep.at(part[0]), sweep.at(part[1])]));
             }
             gone += here;
-            // One that stands has no parts.
+            // A link without motion has no parts.
             is_kept.push(is_whole && here > 0.0);
         }
         (parts, is_kept)

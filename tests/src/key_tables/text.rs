@@ -29,8 +29,8 @@ pub(super) fn default_text(value: &Value) -> String {
     }
 }
 
-/// Number with a comma between thousands from 10,000 on, and powers of ten where it is very large or
-/// small.
+/// Number with a comma between thousands from 10,000 on, and powers of ten where it is very large
+/// or small.
 pub(super) fn number(value: f64) -> String {
     let size = value.abs();
     if size >= 1e6 && size.log10().fract() == 0.0 || size > 0.0 && size < 1e-4 {

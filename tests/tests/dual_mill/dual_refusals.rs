@@ -71,7 +71,7 @@ fn both_heads_with_one_tool_are_refused() {
     assert!(refused.contains("the heads `1` and `2` both have H1"), "{refused}");
 }
 
-/// Whatever the program says: its heads would have to be moved otherwise at the same time.
+/// No change of the program helps: its heads would have to be moved otherwise at the same time.
 #[test]
 fn links_of_programs_for_two_heads_are_not_replaced_and_the_error_says_what_runs_them() {
     let job = JobFolder::new(&NewJob::DualPropeller { diameter_mm: 1000.0 });

@@ -16,8 +16,8 @@ const ROUND_A_CORNER: f64 = 2.0 * 0.005 + 2e-4;
 /// Feeds ask for at most so many times what is reached.
 const ASKED: f64 = 1.03;
 
-/// For each block the smaller of how far C has turned in one sense since it last stood, and will
-/// before it stands again, with the block's own way, deg.
+/// Turn of C in one sense, with the block's own, deg, for each block: the smaller of the turns
+/// since C last rested and until it rests again.
 fn turned(blocks: &[DualBlock]) -> Vec<f64> {
     let way = |b: &DualBlock| if b.rapid { 0.0 } else { b.to["C"] - b.from["C"] };
     let mut since = vec![0.0_f64; blocks.len()];
@@ -33,8 +33,8 @@ fn turned(blocks: &[DualBlock]) -> Vec<f64> {
     since
 }
 
-/// A slow and lazy C under both tools: no tip is faster than its job asks for, and C is asked for
-/// no more than it reaches.
+/// A slow and lazy C under both tools: no tip is faster than its job permits, and C never turns
+/// faster than it can.
 ///
 /// `cargo test --release -p facemill-tests --test dual_mill -- --ignored`.
 #[test]

@@ -1,6 +1,6 @@
 //! Both sides of a blade at once on the mill with two heads: planned, written, run and certified;
-//! and the program held against the plan, the report and the part by matrices made from the rows of
-//! the machine file.
+//! and the program compared with the plan, the report and the part by matrices made from the rows
+//! of the machine file.
 
 mod cut_stock;
 mod dual_refusals;
@@ -495,9 +495,9 @@ fn tools_are_apart_and_no_deeper_than_allowed(read: &ReadPlan) {
     }
 }
 
-/// Whether a certificate's clearance is one between bodies that do not cut. From the other head's
-/// cutter it is told to the core of its rounded corner, and so may be more than there is by the
-/// corner's radius.
+/// Whether a certificate's clearance is one between bodies that do not cut. That from the other
+/// head's cutter is measured to the core of its rounded corner, and so may exceed the true one by
+/// the corner's radius.
 fn between_bodies(certificate: &Value) -> bool {
     let between = certificate["clearance_between"].as_array();
     between.is_some_and(|names| names.iter().all(|n| n.as_str().is_some_and(|n| !n.starts_with("cutter of tool"))))

@@ -1,4 +1,4 @@
-//! Laws across rooms, held against closed forms and brute force.
+//! Laws across rooms, checked against closed forms and brute force.
 
 use std::f64::consts::TAU;
 

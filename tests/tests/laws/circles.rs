@@ -13,9 +13,9 @@ impl Modules {
         Self(sources(folder).into_iter().map(|(file, code)| (path(&file), code)).collect())
     }
 
-    /// Paths that `use` items and expressions of a module name from `crate::`, `super::` and `self::`,
-    /// from the crate's root on; with the names that each is known by, for items that are exported
-    /// again.
+    /// Paths that `use` items and expressions of a module name from `crate::`, `super::` and
+    /// `self::`, from the crate's root on; with the names that each is known by, for items that are
+    /// exported again.
     fn paths(&self, module: &[String], exported: bool) -> Vec<Vec<String>> {
         let code = &self.0[module];
         let mut found = Vec::new();

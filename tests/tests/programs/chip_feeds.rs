@@ -333,8 +333,8 @@ fn feeds_that_contradict_each_other_are_refused_by_name() {
     }
 }
 
-/// Thinner chips than the control's smallest F leaves are refused, and the least that is told
-/// works.
+/// Thinner chips than the control's smallest F leaves are refused, and the least thickness that the
+/// message names works.
 #[test]
 fn the_least_chip_thickness_is_told_and_works() {
     let job = plate(&[]);

@@ -1,6 +1,6 @@
 //! `facemill chip-area`, and `facemill feedrate`: FEED's tables on the command line; only F words
-//! change, and the tip then moves as fast as asked, by matrices made from the rows of the machine
-//! file.
+//! change, and the tip then moves at the requested speed, by matrices made from the rows of the
+//! machine file.
 
 use facemill::inverse_kinematics::Machine;
 use facemill::nc_program::{AxisAt, Dialect, FeedMode, MotionKind, read_program};
@@ -398,8 +398,8 @@ fn feedrate_refuses_what_cannot_be_meant() {
         let (code, errors) = told(program, length, more);
         assert!(code == Some(2) && errors.contains(expected), "{more:?} {length}: {errors}");
     }
-    // Under RTCP, too, F stays within what the control knows: 1 to 24000 mm/min. Nothing is made
-    // faster for it than it was asked to be.
+    // Under RTCP, too, F stays within the range of the control: 1 to 24000 mm/min. Nothing exceeds
+    // its requested speed for that.
     let rtcp = start.replace("G43 H1", "G43.4 H1") + "G1 X40. Y40. F100.\nM30\n";
     folder.write("rtcp.nc", rtcp.as_bytes());
     let out = path("ranged.nc");
@@ -468,9 +468,9 @@ fn a_template_that_changes_what_f_counts_is_refused() {
     assert!(why.contains("shop.j2") && why.contains("FGROUP") && why.contains("planned"), "{why}");
 }
 
-/// A program from anywhere is run as the job stands: what the plan itself wrote has the figures of
-/// its report, with one block deeper it gouges there, and what is not understood is told by its
-/// line.
+/// A program from anywhere is run with the job unchanged: the plan's own program has the figures of
+/// its report, with one block deeper it gouges there, and words that are not understood are
+/// reported with their lines.
 #[test]
 fn programs_from_anywhere_are_run_as_the_job_stands() {
     let (job, planned) = (small_patch(), small_patch_planned());
@@ -530,7 +530,7 @@ fn programs_from_anywhere_are_run_as_the_job_stands() {
     assert_eq!(verify("program.nc", &["--rest", &rest]).status.code(), Some(0));
     assert!(removed(&found()).abs() < 1e-3 * first, "{} of {first}", removed(&found()));
     assert_eq!(found()["stock"]["blocks_not_covered"], json!(0));
-    // Half of the lines: less is cut, and what was not seen is told.
+    // Half of the lines: less is cut, and the report says how much was not seen.
     let [[x0, y0], [x1, y1]]: [[f64; 2]; 2] = serde_json::from_value(found()["stock"]["region_mm"].clone()).unwrap();
     let half = format!("{x0},{y0},{},{y1}", 0.5 * (x0 + x1));
     let part = verify("program.nc", &["--stock-cell-mm", "2", "--stock-region", &half]);

@@ -133,7 +133,7 @@ fn published_programs_hold_what_a_plain_count_finds() {
             continue;
         }
         let [rapids, linear, arcs, rotary] = plain_count(&text);
-        // The positions of the drilling cycle are told apart by the reader alone.
+        // The reader alone distinguishes the positions of the drilling cycle.
         assert_eq!(found.rapids + found.linear + found.cycle_positions, rapids + linear, "{name}");
         assert!(found.cycle_positions > 0 || (found.rapids, found.linear) == (rapids, linear), "{name}");
         assert_eq!((found.arcs, found.rotary), (arcs, rotary), "{name}");
@@ -186,7 +186,7 @@ fn feeds_of_published_programs_are_cut_out_and_put_back() {
     }
 }
 
-/// Loops are kept and not run: what depends on their variables is told, and nothing else.
+/// Loops are kept and not run: dependences on their variables are reported, and nothing else.
 #[test]
 fn loops_of_a_published_program_are_kept() {
     let Some(text) = shared("5axisgui.ngc") else { return };
@@ -201,7 +201,7 @@ fn loops_of_a_published_program_are_kept() {
         let line = lines[block.line as usize - 1];
         let uses = !line.starts_with(['#', 'o']) && line.contains('#');
         let is_unknown = uses && inside.contains(&(block.line as usize - 1));
-        // The place where the frame is set does not matter to it: a setting is told as such.
+        // The place where the frame is set does not matter to it: a setting is reported as such.
         let is_setting = line.starts_with("g10");
         assert_eq!(!block.commands.iter().all(is_known), is_unknown && !is_setting, "{line}");
     }

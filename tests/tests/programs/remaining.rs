@@ -188,7 +188,7 @@ fn a_foot_of_a_wall_that_no_pass_reaches_is_told_with_its_height_and_place() {
     });
     let profile: Vec<[f64; 2]> = [[-30.0, 0.0], [20.0, 0.0]].into_iter().chain(foot).chain([[21.2, 20.0]]).collect();
     let job = profiled(&profile);
-    // The floor with the foot is asked for, the wall is not.
+    // The request covers the floor with the foot, not the wall.
     let bounds = json!({ "min_mm": [-30, -9, -1], "max_mm": [21, 9, 0.9] });
     // Stock as an allowance: a solid would be in the way of a holder beside the wall.
     let stock = json!({ "offset": { "allowance_mm": 1.0 } });

@@ -153,7 +153,7 @@ fn a_solid_stock_above_the_cutting_edge_leaves_points_out() {
     );
 }
 
-/// The clamp of the fixture test: it stands over the border of the last passes.
+/// The clamp of the fixture test, over the border of the last passes.
 const CLAMP: ([f64; 3], [f64; 3]) = ([20.0, 7.0, -5.0], [32.0, 30.0, 12.0]);
 const KEPT: f64 = 2.0;
 
@@ -193,7 +193,7 @@ fn a_clamp_is_kept_off_and_what_it_forbids_is_left_out() {
     };
     let budget = number(&w.report["budgets"][0]["against_mesh_mm"]);
     assert!(nearest(&w) >= KEPT - budget, "{}", nearest(&w));
-    // Without it the tool goes through where it stands, so the clamp is what changes the plan.
+    // Without it the tool goes through its place, so the clamp changes the plan.
     assert!(nearest(&free) < 0.0, "{}", nearest(&free));
     assert_eq!(free.total("trimmed_points"), 0.0);
     let (left_out, planned) = (w.total("trimmed_points"), w.total("planned_points"));

@@ -1,5 +1,5 @@
 //! A job on a machine with two linear and three rotary axes: planned, written, run and certified;
-//! and the program held against the part by matrices made from the rows of the machine file.
+//! and the program compared with the part by matrices made from the rows of the machine file.
 
 use facemill::cl_file::read_apt;
 use facemill::new_job::NewJob;
@@ -30,8 +30,8 @@ fn job() -> JobFolder {
     job
 }
 
-/// Tip and axis of the tool in the workpiece frame. With the length compensated Z stands higher
-/// than its word by that.
+/// Tip and axis of the tool in the workpiece frame. With the length compensated Z is higher than
+/// its word by that.
 fn place(machine: &Value, back: &ReadBack, gauge: f64, words: &Words) -> TipAndAxis {
     let words: &Words = &words.iter().map(|(k, v)| (k.clone(), if k == "Z" { v + gauge } else { *v })).collect();
     let table = end_of(&machine["workpiece_chain"]["rows"], words);

@@ -264,8 +264,8 @@ fn a_dialect_file_that_is_not_read_as_it_is_meant_is_refused_before_planning() {
         let told = job.try_plan().err().unwrap_or_else(|| panic!("{changes:?}")).to_string();
         assert!(wanted.iter().all(|w| told.contains(w)), "{changes:?}: {told}");
     }
-    // The same words in the files of other controls; two keys that add one word are told by the
-    // first.
+    // The same words in the files of other controls; for two keys that add one word the message
+    // names the first.
     for (dialect, changes, wanted) in [
         ("heidenhain", &[("/words/rapid_end", json!("R0 FMAX M9"))][..], "words.rapid_end: `R0 FMAX M9`"),
         (

@@ -150,7 +150,7 @@ fn sum(figures: &DeviationFigures) -> f64 {
     a.within + a.gouged + a.excess + a.not_reached + a.no_stock + a.not_measured
 }
 
-/// The ridge is told to what its slope falls off within half a cell, so the error falls with the
+/// The ridge is measured to the fall of its slope within half a cell, so the error falls with the
 /// cell; areas are the ellipse's.
 #[test]
 fn cusps_are_those_of_the_tilted_disc() {
@@ -204,7 +204,7 @@ fn reasons_for_cusps_that_are_not_compared_are_counted() {
     }
 }
 
-/// The passes of [`program`] with words of the tip, the tool's axis in cuts as it is told.
+/// The passes of [`program`] with words of the tip, and the tool's axis in cuts as given.
 fn tip_program(axis: &str) -> String {
     let (sin, cos) = TILT_DEG.to_radians().sin_cos();
     let tip = |[x, y, z]: [f64; 3]| format!("X{:+.4} Y{:+.4} Z{:+.4}", x - RADIUS * cos, y, z + RADIUS * sin + TABLE);
@@ -245,8 +245,8 @@ fn cusps_of_tool_vectors_are_those_of_rotary_words() {
     }
 }
 
-/// A strip without passes keeps its allowance and is told as such, and the bottom too; walls along
-/// the lines are not measured.
+/// A strip without passes keeps its allowance and is reported as such, and the bottom too; walls
+/// along the lines are not measured.
 #[test]
 fn what_was_not_reached_is_told_apart_from_what_was_left() {
     let found = verified(&plate(), &program(1, 0.0), 0.5, Some(0.04)).unwrap();
@@ -301,7 +301,7 @@ fn a_planted_gouge_is_told_with_its_depth_and_place_and_is_red() {
 }
 
 /// A side that the job names twice, with an allowance of its own: the part is closed all the same,
-/// and is held against what the program should leave.
+/// and is compared with the finish that the program should leave.
 #[test]
 fn allowances_count_and_surfaces_named_twice_are_there_once() {
     let job = plate();

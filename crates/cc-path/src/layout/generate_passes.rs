@@ -130,8 +130,8 @@ fn trace_levels<'a>(
     settings: &LaySettings,
     monitor: &dyn Monitor,
 ) -> Result<Vec<TracedLevel<'a>>, PathError> {
-    // Values that are not stored are taken at the corners that are needed, in a store that is cleared
-    // after use.
+    // Values that are not stored are taken at the corners that are needed, in a store that is
+    // cleared after use.
     let traced = levels.into_par_iter().map_init(Vec::new, |store: &mut Vec<f64>, level| {
         monitor.checkpoint()?;
         let PassLevel { set, among, starts } = level;

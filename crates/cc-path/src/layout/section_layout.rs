@@ -36,8 +36,8 @@ enum Kind {
 
 impl<'a> SectionLayout<'a> {
     /// # Errors
-    /// When no level lies in the region, a width is NaN, there would be too many passes, or the monitor
-    /// cancels.
+    /// When no level lies in the region, a width is NaN, there would be too many passes, or the
+    /// monitor cancels.
     pub(crate) fn plan(
         patch: &Patch,
         sections: &'a Sections,

@@ -18,7 +18,8 @@ pub struct LaySettings {
     /// Largest distance between neighbouring passes along the surface, mm.
     pub max_step_over: f64,
     /// Strip widths below this are taken for it, mm;
-    /// [`PassLayout::n_wide_strips`](crate::layout::generate_passes::PassLayout) counts where that was done.
+    /// [`PassLayout::n_wide_strips`](crate::layout::generate_passes::PassLayout) counts where that
+    /// was done.
     pub min_step_over: f64,
     /// Whether all step-overs shrink by one factor, so that the last is no narrower than it has to
     /// be.

@@ -51,9 +51,9 @@ pub struct PairSettings {
 /// that keeps its change within `max_turn_per_mm` and where the heads would otherwise collide. The
 /// result is tested for each head alone and then with the other head.
 ///
-/// `start` is the configuration of the first head at the first station ([`PairTest::configurations_over`] gives
-/// one for each branch); the second head takes the branch on which it needs the nearest value of
-/// the shared axis.
+/// `start` is the configuration of the first head at the first station
+/// ([`PairTest::configurations_over`] gives one for each branch); the second head takes the branch
+/// on which it needs the nearest value of the shared axis.
 ///
 /// # Errors
 /// When the monitor cancels.

@@ -218,7 +218,8 @@ fn an_entry_goes_into_stock_no_more_steeply_than_the_tool_may() {
     let cc = cc_on_plane(0.0, 0.0);
     let cl = cl_from_cc(tool.cutter(), &cc, posture_deg(2.0, 0.0));
     // An arc of radius 16 rises by 1 mm where it is steep by 20.4°, and by 8 mm in all: through
-    // thin stock it goes as an arc, through thicker stock as a ramp, and not through more than 8 mm.
+    // thin stock it goes as an arc, through thicker stock as a ramp, and not through more than 8
+    // mm.
     let arc = ApproachShape::TangentialArc { radius: 16.0, angle: FRAC_PI_3 };
     let (mut refused, mut taken) = (0, 0);
     for fifths in 0..60 {

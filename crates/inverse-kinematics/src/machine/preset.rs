@@ -22,15 +22,16 @@ pub fn preset_names() -> [&'static str; PRESETS.len()] {
     PRESETS.map(|(name, _)| name)
 }
 
-/// Returns the machine file of a preset, for [`Machine::from_json`], or [`Machine::heads_from_json`]
-/// where its name begins with "dual"; `None` if no preset has the name ([`preset_names`]). Its
-/// `source` names where its structure is from, its `assumed` the values that are not.
+/// Returns the machine file of a preset, for [`Machine::from_json`], or
+/// [`Machine::heads_from_json`] where its name begins with "dual"; `None` if no preset has the name
+/// ([`preset_names`]). Its `source` names where its structure is from, its `assumed` the values
+/// that are not.
 pub fn preset(name: &str) -> Option<&'static str> {
     PRESETS.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
 }
 
-/// Short form of the preset "head-b-table-c", a large propeller mill: head tilts about B, table turns about C (the family of
-/// FEED (9)).
+/// Short form of the preset "head-b-table-c", a large propeller mill: head tilts about B, table
+/// turns about C (the family of FEED (9)).
 ///
 /// C vertical, table 4 m in diameter; X and Y ±2.6 m, Z 3.6 m, B ±110°, C endless; the B axis lies
 /// 350 mm above the spindle nose. With all axes at 0 the nose is in the centre of the table's top,

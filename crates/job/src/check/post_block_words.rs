@@ -150,8 +150,8 @@ impl Motion {
         }
     }
 
-    /// Returns whether it says more than another one, apart from the permitted words of a key: modes that
-    /// hold from there on, and dwells.
+    /// Returns whether it says more than another one, apart from the permitted words of a key:
+    /// modes that hold from there on, and dwells.
     fn adds_to(&self, before: Option<&Self>, key: &str) -> bool {
         let is_free = |c: &&ReadCommand| match c {
             ReadCommand::Mode(_) => FIRST_KEYS.contains(&key),

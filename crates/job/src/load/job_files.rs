@@ -14,8 +14,8 @@ use crate::files;
 
 /// Files that a job names: those in memory, and the others in a folder, if it has one.
 ///
-/// A name is relative to the job file, as in the job. Of a file in memory nothing is read from disk,
-/// also if the folder has a file of its name.
+/// A name is relative to the job file, as in the job. Of a file in memory nothing is read from
+/// disk, also if the folder has a file of its name.
 #[derive(Clone, Debug, Default)]
 pub struct JobFiles {
     folder: Option<PathBuf>,

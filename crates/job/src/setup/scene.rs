@@ -35,7 +35,8 @@ pub struct Scene<'a> {
     pub machine: &'a Machine,
     /// Words of the program.
     pub words: WordMap,
-    /// Table frame ← frame of X, Y and Z words under RTCP; `None` without X, Y and Z at right angles.
+    /// Table frame ← frame of X, Y and Z words under RTCP; `None` without X, Y and Z at right
+    /// angles.
     pub rtcp_frame: Option<Isometry3<f64>>,
 }
 
@@ -83,8 +84,8 @@ impl<'a> Scene<'a> {
         self.job.tool.gauge_length()
     }
 
-    /// Returns the frame of X, Y and Z words of a program of this job: the identity if its post does
-    /// not use RTCP.
+    /// Returns the frame of X, Y and Z words of a program of this job: the identity if its post
+    /// does not use RTCP.
     ///
     /// # Errors
     /// If the post uses RTCP and the machine has no X, Y and Z at right angles.

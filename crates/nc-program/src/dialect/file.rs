@@ -263,8 +263,7 @@ pub struct VectorRule {
 pub struct BlendingRule {
     /// Lines that allow so much, and that undo it at the end.
     pub within: Switch,
-    /// Lines that allow nothing; absent where the control always blends, and has to be told how
-    /// much.
+    /// Lines that allow nothing; absent where the control always blends and needs a tolerance.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exact: Option<Switch>,
 }

@@ -58,7 +58,7 @@ pub struct PostFile {
     pub look_ahead: bool,
 }
 
-/// How a program under RTCP says which way the tool stands.
+/// Form in which a program under RTCP states the tool orientation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Orientation {
@@ -194,7 +194,7 @@ fn default_block_numbers() -> Option<BlockNumbers> {
 /// Longest line where nobody says it, characters.
 const LONGEST_LINE: u16 = 120;
 
-/// Longest line that may be asked for, characters.
+/// Largest permitted line length, characters.
 const MOST_CHARACTERS: u16 = 500;
 
 impl Default for PostFile {
@@ -222,7 +222,7 @@ impl PostFile {
     /// names, which the caller has read, or `None` for the dialect's own.
     ///
     /// # Errors
-    /// When a number is out of its range, or the control has no word for what is asked.
+    /// When a number is out of its range, or the control has no word for a requested function.
     pub fn settings(&self, template: Option<Template>) -> Result<PostSettings, PostError> {
         self.settings_of(self.dialect.file(), template.unwrap_or_else(|| self.dialect.template()))
     }

@@ -114,7 +114,7 @@ impl PostSettings {
         Ok(text)
     }
 
-    /// Lines of the look-ahead; none where it is not asked for.
+    /// Lines of the look-ahead; none where the job does not request it.
     pub(crate) fn look_ahead(&self) -> Switch {
         let rule = self.rules.motion.look_ahead.as_ref().filter(|_| self.look_ahead);
         rule.cloned().unwrap_or(Switch { on: Vec::new(), off: Vec::new() })

@@ -87,7 +87,7 @@ pub enum WriteError {
         /// As planned.
         linear: bool,
     },
-    /// The control always blends, and has to be told how much, or cannot be told so little.
+    /// The control always blends and needs a tolerance, or does not accept one this small.
     #[error(
         "{name} smooths paths within a tolerance that the program tells it: \
          motion.control_tolerance.{key} of the machine file must be at least 0.0001"

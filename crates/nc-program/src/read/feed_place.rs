@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-/// Where the feed of a block stands in the source, or would stand.
+/// Place of a block's feed in the source, present or to be inserted.
 ///
 /// All else of the line belongs to other words, so that a program with new feeds is the old one
 /// with these ranges replaced.

@@ -96,8 +96,8 @@ impl Modal {
         }
     }
 
-    /// Ends a block that sends axes to a reference position. Under RTCP they go alone, so that the tip
-    /// leaves its words: until these are named again it stays where the axes have it.
+    /// Ends a block that sends axes to a reference position. Under RTCP they go alone, so that the
+    /// tip leaves its words: until these are named again it stays where the axes have it.
     pub(crate) fn end_return(&mut self) {
         if matches!(self.compensation, Compensation::Rtcp(_)) {
             self.position.forget_words();

@@ -54,7 +54,7 @@ pub struct ReadBlock {
     pub compensation: Compensation,
     /// The same by axis, for machines of several heads.
     pub lengths: AxisLengths,
-    /// Where its feed stands in the source.
+    /// Place of its feed in the source.
     pub feed_place: FeedPlace,
     /// Where the block moves to.
     pub motion: Option<ReadMotion>,
@@ -216,8 +216,8 @@ pub enum ReadCommand {
     ToolName(String),
     /// Tool that is made ready and not changed to (the second T of a Mazak block, TOOL DEF).
     NextTool(u32),
-    /// Number of the spindle (P) that S, M3, M4 and M5 of the same block are for, on machines of
-    /// several; it stands before them.
+    /// Number of the spindle (P) that S, M3, M4 and M5 of the same block are for, on machines with
+    /// several; it precedes them.
     Spindle(u32),
     /// Spindle speed (S), 1/min.
     SpindleSpeed(f64),
@@ -260,7 +260,7 @@ pub enum ReadCommand {
     Macro {
         /// Kind.
         kind: MacroKind,
-        /// As it stands.
+        /// Its text, unchanged.
         text: String,
     },
 }

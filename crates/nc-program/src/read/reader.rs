@@ -34,8 +34,8 @@ impl ProgramReader {
         })
     }
 
-    /// A reader of this text before its first line: what stands before the first `%` of a FANUC,
-    /// Haas or Mazak program is passed by, as controls do.
+    /// A reader of this text before its first line: the text before the first `%` of a FANUC, Haas
+    /// or Mazak program is skipped, as controls do.
     #[must_use]
     pub fn of_text(dialect: Dialect, text: &[u8]) -> Self {
         // A text that is there can be read.

@@ -29,8 +29,8 @@ use crate::read::values::variables::Variables;
 /// that stands alone in its block and that the control does not have is a subprogram. Tool vectors
 /// (`A3= B3= C3=`) are kept with their motion, whose rotary axes are unknown then.
 ///
-/// The compensation's register is the D number, which a tool change sets to 1 as controls do unless
-/// told otherwise.
+/// The compensation's register is the D number, which a tool change sets to 1 as controls do by
+/// default.
 ///
 /// # Errors
 /// When a word is not understood or has no meaning in its block, with line, column and text.

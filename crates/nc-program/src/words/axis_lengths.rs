@@ -4,8 +4,8 @@ use crate::words::axis_words::AxisLetter;
 /// that names one linear axis with a number (`G43 Z2=100. H2`) acts on that axis, further ones on
 /// further axes, and `G49` ends all.
 ///
-/// The text does not say which type the control has. Programs of one head are told by
-/// [`Compensation`](crate::read::program::Compensation) alone, whatever this holds.
+/// The text does not say which type the control has. For programs of one head
+/// [`Compensation`](crate::read::program::Compensation) alone decides, whatever this holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AxisLengths {
     axes: [Option<AxisLetter>; MAX_HEADS],

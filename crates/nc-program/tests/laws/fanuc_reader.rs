@@ -235,7 +235,7 @@ fn ambiguous_texts_are_noted() {
     assert_eq!(notes("G0 X1.\n /G0 X2. "), [note(2, "/G0 X2.", 1, NoteKind::Skippable)]);
     assert_eq!(notes("%\nG0 X1.\n%\n G0\n!!"), [note(4, "G0", 2, NoteKind::BehindEnd)]);
     assert_eq!(notes("G20\nG1 X1. F5."), [note(2, "G1 X1. F5.", 1, NoteKind::InchFeed)]);
-    // A branch that turns out to guard nothing stands before one that was known at once.
+    // A branch that turns out to guard nothing precedes one that was known at once.
     let two = "IF [#1 EQ 1] GOTO 5\nGOTO 6\nN5\nN6";
     assert_eq!(notes(two), [note(1, "IF [#1 EQ 1] GOTO 5", 2, NoteKind::Branch)]);
 }

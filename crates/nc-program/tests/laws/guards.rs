@@ -104,7 +104,7 @@ fn a_bound_of_the_tool_length_that_guards_an_alarm_is_kept() {
             heidenhain("FN 11: IF +Q114 GT +142 GOTO LBL 99\nFN 14: ERROR=5\nLBL 99\n"),
             Some((142.0, More)),
         ),
-        // A branch to anywhere else is told as one.
+        // A branch to anywhere else is reported as a branch.
         (Dialect::Fanuc, fanuc("IF[#11002 LT 142.]GOTO 900\nG1 Y5. F100.\nN900\n"), None),
     ] {
         let program = read_program(&text, dialect).unwrap();

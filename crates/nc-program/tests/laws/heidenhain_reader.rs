@@ -103,7 +103,7 @@ fn poles_radii_and_polar_words_lead_where_they_say() {
     near(at(&m[4], "X"), 50.0 - 20.0 * sin);
     near(at(&m[4], "Y"), 50.0 + 20.0 * cos);
     assert_eq!((at(&m[4], "Z"), arc(4).angle), (word(3.0), Some(90.0)));
-    // From the new pole the tool stands 5 mm to the left, with the radius of before and one more.
+    // From the new pole the tool is 5 mm to the left, with the radius of before and one more.
     near(at(&m[5], "X"), 55.0 - 20.0 * sin + 21.0 * 170f64.to_radians().cos());
     // In the plane across Y the angle begins at Z.
     near(at(&m[7], "X"), 15.0);
@@ -226,7 +226,7 @@ fn machine_values_are_not_told_where_the_frame_or_the_tip_counts() {
     {
         assert_eq!(z(before), None, "{before}");
     }
-    // A rotary axis stands where it is told under TCPM, too.
+    // A rotary axis goes to its programmed value under TCPM, too.
     let b = motions("TOOL CALL 1 Z\nM128\nL B+3 FMAX M91");
     assert_eq!(at(&b[0], "B"), Some(AxisAt::Machine(3.0)));
 }

@@ -166,7 +166,7 @@ fn the_same_moves_are_read_from_every_dialect() {
     }
 }
 
-/// `has_rapid_feeds`: F stands in rapids, too, and counts for what follows.
+/// `has_rapid_feeds`: rapids have an F, too, and it counts for later blocks.
 fn check(name: &str, text: &str, read: Result<ReadProgram, ReadError>, moves: &[Move], has_rapid_feeds: bool) {
     let read = read.unwrap_or_else(|e| panic!("{name}: {e}\n{text}"));
     let found: Vec<_> = read.motions().map(|(_, m)| m).collect();

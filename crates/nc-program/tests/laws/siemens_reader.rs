@@ -160,8 +160,8 @@ fn variables_are_evaluated_until_a_branch_or_a_call() {
     assert!(!read("G0 X=R1").is_evaluated());
 }
 
-/// Words of the control are no variables: those of feeds are kept as they stand, what is not
-/// followed is told, and names that the control does not have stay variables.
+/// Words of the control are no variables: those of feeds are kept unchanged, those that are not
+/// followed are reported, and names that the control does not have stay variables.
 #[test]
 fn words_of_the_control_are_no_variables() {
     use MacroKind::{Assignment, Setting};

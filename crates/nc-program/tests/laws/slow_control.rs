@@ -27,7 +27,7 @@ pub(crate) struct State {
     /// By axis name, in units of the text (mm, deg).
     pub(crate) words: BTreeMap<String, f64>,
     pub(crate) feed: Option<f64>,
-    /// Feed that stands in this very block.
+    /// Feed in this very block.
     pub(crate) own_feed: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! Words that set what a control remembers, and how it keeps a path: told by their blocks.
+//! Words that set the state of a control and its path mode: their blocks report them.
 
 use facemill_nc_program::*;
 

@@ -218,7 +218,7 @@ fn text_before_the_first_mark_is_passed_by_where_the_program_stands_between_two(
                 text.split('\n').filter_map(|l| lines.read_line(l.as_bytes()).unwrap()).filter_map(|b| b.motion);
             assert_eq!(motions.count(), 1);
         }
-        // A program in front of the mark is none of these: what stands behind is not run.
+        // A program in front of the mark is none of these: the text behind it is not run.
         let two = read(&format!("{body}%\n{body}%\n"), dialect);
         assert!(two.notes.iter().any(|n| n.kind == NoteKind::BehindEnd), "{:?}", two.notes);
         assert!(read_program(format!("NOTHING\n{body}%\n"), dialect).is_err());

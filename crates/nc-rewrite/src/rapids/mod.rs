@@ -62,9 +62,9 @@ pub struct Rapids {
 }
 
 /// Replaces links of a program (all rapids between two runs of cuts) by the fastest path among
-/// those of [`RetractStrategy`] that is free of the stock at that time, of part, fixtures and machine:
-/// proven as rapids are in certificates, with the clearance of [`LinkSettings`]. A link without a
-/// faster free path keeps its bytes, as does all other text.
+/// those of [`RetractStrategy`] that is free of the stock at that time, of part, fixtures and
+/// machine: proven as rapids are in certificates, with the clearance of [`LinkSettings`]. A link
+/// without a faster free path keeps its bytes, as does all other text.
 ///
 /// Reads the new program again: outside of changed links it has the same motions. Runs it with its
 /// stock as [`verify_program`] does; links with a new finding get their old lines back.

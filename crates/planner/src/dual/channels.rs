@@ -14,7 +14,8 @@ use facemill_nc_program::{HeadSpec, PostSettings, ProgramSpec};
 /// the program in one channel is verified.
 ///
 /// # Errors
-/// Returns an error if 840D has no word for a value of the program, such as work offset 100 and above.
+/// Returns an error if 840D has no word for a value of the program, such as work offset 100 and
+/// above.
 pub(crate) fn channel_files(
     spec: &ProgramSpec,
     heads: &[HeadSpec],

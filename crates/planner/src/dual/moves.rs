@@ -121,8 +121,8 @@ impl DualMover<'_, '_> {
 
     /// Returns moves from beside one end of a run outward to the clearance surfaces, or the reason
     /// why there are none with the requested arcs. If both heads obstruct each other, it tries
-    /// smaller arcs: beyond an edge, opposite cutters come nearer to each other along their tangents
-    /// than the arcs lift them.
+    /// smaller arcs: beyond an edge, opposite cutters come nearer to each other along their
+    /// tangents than the arcs lift them.
     fn end(&self, run: &PairRun, end: PassEnd) -> Result<Vec<DualMove>, String> {
         let mut first = None;
         for share in ARC_SHARES {
@@ -207,7 +207,8 @@ impl DualMover<'_, '_> {
     }
 
     /// Returns both paths at once, each head at the same fraction of its arc, then of its path out;
-    /// the shared axis rests. Every position is on both tested paths, because only linear axes move.
+    /// the shared axis rests. Every position is on both tested paths, because only linear axes
+    /// move.
     fn joined_way(&self, ends: &Ends, shared: f64) -> Result<Vec<DualMove>, (usize, Infeasible)> {
         let mut moves = Vec::new();
         let mut hints = [Hints::default(), Hints::default()];

@@ -266,8 +266,8 @@ impl<'a> PairPlanner<'_, 'a> {
         Ok(())
     }
 
-    /// Returns the time of both operations one after the other, each by its head alone and with links
-    /// as laid, s.
+    /// Returns the time of both operations one after the other, each by its head alone and with
+    /// links as laid, s.
     fn separate_time(&self, planned: &HeadOperations<'a>) -> Result<f64, Failure> {
         let mut sum = 0.0;
         for (head, _, operation) in planned {
@@ -281,8 +281,8 @@ impl<'a> PairPlanner<'_, 'a> {
         Ok(sum)
     }
 
-    /// Returns runs of both heads with their entries and exits, in cutting order, and the causes why
-    /// other stations have none.
+    /// Returns runs of both heads with their entries and exits, in cutting order, and the causes
+    /// why other stations have none.
     fn reached(
         &self,
         mover: &DualMover<'_, '_>,

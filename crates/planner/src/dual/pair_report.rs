@@ -47,8 +47,8 @@ impl DualTexts {
         all.unwrap_or_default()
     }
 
-    /// Returns the report on the program's pairs. `saved` is the time by which shorter links shorten
-    /// each part.
+    /// Returns the report on the program's pairs. `saved` is the time by which shorter links
+    /// shorten each part.
     pub(crate) fn pair_reports(
         &self,
         parts: &[ProgramPart<'_>],

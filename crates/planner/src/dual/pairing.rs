@@ -23,8 +23,8 @@ pub(crate) struct Station {
 }
 
 /// Returns pairs of pieces of two operations, in the order of both: those that share the most
-/// length; of equals, the nearest to each other. A piece is in one pair at most; pieces of different
-/// places of the pattern form none.
+/// length; of equals, the nearest to each other. A piece is in one pair at most; pieces of
+/// different places of the pattern form none.
 ///
 /// The method is the longest common subsequence of both orders, which is exact: its table has every
 /// pair of the best choice.
@@ -145,8 +145,8 @@ pub(crate) fn between(a: &CcPoint, b: &CcPoint, t: f64) -> Option<CcPoint> {
     CcPoint::new(position, a.normal.lerp(&b.normal, t), a.feed.lerp(&b.feed, t)).ok()
 }
 
-/// Returns pairs of indices of points that are passed at the same time, from both first ones to both
-/// last ones; from one pair to the next, one of the two indices grows by 1.
+/// Returns pairs of indices of points that are passed at the same time, from both first ones to
+/// both last ones; from one pair to the next, one of the two indices grows by 1.
 fn anchors(passes: [&[CcPoint]; 2], feeds: [f64; 2]) -> Vec<[usize; 2]> {
     let [n, m] = passes.map(<[CcPoint]>::len);
     if n == 0 || m == 0 {

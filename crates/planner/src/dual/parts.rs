@@ -16,8 +16,8 @@ use crate::passes::operation::SetupContext;
 
 /// Setup as both heads see it.
 pub(crate) struct TwoHeadContext<'a> {
-    /// Scene of each head: tool and cutter of the other one are larger than they are in its job, and
-    /// as they are on its machine.
+    /// Scene of each head: tool and cutter of the other one are larger than they are in its job,
+    /// and as they are on its machine.
     pub scenes: &'a [Scene<'a>; 2],
     pub maps: [&'a ZMap; 2],
     /// Index of the axis that both share.

@@ -63,8 +63,8 @@ impl Remains<'_, '_, '_> {
         }
     }
 
-    /// Widens the remainder of a head where it would lose points; `kept` has the stops that each run
-    /// then keeps.
+    /// Widens the remainder of a head where it would lose points; `kept` has the stops that each
+    /// run then keeps.
     fn widen(
         &self,
         head: usize,

@@ -83,8 +83,8 @@ const EVEN: usize = 3;
 pub(crate) enum AddedPasses {
     /// Beside trimmed passes, and where the chosen postures leave more than the permitted cusp.
     All,
-    /// Beside trimmed passes alone, in the order as laid: two heads at once pair passes in this order
-    /// and choose postures anew, so only then is it known where the cusp is exceeded.
+    /// Beside trimmed passes alone, in the order as laid: two heads at once pair passes in this
+    /// order and choose postures anew, so only then is it known where the cusp is exceeded.
     BesideTrimmed,
 }
 
@@ -250,9 +250,9 @@ impl<'a> Interposer<'_, 'a> {
         (0..neighbours.passes().len()).into_par_iter().map(of_run).collect::<Vec<_>>().into_iter().flatten().collect()
     }
 
-    /// Returns the stock that the ridges of each pass toward earlier ones leave beyond the permitted
-    /// cusp, mm³, as if they were as high over the whole strip: a measure for comparing rounds. A
-    /// strip that stays uncut counts as high as it is wide.
+    /// Returns the stock that the ridges of each pass toward earlier ones leave beyond the
+    /// permitted cusp, mm³, as if they were as high over the whole strip: a measure for comparing
+    /// rounds. A strip that stays uncut counts as high as it is wide.
     fn left_beyond(&self, path: &PlannedPath) -> Vec<f64> {
         let planned = path.planned();
         let neighbours = Neighbours::new(planned.passes(), self.reach);

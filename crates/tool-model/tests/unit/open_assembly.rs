@@ -33,8 +33,8 @@ fn own_lengths_build_the_same_tool() {
     }
 }
 
-/// Whatever is asked for, bodies stand on each other from L1 to L4, and each begins at the length
-/// it rides on.
+/// At any requested lengths, bodies join each other from L1 to L4, and each begins at the length it
+/// rides on.
 #[test]
 fn bodies_begin_at_the_lengths_that_they_ride_on_and_leave_no_gap() {
     let mut n_bodies = std::collections::BTreeSet::new();

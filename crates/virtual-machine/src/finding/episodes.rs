@@ -70,7 +70,7 @@ impl Key {
 }
 
 impl Episode {
-    /// Whether a body only comes near to what it is told of.
+    /// Whether a body only comes near to the other one.
     fn is_near(&self) -> bool {
         self.worst.key.kind == FindingKind::NearMiss || !self.worst.key.is_contact
     }

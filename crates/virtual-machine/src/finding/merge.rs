@@ -7,8 +7,8 @@ use facemill_nc_program::{MotionKind, ReadProgram};
 
 use crate::finding::{Finding, FindingKind};
 
-/// Findings of one kind, bodies and axis that are told by themselves; the last of them stands for
-/// all that follow.
+/// Largest number of findings of one kind, bodies and axis that are reported one by one; the last
+/// stands for all that follow.
 const MOST_ALIKE: usize = 20;
 
 /// Common parts of findings of one fault: kind, body, obstacle, axis and note.

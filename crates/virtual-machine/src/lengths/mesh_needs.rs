@@ -55,7 +55,7 @@ struct Rider {
     shape: Shape,
     /// Rounding of the body as it is.
     rounding: f64,
-    /// Distance to be free of each obstacle, mm; `None` where they are not held against each other.
+    /// Distance to be free of each obstacle, mm; `None` where the two are not tested.
     keeps: Vec<Option<f64>>,
     mount: Mount,
     rides: AssemblyLength,
@@ -76,7 +76,7 @@ struct LengthWalker<'a> {
     machine_poses: Vec<Isometry3<f64>>,
 }
 
-/// Where the machine stands.
+/// Position of the machine.
 struct Here {
     block: usize,
     axes: AxisValues,

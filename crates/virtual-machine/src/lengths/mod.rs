@@ -1,13 +1,13 @@
 //! The shortest lengths of a tool assembly with which a program collides with nothing (VMT fig. 2).
 //!
-//! A program moves the tip: of another assembly the tip and the tool axis go the same way, and the
-//! bodies ride higher or lower on the axis. What a body that rides on a length needs at a position
-//! is where it comes free of an obstacle when it goes up along the axis from where it stands.
-//! Lengths only ever grow: the search begins with the shortest assembly there is, goes through the
-//! program, and takes each length up to where its bodies are free at that position, until a whole
-//! run takes none of them up. As every step was needed with the lengths below it, what it ends at
-//! is the least there is, also where obstacles hang over the tool and a longer assembly would be
-//! blocked again; that a margin above it is free, too, is another such run.
+//! A program moves the tip: with another assembly the tip and the tool axis go the same way, and
+//! the bodies ride higher or lower on the axis. The need of a body that rides on a length is, at
+//! each position, the least rise along the axis that frees it of an obstacle. Lengths only ever
+//! grow: the search begins with the shortest possible assembly, goes through the program, and
+//! raises each length until its bodies are free at that position, until a whole run raises none. As
+//! every step was needed with the lengths below it, the search ends at the least free lengths, also
+//! where obstacles hang over the tool and block a longer assembly again; another such run proves
+//! that a margin above them is free, too.
 //!
 //! | module | answers |
 //! |---|---|

@@ -15,9 +15,9 @@ pub fn words_of_length(words: &WordMap, length: f64) -> Result<WordMap, WordMapE
     WordMap::new(words.axes().to_vec(), words.work_offset(), length)
 }
 
-/// The program as it is posted for a tool of another length, with which `words` is: at the end of
-/// every block with length compensation the tip stands where it stood, and the rotary axes with it,
-/// and so the linear axes where they hold it there.
+/// The program posted for a tool of another length, with which `words` is: at the end of every
+/// block with length compensation the tip and the rotary axes are where they were, and so are the
+/// linear axes that hold the tip there.
 ///
 /// Words of the tip (RTCP), of axes without compensation, and of the machine stay as they are, and
 /// so do those of machines whose head does not turn. Of blocks whose place the text does not tell

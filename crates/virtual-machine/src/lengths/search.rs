@@ -126,8 +126,9 @@ fn check(
     Ok(())
 }
 
-/// Runs through the program, each with what the one before asked for. Every run but the last takes
-/// a length up; with more than these two obstacles raise each other's lengths without an end.
+/// Runs through the program, each with the lengths that the one before needs. Every run but the
+/// last takes a length up; with more than these two obstacles raise each other's lengths without an
+/// end.
 const MAX_RUNS: usize = 60;
 
 /// How much longer than needed a flute may be, mm.
@@ -156,7 +157,7 @@ struct GrownLengths {
 }
 
 impl GrownLengths {
-    /// Takes lengths up to what is asked of them and the margin; whether any was, and none is
+    /// Raises lengths to their needs and the margin; returns whether any was raised and none is
     /// hopeless.
     fn take(&mut self, needs: &Needs, assembly: &OpenAssembly, margin: f64) -> bool {
         if let Some((length, raise)) = needs.hopeless() {

@@ -36,7 +36,7 @@ pub(crate) struct StockNeeds<'r, 'a> {
     pub(crate) longest: f64,
     /// Whether the run ends where a body first meets the stock.
     pub(crate) is_until_first: bool,
-    /// Lengths that are asked for.
+    /// Lengths to be found.
     pub(crate) asks: [bool; 4],
 }
 
@@ -83,7 +83,7 @@ impl StockNeeds<'_, '_> {
         of_tool.flat_map(of_move).collect()
     }
 
-    /// Cuts the stock, and tells whether one of the bodies that are asked for met it.
+    /// Cuts the stock, and returns whether one of the tested bodies met it.
     fn cut(
         &self,
         ways: &[(&Move, Segment)],
@@ -198,7 +198,7 @@ fn free_way(most: f64, is_free: impl Fn(f64) -> Result<bool, VerifyError>) -> Re
     Ok(Some(free))
 }
 
-/// Whether a body is asked as it is, or with the clearance that it keeps.
+/// Whether a body is tested as it is, or with the clearance that it keeps.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum BodyClearance {
     None,
@@ -228,7 +228,7 @@ impl Rider {
     }
 }
 
-/// The lengths so far, and the bodies that are asked for.
+/// The lengths so far, and the tested bodies.
 struct Raised<'r> {
     assembly: &'r OpenAssembly,
     slack: f64,

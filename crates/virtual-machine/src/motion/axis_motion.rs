@@ -172,7 +172,7 @@ impl<'a> MotionReader<'a> {
 }
 
 impl StraightCut {
-    /// Whether F says nothing of how long it takes: the tip stands under RTCP.
+    /// Whether F does not determine its time: the tip rests under RTCP.
     pub fn is_free(&self) -> bool {
         self.mode == FeedMode::Rtcp && self.way <= RESTS
     }

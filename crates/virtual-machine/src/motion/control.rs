@@ -272,8 +272,8 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// The tool's length stands in one register; what stands in the others nobody knows. Axes go on
-    /// as if it were the same.
+    /// One register holds the tool's length; nobody knows the contents of the others. Axes go on as
+    /// if they were the same.
     fn length_register(&mut self, index: usize, block: &ReadBlock) {
         let compensation = block.compensation;
         if self.head.is_some() {
@@ -338,7 +338,8 @@ impl<'a> Control<'a> {
         self.faults.push(TextFault { kind, block, last: block, worst: block, axis: None, measure: None, note });
     }
 
-    /// A fault that one cause leads to in many blocks: told once, from its first block to its last.
+    /// A fault that one cause leads to in many blocks: reported once, from its first block to its
+    /// last.
     fn last(&mut self, kind: FindingKind, block: usize, note: String) {
         let key = (kind, note);
         if let Some(&k) = self.lasting.get(&key) {

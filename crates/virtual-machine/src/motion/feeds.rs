@@ -20,8 +20,8 @@ impl Feeds {
         Self { dialect, counted: CountedAxes::default(), changed: None, told: None }
     }
 
-    /// Takes note of what a block says of feeds. Functions that switch kinematics are told by
-    /// others. What has changed feeds once is not followed back.
+    /// Takes note of what a block says of feeds. Others report functions that switch kinematics.
+    /// What has changed feeds once is not followed back.
     pub(crate) fn read(&mut self, block: &ReadBlock) {
         if matches!(self.dialect, Dialect::Siemens840d | Dialect::Heidenhain)
             && let Err(why) = self.counted.read(self.dialect, block)
@@ -35,7 +35,7 @@ impl Feeds {
     /// mm/min an F of 1 is.
     ///
     /// # Errors
-    /// When it is not known, and why where that has not been told.
+    /// When it is not known; with the reason, if that has not been reported.
     pub(crate) fn over_all_axes(
         &mut self,
         machine: &Machine,

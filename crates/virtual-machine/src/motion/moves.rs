@@ -31,13 +31,13 @@ pub(crate) struct Move {
     pub(crate) end: AxisValues,
     /// `None` for rapids and where the program gives none.
     pub(crate) feed: Option<Feed>,
-    /// Whether the tool moves against the work; it stands where the other head alone moves.
+    /// Whether the tool moves against the work; it rests where the other head alone moves.
     pub(crate) moves_tool: bool,
 }
 
 impl Move {
-    /// Whether the tool goes at rapid rate: nothing is cut then. Where it stands, it stands where
-    /// it has cut.
+    /// Whether the tool goes at rapid rate: nothing is cut then. A resting tool is where it has
+    /// cut.
     pub(crate) fn is_rapid_of_tool(&self) -> bool {
         self.is_rapid && self.moves_tool
     }
@@ -236,7 +236,7 @@ impl<'a> State<'a> {
         }
     }
 
-    /// Words say no positions, for this reason: told once, from the first block to the last.
+    /// Reason why words give no positions: reported once, from the first block to the last.
     fn not_followed(&mut self, index: usize, why: &str) {
         match self.unfollowed.filter(|&k| self.out.faults[k].note == why) {
             Some(k) => self.out.faults[k].last = index,
@@ -341,7 +341,7 @@ impl<'a> State<'a> {
     }
 }
 
-/// How far beyond a limit an axis may be told to go by the rounding of words, mm or deg.
+/// Permitted excess of an axis value over a limit by the rounding of words, mm or deg.
 pub(crate) const LIMIT_ROUNDING: f64 = 1e-3;
 
 /// By how much axes are beyond their limits, with their indices.

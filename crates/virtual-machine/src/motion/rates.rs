@@ -101,7 +101,7 @@ impl<'a> RateBounds<'a> {
         let (start, end) = (self.motion.at(from).ok()?, self.motion.at(to).ok()?);
         let machine = self.head.machine;
         let [linear, turn] = ways_of(machine, &start, &end, |k| parts == Parts::BothHeads || machine.moves_tool(k));
-        // Tips that go straight are told of one head alone.
+        // Bounds for tips on straight lines exist for one head alone.
         if parts == Parts::BothHeads && !matches!(self.law, BlockLaw::Rapid(_) | AXES_LINEAR) {
             return None;
         }

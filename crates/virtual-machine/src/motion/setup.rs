@@ -21,8 +21,7 @@ pub struct VirtualSetup<'a> {
     /// Work offset and length compensation as set on the control: how words become axis values. Its
     /// axes are the machine's, in the same order.
     pub words: &'a WordMap,
-    /// Frame that X, Y and Z words are told in while RTCP is on, fixed to the table. Not used
-    /// otherwise.
+    /// Frame of the X, Y and Z words while RTCP is on, fixed to the table. Not used otherwise.
     pub table_from_rtcp_words: Isometry3<f64>,
     /// The tool that the program is to put into the spindle.
     pub tool: &'a ToolAssembly,
@@ -34,7 +33,7 @@ pub struct VirtualSetup<'a> {
     pub obstacles: Vec<VirtualObstacle<'a>>,
 }
 
-/// Something that stands on the machine's table, as a mesh in the workpiece frame.
+/// Object on the machine's table, as a mesh in the workpiece frame.
 #[derive(Clone)]
 pub struct VirtualObstacle<'a> {
     /// Name in findings.
@@ -94,8 +93,8 @@ pub struct VerifySettings {
     /// Angle between tool axis and pole (where the tool axis is parallel to the first rotary axis)
     /// up to which a cut is near it, rad.
     pub singular_cone: f64,
-    /// By how much farther than the tool axis a rotary axis may turn in one cutting block near the
-    /// pole before it is told, rad.
+    /// Excess of a rotary axis's turn over that of the tool axis in one cutting block near the pole
+    /// from which it is reported, rad.
     pub singular_turn: f64,
     /// Limit of the cutter's removal where the stock is cut; `None` for no limit.
     pub removal: Option<RemovalLimit>,
@@ -288,7 +287,7 @@ pub enum VerifyError {
         /// As given.
         value: f64,
     },
-    /// A tool cannot be what is asked of it.
+    /// A tool cannot have a requested property.
     #[error("the tool: {problem}")]
     Tool {
         /// Why.
@@ -300,7 +299,7 @@ pub enum VerifyError {
         /// Why.
         problem: String,
     },
-    /// A proof was asked for with [`VerifySettings::estimate`].
+    /// The caller requests a proof together with [`VerifySettings::estimate`].
     #[error("{what} cannot be estimated: leave out `estimate` of the settings")]
     Estimated {
         /// Subject.

@@ -24,7 +24,7 @@ const MOST_TURNS_CUT: f64 = 50.0;
 /// the time of a run by the machine and not by the numbers of its text.
 const MOST_TURNS_OF_PROGRAM: f64 = 500.0;
 
-/// Way of the tip, mm, below which it stands while the rotary axes turn: rounding of forward
+/// Way of the tip, mm, below which it rests while the rotary axes turn: rounding of forward
 /// kinematics.
 const STANDS: f64 = 1e-9;
 
@@ -135,8 +135,7 @@ fn rotary(machine: &Machine) -> impl Iterator<Item = usize> + '_ {
     machine.axes().iter().enumerate().filter(|(_, a)| a.kind == AxisKind::Rotary).map(|(k, _)| k)
 }
 
-/// For which part of the move's time an axis goes, which is from its start on; 1 for one that
-/// stands.
+/// Part of the move's time for which an axis goes, from the move's start on; 1 for one at rest.
 fn goes_for(machine: &Machine, law: BlockLaw, [start, end]: [&AxisValues; 2], axis: usize) -> f64 {
     if law != BlockLaw::Rapid(RapidLaw::PerAxis) || start[axis] == end[axis] {
         return 1.0;

@@ -25,8 +25,8 @@ pub(crate) struct TurnedRotaries<'a> {
 }
 
 /// Smallest distance of the tool axis from the first rotary axis, and of cos(θ₂ − φ) from ±1, as
-/// sines, at which rates are told: nearer, they are without use, and rounded values tell the speed
-/// of nothing.
+/// sines, at which rates are given: nearer, they are of no use, and rounded values do not determine
+/// a speed.
 const NEAREST: f64 = 0.01;
 
 /// By what constant values may differ from rounding.

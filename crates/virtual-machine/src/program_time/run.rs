@@ -46,7 +46,7 @@ pub struct Timer<'a> {
     rapid: RapidLaw,
     /// Uncertainty of the text's tool vectors; `None` if they are exact.
     rounding: Option<VectorRounding>,
-    /// Whether it is told what holds each move back.
+    /// Whether the result holds the limiting factor of each move.
     tells_limits: bool,
 }
 
@@ -72,7 +72,7 @@ impl<'a> Timer<'a> {
         Ok(Self { views, bounds, tolerance, control: None, rapid, rounding: None, tells_limits: true })
     }
 
-    /// The same without what each move is held back by, which takes as long as half of the law.
+    /// The same without the limiting factor of each move, which takes as long as half of the law.
     pub fn without_limits(self) -> Self {
         Self { tells_limits: false, ..self }
     }

@@ -35,7 +35,7 @@ const CHUNK: usize = 1024;
 pub struct Levers(AxisValues);
 
 impl Levers {
-    /// Levers over the moves of a run, on straight lines of the axes: nowhere larger than told.
+    /// Upper bounds on the levers over the moves of a run, on straight lines of the axes.
     ///
     /// The lever of a rotary axis is the distance of the tip from it, half of the way that half a
     /// turn moves the tip by. Between the places at which it is measured it grows by no more than

@@ -16,8 +16,8 @@ use crate::program_time::tolerance::{MachineView, stops_at_corners};
 /// computed one.
 const MOST_DECIMALS: i32 = 12;
 
-/// Arm on which turns of the tool count as ways, mm: where the tip goes on its way decides, where
-/// it stands the turn does. On a longer one the steps of the vectors would make the lengths uneven.
+/// Arm on which turns of the tool count as ways, mm: where the tip moves, its way decides; where it
+/// rests, the turn does. On a longer one the steps of the vectors would make the lengths uneven.
 const ARM: f64 = 10.0;
 
 /// Least length of a move, mm: lengths are to grow.
@@ -64,7 +64,7 @@ impl VectorDecimals {
 /// Uncertainty of the text's tool vectors.
 #[derive(Clone, Copy, Debug)]
 pub struct VectorRounding {
-    /// Frame of the words on the table, which the vectors are told in.
+    /// Frame of the vectors on the table.
     pub table_from_words: Isometry3<f64>,
     /// Largest error of each component.
     pub half: f64,

@@ -148,23 +148,23 @@ impl Certificate {
 /// positions, but at every time.
 ///
 /// Each block is taken in intervals of time. Over an interval the motion relative to an obstacle is
-/// a velocity, told to a proven deviation, and the mesh's tree proves that the moving body stays
-/// away by a distance ([`Interference::sweep`](facemill_interference::Interference::sweep)); where
-/// it does not, the interval is halved. For the cutter the distance is that of its test body for a
-/// depth: a little more than the depth at sampled times first, then more, up to the gouge limit.
-/// An unproven block is marked as such, which says nothing about its motion.
+/// a velocity up to a proven deviation, and the mesh's tree proves that the moving body stays away
+/// by a distance ([`Interference::sweep`](facemill_interference::Interference::sweep)); where it
+/// does not, the interval is halved. For the cutter the distance is that of its test body for a
+/// depth: a little more than the depth at sampled times first, then more, up to the gouge limit. An
+/// unproven block is marked as such, which says nothing about its motion.
 ///
 /// Bodies, and the cutter where it must not touch, are proven with what the control may leave the
 /// motion by. Of stock that [`VerifySettings::as_cut`] leaves to the runs that cut it nothing is
 /// said.
 ///
-/// Proven are motions under every law. Where no bound on the axes' accelerations is known, nothing
-/// is: beside the places where linear axes cannot follow the tip, and near the pole under
-/// [`TipLinearVectorTurned`](facemill_cl_data::CuttingLaw::TipLinearVectorTurned) where bodies of
-/// the machine are asked for. Nor is anything from a block on after which it is not known where the
-/// axes are: an arc, a cycle, a macro call, an unknown place. Every such fault has a certificate
-/// that is not certified and says why. The result does not depend on the number of threads;
-/// `monitor` is told of every block once.
+/// Motions under every law can be proven. Where no bound on the axes' accelerations is known,
+/// nothing is proven: beside the places where linear axes cannot follow the tip, and near the pole
+/// under [`TipLinearVectorTurned`](facemill_cl_data::CuttingLaw::TipLinearVectorTurned) where
+/// bodies of the machine are tested. Nor is anything from a block on after which the positions of
+/// the axes are not known: an arc, a cycle, a macro call, an unknown place. Every such fault has a
+/// certificate that is not certified and says why. The result does not depend on the number of
+/// threads; `monitor` advances once by every block.
 ///
 /// # Errors
 /// When the setup or a setting makes no sense, or the monitor cancels.

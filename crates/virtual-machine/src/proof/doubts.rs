@@ -62,7 +62,7 @@ impl Doubts {
 enum Scope {
     /// No motion: spindle, feed, text that is not run.
     Nothing,
-    /// The blocks that it is told for.
+    /// The blocks to which it applies.
     Block,
     /// Everything from there on: where the axes are, which tool is in the spindle, or which blocks
     /// are run.

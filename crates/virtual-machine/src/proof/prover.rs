@@ -32,7 +32,7 @@ const MAX_HALVINGS: u32 = 10;
 /// the required one.
 const CLEARANCE_SHARE: f64 = 0.8;
 
-/// Distances of bodies are not told beyond this, mm.
+/// Largest reported distance of bodies, mm.
 const FARTHEST_CLEARANCE: f64 = 50.0;
 
 /// Part of an interval over which its velocity is measured, on either side of the middle.
@@ -58,7 +58,7 @@ pub(crate) struct Prover<'s, 'a> {
     intervals: u32,
 }
 
-/// Something that moves, and what it is held against.
+/// A moving body and its obstacle.
 #[derive(Clone, Copy)]
 struct Pair<'p> {
     mount: Mount,
@@ -125,9 +125,9 @@ impl<'s, 'a> Prover<'s, 'a> {
     /// The smallest depth that is proven for the whole move against all obstacles, or the obstacle
     /// for which none is.
     ///
-    /// Where the cutter may cut, the control's tolerance is the error budget's, and only told. What
-    /// it must not touch it must not touch with the control's tolerance: there that is part of the
-    /// proof.
+    /// Where the cutter may cut, the control's tolerance belongs to the error budget and is only
+    /// reported. The cutter must keep off all else by the control's tolerance, too: there that is
+    /// part of the proof.
     fn depth(&mut self) -> Result<ProvenDepth, Open> {
         let scene = self.scene;
         let mut deepest = ProvenDepth { programmed: 0.0, with_control: 0.0 };

@@ -47,7 +47,7 @@ pub(crate) struct Depth {
     pub(crate) place: Point3<f64>,
 }
 
-/// Accuracy of depths found by bisection, mm: a tenth of what findings are told with. Smaller costs
+/// Accuracy of depths found by bisection, mm: a tenth of the accuracy of findings. Smaller costs
 /// verdicts only.
 const RESOLUTION: f64 = 1e-3;
 

@@ -147,8 +147,8 @@ impl DeadCore {
         moment: Moment,
     ) -> Option<InStock> {
         let n_before = self.poses.partition_point(|p| (p.move_index, p.at) < moment);
-        // On most of a pass the ring was everywhere a moment before: that is asked first, because
-        // it costs least.
+        // On most of a pass the ring was everywhere a moment before: this test is first, because it
+        // costs least.
         let uncut = self.samples.iter().map(|s| work_from_tool * s).filter(|p| !self.is_cut_lately(p, n_before));
         let uncut: Vec<Point3<f64>> = uncut.collect();
         if uncut.is_empty() {

@@ -23,8 +23,8 @@ impl RunQueries {
     /// All of every body; in an estimate the edges of all but the cutter in cuts.
     ///
     /// An edge is a disc: the circle at which a section of tool or holder begins or ends, and the
-    /// flat face within it. Of bodies with corners, boxes and hulls of the machine, all is asked:
-    /// it costs no more.
+    /// flat face within it. Bodies with corners, boxes and hulls of the machine are tested whole:
+    /// that costs no more.
     pub(crate) fn new(scene: &Scene<'_>) -> Self {
         let cutter = scene.cutter.clone();
         let shapes = scene.bodies.iter().map(|b| &b.shape);

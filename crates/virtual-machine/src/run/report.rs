@@ -183,7 +183,8 @@ impl<'a> Report<'a> {
         own.into_iter().chain(head).collect::<Vec<_>>().join(", ")
     }
 
-    /// Tells of findings without a pose where the machine stands before their block, and when.
+    /// Adds to findings without a pose the position of the machine before their block, and the
+    /// time.
     pub(crate) fn place(&self, findings: &mut [Finding]) {
         for finding in findings.iter_mut().filter(|f| f.pose.is_none()) {
             let index = self.program.blocks.partition_point(|b| b.line < finding.worst_line);

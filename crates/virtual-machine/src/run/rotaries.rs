@@ -25,10 +25,10 @@ const STANDS: f64 = 0.01 * std::f64::consts::PI / 180.0;
 /// tool axis near the pole.
 ///
 /// More than half a turn is a [`FindingKind::Rewind`] in a cutting move, and a
-/// [`FindingKind::LinkRewind`] in a rapid between cuts; of ways in and home nothing is told. A turn
-/// by more than [`singular_turn`](crate::motion::setup::VerifySettings::singular_turn) beyond what
-/// the tool axis turns, in a cutting move that comes within
-/// [`singular_cone`](crate::motion::setup::VerifySettings::singular_cone) of the pole is a
+/// [`FindingKind::LinkRewind`] in a rapid between cuts; ways in and home are not judged. A turn by
+/// more than [`singular_turn`](crate::motion::setup::VerifySettings::singular_turn) beyond that of
+/// the tool axis, in a cutting move that comes within
+/// [`singular_cone`](crate::motion::setup::VerifySettings::singular_cone) of the pole, is a
 /// [`FindingKind::Singularity`].
 pub(crate) fn turns(scene: &Scene<'_>, moves: &[Move]) -> ChunkResult {
     let mut result = ChunkResult::default();

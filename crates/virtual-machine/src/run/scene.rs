@@ -118,7 +118,8 @@ impl<'a> Scene<'a> {
             obstacles.push(SceneObstacle::of_body(setup.machine, k, &links, &work_from_table)?);
         }
         let tool = setup.tool.collision_bodies().into_iter().map(SceneBody::of_tool);
-        // The other head's are held against the rest when the program is run for that head.
+        // The other head's bodies are tested against the rest when the program is run for that
+        // head.
         let moves = |k: usize| links.between(Link::Work, Link::Body(k)) > 0;
         let is_own = |b: &MachineBody| b.carrier() != Some(Carrier::OtherHead);
         let moving = machine.filter(|(k, b)| moves(*k) && is_own(b)).map(|(k, b)| {
@@ -241,12 +242,12 @@ fn other_view(setup: &VirtualSetup<'_>) -> Option<(Machine, f64)> {
 
 /// Whether a body is tested against an obstacle.
 ///
-/// Bodies of the machine are tested against what stands on the table where they move against it,
-/// and those of the head against those of bed, table and other head, as are tool and cutter. Bodies
-/// of the other head are nothing but obstacles here: against workpiece, table and bed they are
-/// tested in that head's own view. Two bodies of the machine that one joint joins lie within each
-/// other by construction (a ram in its guide, a table in its cradle), and those without a joint
-/// between them never move against each other: both are left out.
+/// Bodies of the machine are tested against objects on the table where they move against it, and
+/// those of the head against those of bed, table and other head, as are tool and cutter. Bodies of
+/// the other head are nothing but obstacles here: against workpiece, table and bed they are tested
+/// in that head's own view. Two bodies of the machine that one joint joins lie within each other by
+/// construction (a ram in its guide, a table in its cradle), and those without a joint between them
+/// never move against each other: both are left out.
 fn may_meet(machine: &Machine, links: &Links, mount: Mount, obstacle: &SceneObstacle<'_>) -> bool {
     match (mount, obstacle.body) {
         (_, None) => true,

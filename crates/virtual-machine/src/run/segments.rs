@@ -60,9 +60,9 @@ pub(crate) struct MoveOfHead<'r, 'a> {
     pub(crate) coarse: &'r Coarseness,
 }
 
-/// The segments of each head in one and the same move: those of all heads that go begin and end at
+/// The segments of each head in one and the same move: those of all moving heads begin and end at
 /// the same times, so that the k-th of one is driven while the k-th of the other is. None for a
-/// head that stands; `None` where its way is not known, or cannot be divided at the times of the
+/// head at rest; `None` where its way is not known, or cannot be divided at the times of the
 /// others.
 pub(crate) fn segments_of_heads(heads: &[MoveOfHead<'_, '_>]) -> Vec<Option<Vec<Segment>>> {
     let going: Vec<usize> = (0..heads.len()).filter(|&h| heads[h].m.moves_tool).collect();

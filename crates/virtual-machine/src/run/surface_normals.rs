@@ -11,9 +11,9 @@ use crate::motion::moves::Move;
 use crate::motion::setup::ObstacleKind;
 use crate::run::scene::{Role, Scene, SceneObstacle};
 
-/// How far a normal may be turned from the part's, rad: what facets and curved surfaces turn it by
+/// Permitted angle between a normal and the part's, rad: the turn of facets and curved surfaces
 /// within a lift and a probe. Larger: wrong normals pass; smaller: right ones on coarse meshes are
-/// told.
+/// reported.
 const LIMIT: f64 = 30.0 * std::f64::consts::PI / 180.0;
 
 /// Cosine between normal and tool axis from which on a normal points away from the tool: the
@@ -51,7 +51,7 @@ struct Nearest {
 impl SurfaceNormals<'_> {
     /// Tests the normal of a block at the end of its move. Where there is none, nothing is done.
     ///
-    /// A normal that points away from the tool is a fault wherever it stands. One toward it is,
+    /// A normal that points away from the tool is a fault everywhere. One toward it is a fault
     /// where the cutter is near a part and no part has such a normal where the cutter touches it.
     pub(crate) fn test(&self, index: usize, m: &Move, episodes: &mut Episodes) {
         let Some(normal) = self.normal(m) else { return };

@@ -38,10 +38,10 @@ const MOVES_PER_SAMPLE: usize = 16;
 ///   the clearances, and so is that of the tool with its cutter and of the head's bodies from each
 ///   body of the machine's bed and table;
 /// - in cutting moves, at positions a twentieth of its radius apart, the core of the cutter's
-///   bottom that does not cut is held against the stock that the rest of the cutter has not removed
-///   before in the program;
-/// - at the end of a cutting move that names the surface's normal (LN of Heidenhain) that is held
-///   against the part's where the cutter is near it;
+///   bottom that does not cut is tested against the stock that the rest of the cutter has not
+///   removed before in the program;
+/// - at the end of a cutting move that names the surface's normal (LN of Heidenhain) that is
+///   compared with the part's where the cutter is near it;
 /// - axis limits are checked; over every block the speed of each axis and the turn of rotary ones,
 ///   over every step in stock the ramp angle.
 ///
@@ -56,17 +56,17 @@ const MOVES_PER_SAMPLE: usize = 16;
 /// the programmed motion ([`BetweenPositions`](crate::finding::BetweenPositions)): positions of the
 /// cutter lie near enough to each other for that, and bodies are followed from one to the next
 /// until it is known. Ramps, the dead core and the stock on meshes are those of positions. Stock is
-/// only known as a thickness on a mesh, or as it was before cutting; what
-/// [`VerifySettings::as_cut`] leaves to the runs that cut it is not held against it here, and keeps
-/// off part and check surfaces with their allowance. Control tolerance is not added: it is part of
-/// the error budget. A ramp is steep when all of the bottom goes down more steeply than the tool
-/// may while the cutter is in stock.
+/// only known as a thickness on a mesh, or as it was before cutting; obstacles that
+/// [`VerifySettings::as_cut`] leaves to the runs that cut are not tested as stock here, and keep
+/// their allowance on part and check surfaces. Control tolerance is not added: it is part of the
+/// error budget. A ramp is steep when all of the bottom goes down more steeply than the tool may
+/// while the cutter is in stock.
 ///
-/// With [`VerifySettings::estimate`] the positions are few and only the edges of bodies are asked:
-/// what is found is there, but that nothing is found says nothing of what is between the positions
-/// or between the edges.
+/// With [`VerifySettings::estimate`] the positions are few and only the edges of bodies are tested:
+/// every finding is real, but the absence of findings says nothing of the motion between the
+/// positions or of the surfaces between the edges.
 ///
-/// `monitor` is told of every block of the program once. The result does not depend on the number
+/// `monitor` advances once by every block of the program. The result does not depend on the number
 /// of threads.
 ///
 /// # Errors
@@ -104,9 +104,9 @@ pub fn verify(
     Ok(Report::new(program, &scene, &resolved).assemble(results))
 }
 
-/// Tells of findings without a pose where the machine of the setup stands before the block of their
-/// worst line, and when; of lines that are no blocks, and where the place of an axis is not known,
-/// nothing. For findings that are made of the text elsewhere.
+/// Adds to findings without a pose, made from the text elsewhere, the position of the machine
+/// before the block of their worst line, and the time. Leaves out lines that are no blocks, and
+/// blocks at which the place of an axis is not known.
 ///
 /// # Errors
 /// When the setup or a setting makes no sense.

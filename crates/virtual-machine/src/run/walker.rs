@@ -22,7 +22,7 @@ pub(crate) struct Walker<'a> {
     queries: &'a RunQueries,
     /// Per obstacle: in cuts, then in rapids.
     cutter: Vec<[CutterTrack; 2]>,
-    /// Per body, then obstacle: one for each shape that is asked.
+    /// Per body, then obstacle: one for each tested shape.
     bodies: Vec<Vec<Track>>,
     core: Option<&'a DeadCore>,
     /// Of the core, per obstacle.

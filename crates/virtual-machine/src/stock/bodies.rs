@@ -1,4 +1,4 @@
-//! The solids of the tool assembly that cut the stock or are held against it, and in what order.
+//! The solids of the tool assembly that cut the stock or are tested against it, and their order.
 
 use facemill_tool_model::{ToolAssembly, ToolSection};
 use facemill_z_map::{Step, Sweep, TurnedBody};
@@ -12,7 +12,7 @@ use crate::stock::run::Purpose;
 /// behind it.
 const WAYS: [f64; 2] = [0.5, 8.0];
 
-/// Height of the core that is asked, mm: what it meets higher the cutter's body meets, too.
+/// Height of the tested core, mm: the cutter's body, too, meets all that is higher.
 const CORE_HEIGHT: f64 = 1.0;
 
 /// The solids of the tool assembly that are swept.
@@ -26,7 +26,7 @@ pub(crate) struct Bodies {
     /// Each body as it is and with its clearance, by its index among the scene's.
     sections: Vec<(usize, TurnedBody, TurnedBody)>,
     pub(crate) max_way: f64,
-    /// Whether bodies, cores and the cutter in rapid are asked where a segment ends alone, and not
+    /// Whether bodies, cores and the cutter in rapid are tested only where a segment ends, and not
     /// on their way to there.
     at_ends: bool,
 }
@@ -55,7 +55,7 @@ impl Bodies {
         }
     }
 
-    /// The same that are asked at positions alone, where segments end: an estimate.
+    /// The same, tested only at positions, where segments end: an estimate.
     pub(crate) fn at_ends(self) -> Self {
         Self { at_ends: true, ..self }
     }
@@ -94,10 +94,10 @@ impl Bodies {
 /// Phases of a segment, one after the other, of all heads.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Phase {
-    /// Bodies as they are, and cores, are asked.
+    /// Tests bodies as they are, and cores.
     Before,
     Cut,
-    /// Bodies are asked with their clearance.
+    /// Tests bodies with their clearance.
     Behind,
 }
 

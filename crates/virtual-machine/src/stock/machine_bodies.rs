@@ -36,15 +36,15 @@ pub(crate) struct InQuestion {
     pub(crate) bodies: Vec<usize>,
 }
 
-/// Moves that are still to be asked, in order.
+/// Moves that are still to be tested, in order.
 pub(crate) struct Waiting {
     moves: Vec<InQuestion>,
-    /// How many are asked at once.
+    /// Number of moves tested at once.
     at_once: usize,
 }
 
-/// Most moves that are asked at once. More are asked in vain where the first of them cuts what the
-/// others come near.
+/// Largest number of moves tested at once. More are tested in vain where the first of them cuts
+/// stock that the others come near.
 const MOST_AT_ONCE: usize = 64;
 
 impl<'a> MachineBodies<'a> {

@@ -43,7 +43,7 @@ impl Smaller {
     }
 }
 
-/// A smaller and a larger cutter that are asked on some blocks before they are cut.
+/// A smaller and a larger cutter that are tested on some blocks before they cut.
 pub(crate) struct Probe {
     /// Indices of the blocks in the program.
     blocks: BTreeSet<usize>,
@@ -74,7 +74,7 @@ impl Probe {
         Self { blocks, cutter: Smaller::of(cutter, depth), around, depth }
     }
 
-    /// Whether a move is asked about.
+    /// Whether a move is tested.
     pub(crate) fn is_asked(&self, m: &Move) -> bool {
         !m.is_rapid && self.blocks.contains(&m.block)
     }
@@ -104,8 +104,8 @@ pub(crate) fn dilated(cutter: &Cutter, around: f64) -> TurnedBody {
 }
 
 /// All of a cutter that is `depth` (mm) below its surface, but for the end of its flute where that
-/// is not above the corner; its tip is at the origin, so that it stands `depth` above the cutter's.
-/// `None` where nothing is left.
+/// is not above the corner; its tip is at the origin, `depth` above the cutter's. `None` where
+/// nothing is left.
 fn eroded(cutter: &Cutter, depth: f64) -> Option<TurnedBody> {
     let corner = (cutter.corner_radius() - depth).max(0.0);
     let flute = (cutter.flute_length() - 2.0 * depth).max(corner);

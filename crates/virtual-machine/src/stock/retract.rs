@@ -31,7 +31,7 @@ impl CutEnd {
         self.is_behind(&rapid.from) && self.is_behind(&rapid.to) && self.height_of(place) <= self.flute + self.slack
     }
 
-    /// Whether the tool stands behind the end of the cut, on its axis.
+    /// Whether the tool is behind the end of the cut, on its axis.
     fn is_behind(&self, cl: &ClPoint) -> bool {
         let axis = self.cl.axis.into_inner();
         let (way, height) = (cl.tip - self.cl.tip, self.height_of(&cl.tip));

@@ -42,15 +42,15 @@ pub struct BlockCut {
     pub removed_mm3: f64,
     /// Way of the tip on the work, mm.
     pub way_mm: f64,
-    /// Whether it cuts whatever the tolerance does: a cutter smaller by twice the tolerance on all
-    /// sides meets more than twice the tolerance of a line's material. Asked on
+    /// Whether it cuts, whatever the tolerance does: a cutter smaller by twice the tolerance on all
+    /// sides meets more than twice the tolerance of a line's material. Tested on
     /// [`VerifySettings::probed_lines`] alone, `false` elsewhere. A block that goes on by less than
-    /// that, or between two lines, may cut without being told.
+    /// that, or between two lines, may cut without this flag.
     pub is_certain: bool,
-    /// Whether it may come near stock, so that what it takes between the lines is not seen: a
-    /// cutter with the diagonal of a cell around it, and four times the tolerance, meets material
-    /// of a line, or the way is not known. Asked on the same lines, `false` elsewhere. Stock that
-    /// has no line at all, thinner than a cell, is not seen by this either.
+    /// Whether it may come near stock, so that cuts between the lines are not seen: a cutter with
+    /// the diagonal of a cell around it, and four times the tolerance, meets material of a line, or
+    /// the way is not known. Tested on the same lines, `false` elsewhere. Stock that has no line at
+    /// all, thinner than a cell, is not seen by this either.
     pub may_be_near: bool,
 }
 
@@ -63,10 +63,10 @@ pub struct BlockCut {
 /// the solids that are swept are within the same tolerance of those that these ways sweep. So what
 /// is cut is within twice the tolerance of the truth, on every line of the map.
 ///
-/// - A body is asked as it is before its segment is cut: what it meets then is a collision. With
-///   its clearance, less [`VerifySettings::clearance_slack`], it is asked after the flute has
+/// - A body is tested as it is before its segment is cut: what it meets then is a collision. With
+///   its clearance, less [`VerifySettings::clearance_slack`], it is tested after the flute has
 ///   passed; what it meets then alone is nearer than its clearance, and has no depth.
-/// - In rapids the cutter is asked, with half the diagonal of a cell around it: no rapid through a
+/// - In rapids the cutter is tested, with half the diagonal of a cell around it: no rapid through a
 ///   cell's material is missed. Where the cutter itself, smaller by twice the tolerance, does not
 ///   meet the line, that has no depth: it may be along its own wall. Back along the axis from where
 ///   a cut has ended, beside lines that the flute has been as near to, it is a near miss.
@@ -74,17 +74,17 @@ pub struct BlockCut {
 /// - Bodies are found wherever they meet the material of a line.
 /// - Faults of the text, and motions that are not simulated, are `verify`'s to tell: nothing is cut
 ///   on them.
-/// - Bodies of the machine are not asked:
+/// - Bodies of the machine are not tested:
 ///   [`still_there`](crate::stock::unresolved_findings::still_there) tells what of their findings
 ///   against the stock as it was before cutting may hold against what is left.
 ///
-/// With [`VerifySettings::estimate`] what is cut stays the same, but bodies and the cutter in rapid
-/// are asked at positions alone: where the segments of cuts end, and on rapids a radius of the
-/// cutter apart.
+/// With [`VerifySettings::estimate`] the cuts stay the same, but bodies and the cutter in rapid are
+/// tested at positions alone: where the segments of cuts end, and on rapids a radius of the cutter
+/// apart.
 ///
 /// The stock is changed in place, and is the rest when this returns without an error; with an error
-/// it is of no use. The result does not depend on the number of threads; `monitor` is told of every
-/// block with a motion.
+/// it is of no use. The result does not depend on the number of threads; `monitor` advances by
+/// every block with a motion.
 ///
 /// # Errors
 /// When the setup or a setting makes no sense, or the monitor cancels.
@@ -104,16 +104,18 @@ pub fn run_stock(
 /// and settings of its own; a run for each, in their order.
 ///
 /// The heads' ways are divided at the same times. In each part the bodies and cores of all heads
-/// are asked first, as they are, then all flutes cut, then bodies are asked with their clearance.
-/// So what a body or a core meets is a collision unless a flute, its own or another head's, has
-/// taken it in an earlier part: what another one takes in the same part, or later, still counts.
+/// are tested first, as they are, then all flutes cut, then bodies are tested with their clearance.
+/// So a contact of a body or a core is a collision unless a flute, its own or another head's, has
+/// removed the material in an earlier part: material that another one removes in the same part, or
+/// later, still counts.
 ///
 /// - Where flutes overlap in one part, the volume is that of the first head in the order that cuts
 ///   there.
 /// - A block certainly cuts ([`BlockCut::is_certain`]) by what is there before any of the heads has
 ///   cut in that part.
-/// - A head that stands, and whose table does, is not asked: it is where it was asked last.
-/// - Where the way of one head is not known, which is a finding, the others are run as if it stood.
+/// - A head at rest, with its table at rest, is not tested: it is where it was tested last.
+/// - Where the way of one head is not known, which is a finding, the others are run as if it were
+///   at rest.
 ///
 /// # Errors
 /// As [`run_stock`]; and when the setups are not those of different heads of one machine with one

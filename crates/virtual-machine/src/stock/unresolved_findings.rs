@@ -29,9 +29,9 @@ pub fn outside_layer(cell: f64) -> f64 {
     cell * FRAC_1_SQRT_2
 }
 
-/// How deep the cutter, or a section of the tool's body or holder, has to go into what is left of
-/// the stock for [`still_there`] to find it, on lines `cell` (mm) apart and with a tolerance (mm),
-/// in mm: below its surface, its ends among it. Sections that are nowhere that deep are not asked.
+/// Depth, mm, to which the cutter, or a section of the tool's body or holder, has to go into the
+/// remaining stock for [`still_there`] to find it, on lines `cell` (mm) apart and with a tolerance
+/// (mm): below its surface, its ends included. Sections that are nowhere that deep are not tested.
 #[must_use]
 pub fn certain_depth(cell: f64, tolerance: f64) -> f64 {
     SQRT_2 * cell + 8.0 * tolerance
@@ -47,28 +47,29 @@ pub fn is_known_to_cut(cutter: &Cutter, cell: f64, tolerance: f64) -> bool {
 /// One head, and its findings against the stock as it was at first.
 pub type HeadFindings<'a> = (&'a VirtualSetup<'a>, &'a VerifySettings, Vec<Finding>);
 
-/// Of findings against the stock as it was at first those that may hold against what is left of it
-/// then: bodies of tool and machine, and the cutter in rapid, that are not proven to be free of it.
-/// They are told anew, for the blocks on which that is so, with the obstacle `stock`.
+/// Returns the findings against the initial stock that cannot be ruled out against the remaining
+/// stock: bodies of tool and machine, and the cutter in rapid, that are not proven to be free of
+/// it. They are reported anew, for the blocks to which that applies, with the obstacle `stock`.
 ///
 /// `outside` is the stock before the program with [`outside_layer`] around it, as lines. The cutter
-/// takes of it what a smaller one would, by half the diagonal of a cell and twice the tolerance: so
-/// long as there is material in a cell, its line has material at that height. Bodies are asked
-/// smaller by half the diagonal of a cell and six times the tolerance, so that walls that the
-/// cutter itself has left smooth are not found when it goes along them, though ways are off by
-/// twice the tolerance. So what goes into remaining stock deeper than [`certain_depth`] is found,
-/// however thin the stock is; and what is found goes through what was stock at first, and comes
-/// nearer than half the diagonal of a cell to what may be left, deep within the body.
+/// removes from it as much as a cutter smaller by half the diagonal of a cell and twice the
+/// tolerance: so long as there is material in a cell, its line has material at that height. Bodies
+/// are tested smaller by half the diagonal of a cell and six times the tolerance, so that walls
+/// that the cutter itself has left smooth are not found when it goes along them, though ways are
+/// off by twice the tolerance. So a body that goes into remaining stock deeper than
+/// [`certain_depth`] is found, however thin the stock is; and every found body goes through initial
+/// stock, and comes nearer than half the diagonal of a cell to possible remains, deep within the
+/// body.
 ///
-/// Bodies of the machine are asked as they are, with their clearances, as
+/// Bodies of the machine are tested as they are, with their clearances, as
 /// [`verify`](crate::run::verify::verify) does: at its positions, and followed from one to the
-/// next, on each move against what is left before it. What is left is where there was stock at
+/// next, on each move against the stock before it. The remaining stock is where there was stock at
 /// first, and within half the diagonal of a cell of a line's material, or beside all lines. So the
-/// distance that is told is never larger than it is; a near miss is told, too; and where no bound
-/// on the motion is known, there is no distance.
+/// reported distance is never larger than the true one; near misses are reported, too; and where no
+/// bound on the motion is known, there is no distance.
 ///
-/// Where a cutter is too small to know what it takes ([`is_known_to_cut`]), nothing is asked, and
-/// what was found of bodies of the machine is told as it was.
+/// Where a cutter is too small to know its cuts ([`is_known_to_cut`]), nothing is tested, and the
+/// findings of bodies of the machine stay as they were.
 ///
 /// Ways, and what is cut, are those of [`run_stock`](crate::stock::run::run_stock), which tells all
 /// else.
@@ -138,7 +139,7 @@ impl Look<'_, '_> {
         let mut waiting = Waiting::new(in_question_on(self.program, self.views, moves));
         let mut rest = &steps[..];
         loop {
-            // Bodies of the machine are asked before anything is cut on their move.
+            // Bodies of the machine are tested before anything is cut on their move.
             let end = waiting.next().map_or(rest.len(), |index| rest.partition_point(|step| step.index < index));
             let (before, behind) = rest.split_at(end);
             self.take(first, before)?;

@@ -112,7 +112,7 @@ fn allowance_and_stock_are_part_of_what_may_not_be_entered() {
         all.certificates.last().unwrap().clone()
     };
     for z in [1.0, 1.99] {
-        // Whatever the limit in cutting is, in rapid nothing is.
+        // No limit in cutting permits a depth in rapid.
         assert_eq!(between(&rapid(z, 0.5)), ["cutter", "block"]);
     }
     assert!(rapid(2.01, 0.1).certified, "{:?}", rapid(2.01, 0.1));

@@ -150,7 +150,7 @@ impl Walk {
             let deepest = kit::CUTTER.depth(places.iter().copied(), &within_reach(&all, &places), LIMIT);
             let Some(depth) = c.depth_mm else {
                 // Where the axes swing past the pole the tip may leave its way by millimetres,
-                // deeper than is told.
+                // deeper than the reported depth.
                 assert!(deepest > 0.6 * LIMIT, "line {}: {deepest} deep and not certified", c.line);
                 continue;
             };

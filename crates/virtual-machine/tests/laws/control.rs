@@ -363,7 +363,7 @@ fn blocks_take_the_time_of_the_axes_that_the_control_counts() {
     assert!(is_clear("") && is_clear("FGROUP(X,Y,Z)\n") && !is_clear(&all("X,Y,Z,B,C")));
 }
 
-/// Words that choose another motion than the machine file states are told where they stand.
+/// Words that choose another motion than the machine file states are reported at their lines.
 #[test]
 fn words_that_choose_another_motion_are_findings() {
     let shop = Shop::new();

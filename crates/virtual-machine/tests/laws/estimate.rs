@@ -1,4 +1,4 @@
-//! The fast mode: what it finds is there, and what it passes over is told to be an estimate.
+//! The fast mode: its findings are real, and its report says that it is an estimate.
 
 use crate::kit::stock::cut_stock;
 use crate::kit::{CORNER, HEAD, RADIUS, Shop, Text, box_mesh};
@@ -45,7 +45,7 @@ fn a_wall_in_the_way_of_a_rapid_and_a_cut_is_found_with_far_fewer_positions() {
     );
     assert_eq!(told(&fast), told(&slow));
     assert!(4 * fast.n_positions < slow.n_positions, "{} of {}", fast.n_positions, slow.n_positions);
-    // How deep is measured of all of the cutter, and never told deeper than it is.
+    // The depth is measured over all of the cutter, and the reported one never exceeds it.
     for (a, b) in fast.findings.iter().zip(&slow.findings) {
         assert!(a.measure.unwrap().value() <= b.measure.unwrap().value() + 1e-3, "{a} {b}");
     }

@@ -71,8 +71,8 @@ fn words_of_another_point_than_the_tip_are_not_followed() {
     assert_eq!(of(" REFPNT TIP-TIP"), of(""));
 }
 
-/// What a cycle does, it does behind the motion of its block: the motion is followed, and the axes
-/// are anywhere behind it.
+/// A cycle acts after the motion of its block: the motion is followed, and the axes are anywhere
+/// after it.
 #[test]
 fn a_cycle_behind_a_motion_leaves_the_axes_anywhere() {
     let at = "X+0 Y+0 Z+800 B+0 C+0 R0 FMAX";

@@ -17,8 +17,7 @@ fn only_fault(v: &Verification) -> &Finding {
     faults[0]
 }
 
-/// The preset with a post on its bed that stands 180 mm beside the middle of the plate, `top` above
-/// the plate.
+/// The preset with a post on its bed, 180 mm beside the middle of the plate, `top` above the plate.
 fn with_post(top: f64) -> Shop {
     let foot = Shop::new().table_from_work * Point3::new(0.0, 180.0, 0.0);
     let mut file = Machine::head_b_table_c().unwrap().to_file();
@@ -192,7 +191,7 @@ fn cheek_that_swings_into_the_holder_is_found_at_that_angle_only() {
     let f = v.findings.iter().find(|f| f.kind == FindingKind::HolderCollision).unwrap_or_else(|| panic!("{v:?}"));
     assert_eq!((f.body.as_deref(), f.obstacle.as_deref()), (Some("holder section 1"), Some("cheek")));
     assert_eq!((f.first_line, f.last_line), (HEAD + 3, HEAD + 4), "on the way to 60 degrees and back: {f}");
-    // The place is on the cheek's inner side, told in the workpiece frame; C is at 0.
+    // The place is on the cheek's inner side, in the workpiece frame; C is at 0.
     let place = f.place_work_mm.unwrap();
     assert!((199.0..241.0).contains(&place[1]) && place[2] < 101.0, "{place:?}");
 }

@@ -223,7 +223,7 @@ fn without_a_cut_all_findings_are_those_against_the_stock_before_cutting() {
     assert!(now.iter().all(|f| f.obstacle.as_deref() == Some("stock") && f.note.starts_with("not proven")), "{now:?}");
     let named = |f: &Finding| Finding { obstacle: Some("block".to_owned()), note: String::new(), ..f.clone() };
     assert_eq!(first, now.iter().map(named).collect::<Vec<_>>());
-    // A part with as much stock on it, which is told of as stock and not as the part's.
+    // A part with as much stock on it, which findings name as stock and not as the part.
     let thickness = 4.0;
     let [low, high] = [LOW.map(|v| v + thickness), HIGH.map(|v| v - thickness)];
     let part = MeshTree::new(&box_mesh(low, high));

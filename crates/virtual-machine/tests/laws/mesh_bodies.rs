@@ -22,7 +22,7 @@ fn block(size_mm: [f64; 3], as_mesh: bool) -> ShapeFile {
 }
 
 /// The preset with a block on its bed beside the middle of the plate, `top` above it; boxes of the
-/// head and the block are meshes where asked for.
+/// head and the block are meshes on request.
 fn shop(top: f64, as_mesh: bool) -> Shop {
     let foot = Shop::new().table_from_work * Point3::new(0.0, 180.0, 0.0);
     let mut file = Machine::head_b_table_c().unwrap().to_file();

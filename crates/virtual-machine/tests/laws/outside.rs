@@ -1,5 +1,5 @@
-//! Stock that stands between the lines: fins, and walls that cuts leave, wherever they are beside
-//! the lines; and that what is cut is taken to be gone where the cutter goes along its own walls.
+//! Stock between the lines: fins, and walls that cuts leave, at any place beside the lines; and cut
+//! stock counts as gone where the cutter goes along its own walls.
 
 use crate::kit::{HEAD, RADIUS, Shop, Text};
 use facemill_cl_data::Silent;

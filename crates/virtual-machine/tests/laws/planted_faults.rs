@@ -1,7 +1,7 @@
 //! Programs as text, each with one planted fault, and twins without it.
 //!
-//! Everything stands on a plate whose top is z = 0 of the workpiece frame, on the preset mill with
-//! head B and table C.
+//! Everything is on a plate whose top is z = 0 of the workpiece frame, on the preset mill with head
+//! B and table C.
 
 mod bodies;
 mod cut_before;

@@ -297,8 +297,7 @@ fn rapids_meet_what_stands_in_the_way_of_their_law() {
     let laws = [(RapidLawFile::PerAxis, RapidLaw::PerAxis), (RapidLawFile::Linear, RapidLaw::Linear)];
     let shops = laws.map(|(file, _)| shops(CuttingLawFile::AxesLinear, file));
     let mut random = Lcg(11);
-    // By machine and by the law whose way the post stands in: how often it was met by this one
-    // alone.
+    // By machine and by the law whose way the post blocks: how often it was met by this one alone.
     let mut alone = [[0; 2]; 2];
     for (machine, _) in shops[0].iter().enumerate().flat_map(|machine| [machine; 4]) {
         let shop = &shops[0][machine];

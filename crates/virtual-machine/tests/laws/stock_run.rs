@@ -176,8 +176,8 @@ fn blocks_that_reach_stock_beyond_the_lines_are_told() {
 }
 
 /// Of blocks at one height over the block, those that go into it by more than four times the
-/// tolerance certainly cut: twice for the ways, twice for what is met. Those that are not asked, or
-/// go through what is cut already, do not.
+/// tolerance certainly cut: twice for the ways, twice for the contact. Those that are not tested,
+/// or go through cut stock, do not.
 #[test]
 fn blocks_that_cut_deeper_than_the_tolerance_are_certain() {
     let shop = Shop::new();
@@ -211,9 +211,9 @@ fn blocks_that_cut_deeper_than_the_tolerance_are_certain() {
     assert!(run.removed_mm3 > 0.0 && run.blocks.iter().all(|b| !b.is_certain), "{:?}", run.blocks);
 }
 
-/// Along the side of a block, whose outermost lines are half a cell inside: what is milled off
-/// outside of them is not seen by the lines, and is told to be near; so is the air above it as far
-/// as a cell's diagonal, and none beyond.
+/// Along the side of a block, whose outermost lines are half a cell inside: the lines do not see
+/// milling outside of them, and the report says that it is near; so is the air above as far as a
+/// cell's diagonal, and none beyond.
 #[test]
 fn blocks_that_may_take_stock_between_the_lines_are_near_it() {
     let (shop, cell) = (Shop::new(), 4.0);

@@ -14,7 +14,7 @@ use crate::motion::stepping::stops;
 
 const LENGTH: f64 = 180.0;
 
-/// Of an interval, the time between values that are held against each other.
+/// Time between compared values, as a fraction of an interval.
 const STEP: f64 = 0.1;
 
 /// Rounding of a second difference, mm or rad: coordinates of metres to 1e-11.
@@ -172,8 +172,8 @@ fn judged(law: BlockLaw, mm: f64, rad: f64) -> (f64, f64) {
 
 #[test]
 fn nothing_is_faster_or_more_accelerated_than_told() {
-    // Short blocks are told of, but for those near to where the axes cannot follow; long ones are
-    // to be halved.
+    // Short blocks have rates, but for those near to places that the axes cannot follow; long ones
+    // are to be halved.
     let laws = [
         (BlockLaw::Cutting(CuttingLaw::AxesLinear), [1.0, 0.9], 0.1),
         (BlockLaw::Rapid(RapidLaw::Linear), [1.0, 0.9], 0.1),
@@ -299,7 +299,7 @@ fn parts_of_two_heads_are_no_more_accelerated_against_each_other_than_told() {
 }
 
 /// The control leaves both tips' ways and every rotary axis by its tolerance: parts of one head
-/// stray against those of the other by no more than told.
+/// stray against those of the other by no more than the stated bound.
 #[test]
 fn parts_of_two_heads_stray_against_each_other_by_no_more_than_told() {
     let views = two_heads();

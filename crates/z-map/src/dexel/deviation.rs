@@ -53,7 +53,7 @@ pub enum DeviationError {
         /// Largest coordinate, map frame, mm.
         reach: f64,
     },
-    /// The monitor asked to stop.
+    /// The monitor requested cancellation.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }

@@ -79,7 +79,7 @@ fn assert_order(expected: f64, known: &Known<'_>, new: impl Fn(f64) -> DexelMap)
     }
 }
 
-/// Asked of sweeps, mm: none of these turns, so that all are exact.
+/// Tolerance of sweeps, mm: none of these turns, so that all are exact.
 const TOLERANCE: f64 = 1e-4;
 
 /// A block about the origin, its top at z = `top`.

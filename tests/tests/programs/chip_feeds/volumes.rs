@@ -96,7 +96,8 @@ fn an_arch_loses_chip_area_times_the_way_of_the_sections_centroid() {
 /// pass to pass.
 const FULL_WIDTH: std::ops::RangeInclusive<u32> = 22..=47;
 
-/// From the ends of the passes of the sample job by cylinders, mm: there the stock ends at the blade's edges.
+/// From the ends of the passes of the sample job by cylinders, mm: there the stock ends at the
+/// blade's edges.
 const BLADE_MARGIN: f64 = 150.0;
 
 /// The table of docs/chip-area.md, on lines 1 mm apart: two minutes with

@@ -1,5 +1,5 @@
-//! Whatever stands in a job, `facemill plan` ends: with files, or with a message and the exit code
-//! of bad input. No panic, no signal, no hang, no failure that it calls its own.
+//! With any job, `facemill plan` ends: with files, or with a message and the exit code of bad
+//! input. No panic, no signal, no hang, no failure that it calls its own.
 
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -42,7 +42,7 @@ fn fault(ended: &Result<(i32, String), String>) -> Option<String> {
     match ended {
         Err(how) => Some(how.clone()),
         Ok((0, _)) => None,
-        // Bad input and jobs that cannot be done are told.
+        // Bad input and jobs that cannot be done have messages.
         Ok((1 | 2, said)) if !said.contains("panicked") => None,
         Ok((code, said)) => Some(format!("exit {code}: {said}")),
     }

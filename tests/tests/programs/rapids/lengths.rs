@@ -170,8 +170,8 @@ fn the_holder_with_the_shortest_stick_out_that_works_is_chosen() {
     let shorter = ToolAssembly::new(tool).unwrap().longer_by(-MARGIN - OFF).unwrap().to_file();
     assert!(!collisions(&job, &shorter, PAST).is_empty());
 
-    // By the least stick-out of the ordinary run, found by halves, each holder by itself is as it
-    // is told.
+    // By the least stick-out of the ordinary run, found by halves, the report is right for each
+    // holder by itself.
     for holder in library(&holders[..2]).holders() {
         let open = holder.with_tool(&Job::read(&job.job()).unwrap().tool).unwrap();
         let is_free = |stick_out: f64| {

@@ -91,7 +91,7 @@ fn where_nothing_works_it_is_exit_1_with_the_report_and_no_tool() {
     }
     assert_eq!(job.json("lengths.json")["none_is_free"]["longest_mm"], json!(15.0));
 
-    // Faults that no length mends: the lengths are told, and the tool is written.
+    // Faults that no length mends: the lengths are reported, and the tool is written.
     job.write("past.nc", PAST.replace("M30\n%\n", "").as_bytes());
     let told = facemill_in(&job, "lengths past.nc --job job.json -o lengths.json --tool-out short.json");
     assert_eq!(told.code, 1, "{}{}", told.errors, told.printed);

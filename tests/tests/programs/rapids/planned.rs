@@ -28,8 +28,8 @@ fn shortened(planned: &Planned) -> &ShortenedLinks {
     planned.report.links.shortened.as_ref().expect("links that were looked at")
 }
 
-/// Within bounds, summed up and in order; told of lines that hold a run of rapids between two cuts,
-/// and nothing else.
+/// Within bounds, summed up and in order; for lines that hold a run of rapids between two cuts, and
+/// nothing else.
 fn adds_up(planned: &Planned) {
     let links = shortened(planned);
     let motions = interpreter::run(&text_of(planned, "program.nc"));

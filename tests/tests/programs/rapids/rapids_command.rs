@@ -131,7 +131,7 @@ fn what_cannot_be_done_is_exit_2_and_writes_nothing() {
         ("old.nc --job job.json --stock-cell-mm 4 -o old.nc", &["old.nc", "is an input", "another file"]),
         ("old.nc --job job.json --stock-cell-mm 4 -o new.nc --report old.nc", &["old.nc", "is an input"]),
         ("old.nc --job job.json --stock-cell-mm 4 -o tool.json", &["tool.json", "is an input"]),
-        // Told before anything of the program is looked at.
+        // Refused before the program is read.
         ("wrong.nc --job job.json -o wrong.nc", &["wrong.nc", "is an input"]),
         ("wrong.nc --job job.json -o new.nc --report patch.obj", &["patch.obj", "is an input"]),
         ("wrong.nc --job job.json -o new.nc --report new.nc", &["new.nc", "named for two files"]),

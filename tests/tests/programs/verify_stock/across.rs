@@ -1,5 +1,5 @@
-//! Lines along x and y: walls along z are held against the part, which no line along z goes
-//! through.
+//! Lines along x and y: walls along z, which no line along z goes through, are compared with the
+//! part.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -132,8 +132,8 @@ fn lines_across_are_of_the_whole_stock() {
     assert!(why.contains("lines along x and y") && why.contains("region"), "{why}");
 }
 
-/// Half a millimetre on a wall, and lines 3 mm apart, of which no upright one stands in it: where
-/// the wall is what is cut, lines across are taken without being asked for.
+/// Half a millimetre on a wall, and lines 3 mm apart, none of the upright ones in it: where a wall
+/// is cut, lines across are taken by default.
 #[test]
 fn the_stock_on_a_wall_that_is_cut_is_seen_without_being_asked_for() {
     let job = plate();

@@ -1,4 +1,4 @@
-//! Plans that cut their own stock: what is told of it is what geometry and the text alone say.
+//! Plans that cut their own stock: the report agrees with geometry and the text alone.
 
 use std::path::Path;
 

@@ -36,7 +36,7 @@ fn job(speed: f64) -> JobFolder {
 const PLACES: [f64; 4] = [-30.0, -10.0, 10.0, 35.0];
 
 /// One pass at this spindle speed; the block in the middle at this feed, and with this speed where
-/// one is given, which the next one takes back. The block is told by its line, from 1.
+/// one is given, which the next one takes back. Findings name the block by its line, from 1.
 fn pass(speed: f64, feed: f64, is_inverse: bool, other: Option<f64>) -> (String, u64) {
     let (mode, first, above) = (if is_inverse { "G93" } else { "G94" }, PLACES[0], 40.0);
     let f = |feed: f64, way: f64| format!("F{:.4}", if is_inverse { feed / way } else { feed });

@@ -53,7 +53,7 @@ fn a_clean_program_is_exit_0_and_what_nobody_said_is_told() {
     }
     assert!(!texts.iter().any(|text| text.starts_with("no --mount")), "{texts:?}");
 
-    // Said, they are told no more, and nothing else is another.
+    // Once stated, they are no longer reported, and nothing else changes.
     let said = "--dialect fanuc --work-offset 0,0,0 --work-register G54 --length-register 1 --mesh-unit millimetre \
                 --mesh-up z";
     let (all, said) = verify(&job, &format!("{} {said}", stand()));
@@ -168,7 +168,7 @@ fn a_holder_that_meets_a_fixture_is_exit_1() {
     assert!(obstacles.iter().all(|obstacle| obstacle.contains("clamp")), "{obstacles:?}");
     assert_eq!(findings[0]["kind"], "holder_collision");
     assert!(told.prints(&["collision of the tool assembly", "clamp"]), "{}", told.printed);
-    // It is told of a block that goes to the far end of a pass.
+    // The report says so for a block that goes to the far end of a pass.
     let line = text.lines().nth(findings[0]["worst_line"].as_u64().unwrap() as usize - 1).unwrap();
     let x: f64 = line.split(" X").nth(1).and_then(|rest| rest.split(' ').next()).unwrap().parse().unwrap();
     assert!(x > 20.0, "{line}");
@@ -262,7 +262,7 @@ fn what_contradicts_itself_or_is_missing_is_exit_2_and_writes_nothing() {
     }
 }
 
-/// A fin that no line is in stands beside the plate, and a rapid goes through it, or over it.
+/// A fin between the lines is beside the plate, and a rapid goes through it, or over it.
 #[test]
 fn cutting_the_stock_hides_nothing_that_stands_between_its_lines() {
     let job = with_program(3, 0.0);

@@ -43,8 +43,8 @@ struct Border {
     outer: [f64; 2],
     /// Largest steps that are allowed there.
     limits: [f64; 2],
-    /// Highest level of the lower border, and lowest of the upper: a pass between them is inside all
-    /// over the column.
+    /// Highest level of the lower border, and lowest of the upper: a pass between them is inside
+    /// all over the column.
     inner: [f64; 2],
     /// Distance along a border per gain of level on it, at least 1; infinite where it runs along a
     /// level.
@@ -78,8 +78,8 @@ pub(crate) struct Columns {
     last: f64,
 }
 
-/// Steepest front: gain of level per way along the passes, 11°. Steeper fronts turn the feed too far
-/// from the direction of the sections.
+/// Steepest front: gain of level per way along the passes, 11°. Steeper fronts turn the feed too
+/// far from the direction of the sections.
 pub(crate) const STEEPEST: f64 = 0.2;
 
 /// Columns of a region; more are wider.
@@ -235,8 +235,9 @@ impl Columns {
     }
 
     /// Highest level that the pass after one at `level` may have on a column, so that the strip
-    /// between both is nowhere wider than `factor` times the width allowed; infinite where the column
-    /// needs no further pass, because the last is within a quarter of a step of the upper border.
+    /// between both is nowhere wider than `factor` times the width allowed; infinite where the
+    /// column needs no further pass, because the last is within a quarter of a step of the upper
+    /// border.
     ///
     /// A place on a border that leans lies beside the end of the pass before or after it: it is
     /// within half a strip of one of both, where the end is at most `half / lean` of level away.
@@ -317,10 +318,10 @@ impl Columns {
 /// The share of its step of level that a facet keeps for fronts up to the steepest, at least a
 /// quarter.
 ///
-/// Between two fronts with a step d of level at each place along them, the way at a fixed place along
-/// them is d / |∇level × ∇x| · |∇x|, and up the steepest lines of level it is at most
-/// d / (|∇level| − s·|∇x · g|), with s the steepest slope and g the direction of ∇level, all within
-/// the facet. The shorter of both bounds the distance.
+/// Between two fronts with a step d of level at each place along them, the way at a fixed place
+/// along them is d / |∇level × ∇x| · |∇x|, and up the steepest lines of level it is at most d /
+/// (|∇level| − s·|∇x · g|), with s the steepest slope and g the direction of ∇level, all within the
+/// facet. The shorter of both bounds the distance.
 fn slanted_share(patch: &Patch, sections: &Sections, along: &Along, t: usize, v: usize) -> f64 {
     let p = patch.mesh.vertices()[v];
     let (Some(normal), Some(gradient)) = (patch.facet_normal(t as u32), sections.gradient(&p)) else { return 1.0 };

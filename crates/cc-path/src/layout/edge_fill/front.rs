@@ -31,8 +31,8 @@ impl Row {
 /// A front: the level of a pass as a function of the coordinate along it.
 ///
 /// A quadratic B-spline on the intervals of a row. Interval i depends on coefficients i to i + 2
-/// with weights that are not negative and sum up to 1, so on it the level, the step to another front
-/// and the slope lie between those of the coefficients.
+/// with weights that are not negative and sum up to 1, so on it the level, the step to another
+/// front and the slope lie between those of the coefficients.
 #[derive(Clone, Debug)]
 pub(crate) struct Front {
     /// Levels at the coefficients: two more than the row has intervals.

@@ -4,7 +4,7 @@
 use crate::layout::edge_fill::columns::{Columns, STEEPEST};
 use crate::layout::edge_fill::front::Front;
 
-/// What a plan of fronts goes by.
+/// Settings of a plan of fronts.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct FrontSettings {
     /// Ends of the region, along the passes, from which partial passes may start.
@@ -80,7 +80,7 @@ struct Candidate {
     is_partial: bool,
 }
 
-/// What some passes bring together.
+/// Sums over some passes.
 #[derive(Clone, Copy, Default)]
 struct Sum {
     work: f64,
@@ -169,8 +169,8 @@ impl Planner<'_> {
         reaches.filter_map(|reach| self.partial(covered, targets, side, reach)).collect()
     }
 
-    /// Work per length and cost of some partial passes, the full pass after them, and the passes of the
-    /// cycle before.
+    /// Work per length and cost of some partial passes, the full pass after them, and the passes of
+    /// the cycle before.
     fn rate(&self, covered: &[f64], cycle: &Sum, partials: &[&Candidate]) -> Option<f64> {
         let covered = partials.iter().fold(covered.to_vec(), |at, p| after(&p.front, &at, self.columns.row.n));
         let full = self.candidate(&covered, &self.targets(&covered), None)?;
@@ -272,7 +272,7 @@ fn best(rated: impl Iterator<Item = (f64, Candidate)>) -> Option<(f64, Candidate
 /// Rounds of smoothing of crests; each takes them off over one column more.
 const CREST_ROUNDS: usize = 6;
 
-/// What is covered after a front: its levels, where all columns that they have a say on are cut.
+/// Covered levels after a front: its own, where all columns that they have a say on are cut.
 fn after(front: &Front, covered: &[f64], n: usize) -> Vec<f64> {
     let cut = |j: usize| {
         let (from, to) = (j.saturating_sub(2), j.min(n - 1));

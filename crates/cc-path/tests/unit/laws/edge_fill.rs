@@ -88,7 +88,8 @@ fn strips_of_a_skewed_region_are_no_wider_than_allowed() {
                     let worst = worst_reach(&layout, &places, at);
                     assert!(worst < most, "{lean} {pattern:?} {order:?}: {worst}");
                 }
-                // Levels take 49 · 200 mm; passes as wide as allowed everywhere, 120 mm · ∫ dx / w = 3.6 m.
+                // Levels take 49 · 200 mm; passes as wide as allowed everywhere, 120 mm · ∫ dx / w
+                // = 3.6 m.
                 assert!(length(&layout) < 7000.0, "{lean} {pattern:?} {order:?}: {}", length(&layout));
                 assert!(layout.passes.iter().all(|p| p.length >= 5.0));
             }
@@ -117,8 +118,8 @@ fn fronts_of_planes_and_cylinders_lie_on_a_wavy_mesh_within_a_strip_of_each_othe
         for (p, cc) in points(&layout) {
             assert!(s.closest_point(&cc.position, 1e-9).is_some());
             assert!((cc.feed.norm() - 1.0).abs() < 1e-9 && cc.feed.dot(&cc.normal).abs() < 1e-9);
-            // Fronts lean by at most 0.2 along the passes, and their coordinate by no more than the mesh
-            // requires.
+            // Fronts lean by at most 0.2 along the passes, and their coordinate by no more than the
+            // mesh requires.
             let level = strategy.sections().unwrap().gradient(&cc.position).unwrap();
             assert!(cc.feed.dot(&level).abs() < 0.45, "{} at {}", cc.feed.dot(&level), p.level);
         }

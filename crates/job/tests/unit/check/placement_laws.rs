@@ -5,8 +5,8 @@ use crate::check::describe_setup;
 use crate::examples::new_job::{NewJob, new_job};
 use crate::load::job::Job;
 
-/// Returns the lines of `check` for the patch job on a wavy sheet of 400 mm with its numbers divided by `unit`,
-/// or its message.
+/// Returns the lines of `check` for the patch job on a wavy sheet of 400 mm with its numbers
+/// divided by `unit`, or its message.
 fn verdict(unit: f64, settings: &[&str]) -> Result<String, String> {
     let folder = tempfile::tempdir().unwrap();
     for (name, bytes) in new_job(&NewJob::Patch { size_mm: 400.0 }).unwrap() {

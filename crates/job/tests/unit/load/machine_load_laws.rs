@@ -30,7 +30,8 @@ fn mesh(file: &str) -> MeshShapeFile {
     MeshShapeFile { file: file.to_owned(), unit: None, groups: None, hull: None }
 }
 
-/// Makes a folder with meshes and a machine file whose bed and first table row have a body of this shape.
+/// Makes a folder with meshes and a machine file whose bed and first table row have a body of this
+/// shape.
 fn folder(shape: MeshShapeFile) -> (tempfile::TempDir, PathBuf) {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();

@@ -66,7 +66,7 @@ pub(super) fn interpret(
     Ok(())
 }
 
-/// Every word but G and M stands once in a block; on Mazak controls a second T makes the next tool
+/// Every word but G and M occurs once in a block; on Mazak controls a second T makes the next tool
 /// ready.
 fn check_repeated(line: &LexedLine, variant: Variant) -> Result<(), ReadError> {
     for (k, word) in line.words.iter().enumerate() {

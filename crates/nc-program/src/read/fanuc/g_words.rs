@@ -207,8 +207,8 @@ impl FanucBlock<'_> {
         }
     }
 
-    /// A word that needs no axis words switches a frame off; in a block with some, whose they are
-    /// is not told.
+    /// A word that needs no axis words switches a frame off; in a block with some, the text does
+    /// not show whose they are.
     pub(super) fn frame_off(&mut self) {
         if self.line.words.iter().any(|w| axis_of(w).is_some()) {
             self.set_role(AxisRole::Data, MacroKind::Setting);
@@ -344,8 +344,8 @@ impl FanucBlock<'_> {
         let named = self.length_axis().filter(|_| !all && self.has_code(43.0));
         let words = self.modal.position.words();
         for word in words.iter().filter(|w| w.letter.kind() == AxisKind::Linear) {
-            // Which linear axis is along the spindle, the text does not say. Controls use Z unless
-            // told otherwise: by their builder, or with type C by the blocks themselves.
+            // The text does not say which linear axis is along the spindle. Controls use Z unless
+            // their builder, or with type C the blocks themselves, say otherwise.
             let lengths = &self.modal.lengths;
             let is_lengthened = match named {
                 Some(axis) => word.letter == axis,

@@ -55,7 +55,7 @@ pub(super) struct LexedLine {
     pub(super) has_doubtful_comment: bool,
     /// A comment is a program that the control runs.
     pub(super) has_program: bool,
-    /// Byte of the code at which a `/` inside the block stands: what is behind may be left out.
+    /// Byte of the code with a `/` inside the block: the control may skip the rest of the block.
     pub(super) inner_skip: Option<usize>,
 }
 
@@ -207,8 +207,7 @@ impl LexedLine {
         }
     }
 
-    /// Whether a variable, an expression, or (on LinuxCNC) a function stands behind an address
-    /// letter.
+    /// Whether a variable, an expression, or (on LinuxCNC) a function follows an address letter.
     fn is_expression(&self, at: usize, variant: Variant) -> bool {
         let rest = &self.code[at..];
         let signs = rest.iter().take_while(|b| matches!(b, b'+' | b'-')).count();
@@ -300,7 +299,7 @@ fn nested_length(text: &[u8]) -> Option<usize> {
     })
 }
 
-/// Whether a letter stands before a number, as in a word.
+/// Whether a letter precedes a number, as in a word.
 fn has_words(text: &[u8]) -> bool {
     let mut bytes = text.iter().filter(|b| !b.is_ascii_whitespace()).peekable();
     while let Some(byte) = bytes.next() {

@@ -60,9 +60,9 @@ impl FanucBlock<'_> {
         Ok(())
     }
 
-    /// How the block goes; `None` where something that is not evaluated may have changed that.
-    /// Before the first motion word it is a rapid, as controls begin with unless they are told
-    /// otherwise; [`StateWord::Motion`] tells whether one was said.
+    /// Motion of the block; `None` where something that is not evaluated may have changed it.
+    /// Before the first motion word it is a rapid, which is the usual default of controls;
+    /// [`StateWord::Motion`] shows whether the text has said one.
     fn motion_kind(&self) -> Option<MotionKind> {
         match (self.modal.cycle, self.modal.motion) {
             (Some(code), _) => Some(MotionKind::Cycle { code }),

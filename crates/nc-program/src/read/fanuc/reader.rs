@@ -152,7 +152,7 @@ impl FanucReader {
         Ok(Some(block))
     }
 
-    /// Passes by what stands before the first `%` of a text that it begins, as controls do: two
+    /// Skips the text before the first `%` of a program that begins with one, as controls do: two
     /// lines begin with `%`, and none before the first looks like a block. Reads no more of the
     /// text than that takes.
     ///
@@ -173,7 +173,7 @@ impl FanucReader {
             let text = line[start..].trim_ascii();
             let is_mark = text.first() == Some(&b'%');
             match first {
-                // Nothing stands before it.
+                // Nothing precedes it.
                 None if is_mark && number == 0 => break,
                 None if is_mark => first = Some(number),
                 None if looks_like_a_block(text) => break,

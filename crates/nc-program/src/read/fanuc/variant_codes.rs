@@ -31,8 +31,8 @@ impl FanucBlock<'_> {
         match code {
             // Stroke limits: their words are no targets.
             220 => (self.role, self.has_parameters) = (AxisRole::Data, true),
-            // The way from the reference position; the tool axis along the plane's normal: where
-            // they end is not told.
+            // The way from the reference position; the tool axis along the plane's normal: the text
+            // does not say where they end.
             290 | 531 => self.call_here(code),
             310 => self.skip(),
             542 | 544 => self.table_offset(),
@@ -148,7 +148,7 @@ impl FanucBlock<'_> {
         }
     }
 
-    /// A cycle that runs here with the words of the block: where it ends is not told.
+    /// A cycle that runs here with the words of the block: the text does not say where it ends.
     fn call_here(&mut self, code: u16) {
         self.role = AxisRole::Data;
         self.has_parameters = true;

@@ -61,7 +61,7 @@ enum FrameStep {
     On,
 }
 
-/// `arguments` is what stands behind the cycle's number: `.1 X+10`. Off are shifts and turns of 0,
+/// `arguments` is the text behind the cycle's number: `.1 X+10`. Off are shifts and turns of 0,
 /// factors of 1 and a mirror without axes. A tilt is never off here.
 fn frame_step(number: u32, arguments: &str) -> FrameStep {
     let (step, words) = arguments.split_once(' ').unwrap_or((arguments, ""));
@@ -83,7 +83,7 @@ fn frame_step(number: u32, arguments: &str) -> FrameStep {
     if is_off { FrameStep::Off } else { FrameStep::On }
 }
 
-/// Whether what stands behind `.0` is a name alone: letters, as `AXIS-SPEC. SCALING` has them, no
+/// Whether the text behind `.0` is a name alone: letters, as `AXIS-SPEC. SCALING` has them, no
 /// single one that would be an axis, and no number or parameter.
 fn is_title(words: &str) -> bool {
     let is_name =

@@ -46,7 +46,7 @@ impl HeidenhainReader {
         }
     }
 
-    /// Whether an alarm stands behind a branch that jumps over it.
+    /// Whether an alarm follows a branch that jumps over it.
     pub(super) fn is_guarded(&self) -> bool {
         self.guard.is_some()
     }

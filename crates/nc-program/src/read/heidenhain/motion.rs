@@ -72,7 +72,7 @@ impl HeidenhainReader {
     }
 }
 
-/// Every word has a meaning behind this beginning, and stands once.
+/// Every word has a meaning behind this beginning, and occurs once.
 fn check(code: &HeidenhainCode, kind: &[u8], words: &[HeidenhainWord]) -> Result<(), ReadError> {
     for (k, word) in words.iter().enumerate() {
         let fits = match word.key {

@@ -74,7 +74,7 @@ impl SiemensReader {
 }
 
 impl SiemensBlock<'_> {
-    /// Every word but G, M, H and those with an index of their own stands once in a block.
+    /// Every word but G, M, H and those with an index of their own occurs once in a block.
     fn check_repeated(&self) -> Result<(), ReadError> {
         for (k, item) in self.items.iter().enumerate() {
             let name = &self.code[item.name.clone()];
@@ -228,7 +228,7 @@ impl SiemensBlock<'_> {
             3 | 4 => ReadCommand::SpindleOn { clockwise: code == 3 },
             5 => ReadCommand::SpindleOff,
             6 => {
-                // Controls switch the first edge on with a tool, unless they are told otherwise.
+                // By default, controls activate the first edge with a tool.
                 self.state.edge = Some(1);
                 self.state.update_compensation();
                 ReadCommand::ToolChange
@@ -249,7 +249,7 @@ impl SiemensBlock<'_> {
                 }
                 _ => self.whole(&item)?.map(ReadCommand::Tool),
             };
-            // Which tool is called stands before the change to it.
+            // The name of the called tool precedes the change to it.
             self.block.commands.splice(0..0, command);
         }
         if let Some(item) = self.take(b'D') {
@@ -302,7 +302,7 @@ impl SiemensBlock<'_> {
         Ok(())
     }
 
-    /// F is s; S is turns of the spindle, whose time is not told.
+    /// F is s; S is turns of the spindle, whose time the text does not say.
     fn dwell(&mut self) {
         if let Some(item) = self.take(b'F') {
             self.has_unknown |= item.number().is_none();

@@ -8,13 +8,13 @@ use crate::read::siemens::{line_macro, names};
 use crate::words::axis_words::AxisLetter;
 
 impl SiemensBlock<'_> {
-    /// A name that is no word: a cycle of the control, or a subprogram if nothing else stands in
-    /// the block.
+    /// A name that is no word: a cycle of the control, or a subprogram if the block holds nothing
+    /// else.
     pub(super) fn call(&mut self, item: &Item, name: &str) -> Result<(), ReadError> {
         let is_alone = self.items.iter().all(|i| i.is_used || i.letter == b'P');
         let is_cycle = names::is_cycle(name);
-        // A cycle has parentheses, and a subprogram stands in its block before all else, of which
-        // there is its number of runs at most.
+        // A cycle has parentheses; a subprogram is the first item of its block, and only its number
+        // of runs can follow.
         let is_first = self.items.first().is_some_and(|first| first.span == item.span);
         if !(is_alone && is_first) {
             return Err(self.fault(item, ReadFault::UnknownWord));
@@ -48,7 +48,7 @@ impl SiemensBlock<'_> {
         self.items[k].is_used = true;
         let name = String::from_utf8_lossy(&self.code[item.name.clone()]).into_owned();
         self.keep(&item, &name, names::is_cycle(&name), true);
-        // Where the tool stands along its axis behind the cycle, its arguments say.
+        // The cycle's arguments say where the tool is along its axis after the cycle.
         self.state.modal.position.forget_word(AxisLetter::Z);
         match names::drilling_code(&name) {
             Some(code) => self.state.modal.cycle = Some(code),

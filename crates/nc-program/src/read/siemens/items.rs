@@ -153,7 +153,7 @@ impl SiemensCode<'_> {
         sign + rest[sign..].iter().take_while(|b| b.is_ascii_digit() || **b == b'.').count()
     }
 
-    /// A name with what stands behind it.
+    /// A name with the text behind it.
     fn named(&self, start: usize) -> Result<Item, ReadError> {
         let mut end = start + self.name_length(start);
         let mut behind = self.skip_blanks(end);

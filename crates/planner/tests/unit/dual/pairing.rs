@@ -12,8 +12,8 @@ fn pass(random: &mut Lcg, n: usize, z: f64) -> Vec<CcPoint> {
         .collect()
 }
 
-/// Every point of both passes is at a station, in its order, and what stands between is on the line
-/// of its neighbours.
+/// Every point of both passes is at a station, in its order, and stations in between are on the
+/// line of their neighbours.
 #[test]
 fn stations_pass_all_points_of_both() {
     let mut random = Lcg(3);

@@ -157,8 +157,7 @@ impl<'a> MotionResolver<'a> {
     }
 
     /// Forgets positions that commands of a block may change before its motion, and takes note of
-    /// its compensation. Returns the table axis that stands turned where the block switches RTCP
-    /// on.
+    /// its compensation. Returns the table axis that is turned where the block switches RTCP on.
     ///
     /// Controls fix the frame of words under RTCP to the table as it is there; the frame of the
     /// context is that of rotary words 0. From such a block on, positions are not those of the
@@ -240,7 +239,7 @@ impl<'a> MotionResolver<'a> {
                 let knowledge = self.knowledge();
                 let from = std::mem::replace(&mut self.axes, to);
                 for (k, axis) in self.context.words.axes().iter().enumerate() {
-                    // A vector turns rotary axes to where they can be told from where they were.
+                    // A vector turns rotary axes to positions that follow from those before.
                     let is_named = motion.position.get(axis.letter).is_some();
                     self.known[k] = if is_named { Knowledge::Programmed } else { self.known[k].max(Knowledge::Home) };
                 }
@@ -267,8 +266,8 @@ impl<'a> MotionResolver<'a> {
         }
     }
 
-    /// The table axis that stands turned at a block, before it or by its own words: controls differ
-    /// in whether a turn in the block that switches RTCP on counts.
+    /// The table axis that is turned at a block, before it or by its own words: controls differ in
+    /// whether a turn in the block that switches RTCP on counts.
     fn turned_table(&self, block: &ReadBlock) -> Option<AxisLetter> {
         let words = self.context.words.axes();
         let turned = (0..words.len()).find(|&k| {

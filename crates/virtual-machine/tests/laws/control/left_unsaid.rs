@@ -74,7 +74,7 @@ fn with(text: &str, from: &str, to: &str) -> String {
     text.replace(from, to)
 }
 
-/// Whatever is taken out is told, and nothing else than before.
+/// Each removed word is reported, and nothing else changes.
 #[test]
 fn what_is_not_said_is_told_and_what_is_said_is_not() {
     let (siemens, heidenhain) = (Dialect::Siemens840d, Dialect::Heidenhain);
@@ -244,14 +244,14 @@ fn what_is_said_wrongly_is_a_finding_and_its_twin_is_none() {
     assert_eq!(found(&with(LINUXCNC, g64, "G64 P0.005 Q0.005"), linuxcnc), []);
     assert_eq!(found(&with(SIEMENS, "M30\n", "M17\n"), siemens), []);
     assert_eq!(found(&with(HEIDENHAIN, "20 M30\n", ""), heidenhain), []);
-    // A part of a program need not end; RTCP on at its end is told where it does.
+    // A part of a program need not end; RTCP on at its end is reported where it does.
     let on = with(FANUC, "M5\nG91 G28 Z0.\nG49\nG91 G28 X0. Y0.\nG91 G28 B0. C0.\nG90\n", "");
     assert_eq!(found(&on, fanuc), [(RtcpLeftOn, 15)]);
     assert!(NoEnd.is_fault() && NotUnitVector.is_fault() && RtcpLeftOn.is_fault());
 }
 
-/// Frames that are not simulated are told where they are set; words that switch them off are not,
-/// and change nothing.
+/// Frames that are not simulated are reported where they are set; words that switch them off are
+/// not, and change nothing.
 #[test]
 fn frames_are_told_where_they_are_set_and_nothing_where_they_are_off() {
     let (siemens, heidenhain) = (Dialect::Siemens840d, Dialect::Heidenhain);

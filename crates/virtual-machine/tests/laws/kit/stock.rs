@@ -5,8 +5,7 @@ use facemill_nc_program::ReadProgram;
 use facemill_virtual_machine::{StockRun, VerifySettings, VirtualSetup, run_stock};
 use facemill_z_map::DexelMap;
 
-/// Runs a program, and checks the map behind it and that what is told to be removed is what the map
-/// lost.
+/// Runs a program, and checks the map after it: the reported removed volume is the map's loss.
 pub fn cut_stock(
     program: &ReadProgram,
     setup: &VirtualSetup<'_>,

@@ -47,7 +47,7 @@ fn ridge(scale: f64) -> Outcome {
     ran_with(&text, &setup, &VerifySettings::default(), HEAD + 4)
 }
 
-/// Whatever the settings let positions be apart, the cutter does not pass over anything.
+/// However far apart the settings let positions be, the cutter does not skip anything.
 fn ridge_between_positions(scale: f64) -> Outcome {
     let mut shop = Shop::new();
     let text = over_a_ridge(&mut shop, scale);

@@ -58,7 +58,7 @@ fn unreached(scale: f64) -> Outcome {
     ran(&text.line(&format!("G1 X10. {end} F500.")), &shop.setup(), HEAD + 4)
 }
 
-/// 3 degrees are allowed, and a tenth more is not told.
+/// 3 degrees are allowed, and a tenth more is not reported.
 fn ramp(scale: f64, kind: ObstacleKind) -> Outcome {
     let shop = Shop::new();
     let mut setup = shop.setup();

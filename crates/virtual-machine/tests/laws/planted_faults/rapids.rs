@@ -1,4 +1,4 @@
-//! The cutter at rapid rate in what stands in its way.
+//! The cutter at rapid rate in obstacles on its way.
 
 use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::{Machine, RapidLawFile};
@@ -32,8 +32,8 @@ fn over(scale: f64, stock: f64, kind: ObstacleKind, block: f64) -> Outcome {
     ran(&text.rapid([0.0, 0.0, 100.0]), &setup, HEAD + 3)
 }
 
-/// The post stands under the straight way, and in the bent one: Z has come down before X has gone
-/// half its way.
+/// The post is under the straight way, and in the bent one: Z has come down before X has gone half
+/// its way.
 fn bent(scale: f64) -> Outcome {
     let shop = |rapid: RapidLawFile| {
         let mut file = Machine::head_b_table_c().unwrap().to_file();

@@ -79,7 +79,7 @@ fn deep_slot(scale: f64) -> Outcome {
 }
 
 /// A cutter with a thin shank cuts a groove into the side of a block, backs out of it, and goes up
-/// beside what hangs over it: its outermost line stands half a cell inside of the side, y = −20.
+/// beside the overhang: its outermost line is half a cell inside of the side, y = −20.
 fn under_stock(scale: f64) -> Outcome {
     let file = Shop::new().tool.to_file();
     let mut thin = file;
@@ -95,7 +95,7 @@ fn under_stock(scale: f64) -> Outcome {
     cut_with(setup, &text, [50.0, 20.0, 30.0], &VerifySettings::default(), HEAD + 5)
 }
 
-/// 3 degrees are allowed, and a tenth more is not told.
+/// 3 degrees are allowed, and a tenth more is not reported.
 fn plunge(scale: f64) -> Outcome {
     let shop = Shop::new();
     let way = 5.5 / (3.0 + 0.1 * scale).to_radians().tan();
@@ -104,8 +104,8 @@ fn plunge(scale: f64) -> Outcome {
     cut(&shop, &text, [100.0, 30.0, 20.0], &VerifySettings::default(), HEAD + 3)
 }
 
-/// A core of radius 15 that is recessed by 2·15·tan 3°, deeper than that in stock by what is not
-/// told, a tenth of a mm.
+/// A core of radius 15 that is recessed by 2·15·tan 3°, deeper than that in stock by a tenth of a
+/// mm, which is not reported.
 fn core(scale: f64) -> Outcome {
     let mut file = Shop::new().tool.to_file();
     file.dead_core_radius_mm = 15.0;

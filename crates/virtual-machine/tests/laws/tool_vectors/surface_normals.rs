@@ -1,4 +1,4 @@
-//! Normals of Heidenhain's LN: wrong ones are told where they are, and those that facets and
+//! Normals of Heidenhain's LN: wrong ones are reported at their lines, and those that facets and
 //! rounding may turn are not.
 
 use facemill_cl_data::{CcPoint, Posture};
@@ -88,7 +88,7 @@ impl Cuts {
         Self::new(part, (0..40).map(point).collect(), 12.0, 0.0)
     }
 
-    /// First lines and angles of the normals that are told when a program names these.
+    /// First lines and angles of the normals that are reported when a program names these.
     fn told(&self, normals: &[Vector3<f64>]) -> Vec<(u32, f64)> {
         let shop = shop();
         let text = with_normals(&shop, &self.poses, |k| normals[k].into());
@@ -113,7 +113,7 @@ fn normals_of_the_surface_and_those_ten_degrees_off_are_not_told() {
     }
 }
 
-/// Every third normal is turned to any side by 45 deg, or round: each is told by its line and
+/// Every third normal is turned to any side by 45 deg, or round: each is reported with its line and
 /// angle.
 #[test]
 fn normals_that_are_turned_or_flipped_are_told_each_by_its_line() {

@@ -2,7 +2,7 @@ use crate::motion::turned_rotaries::*;
 use facemill_cl_data::CuttingLaw;
 use facemill_inverse_kinematics::BlockLaw;
 
-/// At any time, also at the pole, the axis that is told to go alone does, and evenly.
+/// At any time, also at the pole, an axis that is said to go alone does so evenly.
 #[test]
 fn an_axis_that_turns_the_vector_alone_goes_evenly() {
     let machine = Machine::head_b_table_c().unwrap();

@@ -61,7 +61,7 @@ fn no_point_of_the_tool_departs_farther_from_its_interval_than_told() {
     }
 }
 
-/// Whether the cutter, 25 mm wide, is told to stay above 0 at a ledge from `edge` mm beside its
+/// Whether the cutter, 25 mm wide, is proven to stay above 0 at a ledge from `edge` mm beside its
 /// axis on, between 11.5 and 13 mm above the tip; its flute ends at 12 mm with a sharp rim.
 fn stays_off_the_ledge(edge: f64) -> bool {
     let shop = kit::Shop::new();

@@ -52,8 +52,8 @@ fn post(shop: &kit::Shop, m: &Move, rng: &mut Lcg) -> MeshTree {
     MeshTree::new(&kit::box_mesh((at - Vector3::repeat(half)).into(), (at + Vector3::repeat(half)).into()))
 }
 
-/// Of every body: whether it was told, and its smallest distance over all times beyond what is a
-/// finding.
+/// Whether each body was reported, and its smallest distance over all times beyond the limit of
+/// findings.
 fn told_and_true(shop: &kit::Shop, m: &Move) -> Vec<(bool, f64)> {
     let mut setup = shop.setup();
     setup.obstacles.remove(0);
