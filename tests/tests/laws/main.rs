@@ -6,5 +6,6 @@ mod circles;
 mod closed_forms;
 mod formats_page;
 mod key_ranges;
+mod names;
 mod rooms;
 mod verdicts;

@@ -21,7 +21,7 @@ impl Feeds {
     }
 
     /// Takes note of what a block says of feeds. Others report functions that switch kinematics.
-    /// What has changed feeds once is not followed back.
+    /// Changes of feeds are not followed back.
     pub(crate) fn read(&mut self, block: &ReadBlock) {
         if matches!(self.dialect, Dialect::Siemens840d | Dialect::Heidenhain)
             && let Err(why) = self.counted.read(self.dialect, block)

@@ -277,9 +277,9 @@ fn sections(tool: &ToolAssembly, by: f64) -> Vec<(usize, TurnedBody)> {
 }
 
 /// The segments of each head on each move.
-type Ways = Vec<Vec<Option<Vec<Segment>>>>;
+type SegmentsOfMoves = Vec<Vec<Option<Vec<Segment>>>>;
 
-fn ways(views: &[View<'_>], moves: &[&[Move]], monitor: &dyn Monitor) -> Result<Ways, Cancelled> {
+fn ways(views: &[View<'_>], moves: &[&[Move]], monitor: &dyn Monitor) -> Result<SegmentsOfMoves, Cancelled> {
     let of_move = |k: usize| {
         monitor.checkpoint()?;
         let of_heads: Vec<_> = views.iter().zip(moves).map(|(view, moves)| view.of_move(&moves[k])).collect();
@@ -300,7 +300,12 @@ struct StepQuery<'s> {
 
 /// Returns the queries and cuts on a batch of moves: in each part of a move all heads are queried
 /// before any of them cuts.
-fn steps<'s>(program: &ReadProgram, views: &'s [View<'_>], moves: &[&[Move]], ways: &'s Ways) -> Vec<StepQuery<'s>> {
+fn steps<'s>(
+    program: &ReadProgram,
+    views: &'s [View<'_>],
+    moves: &[&[Move]],
+    ways: &'s SegmentsOfMoves,
+) -> Vec<StepQuery<'s>> {
     let mut steps = Vec::new();
     for (index, of_heads) in ways.iter().enumerate() {
         let parts = of_heads.iter().flatten().map(Vec::len).max().unwrap_or(0);
