@@ -52,16 +52,16 @@ pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
         b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z
     ));
     for (k, operation) in job.operations_of(setup.file) {
-        let laid = lay(job, &setup, k, operation)?;
+        let path = lay(job, &setup, k, operation)?;
         let head = job.seen_by(operation.head.saturating_sub(1) as usize, 0.0);
-        check_reach(&head, &setup, operation, &laid.tasks).map_err(|e| job.wrong(e))?;
-        let points: usize = laid.tasks.iter().map(|t| t.pass.points.len()).sum();
+        check_reach(&head, &setup, operation, &path.tasks).map_err(|e| job.wrong(e))?;
+        let points: usize = path.tasks.iter().map(|t| t.pass.points.len()).sum();
         let copies = operation.pattern.as_ref().map_or(1, |p| p.copies);
         lines.push(format!(
             "operation \"{}\": {} passes with {points} CC points, in {copies} place(s); {} short pieces left out",
             operation.name,
-            laid.tasks.len(),
-            laid.dropped_pieces
+            path.tasks.len(),
+            path.dropped_pieces
         ));
     }
     Ok(lines)

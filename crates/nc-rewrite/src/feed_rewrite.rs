@@ -423,11 +423,11 @@ impl<'s> FeedOptimizer<'s> {
             // The range applies to F, which is not in mm/min over all axes here.
             (range.min, range.max) = (0.0, f64::INFINITY);
         }
-        let (way, asked) = self.asked(cut, motion.feed)?;
-        let given = if cut.is_norm { asked } else { within_range(asked, cut, &machine.feed_range()) };
+        let (way, requested) = self.requested_speed(cut, motion.feed)?;
+        let given = if cut.is_norm { requested } else { within_range(requested, cut, &machine.feed_range()) };
         let mut fed =
             feed_for_block(machine.axes(), &cut.from, &cut.to, way, given, &range).map_err(|e| e.to_string())?;
-        let faster = if cut.is_norm { 60.0 * way / (asked * fed.time) } else { given / asked };
+        let faster = if cut.is_norm { 60.0 * way / (requested * fed.time) } else { given / requested };
         if fed.limit == FeedLimit::ControlMin || !cut.is_norm {
             not_raised(faster, machine.feed_range().min)?;
         }
@@ -467,11 +467,11 @@ impl<'s> FeedOptimizer<'s> {
     }
 
     /// Returns the length of the tip's path and its desired speed.
-    fn asked(&self, cut: &StraightCut, feed: Option<Feed>) -> Result<(f64, f64), String> {
+    fn requested_speed(&self, cut: &StraightCut, feed: Option<Feed>) -> Result<(f64, f64), String> {
         // For a tip at rest, a path of nearly no length keeps the time.
         let kept = |time: f64| (cut.way.max(LEAST_WAY), 60.0 * cut.way.max(LEAST_WAY) / time);
         match (self.settings.tip_feed, feed, cut.time) {
-            (TipFeed::Given(asked), ..) => Ok((cut.way, asked)),
+            (TipFeed::Given(requested), ..) => Ok((cut.way, requested)),
             (TipFeed::Keep, _, Some(time)) => Ok(kept(time)),
             (TipFeed::Programmed, Some(Feed { mode: FeedMode::G93, .. }), Some(time)) => Ok(kept(time)),
             (TipFeed::Programmed, Some(feed), _) => Ok((cut.way, feed.value)),
@@ -521,12 +521,12 @@ fn in_unit(feed: f64, unit: f64) -> f64 {
 
 /// Limits a speed of the tip (mm/min) to those whose F, which counts the block's path by the
 /// control's rule, the control accepts.
-fn within_range(asked: f64, cut: &StraightCut, range: &FeedRange) -> f64 {
+fn within_range(requested: f64, cut: &StraightCut, range: &FeedRange) -> f64 {
     if cut.mode == FeedMode::G93 || cut.way <= LEAST_WAY || cut.counted <= 0.0 {
-        return asked;
+        return requested;
     }
     let share = cut.way / cut.counted;
-    asked.max(range.min * share).min(range.max * share)
+    requested.max(range.min * share).min(range.max * share)
 }
 
 /// Returns the feed of a block, if the block has a place for one.

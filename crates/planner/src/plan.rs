@@ -7,7 +7,7 @@ use facemill_job::failure::Failure;
 use facemill_job::format::job_file::LinkStockFile;
 use facemill_job::format::made_from::MadeFrom;
 use facemill_job::format::report::links::LinksReport;
-use facemill_job::format::report::stock::{PlannedStockReport, not_asked};
+use facemill_job::format::report::stock::{PlannedStockReport, not_requested};
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::load::mesh_winding::check_winding;
 use facemill_job::load::open_meshes::open_stock;
@@ -78,8 +78,8 @@ pub(crate) fn planned_setup(
         picture = picture.or(svg);
         operations.push(planned);
     }
-    let asked = stock.filter(|_| settings.verify).ok_or_else(|| not_asked(settings.verify).to_owned());
-    let (before, shortened) = match asked {
+    let to_cut = stock.filter(|_| settings.verify).ok_or_else(|| not_requested(settings.verify).to_owned());
+    let (before, shortened) = match to_cut {
         Ok(stock) => {
             let before = stock.before(job, &setup)?;
             let shortened = shorten_links(&scene, &mut operations, &before, stages)?;
@@ -216,7 +216,7 @@ impl ProgramOfHeads<1> for OneHead<'_, '_> {
     }
 
     fn cut(&self, texts: &Texts, runs: Option<&mut [Verification; 1]>) -> Result<(CutByPlan, Option<String>), Failure> {
-        let Some([found]) = runs else { return Ok(((PlannedStockReport::not_asked(false), None), None)) };
+        let Some([found]) = runs else { return Ok(((PlannedStockReport::not_requested(false), None), None)) };
         let (job, program) = (self.ground.scene.job, self.own_program(texts));
         let tolerance = job.file.verification.stock_tolerance_mm;
         let cut_stock = |request: &CutRequest| program.cut_stock(request, self.stages);

@@ -149,12 +149,12 @@ impl<'a> BlockWriter<'a> {
                 (Block::Rapid { words }, time, time, None)
             }
             MoveKind::Approach | MoveKind::Engage | MoveKind::Cut => {
-                let (feed, told, given_time) = self.timed(operation, m)?;
+                let (feed, timed_move, given_time) = self.timed(operation, m)?;
                 let block = match self.vectors_of(operation, m, normal)? {
                     Some(vectors) => Block::LinearVectors { words, feed, vectors: Box::new(vectors) },
                     None => Block::Linear { words, feed },
                 };
-                (block, told.time, given_time, Some(told.limit))
+                (block, timed_move.time, given_time, Some(timed_move.limit))
             }
         };
         let at = self.timed.program.blocks.len();
@@ -211,19 +211,19 @@ impl<'a> BlockWriter<'a> {
     fn timed(&mut self, operation: &OperationFile, m: &Move) -> Result<(f64, BlockFeed, f64), Failure> {
         let from = self.at.ok_or_else(|| Failure::Internal("a program starts with a cut".to_owned()))?;
         let tip_distance = (m.cl.tip - from.cl.tip).norm();
-        let asked = programmed_feed(&operation.feeds, self.teeth, m.kind, m.chip.as_ref());
+        let programmed = programmed_feed(&operation.feeds, self.teeth, m.kind, m.chip.as_ref());
         let axes = self.machine.axes();
         let range = self.machine.feed_range();
         let feed_at = |tip_feed: f64| {
             feed_for_block(axes, &from.axes, &m.axes, tip_distance, tip_feed, &range)
                 .map_err(|e| Failure::Infeasible(format!("operation \"{}\": {e}", operation.name)))
         };
-        let feed = feed_at(asked.mm_min)?;
+        let feed = feed_at(programmed.mm_min)?;
         let without_chips = || programmed_feed(&operation.feeds, self.teeth, m.kind, None).mm_min;
-        let given = if asked.law == FeedLaw::Given { feed } else { feed_at(without_chips())? };
+        let given = if programmed.law == FeedLaw::Given { feed } else { feed_at(without_chips())? };
         if m.kind == MoveKind::Cut {
             let added_time = feed.time - given.time;
-            self.timed.cut_feeds.push(CutFeed { asked, before: given.tip_feed, added_time });
+            self.timed.cut_feeds.push(CutFeed { programmed, before: given.tip_feed, added_time });
             self.timed.passes_time += feed.time;
             self.timed.passes_length += tip_distance;
             self.timed.tip_feeds.push(feed.tip_feed);

@@ -24,10 +24,10 @@ pub fn replan_with_shorter_tools(
     job: &Job,
     setup: usize,
     library: &HolderLibrary,
-    told: &mut FoundLengths,
+    report: &mut FoundLengths,
     stages: &dyn Stages,
 ) -> Result<(), Failure> {
-    let found = told.tool.clone().map(ToolAssembly::new).transpose();
+    let found = report.tool.clone().map(ToolAssembly::new).transpose();
     let found = found.map_err(|e| Failure::Internal(e.to_string()))?.unwrap_or_else(|| job.tool.clone());
     let base = planned(job, &found, setup, stages)?;
     let base_points = base.map(|p| p.report.totals.planned_points).unwrap_or_default();
@@ -46,7 +46,7 @@ pub fn replan_with_shorter_tools(
             Ok(made) => made,
             Err(why) => {
                 tried.why_not = Some(why);
-                told.file.replans.push(tried);
+                report.file.replans.push(tried);
                 continue;
             }
         };
@@ -56,9 +56,9 @@ pub fn replan_with_shorter_tools(
         tried.faults = made.report.findings.iter().filter(|f| f.kind.is_fault()).count();
         tried.taken = tried.lost_points == 0 && made.is_clean();
         let taken = tried.taken;
-        told.file.replans.push(tried);
+        report.file.replans.push(tried);
         if taken {
-            take(told, tool, made);
+            take(report, tool, made);
             return Ok(());
         }
     }
@@ -109,23 +109,23 @@ fn candidates(job: &Job, library: &HolderLibrary, below: f64) -> Result<Vec<(Str
     Ok(all.into_iter().map(|(holder, tool)| (holder.name.clone(), tool)).collect())
 }
 
-fn take(told: &mut FoundLengths, tool: ToolAssembly, made: Planned) {
+fn take(report: &mut FoundLengths, tool: ToolAssembly, made: Planned) {
     let file = tool.to_file();
-    told.file.holder = told.file.replans.last().map(|t| t.holder.clone());
-    told.file.posting = Posting::Again;
-    told.file.none_is_free = None;
-    told.file.certificates = None;
-    told.file.findings = made.report.findings.clone();
-    for length in &mut told.file.lengths {
-        retold(length, &tool);
+    report.file.holder = report.file.replans.last().map(|t| t.holder.clone());
+    report.file.posting = Posting::Again;
+    report.file.none_is_free = None;
+    report.file.certificates = None;
+    report.file.findings = made.report.findings.clone();
+    for length in &mut report.file.lengths {
+        update_length(length, &tool);
     }
-    told.tool = Some(file);
-    told.file.replanned_blake3 = made.report.programs.first().map(|program| program.blake3.clone());
-    told.replanned = made.files.into_iter().find(|(name, _)| name.starts_with("program") && !name.ends_with(".apt"));
+    report.tool = Some(file);
+    report.file.replanned_blake3 = made.report.programs.first().map(|program| program.blake3.clone());
+    report.replanned = made.files.into_iter().find(|(name, _)| name.starts_with("program") && !name.ends_with(".apt"));
 }
 
 /// Updates a length of the assembly of the new plan: the old program no longer forces it.
-fn retold(length: &mut LengthReport, tool: &ToolAssembly) {
+fn update_length(length: &mut LengthReport, tool: &ToolAssembly) {
     let lengths = OpenAssembly::open(tool).lengths();
     length.length_mm = lengths[length.name as usize];
     length.forced_by = None;

@@ -54,10 +54,10 @@ pub fn solution_space(
     let setup = Setup::read(job, setup_index)?;
     let z_map = z_map(&setup)?;
     let mut cell = workcell(job, &setup, operation, &z_map);
-    let laid = lay(job, &setup, index, operation)?;
-    settle_branch(&mut cell, &laid.tasks);
+    let path = lay(job, &setup, index, operation)?;
+    settle_branch(&mut cell, &path.tasks);
     let test = PoseTest::new(&cell);
-    let (task, cc) = point_of(job, &laid.tasks, request)?;
+    let (task, cc) = point_of(job, &path.tasks, request)?;
     let range = mapped_range(&task.curve);
     let resolution = request.resolution_deg.to_radians();
     let failed = |e: MapError| match e {

@@ -233,12 +233,12 @@ impl RequiredFeeds {
                 }
             };
             nth += 1;
-            if !self.stands_by(view.0, &cut) {
+            if !self.is_idle(view.0, &cut) {
                 found.add(self.least, block.line, &cut);
             }
             let faster_than = |limit: f64| self.faster_than(limit, view, block, &cut);
             let Some(speed) = faster_than(self.cuts) else { continue };
-            let is_above_all = faster_than(self.all).is_some() && !self.stands_by(view.0, &cut);
+            let is_above_all = faster_than(self.all).is_some() && !self.is_idle(view.0, &cut);
             found.fast.push(FastBlock { line: block.line, block: index, nth, speed, is_above_all });
         }
         found
@@ -246,7 +246,7 @@ impl RequiredFeeds {
 
     /// Returns whether one of several heads is at home on a block, up to rounding of words: the
     /// table then turns under its tip for another head.
-    fn stands_by(&self, machine: &Machine, cut: &StraightCut) -> bool {
+    fn is_idle(&self, machine: &Machine, cut: &StraightCut) -> bool {
         let is_home = |k: usize, value: f64| {
             let axis = &machine.axes()[k];
             let rounding = self.rounding[usize::from(axis.kind == AxisKind::Rotary)];

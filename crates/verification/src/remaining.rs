@@ -255,7 +255,7 @@ fn outside(setup: &Setup<'_>, requested: &[OperationRegion<'_>]) -> Result<f64, 
     let surface = &setup.around_drive;
     let drive = RequestedRegion::new(surface, &whole, None).map_err(|e| Failure::Internal(e.to_string()))?;
     let regions = requested.iter().map(|a| a.region(setup)).collect::<Result<Vec<_>, _>>()?;
-    let is_asked = |triangle: u32, p: &Point3<f64>| {
+    let is_requested = |triangle: u32, p: &Point3<f64>| {
         requested.iter().zip(&regions).any(|(a, region)| {
             a.places.iter().enumerate().any(|(k, place)| {
                 if k == 0 {
@@ -270,7 +270,8 @@ fn outside(setup: &Setup<'_>, requested: &[OperationRegion<'_>]) -> Result<f64, 
     };
     let samples = drive.samples(drive.facet_area() / DRIVE_SAMPLES);
     let area = |all: &[RegionSample]| all.iter().fold(0.0, |sum, s| sum + s.area);
-    let outside: Vec<RegionSample> = samples.iter().filter(|s| !is_asked(s.triangle, &s.position)).copied().collect();
+    let outside: Vec<RegionSample> =
+        samples.iter().filter(|s| !is_requested(s.triangle, &s.position)).copied().collect();
     Ok(area(&outside) / area(&samples).max(f64::MIN_POSITIVE))
 }
 

@@ -141,12 +141,12 @@ impl TableError {
     /// Returns the fault without line and column: for a case outside of a table.
     #[must_use]
     pub fn problem(&self) -> String {
-        let told = self.to_string();
+        let text = self.to_string();
         let place = self.column().map(|column| format!(", column {column}: ")).unwrap_or_else(|| ": ".to_owned());
         let is_line = |start: &str| start.strip_prefix("line ").is_some_and(|n| n.bytes().all(|b| b.is_ascii_digit()));
-        match told.split_once(&place) {
+        match text.split_once(&place) {
             Some((start, problem)) if is_line(start) => problem.to_owned(),
-            _ => told,
+            _ => text,
         }
     }
 }

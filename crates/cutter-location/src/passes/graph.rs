@@ -155,8 +155,8 @@ impl<'g, 's, 'a> PassGraph<'g, 's, 'a> {
                 let found = search(self.pass.test, cc, &self.pass.task.curve, search_settings, 0.0, None, hints);
                 self.layers[layer].found = found.ok().map(|f| f.pose.posture);
             }
-            let Some(asked) = self.posture(layer, posture as u16) else { continue };
-            let Ok(free) = self.pass.test.configurations_of(cc, asked, hints) else { continue };
+            let Some(posture_there) = self.posture(layer, posture as u16) else { continue };
+            let Ok(free) = self.pass.test.configurations_of(cc, posture_there, hints) else { continue };
             let is_free = |node: &Node| free.iter().any(|c| c.branch == node.configuration.branch);
             for (way, node) in self.standing(layer, posture as u16).into_iter().enumerate() {
                 if is_free(&node) {

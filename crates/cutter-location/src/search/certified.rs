@@ -47,8 +47,8 @@ pub fn certified_search(
     near: Option<&Configuration>,
     hints: &mut Hints,
 ) -> CertifiedSearch {
-    let asked = settings.certified.unwrap_or(settings.u_step).max(FINEST);
-    let mut width = asked;
+    let requested = settings.certified.unwrap_or(settings.u_step).max(FINEST);
+    let mut width = requested;
     let mut tests = 0;
     loop {
         let mut walk = CertifiedWalk { test, cc, curve, settings, near, width, tests: 0, reasons: Reasons::default() };
@@ -62,7 +62,7 @@ pub fn certified_search(
             Step::Found(found) => Ok(FoundPosture { width: Some(width), ..found }),
             Step::Blocked => Err(walk.reasons.most_frequent()),
         };
-        if width > asked {
+        if width > requested {
             test.widths.note(cc, width);
         }
         return CertifiedSearch { found, width, tests };

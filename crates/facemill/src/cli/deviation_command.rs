@@ -83,12 +83,12 @@ fn not_compared_lines(cusps: &CuspReport) -> Option<String> {
         (not_measured, "without stock to measure"),
         (cusps.uncut, "beside an uncut strip"),
     ];
-    let told: Vec<String> = why.iter().filter(|(n, _)| *n > 0).map(|(n, why)| format!("{n} {why}")).collect();
-    (!told.is_empty()).then(|| format!("      not compared    {}", told.join(", ")))
+    let reasons: Vec<String> = why.iter().filter(|(n, _)| *n > 0).map(|(n, why)| format!("{n} {why}")).collect();
+    (!reasons.is_empty()).then(|| format!("      not compared    {}", reasons.join(", ")))
 }
 
 fn figures_lines(name: &str, figures: &DeviationFigures) -> [String; 2] {
-    let told = |place: &Option<DeviationPlace>| match place {
+    let place_text = |place: &Option<DeviationPlace>| match place {
         Some(p) => format!("{:.3} mm{}", p.value_mm, at(p)),
         None => "none".to_owned(),
     };
@@ -98,9 +98,9 @@ fn figures_lines(name: &str, figures: &DeviationFigures) -> [String; 2] {
     [
         format!(
             "    {name:<17} gouge {}, excess {}, left uncut {}",
-            told(&figures.largest_gouge),
-            told(&figures.largest_excess),
-            told(&figures.largest_not_reached)
+            place_text(&figures.largest_gouge),
+            place_text(&figures.largest_excess),
+            place_text(&figures.largest_not_reached)
         ),
         format!(
             "      of {:.1} cm2      {:.1} % within, {:.1} % gouged, {:.1} % excess, {:.1} % not reached, \

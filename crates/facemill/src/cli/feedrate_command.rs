@@ -122,8 +122,8 @@ pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
         return Ok(ExitCode::SUCCESS);
     };
     let summary = files::write_through(out, |new| rewrite_feed_lines(from_start, &settings, new))?.map_err(failed)?;
-    let told = summary_text(&summary, settings.dialect);
-    say(&if arguments.json { facemill::file_format::to_json(&summary) } else { told })?;
+    let text = summary_text(&summary, settings.dialect);
+    say(&if arguments.json { facemill::file_format::to_json(&summary) } else { text })?;
     Ok(ExitCode::SUCCESS)
 }
 

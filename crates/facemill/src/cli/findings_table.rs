@@ -18,9 +18,9 @@ pub(crate) fn findings_table(findings: &[Finding]) -> Vec<String> {
         let padded: Vec<String> = cells.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}")).collect();
         format!("{}  {behind}", padded.join("  ")).trim_end().to_owned()
     };
-    let told =
+    let rows =
         rows.iter().zip(findings).map(|(row, finding)| line(row.each_ref().map(String::as_str), &block(finding)));
-    std::iter::once(line(HEADS, "block")).chain(told).collect()
+    std::iter::once(line(HEADS, "block")).chain(rows).collect()
 }
 
 fn cells(f: &Finding) -> [String; 6] {

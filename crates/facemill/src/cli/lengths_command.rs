@@ -113,11 +113,11 @@ pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
         (&arguments.program_out, found.replanned.is_none(), why_no_program),
     ];
     let missing = missing.into_iter().filter(|(_, is_missing, _)| *is_missing);
-    let told: Result<Vec<String>, Failure> =
+    let notes: Result<Vec<String>, Failure> =
         missing.filter_map(|(out, _, why)| Some(leave_out(out.as_deref()?, why))).collect();
-    let told = told?;
+    let notes = notes?;
     say(&found.file.table())?;
-    told.iter().for_each(|line| eprintln!("facemill: {line}"));
+    notes.iter().for_each(|line| eprintln!("facemill: {line}"));
     let clean = found.tool.is_some() && !found.file.findings.iter().any(|f| f.kind.is_fault());
     Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }

@@ -105,12 +105,12 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
     }
     files::write_plan(out, &all_files)?;
     let names: Vec<String> = all_files.into_iter().map(|(name, _)| name).collect();
-    let told = match (arguments.json, arguments.quiet) {
+    let output = match (arguments.json, arguments.quiet) {
         (true, _) => json(outcome, out, names, setups),
         (false, true) => String::new(),
         (false, false) => format!("{}\n  written to {}: {}\n", texts.join("\n"), out.display(), names.join(", ")),
     };
-    say(&told)?;
+    say(&output)?;
     Ok(ExitCode::from(outcome.exit_code()))
 }
 

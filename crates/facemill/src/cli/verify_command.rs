@@ -89,7 +89,7 @@ pub(crate) struct VerifyArguments {
 const STOCK_TOLERANCE: f64 = 0.05;
 
 /// Largest number of findings in the table; the file has them all.
-const TOLD: usize = 50;
+const SHOWN: usize = 50;
 
 pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     crate::cli::progress::watch_interrupts().map_err(Failure::Internal)?;
@@ -104,8 +104,8 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
         cut: cut_of(arguments, rest)?,
         ..VerifyRequest::new(&arguments.program.program, dialect)
     };
-    let outputs_asked = [&arguments.out, &arguments.rest_mesh, &arguments.rest_out, &arguments.deviation];
-    files::check_outputs(outputs_asked.into_iter().flatten().map(PathBuf::as_path))?;
+    let paths = [&arguments.out, &arguments.rest_mesh, &arguments.rest_out, &arguments.deviation];
+    files::check_outputs(paths.into_iter().flatten().map(PathBuf::as_path))?;
     let mut verified = verify_program(&job, &text, &request, &Progress::new(false))?;
     let findings = std::mem::take(&mut verified.file.verification.findings);
     verified.file.verification.findings = merge_findings(findings, &verified.rapid_lines);
@@ -114,13 +114,13 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     let file = &verified.file;
     let gouged = file.deviation.as_ref().is_some_and(|d| d.exceeds_gouge_limit);
     let clean = file.verification.faults().next().is_none() && !gouged;
-    let told = verification_text(file);
+    let text = verification_text(file);
     let outputs = outputs(arguments, verified)?;
     if !crate::cli::progress::start_writing() {
         return Err(Failure::Interrupted);
     }
     files::write_each(&outputs)?;
-    say(&told)?;
+    say(&text)?;
     Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
@@ -146,8 +146,8 @@ fn outputs(arguments: &VerifyArguments, verified: Verified) -> Result<Vec<(&Path
 /// Returns the options on stock.
 fn cut_of(arguments: &VerifyArguments, rest: Option<DexelMap>) -> Result<Option<CutRequest>, Failure> {
     let tolerance = arguments.stock_tolerance_mm.unwrap_or(STOCK_TOLERANCE);
-    let asked = arguments.deviation.is_some() || arguments.deviation_tolerance_mm.is_some();
-    let deviation = asked.then_some(DeviationRequest {
+    let is_compared = arguments.deviation.is_some() || arguments.deviation_tolerance_mm.is_some();
+    let deviation = is_compared.then_some(DeviationRequest {
         tolerance: arguments.deviation_tolerance_mm,
         painted: arguments.deviation.is_some(),
     });
@@ -172,7 +172,7 @@ fn cut_of(arguments: &VerifyArguments, rest: Option<DexelMap>) -> Result<Option<
         ("--rest-out", arguments.rest_out.is_some()),
         ("--rest-mesh", arguments.rest_mesh.is_some()),
         ("--deviation", arguments.deviation.is_some()),
-        ("--deviation-tolerance-mm", asked),
+        ("--deviation-tolerance-mm", is_compared),
         ("--stock-tolerance-mm", arguments.stock_tolerance_mm.is_some()),
     ];
     match needing.iter().find(|(_, is_there)| *is_there) {
@@ -240,10 +240,10 @@ fn verification_text(file: &VerificationFile) -> String {
     lines.push(format!("  assumptions       {}", file.assumptions.len()));
     lines.extend(file.assumptions.iter().map(|a| format!("    {a}")));
     lines.push(format!("  findings          {}", v.findings.len()));
-    let told = &v.findings[..v.findings.len().min(TOLD)];
-    lines.extend(findings_table(told).into_iter().map(|line| format!("    {line}")));
-    if v.findings.len() > TOLD {
-        lines.push(format!("    and {} more; --out writes them all", v.findings.len() - TOLD));
+    let shown = &v.findings[..v.findings.len().min(SHOWN)];
+    lines.extend(findings_table(shown).into_iter().map(|line| format!("    {line}")));
+    if v.findings.len() > SHOWN {
+        lines.push(format!("    and {} more; --out writes them all", v.findings.len() - SHOWN));
     }
     lines.join("\n") + "\n"
 }

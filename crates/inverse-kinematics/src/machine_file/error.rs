@@ -42,7 +42,7 @@ pub enum MachineError {
     },
     /// The file has two tool chains where the machine of one is requested.
     #[error(
-        "the machine has two heads (tool_chains has 2 chains), and one is asked for here: use the views of both, \
+        "the machine has two heads (tool_chains has 2 chains), but one head is required here: use the views of both, \
          `Machine::heads`"
     )]
     TwoHeads,

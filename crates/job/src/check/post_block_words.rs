@@ -71,7 +71,7 @@ pub fn nothing_added(job: &Job, spec: &ProgramSpec) -> Result<(), Failure> {
         let Some(now) = motions(job, spec, &rules) else { continue };
         for (k, motion) in now.iter().enumerate() {
             if motion.adds_to(before.get(k), key) {
-                return Err(told(job, key, shop.pointer(&pointer(key)), motion));
+                return Err(fault_of_word(job, key, shop.pointer(&pointer(key)), motion));
             }
         }
         before = now;
@@ -79,7 +79,7 @@ pub fn nothing_added(job: &Job, spec: &ProgramSpec) -> Result<(), Failure> {
     Ok(())
 }
 
-fn told(job: &Job, key: &str, is: Option<&serde_json::Value>, motion: &Motion) -> Failure {
+fn fault_of_word(job: &Job, key: &str, is: Option<&serde_json::Value>, motion: &Motion) -> Failure {
     let name = job.file.post.dialect_file.as_deref().unwrap_or_default();
     let is = is.map(|v| v.as_str().map_or_else(|| v.to_string(), str::to_owned)).unwrap_or_default();
     let Motion { line, text, .. } = motion;

@@ -53,7 +53,7 @@ pub fn new_job_for(
             operation["search"]["preferred_branch"] = json!("nearest_home");
         }
     }
-    let fault = |e: Failure| told(e, machine, dialect);
+    let fault = |e: Failure| without_folder(e, machine, dialect);
     let write = |job: &Value, written: &mut Vec<(String, Vec<u8>)>| {
         *content(written, "job.json")? = facemill_file_format::to_json(job).into_bytes();
         // A trial is read and rewritten: its files are not inputs to preserve.
@@ -111,7 +111,7 @@ fn machine_for(example: &NewJob, name: &str) -> Result<&'static str, String> {
 }
 
 /// Returns the text of a failure without the temporary folder's name.
-fn told(failure: Failure, machine: Option<&str>, dialect: Option<Dialect>) -> String {
+fn without_folder(failure: Failure, machine: Option<&str>, dialect: Option<Dialect>) -> String {
     let what = match failure {
         Failure::Input { message, .. } => message,
         other => other.to_string(),

@@ -63,14 +63,14 @@ pub fn check_winding(job: &Job, setup: &Setup<'_>, index: usize) -> Result<Vec<S
     let found = windings(&setup.around_drive, &setup.drive_files, ToolRoom::of(job));
     for ((key, _), winding) in setup.drive_files.iter().zip(&found) {
         if winding.n_inward > 0 {
-            let told = inward(&entries(setup, key, index), key, winding);
+            let text = inward(&entries(setup, key, index), key, winding);
             // A part named on the command line has no such entry.
             let remedy = if job.file.operations.is_empty() { ", or where the file comes from" } else { "" };
-            return Err(job.wrong(format!("{told}{remedy}")));
+            return Err(job.wrong(format!("{text}{remedy}")));
         }
     }
-    let told = setup.drive_files.iter().zip(&found).filter_map(|((key, _), winding)| undecided(key, winding));
-    Ok(told.collect())
+    let texts = setup.drive_files.iter().zip(&found).filter_map(|((key, _), winding)| undecided(key, winding));
+    Ok(texts.collect())
 }
 
 fn check_stock(job: &Job, setup: &Setup<'_>, index: usize) -> Result<(), Failure> {
@@ -177,7 +177,7 @@ fn inward(entries: &str, key: &FileKey, found: &FileWinding) -> String {
 fn undecided(key: &FileKey, found: &FileWinding) -> Option<String> {
     let (open, hollow) = (found.n_undecided, found.n_hollow);
     let of = |n: usize| format!("{n} of {} triangles", found.n_triangles);
-    let told = match (open, hollow) {
+    let text = match (open, hollow) {
         (0, 0) => return None,
         (open, 0) => format!("the mesh does not decide on which side of {} the material is", of(open)),
         (0, hollow) => format!("{} are the wall of a hollow with room for the tool, or wound inside out", of(hollow)),
@@ -189,7 +189,7 @@ fn undecided(key: &FileKey, found: &FileWinding) -> Option<String> {
         ),
     };
     Some(format!(
-        "mesh {}: {told}: taken as wound, the tool on the side from which corners run counter-clockwise; if that is the wrong \
+        "mesh {}: {text}: taken as wound, the tool on the side from which corners run counter-clockwise; if that is the wrong \
          side, turn it with \"reverse_winding\": {}",
         key.name,
         !key.reverse_winding()

@@ -37,13 +37,13 @@ pub struct LaidPath {
 /// If the path file is wrong, or the region holds no surface for passes; for a part of implausible
 /// size the message has the likely unit.
 pub fn lay(job: &Job, setup: &Setup<'_>, index: usize, operation: &OperationFile) -> Result<LaidPath, Failure> {
-    laid(job, setup, index, operation).map_err(|e| match unit_advice(job, setup) {
+    laid_path(job, setup, index, operation).map_err(|e| match unit_advice(job, setup) {
         Some(advice) => job.wrong(format!("{advice} As it is, no passes can be laid for \"{}\"", operation.name)),
         None => e,
     })
 }
 
-fn laid(job: &Job, setup: &Setup<'_>, index: usize, operation: &OperationFile) -> Result<LaidPath, Failure> {
+fn laid_path(job: &Job, setup: &Setup<'_>, index: usize, operation: &OperationFile) -> Result<LaidPath, Failure> {
     let at = format!("operations[{index}].path");
     let (passes, dropped_pieces) = match &operation.path {
         PathFile::File(file) => {
@@ -156,9 +156,9 @@ fn from_strategy(
             surface.closest_point(&cc.position, tolerances.max_step_over_mm).and_then(|p| surface.curvature_at(&p));
         expected_strip_width(cutter, cc, curvature.as_ref(), &curve, tolerances.cusp_mm, tolerances.max_step_over_mm)
     };
-    let laid = lay_passes(surface, &region, &strategy, &settings, &strip_width, &Silent).map_err(wrong)?;
-    let passes = laid.passes.into_iter().map(|p| (p.pass, p.uncut == UncutSide::Left)).collect();
-    Ok((passes, laid.n_dropped_pieces))
+    let layout = lay_passes(surface, &region, &strategy, &settings, &strip_width, &Silent).map_err(wrong)?;
+    let passes = layout.passes.into_iter().map(|p| (p.pass, p.uncut == UncutSide::Left)).collect();
+    Ok((passes, layout.n_dropped_pieces))
 }
 
 fn n_places(operation: &OperationFile) -> usize {

@@ -88,7 +88,7 @@ pub fn depends_on_chips(feeds: &FeedsFile) -> bool {
 #[derive(Clone, Copy, Debug)]
 pub struct CutFeed {
     /// Programmed feed.
-    pub asked: TipFeed,
+    pub programmed: TipFeed,
     /// Speed of the tip at the job's cutting feed, mm/min: by the motion law if there is one.
     pub before: f64,
     /// Time of the move less its time at the job's cutting feed, s; both by the motion law if there

@@ -32,18 +32,18 @@ pub(crate) fn choose(stage: &Stage<'_>, library: &HolderLibrary) -> Result<Found
             best = Some(works);
         }
     }
-    let mut told = match &best {
+    let mut report = match &best {
         Some(Works { assembly, found, .. }) => stage.lengths_report(found, assembly)?,
         None => {
             let open = OpenAssembly::open(&stage.scene.job.tool);
-            let mut told = stage.lengths_report(&stage.lengths(&open, stage.request.longest)?, &open)?;
-            told.tool = None;
-            told
+            let mut report = stage.lengths_report(&stage.lengths(&open, stage.request.longest)?, &open)?;
+            report.tool = None;
+            report
         }
     };
-    told.file.holder = best.map(|b| b.holder.name.clone());
-    told.file.holders = reports;
-    Ok(told)
+    report.file.holder = best.map(|b| b.holder.name.clone());
+    report.file.holders = reports;
+    Ok(report)
 }
 
 fn is_better(a: &Works<'_>, b: &Works<'_>) -> bool {

@@ -175,7 +175,7 @@ impl LinkSearch<'_> {
     ) -> Result<SearchedLink, String> {
         let line = |block: Option<&usize>| block.map_or(0, |&b| self.program.blocks[b].line);
         let lines = [line(link.blocks.first()), line(link.blocks.last())];
-        let own = held(link).map_or_else(|| link_lines(self.program, &self.scene.words, link), Err);
+        let own = reason_to_keep(link).map_or_else(|| link_lines(self.program, &self.scene.words, link), Err);
         let own = match own {
             Ok(own) => own,
             Err(why) => {
@@ -216,7 +216,7 @@ impl LinkSearch<'_> {
 }
 
 /// Returns the reason why a link is not examined.
-fn held(link: &ProgramLink) -> Option<String> {
+fn reason_to_keep(link: &ProgramLink) -> Option<String> {
     match &link.hold {
         Some(LinkHold::Doubt(what)) => Some(format!("the positions of the axes are unknown: {what}")),
         Some(LinkHold::Laws) => Some("its blocks move in different ways".to_owned()),

@@ -90,7 +90,7 @@ impl<'a> PairPlanner<'_, 'a> {
         let mut sections = std::mem::take(&mut both.sections);
         *at = both.at;
         let linearisation = both.runs.iter().map(|r| planner.linearisation(&r.stops)).fold(0.0, f64::max);
-        for (h, asked) in points.into_iter().enumerate() {
+        for (h, requested) in points.into_iter().enumerate() {
             let left = both.left[h].clone();
             let (mut alone, mut lost_alone) = (OperationMoves::default(), Vec::new());
             let is_alone = !left.is_empty();
@@ -102,7 +102,7 @@ impl<'a> PairPlanner<'_, 'a> {
                 *at = alone.last().map(|m| m.axes).or(*at);
             }
             let mut all: Vec<PieceMoves> = both.cut_by(h).chain(alone.pieces).collect();
-            let lost = count_once(all.iter_mut(), asked, lost_alone);
+            let lost = count_once(all.iter_mut(), requested, lost_alone);
             planned[h].2.left_out.extend(lost);
             let mut moves = OperationMoves {
                 pieces: all,
@@ -291,11 +291,11 @@ impl<'a> PairPlanner<'_, 'a> {
         settings: &[MoveSettings; 2],
     ) -> Result<(Vec<ReachedRun>, Causes), Failure> {
         let feeds = files.map(|f| f.feeds.cutting_mm_min / 60.0);
-        let asked = |piece: &PassSegment| -> Vec<_> { piece.places().map(|c| c.cc).collect() };
+        let places_of = |piece: &PassSegment| -> Vec<_> { piece.places().map(|c| c.cc).collect() };
         let together: Vec<PiecePair> = pairs(pieces[0], pieces[1])
             .into_iter()
             .map(|[i, j]| {
-                let passes = [asked(&pieces[0][i]), asked(&pieces[1][j])];
+                let passes = [places_of(&pieces[0][i]), places_of(&pieces[1][j])];
                 PiecePair { pieces: [i, j], stations: stations([&passes[0], &passes[1]], feeds) }
             })
             .collect();
@@ -551,10 +551,10 @@ fn add_points(points: &mut Places, pieces: &[PassSegment]) {
 /// same, it belongs to the first of them. Of what is said to be lost the rest remains.
 fn count_once<'p>(
     pieces: impl Iterator<Item = &'p mut PieceMoves>,
-    mut asked: Places,
+    mut requested: Places,
     lost: Vec<LeftOut>,
 ) -> Vec<LeftOut> {
-    let mut take = |at: &Point3<f64>| match asked.get_mut(&place(at)) {
+    let mut take = |at: &Point3<f64>| match requested.get_mut(&place(at)) {
         Some(n) if *n > 0 => {
             *n -= 1;
             true
@@ -569,11 +569,11 @@ fn count_once<'p>(
 
 /// Returns the causes for the report, the most frequent first.
 fn splits(causes: Causes) -> Vec<PairSplit> {
-    let told = |(cause, of): (String, Cause)| PairSplit {
+    let split = |(cause, of): (String, Cause)| PairSplit {
         cause,
         stations: of.stations,
         first_place_mm: of.place,
         first: of.first,
     };
-    causes.sorted().into_iter().map(told).collect()
+    causes.sorted().into_iter().map(split).collect()
 }

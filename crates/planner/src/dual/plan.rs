@@ -7,7 +7,7 @@ use facemill_inverse_kinematics::AxisValues;
 use facemill_job::failure::Failure;
 use facemill_job::format::made_from::MadeFrom;
 use facemill_job::format::report::links::LinksReport;
-use facemill_job::format::report::stock::{PlannedStockReport, not_asked};
+use facemill_job::format::report::stock::{PlannedStockReport, not_requested};
 use facemill_job::load::HEADS_APART;
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::load::mesh_winding::check_winding;
@@ -92,8 +92,8 @@ pub(crate) fn plan_dual_setup(
             }
         }
     }
-    let asked = stock.filter(|_| settings.verify).ok_or_else(|| not_asked(settings.verify).to_owned());
-    let (before, shortened) = match asked {
+    let to_cut = stock.filter(|_| settings.verify).ok_or_else(|| not_requested(settings.verify).to_owned());
+    let (before, shortened) = match to_cut {
         Ok(stock) => {
             let before = stock.before(jobs[0], setups[0])?;
             (before, shorten_links(&ground, &mut parts, stages)?)
@@ -215,7 +215,7 @@ impl ProgramOfHeads<2> for TwoHeads<'_, '_> {
     ) -> Result<(CutByPlan, Option<String>), Failure> {
         match runs {
             Some(runs) => self.program(texts).cut_by_plan(self.before, runs, self.stages),
-            None => Ok(((PlannedStockReport::not_asked(false), None), None)),
+            None => Ok(((PlannedStockReport::not_requested(false), None), None)),
         }
     }
 }

@@ -135,7 +135,7 @@ impl<'a> DualWriter<'a> {
     /// Returns an error if axes and control allow no feed for it.
     pub(crate) fn push(&mut self, m: &DualMove, part: &PartFeeds<'_>) -> Result<DualTime, Failure> {
         let words = self.words.words(m.axes.as_slice()).map_err(|e| Failure::Internal(e.to_string()))?;
-        let mut told = DualTime {
+        let mut timed_move = DualTime {
             kind: m.kind,
             working: m.working,
             time: 0.0,
@@ -146,16 +146,16 @@ impl<'a> DualWriter<'a> {
         let mut limit = None;
         let block = match (m.kind, self.at) {
             (MoveKind::Rapid, from) => {
-                told.time = from.map_or(0.0, |from| {
+                timed_move.time = from.map_or(0.0, |from| {
                     let machine = &self.jobs[0].machine;
                     rapid_time(machine, machine.motion_law().rapid, &from, &m.axes, 0.0)
                 });
-                self.timed.rapid_time += told.time;
+                self.timed.rapid_time += timed_move.time;
                 Block::Rapid { words }
             }
             (_, None) => return Err(Failure::Internal("a program starts with a cut".to_owned())),
             (_, Some(from)) => {
-                let (value, feed) = self.timed_feed(&from, m, part, &mut told)?;
+                let (value, feed) = self.timed_feed(&from, m, part, &mut timed_move)?;
                 limit = Some(match feed.limit {
                     PairLimit::TipFeed(_) => FeedLimit::TipFeed,
                     PairLimit::Other(limit) => limit,
@@ -168,14 +168,14 @@ impl<'a> DualWriter<'a> {
             block: at,
             axes: m.axes,
             kind: m.kind,
-            time: told.time,
-            given_time: told.time,
+            time: timed_move.time,
+            given_time: timed_move.time,
             limit,
         });
         self.timed.program.blocks.push(block);
         self.timed.n_blocks += 1;
         self.at = Some(m.axes);
-        Ok(told)
+        Ok(timed_move)
     }
 
     fn timed_feed(
@@ -183,7 +183,7 @@ impl<'a> DualWriter<'a> {
         from: &AxisValues,
         m: &DualMove,
         part: &PartFeeds<'_>,
-        told: &mut DualTime,
+        timed_move: &mut DualTime,
     ) -> Result<(f64, PairFeed), Failure> {
         let tip =
             |h: usize, axes: &AxisValues| self.jobs[h].machine.cl_point(axes, self.jobs[h].tool.gauge_length()).tip;
@@ -192,22 +192,23 @@ impl<'a> DualWriter<'a> {
             let teeth = self.jobs[h].tool.n_inserts();
             m.working[h].then(|| programmed_feed(part.feeds[h], teeth, m.kind, m.chips[h].as_ref()))
         };
-        let asked = [0, 1].map(programmed);
+        let programmed = [0, 1].map(programmed);
         let machine = &self.jobs[0].machine;
         let feed_at = |tip_feeds: [Option<f64>; 2]| {
             feed_for_pair(machine.axes(), from, &m.axes, ways, tip_feeds, &machine.feed_range())
                 .map_err(|e| Failure::Infeasible(format!("{}: {e}", part.name)))
         };
-        let feed = feed_at(asked.map(|a| a.map(|a| a.mm_min)))?;
+        let feed = feed_at(programmed.map(|a| a.map(|a| a.mm_min)))?;
         let shared_way = (m.axes.get_or_zero(self.shared) - from.get_or_zero(self.shared)).abs();
-        *told = DualTime { time: feed.time, ways, shared_way, ..*told };
+        *timed_move = DualTime { time: feed.time, ways, shared_way, ..*timed_move };
         if m.kind == MoveKind::Cut {
-            let is_given = asked.iter().flatten().all(|a| a.law == FeedLaw::Given);
-            let at_given = [0, 1].map(|h| asked[h].map(|_| part.feeds[h].cutting_mm_min));
+            let is_given = programmed.iter().flatten().all(|a| a.law == FeedLaw::Given);
+            let at_given = [0, 1].map(|h| programmed[h].map(|_| part.feeds[h].cutting_mm_min));
             let given = if is_given { feed } else { feed_at(at_given)? };
             let added_time = feed.time - given.time;
-            told.cut_feeds =
-                [0, 1].map(|h| asked[h].map(|asked| CutFeed { asked, before: given.tip_feeds[h], added_time }));
+            timed_move.cut_feeds = [0, 1].map(|h| {
+                programmed[h].map(|programmed| CutFeed { programmed, before: given.tip_feeds[h], added_time })
+            });
             self.timed.passes_time += feed.time;
             self.timed.passes_length += (0..2).filter(|&h| m.working[h]).map(|h| ways[h]).sum::<f64>();
         } else {

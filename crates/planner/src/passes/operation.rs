@@ -83,10 +83,10 @@ impl<'a> PlannedOperation<'a> {
         let Scene { job, setup, .. } = ground.scene;
         let mut cell = ground.scene.workcell(operation, ground.map);
         let laying = stages.start(LAY, 0);
-        let laid = lay(job, setup, index, operation)?;
-        check_reach(job, setup, operation, &laid.tasks).map_err(|e| job.wrong(e))?;
+        let path = lay(job, setup, index, operation)?;
+        check_reach(job, setup, operation, &path.tasks).map_err(|e| job.wrong(e))?;
         drop(laying);
-        settle_branch(&mut cell, &laid.tasks);
+        settle_branch(&mut cell, &path.tasks);
         let test = PoseTest::new(&cell);
         clock.lap("path");
         let mut left_out = Vec::new();
@@ -96,7 +96,7 @@ impl<'a> PlannedOperation<'a> {
         let choosing = PoseTest::new(&cell).avoiding_pole(operation.search.singular_cone_deg.to_radians());
         let tests = Tests { choosing: &choosing, plain: &test };
         let Placed { pieces, cc_points, optimum, extra } =
-            place_pieces(&tests, ground, operation, &laid.tasks, &mut left_out, stages)?;
+            place_pieces(&tests, ground, operation, &path.tasks, &mut left_out, stages)?;
         let widened = tests.widened();
         let passes = pass_settings(operation);
         let monitor = stages.start(BETWEEN, cc_points);
@@ -104,7 +104,7 @@ impl<'a> PlannedOperation<'a> {
         drop(monitor);
         let pieces = wound(&test, passes.fallback(), pieces, from.map(|m| m.axes));
         clock.lap("search");
-        let picture = if picture { picture_of(&test, operation, &laid.tasks, stages)? } else { None };
+        let picture = if picture { picture_of(&test, operation, &path.tasks, stages)? } else { None };
         let monitor = stages.start(LINKS, 2 * pieces.len());
         let mut moves = operation_moves(&test, &settings, pieces, from, &mut left_out, &*monitor)?;
         drop(monitor);
@@ -116,7 +116,7 @@ impl<'a> PlannedOperation<'a> {
         }
         let reliefs = reliefs_by_reason(&cell, &left_out, &search_settings(operation), stages)?;
         clock.lap("what would help");
-        let dropped_pieces = laid.dropped_pieces;
+        let dropped_pieces = path.dropped_pieces;
         let planned =
             Self { reliefs, operation, moves, cc_points, dropped_pieces, left_out, optimum, widened, along, extra };
         planned.check_left_out()?;
@@ -250,8 +250,8 @@ fn planned_path(
     let settings = pass_settings(operation);
     let test = tests.of(&settings);
     let reach = neighbour_reach(test.cell.tool.cutter(), operation);
-    let laid = Neighbours::new(tasks.iter().map(as_laid).collect(), reach);
-    let to_plan = pass_tasks(tasks, |pass, point| laid.of(OwnPlace { pass, point }).strip());
+    let neighbours = Neighbours::new(tasks.iter().map(as_laid).collect(), reach);
+    let to_plan = pass_tasks(tasks, |pass, point| neighbours.of(OwnPlace { pass, point }).strip());
     let monitor = stages.start(POSTURES, tasks.iter().map(|t| t.pass.points.len()).sum());
     let mut planned = plan_passes(test, &to_plan, &settings, &*monitor)?;
     drop(monitor);

@@ -72,7 +72,7 @@ struct Alternative {
 /// Times of the steps of a pass, s; 0 for a step without a pose at an end.
 struct StepTimes {
     /// At the programmed feed.
-    asked: Vec<f64>,
+    programmed: Vec<f64>,
     /// By the machine's motion law.
     needed: Vec<f64>,
     /// Runs of poses without reversals or changes of branch.
@@ -180,12 +180,12 @@ impl Detours<'_, '_> {
         };
         let points = &task.pass.points;
         let passes: Vec<f64> = (0..points.len()).map(passes).collect();
-        let steps: Vec<f64> = points.windows(2).map(|ends| self.asked(ends)).collect();
+        let steps: Vec<f64> = points.windows(2).map(|ends| self.programmed(ends)).collect();
         time_between(&passes, &steps)
     }
 
     /// Returns the time of a step at the programmed feed, s.
-    fn asked(&self, ends: &[CcPoint]) -> f64 {
+    fn programmed(&self, ends: &[CcPoint]) -> f64 {
         (ends[1].position - ends[0].position).norm() / self.feed
     }
 }
@@ -215,8 +215,8 @@ impl Judge<'_, '_, '_> {
             return false;
         }
         let times = self.times(&task.pass.points, outcomes);
-        let [needed, asked] = [&times.needed, &times.asked].map(|t| t.iter().sum::<f64>());
-        needed > (1.0 + WORTH) * asked
+        let [needed, programmed] = [&times.needed, &times.programmed].map(|t| t.iter().sum::<f64>());
+        needed > (1.0 + WORTH) * programmed
     }
 
     /// Returns whether another plan omits no point of the pass, has no more parts, and takes less
@@ -230,15 +230,16 @@ impl Judge<'_, '_, '_> {
             return false;
         }
         let [own, other] = [own, other].map(|outcomes| self.times(&task.pass.points, outcomes));
-        let [needed, other_needed, asked] = [&own.needed, &other.needed, &own.asked].map(|t| t.iter().sum::<f64>());
-        other.runs <= own.runs && other_needed + other_between + WORTH * asked < needed + own_between
+        let [needed, other_needed, programmed] =
+            [&own.needed, &other.needed, &own.programmed].map(|t| t.iter().sum::<f64>());
+        other.runs <= own.runs && other_needed + other_between + WORTH * programmed < needed + own_between
     }
 
     /// Returns the times of a pass's steps, each run of poses from rest to rest. An estimate: poses
     /// between points are still to be inserted.
     fn times(&self, points: &[CcPoint], outcomes: &Pass<Outcome>) -> StepTimes {
         let n_steps = points.len().saturating_sub(1);
-        let mut times = StepTimes { asked: vec![0.0; n_steps], needed: vec![0.0; n_steps], runs: 0 };
+        let mut times = StepTimes { programmed: vec![0.0; n_steps], needed: vec![0.0; n_steps], runs: 0 };
         let mut run: Vec<AxisValues> = Vec::new();
         for k in 0..points.len() {
             let Ok(pose) = &outcomes.points[k] else {
@@ -252,7 +253,7 @@ impl Judge<'_, '_, '_> {
             };
             let goes_on = run.last().and_then(|last| self.wound(last, &here)).filter(|_| is_same_branch(k - 1));
             match goes_on {
-                Some(_) => times.asked[k - 1] = self.detours.asked(&points[k - 1..=k]),
+                Some(_) => times.programmed[k - 1] = self.detours.programmed(&points[k - 1..=k]),
                 None => self.end_run(k, &mut run, &mut times),
             }
             run.push(goes_on.unwrap_or(here));
@@ -284,12 +285,17 @@ impl Judge<'_, '_, '_> {
         times.runs += 1;
         let first = end - positions.len();
         let steps = first..first + rest.len();
-        let asked = &times.asked[steps.clone()];
-        let block = |(end, asked): (&AxisValues, &f64)| ProgramBlock { end: *end, tip_time: *asked, exact_stop: false };
-        let blocks: Vec<ProgramBlock> = rest.iter().zip(asked).map(block).collect();
+        let programmed = &times.programmed[steps.clone()];
+        let block = |(end, programmed): (&AxisValues, &f64)| ProgramBlock {
+            end: *end,
+            tip_time: *programmed,
+            exact_stop: false,
+        };
+        let blocks: Vec<ProgramBlock> = rest.iter().zip(programmed).map(block).collect();
         let run = MotionRun { start: *start, blocks, is_rapid: false, vectors: Vec::new() };
         let by_law = self.timer.and_then(|timer| timer.time(&run).ok()).map(|law| law.times);
-        let at_velocities = || positions.windows(2).zip(asked).map(|(ends, asked)| self.least_time(ends).max(*asked));
+        let at_velocities =
+            || positions.windows(2).zip(programmed).map(|(ends, programmed)| self.least_time(ends).max(*programmed));
         let needed = by_law.unwrap_or_else(|| at_velocities().collect());
         times.needed[steps].copy_from_slice(&needed);
     }

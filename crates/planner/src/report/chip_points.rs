@@ -43,7 +43,7 @@ pub(crate) struct Arrival {
     /// Tip feed as written, mm/min.
     pub after: f64,
     /// Programmed tip feed, mm/min.
-    pub asked: f64,
+    pub programmed: f64,
     /// Origin of the programmed tip feed.
     pub law: FeedLaw,
     /// Time of the motion from the point before, less that at the job's cutting feed, s.
@@ -52,8 +52,8 @@ pub(crate) struct Arrival {
 
 impl Arrival {
     fn new(cut: &CutFeed, written: f64) -> Self {
-        let CutFeed { asked, before, added_time } = *cut;
-        Self { before, after: written, asked: asked.mm_min, law: asked.law, added_time }
+        let CutFeed { programmed, before, added_time } = *cut;
+        Self { before, after: written, programmed: programmed.mm_min, law: programmed.law, added_time }
     }
 
     /// Returns that of two consecutive moves.
@@ -68,13 +68,13 @@ impl Arrival {
 
     /// Returns whether axes, the control or the other head make the tip slower than the chips
     /// permit.
-    pub(crate) fn is_slower_than_asked(&self) -> bool {
-        self.after < self.asked * (1.0 - SAME_FEED)
+    pub(crate) fn is_slower_than_programmed(&self) -> bool {
+        self.after < self.programmed * (1.0 - SAME_FEED)
     }
 
     /// Returns whether the control's smallest F makes the tip faster than the chips permit.
-    pub(crate) fn is_faster_than_asked(&self) -> bool {
-        self.after > self.asked * (1.0 + SAME_FEED)
+    pub(crate) fn is_faster_than_programmed(&self) -> bool {
+        self.after > self.programmed * (1.0 + SAME_FEED)
     }
 }
 
@@ -167,8 +167,8 @@ pub(crate) fn chips_report(operation: &OperationFile, teeth: u32, points: &[Chip
             removal_rate: with(&|a| a.law == FeedLaw::RemovalRate),
             chip_thickness: with(&|a| a.law == FeedLaw::ChipThickness),
             air: with(&|a| a.law == FeedLaw::Air),
-            machine: with(&Arrival::is_slower_than_asked),
-            smallest_f: with(&Arrival::is_faster_than_asked),
+            machine: with(&Arrival::is_slower_than_programmed),
+            smallest_f: with(&Arrival::is_faster_than_programmed),
         },
         by_law,
         added_time_s: arrivals().map(|a| a.added_time).sum(),

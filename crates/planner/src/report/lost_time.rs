@@ -61,7 +61,7 @@ pub(crate) fn lost_times(job: &Job, timed: &Timed, driven: &[Driven<'_>]) -> Vec
         let own = &mut all[known];
         own.total += time;
         // A change of the feed for chips is no loss.
-        let feed = timed.cut_feeds.get(at).map_or(of_move.operation.feeds.cutting_mm_min, |f| f.asked.mm_min);
+        let feed = timed.cut_feeds.get(at).map_or(of_move.operation.feeds.cutting_mm_min, |f| f.programmed.mm_min);
         let Some(block) = slow_block(job, of_move, time, feed / 60.0) else { continue };
         let lost = own.causes.entry((block.cause, block.axis)).or_default();
         lost.sum += block.lost;

@@ -7,7 +7,7 @@ use facemill_cutter_location::{Remedy, Widened};
 use facemill_job::format::made_from::MadeFrom;
 use facemill_job::format::program_times::ProgramTimes;
 use facemill_job::format::report::links::LinksReport;
-use facemill_job::format::report::stock::{PlannedStockReport, not_asked};
+use facemill_job::format::report::stock::{PlannedStockReport, not_requested};
 use facemill_job::format::report::{
     BudgetReport, CertifiedReport, ChipsReport, HelpReport, InfeasibleReport, OptimumReport, PassReport,
     PosturesReport, REPORT_FORMAT, Report, SearchProofReport, Totals, Worst,
@@ -105,8 +105,8 @@ pub(crate) fn report(
         settings: jobs.first().map_or_else(Vec::new, |job| job.settings.clone()),
         programs: Vec::new(),
         verified: verification.is_some(),
-        stock: PlannedStockReport::not_asked(verification.is_some()),
-        links: LinksReport::not_shortened(not_asked(verification.is_some())),
+        stock: PlannedStockReport::not_requested(verification.is_some()),
+        links: LinksReport::not_shortened(not_requested(verification.is_some())),
         orders: operations.iter().filter_map(order_report).collect(),
         certified: certificates.map(CertifiedReport::new),
         totals,
@@ -163,16 +163,16 @@ fn postures_report(job: &Job, o: &PlannedOperation<'_>) -> PosturesReport {
     });
     let passes: Vec<&[Cut]> = o.moves.pieces.iter().map(|p| p.piece.cuts.as_slice()).collect();
     let rotary = rotary_report(&job.machine, &passes, o.operation.feeds.cutting_mm_min / 60.0);
-    let search_proof = o.operation.search.certified_u_width.map(|asked| search_proof(asked, o.widened));
+    let search_proof = o.operation.search.certified_u_width.map(|requested| search_proof(requested, o.widened));
     let (operation, mode) = (o.operation.name.clone(), o.operation.search.mode.clone());
     PosturesReport { operation, mode, optimum, search_proof, rotary }
 }
 
 /// Returns the width that a job requests, and the width achieved.
-fn search_proof(asked: f64, widened: Option<Widened>) -> SearchProofReport {
+fn search_proof(requested: f64, widened: Option<Widened>) -> SearchProofReport {
     SearchProofReport {
-        asked_u_width: asked,
-        largest_u_width: widened.map_or(asked, |w| w.largest),
+        asked_u_width: requested,
+        largest_u_width: widened.map_or(requested, |w| w.largest),
         wider_points: widened.map_or(0, |w| w.points),
     }
 }

@@ -156,11 +156,11 @@ fn assumptions(all: &[Assumption]) -> Vec<String> {
 /// Returns the line on the part of the cutting time outside passes.
 fn entries_and_exits(report: &Report) -> String {
     let constant = clock(report.totals.approach_time_s);
-    let told = match &report.time_law {
+    let share = match &report.time_law {
         Some(law) => format!("{} (at constant speed {constant})", clock(law.approach_time_s)),
         None => format!("{constant} at constant speed"),
     };
-    format!("  of it not passes  {told}: entries and exits")
+    format!("  of it not passes  {share}: entries and exits")
 }
 
 /// Returns lines on the program's times: by the motion law if there is one, with those at constant

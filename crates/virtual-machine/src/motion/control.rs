@@ -81,10 +81,14 @@ impl<'a> Control<'a> {
                 Some((register, None)) => format!("for H{register}, which is no head's"),
                 Some((_, Some(head))) if !note.relation.holds(head.tool_length, note.length, SAME_LENGTH) => {
                     let MappedHead { name, tool_length, .. } = head;
-                    format!("head {name}: {} in the program, {tool_length} mm in the setup", asked(note))
+                    format!("head {name}: {} in the program, {tool_length} mm in the setup", programmed_length(note))
                 }
                 None if !note.relation.holds(self.setup.tool.gauge_length(), note.length, SAME_LENGTH) => {
-                    format!("{} in the program, {} mm in the setup", asked(note), self.setup.tool.gauge_length())
+                    format!(
+                        "{} in the program, {} mm in the setup",
+                        programmed_length(note),
+                        self.setup.tool.gauge_length()
+                    )
                 }
                 _ => continue,
             };
@@ -352,7 +356,7 @@ impl<'a> Control<'a> {
 }
 
 /// The length that a program asks for.
-fn asked(note: &ToolLengthNote) -> String {
+fn programmed_length(note: &ToolLengthNote) -> String {
     let order = match note.relation {
         LengthRelation::Same => "",
         LengthRelation::Less => "less than ",

@@ -12,12 +12,12 @@ pub(crate) struct Feeds {
     /// Why what F means is not known any more.
     changed: Option<String>,
     /// Last reported reason why a meaning is unknown.
-    told: Option<String>,
+    reported: Option<String>,
 }
 
 impl Feeds {
     pub(crate) fn new(dialect: Dialect) -> Self {
-        Self { dialect, counted: CountedAxes::default(), changed: None, told: None }
+        Self { dialect, counted: CountedAxes::default(), changed: None, reported: None }
     }
 
     /// Takes note of what a block says of feeds. Others report functions that switch kinematics.
@@ -58,9 +58,9 @@ impl Feeds {
             (None, FeedMode::Rtcp | FeedMode::G93) => Ok(feed),
         };
         found.map_err(|why| {
-            let is_told = self.told.as_ref() == Some(&why);
-            self.told = Some(why.clone());
-            (!is_told).then_some(why)
+            let is_reported = self.reported.as_ref() == Some(&why);
+            self.reported = Some(why.clone());
+            (!is_reported).then_some(why)
         })
     }
 }

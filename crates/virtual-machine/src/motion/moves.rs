@@ -169,11 +169,11 @@ impl<'a> State<'a> {
         if before == Compensation::Off || block.compensation != Compensation::Off {
             return;
         }
-        let is_told = |k: &usize| {
+        let is_programmed = |k: &usize| {
             let letter = self.setup.words.axes()[*k].letter;
             block.motion.as_ref().is_some_and(|m| m.position.is_programmed(letter))
         };
-        if !self.is_spindle_home() && !self.lengthened(before).all(|k| is_told(&k)) {
+        if !self.is_spindle_home() && !self.lengthened(before).all(|k| is_programmed(&k)) {
             let note = "send the spindle axis home (G91 G28) before: some controls move it by the tool's length here";
             self.fault(FindingKind::UnsafeCancel, index, None, note.to_owned());
         }
@@ -184,8 +184,8 @@ impl<'a> State<'a> {
     fn cancel_of_heads(&mut self, index: usize, block: &ReadBlock, before: AxisLengths) {
         for (letter, _) in before.iter().filter(|(letter, _)| block.lengths.register_of(*letter).is_none()) {
             let axis = self.setup.words.axes().iter().position(|a| a.letter == letter);
-            let is_told = block.motion.as_ref().is_some_and(|m| m.position.is_programmed(letter));
-            if !is_told && !axis.is_some_and(|k| self.is_home(k)) {
+            let is_programmed = block.motion.as_ref().is_some_and(|m| m.position.is_programmed(letter));
+            if !is_programmed && !axis.is_some_and(|k| self.is_home(k)) {
                 let note = "send this axis home (G91 G28) before: some controls move it by the tool's length here";
                 self.fault(FindingKind::UnsafeCancel, index, Some(letter), note.to_owned());
             }

@@ -63,6 +63,6 @@ pub(crate) fn rapid_step(scene: &Scene<'_>) -> f64 {
 }
 
 /// Returns the steps between an estimate's positions for the report.
-pub(crate) fn steps_told(scene: &Scene<'_>, estimate: Estimate) -> crate::finding::EstimatedPositions {
+pub(crate) fn estimated_steps(scene: &Scene<'_>, estimate: Estimate) -> crate::finding::EstimatedPositions {
     crate::finding::EstimatedPositions { cut_step_mm: estimate.cut_step, rapid_step_mm: rapid_step(scene) }
 }

@@ -14,7 +14,7 @@ use crate::motion::setup::{GougeSection, own_head};
 use crate::program_time::timing::duration;
 use crate::run::between::cutter_between;
 use crate::run::chunk_result::{ChunkResult, Clearance, Gouge, Gouges, nearest};
-use crate::run::edges::steps_told;
+use crate::run::edges::estimated_steps;
 use crate::run::scene::Scene;
 use crate::run::surface_normals;
 
@@ -64,7 +64,7 @@ impl<'a> Report<'a> {
             sections: Vec::new(),
             smallest_clearance: None,
             between: estimate.is_none().then(|| self.between(&results)),
-            estimate: estimate.map(|estimate| steps_told(self.scene, estimate)),
+            estimate: estimate.map(|estimate| estimated_steps(self.scene, estimate)),
             wind_up: self.wind_up(),
             n_positions: 0,
             n_blocks: self.program.motions().count(),

@@ -75,8 +75,8 @@ impl SurfaceNormals<'_> {
     fn normal(&self, m: &Move) -> Option<Unit<Vector3<f64>>> {
         let motion = self.program.blocks[m.block].motion.as_ref()?;
         let is_cut = !m.is_rapid && m.moves_tool && matches!(motion.compensation, Compensation::Rtcp(_));
-        let told = motion.tool.as_ref()?.normal.filter(|_| is_cut && self.program.dialect == Dialect::Heidenhain)?;
-        let in_work = self.scene.work_from_table * (self.scene.setup.table_from_rtcp_words * Vector3::from(told));
+        let normal = motion.tool.as_ref()?.normal.filter(|_| is_cut && self.program.dialect == Dialect::Heidenhain)?;
+        let in_work = self.scene.work_from_table * (self.scene.setup.table_from_rtcp_words * Vector3::from(normal));
         Unit::try_new(in_work, f64::MIN_POSITIVE).filter(|n| n.iter().all(|c| c.is_finite()))
     }
 

@@ -67,11 +67,12 @@ impl Bodies {
 
     /// The same of one phase.
     pub(crate) fn steps_in(&self, phase: Phase, m: &Move, segment: &Segment) -> Vec<(Purpose, Step<'_>)> {
-        let asked = if self.at_ends { &Segment { from: segment.to, ..*segment } } else { segment };
-        let sweep = |body| Sweep { body, from: asked.from, to: asked.to };
+        let tested = if self.at_ends { &Segment { from: segment.to, ..*segment } } else { segment };
+        let sweep = |body| Sweep { body, from: tested.from, to: tested.to };
         match (phase, m.is_rapid_of_tool()) {
             (Phase::Before, true) => {
-                let inside = self.cutter_in_rapid.iter().map(|cutter| (Purpose::Rapid, Step::Ask(cutter.along(asked))));
+                let inside =
+                    self.cutter_in_rapid.iter().map(|cutter| (Purpose::Rapid, Step::Ask(cutter.along(tested))));
                 inside.chain([(Purpose::NearRapid, Step::Ask(sweep(&self.cutter_with_cell)))]).collect()
             }
             (Phase::Before, false) => {

@@ -67,27 +67,27 @@ impl Probe {
         [tolerance, cell]: [f64; 2],
     ) -> Self {
         let lines: BTreeSet<u32> = settings.probed_lines.iter().copied().collect();
-        let is_asked = |k: &usize| lines.contains(&program.blocks[*k].line);
+        let is_probed = |k: &usize| lines.contains(&program.blocks[*k].line);
         let depth = 2.0 * tolerance;
         let around = dilated(cutter, cell * SQRT_2 + 2.0 * depth);
-        let blocks = (0..program.blocks.len()).filter(is_asked).collect();
+        let blocks = (0..program.blocks.len()).filter(is_probed).collect();
         Self { blocks, cutter: Smaller::of(cutter, depth), around, depth }
     }
 
     /// Whether a move is tested.
-    pub(crate) fn is_asked(&self, m: &Move) -> bool {
+    pub(crate) fn is_probed(&self, m: &Move) -> bool {
         !m.is_rapid && self.blocks.contains(&m.block)
     }
 
     /// Returns the queries on a segment of a move, in any order; none if the move has none.
     pub(crate) fn steps(&self, m: &Move, segment: &Segment) -> impl Iterator<Item = (Purpose, Step<'_>)> {
-        let is_asked = self.is_asked(m);
+        let is_probed = self.is_probed(m);
         let around = Sweep { body: &self.around, from: segment.from, to: segment.to };
-        let around = is_asked.then_some((Purpose::Around, Step::Ask(around)));
+        let around = is_probed.then_some((Purpose::Around, Step::Ask(around)));
         let inner = self
             .cutter
             .iter()
-            .filter(move |_| is_asked)
+            .filter(move |_| is_probed)
             .map(|cutter| (Purpose::Probe, Step::Ask(cutter.along(segment))));
         around.into_iter().chain(inner)
     }

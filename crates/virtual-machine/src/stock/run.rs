@@ -283,7 +283,7 @@ impl<'r, 'a> Head<'r, 'a> {
     /// Begins a move; without segments its way is not known.
     fn begin(&mut self, index: usize, m: &Move, segments: Option<&[Segment]>) {
         let way_mm = segments.into_iter().flatten().fold(0.0, |way, s| way + (s.to.tip - s.from.tip).norm());
-        let may_be_near = segments.is_none() && self.view.probe.is_asked(m);
+        let may_be_near = segments.is_none() && self.view.probe.is_probed(m);
         self.out.taken.push(BlockCut { line: 0, removed_mm3: 0.0, way_mm, is_certain: false, may_be_near });
         if segments.is_none() {
             self.lost(index, m);
@@ -296,8 +296,8 @@ impl<'r, 'a> Head<'r, 'a> {
         let cuts = resolved.moves.iter().zip(&self.out.taken).filter(|(m, _)| !m.is_rapid);
         let blocks: Vec<BlockCut> =
             cuts.map(|(m, taken)| BlockCut { line: program.blocks[m.block].line, ..*taken }).collect();
-        let told = worth_telling(&self.out.episodes.all);
-        let mut findings: Vec<Finding> = told.map(|e| report.finding(e)).collect();
+        let reported = worth_telling(&self.out.episodes.all);
+        let mut findings: Vec<Finding> = reported.map(|e| report.finding(e)).collect();
         findings.sort_by_key(|f| (f.first_line, f.kind));
         StockRun { findings, removed_mm3: blocks.iter().fold(0.0, |all, b| all + b.removed_mm3), blocks }
     }

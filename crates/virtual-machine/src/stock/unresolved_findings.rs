@@ -144,8 +144,8 @@ impl Look<'_, '_> {
             let (before, behind) = rest.split_at(end);
             self.take(first, before)?;
             rest = behind;
-            let asked = waiting.ask_first(&bodies, (first, moves), self.outside, monitor)?;
-            let Some((head, episodes)) = asked else { return Ok(()) };
+            let tested = waiting.ask_first(&bodies, (first, moves), self.outside, monitor)?;
+            let Some((head, episodes)) = tested else { return Ok(()) };
             episodes.into_iter().for_each(|episode| self.episodes[head].add(episode));
         }
     }
@@ -176,7 +176,7 @@ struct View<'a> {
     sections: Vec<(usize, TurnedBody)>,
     machine: MachineBodies<'a>,
     /// Kind, body and lines that are in question.
-    asked: Vec<(FindingKind, Option<String>, [u32; 2])>,
+    findings: Vec<(FindingKind, Option<String>, [u32; 2])>,
 }
 
 impl<'a> View<'a> {
@@ -190,16 +190,16 @@ impl<'a> View<'a> {
         let max_way = Bodies::new(setup.tool, settings.clearance_slack, [tolerance, cell]).max_way;
         let cutter = setup.tool.cutter();
         let taken = outside_layer(cell) + 2.0 * tolerance;
-        let asked = outside_layer(cell) + 6.0 * tolerance;
+        let margin = outside_layer(cell) + 6.0 * tolerance;
         let scene = Scene::new(setup, settings)?;
         Ok(Self {
             machine: MachineBodies::new(&scene, grid),
             scene,
             coarse: Coarseness { tolerance, reach: setup.tool.gauge_length(), max_way },
             takes: Smaller::within(cutter, taken),
-            in_rapid: Smaller::within(cutter, asked),
-            sections: sections(setup.tool, asked),
-            asked: findings.iter().map(|f| (f.kind, f.body.clone(), [f.first_line, f.last_line])).collect(),
+            in_rapid: Smaller::within(cutter, margin),
+            sections: sections(setup.tool, margin),
+            findings: findings.iter().map(|f| (f.kind, f.body.clone(), [f.first_line, f.last_line])).collect(),
         })
     }
 
@@ -208,23 +208,23 @@ impl<'a> View<'a> {
     }
 
     /// Whether it is in question what a body, or the cutter, does on a line.
-    fn is_asked(&self, kind: FindingKind, body: Option<usize>, line: u32) -> bool {
+    fn is_tested(&self, kind: FindingKind, body: Option<usize>, line: u32) -> bool {
         let body = body.map_or("cutter", |k| &self.scene.bodies[k].name);
-        self.asked
+        self.findings
             .iter()
             .any(|(k, b, [first, last])| *k == kind && b.as_deref() == Some(body) && (*first..=*last).contains(&line))
     }
 
     /// The bodies of the machine of which it is in question what they do on a line.
-    fn asked_machine(&self, line: u32) -> Vec<usize> {
-        let is_asked = |k: usize| MACHINE_KINDS.iter().any(|kind| self.is_asked(*kind, Some(k), line));
-        self.machine.names().map(|(k, _)| k).filter(|k| is_asked(*k)).collect()
+    fn tested_machine_bodies(&self, line: u32) -> Vec<usize> {
+        let is_tested = |k: usize| MACHINE_KINDS.iter().any(|kind| self.is_tested(*kind, Some(k), line));
+        self.machine.names().map(|(k, _)| k).filter(|k| is_tested(*k)).collect()
     }
 
     /// Returns the findings of one head's episodes.
     fn findings(&self, program: &ReadProgram, resolved: &ResolvedMoves, episodes: &Episodes) -> Vec<Finding> {
         let report = Report::new(program, &self.scene, resolved);
-        let told = |e: &Episode| {
+        let finding = |e: &Episode| {
             let mut finding = report.finding(e);
             let of_machine = MACHINE_KINDS.contains(&e.worst.key.kind);
             let head = std::mem::take(&mut finding.note);
@@ -232,7 +232,7 @@ impl<'a> View<'a> {
             finding.note = own.into_iter().chain((!head.is_empty()).then_some(head)).collect::<Vec<_>>().join(", ");
             finding
         };
-        let mut findings: Vec<Finding> = episodes.all.iter().map(told).collect();
+        let mut findings: Vec<Finding> = episodes.all.iter().map(finding).collect();
         findings.sort_by_key(|f| (f.first_line, f.kind));
         findings
     }
@@ -252,7 +252,7 @@ fn in_question_on(program: &ReadProgram, views: &[View<'_>], moves: &[&[Move]]) 
     let n_moves = moves.first().map_or(0, |m| m.len());
     let of_move = |index: usize| {
         views.iter().enumerate().filter_map(move |(head, view)| {
-            let bodies = view.asked_machine(program.blocks[moves[head][index].block].line);
+            let bodies = view.tested_machine_bodies(program.blocks[moves[head][index].block].line);
             (!bodies.is_empty()).then_some(InQuestion { head, index, bodies })
         })
     };
@@ -322,12 +322,12 @@ fn steps<'s>(
                 let line = program.blocks[m.block].line;
                 let stock = view.scene.obstacles.len();
                 let rapid = FindingKind::RapidCollision;
-                let is_rapid = m.is_rapid_of_tool() && view.is_asked(rapid, None, line);
+                let is_rapid = m.is_rapid_of_tool() && view.is_tested(rapid, None, line);
                 let in_rapid = view.in_rapid.iter().filter(|_| is_rapid);
                 let key = Key::of_cutter(rapid, stock);
                 steps.extend(in_rapid.map(|cutter| step(Step::Ask(cutter.along(segment)), Some(key))));
                 let holder = FindingKind::HolderCollision;
-                let sections = view.sections.iter().filter(|(k, _)| view.is_asked(holder, Some(*k), line));
+                let sections = view.sections.iter().filter(|(k, _)| view.is_tested(holder, Some(*k), line));
                 steps.extend(sections.map(|(k, body)| {
                     let sweep = Sweep { body, from: segment.from, to: segment.to };
                     step(Step::Ask(sweep), Some(Key::of_body(holder, *k, stock)))

@@ -28,7 +28,7 @@ const COARSER: f64 = 8.0;
 pub(crate) struct Task<'a> {
     step: usize,
     part: SweepPart<'a>,
-    is_asked: bool,
+    is_tested: bool,
 }
 
 /// A part that is near material.
@@ -64,10 +64,10 @@ pub(crate) fn tasks<'a>(grid: &DexelGrid, steps: &'a [Step<'a>], tolerance: f64)
     let map_from_work = grid.work_from_map().inverse();
     let mut tasks = Vec::with_capacity(steps.len());
     for (step, kind) in steps.iter().enumerate() {
-        let is_asked = matches!(kind, Step::Ask(_));
-        let purpose = if is_asked { Purpose::Ask { coarser: COARSER } } else { Purpose::Cut };
+        let is_tested = matches!(kind, Step::Ask(_));
+        let purpose = if is_tested { Purpose::Ask { coarser: COARSER } } else { Purpose::Cut };
         let parts = kind.sweep().parts(step, &map_from_work, tolerance, purpose)?;
-        tasks.extend(parts.into_iter().map(|part| Task { step, part, is_asked }));
+        tasks.extend(parts.into_iter().map(|part| Task { step, part, is_tested }));
     }
     Ok(tasks)
 }
@@ -79,7 +79,7 @@ pub(crate) struct Wider(HashMap<usize, TurnedBody>);
 impl Wider {
     pub(crate) fn of(tasks: &[Task], tolerance: f64) -> Self {
         let mut bodies = HashMap::new();
-        for Task { part, .. } in tasks.iter().filter(|t| t.is_asked && t.part.n_pieces > 1) {
+        for Task { part, .. } in tasks.iter().filter(|t| t.is_tested && t.part.n_pieces > 1) {
             let dilated = || part.body.dilated((COARSER + 1.0) * tolerance);
             bodies.entry(std::ptr::from_ref(part.body).addr()).or_insert_with(dilated);
         }
@@ -126,9 +126,9 @@ impl<'a> Plan<'a> {
 impl DexelMap {
     /// A task as it is looked at, and the tiles that it is near; `None` where there is none.
     fn job<'a>(&self, task: &Task<'a>, wider: &'a Wider, tolerance: f64) -> Option<(Job<'a>, Vec<u32>)> {
-        let (Task { step, part, is_asked }, grid) = (*task, &self.grid);
+        let (Task { step, part, is_tested }, grid) = (*task, &self.grid);
         let whole = part.pieces(1).next()?;
-        let coarse = wider.body(part.body).filter(|_| is_asked && part.n_pieces > 1);
+        let coarse = wider.body(part.body).filter(|_| is_tested && part.n_pieces > 1);
         let mut swept = match coarse {
             Some(body) => Swept::straight(body, whole, grid)?,
             None if part.n_pieces > 1 => Swept::turning(&part, tolerance, grid)?,

@@ -129,9 +129,9 @@ impl<'a> Skin<'a> {
         }
     }
 
-    fn triangle(&mut self, is_as_told: bool, a: usize, b: usize, c: usize) {
+    fn triangle(&mut self, keeps_order: bool, a: usize, b: usize, c: usize) {
         // `TriMesh::new` refuses vertices that 32 bits do not count.
         let [a, b, c] = [a, b, c].map(|v| u32::try_from(v).unwrap_or(u32::MAX));
-        self.triangles.push(if is_as_told { [a, b, c] } else { [a, c, b] });
+        self.triangles.push(if keeps_order { [a, b, c] } else { [a, c, b] });
     }
 }

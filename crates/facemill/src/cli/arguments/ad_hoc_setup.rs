@@ -103,8 +103,8 @@ impl StandArguments {
             MeshFormat::Gltf => Some(["metres", "y"]),
             MeshFormat::Obj | MeshFormat::Stl => Some(["millimetres", "z"]),
         };
-        let of_each = |told: &dyn Fn(&Path, [&str; 2]) -> String| {
-            let all = meshes.iter().filter_map(|mesh| Some(told(mesh, taken(mesh)?)));
+        let of_each = |describe: &dyn Fn(&Path, [&str; 2]) -> String| {
+            let all = meshes.iter().filter_map(|mesh| Some(describe(mesh, taken(mesh)?)));
             all.collect::<Vec<_>>().join(", ")
         };
         [

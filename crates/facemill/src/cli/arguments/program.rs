@@ -99,16 +99,16 @@ fn no_other_format(path: &Path, head: &[u8]) -> Result<(), Failure> {
 }
 
 /// Returns the index of the setup of this name or number.
-fn setup_of(job: &Job, asked: Option<&str>) -> Result<usize, Failure> {
+fn setup_of(job: &Job, requested: Option<&str>) -> Result<usize, Failure> {
     let setups = &job.file.setups;
     let names: Vec<&str> = setups.iter().map(|s| s.name.as_str()).collect();
-    let Some(asked) = asked else {
+    let Some(requested) = requested else {
         return match setups.len() {
             1 => Ok(0),
             _ => Err(job.wrong(format!("has several setups; choose one with --setup: {}", names.join(", ")))),
         };
     };
-    let number = asked.parse::<usize>().ok().filter(|n| (1..=setups.len()).contains(n));
-    let found = names.iter().position(|n| *n == asked).or(number.map(|n| n - 1));
-    found.ok_or_else(|| job.wrong(format!("has no setup \"{asked}\"; it has {}", names.join(", "))))
+    let number = requested.parse::<usize>().ok().filter(|n| (1..=setups.len()).contains(n));
+    let found = names.iter().position(|n| *n == requested).or(number.map(|n| n - 1));
+    found.ok_or_else(|| job.wrong(format!("has no setup \"{requested}\"; it has {}", names.join(", "))))
 }

@@ -15,7 +15,7 @@ const SETTLING: f64 = 10.0;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Forecast {
     /// Time of the last forecast, s since the start of the stage, and its remaining time, s.
-    told: Option<[f64; 2]>,
+    last: Option<[f64; 2]>,
 }
 
 impl Forecast {
@@ -26,12 +26,12 @@ impl Forecast {
             return None;
         }
         let estimate = elapsed * (1.0 - share.min(1.0)) / share;
-        let left = self.told.map_or(estimate, |[at, left]| {
+        let left = self.last.map_or(estimate, |[at, left]| {
             let passed = (elapsed - at).max(0.0);
             let counted = (left - passed).max(0.0);
             counted + (estimate - counted) * -(-passed / SETTLING).exp_m1()
         });
-        self.told = Some([elapsed, left]);
+        self.last = Some([elapsed, left]);
         Some(left)
     }
 }

@@ -32,13 +32,13 @@ impl PlannedStockReport {
     }
 
     /// Returns the report on a program whose positions and certificates alone were requested.
-    pub fn not_asked(is_verified: bool) -> Self {
-        Self::not_cut(not_asked(is_verified))
+    pub fn not_requested(is_verified: bool) -> Self {
+        Self::not_cut(not_requested(is_verified))
     }
 }
 
 /// Returns the reason why the stock is not cut without a fault.
-pub fn not_asked(is_verified: bool) -> &'static str {
+pub fn not_requested(is_verified: bool) -> &'static str {
     if is_verified { "it was not requested" } else { "the program was not verified" }
 }
 

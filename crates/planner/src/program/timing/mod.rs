@@ -130,18 +130,18 @@ pub(crate) fn time_program(
     let timer = timer.with_rounded_vectors(vector_rounding(written, &runs));
     let laws: Result<Vec<RunLaw>, String> = runs.par_iter().map(|run| timer.time(run)).collect();
     let laws = laws.map_err(|e| Failure::Internal(format!("time law: {e}")))?;
-    let mut told = TimeLawReport { stops_at_corners: stops_at_corners(tolerance), ..TimeLawReport::default() };
+    let mut report = TimeLawReport { stops_at_corners: stops_at_corners(tolerance), ..TimeLawReport::default() };
     let flat = laws.iter().flat_map(|law| (0..law.times.len()).map(move |k| (law, k)));
     for (at, (law, k)) in (0..timed.moves.len()).zip(flat) {
         let m = timed.moves[at];
         if job.file.feeds_within == FeedsWithin::Acceleration && m.limit.is_some() {
             slower[at] = reachable(m.time, law.peak_times[k]).map_or(1.0, |time| lowered(job, timed, &m, time));
-            told.lowered_blocks += usize::from(slower[at] > 1.0);
+            report.lowered_blocks += usize::from(slower[at] > 1.0);
         }
     }
-    told.tool_vectors = tool_vectors(&timer, job, &runs, &laws, &timed.moves)
+    report.tool_vectors = tool_vectors(&timer, job, &runs, &laws, &timed.moves)
         .map_err(|e| Failure::Internal(format!("time law: {e}")))?;
-    timed.time_law = Some(told);
+    timed.time_law = Some(report);
     without_chips(&timer, job, runs, &laws, timed).map_err(|e| Failure::Internal(format!("time law: {e}")))?;
     Ok(slower)
 }
@@ -193,7 +193,7 @@ fn without_chips(
     let n_cuts = is_cut.iter().filter(|cut| **cut).count();
     // With two heads each has its own feeds, which are reported at constant speeds.
     timed.chips_by_law = n_cuts == timed.cut_feeds.len();
-    if !timed.chips_by_law || timed.cut_feeds.iter().all(|c| c.asked.law == FeedLaw::Given) {
+    if !timed.chips_by_law || timed.cut_feeds.iter().all(|c| c.programmed.law == FeedLaw::Given) {
         return Ok(());
     }
     let blocks = runs.iter_mut().flat_map(|run| &mut run.blocks).zip(&timed.moves);
@@ -283,7 +283,7 @@ fn lowered(job: &Job, timed: &mut Timed, m: &TimedMove, time: f64) -> f64 {
 /// Sums of a program's times.
 #[derive(Default)]
 struct Tally {
-    told: TimeLawReport,
+    report: TimeLawReport,
     held_back: BTreeMap<String, f64>,
 }
 
@@ -297,9 +297,9 @@ impl Tally {
         limit: Option<MotionLimit>,
     ) {
         let sum = match kind {
-            MoveKind::Cut => &mut self.told.passes_time_s,
-            MoveKind::Approach | MoveKind::Engage => &mut self.told.approach_time_s,
-            MoveKind::Rapid => &mut self.told.rapid_time_s,
+            MoveKind::Cut => &mut self.report.passes_time_s,
+            MoveKind::Approach | MoveKind::Engage => &mut self.report.approach_time_s,
+            MoveKind::Rapid => &mut self.report.rapid_time_s,
         };
         *sum += time;
         if let (MoveKind::Cut, Some(limit)) = (kind, limit) {
@@ -308,12 +308,12 @@ impl Tally {
     }
 
     fn finish(mut self) -> TimeLawReport {
-        let all = self.told.passes_time_s.max(f64::MIN_POSITIVE);
+        let all = self.report.passes_time_s.max(f64::MIN_POSITIVE);
         let held_back = self.held_back.into_iter();
-        self.told.held_back_by = held_back.map(|(limit, time)| HeldBackReport { limit, share: time / all }).collect();
-        self.told.held_back_by.sort_by(|a, b| b.share.total_cmp(&a.share).then_with(|| a.limit.cmp(&b.limit)));
-        self.told.total_time_s = self.told.passes_time_s + self.told.approach_time_s + self.told.rapid_time_s;
-        self.told
+        self.report.held_back_by = held_back.map(|(limit, time)| HeldBackReport { limit, share: time / all }).collect();
+        self.report.held_back_by.sort_by(|a, b| b.share.total_cmp(&a.share).then_with(|| a.limit.cmp(&b.limit)));
+        self.report.total_time_s = self.report.passes_time_s + self.report.approach_time_s + self.report.rapid_time_s;
+        self.report
     }
 }
 

@@ -27,10 +27,10 @@ pub(crate) fn time_text(
     let internal = |e: String| Failure::Internal(format!("times: {e}"));
     let motions = motions(at, written, &planned).map_err(internal)?;
     timed.rapid_time = motions.rapid_time;
-    let Some(told) = timed.time_law.take() else { return Ok(()) };
+    let Some(report) = timed.time_law.take() else { return Ok(()) };
     let laws = motions.laws(views, machine, written.control).map_err(internal)?;
     let meant = motions.meant;
-    let mut tally = Tally { told, ..Tally::default() };
+    let mut tally = Tally { report, ..Tally::default() };
     let each = laws.iter().flat_map(|law| (0..law.times.len()).map(move |k| (law, k)));
     for ((law, k), meant) in each.zip(&meant) {
         let limit = law.limits.get(k).copied().flatten();

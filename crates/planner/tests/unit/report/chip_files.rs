@@ -16,8 +16,13 @@ fn every_line_has_the_cells_of_the_head() {
     let mut csv = String::from(HEAD);
     line(&mut csv, "suction", &point, 2000.0);
     let law = facemill_job::validate::tip_feed::FeedLaw::Given;
-    point.arrival =
-        Some(crate::report::chip_points::Arrival { before: 1000.0, after: 800.0, asked: 800.0, law, added_time: 0.0 });
+    point.arrival = Some(crate::report::chip_points::Arrival {
+        before: 1000.0,
+        after: 800.0,
+        programmed: 800.0,
+        law,
+        added_time: 0.0,
+    });
     point.line = Some(48);
     line(&mut csv, "suction", &point, 2000.0);
     let lines: Vec<Vec<&str>> = csv.lines().map(|l| l.split(',').collect()).collect();

@@ -11,7 +11,7 @@ use facemill_nc_program::{AxisLetter, AxisWords, ReadMotion};
 #[derive(Clone, Debug, Default)]
 pub struct RolledWords {
     /// The words behind the last motion, as the text has them.
-    told: AxisWords,
+    programmed: AxisWords,
 }
 
 impl RolledWords {
@@ -34,7 +34,7 @@ impl RolledWords {
         if !motion.position.is_programmed(letter) {
             return from;
         }
-        match self.told.get(letter).filter(|_| motion.position.is_way(letter)) {
+        match self.programmed.get(letter).filter(|_| motion.position.is_way(letter)) {
             Some(before) => from + in_values(word - before),
             None => axis.led_to(from, zero, in_values(word)),
         }
@@ -49,6 +49,6 @@ impl RolledWords {
 
     /// Goes on behind a motion.
     pub fn go_on(&mut self, motion: &ReadMotion) {
-        self.told = motion.position.words();
+        self.programmed = motion.position.words();
     }
 }

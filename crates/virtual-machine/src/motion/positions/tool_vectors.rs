@@ -51,11 +51,11 @@ const SAME_LENGTH: f64 = 1e-3;
 pub fn not_unit(tool: &ToolVectors) -> impl Iterator<Item = &'static str> {
     let is_unit = |v: [f64; 3]| (Vector3::from(v).norm() - 1.0).abs() <= SAME_LENGTH;
     let of = |v: Option<[f64; 3]>, note| v.filter(|v| !is_unit(*v)).map(|_| note);
-    let told = [
+    let vectors = [
         of(tool.axis, "TX TY TZ: the control takes the tool's axis as it stands"),
         of(tool.normal, "NX NY NZ: the control takes the surface normal as it stands"),
     ];
-    told.into_iter().flatten()
+    vectors.into_iter().flatten()
 }
 
 /// Axis values at the end of a block from `from` with the tip at `tip` (table frame) and the tool
