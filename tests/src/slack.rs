@@ -136,7 +136,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn slacks_are_of_blocks_that_touch_and_deeper_samples_are_told() {
+    fn slacks_are_of_blocks_that_touch_and_deeper_samples_are_reported() {
         let block = |line, sampled, proven| BlockSlack { line, sampled, proven };
         let file = serde_json::json!({ "blocks": 9, "certified": 6 });
         let all = [

@@ -213,7 +213,7 @@ impl PairWriter<'_> {
         }
         let speed = spindle_speed(rpm, &place)?;
         let own = self.channels.iter().position(|c| Some(c.head.spindle_number) == spindle);
-        let why = "a spindle must be told by the number of one head's";
+        let why = "a spindle must be named by the number of one head's";
         let own = own.ok_or(WriteError::NotInChannels { place, why })?;
         self.texts[own].block(&format!("S{speed} {}", spindle_code(clockwise)));
         Ok(())

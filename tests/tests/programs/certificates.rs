@@ -73,7 +73,7 @@ fn no_block_is_deeper_or_nearer_at_any_sampled_time_than_its_certificate_says() 
 }
 
 #[test]
-fn certificates_are_the_same_bytes_on_one_and_two_threads_and_written_only_when_asked_for() {
+fn certificates_are_the_same_bytes_on_one_and_two_threads_and_written_only_when_requested() {
     let job = tiny_patch();
     let planes = "/operations/0/path/strategy/strategy/parallel_planes";
     job.set("job.json", &[(&format!("{planes}/from_mm"), json!(-1.5)), (&format!("{planes}/to_mm"), json!(1.5))]);
@@ -92,7 +92,7 @@ fn certificates_are_the_same_bytes_on_one_and_two_threads_and_written_only_when_
 }
 
 #[test]
-fn a_motion_that_a_template_adds_behind_the_body_is_told_and_not_certified() {
+fn a_motion_that_a_template_adds_behind_the_body_is_reported_and_not_certified() {
     let job = tiny_patch();
     let planes = "/operations/0/path/strategy/strategy/parallel_planes";
     job.set("job.json", &[(&format!("{planes}/from_mm"), json!(-0.1)), (&format!("{planes}/to_mm"), json!(0.1))]);

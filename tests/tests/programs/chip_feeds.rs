@@ -185,7 +185,7 @@ fn steepest(job: &JobFolder) -> f64 {
 }
 
 #[test]
-fn chips_are_nowhere_thicker_than_asked_even_where_the_removal_rate_has_its_smallest_feed() {
+fn chips_are_nowhere_thicker_than_requested_even_where_the_removal_rate_has_its_smallest_feed() {
     let plain = plate(&[]);
     let teeth = number(&plain.json("tool.json")["n_inserts"]);
     let rpm = number(&plain.json("job.json")["operations"][0]["feeds"]["spindle_rpm"]);
@@ -336,7 +336,7 @@ fn feeds_that_contradict_each_other_are_refused_by_name() {
 /// Thinner chips than the control's smallest F leaves are refused, and the least thickness that the
 /// message names works.
 #[test]
-fn the_least_chip_thickness_is_told_and_works() {
+fn the_least_chip_thickness_is_reported_and_works() {
     let job = plate(&[]);
     let ask = |max: f64| {
         job.set("job.json", &[("/operations/0/feeds/chip_thickness", json!({ "max_mm": max }))]);

@@ -107,7 +107,7 @@ fn a_plan_tells_its_summary_as_json_or_nothing() {
 }
 
 #[test]
-fn an_example_is_for_the_machine_and_control_that_are_asked_for() {
+fn an_example_is_for_the_requested_machine_and_control() {
     let f = tiny_patch();
     let dir = f.path("new").display().to_string();
     let told = facemill_in(&f, &format!("new patch {dir} --size-mm 100 --machine table-table-a-c --dialect haas"));

@@ -251,7 +251,7 @@ fn refused(machine: &Machine, dialect: Dialect, text: &str) -> String {
 /// A flat disc across a plane takes a rectangle; a ball alone takes the segment of its circle below
 /// the stock's surface.
 #[test]
-fn chip_areas_of_simple_cases_are_told() {
+fn chip_areas_of_simple_cases_are_reported() {
     let told = |arguments: &[&str]| {
         let output = run(&[&["chip-area"], arguments].concat());
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -472,7 +472,7 @@ fn a_template_that_changes_what_f_counts_is_refused() {
 /// its report, with one block deeper it gouges there, and words that are not understood are
 /// reported with their lines.
 #[test]
-fn programs_from_anywhere_are_run_as_the_job_stands() {
+fn programs_from_anywhere_are_run_with_the_job_unchanged() {
     let (job, planned) = (small_patch(), small_patch_planned());
     // Its passes are a band of the region.
     job.set("job.json", &[unfinished()]);

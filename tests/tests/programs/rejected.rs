@@ -28,7 +28,7 @@ fn plan(job: &JobFolder) -> (i32, String) {
 }
 
 #[test]
-fn a_program_with_faults_has_a_name_of_its_own_and_what_is_left_of_an_earlier_plan_is_told() {
+fn a_program_with_faults_has_a_name_of_its_own_and_remains_of_an_earlier_plan_are_reported() {
     let job = tiny_patch();
     assert_eq!(plan(&job).0, 0);
     assert_eq!(programs(&job), ["program.apt", "program.nc"]);

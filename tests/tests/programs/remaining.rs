@@ -111,7 +111,7 @@ fn feeds_far_below_the_jobs_are_a_note_and_no_fault() {
 }
 
 #[test]
-fn the_region_is_the_surface_asked_for_and_not_the_passes_on_it() {
+fn the_region_is_the_requested_surface_and_not_the_passes_on_it() {
     let job = tiny_patch();
     job.set("job.json", &[("/operations/0/path/strategy/edge_margin_mm", json!(12.0))]);
     let plan = planned(&job);
@@ -165,7 +165,7 @@ fn tells_what_is_left(plan: &Planned) -> RemainingOnRegion {
 }
 
 #[test]
-fn a_valley_that_the_cutter_does_not_fit_into_is_told_with_its_height_and_place() {
+fn a_valley_that_the_cutter_does_not_fit_into_is_reported_with_its_height_and_place() {
     // Radius 8, 4 mm deep.
     let arc = (-10..=10).map(|k| {
         let x = 0.69 * f64::from(k);
@@ -180,7 +180,7 @@ fn a_valley_that_the_cutter_does_not_fit_into_is_told_with_its_height_and_place(
 }
 
 #[test]
-fn a_foot_of_a_wall_that_no_pass_reaches_is_told_with_its_height_and_place() {
+fn a_foot_of_a_wall_that_no_pass_reaches_is_reported_with_its_height_and_place() {
     // A floor, and a wall of 20 mm with a foot of radius 1.
     let foot = (1..=4).map(|k| {
         let (sin, cos) = (f64::from(k) * std::f64::consts::FRAC_PI_8).sin_cos();

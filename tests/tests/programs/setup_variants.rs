@@ -215,7 +215,7 @@ fn a_clamp_is_kept_off_and_what_it_forbids_is_left_out() {
 }
 
 #[test]
-fn two_setups_write_two_programs_and_each_stands_for_itself() {
+fn two_setups_write_two_complete_programs() {
     let job = tiny_patch();
     let file = job.json("job.json");
     let mut turned = file["setups"][0].clone();

@@ -127,7 +127,7 @@ fn the_file_obeys_the_schema_that_is_checked_in_and_unknown_keys_are_refused() {
 }
 
 #[test]
-fn what_does_not_exist_is_told_with_what_does() {
+fn missing_items_are_reported_with_the_existing_ones() {
     let job = crowded();
     let (file, out) = (job.job(), job.path("out"));
     let cases: [(&[&str], &[&str]); 6] = [

@@ -347,7 +347,7 @@ fn plan_unverified(job: &JobFolder) -> Planned {
 
 /// A template that forgets to switch RTCP off on the way home, and to end.
 #[test]
-fn a_template_that_leaves_rtcp_on_and_does_not_end_is_told() {
+fn a_template_that_leaves_rtcp_on_and_does_not_end_is_reported() {
     let template = Dialect::Fanuc.template().text;
     let (head, end) = template.rsplit_once("{% endif %}\nG49\n").unwrap();
     let own = format!("{head}{{% endif %}}\n{}", end.replace("M30\n", ""));

@@ -248,7 +248,7 @@ fn cusps_of_tool_vectors_are_those_of_rotary_words() {
 /// A strip without passes keeps its allowance and is reported as such, and the bottom too; walls
 /// along the lines are not measured.
 #[test]
-fn what_was_not_reached_is_told_apart_from_what_was_left() {
+fn unreached_material_is_distinguished_from_material_left() {
     let found = verified(&plate(), &program(1, 0.0), 0.5, Some(0.04)).unwrap();
     let (drive, part) = (&report(&found).drive, &report(&found).part);
     let left = drive.largest_not_reached.unwrap();
@@ -264,7 +264,7 @@ fn what_was_not_reached_is_told_apart_from_what_was_left() {
 }
 
 #[test]
-fn a_planted_gouge_is_told_with_its_depth_and_place_and_is_red() {
+fn a_planted_gouge_is_reported_with_its_depth_and_place_and_is_red() {
     let job = plate();
     let found = verified(&job, &program(1, 0.15), 0.3, Some(0.04)).unwrap();
     let report = report(&found);

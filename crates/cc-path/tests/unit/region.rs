@@ -25,7 +25,7 @@ fn a_cone_keeps_the_triangles_that_face_its_axis() {
 }
 
 #[test]
-fn groups_are_found_by_name_and_a_wrong_name_is_told_with_the_right_ones() {
+fn groups_are_found_by_name_and_a_wrong_name_is_reported_with_the_right_ones() {
     let p = plane(10.0, 10.0, 2, 2);
     let group = |name: &str, triangles| Group { name: name.to_owned(), triangles };
     let groups = vec![group("hub", 0..3), group("blade", 3..8)];
@@ -41,7 +41,7 @@ fn groups_are_found_by_name_and_a_wrong_name_is_told_with_the_right_ones() {
 }
 
 #[test]
-fn a_box_beside_the_surface_and_an_empty_mesh_are_told_apart() {
+fn a_box_beside_the_surface_and_an_empty_mesh_are_distinguished() {
     let s = surface(plane(10.0, 10.0, 2, 2));
     let bounds = Some(Aabb { min: Point3::new(20.0, 0.0, 0.0), max: Point3::new(30.0, 1.0, 1.0) });
     let e = triangles_of(&s, &Region { bounds, ..Region::default() }).unwrap_err();

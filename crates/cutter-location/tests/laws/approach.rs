@@ -252,7 +252,7 @@ fn an_entry_goes_into_stock_no_more_steeply_than_the_tool_may() {
 }
 
 #[test]
-fn a_smaller_arc_of_the_same_angle_is_taken_where_something_stands_behind() {
+fn a_smaller_arc_of_the_same_angle_is_taken_where_something_is_behind() {
     let tree = MeshTree::new(&plane(600.0));
     let machine = machine();
     let tool = tool(25.0, 2.0, 20.0);
@@ -374,7 +374,7 @@ fn a_lid_over_the_pass_blocks_the_retract_and_is_named() {
 }
 
 #[test]
-fn what_stands_between_the_poses_of_an_arc_is_seen() {
+fn obstacles_between_the_poses_of_an_arc_are_seen() {
     let tree = MeshTree::new(&plane(900.0));
     let machine = machine();
     let tool = tool(25.0, 2.0, 20.0);

@@ -165,7 +165,7 @@ fn a_place_beside_the_curve_is_found_again_behind_many_points_without_one() {
 }
 
 #[test]
-fn a_point_with_room_for_its_node_only_stands_in_it() {
+fn a_point_with_room_for_its_node_only_stays_in_it() {
     // One tilt, so none above can be tried; rotates of the graph's lattice, which the fine one does
     // not have.
     let (tilts, rotates) = ([12.0, 12.0], [-20.0, -60.0]);

@@ -86,7 +86,7 @@ fn tip_at(test: &PoseTest<'_>, w: &Waypoint) -> Point3<f64> {
 }
 
 #[test]
-fn a_pose_is_judged_on_the_branch_that_is_asked_for() {
+fn a_pose_is_judged_on_the_requested_branch() {
     let (machine, tool) = (lopsided(), tool(16.0, 2.0, 20.0));
     let mut random = Random::new(31);
     let (mut free, mut differ) = (0, 0);
@@ -216,7 +216,7 @@ fn a_link_to_the_other_branch_changes_over_above_the_clearance_surface() {
 }
 
 #[test]
-fn a_change_of_branch_that_is_blocked_is_told_as_one() {
+fn a_change_of_branch_that_is_blocked_is_reported_as_one() {
     let (machine, tool) = (lopsided(), tool(16.0, 2.0, 20.0));
     let balls = columns();
     let trees = trees(&balls);

@@ -116,7 +116,7 @@ fn what_the_other_head_is_in_the_way_of_is_no_pose() {
 }
 
 #[test]
-fn bodies_of_the_other_head_are_held_against_nothing_of_the_workpiece_here() {
+fn bodies_of_the_other_head_are_tested_against_nothing_of_the_workpiece_here() {
     // A plate that the other head's ram is in, and nothing of this head.
     let views = heads(PRESETS[0]);
     let own = tool(30.0, 4.0, 30.0);

@@ -67,7 +67,7 @@ fn a_free_link_is_direct() {
 }
 
 #[test]
-fn a_link_is_lifted_over_what_stands_between_and_no_higher_than_twice_as_needed() {
+fn a_link_is_lifted_over_obstacles_and_no_higher_than_twice_as_needed() {
     let (machine, tool) = (machine(), tool(25.0, 2.0, 20.0));
     for radius in [15.0, 45.0, 100.0] {
         let balls = [Ball { center: Point3::new(0.0, 0.0, 0.0), radius }];

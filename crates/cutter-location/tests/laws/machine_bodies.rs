@@ -61,7 +61,7 @@ fn deepest(machine: &Machine, tool: &ToolAssembly, axes: &AxisValues, random: &m
 }
 
 #[test]
-fn what_a_post_on_the_bed_is_in_the_way_of_is_no_pose_wherever_the_table_stands() {
+fn a_pose_that_a_post_on_the_bed_blocks_is_refused_wherever_the_table_is() {
     let (machine, tool) = (with_post(700.0), tool(16.0, 2.0, 20.0));
     let cell = workcell(&machine, &tool, vec![]);
     let test = PoseTest::new(&cell);

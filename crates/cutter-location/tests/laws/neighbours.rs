@@ -116,7 +116,7 @@ fn left_by_balls(passes: &[CutPass], from: &CcPoint, to: &CcPoint) -> f64 {
 }
 
 #[test]
-fn passes_five_apart_are_told_as_five_apart_with_the_cusp_that_balls_leave() {
+fn passes_five_apart_are_reported_as_such_with_the_cusp_that_balls_leave() {
     let arc_on_saddle = |number: f64| {
         // y of the parabola −y²/400 at this arc length.
         let (mut y, arc) = (0.0, STEP * number);

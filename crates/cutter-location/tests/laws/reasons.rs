@@ -36,7 +36,7 @@ fn an_axis_limit_is_named_with_axis_value_and_limits() {
 }
 
 #[test]
-fn leaving_the_cone_is_told_with_the_angle_outside() {
+fn leaving_the_cone_is_reported_with_the_angle_outside() {
     let tree = MeshTree::new(&plane(400.0));
     let (machine, tool) = (machine(), tool(16.0, 2.0, 12.0));
     let cone = AxisCone { axis: Vector3::z_axis(), half_angle: 5f64.to_radians() };

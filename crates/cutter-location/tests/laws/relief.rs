@@ -95,7 +95,7 @@ fn reported_changes_free_the_point_and_95_percent_of_them_do_not() {
 }
 
 #[test]
-fn a_change_that_opens_only_a_short_stretch_is_told_and_less_of_it_opens_none() {
+fn a_change_that_opens_only_a_short_stretch_is_reported_and_less_of_it_opens_none() {
     let floor = MeshTree::new(&plane(900.0));
     let (machine, tool) = (machine(), tool(25.0, 2.0, 12.0));
     // Toward its end the tilt grows by degrees from one of the paper's steps to the next.
@@ -125,7 +125,7 @@ fn a_change_that_opens_only_a_short_stretch_is_told_and_less_of_it_opens_none() 
 }
 
 #[test]
-fn a_posture_that_was_only_stepped_over_is_told_by_the_width_that_finds_it() {
+fn a_skipped_posture_is_reported_with_the_width_that_finds_it() {
     let floor = MeshTree::new(&plane(900.0));
     let (machine, tool) = (machine(), tool(25.0, 2.0, 12.0));
     let curve = curve_deg([2.0, 0.0], [30.0, 0.0], SearchOrder::TiltFirst, 1.0);

@@ -28,7 +28,7 @@ fn a_new_workcell_tests_the_table() {
 }
 
 #[test]
-fn a_new_workcell_has_every_body_that_stands_still_against_the_workpiece() {
+fn a_new_workcell_has_every_body_that_rests_against_the_workpiece() {
     let tool = tool(16.0, 2.0, 12.0);
     for name in preset_names() {
         for machine in Machine::heads_from_json(preset(name).unwrap().as_bytes()).unwrap() {

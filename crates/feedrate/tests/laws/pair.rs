@@ -86,7 +86,7 @@ fn no_limit_is_exceeded_and_one_is_met() {
 }
 
 #[test]
-fn a_head_that_stands_still_or_does_not_cut_changes_nothing() {
+fn a_head_that_rests_or_does_not_cut_changes_nothing() {
     let range = FeedRange { min: 300.0, max: 6000.0, rapid: None };
     for_cases(|mut case| {
         for head in 0..2 {

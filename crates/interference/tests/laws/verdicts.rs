@@ -256,7 +256,7 @@ fn open_mesh_has_no_inside() {
 }
 
 #[test]
-fn inside_is_told_however_triangles_are_wound_and_components_overlap() {
+fn inside_is_known_however_triangles_are_wound_and_components_overlap() {
     let ball = frustum([0.0, 0.0], [0.0, 0.0], 0.5);
     let is_hit = |mesh: &TriMesh, x: f64| !MeshTree::new(mesh).verdict(&ball, &shifted(x, 0.3, 0.2), None).is_free();
     let one = cube(10.0, 2);

@@ -159,7 +159,7 @@ pub enum FieldProblem {
     /// Two joints have the same address.
     #[error(
         "is the address of another joint already; axes of a second head take a number (X2), and an axis that two heads \
-         share stands in workpiece_chain alone"
+         share belongs in workpiece_chain alone"
     )]
     DuplicateAxis,
     /// A name is empty.

@@ -140,7 +140,7 @@ fn limits_over_a_range_are_those_of_every_pose_in_it() {
 }
 
 #[test]
-fn sets_that_hold_the_pole_are_unknown_and_those_out_of_reach_are_told() {
+fn sets_that_hold_the_pole_are_unknown_and_those_out_of_reach_are_reported() {
     let machine = Machine::head_b_table_c().unwrap();
     let set = |tilt: f64, turn: f64| PoseSet {
         cl: ClPoint {

@@ -128,7 +128,7 @@ fn singular_direction_is_the_first_rotary_axis() {
 
 /// With two linear axes the reach is that for the reported tip.
 #[test]
-fn reach_with_two_linear_axes_is_told_for_its_tip() {
+fn reach_with_two_linear_axes_is_reported_for_its_tip() {
     let machine = dual_mill_head();
     let reach = machine.axis_reach().unwrap();
     let tip = reach.tip.unwrap();

@@ -191,7 +191,7 @@ fn units_vectors_and_known_speeds_are_taken() {
 }
 
 #[test]
-fn faults_are_told_with_line_and_element() {
+fn faults_are_reported_with_line_and_element() {
     let refusal = |from: &str, to: &str| {
         assert!(SMALL.contains(from), "{from}");
         import_autodesk_machine(&SMALL.replace(from, to)).unwrap_err().to_string()

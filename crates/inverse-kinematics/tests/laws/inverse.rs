@@ -207,7 +207,7 @@ fn turns_beyond_180_degrees_are_used_where_the_limits_ask_for_them() {
 }
 
 #[test]
-fn limits_are_told_with_axis_and_value_and_their_ends_are_reached() {
+fn limits_are_reported_with_axis_and_value_and_their_ends_are_reached() {
     let machine = Machine::head_b_table_c().unwrap();
     let lean = 120f64.to_radians();
     let cl = ClPoint {

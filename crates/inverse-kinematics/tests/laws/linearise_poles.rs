@@ -114,7 +114,7 @@ fn a_corner_at_the_pole_is_refused_with_its_place() {
 }
 
 #[test]
-fn ends_of_reach_and_limits_are_told_with_their_place() {
+fn ends_of_reach_and_limits_are_reported_with_their_place() {
     let cutting = settings(CuttingLaw::AxesLinear, 0.01, 0.001, 0.02);
     let mill = Machine::head_b_table_c().unwrap();
     let far = ClPoint { tip: Point3::new(1e5, 0.0, 0.0), axis: leaning(3.0, 0.0) };

@@ -84,7 +84,7 @@ fn schema_knows_every_key_of_the_preset() {
 }
 
 #[test]
-fn faults_are_told_with_field_and_axis() {
+fn faults_are_reported_with_field_and_axis() {
     assert_eq!(
         refusal(|f| prismatic(&mut f.tool_chains[0].rows[1]).max_mm = -3000.0),
         "tool_chains[0].rows[1].joint.prismatic.max_mm (axis X): is -3000, which is below the minimum -2600"
@@ -104,7 +104,7 @@ fn faults_are_told_with_field_and_axis() {
     assert_eq!(
         refusal(|f| revolute(&mut f.tool_chains[0].rows[3]).axis = "C".into()),
         "tool_chains[0].rows[3].joint (axis C): is the address of another joint already; axes of a second head \
-             take a number (X2), and an axis that two heads share stands in workpiece_chain alone"
+             take a number (X2), and an axis that two heads share belongs in workpiece_chain alone"
     );
     assert!(refusal(|f| f.tool_chains[0].rows[4].d_mm = f64::NAN).starts_with("tool_chains[0].rows[4].d_mm: "));
     assert!(refusal(|f| f.tool_chains[0].rows[4].bodies[1].clearance_mm = -1.0).contains("bodies[1].clearance_mm"));
@@ -287,7 +287,7 @@ fn shapes_are_placed_as_the_file_says() {
 }
 
 #[test]
-fn assumed_values_are_told_and_those_of_no_axis_refused() {
+fn assumed_values_are_reported_and_those_of_no_axis_refused() {
     let assumed = |value, axes: &[&str]| AssumedFile { value, axes: axes.iter().map(|&a| a.to_owned()).collect() };
     let mut file = Machine::head_b_table_c().unwrap().to_file();
     file.assumed = vec![assumed(AssumedValue::MaxJerk, &["B"]), assumed(AssumedValue::Limits, &[])];

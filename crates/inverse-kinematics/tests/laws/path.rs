@@ -290,7 +290,7 @@ fn past_the_pole(distance: f64, n: usize) -> Vec<ClPoint> {
 }
 
 #[test]
-fn poses_in_the_singular_cone_are_told_with_the_turn_they_ask_for() {
+fn poses_in_the_singular_cone_are_reported_with_the_turn_they_ask_for() {
     let machine = Machine::head_b_table_c().unwrap();
     let c = machine.axis_index("C").unwrap();
     for distance in [1e-2, 1e-4, 1e-8] {
@@ -384,7 +384,7 @@ fn a_free_axis_turns_on_links_where_there_are_any() {
 }
 
 #[test]
-fn an_axis_that_is_free_all_along_stays_where_it_stands() {
+fn an_axis_that_is_free_all_along_stays_where_it_is() {
     let machine = Machine::head_b_table_c().unwrap();
     let c = machine.axis_index("C").unwrap();
     let poses: Vec<ClPoint> =

@@ -15,7 +15,7 @@ pub enum WriteError {
         message: String,
     },
     /// The motions have no place, or more than one.
-    #[error("template {name}: `{{{{ body }}}}` must stand alone on exactly one line, and stands on {count}")]
+    #[error("template {name}: `{{{{ body }}}}` must stand alone on exactly one line, and occurs on {count}")]
     TemplateBody {
         /// File name.
         name: String,

@@ -41,7 +41,7 @@ pub enum ReadFault {
     #[error("the comment is not closed")]
     OpenComment,
     /// The same axis or function twice in a block.
-    #[error("`{0}` stands twice in the block")]
+    #[error("`{0}` occurs twice in the block")]
     Repeated(String),
     /// More axes than a position can hold.
     #[error(transparent)]

@@ -101,7 +101,7 @@ impl<'s, 'a> BodyWriter<'s, 'a> {
         let is_known = |n: u32| self.heads.iter().any(|head| head.spindle_number == n);
         let lines = match number {
             None if self.heads.is_empty() => &words.spindle_on,
-            None => return Err(self.which_head("a spindle of several must be told by its number")),
+            None => return Err(self.which_head("one of several spindles must be named by its number")),
             Some(n) if !self.heads.is_empty() && !is_known(n) => {
                 return Err(self.which_head(&format!("spindle {n} is that of no head")));
             }

@@ -19,7 +19,7 @@ fn any_block(r: &mut Random) -> Block {
 }
 
 #[test]
-fn every_mark_stands_on_the_line_that_is_told_for_it() {
+fn every_mark_is_on_its_reported_line() {
     for seed in 0..40 {
         let mut r = Random(seed);
         let mut blocks = vec![Block::Rapid { words: words(&[(AxisLetter::X, 1.0), (AxisLetter::Z, 2.0)]) }];

@@ -405,8 +405,8 @@ fn template_faults_name_their_line() {
     assert!(message("%\nG0\nT{{ tool.nmber }}\n{{ body }}").starts_with("template mine.j2, line 3: undefined value"));
     assert!(message("%\n{% if %}\n{{ body }}").starts_with("template mine.j2, line 2: syntax error"));
     assert!(message("%\n{{ tool.length|fixed(9) }}\n{{ body }}").contains("line 2"));
-    assert!(message("%\n").contains("stands on 0"));
-    assert!(message("{{ body }}\n{{ body }}").contains("stands on 2"));
+    assert!(message("%\n").contains("occurs on 0"));
+    assert!(message("{{ body }}\n{{ body }}").contains("occurs on 2"));
     assert!(message("G1 {{ body }}").contains("must stand alone"));
     assert!(message("(Prüfung)\n{{ body }}").contains("'Ü'") || message("(Prüfung)\n{{ body }}").contains("'ü'"));
     assert!(message("(a (b))\n{{ body }}").contains("character '('"));

@@ -212,7 +212,7 @@ fn what_is_not_understood_is_refused_with_its_place() {
         ("G0 X 1 . Q 5 .", "line 1, column 10: `Q5.` has no meaning in this block"),
         ("G0 X1.5.2", "line 1, column 4: `X1.5.2` has no valid number"),
         ("G0 X-", "line 1, column 4: `X-` has no valid number"),
-        ("G0 X1. X2.", "line 1, column 8: `X2.` stands twice in the block"),
+        ("G0 X1. X2.", "line 1, column 8: `X2.` occurs twice in the block"),
         ("G0 X1. (open", "line 1, column 8: the comment is not closed"),
         ("TRAORI", "line 1, column 1: `TRAORI` is not understood"),
         ("G0 X=5.", "line 1, column 4: `X` has no valid number"),

@@ -41,7 +41,7 @@ fn haas_codes_are_understood_on_haas_alone() {
 }
 
 #[test]
-fn mazak_tools_are_told_apart() {
+fn mazak_tools_are_distinguished() {
     let found = commands(read_mazak("T001T002M06\nT12.10\nM6"));
     let expected = [
         ReadCommand::ToolChange,

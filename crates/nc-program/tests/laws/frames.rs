@@ -108,7 +108,7 @@ const OFF: [(Dialect, &str); 30] = [
 /// Nothing that changes coordinates is passed in silence, and no number of the frame before is
 /// taken for one of the new frame.
 #[test]
-fn what_sets_a_frame_is_told_and_forgets_the_words() {
+fn words_that_set_a_frame_are_reported_and_positions_forgotten() {
     for (dialect, lines) in SET {
         assert_eq!(behind(dialect, lines), (true, false), "{}: {lines}", dialect.name());
     }

@@ -200,7 +200,7 @@ fn other_words_are_kept_as_commands() {
 }
 
 #[test]
-fn machine_values_and_the_shorter_way_are_told_where_the_text_says_them() {
+fn machine_values_and_the_shorter_way_are_reported_where_the_text_says_them() {
     let m = motions(
         "L Z+0 C+5 FMAX M91\nTOOL CALL 1 Z\nL Z+0 X+1 FMAX M91\nL C+0 FMAX M126\nL C+170\nL C-170\nL C+10 M127",
     );
@@ -214,7 +214,7 @@ fn machine_values_and_the_shorter_way_are_told_where_the_text_says_them() {
 }
 
 #[test]
-fn machine_values_are_not_told_where_the_frame_or_the_tip_counts() {
+fn machine_values_are_not_reported_where_the_frame_or_the_tip_counts() {
     let z = |before: &str| at(&motions(&format!("TOOL CALL 1 Z\n{before}\nL Z+5 B+3 FMAX M91"))[0], "Z");
     let known = Some(AxisAt::Machine(5.0));
     for before in ["PLANE RESET STAY", "M128\nM129", "FUNCTION TCPM F TCP AXIS POS PATHCTRL AXIS\nFUNCTION RESET TCPM"]
@@ -270,7 +270,7 @@ fn what_is_not_understood_is_refused_with_its_place() {
     for (text, expected) in [
         ("5 L X+1 E+5", "line 1, column 9: `E` is not understood"),
         ("LL X+1", "line 1, column 1: `LL` is not understood"),
-        ("L X+1 X+2", "line 1, column 7: `X+2` stands twice in the block"),
+        ("L X+1 X+2", "line 1, column 7: `X+2` occurs twice in the block"),
         ("L X+1 DR+", "line 1, column 7: `DR+` has no meaning in this block"),
         ("L X+", "line 1, column 3: `X+` has no valid number"),
         ("L X+1.2.3", "line 1, column 3: `X+1.2.3` has no valid number"),

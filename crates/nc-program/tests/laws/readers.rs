@@ -210,7 +210,7 @@ fn assert_same(name: &str, a: &ReadProgram, b: &ReadProgram) {
 }
 
 #[test]
-fn an_unknown_word_is_told_to_the_column() {
+fn an_unknown_word_is_reported_to_the_column() {
     let mut random = Random(45);
     for Sample { name, text, read } in samples::all() {
         let program = read(text.as_bytes()).unwrap();

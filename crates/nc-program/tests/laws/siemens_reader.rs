@@ -195,7 +195,7 @@ fn what_is_not_understood_is_refused_with_its_place() {
         ("N10 G0 X1 TRAORY", "line 1, column 11: `TRAORY` is not understood"),
         ("G0 X1 Q5", "line 1, column 7: `Q5` is not understood"),
         ("G0 X1.5.2", "line 1, column 4: `X1.5.2` has no valid number"),
-        ("G0 X1 X2", "line 1, column 7: `X2` stands twice in the block"),
+        ("G0 X1 X2", "line 1, column 7: `X2` occurs twice in the block"),
         ("G0 X=(1+", "line 1, column 8: `X=(1+` is no valid expression"),
         ("G0 X=AC(1", "line 1, column 9: `X=AC(1` is no valid expression"),
         ("G0 *", "line 1, column 4: unexpected character '*'"),

@@ -4,7 +4,7 @@ use facemill_nc_program::*;
 
 /// Blocks report the statements of a text on a control's state, and nothing that it leaves out.
 #[test]
-fn state_words_are_told_where_they_stand() {
+fn state_words_are_reported_at_their_blocks() {
     let all = [
         StateWord::WorkOffset,
         StateWord::LengthRegister,

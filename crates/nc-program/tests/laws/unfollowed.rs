@@ -112,7 +112,7 @@ fn what_is_of_one_block_alone_ends_with_it() {
 }
 
 #[test]
-fn a_corner_that_is_rounded_is_told_and_later_words_are_what_they_seem() {
+fn a_corner_that_is_rounded_is_reported_and_later_words_are_what_they_seem() {
     for (dialect, block, next) in [
         (Dialect::Fanuc, "G1 X5. ,R2. F100.", "G1 Y9."),
         (Dialect::Haas, "G1 X5. ,C2. F100.", "G1 Y9."),
@@ -204,7 +204,7 @@ fn a_mark_before_the_first_line_changes_nothing() {
 }
 
 #[test]
-fn text_before_the_first_mark_is_passed_by_where_the_program_stands_between_two() {
+fn text_before_the_first_mark_is_passed_by_where_the_program_is_between_two() {
     let body = "O1234 (PART)\nG90 G0 X1. Y2. Z3.\nM30\n";
     for dialect in [Dialect::Fanuc, Dialect::Haas, Dialect::Mazak] {
         for leader in ["PROGRAM 5 OF JOB\n\nMADE BY A POST\n", "; HEADER\n", "===\n"] {
@@ -361,7 +361,7 @@ fn lines_of_a_parameter_input_are_data_and_move_nothing() {
 }
 
 #[test]
-fn what_stands_behind_a_skip_mark_inside_a_block_may_be_left_out() {
+fn words_behind_a_skip_mark_inside_a_block_may_be_left_out() {
     for (dialect, line) in [
         (Dialect::Fanuc, "N10 G1 X5. F100. /2 Y6."),
         (Dialect::Haas, "G1 X5. F100. / Y6."),

@@ -87,7 +87,7 @@ fn sides_are_smooth() {
 }
 
 #[test]
-fn facets_are_as_near_as_asked() {
+fn facets_are_as_near_as_requested() {
     for series in SERIES {
         let spec = propeller(series, 500.0);
         let asked = BladeResolution::for_chord_tolerance(&spec, 0.05).expect("can be met");
@@ -266,7 +266,7 @@ fn wageningen_sections_have_a_flat_face_and_the_published_back() {
 }
 
 #[test]
-fn the_expanded_area_is_the_one_asked_for() {
+fn the_expanded_area_is_the_requested_one() {
     for (n_blades, area_ratio) in [(2, 0.35), (3, 0.5), (4, 0.7), (5, 1.05), (6, 0.8), (7, 0.85)] {
         let spec = propeller(PropellerSeries::WageningenB { n_blades, area_ratio, pitch_ratio: 1.0 }, 1000.0);
         let mesh = blade(&spec, resolution(60, 40));

@@ -30,7 +30,7 @@ fn closest_point_is_that_of_dense_sampling() {
 }
 
 #[test]
-fn closest_point_keeps_to_the_triangles_asked_for() {
+fn closest_point_keeps_to_the_requested_triangles() {
     let s = surface(cuboid(Point3::origin(), Point3::new(1.0, 1.0, 1.0)));
     let top = |t: u32| s.facet_normal(t).unwrap().z > 0.5;
     let found = s.closest_point_where(&Point3::new(0.5, 0.25, -1.0), 5.0, top).unwrap();

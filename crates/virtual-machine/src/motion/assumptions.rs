@@ -49,7 +49,7 @@ pub fn assumptions(program: &ReadProgram, machine: &Machine) -> Vec<Assumption> 
         state.block(block);
     }
     if !state.has_cut {
-        let text = "no cutting move: nothing was held against the part but ways at rapid rate";
+        let text = "no cutting move: only ways at rapid rate were tested against the part";
         state.all.insert(text.to_owned(), None);
     }
     let mut all: Vec<Assumption> = state.all.into_iter().map(|(text, line)| Assumption { line, text }).collect();

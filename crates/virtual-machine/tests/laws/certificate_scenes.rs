@@ -173,7 +173,7 @@ fn bodies_keep_their_distance_with_the_tolerance_of_the_control() {
 }
 
 #[test]
-fn a_depth_in_cutting_is_told_with_the_tolerance_of_the_control_at_the_farthest_point() {
+fn a_depth_in_cutting_is_reported_with_the_tolerance_of_the_control_at_the_farthest_point() {
     let plate = MeshTree::new(&box_mesh([-200.0, -200.0, -80.0], [200.0, 200.0, 0.0]));
     let shop = shop(0.03, 0.1, Vec::new());
     let text = Text::new(&shop).rapid([-50.0, 0.0, 50.0]).cut([-50.0, 0.0, 0.0]).cut([50.0, 0.0, -0.05]);

@@ -198,7 +198,7 @@ fn the_sense_of_the_spindle_is_that_of_the_tool() {
 }
 
 #[test]
-fn functions_of_the_machine_builder_are_told_once_each() {
+fn functions_of_the_machine_builder_are_reported_once_each() {
     let shop = Shop::new();
     let start = || Text::new(&shop).line("G0 G43 X0. Y0. Z1000. B0. C0. H7");
     for known in ["M0", "M1", "M3", "M5", "M7", "M8", "M9", "M19", "M2", "M30"] {

@@ -172,7 +172,7 @@ fn a_slot_that_has_been_cut_is_not_met_and_one_that_is_too_narrow_or_not_yet_cut
 }
 
 #[test]
-fn what_is_left_beside_the_guard_is_never_told_to_be_farther_than_it_is() {
+fn what_is_left_beside_the_guard_is_never_reported_to_be_farther_than_it_is() {
     let (shop, block) = (shop_with_guard(), Block::on_the_plate());
     let setup = block.setup(&shop);
     // The cutter takes as much less, and what is left is seen so far around the lines; ways are
@@ -323,7 +323,7 @@ fn certificates_leave_out_the_stock_that_is_cut_and_nothing_else() {
 /// Fins and needles, thinner than the distance of the lines, that stand between two of them: beside
 /// the cutter, and under the guard.
 #[test]
-fn what_stands_between_the_lines_is_met_wherever_it_stands_until_it_is_cut() {
+fn obstacles_between_the_lines_are_met_anywhere_until_they_are_cut() {
     let shop = shop_with_guard();
     let region = [[-11.0, -71.0], [11.0, 71.0]];
     for k in 0..20 {
@@ -379,7 +379,7 @@ const FLUTE: f64 = 12.0;
 /// Passes at random against points of the block's section: what is there for certain is met, and
 /// what is met may be there.
 #[test]
-fn the_guard_is_told_where_points_of_the_block_are_left_and_nowhere_else() {
+fn the_guard_is_reported_where_points_of_the_block_are_left_and_nowhere_else() {
     let (shop, block) = (shop_with_guard(), Block::on_the_plate());
     let (setup, settings) = (block.setup(&shop), coarse());
     let mut state = facemill_test_kit::Lcg(5);
@@ -471,7 +471,7 @@ fn what_the_move_itself_cuts_behind_the_guard_is_met_and_not_a_second_time() {
 /// In a slot that is wide enough, a tool half a degree off the pole that turns past it: no bound on
 /// the rotary axes is known there.
 #[test]
-fn a_body_is_told_where_no_bound_on_its_motion_in_the_cut_stock_is_known() {
+fn a_body_is_reported_where_no_bound_on_its_motion_in_the_cut_stock_is_known() {
     let mut file = shop_with_guard().machine.to_file();
     file.motion.cutting = CuttingLawFile::TipLinearVectorTurned;
     let shop = Shop::with_machine(Machine::from_file(file).unwrap());

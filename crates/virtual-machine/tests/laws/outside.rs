@@ -48,7 +48,7 @@ fn met(shop: &Shop, text: &str, stock: Corners, asked: Vec<Finding>) -> Vec<(Fin
 }
 
 #[test]
-fn a_fin_between_the_lines_is_met_wherever_it_stands() {
+fn a_fin_between_the_lines_is_met_wherever_it_is() {
     let shop = Shop::new();
     let way = |z: f64| Text::new(&shop).rapid([-100.0, 0.0, 200.0]).rapid([-100.0, 0.0, z]).rapid([100.0, 0.0, z]).text;
     for k in 0..20 {
@@ -118,7 +118,7 @@ fn such_a_wall_is_not_seen_by_the_lines() {
 }
 
 #[test]
-fn what_is_told_alike_of_the_stock_as_it_is_is_not_in_question() {
+fn findings_alike_on_the_stock_as_it_is_are_not_in_question() {
     let found = |kind, line: u32| Finding::of_line(kind, line, None, "", String::new());
     let [rapid, holder, gouge] = [FindingKind::RapidCollision, FindingKind::HolderCollision, FindingKind::Gouge];
     let at_first = [found(rapid, 3), found(holder, 5), found(gouge, 6), found(rapid, 9)];

@@ -60,7 +60,7 @@ fn planted_gouge_is_found_at_its_block_with_its_depth() {
 }
 
 #[test]
-fn twin_below_the_limit_is_clean_and_its_depth_is_told() {
+fn twin_below_the_limit_is_clean_and_its_depth_is_reported() {
     let shop = Shop::new();
     let v = pass(&shop, 0.05, -0.015);
     assert_eq!(v.findings, []);
@@ -380,7 +380,7 @@ fn cancelled_runs_have_no_result_and_bad_setups_are_named() {
 }
 
 #[test]
-fn monitor_is_told_of_every_block_once() {
+fn monitor_advances_once_by_every_block() {
     struct Count(std::sync::atomic::AtomicUsize);
     impl Monitor for Count {
         fn advance(&self, steps: usize) {

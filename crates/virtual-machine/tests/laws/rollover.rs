@@ -70,7 +70,7 @@ fn rollover_changes_the_way_and_not_the_place() {
 }
 
 #[test]
-fn what_is_not_said_of_rollover_is_told_where_it_matters() {
+fn unstated_rollover_is_reported_where_it_matters() {
     let told = |rollover, blocks: &str| {
         let shop = shop(rollover, None);
         let text = start(&shop).line(blocks).text;
@@ -89,7 +89,7 @@ fn what_is_not_said_of_rollover_is_told_where_it_matters() {
 
 /// Controls do not agree on the way round where both are as short.
 #[test]
-fn half_a_turn_of_the_shorter_way_is_told_where_it_is_gone_first() {
+fn half_a_turn_of_the_shorter_way_is_reported_where_it_is_gone_first() {
     let told = |rollover, blocks: &str| {
         let shop = shop(Some(rollover), None);
         let text = start(&shop).line(blocks).text;
@@ -109,7 +109,7 @@ fn half_a_turn_of_the_shorter_way_is_told_where_it_is_gone_first() {
 }
 
 #[test]
-fn wind_up_is_told_and_a_limit_to_it_held() {
+fn wind_up_is_reported_and_a_limit_to_it_held() {
     let offset = 0.2_f64.to_degrees();
     let wound = |v: &Verification| {
         let [w] = &v.wind_up[..] else { panic!("{:?}", v.wind_up) };

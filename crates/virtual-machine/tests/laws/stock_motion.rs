@@ -293,7 +293,7 @@ const KEPT: f64 = CELL * std::f64::consts::FRAC_1_SQRT_2;
 /// Posts in the way of a rapid on which each axis goes by itself, and of one on which all go
 /// together: each is met by the motion of the machine's law alone.
 #[test]
-fn rapids_meet_what_stands_in_the_way_of_their_law() {
+fn rapids_meet_obstacles_on_the_way_of_their_law() {
     let laws = [(RapidLawFile::PerAxis, RapidLaw::PerAxis), (RapidLawFile::Linear, RapidLaw::Linear)];
     let shops = laws.map(|(file, _)| shops(CuttingLawFile::AxesLinear, file));
     let mut random = Lcg(11);

@@ -154,7 +154,7 @@ fn what_is_cut_depends_on_the_motion_alone() {
 /// The tool's widest body is 42 mm from its axis, with its clearance; bounds may add a little, and
 /// leave nothing out.
 #[test]
-fn blocks_that_reach_stock_beyond_the_lines_are_told() {
+fn blocks_that_reach_stock_beyond_the_lines_are_reported() {
     let shop = Shop::new();
     // Lines over x from −200 to 0 of the plate.
     let half = DexelMap::of_box(&Isometry3::identity(), [-200.0, -200.0, 0.0], [0.0, 200.0, 20.0], 4.0).unwrap();

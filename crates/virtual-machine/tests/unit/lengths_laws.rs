@@ -182,7 +182,7 @@ fn walls_beside_the_tool_ask_what_their_heights_and_distances_tell() {
 /// A leaning tool: the wall's top edge in the frame of the tool. The head turns, so that words are
 /// others for other lengths.
 #[test]
-fn a_leaning_tool_is_asked_along_its_axis() {
+fn a_leaning_tool_is_tested_along_its_axis() {
     let scene = Scene::new(vec![[[150.0, -200.0, 0.0], [158.0, 200.0, 60.0]]]);
     let lean = 0.3_f64;
     let (axis, tip) = ([lean.sin(), 0.0, lean.cos()], [100.0, 0.0, 5.0]);

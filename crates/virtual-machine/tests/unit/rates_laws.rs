@@ -171,7 +171,7 @@ fn judged(law: BlockLaw, mm: f64, rad: f64) -> (f64, f64) {
 }
 
 #[test]
-fn nothing_is_faster_or_more_accelerated_than_told() {
+fn nothing_is_faster_or_more_accelerated_than_stated() {
     // Short blocks have rates, but for those near to places that the axes cannot follow; long ones
     // are to be halved.
     let laws = [
@@ -190,7 +190,7 @@ fn nothing_is_faster_or_more_accelerated_than_told() {
 }
 
 #[test]
-fn axes_that_stand_still_turn_nothing_and_a_pole_on_the_way_is_not_told_of() {
+fn axes_at_rest_turn_nothing_and_a_pole_on_the_way_is_not_reported() {
     let machine = Machine::head_b_table_c().unwrap();
     let law = BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned);
     let rates = |start: [f64; 5], end: [f64; 5]| {
@@ -208,7 +208,7 @@ fn axes_that_stand_still_turn_nothing_and_a_pole_on_the_way_is_not_told_of() {
 }
 
 #[test]
-fn a_turned_vector_that_is_told_to_be_reached_is_reached_at_every_time() {
+fn a_turned_vector_that_is_said_to_be_reached_is_reached_at_every_time() {
     let mut r = Random::new(31);
     let (mut told, mut lost) = (0, 0);
     let law = BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned);
@@ -231,7 +231,7 @@ fn a_turned_vector_that_is_told_to_be_reached_is_reached_at_every_time() {
 }
 
 #[test]
-fn no_rates_are_told_where_the_control_changes_branches() {
+fn no_rates_are_given_where_the_control_changes_branches() {
     let mut r = Random::new(5);
     let (mut told, mut changes) = (0, 0);
     let law = BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned);
@@ -264,7 +264,7 @@ fn two_heads() -> Vec<Machine> {
 }
 
 #[test]
-fn parts_of_two_heads_are_no_more_accelerated_against_each_other_than_told() {
+fn parts_of_two_heads_are_no_more_accelerated_against_each_other_than_stated() {
     let views = two_heads();
     let mut r = Random::new(902);
     let (mut shares, mut exceeded) = (Vec::new(), 0);
@@ -301,7 +301,7 @@ fn parts_of_two_heads_are_no_more_accelerated_against_each_other_than_told() {
 /// The control leaves both tips' ways and every rotary axis by its tolerance: parts of one head
 /// stray against those of the other by no more than the stated bound.
 #[test]
-fn parts_of_two_heads_stray_against_each_other_by_no_more_than_told() {
+fn parts_of_two_heads_stray_against_each_other_by_no_more_than_stated() {
     let views = two_heads();
     let mut r = Random::new(903);
     let tolerance = ControlTolerance { path: 0.05, orientation: 1e-3 };

@@ -140,7 +140,7 @@ fn cut_through_is_as_deep_as_the_part_is_thick() {
 /// A hole across the lines does not touch the part's surface on them. A shell within another is no
 /// surface; a gap that is full of stock is an excess of its width.
 #[test]
-fn holes_inside_overlapping_shells_and_full_gaps_are_told() {
+fn holes_inside_overlapping_shells_and_full_gaps_are_reported() {
     let part = surface(cuboid([-20.0, -20.0, -20.0], [20.0, 20.0, 20.0]));
     let before = DexelMap::of_mesh_with_allowance(part.mesh(), &Isometry3::identity(), 0.5, 0.2).unwrap();
     let mut now = before.clone();

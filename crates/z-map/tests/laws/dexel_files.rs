@@ -63,7 +63,7 @@ fn every_changed_or_missing_byte_is_found() {
 }
 
 #[test]
-fn faults_are_told_apart() {
+fn faults_are_distinguished() {
     let bytes = stock().to_bytes();
     let fault = |change: &dyn Fn(&mut Vec<u8>)| {
         let mut changed = bytes.clone();

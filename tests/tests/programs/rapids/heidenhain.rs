@@ -102,7 +102,7 @@ fn no_block_turns_by_half_a_turn_under_m126() {
 }
 
 #[test]
-fn what_is_more_than_places_stays_and_is_told() {
+fn links_with_more_than_positions_stay_and_are_reported() {
     let folder = block();
     let job = Job::read(&folder.job()).unwrap();
     for (across, why) in [

@@ -35,7 +35,7 @@ fn is_free_with(job: &JobFolder, tool: &str) -> [bool; 2] {
 }
 
 #[test]
-fn a_holder_is_told_and_written_and_is_free_in_the_job() {
+fn a_holder_is_reported_and_written_and_is_free_in_the_job() {
     let job = past_the_wall();
     shelve(&job, "shelf.json", &[("stout", [5.0, 60.0]), ("too short", [5.0, 15.0])]);
     let told =
@@ -54,7 +54,7 @@ fn a_holder_is_told_and_written_and_is_free_in_the_job() {
 }
 
 #[test]
-fn the_tool_as_it_is_told_without_files_and_the_margin_is_added() {
+fn the_tool_as_it_is_given_without_files_and_the_margin_is_added() {
     let job = past_the_wall();
     let before = files_of(&job);
     let table = |margin: &str| {

@@ -135,7 +135,7 @@ fn lines_across_are_of_the_whole_stock() {
 /// Half a millimetre on a wall, and lines 3 mm apart, none of the upright ones in it: where a wall
 /// is cut, lines across are taken by default.
 #[test]
-fn the_stock_on_a_wall_that_is_cut_is_seen_without_being_asked_for() {
+fn the_stock_on_a_cut_wall_is_seen_by_default() {
     let job = plate();
     let mesh = std::fs::read_to_string(job.job().with_file_name("plate.obj")).expect("it was written");
     job.write("plate.obj", mesh.replace("f 2 4 8\n", "g wall\nf 2 4 8\n").as_bytes());

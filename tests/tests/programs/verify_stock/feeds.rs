@@ -121,7 +121,7 @@ fn cuts_at_the_feed_of_entries_are_found_at_their_lines_where_the_stock_is_cut()
 }
 
 #[test]
-fn where_cuts_are_not_told_from_entries_that_is_an_assumption() {
+fn cuts_that_are_not_distinguished_from_entries_are_an_assumption() {
     let job = plate();
     let (text, blocks) = passes(raised);
     let line = |is: &dyn Fn(&&Block) -> bool| blocks.iter().find(is).map(|b| b.line);

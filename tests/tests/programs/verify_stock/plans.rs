@@ -144,7 +144,7 @@ fn what_meets_the_cut_stock_rejects_the_program() {
 /// Where nobody asks for a distance of lines, stock that cannot be cut is no fault of the program;
 /// where somebody does, it is one of the job.
 #[test]
-fn stock_that_cannot_be_cut_is_told() {
+fn stock_that_cannot_be_cut_is_reported() {
     // The patch is an open mesh: without anything on it there is no solid.
     let bare = variant(&[("/setups/0/stock/offset/allowance_mm", json!(0.0))]);
     let planned = &plans(&bare, None)[0];

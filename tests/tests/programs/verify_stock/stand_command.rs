@@ -41,7 +41,7 @@ fn gouge(file: &Value) -> (f64, u64) {
 }
 
 #[test]
-fn a_clean_program_is_exit_0_and_what_nobody_said_is_told() {
+fn a_clean_program_is_exit_0_and_unstated_data_is_reported() {
     let job = with_program(3, 0.0);
     let (told, mut file) = verify(&job, &stand());
     assert_eq!((told.code, &file["findings"]), (0, &json!([])), "{}", told.printed);
@@ -264,7 +264,7 @@ fn what_contradicts_itself_or_is_missing_is_exit_2_and_writes_nothing() {
 
 /// A fin between the lines is beside the plate, and a rapid goes through it, or over it.
 #[test]
-fn cutting_the_stock_hides_nothing_that_stands_between_its_lines() {
+fn cutting_the_stock_hides_nothing_that_is_between_its_lines() {
     let job = with_program(3, 0.0);
     let text = std::fs::read_to_string(job.path("program.nc")).unwrap();
     // Lines of 1 mm from the plate's side on are at half millimetres.

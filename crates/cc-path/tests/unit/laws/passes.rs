@@ -92,7 +92,7 @@ fn a_hole_makes_several_passes_of_a_level_in_the_order_of_the_feed() {
 }
 
 #[test]
-fn closed_passes_begin_and_end_at_the_place_asked_for() {
+fn closed_passes_begin_and_end_at_the_requested_place() {
     let s = surface(sphere_cap(50.0, 0.9, 30, 90));
     let start = Point3::new(0.0, 70.0, 0.0);
     let settings = LaySettings { max_step_over: 2.0, closed_start: Some(start), ..LaySettings::default() };

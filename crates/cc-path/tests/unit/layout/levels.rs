@@ -48,7 +48,7 @@ fn even_levels_are_as_many_and_leave_no_rest() {
 }
 
 #[test]
-fn only_steps_wider_than_asked_for_count_as_wide() {
+fn only_steps_wider_than_requested_count_as_wide() {
     let at = |low: f64, asked: f64| Band { low, high: low + 1.0, limit: 2.0, asked, slope: 0.5 };
     let levels = [0.0, 2.0, 4.0, 6.0];
     assert_eq!(count_wide(&[at(0.0, 2.0), at(2.5, 3.0)], &levels), 0);

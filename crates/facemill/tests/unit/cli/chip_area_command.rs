@@ -2,7 +2,7 @@ use super::*;
 
 /// Six digits at least come back from the text, of every size, and no row of zeros.
 #[test]
-fn areas_of_every_size_are_told_to_six_digits() {
+fn areas_of_every_size_are_reported_to_six_digits() {
     for exponent in -300..300 {
         for lead in [1.0, 1.234_567_89, 9.999_999_6] {
             let area = lead * 10f64.powi(exponent);
@@ -17,7 +17,7 @@ fn areas_of_every_size_are_told_to_six_digits() {
 /// For every bound, the text is off by at most the bound and half a unit of the last digit, and
 /// that unit is no finer than the bound.
 #[test]
-fn no_digit_is_told_that_the_bound_does_not_hold() {
+fn no_digit_is_printed_that_the_bound_does_not_guarantee() {
     for (area, error_bound, told) in [
         (12.345_678_9, 1e-12, "12.345679"),
         (12.345_678_9, 3e-4, "12.346"),
@@ -50,7 +50,7 @@ fn no_digit_is_told_that_the_bound_does_not_hold() {
 }
 
 #[test]
-fn areas_below_zero_within_their_error_are_zero_and_others_are_told() {
+fn areas_below_zero_within_their_error_are_zero_and_others_are_reported() {
     assert_eq!([rounded(0.0, 0.0), rounded(-0.0, 0.0), rounded(-1e-15, 1e-14)], ["0"; 3]);
     assert_eq!(rounded(-1e-3, 1e-14), "-0.00100000");
     assert_eq!([rounded(160.0, 0.0), rounded(1e-11, 1e-16)], ["160.000000", "1.00000e-11"]);

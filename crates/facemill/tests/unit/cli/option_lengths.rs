@@ -20,7 +20,7 @@ fn tolerances_of_stock_are_within_their_range() {
 }
 
 #[test]
-fn a_scale_out_of_its_range_is_told_with_its_option_and_range() {
+fn a_scale_out_of_its_range_is_reported_with_its_option_and_range() {
     #[derive(clap::Parser)]
     struct Command {
         #[arg(long, allow_negative_numbers = true, value_parser = rotor_scale)]

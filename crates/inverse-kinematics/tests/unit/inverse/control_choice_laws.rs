@@ -118,7 +118,7 @@ fn what_is_chosen_is_the_nearest_by_the_largest_turn_and_by_the_sum() {
 }
 
 #[test]
-fn what_is_nearly_as_near_is_told() {
+fn solutions_nearly_as_near_are_reported() {
     let machine = machine();
     let from = at(&machine, 30.0, 0.0);
     // The same direction at B -30 with the table at C -85, on the other side.
@@ -130,7 +130,7 @@ fn what_is_nearly_as_near_is_told() {
 }
 
 #[test]
-fn the_pole_is_told_at_the_end_and_on_the_way() {
+fn the_pole_is_reported_at_the_end_and_on_the_way() {
     let machine = machine();
     let cone = POLE_CONE.to_degrees();
     let choice =
@@ -152,7 +152,7 @@ fn the_pole_is_told_at_the_end_and_on_the_way() {
 }
 
 #[test]
-fn the_nearest_position_beyond_a_limit_is_told() {
+fn the_nearest_position_beyond_a_limit_is_reported() {
     let machine = machine();
     let b = machine.axis_index("B").unwrap();
     let limit = machine.axes()[b].max.to_degrees();

@@ -58,7 +58,7 @@ fn double_roots_and_near_ones_and_near_misses_are_found() {
 }
 
 #[test]
-fn of_zero_the_whole_circle_is_told() {
+fn zero_has_the_whole_circle_as_roots() {
     let found = real_roots(&[0.0; SAMPLES], 1e-300);
     let (low, high) = (found.as_slice()[0], found.as_slice()[4]);
     assert!((high - low - TAU).abs() < 1e-12 && found.as_slice().len() == 5);

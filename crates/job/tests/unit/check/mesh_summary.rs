@@ -2,7 +2,7 @@ use crate::check::mesh_summary::*;
 use facemill_surface_model::{ImportSettings, MeshFormat, RepairReport};
 
 #[test]
-fn a_mesh_is_told_by_what_happened_to_it() {
+fn a_mesh_is_described_by_its_repairs() {
     let told = |repair: &RepairReport| {
         MeshReport::new("a.stl", ImportSettings::default_for(MeshFormat::Stl), repair).summary_line()
     };

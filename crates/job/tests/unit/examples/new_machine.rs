@@ -25,7 +25,7 @@ fn a_part_that_is_too_large_and_a_machine_that_is_not_there_are_refused_with_the
 }
 
 #[test]
-fn every_control_can_be_asked_for() {
+fn every_control_can_be_requested() {
     for dialect in Dialect::ALL {
         let files = new_job_for(&PATCH, None, Some(dialect)).unwrap_or_else(|why| panic!("{}: {why}", dialect.name()));
         let job: Value =

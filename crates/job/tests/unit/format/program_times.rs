@@ -1,7 +1,7 @@
 use crate::format::program_times::*;
 
 #[test]
-fn what_is_not_known_within_acceleration_is_told_at_constant_speed_with_the_reason() {
+fn times_unknown_within_acceleration_are_given_at_constant_speed_with_the_reason() {
     let known = ProgramTimes::by_law([60.0, 30.0], [75.0, 40.0]).summary_lines();
     assert_eq!(
         known,

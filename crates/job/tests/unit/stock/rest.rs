@@ -18,7 +18,7 @@ fn origins_come_back_from_their_bytes_and_from_no_others() {
 }
 
 #[test]
-fn what_differs_is_told_and_rounding_does_not() {
+fn differences_are_reported_and_rounding_is_none() {
     let own = Origin::of(&sheet(), 2.5);
     let moved = |by: Vector3<f64>| Origin::of(&sheet().transformed(&Isometry3::translation(by.x, by.y, by.z)), 2.5);
     assert_eq!(moved(Vector3::new(1e-12, -1e-12, 1e-12)), own);

@@ -115,7 +115,7 @@ impl FanucBlock<'_> {
         }
         if self.line.has_doubtful_comment {
             let why =
-                "parentheses inside the comment: a control may end it at the first `)` and run what stands behind";
+                "parentheses inside the comment: a control may end it at the first `)` and run the text behind it";
             self.modal.unfollowed.begin(Cause::Block, why);
         }
     }

@@ -108,7 +108,7 @@ fn channels_wait_around_passes_and_every_50_blocks() {
 }
 
 #[test]
-fn what_840d_has_no_word_for_is_told_by_name() {
+fn functions_without_a_word_on_840d_are_refused_by_name() {
     let refused = channel_files(&spec(1, 120), &heads(), &post(FeedMode::G94), "", "").unwrap_err().to_string();
     assert!(refused.contains("work_offset") && refused.contains("840D"), "{refused}");
     let refused = channel_files(&spec(1, 1), &heads(), &post(FeedMode::Rtcp), "", "").unwrap_err().to_string();

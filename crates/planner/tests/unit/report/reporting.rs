@@ -1,7 +1,7 @@
 use crate::report::reporting::*;
 
 #[test]
-fn a_search_proof_tells_the_asked_width_until_a_point_needs_more() {
+fn a_search_proof_has_the_requested_width_until_a_point_needs_more() {
     let told = |widened| search_proof(0.002, widened);
     let kept = told(None);
     assert_eq!((kept.asked_u_width, kept.largest_u_width, kept.wider_points), (0.002, 0.002, 0));

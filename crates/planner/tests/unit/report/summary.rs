@@ -16,7 +16,7 @@ fn many_assumptions_are_counted_and_six_are_shown() {
 }
 
 #[test]
-fn only_searches_that_are_proven_less_finely_than_asked_have_a_line() {
+fn only_searches_that_are_proven_less_finely_than_requested_have_a_line() {
     let line = |proof: Option<(f64, f64, usize)>| {
         let search_proof = proof.map(|(asked_u_width, largest_u_width, wider_points)| SearchProofReport {
             asked_u_width,

@@ -12,7 +12,7 @@ fn base64_gives_the_examples_of_rfc_4648() {
 }
 
 #[test]
-fn addresses_are_told_apart() {
+fn addresses_are_distinguished() {
     assert!(embedded("a%20b.bin").is_none() && embedded("dätä:").is_none());
     assert!(embedded("data:text/plain,abc").unwrap().is_err());
     assert_eq!(embedded("data:application/octet-stream;base64,AAEC").unwrap().unwrap(), [0, 1, 2]);

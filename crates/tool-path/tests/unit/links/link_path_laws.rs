@@ -142,7 +142,7 @@ fn assert_turned(ends: &LinkEnds<'_>, way: &[AxisValues], shares: &[f64]) {
 }
 
 #[test]
-fn every_way_ends_where_the_link_does_and_stands_nowhere() {
+fn every_way_ends_where_the_link_does_and_rests_nowhere() {
     each_link(4, |ends, out| {
         for (kind, n) in RetractStrategy::TRIED.into_iter().zip([1, 3, 3, 2, 2, 2, 3, 3, 0]) {
             let way = ends.path(kind, out).unwrap();

@@ -76,7 +76,7 @@ fn with(text: &str, from: &str, to: &str) -> String {
 
 /// Each removed word is reported, and nothing else changes.
 #[test]
-fn what_is_not_said_is_told_and_what_is_said_is_not() {
+fn unstated_data_is_reported_and_stated_data_is_not() {
     let (siemens, heidenhain) = (Dialect::Siemens840d, Dialect::Heidenhain);
     let (linuxcnc, fanuc) = (Dialect::LinuxCnc, Dialect::Fanuc);
     let m91 = "M91 is taken to count without the tool's length";
@@ -253,7 +253,7 @@ fn what_is_said_wrongly_is_a_finding_and_its_twin_is_none() {
 /// Frames that are not simulated are reported where they are set; words that switch them off are
 /// not, and change nothing.
 #[test]
-fn frames_are_told_where_they_are_set_and_nothing_where_they_are_off() {
+fn frames_are_reported_where_they_are_set_and_nothing_where_they_are_off() {
     let (siemens, heidenhain) = (Dialect::Siemens840d, Dialect::Heidenhain);
     let (linuxcnc, fanuc) = (Dialect::LinuxCnc, Dialect::Fanuc);
     let faults = |text: &str, dialect: Dialect| -> Vec<(FindingKind, u32)> {
@@ -287,7 +287,7 @@ fn frames_are_told_where_they_are_set_and_nothing_where_they_are_off() {
 /// M functions of Heidenhain that change what F gives are a fault at the next cut, and no function
 /// of the machine's builder; those that switch back are silent.
 #[test]
-fn functions_that_change_feeds_are_told_and_their_end_is_not() {
+fn functions_that_change_feeds_are_reported_and_their_end_is_not() {
     let found = |word: &str| -> Vec<(FindingKind, String)> {
         let text = with(HEIDENHAIN, "8 M3\n", &format!("8 M3\n{word}"));
         let shop = shop();

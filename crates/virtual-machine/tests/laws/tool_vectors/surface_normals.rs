@@ -104,7 +104,7 @@ impl Cuts {
 }
 
 #[test]
-fn normals_of_the_surface_and_those_ten_degrees_off_are_not_told() {
+fn normals_of_the_surface_and_those_ten_degrees_off_are_not_reported() {
     let mut rng = Lcg(facemill_test_kit::Lcg(5));
     for cuts in [Cuts::plate(0.0), Cuts::plate(0.3), Cuts::dome()] {
         assert_eq!(cuts.told(&cuts.normals), []);
@@ -116,7 +116,7 @@ fn normals_of_the_surface_and_those_ten_degrees_off_are_not_told() {
 /// Every third normal is turned to any side by 45 deg, or round: each is reported with its line and
 /// angle.
 #[test]
-fn normals_that_are_turned_or_flipped_are_told_each_by_its_line() {
+fn normals_that_are_turned_or_flipped_are_reported_each_by_its_line() {
     let mut rng = Lcg(facemill_test_kit::Lcg(11));
     for cuts in [Cuts::plate(0.0), Cuts::dome()] {
         let mut normals = cuts.normals.clone();
@@ -141,7 +141,7 @@ fn normals_that_are_turned_or_flipped_are_told_each_by_its_line() {
 /// A normal toward the tool's back is a fault even where no part is; others are compared with a
 /// surface alone, and in cuts.
 #[test]
-fn away_from_the_part_only_normals_that_point_away_from_the_tool_are_told() {
+fn away_from_the_part_only_normals_that_point_away_from_the_tool_are_reported() {
     let cuts = Cuts::plate(20.0);
     let mut rng = Lcg(facemill_test_kit::Lcg(3));
     let mut normals: Vec<_> = cuts.normals.iter().map(|n| rng.turned(n, 45.0)).collect();

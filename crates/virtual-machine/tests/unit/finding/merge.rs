@@ -32,7 +32,7 @@ fn what_is_lost_and_found_again_in_one_pass_is_one_finding() {
 }
 
 #[test]
-fn a_fault_of_every_pass_is_not_told_a_thousand_times() {
+fn a_fault_of_every_pass_is_not_reported_a_thousand_times() {
     let found: Vec<Finding> = (0..2000).map(|k| gouge(10 * k + 5, 0.1 + f64::from(k) * 1e-4, "a")).collect();
     let told = merge_findings(found, &rapids(20_010));
     assert_eq!(told.len(), MOST_ALIKE);

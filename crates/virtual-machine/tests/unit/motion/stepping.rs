@@ -40,7 +40,7 @@ fn measure(machine: &Machine, law: BlockLaw, [start, end]: [&AxisValues; 2]) -> 
 }
 
 #[test]
-fn positions_are_never_farther_apart_than_asked_and_not_many_more_than_needed() {
+fn positions_are_never_farther_apart_than_requested_and_not_many_more_than_needed() {
     let machine = Machine::head_b_table_c().unwrap();
     let mut rng = Lcg(5);
     for (mm, rad) in [(5.0, 0.003), (5.0, 0.05), (0.0, 0.3), (300.0, 0.0), (400.0, 2.5), (0.001, 0.0)] {

@@ -80,7 +80,7 @@ fn linear_axes_have_the_whole_tolerance_where_no_rotary_axis_moves() {
 }
 
 #[test]
-fn levers_between_positions_are_never_longer_than_told() {
+fn levers_between_positions_are_never_longer_than_stated() {
     let mut random = Lcg(5);
     for heads in machines() {
         let view = (&heads[0], 180.0);

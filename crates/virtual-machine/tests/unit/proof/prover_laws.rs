@@ -52,7 +52,7 @@ fn farthest(law: BlockLaw, rng: &mut Lcg) -> Vec<f64> {
 }
 
 #[test]
-fn no_point_of_the_tool_departs_farther_from_its_interval_than_told() {
+fn no_point_of_the_tool_departs_farther_from_its_interval_than_stated() {
     let cutting = [CuttingLaw::AxesLinear, CuttingLaw::TipAndRotariesLinear, CuttingLaw::TipLinearVectorTurned];
     for (law, tight) in cutting.into_iter().zip([0.02, 0.1, 0.5]) {
         let mut shares = farthest(BlockLaw::Cutting(law), &mut Lcg(8));
@@ -93,7 +93,7 @@ fn the_sharp_upper_rim_is_part_of_what_stays_above() {
 }
 
 #[test]
-fn no_interval_is_told_where_the_axes_lose_a_turned_vector_on_the_way() {
+fn no_interval_is_proven_where_the_axes_lose_a_turned_vector_on_the_way() {
     let mut r = common::Random::new(41);
     let law = BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned);
     let rod =

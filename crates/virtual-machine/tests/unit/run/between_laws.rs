@@ -79,7 +79,7 @@ fn told_and_true(shop: &kit::Shop, m: &Move) -> Vec<(bool, f64)> {
 }
 
 #[test]
-fn bodies_that_come_too_near_at_any_time_are_told_and_others_are_not() {
+fn bodies_that_come_too_near_at_any_time_are_reported_and_others_are_not() {
     use CuttingLaw::{AxesLinear, TipAndRotariesLinear};
     let laws = [
         BlockLaw::Cutting(AxesLinear),

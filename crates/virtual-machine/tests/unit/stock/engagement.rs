@@ -13,7 +13,7 @@ fn ratios(feed: f64, sections: impl Iterator<Item = f64>) -> Vec<Option<f64>> {
 }
 
 #[test]
-fn rates_above_the_limit_are_told_from_the_first_window_on() {
+fn rates_above_the_limit_are_reported_from_the_first_window_on() {
     // 1000 mm/min times 23 mm² is 1.15 times the limit; 21 mm² are within the slack.
     let found = ratios(1000.0, std::iter::repeat_n(23.0, 30));
     assert_eq!(found.iter().position(Option::is_some), Some(12), "the window is 12.5 mm");

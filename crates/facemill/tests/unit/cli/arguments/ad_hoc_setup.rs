@@ -17,7 +17,7 @@ fn taken(options: &str) -> Vec<String> {
 
 /// Each option that is given takes its own assumption away, and no other one.
 #[test]
-fn what_is_not_said_of_a_stand_is_told() {
+fn unstated_data_of_an_ad_hoc_setup_is_reported() {
     const STAND: &str = "--part p.stl --stock box --machine m.json --tool t.json";
     let all = taken(STAND);
     let options = [

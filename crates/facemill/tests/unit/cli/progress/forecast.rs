@@ -8,7 +8,7 @@ fn told(end: f64, share: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
 }
 
 #[test]
-fn of_even_steps_the_end_is_told_as_it_comes() {
+fn even_steps_end_as_forecast() {
     let all = told(60.0, |t| t / 60.0);
     assert!(all.len() > 280 && all.iter().all(|(t, left)| (t + left - 60.0).abs() < 0.5), "{all:?}");
 }
@@ -26,7 +26,7 @@ fn of_uneven_steps_the_end_moves_slowly() {
 }
 
 #[test]
-fn nothing_is_told_of_the_first_steps() {
+fn the_first_steps_have_no_forecast() {
     let mut forecast = Forecast::default();
     assert_eq!([forecast.left(1.0, 0.5), forecast.left(30.0, 0.001), forecast.left(30.0, 0.0)], [None; 3]);
     assert_eq!(forecast.left(30.0, 1.0), Some(0.0));

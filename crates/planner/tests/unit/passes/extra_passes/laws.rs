@@ -98,7 +98,7 @@ fn a_cusp_that_postures_beside_a_wall_raise_is_kept_by_passes_between() {
 }
 
 #[test]
-fn a_cusp_that_no_pass_can_keep_is_told_with_the_reason_and_is_no_clean_plan() {
+fn a_cusp_that_no_pass_can_keep_is_reported_with_the_reason_and_is_no_clean_plan() {
     let values = [("/path", planes(-2.0, 3.0)), ("/search/tilt_deg", json!([2.0, 45.0]))];
     let planned = planned(toward_wall, &values);
     let cusps = &planned.report.cusps[0];
