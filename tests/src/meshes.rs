@@ -352,7 +352,7 @@ pub fn markdown(outcomes: &[MeshOutcome]) -> String {
          virtual machine; the budget is what may appear there. *Covered* is the area of the facets that passes are laid on as \
          part of the area of all facets that face up (normals within 80° of +Z), hubs, edges and fillets included; what is \
          missing is steeper than the region's cone, on the hub or its fillet, or at the tip. The angle beside R and r is the \
-         steepest ramp of the tool; 90° stands where passes go down into stock more steeply than a face mill may, or the \
+         steepest ramp of the tool; 90° is given where passes go down into stock more steeply than a face mill may, or the \
          entry has to come in from above. *Planned* is the part of the CC points in the region that is in the program.\n\n\
          Written by `cargo run --release -p facemill-tests --bin meshes-table > docs/meshes.md`.\n\n\
          | mesh | triangles | degenerate | duplicate | open edges | non-manifold | components | strategy | cutter R / r, ramp | covered | CC points | planned | largest gouge / budget, mm | findings |\n\
