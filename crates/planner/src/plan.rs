@@ -30,7 +30,7 @@ use crate::planned::{Planned, name_parts, planned_files};
 use crate::program::output::{OwnProgram, Texts, check_feeds, time_texts, write_draft, write_texts};
 use crate::program::planned_links::PlannedLinks;
 use crate::program::refinement::refine;
-use crate::program::rounds::{ProgramOfHeads, Sound, sound};
+use crate::program::rounds::{ProgramOfHeads, VerifiedProgram, verified_program};
 use crate::program::timing::control_assumption;
 use crate::report::chip_files::ChipFiles;
 use crate::report::reporting::report;
@@ -89,8 +89,8 @@ pub(crate) fn planned_setup(
     };
     clock.lap("shorten links");
     let mut head = OneHead { ground: &ground, operations, settings, before: &before, shortened, stages };
-    let Sound { mut texts, verifications, certificates, cut: (of_stock, rest), seen, mended } =
-        sound(&mut head, settings, &mut clock)?;
+    let VerifiedProgram { mut texts, verifications, certificates, cut: (of_stock, rest), seen, mended } =
+        verified_program(&mut head, settings, &mut clock)?;
     let links = head.links_report(&texts);
     let operations = head.operations;
     let verification = verifications.map(|[run]| run);

@@ -7,8 +7,8 @@ use facemill_job::stock::map::StockMeshes;
 use facemill_nc_program::ReadProgram;
 use facemill_tool_model::ToolAssembly;
 use facemill_virtual_machine::{
-    BetweenPositions, Finding, FindingKind, HeldAsCut, Verification, VerifySettings, certain_depth, in_question,
-    is_known_to_cut, still_there, verify,
+    BetweenPositions, Finding, FindingKind, HeldAsCut, Verification, VerifySettings, certain_depth, is_known_to_cut,
+    remaining_collisions, unresolved_findings, verify,
 };
 
 use crate::named_results::{name_obstacles, not_verified};
@@ -61,7 +61,7 @@ pub fn between_lines<const N: usize>(
             ..settings.clone()
         };
         let run = run("verify against all of the stock", program, (on, &at_first), stages)?;
-        queried[h] = in_question(on.at, &run.findings, then[h]);
+        queried[h] = unresolved_findings(on.at, &run.findings, then[h]);
         let is_beside = |f: &&Finding| not_covered[h].iter().any(|line| (f.first_line..=f.last_line).contains(line));
         let beside = queried[h].iter().filter(|f| !is_of_machine(f)).filter(is_beside);
         found.push(BetweenLines { findings: beside.cloned().collect(), positions: run.between });
@@ -86,7 +86,7 @@ pub fn hold_machine_as_cut<const N: usize>(
     stages: &dyn Stages,
 ) -> Result<bool, Failure> {
     let of_machine = |on: &HeadView<'_>, found: &[Finding], known: &[Finding]| -> Vec<Finding> {
-        in_question(on.at, found, known).into_iter().filter(is_of_machine).collect()
+        unresolved_findings(on.at, found, known).into_iter().filter(is_of_machine).collect()
     };
     let is_met = heads.iter().zip(&at_first).any(|((on, _), run)| !of_machine(on, &run.findings, &[]).is_empty());
     if !is_met || !is_cut_known(&tools(&heads), cut.cell, cut.tolerance) {
@@ -139,7 +139,7 @@ fn left_between<const N: usize>(
     let mut outside = StockMeshes::of(on.scene.setup).outside(on.scene.job, on.scene.setup, cut.cell, cut.region)?;
     let mut queried = queried.into_iter();
     let views = heads.map(|(on, settings)| (on.at, settings, queried.next().unwrap_or_default()));
-    still_there(program, views, &mut outside, cut.tolerance, &*monitor).map_err(not_verified)
+    remaining_collisions(program, views, &mut outside, cut.tolerance, &*monitor).map_err(not_verified)
 }
 
 /// Adds the findings between the lines, except those whose blocks have a finding on the same bodies

@@ -55,7 +55,7 @@
 //! It measures the text, by the distance between solids and mesh: not by the test that decided in
 //! the search. A position is tested exactly; between two of them bodies come nearer, and the cutter
 //! deeper, by at most [`BetweenPositions`]. There stock is a thickness on a mesh or the raw solid;
-//! [`run_stock`] cuts it and checks the tool against the rest; [`still_there`] does so for stock
+//! [`run_stock`] cuts it and checks the tool against the rest; [`remaining_collisions`] does so for stock
 //! between its lines, and for bodies of the machine.
 //!
 //! A program of a machine with several heads is run once for each ([`VirtualSetup`]); findings name
@@ -115,7 +115,7 @@ pub use crate::stock::cover::blocks_beyond;
 pub use crate::stock::remaining::swept_by_cuts;
 pub use crate::stock::run::{BlockCut, StockRun, run_stock, run_stock_of_heads};
 pub use crate::stock::unresolved_findings::{
-    HeadFindings, certain_depth, in_question, is_known_to_cut, outside_layer, still_there,
+    HeadFindings, certain_depth, is_known_to_cut, outside_layer, remaining_collisions, unresolved_findings,
 };
 pub use finding::{
     AxisReading, BetweenPositions, ClearancePlace, EstimatedPositions, Finding, FindingKind, GougePlace, Measure, Pose,

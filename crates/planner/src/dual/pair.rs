@@ -183,7 +183,7 @@ impl<'a> PairPlanner<'_, 'a> {
         let mut apart: BTreeSet<[usize; 2]> = BTreeSet::new();
         loop {
             let monitor = self.stages.start("left beside both heads", reached.len());
-            reached = remains.given_back(reached, causes, &*monitor)?;
+            reached = remains.trimmed(reached, causes, &*monitor)?;
             drop(monitor);
             let runs: Vec<&PairRun> = reached.iter().map(|r| &r.run).collect();
             let left = [left_over(slices[0], 0, &runs), left_over(slices[1], 1, &runs)];

@@ -32,7 +32,7 @@ use crate::plan_stages::stages_of_heads;
 use crate::plan_stock::{CutByPlan, StockBefore, StockToCut};
 use crate::planned::{Planned, name_parts, planned_files};
 use crate::program::output::check_feeds;
-use crate::program::rounds::{ProgramOfHeads, Sound, sound};
+use crate::program::rounds::{ProgramOfHeads, VerifiedProgram, verified_program};
 use crate::program::timing::control_assumption;
 use crate::report::chip_files::ChipFiles;
 use crate::report::reporting::report;
@@ -102,8 +102,8 @@ pub(crate) fn plan_dual_setup(
     };
     clock.lap("shorten links");
     let mut both = TwoHeads { ground: &ground, parts, settings, before: &before, shortened, stages };
-    let Sound { mut texts, verifications, certificates, cut: (of_stock, rest), seen, mended } =
-        sound(&mut both, settings, &mut clock)?;
+    let VerifiedProgram { mut texts, verifications, certificates, cut: (of_stock, rest), seen, mended } =
+        verified_program(&mut both, settings, &mut clock)?;
     let links = both.links_report(&texts);
     let saved = both.shortened.as_ref().map_or_else(|_| vec![0.0; texts.times.len()], |links| links.saved(&texts));
     let parts = both.parts;

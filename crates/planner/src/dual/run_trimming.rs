@@ -34,7 +34,7 @@ impl Remains<'_, '_, '_> {
     ///
     /// # Errors
     /// Returns an error if the monitor cancels.
-    pub(crate) fn given_back(
+    pub(crate) fn trimmed(
         &self,
         mut runs: Vec<ReachedRun>,
         causes: &mut Causes,

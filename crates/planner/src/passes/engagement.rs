@@ -45,7 +45,7 @@ pub(crate) fn engagement_of_passes(
     let all: Vec<&PassSegment> = pieces.iter().map(|p| &p.piece).collect();
     let reach = neighbour_reach(job.tool.cutter(), operation);
     let twins = Twins::of(&all, operation, setup, reach.far);
-    let surroundings = Surroundings::new(job, setup, &operation.feeds, &all, reach);
+    let surroundings = EngagementContext::new(job, setup, &operation.feeds, &all, reach);
     let monitor = stages.start(CHIPS, all.len());
     let found: Vec<Option<Vec<PointEngagement>>> = (0..all.len())
         .into_par_iter()
@@ -75,7 +75,7 @@ fn cut_point(piece: &PassSegment, cut: usize) -> CutPoint {
 }
 
 /// Surroundings of the pieces of an operation.
-struct Surroundings<'s> {
+struct EngagementContext<'s> {
     job: &'s Job,
     setup: &'s Setup<'s>,
     feeds: &'s FeedsFile,
@@ -86,7 +86,7 @@ struct Surroundings<'s> {
     numbers: Vec<usize>,
 }
 
-impl<'s> Surroundings<'s> {
+impl<'s> EngagementContext<'s> {
     fn new(
         job: &'s Job,
         setup: &'s Setup<'s>,

@@ -46,7 +46,7 @@ pub(crate) trait ProgramOfHeads<const N: usize> {
 }
 
 /// Program with all results on it.
-pub(crate) struct Sound<T, const N: usize> {
+pub(crate) struct VerifiedProgram<T, const N: usize> {
     pub texts: T,
     pub verifications: Option<[Verification; N]>,
     pub certificates: Option<[Certificates; N]>,
@@ -65,11 +65,11 @@ const LINK_ROUNDS: usize = 3;
 /// # Errors
 /// Returns an error if the program cannot be written, the control would read other feeds than the
 /// plan means, or the stages are cancelled.
-pub(crate) fn sound<P: ProgramOfHeads<N>, const N: usize>(
+pub(crate) fn verified_program<P: ProgramOfHeads<N>, const N: usize>(
     program: &mut P,
     settings: PlanSettings,
     clock: &mut Clock,
-) -> Result<Sound<P::Texts, N>, Failure> {
+) -> Result<VerifiedProgram<P::Texts, N>, Failure> {
     let (mut mended, mut round) = (0, 0);
     loop {
         round += 1;
@@ -92,7 +92,7 @@ pub(crate) fn sound<P: ProgramOfHeads<N>, const N: usize>(
         }
         // Faults that the cut stock has removed hid the times.
         program.check_feeds(&texts, verifications.as_ref())?;
-        return Ok(Sound { texts, verifications, certificates, cut, seen, mended });
+        return Ok(VerifiedProgram { texts, verifications, certificates, cut, seen, mended });
     }
 }
 

@@ -20,7 +20,7 @@ pub(crate) struct FirstStock<'a> {
 /// The same at a moment.
 ///
 /// Lines are those that are outside of all stock
-/// ([`still_there`](crate::stock::unresolved_findings::still_there)): the rest is only where the
+/// ([`remaining_collisions`](crate::stock::unresolved_findings::remaining_collisions)): the rest is only where the
 /// stock was at first, and in cells whose line has material at the same height, or where there are
 /// no lines. So its distance is no less than from the first stock, and no less than from the lines
 /// but for half the diagonal of a cell: the result is the larger of both.

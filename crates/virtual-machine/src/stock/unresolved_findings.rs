@@ -30,14 +30,14 @@ pub fn outside_layer(cell: f64) -> f64 {
 }
 
 /// Depth, mm, to which the cutter, or a section of the tool's body or holder, has to go into the
-/// remaining stock for [`still_there`] to find it, on lines `cell` (mm) apart and with a tolerance
+/// remaining stock for [`remaining_collisions`] to find it, on lines `cell` (mm) apart and with a tolerance
 /// (mm): below its surface, its ends included. Sections that are nowhere that deep are not tested.
 #[must_use]
 pub fn certain_depth(cell: f64, tolerance: f64) -> f64 {
     SQRT_2 * cell + 8.0 * tolerance
 }
 
-/// Whether a cutter is large enough for [`still_there`] to know what it takes, on lines `cell` (mm)
+/// Whether a cutter is large enough for [`remaining_collisions`] to know what it takes, on lines `cell` (mm)
 /// apart and with a tolerance (mm).
 #[must_use]
 pub fn is_known_to_cut(cutter: &Cutter, cell: f64, tolerance: f64) -> bool {
@@ -76,7 +76,7 @@ pub type HeadFindings<'a> = (&'a VirtualSetup<'a>, &'a VerifySettings, Vec<Findi
 ///
 /// # Errors
 /// As [`run_stock_of_heads`](crate::stock::run::run_stock_of_heads).
-pub fn still_there<const N: usize>(
+pub fn remaining_collisions<const N: usize>(
     program: &ReadProgram,
     heads: [HeadFindings<'_>; N],
     outside: &mut DexelMap,
@@ -342,7 +342,7 @@ fn steps<'s>(
 /// then does not tell: what is in question, of bodies of tool and machine, and of the cutter in
 /// rapid.
 #[must_use]
-pub fn in_question(setup: &VirtualSetup<'_>, at_first: &[Finding], then: &[Finding]) -> Vec<Finding> {
+pub fn unresolved_findings(setup: &VirtualSetup<'_>, at_first: &[Finding], then: &[Finding]) -> Vec<Finding> {
     let of_tool = |f: &Finding| matches!(f.kind, FindingKind::HolderCollision | FindingKind::RapidCollision);
     let is_same = |a: &Finding, b: &Finding| {
         (a.kind, &a.body, &a.obstacle) == (b.kind, &b.body, &b.obstacle)

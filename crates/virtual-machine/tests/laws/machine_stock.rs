@@ -9,7 +9,7 @@ use facemill_nc_program::read_program;
 use facemill_virtual_machine::verify;
 use facemill_virtual_machine::{
     Certificates, Finding, FindingKind, HeadFindings, HeldAsCut, Measure, ObstacleKind, VerifySettings,
-    VirtualObstacle, VirtualSetup, certify, in_question, outside_layer, still_there,
+    VirtualObstacle, VirtualSetup, certify, outside_layer, remaining_collisions, unresolved_findings,
 };
 use facemill_z_map::DexelMap;
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -117,10 +117,10 @@ fn of_heads<const N: usize>(
     let run = |setup, settings| verify(&program, setup, settings, &Silent).unwrap().findings;
     let first = setups.map(|setup| run(setup, settings));
     let then = setups.map(|setup| run(setup, &cut));
-    let asked = |h: usize| in_question(setups[h], &first[h], &then[h]);
+    let asked = |h: usize| unresolved_findings(setups[h], &first[h], &then[h]);
     let heads: [HeadFindings<'_>; N] = std::array::from_fn(|h| (setups[h], &cut, asked(h)));
     let mut lines = outside.clone();
-    let left = still_there(&program, heads, &mut lines, TOLERANCE, &Silent).unwrap();
+    let left = remaining_collisions(&program, heads, &mut lines, TOLERANCE, &Silent).unwrap();
     lines.check_invariants().unwrap();
     let of_guard = |findings: &[Finding]| -> Vec<Finding> {
         findings.iter().filter(|f| f.body.as_deref() == Some("guard")).cloned().collect()

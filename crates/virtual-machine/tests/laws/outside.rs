@@ -6,7 +6,8 @@ use facemill_cl_data::Silent;
 use facemill_nc_program::Dialect;
 use facemill_nc_program::read_program;
 use facemill_virtual_machine::{
-    Finding, FindingKind, VerifySettings, certain_depth, in_question, outside_layer, run_stock, still_there,
+    Finding, FindingKind, VerifySettings, certain_depth, outside_layer, remaining_collisions, run_stock,
+    unresolved_findings,
 };
 use facemill_z_map::DexelMap;
 use nalgebra::Isometry3;
@@ -41,7 +42,7 @@ fn all_asked(shop: &Shop) -> Vec<Finding> {
 fn met(shop: &Shop, text: &str, stock: Corners, asked: Vec<Finding>) -> Vec<(FindingKind, u32)> {
     let program = read_program(text, Dialect::Fanuc).unwrap();
     let (setup, settings, mut map) = (shop.setup(), VerifySettings::default(), outside(stock));
-    let [found] = still_there(&program, [(&setup, &settings, asked)], &mut map, TOLERANCE, &Silent).unwrap();
+    let [found] = remaining_collisions(&program, [(&setup, &settings, asked)], &mut map, TOLERANCE, &Silent).unwrap();
     map.check_invariants().unwrap();
     assert!(found.iter().all(|f| f.obstacle.as_deref() == Some("stock") && f.note.contains("lines")), "{found:?}");
     found.iter().map(|f| (f.kind, f.worst_line - HEAD)).collect()
@@ -123,12 +124,12 @@ fn findings_alike_on_the_stock_as_it_is_are_not_in_question() {
     let [rapid, holder, gouge] = [FindingKind::RapidCollision, FindingKind::HolderCollision, FindingKind::Gouge];
     let at_first = [found(rapid, 3), found(holder, 5), found(gouge, 6), found(rapid, 9)];
     let shop = Shop::new();
-    let asked = in_question(&shop.setup(), &at_first, &[found(rapid, 3), found(rapid, 5)]);
+    let asked = unresolved_findings(&shop.setup(), &at_first, &[found(rapid, 3), found(rapid, 5)]);
     assert_eq!(asked, [at_first[1].clone(), at_first[3].clone()]);
     // Of bodies, those of the machine with what they come near, too.
     let near = |kind, body: &str| Finding { body: Some(body.to_owned()), ..found(kind, 7) };
     let kinds = [FindingKind::Collision, FindingKind::NearMiss];
     let at_first = kinds.map(|kind| ["head", "cutter"].map(|body| near(kind, body))).concat();
-    let asked = in_question(&shop.setup(), &at_first, &[near(FindingKind::NearMiss, "cutter")]);
+    let asked = unresolved_findings(&shop.setup(), &at_first, &[near(FindingKind::NearMiss, "cutter")]);
     assert_eq!(asked, kinds.map(|kind| near(kind, "head")));
 }
