@@ -55,8 +55,8 @@
 //! It measures the text, by the distance between solids and mesh: not by the test that decided in
 //! the search. A position is tested exactly; between two of them bodies come nearer, and the cutter
 //! deeper, by at most [`BetweenPositions`]. There stock is a thickness on a mesh or the raw solid;
-//! [`run_stock`] cuts it and checks the tool against the rest; [`remaining_collisions`] does so for stock
-//! between its lines, and for bodies of the machine.
+//! [`run_stock`] cuts it and checks the tool against the rest; [`remaining_collisions`] does so for
+//! stock between its lines, and for bodies of the machine.
 //!
 //! A program of a machine with several heads is run once for each ([`VirtualSetup`]); findings name
 //! the head in their note. All of them cut one stock ([`run_stock_of_heads`]).

@@ -142,8 +142,9 @@ pub struct HeldAsCut {
     /// Tool assembly, cutter in rapid, ramps and the cutter's core: by
     /// [`run_stock`](crate::stock::run::run_stock).
     pub tool: bool,
-    /// Bodies of the machine: by [`remaining_collisions`](crate::stock::unresolved_findings::remaining_collisions),
-    /// of what they meet of the stock as it was at first.
+    /// Bodies of the machine: by
+    /// [`remaining_collisions`](crate::stock::unresolved_findings::remaining_collisions), of what
+    /// they meet of the stock as it was at first.
     pub machine: bool,
 }
 

@@ -20,10 +20,10 @@ pub(crate) struct FirstStock<'a> {
 /// The same at a moment.
 ///
 /// Lines are those that are outside of all stock
-/// ([`remaining_collisions`](crate::stock::unresolved_findings::remaining_collisions)): the rest is only where the
-/// stock was at first, and in cells whose line has material at the same height, or where there are
-/// no lines. So its distance is no less than from the first stock, and no less than from the lines
-/// but for half the diagonal of a cell: the result is the larger of both.
+/// ([`remaining_collisions`](crate::stock::unresolved_findings::remaining_collisions)): the rest is
+/// only where the stock was at first, and in cells whose line has material at the same height, or
+/// where there are no lines. So its distance is no less than from the first stock, and no less than
+/// from the lines but for half the diagonal of a cell: the result is the larger of both.
 pub(crate) struct StockNow<'s> {
     first: &'s FirstStock<'s>,
     lines: &'s DexelMap,

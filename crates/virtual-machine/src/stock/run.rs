@@ -75,8 +75,8 @@ pub struct BlockCut {
 /// - Faults of the text, and motions that are not simulated, are `verify`'s to tell: nothing is cut
 ///   on them.
 /// - Bodies of the machine are not tested:
-///   [`remaining_collisions`](crate::stock::unresolved_findings::remaining_collisions) tells what of their findings
-///   against the stock as it was before cutting may hold against what is left.
+///   [`remaining_collisions`](crate::stock::unresolved_findings::remaining_collisions) tells what
+///   of their findings against the stock as it was before cutting may hold against what is left.
 ///
 /// With [`VerifySettings::estimate`] the cuts stay the same, but bodies and the cutter in rapid are
 /// tested at positions alone: where the segments of cuts end, and on rapids a radius of the cutter

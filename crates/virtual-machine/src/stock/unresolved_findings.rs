@@ -30,15 +30,16 @@ pub fn outside_layer(cell: f64) -> f64 {
 }
 
 /// Depth, mm, to which the cutter, or a section of the tool's body or holder, has to go into the
-/// remaining stock for [`remaining_collisions`] to find it, on lines `cell` (mm) apart and with a tolerance
-/// (mm): below its surface, its ends included. Sections that are nowhere that deep are not tested.
+/// remaining stock for [`remaining_collisions`] to find it, on lines `cell` (mm) apart and with a
+/// tolerance (mm): below its surface, its ends included. Sections that are nowhere that deep are
+/// not tested.
 #[must_use]
 pub fn certain_depth(cell: f64, tolerance: f64) -> f64 {
     SQRT_2 * cell + 8.0 * tolerance
 }
 
-/// Whether a cutter is large enough for [`remaining_collisions`] to know what it takes, on lines `cell` (mm)
-/// apart and with a tolerance (mm).
+/// Whether a cutter is large enough for [`remaining_collisions`] to know what it takes, on lines
+/// `cell` (mm) apart and with a tolerance (mm).
 #[must_use]
 pub fn is_known_to_cut(cutter: &Cutter, cell: f64, tolerance: f64) -> bool {
     Smaller::within(cutter, outside_layer(cell) + 2.0 * tolerance).is_some()
