@@ -91,6 +91,63 @@ pub enum PathError {
         /// How many pieces were left out.
         n_dropped_pieces: usize,
     },
+    /// A flow names no border of the region.
+    #[error(
+        "flow.{end}: no border of the region lies within {within} mm of {what}; {}", nearest_border(*nearest)
+    )]
+    NoFlowEnd {
+        /// The end: "from" or "to".
+        end: &'static str,
+        /// Description of the group, curve, plane or cylinder that it names.
+        what: String,
+        /// The distance allowed, mm.
+        within: f64,
+        /// Distance of the nearest edge of the border, by its farthest place, mm; infinite where
+        /// there is none.
+        nearest: f64,
+    },
+    /// Both ends of a flow name the same place of the border.
+    #[error(
+        "the ends of the flow touch at ({:.6}, {:.6}, {:.6}): \"from\" and \"to\" have to be apart; name a smaller \
+         part of the border for one of them, or allow a smaller distance within_mm", position.x, position.y, position.z
+    )]
+    FlowEndsTouch {
+        /// The place, workpiece frame, mm.
+        position: Point3<f64>,
+    },
+    /// A part of the region does not lie between both ends of a flow.
+    #[error(
+        "the part of the region at ({:.6}, {:.6}, {:.6}) does not touch \"{end}\" of the flow; bound the region to what \
+         lies between both ends, or give this part an operation of its own", position.x, position.y, position.z
+    )]
+    FlowMisses {
+        /// The end: "from" or "to".
+        end: &'static str,
+        /// A place of the part, workpiece frame, mm.
+        position: Point3<f64>,
+    },
+    /// The mesh does not allow a flow to be computed.
+    #[error(
+        "the flow over the region cannot be computed (residual {residual:.1e}); repair the mesh or bound the region"
+    )]
+    NoField {
+        /// Residual of the equations, as a share of their right side.
+        residual: f64,
+    },
+    /// The levels of a spiral are not closed curves, one inside the other.
+    #[error(
+        "a spiral needs one closed curve on every level, but level {level:.6} {fault} at ({:.6}, {:.6}, {:.6}); bound the \
+         levels or the region to those that close, or let it flow between two closed borders", position.x, position.y,
+        position.z
+    )]
+    NoSpiral {
+        /// The level, mm.
+        level: f64,
+        /// Its fault.
+        fault: &'static str,
+        /// A place of it, workpiece frame, mm.
+        position: Point3<f64>,
+    },
     /// The strip width of the caller is not a number.
     #[error("the strip width at ({:.6}, {:.6}, {:.6}) is not a number", position.x, position.y, position.z)]
     StripWidth {
@@ -184,6 +241,16 @@ impl Remedy {
             Self::LargestStep(v) => Self::LargestStep(up(v)),
             Self::ChordTolerance(v) => Self::ChordTolerance(up(v)),
         }
+    }
+}
+
+fn nearest_border(nearest: f64) -> String {
+    if nearest.is_finite() {
+        format!(
+            "the nearest is {nearest:.3} mm away: name what bounds the region, or allow a larger distance within_mm"
+        )
+    } else {
+        "there is nothing to measure to: the region has no border, or the group no triangle".to_owned()
     }
 }
 

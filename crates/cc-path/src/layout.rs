@@ -1,6 +1,7 @@
 //! Passes laid on a surface: level curves, their step by strip widths, their order.
 
 pub(crate) mod edge_fill;
+pub(crate) mod field;
 pub(crate) mod generate_passes;
 pub(crate) mod level_set;
 pub(crate) mod levels;

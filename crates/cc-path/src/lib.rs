@@ -2,9 +2,10 @@
 //!
 //! They come from one of two sources:
 //! - a path file, read by [`read_path_file`] and put on the drive surface by [`project`];
-//! - [`lay_passes`]: sections of a [`Region`] of the drive surface by a [`Strategy`], parallel
-//!   planes or coaxial cylinders. A strategy gives every place a *level* (distance along the
-//!   normal, radius); passes are curves of equal level. The caller says how wide a strip may be at
+//! - [`lay_passes`]: curves on a [`Region`] of the drive surface by a [`Strategy`]. [`Sections`] by
+//!   parallel planes or coaxial cylinders give every place a *level* (distance along the
+//!   normal, radius), a [`Flow`] does so by a field between two borders of the region; passes are
+//!   curves of equal level, or one [`Spiral`] over them. The caller says how wide a strip may be at
 //!   a CC point, and levels are chosen so that no neighbours lie farther apart along the surface;
 //!   points are put on them by chord tolerance, largest step and turn of the normal. With
 //!   [`LaySettings::edge_fill`], passes are *fronts* instead: they lean from the levels as the
@@ -32,9 +33,9 @@
 //! # Ok::<(), PathError>(())
 //! ```
 //!
-//! Guaranteed: every point lies on the mesh and on its level or front to rounding; the result is
-//! the same on any number of threads; no input makes it panic. Estimated: chords, from the turn of
-//! the smooth normals inside facets.
+//! Guaranteed: every point lies on the mesh and on its level, front or spiral to rounding; the
+//! result is the same on any number of threads; no input makes it panic. Estimated: chords, from
+//! the turn of the smooth normals inside facets.
 //!
 //! Modules, each of which imports those above it alone:
 //!
@@ -44,6 +45,7 @@
 //! | `error` | faults of path files and of passes that cannot be laid |
 //! | `region` | regions: the part of the drive surface that passes are laid on |
 //! | `strategy` | strategies: settings of the passes on a surface, and their limits |
+//! | `harmonic` | harmonic functions on meshes: fields between curves, the angle around a tube |
 //! | `layout` | passes laid on a surface: level curves, their step by strip widths, their order |
 //! | `project` | points of a path file projected on a surface |
 //! | `samples` | points spread evenly over a region of the drive surface: where it is measured what a program leaves |
@@ -53,11 +55,13 @@
 //!
 //! Inside: `region` chooses triangles, `patch` cuts them at the box and refines them, `widths` gets
 //! strip widths, `levels` chooses levels; `edge_fill` plans fronts and puts them on the patch;
-//! `section_layout` decides between both; `trace` finds the curves, `resample` puts points on
-//! them, `order` puts them in order; `samples` spreads points over a region, one in each cell of a
-//! `lattice`, whatever is laid on it; `size` bounds all of them.
+//! `section_layout` decides between both; `field` has levels of a flow and spirals; `trace` finds
+//! the curves, `resample` puts points on them, `order` puts them in order; `samples` spreads points
+//! over a region, one in each cell of a `lattice`, whatever is laid on it; `size` bounds all of
+//! them.
 
 mod error;
+mod harmonic;
 #[cfg(test)]
 #[path = "../tests/unit/laws/mod.rs"]
 mod laws;
@@ -72,6 +76,10 @@ mod strategy;
 mod test_kit;
 
 pub use crate::layout::generate_passes::{LaidPass, PassLayout, lay_passes};
+pub use crate::strategy::field::{Flow, FlowEnd, Spiral, SpiralLevels};
+pub use crate::strategy::field_file::{
+    FlowCurveFile, FlowCylinderFile, FlowEndFile, FlowFile, FlowPlaneFile, SpiralFile,
+};
 pub use crate::strategy::file::{
     BoxFile, CylindricalSectionsFile, NormalConeFile, ParallelPlanesFile, RegionFile, StrategyFile,
 };

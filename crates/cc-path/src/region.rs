@@ -76,6 +76,18 @@ fn check_groups(surface: &Surface, region: &Region) -> Result<(), PathError> {
     }
 }
 
+/// Whether each triangle of the surface is in a group.
+///
+/// # Errors
+/// When there is no such group.
+pub(crate) fn group_triangles(surface: &Surface, group: &str) -> Result<Vec<bool>, PathError> {
+    let named = Region { groups: Some(vec![group.to_owned()]), ..Region::default() };
+    check_groups(surface, &named)?;
+    let mut is_in = vec![false; surface.mesh().triangles().len()];
+    keep_groups(surface, &named, (0..is_in.len() as u32).collect()).into_iter().for_each(|t| is_in[t as usize] = true);
+    Ok(is_in)
+}
+
 fn keep_groups(surface: &Surface, region: &Region, triangles: Vec<u32>) -> Vec<u32> {
     let Some(names) = &region.groups else { return triangles };
     let chosen: Vec<_> =

@@ -1,11 +1,15 @@
 //! Strategies: settings of the passes on a surface, and their limits.
 
+pub(crate) mod field;
+pub(crate) mod field_file;
 pub(crate) mod file;
 pub(crate) mod patch;
 pub(crate) mod settings;
 pub(crate) mod size;
 
 use nalgebra::{Point3, Unit, Vector3};
+
+use crate::strategy::field::{Flow, Spiral};
 
 /// How passes are laid.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,6 +19,10 @@ pub enum Strategy {
     ParallelPlanes(ParallelPlanes),
     /// Sections by coaxial cylinders.
     CylindricalSections(CylindricalSections),
+    /// Curves between two borders of the region that morph from the one to the other.
+    Flow(Flow),
+    /// One curve that winds around.
+    Spiral(Spiral),
 }
 
 /// Sections of a surface by a family of surfaces in space, which give every point a level.
@@ -60,6 +68,7 @@ impl Strategy {
         match self {
             Self::ParallelPlanes(s) => Some(Sections::ParallelPlanes(*s)),
             Self::CylindricalSections(s) => Some(Sections::CylindricalSections(*s)),
+            Self::Flow(_) | Self::Spiral(_) => None,
         }
     }
 }

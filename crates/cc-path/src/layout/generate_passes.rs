@@ -4,12 +4,16 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 
 use crate::error::PathError;
+use crate::layout::field::field_layout::{FieldLayout, flow_levels};
+use crate::layout::field::spiral::{SpiralLayout, without_poles};
 use crate::layout::order::{LevelPieces, arrange};
 use crate::layout::pass_level::{PassLevel, Strips};
 use crate::layout::resample::{NoPointsLeft, beginning, pass_length, resample};
 use crate::layout::section_layout::{SectionLayout, check_sections, fineness};
+use crate::layout::strip_width::StripWidth;
 use crate::layout::trace::{Curve, TracedLevel, trace};
 use crate::region::Region;
+use crate::strategy::field::{Flow, Spiral, SpiralLevels};
 use crate::strategy::patch::Patch;
 use crate::strategy::settings::{LaySettings, UncutSide};
 use crate::strategy::size::{PointsLeft, too_many_points};
@@ -20,7 +24,7 @@ use crate::strategy::{Sections, Strategy};
 pub struct PassLayout {
     /// The passes in cutting order, at least one.
     pub passes: Vec<LaidPass>,
-    /// Number of levels, those without a pass included.
+    /// Number of levels, those without a pass included; of a spiral, its turns.
     pub n_levels: usize,
     /// Pieces left out because they are shorter than the shortest pass, margins taken off.
     pub n_dropped_pieces: usize,
@@ -40,10 +44,11 @@ pub struct PassLayout {
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaidPass {
     /// The points in cutting order, at least two. Each lies on the mesh and, unless
-    /// edges are filled, on the level.
+    /// edges are filled or it is a spiral, on the level.
     pub pass: Pass<CcPoint>,
-    /// Distance of the plane or radius of the cylinder at its first point, mm; on all of it, unless
-    /// edges are filled.
+    /// Distance of the plane, radius of the cylinder or level of the flow at its first point, mm;
+    /// on all of it, unless edges are filled or it is a spiral. The levels of a flow begin with 0
+    /// and have a slope of 1 in the mean.
     pub level: f64,
     /// On which side of the feed the later passes lie.
     pub uncut: UncutSide,
@@ -68,8 +73,8 @@ pub struct LaidPass {
 ///
 /// # Errors
 /// When a setting is out of range, the region is empty, names an unknown group or leaves no pass, a
-/// width is NaN, there would be too many passes, points, or facets to look at, or the monitor
-/// cancels.
+/// width is NaN, the ends of a flow or the levels of a spiral are not what they have to be, there
+/// would be too many passes, points, or facets to look at, or the monitor cancels.
 pub fn lay_passes(
     surface: &Surface,
     region: &Region,
@@ -79,27 +84,70 @@ pub fn lay_passes(
     monitor: &dyn Monitor,
 ) -> Result<PassLayout, PathError> {
     settings.check()?;
-    let sections = match strategy {
-        Strategy::ParallelPlanes(s) => Sections::ParallelPlanes(*s),
-        Strategy::CylindricalSections(s) => Sections::CylindricalSections(*s),
-    };
-    along_sections(surface, region, &sections, settings, strip_width, monitor)
+    let task = Task { surface, region, settings, strip_width, monitor };
+    match strategy {
+        Strategy::ParallelPlanes(s) => task.along_sections(&Sections::ParallelPlanes(*s)),
+        Strategy::CylindricalSections(s) => task.along_sections(&Sections::CylindricalSections(*s)),
+        Strategy::Flow(flow) => task.along_flow(flow),
+        Strategy::Spiral(spiral) => task.along_spiral(spiral),
+    }
 }
 
-fn along_sections(
-    surface: &Surface,
-    region: &Region,
-    sections: &Sections,
-    settings: &LaySettings,
-    strip_width: &(dyn Fn(&CcPoint) -> f64 + Sync),
-    monitor: &dyn Monitor,
-) -> Result<PassLayout, PathError> {
-    check_sections(sections)?;
-    let patch = Patch::new(surface, region, sections, &fineness(surface, settings))?;
-    monitor.checkpoint()?;
-    let layout = SectionLayout::plan(&patch, sections, settings, strip_width, monitor)?;
-    let traced = trace_levels(&patch, layout.levels(), settings, monitor)?;
-    pass_layout(traced, layout.strips, settings, monitor)
+/// Surface, region and settings of passes.
+struct Task<'a> {
+    surface: &'a Surface,
+    region: &'a Region,
+    settings: &'a LaySettings,
+    strip_width: StripWidth<'a>,
+    monitor: &'a dyn Monitor,
+}
+
+impl Task<'_> {
+    fn patch(&self, sections: Option<&Sections>) -> Result<Patch<'_>, PathError> {
+        let patch = Patch::new(self.surface, self.region, sections, &fineness(self.surface, self.settings))?;
+        self.monitor.checkpoint()?;
+        Ok(patch)
+    }
+
+    fn along_sections(&self, sections: &Sections) -> Result<PassLayout, PathError> {
+        check_sections(sections)?;
+        let patch = self.patch(Some(sections))?;
+        let layout = SectionLayout::plan(&patch, sections, self.settings, self.strip_width, self.monitor)?;
+        let traced = trace_levels(&patch, layout.levels(), self.settings, self.monitor)?;
+        pass_layout(traced, layout.strips, self.settings, self.monitor)
+    }
+
+    fn along_spiral(&self, spiral: &Spiral) -> Result<PassLayout, PathError> {
+        let (patch, sections) = match &spiral.levels {
+            SpiralLevels::Sections(sections) => {
+                check_sections(sections)?;
+                let patch = self.patch(Some(sections))?;
+                (without_poles(patch, sections, self.settings, self.strip_width)?, Some(sections))
+            }
+            SpiralLevels::Flow(flow) => {
+                flow.check()?;
+                let mut patch = self.patch(None)?;
+                flow_levels(&mut patch, flow)?;
+                (patch, None)
+            }
+        };
+        self.monitor.checkpoint()?;
+        let layout = SpiralLayout::plan(&patch, sections, self.settings, self.strip_width, self.monitor)?;
+        let traced = vec![layout.traced(&patch)];
+        // One pass on as many levels as it has turns.
+        let passes = pass_layout(traced, layout.strips, self.settings, self.monitor)?;
+        Ok(PassLayout { n_levels: layout.n_turns, ..passes })
+    }
+
+    fn along_flow(&self, flow: &Flow) -> Result<PassLayout, PathError> {
+        flow.check()?;
+        let mut patch = self.patch(None)?;
+        flow_levels(&mut patch, flow)?;
+        self.monitor.checkpoint()?;
+        let layout = FieldLayout::plan(&patch, self.settings, self.strip_width, self.monitor)?;
+        let traced = trace_levels(&patch, layout.levels(), self.settings, self.monitor)?;
+        pass_layout(traced, layout.strips, self.settings, self.monitor)
+    }
 }
 
 /// The passes on traced levels, in cutting order.

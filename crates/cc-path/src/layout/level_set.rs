@@ -11,20 +11,23 @@ pub(crate) enum LevelSet<'a> {
     Level { sections: &'a Sections, level: f64 },
     /// A front over the levels of sections: where their level is the front's.
     Front { sections: &'a Sections, front: FrontSet<'a> },
+    /// A level of the patch's values, linear on its triangles, with gradients at its vertices.
+    Field { gradients: &'a [Vector3<f64>], level: f64 },
 }
 
 impl<'a> LevelSet<'a> {
     /// The value that places of the pass have.
     pub(crate) fn level(&self) -> f64 {
         match self {
-            Self::Level { level, .. } => *level,
+            Self::Level { level, .. } | Self::Field { level, .. } => *level,
             Self::Front { .. } => 0.0,
         }
     }
 
-    /// Value at a place.
+    /// Value at a place; NaN for a field, which has values at the vertices of the patch.
     pub(crate) fn value(&self, p: &Point3<f64>) -> f64 {
         match self {
+            Self::Field { .. } => f64::NAN,
             Self::Level { sections, .. } => sections.level(p),
             Self::Front { sections, front } => sections.level(p) - front.level(p),
         }
@@ -34,14 +37,16 @@ impl<'a> LevelSet<'a> {
     /// computed at those that are needed.
     pub(crate) fn at_vertices(&self, patch: &'a Patch) -> Option<&'a [f64]> {
         match self {
-            Self::Level { .. } => Some(&patch.levels),
+            Self::Level { .. } | Self::Field { .. } => Some(&patch.levels),
             Self::Front { .. } => None,
         }
     }
 
-    /// Direction in which the value rises, not of unit length; `None` where there is none.
+    /// Direction in which the value rises, not of unit length; `None` where there is none,
+    /// and for a field.
     pub(crate) fn gradient(&self, p: &Point3<f64>) -> Option<Vector3<f64>> {
         match self {
+            Self::Field { .. } => None,
             Self::Level { sections, .. } => sections.gradient(p).map(|g| g.into_inner()),
             Self::Front { sections, front } => Some(sections.gradient(p)?.into_inner() - front.gradient(p)),
         }
@@ -51,6 +56,7 @@ impl<'a> LevelSet<'a> {
     pub(crate) fn is_linear(&self) -> bool {
         match self {
             Self::Level { sections, .. } => sections.is_linear(),
+            Self::Field { .. } => true,
             Self::Front { .. } => false,
         }
     }
@@ -74,7 +80,7 @@ impl<'a> LevelSet<'a> {
     /// Whether the pass runs over a place of the curve.
     pub(crate) fn covers(&self, p: &Point3<f64>) -> bool {
         match self {
-            Self::Level { .. } => true,
+            Self::Level { .. } | Self::Field { .. } => true,
             Self::Front { front, .. } => front.covers(p),
         }
     }
@@ -83,6 +89,7 @@ impl<'a> LevelSet<'a> {
     pub(crate) fn reported_level(&self, p: &Point3<f64>) -> f64 {
         match self {
             Self::Level { sections, .. } | Self::Front { sections, .. } => sections.level(p),
+            Self::Field { level, .. } => *level,
         }
     }
 }

@@ -65,7 +65,7 @@ pub(crate) struct NoPointsLeft;
 
 /// Ways at which a pass on the curve begins and ends; `None` where it is too short for one.
 fn ends(curve: &Curve, settings: &LaySettings) -> Option<(f64, f64)> {
-    let margin = if curve.closed { 0.0 } else { settings.edge_margin };
+    let margin = if curve.closed || curve.winds { 0.0 } else { settings.edge_margin };
     let (start, end) = (margin, curve.length() - margin);
     // Shorter than the least gap it is no pass, whatever the settings say.
     (end - start >= settings.min_pass_length.max(least_gap(settings))).then_some((start, end))

@@ -19,7 +19,7 @@ use crate::strategy::size::StepOverCause;
 /// Border levels are moved inside by this part of the region's extent (3 µm on 3 m), and at most by
 /// a thousandth of the range. Larger: a rim stays uncut. Smaller: a border that runs along a level
 /// only up to the rounding of a mesh file in single precision is cut in crumbs.
-const BORDER_INSET: f64 = 1e-6;
+pub(crate) const BORDER_INSET: f64 = 1e-6;
 
 /// The levels or fronts of sections of a patch.
 pub(crate) struct SectionLayout<'a> {
@@ -47,7 +47,7 @@ impl<'a> SectionLayout<'a> {
     ) -> Result<Self, PathError> {
         let (bands, cause) = bands(patch, sections, settings, strip_width)?;
         monitor.checkpoint()?;
-        let (first, last) = border_levels(patch, sections)?;
+        let (first, last) = border_levels(patch, sections.range())?;
         let rising = rising_levels(&bands, cause, first, last, settings)?;
         let fronts = || FrontLayout::plan(patch, sections, settings, &bands, &rising);
         if let Some(fronts) = settings.edge_fill.then(fronts).flatten() {
@@ -115,12 +115,14 @@ pub(crate) fn extent(mesh: &TriMesh) -> f64 {
     corners.map(|p| (p - first).norm_squared()).fold(0.0, f64::max).sqrt()
 }
 
-/// Lowest and highest level to be cut.
-fn border_levels(patch: &Patch, sections: &Sections) -> Result<(f64, f64), PathError> {
+/// Lowest and highest level to be cut, within a range.
+///
+/// # Errors
+/// When none is in it.
+pub(crate) fn border_levels(patch: &Patch, (low, high): (f64, f64)) -> Result<(f64, f64), PathError> {
     let used = patch.mesh.triangles().iter().flatten().map(|&v| patch.levels[v as usize]);
     let (lowest, highest) = used.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), l| (a.min(l), b.max(l)));
     let inset = (BORDER_INSET * extent(&patch.mesh)).min(1e-3 * (highest - lowest));
-    let (low, high) = sections.range();
     let (first, last) = ((lowest + inset).max(low), (highest - inset).min(high));
     if first > last {
         return Err(PathError::EmptyRegion { reason: "none lies within the levels to be cut" });

@@ -37,7 +37,8 @@ pub(crate) fn bands(
     settings: &LaySettings,
     strip_width: StripWidth,
 ) -> Result<(Vec<Band>, StepOverCause), PathError> {
-    let widths = vertex_widths(patch, sections, settings, strip_width)?;
+    let gradient = |v: usize| sections.gradient(&patch.mesh.vertices()[v]).map(Unit::into_inner);
+    let widths = vertex_widths(patch, gradient, settings, strip_width)?;
     let band = |t: usize| {
         let v = patch.mesh.triangles()[t].map(|v| v as usize);
         let levels = v.map(|v| patch.levels[v]);
@@ -65,10 +66,14 @@ fn facet_slope(patch: &Patch, sections: &Sections, triangle: u32, p: &Point3<f64
     sections.slope(p, &normal)
 }
 
-/// The width allowed at each vertex of the patch, at most the largest step-over.
-fn vertex_widths(
+/// The width allowed at each vertex of the patch, at most the largest step-over; the level rises
+/// there along the `gradient`.
+///
+/// # Errors
+/// When a width is NaN.
+pub(crate) fn vertex_widths(
     patch: &Patch,
-    sections: &Sections,
+    gradient: impl Fn(usize) -> Option<Vector3<f64>> + Sync,
     settings: &LaySettings,
     strip_width: StripWidth,
 ) -> Result<Vec<f64>, PathError> {
@@ -84,7 +89,7 @@ fn vertex_widths(
             return Ok(settings.max_step_over);
         }
         let p = patch.mesh.vertices()[v];
-        let cc = cc_point(sections, settings.first_direction(), p, patch.normal(triangle_at[v], &p));
+        let cc = cc_point(gradient(v), settings.first_direction(), p, patch.normal(triangle_at[v], &p));
         let width = strip_width(&cc);
         if width.is_nan() { Err(PathError::StripWidth { position: p }) } else { Ok(width.min(settings.max_step_over)) }
     };
@@ -93,8 +98,13 @@ fn vertex_widths(
 
 /// The CC point of a level curve: the feed runs along the level, the higher levels to the left of
 /// it when forward.
-fn cc_point(sections: &Sections, direction: Direction, p: Point3<f64>, normal: Unit<Vector3<f64>>) -> CcPoint {
-    let across = sections.gradient(&p).and_then(|g| Unit::try_new(g.cross(&normal), 1e-9));
+fn cc_point(
+    gradient: Option<Vector3<f64>>,
+    direction: Direction,
+    p: Point3<f64>,
+    normal: Unit<Vector3<f64>>,
+) -> CcPoint {
+    let across = gradient.and_then(|g| Unit::try_new(g.cross(&normal), 1e-9));
     // Where the surface lies along the level there is no curve: any tangent serves, the width there
     // hardly matters.
     let forward = across.unwrap_or_else(|| any_tangent(&normal));

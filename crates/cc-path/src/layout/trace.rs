@@ -22,7 +22,11 @@ pub(crate) struct Curve<'a> {
     bulges: Vec<f64>,
     /// Way to each node, mm.
     ways: Vec<f64>,
+    /// Direction of the feed at each node, of a curve on a field; empty on others.
+    tangents: Vec<Vector3<f64>>,
     pub(crate) closed: bool,
+    /// Whether it is open, but does not end at a border.
+    pub(crate) winds: bool,
 }
 
 /// The curves of a level set.
@@ -58,18 +62,26 @@ impl<'a> Curve<'a> {
     /// `None` where nothing is left of it once its nodes have been put exactly on the level.
     fn new(patch: &'a Patch<'a>, set: LevelSet<'a>, curve: &LevelCurve) -> Option<Self> {
         let (mut nodes, mut triangles): (Vec<Point3<f64>>, Vec<u32>) = (Vec::new(), Vec::new());
+        let mut tangents: Vec<Vector3<f64>> = Vec::new();
         for point in &curve.points {
             let [a, b] = point.edge.map(|v| patch.mesh.vertices()[v as usize]);
             let node = if set.is_linear() { point.position } else { a + (b - a) * set.crossing(&a, &b) };
             if nodes.last() == Some(&node) {
                 nodes.pop();
                 triangles.pop();
+                tangents.pop();
+            }
+            if let LevelSet::Field { gradients, .. } = set {
+                let gradient = point.edge.map(|v| gradients[v as usize]);
+                let gradient = gradient[0].lerp(&gradient[1], point.fraction);
+                tangents.push(gradient.cross(&patch.normal(point.triangle, &node)));
             }
             nodes.push(node);
             triangles.push(point.triangle);
         }
         if curve.closed {
             nodes.push(nodes[0]);
+            tangents.extend(tangents.first().copied());
         } else {
             triangles.pop();
         }
@@ -78,9 +90,45 @@ impl<'a> Curve<'a> {
         }
         let (normals, bulges, ways) = (Vec::new(), Vec::new(), Vec::new());
         let closed = curve.closed;
-        let mut this = Self { patch, set, nodes, triangles, normals, bulges, ways, closed };
+        let mut this = Self { patch, set, nodes, triangles, normals, bulges, ways, tangents, closed, winds: false };
         this.measure();
         Some(this)
+    }
+
+    /// An open curve that winds around and does not end at a border, through nodes with the
+    /// triangle between each and the next. `None` where it has no length.
+    pub(crate) fn wound(
+        patch: &'a Patch<'a>,
+        set: LevelSet<'a>,
+        nodes: &[Point3<f64>],
+        triangles: &[u32],
+        tangents: &[Vector3<f64>],
+    ) -> Option<Self> {
+        let mut kept: Vec<usize> = Vec::with_capacity(nodes.len());
+        for k in 0..nodes.len() {
+            // Of nodes at the same place, the last one continues the curve.
+            if kept.last().is_some_and(|&last| nodes[last] == nodes[k]) {
+                kept.pop();
+            }
+            kept.push(k);
+        }
+        let (last, before) = kept.split_last()?;
+        let mut this = Self {
+            patch,
+            set,
+            nodes: kept.iter().map(|&k| nodes[k]).collect(),
+            triangles: before.iter().map(|&k| triangles[k.min(triangles.len() - 1)]).collect(),
+            normals: Vec::new(),
+            bulges: Vec::new(),
+            ways: Vec::new(),
+            tangents: kept.iter().map(|&k| tangents[k]).collect(),
+            closed: false,
+            winds: true,
+        };
+        (*last > 0 && !this.triangles.is_empty()).then(|| {
+            this.measure();
+            this
+        })
     }
 
     /// The parts of it that the pass runs over, each with one node more at its ends.
@@ -112,7 +160,9 @@ impl<'a> Curve<'a> {
             normals: self.normals[start..last].to_vec(),
             bulges: self.bulges[start..last].to_vec(),
             ways: self.ways[start..=last].iter().map(|w| w - self.ways[start]).collect(),
+            tangents: self.tangents.get(start..=last).unwrap_or_default().to_vec(),
             closed: false,
+            winds: false,
         }
     }
 
@@ -145,6 +195,10 @@ impl<'a> Curve<'a> {
         self.nodes.rotate_left(start);
         self.nodes.push(self.nodes[0]);
         self.triangles.rotate_left(start);
+        if self.tangents.pop().is_some() {
+            self.tangents.rotate_left(start);
+            self.tangents.push(self.tangents[0]);
+        }
         self.measure();
     }
 
@@ -208,7 +262,14 @@ impl<'a> Curve<'a> {
     /// there is none.
     pub(crate) fn tangent(&self, place: &Place) -> Vector3<f64> {
         let chord = self.chord_direction(place);
-        let smooth = self.set.gradient(&place.position).map(|g| g.cross(&place.normal));
+        let smooth = match self.tangents.get(place.piece..place.piece + 2) {
+            Some([from, to]) => {
+                let share =
+                    (place.way - self.ways[place.piece]) / (self.ways[place.piece + 1] - self.ways[place.piece]);
+                Some(from.lerp(to, share.clamp(0.0, 1.0)))
+            }
+            _ => self.set.gradient(&place.position).map(|g| g.cross(&place.normal)),
+        };
         // Where the surface lies along the level the product is rounding noise, or turns against
         // the way.
         smooth.filter(|s| s.norm() > 1e-6 && s.dot(&chord) > 0.0).unwrap_or(chord)

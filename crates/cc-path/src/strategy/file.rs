@@ -5,10 +5,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::PathError;
 use crate::region::{NormalCone, Region};
+use crate::strategy::field_file::{FlowFile, SpiralFile};
 use crate::strategy::settings::require;
 use crate::strategy::{CylindricalSections, ParallelPlanes, Strategy};
 
-/// Arrangement of passes: `{"parallel_planes": {…}}` or `{"cylindrical_sections": {…}}`.
+/// Arrangement of passes: `{"parallel_planes": {…}}`, `{"cylindrical_sections": {…}}`,
+/// `{"flow": {…}}` or `{"spiral": {…}}`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StrategyFile {
@@ -16,6 +18,10 @@ pub enum StrategyFile {
     ParallelPlanes(ParallelPlanesFile),
     /// Sections by coaxial cylinders; the level is the radius.
     CylindricalSections(CylindricalSectionsFile),
+    /// Passes that morph from one border of the region to another.
+    Flow(FlowFile),
+    /// One pass that winds around over closed levels.
+    Spiral(SpiralFile),
 }
 
 /// Sections by parallel planes.
@@ -98,12 +104,14 @@ impl StrategyFile {
         match self {
             Self::ParallelPlanes(f) => f.to_planes().map(Strategy::ParallelPlanes),
             Self::CylindricalSections(f) => f.to_sections().map(Strategy::CylindricalSections),
+            Self::Flow(f) => f.to_flow().map(Strategy::Flow),
+            Self::Spiral(f) => f.to_spiral().map(Strategy::Spiral),
         }
     }
 }
 
 impl ParallelPlanesFile {
-    fn to_planes(&self) -> Result<ParallelPlanes, PathError> {
+    pub(crate) fn to_planes(&self) -> Result<ParallelPlanes, PathError> {
         let low = self.from_mm.unwrap_or(f64::NEG_INFINITY);
         let high = self.to_mm.unwrap_or(f64::INFINITY);
         require("parallel_planes.to_mm", high, "not below from_mm", low <= high)?;
@@ -117,7 +125,7 @@ impl ParallelPlanesFile {
 }
 
 impl CylindricalSectionsFile {
-    fn to_sections(&self) -> Result<CylindricalSections, PathError> {
+    pub(crate) fn to_sections(&self) -> Result<CylindricalSections, PathError> {
         let (low, high) = (self.from_radius_mm, self.to_radius_mm);
         require("cylindrical_sections.from_radius_mm", low, "not below 0", low >= 0.0)?;
         require("cylindrical_sections.to_radius_mm", high, "not below from_radius_mm", low <= high)?;
@@ -165,7 +173,7 @@ impl BoxFile {
     }
 }
 
-fn unit(what: &'static str, v: &[f64; 3]) -> Result<Unit<Vector3<f64>>, PathError> {
+pub(crate) fn unit(what: &'static str, v: &[f64; 3]) -> Result<Unit<Vector3<f64>>, PathError> {
     let v = Vector3::from(*v);
     // Scaled first, so that no length that can be written is lost in the squares.
     let largest = v.amax();

@@ -19,7 +19,7 @@ pub(crate) struct Patch<'a> {
     pub(crate) mesh: TriMesh,
     /// How they hang together.
     pub(crate) edges: Edges,
-    /// Level of each vertex.
+    /// Level of each vertex; empty where no sections give it.
     pub(crate) levels: Vec<f64>,
     /// The triangle of the surface that each triangle is a piece of.
     parents: Vec<u32>,
@@ -44,14 +44,16 @@ impl<'a> Patch<'a> {
     pub(crate) fn new(
         surface: &'a Surface,
         region: &Region,
-        sections: &Sections,
+        sections: Option<&Sections>,
         fineness: &Fineness,
     ) -> Result<Self, PathError> {
         let mut cut = Pieces::of(surface, &triangles_of(surface, region)?);
         if let Some(bounds) = &region.bounds {
             cut.clip(bounds);
         }
-        cut.keep_range(sections);
+        if let Some(sections) = sections {
+            cut.keep_range(sections);
+        }
         if cut.triangles.is_empty() {
             return Err(PathError::EmptyRegion { reason: "none lies within box and levels" });
         }
@@ -62,12 +64,62 @@ impl<'a> Patch<'a> {
                 break;
             }
         }
+        Self::of_pieces(surface, cut, sections)
+    }
+
+    fn of_pieces(surface: &'a Surface, cut: Pieces, sections: Option<&Sections>) -> Result<Self, PathError> {
         let Pieces { vertices, triangles, parents } = cut;
-        let levels = vertices.iter().map(|p| sections.level(p)).collect();
+        let levels = sections.map_or_else(Vec::new, |s| vertices.iter().map(|p| s.level(p)).collect());
         let mesh = TriMesh::new(vertices, triangles)
             .map_err(|_| PathError::EmptyRegion { reason: "its coordinates are not finite" })?;
         let edges = Edges::of(&mesh);
         Ok(Self { surface, mesh, edges, levels, parents })
+    }
+
+    /// The vertex with the highest or lowest level and its normal, where it is not on a border.
+    pub(crate) fn pole(&self, highest: bool) -> Option<(Point3<f64>, Unit<Vector3<f64>>)> {
+        let sign = if highest { -1.0 } else { 1.0 };
+        let corners = || self.mesh.triangles().iter().enumerate().flat_map(|(t, v)| v.map(|v| (t as u32, v)));
+        let by_level = |a: &(u32, u32), b: &(u32, u32)| {
+            let [a, b] = [a, b].map(|c| sign * self.levels[c.1 as usize]);
+            a.total_cmp(&b)
+        };
+        let (triangle, pole) = corners().min_by(by_level)?;
+        let mut border = (0..self.edges.len() as u32).filter(|&e| self.edges.sides(e).len() == 1);
+        if border.any(|e| self.edges.vertices(e).contains(&pole)) {
+            return None;
+        }
+        let at = self.mesh.vertices()[pole as usize];
+        Some((at, self.normal(triangle, &at)))
+    }
+
+    /// Refines the patch around a vertex until the triangles there have sides of at most `radius`,
+    /// and takes them out.
+    ///
+    /// # Errors
+    /// When nothing is left.
+    pub(crate) fn open_at(self, at: &Point3<f64>, radius: f64, sections: &Sections) -> Result<Self, PathError> {
+        let Self { surface, mesh, parents, .. } = self;
+        let mut cut = Pieces { vertices: mesh.vertices().to_vec(), triangles: mesh.triangles().to_vec(), parents };
+        // Edges may grow with the distance, so that the triangles stay well shaped.
+        let most = |a: &Point3<f64>, b: &Point3<f64>| {
+            radius.max(0.5 * nalgebra::distance(a, at).min(nalgebra::distance(b, at)))
+        };
+        for _ in 0..MAX_ROUNDS {
+            if !cut.halve_edges(|a, b| nalgebra::distance(a, b) > most(a, b)) {
+                break;
+            }
+        }
+        let Pieces { vertices, triangles, parents } = cut;
+        let is_kept = |t: &[u32; 3]| t.iter().all(|&v| vertices[v as usize] != *at);
+        let kept: Vec<bool> = triangles.iter().map(is_kept).collect();
+        let mut keep = kept.iter();
+        let parents = parents.into_iter().filter(|_| *keep.next().unwrap_or(&true)).collect();
+        let triangles: Vec<[u32; 3]> = triangles.into_iter().filter(is_kept).collect();
+        if triangles.is_empty() {
+            return Err(PathError::EmptyRegion { reason: "none is left around its lowest or highest place" });
+        }
+        Self::of_pieces(surface, Pieces { vertices, triangles, parents }, Some(sections))
     }
 
     /// Normal of the smooth surface at a point of a triangle of the patch.
@@ -93,8 +145,9 @@ impl<'a> Patch<'a> {
 }
 
 impl Fineness {
-    fn asks_to_halve(&self, sections: &Sections, a: &Point3<f64>, b: &Point3<f64>) -> bool {
-        nalgebra::distance_squared(a, b) > self.max_edge * self.max_edge || sections.bend(a, b) > self.max_bend
+    fn asks_to_halve(&self, sections: Option<&Sections>, a: &Point3<f64>, b: &Point3<f64>) -> bool {
+        nalgebra::distance_squared(a, b) > self.max_edge * self.max_edge
+            || sections.is_some_and(|s| s.bend(a, b) > self.max_bend)
     }
 }
 

@@ -50,7 +50,7 @@ impl StepOverCause {
 /// Returns an error with the setting that causes most of the pieces.
 pub(crate) fn check_pieces(
     facets: impl Iterator<Item = [Point3<f64>; 3]>,
-    sections: &Sections,
+    sections: Option<&Sections>,
     fineness: &Fineness,
 ) -> Result<(), PathError> {
     let (mut by_length, mut by_bend) = (0.0, 0.0);
@@ -59,7 +59,7 @@ pub(crate) fn check_pieces(
         let most =
             |of: &dyn Fn(&Point3<f64>, &Point3<f64>) -> f64| edges.iter().map(|(p, q)| of(p, q)).fold(0.0, f64::max);
         by_length += (most(&|p, q| (p - q).norm_squared() / fineness.max_edge.powi(2)) - 1.0).max(0.0);
-        by_bend += (most(&|p, q| sections.bend(p, q) / fineness.max_bend) - 1.0).max(0.0);
+        by_bend += (most(&|p, q| sections.map_or(0.0, |s| s.bend(p, q)) / fineness.max_bend) - 1.0).max(0.0);
     }
     let n_pieces = f64::max(by_length, by_bend);
     let times = n_pieces / MAX_PIECES as f64;

@@ -44,6 +44,19 @@ pub(crate) fn grid(n: u32, m: u32, place: impl Fn(f64, f64) -> Point3<f64>) -> T
     TriMesh::new(vertices, triangles).unwrap()
 }
 
+/// The same with inner vertices moved about by up to `share` of half a quad, and border vertices
+/// along the border.
+pub(crate) fn irregular_grid(n: u32, m: u32, share: f64, place: impl Fn(f64, f64) -> Point3<f64>) -> TriMesh {
+    let mut rng = Lcg::new(17);
+    let mut moved = |x: f64, n: u32| {
+        let way = share * (rng.unit() - 0.5) / f64::from(n);
+        if x == 0.0 || x == 1.0 { x } else { x + way }
+    };
+    let even = grid(n, m, |u, v| Point3::new(u, v, 0.0));
+    let vertices = even.vertices().iter().map(|p| place(moved(p.x, n), moved(p.y, m))).collect();
+    TriMesh::new(vertices, even.triangles().to_vec()).unwrap()
+}
+
 /// Rectangle `x` × `y` from the origin in the plane z = 0, normal +z.
 pub(crate) fn plane(x: f64, y: f64, n: u32, m: u32) -> TriMesh {
     grid(n, m, |u, v| Point3::new(x * u, y * v, 0.0))

@@ -1,9 +1,11 @@
 //! Promises of layout passes, checked against the smooth surfaces that the meshes were made from.
 
 mod edge_fill;
+mod flow;
 mod parts;
 mod passes;
 mod points;
+mod spiral;
 mod strips;
 
 use facemill_cl_data::{Aabb, Cancelled, CcPoint, Monitor, Silent};
@@ -11,7 +13,7 @@ use facemill_sample_parts::{BladeResolution, PropellerSeries, PropellerSpec, bla
 use facemill_surface_model::{Surface, TriMesh};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
-use crate::test_kit::{Lcg, cylinder, grid, plane, sphere_cap, sphere_patch, surface};
+use crate::test_kit::{Lcg, cylinder, grid, irregular_grid, plane, sphere_cap, sphere_patch, surface};
 use crate::*;
 
 fn planes(normal: Unit<Vector3<f64>>) -> Strategy {

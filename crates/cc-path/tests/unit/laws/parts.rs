@@ -15,12 +15,12 @@ fn a_rigid_motion_of_everything_moves_the_passes_with_it() {
         let laid = lay_passes(&surface(mesh.clone()), &still, &strategy, &settings, &width, &Silent).unwrap();
         let to_from: Isometry3<f64> = rng.motion();
         let axis = to_from * Vector3::z_axis();
-        let moved_strategy = match strategy {
-            Strategy::ParallelPlanes(s) => {
+        let moved_strategy = match strategy.sections().unwrap() {
+            Sections::ParallelPlanes(s) => {
                 let (origin, normal) = (to_from * s.origin, to_from * s.normal);
                 Strategy::ParallelPlanes(ParallelPlanes { origin, normal, ..s })
             }
-            Strategy::CylindricalSections(s) => Strategy::CylindricalSections(CylindricalSections {
+            Sections::CylindricalSections(s) => Strategy::CylindricalSections(CylindricalSections {
                 axis_origin: to_from * s.axis_origin,
                 axis_direction: to_from * s.axis_direction,
                 ..s

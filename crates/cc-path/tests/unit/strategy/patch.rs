@@ -22,7 +22,7 @@ fn a_box_cuts_a_plane_to_the_rectangle_inside() {
     let s = surface(plane(100.0, 80.0, 7, 5));
     let bounds = Aabb { min: Point3::new(12.3, 20.0, -1.0), max: Point3::new(60.1, 200.0, 1.0) };
     let region = Region { bounds: Some(bounds), ..Region::default() };
-    let patch = Patch::new(&s, &region, &along_x(), &COARSE).unwrap();
+    let patch = Patch::new(&s, &region, Some(&along_x()), &COARSE).unwrap();
     assert!((area(&patch.mesh) - (60.1 - 12.3) * 60.0).abs() < 1e-9);
     let used = patch.mesh.aabb();
     assert!((used.min - Point3::new(12.3, 20.0, 0.0)).norm() < 1e-12);
@@ -32,9 +32,9 @@ fn a_box_cuts_a_plane_to_the_rectangle_inside() {
 #[test]
 fn cutting_up_keeps_area_and_border_and_leaves_no_long_edge() {
     let s = surface(sphere_patch(50.0, 0.7, 3));
-    let whole = Patch::new(&s, &Region::default(), &along_x(), &COARSE).unwrap();
+    let whole = Patch::new(&s, &Region::default(), Some(&along_x()), &COARSE).unwrap();
     let fineness = Fineness { max_edge: 3.0, ..COARSE };
-    let fine = Patch::new(&s, &Region::default(), &along_x(), &fineness).unwrap();
+    let fine = Patch::new(&s, &Region::default(), Some(&along_x()), &fineness).unwrap();
     assert!((area(&whole.mesh) - area(&fine.mesh)).abs() < 1e-9);
     // Every edge inside still has two sides: the border alone is open, and only as long as before.
     let border = |p: &Patch| -> f64 {
@@ -60,7 +60,7 @@ fn levels_of_cylinders_are_linear_on_every_edge_of_a_cut_up_plane() {
     let sections = CylindricalSections { axis_origin, axis_direction, from_radius: 35.0, to_radius: 100.0 };
     let strategy = Sections::CylindricalSections(sections);
     let fineness = Fineness { max_edge: f64::INFINITY, max_bend: 1e-3 };
-    let patch = Patch::new(&s, &Region::default(), &strategy, &fineness).unwrap();
+    let patch = Patch::new(&s, &Region::default(), Some(&strategy), &fineness).unwrap();
     for e in 0..patch.edges.len() as u32 {
         let [a, b] = patch.edges.vertices(e).map(|v| patch.mesh.vertices()[v as usize]);
         let mean = 0.5 * (strategy.level(&a) + strategy.level(&b));

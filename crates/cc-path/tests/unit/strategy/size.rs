@@ -54,7 +54,7 @@ fn regions_with_too_many_pieces_are_refused_with_a_setting_that_is_enough() {
     for (strategy, fineness) in
         [(planes(), Fineness { max_edge: 0.01, max_bend: 1.0 }), (rings(), Fineness { max_edge: 50.0, max_bend: 1e-5 })]
     {
-        let Err(PathError::TooManyPieces { remedy, .. }) = check_pieces(facets(), &strategy, &fineness) else {
+        let Err(PathError::TooManyPieces { remedy, .. }) = check_pieces(facets(), Some(&strategy), &fineness) else {
             panic!("{strategy:?}")
         };
         let enough = match remedy {
@@ -62,7 +62,7 @@ fn regions_with_too_many_pieces_are_refused_with_a_setting_that_is_enough() {
             Remedy::ChordTolerance(chord) => Fineness { max_bend: 0.5 * chord, ..fineness },
             other => panic!("{other}"),
         };
-        check_pieces(facets(), &strategy, &enough).unwrap();
+        check_pieces(facets(), Some(&strategy), &enough).unwrap();
     }
 }
 
