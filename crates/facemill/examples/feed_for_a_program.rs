@@ -31,6 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         tip_feed: TipFeed::Programmed,
         work_offset: Vec::new(),
         dialect: Dialect::Fanuc,
+        dialect_file: None,
         time_law: None,
     };
 

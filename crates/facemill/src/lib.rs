@@ -53,6 +53,7 @@ pub use facemill_job::load::job_files::JobFiles;
 pub use facemill_job::load::job_source::{job_path, no_program};
 pub use facemill_job::load::machine_load::{BodyHull, ReadMachine, read_machine};
 pub use facemill_job::load::mesh_files::read_mesh;
+pub use facemill_job::load::post_load::read_dialect_file;
 pub use facemill_job::setup::scene::Scene;
 pub use facemill_job::stages::{SilentStages, Stages};
 pub use facemill_job::stock::map::StockRegion;

@@ -12,8 +12,8 @@ use facemill_job::failure::Failure;
 use facemill_job::load::letter;
 use facemill_job::setup::word_map::word_frame;
 use facemill_nc_program::{
-    Dialect, Feed, FeedMode, MappedAxis, MotionKind, NumberRule, ProgramReader, ReadBlock, ReadMotion, WordMap,
-    WorkOffset,
+    Dialect, DialectFile, Feed, FeedMode, MappedAxis, MotionKind, NumberRule, ProgramReader, ReadBlock, ReadMotion,
+    WordMap, WorkOffset,
 };
 use facemill_virtual_machine::motion::axis_motion::{AxisMotion, MotionContext, MotionReader, StraightCut, legs};
 use facemill_virtual_machine::program_time::program_moves::{MoveRuns, is_standstill};
@@ -48,9 +48,20 @@ pub struct FeedRewriteSettings<'a> {
     pub work_offset: Vec<(String, f64)>,
     /// Control that the program is for.
     pub dialect: Dialect,
+    /// Dialect file of a shop's own control of this dialect: its rapids under RTCP, decimals and
+    /// motion between blocks; `None`: the dialect's own. Not checked here
+    /// ([`facemill_job::load::post_load::read_dialect_file`]).
+    pub dialect_file: Option<DialectFile>,
     /// Limits of acceleration and jerk of every axis, besides the velocities; `None`: velocities
     /// alone.
     pub time_law: Option<FeedLaw>,
+}
+
+impl FeedRewriteSettings<'_> {
+    /// Returns the dialect file of the control.
+    fn rules(&self) -> DialectFile {
+        self.dialect_file.clone().unwrap_or_else(|| self.dialect.file())
+    }
 }
 
 /// Program with new feeds.
@@ -154,7 +165,7 @@ pub fn rewrite_feed_lines<R: BufRead>(
     };
     let run = FeedOptimizer::new(settings, &words, Law::Collecting(MoveRuns::default()))?;
     let tolerance = blending(settings.machine, law)?;
-    let control = settings.dialect.file().control_motion;
+    let control = settings.rules().control_motion;
     let Law::Collecting(moves) = read(&open, run, None)?.law else {
         return Err("no moves were collected".to_owned().into());
     };
@@ -304,12 +315,12 @@ impl<'s> FeedOptimizer<'s> {
         let machine = settings.machine;
         let frame = word_frame(machine, words);
         let at = MotionContext { machine, tool_length: settings.tool_length, words, frame, work_offset: None };
-        let rapids = settings.dialect.file().rtcp_rapids();
+        let rules = settings.rules();
         Ok(Self {
             settings,
-            follower: MotionReader::new(at, settings.dialect, rapids),
+            follower: MotionReader::new(at, settings.dialect, rules.rtcp_rapids()),
             in_force: None,
-            numbers: settings.dialect.file().numbers,
+            numbers: rules.numbers,
             law,
             computed: Computed::default(),
             summary: FeedRewriteSummary::default(),

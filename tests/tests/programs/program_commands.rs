@@ -134,6 +134,7 @@ fn nothing_but_f_words_changes_and_the_tip_keeps_to_its_feed() {
                 tip_feed: asked.map_or(TipFeed::Programmed, TipFeed::Given),
                 work_offset: Vec::new(),
                 dialect,
+                dialect_file: None,
                 time_law: None,
             };
             let new =
@@ -243,6 +244,7 @@ fn refused(machine: &Machine, dialect: Dialect, text: &str) -> String {
         tip_feed: TipFeed::Programmed,
         work_offset: Vec::new(),
         dialect,
+        dialect_file: None,
         time_law: None,
     };
     rewrite_feeds(text.as_bytes(), &settings).expect_err(text)
@@ -343,6 +345,7 @@ fn new_feeds_are_understood(job: &JobFolder, dialect: &str, mode: &str, text: &s
             tip_feed,
             work_offset: Vec::new(),
             dialect: Dialect::ALL.into_iter().find(|d| d.name() == dialect).unwrap(),
+            dialect_file: None,
             time_law: None,
         };
         rewrite_feeds(text.as_bytes(), &settings)
@@ -398,6 +401,14 @@ fn feedrate_refuses_what_cannot_be_meant() {
         let (code, errors) = told(program, length, more);
         assert!(code == Some(2) && errors.contains(expected), "{more:?} {length}: {errors}");
     }
+    // A dialect file has to be one of the program's control.
+    for (file, expected) in [("haas.json", "a dialect file of haas, but --dialect is fanuc"), ("no.json", "no.json")] {
+        folder.write("haas.json", facemill::file_format::to_json(&Dialect::Haas.file()).as_bytes());
+        let (code, errors) = told("one.nc", "100", &["--tip-feed", "keep", "--dialect-file", &path(file)]);
+        assert!(code == Some(2) && errors.contains(expected), "{file}: {errors}");
+    }
+    let haas = path("haas.json");
+    assert_eq!(told("one.nc", "100", &["--tip-feed", "keep", "--dialect", "haas", "--dialect-file", &haas]).0, Some(0));
     // Under RTCP, too, F stays within the range of the control: 1 to 24000 mm/min. Nothing exceeds
     // its requested speed for that.
     let rtcp = start.replace("G43 H1", "G43.4 H1") + "G1 X40. Y40. F100.\nM30\n";

@@ -316,6 +316,7 @@ fn feeds_of_a_plan_with_vectors_are_those_that_its_own_text_reaches() {
         tip_feed: TipFeed::Keep,
         work_offset: offset.map(|(axis, value)| (axis.to_owned(), value)).collect(),
         dialect: Dialect::Siemens840d,
+        dialect_file: None,
         time_law: Some(FeedLaw::default()),
     };
     let rewritten = rewrite_feeds(text.as_bytes(), &settings).unwrap_or_else(|e| panic!("{e}"));

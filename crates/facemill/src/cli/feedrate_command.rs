@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use facemill::nc_program::Dialect;
+use facemill::nc_program::{ControlMotion, Dialect};
 use facemill::{
     BLEND_TOLERANCES, Failure, FeedLaw, FeedLawTimes, FeedRewriteError, FeedRewriteSettings, FeedRewriteSummary,
-    MAX_TOOL_LENGTH, TipFeed, files, read_machine, rewrite_feed_lines,
+    MAX_TOOL_LENGTH, TipFeed, files, read_dialect_file, read_machine, rewrite_feed_lines,
 };
 
 use crate::cli::arguments::dialect::dialect;
@@ -38,6 +38,10 @@ pub(crate) struct FeedrateArguments {
     /// the file's extension (ngc, mpf, h, else fanuc)
     #[arg(long, value_name = "NAME", value_parser = dialect)]
     dialect: Option<Dialect>,
+    /// Dialect file of the control, for its rapids under RTCP, its decimals and how it runs its
+    /// blocks; default: the dialect's own
+    #[arg(long, value_name = "FILE")]
+    dialect_file: Option<PathBuf>,
     /// Also time the program within acceleration and jerk of every axis, and lower feeds to those
     /// that the axes reach in each block
     #[arg(long)]
@@ -94,12 +98,17 @@ pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
     let read = read_machine(&arguments.machine)?;
     let machine = read.heads.first().ok_or_else(|| Failure::input(&arguments.machine, "has no head"))?;
     let program = open_nc(&arguments.program)?;
+    let dialect = arguments.dialect.unwrap_or_else(|| dialect_of(&arguments.program));
+    let own_file = arguments.dialect_file.as_deref();
+    let own_file = own_file.map(|file| read_dialect_file(file, dialect, "--dialect")).transpose()?;
+    let control_motion = own_file.clone().unwrap_or_else(|| dialect.file()).control_motion;
     let settings = FeedRewriteSettings {
         machine,
         tool_length: arguments.tool_length_mm,
         tip_feed: arguments.tip_feed.unwrap_or_default(),
         work_offset: arguments.work_offset.clone(),
-        dialect: arguments.dialect.unwrap_or_else(|| dialect_of(&arguments.program)),
+        dialect,
+        dialect_file: own_file,
         time_law: arguments.time_law.then_some(FeedLaw { blend_tolerance: arguments.blend_tolerance_mm }),
     };
     files::check_outputs(arguments.out.as_deref())?;
@@ -118,11 +127,11 @@ pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
         let mut text = Vec::new();
         let summary = rewrite_feed_lines(from_start, &settings, &mut text).map_err(failed)?;
         say_bytes(&text)?;
-        eprint!("{}", summary_text(&summary, settings.dialect));
+        eprint!("{}", summary_text(&summary, &control_motion));
         return Ok(ExitCode::SUCCESS);
     };
     let summary = files::write_through(out, |new| rewrite_feed_lines(from_start, &settings, new))?.map_err(failed)?;
-    let text = summary_text(&summary, settings.dialect);
+    let text = summary_text(&summary, &control_motion);
     say(&if arguments.json { facemill::file_format::to_json(&summary) } else { text })?;
     Ok(ExitCode::SUCCESS)
 }
@@ -137,8 +146,8 @@ fn clock(seconds: f64) -> String {
     format!("{}:{:02}:{:02}.{tenths}", seconds / 3600, seconds / 60 % 60, seconds % 60)
 }
 
-fn summary_text(s: &FeedRewriteSummary, dialect: Dialect) -> String {
-    let assumption = dialect.file().control_motion.assumption();
+fn summary_text(s: &FeedRewriteSummary, control_motion: &ControlMotion) -> String {
+    let assumption = control_motion.assumption();
     let by_law = s.time_law.map_or_else(String::new, |_| format!(", acceleration and jerk {}", s.by_law));
     let timed = |law: FeedLawTimes| {
         let [before, after, rapid] = [law.cutting_time_before_s, law.cutting_time_s, law.rapid_time_s].map(clock);

@@ -284,6 +284,7 @@ fn within_the_law(machine: &Machine, tool_length: f64, blend_tolerance: Option<f
         tip_feed: TipFeed::Keep,
         work_offset: Vec::new(),
         dialect: Dialect::Fanuc,
+        dialect_file: None,
         time_law: Some(FeedLaw { blend_tolerance }),
     }
 }

@@ -32,21 +32,38 @@ pub fn read_post(job_path: &Path, file: &JobFile, files: &JobFiles) -> Result<Po
         return post.settings(template).map_err(|e| Failure::input(job_path, format!("post.{e}")));
     };
     let path = beside(name);
-    let rules: DialectFile =
-        facemill_file_format::from_json(&files.text(&path)?).map_err(|e| Failure::input(&path, e))?;
-    if let Some(other) = control_of(&rules, post.dialect) {
-        let (own, other) = (post.dialect.name(), other.name());
-        let what = format!(
-            "is a dialect file of {other}, but post.dialect is {own}, whose reader and template do not know its words: set \
-             post.dialect to {other}, or make the file from that of {own}"
-        );
-        return Err(Failure::input(&path, what));
-    }
+    let rules = dialect_file(&path, &files.text(&path)?, post.dialect, "post.dialect")?;
     let template = template.unwrap_or_else(|| post.dialect.template());
     post.settings_of(rules.clone(), template).map_err(|e| match e {
         PostError::Dialect { field, why } => Failure::input(&path, format!("{field}: {why}")),
         other => Failure::input(job_path, format!("post.{other}{}", said_by(&rules, name, &other))),
     })
+}
+
+/// Reads a shop's dialect file for a control of a dialect, and checks it.
+///
+/// # Errors
+/// If the file cannot be read, has a wrong field, or has the words of another dialect; the message
+/// names `dialect_key` as the remedy then.
+pub fn read_dialect_file(path: &Path, dialect: Dialect, dialect_key: &str) -> Result<DialectFile, Failure> {
+    let rules = dialect_file(path, &crate::files::read(path)?, dialect, dialect_key)?;
+    match rules.check() {
+        Ok(()) => Ok(rules),
+        Err(PostError::Dialect { field, why }) => Err(Failure::input(path, format!("{field}: {why}"))),
+        Err(other) => Err(Failure::input(path, other)),
+    }
+}
+
+/// Returns the dialect file in a text, unless it has the words of another dialect.
+fn dialect_file(path: &Path, text: &[u8], own: Dialect, dialect_key: &str) -> Result<DialectFile, Failure> {
+    let rules: DialectFile = facemill_file_format::from_json(text).map_err(|e| Failure::input(path, e))?;
+    let Some(other) = control_of(&rules, own) else { return Ok(rules) };
+    let (own, other) = (own.name(), other.name());
+    let what = format!(
+        "is a dialect file of {other}, but {dialect_key} is {own}, whose reader and template do not know its words: set \
+         {dialect_key} to {other}, or make the file from that of {own}"
+    );
+    Err(Failure::input(path, what))
 }
 
 impl Job {

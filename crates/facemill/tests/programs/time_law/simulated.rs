@@ -26,6 +26,7 @@ fn own_time(machine: &Machine, program: &ControlProgram) -> f64 {
         tip_feed: TipFeed::Keep,
         work_offset: Vec::new(),
         dialect: Dialect::LinuxCnc,
+        dialect_file: None,
         time_law: Some(FeedLaw { blend_tolerance: Some(program.tolerance) }),
     };
     rewrite_feeds(text(program).as_bytes(), &settings).unwrap().summary.time_law.unwrap().cutting_time_s

@@ -1,4 +1,7 @@
+use std::f64::consts::PI;
+
 use facemill_inverse_kinematics::Machine;
+use facemill_nc_program::RtcpRapids;
 
 use crate::feed_rewrite::checks::*;
 use crate::feed_rewrite::{FeedRewriteSettings, TipFeed, rewrite_feed_lines, rewrite_feeds};
@@ -10,6 +13,7 @@ fn settings(machine: &Machine, dialect: Dialect) -> FeedRewriteSettings<'_> {
         tip_feed: TipFeed::Programmed,
         work_offset: Vec::new(),
         dialect,
+        dialect_file: None,
         time_law: None,
     }
 }
@@ -104,6 +108,50 @@ fn frames_are_refused_with_their_line_and_their_end_is_not() {
         if let Err(why) = run(off) {
             panic!("{off}: {why}");
         }
+    }
+}
+
+/// The tip rests on the table while it turns by half a turn: X goes straight through the center by
+/// the machine's rapids, but on a circle at a steady pace where rapids keep the tip.
+#[test]
+fn rapids_under_rtcp_are_those_of_the_dialect_file() {
+    const RADIUS: f64 = 700.0;
+    let machine = Machine::head_b_table_c().unwrap();
+    let time = |rapids: Option<RtcpRapids>, turn: &str| {
+        let dialect_file = rapids.map(|rapids| {
+            let mut file = Dialect::Fanuc.file();
+            file.motion.rtcp.as_mut().unwrap().rapids = rapids;
+            file
+        });
+        let settings = FeedRewriteSettings { dialect_file, ..settings(&machine, Dialect::Fanuc) };
+        let head = format!("G21 G90 G94 G54\nG43.4 H1\nG0 X{RADIUS:.1} Y0. Z150. B0. C0.\n");
+        let text = format!("{head}{turn}G1 Z140. F500.\nM30\n");
+        rewrite_feeds(text.as_bytes(), &settings).unwrap().summary.rapid_time_s
+    };
+    let of_turn = |rapids| time(rapids, "G0 C180.\n") - time(rapids, "");
+    let speed = |name: &str| machine.axes()[machine.axis_index(name).unwrap()].max_velocity;
+    let turn = PI / speed("C");
+    let (straight, circle) = (2.0 * RADIUS / speed("X"), PI * RADIUS / speed("X").min(speed("Y")));
+    assert!(circle > 1.2 * turn, "{circle} {turn}");
+    assert!((of_turn(Some(RtcpRapids::BySetting)) / straight.max(turn) - 1.0).abs() < 1e-9);
+    let kept = of_turn(Some(RtcpRapids::TipLinear));
+    assert!((kept / circle - 1.0).abs() < 3e-3, "{kept} {circle}");
+    // FANUC's own file leaves it to a setting.
+    assert_eq!(of_turn(None), of_turn(Some(RtcpRapids::BySetting)));
+}
+
+/// F has the decimals that the dialect file permits.
+#[test]
+fn feeds_have_the_decimals_of_the_dialect_file() {
+    let machine = Machine::head_b_table_c().unwrap();
+    let mut file = Dialect::Fanuc.file();
+    file.numbers.max_decimals.feed = 0;
+    for (dialect_file, expected) in [(None, " F500.5\n"), (Some(file), " F500.\n")] {
+        let settings =
+            FeedRewriteSettings { dialect_file, tip_feed: TipFeed::Given(500.5), ..settings(&machine, Dialect::Fanuc) };
+        let text = b"G21 G90 G94 G54\nG43 H1\nG0 X0. Y0. Z150. B0. C0.\nG1 X10. F900.\nM30\n";
+        let new = String::from_utf8(rewrite_feeds(text, &settings).unwrap().text).unwrap();
+        assert!(new.contains(expected), "{new}");
     }
 }
 
