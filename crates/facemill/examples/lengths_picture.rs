@@ -74,7 +74,7 @@ fn lengths(tool: &ToolAssembly) -> Result<ClearLengths, Failed> {
         machine: &machine,
         table_from_work: Isometry3::identity(),
         words: &words,
-        table_from_rtcp_words: Isometry3::identity(),
+        table_from_rtcp_words: None,
         tool,
         length_register: tool.number(),
         obstacles: meshes.iter().map(|mesh| fixture(mesh)).collect(),

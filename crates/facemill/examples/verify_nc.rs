@@ -53,7 +53,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         machine: &machine,
         table_from_work,
         words: &words,
-        table_from_rtcp_words: table_from_work,
+        table_from_rtcp_words: Some(table_from_work),
         tool: &tool,
         length_register: tool.length_register(),
         obstacles: vec![part],

@@ -16,11 +16,11 @@ use facemill_job::load::job::{Job, Setup};
 use facemill_job::load::mesh_winding::check_winding;
 use facemill_job::load::open_meshes::{open_files, open_stock};
 use facemill_job::setup::cell::budget;
-use facemill_job::setup::scene::Scene;
+use facemill_job::setup::scene::{Scene, uses_rtcp};
 use facemill_job::stages::{Stages, TIMES};
 use facemill_job::stock::map::StockRegion;
 use facemill_job::validate::limits::STOCK_TOLERANCES;
-use facemill_nc_program::{Compensation, Dialect, ReadProgram};
+use facemill_nc_program::{Dialect, ReadProgram};
 use facemill_virtual_machine::motion::axis_motion::MotionContext;
 use facemill_virtual_machine::{
     Assumption, BlockCut, Certificates, Estimate, Finding, HeldAsCut, RemovalLimit, Verification, VerifySettings,
@@ -262,10 +262,7 @@ impl VerificationRun<'_> {
         let setup = Setup::read(job, self.request.setup)?;
         check_winding(job, &setup, self.request.setup)?;
         let scene = Scene::new(job, &setup, self.request.setup)?;
-        if scene.rtcp_frame.is_none() && self.uses_rtcp() {
-            let message = "its words are the tip's (RTCP), and the machine has no X, Y and Z at right angles";
-            return Err(Failure::input(self.request.program, message));
-        }
+        scene.check_frame_of(self.program, self.request.program)?;
         let at = scene.virtual_setup(self.request.dialect);
         let mut found = self.found(&at, &setup, "")?;
         found.times = self.times(&[(&job.machine, job.tool.gauge_length())], &scene, &mut found);
@@ -352,7 +349,7 @@ impl VerificationRun<'_> {
 
     /// Runs the program for each head, with the other one's tool as it is.
     fn two_heads(&self, job: &Job) -> Result<RunResults, Failure> {
-        if self.uses_rtcp() {
+        if uses_rtcp(self.program) {
             let message = "its words are the tip's (RTCP), which machines with two heads do not support";
             return Err(Failure::input(self.request.program, message));
         }
@@ -442,7 +439,7 @@ impl VerificationRun<'_> {
         views: [(&Machine, f64); N],
         at: &VirtualSetup<'_>,
     ) -> [CutFeeds; N] {
-        let (words, frame) = (at.words, Some(at.table_from_rtcp_words));
+        let (words, frame) = (at.words, at.table_from_rtcp_words);
         views.map(|(machine, tool_length)| {
             let at = MotionContext { machine, tool_length, words, frame, work_offset: Some(words.work_offset()) };
             required.map(|required| required.feeds_of_cuts(self.program, at)).unwrap_or_default()
@@ -470,11 +467,6 @@ impl VerificationRun<'_> {
     /// Adds the machine's position to findings that are made from the text.
     fn place(&self, at: &VirtualSetup<'_>, verification: &mut Verification) -> Result<(), Failure> {
         place_findings(self.program, at, &self.settings(), &mut verification.findings).map_err(not_verified)
-    }
-
-    fn uses_rtcp(&self) -> bool {
-        let mut motions = self.program.blocks.iter().filter_map(|b| b.motion.as_ref());
-        motions.any(|m| matches!(m.compensation, Compensation::Rtcp(_)))
     }
 
     fn found(&self, at: &VirtualSetup<'_>, setup: &Setup<'_>, head: &'static str) -> Result<RunResults, Failure> {

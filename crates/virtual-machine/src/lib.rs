@@ -40,7 +40,7 @@
 //!     machine: &machine,
 //!     table_from_work: Isometry3::identity(),
 //!     words: &words,
-//!     table_from_rtcp_words: Isometry3::identity(),
+//!     table_from_rtcp_words: Some(Isometry3::identity()),
 //!     tool: &tool,
 //!     length_register: tool.number(),
 //!     obstacles: vec![part],

@@ -69,7 +69,7 @@ impl Cell {
             machine: &machine,
             table_from_work: Isometry3::translation(0.0, 0.0, self.mount),
             words: &words,
-            table_from_rtcp_words: Isometry3::identity(),
+            table_from_rtcp_words: None,
             tool: &tool,
             length_register: tool.number(),
             obstacles: vec![VirtualObstacle {

@@ -1,8 +1,10 @@
 //! Machine, tool, mounting, words and obstacles of a setup, and the views that stages take of them.
 
+use std::path::Path;
+
 use facemill_cutter_location::Workcell;
 use facemill_inverse_kinematics::Machine;
-use facemill_nc_program::{Dialect, WordMap};
+use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap};
 use facemill_tool_model::ToolAssembly;
 use facemill_tool_path::links::LinkScene;
 use facemill_virtual_machine::motion::axis_motion::MotionContext;
@@ -93,6 +95,20 @@ impl<'a> Scene<'a> {
         table_from_rtcp_words(self.job, &self.words)
     }
 
+    /// Checks that the words of a program have a frame in this setup.
+    ///
+    /// # Errors
+    /// If the program uses RTCP and the machine has no X, Y and Z at right angles; with the path of
+    /// the program.
+    pub fn check_frame_of(&self, program: &ReadProgram, path: &Path) -> Result<(), Failure> {
+        if self.rtcp_frame.is_some() || !uses_rtcp(program) {
+            return Ok(());
+        }
+        let message = "its words are the tip's (RTCP), and the machine has no X, Y and Z at right angles: give a program with \
+                       the positions of the axes";
+        Err(Failure::input(path, message))
+    }
+
     /// Returns the view of the search for postures of an operation.
     pub fn workcell(&self, operation: &OperationFile, z_map: &'a ZMap) -> Workcell<'a> {
         workcell(self.job, self.setup, operation, z_map)
@@ -125,12 +141,18 @@ impl<'a> Scene<'a> {
             machine: self.machine,
             table_from_work: self.setup.table_from_work,
             words: &self.words,
-            table_from_rtcp_words: self.rtcp_frame.unwrap_or_else(Isometry3::identity),
+            table_from_rtcp_words: self.rtcp_frame,
             tool: &self.job.tool,
             length_register: register_in(dialect, self.job),
             obstacles: virtual_obstacles(self.setup),
         }
     }
+}
+
+/// Returns whether a program moves under RTCP.
+pub fn uses_rtcp(program: &ReadProgram) -> bool {
+    let mut motions = program.blocks.iter().filter_map(|b| b.motion.as_ref());
+    motions.any(|m| matches!(m.compensation, Compensation::Rtcp(_)))
 }
 
 /// Returns the bodies on the table, for the virtual machine.

@@ -38,6 +38,7 @@ impl<'a> Stage<'a> {
         stages: &'a dyn Stages,
     ) -> Result<Self, Failure> {
         let scene = Scene::new(job, setup, request.setup)?;
+        scene.check_frame_of(program, request.program)?;
         let stock = match &request.cut {
             Some(cut) => Some(match &cut.rest {
                 Some(rest) => rest.clone(),

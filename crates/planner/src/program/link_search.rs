@@ -21,7 +21,6 @@ use facemill_virtual_machine::{
     links_off_first_stock, run_links,
 };
 use facemill_z_map::DexelMap;
-use nalgebra::Isometry3;
 
 /// Fraction of the rapid clearance that is proven to be kept from the initial stock: links begin
 /// and end at the whole clearance, and the control may deviate from them slightly.
@@ -185,13 +184,13 @@ impl RapidLines {
     }
 }
 
-/// Returns the settings for words of positions of a scene, with the frame of its words under RTCP.
-pub(crate) fn link_words<'a>(scene: &'a Scene<'_>, table_from_rtcp_words: Isometry3<f64>) -> LinkWords<'a> {
+/// Returns the settings for words of positions of a scene.
+pub(crate) fn link_words<'a>(scene: &'a Scene<'_>) -> LinkWords<'a> {
     LinkWords {
         machine: &scene.job.machine,
         tool_length: scene.job.tool.gauge_length(),
         words: &scene.words,
-        table_from_rtcp_words,
+        table_from_rtcp_words: scene.rtcp_frame,
         decimals: scene.job.post.decimals(),
     }
 }

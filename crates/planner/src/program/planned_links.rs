@@ -111,7 +111,7 @@ impl PlannedLinks {
         let search = LinkSearch {
             heads: &[scene.link_scene()],
             clock: &LinkClock::new(&views),
-            words: link_words(scene, scene.written_frame()?),
+            words: link_words(scene),
             compensation: match job.post.feed_mode() {
                 FeedMode::Rtcp => Compensation::Rtcp(job.tool.length_register()),
                 FeedMode::G94 | FeedMode::G93 => Compensation::Length(job.tool.length_register()),

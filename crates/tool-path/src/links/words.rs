@@ -16,8 +16,9 @@ pub struct LinkWords<'a> {
     pub tool_length: f64,
     /// Words of axis values.
     pub words: &'a WordMap,
-    /// Frame of coordinates under RTCP.
-    pub table_from_rtcp_words: Isometry3<f64>,
+    /// Table frame ← frame of coordinates under RTCP; `None` for a machine without X, Y and Z at
+    /// right angles, which has no words under RTCP.
+    pub table_from_rtcp_words: Option<Isometry3<f64>>,
     /// Decimals of words.
     pub decimals: Decimals,
 }
@@ -99,12 +100,13 @@ impl LinkWords<'_> {
 
     fn rounded_tip(&self, axes: &AxisValues) -> Option<(AxisWords, AxisValues)> {
         let tip = self.machine.cl_point(axes, self.tool_length).tip;
-        let tip = self.table_from_rtcp_words.inverse_transform_point(&tip);
+        let table_from_words = self.table_from_rtcp_words?;
+        let tip = table_from_words.inverse_transform_point(&tip);
         let words = self.in_decimals(&self.words.rtcp_words(&tip, axes.as_slice()).ok()?)?;
         let coordinate = |letter| words.get(letter);
         let tip = Point3::new(coordinate(AxisLetter::X)?, coordinate(AxisLetter::Y)?, coordinate(AxisLetter::Z)?);
         let turned = AxisValues::from_slice(&self.words.joints(&words).ok()?)?;
-        Some((words, self.machine.with_tip_at(&turned, &(self.table_from_rtcp_words * tip), self.tool_length)?))
+        Some((words, self.machine.with_tip_at(&turned, &(table_from_words * tip), self.tool_length)?))
     }
 
     /// Returns the axes whose words give the direction of turning by their sign.

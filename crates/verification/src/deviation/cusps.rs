@@ -261,11 +261,12 @@ fn pose_at(motion: &ReadMotion, at: &VirtualSetup<'_>) -> Option<ClPoint> {
                 AxisKind::Linear => tip["XYZ".find(axis.letter.letter())?] = word,
             }
         }
+        let frame = at.table_from_rtcp_words?;
         let axis = match vector {
-            Some(vector) => at.table_from_rtcp_words * Unit::try_new(Vector3::from(vector), f64::MIN_POSITIVE)?,
+            Some(vector) => frame * Unit::try_new(Vector3::from(vector), f64::MIN_POSITIVE)?,
             None => machine.cl_point(&axes, length).axis,
         };
-        ClPoint { tip: at.table_from_rtcp_words * tip, axis }
+        ClPoint { tip: frame * tip, axis }
     } else {
         let joints = at.words.joints_at(motion, axes.as_slice()).ok()?;
         joints.iter().enumerate().for_each(|(k, joint)| axes[k] = *joint);

@@ -325,7 +325,7 @@ impl<'a> State<'a> {
             }
             NoEnd::Unturned(why) => why.finding(),
             NoEnd::NoFrame => {
-                let note = "words are the tip's, and the machine has no X, Y and Z at right angles".to_owned();
+                let note = "words are the tip's (RTCP), and the machine has no X, Y and Z at right angles".to_owned();
                 (FindingKind::UnknownPosition, None, note)
             }
             NoEnd::ViaUnderRtcp => {

@@ -21,8 +21,9 @@ pub struct VirtualSetup<'a> {
     /// Work offset and length compensation as set on the control: how words become axis values. Its
     /// axes are the machine's, in the same order.
     pub words: &'a WordMap,
-    /// Frame of the X, Y and Z words while RTCP is on, fixed to the table. Not used otherwise.
-    pub table_from_rtcp_words: Isometry3<f64>,
+    /// Table frame ← frame of X, Y and Z words while RTCP is on. `None` for a machine without X, Y
+    /// and Z at right angles: the end of every motion under RTCP is then unknown, a finding.
+    pub table_from_rtcp_words: Option<Isometry3<f64>>,
     /// The tool that the program is to put into the spindle.
     pub tool: &'a ToolAssembly,
     /// Number of the register (H) that holds the tool's length; any other one holds nobody knows

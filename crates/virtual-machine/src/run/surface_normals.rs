@@ -76,7 +76,7 @@ impl SurfaceNormals<'_> {
         let motion = self.program.blocks[m.block].motion.as_ref()?;
         let is_cut = !m.is_rapid && m.moves_tool && matches!(motion.compensation, Compensation::Rtcp(_));
         let normal = motion.tool.as_ref()?.normal.filter(|_| is_cut && self.program.dialect == Dialect::Heidenhain)?;
-        let in_work = self.scene.work_from_table * (self.scene.setup.table_from_rtcp_words * Vector3::from(normal));
+        let in_work = self.scene.work_from_table * (self.scene.setup.table_from_rtcp_words? * Vector3::from(normal));
         Unit::try_new(in_work, f64::MIN_POSITIVE).filter(|n| n.iter().all(|c| c.is_finite()))
     }
 

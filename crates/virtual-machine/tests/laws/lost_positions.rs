@@ -3,7 +3,7 @@
 
 use facemill_cl_data::Silent;
 use facemill_nc_program::{Dialect, MacroKind, ReadCommand, read_program};
-use facemill_virtual_machine::{FindingKind, VerifySettings, verify};
+use facemill_virtual_machine::{FindingKind, VerifySettings, VirtualSetup, verify};
 
 use crate::kit::Shop;
 
@@ -25,6 +25,22 @@ fn is_found(text: &str, dialect: Dialect, line: u32, instead: &str) {
         text.lines().enumerate().map(|(k, l)| if k + 1 == line as usize { instead } else { l }).collect();
     let found = lines_found(&harmless.join("\n"), dialect);
     assert!(!found.contains(&line), "{harmless:?}: lines {found:?}");
+}
+
+/// Without X, Y and Z at right angles, words of the tip have no frame.
+#[test]
+fn words_of_the_tip_without_a_frame_lead_nowhere() {
+    let shop = Shop::new();
+    let unknown = |text: &str, table_from_rtcp_words| {
+        let setup = VirtualSetup { table_from_rtcp_words, ..shop.setup() };
+        let program = read_program(text, Dialect::Fanuc).unwrap();
+        let found = verify(&program, &setup, &VerifySettings::default(), &Silent).unwrap().findings;
+        found.iter().any(|f| f.kind == FindingKind::UnknownPosition && (f.first_line..=f.last_line).contains(&4))
+    };
+    let under = |code: &str| format!("G21 G90 G94 G54\nG0 X0. Y0. Z300. B0. C0.\n{code} H7\nG1 X10. Y0. Z300. F500.\n");
+    let frame = shop.setup().table_from_rtcp_words;
+    assert!(frame.is_some() && !unknown(&under("G43.4"), frame) && unknown(&under("G43.4"), None));
+    assert!(!unknown(&under("G43"), None));
 }
 
 #[test]

@@ -1,10 +1,11 @@
 //! Feeds and times take positions from where verification takes them.
 
+use facemill_cl_data::Silent;
 use facemill_inverse_kinematics::AxisValues;
 use facemill_nc_program::{Dialect, FeedMode, ReadProgram, read_program};
 use facemill_test_kit::Random;
 use facemill_virtual_machine::motion::axis_motion::{AxisMotion, MotionContext, MotionReader};
-use facemill_virtual_machine::{Finding, FindingKind, VerifySettings, VirtualSetup, place_findings};
+use facemill_virtual_machine::{Finding, FindingKind, VerifySettings, VirtualSetup, place_findings, verify};
 
 use crate::kit::Shop;
 use crate::kit::dual::{LENGTHS, Shop as DualShop};
@@ -14,7 +15,7 @@ fn context<'a>(setup: &VirtualSetup<'a>) -> MotionContext<'a> {
         machine: setup.machine,
         tool_length: setup.tool.gauge_length(),
         words: setup.words,
-        frame: Some(setup.table_from_rtcp_words),
+        frame: setup.table_from_rtcp_words,
         work_offset: Some(setup.words.work_offset()),
     }
 }
@@ -148,6 +149,34 @@ fn feeds_refuse_a_program_that_switches_rtcp_on_with_the_table_at_an_unknown_ang
     let seen = seen_by_feeds(&read_program(text, Dialect::Fanuc).unwrap(), &setup);
     let refusals: Vec<&String> = seen.iter().filter_map(|r| r.as_ref().err()).collect();
     assert!(refusals.iter().any(|why| why.contains("RTCP is switched on with the table turned")), "{refusals:?}");
+}
+
+/// An axis that went home before RTCP comes on stays there under it, as it does by its words. Named
+/// at a machine position under RTCP, it has no coordinate.
+#[test]
+fn an_axis_that_went_home_keeps_its_place_under_rtcp() {
+    let shop = Shop::new();
+    let setup = shop.setup();
+    let of = |before: &str, under: &str| {
+        let start = "G21 G90 G94 G54\nG0 X0. Y0. Z300. B10. C0.";
+        let text = format!("{start}\n{before}\nG90 G43.4 H7\n{under}\nG1 X25. Z60. F500.\nG1 B5.\nM30\n");
+        let program = read_program(&text, Dialect::Fanuc).unwrap();
+        let found = verify(&program, &setup, &VerifySettings::default(), &Silent).unwrap().findings;
+        let unknown = found.iter().filter(|f| f.kind == FindingKind::UnknownPosition).count();
+        (unknown, seen_by_verification(&program, &setup).pop().flatten())
+    };
+    let under = "G0 X20. Y5. Z80.";
+    for (home, words) in [("G91 G28 B0.", "G0 B0."), ("G53 G0 B0.", "G0 B0."), ("G53 G0 Z900.", "G0 Z444.5")] {
+        let (unknown, by_home) = of(home, under);
+        let (by_home, by_words) = (by_home.unwrap(), of(words, under).1.unwrap());
+        assert_eq!(unknown, 0, "{home}");
+        let apart = by_home.iter().zip(&by_words).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(apart < 1e-9, "{home}: {by_home:?} {by_words:?}");
+    }
+    // A coordinate that no block names is that of the tip where the axis is.
+    let [at_home, at_word] = ["G53 G0 Z900.", "G0 Z444.5"].map(|before| of(before, "G0 X20. Y5.").1.unwrap());
+    assert!(at_home.iter().zip(&at_word).all(|(a, b)| (a - b).abs() < 1e-9), "{at_home:?} {at_word:?}");
+    assert!(of("G91 G28 B0.", "G53 G0 B0.").0 > 0);
 }
 
 /// Behind a word that changes what F gives, no cut has a time, wherever words name its axes again.

@@ -17,7 +17,6 @@ use facemill_nc_program::Compensation;
 use facemill_tool_path::links::clock::LinkClock;
 use facemill_virtual_machine::program_time::tolerance::MachineView;
 use facemill_virtual_machine::{Finding, VirtualSetup};
-use nalgebra::Isometry3;
 
 use self::rapid_runs::{PairRapidRun, rapid_runs};
 use crate::dual::moves::DualMove;
@@ -53,7 +52,7 @@ impl DualLinks {
         let search = LinkSearch {
             heads: &scenes.each_ref().map(|scene| scene.link_scene()),
             clock: &LinkClock::new(&views),
-            words: link_words(&scenes[0], Isometry3::identity()),
+            words: link_words(&scenes[0]),
             compensation: Compensation::Length(scenes[0].job.tool.length_register()),
             text: &text,
             rapids: RapidLines { runs: runs.iter().map(lines).collect(), rule: LineMatch::Exact },

@@ -122,7 +122,7 @@ impl Shop {
             machine: &self.machine,
             table_from_work: self.table_from_work,
             words: &self.words,
-            table_from_rtcp_words: self.table_from_work,
+            table_from_rtcp_words: Some(self.table_from_work),
             tool: &self.tool,
             length_register: self.tool.number(),
             obstacles: scene.walls.iter().map(obstacle).collect(),
@@ -141,7 +141,7 @@ impl Shop {
             machine: &self.machine,
             tool_length: self.tool.gauge_length(),
             words: &self.words,
-            table_from_rtcp_words: self.table_from_work,
+            table_from_rtcp_words: Some(self.table_from_work),
             decimals: Decimals { linear: 4, rotary: 4, feed: 1, inverse_time: 4 },
         }
     }

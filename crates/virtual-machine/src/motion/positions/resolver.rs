@@ -38,7 +38,7 @@ impl<'a> MotionContext<'a> {
             machine: setup.machine,
             tool_length: setup.tool.gauge_length(),
             words: setup.words,
-            frame: Some(setup.table_from_rtcp_words),
+            frame: setup.table_from_rtcp_words,
             work_offset: Some(setup.words.work_offset()),
         }
     }
@@ -325,7 +325,12 @@ impl<'a> MotionResolver<'a> {
         let vector = motion.tool.as_ref().and_then(|tool| tool.axis);
         for (k, axis) in words.axes().iter().enumerate() {
             let coordinate = "XYZ".find(axis.letter.letter()).filter(|_| axis.letter.number() == 0);
-            match (motion.position.get(axis.letter), coordinate) {
+            // An axis that a former block sent to a machine position, and this one does not name, is
+            // there: its rotary word stays, and its coordinate is that of the tip.
+            let at = motion.position.get(axis.letter);
+            let is_left = matches!(at, Some(AxisAt::Machine(_) | AxisAt::Reference(_)))
+                && !motion.position.is_programmed(axis.letter);
+            match (at.filter(|_| !is_left), coordinate) {
                 (None, _) if is_sent_anywhere(motion, axis.letter) => return Err(NoEnd::Unknown(axis.letter)),
                 (Some(AxisAt::Word(word)), Some(coordinate)) => tip[coordinate] = word,
                 // A coordinate of the tip stays only where the tip is known, a rotary axis where it

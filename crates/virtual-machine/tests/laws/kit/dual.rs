@@ -94,7 +94,7 @@ impl Shop {
             machine: &self.views[head],
             table_from_work: Isometry3::identity(),
             words: &self.words,
-            table_from_rtcp_words: Isometry3::identity(),
+            table_from_rtcp_words: None,
             tool: &self.tools[head],
             length_register: NUMBERS[head].0,
             obstacles: vec![plate],

@@ -90,7 +90,7 @@ impl Shop {
             machine: &self.machine,
             table_from_work: self.table_from_work,
             words: &self.words,
-            table_from_rtcp_words: self.table_from_work,
+            table_from_rtcp_words: Some(self.table_from_work),
             tool: &self.tool,
             length_register: self.tool.number(),
             obstacles: vec![
