@@ -44,8 +44,6 @@ fn check_links(job: &JobFile) -> Result<(), String> {
             "links are not shortened (links.shorten)"
         } else if !job.verification.cut_stock {
             "the stock is not cut (verification.cut_stock)"
-        } else if job.second_tool.is_some() {
-            "links of machines with two heads are not shortened"
         } else {
             continue;
         };

@@ -4,7 +4,6 @@ use std::collections::BTreeSet;
 
 use facemill_job::check::post_probe::try_template;
 use facemill_job::failure::Failure;
-use facemill_job::format::job_file::LinkStockFile;
 use facemill_job::format::made_from::MadeFrom;
 use facemill_job::format::report::links::LinksReport;
 use facemill_job::format::report::stock::{PlannedStockReport, not_requested};
@@ -14,8 +13,6 @@ use facemill_job::load::open_meshes::open_stock;
 use facemill_job::setup::cell::z_map;
 use facemill_job::setup::scene::Scene;
 use facemill_job::stages::{READ, Stages, TIMES, WRITE};
-use facemill_verification::stock_run::CutRequest;
-use facemill_verification::sub_cell_check::{is_cut_known, machine_as_cut, seen_between, seen_of_rest};
 use facemill_virtual_machine::{
     Assumption, Certificates, Finding, HeldAsCut, Verification, merge_findings, rapid_lines,
 };
@@ -25,8 +22,9 @@ use crate::passes::extra_passes::AddedPasses;
 use crate::passes::operation::{PlannedOperation, SetupContext};
 use crate::plan_settings::PlanSettings;
 use crate::plan_stages::stages_of;
-use crate::plan_stock::{CutByPlan, StockBefore, StockToCut, cut_by_plan};
+use crate::plan_stock::{CutByPlan, StockBefore, StockToCut};
 use crate::planned::{Planned, name_parts, planned_files};
+use crate::program::cut_stock::{cut_by_heads, held_as_cut, stock_of_links};
 use crate::program::output::{OwnProgram, Texts, check_feeds, time_texts, write_draft, write_texts};
 use crate::program::planned_links::PlannedLinks;
 use crate::program::refinement::refine;
@@ -133,14 +131,12 @@ fn shorten_links(
     before: &StockBefore,
     stages: &dyn Stages,
 ) -> Result<Result<PlannedLinks, String>, Failure> {
-    let Scene { job, setup, .. } = scene;
-    if !setup.file.links.shorten {
+    if !scene.setup.file.links.shorten {
         return Ok(Err("the job says so (links.shorten)".to_owned()));
     }
-    let cut = match (setup.file.links.stock, before) {
-        (LinkStockFile::AtFirst, _) => None,
-        (LinkStockFile::AsCut, Ok((stock, _))) => Some((stock.clone(), job.file.verification.stock_tolerance_mm)),
-        (LinkStockFile::AsCut, Err(why)) => return Ok(Err(format!("the stock is not cut: {why}"))),
+    let cut = match stock_of_links(scene, before) {
+        Ok(cut) => cut,
+        Err(why) => return Ok(Err(why)),
     };
     let texts = write_draft(scene, operations)?;
     let program = OwnProgram { scene, operations, texts: &texts, as_cut: HeldAsCut::NOTHING };
@@ -161,20 +157,9 @@ struct OneHead<'r, 'a> {
 }
 
 impl OneHead<'_, '_> {
-    /// Returns which bodies are tested only against the stock at that time: if links may go through
-    /// cut regions, tool and rapids, by its lines; and bodies of the machine, if all its possible
-    /// remains are known.
-    fn as_cut(&self) -> HeldAsCut {
-        let Scene { job, setup, .. } = self.ground.scene;
-        let (Ok((stock, began_as)), LinkStockFile::AsCut) = (self.before, setup.file.links.stock) else {
-            return HeldAsCut::NOTHING;
-        };
-        let (cell, tolerance) = (stock.grid().cell(), job.file.verification.stock_tolerance_mm);
-        HeldAsCut { tool: true, machine: began_as.is_own() && is_cut_known(&[&job.tool], cell, tolerance) }
-    }
-
     fn own_program<'p>(&'p self, texts: &'p Texts) -> OwnProgram<'p> {
-        OwnProgram { scene: self.ground.scene, operations: &self.operations, texts, as_cut: self.as_cut() }
+        let as_cut = held_as_cut(&[self.ground.scene], self.before);
+        OwnProgram { scene: self.ground.scene, operations: &self.operations, texts, as_cut }
     }
 
     /// Returns the report on the links in the final program.
@@ -217,24 +202,7 @@ impl ProgramOfHeads<1> for OneHead<'_, '_> {
 
     fn cut(&self, texts: &Texts, runs: Option<&mut [Verification; 1]>) -> Result<(CutByPlan, Option<String>), Failure> {
         let Some([found]) = runs else { return Ok(((PlannedStockReport::not_requested(false), None), None)) };
-        let (job, program) = (self.ground.scene.job, self.own_program(texts));
-        let tolerance = job.file.verification.stock_tolerance_mm;
-        let cut_stock = |request: &CutRequest| program.cut_stock(request, self.stages);
-        let cut = cut_by_plan(self.before, tolerance, ([&mut *found], program.as_cut.tool), cut_stock)?;
-        let mut seen = None;
-        if let Some(report) = &cut.0.cut {
-            match (program.as_cut.tool, cut.0.began_as_own()) {
-                (true, true) => {
-                    program.between_lines(report, found, self.stages)?;
-                    seen = Some(seen_between(&[&job.tool], report.cell_mm, report.tolerance_mm));
-                }
-                (true, false) => seen = Some(seen_of_rest(report.cell_mm)),
-                (false, true) if program.hold_machine_as_cut(report, found, self.stages)? => {
-                    seen = Some(machine_as_cut(report.cell_mm, report.tolerance_mm));
-                }
-                (false, _) => {}
-            }
-        }
-        Ok((cut, seen))
+        let program = self.own_program(texts);
+        cut_by_heads(&program.read()?, [program.cutting_head()], self.before, [found], self.stages)
     }
 }

@@ -1,5 +1,6 @@
 //! Conversion of moves to timed blocks and text.
 
+pub(crate) mod cut_stock;
 pub(crate) mod link_search;
 pub(crate) mod output;
 pub(crate) mod planned_links;

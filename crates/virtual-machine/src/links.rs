@@ -1,6 +1,8 @@
 //! The links of a program, from one run of cuts to the next at rapid rate, and whether another way
 //! there is free.
 
+use std::ops::Range;
+
 use facemill_cl_data::{Cancelled, ClPoint, Monitor};
 use facemill_inverse_kinematics::{AxisValues, BlockLaw};
 use facemill_nc_program::ReadProgram;
@@ -16,6 +18,7 @@ use crate::proof::prover::Prover;
 use crate::run::scene::Scene;
 use crate::run::segments::{Coarseness, Segment, segments};
 use crate::stock::bodies::Bodies;
+use crate::stock::heads::{check_moves, check_setups};
 
 /// All rapids between two cutting moves.
 #[derive(Clone, Debug)]
@@ -77,59 +80,89 @@ pub struct LinkStage<'s, 'a> {
     cut: Option<CutStock<'s>>,
 }
 
-/// Stock as it is at the start of a link, and the tests against it.
+/// Stock as it is at the start of a link, and the tools that are tested against it.
 struct CutStock<'s> {
-    bodies: &'s Bodies,
-    /// The cutter and each body of the tool with a third, two thirds and all of the clearance.
-    kept: &'s [Vec<TurnedBody>; 3],
-    coarse: Coarseness,
+    /// One for each head.
+    tools: &'s [LinkTool],
     clearance: f64,
     stock: &'s DexelMap,
 }
 
+/// Tool of a head on links.
+struct LinkTool {
+    bodies: Bodies,
+    /// The cutter and each body of the tool with a third, two thirds and all of the clearance.
+    kept: [Vec<TurnedBody>; 3],
+    /// Segments of cuts.
+    coarse: Coarseness,
+}
+
+impl LinkTool {
+    fn new(setup: &VirtualSetup<'_>, slack: f64, link: &LinkSettings, cell: f64) -> Self {
+        let bodies = Bodies::new(setup.tool, slack, [link.tolerance, cell]);
+        let kept = [1.0, 2.0, 3.0].map(|thirds| kept_bodies(setup, link.clearance * thirds / 3.0, cell));
+        let reach = setup.tool.gauge_length();
+        let coarse = Coarseness { tolerance: link.tolerance, reach, max_way: bodies.max_way };
+        Self { bodies, kept, coarse }
+    }
+
+    /// Returns the segments of links. Nothing is cut on them, so that no body has to be tested
+    /// before what the cutter takes beside it is gone.
+    fn on_links(&self) -> Coarseness {
+        Coarseness { max_way: f64::INFINITY, ..self.coarse }
+    }
+}
+
 /// Runs a program and shows every link with the stock as it is there. The stock is cut as
-/// [`run_stock`](crate::stock::run::run_stock) does, and is the rest when this returns without an
-/// error.
+/// [`run_stock`](crate::stock::run::run_stock) does, by all heads, and is the rest when this returns
+/// without an error.
+///
+/// `heads` has the setup of each head of the machine. On a link the tool of every head is tested
+/// against the stock, over the motion of all axes. A link that may not change for one head is held.
 ///
 /// # Errors
-/// When the setup or a setting makes no sense, or the monitor, which advances by every block with a
-/// motion, cancels.
+/// When a setup or a setting makes no sense, the setups are not those of the heads of one machine,
+/// or the monitor, which advances by every block with a motion, cancels.
 pub fn run_links(
     program: &ReadProgram,
-    setup: &VirtualSetup<'_>,
+    heads: &[&VirtualSetup<'_>],
     settings: (&VerifySettings, &LinkSettings),
     stock: &mut DexelMap,
     visit: &mut dyn FnMut(&ProgramLink, &LinkStage<'_, '_>),
     monitor: &dyn Monitor,
 ) -> Result<(), VerifyError> {
     let (verify, link) = settings;
-    check(setup, verify, &[("clearance", link.clearance)])?;
+    for head in heads {
+        check(head, verify, &[("clearance", link.clearance)])?;
+    }
+    check_setups(heads)?;
     if !(link.tolerance > 0.0 && link.tolerance.is_finite()) {
         return Err(VerifyError::Setting { field: "tolerance", value: link.tolerance, needed: "above 0" });
     }
     let verify = &VerifySettings { as_cut: HeldAsCut::TOOL, ..verify.clone() };
-    let wide = wider(setup, link.clearance, 0.0);
-    let scenes = [Scene::new(&wide, verify)?];
-    let [scene] = &scenes;
-    let resolved = resolve(program, setup, verify);
-    let links = links(program, &resolved.moves, &[Doubts::new(program, &resolved.faults)]);
+    let wide: Vec<VirtualSetup<'_>> = heads.iter().map(|head| wider(head, link.clearance, 0.0)).collect();
+    let scenes: Vec<Scene<'_>> = wide.iter().map(|wide| Scene::new(wide, verify)).collect::<Result<_, _>>()?;
+    let resolved: Vec<ResolvedMoves> = heads.iter().map(|head| resolve(program, head, verify)).collect();
+    check_moves(program, &resolved)?;
+    let doubts: Vec<Doubts> = resolved.iter().map(|r| Doubts::new(program, &r.faults)).collect();
+    let Some(ResolvedMoves { moves, .. }) = resolved.first() else { return Ok(()) };
+    let links = links(program, moves, &doubts);
     let cell = stock.grid().cell();
-    let bodies = Bodies::new(setup.tool, verify.clearance_slack, [link.tolerance, cell]);
-    let kept = [1.0, 2.0, 3.0].map(|thirds| kept_bodies(setup, link.clearance * thirds / 3.0, cell));
-    let coarse = Coarseness { tolerance: link.tolerance, reach: setup.tool.gauge_length(), max_way: bodies.max_way };
-    // Nothing is cut on the way, so no body has to be tested before the cutter beside it has cut.
-    let on_links = Coarseness { max_way: f64::INFINITY, ..coarse };
+    let tools: Vec<LinkTool> =
+        heads.iter().map(|head| LinkTool::new(head, verify.clearance_slack, link, cell)).collect();
+    let cutting: Vec<CuttingHead<'_>> = (0..heads.len())
+        .map(|h| CuttingHead { scene: &scenes[h], tool: &tools[h], moves: &resolved[h].moves })
+        .collect();
     let mut done = 0;
     for found in &links {
-        cut(scene, &bodies, &coarse, &resolved.moves[done..found.first], stock, monitor)?;
+        cut(&cutting, done..found.first, stock, monitor)?;
         done = found.first + found.ends.len();
-        monitor.advance(count_blocks(&resolved.moves[found.first..done]));
+        monitor.advance(count_blocks(&moves[found.first..done]));
         monitor.checkpoint()?;
-        let now =
-            CutStock { bodies: &bodies, kept: &kept, coarse: on_links, clearance: link.clearance, stock: &*stock };
+        let now = CutStock { tools: &tools, clearance: link.clearance, stock: &*stock };
         visit(found, &LinkStage { scenes: &scenes, cut: Some(now) });
     }
-    cut(scene, &bodies, &coarse, &resolved.moves[done..], stock, monitor)
+    cut(&cutting, done..moves.len(), stock, monitor)
 }
 
 /// Looks at every link of a program by itself, in parallel, off the stock as it was before anything
@@ -224,24 +257,34 @@ fn kept_bodies(setup: &VirtualSetup<'_>, clearance: f64, cell: f64) -> Vec<Turne
 /// Moves of which the stock is cut in one go.
 const MOVES_PER_BATCH: usize = 512;
 
-/// Cuts the stock as these moves do.
+/// Head that cuts the stock.
+struct CuttingHead<'s> {
+    scene: &'s Scene<'s>,
+    tool: &'s LinkTool,
+    /// All moves of the program, the same of every head.
+    moves: &'s [Move],
+}
+
+/// Cuts the stock as all heads do in these moves.
 fn cut(
-    scene: &Scene<'_>,
-    bodies: &Bodies,
-    coarse: &Coarseness,
-    moves: &[Move],
+    heads: &[CuttingHead<'_>],
+    moves: Range<usize>,
     stock: &mut DexelMap,
     monitor: &dyn Monitor,
 ) -> Result<(), VerifyError> {
-    for batch in moves.chunks(MOVES_PER_BATCH) {
+    for first in moves.clone().step_by(MOVES_PER_BATCH) {
         monitor.checkpoint()?;
-        let cutting = batch.iter().filter(|m| !m.is_rapid && m.moves_tool);
-        // A move without a known path takes nothing, as in the run of the stock.
-        let ways: Vec<Segment> = cutting.filter_map(|m| segments(scene, m, coarse)).flatten().collect();
-        let sweeps: Vec<Sweep<'_>> =
-            ways.iter().map(|s| Sweep { body: &bodies.cutter, from: s.from, to: s.to }).collect();
-        stock.remove_all(&sweeps, coarse.tolerance).map_err(|e| VerifyError::Sweep { problem: e.to_string() })?;
-        monitor.advance(count_blocks(batch));
+        let batch = first..moves.end.min(first + MOVES_PER_BATCH);
+        for CuttingHead { scene, tool, moves } in heads {
+            let cutting = moves[batch.clone()].iter().filter(|m| !m.is_rapid && m.moves_tool);
+            // A move without a known path takes nothing, as in the run of the stock.
+            let ways: Vec<Segment> = cutting.filter_map(|m| segments(scene, m, &tool.coarse)).flatten().collect();
+            let sweeps: Vec<Sweep<'_>> =
+                ways.iter().map(|s| Sweep { body: &tool.bodies.cutter, from: s.from, to: s.to }).collect();
+            let removed = stock.remove_all(&sweeps, tool.coarse.tolerance);
+            removed.map_err(|e| VerifyError::Sweep { problem: e.to_string() })?;
+        }
+        monitor.advance(heads.first().map_or(0, |head| count_blocks(&head.moves[batch])));
     }
     Ok(())
 }
@@ -308,7 +351,9 @@ impl LinkStage<'_, '_> {
             return false;
         }
         let moves = moves(link, through);
-        let is_clear_of = |cut: &CutStock<'_>| self.scenes.iter().all(|scene| cut.is_clear(scene, &moves));
+        let is_clear_of = |cut: &CutStock<'_>| {
+            self.scenes.iter().zip(cut.tools).all(|(scene, tool)| cut.is_clear(scene, tool, &moves))
+        };
         let is_clear_of_cut = self.cut.as_ref().is_none_or(is_clear_of);
         is_clear_of_cut && moves.iter().all(|m| self.scenes.iter().all(|scene| is_proven(scene, m)))
     }
@@ -320,41 +365,43 @@ fn is_proven(scene: &Scene<'_>, m: &Move) -> bool {
 }
 
 impl CutStock<'_> {
-    fn is_clear(&self, scene: &Scene<'_>, moves: &[Move]) -> bool {
-        let mut way = Vec::new();
+    /// Returns whether the tool of a head keeps its distances from the stock over these moves.
+    fn is_clear(&self, scene: &Scene<'_>, tool: &LinkTool, moves: &[Move]) -> bool {
+        let (coarse, mut way) = (tool.on_links(), Vec::new());
         for m in moves {
-            let Some(segments) = segments(scene, m, &self.coarse) else { return false };
+            let Some(segments) = segments(scene, m, &coarse) else { return false };
             way.extend(segments.into_iter().map(|s| (m, s)));
         }
-        let (parts, is_kept) = self.with_clearance(way.iter().map(|(_, s)| s));
+        let (parts, is_kept) = self.with_clearance(tool, way.iter().map(|(_, s)| s));
+        let clears = |sweep: &Sweep<'_>, depth: f64| self.clears(sweep, (depth, coarse.tolerance));
         let is_plainly_clear = |(m, s): &(&Move, Segment)| {
-            let steps = self.bodies.steps(m, s);
+            let steps = tool.bodies.steps(m, s);
             steps.iter().all(|(_, step)| {
                 let (Step::Ask(sweep) | Step::Remove(sweep)) = step;
-                self.clears(sweep, 2.0 * self.coarse.tolerance)
+                clears(sweep, 2.0 * coarse.tolerance)
             })
         };
         let is_kept_clear = |(level, [from, to]): &(usize, [ClPoint; 2])| {
-            self.kept[*level].iter().all(|body| self.clears(&Sweep { body, from: *from, to: *to }, 0.0))
+            tool.kept[*level].iter().all(|body| clears(&Sweep { body, from: *from, to: *to }, 0.0))
         };
         // A body that keeps its clearance from the stock is clear of it.
         let plain = way.par_iter().zip(&is_kept).filter(|(_, is_kept)| !**is_kept);
         parts.par_iter().all(is_kept_clear) && plain.all(|(s, _)| is_plainly_clear(s))
     }
 
-    /// Whether a sweep meets no material deeper than this.
-    fn clears(&self, sweep: &Sweep<'_>, depth: f64) -> bool {
-        let found = self.stock.meets(sweep, self.coarse.tolerance);
+    /// Whether a sweep meets no material deeper than this, within this tolerance.
+    fn clears(&self, sweep: &Sweep<'_>, (depth, tolerance): (f64, f64)) -> bool {
+        let found = self.stock.meets(sweep, tolerance);
         found.is_ok_and(|contact| contact.is_none_or(|c| c.depth <= depth))
     }
 
     /// The parts of a way on which thirds of the clearance are kept, with the index of how much;
     /// and which of its segments consist of nothing else. Way is that of the tip and, with the turn
     /// of the axis, of the tool's farthest point.
-    fn with_clearance<'s>(&self, way: impl Iterator<Item = &'s Segment> + Clone) -> WithClearance {
+    fn with_clearance<'s>(&self, tool: &LinkTool, way: impl Iterator<Item = &'s Segment> + Clone) -> WithClearance {
         let length = |s: &Segment| {
             let turn = s.from.axis.cross(&s.to.axis).norm().atan2(s.from.axis.dot(&s.to.axis));
-            (s.to.tip - s.from.tip).norm() + self.coarse.reach * turn
+            (s.to.tip - s.from.tip).norm() + tool.coarse.reach * turn
         };
         let all: f64 = way.clone().map(length).sum();
         let steps = [2.0, 4.0, 6.0].map(|times| times * self.clearance);
@@ -374,7 +421,7 @@ impl CutStock<'_> {
                     is_whole = false;
                     continue;
                 };
-                let sweep = Sweep { body: &self.bodies.cutter, from: s.from, to: s.to };
+                let sweep = Sweep { body: &tool.bodies.cutter, from: s.from, to: s.to };
                 parts.push((level, [sweep.at(part[0]), sweep.at(part[1])]));
             }
             gone += here;

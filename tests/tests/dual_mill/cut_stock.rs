@@ -3,7 +3,9 @@
 
 use facemill::nc_program::Dialect;
 use facemill::virtual_machine::{Finding, FindingKind};
-use facemill::{CutRequest, Job, Planned, SilentStages, StockRegion, VerifyRequest, verify_program};
+use facemill::{
+    CutRequest, Job, PlanSettings, Planned, SilentStages, StockRegion, VerifyRequest, plan_job, verify_program,
+};
 use facemill_tests::brute::{RoundedCylinder, in_tool};
 use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::read_back::{TipAndAxis, number};
@@ -45,6 +47,24 @@ pub(super) fn both_heads_cut_the_stock(job: &JobFolder, planned: &Planned, read:
     let cutting = read.blocks.iter().filter(|b| !b.rapid).count();
     assert!(cut.blocks_in_air > 0 && cut.blocks_in_air <= cutting - blocks_that_cut, "{cut:?} {blocks_that_cut}");
     a_block_at_rapid_rate_is_found_for_both_heads(job, planned, read);
+}
+
+/// Links through what both heads have cut keep the plan clean: tools and rapids of both are then
+/// run in the stock as it is at that time, on its lines and between them.
+#[test]
+fn links_of_both_heads_go_through_cut_stock() {
+    let job = super::job(446.0);
+    job.set("job.json", &[("/setups/0/links", serde_json::json!({ "stock": "as_cut" }))]);
+    let settings = PlanSettings { verify: true, certificates: false };
+    let of_job = Job::read(&job.job()).unwrap();
+    let planned = plan_job(&of_job, settings, Some(CELL), &SilentStages).unwrap().remove(0);
+    assert!(planned.is_clean(), "{:?}", planned.report.findings);
+    let links = planned.report.links.shortened.as_ref().expect("links are searched");
+    assert!(links.changed > 0 && links.time_after_s < links.time_before_s, "{links:?}");
+    let is_between = |text: &str| text.contains("between the lines of the stock");
+    assert!(planned.report.assumptions.iter().any(|a| is_between(&a.text)), "{:?}", planned.report.assumptions);
+    let cut = planned.report.stock.cut.as_ref().expect("is cut");
+    assert!(cut.removed_by_heads_mm3.iter().all(|volume| *volume > 0.0), "{cut:?}");
 }
 
 fn a_block_at_rapid_rate_is_found_for_both_heads(job: &JobFolder, planned: &Planned, read: &ReadPlan) {

@@ -159,7 +159,7 @@ impl LinkSearch<'_> {
         };
         let monitor = stages.start(SHORTEN, self.program.blocks.len());
         let verify = VerifySettings::default();
-        run_links(self.program, &at, (&verify, &keep), &mut stock, &mut visit, &*monitor).map_err(not_verified)?;
+        run_links(self.program, &[&at], (&verify, &keep), &mut stock, &mut visit, &*monitor).map_err(not_verified)?;
         match failed {
             Some(why) => Err(Failure::input(self.request.program, why)),
             None => Ok(found),

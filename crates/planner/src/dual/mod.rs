@@ -20,4 +20,3 @@ pub(crate) mod program;
 pub(crate) mod refinement;
 pub(crate) mod run_trimming;
 pub(crate) mod runs;
-pub(crate) mod stock;

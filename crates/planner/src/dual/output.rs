@@ -16,8 +16,8 @@ use facemill_verification::remaining::{RunningHead, remaining};
 use facemill_verification::text_times::TimedText;
 use facemill_virtual_machine::program_time::tolerance::MachineView;
 use facemill_virtual_machine::{
-    Assumption, Certificates, GougeSection, SectionGouge, Verification, VerifySettings, VirtualSetup, assumptions,
-    certify, verify,
+    Assumption, Certificates, GougeSection, HeldAsCut, SectionGouge, Verification, VerifySettings, VirtualSetup,
+    assumptions, certify, verify,
 };
 
 use super::channels::channel_files;
@@ -25,6 +25,7 @@ use super::moves::DualMove;
 use super::program::{DualTimes, DualWriter, PartFeeds, dual_spec};
 use crate::dual::parts::{ProgramPart, TwoHeadContext};
 use crate::passes::operation::PlannedOperation;
+use crate::program::cut_stock::CuttingHead;
 use crate::program::output::NOT_VERIFIED;
 use crate::program::timed::Timed;
 use crate::program::timing::text::time_text;
@@ -234,6 +235,9 @@ pub(crate) struct DualProgram<'p, 'a> {
     pub ground: &'p TwoHeadContext<'a>,
     pub parts: &'p [ProgramPart<'a>],
     pub texts: &'p DualTexts,
+    /// Bodies tested only against the stock at that time, as those of one head
+    /// ([`OwnProgram`](crate::program::output::OwnProgram)).
+    pub as_cut: HeldAsCut,
 }
 
 impl DualProgram<'_, '_> {
@@ -259,6 +263,11 @@ impl DualProgram<'_, '_> {
             certify(&program, &self.setup(h), &self.settings(h), &*monitor).map_err(not_verified)
         };
         Ok([run(0)?, run(1)?])
+    }
+
+    /// Returns a head as it cuts the stock.
+    pub(crate) fn cutting_head(&self, head: usize) -> CuttingHead<'_> {
+        CuttingHead { scene: &self.ground.scenes[head], at: self.setup(head), settings: self.settings(head) }
     }
 
     /// Measures the material that the text leaves on the regions of the setup's operations,
@@ -291,7 +300,7 @@ impl DualProgram<'_, '_> {
             GougeSection { name: part_name(part), first_line, gouge_limit: limit }
         };
         let sections = self.parts.iter().zip(&self.texts.part_lines).map(section).collect();
-        VerifySettings { gouge_limit: 0.0, sections, is_whole: true, ..VerifySettings::default() }
+        VerifySettings { gouge_limit: 0.0, sections, is_whole: true, as_cut: self.as_cut, ..VerifySettings::default() }
     }
 }
 

@@ -16,7 +16,9 @@ use facemill_job::setup::cell::z_map;
 use facemill_job::setup::scene::Scene;
 use facemill_job::stages::{READ, Stages, TIMES, WRITE};
 use facemill_verification::merged_heads::proven_for_both;
-use facemill_virtual_machine::{Assumption, Certificates, Finding, Verification, merge_findings, rapid_lines};
+use facemill_virtual_machine::{
+    Assumption, Certificates, Finding, HeldAsCut, Verification, merge_findings, rapid_lines,
+};
 use nalgebra::Point3;
 
 use super::output::{DualProgram, DualTexts, merged, write_dual_texts};
@@ -31,6 +33,7 @@ use crate::plan_settings::PlanSettings;
 use crate::plan_stages::stages_of_heads;
 use crate::plan_stock::{CutByPlan, StockBefore, StockToCut};
 use crate::planned::{Planned, name_parts, planned_files};
+use crate::program::cut_stock::{cut_by_heads, held_as_cut, stock_of_links};
 use crate::program::output::check_feeds;
 use crate::program::rounds::{ProgramOfHeads, VerifiedProgram, verified_program};
 use crate::program::timing::control_assumption;
@@ -96,7 +99,8 @@ pub(crate) fn plan_dual_setup(
     let (before, shortened) = match to_cut {
         Ok(stock) => {
             let before = stock.before(jobs[0], setups[0])?;
-            (before, shorten_links(&ground, &mut parts, stages)?)
+            let shortened = shorten_links(&ground, &mut parts, &before, stages)?;
+            (before, shortened)
         }
         Err(why) => (Err(why.clone()), Err(why)),
     };
@@ -123,7 +127,7 @@ pub(crate) fn plan_dual_setup(
     report.pairs = texts.pair_reports(&parts, &saved, &ground);
     report.made_from = made_from;
     report.totals.mended_blocks = mended;
-    let program = DualProgram { ground: &ground, parts: &parts, texts: &texts };
+    let program = DualProgram { ground: &ground, parts: &parts, texts: &texts, as_cut: HeldAsCut::NOTHING };
     report.assumptions = program.assumptions()?;
     report.assumptions.extend(control_assumption(jobs[0], &texts.timed));
     report.assumptions.extend(open_stock(setups[0]));
@@ -143,13 +147,19 @@ pub(crate) fn plan_dual_setup(
 fn shorten_links(
     ground: &TwoHeadContext<'_>,
     parts: &mut [ProgramPart<'_>],
+    before: &StockBefore,
     stages: &dyn Stages,
 ) -> Result<Result<DualLinks, String>, Failure> {
     if !ground.scenes[0].setup.file.links.shorten {
         return Ok(Err("the job says so (links.shorten)".to_owned()));
     }
+    let cut = match stock_of_links(&ground.scenes[0], before) {
+        Ok(cut) => cut,
+        Err(why) => return Ok(Err(why)),
+    };
     let texts = write_dual_texts(ground, parts, true)?;
-    let links = DualLinks::find(&DualProgram { ground, parts, texts: &texts }, stages)?;
+    let program = DualProgram { ground, parts, texts: &texts, as_cut: HeldAsCut::NOTHING };
+    let links = DualLinks::find(&program, cut, stages)?;
     links.put_in(parts);
     Ok(Ok(links))
 }
@@ -167,7 +177,8 @@ struct TwoHeads<'r, 'a> {
 
 impl<'a> TwoHeads<'_, 'a> {
     fn program<'p>(&'p self, texts: &'p DualTexts) -> DualProgram<'p, 'a> {
-        DualProgram { ground: self.ground, parts: &self.parts, texts }
+        let scenes = self.ground.scenes.each_ref();
+        DualProgram { ground: self.ground, parts: &self.parts, texts, as_cut: held_as_cut(&scenes, self.before) }
     }
 
     /// Returns the report on the links in the final program.
@@ -214,7 +225,11 @@ impl ProgramOfHeads<2> for TwoHeads<'_, '_> {
         runs: Option<&mut [Verification; 2]>,
     ) -> Result<(CutByPlan, Option<String>), Failure> {
         match runs {
-            Some(runs) => self.program(texts).cut_by_plan(self.before, runs, self.stages),
+            Some(runs) => {
+                let program = self.program(texts);
+                let heads = [program.cutting_head(0), program.cutting_head(1)];
+                cut_by_heads(&program.read()?, heads, self.before, runs.each_mut(), self.stages)
+            }
             None => Ok(((PlannedStockReport::not_requested(false), None), None)),
         }
     }

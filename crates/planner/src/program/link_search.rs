@@ -232,13 +232,13 @@ impl LinkSearch<'_> {
     }
 
     /// Searches for links that are free of the stock at that time, which is the given one with its
-    /// tolerance at first. The program has one head.
+    /// tolerance at first. `heads` are the setups of the heads, which all cut it.
     ///
     /// # Errors
     /// If the stages are cancelled.
     pub(crate) fn in_cut_stock(
         &self,
-        head: &VirtualSetup<'_>,
+        heads: &[&VirtualSetup<'_>],
         (mut stock, tolerance): (DexelMap, f64),
         stages: &dyn Stages,
     ) -> Result<SearchedLinks, Failure> {
@@ -246,7 +246,7 @@ impl LinkSearch<'_> {
         let mut links = Vec::new();
         let mut visit = |link: &ProgramLink, stage: &LinkStage<'_, '_>| links.push(self.link(link, stage));
         let monitor = stages.start(SHORTEN, self.text.blocks.len());
-        run_links(self.text, head, (&verify, &keep), &mut stock, &mut visit, &*monitor).map_err(not_verified)?;
+        run_links(self.text, heads, (&verify, &keep), &mut stock, &mut visit, &*monitor).map_err(not_verified)?;
         Ok(self.searched(links))
     }
 

@@ -7,23 +7,18 @@ use facemill_cl_file::{AptCutter, AptMove, AptSpec, write_apt};
 use facemill_job::failure::Failure;
 use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::format::report::remaining::RemainingReport;
-use facemill_job::format::report::stock::StockReport;
 use facemill_job::format::report::{CERTIFICATES_FORMAT, CertificatesFile};
 use facemill_job::load::job::Job;
 use facemill_job::setup::cell::budget;
 use facemill_job::setup::program_spec::program_spec;
 use facemill_job::setup::scene::Scene;
 use facemill_job::stages::{CERTIFY, Stages, VERIFY};
-use facemill_job::stock::map::StockRegion;
 use facemill_job::validate::tip_feed::programmed_feed;
 use facemill_nc_program::{ProgramSpec, ReadProgram, WrittenProgram, write_program_with_lines};
 use facemill_tool_path::moves::MoveKind;
 use facemill_verification::feeds::RequiredFeeds;
 use facemill_verification::named_results::{name_obstacles, not_verified};
-use facemill_verification::program::removal_of;
 use facemill_verification::remaining::{RunningHead, remaining};
-use facemill_verification::stock_run::{CutDone, CutRequest, HeadView, cut_stock};
-use facemill_verification::sub_cell_check::{add_between, between_lines, hold_machine_as_cut};
 use facemill_verification::text_times::TimedText;
 use facemill_virtual_machine::{
     Assumption, Certificates, GougeSection, HeldAsCut, Verification, VerifySettings, VirtualSetup, assumptions,
@@ -32,6 +27,7 @@ use facemill_virtual_machine::{
 
 use crate::passes::operation::PlannedOperation;
 use crate::program::BlockWriter;
+use crate::program::cut_stock::CuttingHead;
 use crate::program::timed::{CutBlock, Timed};
 use crate::program::timing::text::time_text;
 use crate::program::timing::{WrittenWords, time_program};
@@ -181,8 +177,8 @@ pub(crate) struct OwnProgram<'a> {
     pub scene: &'a Scene<'a>,
     pub operations: &'a [PlannedOperation<'a>],
     pub texts: &'a Texts,
-    /// Bodies tested only against the stock at that time, which [`cut_stock`](Self::cut_stock) and
-    /// [`between_lines`](Self::between_lines) do, and not against the initial stock.
+    /// Bodies tested only against the stock at that time, by
+    /// [`cut_by_heads`](crate::program::cut_stock::cut_by_heads), and not against the initial stock.
     pub as_cut: HeldAsCut,
 }
 
@@ -225,46 +221,9 @@ impl OwnProgram<'_> {
         Ok(assumptions(&self.read()?, &self.scene.job.machine))
     }
 
-    /// Cuts the stock as the text goes.
-    pub(crate) fn cut_stock(&self, cut: &CutRequest, stages: &dyn Stages) -> Result<CutDone<1>, Failure> {
-        let at = self.virtual_setup();
-        let on = HeadView { scene: self.scene, at: &at };
-        let settings =
-            VerifySettings { removal: removal_of(self.scene.job, self.scene.setup.file, 0), ..self.settings() };
-        cut_stock(&self.read()?, [(&on, &settings)], cut, stages)
-    }
-
-    /// Adds collisions with the setup's own stock between the lines that it was cut on, all over
-    /// it, to the other findings.
-    pub(crate) fn between_lines(
-        &self,
-        cut: &StockReport,
-        then: &mut Verification,
-        stages: &dyn Stages,
-    ) -> Result<(), Failure> {
-        let request = lines_of(cut, StockRegion::Whole);
-        let at = self.virtual_setup();
-        let on = HeadView { scene: self.scene, at: &at };
-        let heads = [(&on, &self.settings())];
-        let findings = [&*then.findings];
-        let [found] = between_lines(&self.read()?, heads, &request, (findings, &[Vec::new()]), stages)?;
-        found.keep_open(&mut then.between);
-        add_between(&mut then.findings, found.findings);
-        Ok(())
-    }
-
-    /// Removes collisions of machine bodies with parts of the setup's own initial stock that have
-    /// been cut by then; returns whether there were any to check.
-    pub(crate) fn hold_machine_as_cut(
-        &self,
-        cut: &StockReport,
-        at_first: &mut Verification,
-        stages: &dyn Stages,
-    ) -> Result<bool, Failure> {
-        let request = lines_of(cut, StockRegion::Rectangle(cut.region_mm));
-        let at = self.virtual_setup();
-        let on = HeadView { scene: self.scene, at: &at };
-        hold_machine_as_cut(&self.read()?, [(&on, &self.settings())], &request, [at_first], stages)
+    /// Returns the head that cuts the stock.
+    pub(crate) fn cutting_head(&self) -> CuttingHead<'_> {
+        CuttingHead { scene: self.scene, at: self.virtual_setup(), settings: self.settings() }
     }
 
     /// Returns the program as read from the text.
@@ -287,11 +246,6 @@ impl OwnProgram<'_> {
         // No stock is cut before the first operation.
         VerifySettings { gouge_limit: 0.0, sections, is_whole: true, as_cut: self.as_cut, ..VerifySettings::default() }
     }
-}
-
-/// Returns a setup's own stock, on lines like those that it was cut on.
-pub(crate) fn lines_of(cut: &StockReport, region: StockRegion) -> CutRequest {
-    CutRequest { region, ..CutRequest::on_lines(cut.cell_mm, cut.tolerance_mm) }
 }
 
 /// Largest relative difference of the time of the written program's cuts from the planned one: F

@@ -124,7 +124,7 @@ impl PlannedLinks {
             clearance: setup.file.rapid_clearance_mm,
         };
         let searched = match cut {
-            Some(cut) => search.in_cut_stock(&at, cut, stages)?,
+            Some(cut) => search.in_cut_stock(&[&at], cut, stages)?,
             None => search.off_first_stock(&[&at], stages)?,
         };
         Ok(Self { searched, replaced: BTreeMap::new() })

@@ -64,7 +64,7 @@ fn a_way_is_free_by_the_stock_at_that_moment_and_the_heights_of_the_scene() {
         far[2] += 1e5;
         assert!(!stage.is_free(link, &[far]));
     };
-    run_links(&program, &shop.setup(), (&settings, &KEEP), &mut rest, &mut visit, &Silent).unwrap();
+    run_links(&program, &[&shop.setup()], (&settings, &KEEP), &mut rest, &mut visit, &Silent).unwrap();
     assert_eq!(seen, [Some(LinkHold::WayIn), None, None, Some(LinkHold::WayOut)]);
     // The rest is that of the run of the stock.
     let mut expected = block();
@@ -120,10 +120,10 @@ fn links_behind_a_fault_of_the_text_are_held() {
         held.push(link.hold.clone());
     };
     let settings = VerifySettings::default();
-    run_links(&program, &shop.setup(), (&settings, &KEEP), &mut block(), &mut visit, &Silent).unwrap();
+    run_links(&program, &[&shop.setup()], (&settings, &KEEP), &mut block(), &mut visit, &Silent).unwrap();
     assert!(held[2..].iter().any(|h| matches!(h, Some(LinkHold::Doubt(_)))), "{held:?}");
     assert!(held.iter().skip(2).all(Option::is_some), "{held:?}");
     let bad = LinkSettings { clearance: -1.0, ..KEEP };
-    let why = run_links(&program, &shop.setup(), (&settings, &bad), &mut block(), &mut |_, _| {}, &Silent);
+    let why = run_links(&program, &[&shop.setup()], (&settings, &bad), &mut block(), &mut |_, _| {}, &Silent);
     assert!(why.unwrap_err().to_string().contains("clearance is -1"));
 }

@@ -10,6 +10,7 @@ mod dead_core;
 mod estimate;
 mod far_words;
 mod links;
+mod links_of_heads;
 mod lost_positions;
 mod machine_bodies;
 mod machine_stock;

@@ -1,8 +1,8 @@
 //! Faster links for a plan of two heads, put into its moves before its program is run.
 //!
 //! A link of both heads is one motion of all axes. A faster one replaces it only if the tools and
-//! bodies of both heads are proven to keep their distances from part, fixtures, machine, initial
-//! stock and each other over this motion.
+//! bodies of both heads are proven to keep their distances from part, fixtures, machine, stock and
+//! each other over this motion.
 
 mod rapid_runs;
 pub(crate) mod run_order;
@@ -17,6 +17,7 @@ use facemill_nc_program::Compensation;
 use facemill_tool_path::links::clock::LinkClock;
 use facemill_virtual_machine::program_time::tolerance::MachineView;
 use facemill_virtual_machine::{Finding, VirtualSetup};
+use facemill_z_map::DexelMap;
 
 use self::rapid_runs::{PairRapidRun, rapid_runs};
 use crate::dual::moves::DualMove;
@@ -36,11 +37,16 @@ pub(crate) struct DualLinks {
 }
 
 impl DualLinks {
-    /// Searches for the fastest path of every link that is proven free for both heads.
+    /// Searches for the fastest path of every link that is proven free for both heads: of the stock
+    /// at that time, which is `cut` with its tolerance, or off the initial stock.
     ///
     /// # Errors
     /// Returns an error if the stages are cancelled.
-    pub(crate) fn find(program: &DualProgram<'_, '_>, stages: &dyn Stages) -> Result<Self, Failure> {
+    pub(crate) fn find(
+        program: &DualProgram<'_, '_>,
+        cut: Option<(DexelMap, f64)>,
+        stages: &dyn Stages,
+    ) -> Result<Self, Failure> {
         let scenes = program.ground.scenes;
         let text = program.read()?;
         // As in planning, with the tool of the other head thicker than it is.
@@ -58,7 +64,10 @@ impl DualLinks {
             rapids: RapidLines { runs: runs.iter().map(lines).collect(), rule: LineMatch::Exact },
             clearance: scenes[0].setup.file.rapid_clearance_mm,
         };
-        let searched = search.off_first_stock(&heads.each_ref(), stages)?;
+        let searched = match cut {
+            Some(cut) => search.in_cut_stock(&heads.each_ref(), cut, stages)?,
+            None => search.off_first_stock(&heads.each_ref(), stages)?,
+        };
         let sections = runs.iter().flat_map(|run| &run.places).map(|at| [at.part, at.section]);
         let first = sections.map(|[p, s]| ([p, s], program.parts[p].sections[s].moves.clone())).collect();
         let rapid_times = program.texts.times.iter().map(|part| part.rapid).collect();
