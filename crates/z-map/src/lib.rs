@@ -2,9 +2,9 @@
 //! maps: stock with several intervals of material on each line.
 //!
 //! CLOPT tests a tool pose against a Z-map: the surface's z at the (x, y) of a point is compared
-//! with the point's z. Between nodes such an answer is an estimate ([`gouge_estimate`],
-//! [`ring_estimate`], [`corners_estimate`]); a [`ZMap`] therefore also keeps the maximum of the
-//! mesh over every cell, which no point of the mesh exceeds, and a pyramid of maxima over them.
+//! with the point's z. Between nodes such an answer ([`ZMap::height_at`]) is an estimate; a
+//! [`ZMap`] therefore also keeps the maximum of the mesh over every cell, which no point of the mesh
+//! exceeds, and a pyramid of maxima over them.
 //! [`certainly_free`] answers from those alone: "free" is proven, anything else means that the mesh
 //! has to decide.
 //!
@@ -69,7 +69,6 @@
 //! | `raster` | regular grid of a Z-map, and triangles raised on it |
 //! | `lattice` | raising the nodes of a grid to a triangle |
 //! | `map` | Z-map: heights over a grid, with the highest of each cell |
-//! | `estimate` | estimates of gouges from node heights, as the paper's test |
 //! | `separation` | proofs that boxes are farther than a distance from a body |
 //! | `certain` | bodies that are certainly free of a map |
 //!
@@ -77,7 +76,6 @@
 
 mod certain;
 mod dexel;
-mod estimate;
 mod lattice;
 mod left;
 mod map;
@@ -95,6 +93,5 @@ pub use dexel::{
     Interval, MAX_PIECES, MeshStockError, NearestMaterial, RoundRing, Step, StepResult, StockError, StockFileError,
     Sweep, SweepError, TriDexel, TurnedBody,
 };
-pub use estimate::{PointClearance, Ring, corners_estimate, gouge_estimate, ring_estimate};
 pub use left::left_heights;
 pub use map::{ZMap, ZMapError, ZMapSettings};

@@ -233,9 +233,4 @@ impl SolutionMap {
         let all = sums.free + sums.blocked + sums.uncertain;
         AreaFractions { free: sums.free / all, blocked: sums.blocked / all, uncertain: sums.uncertain / all }
     }
-
-    /// Returns the first cell that contains a posture.
-    pub fn cell_at(&self, posture: &Posture) -> Option<&MapCell> {
-        self.cells.iter().find(|c| c.range.holds(posture))
-    }
 }

@@ -83,11 +83,6 @@ impl BladeSection<'_> {
         self.rake
     }
 
-    /// Largest thickness, before the rounding of the tip.
-    pub fn max_thickness(&self) -> f64 {
-        self.thickness
-    }
-
     /// Height of the mean line above the pitch helix at a chord fraction from the leading edge, 0
     /// to 1.
     pub fn mean_height(&self, chord_fraction: f64) -> f64 {

@@ -1,9 +1,8 @@
-//! CLOPT's tests of a tool pose on the Z-map, and the proven one.
+//! The proven test of a tool pose on the Z-map.
 
-use facemill_cl_data::{CcPoint, Posture, RoundBox, RoundFrustum, Solid};
+use facemill_cl_data::{RoundBox, RoundFrustum, Solid};
 use facemill_surface_model::TriMesh;
-use facemill_tool_model::{Cutter, cl_from_cc};
-use facemill_z_map::{Ring, ZMap, ZMapSettings, certainly_free, corners_estimate, gouge_estimate, ring_estimate};
+use facemill_z_map::{ZMap, ZMapSettings, certainly_free};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 use crate::kit::{Random, ball, field, points_of, soup, waves};
@@ -139,63 +138,4 @@ fn no_pose_without_numbers_is_certainly_free() {
     }
     let hollow = RoundFrustum { z_low: 0.0, z_high: f64::NAN, radius_low: 1.0, radius_high: 1.0, rounding: 0.0 };
     assert!(!certainly_free(&map, &Solid::Frustum(hollow), &Translation3::new(0.0, 0.0, 500.0).into()));
-}
-
-#[test]
-fn the_gouge_estimate_is_the_clearance_over_a_plane() {
-    let mesh = field(10, 30.0, |_, _| 0.0);
-    // The plane, at any pose of the part.
-    let work_from_mesh = Random::new(31).pose(200.0);
-    let map = build(&mesh.transformed(&work_from_mesh), &work_from_mesh.inverse(), 2.0);
-    for (radius, corner) in [(80.0, 6.0), (25.0, 0.0), (10.0, 10.0)] {
-        let cutter = Cutter::new(radius, corner, radius).unwrap();
-        for tilt in [0.0, 2f64.to_radians(), 0.2] {
-            let cc = CcPoint::new(Point3::new(150.0, 140.0, 0.0), Vector3::z(), Vector3::x()).unwrap();
-            let cl = cl_from_cc(&cutter, &cc, Posture { tilt, rotate: -0.3 });
-            for lift in [0.0, 1.0, -0.5] {
-                let pose = cl.translated(Vector3::new(0.0, 0.0, lift)).transformed(&work_from_mesh);
-                let found = gouge_estimate(&map, &cutter, &pose).unwrap();
-                // Points on rings miss the lowest one by a sagitta of half a spacing.
-                let spacing = (radius / 24.0f64).max(2.0);
-                let miss = spacing * spacing * (tilt.sin() / radius + if corner > 0.0 { 1.0 / corner } else { 0.0 });
-                let above = found.clearance - lift;
-                assert!((-1e-9..=miss).contains(&above), "R {radius} r {corner} tilt {tilt}: {found:?}");
-                let at = work_from_mesh.inverse_transform_point(&found.at);
-                assert!((at.z - found.clearance).abs() < 1e-9);
-            }
-        }
-    }
-}
-
-#[test]
-fn a_cutter_with_its_rear_in_a_bump_is_estimated_to_gouge() {
-    let mesh = field(120, 1.0, |x, y| if (x - 20.0).hypot(y - 60.0) < 6.0 { 8.0 } else { 0.0 });
-    let map = build(&mesh, &Isometry3::identity(), 1.0);
-    let cutter = Cutter::new(40.0, 2.0, 10.0).unwrap();
-    let cc = CcPoint::new(Point3::new(100.0, 60.0, 0.0), Vector3::z(), Vector3::x()).unwrap();
-    let clearance = |tilt: f64| gouge_estimate(&map, &cutter, &cl_from_cc(&cutter, &cc, Posture { tilt, rotate: 0.0 }));
-    assert!(clearance(2f64.to_radians()).unwrap().clearance < -4.0);
-    assert!(clearance(10f64.to_radians()).unwrap().clearance > -1e-2);
-    let away = cl_from_cc(&cutter, &cc, Posture::default()).translated(Vector3::new(1000.0, 0.0, 0.0));
-    assert_eq!(gouge_estimate(&map, &cutter, &away), None);
-}
-
-#[test]
-fn rings_and_corners_are_compared_with_the_surface_below_them() {
-    let slope = |x: f64, y: f64| 0.5 * x - 0.25 * y;
-    let map = build(&field(10, 10.0, slope), &Isometry3::identity(), 1.0);
-    let cl = facemill_cl_data::ClPoint { tip: Point3::new(50.0, 50.0, 20.0), axis: Vector3::z_axis() };
-    let holder = RoundFrustum { z_low: 11.0, z_high: 30.0, radius_low: 9.0, radius_high: 14.0, rounding: 1.0 };
-    let found = ring_estimate(&map, &Ring::of_frustum(&holder), &cl).unwrap();
-    // Lower ring: radius 10 at z 30, highest part of the slope 10·|(0.5, 0.25)| above its centre.
-    let exact = 30.0 - slope(50.0, 50.0) - 10.0 * 0.5f64.hypot(0.25);
-    assert!((exact..exact + 0.05).contains(&found.clearance), "{found:?}, {exact}");
-    assert_eq!(ring_estimate(&map, &[], &cl), None);
-
-    let motor = RoundBox { half_extents: Vector3::new(5.0, 8.0, 4.0), rounding: 1.0 };
-    let pose = Isometry3::new(Vector3::new(40.0, 60.0, 30.0), Vector3::zeros());
-    let found = corners_estimate(&map, &motor, &pose).unwrap();
-    assert!((found.at - Point3::new(46.0, 51.0, 25.0)).norm() < 1e-12, "{found:?}");
-    assert!((found.clearance - (25.0 - slope(46.0, 51.0))).abs() < 1e-9);
-    assert_eq!(corners_estimate(&map, &motor, &Translation3::new(500.0, 0.0, 0.0).into()), None);
 }
