@@ -23,7 +23,7 @@
 //! command, [`program`] runs the `facemill` command, [`commands`] runs it on the files of a job,
 //! [`shared`] finds the shared data, [`meshes`] plans every shared mesh, [`golden`] has jobs whose
 //! bytes are fixed, [`random`] makes seeded numbers, [`key_tables`] generates the tables of
-//! `docs/formats.md`.
+//! `docs/formats.md`, [`sample_figures`] the figures of the sample in the pages.
 
 pub mod brute;
 pub mod chip_trial;
@@ -39,6 +39,7 @@ pub mod paper_machine;
 pub mod program;
 pub mod random;
 pub mod read_back;
+pub mod sample_figures;
 pub mod shared;
 pub mod slack;
 pub mod sweep;

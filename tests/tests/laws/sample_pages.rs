@@ -1,0 +1,36 @@
+//! Figures of the sample job in the pages against the stored summary of its plan. `.ci/run` compares
+//! that with a plan.
+
+use facemill_tests::sample_figures::{PAGES, SampleFigures};
+use facemill_tests::shared::workspace;
+
+#[test]
+fn figures_of_the_sample_in_the_pages_are_those_of_its_plan() {
+    let figures = SampleFigures::stored().unwrap();
+    for name in PAGES {
+        let page = std::fs::read_to_string(workspace().join(name)).unwrap();
+        assert!(page.contains("<!-- sample "), "{name} has no figure of the sample");
+        let rewritten = figures.rewritten(&page).unwrap();
+        let differs = page.lines().zip(rewritten.lines()).find(|(is, must)| is != must);
+        assert!(
+            page == rewritten,
+            "{name} differs from tests/sample-summary.txt; write it anew: cargo run -p facemill-tests --bin sample-figures -- \
+             tests/sample-summary.txt --write\nfirst line that differs: {differs:?}"
+        );
+    }
+}
+
+/// Other figures of a plan change a page: otherwise the test above could not fail.
+#[test]
+fn another_plan_and_a_broken_mark_are_found() {
+    let figures = SampleFigures::stored().unwrap();
+    let page = "<!-- sample machine -->?<!-- end of sample --> <!-- sample passes --><!-- end of sample -->\n";
+    let written = figures.rewritten(page).unwrap();
+    assert_eq!(figures.rewritten(&written).unwrap(), written);
+    let other = figures.text().replacen("cutting time      ", "cutting time      1", 1);
+    let other = SampleFigures::of_summary(&format!("{other}  written to out/propeller: program.nc\n"));
+    assert!(figures.first_difference(&other).is_some_and(|[is, _]| is.starts_with("  cutting time")));
+    assert_ne!(other.rewritten(page).unwrap(), written);
+    assert!(figures.rewritten("<!-- sample machine -->").is_err());
+    assert!(figures.rewritten("<!-- sample weight --><!-- end of sample -->").is_err());
+}
