@@ -4,8 +4,10 @@
 mod across_rooms;
 mod circles;
 mod closed_forms;
+mod doors;
 mod formats_page;
 mod key_ranges;
 mod names;
 mod rooms;
+mod sample_pages;
 mod verdicts;

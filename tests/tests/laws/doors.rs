@@ -1,0 +1,59 @@
+//! Doors for other people's code: what a crate from a registry has, and what a library leaves out.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use facemill_tests::shared::workspace;
+
+use crate::rooms::rooms;
+
+/// Longest page of a crate, lines: one screen with an example.
+const ONE_SCREEN: usize = 65;
+
+fn text(path: &Path) -> String {
+    fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+fn crate_folders() -> impl Iterator<Item = PathBuf> {
+    // Nothing but tests uses that crate.
+    let for_users = rooms().into_iter().filter(|(name, _)| name != "test-kit");
+    for_users.map(|(name, _)| workspace().join("crates").join(name))
+}
+
+#[test]
+fn every_crate_has_a_page_of_one_screen_keywords_and_categories() {
+    for folder in crate_folders() {
+        let (manifest, page) = (text(&folder.join("Cargo.toml")), text(&folder.join("README.md")));
+        for key in ["description", "keywords", "categories", "readme"] {
+            assert!(manifest.lines().any(|line| line.starts_with(key)), "{}: no {key}", folder.display());
+        }
+        let lines = page.lines().count();
+        assert!((5..=ONE_SCREEN).contains(&lines), "{}: README.md has {lines} lines", folder.display());
+    }
+}
+
+/// Crates that only the command line needs are optional, and no library below asks for them.
+#[test]
+fn a_library_user_builds_no_command_line() {
+    let only_cli = ["clap", "clap_complete", "ctrlc", "indicatif"];
+    for folder in crate_folders() {
+        let manifest = text(&folder.join("Cargo.toml"));
+        let (_, dependencies) = manifest.split_once("\n[dependencies]\n").unwrap_or_default();
+        let own = dependencies.lines().take_while(|line| !line.starts_with('['));
+        let names = |line: &str| only_cli.contains(&line.split([' ', '.', '=']).next().unwrap_or_default());
+        for line in own.filter(|line| names(line)) {
+            assert!(folder.ends_with("facemill") && line.contains("optional = true"), "{}: {line}", folder.display());
+        }
+    }
+}
+
+/// Examples of the tutorial: each exists, asserts something, and is run for every change.
+#[test]
+fn every_tutorial_example_asserts_and_is_run_for_every_change() {
+    let run = text(&workspace().join(".ci/run"));
+    for name in ["cl_from_mesh", "check_a_posture", "ik_along_a_path", "verify_nc", "feed_for_a_program", "plan_a_job"] {
+        let example = text(&workspace().join(format!("crates/facemill/examples/{name}.rs")));
+        assert!(example.contains("assert"), "{name} asserts nothing");
+        assert!(run.split_whitespace().any(|word| word.trim_end_matches(';') == name), "{name} is not run");
+    }
+}
