@@ -51,7 +51,8 @@ fn a_library_user_builds_no_command_line() {
 #[test]
 fn every_tutorial_example_asserts_and_is_run_for_every_change() {
     let run = text(&workspace().join(".ci/run"));
-    for name in ["cl_from_mesh", "check_a_posture", "ik_along_a_path", "verify_nc", "feed_for_a_program", "plan_a_job"] {
+    for name in ["cl_from_mesh", "check_a_posture", "ik_along_a_path", "verify_nc", "feed_for_a_program", "plan_a_job"]
+    {
         let example = text(&workspace().join(format!("crates/facemill/examples/{name}.rs")));
         assert!(example.contains("assert"), "{name} asserts nothing");
         assert!(run.split_whitespace().any(|word| word.trim_end_matches(';') == name), "{name} is not run");
