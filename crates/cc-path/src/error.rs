@@ -148,6 +148,28 @@ pub enum PathError {
         /// A place of it, workpiece frame, mm.
         position: Point3<f64>,
     },
+    /// A seed of fronts does not meet the region.
+    #[error(
+        "no curve of the region lies on the seed {seed}; move the seed so that it cuts the region, or take \
+         \"border\" as the seed"
+    )]
+    SeedNowhere {
+        /// The seed.
+        seed: String,
+    },
+    /// A point of a seed is not on the region.
+    #[error(
+        "seed, point {point}: ({:.3}, {:.3}, {:.3}) is farther than {most} mm from the region; check frame and \
+         unit of the points, or widen the region", position.x, position.y, position.z
+    )]
+    SeedOff {
+        /// Index of the point, from 0.
+        point: usize,
+        /// The place, workpiece frame, mm.
+        position: Point3<f64>,
+        /// Distance allowed, mm.
+        most: f64,
+    },
     /// The strip width of the caller is not a number.
     #[error("the strip width at ({:.6}, {:.6}, {:.6}) is not a number", position.x, position.y, position.z)]
     StripWidth {

@@ -8,6 +8,7 @@ pub(crate) mod levels;
 pub(crate) mod order;
 pub(crate) mod pass_level;
 pub(crate) mod resample;
+pub(crate) mod scallop;
 pub(crate) mod section_layout;
 pub(crate) mod strip_width;
 pub(crate) mod trace;

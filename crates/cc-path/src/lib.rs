@@ -12,17 +12,17 @@
 //!   strip width requires, and partial passes fill up an edge where strips are narrow.
 //!
 //! ```
-//! use facemill_cc_path::{LaySettings, ParallelPlanes, PathError, Region, Strategy, UncutSide, lay_passes};
-//! use facemill_cl_data::Silent;
-//! use facemill_surface_model::{Surface, SurfaceSettings, TriMesh};
-//! use nalgebra::{Point3, Vector3};
+//! use facemill_cc_path::{LaySettings, ParallelPlanes, PathError, Region, Strategy, UncutSide,
+//! lay_passes}; use facemill_cl_data::Silent; use facemill_surface_model::{Surface,
+//! SurfaceSettings, TriMesh}; use nalgebra::{Point3, Vector3};
 //!
-//! // A rectangle of 100 mm × 60 mm, to be cut along x in strips of at most 12 mm.
-//! let corners = [[0.0, 0.0], [100.0, 0.0], [100.0, 60.0], [0.0, 60.0]].map(|[x, y]| Point3::new(x, y, 0.0));
-//! let mesh = TriMesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]).expect("indices are in range");
-//! let surface = Surface::new(mesh, SurfaceSettings::default());
-//! let planes = ParallelPlanes { origin: Point3::origin(), normal: Vector3::y_axis(), from: None, to: None };
-//! let settings = LaySettings { max_step_over: 20.0, uncut: Some(UncutSide::Left), ..LaySettings::default() };
+//! // A rectangle of 100 mm × 60 mm, to be cut along x in strips of at most 12 mm. let corners =
+//! [[0.0, 0.0], [100.0, 0.0], [100.0, 60.0], [0.0, 60.0]].map(|[x, y]| Point3::new(x, y, 0.0)); let
+//! mesh = TriMesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]).expect("indices are in
+//! range"); let surface = Surface::new(mesh, SurfaceSettings::default()); let planes =
+//! ParallelPlanes { origin: Point3::origin(), normal: Vector3::y_axis(), from: None, to: None };
+//! let settings = LaySettings { max_step_over: 20.0, uncut: Some(UncutSide::Left),
+//! ..LaySettings::default() };
 //!
 //! let strategy = Strategy::ParallelPlanes(planes);
 //! let laid = lay_passes(&surface, &Region::default(), &strategy, &settings, &|_| 12.0, &Silent)?;
@@ -46,6 +46,7 @@
 //! | `region` | regions: the part of the drive surface that passes are laid on |
 //! | `strategy` | strategies: settings of the passes on a surface, and their limits |
 //! | `harmonic` | harmonic functions on meshes: fields between curves, the angle around a tube |
+//! | `distance` | distance along the surface from curves on it |
 //! | `layout` | passes laid on a surface: level curves, their step by strip widths, their order |
 //! | `project` | points of a path file projected on a surface |
 //! | `samples` | points spread evenly over a region of the drive surface: where it is measured what a program leaves |
@@ -55,11 +56,12 @@
 //!
 //! Inside: `region` chooses triangles, `patch` cuts them at the box and refines them, `widths` gets
 //! strip widths, `levels` chooses levels; `edge_fill` plans fronts and puts them on the patch;
-//! `section_layout` decides between both; `field` has levels of a flow and spirals; `trace` finds
-//! the curves, `resample` puts points on them, `order` puts them in order; `samples` spreads points
-//! over a region, one in each cell of a `lattice`, whatever is laid on it; `size` bounds all of
-//! them.
+//! `section_layout` decides between both; `field` has levels of a flow and spirals;
+//! `scallop` advances fronts along the surface by `distance`; `trace` finds the curves, `resample`
+//! puts points on them, `order` puts them in order; `samples` spreads points over a region, one in
+//! each cell of a `lattice`, whatever is laid on it; `size` bounds all of them.
 
+mod distance;
 mod error;
 mod harmonic;
 #[cfg(test)]
@@ -83,6 +85,8 @@ pub use crate::strategy::field_file::{
 pub use crate::strategy::file::{
     BoxFile, CylindricalSectionsFile, NormalConeFile, ParallelPlanesFile, RegionFile, StrategyFile,
 };
+pub use crate::strategy::scallop::{ConstantScallop, Seed};
+pub use crate::strategy::scallop_file::{ConstantScallopFile, SectionsFile, SeedCylinderFile, SeedFile, SeedPlaneFile};
 pub use crate::strategy::settings::{Direction, LaySettings, LevelOrder, Pattern, UncutSide};
 pub use crate::strategy::size::MAX_POINTS;
 pub use error::{PathError, Remedy};

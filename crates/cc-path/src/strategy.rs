@@ -4,12 +4,15 @@ pub(crate) mod field;
 pub(crate) mod field_file;
 pub(crate) mod file;
 pub(crate) mod patch;
+pub(crate) mod scallop;
+pub(crate) mod scallop_file;
 pub(crate) mod settings;
 pub(crate) mod size;
 
 use nalgebra::{Point3, Unit, Vector3};
 
 use crate::strategy::field::{Flow, Spiral};
+use crate::strategy::scallop::ConstantScallop;
 
 /// How passes are laid.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +26,8 @@ pub enum Strategy {
     Flow(Flow),
     /// One curve that winds around.
     Spiral(Spiral),
+    /// Fronts that advance from seeds by the local strip width.
+    ConstantScallop(ConstantScallop),
 }
 
 /// Sections of a surface by a family of surfaces in space, which give every point a level.
@@ -63,12 +68,14 @@ pub struct CylindricalSections {
 }
 
 impl Strategy {
-    /// The sections that the passes are; `None` where they are curves of another kind.
+    /// The sections that bound the passes: those that the passes are, or between which they lie;
+    /// `None` where the region alone bounds them.
     pub fn sections(&self) -> Option<Sections> {
         match self {
             Self::ParallelPlanes(s) => Some(Sections::ParallelPlanes(*s)),
             Self::CylindricalSections(s) => Some(Sections::CylindricalSections(*s)),
             Self::Flow(_) | Self::Spiral(_) => None,
+            Self::ConstantScallop(s) => s.within,
         }
     }
 }

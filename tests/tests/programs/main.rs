@@ -5,6 +5,7 @@
 mod certificates;
 mod chip_feeds;
 mod command_line;
+mod constant_scallop;
 mod feed_modes;
 mod first_contact;
 mod limits;

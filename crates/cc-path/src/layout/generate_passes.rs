@@ -9,12 +9,14 @@ use crate::layout::field::spiral::{SpiralLayout, without_poles};
 use crate::layout::order::{LevelPieces, arrange};
 use crate::layout::pass_level::{PassLevel, Strips};
 use crate::layout::resample::{NoPointsLeft, beginning, pass_length, resample};
-use crate::layout::section_layout::{SectionLayout, check_sections, fineness};
+use crate::layout::scallop::scallop_layout::ScallopLayout;
+use crate::layout::section_layout::{SectionLayout, check_sections, extent, fineness};
 use crate::layout::strip_width::StripWidth;
 use crate::layout::trace::{Curve, TracedLevel, trace};
 use crate::region::Region;
 use crate::strategy::field::{Flow, Spiral, SpiralLevels};
-use crate::strategy::patch::Patch;
+use crate::strategy::patch::{Fineness, Patch};
+use crate::strategy::scallop::ConstantScallop;
 use crate::strategy::settings::{LaySettings, UncutSide};
 use crate::strategy::size::{PointsLeft, too_many_points};
 use crate::strategy::{Sections, Strategy};
@@ -35,6 +37,9 @@ pub struct PassLayout {
     /// up its steepest lines from one level to the next longer. Facets at less than 3° to the
     /// levels count as standing at 3°. 0 where there is one level.
     pub largest_step_over: f64,
+    /// Area of the region that is farther from a pass than half the strip allowed, mm²; 0 for
+    /// sections, whose passes reach to the border.
+    pub uncovered_area: f64,
     /// Largest distance of the smooth surface's section from the straight line between two points,
     /// estimated from nodes and normals, mm.
     pub largest_chord: f64,
@@ -90,6 +95,7 @@ pub fn lay_passes(
         Strategy::CylindricalSections(s) => task.along_sections(&Sections::CylindricalSections(*s)),
         Strategy::Flow(flow) => task.along_flow(flow),
         Strategy::Spiral(spiral) => task.along_spiral(spiral),
+        Strategy::ConstantScallop(scallop) => task.along_scallop(scallop),
     }
 }
 
@@ -139,6 +145,26 @@ impl Task<'_> {
         Ok(PassLayout { n_levels: layout.n_turns, ..passes })
     }
 
+    fn along_scallop(&self, scallop: &ConstantScallop) -> Result<PassLayout, PathError> {
+        if let Some(within) = &scallop.within {
+            check_sections(within)?;
+        }
+        let fineness = Fineness {
+            // Distances are taken at vertices, four to a strip.
+            max_edge: (0.25 * self.settings.max_step_over).max(extent(self.surface.mesh()) / 400.0),
+            max_bend: 0.5 * self.settings.chord_tolerance,
+            cuts_range: true,
+        };
+        let patch = Patch::new(self.surface, self.region, scallop.within.as_ref(), &fineness)?;
+        self.monitor.checkpoint()?;
+        let layout = ScallopLayout::plan(&patch, scallop, self.settings, self.strip_width, self.monitor)?;
+        let mut traced = layout.traced(&patch, self.settings);
+        cut_open(&mut traced, self.settings);
+        let passes = pass_layout(traced, layout.strips, self.settings, self.monitor)?;
+        let n_dropped_pieces = passes.n_dropped_pieces + layout.n_dropped;
+        Ok(PassLayout { n_dropped_pieces, uncovered_area: layout.uncovered_area, ..passes })
+    }
+
     fn along_flow(&self, flow: &Flow) -> Result<PassLayout, PathError> {
         flow.check()?;
         let mut patch = self.patch(None)?;
@@ -167,7 +193,16 @@ fn pass_layout(
     let largest_chord = pieces.iter().flat_map(|p| &p.pieces).map(|p| p.chord).fold(0.0, f64::max);
     let passes = arrange(pieces, settings);
     let Strips { n_wide: n_wide_strips, widest: largest_step_over } = strips;
-    Ok(PassLayout { n_levels, n_dropped_pieces, n_wide_strips, largest_step_over, largest_chord, passes })
+    let uncovered_area = 0.0;
+    Ok(PassLayout {
+        n_levels,
+        n_dropped_pieces,
+        n_wide_strips,
+        largest_step_over,
+        uncovered_area,
+        largest_chord,
+        passes,
+    })
 }
 
 /// The curves of each level, in the triangles that reach it, closed ones cut open one after the
@@ -198,6 +233,12 @@ fn trace_levels<'a>(
         Ok(TracedLevel { set, curves, starts })
     });
     let mut traced = traced.collect::<Result<Vec<_>, PathError>>()?;
+    cut_open(&mut traced, settings);
+    Ok(traced)
+}
+
+/// Cuts closed curves open, one after the other.
+fn cut_open(traced: &mut [TracedLevel], settings: &LaySettings) {
     let mut last_start: Option<Point3<f64>> = None;
     for curve in traced.iter_mut().flat_map(|t| &mut t.curves).filter(|c| c.closed) {
         if let Some(p) = settings.closed_start.or(last_start) {
@@ -205,7 +246,6 @@ fn trace_levels<'a>(
         }
         last_start = Some(curve.start());
     }
-    Ok(traced)
 }
 
 fn resample_levels<'a>(

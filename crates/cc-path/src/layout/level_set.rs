@@ -13,13 +13,15 @@ pub(crate) enum LevelSet<'a> {
     Front { sections: &'a Sections, front: FrontSet<'a> },
     /// A level of the patch's values, linear on its triangles, with gradients at its vertices.
     Field { gradients: &'a [Vector3<f64>], level: f64 },
+    /// A path that is given by its nodes; the level is a label, the same for the passes of a step.
+    Path { level: f64 },
 }
 
 impl<'a> LevelSet<'a> {
     /// The value that places of the pass have.
     pub(crate) fn level(&self) -> f64 {
         match self {
-            Self::Level { level, .. } | Self::Field { level, .. } => *level,
+            Self::Level { level, .. } | Self::Field { level, .. } | Self::Path { level } => *level,
             Self::Front { .. } => 0.0,
         }
     }
@@ -30,6 +32,7 @@ impl<'a> LevelSet<'a> {
             Self::Field { .. } => f64::NAN,
             Self::Level { sections, .. } => sections.level(p),
             Self::Front { sections, front } => sections.level(p) - front.level(p),
+            Self::Path { level } => *level,
         }
     }
 
@@ -38,7 +41,7 @@ impl<'a> LevelSet<'a> {
     pub(crate) fn at_vertices(&self, patch: &'a Patch) -> Option<&'a [f64]> {
         match self {
             Self::Level { .. } | Self::Field { .. } => Some(&patch.levels),
-            Self::Front { .. } => None,
+            Self::Front { .. } | Self::Path { .. } => None,
         }
     }
 
@@ -49,6 +52,7 @@ impl<'a> LevelSet<'a> {
             Self::Field { .. } => None,
             Self::Level { sections, .. } => sections.gradient(p).map(|g| g.into_inner()),
             Self::Front { sections, front } => Some(sections.gradient(p)?.into_inner() - front.gradient(p)),
+            Self::Path { .. } => None,
         }
     }
 
@@ -58,6 +62,7 @@ impl<'a> LevelSet<'a> {
             Self::Level { sections, .. } => sections.is_linear(),
             Self::Field { .. } => true,
             Self::Front { .. } => false,
+            Self::Path { .. } => true,
         }
     }
 
@@ -80,7 +85,7 @@ impl<'a> LevelSet<'a> {
     /// Whether the pass runs over a place of the curve.
     pub(crate) fn covers(&self, p: &Point3<f64>) -> bool {
         match self {
-            Self::Level { .. } | Self::Field { .. } => true,
+            Self::Level { .. } | Self::Field { .. } | Self::Path { .. } => true,
             Self::Front { front, .. } => front.covers(p),
         }
     }
@@ -89,14 +94,14 @@ impl<'a> LevelSet<'a> {
     pub(crate) fn reported_level(&self, p: &Point3<f64>) -> f64 {
         match self {
             Self::Level { sections, .. } | Self::Front { sections, .. } => sections.level(p),
-            Self::Field { level, .. } => *level,
+            Self::Field { level, .. } | Self::Path { level } => *level,
         }
     }
 }
 
 /// Root of a continuous function in 0..1 with values of different signs at the ends (zero counts as
 /// positive), to rounding: regula falsi by the Illinois rule (Dowell and Jarratt 1971).
-fn bracketed_root(f: impl Fn(f64) -> f64, ends: [f64; 2]) -> f64 {
+pub(crate) fn bracketed_root(f: impl Fn(f64) -> f64, ends: [f64; 2]) -> f64 {
     let (mut a, mut b) = ((0.0, ends[0]), (1.0, ends[1]));
     // The rule gains more than a digit per step near a root; halving makes up for kinks.
     for k in 0..100 {

@@ -104,6 +104,7 @@ pub(crate) fn fineness(surface: &Surface, settings: &LaySettings) -> Fineness {
         // Islands and bays of a level that are smaller than this may be missed. Points lie on the
         // level all the same.
         max_bend: settings.chord_tolerance / 2.0,
+        cuts_range: false,
     }
 }
 

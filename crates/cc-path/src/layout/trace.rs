@@ -2,6 +2,7 @@ use facemill_surface_model::{LevelCurve, level_curves_among};
 use nalgebra::{Point3, Unit, Vector3};
 
 use crate::layout::level_set::LevelSet;
+use crate::layout::scallop::surface_path::SurfacePath;
 use crate::strategy::patch::Patch;
 use crate::strategy::settings::Direction;
 
@@ -22,7 +23,8 @@ pub(crate) struct Curve<'a> {
     bulges: Vec<f64>,
     /// Way to each node, mm.
     ways: Vec<f64>,
-    /// Direction of the feed at each node, of a curve on a field; empty on others.
+    /// Direction of the feed at each node, of a curve on a field or a path that is given by its
+    /// nodes; empty on others.
     tangents: Vec<Vector3<f64>>,
     pub(crate) closed: bool,
     /// Whether it is open, but does not end at a border.
@@ -91,6 +93,40 @@ impl<'a> Curve<'a> {
         let (normals, bulges, ways) = (Vec::new(), Vec::new(), Vec::new());
         let closed = curve.closed;
         let mut this = Self { patch, set, nodes, triangles, normals, bulges, ways, tangents, closed, winds: false };
+        this.measure();
+        Some(this)
+    }
+
+    /// The curve of a path, with the tangents of the smooth curve through nodes about `spacing`
+    /// (mm) apart.
+    pub(crate) fn of_path(patch: &'a Patch<'a>, set: LevelSet<'a>, path: &SurfacePath, spacing: f64) -> Option<Self> {
+        let source = path.source(patch, spacing)?;
+        let (mut nodes, mut triangles): (Vec<Point3<f64>>, Vec<u32>) = (Vec::new(), Vec::new());
+        for (&node, &triangle) in path.nodes.iter().zip(&path.triangles) {
+            if nodes.last() != Some(&node) {
+                nodes.push(node);
+                triangles.push(triangle);
+            }
+        }
+        let mut hint = 0;
+        let tangent = |p: &Point3<f64>| {
+            let at = source.foot(p, hint);
+            hint = at.node;
+            at.tangent
+        };
+        let mut tangents: Vec<Vector3<f64>> = nodes.iter().map(tangent).collect();
+        if path.closed {
+            nodes.push(nodes[0]);
+            tangents.push(tangents[0]);
+        } else {
+            triangles.pop();
+        }
+        if triangles.is_empty() {
+            return None;
+        }
+        let (normals, bulges, ways) = (Vec::new(), Vec::new(), Vec::new());
+        let mut this =
+            Self { patch, set, nodes, triangles, normals, bulges, ways, tangents, closed: path.closed, winds: false };
         this.measure();
         Some(this)
     }

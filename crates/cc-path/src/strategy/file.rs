@@ -6,11 +6,12 @@ use serde::{Deserialize, Serialize};
 use crate::error::PathError;
 use crate::region::{NormalCone, Region};
 use crate::strategy::field_file::{FlowFile, SpiralFile};
+use crate::strategy::scallop_file::ConstantScallopFile;
 use crate::strategy::settings::require;
 use crate::strategy::{CylindricalSections, ParallelPlanes, Strategy};
 
 /// Arrangement of passes: `{"parallel_planes": {…}}`, `{"cylindrical_sections": {…}}`,
-/// `{"flow": {…}}` or `{"spiral": {…}}`.
+/// `{"flow": {…}}`, `{"spiral": {…}}` or `{"constant_scallop": {…}}`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StrategyFile {
@@ -22,6 +23,9 @@ pub enum StrategyFile {
     Flow(FlowFile),
     /// One pass that winds around over closed levels.
     Spiral(SpiralFile),
+    /// Fronts that advance from a seed by the local strip width, for the same cusp everywhere; the
+    /// level is the distance from the seed.
+    ConstantScallop(ConstantScallopFile),
 }
 
 /// Sections by parallel planes.
@@ -106,6 +110,7 @@ impl StrategyFile {
             Self::CylindricalSections(f) => f.to_sections().map(Strategy::CylindricalSections),
             Self::Flow(f) => f.to_flow().map(Strategy::Flow),
             Self::Spiral(f) => f.to_spiral().map(Strategy::Spiral),
+            Self::ConstantScallop(f) => f.to_scallop().map(Strategy::ConstantScallop),
         }
     }
 }

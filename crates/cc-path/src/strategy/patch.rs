@@ -31,6 +31,9 @@ pub(crate) struct Fineness {
     pub(crate) max_edge: f64,
     /// Largest difference between the level at the middle of an edge and the mean of its ends, mm.
     pub(crate) max_bend: f64,
+    /// Whether triangles are cut at the ends of the sections' range; else they may reach beyond
+    /// them.
+    pub(crate) cuts_range: bool,
 }
 
 /// Edges are halved at most this often. Twelve halvings bring an edge of 4 m below 1 mm; where a
@@ -63,6 +66,12 @@ impl<'a> Patch<'a> {
             if !cut.halve_edges(|a, b| fineness.asks_to_halve(sections, a, b)) {
                 break;
             }
+        }
+        if let Some(sections) = sections.filter(|_| fineness.cuts_range) {
+            cut.clip_range(sections);
+        }
+        if cut.triangles.is_empty() {
+            return Err(PathError::EmptyRegion { reason: "none lies within box and levels" });
         }
         Self::of_pieces(surface, cut, sections)
     }
@@ -120,6 +129,11 @@ impl<'a> Patch<'a> {
             return Err(PathError::EmptyRegion { reason: "none is left around its lowest or highest place" });
         }
         Self::of_pieces(surface, Pieces { vertices, triangles, parents }, Some(sections))
+    }
+
+    /// The triangle of the surface that a triangle of the patch is a piece of.
+    pub(crate) fn parent(&self, triangle: u32) -> u32 {
+        self.parents[triangle as usize]
     }
 
     /// Normal of the smooth surface at a point of a triangle of the patch.
@@ -230,6 +244,17 @@ impl Pieces {
         }
         self.triangles = triangles;
         self.parents = parents;
+    }
+
+    /// Cuts off what is outside the range, where levels between vertices are as good as linear.
+    fn clip_range(&mut self, sections: &Sections) {
+        let (low, high) = sections.range();
+        if low.is_finite() {
+            self.clip_below(|p| sections.level(p) - low);
+        }
+        if high.is_finite() {
+            self.clip_below(|p| high - sections.level(p));
+        }
     }
 
     /// Leaves out triangles that surely have no level of the strategy's range.

@@ -1,5 +1,6 @@
 //! Promises of layout passes, checked against the smooth surfaces that the meshes were made from.
 
+mod constant_scallop;
 mod edge_fill;
 mod flow;
 mod parts;

@@ -2,7 +2,7 @@ use crate::strategy::patch::*;
 use crate::strategy::{CylindricalSections, ParallelPlanes};
 use crate::test_kit::{plane, sphere_patch, surface};
 
-const COARSE: Fineness = Fineness { max_edge: f64::INFINITY, max_bend: f64::INFINITY };
+const COARSE: Fineness = Fineness { max_edge: f64::INFINITY, max_bend: f64::INFINITY, cuts_range: false };
 
 fn along_x() -> Sections {
     let normal = Vector3::y_axis();
@@ -59,7 +59,7 @@ fn levels_of_cylinders_are_linear_on_every_edge_of_a_cut_up_plane() {
     let axis_origin = Point3::new(-30.0, 40.0, 0.0);
     let sections = CylindricalSections { axis_origin, axis_direction, from_radius: 35.0, to_radius: 100.0 };
     let strategy = Sections::CylindricalSections(sections);
-    let fineness = Fineness { max_edge: f64::INFINITY, max_bend: 1e-3 };
+    let fineness = Fineness { max_edge: f64::INFINITY, max_bend: 1e-3, cuts_range: false };
     let patch = Patch::new(&s, &Region::default(), Some(&strategy), &fineness).unwrap();
     for e in 0..patch.edges.len() as u32 {
         let [a, b] = patch.edges.vertices(e).map(|v| patch.mesh.vertices()[v as usize]);

@@ -1,0 +1,9 @@
+//! Constant scallop: fronts that advance from seeds by the local strip width.
+
+pub(crate) mod advance;
+pub(crate) mod coverage;
+pub(crate) mod lanes;
+pub(crate) mod ridges;
+pub(crate) mod scallop_layout;
+pub(crate) mod seeds;
+pub(crate) mod surface_path;

@@ -1,0 +1,142 @@
+use facemill_surface_model::level_curves_among;
+use nalgebra::Point3;
+
+use crate::distance::patch_vertices::on_edge;
+use crate::distance::source_curve::{CurveNode, SourceCurve};
+use crate::layout::level_set::bracketed_root;
+use crate::strategy::patch::Patch;
+
+/// A polyline on a patch.
+#[derive(Clone, Debug)]
+pub(crate) struct SurfacePath {
+    pub(crate) nodes: Vec<Point3<f64>>,
+    /// The triangle behind each node; at the end of an open path, the one before it.
+    pub(crate) triangles: Vec<u32>,
+    /// Whether the last node is followed by the first.
+    pub(crate) closed: bool,
+}
+
+/// Turn of a path within its spacing from which it is a corner, 35°: a pass ends there and another
+/// begins, because no posture follows it at feed.
+const CORNER_COS: f64 = 0.82;
+
+impl SurfacePath {
+    /// The path with its nodes about `spacing` (mm) apart, as a curve to measure from.
+    pub(crate) fn source(&self, patch: &Patch, spacing: f64) -> Option<SourceCurve> {
+        let kept = self.spaced(spacing);
+        let node = |k: usize| {
+            let (position, triangle) = (self.nodes[k], self.triangles[k]);
+            CurveNode { position, normal: patch.normal(triangle, &position), triangle }
+        };
+        SourceCurve::new(kept.into_iter().map(node).collect(), self.closed)
+    }
+
+    /// Nodes at least so far apart, the ends among them.
+    fn spaced(&self, spacing: f64) -> Vec<usize> {
+        let apart = |a: usize, b: usize| (self.nodes[b] - self.nodes[a]).norm();
+        let last = self.nodes.len() - 1;
+        let mut kept = vec![0];
+        for k in 1..=last {
+            let before = kept[kept.len() - 1];
+            if apart(before, k) >= spacing || k == last {
+                kept.push(k);
+            }
+        }
+        let n = kept.len();
+        let end = if self.closed { 0 } else { kept[n - 1] };
+        let crumb = if self.closed { n - 1 } else { n.saturating_sub(2) };
+        if n > 3 && apart(kept[crumb], end) < 0.5 * spacing {
+            kept.remove(crumb);
+        }
+        kept
+    }
+
+    /// Length, mm.
+    pub(crate) fn length(&self) -> f64 {
+        let open: f64 = self.nodes.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
+        open + if self.closed { (self.nodes[0] - self.nodes[self.nodes.len() - 1]).norm() } else { 0.0 }
+    }
+
+    /// The parts of nodes for which `keep` holds, each with one node more at its ends.
+    pub(crate) fn parts(self, keep: impl Fn(usize) -> bool) -> Vec<Self> {
+        let n = self.nodes.len();
+        let Some(out) = (0..n).find(|&k| !keep(k)) else { return vec![self] };
+        // A closed path begins where a part ends.
+        let order: Vec<usize> = if self.closed { (out..=out + n).map(|k| k % n).collect() } else { (0..n).collect() };
+        let mut parts = Vec::new();
+        let mut from = 0;
+        while let Some(first) = (from..order.len()).find(|&k| keep(order[k])) {
+            let end = (first..order.len()).find(|&k| !keep(order[k])).unwrap_or(order.len());
+            let range = first.saturating_sub(1)..=end.min(order.len() - 1);
+            parts.extend(self.open(&order[range]));
+            from = end;
+        }
+        parts
+    }
+
+    fn open(&self, nodes: &[usize]) -> Option<Self> {
+        let path = Self {
+            nodes: nodes.iter().map(|&k| self.nodes[k]).collect(),
+            triangles: nodes.iter().map(|&k| self.triangles[k]).collect(),
+            closed: false,
+        };
+        (path.nodes.len() >= 2).then_some(path)
+    }
+
+    /// The paths between its corners.
+    pub(crate) fn between_corners(self, spacing: f64) -> Vec<Self> {
+        let kept = self.spaced(spacing);
+        let n = kept.len();
+        let at = |k: usize| self.nodes[kept[k % n]];
+        let is_corner = |k: usize| {
+            let (before, after) = (at(k) - at(k + n - 1), at(k + 1) - at(k));
+            before.dot(&after) < CORNER_COS * before.norm() * after.norm()
+        };
+        let inner = if self.closed { 0..n } else { 1..n.max(2) - 1 };
+        let corners: Vec<usize> = inner.filter(|&k| n > 2 && is_corner(k)).map(|k| kept[k]).collect();
+        if corners.is_empty() {
+            return vec![self];
+        }
+        let all = self.nodes.len();
+        let mut cuts = corners.clone();
+        if self.closed {
+            cuts.push(corners[0] + all);
+        } else {
+            cuts.insert(0, 0);
+            cuts.push(all - 1);
+        }
+        let part = |w: &[usize]| self.open(&(w[0]..=w[1]).map(|k| k % all).collect::<Vec<_>>());
+        cuts.windows(2).filter_map(part).collect()
+    }
+}
+
+/// The curves on which a function is 0, with higher values on the left; `values` are those at the
+/// vertices, and `exact` gives the value a share of the way along an edge.
+pub(crate) fn trace_zero(
+    patch: &Patch,
+    values: &[f64],
+    among: &[u32],
+    exact: impl Fn([u32; 2], f64) -> f64,
+) -> Vec<SurfacePath> {
+    let mut paths = Vec::new();
+    for curve in level_curves_among(&patch.mesh, &patch.edges, values, 0.0, among.iter().copied()) {
+        let (mut nodes, mut triangles): (Vec<Point3<f64>>, Vec<u32>) = (Vec::new(), Vec::new());
+        for point in &curve.points {
+            let value = |t: f64| exact(point.edge, t);
+            let ends = [value(0.0), value(1.0)];
+            let crosses = (ends[0] >= 0.0) != (ends[1] >= 0.0);
+            let t = if crosses { bracketed_root(value, ends) } else { point.fraction };
+            let node = on_edge(patch, point.edge, t);
+            if nodes.last() == Some(&node) {
+                nodes.pop();
+                triangles.pop();
+            }
+            nodes.push(node);
+            triangles.push(point.triangle);
+        }
+        if nodes.len() >= if curve.closed { 3 } else { 2 } {
+            paths.push(SurfacePath { nodes, triangles, closed: curve.closed });
+        }
+    }
+    paths
+}
