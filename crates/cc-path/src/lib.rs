@@ -94,4 +94,5 @@ pub use path_file::{PassFile, PathFile, PathFileError, PathFormat, PathFrame, re
 pub use project::{ProjectSettings, project};
 pub use region::{NormalCone, Region};
 pub use samples::{RegionSample, RequestedRegion};
-pub use strategy::{CylindricalSections, ParallelPlanes, Sections, Strategy};
+pub use strategy::Strategy;
+pub use strategy::sections::{CylindricalSections, ParallelPlanes, Sections};

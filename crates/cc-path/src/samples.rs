@@ -9,7 +9,8 @@ use nalgebra::{Point3, Unit, Vector3};
 use crate::error::PathError;
 use crate::region::{Region, triangles_of};
 use crate::samples::lattice::{Lattice, LatticePoint, side_of};
-use crate::strategy::{Sections, Strategy};
+use crate::strategy::Strategy;
+use crate::strategy::sections::Sections;
 
 /// Point of a region.
 #[derive(Clone, Copy, Debug, PartialEq)]

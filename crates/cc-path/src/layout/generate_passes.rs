@@ -14,12 +14,13 @@ use crate::layout::section_layout::{SectionLayout, check_sections, extent, finen
 use crate::layout::strip_width::StripWidth;
 use crate::layout::trace::{Curve, TracedLevel, trace};
 use crate::region::Region;
+use crate::strategy::Strategy;
 use crate::strategy::field::{Flow, Spiral, SpiralLevels};
 use crate::strategy::patch::{Fineness, Patch};
 use crate::strategy::scallop::ConstantScallop;
+use crate::strategy::sections::Sections;
 use crate::strategy::settings::{LaySettings, UncutSide};
 use crate::strategy::size::{PointsLeft, too_many_points};
-use crate::strategy::{Sections, Strategy};
 
 /// Passes laid on a surface.
 #[derive(Clone, Debug, PartialEq)]

@@ -5,10 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::PathError;
 use crate::region::{NormalCone, Region};
+use crate::strategy::Strategy;
 use crate::strategy::field_file::{FlowFile, SpiralFile};
 use crate::strategy::scallop_file::ConstantScallopFile;
+use crate::strategy::sections::{CylindricalSections, ParallelPlanes};
 use crate::strategy::settings::require;
-use crate::strategy::{CylindricalSections, ParallelPlanes, Strategy};
 
 /// Arrangement of passes: `{"parallel_planes": {…}}`, `{"cylindrical_sections": {…}}`,
 /// `{"flow": {…}}`, `{"spiral": {…}}` or `{"constant_scallop": {…}}`.

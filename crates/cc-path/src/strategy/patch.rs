@@ -6,7 +6,7 @@ use nalgebra::{Point3, Unit, Vector3};
 
 use crate::error::PathError;
 use crate::region::{Region, triangles_of};
-use crate::strategy::Sections;
+use crate::strategy::sections::Sections;
 use crate::strategy::size::check_pieces;
 
 /// The region as a mesh of its own, every point of which lies on the drive surface: triangles cut

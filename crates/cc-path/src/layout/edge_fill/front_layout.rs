@@ -8,8 +8,8 @@ use crate::layout::edge_fill::fronts::{FrontSettings, cost_of_levels, plan_front
 use crate::layout::level_set::LevelSet;
 use crate::layout::levels::Band;
 use crate::layout::pass_level::{PassLevel, Strips};
-use crate::strategy::Sections;
 use crate::strategy::patch::Patch;
+use crate::strategy::sections::Sections;
 use crate::strategy::settings::{Direction, LaySettings, LevelOrder, Pattern};
 use crate::strategy::size::MAX_CROSSINGS;
 

@@ -11,7 +11,7 @@ use crate::layout::scallop::surface_path::{SurfacePath, trace_zero};
 use crate::layout::section_layout::extent;
 use crate::strategy::patch::Patch;
 use crate::strategy::scallop::Seed;
-use crate::strategy::{CylindricalSections, ParallelPlanes, Sections};
+use crate::strategy::sections::{CylindricalSections, ParallelPlanes, Sections};
 
 /// Curves that fronts begin at.
 #[derive(Clone, Debug)]

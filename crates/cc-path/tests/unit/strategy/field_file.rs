@@ -1,6 +1,7 @@
+use crate::strategy::Strategy;
 use crate::strategy::field_file::*;
 use crate::strategy::file::StrategyFile;
-use crate::strategy::{Sections, Strategy};
+use crate::strategy::sections::Sections;
 use facemill_file_format::from_json;
 
 fn strategy(json: &str) -> Result<Strategy, PathError> {

@@ -1,5 +1,5 @@
 use crate::strategy::patch::*;
-use crate::strategy::{CylindricalSections, ParallelPlanes};
+use crate::strategy::sections::{CylindricalSections, ParallelPlanes};
 use crate::test_kit::{plane, sphere_patch, surface};
 
 const COARSE: Fineness = Fineness { max_edge: f64::INFINITY, max_bend: f64::INFINITY, cuts_range: false };

@@ -1,7 +1,7 @@
 use crate::layout::generate_passes::lay_passes;
 use crate::region::Region;
+use crate::strategy::sections::{CylindricalSections, ParallelPlanes};
 use crate::strategy::size::*;
-use crate::strategy::{CylindricalSections, ParallelPlanes};
 use crate::test_kit::{plane, surface};
 use facemill_cl_data::Silent;
 use nalgebra::Vector3;
