@@ -60,6 +60,18 @@ impl<'a> RequestedRegion<'a> {
         self.is_in[triangle as usize] && in_box && in_levels
     }
 
+    /// Whether the region comes within a distance (mm) of a point; box and levels are widened by
+    /// as much.
+    pub fn is_near(&self, point: &Point3<f64>, within: f64) -> bool {
+        let in_box = self.region.bounds.is_none_or(|b| b.dilated(within).contains(point));
+        let in_levels = self.sections.is_none_or(|sections| {
+            let (from, to) = sections.range();
+            (from - within..=to + within).contains(&sections.level(point))
+        });
+        let is_on = || self.surface.closest_point_where(point, within, |t| self.is_in[t as usize]).is_some();
+        in_box && in_levels && is_on()
+    }
+
     /// Area of its facets, mm², before box and levels bound them.
     pub fn facet_area(&self) -> f64 {
         self.triangles.iter().fold(0.0, |sum, &t| sum + self.area(t))

@@ -2,6 +2,7 @@
 
 pub mod cut_point;
 pub mod neighbours;
+pub mod strips;
 
 use facemill_cl_data::{CcPoint, Posture};
 use facemill_surface_model::CurvatureTensor;

@@ -39,9 +39,12 @@ pub use facemill_job::format::report::deviation::{CuspRatios, CuspReport, CuspsN
 pub use facemill_job::format::report::deviation::{
     DeviationAreas, DeviationBin, DeviationFigures, DeviationPlace, DeviationReport,
 };
+pub use facemill_job::format::report::efficiency::EfficiencyReport;
 pub use facemill_job::format::report::outcome::Outcome;
 pub use facemill_job::format::report::pairs::{PairReport, PairSplit};
-pub use facemill_job::format::report::remaining::{RemainingOnRegion, RemainingPlace, RemainingReport};
+pub use facemill_job::format::report::remaining::{
+    RemainingOnRegion, RemainingOnSlope, RemainingPlace, RemainingReport,
+};
 pub use facemill_job::format::report::stock::PlannedStockReport;
 pub use facemill_job::format::report::stock::StockReport;
 pub use facemill_job::format::summary_file::{SUMMARY_FORMAT, SetupSummary, SummaryFile};

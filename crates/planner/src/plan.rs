@@ -31,6 +31,8 @@ use crate::program::refinement::refine;
 use crate::program::rounds::{ProgramOfHeads, VerifiedProgram, verified_program};
 use crate::program::timing::control_assumption;
 use crate::report::chip_files::ChipFiles;
+use crate::report::efficiencies::efficiencies;
+use crate::report::pass_files::pass_files;
 use crate::report::reporting::report;
 use crate::report::rotary_reversals::RotaryReversals;
 use crate::stage_clock::Clock;
@@ -113,14 +115,16 @@ pub(crate) fn planned_setup(
     // Also for a program that is not run: meeting the job and doing no harm are different
     // questions.
     report.remaining = program.remaining(stages)?;
+    report.efficiency = efficiencies(&jobs, &setup, &operations)?;
     clock.lap("material left");
     let chips = ChipFiles::new(&jobs, &setup.file.name, &operations, (&texts.timed, &texts.cut_lines()));
+    let passes = pass_files(&jobs, &setup, &operations, &report);
     let (suffix, state) = name_parts(job, &setup, &report);
     let files = vec![
         (format!("program{suffix}{state}.{}", job.post.extension()), texts.nc.into_bytes()),
         (format!("program{suffix}{state}.apt"), texts.apt.into_bytes()),
     ];
-    Ok(Planned { rest, ..planned_files(&suffix, (report, certificates), files, picture, chips, clock) })
+    Ok(Planned { rest, ..planned_files(&suffix, (report, certificates), files, picture, (chips, passes), clock) })
 }
 
 /// Puts links faster than over the clearance surface into the moves; returns them, or the reason

@@ -12,6 +12,7 @@ use facemill_z_map::DexelMap;
 
 use crate::program::output::certificates_json;
 use crate::report::chip_files::ChipFiles;
+use crate::report::pass_files::PassFiles;
 use crate::stage_clock::Clock;
 
 /// A planned setup: files to be written and the report on them.
@@ -55,13 +56,13 @@ pub(crate) fn name_parts(job: &Job, setup: &Setup<'_>, report: &Report) -> (Stri
     (suffix, state)
 }
 
-/// Returns a planned setup: its programs with their certificates, report and pictures.
+/// Returns a planned setup: its programs with their certificates, report, passes and pictures.
 pub(crate) fn planned_files(
     suffix: &str,
     (mut report, certificates): (Report, Option<Certificates>),
     mut files: Vec<(String, Vec<u8>)>,
     picture: Option<String>,
-    chips: ChipFiles,
+    (chips, passes): (ChipFiles, Vec<PassFiles>),
     clock: Clock,
 ) -> Planned {
     let programs = programs_among(&files);
@@ -73,6 +74,10 @@ pub(crate) fn planned_files(
     files.push((format!("report{suffix}.json"), facemill_file_format::to_json(&report).into_bytes()));
     files.extend(picture.map(|svg| (format!("solution-space{suffix}.svg"), stamped_svg(svg, &programs).into_bytes())));
     files.push((format!("chips{suffix}.svg"), chips.svg.into_bytes()));
+    for PassFiles { number, path, picture } in passes {
+        files.push((format!("passes{suffix}{number}.json"), path.into_bytes()));
+        files.push((format!("passes{suffix}{number}.svg"), stamped_svg(picture, &programs).into_bytes()));
+    }
     let chip_table = (format!("chips{suffix}.csv"), chips.csv.into_bytes());
     Planned { files, chip_table, report, rest: None, timings: clock.laps }
 }

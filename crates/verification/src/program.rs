@@ -8,6 +8,7 @@ use facemill_job::format::job_file::{OperationFile, SetupFile};
 use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::format::program_times::ProgramTimes;
 use facemill_job::format::report::deviation::DeviationReport;
+use facemill_job::format::report::efficiency::EfficiencyReport;
 use facemill_job::format::report::remaining::RemainingReport;
 use facemill_job::format::report::stock::StockReport;
 use facemill_job::format::verification_file::{VERIFICATION_FORMAT, VerificationFile};
@@ -30,6 +31,7 @@ use facemill_z_map::DexelMap;
 
 use crate::assumptions::{all_assumptions, cuts_nothing, is_estimate};
 use crate::deviation::{CutStock, deviation_of};
+use crate::efficiency::efficiencies_of_text;
 use crate::feeds::{CutFeeds, FastBlock, KnownCuts, RequiredFeeds};
 use crate::merged_heads::{merged_runs, proven_for_both};
 use crate::named_results::{name_obstacles, not_verified};
@@ -175,6 +177,7 @@ pub fn verify_program(
         verification: found.verification,
         assumptions: all_assumptions(assumptions(&program, &machine), found.assumptions),
         remaining: found.remaining,
+        efficiency: found.efficiency,
         stock: found.stock,
         deviation: found.deviation,
         certificates: found.certificates,
@@ -201,6 +204,7 @@ struct RunResults {
     assumptions: Vec<Assumption>,
     certificates: Option<Certificates>,
     remaining: Option<RemainingReport>,
+    efficiency: Vec<EfficiencyReport>,
     stock: Option<StockReport>,
     rest: Option<DexelMap>,
     cuts: Vec<BlockCut>,
@@ -218,6 +222,7 @@ impl RunResults {
             assumptions,
             certificates,
             remaining: None,
+            efficiency: Vec::new(),
             stock: None,
             rest: None,
             cuts: Vec::new(),
@@ -275,7 +280,7 @@ impl VerificationRun<'_> {
         let known = cut.map(|cut| found.take(cut));
         let [known] = known.map_or([None], |known| known.map(Some));
         self.compare_feeds(required.as_ref(), &[(&feeds, known, "")], &mut found);
-        self.measure(job, &setup, &[&at], &mut found)?;
+        self.measure(&[(job, &at)], &setup, &mut found)?;
         self.place(&at, &mut found.verification)?;
         found.assumptions.extend(open_files(&setup).chain(open_stock(&setup)));
         Ok(found)
@@ -382,7 +387,7 @@ impl VerificationRun<'_> {
         let [first, second] = known;
         let feeds = [(&feeds[0], first, "head 1"), (&feeds[1], second, "head 2")];
         self.compare_feeds(required.as_ref(), &feeds, &mut found);
-        self.measure(job, &setups[0], &[&at[0], &at[1]], &mut found)?;
+        self.measure(&[(&seen[0], &at[0]), (&seen[1], &at[1])], &setups[0], &mut found)?;
         self.place(&at[0], &mut found.verification)?;
         found.assumptions.extend(open_files(&setups[0]).chain(open_stock(&setups[0])));
         Ok(found)
@@ -411,20 +416,22 @@ impl VerificationRun<'_> {
     }
 
     /// Measures the material that the program leaves on the regions of the job's operations; an
-    /// excess over their limits is a finding if the program is to finish them.
+    /// excess over their limits is a finding if the program is to finish them. `on` are the job and
+    /// the machine as each head sees them.
     fn measure(
         &self,
-        job: &Job,
+        on: &[(&Job, &VirtualSetup<'_>)],
         setup: &Setup<'_>,
-        heads: &[&VirtualSetup<'_>],
         found: &mut RunResults,
     ) -> Result<(), Failure> {
         if self.request.fast {
             return Ok(());
         }
         let settings = self.settings();
-        let heads: Vec<RunningHead<'_>> = heads.iter().map(|&at| RunningHead { at, settings: &settings }).collect();
+        let heads: Vec<RunningHead<'_>> = on.iter().map(|&(_, at)| RunningHead { at, settings: &settings }).collect();
+        let Some((job, _)) = on.first() else { return Ok(()) };
         found.remaining = remaining(job, setup, self.program, &heads, self.stages)?;
+        found.efficiency = efficiencies_of_text(on, setup, self.program)?;
         if self.request.finishes {
             let last = self.program.blocks.last().map_or(1, |block| block.line);
             found.verification.findings.extend(found.remaining.iter().flat_map(|r| r.findings(last)));

@@ -1,15 +1,12 @@
 //! Material that a program leaves on the surface that its operations are to cut, measured on its
 //! text.
 
-use facemill_cc_path::{Region, RegionSample, RequestedRegion, Strategy};
+use facemill_cc_path::{Region, RegionSample, RequestedRegion};
 use facemill_cl_data::{CcPoint, Silent};
-use facemill_cutter_location::cusp::expected_strip_width;
 use facemill_job::failure::Failure;
-use facemill_job::format::job_file::{OperationFile, PathFile};
-use facemill_job::format::report::remaining::{RemainingOnRegion, RemainingPlace, RemainingReport};
+use facemill_job::format::job_file::OperationFile;
+use facemill_job::format::report::remaining::{RemainingOnRegion, RemainingOnSlope, RemainingPlace, RemainingReport};
 use facemill_job::load::job::{Job, Setup};
-use facemill_job::setup::cell::{largest_left, search_curve};
-use facemill_job::setup::pattern::places;
 use facemill_job::stages::{MATERIAL, Stages};
 use facemill_nc_program::ReadProgram;
 use facemill_virtual_machine::{VerifySettings, VirtualSetup, swept_by_cuts};
@@ -17,6 +14,7 @@ use facemill_z_map::{LeftHeight, SurfacePlace, SweptCutter, left_heights};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::named_results::not_verified;
+use crate::operation_region::OperationRegion;
 
 /// Largest error of a point of the cutter in the measurement of heights, mm: a tenth of the finest
 /// cusps that face mills leave. Smaller: more parts of motions to examine.
@@ -31,13 +29,6 @@ const MAX_SAMPLES: f64 = 100_000.0;
 
 /// Smallest number of samples.
 const MIN_SAMPLES: f64 = 10_000.0;
-
-/// Least number of samples across the step that the cusp permits, if [`MAX_SAMPLES`] permits it.
-const SAMPLES_ACROSS: f64 = 6.0;
-
-/// Number of refinements of samples if box or levels leave a small part of the facets: each by up
-/// to a hundred times.
-const ROUNDS: usize = 4;
 
 /// Number of samples around which the largest height is sought.
 const LARGEST_PLACES: usize = 32;
@@ -87,99 +78,44 @@ pub fn remaining(
     let reach = heads.iter().map(|h| h.at.tool.cutter().radius()).fold(0.0, f64::max);
     let mut operations = Vec::new();
     for requested in &requested {
-        operations.push(requested.measured((job, setup), &sweeps, reach, stages)?);
+        operations.push(measured(requested, (job, setup), &sweeps, reach, stages)?);
     }
     Ok(Some(RemainingReport { accuracy_mm: ACCURACY, outside_fraction: outside(setup, &requested)?, operations }))
 }
 
-/// Region that an operation is to cut.
-struct OperationRegion<'a> {
-    operation: &'a OperationFile,
-    region: Region,
-    strategy: Option<Strategy>,
-    places: Vec<Isometry3<f64>>,
-    limit: f64,
-}
-
-impl<'a> OperationRegion<'a> {
-    fn of(job: &Job, setup: &Setup<'_>, operation: &'a OperationFile) -> Result<Self, Failure> {
-        let wrong = |e: facemill_cc_path::PathError| job.wrong(format!("operation \"{}\": {e}", operation.name));
-        let (file, strategy) = match &operation.path {
-            PathFile::Strategy(s) => (s.region.clone(), Some(s.strategy.to_strategy().map_err(wrong)?)),
-            PathFile::File(f) => (f.region.clone(), None),
-        };
-        let mut region = file.to_region().map_err(wrong)?;
-        region.groups = region.groups.or_else(|| Some(setup.drive_groups.clone()));
-        let limit = largest_left(job, operation);
-        Ok(Self { operation, region, strategy, places: places(operation.pattern.as_ref()), limit })
-    }
-
-    fn region<'s>(&'s self, setup: &'s Setup<'_>) -> Result<RequestedRegion<'s>, Failure> {
-        RequestedRegion::new(&setup.around_drive, &self.region, self.strategy.as_ref())
-            .map_err(|e| Failure::Internal(format!("operation \"{}\": {e}", self.operation.name)))
-    }
-
-    /// Returns the distance between passes that determines the spacing of samples, mm: the one that
-    /// the cusp permits on a plane, at most the job's.
-    fn step_over(&self, job: &Job) -> Result<f64, Failure> {
-        let tolerances = &self.operation.tolerances;
-        let most = tolerances.max_step_over_mm;
-        let curve = search_curve(job, self.operation, false)?;
-        let on_plane = CcPoint::new(Point3::origin(), Vector3::z(), Vector3::x());
-        let width =
-            |cc| expected_strip_width(job.tool.cutter(), &cc, None, &curve, tolerances.cusp_mm, most).clamp(0.0, most);
-        Ok(on_plane.map_or(most, width))
-    }
-
-    /// Returns samples of the region in one place of the pattern.
-    fn samples(&self, job: &Job, region: &RequestedRegion<'_>) -> Result<Vec<RegionSample>, Failure> {
-        let (spacing, places) = (self.step_over(job)? / SAMPLES_ACROSS, self.places.len() as f64);
-        let area = region.facet_area() * places;
-        let mut area_each = (spacing * spacing).clamp(area / MAX_SAMPLES, area / MIN_SAMPLES);
-        let mut samples = Vec::new();
-        for _ in 0..ROUNDS {
-            samples = region.samples(area_each);
-            let n = samples.iter().filter(|s| s.area > 0.0).count() as f64 * places;
-            if n >= 0.9 * MIN_SAMPLES {
-                break;
-            }
-            area_each *= (n / MIN_SAMPLES).clamp(0.01, 1.0);
-        }
-        Ok(samples)
-    }
-
-    fn measured(
-        &self,
-        (job, setup): (&Job, &Setup<'_>),
-        sweeps: &[SweptCutter],
-        reach: f64,
-        stages: &dyn Stages,
-    ) -> Result<RemainingOnRegion, Failure> {
-        let region = self.region(setup)?;
-        let samples = self.samples(job, &region)?;
-        let on = |(place, sample): (usize, RegionSample)| Sampled {
-            place,
-            sample,
-            on: surface_place(setup, &self.places[place], &sample, reach),
-        };
-        let all: Vec<Sampled> =
-            (0..self.places.len()).flat_map(|k| samples.iter().map(move |s| (k, *s))).map(on).collect();
-        let monitor = stages.start(MATERIAL, all.len());
-        let heights = |of: &[Sampled]| {
-            let on: Vec<SurfacePlace> = of.iter().map(|s| s.on).collect();
-            left_heights(sweeps, &on, &*monitor).map_err(|_| Failure::Interrupted)
-        };
-        let mut measured = MaterialLeft::new(&all, &heights(&all)?);
-        let spacing = measured.spacing();
-        let near = |k: &usize| {
-            let Sampled { place, sample, .. } = all[*k];
-            region.around(&sample, spacing / FINER).into_iter().map(move |s| (place, s)).map(on)
-        };
-        let finer: Vec<Sampled> = measured.highest(LARGEST_PLACES).iter().flat_map(near).collect();
-        measured.add(&finer, &heights(&finer)?);
-        drop(monitor);
-        Ok(remaining_on_region(self.operation, self.limit, &measured))
-    }
+/// Returns the figures of an operation's region.
+fn measured(
+    requested: &OperationRegion<'_>,
+    (job, setup): (&Job, &Setup<'_>),
+    sweeps: &[SweptCutter],
+    reach: f64,
+    stages: &dyn Stages,
+) -> Result<RemainingOnRegion, Failure> {
+    let region = requested.region(setup)?;
+    let samples = requested.samples(job, &region, [MIN_SAMPLES, MAX_SAMPLES])?;
+    let on = |(place, sample): (usize, RegionSample)| Sampled {
+        place,
+        sample,
+        on: surface_place(setup, &requested.places[place], &sample, reach),
+    };
+    let all: Vec<Sampled> =
+        (0..requested.places.len()).flat_map(|k| samples.iter().map(move |s| (k, *s))).map(on).collect();
+    let monitor = stages.start(MATERIAL, all.len());
+    let heights = |of: &[Sampled]| {
+        let on: Vec<SurfacePlace> = of.iter().map(|s| s.on).collect();
+        left_heights(sweeps, &on, &*monitor).map_err(|_| Failure::Interrupted)
+    };
+    let mut measured = MaterialLeft::new(&all, &heights(&all)?);
+    let spacing = measured.spacing();
+    let near = |k: &usize| {
+        let Sampled { place, sample, .. } = all[*k];
+        region.around(&sample, spacing / FINER).into_iter().map(move |s| (place, s)).map(on)
+    };
+    let finer: Vec<Sampled> = measured.highest(LARGEST_PLACES).iter().flat_map(near).collect();
+    measured.add(&finer, &heights(&finer)?);
+    drop(monitor);
+    let up = setup.table_from_work.inverse_transform_vector(&Vector3::z());
+    Ok(remaining_on_region(requested.operation, requested.limit, &measured, &up))
 }
 
 /// Sample in a place of the pattern.
@@ -291,27 +227,70 @@ pub fn quantiles<const N: usize>(areas: &[f64], left: &[LeftHeight], shares: [f6
     })
 }
 
-/// Returns the figures of the material left on samples.
-pub fn remaining_on_region(operation: &OperationFile, limit_mm: f64, measured: &MaterialLeft) -> RemainingOnRegion {
-    let MaterialLeft { areas, on, left } = measured;
-    let area: f64 = areas.iter().sum();
-    let share = |is: &dyn Fn(usize) -> bool| {
-        (0..left.len()).filter(|&k| is(k)).map(|k| areas[k]).fold(0.0, |sum, a| sum + a) / area.max(f64::MIN_POSITIVE)
-    };
-    let above_fraction = share(&|k| left[k].height > limit_mm);
-    // Stock unchanged by the cut is not finished, however thin.
-    let never_cut_fraction = share(&|k| left[k].cut_by.is_none() && on[k].stock > ACCURACY);
-    let higher = |a: usize, b: usize| if left[b].height > left[a].height { b } else { a };
-    let largest = (0..left.len()).reduce(higher).map(|k| RemainingPlace {
-        height_mm: left[k].height,
-        at_mm: on[k].position.into(),
-        line: left[k].cut_by,
+/// Bounds of the bands of slope, deg.
+const SLOPES: [f64; 8] = [0.0, 15.0, 30.0, 45.0, 60.0, 75.0, 90.0, 180.0];
+
+/// Some samples of a region.
+struct SomeSamples<'m> {
+    of: &'m MaterialLeft,
+    chosen: Vec<usize>,
+}
+
+impl SomeSamples<'_> {
+    fn area_where(&self, is: impl Fn(usize) -> bool) -> f64 {
+        self.chosen.iter().filter(|&&k| is(k)).map(|&k| self.of.areas[k]).fold(0.0, |sum, a| sum + a)
+    }
+
+    /// Returns the area of all of them, mm².
+    fn area(&self) -> f64 {
+        self.area_where(|_| true)
+    }
+
+    fn share(&self, is: impl Fn(usize) -> bool) -> f64 {
+        self.area_where(is) / self.area().max(f64::MIN_POSITIVE)
+    }
+
+    fn above(&self, limit_mm: f64) -> f64 {
+        self.share(|k| self.of.left[k].height > limit_mm)
+    }
+
+    /// Returns the share without a cut. Stock unchanged by the cut is not finished, however thin.
+    fn never_cut(&self) -> f64 {
+        self.share(|k| self.of.left[k].cut_by.is_none() && self.of.on[k].stock > ACCURACY)
+    }
+
+    /// Returns the highest one, of equal ones the first.
+    fn highest(&self) -> Option<usize> {
+        let height = |k: usize| self.of.left[k].height;
+        self.chosen.iter().copied().reduce(|a, b| if height(b) > height(a) { b } else { a })
+    }
+
+    fn quantiles<const N: usize>(&self, shares: [f64; N]) -> [f64; N] {
+        let areas: Vec<f64> = self.chosen.iter().map(|&k| self.of.areas[k]).collect();
+        let left: Vec<LeftHeight> = self.chosen.iter().map(|&k| self.of.left[k]).collect();
+        quantiles(&areas, &left, shares)
+    }
+}
+
+/// Returns the figures of the material left on samples; `up` is z of the table.
+pub fn remaining_on_region(
+    operation: &OperationFile,
+    limit_mm: f64,
+    measured: &MaterialLeft,
+    up: &Vector3<f64>,
+) -> RemainingOnRegion {
+    let all = SomeSamples { of: measured, chosen: (0..measured.left.len()).collect() };
+    let largest = all.highest().map(|k| RemainingPlace {
+        height_mm: measured.left[k].height,
+        at_mm: measured.on[k].position.into(),
+        line: measured.left[k].cut_by,
     });
-    let [p50_mm, p90_mm, p99_mm] = quantiles(areas, left, [0.5, 0.9, 0.99]);
+    let [p50_mm, p90_mm, p99_mm] = all.quantiles([0.5, 0.9, 0.99]);
+    let (above_fraction, never_cut_fraction) = (all.above(limit_mm), all.never_cut());
     let (allowed, samples) = (operation.finish, measured.n_of_area());
     RemainingOnRegion {
         operation: operation.name.clone(),
-        area_mm2: area,
+        area_mm2: all.area(),
         samples,
         spacing_mm: measured.spacing(),
         p50_mm,
@@ -321,9 +300,37 @@ pub fn remaining_on_region(operation: &OperationFile, limit_mm: f64, measured: &
         limit_mm,
         above_fraction,
         never_cut_fraction,
+        slopes: SLOPES.windows(2).filter_map(|band| on_slope(measured, [band[0], band[1]], limit_mm, up)).collect(),
         allowed,
         exceeded: samples == 0
             || above_fraction > allowed.max_above_fraction
             || never_cut_fraction > allowed.max_never_cut_fraction,
     }
+}
+
+/// Returns the figures of a band of slope; `None` where it has no area.
+fn on_slope(
+    measured: &MaterialLeft,
+    [from_deg, to_deg]: [f64; 2],
+    limit_mm: f64,
+    up: &Vector3<f64>,
+) -> Option<RemainingOnSlope> {
+    let is_in = |k: &usize| {
+        let slope = measured.on[*k].normal.angle(up).to_degrees();
+        slope >= from_deg && (slope < to_deg || to_deg >= 180.0)
+    };
+    let band = SomeSamples { of: measured, chosen: (0..measured.left.len()).filter(is_in).collect() };
+    let area_mm2 = band.area();
+    let highest = band.highest().filter(|_| area_mm2 > 0.0)?;
+    let [p90_mm, p99_mm] = band.quantiles([0.9, 0.99]);
+    Some(RemainingOnSlope {
+        from_deg,
+        to_deg,
+        area_mm2,
+        p90_mm,
+        p99_mm,
+        largest_mm: measured.left[highest].height,
+        above_fraction: band.above(limit_mm),
+        never_cut_fraction: band.never_cut(),
+    })
 }

@@ -5,6 +5,7 @@ mod across_rooms;
 mod circles;
 mod closed_forms;
 mod doors;
+mod efficiency;
 mod formats_page;
 mod key_ranges;
 mod names;

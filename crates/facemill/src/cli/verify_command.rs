@@ -229,6 +229,7 @@ fn verification_text(file: &VerificationFile) -> String {
     lines.extend(v.between.as_ref().map(between_lines));
     lines.extend(file.stock.iter().flat_map(StockReport::summary_lines));
     lines.extend(file.remaining.iter().flat_map(RemainingReport::summary_lines));
+    lines.extend(file.efficiency.iter().map(|e| e.summary_line(file.efficiency.len() > 1)));
     lines.extend(file.deviation.as_ref().map(deviation_lines).unwrap_or_default());
     if let Some(c) = &file.certificates {
         lines.push(format!("  certified blocks  {} of {}", c.certified, c.blocks));

@@ -90,14 +90,21 @@ impl Kin {
         let Some((stem, ending)) = name.rsplit_once('.') else { return false };
         let stem = clean(stem);
         let is_of = |what: &str| stem.strip_prefix(what).is_some_and(|s| self.suffixes.iter().any(|known| known == s));
+        // Several operations have a number each.
+        let is_passes = || {
+            let without_number = stem.trim_end_matches(|c: char| c.is_ascii_digit());
+            let of =
+                |stem: &str| stem.strip_prefix("passes").is_some_and(|s| self.suffixes.iter().any(|known| known == s));
+            of(stem) || (without_number != stem && without_number.strip_suffix('-').is_some_and(of))
+        };
         let is_program = || {
             let of_setup = |known: &String| PROGRAMS.iter().any(|which| stem == format!("program{known}{which}"));
             self.endings.iter().any(|known| known == ending) && self.suffixes.iter().any(of_setup)
         };
         match ending {
-            "json" => is_of("report") || is_of("certificates") || stem == "timings",
+            "json" => is_of("report") || is_of("certificates") || is_passes() || stem == "timings",
             "csv" => is_of("chips"),
-            "svg" => is_of("chips") || is_of("solution-space"),
+            "svg" => is_of("chips") || is_of("solution-space") || is_passes(),
             _ => is_program(),
         }
     }

@@ -4,6 +4,7 @@
 pub mod chips;
 pub mod cusps;
 pub mod deviation;
+pub mod efficiency;
 pub mod links;
 pub mod lost_time;
 pub mod outcome;
@@ -26,6 +27,7 @@ use crate::format::job_settings::JobSetting;
 use crate::format::made_from::MadeFrom;
 use crate::format::program_stamp::ProgramStamp;
 use crate::format::program_times::ProgramTimes;
+use crate::format::report::efficiency::EfficiencyReport;
 use crate::format::report::links::LinksReport;
 use crate::format::report::pairs::PairReport;
 use crate::format::report::remaining::RemainingReport;
@@ -98,6 +100,9 @@ pub struct Report {
     /// (docs/method.md#material-left-on-the-surface), even if the program was not run; `null` if
     /// the setup has none.
     pub remaining: Option<RemainingReport>,
+    /// Length of each operation's passes over the least that the cusp permits in their postures
+    /// (docs/method.md#efficiency).
+    pub efficiency: Vec<EfficiencyReport>,
     /// How the postures of each operation were chosen, and the resulting motion of the rotary axes.
     pub postures: Vec<PosturesReport>,
     /// Whether each operation's passes keep the permitted cusp, the measures taken for it, and

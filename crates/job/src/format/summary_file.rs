@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use crate::format::incomplete::incomplete_because;
 use crate::format::program_times::ProgramTimes;
+use crate::format::report::efficiency::EfficiencyReport;
 use crate::format::report::outcome::Outcome;
 use crate::format::report::remaining::RemainingReport;
 use crate::format::report::{CuspsKeptReport, InfeasibleReport, Report, Totals, Worst};
@@ -57,6 +58,8 @@ pub struct SetupSummary {
     /// Material that the written program leaves on the regions of its operations; `null` if the
     /// setup has none.
     pub remaining: Option<RemainingReport>,
+    /// Length of each operation's passes over the least that the cusp permits in their postures.
+    pub efficiency: Vec<EfficiencyReport>,
     /// Whether each operation's passes keep the permitted cusp, and reasons if they do not.
     pub cusps: Vec<CuspsKeptReport>,
     /// How far each rotary axis without stops winds in the written program; empty if this was not
@@ -81,6 +84,7 @@ impl SetupSummary {
             assumptions: report.assumptions.len(),
             incomplete_because: incomplete_because(report),
             remaining: report.remaining.clone(),
+            efficiency: report.efficiency.clone(),
             cusps: report.cusps.clone(),
             wind_up: report.wind_up.clone(),
             infeasible: report.infeasible.clone(),

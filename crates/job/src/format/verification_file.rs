@@ -7,6 +7,7 @@ use serde::Serialize;
 use crate::format::program_stamp::ProgramStamp;
 use crate::format::program_times::ProgramTimes;
 use crate::format::report::deviation::DeviationReport;
+use crate::format::report::efficiency::EfficiencyReport;
 use crate::format::report::remaining::RemainingReport;
 use crate::format::report::stock::StockReport;
 
@@ -42,6 +43,10 @@ pub struct VerificationFile {
     /// operation is known, and from an estimate.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub remaining: Option<RemainingReport>,
+    /// Length of the passes on each operation's region over the least that the cusp permits in
+    /// their postures (docs/method.md#efficiency). Passes are the cutting blocks at whose ends the
+    /// cutter touches the region; empty from an estimate.
+    pub efficiency: Vec<EfficiencyReport>,
     /// Result of cutting; absent if the stock was not cut.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stock: Option<StockReport>,

@@ -38,6 +38,8 @@ use crate::program::output::check_feeds;
 use crate::program::rounds::{ProgramOfHeads, VerifiedProgram, verified_program};
 use crate::program::timing::control_assumption;
 use crate::report::chip_files::ChipFiles;
+use crate::report::efficiencies::efficiencies;
+use crate::report::pass_files::pass_files;
 use crate::report::reporting::report;
 use crate::stage_clock::Clock;
 
@@ -135,12 +137,14 @@ pub(crate) fn plan_dual_setup(
     report.findings = merge_findings(report.findings, &rapid_lines(&program.read()?));
     report.stock = of_stock;
     report.remaining = program.remaining(stages)?;
+    report.efficiency = efficiencies(&jobs_of, setups[0], &planned)?;
     clock.lap("material left");
     report.links = links;
     let (suffix, state) = name_parts(job, setups[0], &report);
+    let passes = pass_files(&jobs_of, setups[0], &planned, &report);
     let chips = ChipFiles::new(&jobs_of, &setups[0].file.name, &planned, (&texts.timed, &[]));
     let files = texts.files(&suffix, state)?;
-    Ok(Planned { rest, ..planned_files(&suffix, (report, certificates), files, picture, chips, clock) })
+    Ok(Planned { rest, ..planned_files(&suffix, (report, certificates), files, picture, (chips, passes), clock) })
 }
 
 /// Writes faster links that are free for both heads into the moves, or returns why there are none.

@@ -115,6 +115,7 @@ pub(crate) fn report(
         no_time_law: timed.no_time_law.clone(),
         worst,
         remaining: None,
+        efficiency: Vec::new(),
         postures: operations.iter().zip(jobs).map(|(o, job)| postures_report(job, o)).collect(),
         cusps: operations.iter().map(cusps_kept).collect(),
         chips: chip_reports(jobs, operations, timed),

@@ -63,6 +63,7 @@ pub fn summary(report: &Report) -> String {
         lines.extend(certified(c));
     }
     lines.extend(report.remaining.iter().flat_map(RemainingReport::summary_lines));
+    lines.extend(report.efficiency.iter().map(|e| e.summary_line(report.efficiency.len() > 1)));
     lines.extend(report.cusps.iter().flat_map(cusps_kept));
     let of_single = report.postures.iter().filter_map(|p| p.optimum.as_ref()).map(|o| o.jumps);
     let of_pairs = report.pairs.iter().flat_map(|p| p.posture_jumps);

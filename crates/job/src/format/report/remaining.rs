@@ -55,10 +55,37 @@ pub struct RemainingOnRegion {
     pub above_fraction: f64,
     /// Fraction of the area that no cut reaches: the stock is unchanged there.
     pub never_cut_fraction: f64,
+    /// The same by the slope of the surface; bands without area are left out.
+    pub slopes: Vec<RemainingOnSlope>,
     /// Limits of the operation.
     pub allowed: FinishFile,
     /// Whether more is left than the limits permit; then `plan` exits with 1.
     pub exceeded: bool,
+}
+
+/// Material left where the surface has a slope: the angle of its outward normal to z of the
+/// machine's table, from 0° (facing up) to 180°.
+///
+/// The slope says how a machine reaches a place, and where a strategy fails: levels across z are
+/// far apart on flat places, planes beside z on steep ones.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct RemainingOnSlope {
+    /// Least angle of the band, included.
+    pub from_deg: f64,
+    /// Largest angle of the band, excluded; 180 is included.
+    pub to_deg: f64,
+    /// Area of the region in this band.
+    pub area_mm2: f64,
+    /// Height that 90 % of it has at most.
+    pub p90_mm: f64,
+    /// Height that 99 % of it has at most.
+    pub p99_mm: f64,
+    /// Largest height at any place measured in it.
+    pub largest_mm: f64,
+    /// Fraction of its area above `limit_mm`.
+    pub above_fraction: f64,
+    /// Fraction of its area that no cut reaches.
+    pub never_cut_fraction: f64,
 }
 
 /// A place with material left.

@@ -29,12 +29,24 @@ fn nothing_that_speaks_of_another_program_stays_beside_a_new_one() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("notes.csv"), "mine").unwrap();
     let channels = ["program-channel-1.mpf", "program.apt", "program.nc", "report.json"];
-    let full =
-        ["certificates.json", "chips.csv", "chips.svg", "program.apt", "program.nc", "report.json", "timings.json"];
+    std::fs::write(folder.path().join("passes-mine.json"), "mine").unwrap();
+    let full = [
+        "certificates.json",
+        "chips.csv",
+        "chips.svg",
+        "passes-1.json",
+        "passes-12.svg",
+        "passes.json",
+        "passes.svg",
+        "program.apt",
+        "program.nc",
+        "report.json",
+        "timings.json",
+    ];
     let rejected = ["program.rejected.apt", "program.rejected.h", "report.json"];
     for written in [&channels[..], &full, &rejected, &["program.apt", "program.ngc"], &full] {
         write_plan(folder.path(), &of(written)).unwrap();
-        let mut expected = vec!["notes.csv"];
+        let mut expected = vec!["notes.csv", "passes-mine.json"];
         expected.extend(written);
         expected.sort();
         assert_eq!(names(folder.path()), expected);
