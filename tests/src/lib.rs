@@ -21,9 +21,10 @@
 //!
 //! Helpers: [`jobs`] writes small jobs and plans them, [`variants`] plans variants of one by the
 //! command, [`program`] runs the `facemill` command, [`commands`] runs it on the files of a job,
-//! [`shared`] finds the shared data, [`meshes`] plans every shared mesh, [`golden`] has jobs whose
-//! bytes are fixed, [`random`] makes seeded numbers, [`key_tables`] generates the tables of
-//! `docs/formats.md`, [`sample_figures`] the figures of the sample in the pages.
+//! [`shared`] finds the shared data, [`meshes`] plans every shared mesh, [`strategy_table`] plans
+//! parts by all strategies, [`golden`] has jobs whose bytes are fixed, [`random`] makes seeded
+//! numbers, [`key_tables`] generates the tables of `docs/formats.md`, [`sample_figures`] the
+//! figures of the sample in the pages.
 
 pub mod brute;
 pub mod chip_trial;
@@ -42,6 +43,7 @@ pub mod read_back;
 pub mod sample_figures;
 pub mod shared;
 pub mod slack;
+pub mod strategy_table;
 pub mod sweep;
 pub mod touch;
 pub mod two_heads;

@@ -10,6 +10,7 @@ mod machine_commands;
 mod new_command;
 mod option_lengths;
 pub(crate) mod output;
+mod paths_command;
 mod plan_command;
 mod progress;
 mod rapids_command;
@@ -24,6 +25,7 @@ use feedrate_command::FeedrateArguments;
 use lengths_command::LengthsArguments;
 use machine_commands::MachineCommand;
 use new_command::NewArguments;
+use paths_command::PathsArguments;
 use plan_command::PlanArguments;
 use progress::Progress;
 use rapids_command::RapidsArguments;
@@ -51,6 +53,9 @@ enum Command {
     /// Plans a job and writes program, APT file, report and picture
     #[command(after_help = crate::cli::plan_command::EXIT_CODES)]
     Plan(PlanArguments),
+    /// Lays a job's passes as path files and pictures, or compares strategies by their plans
+    #[command(after_help = crate::cli::paths_command::EXIT_CODES)]
+    Paths(Box<PathsArguments>),
     /// Reads a job and all files that it names, and reports faults or a description
     Check {
         /// Job file, or a folder with job.json
@@ -117,6 +122,8 @@ enum Format {
     Tool,
     Machine,
     Path,
+    Paths,
+    Strategies,
     Dialect,
     Report,
     Certificates,
@@ -136,6 +143,7 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
     files::confine_jobs(arguments.allow);
     match arguments.command {
         Command::Plan(arguments) => plan_command::run(&arguments),
+        Command::Paths(arguments) => paths_command::run(&arguments),
         Command::Check { job, settings } => check(&job, &settings),
         Command::SolutionSpace { job, operation, pass, point, resolution_deg, out } => {
             solution_space(&job, &SolutionSpaceRequest { operation, pass, point, resolution_deg }, out)
@@ -219,6 +227,8 @@ fn schema(format: Format) -> String {
         Format::Tool => facemill::file_format::schema::<facemill::tool_model::ToolFile>(),
         Format::Machine => facemill::inverse_kinematics::machine_schema(),
         Format::Path => facemill::file_format::schema::<facemill::cc_path::PathFile>(),
+        Format::Paths => facemill::file_format::schema::<facemill::PathsFile>(),
+        Format::Strategies => facemill::file_format::schema::<facemill::StrategiesFile>(),
         Format::Dialect => facemill::file_format::schema::<facemill::nc_program::DialectFile>(),
         Format::Report => facemill::file_format::schema::<Report>(),
         Format::Certificates => facemill::file_format::schema::<CertificatesFile>(),

@@ -33,6 +33,7 @@ pub use facemill_job::files;
 pub use facemill_job::files::REJECTED;
 pub use facemill_job::format::job_settings::JobSetting;
 pub use facemill_job::format::made_from::{InputFile, MadeFrom};
+pub use facemill_job::format::paths_file::{ComparedStrategy, LaidPasses, PATHS_FORMAT, PathsFile, PlannedPasses};
 pub use facemill_job::format::program_stamp::{ProgramStamp, checksum};
 pub use facemill_job::format::program_times::ProgramTimes;
 pub use facemill_job::format::report::deviation::{CuspRatios, CuspReport, CuspsNotCompared};
@@ -47,6 +48,7 @@ pub use facemill_job::format::report::remaining::{
 };
 pub use facemill_job::format::report::stock::PlannedStockReport;
 pub use facemill_job::format::report::stock::StockReport;
+pub use facemill_job::format::strategies_file::StrategiesFile;
 pub use facemill_job::format::summary_file::{SUMMARY_FORMAT, SetupSummary, SummaryFile};
 pub use facemill_job::format::verification_file::{VERIFICATION_FORMAT, VerificationFile};
 pub use facemill_job::format::{job_file, report, solution_space_file};
@@ -70,8 +72,9 @@ pub use facemill_nc_rewrite::feed_rewrite::{
 pub use facemill_nc_rewrite::{lengths, rapids};
 pub use facemill_planner::summary;
 pub use facemill_planner::{
-    PlanSettings, Planned, SolutionSpace, SolutionSpaceRequest, plan_job, plan_setup, replan_with_shorter_tools,
-    solution_space,
+    CompareRequest, ComparisonSteps, LaidPaths, NamedStrategy, PlanSettings, Planned, SolutionSpace,
+    SolutionSpaceRequest, compare_paths, default_strategies, lay_paths, listed_strategies, plan_job, plan_setup,
+    replan_with_shorter_tools, solution_space,
 };
 pub use facemill_tool_path::moves::order::PassOrderReport;
 pub use facemill_verification::deviation::DeviationRequest;

@@ -27,6 +27,7 @@
 //! | `dual` | setups of a machine with two heads |
 //! | `plan` | the complete plan of one setup |
 //! | `plan_job` | all setups of a job, each on the stock that earlier ones leave |
+//! | `paths` | passes of a job without its program: laid, or planned by several strategies to compare them |
 //! | `replan_lengths` | the job planned again with shorter tools |
 //! | `solution_space` | the proven map of one CC point |
 //!
@@ -38,6 +39,7 @@ mod dual;
 #[path = "../tests/unit/mesh_winding_laws.rs"]
 mod mesh_winding_laws;
 mod passes;
+mod paths;
 mod plan;
 mod plan_job;
 mod plan_settings;
@@ -50,6 +52,9 @@ mod report;
 mod solution_space;
 mod stage_clock;
 
+pub use crate::paths::compared::{CompareRequest, ComparisonSteps, compare_paths};
+pub use crate::paths::laid::{LaidPaths, lay_paths};
+pub use crate::paths::strategies::{NamedStrategy, default_strategies, listed_strategies};
 pub use crate::plan_job::plan_job;
 pub use crate::plan_settings::PlanSettings;
 pub use crate::planned::Planned;

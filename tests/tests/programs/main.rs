@@ -12,6 +12,7 @@ mod limits;
 mod machines;
 mod mended;
 mod mutants;
+mod paths;
 mod planted_faults;
 mod program_commands;
 mod program_variants;

@@ -6,7 +6,7 @@ use facemill_tests::program::{code_and_errors, run};
 use facemill_tests::shared::workspace;
 use serde_json::{Value, json};
 
-const FORMATS: [&str; 13] = [
+const FORMATS: [&str; 15] = [
     "job",
     "tool",
     "machine",
@@ -20,6 +20,8 @@ const FORMATS: [&str; 13] = [
     "lengths",
     "rapids",
     "summary",
+    "paths",
+    "strategies",
 ];
 
 fn schema(format: &str) -> Value {

@@ -1,0 +1,193 @@
+//! Strategies that a job can be planned by, for comparison.
+
+use std::collections::BTreeSet;
+
+use facemill_cc_path::{ParallelPlanesFile, StrategyFile};
+use facemill_cl_data::CcPoint;
+use facemill_file_format::{FormatError, from_json, from_value, schema};
+use facemill_job::failure::Failure;
+use facemill_job::format::job_file::{DirectionFile, JobFile, LevelOrderFile, LinkingFile, PathFile, PathFromStrategy};
+use facemill_job::format::job_settings::JobSetting;
+use facemill_job::format::strategies_file::StrategiesFile;
+use facemill_job::load::job::{Job, Setup};
+use facemill_job::setup::path::lay;
+use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use serde_json::{Value, json};
+
+/// A strategy for all operations of a job.
+#[derive(Clone, Debug)]
+pub struct NamedStrategy {
+    /// Its name.
+    pub name: String,
+    /// The job with it.
+    pub file: JobFile,
+}
+
+/// Reads a file of strategies, and puts each into the job.
+///
+/// # Errors
+/// If it is none, has no strategy or a name twice, or a key leads nowhere; the message names the
+/// strategy. A job that is wrong with its values is no error here, but has no plan.
+pub fn listed_strategies(job: &Job, bytes: &[u8]) -> Result<Vec<NamedStrategy>, String> {
+    let file: StrategiesFile = from_json(bytes).map_err(|e: FormatError| e.to_string())?;
+    if file.strategies.is_empty() {
+        return Err("strategies: there are none; give at least one".to_owned());
+    }
+    let mut names = BTreeSet::new();
+    let mut found = Vec::new();
+    for (k, listed) in file.strategies.into_iter().enumerate() {
+        let at = |why: String| format!("strategies[{k}] (\"{}\"): {why}", listed.name);
+        if !names.insert(listed.name.clone()) {
+            return Err(at("its name is there twice".to_owned()));
+        }
+        let mut value = serde_json::to_value(&job.file).map_err(|e| at(e.to_string()))?;
+        for (key, to) in &listed.settings {
+            let setting: JobSetting = format!("{key}={to}").parse().map_err(at)?;
+            setting.put_in(&mut value).map_err(at)?;
+        }
+        let file = from_value(value).map_err(|e| at(e.to_string()))?;
+        found.push(NamedStrategy { name: listed.name, file });
+    }
+    Ok(found)
+}
+
+/// Returns the strategies that a job can be planned by without more data: its own, levels and edge
+/// fill, parallel planes along and across the region, and all further ones whose keys all have
+/// defaults; each in both orders and, with direction `either`, one-way and zigzag. Operations with
+/// a path file keep it. Equal ones come once.
+///
+/// # Errors
+/// If the job lays no passes.
+pub fn default_strategies(job: &Job) -> Result<Vec<NamedStrategy>, Failure> {
+    let planes = planes_of_operations(job)?;
+    let mut found = vec![NamedStrategy { name: "job".to_owned(), file: job.file.clone() }];
+    let mut bases: Vec<(String, Change<'_>)> = vec![
+        ("levels".to_owned(), Box::new(|_, s| s.edge_fill = false)),
+        ("edge fill".to_owned(), Box::new(|_, s| s.edge_fill = true)),
+    ];
+    for (which, name) in ["planes along", "planes across"].into_iter().enumerate() {
+        let planes = &planes;
+        let change: Change<'_> = Box::new(move |k, s| {
+            if let Some(both) = &planes[k] {
+                s.strategy = StrategyFile::ParallelPlanes(both[which].clone());
+                s.edge_fill = true;
+            }
+        });
+        bases.push((name.to_owned(), change));
+    }
+    for (name, strategy) in further_strategies() {
+        bases.push((name, Box::new(move |_, s| s.strategy = strategy.clone())));
+    }
+    for (name, change) in &bases {
+        add_orders(&mut found, &with(&job.file, change), name);
+    }
+    Ok(without_repetitions(found))
+}
+
+/// Change of the strategy of an operation, by its index in the job.
+type Change<'c> = Box<dyn Fn(usize, &mut PathFromStrategy) + 'c>;
+
+/// Returns a job with the strategies of its operations changed.
+fn with(file: &JobFile, change: &dyn Fn(usize, &mut PathFromStrategy)) -> JobFile {
+    let mut file = file.clone();
+    for (k, operation) in file.operations.iter_mut().enumerate() {
+        if let PathFile::Strategy(strategy) = &mut operation.path {
+            change(k, strategy);
+        }
+    }
+    file
+}
+
+/// Adds a strategy in both orders, one-way and, where it is permitted, zigzag.
+fn add_orders(found: &mut Vec<NamedStrategy>, file: &JobFile, name: &str) {
+    let is_free = file.operations.iter().all(|o| o.direction == DirectionFile::Either);
+    let linkings = [(LinkingFile::OneWay, ""), (LinkingFile::Zigzag, " zigzag")];
+    for (linking, linked) in linkings.into_iter().filter(|(linking, _)| is_free || *linking == LinkingFile::OneWay) {
+        for (is_reversed, reversed) in [(false, ""), (true, " reversed")] {
+            let change = |_: usize, s: &mut PathFromStrategy| {
+                s.linking = linking;
+                s.order = if is_reversed { other(s.order) } else { s.order };
+            };
+            found.push(NamedStrategy { name: format!("{name}{linked}{reversed}"), file: with(file, &change) });
+        }
+    }
+}
+
+fn other(order: LevelOrderFile) -> LevelOrderFile {
+    match order {
+        LevelOrderFile::Increasing => LevelOrderFile::Decreasing,
+        LevelOrderFile::Decreasing => LevelOrderFile::Increasing,
+    }
+}
+
+/// Removes strategies whose job an earlier one has, too.
+fn without_repetitions(all: Vec<NamedStrategy>) -> Vec<NamedStrategy> {
+    let mut seen: Vec<Value> = Vec::new();
+    let is_new = |strategy: &NamedStrategy| {
+        let value = serde_json::to_value(&strategy.file).unwrap_or_default();
+        let is_new = !seen.contains(&value);
+        seen.push(value);
+        is_new
+    };
+    all.into_iter().filter(is_new).collect()
+}
+
+/// Returns the strategies of the format whose keys all have defaults, with their names in words.
+fn further_strategies() -> Vec<(String, StrategyFile)> {
+    let schema: Value = serde_json::from_str(&schema::<StrategyFile>()).unwrap_or_default();
+    let kinds = schema["oneOf"].as_array().into_iter().flatten();
+    let names = kinds.filter_map(|kind| kind["required"][0].as_str());
+    let made = names.filter_map(|name| {
+        let file: StrategyFile = from_value(json!({ name: {} })).ok()?;
+        Some((name.replace('_', " "), file))
+    });
+    made.collect()
+}
+
+/// Length of the mean of unit normals below which a region has no side to lay planes across.
+const NO_SIDE: f64 = 0.3;
+
+/// Returns for each operation of a job parallel planes along and across its region; `None` where it
+/// has a path file, or its normals cancel.
+fn planes_of_operations(job: &Job) -> Result<Vec<Option<[ParallelPlanesFile; 2]>>, Failure> {
+    let mut found = vec![None; job.file.operations.len()];
+    for index in 0..job.file.setups.len() {
+        let setup = Setup::read(job, index)?;
+        for (k, operation) in job.operations_of(setup.file) {
+            if matches!(operation.path, PathFile::Strategy(_)) {
+                let tasks = lay(job, &setup, k, operation)?.tasks;
+                let points: Vec<CcPoint> = tasks.iter().flat_map(|t| t.pass.points.iter().copied()).collect();
+                found[k] = planes_of(&points);
+            }
+        }
+    }
+    Ok(found)
+}
+
+/// Returns parallel planes along and across the longest extent of points, both along their mean
+/// normal.
+fn planes_of(points: &[CcPoint]) -> Option<[ParallelPlanesFile; 2]> {
+    let n = points.len().max(1) as f64;
+    let mean = points.iter().fold(Vector3::zeros(), |sum, p| sum + p.normal.into_inner()) / n;
+    let centre = points.iter().fold(Vector3::zeros(), |sum, p| sum + p.position.coords) / n;
+    let toward = mean.try_normalize(NO_SIDE)?;
+    let flat = Matrix3::identity() - toward * toward.transpose();
+    let spread = points.iter().fold(Matrix3::zeros(), |sum, p| {
+        let from = flat * (p.position.coords - centre);
+        sum + from * from.transpose()
+    });
+    let axes = SymmetricEigen::new(spread);
+    let longest: Vector3<f64> = axes.eigenvectors.column(axes.eigenvalues.imax()).into();
+    let longest = (longest - toward * toward.dot(&longest)).try_normalize(1e-9)?;
+    let planes = |normal: Vector3<f64>| {
+        let normal = normal * normal[normal.iamax()].signum();
+        // Short numbers, for people who copy them into a job.
+        let normal = [0, 1, 2].map(|c| (normal[c] * 1e4).round() / 1e4 + 0.0);
+        ParallelPlanesFile { normal, origin_mm: [0.0; 3], from_mm: None, to_mm: None }
+    };
+    Some([planes(toward.cross(&longest)), planes(longest)])
+}
+
+#[cfg(test)]
+#[path = "../../tests/unit/paths/strategies.rs"]
+mod tests;

@@ -1,0 +1,20 @@
+//! Prints the table of strategies × parts of `docs/benchmarks.md`: all parts, or those whose names
+//! contain one of the arguments.
+
+use std::process::ExitCode;
+
+use facemill_tests::strategy_table::{compared, heading, parts, rows};
+
+fn main() -> ExitCode {
+    let wanted: Vec<String> = std::env::args().skip(1).collect();
+    print!("{}", heading());
+    for (name, job) in parts() {
+        if !wanted.is_empty() && wanted.iter().all(|w| !name.contains(w)) {
+            continue;
+        }
+        eprintln!("{name}");
+        let Some(job) = job() else { continue };
+        print!("{}", rows(&name, &compared(&job)));
+    }
+    ExitCode::SUCCESS
+}

@@ -1,0 +1,106 @@
+//! Table of strategies × parts for `docs/benchmarks.md`.
+
+use facemill::new_job::{NewJob, Series};
+use facemill::{
+    CompareRequest, ComparedStrategy, ComparisonSteps, Failure, Job, PlanSettings, SilentStages, compare_paths,
+    default_strategies,
+};
+use serde_json::json;
+
+use crate::jobs::JobFolder;
+use crate::meshes::{CASES, shared_mesh_job};
+
+/// A part with its job; `None` where its data is absent.
+type PartOfTable = (String, Box<dyn Fn() -> Option<JobFolder>>);
+
+/// Parts of the table: those of the product, one blade of each propeller, and all shared meshes.
+pub fn parts() -> Vec<PartOfTable> {
+    let example =
+        |name: &str, job: NewJob| -> PartOfTable { (name.to_owned(), Box::new(move || Some(JobFolder::new(&job)))) };
+    let one_blade = |name: &str, series: Series| -> PartOfTable {
+        let job = move || {
+            let job = JobFolder::new(&NewJob::Propeller { series, diameter_mm: 3048.0 });
+            job.set("job.json", &[("/operations/0/pattern", json!(null))]);
+            Some(job)
+        };
+        (name.to_owned(), Box::new(job))
+    };
+    let mut parts = vec![
+        example("wavy patch, 400 mm", NewJob::Patch { size_mm: 400.0 }),
+        one_blade("DTMB 4119, 3048 mm, one blade", Series::Dtmb4119),
+        one_blade("VP1304, 3048 mm, one blade", Series::Vp1304),
+        example("NASA Rotor 37, 8 : 1", NewJob::Rotor37 { scale: 8.0 }),
+    ];
+    let of_case = |case: &'static crate::meshes::MeshCase| -> PartOfTable {
+        (case.file.to_owned(), Box::new(|| shared_mesh_job(case.file)))
+    };
+    parts.extend(CASES.iter().map(of_case));
+    parts
+}
+
+/// A part with its strategies in one order, planned without a run.
+///
+/// # Panics
+/// When its job cannot be read, or lays no passes.
+pub fn compared(job: &JobFolder) -> Vec<ComparedStrategy> {
+    let job = Job::read(&job.job()).expect("a job");
+    let strategies = default_strategies(&job).expect("passes");
+    // The order of levels and one-way or zigzag change times, and hardly passes.
+    let is_other_order = |name: &str| name.ends_with("reversed") || name.contains("zigzag");
+    let request = CompareRequest {
+        strategies: strategies.into_iter().filter(|s| !is_other_order(&s.name)).collect(),
+        mounting_angles_deg: vec![0.0],
+        settings: PlanSettings { verify: false, certificates: false },
+        stock_cell: None,
+    };
+    let result: Result<_, Failure> = compare_paths(&job, &request, &SilentStages, &Lines);
+    result.expect("plans or reasons")
+}
+
+/// Names of plans on standard error.
+struct Lines;
+
+impl ComparisonSteps for Lines {
+    fn begin(&self, number: usize, n_plans: usize, strategy: &str) {
+        eprintln!("  plan {} of {n_plans}: {strategy}", number + 1);
+    }
+}
+
+/// Heading of the table as Markdown.
+pub fn heading() -> String {
+    "| part | strategy | passes | length, m | efficiency | over the least floor | cusp p99, mm | largest, mm | never cut | planned | \
+     passes + entries, min |\n|---|---|---|---|---|---|---|---|---|---|---|\n"
+        .to_owned()
+}
+
+/// Rows of a part as Markdown.
+pub fn rows(part: &str, compared: &[ComparedStrategy]) -> String {
+    let number = |value: Option<f64>, decimals: usize| match value {
+        Some(value) => format!("{value:.decimals$}"),
+        None => "–".to_owned(),
+    };
+    let mut text = String::new();
+    for c in compared {
+        if let Some(why) = &c.failed {
+            // The folder the job was in is of no interest.
+            let why = why.rsplit('/').next().unwrap_or_default().replace(['|', '\n'], " ");
+            text += &format!("| {part} | {} | no plan: {why} | | | | | | | | |\n", c.strategy);
+        }
+        for s in &c.setups {
+            text += &format!(
+                "| {part} | {} | {} | {:.2} | {} | {} | {} | {} | {} % | {:.1} % | {:.1} |\n",
+                c.strategy,
+                s.passes,
+                s.passes_length_mm / 1000.0,
+                number(s.efficiency, 3),
+                number(s.over_least_floor, 3),
+                number(s.cusp_p99_mm, 3),
+                number(s.cusp_largest_mm, 3),
+                number(s.never_cut_fraction.map(|share| 100.0 * share), 2),
+                100.0 * s.planned_fraction,
+                (s.passes_time_s + s.approach_time_s) / 60.0
+            );
+        }
+    }
+    text
+}

@@ -1,0 +1,176 @@
+//! Passes as path files and pictures, their efficiency, and strategies compared by the command.
+
+use std::path::Path;
+
+use facemill::cc_path::read_path_file;
+use facemill::job::setup::path::lay;
+use facemill::nc_program::Dialect;
+use facemill::{Job, Planned, Setup, SilentStages, VerifyRequest, verify_program};
+use facemill_tests::jobs::{JobFolder, text_of};
+use facemill_tests::program::{code_and_errors, run};
+use facemill_tests::variants::{blink_patch, tiny_patch};
+use nalgebra::{Point3, Vector3};
+use serde_json::{Value, json};
+
+/// Points of passes with their normals.
+type Points = Vec<Vec<(Point3<f64>, Vector3<f64>)>>;
+
+fn points_of_file(text: &str) -> Points {
+    let file = read_path_file(text.as_bytes()).expect("a path file");
+    let of = |pass: &facemill::cc_path::PassFile| {
+        let normals = pass.normals.clone().expect("normals");
+        pass.points_mm.iter().zip(normals).map(|(p, n)| (Point3::from(*p), Vector3::from(n))).collect()
+    };
+    file.passes.iter().map(of).collect()
+}
+
+fn laid(job: &JobFolder) -> Points {
+    let job = Job::read(&job.job()).expect("a job");
+    let setup = Setup::read(&job, 0).expect("a setup");
+    let tasks = lay(&job, &setup, 0, &job.file.operations[0]).expect("passes").tasks;
+    tasks.iter().map(|t| t.pass.points.iter().map(|cc| (cc.position, cc.normal.into_inner())).collect()).collect()
+}
+
+fn assert_same(a: &Points, b: &Points, within: f64) {
+    assert_eq!(a.iter().map(Vec::len).collect::<Vec<_>>(), b.iter().map(Vec::len).collect::<Vec<_>>());
+    for ((p, n), (q, m)) in a.iter().flatten().zip(b.iter().flatten()) {
+        assert!((p - q).norm() < within && (n - m).norm() < 1e-5, "{p} {q}, {n} {m}");
+    }
+}
+
+/// Text of the program of a plan.
+fn program(planned: &Planned) -> String {
+    text_of(planned, "program.nc")
+}
+
+#[test]
+fn a_job_reads_the_passes_of_a_plan_back_as_they_are_with_the_efficiency_of_its_text() {
+    let job = tiny_patch();
+    let allowance = ("/setups/0/meshes/0/allowance_mm", json!(0.3));
+    job.set("job.json", &[allowance]);
+    let planned = job.plan();
+    let text = text_of(&planned, "passes.json");
+    // All points of this job have a posture, in the order laid.
+    let as_laid = laid(&job);
+    let on_surface: Points = as_laid.iter().map(|pass| pass.iter().map(|(p, n)| (p - n * 0.3, *n)).collect()).collect();
+    assert_same(&points_of_file(&text), &on_surface, 2e-6);
+    job.write("passes.json", text.as_bytes());
+    let path = json!({ "file": { "file": "passes.json", "max_distance_mm": 0.01 } });
+    let again = JobFolder::of(&files(&job));
+    again.set("job.json", &[("/operations/0/path", path)]);
+    assert_same(&laid(&again), &as_laid, 2e-6);
+
+    let svg = text_of(&planned, "passes.svg");
+    assert!(svg.contains("times their floor of") && svg.contains("program.nc blake3"), "{svg}");
+
+    let efficiency = &planned.report.efficiency[0];
+    let length: f64 = planned.report.passes.iter().map(|p| p.length_mm).sum();
+    assert!((efficiency.passes_length_mm - length).abs() < 1e-6 * length);
+    assert!((efficiency.efficiency - length / efficiency.floor_mm).abs() < 1e-9);
+    assert!(efficiency.least_floor_mm <= efficiency.floor_mm * (1.0 + 1e-6), "{efficiency:?}");
+    assert!(efficiency.with_entries.expect("a plan") > efficiency.efficiency);
+    let read = Job::read(&job.job()).expect("a job");
+    let request = VerifyRequest::new(Path::new("program.nc"), Dialect::Fanuc);
+    let verified = verify_program(&read, program(&planned).as_bytes(), &request, &SilentStages).expect("a run").file;
+    let by_text = &verified.efficiency[0];
+    assert!((by_text.floor_mm / efficiency.floor_mm - 1.0).abs() < 0.01, "{by_text:?} {efficiency:?}");
+    // The ends of entries and exits that touch the surface count in the text.
+    let ratio = by_text.passes_length_mm / efficiency.passes_length_mm;
+    assert!((0.97..1.1).contains(&ratio), "{by_text:?} {efficiency:?}");
+    let slopes = &planned.report.remaining.as_ref().expect("a plan").operations[0];
+    let area: f64 = slopes.slopes.iter().map(|s| s.area_mm2).sum();
+    assert!((area / slopes.area_mm2 - 1.0).abs() < 1e-9 && slopes.slopes.iter().all(|s| s.area_mm2 > 0.0));
+    let largest = slopes.slopes.iter().map(|s| s.largest_mm).fold(0.0, f64::max);
+    assert_eq!(Some(largest), slopes.largest.map(|p| p.height_mm));
+}
+
+/// Files of a job's folder.
+fn files(job: &JobFolder) -> Vec<(String, Vec<u8>)> {
+    let folder = job.job().parent().expect("a folder").to_owned();
+    let entries = std::fs::read_dir(folder).expect("a folder").flatten().filter(|e| e.path().is_file());
+    entries.map(|e| (e.file_name().into_string().expect("a name"), std::fs::read(e.path()).expect("a file"))).collect()
+}
+
+fn paths(job: &JobFolder, options: &[&str]) -> (i32, String, String) {
+    let file = job.job();
+    let mut arguments = vec!["paths", file.to_str().expect("a path")];
+    arguments.extend(options);
+    let output = run(&arguments);
+    let (code, errors) = code_and_errors(&output);
+    (code, String::from_utf8_lossy(&output.stdout).into_owned(), errors)
+}
+
+#[test]
+fn passes_are_laid_without_a_plan_and_compared_by_plans_with_a_row_for_each_strategy() {
+    let job = blink_patch();
+    let out = job.path("laid");
+    let (code, table, errors) = paths(&job, &["--out", out.to_str().expect("a path")]);
+    assert_eq!(code, 0, "{errors}");
+    assert!(table.contains("passes") && table.contains("times their floor"), "{table}");
+    let written = std::fs::read_to_string(out.join("passes.json")).expect("a path file");
+    assert_same(&points_of_file(&written), &laid(&job), 2e-6);
+    assert!(std::fs::read_to_string(out.join("passes.svg")).expect("a picture").contains("as laid"));
+
+    let planes = "operations[0].path.strategy.strategy.parallel_planes";
+    let listed = json!({
+        "format": "facemill-strategies/1",
+        "strategies": [
+            { "name": "as it is" },
+            { "name": "finer", "settings": { "operations[0].tolerances.max_step_over_mm": 0.3 } },
+            { "name": "beside the part", "settings": {
+                format!("{planes}.from_mm"): 900, format!("{planes}.to_mm"): 910
+            } },
+            { "name": "wrong", "settings": { "operations[0].tolerances.cusp_mm": -1 } }
+        ]
+    });
+    job.write("strategies.json", listed.to_string().as_bytes());
+    let with = job.path("strategies.json");
+    let with = with.to_str().expect("a path");
+    let compared = job.path("compared");
+    let options = ["--compare", "--with", with, "--no-verify", "--json", "--out", compared.to_str().expect("a path")];
+    let (code, json, errors) = paths(&job, &options);
+    assert_eq!(code, 0, "{errors}");
+    assert!(errors.contains("plan 2 of 4: finer"), "{errors}");
+    let file: Value = serde_json::from_str(&json).expect("JSON");
+    let written = std::fs::read(compared.join("compared.json")).expect("a file");
+    assert_eq!(serde_json::from_slice::<Value>(&written).expect("JSON"), file);
+    let rows = file["compared"].as_array().expect("rows");
+    assert_eq!(rows.len(), 4);
+    let length = |k: usize| rows[k]["setups"][0]["passes_length_mm"].as_f64().expect("a length");
+    assert!(length(1) > 1.2 * length(0), "{json}");
+    // The figures are those of a plan of the same job.
+    let out = job.path("plan");
+    let plan =
+        run(&["plan", job.job().to_str().expect("a path"), "--no-verify", "--out", out.to_str().expect("a path")]);
+    assert_eq!(code_and_errors(&plan).0, 0);
+    let report: Value =
+        serde_json::from_slice(&std::fs::read(out.join("report.json")).expect("a report")).expect("JSON");
+    let setup = &rows[0]["setups"][0];
+    assert_eq!(setup["efficiency"], report["efficiency"][0]["efficiency"]);
+    assert_eq!(setup["cusp_p99_mm"], report["remaining"]["operations"][0]["p99_mm"]);
+    assert_eq!(setup["passes_time_s"], report["time_law"]["passes_time_s"]);
+    for (row, why) in [(2, "no pass"), (3, "cusp_mm")] {
+        let reason = rows[row]["failed"].as_str().expect("a reason");
+        assert!(reason.contains(why) && rows[row]["setups"] == json!([]), "{reason}");
+    }
+    assert!(compared.join("compared-1-passes.svg").exists() && !compared.join("compared-3-passes.svg").exists());
+}
+
+#[test]
+fn a_comparison_of_nothing_or_of_an_unknown_strategy_is_wrong_input() {
+    let job = blink_patch();
+    let wrong = |options: &[&str], says: &str| {
+        let (code, _, errors) = paths(&job, options);
+        assert!(code == 2 && errors.contains(says), "{options:?}: {code}, {errors}");
+    };
+    wrong(&["--compare", "--strategies", "spirals of gold"], "there are job, levels");
+    wrong(&["--strategies", "levels"], "--compare");
+    wrong(&["--compare", "--mounting-angles", "400"], "must be from -360 to 360");
+    job.write("none.json", br#"{ "format": "facemill-strategies/1", "strategies": [] }"#);
+    let none = job.path("none.json");
+    wrong(&["--compare", "--with", none.to_str().expect("a path")], "at least one");
+    let twice = json!({ "format": "facemill-strategies/1", "strategies": [{ "name": "a" }, { "name": "a" }] });
+    job.write("twice.json", twice.to_string().as_bytes());
+    let twice = job.path("twice.json");
+    wrong(&["--compare", "--with", twice.to_str().expect("a path")], "twice");
+}
