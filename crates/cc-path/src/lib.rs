@@ -43,6 +43,7 @@
 //! |---|---|
 //! | `path_file` | Path files: passes of CC points as a user writes them |
 //! | `error` | faults of path files and of passes that cannot be laid |
+//! | `left_region` | surface on which stock is left, by heights measured on places |
 //! | `region` | regions: the part of the drive surface that passes are laid on |
 //! | `strategy` | strategies: settings of the passes on a surface, and their limits |
 //! | `harmonic` | harmonic functions on meshes: fields between curves, the angle around a tube |
@@ -68,6 +69,7 @@ mod harmonic;
 #[path = "../tests/unit/laws/mod.rs"]
 mod laws;
 mod layout;
+mod left_region;
 mod path_file;
 mod project;
 mod region;
@@ -85,11 +87,13 @@ pub use crate::strategy::field_file::{
 pub use crate::strategy::file::{
     BoxFile, CylindricalSectionsFile, NormalConeFile, ParallelPlanesFile, RegionFile, StrategyFile,
 };
+pub use crate::strategy::left_above_file::{LeftAboveFile, LeftOfFile, ProgramWithToolFile};
 pub use crate::strategy::scallop::{ConstantScallop, Seed};
 pub use crate::strategy::scallop_file::{ConstantScallopFile, SectionsFile, SeedCylinderFile, SeedFile, SeedPlaneFile};
 pub use crate::strategy::settings::{Direction, LaySettings, LevelOrder, Pattern, UncutSide};
 pub use crate::strategy::size::MAX_POINTS;
 pub use error::{PathError, Remedy};
+pub use left_region::{LeftIsland, LeftRegion, StockHeight, StripPoint};
 pub use path_file::{PassFile, PathFile, PathFileError, PathFormat, PathFrame, read_path_file, write_path_file};
 pub use project::{ProjectSettings, project};
 pub use region::{NormalCone, Region};

@@ -1,10 +1,13 @@
 //! Regions: the part of the drive surface that passes are laid on.
 
+use std::sync::Arc;
+
 use facemill_cl_data::Aabb;
 use facemill_surface_model::Surface;
 use nalgebra::{Unit, Vector3};
 
 use crate::error::PathError;
+use crate::left_region::LeftRegion;
 
 /// The part of the drive surface that passes are laid on: all conditions must hold. The default is
 /// all of it.
@@ -18,6 +21,8 @@ pub struct Region {
     pub normal_cone: Option<NormalCone>,
     /// Box in the workpiece frame, borders included. Triangles that cross its sides are cut there.
     pub bounds: Option<Aabb>,
+    /// Surface on which stock is left; passes lie there and within its overlap.
+    pub left: Option<Arc<LeftRegion>>,
 }
 
 /// Directions within an angle of an axis.
@@ -57,7 +62,11 @@ pub(crate) fn triangles_of(surface: &Surface, region: &Region) -> Result<Vec<u32
             .collect(),
         None => faced,
     };
-    not_empty(boxed, "the box holds none")
+    let boxed = not_empty(boxed, "the box holds none")?;
+    if region.left.as_ref().is_some_and(|left| left.is_empty()) {
+        return Err(PathError::EmptyRegion { reason: "no more stock is left on any than left_above allows" });
+    }
+    Ok(boxed)
 }
 
 fn not_empty(triangles: Vec<u32>, reason: &'static str) -> Result<Vec<u32>, PathError> {

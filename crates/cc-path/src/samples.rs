@@ -3,6 +3,7 @@
 
 pub(crate) mod lattice;
 
+use facemill_cl_data::Aabb;
 use facemill_surface_model::Surface;
 use nalgebra::{Point3, Unit, Vector3};
 
@@ -50,14 +51,27 @@ impl<'a> RequestedRegion<'a> {
         Ok(Self { surface, region, sections, is_in, triangles })
     }
 
-    /// Whether the region holds a point of a facet, borders included.
+    /// Whether the region holds a point of a facet, borders included; of a region by what is left,
+    /// without its overlap.
     pub fn contains(&self, triangle: u32, point: &Point3<f64>) -> bool {
         let in_box = self.region.bounds.is_none_or(|b| (0..3).all(|k| (b.min[k]..=b.max[k]).contains(&point[k])));
         let in_levels = self.sections.is_none_or(|sections| {
             let (from, to) = sections.range();
             (from..=to).contains(&sections.level(point))
         });
-        self.is_in[triangle as usize] && in_box && in_levels
+        let is_left = || {
+            self.region.left.as_ref().is_none_or(|left| {
+                self.surface.facet_normal(triangle).is_some_and(|normal| left.contains(point, &normal))
+            })
+        };
+        self.is_in[triangle as usize] && in_box && in_levels && is_left()
+    }
+
+    /// Box around the region, if it has one that bounds it.
+    fn bounds(&self) -> Option<Aabb> {
+        let of_left = self.region.left.as_ref().map(|left| left.bounds());
+        let both = |a: Aabb, b: Aabb| Aabb { min: a.min.sup(&b.min), max: a.max.inf(&b.max) };
+        self.region.bounds.into_iter().chain(of_left).reduce(both)
     }
 
     /// Whether the region comes within a distance (mm) of a point; box and levels are widened by
@@ -96,8 +110,8 @@ impl<'a> RequestedRegion<'a> {
             let solid = self.triangles.iter().filter_map(|&t| Some((t, self.surface.facet_normal(t)?)));
             solid.map(|(t, normal)| (t, mesh.corners(t as usize), normal))
         };
-        let bounds = self.region.bounds.as_ref();
-        let lattice = Lattice::new(side_of(facets(), area_each, bounds), bounds);
+        let bounds = self.bounds();
+        let lattice = Lattice::new(side_of(facets(), area_each, bounds.as_ref()), bounds.as_ref());
         let mut points: Vec<LatticePoint> = facets().flat_map(|facet| lattice.on_facet(facet)).collect();
         points.sort_by(LatticePoint::order);
         let mut border = lattice.on_border(mesh, &self.triangles, |t| self.surface.facet_normal(t));

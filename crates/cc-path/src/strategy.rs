@@ -3,6 +3,7 @@
 pub(crate) mod field;
 pub(crate) mod field_file;
 pub(crate) mod file;
+pub(crate) mod left_above_file;
 pub(crate) mod patch;
 pub(crate) mod scallop;
 pub(crate) mod scallop_file;

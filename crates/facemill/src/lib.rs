@@ -41,6 +41,7 @@ pub use facemill_job::format::report::deviation::{
     DeviationAreas, DeviationBin, DeviationFigures, DeviationPlace, DeviationReport,
 };
 pub use facemill_job::format::report::efficiency::EfficiencyReport;
+pub use facemill_job::format::report::left_above::{LeftAboveReport, NotReachedReport};
 pub use facemill_job::format::report::outcome::Outcome;
 pub use facemill_job::format::report::pairs::{PairReport, PairSplit};
 pub use facemill_job::format::report::remaining::{

@@ -37,6 +37,10 @@ pub enum Failure {
     /// The job cannot be planned under its own terms; exit code 1.
     #[error("{0}")]
     Infeasible(String),
+    /// The regions of all operations are limited to what is left, and nothing is: there is no
+    /// program to write; exit code 0.
+    #[error("{0}")]
+    NothingToCut(String),
     /// A fault of this program; exit code 3.
     #[error("internal failure: {0}")]
     Internal(String),
@@ -51,11 +55,12 @@ impl Failure {
         Self::Input { file: file.to_owned(), message: message.to_string() }
     }
 
-    /// Returns the exit code: 1 infeasible, 2 bad input, 3 input/output or internal failure, 130
+    /// Returns the exit code: 0 nothing to cut, 1 infeasible, 2 bad input, 3 input/output or internal failure, 130
     /// interrupted. Code 4 means a plan whose program has faults
     /// ([`Outcome`](crate::format::report::outcome::Outcome)), which is no failure.
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
+            Self::NothingToCut(_) => 0,
             Self::Infeasible(_) => 1,
             Self::Input { .. } | Self::Read { .. } => 2,
             Self::Write { .. } | Self::Internal(_) => 3,

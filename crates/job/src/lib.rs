@@ -9,14 +9,14 @@
 //! | [`mod@failure`] | failures of commands, with their exit codes |
 //! | [`mod@files`] | input read, output written whole or not at all |
 //! | [`mod@format`] | files as they are written: jobs, reports, verifications, links, lengths, summaries |
-//! | [`mod@frames`] | poses and directions of files |
+//! | [`mod@frames`] | poses and directions of files, places of a pattern |
 //! | [`mod@stages`] | stages of a long computation, and their monitors |
 //! | [`mod@validate`] | limits of numbers ([`validate::limits`]), feeds and names of a job file |
 //! | [`mod@load`] | a job with all files that it names: tool, machine, meshes, post; [`load::job::Setup`] with drive surface, obstacles and stock; setups without a job file ([`load::ad_hoc_setup`]) |
-//! | [`mod@setup`] | an operation as the stages need it: workcell ([`setup::cell`]), machine with tool, words and frames ([`setup::scene`]), words, passes ([`setup::path`]), feeds, places of a pattern |
+//! | [`mod@stock`] | solid stock, its map of lines, rests of setups before |
+//! | [`mod@setup`] | an operation as the stages need it: workcell ([`setup::cell`]), machine with tool, words and frames ([`setup::scene`]), words, passes ([`setup::path`]), feeds, places where stock is left ([`setup::left_stock`]) |
 //! | [`mod@check`] | checks of size, position and winding of parts |
 //! | [`mod@examples`] | new jobs, for a part, a machine and a control |
-//! | [`mod@stock`] | solid stock, its map of lines, rests of setups before |
 //!
 //! It must not know how anything is planned or verified.
 

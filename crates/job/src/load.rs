@@ -20,6 +20,7 @@ pub mod post_load;
 pub mod stock_solid;
 
 use std::path::Path;
+use std::sync::Mutex;
 
 use facemill_cl_data::CuttingLaw;
 use facemill_file_format::{from_json, to_json};
@@ -261,6 +262,7 @@ impl<'a> Setup<'a> {
             drive: Surface::new(drive, SurfaceSettings::default()),
             around_drive: Surface::new(around_drive, SurfaceSettings::default()),
             drive_groups,
+            left_regions: Mutex::default(),
             drive_files,
             obstacles,
             stock_thickness,

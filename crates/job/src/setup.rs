@@ -1,8 +1,8 @@
 //! Operations of a setup as the stages need them: workcell, words, passes, feeds.
 
 pub mod cell;
+pub mod left_stock;
 pub mod path;
-pub mod pattern;
 pub mod program_spec;
 pub mod rolled;
 pub mod word_map;

@@ -32,6 +32,7 @@ use crate::program::rounds::{ProgramOfHeads, VerifiedProgram, verified_program};
 use crate::program::timing::control_assumption;
 use crate::report::chip_files::ChipFiles;
 use crate::report::efficiencies::efficiencies;
+use crate::report::left_above::{left_above, something_to_cut};
 use crate::report::pass_files::pass_files;
 use crate::report::reporting::report;
 use crate::report::rotary_reversals::RotaryReversals;
@@ -78,6 +79,7 @@ pub(crate) fn planned_setup(
         picture = picture.or(svg);
         operations.push(planned);
     }
+    something_to_cut(&setup, &operations)?;
     let to_cut = stock.filter(|_| settings.verify).ok_or_else(|| not_requested(settings.verify).to_owned());
     let (before, shortened) = match to_cut {
         Ok(stock) => {
@@ -116,6 +118,7 @@ pub(crate) fn planned_setup(
     // questions.
     report.remaining = program.remaining(stages)?;
     report.efficiency = efficiencies(&jobs, &setup, &operations)?;
+    report.left_above = operations.iter().filter_map(|o| left_above(job, &setup, o)).collect();
     clock.lap("material left");
     let chips = ChipFiles::new(&jobs, &setup.file.name, &operations, (&texts.timed, &texts.cut_lines()));
     let passes = pass_files(&jobs, &setup, &operations, &report);

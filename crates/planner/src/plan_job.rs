@@ -18,8 +18,10 @@ use crate::planned::Planned;
 /// the stock, no body that must not meet the material left at that moment does so by more than
 /// twice the tolerance.
 ///
+/// Setups on whose regions nothing is left get no program.
+///
 /// # Errors
-/// As [`plan_setup`](crate::plan::plan_setup); if the stock cannot be turned into lines at the
+/// [`Failure::NothingToCut`] if no setup gets a program; as [`plan_setup`](crate::plan::plan_setup); if the stock cannot be turned into lines at the
 /// requested distance.
 pub fn plan_job(
     job: &Job,
@@ -31,10 +33,21 @@ pub fn plan_job(
         return Err(job.wrong("the distance of the stock's lines must be a length above 0 mm"));
     }
     let mut all: Vec<Planned> = Vec::new();
+    let (mut nothing, mut has_skipped) = (None, false);
     for index in 0..job.file.setups.len() {
-        let before = all.last().and_then(|planned| planned.rest.as_ref());
+        // The rest of an earlier setup may be in another frame.
+        let before = all.last().filter(|_| !has_skipped).and_then(|planned| planned.rest.as_ref());
         let stock = StockToCut { cell: cell.or(job.file.verification.stock_cell_mm), index, before };
-        all.push(planned_setup(job, index, settings, Some(&stock), stages)?);
+        match planned_setup(job, index, settings, Some(&stock), stages) {
+            Err(Failure::NothingToCut(why)) => (nothing, has_skipped) = (Some(Failure::NothingToCut(why)), true),
+            planned => {
+                has_skipped = false;
+                all.push(planned?);
+            }
+        }
     }
-    Ok(all)
+    match nothing {
+        Some(why) if all.is_empty() => Err(why),
+        _ => Ok(all),
+    }
 }

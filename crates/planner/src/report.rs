@@ -5,6 +5,7 @@ pub(crate) mod chip_points;
 pub(crate) mod chips_svg;
 pub(crate) mod cusps_kept;
 pub(crate) mod efficiencies;
+pub(crate) mod left_above;
 pub(crate) mod lost_time;
 pub(crate) mod pass_files;
 pub(crate) mod reporting;

@@ -58,6 +58,9 @@ pub fn efficiency(
     cuts: OperationCuts,
 ) -> Result<Option<EfficiencyReport>, Failure> {
     let requested = OperationRegion::of(job, setup, operation)?;
+    if requested.has_nothing_left() {
+        return Ok(None);
+    }
     let samples = requested.samples(job, &requested.region(setup)?, SAMPLES)?;
     let passes_length = cuts.passes_length();
     let cutting_length = cuts.approach_length.map(|approach| passes_length + approach);
@@ -143,6 +146,9 @@ pub fn efficiencies_of_text(
         let passes = passes_of_text(program, at, &touched);
         for operation in own {
             let requested = OperationRegion::of(job, setup, operation)?;
+            if requested.has_nothing_left() {
+                continue;
+            }
             let region = requested.region(setup)?;
             let places = requested.places.iter().map(|place| within(&passes, &region, place)).collect();
             found.extend(efficiency(job, setup, operation, OperationCuts { places, approach_length: None })?);

@@ -5,9 +5,10 @@ use facemill_cl_data::CcPoint;
 use facemill_cutter_location::cusp::expected_strip_width;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{OperationFile, PathFile};
+use facemill_job::frames::places;
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::cell::{largest_left, search_curve};
-use facemill_job::setup::pattern::places;
+use facemill_job::setup::left_stock::left_region;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Least number of samples across the step that the cusp permits, if the largest number permits it.
@@ -38,8 +39,14 @@ impl<'a> OperationRegion<'a> {
         };
         let mut region = file.to_region().map_err(wrong)?;
         region.groups = region.groups.or_else(|| Some(setup.drive_groups.clone()));
+        region.left = left_region(job, setup, operation, &region)?;
         let limit = largest_left(job, operation);
         Ok(Self { operation, region, strategy, places: places(operation.pattern.as_ref()), limit })
+    }
+
+    /// Returns whether the region is limited to what is left, and nothing is.
+    pub(crate) fn has_nothing_left(&self) -> bool {
+        self.region.left.as_ref().is_some_and(|left| left.is_empty())
     }
 
     /// Returns the region on the drive surface, in the first place of the pattern.

@@ -51,7 +51,7 @@ pub struct RunningHead<'a> {
 }
 
 /// Measures the material that a program leaves on the regions of a setup's operations; `None` if no
-/// operation of the setup is known.
+/// operation of the setup is known, or their regions are limited to what is left and nothing is.
 ///
 /// Every cut of the program counts, regardless of its operation. The region is the surface that the
 /// job states: groups, cone, box and levels of the strategy, in all places of the pattern,
@@ -69,6 +69,7 @@ pub fn remaining(
     let requested: Vec<OperationRegion<'_>> = job
         .operations_of(setup.file)
         .map(|(_, operation)| OperationRegion::of(job, setup, operation))
+        .filter(|region| region.as_ref().map_or(true, |r| !r.has_nothing_left()))
         .collect::<Result<_, _>>()?;
     if requested.is_empty() {
         return Ok(None);

@@ -92,6 +92,8 @@ fn whole_job() -> Value {
     let operation = &mut job["operations"][0];
     operation["pattern"] = json!({ "copies": 2, "index_angle_deg": 90.0 });
     operation["exit"] = json!({ "roll_in": { "radius_mm": 20.0, "angle_deg": 45.0 } });
+    operation["path"]["strategy"]["region"]["left_above"] =
+        json!({ "height_mm": 0.15, "overlap_mm": 5.0, "of": "initial_stock" });
     operation["finish"] = json!({ "max_above_fraction": 0.1, "max_never_cut_fraction": 0.1 });
     operation["infeasible"] = json!({ "trim": { "max_trimmed_fraction": 0.1 } });
     operation["search"] = json!({

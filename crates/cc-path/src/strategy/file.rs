@@ -7,6 +7,7 @@ use crate::error::PathError;
 use crate::region::{NormalCone, Region};
 use crate::strategy::Strategy;
 use crate::strategy::field_file::{FlowFile, SpiralFile};
+use crate::strategy::left_above_file::LeftAboveFile;
 use crate::strategy::scallop_file::ConstantScallopFile;
 use crate::strategy::sections::{CylindricalSections, ParallelPlanes};
 use crate::strategy::settings::require;
@@ -77,6 +78,10 @@ pub struct RegionFile {
     /// Box that the passes must lie in, workpiece frame.
     #[serde(rename = "box", default, skip_serializing_if = "Option::is_none")]
     pub bounds: Option<BoxFile>,
+    /// Limits the region to places where a stock is higher above the surface than a limit
+    /// (docs/method.md#what-earlier-cuts-left). Default: no such limit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub left_above: Option<LeftAboveFile>,
 }
 
 /// Directions within an angle of an axis.
@@ -145,16 +150,19 @@ impl CylindricalSectionsFile {
 }
 
 impl RegionFile {
-    /// The region, with angles in rad.
+    /// The region, with angles in rad, and without what `left_above` leaves of it: that has to be
+    /// measured.
     ///
     /// # Errors
     /// When the cone's axis has no length, its angle is out of range, or the box is empty; the
     /// error names the field.
     pub fn to_region(&self) -> Result<Region, PathError> {
+        self.left_above.as_ref().map_or(Ok(()), LeftAboveFile::check)?;
         Ok(Region {
             groups: self.groups.clone(),
             normal_cone: self.normal_cone.as_ref().map(NormalConeFile::to_cone).transpose()?,
             bounds: self.bounds.as_ref().map(BoxFile::to_bounds).transpose()?,
+            left: None,
         })
     }
 }

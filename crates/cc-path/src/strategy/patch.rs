@@ -1,3 +1,5 @@
+mod left_border;
+
 use std::collections::BTreeMap;
 
 use facemill_cl_data::Aabb;
@@ -7,7 +9,7 @@ use nalgebra::{Point3, Unit, Vector3};
 use crate::error::PathError;
 use crate::region::{Region, triangles_of};
 use crate::strategy::sections::Sections;
-use crate::strategy::size::check_pieces;
+use crate::strategy::size::{MAX_PIECES, check_pieces};
 
 /// The region as a mesh of its own, every point of which lies on the drive surface: triangles cut
 /// at the box, and cut up so finely that levels are as good as linear along every edge and widths
@@ -53,6 +55,9 @@ impl<'a> Patch<'a> {
         let mut cut = Pieces::of(surface, &triangles_of(surface, region)?);
         if let Some(bounds) = &region.bounds {
             cut.clip(bounds);
+        }
+        if let Some(left) = &region.left {
+            cut.keep_left(surface, left, MAX_PIECES)?;
         }
         if let Some(sections) = sections {
             cut.keep_range(sections);
@@ -222,7 +227,12 @@ impl Pieces {
 
     /// Cuts off what has a negative `height`, which is linear.
     fn clip_below(&mut self, height: impl Fn(&Point3<f64>) -> f64) {
-        let heights: Vec<f64> = self.vertices.iter().map(&height).collect();
+        let heights = self.vertices.iter().map(&height).collect();
+        self.clip_by(heights);
+    }
+
+    /// Cuts off what is negative by values at the vertices, linear between them.
+    fn clip_by(&mut self, heights: Vec<f64>) {
         let mut cuts = BTreeMap::new();
         let (mut triangles, mut parents) = (Vec::new(), Vec::new());
         for (t, &parent) in self.triangles.iter().zip(&self.parents) {
@@ -273,6 +283,11 @@ impl Pieces {
                 of.iter().any(|&l| l >= low) && of.iter().any(|&l| l - reach <= high)
             })
             .collect();
+        self.keep(&keep);
+    }
+
+    /// Keeps the triangles for which it is true.
+    fn keep(&mut self, keep: &[bool]) {
         let mut kept = keep.iter();
         self.triangles.retain(|_| *kept.next().unwrap_or(&true));
         let mut kept = keep.iter();
@@ -282,12 +297,18 @@ impl Pieces {
     /// Halves every edge for which `asks` holds, and cuts the triangles at them accordingly.
     /// Returns whether there was any.
     fn halve_edges(&mut self, asks: impl Fn(&Point3<f64>, &Point3<f64>) -> bool) -> bool {
+        self.halve_edges_of(|_, a, b| asks(a, b))
+    }
+
+    /// Does the same, where `asks` also knows the triangle of the surface that the edge is on: on
+    /// that of either side it may hold.
+    fn halve_edges_of(&mut self, asks: impl Fn(u32, &Point3<f64>, &Point3<f64>) -> bool) -> bool {
         let mut middles = BTreeMap::new();
-        for t in &self.triangles {
+        for (t, &parent) in self.triangles.iter().zip(&self.parents) {
             for k in 0..3 {
                 let key = ordered(t[k], t[(k + 1) % 3]);
                 let [a, b] = [self.vertices[key.0 as usize], self.vertices[key.1 as usize]];
-                if asks(&a, &b) {
+                if asks(parent, &a, &b) {
                     middles.entry(key).or_insert_with(|| {
                         self.vertices.push(nalgebra::center(&a, &b));
                         self.vertices.len() as u32 - 1

@@ -7,10 +7,10 @@ use facemill_tool_model::cl_from_cc;
 use facemill_tool_path::segments::LaidTask;
 
 use crate::format::job_file::OperationFile;
+use crate::frames::places;
 use crate::load::job::{Job, Setup};
 use crate::load::obstacle_meshes::ObstacleRole;
 use crate::load::part_size::unit_advice;
-use crate::setup::pattern::places;
 
 /// CC points and directions of tilt to try, and steps of tilt, deg. More than any operation
 /// searches, so that no plannable mounting is refused.

@@ -15,11 +15,11 @@ use serde_json::{Value, json};
 use crate::check::describe_setup;
 use crate::examples::new_job::{NewJob, new_job, round_to};
 use crate::failure::Failure;
+use crate::frames::places;
 use crate::load::job::{Job, Setup};
 use crate::load::obstacle_meshes::ObstacleRole;
 use crate::setup::cell::{search_settings, workcell, z_map};
 use crate::setup::path::lay;
-use crate::setup::pattern::places;
 
 /// Returns the files of an example for a machine by its name and a control; defaults are the
 /// example's own.

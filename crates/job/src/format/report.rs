@@ -5,6 +5,7 @@ pub mod chips;
 pub mod cusps;
 pub mod deviation;
 pub mod efficiency;
+pub mod left_above;
 pub mod links;
 pub mod lost_time;
 pub mod outcome;
@@ -28,6 +29,7 @@ use crate::format::made_from::MadeFrom;
 use crate::format::program_stamp::ProgramStamp;
 use crate::format::program_times::ProgramTimes;
 use crate::format::report::efficiency::EfficiencyReport;
+use crate::format::report::left_above::LeftAboveReport;
 use crate::format::report::links::LinksReport;
 use crate::format::report::pairs::PairReport;
 use crate::format::report::remaining::RemainingReport;
@@ -103,6 +105,10 @@ pub struct Report {
     /// Length of each operation's passes over the least that the cusp permits in their postures
     /// (docs/method.md#efficiency).
     pub efficiency: Vec<EfficiencyReport>,
+    /// Regions that the job limits to places where stock is left (`left_above`); absent without
+    /// any.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub left_above: Vec<LeftAboveReport>,
     /// How the postures of each operation were chosen, and the resulting motion of the rotary axes.
     pub postures: Vec<PosturesReport>,
     /// Whether each operation's passes keep the permitted cusp, the measures taken for it, and

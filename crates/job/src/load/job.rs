@@ -1,7 +1,10 @@
 //! Jobs as read, and their setups.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
 
+use facemill_cc_path::LeftRegion;
 use facemill_cl_data::{Aabb, CcPoint, PlacedSolid};
 use facemill_inverse_kinematics::{AxisKind, BlockLaw, BodyPose, Carrier, Machine};
 use facemill_nc_program::{PostSettings, ReadError, RtcpRapids, WorkOffset};
@@ -138,6 +141,9 @@ pub struct Setup<'a> {
     pub work_offset: WorkOffset,
     /// Reports on the mesh files.
     pub reports: Vec<MeshReport>,
+    /// Regions of operations by what is left, as far as they are measured
+    /// ([`left_region`](crate::setup::left_stock::left_region)), by the operations' names.
+    pub left_regions: Mutex<BTreeMap<String, Arc<LeftRegion>>>,
 }
 
 impl<'a> Setup<'a> {

@@ -36,9 +36,12 @@ pub(crate) fn named(job: &Job) -> impl Iterator<Item = &str> {
         let stock = if let StockFile::Mesh(mesh) = &setup.stock { Some(mesh.file.as_str()) } else { None };
         setup.meshes.iter().map(|mesh| mesh.file.as_str()).chain(stock)
     });
-    let of_operations = file.operations.iter().filter_map(|operation| match &operation.path {
-        PathFile::File(path) => Some(path.file.as_str()),
-        PathFile::Strategy(_) => None,
+    let of_operations = file.operations.iter().flat_map(|operation| {
+        let (path, region) = match &operation.path {
+            PathFile::File(path) => (Some(path.file.as_str()), &path.region),
+            PathFile::Strategy(strategy) => (None, &strategy.region),
+        };
+        path.into_iter().chain(region.left_above.iter().flat_map(|left| left.of.files()))
     });
     let others = [&file.second_tool, &file.post.template, &file.post.dialect_file].into_iter().flatten();
     [&file.tool, &file.machine].into_iter().chain(others).map(String::as_str).chain(of_setups).chain(of_operations)

@@ -15,6 +15,7 @@ use crate::format::job_file::{
 use crate::load::job::{Job, Setup};
 use crate::load::part_size::unit_advice;
 use crate::setup::cell::{LEAST_STEP, search_curve, wanted_uncut_left};
+use crate::setup::left_stock::{left_region, region_file};
 
 /// Length of cutting that takes as long as entry, exit and link of a pass, in radii of the cutter:
 /// two arcs of 8° about 12.5 radii are 3.5 long, and the links of the sample as long as the rest.
@@ -25,7 +26,8 @@ type SidedPass = (Pass<CcPoint>, bool);
 
 /// The passes of an operation.
 pub struct LaidPath {
-    /// Passes in cutting order, each with its search curve.
+    /// Passes in cutting order, each with its search curve; none where no more stock is left than
+    /// the region's `left_above`.
     pub tasks: Vec<LaidTask>,
     /// Number of pieces left out because they are shorter than required.
     pub dropped_pieces: usize,
@@ -62,7 +64,8 @@ fn laid_path(job: &Job, setup: &Setup<'_>, index: usize, operation: &OperationFi
             Ok(LaidTask { pass, uncut_left, curve: search_curve(job, operation, uncut_left)? })
         })
         .collect::<Result<Vec<_>, Failure>>()?;
-    if tasks.is_empty() {
+    let is_limited = region_file(operation).left_above.is_some();
+    if tasks.is_empty() && !is_limited {
         return Err(
             job.wrong(format!("{at}: no pass lies on the drive surface; widen the region or the strategy's range"))
         );
@@ -125,6 +128,10 @@ fn from_strategy(
             }
         },
     });
+    region.left = left_region(job, setup, operation, &region)?;
+    if region.left.as_ref().is_some_and(|left| left.is_empty()) {
+        return Ok((Vec::new(), 0));
+    }
     let surface = &setup.around_drive;
     let wanted = wanted_uncut_left(job, operation.direction);
     let settings = LaySettings {
@@ -156,7 +163,13 @@ fn from_strategy(
             surface.closest_point(&cc.position, tolerances.max_step_over_mm).and_then(|p| surface.curvature_at(&p));
         expected_strip_width(cutter, cc, curvature.as_ref(), &curve, tolerances.cusp_mm, tolerances.max_step_over_mm)
     };
-    let layout = lay_passes(surface, &region, &strategy, &settings, &strip_width, &Silent).map_err(wrong)?;
+    let layout = match lay_passes(surface, &region, &strategy, &settings, &strip_width, &Silent) {
+        // All that is left lies in islands that are smaller than a pass.
+        Err(PathError::NoPasses { n_dropped_pieces }) if region.left.is_some() => {
+            return Ok((Vec::new(), n_dropped_pieces));
+        }
+        layout => layout.map_err(wrong)?,
+    };
     let passes = layout.passes.into_iter().map(|p| (p.pass, p.uncut == UncutSide::Left)).collect();
     Ok((passes, layout.n_dropped_pieces))
 }

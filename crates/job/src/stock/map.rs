@@ -7,9 +7,9 @@ use facemill_z_map::{DexelMap, GridError, MeshStockError, TriDexel};
 use nalgebra::Isometry3;
 
 use crate::failure::Failure;
+use crate::frames::places;
 use crate::load::job::{Job, Setup};
 use crate::load::obstacle_meshes::ObstacleRole;
-use crate::setup::pattern::places;
 use crate::stock::rest::Origin;
 
 /// Region of the stock that has lines.

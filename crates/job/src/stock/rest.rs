@@ -18,7 +18,20 @@ use crate::stock::setup_order::follows;
 /// If the file cannot be read, is not a stock file, is damaged, or holds the rest of other stock:
 /// the message says what differs.
 pub fn read_rest(job: &Job, setup: usize, path: &Path) -> Result<DexelMap, Failure> {
-    let rest = DexelMap::from_bytes(&files::read(path)?).map_err(|e| Failure::input(path, e))?;
+    rest_of_bytes(job, setup, path, &files::read(path)?)
+}
+
+/// Reads the same from a file that the job names.
+///
+/// # Errors
+/// As [`read_rest`].
+pub fn read_named_rest(job: &Job, setup: usize, name: &str) -> Result<DexelMap, Failure> {
+    let path = job.beside(name);
+    rest_of_bytes(job, setup, &path, &job.files.bytes(&path)?)
+}
+
+fn rest_of_bytes(job: &Job, setup: usize, path: &Path, bytes: &[u8]) -> Result<DexelMap, Failure> {
+    let rest = DexelMap::from_bytes(bytes).map_err(|e| Failure::input(path, e))?;
     let Some(began_as) = Origin::from_bytes(rest.origin()) else {
         let message = "does not identify its stock before cutting: write it again with facemill verify --rest-out";
         return Err(Failure::input(path, message));

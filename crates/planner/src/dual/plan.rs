@@ -39,6 +39,7 @@ use crate::program::rounds::{ProgramOfHeads, VerifiedProgram, verified_program};
 use crate::program::timing::control_assumption;
 use crate::report::chip_files::ChipFiles;
 use crate::report::efficiencies::efficiencies;
+use crate::report::left_above::left_above;
 use crate::report::pass_files::pass_files;
 use crate::report::reporting::report;
 use crate::stage_clock::Clock;
@@ -138,6 +139,7 @@ pub(crate) fn plan_dual_setup(
     report.stock = of_stock;
     report.remaining = program.remaining(stages)?;
     report.efficiency = efficiencies(&jobs_of, setups[0], &planned)?;
+    report.left_above = planned.iter().zip(&heads).filter_map(|(o, &h)| left_above(jobs[h], setups[h], o)).collect();
     clock.lap("material left");
     report.links = links;
     let (suffix, state) = name_parts(job, setups[0], &report);

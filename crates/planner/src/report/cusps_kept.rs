@@ -3,7 +3,7 @@
 
 use facemill_job::format::job_file::{OperationFile, PathFile};
 use facemill_job::format::report::cusps::{CuspReasonReport, CuspsKeptReport};
-use facemill_job::setup::pattern::places;
+use facemill_job::frames::places;
 use facemill_tool_model::Cusp;
 use nalgebra::{Isometry3, Point3};
 

@@ -4,8 +4,8 @@ use facemill_cc_path::{PathFile, write_path_file};
 use facemill_cl_data::{CcPoint, Pass};
 use facemill_cutter_location::cusp::strips::strip_width;
 use facemill_job::format::report::Report;
+use facemill_job::frames::places;
 use facemill_job::load::job::{Job, Setup};
-use facemill_job::setup::pattern::places;
 use facemill_tool_path::moves::PieceMoves;
 use nalgebra::Isometry3;
 

@@ -116,6 +116,7 @@ pub(crate) fn report(
         worst,
         remaining: None,
         efficiency: Vec::new(),
+        left_above: Vec::new(),
         postures: operations.iter().zip(jobs).map(|(o, job)| postures_report(job, o)).collect(),
         cusps: operations.iter().map(cusps_kept).collect(),
         chips: chip_reports(jobs, operations, timed),

@@ -90,6 +90,11 @@ impl DexelGrid {
         Ok(Self { work_from_map, origin, cell, n_lines })
     }
 
+    /// The lattice, moved.
+    pub(crate) fn moved(&self, motion: &Isometry3<f64>) -> Self {
+        Self { work_from_map: motion * self.work_from_map, ..*self }
+    }
+
     /// Motion from the map's frame, whose z the lines are along, to the workpiece's.
     pub fn work_from_map(&self) -> &Isometry3<f64> {
         &self.work_from_map

@@ -67,6 +67,12 @@ impl DexelMap {
         Self { origin, ..self }
     }
 
+    /// The same material, moved.
+    #[must_use]
+    pub fn moved(self, motion: &Isometry3<f64>) -> Self {
+        Self { grid: self.grid.moved(motion), ..self }
+    }
+
     /// The mark of [`with_origin`](Self::with_origin); empty where there is none.
     pub fn origin(&self) -> &[u8] {
         &self.origin

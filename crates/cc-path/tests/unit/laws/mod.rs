@@ -3,6 +3,7 @@
 mod constant_scallop;
 mod edge_fill;
 mod flow;
+mod left_above;
 mod parts;
 mod passes;
 mod points;

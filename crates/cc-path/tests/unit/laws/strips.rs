@@ -68,7 +68,7 @@ fn widths_below_the_smallest_step_over_are_counted() {
 fn every_place_of_the_region_is_within_a_step_over_of_a_pass() {
     let cone = NormalCone { axis: Vector3::z_axis(), half_angle: 0.5 };
     let bounds = Aabb { min: Point3::new(11.0, 7.0, -4.0), max: Point3::new(83.0, 66.0, 20.0) };
-    let region = Region { groups: None, normal_cone: Some(cone), bounds: Some(bounds) };
+    let region = Region { normal_cone: Some(cone), bounds: Some(bounds), ..Region::default() };
     let s = surface(waves(40));
     let settings = LaySettings { max_step_over: 3.0, ..LaySettings::default() };
     for strategy in [planes(oblique()), rings(Point3::new(-10.0, 20.0, 0.0), 0.0, 1e4)] {

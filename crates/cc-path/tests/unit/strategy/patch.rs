@@ -1,3 +1,4 @@
+use crate::left_region::{LeftRegion, StockHeight};
 use crate::strategy::patch::*;
 use crate::strategy::sections::{CylindricalSections, ParallelPlanes};
 use crate::test_kit::{plane, sphere_patch, surface};
@@ -79,4 +80,27 @@ fn weights_give_the_point_back() {
         let [a, b, c] = barycentric(&p, &t);
         assert!((a - x).abs() + (b - y).abs() + (c - z).abs() < 1e-9);
     }
+}
+
+#[test]
+fn a_border_of_what_is_left_that_would_take_too_many_triangles_is_refused() {
+    let s = surface(plane(100.0, 80.0, 1, 1));
+    let place = |k: i32| {
+        let position = Point3::new(f64::from(k % 25) * 4.0, f64::from(k / 25) * 4.0, 0.0);
+        StockHeight { position, normal: Vector3::z_axis(), height: 1.0, reach: 0.1, area: 1.0 }
+    };
+    let left = LeftRegion::new(&(0..500).map(place).collect::<Vec<_>>(), 0.15, 0.4);
+    let mut cut = Pieces::of(&s, &[0, 1]);
+    let refused = cut.keep_left(&s, &left, 5_000).unwrap_err().to_string();
+    assert!(refused.contains("left_above.overlap_mm is 0.4"), "{refused}");
+    let mut cut = Pieces::of(&s, &[0, 1]);
+    cut.keep_left(&s, &left, 500_000).unwrap();
+    let area = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| cut.vertices[v as usize]);
+        0.5 * (b - a).cross(&(c - a)).norm()
+    };
+    // Discs of 0.5 mm, those on the border of the plate in part.
+    let area: f64 = cut.triangles.iter().map(area).sum();
+    let discs = (24.0 * 19.0 + 0.5 * (2.0 * 19.0 + 24.0) + 0.25 * 2.0) * std::f64::consts::PI * 0.25;
+    assert!((area / discs - 1.0).abs() < 0.03, "{area} of {discs}");
 }

@@ -1,0 +1,292 @@
+//! Places of an operation's region where stock is left, and the heights of stock above its drive
+//! surface.
+
+use std::sync::{Arc, PoisonError};
+
+use facemill_cc_path::{
+    LeftAboveFile, LeftOfFile, LeftRegion, ProgramWithToolFile, Region, RegionFile, RegionSample, RequestedRegion,
+    StockHeight, Strategy,
+};
+use facemill_cl_data::{Aabb, CcPoint, Silent};
+use facemill_tool_model::{ToolAssembly, ToolFile};
+use facemill_virtual_machine::{VerifySettings, swept_by_cuts};
+use facemill_z_map::{DexelMap, SurfacePlace, SweptCutter, left_heights};
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use crate::failure::Failure;
+use crate::format::job_file::{OperationFile, PathFile};
+use crate::frames::places;
+use crate::load::job::{Job, Setup};
+use crate::setup::scene::Scene;
+use crate::stock::map::StockMeshes;
+use crate::stock::rest::read_named_rest;
+
+/// Largest number of samples of a region, in all places of its pattern: 100,000 take a second of
+/// processor time on a program of 100,000 blocks.
+const MAX_SAMPLES: f64 = 200_000.0;
+
+/// Smallest distance of samples, mm: stock of less width is cut with what is around it.
+const FINEST: f64 = 0.25;
+
+/// Largest distance of samples beside a sample, as a multiple of their spacing: each cell of a
+/// square lattice has one anywhere in it, and facets lean by up to 55° from the lattice.
+const SAMPLE_REACH: f64 = 2.0;
+
+/// Largest cosine between normal and lines at which stock on lines does not show the height above a
+/// facet: within 10° of upright.
+const WALL: f64 = 0.174;
+
+/// Samples by which it is checked that a rest has lines over a region.
+const COVERED_SAMPLES: f64 = 2_000.0;
+
+/// Largest error of a point of the cutter in the measurement of heights, mm.
+const MOTION_TOLERANCE: f64 = 0.002;
+
+/// Largest measured height, mm.
+const MAX_HEIGHT: f64 = 1000.0;
+
+/// Returns the region of an operation's strategy or path file that the job limits by what is left;
+/// `None` if it does not. `region` has the other conditions. Heights are measured once for each
+/// setup that is read; in a pattern, stock is left where it is left in any place.
+///
+/// # Errors
+/// If there is no stock to measure, a file is wrong or of other stock, or a program cannot be run.
+pub fn left_region(
+    job: &Job,
+    setup: &Setup<'_>,
+    operation: &OperationFile,
+    region: &Region,
+) -> Result<Option<Arc<LeftRegion>>, Failure> {
+    let Some(file) = &region_file(operation).left_above else { return Ok(None) };
+    let known = || setup.left_regions.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(found) = known().get(&operation.name) {
+        return Ok(Some(found.clone()));
+    }
+    let kind = if matches!(operation.path, PathFile::File(_)) { "file" } else { "strategy" };
+    let at = format!("operation \"{}\": path.{kind}.region.left_above", operation.name);
+    let wrong = |message: String| job.wrong(format!("{at}: {message}"));
+    let strategy = match &operation.path {
+        PathFile::Strategy(s) => Some(s.strategy.to_strategy().map_err(|e| wrong(e.to_string()))?),
+        PathFile::File(_) => None,
+    };
+    let measured = RegionMeasurement {
+        job,
+        setup,
+        region,
+        strategy: strategy.as_ref(),
+        places: places(operation.pattern.as_ref()),
+        wrong: &wrong,
+    };
+    let found = Arc::new(measured.left(file)?);
+    known().insert(operation.name.clone(), found.clone());
+    Ok(Some(found))
+}
+
+/// Returns the region of an operation, as the job states it.
+pub fn region_file(operation: &OperationFile) -> &RegionFile {
+    match &operation.path {
+        PathFile::Strategy(s) => &s.region,
+        PathFile::File(f) => &f.region,
+    }
+}
+
+/// Region on which heights of stock are measured.
+struct RegionMeasurement<'m> {
+    job: &'m Job,
+    setup: &'m Setup<'m>,
+    region: &'m Region,
+    strategy: Option<&'m Strategy>,
+    /// Places of the pattern.
+    places: Vec<Isometry3<f64>>,
+    /// Makes an error of a message.
+    wrong: &'m dyn Fn(String) -> Failure,
+}
+
+impl RegionMeasurement<'_> {
+    fn left(&self, file: &LeftAboveFile) -> Result<LeftRegion, Failure> {
+        let heights = match &file.of {
+            LeftOfFile::InitialStock => self.of_initial_stock()?,
+            LeftOfFile::Rest(name) => self.of_rest(name)?,
+            LeftOfFile::Programs(programs) => self.of_programs(programs)?,
+        };
+        Ok(LeftRegion::new(&heights, file.height_mm, file.overlap_mm))
+    }
+
+    fn requested(&self) -> Result<RequestedRegion<'_>, Failure> {
+        RequestedRegion::new(&self.setup.around_drive, self.region, self.strategy)
+            .map_err(|e| (self.wrong)(e.to_string()))
+    }
+
+    /// Returns samples of the region in one place of the pattern, and their spacing, mm.
+    fn samples(&self) -> Result<(Vec<RegionSample>, f64), Failure> {
+        let requested = self.requested()?;
+        let area_each = (requested.facet_area() * self.places.len() as f64 / MAX_SAMPLES).max(FINEST * FINEST);
+        Ok((requested.samples(area_each), area_each.sqrt()))
+    }
+
+    fn of_initial_stock(&self) -> Result<Vec<StockHeight>, Failure> {
+        self.check_stock()?;
+        let (samples, spacing) = self.samples()?;
+        let highest = |sample: &RegionSample| {
+            let above = |place| self.surface_place(place, sample, 0.0).stock;
+            self.places.iter().map(above).fold(0.0, f64::max)
+        };
+        Ok(samples.iter().map(|s| stock_height(s, highest(s), SAMPLE_REACH * spacing)).collect())
+    }
+
+    /// Refuses stock that has nothing above the drive surface.
+    fn check_stock(&self) -> Result<(), Failure> {
+        let setup = self.setup;
+        if setup.stock_solid.is_some() || setup.stock_thickness > setup.drive_allowance {
+            return Ok(());
+        }
+        let message = format!(
+            "the stock of setup \"{}\" is nowhere above the drive surface (an offset of {} mm, with {} mm to be left), so none \
+             is left; state the stock, or measure a rest or programs",
+            setup.file.name, setup.stock_thickness, setup.drive_allowance
+        );
+        Err((self.wrong)(message))
+    }
+
+    /// Returns a sample in a place of the pattern, on the surface to be left, with the stock above
+    /// it; without stated stock, with `reach` mm.
+    fn surface_place(&self, place: &Isometry3<f64>, sample: &RegionSample, reach: f64) -> SurfacePlace {
+        let normal = place * sample.normal;
+        let position = place * sample.position + normal.into_inner() * self.setup.drive_allowance;
+        let feed = normal.into_inner().cross(&if normal.x.abs() < 0.9 { Vector3::x() } else { Vector3::y() });
+        let above = CcPoint::new(position, normal.into_inner(), feed).map_or(0.0, |cc| self.setup.stock_above(&cc));
+        let is_stated = above > 0.0 || self.setup.stock_solid.is_some();
+        SurfacePlace { position, normal, stock: if is_stated { above.min(MAX_HEIGHT) } else { reach } }
+    }
+
+    fn of_programs(&self, programs: &[ProgramWithToolFile]) -> Result<Vec<StockHeight>, Failure> {
+        let swept: Vec<(SweptCutter, f64)> =
+            programs.iter().map(|program| self.swept_by(program)).collect::<Result<_, _>>()?;
+        let reach = swept.iter().map(|(_, radius)| *radius).fold(0.0, f64::max);
+        let sweeps: Vec<SweptCutter> = swept.into_iter().map(|(sweep, _)| sweep).collect();
+        let (samples, spacing) = self.samples()?;
+        let mut highest = vec![0.0_f64; samples.len()];
+        for place in &self.places {
+            let on: Vec<SurfacePlace> = samples.iter().map(|s| self.surface_place(place, s, reach)).collect();
+            let left = left_heights(&sweeps, &on, &Silent).map_err(|_| Failure::Interrupted)?;
+            highest.iter_mut().zip(left).for_each(|(most, left)| *most = most.max(left.height));
+        }
+        let height = |(s, height): (&RegionSample, f64)| stock_height(s, height, SAMPLE_REACH * spacing);
+        Ok(samples.iter().zip(highest).map(height).collect())
+    }
+
+    /// Returns all that a program sweeps in this setup, and the radius of its cutter.
+    fn swept_by(&self, program: &ProgramWithToolFile) -> Result<(SweptCutter, f64), Failure> {
+        if self.job.second.is_some() {
+            let message = "of.programs: programs of machines with two heads are not measured; cut the stock with them \
+                           (verify --rest-out), and give the rest";
+            return Err((self.wrong)(message.to_owned()));
+        }
+        let tool = match &program.tool {
+            Some(name) => read_tool(self.job, name)?,
+            None => self.job.tool.clone(),
+        };
+        let (path, radius) = (self.job.beside(&program.file), tool.cutter().radius());
+        let job = Job { tool, ..self.job.clone() };
+        let text = self.job.files.bytes(&path)?;
+        let dialect = job.post.dialect();
+        let read = job.read_program(&text, dialect).map_err(|e| Failure::input(&path, e))?;
+        let scene = Scene::new(&job, self.setup, self.index())?;
+        let at = scene.virtual_setup(dialect);
+        let swept = swept_by_cuts(&read, &at, &VerifySettings::default(), MOTION_TOLERANCE, &Silent)
+            .map_err(|e| Failure::input(&path, e))?;
+        if swept.n_motions() == 0 {
+            let message =
+                format!("has no cutting move of tool \"{}\" on this machine, so it leaves all stock", job.tool.name());
+            return Err(Failure::input(&path, message));
+        }
+        Ok((swept, radius))
+    }
+
+    /// Returns the index of the setup in the job.
+    fn index(&self) -> usize {
+        let name = &self.setup.file.name;
+        self.job.file.setups.iter().position(|s| s.name == *name).unwrap_or(0)
+    }
+
+    /// Returns the heights where lines of a rest meet the region, and unknown ones on walls along
+    /// the lines.
+    fn of_rest(&self, name: &str) -> Result<Vec<StockHeight>, Failure> {
+        let rest = read_named_rest(self.job, self.index(), name)?;
+        let requested = self.requested()?;
+        let mut heights = Vec::new();
+        for place in &self.places {
+            let rest = rest.clone().moved(&place.inverse());
+            self.check_covered(name, &requested, &rest, place)?;
+            heights.extend(self.on_lines(&requested, &rest)?);
+        }
+        let along = rest.grid().work_from_map().rotation * Vector3::z_axis();
+        let cell = rest.grid().cell();
+        let is_wall = |s: &RegionSample| self.places.iter().any(|place| (place * s.normal).dot(&along).abs() < WALL);
+        let samples = requested.samples(cell * cell);
+        heights
+            .extend(samples.iter().filter(|s| is_wall(s)).map(|s| stock_height(s, f64::INFINITY, SAMPLE_REACH * cell)));
+        Ok(heights)
+    }
+
+    fn on_lines(&self, requested: &RequestedRegion<'_>, rest: &DexelMap) -> Result<Vec<StockHeight>, Failure> {
+        let surface = &self.setup.around_drive;
+        let found = rest.deviation(rest, surface, &Silent).map_err(|e| (self.wrong)(format!("of.rest: {e}")))?;
+        let (cell, along) = (rest.grid().cell(), rest.grid().work_from_map().rotation * Vector3::z_axis());
+        let heights = found.places().filter(|p| requested.contains(p.triangle, &p.position)).filter_map(|p| {
+            let normal = surface.facet_normal(p.triangle)?;
+            let rise = normal.dot(&along).abs();
+            (rise >= WALL).then(|| StockHeight {
+                position: p.position,
+                normal,
+                height: p.deviation - self.setup.drive_allowance,
+                reach: std::f64::consts::SQRT_2 * cell / rise,
+                area: cell * cell / rise / self.places.len() as f64,
+            })
+        });
+        Ok(heights.collect())
+    }
+
+    /// Refuses a rest that has no lines over some of the region, although there is stock.
+    fn check_covered(
+        &self,
+        name: &str,
+        requested: &RequestedRegion<'_>,
+        rest: &DexelMap,
+        place: &Isometry3<f64>,
+    ) -> Result<(), Failure> {
+        let stock: Aabb = StockMeshes::of(self.setup).extents();
+        let (grid, map_from_work) = (rest.grid(), rest.grid().work_from_map().inverse());
+        let samples = requested.samples((requested.facet_area() / COVERED_SAMPLES).max(f64::MIN_POSITIVE));
+        let is_unknown = |s: &&RegionSample| {
+            let (in_map, in_work): (Point3<f64>, Point3<f64>) = (map_from_work * s.position, place * s.position);
+            (0..2).any(|k| {
+                let beyond = in_map[k] - grid.origin()[k];
+                !(-grid.cell()..=(grid.n_lines()[k] as f64 + 1.0) * grid.cell()).contains(&beyond)
+            }) && (0..2).all(|k| (stock.min[k]..=stock.max[k]).contains(&in_work[k]))
+        };
+        match samples.iter().find(is_unknown) {
+            None => Ok(()),
+            Some(s) => {
+                let p = place * s.position;
+                let message = format!(
+                    "of.rest: {name} has no lines at ({:.1}, {:.1}, {:.1}), on the region; cut all of the stock (verify \
+                     --stock-region whole), or bound the region",
+                    p.x, p.y, p.z
+                );
+                Err((self.wrong)(message))
+            }
+        }
+    }
+}
+
+fn stock_height(sample: &RegionSample, height: f64, reach: f64) -> StockHeight {
+    StockHeight { position: sample.position, normal: sample.normal, height, reach, area: sample.area }
+}
+
+fn read_tool(job: &Job, name: &str) -> Result<ToolAssembly, Failure> {
+    let path = job.beside(name);
+    let file: ToolFile =
+        facemill_file_format::from_json(&job.files.text(&path)?).map_err(|e| Failure::input(&path, e))?;
+    ToolAssembly::new(file).map_err(|e| Failure::input(&path, e))
+}
