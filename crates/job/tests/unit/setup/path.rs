@@ -45,22 +45,66 @@ fn check(job: &Job, direction: &str, case: &str) {
     let setup = Setup::read(job, 0).unwrap();
     let laid = lay(job, &setup, 0, &job.file.operations[0]).unwrap();
     assert!(laid.tasks.len() >= 2, "{case}");
-    let clockwise = job.tool.spindle_rotation() == facemill_tool_model::SpindleRotation::Clockwise;
     for pair in laid.tasks.windows(2) {
         let cc = &pair[0].pass.points[pair[0].pass.points.len() / 2];
         let nearest = |p: &&CcPoint| ((p.position - cc.position).norm() * 1e6) as u64;
         let next = pair[1].pass.points.iter().min_by_key(nearest).unwrap();
         let way = next.position - cc.position;
         let toward_uncut = (way - cc.feed.into_inner() * way.dot(&cc.feed)).normalize();
-        let posture = pair[0].curve.end();
-        assert!(posture.rotate.abs() > 1.0, "{case}");
-        let cl = cl_from_cc(job.tool.cutter(), cc, posture);
-        let spin: Vector3<f64> = cl.axis.into_inner() * if clockwise { -1.0 } else { 1.0 };
-        let tooth = spin.cross(&toward_uncut);
-        let against = tooth.dot(&cc.feed) < 0.0;
-        assert_eq!(against, direction == "climb", "{case}");
-        assert!(cl.axis.dot(&toward_uncut) > 0.1, "{case}: the axis leans away from the uncut stock");
+        check_point(job, &pair[0], cc, toward_uncut, direction, case);
     }
+}
+
+fn check_point(job: &Job, task: &LaidTask, cc: &CcPoint, toward_uncut: Vector3<f64>, direction: &str, case: &str) {
+    let clockwise = job.tool.spindle_rotation() == facemill_tool_model::SpindleRotation::Clockwise;
+    let posture = task.curve.end();
+    assert!(posture.rotate.abs() > 1.0, "{case}");
+    let cl = cl_from_cc(job.tool.cutter(), cc, posture);
+    let spin: Vector3<f64> = cl.axis.into_inner() * if clockwise { -1.0 } else { 1.0 };
+    let tooth = spin.cross(&toward_uncut);
+    let against = tooth.dot(&cc.feed) < 0.0;
+    assert_eq!(against, direction == "climb", "{case}");
+    assert!(cl.axis.dot(&toward_uncut) > 0.1, "{case}: the axis leans away from the uncut stock");
+}
+
+#[test]
+fn direction_and_spindle_decide_feed_and_lean_of_flows_and_spirals() {
+    let end = |y: f64| json!({ "plane": { "origin_mm": [0, y, 0], "normal": [0, 1, 0] } });
+    let flow = json!({ "flow": { "from": end(-200.0), "to": end(200.0) } });
+    let rings = json!({ "axis_direction": [0, 0, 1], "from_radius_mm": 0, "to_radius_mm": 150 });
+    let spiral = json!({ "spiral": { "cylindrical_sections": rings } });
+    for direction in ["climb", "conventional"] {
+        for order in ["increasing", "decreasing"] {
+            let job = |folder: &Path, strategy: &Value| {
+                let path = json!({ "strategy": { "strategy": strategy, "order": order } });
+                let changes = [("/operations/0/direction", json!(direction)), ("/operations/0/path", path)];
+                job_with(folder, "clockwise", &changes)
+            };
+            let folder = tempfile::tempdir().unwrap();
+            check(&job(folder.path(), &flow), direction, &format!("flow {direction} {order}"));
+            let folder = tempfile::tempdir().unwrap();
+            let job = job(folder.path(), &spiral);
+            let setup = Setup::read(&job, 0).unwrap();
+            let laid = lay(&job, &setup, 0, &job.file.operations[0]).unwrap();
+            let [task] = laid.tasks.as_slice() else { panic!("{} passes", laid.tasks.len()) };
+            let cc = &task.pass.points[task.pass.points.len() / 2];
+            let out = cc.position.coords - cc.normal.into_inner() * cc.normal.dot(&cc.position.coords);
+            let toward_uncut = if order == "increasing" { out } else { -out }.normalize();
+            check_point(&job, task, cc, toward_uncut, direction, &format!("spiral {direction} {order}"));
+        }
+    }
+}
+
+#[test]
+fn an_end_of_a_flow_that_is_no_border_is_named() {
+    let end = |y: f64| json!({ "plane": { "origin_mm": [0, y, 0], "normal": [0, 1, 0] } });
+    let flow = json!({ "flow": { "from": end(-200.0), "to": end(150.0) } });
+    let folder = tempfile::tempdir().unwrap();
+    let job =
+        job_with(folder.path(), "clockwise", &[("/operations/0/path", json!({ "strategy": { "strategy": flow } }))]);
+    let setup = Setup::read(&job, 0).unwrap();
+    let e = lay(&job, &setup, 0, &job.file.operations[0]).err().expect("no border there").to_string();
+    assert!(e.contains("operations[0].path.strategy: flow.to: no border of the region lies within 0.05 mm"), "{e}");
 }
 
 #[test]
