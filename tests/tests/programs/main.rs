@@ -8,6 +8,7 @@ mod command_line;
 mod constant_scallop;
 mod feed_modes;
 mod first_contact;
+mod flow_and_spiral;
 mod left_above;
 mod limits;
 mod machines;
