@@ -114,8 +114,8 @@ impl LinkTool {
 }
 
 /// Runs a program and shows every link with the stock as it is there. The stock is cut as
-/// [`run_stock`](crate::stock::run::run_stock) does, by all heads, and is the rest when this returns
-/// without an error.
+/// [`run_stock`](crate::stock::run::run_stock) does, by all heads, and is the rest when this
+/// returns without an error.
 ///
 /// `heads` has the setup of each head of the machine. On a link the tool of every head is tested
 /// against the stock, over the motion of all axes. A link that may not change for one head is held.

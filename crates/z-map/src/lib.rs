@@ -3,10 +3,9 @@
 //!
 //! CLOPT tests a tool pose against a Z-map: the surface's z at the (x, y) of a point is compared
 //! with the point's z. Between nodes such an answer ([`ZMap::height_at`]) is an estimate; a
-//! [`ZMap`] therefore also keeps the maximum of the mesh over every cell, which no point of the mesh
-//! exceeds, and a pyramid of maxima over them.
-//! [`certainly_free`] answers from those alone: "free" is proven, anything else means that the mesh
-//! has to decide.
+//! [`ZMap`] therefore also keeps the maximum of the mesh over every cell, which no point of the
+//! mesh exceeds, and a pyramid of maxima over them. [`certainly_free`] answers from those alone:
+//! "free" is proven, anything else means that the mesh has to decide.
 //!
 //! [`NodeHeights`] has the heights alone, where no proof is needed.
 //!

@@ -1,5 +1,5 @@
-//! Figures of the sample job in the pages against the stored summary of its plan. `.ci/run` compares
-//! that with a plan.
+//! Figures of the sample job in the pages against the stored summary of its plan. `.ci/run`
+//! compares that with a plan.
 
 use facemill_tests::sample_figures::{PAGES, SampleFigures};
 use facemill_tests::shared::workspace;

@@ -69,7 +69,7 @@ impl<'a> CurveDistance<'a> {
                 this.offer(hint, triangle, &mut queue);
             }
         }
-        while let Some(Entry { distance, vertex, foot }) = queue.heap.pop() {
+        while let Some(QueueEntry { distance, vertex, foot }) = queue.heap.pop() {
             if distance > queue.nearest[vertex as usize] || this.hints[vertex as usize].is_some() {
                 continue;
             }
@@ -143,7 +143,7 @@ fn arc_over_chord(chord: &Unit<Vector3<f64>>, start: &Unit<Vector3<f64>>, end: &
 /// Vertices to be settled, the nearest first.
 struct Queue {
     nearest: Vec<f64>,
-    heap: BinaryHeap<Entry>,
+    heap: BinaryHeap<QueueEntry>,
     reach: f64,
 }
 
@@ -152,32 +152,32 @@ impl Queue {
         let nearest = &mut self.nearest[vertex as usize];
         if foot.distance < *nearest && foot.distance <= self.reach {
             *nearest = foot.distance;
-            self.heap.push(Entry { distance: foot.distance, vertex, foot });
+            self.heap.push(QueueEntry { distance: foot.distance, vertex, foot });
         }
     }
 }
 
-struct Entry {
+struct QueueEntry {
     distance: f64,
     vertex: u32,
     foot: CurveFoot,
 }
 
-impl PartialEq for Entry {
+impl PartialEq for QueueEntry {
     fn eq(&self, other: &Self) -> bool {
         self.cmp(other) == Ordering::Equal
     }
 }
 
-impl Eq for Entry {}
+impl Eq for QueueEntry {}
 
-impl PartialOrd for Entry {
+impl PartialOrd for QueueEntry {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         Some(self.cmp(other))
     }
 }
 
-impl Ord for Entry {
+impl Ord for QueueEntry {
     /// Nearer is larger, for a heap that gives the largest.
     fn cmp(&self, other: &Self) -> Ordering {
         let key = |e: &Self| (e.vertex, e.foot.curve, e.foot.at.node);

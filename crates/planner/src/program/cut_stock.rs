@@ -56,10 +56,10 @@ pub(crate) struct CuttingHead<'a> {
     pub settings: VerifySettings,
 }
 
-/// Cuts the stock by a program of all heads and adds collisions with it to the head's verifications:
-/// if links may go through cut stock, also those between its lines. Otherwise removes contacts of
-/// machine bodies with the initial stock that the cut stock disproves. Returns also the description
-/// of the check on which this rests.
+/// Cuts the stock by a program of all heads and adds collisions with it to the head's
+/// verifications: if links may go through cut stock, also those between its lines. Otherwise
+/// removes contacts of machine bodies with the initial stock that the cut stock disproves. Returns
+/// also the description of the check on which this rests.
 ///
 /// # Errors
 /// If the stages are cancelled.

@@ -178,7 +178,8 @@ pub(crate) struct OwnProgram<'a> {
     pub operations: &'a [PlannedOperation<'a>],
     pub texts: &'a Texts,
     /// Bodies tested only against the stock at that time, by
-    /// [`cut_by_heads`](crate::program::cut_stock::cut_by_heads), and not against the initial stock.
+    /// [`cut_by_heads`](crate::program::cut_stock::cut_by_heads), and not against the initial
+    /// stock.
     pub as_cut: HeldAsCut,
 }
 

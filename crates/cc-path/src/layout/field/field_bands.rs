@@ -108,19 +108,19 @@ impl MeanSlope {
 }
 
 /// A triangle of a patch as far as the field goes.
-struct Facet {
+struct FacetBand {
     triangle: usize,
     area: f64,
     level: f64,
     slope: f64,
 }
 
-fn facets<'a>(patch: &'a Patch) -> impl Iterator<Item = Facet> + 'a {
+fn facets<'a>(patch: &'a Patch) -> impl Iterator<Item = FacetBand> + 'a {
     patch.mesh.triangles().iter().enumerate().filter_map(|(triangle, corners)| {
         let levels = corners.map(|v| patch.levels[v as usize]);
         let slope = facet_gradient(&patch.mesh.corners(triangle), levels)?.norm();
         let area = 0.5 * patch.mesh.scaled_normal(triangle).norm();
-        Some(Facet { triangle, area, level: levels.iter().sum::<f64>() / 3.0, slope })
+        Some(FacetBand { triangle, area, level: levels.iter().sum::<f64>() / 3.0, slope })
     })
 }
 
@@ -136,7 +136,7 @@ const FLAT: f64 = 0.8;
 /// its levels is off, which is a sum over a strip. The mean by level has no noise and no bias at
 /// borders, and what is left differs little between neighbours, so it may be smoothed.
 fn smooth_slopes(patch: &Patch, mean: &MeanSlope) -> Vec<f64> {
-    let facets: Vec<Facet> = facets(patch).collect();
+    let facets: Vec<FacetBand> = facets(patch).collect();
     let mut of_facets: Vec<f64> = facets.iter().map(|f| f.slope / mean.at(f.level)).collect();
     let n = patch.mesh.vertices().len();
     let mut shares = vec![0.0; n];

@@ -17,7 +17,7 @@ use crate::strategy::patch::Patch;
 use crate::strategy::settings::{Direction, LaySettings, Pattern};
 use crate::strategy::size::{MAX_CROSSINGS, MAX_LEVELS, StepOverCause};
 
-/// What fronts are laid on and by.
+/// Patch, widths and settings that fronts are laid by.
 pub(crate) struct FrontContext<'a> {
     pub(crate) patch: &'a Patch<'a>,
     pub(crate) vertices: &'a PatchVertices,
@@ -58,7 +58,7 @@ pub(crate) struct FrontStep {
     pub(crate) starts: Option<Direction>,
 }
 
-/// What is known of the vertices of a patch.
+/// State of the vertices of a patch while fronts advance over it.
 pub(crate) struct Advance<'a> {
     context: &'a FrontContext<'a>,
     /// Whether a front has passed.

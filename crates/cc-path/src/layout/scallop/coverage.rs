@@ -1,4 +1,4 @@
-//! What passes leave beside them.
+//! Material that passes leave beside them.
 
 use crate::distance::curve_distance::CurveDistance;
 use crate::distance::patch_vertices::{PatchVertices, on_edge};

@@ -33,7 +33,7 @@ pub(crate) struct Lanes {
     lanes: Vec<Lane>,
 }
 
-/// What a step goes by.
+/// Settings of a step from one front to the next.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct StepSettings {
     /// Share of the width that the first step has: a half from a border, which is no pass.
@@ -48,7 +48,7 @@ pub(crate) struct StepSettings {
     pub(crate) pass_cost: f64,
 }
 
-/// What some passes bring together: length of passes as wide as allowed, and length and cost.
+/// Gain of some passes together: length of passes as wide as allowed, and length and cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Gain {
     work: f64,

@@ -63,7 +63,7 @@ impl ScallopLayout {
             }
             let borders: Vec<_> = borders.into_iter().map(|p| (p, BaseKind::Border)).collect();
             advance.run(&borders)?;
-            // What its fronts did not reach is no wider than an edge: it is never asked for again.
+            // What its fronts did not reach is no wider than an edge: it is not tried again.
             let of_component = component.iter().zip(patch.mesh.triangles()).filter(|(is_in, _)| **is_in);
             of_component.flat_map(|(_, v)| v).for_each(|&v| advance.behind[v as usize] = true);
         }

@@ -325,8 +325,8 @@ impl<'a> MotionResolver<'a> {
         let vector = motion.tool.as_ref().and_then(|tool| tool.axis);
         for (k, axis) in words.axes().iter().enumerate() {
             let coordinate = "XYZ".find(axis.letter.letter()).filter(|_| axis.letter.number() == 0);
-            // An axis that a former block sent to a machine position, and this one does not name, is
-            // there: its rotary word stays, and its coordinate is that of the tip.
+            // An axis that a former block sent to a machine position, and this one does not name,
+            // is there: its rotary word stays, and its coordinate is that of the tip.
             let at = motion.position.get(axis.letter);
             let is_left = matches!(at, Some(AxisAt::Machine(_) | AxisAt::Reference(_)))
                 && !motion.position.is_programmed(axis.letter);
