@@ -170,6 +170,79 @@ pub enum PathError {
         /// Distance allowed, mm.
         most: f64,
     },
+    /// A strategy names one group where it needs two.
+    #[error("{setting} names \"{group}\" twice; name the two groups that meet")]
+    SameGroup {
+        /// Name of the setting.
+        setting: &'static str,
+        /// The group.
+        group: String,
+    },
+    /// The groups that an edge is to lie between do not touch.
+    #[error(
+        "edge.line.between_groups: groups \"{}\" and \"{}\" have no common border in the region; in it \"{}\" borders \
+         on {}. Name another group, widen the region, or take the line \"ridge\"",
+        groups[0], groups[1], groups[0], list(neighbours)
+    )]
+    NoGroupBorder {
+        /// The groups.
+        groups: [String; 2],
+        /// The groups that the first borders on.
+        neighbours: Vec<String>,
+    },
+    /// The region has no edge.
+    #[error(
+        "edge.line: the region has no ridge of curvature{}; the region has to hold the edge with some of the surface on \
+         both sides of it, which bends less; or name the groups that it lies between by between_groups",
+        sharpest_place(sharpest)
+    )]
+    NoRidge {
+        /// Smallest convex radius in the region, mm, and where; `None` where there is none.
+        sharpest: Option<(f64, Point3<f64>)>,
+    },
+    /// The groups of a root do not meet in a concave corner.
+    #[error(
+        "root.line.between_groups: a ball of {corner_radius} mm, the cutter's corner radius, touches groups \"{}\" and \
+         \"{}\" nowhere at once in the region; name groups that meet in a concave corner, the group of a fillet between them \
+         by fillet, or take the strategy edge for a convex edge", groups[0], groups[1]
+    )]
+    NoCorner {
+        /// The groups.
+        groups: [String; 2],
+        /// Radius of the ball, mm.
+        corner_radius: f64,
+    },
+    /// Neither group of a root belongs to the region.
+    #[error(
+        "root.line.between_groups: neither \"{}\" nor \"{}\" belongs to the region; add the one that is to be cut to \
+         its groups", groups[0], groups[1]
+    )]
+    RootOutside {
+        /// The groups.
+        groups: [String; 2],
+    },
+    /// A group is not a fillet between two others.
+    #[error("root.line.fillet: group \"{group}\" is not a fillet between two surfaces: {reason}")]
+    NoFillet {
+        /// The group.
+        group: String,
+        /// What it lacks, with a remedy.
+        reason: String,
+    },
+    /// The cutter does not fit a fillet.
+    #[error(
+        "root.line.fillet: the fillet has a radius of {radius:.3} mm at ({:.3}, {:.3}, {:.3}), but the cutter's corner has \
+         {corner_radius} mm; take a cutter with a corner radius of {radius:.2} mm or less",
+        position.x, position.y, position.z
+    )]
+    FilletTooTight {
+        /// Smallest radius of the fillet, mm.
+        radius: f64,
+        /// Where, workpiece frame, mm.
+        position: Point3<f64>,
+        /// Corner radius of the cutter, mm.
+        corner_radius: f64,
+    },
     /// The strip width of the caller is not a number.
     #[error("the strip width at ({:.6}, {:.6}, {:.6}) is not a number", position.x, position.y, position.z)]
     StripWidth {
@@ -274,6 +347,12 @@ fn nearest_border(nearest: f64) -> String {
     } else {
         "there is nothing to measure to: the region has no border, or the group no triangle".to_owned()
     }
+}
+
+fn sharpest_place(sharpest: &Option<(f64, Point3<f64>)>) -> String {
+    sharpest.map_or_else(String::new, |(radius, p)| {
+        format!(": its smallest convex radius is {radius:.3} mm at ({:.3}, {:.3}, {:.3}), as around it", p.x, p.y, p.z)
+    })
 }
 
 fn list(names: &[String]) -> String {

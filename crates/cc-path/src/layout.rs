@@ -5,6 +5,7 @@ pub(crate) mod field;
 pub(crate) mod generate_passes;
 pub(crate) mod level_set;
 pub(crate) mod levels;
+pub(crate) mod offset;
 pub(crate) mod order;
 pub(crate) mod pass_level;
 pub(crate) mod resample;

@@ -9,20 +9,21 @@
 //!   a CC point, and levels are chosen so that no neighbours lie farther apart along the surface;
 //!   points are put on them by chord tolerance, largest step and turn of the normal. With
 //!   [`LaySettings::edge_fill`], passes are *fronts* instead: they lean from the levels as the
-//!   strip width requires, and partial passes fill up an edge where strips are narrow.
+//!   strip width requires, and partial passes fill up an edge where strips are narrow. An [`Edge`]
+//!   or [`Root`] has passes at distances from a line on the surface.
 //!
 //! ```
-//! use facemill_cc_path::{LaySettings, ParallelPlanes, PathError, Region, Strategy, UncutSide,
-//! lay_passes}; use facemill_cl_data::Silent; use facemill_surface_model::{Surface,
-//! SurfaceSettings, TriMesh}; use nalgebra::{Point3, Vector3};
+//! use facemill_cc_path::{LaySettings, ParallelPlanes, PathError, Region, Strategy, UncutSide, lay_passes};
+//! use facemill_cl_data::Silent;
+//! use facemill_surface_model::{Surface, SurfaceSettings, TriMesh};
+//! use nalgebra::{Point3, Vector3};
 //!
-//! // A rectangle of 100 mm × 60 mm, to be cut along x in strips of at most 12 mm. let corners =
-//! [[0.0, 0.0], [100.0, 0.0], [100.0, 60.0], [0.0, 60.0]].map(|[x, y]| Point3::new(x, y, 0.0)); let
-//! mesh = TriMesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]).expect("indices are in
-//! range"); let surface = Surface::new(mesh, SurfaceSettings::default()); let planes =
-//! ParallelPlanes { origin: Point3::origin(), normal: Vector3::y_axis(), from: None, to: None };
-//! let settings = LaySettings { max_step_over: 20.0, uncut: Some(UncutSide::Left),
-//! ..LaySettings::default() };
+//! // A rectangle of 100 mm × 60 mm, to be cut along x in strips of at most 12 mm.
+//! let corners = [[0.0, 0.0], [100.0, 0.0], [100.0, 60.0], [0.0, 60.0]].map(|[x, y]| Point3::new(x, y, 0.0));
+//! let mesh = TriMesh::new(corners.to_vec(), vec![[0, 1, 2], [0, 2, 3]]).expect("indices are in range");
+//! let surface = Surface::new(mesh, SurfaceSettings::default());
+//! let planes = ParallelPlanes { origin: Point3::origin(), normal: Vector3::y_axis(), from: None, to: None };
+//! let settings = LaySettings { max_step_over: 20.0, uncut: Some(UncutSide::Left), ..LaySettings::default() };
 //!
 //! let strategy = Strategy::ParallelPlanes(planes);
 //! let laid = lay_passes(&surface, &Region::default(), &strategy, &settings, &|_| 12.0, &Silent)?;
@@ -57,7 +58,8 @@
 //!
 //! Inside: `region` chooses triangles, `patch` cuts them at the box and refines them, `widths` gets
 //! strip widths, `levels` chooses levels; `edge_fill` plans fronts and puts them on the patch;
-//! `section_layout` decides between both; `field` has levels of a flow and spirals;
+//! `section_layout` decides between both; `field` has levels of a flow and spirals; `offset` has
+//! passes beside a line;
 //! `scallop` advances fronts along the surface by `distance`; `trace` finds the curves, `resample`
 //! puts points on them, `order` puts them in order; `samples` spreads points over a region, one in
 //! each cell of a `lattice`, whatever is laid on it; `size` bounds all of them.
@@ -80,6 +82,9 @@ mod strategy;
 mod test_kit;
 
 pub use crate::layout::generate_passes::{LaidPass, PassLayout, lay_passes};
+pub use crate::layout::offset::rolling_ball::CornerRest;
+pub use crate::strategy::edge::{Edge, EdgeLine, Root, RootLine};
+pub use crate::strategy::edge_file::{EdgeFile, EdgeLineFile, RootFile, RootLineFile};
 pub use crate::strategy::field::{Flow, FlowEnd, Spiral, SpiralLevels};
 pub use crate::strategy::field_file::{
     FlowCurveFile, FlowCylinderFile, FlowEndFile, FlowFile, FlowPlaneFile, SpiralFile,

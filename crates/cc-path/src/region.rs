@@ -97,6 +97,15 @@ pub(crate) fn group_triangles(surface: &Surface, group: &str) -> Result<Vec<bool
     Ok(is_in)
 }
 
+/// Index of a group of the mesh.
+///
+/// # Errors
+/// When there is no such group.
+pub(crate) fn check_group(surface: &Surface, group: &str) -> Result<usize, PathError> {
+    check_groups(surface, &Region { groups: Some(vec![group.to_owned()]), ..Region::default() })?;
+    Ok(surface.mesh().groups().iter().position(|g| g.name == group).unwrap_or_default())
+}
+
 fn keep_groups(surface: &Surface, region: &Region, triangles: Vec<u32>) -> Vec<u32> {
     let Some(names) = &region.groups else { return triangles };
     let chosen: Vec<_> =

@@ -1,5 +1,7 @@
 //! Strategies: settings of the passes on a surface, and their limits.
 
+pub(crate) mod edge;
+pub(crate) mod edge_file;
 pub(crate) mod field;
 pub(crate) mod field_file;
 pub(crate) mod file;
@@ -11,6 +13,7 @@ pub(crate) mod sections;
 pub(crate) mod settings;
 pub(crate) mod size;
 
+use crate::strategy::edge::{Edge, Root};
 use crate::strategy::field::{Flow, Spiral};
 use crate::strategy::scallop::ConstantScallop;
 use crate::strategy::sections::{CylindricalSections, ParallelPlanes, Sections};
@@ -29,6 +32,10 @@ pub enum Strategy {
     Spiral(Spiral),
     /// Fronts that advance from seeds by the local strip width.
     ConstantScallop(ConstantScallop),
+    /// Curves along an edge and at distances from it.
+    Edge(Edge),
+    /// Curves along a concave corner and at distances from it.
+    Root(Root),
 }
 
 impl Strategy {
@@ -38,7 +45,7 @@ impl Strategy {
         match self {
             Self::ParallelPlanes(s) => Some(Sections::ParallelPlanes(*s)),
             Self::CylindricalSections(s) => Some(Sections::CylindricalSections(*s)),
-            Self::Flow(_) | Self::Spiral(_) => None,
+            Self::Flow(_) | Self::Spiral(_) | Self::Edge(_) | Self::Root(_) => None,
             Self::ConstantScallop(s) => s.within,
         }
     }

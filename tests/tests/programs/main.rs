@@ -6,6 +6,7 @@ mod certificates;
 mod chip_feeds;
 mod command_line;
 mod constant_scallop;
+mod edges_and_roots;
 mod feed_modes;
 mod first_contact;
 mod flow_and_spiral;

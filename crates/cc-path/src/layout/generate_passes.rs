@@ -3,18 +3,27 @@ use facemill_surface_model::Surface;
 use nalgebra::Point3;
 use rayon::prelude::*;
 
+use crate::distance::patch_vertices::PatchVertices;
 use crate::error::PathError;
 use crate::layout::field::field_layout::{FieldLayout, flow_levels};
 use crate::layout::field::spiral::{SpiralLayout, without_poles};
+use crate::layout::offset::edge_lines::{group_indices, lines_between};
+use crate::layout::offset::fillet::Fillet;
+use crate::layout::offset::offset_layout::{OffsetLayout, OffsetRange, OffsetTask};
+use crate::layout::offset::ridge::ridges;
+use crate::layout::offset::rolling_ball::{CornerRest, RollingBall};
+use crate::layout::offset::root_sides::{RootSide, root_sides};
 use crate::layout::order::{LevelPieces, arrange};
 use crate::layout::pass_level::{PassLevel, Strips};
 use crate::layout::resample::{NoPointsLeft, beginning, pass_length, resample};
 use crate::layout::scallop::scallop_layout::ScallopLayout;
+use crate::layout::scallop::surface_path::SurfacePath;
 use crate::layout::section_layout::{SectionLayout, check_sections, extent, fineness};
 use crate::layout::strip_width::StripWidth;
 use crate::layout::trace::{Curve, TracedLevel, trace};
 use crate::region::Region;
 use crate::strategy::Strategy;
+use crate::strategy::edge::{Edge, EdgeLine, Root, RootLine};
 use crate::strategy::field::{Flow, Spiral, SpiralLevels};
 use crate::strategy::patch::{Fineness, Patch};
 use crate::strategy::scallop::ConstantScallop;
@@ -44,6 +53,8 @@ pub struct PassLayout {
     /// Largest distance of the smooth surface's section from the straight line between two points,
     /// estimated from nodes and normals, mm.
     pub largest_chord: f64,
+    /// Material that the first pass leaves in the corner of a root without a fillet, where it is most.
+    pub corner: Option<CornerRest>,
 }
 
 /// One pass of a [`PassLayout`].
@@ -97,6 +108,8 @@ pub fn lay_passes(
         Strategy::Flow(flow) => task.along_flow(flow),
         Strategy::Spiral(spiral) => task.along_spiral(spiral),
         Strategy::ConstantScallop(scallop) => task.along_scallop(scallop),
+        Strategy::Edge(edge) => task.along_edge(edge),
+        Strategy::Root(root) => task.along_root(root),
     }
 }
 
@@ -109,7 +122,15 @@ struct Task<'a> {
     monitor: &'a dyn Monitor,
 }
 
-impl Task<'_> {
+impl<'a> Task<'a> {
+    /// The request for passes at distances from lines on a patch.
+    fn offset<'b>(&self, patch: &'b Patch<'b>, vertices: &'b PatchVertices) -> OffsetTask<'b>
+    where
+        'a: 'b,
+    {
+        OffsetTask { patch, vertices, settings: self.settings, strip_width: self.strip_width, monitor: self.monitor }
+    }
+
     fn patch(&self, sections: Option<&Sections>) -> Result<Patch<'_>, PathError> {
         let patch = Patch::new(self.surface, self.region, sections, &fineness(self.surface, self.settings))?;
         self.monitor.checkpoint()?;
@@ -166,6 +187,78 @@ impl Task<'_> {
         Ok(PassLayout { n_dropped_pieces, uncovered_area: layout.uncovered_area, ..passes })
     }
 
+    fn along_edge(&self, edge: &Edge) -> Result<PassLayout, PathError> {
+        edge.check()?;
+        let patch = self.patch(None)?;
+        let vertices = PatchVertices::of(&patch);
+        let lines = match &edge.line {
+            EdgeLine::Ridge => ridges(&patch, &vertices)?,
+            EdgeLine::BetweenGroups(groups) => lines_between(&patch, groups)?,
+        };
+        self.beside(&patch, &vertices, &lines, edge.width)
+    }
+
+    fn along_root(&self, root: &Root) -> Result<PassLayout, PathError> {
+        root.check()?;
+        match &root.line {
+            RootLine::BetweenGroups(groups) => self.along_corner(groups, root.width),
+            RootLine::Fillet(group) => self.along_fillet(group, root.width),
+        }
+    }
+
+    fn along_fillet(&self, group: &str, width: f64) -> Result<PassLayout, PathError> {
+        let [index] = group_indices(self.surface, &[group.to_owned()])?;
+        let patch = self.patch(None)?;
+        let vertices = PatchVertices::of(&patch);
+        let fillet = Fillet::new(&patch, &vertices, index);
+        let lines = fillet.middle(0.25 * self.settings.max_step_over)?;
+        fillet.check_fit(&lines, self.settings.corner_radius)?;
+        self.beside(&patch, &vertices, &lines, width)
+    }
+
+    /// Passes on lines and on both sides of them.
+    fn beside(
+        &self,
+        patch: &Patch,
+        vertices: &PatchVertices,
+        lines: &[SurfacePath],
+        width: f64,
+    ) -> Result<PassLayout, PathError> {
+        let range = OffsetRange { from: -width, to: width, with_line: true };
+        let layout = OffsetLayout::plan(&self.offset(patch, vertices), lines, range)?;
+        let mut traced = layout.traced(patch, self.settings);
+        cut_open(&mut traced, self.settings);
+        pass_layout(traced, layout.strips, self.settings, self.monitor)
+    }
+
+    fn along_corner(&self, groups: &[String; 2], width: f64) -> Result<PassLayout, PathError> {
+        let sides = root_sides(self.surface, self.region, groups)?;
+        let fineness = fineness(self.surface, self.settings);
+        let patch = |side: &RootSide| Patch::new(self.surface, &side.region, None, &fineness);
+        let patches = sides.iter().map(patch).collect::<Result<Vec<_>, _>>()?;
+        self.monitor.checkpoint()?;
+        let (mut traced, mut strips) = (Vec::new(), Strips { n_wide: 0, widest: 0.0 });
+        let mut corner: Option<CornerRest> = None;
+        for (side, patch) in sides.iter().zip(&patches) {
+            let vertices = PatchVertices::of(patch);
+            let ball = RollingBall::new(patch, &vertices, &side.other, self.settings.corner_radius);
+            let track = ball.track();
+            let Some(rest) = ball.largest_rest(&track) else { continue };
+            // The ball touches both sides at once: one pass serves both.
+            let range = OffsetRange { from: 0.0, to: width, with_line: corner.is_none() };
+            let layout = OffsetLayout::plan(&self.offset(patch, &vertices), &track, range)?;
+            strips.n_wide += layout.strips.n_wide;
+            strips.widest = strips.widest.max(layout.strips.widest);
+            traced.extend(layout.traced(patch, self.settings));
+            corner = Some(corner.filter(|c| c.height >= rest.height).unwrap_or(rest));
+        }
+        if corner.is_none() {
+            return Err(PathError::NoCorner { groups: groups.clone(), corner_radius: self.settings.corner_radius });
+        }
+        cut_open(&mut traced, self.settings);
+        Ok(PassLayout { corner, ..pass_layout(traced, strips, self.settings, self.monitor)? })
+    }
+
     fn along_flow(&self, flow: &Flow) -> Result<PassLayout, PathError> {
         flow.check()?;
         let mut patch = self.patch(None)?;
@@ -203,6 +296,7 @@ fn pass_layout(
         uncovered_area,
         largest_chord,
         passes,
+        corner: None,
     })
 }
 

@@ -116,7 +116,7 @@ fn cc_point(
 }
 
 /// Some direction at right angles to the normal.
-fn any_tangent(normal: &Unit<Vector3<f64>>) -> Unit<Vector3<f64>> {
+pub(crate) fn any_tangent(normal: &Unit<Vector3<f64>>) -> Unit<Vector3<f64>> {
     let mut farthest_axis = Vector3::zeros();
     farthest_axis[normal.iamin()] = 1.0;
     Unit::new_normalize(normal.cross(&farthest_axis))

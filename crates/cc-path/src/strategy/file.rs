@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::error::PathError;
 use crate::region::{NormalCone, Region};
 use crate::strategy::Strategy;
+use crate::strategy::edge_file::{EdgeFile, RootFile};
 use crate::strategy::field_file::{FlowFile, SpiralFile};
 use crate::strategy::left_above_file::LeftAboveFile;
 use crate::strategy::scallop_file::ConstantScallopFile;
@@ -13,7 +14,8 @@ use crate::strategy::sections::{CylindricalSections, ParallelPlanes};
 use crate::strategy::settings::require;
 
 /// Arrangement of passes: `{"parallel_planes": {…}}`, `{"cylindrical_sections": {…}}`,
-/// `{"flow": {…}}`, `{"spiral": {…}}` or `{"constant_scallop": {…}}`.
+/// `{"flow": {…}}`, `{"spiral": {…}}`, `{"constant_scallop": {…}}`, `{"edge": {…}}` or
+/// `{"root": {…}}`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StrategyFile {
@@ -28,6 +30,12 @@ pub enum StrategyFile {
     /// Fronts that advance from a seed by the local strip width, for the same cusp everywhere; the
     /// level is the distance from the seed.
     ConstantScallop(ConstantScallopFile),
+    /// Curves along an edge, such as the leading edge of a blade, and at distances from it; the level is
+    /// the distance.
+    Edge(EdgeFile),
+    /// Curves along a concave corner, such as the root of a blade, and at distances from it; the level is
+    /// the distance.
+    Root(RootFile),
 }
 
 /// Sections by parallel planes.
@@ -117,6 +125,8 @@ impl StrategyFile {
             Self::Flow(f) => f.to_flow().map(Strategy::Flow),
             Self::Spiral(f) => f.to_spiral().map(Strategy::Spiral),
             Self::ConstantScallop(f) => f.to_scallop().map(Strategy::ConstantScallop),
+            Self::Edge(f) => f.to_edge().map(Strategy::Edge),
+            Self::Root(f) => f.to_root().map(Strategy::Root),
         }
     }
 }

@@ -3,7 +3,7 @@ mod left_border;
 use std::collections::BTreeMap;
 
 use facemill_cl_data::Aabb;
-use facemill_surface_model::{Edges, Surface, SurfacePoint, TriMesh};
+use facemill_surface_model::{CurvatureTensor, Edges, Surface, SurfacePoint, TriMesh};
 use nalgebra::{Point3, Unit, Vector3};
 
 use crate::error::PathError;
@@ -146,6 +146,13 @@ impl<'a> Patch<'a> {
         let parent = self.parents[triangle as usize];
         let barycentric = barycentric(p, &self.surface.mesh().corners(parent as usize));
         self.surface.normal_at(&SurfacePoint { position: *p, triangle: parent, barycentric, distance: 0.0 })
+    }
+
+    /// Curvature of the smooth surface at a point of a triangle of the patch.
+    pub(crate) fn curvature(&self, triangle: u32, p: &Point3<f64>) -> Option<CurvatureTensor> {
+        let parent = self.parents[triangle as usize];
+        let barycentric = barycentric(p, &self.surface.mesh().corners(parent as usize));
+        self.surface.curvature_at(&SurfacePoint { position: *p, triangle: parent, barycentric, distance: 0.0 })
     }
 
     /// Normal of the facet that a triangle of the patch is a piece of.

@@ -49,6 +49,8 @@ pub struct LaySettings {
     /// the first is cut open where the mesh has it begin, and each further one nearest to the cut
     /// of the one before.
     pub closed_start: Option<Point3<f64>>,
+    /// Radius of the cutter's corner, mm: of the ball that rolls along a root. 0 of a sharp cutter.
+    pub corner_radius: f64,
     /// Most points that all passes may have together, up to 2,000,000.
     pub max_points: usize,
 }
@@ -73,6 +75,7 @@ impl Default for LaySettings {
             edge_fill: false,
             pass_cost: 0.0,
             closed_start: None,
+            corner_radius: 0.0,
             max_points: MAX_POINTS,
         }
     }
@@ -158,6 +161,7 @@ impl LaySettings {
             ("edge_margin", self.edge_margin),
             ("min_pass_length", self.min_pass_length),
             ("pass_cost", self.pass_cost),
+            ("corner_radius", self.corner_radius),
         ];
         for (setting, value) in not_negative {
             require(setting, value, "finite and not below 0", value.is_finite() && value >= 0.0)?;

@@ -304,6 +304,10 @@ pub struct Worst {
     /// Whether that cusp, or a strip that stays uncut, exceeds an operation's `cusp_mm`; then
     /// `plan` exits with 1.
     pub cusp_exceeded: bool,
+    /// Largest height of the material that the first pass of a root leaves in a corner without a
+    /// fillet, by the angle between both surfaces.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub corner_rest_mm: Option<f64>,
     /// Largest lift of a pose off the facets: excess left on the part.
     pub lift_mm: f64,
     /// Largest distance between neighbouring passes.

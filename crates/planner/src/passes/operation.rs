@@ -51,6 +51,8 @@ pub(crate) struct PlannedOperation<'a> {
     pub(crate) cc_points: usize,
     /// Number of pieces of passes that were too short to keep.
     pub(crate) dropped_pieces: usize,
+    /// Height of the material that the first pass of a root leaves in a corner without a fillet, mm.
+    pub(crate) corner_rest: Option<f64>,
     /// CC points without a pose in the program.
     pub(crate) left_out: Vec<LeftOut>,
     /// Remedies at the first point of each reason.
@@ -116,9 +118,20 @@ impl<'a> PlannedOperation<'a> {
         }
         let reliefs = reliefs_by_reason(&cell, &left_out, &search_settings(operation), stages)?;
         clock.lap("what would help");
-        let dropped_pieces = path.dropped_pieces;
-        let planned =
-            Self { reliefs, operation, moves, cc_points, dropped_pieces, left_out, optimum, widened, along, extra };
+        let (dropped_pieces, corner_rest) = (path.dropped_pieces, path.corner_rest);
+        let planned = Self {
+            reliefs,
+            operation,
+            moves,
+            cc_points,
+            dropped_pieces,
+            corner_rest,
+            left_out,
+            optimum,
+            widened,
+            along,
+            extra,
+        };
         planned.check_left_out()?;
         Ok((planned, picture))
     }

@@ -46,6 +46,7 @@ pub(crate) fn report(
     for o in operations {
         totals.cc_points += o.cc_points;
         totals.dropped_pieces += o.dropped_pieces;
+        worst.corner_rest_mm = worst.corner_rest_mm.into_iter().chain(o.corner_rest).reduce(f64::max);
         totals.trims_too_much |= o.trims_too_much();
         worst.linearisation_mm = worst.linearisation_mm.max(o.moves.linearisation);
         worst.linearisation_exceeded |= o.moves.linearisation > o.operation.tolerances.linearisation_mm;

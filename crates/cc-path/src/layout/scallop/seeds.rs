@@ -96,7 +96,7 @@ fn group_border(patch: &Patch, name: &str) -> Result<Vec<SurfacePath>, PathError
 }
 
 /// The paths along some sides of triangles, each with its triangle to the left.
-fn chained(patch: &Patch, sides: Vec<(u32, usize)>) -> Vec<SurfacePath> {
+pub(crate) fn chained(patch: &Patch, sides: Vec<(u32, usize)>) -> Vec<SurfacePath> {
     let ends = |&(t, k): &(u32, usize)| {
         let v = patch.mesh.triangles()[t as usize];
         [v[k], v[(k + 1) % 3]]

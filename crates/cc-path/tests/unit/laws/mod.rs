@@ -2,11 +2,14 @@
 
 mod constant_scallop;
 mod edge_fill;
+mod edges;
 mod flow;
 mod left_above;
 mod parts;
 mod passes;
 mod points;
+mod prism;
+mod roots;
 mod spiral;
 mod strips;
 
