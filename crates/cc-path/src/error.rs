@@ -226,7 +226,7 @@ pub enum PathError {
     NoFillet {
         /// The group.
         group: String,
-        /// What it lacks, with a remedy.
+        /// The lack, with a remedy.
         reason: String,
     },
     /// The cutter does not fit a fillet.

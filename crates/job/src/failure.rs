@@ -55,8 +55,8 @@ impl Failure {
         Self::Input { file: file.to_owned(), message: message.to_string() }
     }
 
-    /// Returns the exit code: 0 nothing to cut, 1 infeasible, 2 bad input, 3 input/output or internal failure, 130
-    /// interrupted. Code 4 means a plan whose program has faults
+    /// Returns the exit code: 0 nothing to cut, 1 infeasible, 2 bad input, 3 input/output or
+    /// internal failure, 130 interrupted. Code 4 means a plan whose program has faults
     /// ([`Outcome`](crate::format::report::outcome::Outcome)), which is no failure.
     pub fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {

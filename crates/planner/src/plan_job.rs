@@ -21,7 +21,8 @@ use crate::planned::Planned;
 /// Setups on whose regions nothing is left get no program.
 ///
 /// # Errors
-/// [`Failure::NothingToCut`] if no setup gets a program; as [`plan_setup`](crate::plan::plan_setup); if the stock cannot be turned into lines at the
+/// [`Failure::NothingToCut`] if no setup gets a program; as
+/// [`plan_setup`](crate::plan::plan_setup); if the stock cannot be turned into lines at the
 /// requested distance.
 pub fn plan_job(
     job: &Job,

@@ -3,8 +3,8 @@
 use facemill_tests::jobs::JobFolder;
 use serde_json::{Value, json};
 
-/// OBJ of a prism along y, 24 mm long, over a profile in the xz plane, material to the right; a group
-/// for each part.
+/// OBJ of a prism along y, 24 mm long, over a profile in the xz plane, material to the right; a
+/// group for each part.
 fn prism(parts: &[(&str, Vec<[f64; 2]>)]) -> String {
     const ROWS: usize = 24;
     let mut text = String::new();
@@ -118,8 +118,8 @@ fn job(mesh: &str, strategy: Value) -> JobFolder {
     ])
 }
 
-/// Plans a job without findings, with all of its points and the cusp within the tolerance; the height
-/// that stays in a corner.
+/// Plans a job without findings, with all of its points and the cusp within the tolerance; the
+/// height that stays in a corner.
 fn planned_clean(job: &JobFolder) -> Option<f64> {
     let planned = job.plan();
     let report = &planned.report;

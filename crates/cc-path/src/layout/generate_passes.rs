@@ -53,7 +53,8 @@ pub struct PassLayout {
     /// Largest distance of the smooth surface's section from the straight line between two points,
     /// estimated from nodes and normals, mm.
     pub largest_chord: f64,
-    /// Material that the first pass leaves in the corner of a root without a fillet, where it is most.
+    /// Material that the first pass leaves in the corner of a root without a fillet, where it is
+    /// most.
     pub corner: Option<CornerRest>,
 }
 

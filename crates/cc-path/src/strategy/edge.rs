@@ -3,15 +3,15 @@
 use crate::error::PathError;
 use crate::strategy::settings::require;
 
-/// Passes along an edge, such as the leading edge, trailing edge or tip of a blade: the edge line and
-/// curves at distances from it on both sides. The level is the distance along the surface, mm, above 0
-/// to the left of the line.
+/// Passes along an edge, such as the leading edge, trailing edge or tip of a blade: the edge line
+/// and curves at distances from it on both sides. The level is the distance along the surface, mm,
+/// above 0 to the left of the line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Edge {
     /// The line.
     pub line: EdgeLine,
-    /// Distance from the line up to which passes are laid on each side, mm; they end at the region's
-    /// border before.
+    /// Distance from the line up to which passes are laid on each side, mm; they end at the
+    /// region's border before.
     pub width: f64,
 }
 
@@ -25,15 +25,15 @@ pub enum EdgeLine {
     BetweenGroups([String; 2]),
 }
 
-/// Passes along a root, where two surfaces meet in a concave corner: a first pass in which the corner
-/// of the cutter rolls along the root, and curves at distances from it. The level is the distance
-/// along the surface, mm.
+/// Passes along a root, where two surfaces meet in a concave corner: a first pass in which the
+/// corner of the cutter rolls along the root, and curves at distances from it. The level is the
+/// distance along the surface, mm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Root {
     /// The corner.
     pub line: RootLine,
-    /// Distance from the first pass up to which passes are laid, mm; they end at the region's border
-    /// before.
+    /// Distance from the first pass up to which passes are laid, mm; they end at the region's
+    /// border before.
     pub width: f64,
 }
 
@@ -41,12 +41,12 @@ pub struct Root {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum RootLine {
-    /// Two groups of the mesh that meet without a fillet, with or without a common border. The first
-    /// pass lies where the corner of the cutter touches both. Passes lie on those of the groups that
-    /// belong to the region.
+    /// Two groups of the mesh that meet without a fillet, with or without a common border. The
+    /// first pass lies where the corner of the cutter touches both. Passes lie on those of the
+    /// groups that belong to the region.
     BetweenGroups([String; 2]),
-    /// A group of the mesh that is the fillet between two others. The first pass is its middle line, and
-    /// levels rise to the left of it.
+    /// A group of the mesh that is the fillet between two others. The first pass is its middle
+    /// line, and levels rise to the left of it.
     Fillet(String),
 }
 

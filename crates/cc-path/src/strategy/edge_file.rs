@@ -42,10 +42,11 @@ pub struct RootFile {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RootLineFile {
-    /// Two mesh groups that meet in a corner without a fillet. The first pass lies where the cutter's
-    /// corner touches both; passes lie on those of the two that belong to the region.
+    /// Two mesh groups that meet in a corner without a fillet. The first pass lies where the
+    /// cutter's corner touches both; passes lie on those of the two that belong to the region.
     BetweenGroups([String; 2]),
-    /// Name of a mesh group that is the fillet between two others; the first pass is its middle line.
+    /// Name of a mesh group that is the fillet between two others; the first pass is its middle
+    /// line.
     Fillet(String),
 }
 

@@ -30,11 +30,11 @@ pub enum StrategyFile {
     /// Fronts that advance from a seed by the local strip width, for the same cusp everywhere; the
     /// level is the distance from the seed.
     ConstantScallop(ConstantScallopFile),
-    /// Curves along an edge, such as the leading edge of a blade, and at distances from it; the level is
-    /// the distance.
+    /// Curves along an edge, such as the leading edge of a blade, and at distances from it; the
+    /// level is the distance.
     Edge(EdgeFile),
-    /// Curves along a concave corner, such as the root of a blade, and at distances from it; the level is
-    /// the distance.
+    /// Curves along a concave corner, such as the root of a blade, and at distances from it; the
+    /// level is the distance.
     Root(RootFile),
 }
 

@@ -31,8 +31,8 @@ pub enum LeftOfFile {
     /// Rest that a program left of the setup's stock (`verify --rest-out`), relative to the job
     /// file. It is known on its lines; surface within 10° of upright counts as left.
     Rest(String),
-    /// What programs leave of the setup's stock together. They ran on the job's machine, in this
-    /// setup's mounting, with one head.
+    /// The rest of the setup's stock that programs leave together. They ran on the job's machine,
+    /// in this setup's mounting, with one head.
     Programs(#[schemars(length(min = 1))] Vec<ProgramWithToolFile>),
 }
 

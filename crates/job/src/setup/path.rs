@@ -25,7 +25,7 @@ const PASS_COST: f64 = 4.0;
 type SidedPass = (Pass<CcPoint>, bool);
 
 /// Passes of an operation before their search curves are known.
-struct LaidPasses {
+struct SidedPasses {
     passes: Vec<SidedPass>,
     dropped_pieces: usize,
     corner_rest: Option<f64>,
@@ -38,7 +38,8 @@ pub struct LaidPath {
     pub tasks: Vec<LaidTask>,
     /// Number of pieces left out because they are shorter than required.
     pub dropped_pieces: usize,
-    /// Height of the material that the first pass of a root leaves in a corner without a fillet, mm.
+    /// Height of the material that the first pass of a root leaves in a corner without a fillet,
+    /// mm.
     pub corner_rest: Option<f64>,
 }
 
@@ -56,11 +57,11 @@ pub fn lay(job: &Job, setup: &Setup<'_>, index: usize, operation: &OperationFile
 
 fn laid_path(job: &Job, setup: &Setup<'_>, index: usize, operation: &OperationFile) -> Result<LaidPath, Failure> {
     let at = format!("operations[{index}].path");
-    let LaidPasses { passes, dropped_pieces, corner_rest } = match &operation.path {
+    let SidedPasses { passes, dropped_pieces, corner_rest } = match &operation.path {
         PathFile::File(file) => {
             let passes = from_file(job, setup, operation, file)?;
             check_number(&passes, operation).map_err(|e| Failure::input(&job.beside(&file.file), e))?;
-            LaidPasses { passes, dropped_pieces: 0, corner_rest: None }
+            SidedPasses { passes, dropped_pieces: 0, corner_rest: None }
         }
         PathFile::Strategy(strategy) => from_strategy(job, setup, operation, strategy, &at)?,
     };
@@ -118,7 +119,7 @@ fn from_strategy(
     operation: &OperationFile,
     file: &PathFromStrategy,
     at: &str,
-) -> Result<LaidPasses, Failure> {
+) -> Result<SidedPasses, Failure> {
     let tolerances = &operation.tolerances;
     let wrong = |e: PathError| {
         job.wrong(format!("{at}.strategy: {e}{}", e.remedy().map_or(String::new(), |r| keys(r, operation))))
@@ -162,7 +163,8 @@ fn from_strategy(
         min_pass_length: file.min_pass_length_mm,
         edge_fill: file.edge_fill,
         pass_cost: PASS_COST * job.tool.cutter().radius(),
-        // A ball larger by the allowance rolls on the surfaces without it as the corner on those with it.
+        // A ball larger by the allowance rolls on the surfaces without it as the corner on those
+        // with it.
         corner_radius: job.tool.cutter().corner_radius() + setup.drive_allowance.max(0.0),
         max_points: (MAX_POINTS / n_places(operation)).max(1),
         ..LaySettings::default()
@@ -183,7 +185,7 @@ fn from_strategy(
     };
     let passes = layout.passes.into_iter().map(|p| (p.pass, p.uncut == UncutSide::Left)).collect();
     let corner_rest = layout.corner.map(|c| c.height);
-    Ok(LaidPasses { passes, dropped_pieces: layout.n_dropped_pieces, corner_rest })
+    Ok(SidedPasses { passes, dropped_pieces: layout.n_dropped_pieces, corner_rest })
 }
 
 fn n_places(operation: &OperationFile) -> usize {

@@ -51,7 +51,8 @@ pub(crate) struct PlannedOperation<'a> {
     pub(crate) cc_points: usize,
     /// Number of pieces of passes that were too short to keep.
     pub(crate) dropped_pieces: usize,
-    /// Height of the material that the first pass of a root leaves in a corner without a fillet, mm.
+    /// Height of the material that the first pass of a root leaves in a corner without a fillet,
+    /// mm.
     pub(crate) corner_rest: Option<f64>,
     /// CC points without a pose in the program.
     pub(crate) left_out: Vec<LeftOut>,

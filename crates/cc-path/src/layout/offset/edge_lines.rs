@@ -55,7 +55,8 @@ pub(crate) fn group_indices<const N: usize>(surface: &Surface, groups: &[String;
     Ok(indices)
 }
 
-/// The sides of a patch across which another group of the surface begins, in the patch or outside it.
+/// The sides of a patch across which another group of the surface begins, in the patch or outside
+/// it.
 pub(crate) fn border_sides(patch: &Patch) -> Vec<BorderSide> {
     let group = |t: u32| patch.surface.mesh().group_of(t as usize);
     let n = patch.mesh.triangles().len() as u32;

@@ -117,8 +117,8 @@ impl<'a> Fillet<'a> {
         }
     }
 
-    /// The smallest radius across the fillet along its middle line: length over turn, over half of its
-    /// width. `None` where nothing turns.
+    /// The smallest radius across the fillet along its middle line: length over turn, over half of
+    /// its width. `None` where nothing turns.
     fn least_radius(&self, lines: &[SurfacePath]) -> Option<FilletRadius> {
         let n: usize = lines.iter().map(|l| l.nodes.len()).sum();
         let every = n.div_ceil(MOST_PROFILES).max(1);

@@ -14,16 +14,16 @@ const ESTIMATE: f64 = 1.15;
 /// A walk that ends at a border so near to the line, as a share of the distance, has reached it.
 const AT_LINE: f64 = 0.1;
 
-/// Leans of the planes that a walk is tried in, rad. The first is straight across the line; the next two
-/// come off a border that runs across; the others, off one that runs aslant.
+/// Leans of the planes that a walk is tried in, rad. The first is straight across the line; the
+/// next two come off a border that runs across; the others, off one that runs aslant.
 const LEANS: [f64; 9] = [0.0, 1e-3, -1e-3, 0.05, -0.05, 0.15, -0.15, 0.4, -0.4];
 
 /// Signed distance from lines on a patch, along the surface: above 0 to the left.
 ///
-/// The distance of a vertex is the length of the section of the mesh by the plane at right angles to
-/// the line, from its foot on it: exact on planes, cylinders, cones and spheres, and on a prism of any
-/// section across its edge, however sharp. Elsewhere it is too long by the turn of the line about the
-/// way, to the fourth power.
+/// The distance of a vertex is the length of the section of the mesh by the plane at right angles
+/// to the line, from its foot on it: exact on planes, cylinders, cones and spheres, and on a prism
+/// of any section across its edge, however sharp. Elsewhere it is too long by the turn of the line
+/// about the way, to the fourth power.
 pub(crate) struct OffsetField<'a> {
     patch: &'a Patch<'a>,
     vertices: &'a PatchVertices,
@@ -72,8 +72,8 @@ impl<'a> OffsetField<'a> {
         this
     }
 
-    /// Signed distance of a vertex along the section of the patch by the plane across the line; where
-    /// that leaves the patch, by one that leans from it.
+    /// Signed distance of a vertex along the section of the patch by the plane across the line;
+    /// where that leaves the patch, by one that leans from it.
     fn walked(&self, vertex: u32, foot: &CurveFoot) -> f64 {
         let (Some(tangent), true) = (Unit::try_new(foot.at.tangent, 1e-9), foot.distance > 1e-9) else {
             return foot.across;
@@ -86,8 +86,8 @@ impl<'a> OffsetField<'a> {
         LEANS.iter().find_map(leaning).map_or(foot.across, |way| way.copysign(self.aside(vertex, foot)))
     }
 
-    /// Direction to the left of the line at a foot: at right angles to the mean of the normals at both
-    /// ends of the way, so that it shows the side over a crease too.
+    /// Direction to the left of the line at a foot: at right angles to the mean of the normals at
+    /// both ends of the way, so that it shows the side over a crease too.
     fn left(&self, vertex: u32, foot: &CurveFoot) -> Vector3<f64> {
         let mean = foot.at.normal.into_inner() + self.vertices.normal(vertex).into_inner();
         mean.cross(&foot.at.tangent).try_normalize(1e-9).unwrap_or_else(|| foot.at.normal.cross(&foot.at.tangent))
@@ -133,8 +133,8 @@ impl<'a> OffsetField<'a> {
         self.vertices.normal(vertex).cross(&foot.at.tangent)
     }
 
-    /// Whether the value rises by no more than the way between its corners: not where feet of different
-    /// lines, or of both sides of one, meet.
+    /// Whether the value rises by no more than the way between its corners: not where feet of
+    /// different lines, or of both sides of one, meet.
     fn is_continuous(&self, triangle: u32) -> bool {
         let values = self.patch.mesh.triangles()[triangle as usize].map(|v| self.values[v as usize]);
         let spread =
@@ -157,8 +157,8 @@ impl<'a> OffsetField<'a> {
         if bend.abs() < 0.25 * length { value + bend } else { value }
     }
 
-    /// The curves of a level in some triangles; `store` has as many values as the patch has vertices,
-    /// which this overwrites.
+    /// The curves of a level in some triangles; `store` has as many values as the patch has
+    /// vertices, which this overwrites.
     pub(crate) fn trace(&self, level: f64, among: &[u32], store: &mut Vec<f64>) -> Vec<SurfacePath> {
         store.resize(self.values.len(), f64::NAN);
         for &v in among.iter().flat_map(|&t| &self.patch.mesh.triangles()[t as usize]) {

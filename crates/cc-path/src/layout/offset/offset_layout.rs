@@ -18,7 +18,7 @@ use crate::strategy::patch::Patch;
 use crate::strategy::settings::{Direction, LaySettings, LevelOrder};
 use crate::strategy::size::StepOverCause;
 
-/// What passes at distances from lines are laid with.
+/// Inputs of passes at distances from lines.
 #[derive(Clone, Copy)]
 pub(crate) struct OffsetTask<'a> {
     pub(crate) patch: &'a Patch<'a>,
@@ -50,8 +50,8 @@ pub(crate) struct OffsetLayout {
 /// step-over: between them lines are cubics.
 const NODE_SPACING: f64 = 0.25;
 
-/// A line along the border of the region is moved inside by this share of the largest step-over: on the
-/// border itself, rounding decides what is inside.
+/// A line along the border of the region is moved inside by this share of the largest step-over: on
+/// the border itself, rounding decides what is inside.
 const BORDER: f64 = 1e-3;
 
 impl OffsetLayout {
@@ -96,8 +96,8 @@ impl OffsetLayout {
 }
 
 impl OffsetTask<'_> {
-    /// The width allowed at each vertex that the field reaches, at most the largest step-over; NaN at
-    /// others.
+    /// The width allowed at each vertex that the field reaches, at most the largest step-over; NaN
+    /// at others.
     fn widths(&self, field: &OffsetField) -> Result<Vec<f64>, PathError> {
         let width = |v: usize| {
             if field.values[v].is_nan() {
@@ -135,8 +135,8 @@ impl OffsetTask<'_> {
     }
 }
 
-/// Levels from the line down and up, in rising order; the line is level 0, or `border` (mm) beside it
-/// where the region is on one side alone.
+/// Levels from the line down and up, in rising order; the line is level 0, or `border` (mm) beside
+/// it where the region is on one side alone.
 fn rising_levels(
     bands: &[Band],
     cause: StepOverCause,

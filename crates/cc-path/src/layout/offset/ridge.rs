@@ -57,9 +57,9 @@ const OWN: f64 = 6.0;
 ///
 /// Each is traced from its sharpest place in steps of two radii. At every step the section of the
 /// patch across the ridge is searched for the window, one radius long, in which the normal turns
-/// most; where windows turn alike, as on a rounded edge of constant radius, the middle of them is the
-/// ridge. A ridge ends at the border of the region, and where the surface beside it bends half as
-/// much.
+/// most; where windows turn alike, as on a rounded edge of constant radius, the middle of them is
+/// the ridge. A ridge ends at the border of the region, and where the surface beside it bends half
+/// as much.
 ///
 /// # Errors
 /// When there is none.
@@ -85,8 +85,8 @@ pub(crate) fn ridges(patch: &Patch, vertices: &PatchVertices) -> Result<Vec<Surf
     Ok(ridges.into_iter().map(|(path, _)| path).collect())
 }
 
-/// Convex places with their radius across, sharpest first: vertices of the smooth surface, and middles
-/// of creases.
+/// Convex places with their radius across, sharpest first: vertices of the smooth surface, and
+/// middles of creases.
 fn candidates(patch: &Patch, vertices: &PatchVertices) -> Vec<Candidate> {
     let largest = LARGEST_RADIUS * extent(&patch.mesh);
     let mut is_border = vec![false; patch.mesh.vertices().len()];
@@ -204,8 +204,8 @@ struct StepAhead {
     border: Option<(Point3<f64>, u32)>,
 }
 
-/// The place a step ahead on the patch; where the border comes soon after the step, the place beside
-/// the border, because sections across the ridge are cut off near it.
+/// The place a step ahead on the patch; where the border comes soon after the step, the place
+/// beside the border, because sections across the ridge are cut off near it.
 fn ahead(patch: &Patch, here: &RidgeNode, along: &Unit<Vector3<f64>>, step: f64) -> Option<StepAhead> {
     let normal = patch.normal(here.triangle, &here.position);
     let across = Unit::try_new(normal.cross(along), 1e-9)?;
@@ -232,8 +232,8 @@ fn ahead(patch: &Patch, here: &RidgeNode, along: &Unit<Vector3<f64>>, step: f64)
     (end.way > 1e-3 * step).then_some(StepAhead { position, triangle, border: Some((end.position, end.triangle)) })
 }
 
-/// Nodes on the parabolas through five at a time, by least squares over the way; the two at each end of
-/// an open ridge stay.
+/// Nodes on the parabolas through five at a time, by least squares over the way; the two at each
+/// end of an open ridge stay.
 fn smoothed(nodes: &[Point3<f64>], closed: bool) -> Vec<Point3<f64>> {
     let n = nodes.len();
     let at = |k: usize| {

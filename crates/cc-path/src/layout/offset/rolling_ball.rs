@@ -8,16 +8,16 @@ use crate::distance::patch_vertices::{PatchVertices, on_edge};
 use crate::layout::scallop::surface_path::{SurfacePath, trace_zero};
 use crate::strategy::patch::Patch;
 
-/// Smallest radius of the ball, mm: a sharp cutter touches both sides in the corner itself, where its
-/// contact has no place on either. Larger: the first pass of a sharp cutter leaves the corner.
+/// Smallest radius of the ball, mm: a sharp cutter touches both sides in the corner itself, where
+/// its contact has no place on either. Larger: the first pass of a sharp cutter leaves the corner.
 /// Smaller: rounding of mesh files decides.
 const LEAST_RADIUS: f64 = 0.01;
 
 /// Material that a ball leaves in a corner between two surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CornerRest {
-    /// Height above the corner's edge, mm, along the line that halves the angle: r (1 / sin(φ/2) − 1)
-    /// for planes at the opening angle φ.
+    /// Height above the corner's edge, mm, along the line that halves the angle: r (1 / sin(φ/2) −
+    /// 1) for planes at the opening angle φ.
     pub height: f64,
     /// Opening angle φ of the corner, rad, from the normals where the ball touches both sides.
     pub opening: f64,
@@ -38,8 +38,8 @@ impl<'a> RollingBall<'a> {
         Self { patch, vertices, other, radius: radius.max(LEAST_RADIUS) }
     }
 
-    /// Distance between the other surface and the ball that touches the patch at a place, mm, below 0
-    /// where both meet; at most as large as the radius.
+    /// Distance between the other surface and the ball that touches the patch at a place, mm, below
+    /// 0 where both meet; at most as large as the radius.
     fn clearance(&self, p: &Point3<f64>, normal: &Unit<Vector3<f64>>) -> f64 {
         let centre = p + normal.into_inner() * self.radius;
         let Some(foot) = self.other.closest_point(&centre, 2.0 * self.radius) else { return self.radius };

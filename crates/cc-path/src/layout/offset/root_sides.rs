@@ -1,4 +1,5 @@
-//! Sides of a root: the groups that passes lie on, each with the surface that the ball also touches.
+//! Sides of a root: the groups that passes lie on, each with the surface that the ball also
+//! touches.
 
 use facemill_surface_model::Surface;
 

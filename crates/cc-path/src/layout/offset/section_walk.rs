@@ -9,8 +9,8 @@ const MOST_STEPS: usize = 100_000;
 /// Section of a patch by a plane, from a place of it to one side, triangle by triangle.
 ///
 /// Vertices on the plane count as above it, so that every triangle on the way has one side to enter
-/// and one to leave by. It ends at the border of the patch, and at edges where more than two triangles
-/// meet.
+/// and one to leave by. It ends at the border of the patch, and at edges where more than two
+/// triangles meet.
 pub(crate) struct SectionWalk<'a> {
     patch: &'a Patch<'a>,
     through: Point3<f64>,
@@ -49,8 +49,8 @@ impl<'a> SectionWalk<'a> {
         Self::by_best(patch, patch.mesh.vertices()[vertex as usize], normal, toward, exits, 0.0)
     }
 
-    /// Begins at a place of a triangle, in a plane moved a millionth toward its middle, so that it never
-    /// runs along a side.
+    /// Begins at a place of a triangle, in a plane moved a millionth toward its middle, so that it
+    /// never runs along a side.
     pub(crate) fn from_place(
         patch: &'a Patch<'a>,
         triangle: u32,

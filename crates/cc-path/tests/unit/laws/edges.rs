@@ -15,7 +15,8 @@ fn even_steps(step: f64) -> LaySettings {
     LaySettings { max_step_over: step, ..LaySettings::default() }
 }
 
-/// Ways of the passes' points along the profile lie at these distances from a way, within `tolerance`.
+/// Ways of the passes' points along the profile lie at these distances from a way, within
+/// `tolerance`.
 fn assert_at(prism: &Prism, laid: &PassLayout, back: &Isometry3<f64>, line: f64, tolerance: f64) {
     let mut sign = 0.0;
     for (pass, cc) in points(laid) {
@@ -119,7 +120,8 @@ fn strips_follow_the_width_allowed_across_the_edge() {
         let inner = w[0].abs().min(w[1].abs());
         assert!(w[1] - w[0] <= if inner < nose - 0.01 { 0.4 } else { 2.0 } + 1e-9, "{w:?}");
     }
-    // Narrow across the nose and the facets beside it alone: 12 to 14 strips there, and 3 on each flank.
+    // Narrow across the nose and the facets beside it alone: 12 to 14 strips there, and 3 on each
+    // flank.
     assert!((19..=21).contains(&levels.len()), "{levels:?}");
 }
 
@@ -127,7 +129,8 @@ fn strips_follow_the_width_allowed_across_the_edge() {
 fn both_edges_of_an_elliptic_blade_are_found_at_its_vertices() {
     let (a, b, height) = (20.0, 3.0, 30.0);
     let mesh = grid(240, 16, |u, v| {
-        // The seam is on the suction side, and no column of vertices at the vertices of the ellipse.
+        // The seam is on the suction side, and no column of vertices at the vertices of the
+        // ellipse.
         let angle = -std::f64::consts::TAU * (u + 0.2501);
         let twist = 0.2 * v;
         let (x, y) = (a * angle.cos(), b * angle.sin());
