@@ -51,17 +51,30 @@ pub fn ridges(cutter: &Cutter, pass: &[CutPoint], neighbour: &[CutPoint], reach:
 impl Ridge {
     /// The ridge between a point and a pass beside it.
     pub fn toward(cutter: &Cutter, own: &CutPoint, beside: &Neighbour) -> Self {
-        let (q, Strip { step_over, curvature }) = (&beside.point, beside.strip);
-        let outline = Outline::new(cutter, own.posture);
-        let others = Outline::new(cutter, q.posture);
-        let others = if own.cc.feed.dot(&q.cc.feed) < 0.0 { others.mirrored() } else { others };
-        let (right, left) = if beside.is_left { (outline, others) } else { (others, outline) };
-        let cusp = cusp_height_between(&right, &left, step_over, curvature);
+        let Strip { step_over, curvature } = beside.strip;
+        let [outline, others] = outlines(cutter, own, beside);
+        let (right, left) = if beside.is_left { (&outline, &others) } else { (&others, &outline) };
+        let cusp = cusp_height_between(right, left, step_over, curvature);
         // This point lies to the right of a left neighbour.
         let from_neighbour = if beside.is_left { -beside.arc } else { beside.arc };
         let neighbour = seen_along_circle(&others, from_neighbour, curvature);
         Self { step_over, cusp, curvature, neighbour }
     }
+}
+
+/// Returns the largest step-over, at most `most` mm, at which the postures of a point and of the
+/// pass beside it leave no more than `cusp` mm between both, with the curvature of their strip.
+pub fn permitted_step_over(cutter: &Cutter, own: &CutPoint, beside: &Neighbour, cusp: f64, most: f64) -> f64 {
+    let [outline, others] = outlines(cutter, own, beside);
+    let (right, left) = if beside.is_left { (&outline, &others) } else { (&others, &outline) };
+    step_over_for_cusp(right, left, cusp, beside.strip.curvature, most)
+}
+
+/// Returns the outlines of a point and of the pass beside it, both seen along the point's feed.
+fn outlines(cutter: &Cutter, own: &CutPoint, beside: &Neighbour) -> [Outline; 2] {
+    let others = Outline::new(cutter, beside.point.posture);
+    let others = if own.cc.feed.dot(&beside.point.cc.feed) < 0.0 { others.mirrored() } else { others };
+    [Outline::new(cutter, own.posture), others]
 }
 
 /// An outline in the frame of the point at arc length `s` (to the left) on the surface's circle of

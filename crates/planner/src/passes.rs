@@ -4,4 +4,8 @@ pub(crate) mod engagement;
 pub(crate) mod extra_passes;
 pub(crate) mod move_settings;
 pub(crate) mod operation;
+pub(crate) mod path_planner;
 pub(crate) mod pole_detours;
+pub(crate) mod setup_context;
+pub(crate) mod width_field;
+pub(crate) mod width_rounds;

@@ -19,7 +19,8 @@ use facemill_virtual_machine::{
 
 use crate::dual::plan::plan_dual_setup;
 use crate::passes::extra_passes::AddedPasses;
-use crate::passes::operation::{PlannedOperation, SetupContext};
+use crate::passes::operation::PlannedOperation;
+use crate::passes::setup_context::SetupContext;
 use crate::plan_settings::PlanSettings;
 use crate::plan_stages::stages_of;
 use crate::plan_stock::{CutByPlan, StockBefore, StockToCut};

@@ -1,6 +1,7 @@
 //! From pieces to the sequence of moves of an operation: entries, cuts, exits, links, with axis
 //! values.
 
+pub(crate) mod lead;
 pub mod order;
 pub(crate) mod sequencer;
 
@@ -13,6 +14,7 @@ use rayon::prelude::*;
 
 use crate::chips::Chip;
 use crate::linearity::Linearity;
+use crate::moves::lead::leads;
 use crate::moves::order::{PassOrderReport, ordered};
 use crate::moves::sequencer::Sequencer;
 use crate::path_error::PathError;
@@ -134,11 +136,14 @@ pub fn operation_moves(
     left_out: &mut Vec<LeftOut>,
     monitor: &dyn Monitor,
 ) -> Result<OperationMoves, PathError> {
+    let leads = leads(&pieces, [&settings.entry, &settings.exit], test.cell.tool.cutter().radius());
     let reached: Vec<(Option<Reached>, Vec<LeftOut>)> = pieces
         .into_par_iter()
-        .map(|piece| {
+        .zip(leads)
+        .map(|(piece, [entry, exit])| {
             monitor.checkpoint()?;
-            let result = reach(test, settings, piece);
+            let settings = EndSettings { entry, exit };
+            let result = reach_by(test, &settings, piece);
             monitor.advance(1);
             Ok(result)
         })
@@ -198,8 +203,18 @@ pub fn blocked_way(test: &PoseTest<'_>, what: &str, blocked: &LinkBlocked) -> Pa
     PathError::Blocked(format!("{what}: at ({:.1}, {:.1}, {:.1}) {why}", p.x, p.y, p.z))
 }
 
+/// Entry and exit of one piece.
+struct EndSettings {
+    entry: ApproachSettings,
+    exit: ApproachSettings,
+}
+
 /// Returns entry and exit of a piece, shortened until both exist.
-pub fn reach(test: &PoseTest<'_>, settings: &MoveSettings, mut piece: PassSegment) -> (Option<Reached>, Vec<LeftOut>) {
+pub fn reach(test: &PoseTest<'_>, settings: &MoveSettings, piece: PassSegment) -> (Option<Reached>, Vec<LeftOut>) {
+    reach_by(test, &EndSettings { entry: settings.entry, exit: settings.exit }, piece)
+}
+
+fn reach_by(test: &PoseTest<'_>, settings: &EndSettings, mut piece: PassSegment) -> (Option<Reached>, Vec<LeftOut>) {
     let mut hints = Hints::default();
     let mut lost = Vec::new();
     let mut at_end = |piece: &PassSegment, end: PassEnd| {

@@ -37,6 +37,15 @@ pub enum ApproachShape {
         /// Angle of the arc, up to 90°.
         angle: f64,
     },
+    /// The shortest of many ways in the plane of feed direction and normal, none longer than the
+    /// tangential arc of this radius and angle: smaller arcs, each continued along its tangent by a
+    /// straight line, no steeper than the angle, and no higher than the tangential arc.
+    Shortest {
+        /// Radius of the largest arc.
+        radius: f64,
+        /// Largest angle of the arcs, up to 90°.
+        angle: f64,
+    },
 }
 
 /// Rise of a roll-in per mm of sideways way: enough to leave the finished surface, too little to
@@ -64,13 +73,26 @@ pub fn arc_poses(
     uncut_left: bool,
     step: f64,
 ) -> Vec<ClPoint> {
+    shape_poses(shape, end, cc, cl, uncut_left, [step; 2])
+}
+
+/// Poses of an arc and of the line behind it, with the largest distance between poses of each.
+fn shape_poses(
+    shape: ApproachShape,
+    end: PassEnd,
+    cc: &CcPoint,
+    cl: &ClPoint,
+    uncut_left: bool,
+    [step, line_step]: [f64; 2],
+) -> Vec<ClPoint> {
     let (ApproachShape::TangentialArc { radius, angle }
     | ApproachShape::Ramp { radius, angle, .. }
-    | ApproachShape::RollIn { radius, angle }) = shape;
+    | ApproachShape::RollIn { radius, angle }
+    | ApproachShape::Shortest { radius, angle }) = shape;
     let along = outward_feed(end, cc);
     let normal = cc.normal.into_inner();
     let bend = match shape {
-        ApproachShape::TangentialArc { .. } | ApproachShape::Ramp { .. } => normal,
+        ApproachShape::TangentialArc { .. } | ApproachShape::Ramp { .. } | ApproachShape::Shortest { .. } => normal,
         ApproachShape::RollIn { .. } => {
             let finished = if uncut_left { -cc.left().into_inner() } else { cc.left().into_inner() };
             finished + normal * ROLL_IN_RISE
@@ -88,19 +110,63 @@ pub fn arc_poses(
         Vector3::zeros()
     };
     // A slope of 0 has no end at a height.
-    let n_line = (line.norm() / step).ceil().clamp(0.0, MAX_TESTS) as usize;
+    let n_line = (line.norm() / line_step).ceil().clamp(0.0, MAX_TESTS) as usize;
     let line = (1..=n_line).map(|k| at(angle) + line * (k as f64 / n_line as f64));
     arc.chain(line).map(|way| cl.translated(way)).collect()
 }
 
-/// Poses of the straight line between a pass and its arc, from the one next to the pass outward, at
-/// most `step` mm apart, the axis as at the pass; none for a length of 0.
-///
-/// Poses lie as close as those of the arc, because the surface may rise or fall below the line.
-fn straight_poses(length: f64, end: PassEnd, cc: &CcPoint, cl: &ClPoint, step: f64) -> Vec<ClPoint> {
-    let along = outward_feed(end, cc);
-    let n = (length / step).ceil().clamp(0.0, MAX_TESTS) as usize;
-    (1..=n).map(|k| cl.translated(along * (length * k as f64 / n as f64))).collect()
+/// The line between a pass and its arc: straight, or bent in the plane of feed and normal.
+struct LeadLine {
+    outward: Unit<Vector3<f64>>,
+    normal: Unit<Vector3<f64>>,
+    length: f64,
+    bend: f64,
+}
+
+/// Largest turn of the line between a pass and its arc, rad: the axis does not turn with it.
+const MOST_BENT: f64 = 0.1;
+
+impl LeadLine {
+    fn of(settings: &ApproachSettings, at: &PassEndPose<'_>) -> Self {
+        let outward = Unit::new_unchecked(outward_feed(at.end, at.cc));
+        let most = MOST_BENT / settings.straight.max(f64::MIN_POSITIVE);
+        let bend = if settings.bend.is_finite() { settings.bend.clamp(-most, most) } else { 0.0 };
+        Self { outward, normal: at.cc.normal, length: settings.straight, bend }
+    }
+
+    /// Way from its beginning to a place on it.
+    fn way(&self, s: f64) -> Vector3<f64> {
+        let turn = self.bend * s;
+        // sin(x)/x and (1 − cos x)/x², by their series where they cancel.
+        let (ahead, down) = if turn.abs() < 1e-4 {
+            (1.0 - turn * turn / 6.0, 0.5)
+        } else {
+            (turn.sin() / turn, (1.0 - turn.cos()) / (turn * turn))
+        };
+        (self.outward.into_inner() * ahead - self.normal.into_inner() * (down * turn)) * s
+    }
+
+    /// Poses from the one next to the pass outward, at most `step` mm apart, the axis as at the
+    /// pass; none for a length of 0. There are several, because the surface may rise or fall below
+    /// the line.
+    fn poses(&self, cl: &ClPoint, step: f64) -> Vec<ClPoint> {
+        let n = (self.length / step).ceil().clamp(0.0, MAX_TESTS) as usize;
+        (1..=n).map(|k| cl.translated(self.way(self.length * k as f64 / n as f64))).collect()
+    }
+
+    /// The CC point of a pass as its end would be at the outer end of the line: feed and normal are
+    /// turned.
+    fn turned(&self, end: PassEnd, cc: &CcPoint) -> CcPoint {
+        let turn = self.bend * self.length;
+        if turn == 0.0 {
+            return *cc;
+        }
+        let (sin, cos) = turn.sin_cos();
+        let outward = self.outward.into_inner() * cos - self.normal.into_inner() * sin;
+        let normal = self.normal.into_inner() * cos + self.outward.into_inner() * sin;
+        let feed = if end == PassEnd::Entry { -outward } else { outward };
+        CcPoint { feed: Unit::new_normalize(feed), normal: Unit::new_normalize(normal), ..*cc }
+    }
 }
 
 /// Direction in which the tool goes away from an end of a pass.
@@ -119,8 +185,14 @@ pub struct ApproachSettings {
     /// Length of the straight line along the feed between the pass and the arc, mm, 0 or more. It
     /// cuts the strip beside the end of the pass, where the border of the surface leans.
     pub straight: f64,
+    /// Curvature of this line in the plane of feed and normal, 1/mm, positive where it bends toward
+    /// the part: that of the pass at its end lets it follow the surface beyond the border. It turns
+    /// by at most 0.1 rad.
+    pub bend: f64,
     /// Distance between the poses of the arc, mm; the tool moves straight between them.
     pub step: f64,
+    /// Distance between the poses of the lines before and behind an arc, mm.
+    pub line_step: f64,
     /// Distance between tested poses on the way, mm. Larger: thinner obstacles may be missed.
     pub test_step: f64,
     /// Distance of the whole tool from stock, part and fixtures where rapids begin and end, mm.
@@ -133,6 +205,11 @@ pub struct ApproachSettings {
 }
 
 impl ApproachSettings {
+    /// The same with a share of the straight line.
+    fn with_line(&self, share: f64) -> Self {
+        Self { straight: self.straight * share, ..*self }
+    }
+
     /// The part of a motion that is allowed.
     fn allowed(&self, motion: Vector3<f64>) -> Vector3<f64> {
         self.still_across.map_or(motion, |across| motion - across.into_inner() * motion.dot(&across))
@@ -149,8 +226,40 @@ impl ApproachSettings {
                 ApproachShape::Ramp { radius: radius * share, angle, height: height * share }
             }
             ApproachShape::RollIn { radius, angle } => ApproachShape::RollIn { radius: radius * share, angle },
+            ApproachShape::Shortest { radius, angle } => ApproachShape::Shortest { radius: radius * share, angle },
         };
-        Self { shape, step: self.step * share, ..*self }
+        Self { shape, step: self.step * share, line_step: self.line_step * share, ..*self }
+    }
+
+    /// Returns the ways of [`ApproachShape::Shortest`] up to a steepest slope, the shortest first.
+    fn shorter(&self, steepest: f64) -> Vec<Self> {
+        let ApproachShape::Shortest { radius: largest, angle: whole } = self.shape else { return Vec::new() };
+        let (slope, top) = (whole.min(steepest), largest * (1.0 - whole.cos()));
+        if slope <= LEAST_SLOPE {
+            return Vec::new();
+        }
+        let way = |&(share, of_height): &(f64, f64)| {
+            let (radius, height) = (largest * share, top * of_height);
+            // The arc ends at the height if it gets there.
+            let angle = slope.min((1.0 - height / radius).clamp(-1.0, 1.0).acos());
+            let line = (height - radius * (1.0 - angle.cos())).max(0.0) / angle.sin();
+            let shape = ApproachShape::Ramp { radius, angle, height };
+            (radius * angle + line, Self { shape, step: self.step * share, ..*self })
+        };
+        let all = SHARES.iter().flat_map(|&share| HEIGHTS.map(|of_height| (share, of_height)));
+        let mut ways: Vec<(f64, Self)> = all.map(|shares| way(&shares)).filter(|w| w.0 < largest * whole).collect();
+        ways.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ways.into_iter().map(|(_, settings)| settings).collect()
+    }
+
+    /// Returns the tangential arc that the shortest way is sought instead of; other shapes as they
+    /// are.
+    fn at_most(&self) -> Self {
+        let shape = match self.shape {
+            ApproachShape::Shortest { radius, angle } => ApproachShape::TangentialArc { radius, angle },
+            shape => shape,
+        };
+        Self { shape, ..*self }
     }
 
     /// Returns the ramps that are tried in place of an arc that the tool cannot take: a part of the
@@ -207,8 +316,9 @@ pub struct PassEndPose<'a> {
 /// steeply than the tool may. Where this is not possible, shorter lines are tried, down to none;
 /// then smaller arcs of the same angle, down to an eighth of the radius, and, for an arc in the
 /// plane of feed and normal, ramps that are as steep as the tool may go down (an exit: as the end
-/// of the arc). Ramps are tried first if the arc is too steep. From the end of the arc the tool
-/// retracts along its axis in steps until it is clear.
+/// of the arc). Ramps are tried first if the arc is too steep. The ways of the shortest shape are
+/// tried before all of these. From the end of the arc the tool retracts along its axis in steps
+/// until it is clear.
 ///
 /// # Errors
 /// The reason why the arc without the straight line cannot be taken, when no other can either.
@@ -219,21 +329,30 @@ pub fn approach(
     hints: &mut Hints,
 ) -> Result<Approach, Infeasible> {
     let mut way = |settings: &ApproachSettings| Outward { test, settings, hints, near: *at.configuration }.way(at);
+    let steepest = if at.end == PassEnd::Entry {
+        slope_for_ramp(test.cell.tool.max_ramp_angle(), at)
+    } else {
+        std::f64::consts::FRAC_PI_2
+    };
+    let shorter = settings.shorter(steepest);
+    let lines = LEADS.iter().filter(|(share, _)| settings.straight > 0.0 || *share == 0.0);
+    let by_line = lines.flat_map(|&(share, bent)| {
+        shorter.iter().map(move |s| ApproachSettings { straight: s.straight * share, bend: s.bend * bent, ..*s })
+    });
+    let mut by_line = by_line;
+    if let Some(approach) = by_line.find_map(|settings| way(&settings).ok()) {
+        return Ok(approach);
+    }
+    let settings = &settings.at_most();
     // On a surface that rises beyond the pass a straight line gouges, and the arc may not.
     let lines = LINES.iter().filter(|_| settings.straight > 0.0);
-    let with_line = |share: &f64| ApproachSettings { straight: settings.straight * share, ..*settings };
-    if let Some(approach) = lines.map(with_line).find_map(|settings| way(&settings).ok()) {
+    if let Some(approach) = lines.map(|share| settings.with_line(*share)).find_map(|settings| way(&settings).ok()) {
         return Ok(approach);
     }
     let arc = ApproachSettings { straight: 0.0, ..*settings };
     let refused = match way(&arc) {
         Ok(approach) => return Ok(approach),
         Err(why) => why,
-    };
-    let steepest = if at.end == PassEnd::Entry {
-        slope_for_ramp(test.cell.tool.max_ramp_angle(), at)
-    } else {
-        std::f64::consts::FRAC_PI_2
     };
     let ramps: Vec<ApproachSettings> = arc.ramps(steepest).collect();
     let smaller = SMALLER.map(|share| arc.scaled(share));
@@ -260,6 +379,15 @@ fn slope_for_ramp(ramp: f64, at: &PassEndPose<'_>) -> f64 {
 /// Fractions of the straight line that are tried, with the whole arc, before the arc alone.
 const LINES: [f64; 3] = [1.0, 0.5, 0.25];
 
+/// Fractions of the largest radius and height among which the shortest way is sought.
+const SHARES: [f64; 4] = [0.125, 0.25, 0.5, 1.0];
+const HEIGHTS: [f64; 6] = [0.125, 0.25, 0.375, 0.5, 0.75, 1.0];
+
+/// Fractions of the line and of its bend that are tried before the shortest ways: a line as bent as
+/// the surface leaves least, and comes nearest to gouging behind the contact.
+const LEADS: [(f64, f64); 8] =
+    [(1.0, 1.0), (1.0, 0.5), (1.0, 0.0), (0.5, 1.0), (0.5, 0.0), (0.25, 1.0), (0.25, 0.0), (0.0, 0.0)];
+
 /// Fractions of an arc's radius that are tried.
 const SMALLER: [f64; 3] = [0.5, 0.25, 0.125];
 
@@ -282,9 +410,11 @@ struct Outward<'t, 'a> {
 impl Outward<'_, '_> {
     fn way(mut self, at: &PassEndPose<'_>) -> Result<Approach, Infeasible> {
         let settings = self.settings;
-        let mut outward = straight_poses(settings.straight, at.end, at.cc, at.cl, settings.step);
+        let line = LeadLine::of(settings, at);
+        let mut outward = line.poses(at.cl, settings.line_step);
         let start = *outward.last().unwrap_or(at.cl);
-        outward.extend(arc_poses(settings.shape, at.end, at.cc, &start, at.uncut_left, settings.step));
+        let (cc, steps) = (line.turned(at.end, at.cc), [settings.step, settings.line_step]);
+        outward.extend(shape_poses(settings.shape, at.end, &cc, &start, at.uncut_left, steps));
         let mut from = *at.cl;
         let mut lift = 0.0;
         let normal = settings.allowed(at.cc.normal.into_inner());

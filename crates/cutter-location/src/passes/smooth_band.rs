@@ -5,6 +5,7 @@ use std::cell::Cell;
 use facemill_cl_data::{Cancelled, CcPoint, Monitor, Posture};
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Branch};
 use facemill_tool_model::cl_from_cc;
+use nalgebra::{Unit, Vector3};
 
 use crate::passes::band::smoothed;
 use crate::passes::cost::{MotionScale, NEARLY};
@@ -128,8 +129,7 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
             .collect()
     }
 
-    /// Interpolates the wanted postures between the chosen ones: tilt and rotate linear over the
-    /// way.
+    /// Interpolates the wanted postures between the chosen ones.
     fn stretch(&self, run: &[(usize, Node)], first: usize, last: usize) -> Stretch {
         let mut targets = vec![Vec::with_capacity(last + 1 - first); self.rotary.len()];
         let mut near = run[0].1.configuration;
@@ -146,7 +146,9 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
         Stretch { first, last, branch: run[0].1.configuration.branch, targets, weights }
     }
 
-    /// Returns the posture at a point interpolated between the nodes on both sides.
+    /// Returns the posture at a point interpolated between the nodes on both sides: the tool axis
+    /// turns against surface and feed at an even rate over the way, so no faster than between the
+    /// nodes.
     fn between(&self, run: &[(usize, Node)], k: usize) -> Posture {
         let next = run.partition_point(|(point, _)| *point <= k);
         let (Some((a, before)), Some((b, after))) = (next.checked_sub(1).map(|j| &run[j]), run.get(next)) else {
@@ -154,9 +156,7 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
         };
         let lengths = &self.clock.lengths;
         let share = (lengths[k] - lengths[*a]) / (lengths[*b] - lengths[*a]);
-        let blend = |p: f64, q: f64| p + (q - p) * share;
-        let (p, q) = (before.posture, after.posture);
-        Posture { tilt: blend(p.tilt, q.tilt), rotate: blend(p.rotate, q.rotate) }
+        turned(before.posture, after.posture, share)
     }
 
     /// Returns the machine's configuration in a posture at a point, on the branch of `near` and at
@@ -337,6 +337,20 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
     }
 }
 
+/// Returns the posture at a share of the shortest turn of the tool axis between two postures.
+fn turned(from: Posture, to: Posture, share: f64) -> Posture {
+    let seen = |p: Posture| {
+        let (sin, cos) = p.tilt.sin_cos();
+        Unit::new_unchecked(Vector3::new(sin * p.rotate.cos(), sin * p.rotate.sin(), cos))
+    };
+    let (a, b) = (seen(from), seen(to));
+    let axis = a.try_slerp(&b, share, 1e-9).unwrap_or(if share < 0.5 { a } else { b });
+    let aside = axis.x.hypot(axis.y);
+    // Upright, rotate has no say: it changes evenly.
+    let rotate = if aside > 1e-9 { axis.y.atan2(axis.x) } else { from.rotate + (to.rotate - from.rotate) * share };
+    Posture { tilt: aside.atan2(axis.z), rotate }
+}
+
 fn outcome(known: Known) -> Outcome {
     match known {
         Known::Free(pose) | Known::Bound(pose) => Ok(pose),
@@ -350,3 +364,7 @@ fn outcome(known: Known) -> Outcome {
 fn is_same(a: Posture, b: Posture) -> bool {
     (a.tilt - b.tilt).abs() <= SAME && (a.rotate - b.rotate).abs() <= SAME
 }
+
+#[cfg(test)]
+#[path = "../../tests/unit/passes/smooth_band.rs"]
+mod tests;

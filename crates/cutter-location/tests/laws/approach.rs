@@ -67,7 +67,9 @@ fn arcs_keep_axis_radius_angle_and_step() {
                 let aside = (before.tip - cl.tip) - cc.feed.into_inner() * (before.tip - cl.tip).dot(&cc.feed);
                 let bent = radius * (1.0 - angle.cos());
                 match shape {
-                    ApproachShape::TangentialArc { .. } | ApproachShape::Ramp { .. } => {
+                    ApproachShape::TangentialArc { .. }
+                    | ApproachShape::Ramp { .. }
+                    | ApproachShape::Shortest { .. } => {
                         assert!((aside - cc.normal.into_inner() * bent).norm() < 1e-9);
                     }
                     ApproachShape::RollIn { .. } => {
@@ -147,7 +149,9 @@ fn settings(shape: ApproachShape) -> ApproachSettings {
     ApproachSettings {
         shape,
         straight: 0.0,
+        bend: 0.0,
         step: 1.0,
+        line_step: 1.0,
         test_step: 1.0,
         rapid_clearance: 5.0,
         max_retract: 200.0,
@@ -431,5 +435,65 @@ fn meaningless_settings_end_in_an_answer() {
                 }
             }
         }
+    }
+}
+
+/// Returns the length of a way outward from a pose.
+fn way_length(from: &ClPoint, outward: &[ClPoint]) -> f64 {
+    let tips: Vec<_> = std::iter::once(from.tip).chain(outward.iter().map(|cl| cl.tip)).collect();
+    tips.windows(2).map(|w| (w[1] - w[0]).norm()).sum()
+}
+
+#[test]
+fn the_shortest_way_is_never_longer_than_the_arc_and_enters_no_steeper_than_the_tool_may() {
+    let tree = MeshTree::new(&plane(600.0));
+    let machine = machine();
+    let tool = tool(25.0, 2.0, 20.0);
+    let cl = cl_from_cc(tool.cutter(), &cc_on_plane(0.0, 0.0), posture_deg(5.0, 0.0));
+    let mut shorter = 0;
+    for (radius, angle) in [(30.0, 0.4), (120.0, 0.2), (400.0, 0.14)] {
+        for stock in [0.0, 0.3, 1.0] {
+            let cell = workcell(&machine, &tool, vec![with_stock(&tree, stock)]);
+            for end in ENDS {
+                let way = |shape| approach_on_plane(&cell, shape, end, 5.0).map(|found| found.outward);
+                let arc = way(ApproachShape::TangentialArc { radius, angle });
+                let shortest = way(ApproachShape::Shortest { radius, angle });
+                assert!(shortest.is_ok() || arc.is_err(), "{radius} {angle} {stock} {end:?}: {shortest:?}");
+                let (Ok(arc), Ok(shortest)) = (arc, shortest) else { continue };
+                let [of_arc, of_shortest] = [&arc, &shortest].map(|way| way_length(&cl, way));
+                // The retract from a low end is longer, by at most the arc's height and a step.
+                let height = radius * (1.0 - f64::cos(angle));
+                assert!(of_shortest <= of_arc + height + 1.0, "{radius} {angle} {stock} {end:?}");
+                shorter += usize::from(of_shortest < 0.7 * of_arc);
+                let inward = shortest.iter().rev().chain([&cl]).collect::<Vec<_>>();
+                for leg in inward.windows(2).filter(|_| end == PassEnd::Entry && stock > 0.0) {
+                    let in_stock = height_over_plane(&tool, leg[1]) < stock - 1e-9;
+                    assert!(!in_stock || ramp(leg[0], leg[1]) <= tool.max_ramp_angle() + 2e-3, "{radius} {stock}");
+                }
+            }
+        }
+    }
+    assert!(shorter >= 9, "{shorter} of 18 are shorter");
+}
+
+#[test]
+fn a_bent_line_follows_a_circle_through_the_end_of_the_pass_and_the_arc_goes_on_from_it() {
+    let tree = MeshTree::new(&plane(600.0));
+    let machine = machine();
+    let tool = tool(25.0, 2.0, 20.0);
+    let cell = workcell(&machine, &tool, vec![with_stock(&tree, 0.0)]);
+    let cc = cc_on_plane(0.0, 0.0);
+    let cl = cl_from_cc(tool.cutter(), &cc, posture_deg(5.0, 0.0));
+    let shape = ApproachShape::TangentialArc { radius: 60.0, angle: 0.3 };
+    for end in ENDS {
+        // Concave: the plane lies below all of it.
+        let bent = ApproachSettings { straight: 20.0, bend: -1.0 / 400.0, line_step: 2.0, ..settings(shape) };
+        let found = with_line(&cell, &bent, end).unwrap().outward;
+        let center = cl.tip + cc.normal.into_inner() * 400.0;
+        for pose in &found[..10] {
+            assert!(((pose.tip - center).norm() - 400.0).abs() < 1e-9 && pose.axis == cl.axis);
+        }
+        let (line, arc) = (found[9].tip - found[8].tip, found[10].tip - found[9].tip);
+        assert!(line.angle(&arc) < 0.02, "no corner between line and arc: {}", line.angle(&arc));
     }
 }

@@ -252,6 +252,8 @@ fn entries_and_exits_are_on_the_branch_of_their_cut() {
     let settings = ApproachSettings {
         shape: arc,
         step: 1.0,
+        line_step: 1.0,
+        bend: 0.0,
         test_step: 1.0,
         rapid_clearance: 5.0,
         max_retract: 200.0,

@@ -546,6 +546,12 @@ pub struct PathFromStrategy {
     /// an edge. Without it, every pass is a level, and its narrowest strip decides on the step.
     #[serde(default)]
     pub edge_fill: bool,
+    /// Number of times that passes are laid again, with strip widths from the postures taken
+    /// instead of those expected (docs/method.md#rounds-of-widths). The best round is cut: within
+    /// `cusp_mm` before others, then by time. Machines with two heads lay passes once.
+    #[schemars(range(min = 0, max = 3))]
+    #[serde(default)]
+    pub width_rounds: u32,
 }
 
 /// Order of levels.
@@ -592,6 +598,10 @@ pub enum ApproachFile {
     /// Arc in the tangent plane from the side that is already cut, rising by a tenth of its
     /// sideways way.
     RollIn(ArcFile),
+    /// The shortest way in the plane of feed and normal up to this arc: smaller arcs, continued by
+    /// lines, as steep as the tool may go down (exits: as the end of the arc). The straight line
+    /// before it is as long as the passes beside end farther out, at most `straight_mm`.
+    Shortest(ArcFile),
 }
 
 /// An arc.

@@ -36,7 +36,7 @@ use crate::format::report::remaining::RemainingReport;
 use crate::format::report::stock::PlannedStockReport;
 
 pub use crate::format::report::chips::{ChipsReport, FeedsSetByReport, SpreadReport};
-pub use crate::format::report::cusps::{CuspReasonReport, CuspsKeptReport};
+pub use crate::format::report::cusps::{CuspReasonReport, CuspsKeptReport, WidthRoundReport};
 pub use crate::format::report::lost_time::{LostTimeCause, LostTimeReport};
 pub use crate::format::report::turning::{RewindReport, RewindsReport, SingularBlocks};
 

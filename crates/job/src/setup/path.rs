@@ -5,7 +5,10 @@ use facemill_cc_path::{
     project, read_path_file,
 };
 use facemill_cl_data::{CcPoint, Pass, Silent};
+use facemill_cutter_location::SearchCurve;
 use facemill_cutter_location::cusp::expected_strip_width;
+use facemill_surface_model::Surface;
+use facemill_tool_model::Cutter;
 use facemill_tool_path::segments::LaidTask;
 
 use crate::failure::Failure;
@@ -31,6 +34,13 @@ struct SidedPasses {
     corner_rest: Option<f64>,
 }
 
+impl SidedPasses {
+    /// Returns no passes, with the number of pieces that were too short.
+    fn none(dropped_pieces: usize) -> Self {
+        Self { passes: Vec::new(), dropped_pieces, corner_rest: None }
+    }
+}
+
 /// The passes of an operation.
 pub struct LaidPath {
     /// Passes in cutting order, each with its search curve; none where no more stock is left than
@@ -49,13 +59,68 @@ pub struct LaidPath {
 /// If the path file is wrong, or the region holds no surface for passes; for a part of implausible
 /// size the message has the likely unit.
 pub fn lay(job: &Job, setup: &Setup<'_>, index: usize, operation: &OperationFile) -> Result<LaidPath, Failure> {
-    laid_path(job, setup, index, operation).map_err(|e| match unit_advice(job, setup) {
+    lay_by_widths(job, setup, (index, operation), &|_| 1.0)
+}
+
+/// Generates or projects the path of an operation, with a factor on the expected strip width at
+/// every CC point: passes lie closer where it is below 1, farther apart where it is above.
+///
+/// # Errors
+/// As [`lay`].
+pub fn lay_by_widths(
+    job: &Job,
+    setup: &Setup<'_>,
+    (index, operation): (usize, &OperationFile),
+    factor: WidthFactor<'_>,
+) -> Result<LaidPath, Failure> {
+    laid_path(job, setup, (index, operation), factor).map_err(|e| match unit_advice(job, setup) {
         Some(advice) => job.wrong(format!("{advice} As it is, no passes can be laid for \"{}\"", operation.name)),
         None => e,
     })
 }
 
-fn laid_path(job: &Job, setup: &Setup<'_>, index: usize, operation: &OperationFile) -> Result<LaidPath, Failure> {
+/// Factor on the expected strip width at a CC point.
+pub type WidthFactor<'f> = &'f (dyn Fn(&CcPoint) -> f64 + Sync);
+
+/// The strip widths that an operation's passes are laid by: those of the expected postures.
+pub struct ExpectedWidths<'e> {
+    cutter: &'e Cutter,
+    surface: &'e Surface,
+    curve: SearchCurve,
+    cusp: f64,
+    most: f64,
+}
+
+impl<'e> ExpectedWidths<'e> {
+    /// Returns the widths on the drive surface of a setup.
+    ///
+    /// # Errors
+    /// If the operation's search curve is wrong.
+    pub fn of(job: &'e Job, setup: &'e Setup<'_>, operation: &OperationFile) -> Result<Self, Failure> {
+        let wanted = wanted_uncut_left(job, operation.direction);
+        Ok(Self {
+            cutter: job.tool.cutter(),
+            surface: &setup.around_drive,
+            curve: search_curve(job, operation, wanted.unwrap_or(false))?,
+            cusp: operation.tolerances.cusp_mm,
+            most: operation.tolerances.max_step_over_mm,
+        })
+    }
+
+    /// Returns the width across the feed at a CC point, mm, at most the largest step-over.
+    pub fn at(&self, cc: &CcPoint) -> f64 {
+        let near = self.surface.closest_point(&cc.position, self.most);
+        let curvature = near.and_then(|p| self.surface.curvature_at(&p));
+        expected_strip_width(self.cutter, cc, curvature.as_ref(), &self.curve, self.cusp, self.most)
+    }
+}
+
+fn laid_path(
+    job: &Job,
+    setup: &Setup<'_>,
+    (index, operation): (usize, &OperationFile),
+    factor: WidthFactor<'_>,
+) -> Result<LaidPath, Failure> {
     let at = format!("operations[{index}].path");
     let SidedPasses { passes, dropped_pieces, corner_rest } = match &operation.path {
         PathFile::File(file) => {
@@ -63,7 +128,7 @@ fn laid_path(job: &Job, setup: &Setup<'_>, index: usize, operation: &OperationFi
             check_number(&passes, operation).map_err(|e| Failure::input(&job.beside(&file.file), e))?;
             SidedPasses { passes, dropped_pieces: 0, corner_rest: None }
         }
-        PathFile::Strategy(strategy) => from_strategy(job, setup, operation, strategy, &at)?,
+        PathFile::Strategy(strategy) => from_strategy(job, setup, (operation, strategy), &at, factor)?,
     };
     let tasks = passes
         .into_iter()
@@ -116,9 +181,9 @@ fn reversed(pass: Pass<CcPoint>) -> Pass<CcPoint> {
 fn from_strategy(
     job: &Job,
     setup: &Setup<'_>,
-    operation: &OperationFile,
-    file: &PathFromStrategy,
+    (operation, file): (&OperationFile, &PathFromStrategy),
     at: &str,
+    factor: WidthFactor<'_>,
 ) -> Result<SidedPasses, Failure> {
     let tolerances = &operation.tolerances;
     let wrong = |e: PathError| {
@@ -140,7 +205,7 @@ fn from_strategy(
     });
     region.left = left_region(job, setup, operation, &region)?;
     if region.left.as_ref().is_some_and(|left| left.is_empty()) {
-        return Ok((Vec::new(), 0));
+        return Ok(SidedPasses::none(0));
     }
     let surface = &setup.around_drive;
     let wanted = wanted_uncut_left(job, operation.direction);
@@ -169,17 +234,12 @@ fn from_strategy(
         max_points: (MAX_POINTS / n_places(operation)).max(1),
         ..LaySettings::default()
     };
-    let curve = search_curve(job, operation, wanted.unwrap_or(false))?;
-    let cutter = job.tool.cutter();
-    let strip_width = |cc: &CcPoint| {
-        let curvature =
-            surface.closest_point(&cc.position, tolerances.max_step_over_mm).and_then(|p| surface.curvature_at(&p));
-        expected_strip_width(cutter, cc, curvature.as_ref(), &curve, tolerances.cusp_mm, tolerances.max_step_over_mm)
-    };
+    let widths = ExpectedWidths::of(job, setup, operation)?;
+    let strip_width = |cc: &CcPoint| widths.at(cc) * factor(cc);
     let layout = match lay_passes(surface, &region, &strategy, &settings, &strip_width, &Silent) {
         // All that is left lies in islands that are smaller than a pass.
         Err(PathError::NoPasses { n_dropped_pieces }) if region.left.is_some() => {
-            return Ok((Vec::new(), n_dropped_pieces));
+            return Ok(SidedPasses::none(n_dropped_pieces));
         }
         layout => layout.map_err(wrong)?,
     };

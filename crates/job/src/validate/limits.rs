@@ -63,10 +63,11 @@ const LARGEST_STRAIGHT: f64 = 1000.0;
 ///
 /// Fineness: below the smallest steps and tolerances a program has more blocks than a control can
 /// read; the generation of passes counts the resulting points.
-pub const OPERATION_LIMITS: [JobLimit<OperationFile>; 34] = [
+pub const OPERATION_LIMITS: [JobLimit<OperationFile>; 41] = [
     limit("path.file.max_distance_mm", |o| path_file(o).map(|f| f.max_distance_mm), 0.0, FARTHEST),
     limit("path.strategy.edge_margin_mm", |o| strategy(o).map(|s| s.edge_margin_mm), 0.0, FARTHEST),
     limit("path.strategy.min_pass_length_mm", |o| strategy(o).map(|s| s.min_pass_length_mm), 0.0, FARTHEST),
+    limit("path.strategy.width_rounds", |o| strategy(o).map(|s| f64::from(s.width_rounds)), 0.0, 3.0),
     limit("entry.tangential_arc.radius_mm", |o| tangential(&o.entry).map(|a| a.radius_mm), SMALLEST_STEP, LARGEST_ARC),
     limit("entry.tangential_arc.angle_deg", |o| tangential(&o.entry).map(|a| a.angle_deg), 1.0, 90.0),
     limit("entry.tangential_arc.straight_mm", |o| tangential(&o.entry).map(|a| a.straight_mm), 0.0, LARGEST_STRAIGHT),
@@ -79,6 +80,12 @@ pub const OPERATION_LIMITS: [JobLimit<OperationFile>; 34] = [
     limit("entry.roll_in.radius_mm", |o| rolled(&o.entry).map(|a| a.radius_mm), SMALLEST_STEP, LARGEST_ARC),
     limit("entry.roll_in.angle_deg", |o| rolled(&o.entry).map(|a| a.angle_deg), 1.0, 90.0),
     limit("entry.roll_in.straight_mm", |o| rolled(&o.entry).map(|a| a.straight_mm), 0.0, LARGEST_STRAIGHT),
+    limit("entry.shortest.radius_mm", |o| shortest(&o.entry).map(|a| a.radius_mm), SMALLEST_STEP, LARGEST_ARC),
+    limit("entry.shortest.angle_deg", |o| shortest(&o.entry).map(|a| a.angle_deg), 1.0, 90.0),
+    limit("entry.shortest.straight_mm", |o| shortest(&o.entry).map(|a| a.straight_mm), 0.0, LARGEST_STRAIGHT),
+    limit("exit.shortest.radius_mm", |o| shortest(&o.exit).map(|a| a.radius_mm), SMALLEST_STEP, LARGEST_ARC),
+    limit("exit.shortest.angle_deg", |o| shortest(&o.exit).map(|a| a.angle_deg), 1.0, 90.0),
+    limit("exit.shortest.straight_mm", |o| shortest(&o.exit).map(|a| a.straight_mm), 0.0, LARGEST_STRAIGHT),
     limit("pattern.copies", |o| o.pattern.as_ref().map(|p| f64::from(p.copies)), 1.0, 1000.0),
     limit("pattern.index_angle_deg", |o| o.pattern.as_ref().map(|p| p.index_angle_deg), -360.0, 360.0),
     limit("search.weight", |o| Some(o.search.weight), 1e-6, 1e6),
@@ -137,14 +144,21 @@ fn strategy(o: &OperationFile) -> Option<&PathFromStrategy> {
 fn tangential(approach: &ApproachFile) -> Option<&ArcFile> {
     match approach {
         ApproachFile::TangentialArc(arc) => Some(arc),
-        ApproachFile::RollIn(_) => None,
+        ApproachFile::RollIn(_) | ApproachFile::Shortest(_) => None,
     }
 }
 
 fn rolled(approach: &ApproachFile) -> Option<&ArcFile> {
     match approach {
         ApproachFile::RollIn(arc) => Some(arc),
-        ApproachFile::TangentialArc(_) => None,
+        ApproachFile::TangentialArc(_) | ApproachFile::Shortest(_) => None,
+    }
+}
+
+fn shortest(approach: &ApproachFile) -> Option<&ArcFile> {
+    match approach {
+        ApproachFile::Shortest(arc) => Some(arc),
+        ApproachFile::TangentialArc(_) | ApproachFile::RollIn(_) => None,
     }
 }
 

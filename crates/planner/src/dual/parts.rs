@@ -12,7 +12,7 @@ use facemill_z_map::ZMap;
 use crate::dual::moves::{DualMove, DualMover};
 use crate::dual::runs::PairRun;
 use crate::passes::extra_passes::AddedPasses;
-use crate::passes::operation::SetupContext;
+use crate::passes::setup_context::SetupContext;
 
 /// Setup as both heads see it.
 pub(crate) struct TwoHeadContext<'a> {

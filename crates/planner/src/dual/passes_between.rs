@@ -17,7 +17,9 @@ use nalgebra::Isometry3;
 use crate::passes::engagement::stations;
 use crate::passes::extra_passes::{CutOrder, ExtraPasses, PlannedPath};
 use crate::passes::move_settings::cut_linearity;
-use crate::passes::operation::{PlannedOperation, SetupContext, detours, interposer, strategy_of};
+use crate::passes::operation::PlannedOperation;
+use crate::passes::path_planner::{detours, interposer, strategy_of};
+use crate::passes::setup_context::SetupContext;
 
 /// Passes of one head, added between those that it cuts.
 #[derive(Default)]

@@ -28,7 +28,8 @@ use crate::dual::parts::{ProgramPart, TwoHeadContext, alone_sections, cells, mov
 use crate::dual::refinement::refine;
 use crate::passes::extra_passes::AddedPasses;
 use crate::passes::move_settings::move_settings;
-use crate::passes::operation::{PlannedOperation, SetupContext};
+use crate::passes::operation::PlannedOperation;
+use crate::passes::setup_context::SetupContext;
 use crate::plan_settings::PlanSettings;
 use crate::plan_stages::stages_of_heads;
 use crate::plan_stock::{CutByPlan, StockBefore, StockToCut};

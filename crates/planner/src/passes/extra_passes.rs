@@ -489,14 +489,16 @@ pub(crate) fn as_laid(task: &LaidTask) -> CutPass {
 }
 
 /// Feasible runs of passes.
-struct PlannedRuns {
+pub(crate) struct PlannedRuns {
     passes: Vec<CutPass>,
     /// Number of each run's task.
     task: Vec<usize>,
+    /// Lifts of each run's points, mm.
+    pub(crate) lifts: Vec<Vec<f64>>,
 }
 
 impl PlannedRuns {
-    fn passes(&self) -> Vec<CutPass> {
+    pub(crate) fn passes(&self) -> Vec<CutPass> {
         self.passes.clone()
     }
 }
@@ -525,15 +527,16 @@ impl PlannedPath {
     }
 
     /// Returns the runs of feasible points with their postures.
-    fn planned(&self) -> PlannedRuns {
-        let mut found = PlannedRuns { passes: Vec::new(), task: Vec::new() };
+    pub(crate) fn planned(&self) -> PlannedRuns {
+        let mut found = PlannedRuns { passes: Vec::new(), task: Vec::new(), lifts: Vec::new() };
         for (k, (task, outcome)) in self.tasks.iter().zip(&self.outcomes).enumerate() {
             for run in runs(&outcome.points, |o| o.is_ok()) {
                 let cut = |p: usize| {
                     let pose = outcome.points[p].as_ref().ok()?;
                     Some(CutPoint { cc: task.pass.points[p], posture: pose.posture })
                 };
-                let points = run.filter_map(cut).collect();
+                let points = run.clone().filter_map(cut).collect();
+                found.lifts.push(outcome.points[run].iter().flatten().map(|pose| pose.lift).collect());
                 found.passes.push(CutPass { points, uncut_left: task.uncut_left });
                 found.task.push(k);
             }

@@ -60,18 +60,21 @@ pub(crate) fn approach_settings(
     rapid_clearance: f64,
     max_retract: f64,
 ) -> ApproachSettings {
-    let (ApproachFile::TangentialArc(arc) | ApproachFile::RollIn(arc)) = file;
+    let (ApproachFile::TangentialArc(arc) | ApproachFile::RollIn(arc) | ApproachFile::Shortest(arc)) = file;
     let &ArcFile { radius_mm: radius, straight_mm: straight, .. } = arc;
     let angle = arc.angle_deg.to_radians();
     let shape = match file {
         ApproachFile::TangentialArc(_) => ApproachShape::TangentialArc { radius, angle },
         ApproachFile::RollIn(_) => ApproachShape::RollIn { radius, angle },
+        ApproachFile::Shortest(_) => ApproachShape::Shortest { radius, angle },
     };
     let test_step = (0.25 * cutter.corner_radius()).clamp(TEST_STEPS[1], TEST_STEPS[0]);
     ApproachSettings {
         shape,
         straight,
+        bend: 0.0,
         step: radius / ARC_STEPS,
+        line_step: radius / ARC_STEPS,
         test_step,
         rapid_clearance,
         max_retract,

@@ -2,46 +2,36 @@
 
 use std::collections::BTreeMap;
 
-use facemill_cl_data::{CcPoint, Pass, Posture, Silent};
-use facemill_cutter_location::cusp::neighbours::{Neighbours, OwnPlace};
+use facemill_cl_data::{CcPoint, Posture, Silent};
 use facemill_cutter_location::search::map::{MapRange, map};
 use facemill_cutter_location::{
-    Hints, Optimum, Outcome, PassSettings, PoseTest, Remedy, SearchCurve, SearchSettings, Widened, Workcell,
-    plan_passes, reliefs, search,
+    Hints, Optimum, PoseTest, Remedy, SearchCurve, SearchSettings, Widened, Workcell, reliefs, search,
 };
 use facemill_inverse_kinematics::{Branch, BranchPreference};
 use facemill_job::check::reach::check_reach;
 use facemill_job::failure::Failure;
-use facemill_job::format::job_file::{InfeasibleFile, OperationFile, PathFile, PathFromStrategy};
+use facemill_job::format::job_file::{InfeasibleFile, OperationFile};
+use facemill_job::format::report::WidthRoundReport;
 use facemill_job::frames::places;
-use facemill_job::setup::cell::{LEAST_STEP, pass_settings, search_settings};
+use facemill_job::setup::cell::{pass_settings, search_settings};
 use facemill_job::setup::path::lay;
 use facemill_job::setup::scene::Scene;
-use facemill_job::stages::{BETWEEN, HELP, LAY, LINKS, PICTURE, PLACES, POSTURES, Stages};
+use facemill_job::stages::{BETWEEN, HELP, LAY, LINKS, PICTURE, PLACES, Stages};
 use facemill_tool_model::cl_from_cc;
 use facemill_tool_path::moves::{Move, OperationMoves, operation_moves};
 use facemill_tool_path::segments::pole::Tests;
 use facemill_tool_path::segments::{LaidTask, LeftOut, PassSegment, copy_outcomes, filled, split};
 use facemill_tool_path::winding::wound;
-use facemill_z_map::ZMap;
 use rayon::prelude::*;
 
 use crate::drawing::solution_svg::map_svg;
-use crate::passes::engagement::{PointEngagement, engagement_of_passes, neighbour_reach};
-use crate::passes::extra_passes::{AddedPasses, ExtraPasses, Interposer, PlannedPath, as_laid, pass_tasks};
+use crate::passes::engagement::{PointEngagement, engagement_of_passes};
+use crate::passes::extra_passes::{AddedPasses, ExtraPasses, PlannedPath};
 use crate::passes::move_settings::move_settings;
-use crate::passes::pole_detours::Detours;
+use crate::passes::path_planner::PathPlanner;
+use crate::passes::setup_context::SetupContext;
+use crate::passes::width_rounds::BestRound;
 use crate::stage_clock::Clock;
-
-/// Shared context of all operations of a setup.
-pub(crate) struct SetupContext<'a> {
-    /// Machine, tool, setup and words.
-    pub(crate) scene: &'a Scene<'a>,
-    /// Z-map of the setup's obstacles.
-    pub(crate) map: &'a ZMap,
-    /// Passes that operations get besides those of their strategies.
-    pub(crate) added: AddedPasses,
-}
 
 /// Operation on its way to the program.
 pub(crate) struct PlannedOperation<'a> {
@@ -66,6 +56,8 @@ pub(crate) struct PlannedOperation<'a> {
     pub(crate) along: Vec<Vec<PointEngagement>>,
     /// Passes inserted between the generated ones.
     pub(crate) extra: ExtraPasses,
+    /// Rounds of laying by the widths of the postures taken; empty if passes were laid once.
+    pub(crate) width_rounds: Vec<WidthRoundReport>,
 }
 
 impl<'a> PlannedOperation<'a> {
@@ -98,8 +90,9 @@ impl<'a> PlannedOperation<'a> {
         // The search for postures avoids the pole; tests of given postures do not.
         let choosing = PoseTest::new(&cell).avoiding_pole(operation.search.singular_cone_deg.to_radians());
         let tests = Tests { choosing: &choosing, plain: &test };
-        let Placed { pieces, cc_points, optimum, extra } =
-            place_pieces(&tests, ground, operation, &path.tasks, &mut left_out, stages)?;
+        let planner = PathPlanner { tests: &tests, ground, operation, stages };
+        let BestRound { path, poses, extra, rounds } = planner.best_round(index, path)?;
+        let Placed { pieces, cc_points, optimum } = place_pieces(&tests, operation, poses, &mut left_out, stages)?;
         let widened = tests.widened();
         let passes = pass_settings(operation);
         let monitor = stages.start(BETWEEN, cc_points);
@@ -132,6 +125,7 @@ impl<'a> PlannedOperation<'a> {
             widened,
             along,
             extra,
+            width_rounds: rounds,
         };
         planned.check_left_out()?;
         Ok((planned, picture))
@@ -224,23 +218,19 @@ struct Placed {
     cc_points: usize,
     /// Distance of the postures of the first place from the optimum, if one was sought.
     optimum: Option<Optimum>,
-    /// Passes inserted between the generated ones.
-    extra: ExtraPasses,
 }
 
 /// Returns poses in every place of the pattern, as pieces in cutting order.
 fn place_pieces(
     tests: &Tests<'_>,
-    ground: &SetupContext<'_>,
     operation: &OperationFile,
-    tasks: &[LaidTask],
+    path: PlannedPath,
     left_out: &mut Vec<LeftOut>,
     stages: &dyn Stages,
 ) -> Result<Placed, Failure> {
     let places = places(operation.pattern.as_ref());
     let settings = pass_settings(operation);
     let test = tests.of(&settings);
-    let (path, extra) = planned_path(tests, ground, operation, tasks, stages)?;
     let PlannedPath { tasks, outcomes, optimum } = path;
     let mut pieces = split(tests.plain, &tasks, &outcomes, 0, left_out);
     let n_points: usize = tasks.iter().map(|t| t.pass.points.len()).sum();
@@ -250,80 +240,7 @@ fn place_pieces(
         tests.at_pole(&copied, &settings, &mut results);
         pieces.extend(split(tests.plain, &copied, &results, copy as u32, left_out));
     }
-    Ok(Placed { pieces, cc_points: n_points * places.len(), optimum, extra })
-}
-
-/// Returns poses in the first place of the pattern, with inserted passes if requested.
-fn planned_path(
-    tests: &Tests<'_>,
-    ground: &SetupContext<'_>,
-    operation: &OperationFile,
-    tasks: &[LaidTask],
-    stages: &dyn Stages,
-) -> Result<(PlannedPath, ExtraPasses), Failure> {
-    let settings = pass_settings(operation);
-    let test = tests.of(&settings);
-    let reach = neighbour_reach(test.cell.tool.cutter(), operation);
-    let neighbours = Neighbours::new(tasks.iter().map(as_laid).collect(), reach);
-    let to_plan = pass_tasks(tasks, |pass, point| neighbours.of(OwnPlace { pass, point }).strip());
-    let monitor = stages.start(POSTURES, tasks.iter().map(|t| t.pass.points.len()).sum());
-    let mut planned = plan_passes(test, &to_plan, &settings, &*monitor)?;
-    drop(monitor);
-    let strategy = strategy_of(operation);
-    let adds_passes = strategy.is_some() && ground.added == AddedPasses::All;
-    let detours = detours(tests, ground, operation, &settings, adds_passes);
-    detours.take(&to_plan, &mut planned, stages)?;
-    let optimum = planned.iter().filter_map(|p| p.optimum).reduce(Optimum::plus);
-    let mut outcomes: Vec<Pass<Outcome>> = planned.into_iter().map(|p| p.outcomes).collect();
-    tests.at_pole(tasks, &settings, &mut outcomes);
-    let mut path = PlannedPath { tasks: tasks.to_vec(), outcomes, optimum };
-    let Some(strategy) = strategy else { return Ok((path, ExtraPasses::default())) };
-    let extra = interposer(&detours, ground, operation, strategy).improve(&mut path, ground.added, stages)?;
-    Ok((path, extra))
-}
-
-/// Returns the strategy that generates an operation's passes; `None` if they come from a file,
-/// whose passes are cut unchanged.
-pub(crate) fn strategy_of(operation: &OperationFile) -> Option<&PathFromStrategy> {
-    if let PathFile::Strategy(strategy) = &operation.path { Some(strategy) } else { None }
-}
-
-/// Returns the replanning of an operation's passes beside the pole.
-pub(crate) fn detours<'d, 'a>(
-    tests: &'d Tests<'a>,
-    ground: &'d SetupContext<'_>,
-    operation: &OperationFile,
-    settings: &'d PassSettings,
-    adds_passes: bool,
-) -> Detours<'d, 'a> {
-    Detours {
-        tests,
-        settings,
-        control: &ground.scene.job.post.rules().control_motion,
-        feed: operation.feeds.cutting_mm_min / 60.0,
-        cusp: operation.tolerances.cusp_mm,
-        adds_passes,
-    }
-}
-
-/// Returns the insertion of passes between those of an operation.
-pub(crate) fn interposer<'d, 'a>(
-    detours: &'d Detours<'d, 'a>,
-    ground: &'d SetupContext<'_>,
-    operation: &OperationFile,
-    strategy: &PathFromStrategy,
-) -> Interposer<'d, 'a> {
-    Interposer {
-        tests: detours.tests,
-        settings: detours.settings,
-        detours,
-        reach: neighbour_reach(detours.tests.plain.cell.tool.cutter(), operation),
-        surface: &ground.scene.setup.around_drive,
-        allowance: ground.scene.setup.drive_allowance,
-        cusp: operation.tolerances.cusp_mm,
-        least_step: LEAST_STEP * operation.tolerances.max_step_over_mm,
-        least_length: strategy.min_pass_length_mm,
-    }
+    Ok(Placed { pieces, cc_points: n_points * places.len(), optimum })
 }
 
 /// Number of CC points among which the picture's is sought.

@@ -20,6 +20,7 @@ use facemill_job::failure::Failure;
 use facemill_job::stages::{DETOURS, Stages};
 use facemill_nc_program::ControlMotion;
 use facemill_tool_model::{Cusp, Outline, cusp_height_between};
+use facemill_tool_path::segments::LaidTask;
 use facemill_tool_path::segments::pole::Tests;
 use facemill_virtual_machine::program_time::run::{MotionRun, Timer};
 use rayon::prelude::*;
@@ -98,9 +99,8 @@ impl Detours<'_, '_> {
         if self.settings.fallback().is_none() || self.settings.search.certified.is_some() {
             return Ok(());
         }
-        let views = [(self.machine(), self.tests.plain.cell.tool.gauge_length())];
-        let timer = Timer::new(&views, self.machine().motion_law().control_tolerance).ok();
-        let timer = timer.map(|timer| timer.without_limits().on_control(self.control));
+        let views = self.views();
+        let timer = self.timer(&views);
         let judge = Judge { detours: self, timer: timer.as_ref() };
         let loses: Vec<bool> =
             tasks.par_iter().zip(&*planned).map(|(task, own)| judge.loses_beside_pole(task, &own.outcomes)).collect();
@@ -124,6 +124,31 @@ impl Detours<'_, '_> {
             }
         }
         Ok(())
+    }
+
+    /// Returns the time of passes with their entries, exits and links, s: of the steps by the
+    /// machine's motion law, at least that of the programmed feed. An estimate for comparing paths.
+    pub(crate) fn time_of(&self, tasks: &[LaidTask], outcomes: &[Pass<Outcome>]) -> f64 {
+        let views = self.views();
+        let timer = self.timer(&views);
+        let judge = Judge { detours: self, timer: timer.as_ref() };
+        let of_pass = |(task, outcomes): (&LaidTask, &Pass<Outcome>)| {
+            let times = judge.times(&task.pass.points, outcomes);
+            let steps = times.needed.iter().zip(&times.programmed).map(|(needed, programmed)| needed.max(*programmed));
+            steps.sum::<f64>() + BETWEEN_PASSES * times.runs as f64
+        };
+        let times: Vec<f64> = tasks.par_iter().zip(outcomes).map(of_pass).collect();
+        times.iter().sum()
+    }
+
+    fn views(&self) -> [(&Machine, f64); 1] {
+        [(self.machine(), self.tests.plain.cell.tool.gauge_length())]
+    }
+
+    /// Returns the timer of the machine's motion law; `None` if its file lacks a limit.
+    fn timer<'t>(&'t self, views: &'t [(&'t Machine, f64); 1]) -> Option<Timer<'t>> {
+        let timer = Timer::new(views, self.machine().motion_law().control_tolerance).ok();
+        timer.map(|timer| timer.without_limits().on_control(self.control))
     }
 
     fn machine(&self) -> &Machine {

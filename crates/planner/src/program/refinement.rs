@@ -10,7 +10,8 @@ use facemill_tool_path::segments::{Filler, PosePair};
 use facemill_virtual_machine::{Certificate, Certificates, FindingKind, Verification};
 
 use crate::passes::move_settings::cut_linearity;
-use crate::passes::operation::{PlannedOperation, SetupContext};
+use crate::passes::operation::PlannedOperation;
+use crate::passes::setup_context::SetupContext;
 use crate::program::timed::CutBlock;
 
 /// Number of rounds of writing, running and refining: each halves the blocks concerned.

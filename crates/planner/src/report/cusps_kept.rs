@@ -45,6 +45,7 @@ pub(crate) fn cusps_kept(planned: &PlannedOperation<'_>) -> CuspsKeptReport {
         passes_between: extra.between,
         points_beyond: reasons.iter().map(|r| r.points).sum(),
         reasons,
+        width_rounds: planned.width_rounds.clone(),
     }
 }
 

@@ -8,7 +8,7 @@ use facemill_job::format::report::remaining::RemainingReport;
 use facemill_job::format::report::stock::{OWN_STOCK, PlannedStockReport, StockReport};
 use facemill_job::format::report::{
     CertifiedReport, ChipsReport, CuspsKeptReport, HeldBackReport, LostTimeReport, PosturesReport, Report,
-    SpreadReport, VectorTimeReport,
+    SpreadReport, VectorTimeReport, WidthRoundReport,
 };
 use facemill_tool_path::moves::order::PassOrderReport;
 use facemill_virtual_machine::{Assumption, WindUp};
@@ -128,9 +128,20 @@ fn wound(all: &[WindUp]) -> impl Iterator<Item = String> + '_ {
 /// Largest number of assumptions in the summary; the report has them all.
 const SHOWN_ASSUMPTIONS: usize = 6;
 
+/// Returns the line on the rounds of laying; `None` if passes were laid once.
+fn width_rounds(cusps: &CuspsKeptReport) -> Option<String> {
+    let number = cusps.width_rounds.iter().position(|r| r.is_cut)? + 1;
+    let round = |r: &WidthRoundReport| {
+        let cusp = r.largest_as_laid_mm.map_or_else(|| "uncut".to_owned(), |h| format!("{h:.3} mm"));
+        format!("{} + {} passes of {:.1} m, {cusp}", r.passes, r.passes_added, r.length_mm / 1000.0)
+    };
+    let all: Vec<String> = cusps.width_rounds.iter().map(round).collect();
+    Some(format!("  rounds of widths  {}; round {number} is cut", all.join("; ")))
+}
+
 /// Returns lines on inserted passes, and reasons if the permitted cusp is exceeded.
 fn cusps_kept(cusps: &CuspsKeptReport) -> Vec<String> {
-    let mut lines = Vec::new();
+    let mut lines: Vec<String> = width_rounds(cusps).into_iter().collect();
     let (between, moved) = (cusps.passes_between, cusps.moved_passes);
     if between + moved > 0 {
         lines.push(format!("  passes added      {between} for the cusp, {moved} beside trimmed ones"));

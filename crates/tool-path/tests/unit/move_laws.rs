@@ -227,10 +227,12 @@ pub(crate) fn move_settings() -> MoveSettings {
     let approach = ApproachSettings {
         shape,
         step: 2.0,
+        line_step: 2.0,
         test_step: 0.5,
         rapid_clearance: 5.0,
         max_retract: 300.0,
         straight: 0.0,
+        bend: 0.0,
         still_across: None,
     };
     let clearance = ClearanceSurface::Plane { origin: Point3::new(0.0, 0.0, 60.0), normal: Vector3::z_axis() };

@@ -19,6 +19,31 @@ pub struct CuspsKeptReport {
     pub points_beyond: usize,
     /// Reasons why no pass was inserted there.
     pub reasons: Vec<CuspReasonReport>,
+    /// Rounds of laying, each with the strip widths of the postures taken in the one before
+    /// (docs/method.md#rounds-of-widths); empty if passes were laid once.
+    pub width_rounds: Vec<WidthRoundReport>,
+}
+
+/// A round of laying, in the first place of the pattern.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct WidthRoundReport {
+    /// Passes as laid.
+    pub passes: usize,
+    /// Passes added, beside trimmed ones and for the cusp.
+    pub passes_added: usize,
+    /// Length of all passes, mm.
+    pub length_mm: f64,
+    /// Time of all passes by the machine's motion law, with an estimate of entries, exits and
+    /// links, s.
+    pub time_s: f64,
+    /// Largest ridge between the passes as laid, lifts included; `null` if a strip stays uncut.
+    pub largest_as_laid_mm: Option<f64>,
+    /// The same with the passes added.
+    pub largest_mm: Option<f64>,
+    /// Points without a posture.
+    pub points_without_posture: usize,
+    /// Whether this round is cut.
+    pub is_cut: bool,
 }
 
 /// Reason why the permitted cusp is exceeded at some points.

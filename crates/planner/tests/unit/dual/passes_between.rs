@@ -10,7 +10,8 @@ use super::PassesBetween;
 use crate::passes::engagement::engagement_of_passes;
 use crate::passes::extra_passes::AddedPasses;
 use crate::passes::extra_passes::laws::{job, planes, toward_wall};
-use crate::passes::operation::{PlannedOperation, SetupContext};
+use crate::passes::operation::PlannedOperation;
+use crate::passes::setup_context::SetupContext;
 use crate::stage_clock::Clock;
 
 /// As passes of two heads are, these are planned without any between; those put in behind them take

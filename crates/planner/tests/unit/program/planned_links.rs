@@ -1,7 +1,7 @@
 use facemill_virtual_machine::{FindingKind, HeldAsCut};
 
 use crate::passes::extra_passes::AddedPasses;
-use crate::passes::operation::SetupContext;
+use crate::passes::setup_context::SetupContext;
 use crate::program::output::write_draft;
 use crate::program::planned_links::*;
 use crate::stage_clock::Clock;

@@ -8,7 +8,8 @@ use nalgebra::{Isometry3, Point3};
 use serde_json::{Value, json};
 
 use crate::passes::extra_passes::AddedPasses;
-use crate::passes::operation::{PlannedOperation, SetupContext};
+use crate::passes::operation::PlannedOperation;
+use crate::passes::setup_context::SetupContext;
 use crate::plan::plan_setup;
 use crate::plan_settings::PlanSettings;
 use crate::planned::Planned;
@@ -95,6 +96,28 @@ fn a_cusp_that_postures_beside_a_wall_raise_is_kept_by_passes_between() {
     assert!(cusps.passes_between > 0, "{cusps:?}");
     assert!(cusps.points_beyond == 0 && cusps.reasons.is_empty(), "{cusps:?}");
     assert!(planned.report.worst.cusp_mm.unwrap() <= 0.0047 && planned.is_clean());
+}
+
+#[test]
+fn rounds_of_widths_keep_the_cusp_with_passes_as_laid_where_postures_are_steeper_than_expected() {
+    // As above; the same strips are laid narrower where the postures taken need it.
+    let plan_with = |rounds: u32| {
+        let mut path = planes(-7.0, -1.0);
+        path["strategy"]["width_rounds"] = json!(rounds);
+        let values =
+            [("/path", path), ("/search/tilt_deg", json!([2.0, 45.0])), ("/tolerances/cusp_mm", json!(0.0047))];
+        planned(toward_wall, &values)
+    };
+    let (once, again) = (plan_with(0), plan_with(3));
+    assert!(once.report.cusps[0].width_rounds.is_empty() && once.report.cusps[0].passes_between > 0);
+    let cusps = &again.report.cusps[0];
+    let rounds = &cusps.width_rounds;
+    assert!(rounds.len() >= 2 && rounds.iter().filter(|r| r.is_cut).count() == 1, "{rounds:?}");
+    let (first, cut) = (&rounds[0], rounds.iter().find(|r| r.is_cut).unwrap());
+    assert!(first.largest_as_laid_mm.unwrap() > 0.0047, "the expected posture is not the one taken: {rounds:?}");
+    assert!(cut.time_s <= first.time_s && cut.passes_added < first.passes_added, "{rounds:?}");
+    assert!(cusps.points_beyond == 0 && again.is_clean(), "{cusps:?}");
+    assert!(again.report.worst.cusp_mm.unwrap() <= 0.0047);
 }
 
 #[test]

@@ -1,0 +1,111 @@
+//! Poses of an operation's passes in the first place of the pattern.
+
+use facemill_cl_data::Pass;
+use facemill_cutter_location::cusp::neighbours::{Neighbours, OwnPlace};
+use facemill_cutter_location::{Optimum, Outcome, PassSettings, plan_passes};
+use facemill_job::failure::Failure;
+use facemill_job::format::job_file::{OperationFile, PathFile, PathFromStrategy};
+use facemill_job::setup::cell::{LEAST_STEP, pass_settings};
+use facemill_job::stages::{POSTURES, Stages};
+use facemill_tool_path::segments::LaidTask;
+use facemill_tool_path::segments::pole::Tests;
+
+use crate::passes::engagement::neighbour_reach;
+use crate::passes::extra_passes::{AddedPasses, ExtraPasses, Interposer, PlannedPath, as_laid, pass_tasks};
+use crate::passes::pole_detours::Detours;
+use crate::passes::setup_context::SetupContext;
+
+/// Planner of the poses of an operation's passes in the first place of the pattern.
+pub(crate) struct PathPlanner<'p, 'a> {
+    pub(crate) tests: &'p Tests<'a>,
+    pub(crate) ground: &'p SetupContext<'p>,
+    pub(crate) operation: &'p OperationFile,
+    pub(crate) stages: &'p dyn Stages,
+}
+
+impl PathPlanner<'_, '_> {
+    /// Returns the poses of passes, replanned beside the pole, without added passes.
+    ///
+    /// # Errors
+    /// If the stages are cancelled.
+    pub(crate) fn posed(&self, tasks: &[LaidTask]) -> Result<PlannedPath, Failure> {
+        let settings = pass_settings(self.operation);
+        let test = self.tests.of(&settings);
+        let reach = neighbour_reach(test.cell.tool.cutter(), self.operation);
+        let laid = Neighbours::new(tasks.iter().map(as_laid).collect(), reach);
+        let to_plan = pass_tasks(tasks, |pass, point| laid.of(OwnPlace { pass, point }).strip());
+        let monitor = self.stages.start(POSTURES, tasks.iter().map(|t| t.pass.points.len()).sum());
+        let mut planned = plan_passes(test, &to_plan, &settings, &*monitor)?;
+        drop(monitor);
+        self.detours(&settings).take(&to_plan, &mut planned, self.stages)?;
+        let optimum = planned.iter().filter_map(|p| p.optimum).reduce(Optimum::plus);
+        let mut outcomes: Vec<Pass<Outcome>> = planned.into_iter().map(|p| p.outcomes).collect();
+        self.tests.at_pole(tasks, &settings, &mut outcomes);
+        Ok(PlannedPath { tasks: tasks.to_vec(), outcomes, optimum })
+    }
+
+    /// Adds passes to those of a strategy where they are trimmed or leave too much.
+    ///
+    /// # Errors
+    /// If the stages are cancelled.
+    pub(crate) fn add_passes(&self, path: &mut PlannedPath) -> Result<ExtraPasses, Failure> {
+        let Some(strategy) = strategy_of(self.operation) else { return Ok(ExtraPasses::default()) };
+        let settings = pass_settings(self.operation);
+        let detours = self.detours(&settings);
+        interposer(&detours, self.ground, self.operation, strategy).improve(path, self.ground.added, self.stages)
+    }
+
+    /// Returns the time of a path, s: an estimate for comparing paths.
+    pub(crate) fn time_of(&self, path: &PlannedPath) -> f64 {
+        self.detours(&pass_settings(self.operation)).time_of(&path.tasks, &path.outcomes)
+    }
+
+    fn detours<'d>(&'d self, settings: &'d PassSettings) -> Detours<'d, 'd> {
+        let adds_passes = strategy_of(self.operation).is_some() && self.ground.added == AddedPasses::All;
+        detours(self.tests, self.ground, self.operation, settings, adds_passes)
+    }
+}
+
+/// Returns the strategy that generates an operation's passes; `None` if they come from a file,
+/// whose passes are cut unchanged.
+pub(crate) fn strategy_of(operation: &OperationFile) -> Option<&PathFromStrategy> {
+    if let PathFile::Strategy(strategy) = &operation.path { Some(strategy) } else { None }
+}
+
+/// Returns the replanning of an operation's passes beside the pole.
+pub(crate) fn detours<'d, 'a>(
+    tests: &'d Tests<'a>,
+    ground: &'d SetupContext<'_>,
+    operation: &OperationFile,
+    settings: &'d PassSettings,
+    adds_passes: bool,
+) -> Detours<'d, 'a> {
+    Detours {
+        tests,
+        settings,
+        control: &ground.scene.job.post.rules().control_motion,
+        feed: operation.feeds.cutting_mm_min / 60.0,
+        cusp: operation.tolerances.cusp_mm,
+        adds_passes,
+    }
+}
+
+/// Returns the insertion of passes between those of an operation.
+pub(crate) fn interposer<'d, 'a>(
+    detours: &'d Detours<'d, 'a>,
+    ground: &'d SetupContext<'_>,
+    operation: &OperationFile,
+    strategy: &PathFromStrategy,
+) -> Interposer<'d, 'a> {
+    Interposer {
+        tests: detours.tests,
+        settings: detours.settings,
+        detours,
+        reach: neighbour_reach(detours.tests.plain.cell.tool.cutter(), operation),
+        surface: &ground.scene.setup.around_drive,
+        allowance: ground.scene.setup.drive_allowance,
+        cusp: operation.tolerances.cusp_mm,
+        least_step: LEAST_STEP * operation.tolerances.max_step_over_mm,
+        least_length: strategy.min_pass_length_mm,
+    }
+}

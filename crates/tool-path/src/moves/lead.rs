@@ -1,0 +1,116 @@
+//! Straight lines at the ends of pieces, as long as the border of the surface leans there.
+
+use facemill_cl_data::CcPoint;
+use facemill_cutter_location::links::approach::{ApproachSettings, ApproachShape, PassEnd};
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use crate::segments::PassSegment;
+
+/// One end of a piece.
+struct SegmentEnd<'p> {
+    cc: &'p CcPoint,
+    /// Away from the piece.
+    outward: Vector3<f64>,
+    which: PassEnd,
+}
+
+/// Largest distance along the feed from one end to that of the piece beside, as a multiple of the
+/// distance aside: where the other one ends farther out, no border runs from end to end.
+const MOST_AHEAD: f64 = 3.0;
+
+/// Least cosine between both outward directions.
+const LEAST_ALONG: f64 = 0.5;
+
+/// Ends farther aside than so many times the nearest one belong to the next strip.
+const BESIDE: f64 = 1.5;
+
+/// Largest distance aside from an end to that of the piece beside, in radii of the cutter.
+const MOST_ASIDE: f64 = 1.0;
+
+/// Returns settings of entry and exit of each piece. Of the shortest shape, the straight line is as
+/// long as the strips beside the end need, at most as long as given; other shapes keep theirs.
+pub(crate) fn leads(pieces: &[PassSegment], shapes: [&ApproachSettings; 2], radius: f64) -> Vec<[ApproachSettings; 2]> {
+    let of_piece = |k: usize| {
+        [PassEnd::Entry, PassEnd::Exit].map(|which| {
+            let settings = shapes[usize::from(which == PassEnd::Exit)];
+            let is_sought = matches!(settings.shape, ApproachShape::Shortest { .. });
+            match SegmentEnd::of(&pieces[k], which).filter(|_| is_sought) {
+                Some(end) => ApproachSettings {
+                    straight: end.lead(pieces, k, radius).min(settings.straight),
+                    bend: end_curvature(&pieces[k], which),
+                    ..*settings
+                },
+                None => *settings,
+            }
+        })
+    };
+    (0..pieces.len()).into_par_iter().map(of_piece).collect()
+}
+
+impl<'p> SegmentEnd<'p> {
+    fn of(piece: &'p PassSegment, which: PassEnd) -> Option<Self> {
+        let cc = match which {
+            PassEnd::Entry => &piece.cuts.first()?.cc,
+            PassEnd::Exit => &piece.cuts.last()?.cc,
+        };
+        let outward = if which == PassEnd::Entry { -cc.feed.into_inner() } else { cc.feed.into_inner() };
+        Some(Self { cc, outward, which })
+    }
+
+    /// Returns the length beyond the end over which the cutter has to stay down: to the middle of
+    /// the border between this end and that of the piece beside.
+    fn lead(&self, pieces: &'p [PassSegment], own: usize, radius: f64) -> f64 {
+        let left = self.cc.left();
+        let same_place = |j: &usize| *j != own && pieces[*j].copy == pieces[own].copy;
+        let beside = |piece: &'p PassSegment| {
+            let ends = [PassEnd::Entry, PassEnd::Exit].into_iter().filter_map(move |which| Self::of(piece, which));
+            ends.filter_map(|other| {
+                let way = other.cc.position - self.cc.position;
+                let (aside, ahead) = (left.dot(&way), self.outward.dot(&way));
+                let is_beside = other.outward.dot(&self.outward) > LEAST_ALONG
+                    && aside.abs() <= MOST_ASIDE * radius
+                    && ahead.abs() <= MOST_AHEAD * aside.abs();
+                is_beside.then_some((aside, ahead))
+            })
+        };
+        let found: Vec<(f64, f64)> = (0..pieces.len()).filter(same_place).flat_map(|j| beside(&pieces[j])).collect();
+        [-1.0, 1.0].map(|side| self.lead_of_side(&found, side, radius)).into_iter().fold(0.0, f64::max)
+    }
+
+    /// The same for the ends on one side, by distances aside and ahead.
+    fn lead_of_side(&self, found: &[(f64, f64)], side: f64, radius: f64) -> f64 {
+        let of_side =
+            || found.iter().filter(|(aside, _)| side * aside > 0.0).map(|(aside, ahead)| (aside.abs(), *ahead));
+        let nearest = of_side().map(|(aside, _)| aside).fold(f64::INFINITY, f64::min);
+        let lead = |(aside, ahead): (f64, f64)| {
+            // The rim cuts the middle of the strip behind the contact.
+            let behind = if self.which == PassEnd::Exit { aside * aside / (8.0 * radius) } else { 0.0 };
+            (0.5 * ahead).max(0.0) + behind
+        };
+        of_side().filter(|(aside, _)| *aside <= BESIDE * nearest).map(lead).fold(0.0, f64::max)
+    }
+}
+
+/// Length of the part of a pass that the curvature at its end is taken from, mm: longer than the
+/// facets of fine meshes.
+const CURVED_OVER: f64 = 10.0;
+
+/// Returns the curvature of a piece in the plane of feed and normal at an end, 1/mm, positive where
+/// the surface is convex; 0 where it is not known.
+fn end_curvature(piece: &PassSegment, which: PassEnd) -> f64 {
+    let n = piece.cuts.len();
+    let at = |k: usize| &piece.cuts[if which == PassEnd::Entry { k } else { n - 1 - k }].cc;
+    let away = |k: usize| (at(k).position - at(0).position).norm();
+    let Some(inner) = (1..n).find(|&k| away(k) >= CURVED_OVER).or_else(|| n.checked_sub(1).filter(|&k| k > 0)) else {
+        return 0.0;
+    };
+    let way = at(inner).position - at(0).position;
+    let turn = at(inner).normal.into_inner() - at(0).normal.into_inner();
+    let length_sq = way.norm_squared();
+    if length_sq > 0.0 { turn.dot(&way) / length_sq } else { 0.0 }
+}
+
+#[cfg(test)]
+#[path = "../../tests/unit/moves/lead.rs"]
+mod tests;
