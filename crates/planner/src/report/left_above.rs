@@ -13,7 +13,8 @@ use facemill_job::setup::left_stock::region_file;
 use facemill_tool_path::segments::PassSegment;
 use nalgebra::Point3;
 
-use crate::passes::operation::{PlannedOperation, strategy_of};
+use crate::passes::operation::PlannedOperation;
+use crate::passes::path_planner::strategy_of;
 
 /// Largest number of parts that are listed.
 const LISTED: usize = 16;
