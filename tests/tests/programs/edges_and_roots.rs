@@ -132,27 +132,27 @@ fn planned_clean(job: &JobFolder) -> Option<f64> {
 
 #[test]
 fn the_rounded_edge_of_a_plate_is_cut_around_its_ridge() {
-    assert_eq!(planned_clean(&job(&plate(), json!({ "edge": { "line": "ridge", "width_mm": 6.0 } }))), None);
+    assert_eq!(planned_clean(&job(&plate(), json!({ "edge": { "line": "ridge", "width_mm": 12.0 } }))), None);
 }
 
 #[test]
 fn a_fillet_is_cut_by_a_ball_that_fits_it() {
     assert_eq!(
-        planned_clean(&job(&trough(), json!({ "root": { "line": { "fillet": "fillet" }, "width_mm": 7.0 } }))),
+        planned_clean(&job(&trough(), json!({ "root": { "line": { "fillet": "fillet" }, "width_mm": 14.0 } }))),
         None
     );
 }
 
 #[test]
 fn a_corner_without_a_fillet_is_cut_by_the_rolling_ball_and_its_rest_reported() {
-    let strategy = json!({ "root": { "line": { "between_groups": ["blade", "hub"] }, "width_mm": 4.0 } });
+    let strategy = json!({ "root": { "line": { "between_groups": ["blade", "hub"] }, "width_mm": 9.0 } });
     let rest = planned_clean(&job(&corner(), strategy)).unwrap();
     assert!((rest - 4.0 * (1.0 / 50f64.to_radians().sin() - 1.0)).abs() < 1e-3, "{rest}");
 }
 
 #[test]
 fn a_ball_that_does_not_fit_the_fillet_is_refused() {
-    let job = job(&trough(), json!({ "root": { "line": { "fillet": "fillet" }, "width_mm": 7.0 } }));
+    let job = job(&trough(), json!({ "root": { "line": { "fillet": "fillet" }, "width_mm": 14.0 } }));
     job.set("tool.json", &[("/radius_mm", json!(7.0)), ("/corner_radius_mm", json!(7.0))]);
     let refusal = job.try_plan().err().expect("a refusal").to_string();
     assert!(refusal.contains("a corner radius of 6.0") || refusal.contains("a corner radius of 5.9"), "{refusal}");
