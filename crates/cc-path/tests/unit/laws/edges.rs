@@ -56,9 +56,12 @@ fn passes_lie_at_arc_distances_from_the_ridge_of_a_rounded_wedge_in_any_position
         assert_eq!((laid.n_wide_strips, laid.n_dropped_pieces), (0, 0));
         assert!((laid.largest_step_over - 1.0).abs() < 1e-9);
         assert_at(&prism, &laid, &motion.inverse(), prism.middle(1), 0.01);
+        // Between two edges of the mesh a pass can be short, and its chord there lean by more than
+        // the pass does: 2.1° is the most that was found.
         for (_, cc) in points(&laid) {
             let along = motion * Vector3::y();
-            assert!(cc.feed.dot(&along).abs() > 0.9995, "{turn_deg}: {}", cc.feed.dot(&along));
+            let lean = cc.feed.dot(&along).abs().min(1.0).acos().to_degrees();
+            assert!(lean < 3.0, "{turn_deg}: {lean}");
         }
         // From end to end.
         assert!(laid.passes.iter().all(|p| (p.length - 30.0).abs() < 0.01));

@@ -39,7 +39,7 @@ fn the_strip_leaves_the_cusp_and_no_other_direction_is_wider() {
     for _ in 0..300 {
         let radius = random.between(2.0, 80.0);
         let corner = radius * random.unit();
-        let cutter = Cutter::new(radius, corner, 10.0).unwrap();
+        let cutter = Cutter::new(radius, corner, corner.max(10.0)).unwrap();
         let posture = Posture { tilt: random.between(0.01, 0.6), rotate: random.between(-1.4, 1.4) };
         let (cusp, largest) = (random.between(0.005, 0.2), random.between(0.2, 1.5) * radius);
         let across = random.between(-0.2, 0.5) / radius;
