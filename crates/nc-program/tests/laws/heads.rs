@@ -157,7 +157,7 @@ fn faults_of_heads_are_named() {
     let words = map().words(&[0.0; 9]).unwrap();
     let rapid = || Block::Rapid { words };
     let e = write(vec![rapid(), Block::SpindleOn { rpm: 100.0, clockwise: true, spindle: None }]).unwrap_err();
-    assert!(e.to_string().starts_with("block 1: a spindle"), "{e}");
+    assert!(e.to_string().starts_with("block 1: one of several spindles"), "{e}");
     let z2 = words_of(&[("Z2", 5.0)]);
     let length = |register, words| Block::LengthCompensation { register, length: LENGTHS[1], words };
     assert!(write(vec![rapid(), length(31, z2)]).is_ok());

@@ -6,7 +6,7 @@ use crate::validate::limits::*;
 use crate::validate::validate;
 
 /// Returns example jobs with all keys that have limits between them.
-fn jobs() -> [Value; 2] {
+fn jobs() -> [Value; 3] {
     let files = new_job(&NewJob::Patch { size_mm: 100.0 }).unwrap();
     let mut laid: Value =
         serde_json::from_slice(&files.iter().find(|(name, _)| name == "job.json").unwrap().1).unwrap();
@@ -19,7 +19,12 @@ fn jobs() -> [Value; 2] {
     for key in ["entry", "exit"] {
         read["operations"][0][key] = json!({ "roll_in": { "radius_mm": 30.0, "angle_deg": 20.0 } });
     }
-    [laid, read]
+    let mut short = laid.clone();
+    for key in ["entry", "exit"] {
+        short["operations"][0][key] =
+            json!({ "shortest": { "radius_mm": 30.0, "angle_deg": 20.0, "straight_mm": 5.0 } });
+    }
+    [laid, read, short]
 }
 
 /// Replaces a value and returns the result of the whole check of the job.
@@ -45,11 +50,13 @@ fn walk<T>(limits: &[JobLimit<T>], below: &str, of: impl Fn(&JobFile) -> &T) {
             (limit.of)(of(&file)).is_some()
         };
         let job = jobs.iter().find(has_it).unwrap_or_else(|| panic!("{}", limit.key));
-        let is_count = limit.key == "pattern.copies";
+        let is_count = ["pattern.copies", "path.strategy.width_rounds"].contains(&limit.key);
         let place = format!("{below}/{}", limit.key.replace('.', "/"));
         let range = format!("from {} to {}", limit.least, limit.most);
         let away = |value: f64| if is_count { 1.0 } else { (1e-3 * value.abs()).max(1e-9) };
-        for outside in [limit.least - away(limit.least), limit.most + away(limit.most), 4e9] {
+        let outside = [limit.least - away(limit.least), limit.most + away(limit.most), 4e9];
+        // A count below 0 is no count, which its type refuses.
+        for outside in outside.into_iter().filter(|&value| !is_count || value >= 0.0) {
             let e = with(job, &place, outside, is_count).unwrap_err();
             assert!(e.contains(limit.key) && e.contains(&range), "{place} {outside}: {e}");
         }

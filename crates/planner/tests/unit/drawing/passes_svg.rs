@@ -21,7 +21,7 @@ fn a_flat_region_is_drawn_once_in_scale_with_shares_of_length() {
     let passes = [pass(0.0, None), pass(10.0, Some(0.95)), pass(20.0, Some(0.95)), pass(30.0, Some(1.4))];
     let svg = passes_svg("A & B", "figures", &passes);
     assert!(svg.contains("A &amp; B") && !svg.contains("from behind"));
-    for text in ["to 100 % (50.0 %)", "wider than allowed (25.0 %)", "no pass beside (25.0 %)", ">200 mm<"] {
+    for text in ["to 100 % (50.0 %)", "wider than allowed (25.0 %)", "no pass beside (25.0 %)", ">50 mm<"] {
         assert!(svg.contains(text), "{text}: {svg}");
     }
     let at = coordinates(&svg);
