@@ -97,6 +97,7 @@ fn job(mesh: &str, strategy: Value) -> JobFolder {
             "direction": "either",
             "entry": approach,
             "exit": approach,
+            "infeasible": { "trim": { "max_trimmed_fraction": 0.01 } },
             "search": {
                 "tilt_deg": [10.0, 40.0], "rotate_deg": [0.0, 90.0], "u_step": 0.05, "max_turn_deg_per_mm": 5.0,
                 "preferred_branch": "positive",

@@ -158,10 +158,10 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
         // begin beyond the edge. Between blades that overlap, many pass ends need the larger arcs.
         operation["path"]["strategy"]["edge_fill"] = json!(true);
         let arc = json!({
-            "tangential_arc": {
+            "shortest": {
                 "radius_mm": round_to(6.25 * radius, 1),
                 "angle_deg": 8.0,
-                "straight_mm": round_to(0.125 * radius, 1),
+                "straight_mm": round_to(0.5 * radius, 1),
             }
         });
         operation["entry"] = arc.clone();
