@@ -31,6 +31,7 @@ pub use facemill_job::examples::new_machine::new_job_for;
 pub use facemill_job::failure::Failure;
 pub use facemill_job::files;
 pub use facemill_job::files::REJECTED;
+pub use facemill_job::format::incomplete::incomplete_because;
 pub use facemill_job::format::job_settings::JobSetting;
 pub use facemill_job::format::made_from::{InputFile, MadeFrom};
 pub use facemill_job::format::paths_file::{ComparedStrategy, LaidPasses, PATHS_FORMAT, PathsFile, PlannedPasses};

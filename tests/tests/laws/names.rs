@@ -12,9 +12,6 @@ const BARE: [&str; 17] = [
     "Told", "Way", "WayKind", "Ways",
 ];
 
-/// Types that are known by these names all the same.
-const KEPT: [(&str, &str); 2] = [("cc-path", "Piece"), ("cc-path", "Place")];
-
 /// A type of a crate: where it is declared, and whether other files can use it.
 struct Declared {
     file: String,
@@ -63,8 +60,7 @@ fn no_type_has_a_name_that_does_not_say_of_what() {
     for (folder, _) in rooms() {
         for (name, declared) in types(&folder) {
             let file = &declared[0].file;
-            let is_refused = BARE.contains(&&*name) && !KEPT.contains(&(&*folder, &*name));
-            assert!(!is_refused, "crates/{folder}/src/{file}.rs: say of what the type `{name}` is");
+            assert!(!BARE.contains(&&*name), "crates/{folder}/src/{file}.rs: say of what the type `{name}` is");
             n_types += declared.len();
         }
     }

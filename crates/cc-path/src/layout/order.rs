@@ -3,13 +3,13 @@ use nalgebra::{Point3, Unit, Vector3};
 
 use crate::layout::generate_passes::LaidPass;
 use crate::layout::level_set::LevelSet;
-use crate::layout::resample::Piece;
+use crate::layout::resample::ResampledPiece;
 use crate::strategy::settings::{Direction, LaySettings, Pattern};
 
 /// The pieces of one level or front.
 pub(crate) struct LevelPieces<'a> {
     pub(crate) set: LevelSet<'a>,
-    pub(crate) pieces: Vec<Piece>,
+    pub(crate) pieces: Vec<ResampledPiece>,
     /// The direction in which partial passes have to run; `None` where they are none.
     pub(crate) starts: Option<Direction>,
 }
@@ -27,13 +27,13 @@ pub(crate) fn arrange(levels: Vec<LevelPieces>, settings: &LaySettings) -> Vec<L
         let partial = starts.is_some();
         let feed = starts.filter(|_| settings.pattern == Pattern::Zigzag).unwrap_or(direction);
         let uncut = feed.uncut_side(settings.order);
-        let mut pieces: Vec<Piece> = pieces.into_iter().map(|p| directed(p, feed)).collect();
+        let mut pieces: Vec<ResampledPiece> = pieces.into_iter().map(|p| directed(p, feed)).collect();
         while !pieces.is_empty() {
             let next = match end_of(passes.last()) {
                 Some(end) => nearest_start(&pieces, &end),
                 None => first_along_feed(&pieces),
             };
-            let Piece { points, length, closed, .. } = pieces.remove(next);
+            let ResampledPiece { points, length, closed, .. } = pieces.remove(next);
             let level = points.first().map_or(f64::NAN, |cc| set.reported_level(&cc.position));
             passes.push(LaidPass { pass: Pass::new(points), level, uncut, length, closed, partial });
         }
@@ -45,7 +45,7 @@ pub(crate) fn arrange(levels: Vec<LevelPieces>, settings: &LaySettings) -> Vec<L
 }
 
 /// Pieces come forward.
-fn directed(mut piece: Piece, direction: Direction) -> Piece {
+fn directed(mut piece: ResampledPiece, direction: Direction) -> ResampledPiece {
     if direction == Direction::Reverse {
         piece.points.reverse();
         for cc in &mut piece.points {
@@ -59,18 +59,18 @@ fn end_of(pass: Option<&LaidPass>) -> Option<Point3<f64>> {
     pass?.pass.points.last().map(|cc| cc.position)
 }
 
-fn start_of(piece: &Piece) -> Option<Point3<f64>> {
+fn start_of(piece: &ResampledPiece) -> Option<Point3<f64>> {
     piece.points.first().map(|cc| cc.position)
 }
 
-fn nearest_start(pieces: &[Piece], end: &Point3<f64>) -> usize {
+fn nearest_start(pieces: &[ResampledPiece], end: &Point3<f64>) -> usize {
     least(pieces, |p| start_of(p).map_or(f64::INFINITY, |s| (s - end).norm_squared()))
 }
 
 /// The piece that begins first in the direction in which the pieces run on the whole; of closed
 /// ones, any.
-fn first_along_feed(pieces: &[Piece]) -> usize {
-    let run = |p: &Piece| ends(&p.points).map_or_else(Vector3::zeros, |[a, b]| b - a);
+fn first_along_feed(pieces: &[ResampledPiece]) -> usize {
+    let run = |p: &ResampledPiece| ends(&p.points).map_or_else(Vector3::zeros, |[a, b]| b - a);
     match Unit::try_new(pieces.iter().map(run).sum::<Vector3<f64>>(), 1e-9) {
         Some(feed) => least(pieces, |p| start_of(p).map_or(f64::INFINITY, |s| s.coords.dot(&feed))),
         None => 0,
@@ -82,7 +82,7 @@ fn ends(points: &[CcPoint]) -> Option<[Point3<f64>; 2]> {
 }
 
 /// Index of the first piece with the least value.
-fn least(pieces: &[Piece], value: impl Fn(&Piece) -> f64) -> usize {
+fn least(pieces: &[ResampledPiece], value: impl Fn(&ResampledPiece) -> f64) -> usize {
     let by_value = |a: &usize, b: &usize| value(&pieces[*a]).total_cmp(&value(&pieces[*b]));
     (0..pieces.len()).min_by(by_value).unwrap_or(0)
 }

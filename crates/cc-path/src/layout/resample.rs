@@ -1,13 +1,13 @@
 use facemill_cl_data::CcPoint;
 use nalgebra::{Unit, Vector3};
 
-use crate::layout::trace::{Curve, Place};
+use crate::layout::trace::{Curve, TracePoint};
 use crate::strategy::settings::LaySettings;
 use crate::strategy::size::PointsLeft;
 
 /// A curve with points put on it, the higher levels to the left.
 #[derive(Clone, Debug)]
-pub(crate) struct Piece {
+pub(crate) struct ResampledPiece {
     pub(crate) points: Vec<CcPoint>,
     pub(crate) length: f64,
     pub(crate) closed: bool,
@@ -49,14 +49,14 @@ pub(crate) fn resample(
     curve: &Curve,
     settings: &LaySettings,
     left: &PointsLeft,
-) -> Result<Option<Piece>, NoPointsLeft> {
+) -> Result<Option<ResampledPiece>, NoPointsLeft> {
     let Some((start, end)) = ends(curve, settings) else { return Ok(None) };
     let mut places = spread(curve, settings, left, start, end).ok_or(NoPointsLeft)?;
     // Places of a curve that leaves its triangle for a while fall together.
     places.dedup_by(|b, a| a.position == b.position);
     let chord = places.windows(2).map(|w| chord_between(curve, &w[0], &w[1])).fold(0.0, f64::max);
     let points: Vec<CcPoint> = places.iter().filter_map(|p| cc_point(curve, p)).collect();
-    Ok((points.len() >= 2).then_some(Piece { points, length: end - start, closed: curve.closed, chord }))
+    Ok((points.len() >= 2).then_some(ResampledPiece { points, length: end - start, closed: curve.closed, chord }))
 }
 
 /// There are no points left for a curve.
@@ -95,7 +95,7 @@ fn least_gap(settings: &LaySettings) -> f64 {
     (0.5 * settings.chord_tolerance).min(1e-3 * settings.max_step)
 }
 
-fn spread(curve: &Curve, settings: &LaySettings, left: &PointsLeft, start: f64, end: f64) -> Option<Vec<Place>> {
+fn spread(curve: &Curve, settings: &LaySettings, left: &PointsLeft, start: f64, end: f64) -> Option<Vec<TracePoint>> {
     let limits = Limits::of(settings);
     let gap = least_gap(settings);
     let mut best = walk(curve, limits, gap, start, end, left.get())?;
@@ -115,7 +115,14 @@ fn spread(curve: &Curve, settings: &LaySettings, left: &PointsLeft, start: f64, 
 
 /// Goes along the curve in the longest gaps that keep to the limits. `None` when there are more
 /// than `max_points`.
-fn walk(curve: &Curve, limits: Limits, least_gap: f64, start: f64, end: f64, max_points: usize) -> Option<Vec<Place>> {
+fn walk(
+    curve: &Curve,
+    limits: Limits,
+    least_gap: f64,
+    start: f64,
+    end: f64,
+    max_points: usize,
+) -> Option<Vec<TracePoint>> {
     let mut places = vec![curve.at(start)];
     let mut here = places[0];
     while here.way < end {
@@ -128,7 +135,7 @@ fn walk(curve: &Curve, limits: Limits, least_gap: f64, start: f64, end: f64, max
     Some(places)
 }
 
-fn next_way(curve: &Curve, limits: Limits, least_gap: f64, here: &Place, end: f64) -> f64 {
+fn next_way(curve: &Curve, limits: Limits, least_gap: f64, here: &TracePoint, end: f64) -> f64 {
     // Rounding must not make eleven steps out of ten.
     let step = limits.step * (1.0 + 1e-12);
     // A closed curve needs three points, or its chords have no inside.
@@ -144,7 +151,7 @@ fn next_way(curve: &Curve, limits: Limits, least_gap: f64, here: &Place, end: f6
 }
 
 /// The farthest way from `here` that keeps to the limits, to a thousandth of the longest step.
-fn longest_fit(curve: &Curve, limits: Limits, here: &Place, end: f64) -> f64 {
+fn longest_fit(curve: &Curve, limits: Limits, here: &TracePoint, end: f64) -> f64 {
     let fits = |way: f64| within(curve, limits, here, &curve.at(way));
     let farthest = (here.way + limits.step).min(end);
     if fits(farthest) {
@@ -162,14 +169,14 @@ fn longest_fit(curve: &Curve, limits: Limits, here: &Place, end: f64) -> f64 {
     low
 }
 
-fn within(curve: &Curve, limits: Limits, a: &Place, b: &Place) -> bool {
+fn within(curve: &Curve, limits: Limits, a: &TracePoint, b: &TracePoint) -> bool {
     (b.position - a.position).norm() <= limits.step * (1.0 + 1e-9)
         && turn_between(curve, a, b) <= limits.turn
         && chord_between(curve, a, b) <= limits.chord
 }
 
 /// Largest angle between the normal at `a` and those up to `b`.
-fn turn_between(curve: &Curve, a: &Place, b: &Place) -> f64 {
+fn turn_between(curve: &Curve, a: &TracePoint, b: &TracePoint) -> f64 {
     let nodes = curve.between(a, b).flat_map(|(_, n)| n);
     nodes.chain([b.normal]).map(|n| n.angle(&a.normal)).fold(0.0, f64::max)
 }
@@ -181,7 +188,7 @@ fn turn_between(curve: &Curve, a: &Place, b: &Place) -> f64 {
 /// plane of the line is the chord of an arc of height L·Δθ/8. The larger of the two counts. The
 /// normals at an open border know one side only, so on facets there the estimate is down to half of
 /// what is true.
-fn chord_between(curve: &Curve, a: &Place, b: &Place) -> f64 {
+fn chord_between(curve: &Curve, a: &TracePoint, b: &TracePoint) -> f64 {
     let line = b.position - a.position;
     let length = line.norm();
     let Some(along) = Unit::try_new(line, 0.0) else { return 0.0 };
@@ -201,7 +208,7 @@ fn chord_between(curve: &Curve, a: &Place, b: &Place) -> f64 {
     across.max(length * (highest - lowest) / 8.0).hypot(beside + curve.bulge_between(a, b))
 }
 
-fn cc_point(curve: &Curve, place: &Place) -> Option<CcPoint> {
+fn cc_point(curve: &Curve, place: &TracePoint) -> Option<CcPoint> {
     let smooth = CcPoint::new(place.position, place.normal.into_inner(), curve.tangent(place));
     // The chord lies in the facet, so at right angles to its normal.
     smooth.ok().or_else(|| {

@@ -41,7 +41,7 @@ pub(crate) struct TracedLevel<'a> {
 
 /// A place on a curve.
 #[derive(Clone, Copy)]
-pub(crate) struct Place {
+pub(crate) struct TracePoint {
     /// Way from the beginning, mm.
     pub(crate) way: f64,
     /// The piece it lies on.
@@ -249,7 +249,7 @@ impl<'a> Curve<'a> {
     }
 
     /// The place at this way from the beginning: on the surface and on the level up to rounding.
-    pub(crate) fn at(&self, way: f64) -> Place {
+    pub(crate) fn at(&self, way: f64) -> TracePoint {
         let piece = self.ways.partition_point(|&w| w <= way).clamp(1, self.triangles.len()) - 1;
         let (from, to) = (self.ways[piece], self.ways[piece + 1]);
         let fraction = ((way - from) / (to - from)).clamp(0.0, 1.0);
@@ -258,7 +258,7 @@ impl<'a> Curve<'a> {
             1.0 => self.nodes[piece + 1],
             _ => self.inside(piece, fraction),
         };
-        Place { way, piece, position, normal: self.patch.normal(self.triangles[piece], &position) }
+        TracePoint { way, piece, position, normal: self.patch.normal(self.triangles[piece], &position) }
     }
 
     fn inside(&self, piece: usize, fraction: f64) -> Point3<f64> {
@@ -290,13 +290,13 @@ impl<'a> Curve<'a> {
     }
 
     /// Direction of the piece at a place, along its chord.
-    pub(crate) fn chord_direction(&self, place: &Place) -> Vector3<f64> {
+    pub(crate) fn chord_direction(&self, place: &TracePoint) -> Vector3<f64> {
         self.nodes[place.piece + 1] - self.nodes[place.piece]
     }
 
     /// Direction of the smooth surface's section at a place: along gradient × N; the chord's where
     /// there is none.
-    pub(crate) fn tangent(&self, place: &Place) -> Vector3<f64> {
+    pub(crate) fn tangent(&self, place: &TracePoint) -> Vector3<f64> {
         let chord = self.chord_direction(place);
         let smooth = match self.tangents.get(place.piece..place.piece + 2) {
             Some([from, to]) => {
@@ -312,22 +312,22 @@ impl<'a> Curve<'a> {
     }
 
     /// Normal of the facet at a place.
-    pub(crate) fn facet_normal(&self, place: &Place) -> Option<Unit<Vector3<f64>>> {
+    pub(crate) fn facet_normal(&self, place: &TracePoint) -> Option<Unit<Vector3<f64>>> {
         self.patch.facet_normal(self.triangles[place.piece])
     }
 
     /// The nodes between two places, with the normals before and after each.
     pub(crate) fn between(
         &self,
-        a: &Place,
-        b: &Place,
+        a: &TracePoint,
+        b: &TracePoint,
     ) -> impl Iterator<Item = (&Point3<f64>, [Unit<Vector3<f64>>; 2])> {
         (a.piece + 1..=b.piece).map(|k| (&self.nodes[k], [self.normals[k - 1][1], self.normals[k][0]]))
     }
 
     /// Returns the largest distance of the curve between two places from the chords of its pieces,
     /// mm.
-    pub(crate) fn bulge_between(&self, a: &Place, b: &Place) -> f64 {
+    pub(crate) fn bulge_between(&self, a: &TracePoint, b: &TracePoint) -> f64 {
         let bulge = |k: usize| {
             let (from, to) = (self.ways[k], self.ways[k + 1]);
             let covered = (b.way.min(to) - a.way.max(from)) / (to - from);
