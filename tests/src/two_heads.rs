@@ -264,10 +264,10 @@ mod tests {
         let nc = "%\nO1 (BOTH X)\nN1 G0 X1=1. C5.\nN2 G43 Z1=2. H1\nN3 G43 Z2=-3. H2\n(PASS)\nN4 G1 X1=1.5 F100.\n\
                   (HEAD 2 PASS 1 PLACE 1)\nN5 C-6.25\nN6 G0 Z2=0.\nN7 G49\nN8 G0 X1=9.\n";
         let blocks = dual_blocks(nc);
-        let told: Vec<_> = blocks.iter().map(|b| (b.line, b.rapid, b.feed, b.working)).collect();
+        let reported: Vec<_> = blocks.iter().map(|b| (b.line, b.rapid, b.feed, b.working)).collect();
         let both = [true, true];
         let second = [false, true];
-        assert_eq!(told, [(7, false, 100.0, both), (9, false, 100.0, second), (10, true, 100.0, second)]);
+        assert_eq!(reported, [(7, false, 100.0, both), (9, false, 100.0, second), (10, true, 100.0, second)]);
         assert_eq!((blocks[1].from["C"], blocks[1].to["C"], blocks[2].to["X1"]), (5.0, -6.25, 1.5));
         assert_eq!(blocks[0].named, ["X1"]);
     }

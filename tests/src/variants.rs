@@ -243,11 +243,11 @@ impl Written {
             }
         }
         assert!(deepest > 0.0, "the cutter touches nothing");
-        let told = self.report["worst"]["gouge_mm"].as_f64().unwrap_or(0.0);
+        let reported = self.report["worst"]["gouge_mm"].as_f64().unwrap_or(0.0);
         // The virtual machine looks every half millimetre; between, an edge may be as deep as the
         // rim's arc over it.
         let between = 0.5 * 0.5 / (8.0 * self.back.cutter.radius);
-        assert!(told >= deepest - between, "report {told}, by brute force {deepest}");
+        assert!(reported >= deepest - between, "report {reported}, by brute force {deepest}");
         self.check_rapids();
     }
 

@@ -41,8 +41,8 @@ pub(super) fn both_heads_cut_the_stock(job: &JobFolder, planned: &Planned, read:
     let sum: f64 = cut.removed_by_heads_mm3.iter().sum();
     assert!((cut.removed_mm3 - sum).abs() <= 1e-9 * sum, "{cut:?}");
     let (samples, blocks_that_cut) = sampled(read);
-    for (told, sampled) in cut.removed_by_heads_mm3.iter().zip(samples) {
-        assert!((told - sampled).abs() < 0.05 * sampled && sampled > 1e3, "{told} told, {sampled} sampled");
+    for (reported, sampled) in cut.removed_by_heads_mm3.iter().zip(samples) {
+        assert!((reported - sampled).abs() < 0.05 * sampled && sampled > 1e3, "{reported} reported, {sampled} sampled");
     }
     let cutting = read.blocks.iter().filter(|b| !b.rapid).count();
     assert!(cut.blocks_in_air > 0 && cut.blocks_in_air <= cutting - blocks_that_cut, "{cut:?} {blocks_that_cut}");
@@ -68,16 +68,16 @@ fn links_of_both_heads_go_through_cut_stock() {
 }
 
 fn a_block_at_rapid_rate_is_found_for_both_heads(job: &JobFolder, planned: &Planned, read: &ReadPlan) {
-    let told = planned.report.stock.cut.as_ref().expect("is cut");
-    let cut = CutRequest { region: StockRegion::Operations, ..CutRequest::on_lines(CELL, told.tolerance_mm) };
+    let reported = planned.report.stock.cut.as_ref().expect("is cut");
+    let cut = CutRequest { region: StockRegion::Operations, ..CutRequest::on_lines(CELL, reported.tolerance_mm) };
     let path = job.path("program.nc");
     let request = VerifyRequest { cut: Some(cut), ..VerifyRequest::new(&path, Dialect::Fanuc) };
     let (line, hasty) = with_a_hasty_block(read, &text_of(planned, "program.nc"));
     let verified = verify_program(&Job::read(&job.job()).unwrap(), hasty.as_bytes(), &request, &SilentStages).unwrap();
     let (file, own) = (&verified.file, verified.file.stock.as_ref().expect("is cut"));
-    assert_eq!((own.before_mm3, own.region_mm), (told.before_mm3, told.region_mm));
-    for (own, told) in own.removed_by_heads_mm3.iter().zip(&told.removed_by_heads_mm3) {
-        assert!(own < told && *own > 0.95 * told, "{own} of {told}");
+    assert_eq!((own.before_mm3, own.region_mm), (reported.before_mm3, reported.region_mm));
+    for (own, reported) in own.removed_by_heads_mm3.iter().zip(&reported.removed_by_heads_mm3) {
+        assert!(own < reported && *own > 0.95 * reported, "{own} of {reported}");
     }
     let of_blocks: f64 = verified.cuts.iter().map(|block| block.removed_mm3).sum();
     assert!((of_blocks - own.removed_mm3).abs() <= 1e-9 * own.removed_mm3);

@@ -27,7 +27,7 @@ fn jobs_that_two_heads_cannot_mean_are_refused_by_field() {
     let twice = json!([sides[0], sides[0]]);
     let mut leaning = sides.clone();
     set(&mut leaning, "/0/lean_back_deg", json!(181.0));
-    for (pointer, value, told) in [
+    for (pointer, value, reported) in [
         ("/second_tool", Value::Null, &["second_tool", "is needed", "two heads"][..]),
         ("/second_tool", json!("tool-3.json"), &["tool-3.json"]),
         ("/operations/1/head", json!(3), &["operations[1].head", "2 head(s)", "no head 3"]),
@@ -41,7 +41,7 @@ fn jobs_that_two_heads_cannot_mean_are_refused_by_field() {
         ("/pairs", leaning, &["pairs[0].lean_back_deg", "181"]),
     ] {
         let refused = refusal(&job, pointer, value);
-        assert!(told.iter().all(|part| refused.contains(part)), "{pointer}: {refused}");
+        assert!(reported.iter().all(|part| refused.contains(part)), "{pointer}: {refused}");
     }
 }
 
@@ -49,14 +49,14 @@ fn jobs_that_two_heads_cannot_mean_are_refused_by_field() {
 fn what_is_for_two_heads_is_refused_on_a_machine_with_one() {
     let job = JobFolder::new(&NewJob::Patch { size_mm: 80.0 });
     let plane = json!({ "plane": { "origin_mm": [0.0, 0.0, -50.0], "normal": [0.0, 0.0, -1.0] } });
-    for (pointer, value, told) in [
+    for (pointer, value, reported) in [
         ("/second_tool", json!("tool.json"), "second_tool: is for machines with two heads"),
         ("/setups/0/second_clearance", plane, "setups[0].second_clearance: is for machines with two heads"),
         ("/pairs", json!([{ "first": "a", "second": "b" }]), "pairs: is for machines with two heads"),
         ("/operations/0/head", json!(2), "operations[0].head: the machine has 1 head(s)"),
     ] {
         let refused = refusal(&job, pointer, value);
-        assert!(refused.contains(told), "{pointer}: {refused}");
+        assert!(refused.contains(reported), "{pointer}: {refused}");
     }
 }
 

@@ -191,8 +191,8 @@ fn each_head_keeps_the_removal_rate_of_its_own_operation() {
         let own: Vec<&DualBlock> = blocks.iter().filter(|b| b.working[h]).collect();
         assert_eq!(own.len(), apt.len(), "blocks and APT points of head {}", h + 1);
         let mut cuts = 0;
-        for (block, asked) in own.into_iter().zip(apt).filter(|(block, _)| ReadPlan::is_cut(block)) {
-            assert_eq!(asked, Some(most), "line {}", block.line);
+        for (block, requested) in own.into_iter().zip(apt).filter(|(block, _)| ReadPlan::is_cut(block)) {
+            assert_eq!(requested, Some(most), "line {}", block.line);
             let way = (heads.place(h, &block.to).0 - heads.place(h, &block.from).0).norm();
             let norm = block.to.iter().map(|(name, to)| (to - block.from[name]).powi(2)).sum::<f64>().sqrt();
             let tip_feed = way / norm * block.feed;
@@ -392,10 +392,10 @@ fn both_tools_stand_where_they_were_planned(read: &ReadPlan) {
         assert_eq!(own.len(), points.len(), "head {}", h + 1);
         for (block, p) in own.iter().zip(points) {
             let (tip, axis) = read.heads.place(h, &block.to);
-            let told = format!("line {} head {}: {tip}, APT line {}: {}", block.line, h + 1, p.line, p.cl.tip);
-            assert!((tip - p.cl.tip).norm() < ROUNDING, "{told}");
-            assert!((axis.into_inner() - p.cl.axis.into_inner()).norm() < 5e-6, "{told}");
-            assert_eq!(block.rapid, p.feed.is_none() || p.kind == facemill::cl_file::AptPointKind::Rapid, "{told}");
+            let stated = format!("line {} head {}: {tip}, APT line {}: {}", block.line, h + 1, p.line, p.cl.tip);
+            assert!((tip - p.cl.tip).norm() < ROUNDING, "{stated}");
+            assert!((axis.into_inner() - p.cl.axis.into_inner()).norm() < 5e-6, "{stated}");
+            assert_eq!(block.rapid, p.feed.is_none() || p.kind == facemill::cl_file::AptPointKind::Rapid, "{stated}");
         }
     }
     // The tools come from both sides.
@@ -411,15 +411,16 @@ fn neither_tip_is_faster_than_programmed_and_one_axis_or_tip_sets_the_time(read:
         let time = read.heads.time(block);
         let ways = read.ways(block);
         let key = if ReadPlan::is_cut(block) { "cutting_mm_min" } else { "approach_mm_min" };
-        let asked = [0, 1].map(|h| number(&read.files["operations"][h]["feeds"][key]));
+        let requested = [0, 1].map(|h| number(&read.files["operations"][h]["feeds"][key]));
         for h in (0..2).filter(|&h| block.working[h]) {
-            let most = asked[h] * time / 60.0 + 2.0 * ROUNDING;
+            let most = requested[h] * time / 60.0 + 2.0 * ROUNDING;
             assert!(ways[h] <= most, "line {} head {}: {} mm in {time} s", block.line, h + 1, ways[h]);
         }
         assert!(read.heads.axis_time(block) <= time * (1.0 + 1e-3), "line {}", block.line);
         if ReadPlan::is_cut(block) {
             n += 1;
-            let by_tips = (0..2).filter(|&h| block.working[h]).map(|h| 60.0 * (ways[h] + 2.0 * ROUNDING) / asked[h]);
+            let by_tips =
+                (0..2).filter(|&h| block.working[h]).map(|h| 60.0 * (ways[h] + 2.0 * ROUNDING) / requested[h]);
             let needed = by_tips.fold(read.heads.axis_time(block), f64::max);
             assert!(time <= needed * (1.0 + 1e-3), "line {}: {time} s, {needed} s are enough", block.line);
         }
@@ -445,9 +446,9 @@ fn the_report_tells_the_ways_and_times_of_the_text(read: &ReadPlan) {
         }
     }
     let pair = read.pair();
-    let near = |told: &Value, own: f64| {
-        let told = number(told);
-        assert!((told - own).abs() <= 1e-3 * own, "the report tells {told}, the text {own}");
+    let near = |stated: &Value, own: f64| {
+        let stated = number(stated);
+        assert!((stated - own).abs() <= 1e-3 * own, "the report has {stated}, the text {own}");
     };
     near(&pair["time_s"], time);
     for h in 0..2 {
@@ -523,8 +524,8 @@ fn separate_times_are_those_of_the_sides_one_after_the_other(alone: &Planned, re
     let blocks = dual_blocks(&text_of(alone, "program.nc"));
     assert!(blocks.iter().all(|b| ReadPlan::is_cut(b) <= (b.working != [true; 2])));
     let time = |rapids: bool| blocks.iter().filter(|b| rapids || !b.rapid).map(|b| read.heads.time(b)).sum::<f64>();
-    let told = number(&read.pair()["separate_time_s"]);
-    assert!(told > time(false) && told <= time(true) * (1.0 + 1e-3), "{told}: {} to {}", time(false), time(true));
+    let stated = number(&read.pair()["separate_time_s"]);
+    assert!(stated > time(false) && stated <= time(true) * (1.0 + 1e-3), "{stated}: {} to {}", time(false), time(true));
 }
 
 /// Checks a file against the schema that is checked in.

@@ -114,8 +114,8 @@ fn a_motion_that_a_template_adds_behind_the_body_is_reported_and_not_certified()
     let found = lines(&all).into_iter().find(|(line, _)| *line == call + 1).expect("the motion behind the call");
     assert!(found.1["reason"].as_str().is_some_and(|r| !r.is_empty()), "{found:?}");
     let report = job.json("out/report.json");
-    let told = &report["certified"]["uncertified"][0];
-    assert_eq!(told["first_line"].as_u64(), Some(call as u64), "{told}");
+    let reported = &report["certified"]["uncertified"][0];
+    assert_eq!(reported["first_line"].as_u64(), Some(call as u64), "{reported}");
     let summary = String::from_utf8(output.stdout).unwrap();
     assert!(summary.contains("not certified") && summary.contains(&format!("line {call}: ")), "{summary}");
 }

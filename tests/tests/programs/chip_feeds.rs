@@ -129,9 +129,9 @@ fn removal_rate_is_kept_between_its_bounds_in_every_block() {
             assert!(at_min || cut.feed * area <= 1000.0 * target * slack, "pass {k}: {} mm/min", cut.feed);
             // Not slower than the law asks for: the last block's end may be in stock of which
             // nothing is known.
-            let asked = if k == 0 { min } else { 900.0 };
+            let requested = if k == 0 { min } else { 900.0 };
             let is_inside = at > 0 && at + 1 < pass.len();
-            assert!(!is_inside || cut.feed >= asked * (2.0 - slack) - 0.2, "pass {k}: {} mm/min", cut.feed);
+            assert!(!is_inside || cut.feed >= requested * (2.0 - slack) - 0.2, "pass {k}: {} mm/min", cut.feed);
         }
     }
     let chips = &w.report["chips"][0];

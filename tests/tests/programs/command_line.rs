@@ -411,9 +411,9 @@ fn check_tells_unit_and_up_axis_of_every_mesh() {
     let meshes = &f.json("job.json")["setups"][0]["meshes"];
     let clamp = json!({ "file": "clamp.obj", "role": "fixture", "unit": "inch", "up_axis": "x" });
     job(&f, "/setups/0/meshes", json!([meshes[0], clamp]));
-    let told = facemill_in(&f, "check job.json");
-    assert_eq!(told.code, 0, "{}", told.errors);
+    let printed_output = facemill_in(&f, "check job.json");
+    assert_eq!(printed_output.code, 0, "{}", printed_output.errors);
     for taken in ["mesh patch.obj in millimetres, z up: ", "mesh clamp.obj in inches, x up: "] {
-        assert!(told.prints(&[taken]), "{}", told.printed);
+        assert!(printed_output.prints(&[taken]), "{}", printed_output.printed);
     }
 }

@@ -19,14 +19,14 @@ fn a_folder_stands_for_the_job_in_it_and_another_file_is_called_by_its_format() 
         ("patch.obj", "this is a mesh, not a job"),
         ("program.nc", "this is an NC program by its name, not a job"),
     ] {
-        let told = facemill_in(&f, &format!("plan {given}"));
-        assert!(told.is_refused_for(&[given, named]), "{given}: {} {}", told.code, told.errors);
+        let output = facemill_in(&f, &format!("plan {given}"));
+        assert!(output.is_refused_for(&[given, named]), "{given}: {} {}", output.code, output.errors);
     }
     // Every command that takes a job says the same.
-    let told = facemill_in(&f, "verify program.nc --job tool.json");
-    assert!(told.is_refused_for(&["this is a tool file, not a job"]), "{}", told.errors);
-    let told = facemill_in(&f, "verify program.nc");
-    assert!(told.is_refused_for(&["--job", "--part"]), "{}", told.errors);
+    let output = facemill_in(&f, "verify program.nc --job tool.json");
+    assert!(output.is_refused_for(&["this is a tool file, not a job"]), "{}", output.errors);
+    let output = facemill_in(&f, "verify program.nc");
+    assert!(output.is_refused_for(&["--job", "--part"]), "{}", output.errors);
 }
 
 #[test]
@@ -39,11 +39,16 @@ fn a_value_set_for_one_run_is_read_as_strictly_as_the_file_and_named_in_errors()
         ("/operations/0/tolerances/cusp_mm=-1", "operations[0].tolerances.cusp_mm: must be"),
         ("operations[7].name=x", "the list has 1"),
     ] {
-        let told = facemill_in(&f, &format!("check job.json --set {set}"));
-        assert!(told.is_refused_for(&["job.json: --set operations[", named]), "{set}: {}", told.errors);
+        let output = facemill_in(&f, &format!("check job.json --set {set}"));
+        assert!(output.is_refused_for(&["job.json: --set operations[", named]), "{set}: {}", output.errors);
     }
-    let told = facemill_in(&f, "check job.json --set name=renamed --set /operations/0/name=side");
-    assert!(told.code == 0 && told.prints(&["renamed"]) && told.prints(&["side"]), "{}{}", told.errors, told.printed);
+    let output = facemill_in(&f, "check job.json --set name=renamed --set /operations/0/name=side");
+    assert!(
+        output.code == 0 && output.prints(&["renamed"]) && output.prints(&["side"]),
+        "{}{}",
+        output.errors,
+        output.printed
+    );
     assert_eq!(f.json("job.json"), before, "the file is as it was");
 }
 
@@ -61,10 +66,10 @@ fn inputs(report: &Value) -> BTreeMap<String, String> {
 #[test]
 fn a_plan_tells_its_summary_as_json_or_nothing() {
     let f = tiny_patch();
-    let told =
+    let output =
         facemill_in(&f, &format!("plan job.json --no-verify --json --set name=set --out {}", f.path("a").display()));
-    assert_eq!(told.code, 0, "{}", told.errors);
-    let summary: Value = serde_json::from_str(&told.printed).expect("JSON and nothing else");
+    assert_eq!(output.code, 0, "{}", output.errors);
+    let summary: Value = serde_json::from_str(&output.printed).expect("JSON and nothing else");
     let schema: Value = serde_json::from_str(&facemill_in(&f, "schema summary").printed).unwrap();
     let validator = jsonschema::validator_for(&schema).unwrap();
     let faults: Vec<String> = validator.iter_errors(&summary).map(|e| e.to_string()).collect();
@@ -96,22 +101,27 @@ fn a_plan_tells_its_summary_as_json_or_nothing() {
 
     // A comment is no other part, and another file.
     f.write("patch.obj", &[b"# a comment\n", &std::fs::read(f.path("patch.obj")).unwrap()[..]].concat());
-    let told = facemill_in(&f, &format!("plan job.json --no-verify --quiet --out {}", f.path("b").display()));
-    assert!(told.code == 0 && told.printed.is_empty() && told.errors.is_empty(), "{}{}", told.printed, told.errors);
+    let output = facemill_in(&f, &format!("plan job.json --no-verify --quiet --out {}", f.path("b").display()));
+    assert!(
+        output.code == 0 && output.printed.is_empty() && output.errors.is_empty(),
+        "{}{}",
+        output.printed,
+        output.errors
+    );
     let report: Value = serde_json::from_slice(&std::fs::read(f.path("b/report.json")).unwrap()).unwrap();
     let after = inputs(&report);
     let other: Vec<&String> = before.keys().filter(|file| before[*file] != after[*file]).collect();
     assert_eq!(other, ["patch.obj"]);
-    let told = facemill_in(&f, "plan tool.json --quiet");
-    assert!(told.is_refused_for(&["not a job"]), "{}", told.errors);
+    let output = facemill_in(&f, "plan tool.json --quiet");
+    assert!(output.is_refused_for(&["not a job"]), "{}", output.errors);
 }
 
 #[test]
 fn an_example_is_for_the_requested_machine_and_control() {
     let f = tiny_patch();
     let dir = f.path("new").display().to_string();
-    let told = facemill_in(&f, &format!("new patch {dir} --size-mm 100 --machine table-table-a-c --dialect haas"));
-    assert_eq!(told.code, 0, "{}", told.errors);
+    let output = facemill_in(&f, &format!("new patch {dir} --size-mm 100 --machine table-table-a-c --dialect haas"));
+    assert_eq!(output.code, 0, "{}", output.errors);
     let checked = facemill_in(&f, &format!("check {dir}"));
     assert_eq!(checked.code, 0, "{}", checked.errors);
     let machine: Value = serde_json::from_slice(&std::fs::read(f.path("new/machine.json")).unwrap()).unwrap();
@@ -124,8 +134,13 @@ fn an_example_is_for_the_requested_machine_and_control() {
         ("--machine lathe", &["lathe", "table-table-a-c"]),
         ("--dialect klingon", &["klingon", "fanuc"]),
     ] {
-        let told = facemill_in(&f, &format!("new patch {} {options}", f.path("refused").display()));
-        assert!(told.is_refused_for(named) && !f.path("refused").exists(), "{options}: {} {}", told.code, told.errors);
+        let output = facemill_in(&f, &format!("new patch {} {options}", f.path("refused").display()));
+        assert!(
+            output.is_refused_for(named) && !f.path("refused").exists(),
+            "{options}: {} {}",
+            output.code,
+            output.errors
+        );
     }
 }
 
@@ -143,8 +158,8 @@ fn a_file_of_another_format_is_no_program() {
         ("long.json", "this is a path file, not an NC program"),
         ("patch.obj", "this is a mesh by its name, not an NC program"),
     ] {
-        let told = facemill_in(&f, &format!("verify {given} --job job.json"));
-        assert!(told.is_refused_for(&[given, named]), "{given}: {} {}", told.code, told.errors);
+        let output = facemill_in(&f, &format!("verify {given} --job job.json"));
+        assert!(output.is_refused_for(&[given, named]), "{given}: {} {}", output.code, output.errors);
     }
 }
 
@@ -157,11 +172,11 @@ fn a_plan_that_cannot_begin_changes_nothing() {
     f.write("out/program.nc", b"%\n");
     f.write("plain", b"mine");
     let out = f.path("out").display().to_string();
-    let told = facemill_in(&f, &format!("plan job.json --set operations[0].nosuch=1 --out {out}"));
-    assert!(told.is_refused_for(&["nosuch"]), "{}", told.errors);
+    let output = facemill_in(&f, &format!("plan job.json --set operations[0].nosuch=1 --out {out}"));
+    assert!(output.is_refused_for(&["nosuch"]), "{}", output.errors);
     let names: Vec<_> = std::fs::read_dir(f.path("out")).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert_eq!(names, ["program.nc"]);
-    let told = facemill_in(&f, &format!("plan job.json --out {}", f.path("plain").display()));
-    assert!(told.code == 3 && told.errors.contains("not a folder"), "{} {}", told.code, told.errors);
+    let output = facemill_in(&f, &format!("plan job.json --out {}", f.path("plain").display()));
+    assert!(output.code == 3 && output.errors.contains("not a folder"), "{} {}", output.code, output.errors);
     assert_eq!(std::fs::read(f.path("plain")).unwrap(), b"mine");
 }

@@ -205,9 +205,9 @@ fn a_holder_grown_into_its_clearance_is_found_and_one_that_just_keeps_it_is_not(
             assert!(!hits.is_empty(), "nothing found at {distance}");
             assert!(hits.iter().all(|f| f.kind == FindingKind::HolderCollision), "{hits:?}");
             assert!(hits.iter().all(|f| f.body.as_deref() == Some("holder section 1")), "{hits:?}");
-            let told = hits.iter().filter_map(|f| f.measure).map(|m| m.value()).fold(f64::INFINITY, f64::min);
+            let reported = hits.iter().filter_map(|f| f.measure).map(|m| m.value()).fold(f64::INFINITY, f64::min);
             // Between block ends it may be a little nearer.
-            assert!(told <= distance + 1e-6 && told > distance - 0.04, "{told} {distance}");
+            assert!(reported <= distance + 1e-6 && reported > distance - 0.04, "{reported} {distance}");
             assert!(hits.iter().any(|f| (f.first_line..=f.last_line).contains(&(line as u32))), "{hits:?} not {line}");
         } else {
             assert!(v.faults().next().is_none(), "{:?}", v.findings);

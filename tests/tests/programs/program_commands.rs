@@ -61,8 +61,8 @@ fn tables_of_feed_come_out_of_the_command() {
         let [program, machine, out] = ["table.nc", "machine.json", "new.nc"].map(|n| folder.path(n));
         let [program, machine, out] = [&program, &machine, &out].map(|p| p.to_str().unwrap());
         let arguments = ["feedrate", program, "--machine", machine, "--tool-length-mm", "100", "--tip-feed", "1000"];
-        let told = run(&[&arguments[..], &["-o", out]].concat());
-        assert!(told.status.success(), "{}", String::from_utf8_lossy(&told.stderr));
+        let outcome = run(&[&arguments[..], &["-o", out]].concat());
+        assert!(outcome.status.success(), "{}", String::from_utf8_lossy(&outcome.stderr));
         let new = std::fs::read_to_string(out).unwrap();
         assert_eq!(without_feeds(&new), without_feeds(&text));
         let feeds: Vec<f64> = new
@@ -126,12 +126,12 @@ fn nothing_but_f_words_changes_and_the_tip_keeps_to_its_feed() {
     let file = machine();
     let machine = Machine::from_json(file.to_string().as_bytes()).unwrap();
     for (dialect, head, counts_all) in CONTROLS {
-        for asked in [Some(800.0), None] {
+        for queried in [Some(800.0), None] {
             let text = program(&mut random, dialect, head);
             let settings = FeedRewriteSettings {
                 machine: &machine,
                 tool_length: LENGTH,
-                tip_feed: asked.map_or(TipFeed::Programmed, TipFeed::Given),
+                tip_feed: queried.map_or(TipFeed::Programmed, TipFeed::Given),
                 work_offset: Vec::new(),
                 dialect,
                 dialect_file: None,
@@ -169,8 +169,8 @@ fn nothing_but_f_words_changes_and_the_tip_keeps_to_its_feed() {
                 let inverse = feed.mode == FeedMode::G93;
                 let time = if inverse { 60.0 / feed.value } else { 60.0 * norm / feed.value };
                 let axis_time = slowest(&machine, &from, &words);
-                let wanted = match (asked, was.feed.unwrap()) {
-                    (Some(asked), _) => 60.0 * way / asked,
+                let wanted = match (queried, was.feed.unwrap()) {
+                    (Some(queried), _) => 60.0 * way / queried,
                     (None, old) if inverse => 60.0 / old.value,
                     (None, old) => 60.0 * way / old.value,
                 };
@@ -178,10 +178,10 @@ fn nothing_but_f_words_changes_and_the_tip_keeps_to_its_feed() {
                 // F is rounded down, and stays where it says the same.
                 let coarse = if feed.value < 1000.0 { 1e-3 } else { 0.1 / feed.value };
                 let coarse = if inverse { 1e-4 } else { coarse };
-                let stays = inverse && asked.is_none() && axis_time <= wanted;
+                let stays = inverse && queried.is_none() && axis_time <= wanted;
                 assert!(!stays || was.feed == is.feed, "line {}: {:?} {feed:?}", old.line, was.feed);
-                let told = format!("{dialect:?} line {}: {time} s, least {least} s", old.line);
-                assert!(time >= least * (1.0 - 1e-9) && time <= least * (1.0 + 1.1 * coarse), "{told}");
+                let outcome = format!("{dialect:?} line {}: {time} s, least {least} s", old.line);
+                assert!(time >= least * (1.0 - 1e-9) && time <= least * (1.0 + 1.1 * coarse), "{outcome}");
                 n += 1;
             }
             assert!(n > 50 && summary.blocks == n, "{dialect:?}: {n} cuts, {summary:?}");
@@ -202,7 +202,7 @@ fn slowest(machine: &Machine, from: &Words, to: &Words) -> f64 {
 fn programs_that_cannot_be_trusted_are_refused_by_line() {
     let machine = Machine::from_json(machine().to_string().as_bytes()).unwrap();
     let head = "G21 G90 G94 G54\nG43 H1\nG0 X0. Y0. Z150. B0. C0.\n";
-    for (rest, told) in [
+    for (rest, outcome) in [
         ("G1 X1. F0.\n", &["line 4", "feed is 0"][..]),
         ("G1 X1.\n", &["line 4", "no feed", "--tip-feed"]),
         ("G1 A5. F100.\n", &["line 4", "A"]),
@@ -215,10 +215,10 @@ fn programs_that_cannot_be_trusted_are_refused_by_line() {
         ("/F100.\nG1 X1.\n", &["line 4", "switch"]),
     ] {
         let why = refused(&machine, Dialect::Fanuc, &format!("{head}{rest}M30\n"));
-        assert!(told.iter().all(|part| why.contains(part)), "{rest}: {why}");
+        assert!(outcome.iter().all(|part| why.contains(part)), "{rest}: {why}");
     }
     let siemens = "G54 G71 G90 G94\nD1\nG0 X0 Y0 Z150 B0 C0\n";
-    for (rest, told) in [
+    for (rest, outcome) in [
         ("FGROUP(X,Y,Z,B)\nG1 X1 F100\n", "FGROUP(X,Y,Z,B)"),
         ("FGROUP(X,Y,Z,B,C)\nG1 X1 F100\n", "FGREF"),
         ("G1 B5 F100\n", "rotary axes alone"),
@@ -230,7 +230,7 @@ fn programs_that_cannot_be_trusted_are_refused_by_line() {
         ("FXS[X]=1\nG1 X1 F100\n", "FXS[X]=1"),
     ] {
         let why = refused(&machine, Dialect::Siemens840d, &format!("{siemens}{rest}M30\n"));
-        assert!(why.contains(told) && why.contains("line "), "{rest}: {why}");
+        assert!(why.contains(outcome) && why.contains("line "), "{rest}: {why}");
     }
     let why = refused(&machine, Dialect::LinuxCnc, "G21 G90 G94 G54\nM430\nG1 X1. F100.\nM2\n");
     assert!(why.contains("kinematics"), "{why}");
@@ -254,17 +254,17 @@ fn refused(machine: &Machine, dialect: Dialect, text: &str) -> String {
 /// the stock's surface.
 #[test]
 fn chip_areas_of_simple_cases_are_reported() {
-    let told = |arguments: &[&str]| {
+    let outcome = |arguments: &[&str]| {
         let output = run(&[&["chip-area"], arguments].concat());
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let text = String::from_utf8(output.stdout).unwrap();
         text.split(' ').next().unwrap().parse::<f64>().unwrap()
     };
-    let disc = told(&["--radius-mm", "40", "--depth-of-cut-mm", "2"]);
+    let disc = outcome(&["--radius-mm", "40", "--depth-of-cut-mm", "2"]);
     assert!((disc - 160.0).abs() < 1e-6, "{disc}");
-    let beside = told(&["--radius-mm", "40", "--depth-of-cut-mm", "2", "--right", "cut", "--right-mm", "30"]);
+    let beside = outcome(&["--radius-mm", "40", "--depth-of-cut-mm", "2", "--right", "cut", "--right-mm", "30"]);
     assert!((beside - 60.0).abs() < 1e-6, "{beside}");
-    let ball = told(&["--radius-mm", "6", "--corner-radius-mm", "6", "--depth-of-cut-mm", "2"]);
+    let ball = outcome(&["--radius-mm", "6", "--corner-radius-mm", "6", "--depth-of-cut-mm", "2"]);
     let segment = 36.0 * (4.0_f64 / 6.0).acos() - 4.0 * 20.0_f64.sqrt();
     assert!((ball - segment).abs() < 1e-6, "{ball}, segment {segment}");
     let folder = JobFolder::of(&[]);
@@ -379,13 +379,13 @@ fn feedrate_refuses_what_cannot_be_meant() {
     let start = "G21 G90 G94 G54\nG43 H1\nG0 X0. Y0. Z150. B0. C0.\n";
     folder.write("mixed.nc", format!("{start}{turns}{ways}M30\n").as_bytes());
     let path = |name: &str| folder.path(name).to_str().unwrap().to_owned();
-    let told = |program: &str, length: &str, more: &[&str]| {
+    let outcome = |program: &str, length: &str, more: &[&str]| {
         let (program, machine) = (path(program), path("machine.json"));
         let arguments = ["feedrate", &program, "--machine", &machine, "--tool-length-mm", length];
         let output = run(&[&arguments[..], more].concat());
         (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
     };
-    assert_eq!(told("one.nc", "100", &["--tip-feed", "keep"]).0, Some(0));
+    assert_eq!(outcome("one.nc", "100", &["--tip-feed", "keep"]).0, Some(0));
     for (program, length, more, expected) in [
         ("empty.nc", "100", &[][..], "empty.nc"),
         ("mixed.nc", "100", &[], "F changes in 19 of 19 blocks"),
@@ -398,33 +398,36 @@ fn feedrate_refuses_what_cannot_be_meant() {
         ("one.nc", "100", &["--time-law", "--blend-tolerance-mm", "1e9"], "--blend-tolerance-mm"),
         ("one.nc", "100", &["--time-law", "--blend-tolerance-mm", "1e-12"], "--blend-tolerance-mm"),
     ] {
-        let (code, errors) = told(program, length, more);
+        let (code, errors) = outcome(program, length, more);
         assert!(code == Some(2) && errors.contains(expected), "{more:?} {length}: {errors}");
     }
     // A dialect file has to be one of the program's control.
     for (file, expected) in [("haas.json", "a dialect file of haas, but --dialect is fanuc"), ("no.json", "no.json")] {
         folder.write("haas.json", facemill::file_format::to_json(&Dialect::Haas.file()).as_bytes());
-        let (code, errors) = told("one.nc", "100", &["--tip-feed", "keep", "--dialect-file", &path(file)]);
+        let (code, errors) = outcome("one.nc", "100", &["--tip-feed", "keep", "--dialect-file", &path(file)]);
         assert!(code == Some(2) && errors.contains(expected), "{file}: {errors}");
     }
     let haas = path("haas.json");
-    assert_eq!(told("one.nc", "100", &["--tip-feed", "keep", "--dialect", "haas", "--dialect-file", &haas]).0, Some(0));
+    assert_eq!(
+        outcome("one.nc", "100", &["--tip-feed", "keep", "--dialect", "haas", "--dialect-file", &haas]).0,
+        Some(0)
+    );
     // Under RTCP, too, F stays within the range of the control: 1 to 24000 mm/min. Nothing exceeds
     // its requested speed for that.
     let rtcp = start.replace("G43 H1", "G43.4 H1") + "G1 X40. Y40. F100.\nM30\n";
     folder.write("rtcp.nc", rtcp.as_bytes());
     let out = path("ranged.nc");
-    assert_eq!(told("rtcp.nc", "100", &["--tip-feed", "1000000", "-o", &out]).0, Some(0));
+    assert_eq!(outcome("rtcp.nc", "100", &["--tip-feed", "1000000", "-o", &out]).0, Some(0));
     let text = std::fs::read_to_string(&out).unwrap();
     let feed: f64 = text.split(" F").nth(1).and_then(|f| f.lines().next()).unwrap().parse().unwrap();
     assert!((15000.0..=24000.0).contains(&feed), "F{feed}");
     for program in ["rtcp.nc", "one.nc"] {
-        let (code, errors) = told(program, "100", &["--tip-feed", "0.5"]);
+        let (code, errors) = outcome(program, "100", &["--tip-feed", "0.5"]);
         assert!(code == Some(2) && errors.contains("line 4: it needs F0.5000"), "{program}: {errors}");
         assert!(errors.contains("the smallest that the machine accepts is 1"), "{program}: {errors}");
-        assert_eq!(told(program, "100", &["--tip-feed", "0.995"]).0, Some(0), "{program}");
+        assert_eq!(outcome(program, "100", &["--tip-feed", "0.995"]).0, Some(0), "{program}");
     }
-    let (code, errors) = told("one.nc", "100", &["--time-law", "--blend-tolerance-mm", "0"]);
+    let (code, errors) = outcome("one.nc", "100", &["--time-law", "--blend-tolerance-mm", "0"]);
     assert!(code == Some(0) && errors.contains("a stop at every corner"), "{errors}");
 }
 
@@ -520,8 +523,8 @@ fn programs_from_anywhere_are_run_with_the_job_unchanged() {
     // One definition of times, and one way to them: from the text.
     let times = serde_json::to_value(&planned.report.times).unwrap();
     for key in ["cutting_s", "rapid_s", "constant_cutting_s", "constant_rapid_s"] {
-        let [told, planned] = [&file["times"][key], &times[key]].map(|v| v.as_f64().unwrap());
-        assert!(planned > 1.0 && (told - planned).abs() < 1e-9 * planned, "{key}: {told} s, planned {planned} s");
+        let [outcome, planned] = [&file["times"][key], &times[key]].map(|v| v.as_f64().unwrap());
+        assert!(planned > 1.0 && (outcome - planned).abs() < 1e-9 * planned, "{key}: {outcome} s, planned {planned} s");
     }
     let rapid = planned.report.totals.rapid_time_s;
     assert!((file["rapid_time_s"].as_f64().unwrap() - rapid).abs() < 1e-9 * rapid, "{rapid} s");
@@ -565,12 +568,12 @@ fn programs_from_anywhere_are_run_with_the_job_unchanged() {
         .map(|k| if k == at { lines[k].split(' ').map(lowered).collect::<Vec<_>>().join(" ") } else { lines[k].into() })
         .collect();
     job.write("deeper.nc", deeper.join("\n").as_bytes());
-    let told = verify("deeper.nc", &[]);
-    assert_eq!(told.status.code(), Some(1));
+    let outcome = verify("deeper.nc", &[]);
+    assert_eq!(outcome.status.code(), Some(1));
     let gouge = &found()["findings"][0];
     assert_eq!((&gouge["kind"], &gouge["worst_line"]), (&json!("gouge"), &json!(at + 1)), "{gouge}");
-    let told = String::from_utf8_lossy(&told.stdout).into_owned();
-    assert!(told.lines().any(|l| l.contains(" gouge ") && l.contains("cutter, part")), "{told}");
+    let outcome = String::from_utf8_lossy(&outcome.stdout).into_owned();
+    assert!(outcome.lines().any(|l| l.contains(" gouge ") && l.contains("cutter, part")), "{outcome}");
     // A limit of one's own.
     assert_eq!(verify("deeper.nc", &["--gouge-mm", "0.5"]).status.code(), Some(0));
 
@@ -578,9 +581,9 @@ fn programs_from_anywhere_are_run_with_the_job_unchanged() {
     let short: Vec<&str> = lines[..at].iter().copied().filter(|l| !l.ends_with(" G54")).collect();
     job.write("short.nc", short.join("\n").as_bytes());
     assert_eq!(verify("short.nc", &[]).status.code(), Some(1));
-    let (told, file) = (found()["findings"].clone(), found());
-    assert_eq!((told.as_array().unwrap().len(), &told[0]["kind"]), (1, &json!("no_end")), "{told}");
-    assert_eq!(told[0]["first_line"], json!(short.len()));
+    let (outcome, file) = (found()["findings"].clone(), found());
+    assert_eq!((outcome.as_array().unwrap().len(), &outcome[0]["kind"]), (1, &json!("no_end")), "{outcome}");
+    assert_eq!(outcome[0]["first_line"], json!(short.len()));
     let offset = |a: &Value| a["text"].as_str().unwrap().starts_with("no work offset is selected: G54");
     assert!(file["assumptions"].as_array().unwrap().iter().any(offset), "{}", file["assumptions"]);
     // Twice the feeds, and another spindle speed: not what the job asks for, though the axes may
@@ -593,8 +596,8 @@ fn programs_from_anywhere_are_run_with_the_job_unchanged() {
     };
     let line = |l: &&str| l.split(' ').map(doubled).collect::<Vec<_>>().join(" ");
     job.write("faster.nc", lines.iter().map(line).collect::<Vec<_>>().join("\n").as_bytes());
-    let told = verify("faster.nc", &[]);
-    assert_eq!(told.status.code(), Some(1));
+    let outcome = verify("faster.nc", &[]);
+    assert_eq!(outcome.status.code(), Some(1));
     let file = found();
     let of = |kind: &str| file["findings"].as_array().unwrap().iter().find(|f| f["kind"] == kind).cloned();
     let (feed, speed) = (of("feed_above_job").expect("a feed"), of("other_spindle_speed").expect("a speed"));

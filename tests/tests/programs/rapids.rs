@@ -75,8 +75,8 @@ fn links_far_above_a_sculptured_surface_come_down_to_its_stock() {
     let (file, new) = (&made.file, String::from_utf8(made.text.clone()).unwrap());
     println!("{}", file.table());
     let schema = serde_json::from_str(&facemill::file_format::schema::<RapidsFile>()).unwrap();
-    let told = serde_json::from_str(&facemill::file_format::to_json(file)).unwrap();
-    assert!(jsonschema::validator_for(&schema).unwrap().is_valid(&told));
+    let reports = serde_json::from_str(&facemill::file_format::to_json(file)).unwrap();
+    assert!(jsonschema::validator_for(&schema).unwrap().is_valid(&reports));
     assert_eq!(file.findings, [0, 0], "{:?}", made.verification.verification.findings);
 
     // Every link is there; the first one says more than places.
@@ -180,8 +180,8 @@ fn a_link_with_nothing_in_the_way_is_one_block_and_is_so_again() {
         let old = two_ways(head, across);
         let made = faster(&job, Dialect::Fanuc, &old).unwrap_or_else(|e| panic!("{e}"));
         assert!(made.text == old.as_bytes() && made.file.changed == 0);
-        let told = made.file.links[0].kept_because.as_ref().unwrap();
-        assert!(told.contains(why), "{told}");
+        let reports = made.file.links[0].kept_because.as_ref().unwrap();
+        assert!(reports.contains(why), "{reports}");
     }
 }
 

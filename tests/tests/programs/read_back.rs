@@ -31,13 +31,16 @@ fn check_program(job: &JobFolder, planned: &Planned, strides: (usize, usize)) {
     assert!(depth <= budget, "line {line}: {depth} mm deep, budget {budget}");
     // A cutter that never touches would pass, too: it is to cut.
     assert!(depth > 0.0, "the cutter touches nothing");
-    let told = report.worst.gouge_mm.unwrap_or(0.0);
-    assert!(told >= depth - 1e-3 && told <= budget, "report {told}, by brute force {depth} in line {line}");
+    let reported = report.worst.gouge_mm.unwrap_or(0.0);
+    assert!(reported >= depth - 1e-3 && reported <= budget, "report {reported}, by brute force {depth} in line {line}");
     // The report's own place of its deepest gouge, looked at closely.
     if let Some(line) = report.worst.gouge_line {
         let there: Vec<Motion> = motions.iter().filter(|m| m.line == line as usize).copied().collect();
         let (depth, _) = back.deepest(&there, 1);
-        assert!((depth - told).abs() < 0.1 * told + 1e-3, "report {told} in line {line}, by brute force {depth}");
+        assert!(
+            (depth - reported).abs() < 0.1 * reported + 1e-3,
+            "report {reported} in line {line}, by brute force {depth}"
+        );
     }
     check_bodies(&back, &motions, strides.1, report.worst.clearance_mm.expect("a clearance"));
     check_apt(&back, &motions, &text_of(planned, "program.apt"));
@@ -46,7 +49,7 @@ fn check_program(job: &JobFolder, planned: &Planned, strides: (usize, usize)) {
 
 /// No body comes nearer than its clearance allows (0.1 mm of slack between planned points), nor
 /// than the report says.
-fn check_bodies(back: &ReadBack, motions: &[Motion], stride: usize, told: f64) {
+fn check_bodies(back: &ReadBack, motions: &[Motion], stride: usize, reported: f64) {
     let mut nearest = f64::INFINITY;
     for m in motions.iter().step_by(stride) {
         let place = back.end(m);
@@ -60,7 +63,7 @@ fn check_bodies(back: &ReadBack, motions: &[Motion], stride: usize, told: f64) {
             }
         }
     }
-    assert!(told <= nearest + 1e-6, "report {told}, by brute force {nearest}");
+    assert!(reported <= nearest + 1e-6, "report {reported}, by brute force {nearest}");
 }
 
 /// The APT file's points are the program's positions, up to the rounding of words at the end of the

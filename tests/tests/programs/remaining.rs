@@ -156,11 +156,14 @@ fn profiled(profile: &[[f64; 2]]) -> JobFolder {
 fn tells_what_is_left(plan: &Planned) -> RemainingOnRegion {
     let left = left(plan).clone();
     assert!(left.exceeded && plan.outcome() == Outcome::Incomplete && plan.outcome().exit_code() == 1, "{left:?}");
-    let told = summary(&plan.report);
-    assert!(told.contains("NOT FINISHED") && told.contains("% above") && told.contains("% never cut"), "{told}");
+    let reported = summary(&plan.report);
+    assert!(
+        reported.contains("NOT FINISHED") && reported.contains("% above") && reported.contains("% never cut"),
+        "{reported}"
+    );
     let largest = left.largest.expect("samples");
     let [x, y, z] = largest.at_mm;
-    assert!(told.contains(&format!("largest {:.3} at ({x:.2}, {y:.2}, {z:.2})", largest.height_mm)), "{told}");
+    assert!(reported.contains(&format!("largest {:.3} at ({x:.2}, {y:.2}, {z:.2})", largest.height_mm)), "{reported}");
     left
 }
 

@@ -99,9 +99,9 @@ fn a_job_on_a_machine_with_three_rotaries_is_planned_run_and_certified() {
             deepest = deepest.max(back.depth(&place(&machine, &back, gauge, &at)));
         }
     }
-    let told = report.worst.gouge_mm.unwrap_or(0.0);
+    let reported = report.worst.gouge_mm.unwrap_or(0.0);
     assert!(0.0 < deepest && deepest <= budget, "{deepest} mm deep, budget {budget}");
-    assert!(told >= deepest - 1e-3, "report {told}, by brute force {deepest}");
+    assert!(reported >= deepest - 1e-3, "report {reported}, by brute force {deepest}");
     let certified = number(&certificates["largest_depth_mm"]);
     assert!(certified >= deepest - 1e-6 && certified <= budget, "certified {certified}, by brute force {deepest}");
     // All three rotary axes take part, C as the missing Y.

@@ -261,8 +261,8 @@ fn a_dialect_file_that_is_not_read_as_it_is_meant_is_refused_before_planning() {
         (("/words/end", json!(["M2"])), &["shop.json, words.end: is `M2`", "post.template"]),
     ] {
         let job = with_shop_file(std::slice::from_ref(&changes));
-        let told = job.try_plan().err().unwrap_or_else(|| panic!("{changes:?}")).to_string();
-        assert!(wanted.iter().all(|w| told.contains(w)), "{changes:?}: {told}");
+        let reported = job.try_plan().err().unwrap_or_else(|| panic!("{changes:?}")).to_string();
+        assert!(wanted.iter().all(|w| reported.contains(w)), "{changes:?}: {reported}");
     }
     // The same words in the files of other controls; for two keys that add one word the message
     // names the first.
@@ -276,20 +276,20 @@ fn a_dialect_file_that_is_not_read_as_it_is_meant_is_refused_before_planning() {
     ] {
         let job = with_vectors(dialect, "tip_linear_vector_turned");
         job.set("shop.json", changes);
-        let told = job.try_plan().err().unwrap_or_else(|| panic!("{dialect}")).to_string();
-        assert!(told.contains(wanted), "{dialect}: {told}");
+        let reported = job.try_plan().err().unwrap_or_else(|| panic!("{dialect}")).to_string();
+        assert!(reported.contains(wanted), "{dialect}: {reported}");
     }
     // Neither the file of another control nor another word for RTCP is passed in silence.
     let foreign = variant(&[("/post/dialect_file", json!("shop.json"))]);
     own_dialect(&foreign, "siemens_840d", &[("/name", json!("our fanuc"))]);
-    let told = foreign.try_plan().err().unwrap().to_string();
-    assert!(told.contains("shop.json") && told.contains("set post.dialect to siemens_840d"), "{told}");
+    let reported = foreign.try_plan().err().unwrap().to_string();
+    assert!(reported.contains("shop.json") && reported.contains("set post.dialect to siemens_840d"), "{reported}");
     let rtcp = with_shop_file(&[("/motion/rtcp/on/code", json!("G43"))]);
     rtcp.set("job.json", &[("/post/feed_mode", json!("rtcp"))]);
     let motion = json!({ "cutting": "tip_and_rotaries_linear", "rapid": "linear" });
     rtcp.set("machine.json", &[("/motion", motion)]);
-    let told = rtcp.try_plan().err().unwrap().to_string();
-    assert!(told.contains("motion.rtcp.on: is `G43 H{register}` in place of `G43.4"), "{told}");
+    let reported = rtcp.try_plan().err().unwrap().to_string();
+    assert!(reported.contains("motion.rtcp.on: is `G43 H{register}` in place of `G43.4"), "{reported}");
     let missing = variant(&[("/post/dialect_file", json!("none.json"))]).try_plan().err().unwrap().to_string();
     assert!(missing.contains("none.json"), "{missing}");
 }
@@ -329,15 +329,15 @@ fn feeds_of_a_plan_with_vectors_are_those_that_its_own_text_reaches() {
 
     // The report gives the cost of the decimals: about as much as rotary words, which turn the axes
     // evenly, save.
-    let told = law.tool_vectors.unwrap();
-    assert!(told.decimals == 3 && (told.turn_deg - 0.0496).abs() < 1e-4, "{told:?}");
+    let reported = law.tool_vectors.unwrap();
+    assert!(reported.decimals == 3 && (reported.turn_deg - 0.0496).abs() < 1e-4, "{reported:?}");
     assert!(summary(&planned.report).contains("tool vectors      of 3 decimals"), "{}", summary(&planned.report));
     job.set("job.json", &[("/post/orientation", json!("rotary"))]);
     let by_words = plan_unverified(&job).report.time_law.unwrap();
     assert_eq!(by_words.tool_vectors, None);
     let [cuts, by_words] = [law, &by_words].map(|law| law.passes_time_s + law.approach_time_s);
     let saved = cuts - by_words;
-    assert!((saved - told.added_time_s).abs() < 0.1 * saved, "{told:?}, {cuts} s and {by_words} s");
+    assert!((saved - reported.added_time_s).abs() < 0.1 * saved, "{reported:?}, {cuts} s and {by_words} s");
 }
 
 fn plan_unverified(job: &JobFolder) -> Planned {
@@ -386,6 +386,9 @@ fn near_the_pole_rotary_words_stand_between_vectors_or_the_plan_is_refused() {
     let nearest = feeds.iter().filter_map(|l| l.axis).map(|[x, y, _]| x.hypot(y)).fold(f64::INFINITY, f64::min);
     assert!(nearest >= facemill::inverse_kinematics::POLE_CONE.sin() - 1e-6, "{nearest}");
     job.set("shop.json", &[("/motion/rtcp/vectors/between_rotary_words", json!(false))]);
-    let told = job.try_plan().err().unwrap().to_string();
-    assert!(told.contains("operation \"") && told.contains("at (") && told.contains("post.orientation"), "{told}");
+    let reported = job.try_plan().err().unwrap().to_string();
+    assert!(
+        reported.contains("operation \"") && reported.contains("at (") && reported.contains("post.orientation"),
+        "{reported}"
+    );
 }

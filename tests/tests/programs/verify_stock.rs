@@ -132,7 +132,7 @@ fn verified_for(
 }
 
 fn report(found: &Verified) -> &DeviationReport {
-    found.file.deviation.as_ref().expect("it was asked for")
+    found.file.deviation.as_ref().expect("it was requested")
 }
 
 /// Words have four decimals; the ways that are cut lie within the tolerance of the program's.

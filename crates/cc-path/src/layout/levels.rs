@@ -10,7 +10,7 @@ pub(crate) struct Band {
     /// Allowed width × slope, above zero.
     pub(crate) limit: f64,
     /// The same before width and slope were raised to their smallest values.
-    pub(crate) asked: f64,
+    pub(crate) requested: f64,
     /// Gain of level per way up the piece, above zero.
     pub(crate) slope: f64,
 }
@@ -82,10 +82,10 @@ pub(crate) fn triangles_at(bands: &[Band], levels: &[f64]) -> Vec<Vec<u32>> {
 /// Counts the steps between levels (in rising order) that are larger than allowed.
 pub(crate) fn count_wide(bands: &[Band], levels: &[f64]) -> usize {
     let mut wide = vec![false; levels.len().saturating_sub(1)];
-    for b in bands.iter().filter(|b| b.asked < b.limit) {
+    for b in bands.iter().filter(|b| b.requested < b.limit) {
         for k in steps_into(b, levels) {
             // Rounding of levels up to 1e4 mm is no excess.
-            wide[k] |= levels[k + 1] - levels[k] > b.asked + 1e-9;
+            wide[k] |= levels[k + 1] - levels[k] > b.requested + 1e-9;
         }
     }
     wide.into_iter().filter(|&w| w).count()

@@ -47,7 +47,7 @@ pub(crate) fn bands(
             low: least(levels),
             high: levels.into_iter().fold(f64::NEG_INFINITY, f64::max),
             limit: least(v.map(|v| widths[v].max(settings.min_step_over) * slope(v).max(MIN_SLOPE))),
-            asked: least(v.map(|v| widths[v] * slope(v))),
+            requested: least(v.map(|v| widths[v] * slope(v))),
             slope: least(v.map(slope)).max(MIN_SLOPE),
         }
     };

@@ -78,11 +78,11 @@ fn every_block_is_recovered_and_takes_the_same_time_in_both_channels() {
             if !is_rapid {
                 let [a, b] = found.times;
                 // Half a unit of the last decimal of the times, by which each of them may be off.
-                let asked = 60.0 / feed;
+                let queried = 60.0 / feed;
                 match settings_feed(&texts) {
                     SiemensFeed::G93 => {
                         assert!((a - b).abs() <= 1e-6, "{a} {b}");
-                        assert!(a >= asked - 1e-6 && a <= 60.0 / (feed - 1.001e-3) + 1e-6, "{a} {asked}");
+                        assert!(a >= queried - 1e-6 && a <= 60.0 / (feed - 1.001e-3) + 1e-6, "{a} {queried}");
                     }
                     SiemensFeed::G94 => {
                         for (time, number) in [(a, 1), (b, 2)] {
@@ -90,9 +90,9 @@ fn every_block_is_recovered_and_takes_the_same_time_in_both_channels() {
                             let length = way(&before, &words, own);
                             // Rounded down to a tenth of a mm/min.
                             let f = length * feed;
-                            let least = asked - 1e-6;
+                            let least = queried - 1e-6;
                             let most = if f > 0.2 { 60.0 * length / (f - 0.1001) } else { f64::INFINITY };
-                            assert!(f <= 0.2 || time >= least && time <= most + 1e-6, "{time} {asked} {f}");
+                            assert!(f <= 0.2 || time >= least && time <= most + 1e-6, "{time} {queried} {f}");
                         }
                     }
                 }

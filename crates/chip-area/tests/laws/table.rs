@@ -191,7 +191,7 @@ fn a_table_without_cases_is_refused() {
 #[test]
 fn a_problem_has_neither_line_nor_column_and_no_rows_of_zeros() {
     let header = "radius_mm,corner_radius_mm,surface,depth_of_cut_mm,left,right";
-    for (case, column, told) in [
+    for (case, column, reported) in [
         ("1e300,0,plane,1,stock,stock", Some("radius_mm"), "cutter.radius is 1e300 mm"),
         ("1e-300,0,plane,1,stock,stock", Some("radius_mm"), "cutter.radius is 1e-300 mm"),
         ("40,0,cone,1,stock,stock", Some("surface"), "\"cone\" is none of"),
@@ -201,6 +201,6 @@ fn a_problem_has_neither_line_nor_column_and_no_rows_of_zeros() {
         let why = error(&[header, case]);
         assert_eq!(why.column(), column, "{why}");
         assert!(why.to_string().starts_with("line 2, column "), "{why}");
-        assert!(why.problem().starts_with(told) && why.problem().len() < 150, "{}", why.problem());
+        assert!(why.problem().starts_with(reported) && why.problem().len() < 150, "{}", why.problem());
     }
 }

@@ -133,10 +133,10 @@ fn a_width_that_needs_too_many_tests_gives_way_and_says_so() {
         let settings = SearchSettings { certified: Some(width), ..SearchSettings::default() };
         certified_search(&test, &cc, &curve, &settings, 0.0, None, &mut Hints::default())
     };
-    for (asked, wide_enough) in [(0.01, true), (0.002, true), (1e-5, false), (0.0, false)] {
-        let blocked = at(asked);
+    for (requested, wide_enough) in [(0.01, true), (0.002, true), (1e-5, false), (0.0, false)] {
+        let blocked = at(requested);
         assert_eq!(test.describe(&blocked.found.unwrap_err()), "cutter gouges fog");
-        assert_eq!(blocked.width == asked, wide_enough, "{}", blocked.width);
+        assert_eq!(blocked.width == requested, wide_enough, "{}", blocked.width);
         // Halving to the width takes twice as many intervals as it leaves, so there are as many as
         // fit and no fewer.
         let intervals = 2.0 / blocked.width;

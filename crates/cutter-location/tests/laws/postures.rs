@@ -168,7 +168,7 @@ fn nodes_that_do_not_stand_as_seated_leave_the_graph_and_the_gap_of_the_rest_is_
         let task = PassTask { pass: Pass::new(points.clone()), curve, strips: Vec::new() };
         let planned =
             plan_passes(&test, &[task], &settings(PostureMode::Smooth(SMOOTH), 1.0), &Silent).unwrap().remove(0);
-        let optimum = planned.optimum.expect("told for every pass");
+        let optimum = planned.optimum.expect("reported for every pass");
         let posed: Vec<usize> = (0..points.len()).filter(|&k| planned.outcomes.points[k].is_ok()).collect();
         assert!(posed.len() >= 2 && standing.iter().enumerate().all(|(k, s)| s.is_empty() || posed.contains(&k)));
         assert!(optimum.layers <= posed.len());

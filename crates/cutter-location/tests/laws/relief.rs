@@ -58,7 +58,7 @@ fn reported_changes_free_the_point_and_95_percent_of_them_do_not() {
     let machine = machine();
     let tool = tool(25.0, 2.0, 20.0);
     let curve = curve_deg([2.0, 0.0], [10.0, -20.0], SearchOrder::TiltFirst, 1.0);
-    let (mut told, mut kinds) = (0, std::collections::BTreeSet::new());
+    let (mut reported, mut kinds) = (0, std::collections::BTreeSet::new());
     // Behind and beside the cutter, at its flute, its body and its holder.
     for (x, y, z) in [
         (-40.0, 0.0, 3.0),
@@ -80,7 +80,7 @@ fn reported_changes_free_the_point_and_95_percent_of_them_do_not() {
             }
             for relief in found {
                 hold(&cell, &curve, relief);
-                told += 1;
+                reported += 1;
                 kinds.insert(match relief {
                     Remedy::Tilt(_) => "tilt",
                     Remedy::Rotate(_) => "rotate",
@@ -91,7 +91,7 @@ fn reported_changes_free_the_point_and_95_percent_of_them_do_not() {
             }
         }
     }
-    assert!(told >= 10 && kinds.len() == 4, "{told} told, {kinds:?}");
+    assert!(reported >= 10 && kinds.len() == 4, "{reported} reported, {kinds:?}");
 }
 
 #[test]
@@ -102,7 +102,7 @@ fn a_change_that_opens_only_a_short_stretch_is_reported_and_less_of_it_opens_non
     let curve = curve_deg([2.0, 0.0], [8.0, -20.0], SearchOrder::RotateFirst, 1.0);
     let cc = cc_on_plane(0.0, 0.0);
     let mut random = Random::new(41);
-    let (mut told, mut past_steps) = (0, 0);
+    let (mut reported, mut past_steps) = (0, 0);
     for _ in 0..16 {
         // A rod under the rear of the cutter until it is tilted so far, and one before its front
         // from slightly later on.
@@ -117,11 +117,11 @@ fn a_change_that_opens_only_a_short_stretch_is_reported_and_less_of_it_opens_non
         obstacles.extend(rods.iter().map(|rod| obstacle("rod", rod)));
         let cell = workcell(&machine, &tool, obstacles);
         for relief in reliefs(&cell, &cc, &curve, &SearchSettings::default()) {
-            told += 1;
+            reported += 1;
             past_steps += usize::from(hold(&cell, &curve, relief));
         }
     }
-    assert!(told >= 10 && past_steps >= 3, "{told} told, {past_steps} past the steps");
+    assert!(reported >= 10 && past_steps >= 3, "{reported} reported, {past_steps} past the steps");
 }
 
 #[test]

@@ -118,15 +118,15 @@ fn drawn(cells: &[Option<[u8; 3]>], report: &DeviationReport) -> Result<String> 
     }
     let figures = &report.part;
     let area = &figures.area_mm2;
-    let told =
+    let reported =
         |place: &Option<facemill::DeviationPlace>| place.map_or("none".to_owned(), |p| format!("{:.3} mm", p.value_mm));
     let limit = report.tolerance_mm;
     let rows = [
         ("#3caa50", format!("within {limit:.2} mm: {:.0} mm²", area.within)),
         ("#faaa3c", format!("gouged by {limit:.2} mm: {:.0} mm²", area.gouged)),
-        ("#be0014", format!("  by {:.2} mm and more; deepest {}", 4.0 * limit, told(&figures.largest_gouge))),
+        ("#be0014", format!("  by {:.2} mm and more; deepest {}", 4.0 * limit, reported(&figures.largest_gouge))),
         ("#78befa", format!("left by {limit:.2} mm: {:.0} mm²", area.excess)),
-        ("#0a28aa", format!("  by {:.2} mm and more; most {}", 4.0 * limit, told(&figures.largest_excess))),
+        ("#0a28aa", format!("  by {:.2} mm and more; most {}", 4.0 * limit, reported(&figures.largest_excess))),
         ("#cdcdcd", format!("not reached: {:.0} mm²", area.not_reached)),
         ("#5f5f5f", format!("not measured: {:.0} mm²", area.not_measured)),
     ];

@@ -172,14 +172,14 @@ fn feeds_are_lowered_to_what_the_axes_reach_and_no_limit_is_exceeded_at_them() {
         }
         time += law.total_time();
     }
-    let told = law.passes_time_s + law.approach_time_s;
-    assert!((time / told - 1.0).abs() < 0.05, "{time} {told}");
+    let reported = law.passes_time_s + law.approach_time_s;
+    assert!((time / reported - 1.0).abs() < 0.05, "{time} {reported}");
     // Few blocks have a feed a tenth above the one they reach: the tolerance here is not quite the
     // planner's.
     assert!(hot[0] * 10 < hot[1], "{hot:?}");
     let at_f: f64 = cutting_runs(&after).iter().flat_map(|r| &r.1).map(|b| b.tip_time).sum();
     let totals = &lowered.report.totals;
-    assert!((totals.passes_time_s + totals.approach_time_s - at_f).abs() < 2e-3 * at_f && at_f < told);
+    assert!((totals.passes_time_s + totals.approach_time_s - at_f).abs() < 2e-3 * at_f && at_f < reported);
     let shares: f64 = law.held_back_by.iter().map(|h| h.share).sum();
     assert!((shares - 1.0).abs() < 1e-9 && law.held_back_by.windows(2).all(|h| h[0].share >= h[1].share));
 }
@@ -192,8 +192,8 @@ fn without_jerk_a_machine_plans_as_without_the_law_and_says_so() {
     assert_eq!(text(&without), text(&quick));
     assert!(without.report.time_law.is_none() && quick.report.no_time_law.is_empty());
     assert_eq!(without.report.no_time_law.len(), 1);
-    let told = summary(&without.report);
-    assert!(told.contains("no jerk for axis X") && told.contains(" at constant speed\n"), "{told}");
+    let reported = summary(&without.report);
+    assert!(reported.contains("no jerk for axis X") && reported.contains(" at constant speed\n"), "{reported}");
     assert!(summary(&quick.report).contains("(at constant speed "));
 }
 
@@ -257,8 +257,8 @@ fn rapids_of_axes_on_their_own_take_the_slowest_axis_time_from_stop_to_stop() {
         .iter()
         .map(|(start, blocks)| program_law(start, blocks, &bounds, &ProgramSettings::stopping()).unwrap().total_time())
         .sum();
-    let told = law.passes_time_s + law.approach_time_s;
-    assert!((told / stopping - 1.0).abs() < 0.01, "{told} {stopping}");
+    let reported = law.passes_time_s + law.approach_time_s;
+    assert!((reported / stopping - 1.0).abs() < 0.01, "{reported} {stopping}");
 }
 
 /// Returns the example's machine, and its tool from the gauge line to the tip, mm.
@@ -297,12 +297,12 @@ fn new_feeds_within_the_law_are_those_that_a_plan_has_within_it() {
     let lowered = planned(&[mode, decimals], &[]);
     let (machine, tool_length) = shop();
     let new = rewrite_feeds(text(&quick).as_bytes(), &within_the_law(&machine, tool_length, None)).unwrap();
-    let told = new.summary.time_law.unwrap();
+    let reported = new.summary.time_law.unwrap();
     let law = lowered.report.time_law.as_ref().unwrap();
     let time = law.passes_time_s + law.approach_time_s;
-    assert!((told.cutting_time_s / time - 1.0).abs() < 0.01, "{told:?} {law:?}");
+    assert!((reported.cutting_time_s / time - 1.0).abs() < 0.01, "{reported:?} {law:?}");
     // Here the feeds that there were are those of FEED.
-    assert!((told.cutting_time_before_s / time - 1.0).abs() < 0.01, "{told:?} {law:?}");
+    assert!((reported.cutting_time_before_s / time - 1.0).abs() < 0.01, "{reported:?} {law:?}");
     // The same program under the same law has one time for every reader, with the moves to the part
     // and home.
     let again = rewrite_feeds(text(&lowered).as_bytes(), &within_the_law(&machine, tool_length, None)).unwrap().summary;
@@ -315,7 +315,7 @@ fn new_feeds_within_the_law_are_those_that_a_plan_has_within_it() {
     let (first, last, home) = (moves[0].end, moves[moves.len() - 1].end, home_words());
     let ways = machine.travel_time(&home, &first) + machine.travel_time(&last, &home);
     assert!(ways > 1.0 && totals.rapid_time_s > 0.99 * ways, "{ways} s of {totals:?}");
-    assert!(told.lowered_blocks.abs_diff(law.lowered_blocks) <= law.lowered_blocks / 10, "{told:?} {law:?}");
+    assert!(reported.lowered_blocks.abs_diff(law.lowered_blocks) <= law.lowered_blocks / 10, "{reported:?} {law:?}");
     let new = String::from_utf8(new.text).unwrap();
     let all = [motions(&text(&quick)), motions(&new), motions(&text(&lowered))];
     assert!(all.iter().all(|m| m.len() == all[0].len()));

@@ -164,9 +164,9 @@ fn rings_on(machine: &[(&str, Value)], limits: Option<[f64; 2]>) -> Turned {
     }
     let report = &planned.report.rewinds;
     assert_eq!((report.count, report.branch_changes), (turned.len(), 0));
-    for (told, (line, from, to)) in report.rewinds.iter().zip(&turned) {
-        assert!(told.line == *line && told.axis == "C");
-        assert!((told.from_deg - from).abs() < 1e-3 && (told.to_deg - to).abs() < 1e-3, "{told:?}");
+    for (reported, (line, from, to)) in report.rewinds.iter().zip(&turned) {
+        assert!(reported.line == *line && reported.axis == "C");
+        assert!((reported.from_deg - from).abs() < 1e-3 && (reported.to_deg - to).abs() < 1e-3, "{reported:?}");
     }
     let cuts = lines.chunk_by(|a, b| a.rapid == b.rapid).filter(|run| !run[0].rapid);
     let ways = cuts.map(|run| [run[0].c, run[run.len() - 1].c]).collect();
@@ -248,8 +248,8 @@ fn postures_leave_the_cone_about_the_pole_where_there_is_tilt_to_leave_it_with()
         assert!(nearest_to_pole(&around) >= 1.499, "{mode}: {}", nearest_to_pole(&around));
         // Next to the cone the table may still be too slow for the feed, which the report lists; in
         // it there is no block.
-        let told = &around.report.singular_blocks;
-        assert!(told.iter().all(|s| s.smallest_angle_deg > 1.5 && s.smallest_angle_deg < 5.0), "{told:?}");
+        let reported = &around.report.singular_blocks;
+        assert!(reported.iter().all(|s| s.smallest_angle_deg > 1.5 && s.smallest_angle_deg < 5.0), "{reported:?}");
         if mode == "smallest" {
             assert!(nearest_to_pole(&through) < 1.0, "{}", nearest_to_pole(&through));
         }
@@ -260,12 +260,12 @@ fn postures_leave_the_cone_about_the_pole_where_there_is_tilt_to_leave_it_with()
 fn where_the_tilt_does_not_lead_out_of_the_cone_poses_are_kept_and_their_blocks_named() {
     let planned = near_pole(|x| -x * x / 800.0, "smallest", [0.2, 0.2], 1.5, FEED);
     assert_eq!(planned.report.totals.planned_points, planned.report.totals.cc_points);
-    let told = &planned.report.singular_blocks;
+    let reported = &planned.report.singular_blocks;
     let lines = lines(&planned);
     // Blocks that are in the cone at an end, of those at the feed of cuts.
     let cuts: Vec<&[MotionLine]> = lines.windows(2).filter(|w| !w[0].rapid && !w[1].rapid).collect();
     let inside = |w: &&&[MotionLine]| w[0].b.abs().min(w[1].b.abs()) < 1.49;
-    let named = |n: usize| told.iter().find(|s| (s.first_line as usize..=s.last_line as usize).contains(&n));
+    let named = |n: usize| reported.iter().find(|s| (s.first_line as usize..=s.last_line as usize).contains(&n));
     let approach = |w: &&&[MotionLine]| w[0].b == w[1].b && w[0].c == w[1].c;
     let mut n = 0;
     for w in cuts.iter().filter(inside).filter(|w| !approach(w)) {
@@ -273,5 +273,5 @@ fn where_the_tilt_does_not_lead_out_of_the_cone_poses_are_kept_and_their_blocks_
         assert!(run.smallest_angle_deg <= w[0].b.abs().min(w[1].b.abs()) + 1e-3);
         n += 1;
     }
-    assert!(n > 3 && told.iter().all(|s| s.smallest_angle_deg < 5.0), "{n} {told:?}");
+    assert!(n > 3 && reported.iter().all(|s| s.smallest_angle_deg < 5.0), "{n} {reported:?}");
 }

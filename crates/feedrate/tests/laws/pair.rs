@@ -67,8 +67,8 @@ fn no_limit_is_exceeded_and_one_is_met() {
         let mut largest = 0.0_f64;
         for head in 0..2 {
             prop_assert!((feed.tip_feeds[head] * feed.time / 60.0 - case.distances[head]).abs() < 1e-9);
-            if let Some(asked) = case.feeds[head] {
-                largest = largest.max(feed.tip_feeds[head] / asked);
+            if let Some(requested) = case.feeds[head] {
+                largest = largest.max(feed.tip_feeds[head] / requested);
             }
         }
         largest = loads(&case, feed.time).into_iter().fold(largest, f64::max);

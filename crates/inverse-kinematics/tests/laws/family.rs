@@ -121,9 +121,9 @@ fn no_pose_is_outside_the_reach() {
 #[test]
 fn singular_direction_is_the_first_rotary_axis() {
     let reach = Machine::head_b_table_c().unwrap().axis_reach().unwrap();
-    let told: Vec<_> =
+    let reports: Vec<_> =
         reach.singular.iter().map(|s| (s.axis.as_str().to_owned(), s.direction.z, s.is_reached)).collect();
-    assert_eq!(told, [("C".to_owned(), 1.0, true), ("C".to_owned(), -1.0, false)]);
+    assert_eq!(reports, [("C".to_owned(), 1.0, true), ("C".to_owned(), -1.0, false)]);
 }
 
 /// With two linear axes the reach is that for the reported tip.

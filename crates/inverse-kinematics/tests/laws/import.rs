@@ -227,13 +227,13 @@ fn faults_are_reported_with_line_and_element() {
         ),
         ("</machine>", "", "is no XML: ".into()),
     ] {
-        let told = refusal(from, to);
-        assert!(told.starts_with(&message), "{told}\nwanted: {message}");
+        let reported = refusal(from, to);
+        assert!(reported.starts_with(&message), "{reported}\nwanted: {message}");
     }
     let other = import_autodesk_machine("<part/>").unwrap_err().to_string();
     assert!(other.contains("this is no Autodesk machine file"), "{other}");
     let z = SMALL.lines().find(|l| l.contains("id=\"Z\"")).unwrap();
     let late = SMALL.replace(z, "").replace("</machine>", &format!("{}\n</machine>", z.replace("head", "table")));
-    let told = import_autodesk_machine(&late).unwrap_err().to_string();
-    assert!(told.contains("<axis id=\"Z\">: is a linear axis behind the rotary axis B of its side"), "{told}");
+    let reported = import_autodesk_machine(&late).unwrap_err().to_string();
+    assert!(reported.contains("<axis id=\"Z\">: is a linear axis behind the rotary axis B of its side"), "{reported}");
 }

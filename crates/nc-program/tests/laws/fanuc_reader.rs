@@ -338,8 +338,8 @@ fn blocks_tell_the_length_compensation_behind_them_and_h0_is_none() {
     assert_eq!(read_fanuc("G21 G0 G43 Z1.").unwrap().blocks[0].compensation, Compensation::Length(0));
     for text in ["G21 G0 G43.4 X1. H0", "G21 G0 G43.4 X1. H2\nH0", "G21 G0 G43 Z1. H0\nG43.4 X1."] {
         let last = read_fanuc(text).unwrap().blocks.pop().unwrap();
-        let told = |c: &ReadCommand| matches!(c, ReadCommand::Macro { kind: MacroKind::NotFollowed, text } if text.contains("H0"));
-        assert!(last.commands.iter().any(told) && last.motion.is_none(), "{text}");
+        let reported = |c: &ReadCommand| matches!(c, ReadCommand::Macro { kind: MacroKind::NotFollowed, text } if text.contains("H0"));
+        assert!(last.commands.iter().any(reported) && last.motion.is_none(), "{text}");
     }
     assert!(read_fanuc("G21 G0 G43 Z1. H0\nG43.4 X1. H4").is_ok());
 }

@@ -229,7 +229,7 @@ fn an_unknown_word_is_reported_to_the_column() {
             assert_eq!((error.line, error.column as usize), (block.line, end + 2), "{name}: {error}: {new}");
             match error.fault {
                 ReadFault::Character(c) => assert!(is_character && word.starts_with(c), "{new}"),
-                ReadFault::UnknownWord(told) => assert!(!is_character && told == word, "{new}: {told}"),
+                ReadFault::UnknownWord(reported) => assert!(!is_character && reported == word, "{new}: {reported}"),
                 fault => panic!("{name}: {fault}: {new}"),
             }
         }

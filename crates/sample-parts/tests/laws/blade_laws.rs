@@ -90,8 +90,8 @@ fn sides_are_smooth() {
 fn facets_are_as_near_as_requested() {
     for series in SERIES {
         let spec = propeller(series, 500.0);
-        let asked = BladeResolution::for_chord_tolerance(&spec, 0.05).expect("can be met");
-        let found = chord_error(&spec, asked).sides;
+        let requested = BladeResolution::for_chord_tolerance(&spec, 0.05).expect("can be met");
+        let found = chord_error(&spec, requested).sides;
         assert!(found <= 0.05 && found > 0.01, "{series:?}: {found}");
     }
     let spec = propeller(PropellerSeries::Dtmb4119, 3048.0);

@@ -10,7 +10,7 @@ const HOLDERS: &str = r#"{ "format": "facemill-holders/1", "holders": [
 #[test]
 fn faults_name_the_holder_and_its_field() {
     assert_eq!(HolderLibrary::from_json(HOLDERS.as_bytes()).unwrap().holders().len(), 2);
-    for (key, to, told) in [
+    for (key, to, reported) in [
         ("\"stout\"", "\"slim\"", "holders[1].name"),
         ("\"bore_mm\": 12", "\"bore_mm\": 0", "holders[0].bore_mm"),
         ("[34, 70]", "[34, 30]", "holders[1].stick_out_mm[1]"),
@@ -22,7 +22,7 @@ fn faults_name_the_holder_and_its_field() {
     ] {
         assert!(HOLDERS.contains(key));
         let why = HolderLibrary::from_json(HOLDERS.replacen(key, to, 1).as_bytes()).unwrap_err().to_string();
-        assert!(why.contains(told), "{why}");
+        assert!(why.contains(reported), "{why}");
     }
     let none = r#"{ "format": "facemill-holders/1", "holders": [] }"#;
     assert_eq!(HolderLibrary::from_json(none.as_bytes()), Err(HolderError::Empty));

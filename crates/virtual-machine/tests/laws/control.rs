@@ -274,8 +274,8 @@ fn lost(text: &str, dialect: Dialect) -> Vec<(FindingKind, u32, Option<String>)>
     let program = read_program(text, dialect).unwrap_or_else(|e| panic!("{e}\n{text}"));
     let v = verify(&program, &shop.setup(), &VerifySettings::default(), &Silent).unwrap();
     let is_place = |k: FindingKind| k == FindingKind::UnknownPosition;
-    let told = v.findings.iter().filter(|f| is_place(f.kind));
-    told.map(|f| (f.kind, f.first_line, f.axis.clone())).collect()
+    let reports = v.findings.iter().filter(|f| is_place(f.kind));
+    reports.map(|f| (f.kind, f.first_line, f.axis.clone())).collect()
 }
 
 /// An axis whose word is an expression that nobody evaluates goes somewhere, and does not stay
@@ -353,8 +353,8 @@ fn blocks_take_the_time_of_the_axes_that_the_control_counts() {
     let words = words.map(|word| format!("{word}\n"));
     for group in [all("X,Y,Z,C"), "FGROUP(X,Y,Z,B,C)\n".to_owned()].into_iter().chain(words) {
         let found = run(Dialect::Siemens840d, &group, "");
-        let told = found.findings.iter().filter(|f| f.kind == FindingKind::NoFeed && !f.note.is_empty()).count();
-        assert!(told == 1 && found.faults().count() > 0, "{group}: {:?}", found.findings);
+        let reports = found.findings.iter().filter(|f| f.kind == FindingKind::NoFeed && !f.note.is_empty()).count();
+        assert!(reports == 1 && found.faults().count() > 0, "{group}: {:?}", found.findings);
     }
     // Under TRAORI F is the tip's where FGROUP has no rotary axes.
     let is_clear = |group: &str| {
@@ -367,7 +367,7 @@ fn blocks_take_the_time_of_the_axes_that_the_control_counts() {
 #[test]
 fn words_that_choose_another_motion_are_findings() {
     let shop = Shop::new();
-    let told = |dialect: Dialect, text: &str| -> Vec<u32> {
+    let reports = |dialect: Dialect, text: &str| -> Vec<u32> {
         let program = read_program(text, dialect).unwrap_or_else(|e| panic!("{e}: {text}"));
         let v = verify(&program, &shop.setup(), &VerifySettings::default(), &Silent).unwrap();
         v.findings.iter().filter(|f| f.kind == FindingKind::OtherMotion).map(|f| f.first_line).collect()
@@ -386,11 +386,11 @@ fn words_that_choose_another_motion_are_findings() {
         ("CYCLE832(0.02,1,1)", true),
         ("G641 ADIS=0.5", true),
     ] {
-        let found = told(Dialect::Siemens840d, &format!("G710 G90 G94\n{word}\nG0 X0. Y0.\n"));
+        let found = reports(Dialect::Siemens840d, &format!("G710 G90 G94\n{word}\nG0 X0. Y0.\n"));
         assert_eq!(found, if is_strange { vec![2] } else { vec![] }, "{word}");
     }
     for (path, lines) in [("AXIS", vec![]), ("VECTOR", vec![1])] {
         let text = format!("BEGIN PGM A MM\nFUNCTION TCPM F TCP AXIS POS PATHCTRL {path}\nEND PGM A MM\n");
-        assert_eq!(told(Dialect::Heidenhain, &text), lines.into_iter().map(|l: u32| l + 1).collect::<Vec<_>>());
+        assert_eq!(reports(Dialect::Heidenhain, &text), lines.into_iter().map(|l: u32| l + 1).collect::<Vec<_>>());
     }
 }

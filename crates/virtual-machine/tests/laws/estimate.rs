@@ -24,7 +24,7 @@ fn both(text: &Text<'_>) -> [Verification; 2] {
 }
 
 /// Kinds, lines and bodies.
-fn told(v: &Verification) -> Vec<(FindingKind, u32, Option<&str>)> {
+fn reported(v: &Verification) -> Vec<(FindingKind, u32, Option<&str>)> {
     v.findings.iter().map(|f| (f.kind, f.worst_line - HEAD, f.body.as_deref())).collect()
 }
 
@@ -40,10 +40,10 @@ fn a_wall_in_the_way_of_a_rapid_and_a_cut_is_found_with_far_fewer_positions() {
     shop.wall = MeshTree::new(&box_mesh([-30.0, -30.0, 0.0], [30.0, 30.0, 10.0]));
     let [fast, slow] = both(&there_and_back(&shop));
     assert_eq!(
-        told(&fast),
+        reported(&fast),
         [(FindingKind::RapidCollision, 3, Some("cutter")), (FindingKind::Gouge, 5, Some("cutter"))]
     );
-    assert_eq!(told(&fast), told(&slow));
+    assert_eq!(reported(&fast), reported(&slow));
     assert!(4 * fast.n_positions < slow.n_positions, "{} of {}", fast.n_positions, slow.n_positions);
     // The depth is measured over all of the cutter, and the reported one never exceeds it.
     for (a, b) in fast.findings.iter().zip(&slow.findings) {
@@ -83,7 +83,7 @@ fn a_thin_fin_between_two_positions_is_missed_and_the_ordinary_mode_finds_it() {
         let round = CORNER - (CORNER * CORNER - (y - (RADIUS - CORNER)).powi(2)).sqrt();
         shop.wall = MeshTree::new(&box_mesh([x - 0.1, y, 0.0], [x + 0.1, y + 0.2, 5.0 + round + depth]));
         let [fast, slow] = both(&there_and_back(&shop));
-        assert_eq!(told(&slow), [(FindingKind::RapidCollision, 3, Some("cutter"))], "{x}");
+        assert_eq!(reported(&slow), [(FindingKind::RapidCollision, 3, Some("cutter"))], "{x}");
         missed += usize::from(fast.findings.is_empty());
     }
     assert!(missed > 0, "a pin that is deeper than the limit on 13 mm of the way, and positions 25 mm apart");

@@ -117,8 +117,8 @@ fn of_heads<const N: usize>(
     let run = |setup, settings| verify(&program, setup, settings, &Silent).unwrap().findings;
     let first = setups.map(|setup| run(setup, settings));
     let then = setups.map(|setup| run(setup, &cut));
-    let asked = |h: usize| unresolved_findings(setups[h], &first[h], &then[h]);
-    let heads: [HeadFindings<'_>; N] = std::array::from_fn(|h| (setups[h], &cut, asked(h)));
+    let requested = |h: usize| unresolved_findings(setups[h], &first[h], &then[h]);
+    let heads: [HeadFindings<'_>; N] = std::array::from_fn(|h| (setups[h], &cut, requested(h)));
     let mut lines = outside.clone();
     let left = remaining_collisions(&program, heads, &mut lines, TOLERANCE, &Silent).unwrap();
     lines.check_invariants().unwrap();
@@ -162,8 +162,8 @@ fn a_slot_that_has_been_cut_is_not_met_and_one_that_is_too_narrow_or_not_yet_cut
         let behind = pass(slot(Text::new(&shop), share * NEEDED), 0.0, IN_SLOT);
         let found = both(&behind, &setup, &settings, &block.outside);
         assert_eq!(collisions(&found.first), [(BEHIND, BEHIND)], "{share}");
-        let told = if is_met { vec![(BEHIND, BEHIND)] } else { Vec::new() };
-        assert_eq!(collisions(&found.now), told, "{share}: {:?}", found.now);
+        let reported = if is_met { vec![(BEHIND, BEHIND)] } else { Vec::new() };
+        assert_eq!(collisions(&found.now), reported, "{share}: {:?}", found.now);
         let before = slot(pass(Text::new(&shop), 0.0, IN_SLOT), share * NEEDED);
         let found = both(&before, &setup, &settings, &block.outside);
         assert_eq!(collisions(&found.now), [(BEFORE, BEFORE)], "{share}");
@@ -231,9 +231,9 @@ fn without_a_cut_all_findings_are_those_against_the_stock_before_cutting() {
     let (name, kind) = ("part".to_owned(), ObstacleKind::Part);
     thick.obstacles[1] = VirtualObstacle { name, mesh: &part, kind, allowance: 0.0, stock: thickness };
     let Both { first, now } = both(&text, &thick, &settings, &block.outside);
-    let told = collisions(&now);
-    let is_told = |(first, last): (u32, u32)| told.iter().any(|(from, to)| *from <= first && last <= *to);
-    assert!(!told.is_empty() && collisions(&first).into_iter().all(is_told), "{first:?} and {now:?}");
+    let reported = collisions(&now);
+    let is_reported = |(first, last): (u32, u32)| reported.iter().any(|(from, to)| *from <= first && last <= *to);
+    assert!(!reported.is_empty() && collisions(&first).into_iter().all(is_reported), "{first:?} and {now:?}");
 }
 
 /// A pin of stock of 0.2 mm that a finger of 0.4 mm passes over, with no clearance: positions are a

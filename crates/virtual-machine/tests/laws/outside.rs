@@ -27,22 +27,23 @@ fn outside(of: Corners) -> DexelMap {
     DexelMap::of_box(&Isometry3::identity(), low, high, CELL).unwrap()
 }
 
-fn all_asked(shop: &Shop) -> Vec<Finding> {
+fn all_requested(shop: &Shop) -> Vec<Finding> {
     let setup = shop.setup();
     let bodies: Vec<String> = setup.tool.collision_bodies().into_iter().map(|b| b.name).collect();
-    let asked = |kind, body: &str| {
+    let requested = |kind, body: &str| {
         let found = Finding::of_line(kind, 1, None, "", String::new());
         Finding { last_line: u32::MAX, body: Some(body.to_owned()), ..found }
     };
-    let holder = bodies.iter().map(|body| asked(FindingKind::HolderCollision, body));
-    holder.chain([asked(FindingKind::RapidCollision, "cutter")]).collect()
+    let holder = bodies.iter().map(|body| requested(FindingKind::HolderCollision, body));
+    holder.chain([requested(FindingKind::RapidCollision, "cutter")]).collect()
 }
 
 /// Kinds and lines of what may still be there.
-fn met(shop: &Shop, text: &str, stock: Corners, asked: Vec<Finding>) -> Vec<(FindingKind, u32)> {
+fn met(shop: &Shop, text: &str, stock: Corners, requested: Vec<Finding>) -> Vec<(FindingKind, u32)> {
     let program = read_program(text, Dialect::Fanuc).unwrap();
     let (setup, settings, mut map) = (shop.setup(), VerifySettings::default(), outside(stock));
-    let [found] = remaining_collisions(&program, [(&setup, &settings, asked)], &mut map, TOLERANCE, &Silent).unwrap();
+    let [found] =
+        remaining_collisions(&program, [(&setup, &settings, requested)], &mut map, TOLERANCE, &Silent).unwrap();
     map.check_invariants().unwrap();
     assert!(found.iter().all(|f| f.obstacle.as_deref() == Some("stock") && f.note.contains("lines")), "{found:?}");
     found.iter().map(|f| (f.kind, f.worst_line - HEAD)).collect()
@@ -55,7 +56,7 @@ fn a_fin_between_the_lines_is_met_wherever_it_is() {
     for k in 0..20 {
         let (x, thickness) = (0.05 * f64::from(k), [0.02, 0.6][k as usize % 2]);
         let fin = [[x, -50.0, 0.0], [x + thickness, 50.0, 30.0]];
-        let through = met(&shop, &way(10.0), fin, all_asked(&shop));
+        let through = met(&shop, &way(10.0), fin, all_requested(&shop));
         // The body behind the flute, too.
         assert_eq!(
             through,
@@ -63,8 +64,12 @@ fn a_fin_between_the_lines_is_met_wherever_it_is() {
             "at {x}"
         );
         // It is known by more than what is certain, and free above.
-        assert_eq!(met(&shop, &way(30.0 - certain_depth(CELL, TOLERANCE)), fin, all_asked(&shop)).len(), 1, "at {x}");
-        assert_eq!(met(&shop, &way(30.1), fin, all_asked(&shop)), []);
+        assert_eq!(
+            met(&shop, &way(30.0 - certain_depth(CELL, TOLERANCE)), fin, all_requested(&shop)).len(),
+            1,
+            "at {x}"
+        );
+        assert_eq!(met(&shop, &way(30.1), fin, all_requested(&shop)), []);
         assert_eq!(met(&shop, &way(10.0), fin, Vec::new()), [], "nothing is in question");
         // The holder goes over the cutter's way, farther out.
         let tall = [[x, -50.0, 0.0], [x + thickness, 50.0, 100.0]];
@@ -74,10 +79,10 @@ fn a_fin_between_the_lines_is_met_wherever_it_is() {
         };
         let inside = HOLDER - certain_depth(CELL, TOLERANCE);
         for off in [RADIUS + 1.0, inside] {
-            let found = met(&shop, &beside(off), tall, all_asked(&shop));
+            let found = met(&shop, &beside(off), tall, all_requested(&shop));
             assert_eq!(found, [(FindingKind::HolderCollision, 3)], "{off} from the fin at {x}");
         }
-        assert_eq!(met(&shop, &beside(HOLDER + 0.01), tall, all_asked(&shop)), []);
+        assert_eq!(met(&shop, &beside(HOLDER + 0.01), tall, all_requested(&shop)), []);
     }
 }
 
@@ -98,12 +103,12 @@ fn a_wall_that_cuts_leave_is_met_and_their_own_walls_are_not() {
     for k in 0..8 {
         let x = 0.13 * f64::from(k);
         for wall in [0.05, 0.4, 0.8, 2.0] {
-            let found = met(&shop, &two_slots(&shop, wall, x), block, all_asked(&shop));
+            let found = met(&shop, &two_slots(&shop, wall, x), block, all_requested(&shop));
             assert_eq!(found, [(FindingKind::RapidCollision, 11)], "{wall} at {x}");
         }
         // Slots that overlap by more than what the smaller cutter leaves.
         let overlap = 2.0 * (outside_layer(CELL) + 2.0 * TOLERANCE) + 0.01;
-        assert_eq!(met(&shop, &two_slots(&shop, -overlap, x), block, all_asked(&shop)), [], "at {x}");
+        assert_eq!(met(&shop, &two_slots(&shop, -overlap, x), block, all_requested(&shop)), [], "at {x}");
     }
 }
 
@@ -124,12 +129,12 @@ fn findings_alike_on_the_stock_as_it_is_are_not_in_question() {
     let [rapid, holder, gouge] = [FindingKind::RapidCollision, FindingKind::HolderCollision, FindingKind::Gouge];
     let at_first = [found(rapid, 3), found(holder, 5), found(gouge, 6), found(rapid, 9)];
     let shop = Shop::new();
-    let asked = unresolved_findings(&shop.setup(), &at_first, &[found(rapid, 3), found(rapid, 5)]);
-    assert_eq!(asked, [at_first[1].clone(), at_first[3].clone()]);
+    let requested = unresolved_findings(&shop.setup(), &at_first, &[found(rapid, 3), found(rapid, 5)]);
+    assert_eq!(requested, [at_first[1].clone(), at_first[3].clone()]);
     // Of bodies, those of the machine with what they come near, too.
     let near = |kind, body: &str| Finding { body: Some(body.to_owned()), ..found(kind, 7) };
     let kinds = [FindingKind::Collision, FindingKind::NearMiss];
     let at_first = kinds.map(|kind| ["head", "cutter"].map(|body| near(kind, body))).concat();
-    let asked = unresolved_findings(&shop.setup(), &at_first, &[near(FindingKind::NearMiss, "cutter")]);
-    assert_eq!(asked, kinds.map(|kind| near(kind, "head")));
+    let requested = unresolved_findings(&shop.setup(), &at_first, &[near(FindingKind::NearMiss, "cutter")]);
+    assert_eq!(requested, kinds.map(|kind| near(kind, "head")));
 }

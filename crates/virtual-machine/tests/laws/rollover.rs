@@ -71,17 +71,17 @@ fn rollover_changes_the_way_and_not_the_place() {
 
 #[test]
 fn unstated_rollover_is_reported_where_it_matters() {
-    let told = |rollover, blocks: &str| {
+    let reported = |rollover, blocks: &str| {
         let shop = shop(rollover, None);
         let text = start(&shop).line(blocks).text;
         let all = assumptions(&read_program(&text, Dialect::Fanuc).unwrap(), &shop.machine);
         all.into_iter().find(|a| a.text.contains("rollover")).map(|a| a.line.unwrap() - HEAD)
     };
-    assert_eq!(told(None, "C170.\nC350."), None);
-    assert_eq!(told(None, "C170.\nC350.\nC10.\nC350."), Some(4));
-    assert_eq!(told(None, "G91 C200."), None);
-    assert_eq!(told(Some(Rollover::None), "C170.\nC350.\nC10."), None);
-    assert_eq!(told(Some(Rollover::Shortest), "C170.\nC350.\nC10."), None);
+    assert_eq!(reported(None, "C170.\nC350."), None);
+    assert_eq!(reported(None, "C170.\nC350.\nC10.\nC350."), Some(4));
+    assert_eq!(reported(None, "G91 C200."), None);
+    assert_eq!(reported(Some(Rollover::None), "C170.\nC350.\nC10."), None);
+    assert_eq!(reported(Some(Rollover::Shortest), "C170.\nC350.\nC10."), None);
     let shop = shop(None, None);
     let first = read_program(&Text::new(&shop).line("G0 C-20.").text, Dialect::Fanuc).unwrap();
     assert!(assumptions(&first, &shop.machine).iter().any(|a| a.text.contains("rollover")));
@@ -90,17 +90,17 @@ fn unstated_rollover_is_reported_where_it_matters() {
 /// Controls do not agree on the way round where both are as short.
 #[test]
 fn half_a_turn_of_the_shorter_way_is_reported_where_it_is_gone_first() {
-    let told = |rollover, blocks: &str| {
+    let reported = |rollover, blocks: &str| {
         let shop = shop(Some(rollover), None);
         let text = start(&shop).line(blocks).text;
         let all = assumptions(&read_program(&text, Dialect::Fanuc).unwrap(), &shop.machine);
         all.into_iter().find(|a| a.text.starts_with("C goes half a turn")).map(|a| a.line.unwrap() - HEAD)
     };
-    assert_eq!(told(Rollover::Shortest, "C170.\nC10.\nC190.\nC10."), Some(4));
-    assert_eq!(told(Rollover::Shortest, "C-180."), Some(2));
-    assert_eq!(told(Rollover::Shortest, "C90.\nC630."), Some(3));
-    assert_eq!(told(Rollover::Shortest, "C179.99\nC1.\nG91 C180."), None);
-    assert_eq!(told(Rollover::SignDirected, "C180."), None);
+    assert_eq!(reported(Rollover::Shortest, "C170.\nC10.\nC190.\nC10."), Some(4));
+    assert_eq!(reported(Rollover::Shortest, "C-180."), Some(2));
+    assert_eq!(reported(Rollover::Shortest, "C90.\nC630."), Some(3));
+    assert_eq!(reported(Rollover::Shortest, "C179.99\nC1.\nG91 C180."), None);
+    assert_eq!(reported(Rollover::SignDirected, "C180."), None);
     // The accepted program is the one that runs.
     let shop = shop(Some(Rollover::Shortest), None);
     let v = start(&shop).line("C180.").line("C0.").verify();

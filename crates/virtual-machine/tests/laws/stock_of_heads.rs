@@ -30,8 +30,8 @@ fn together(shop: &Shop, program: &ReadProgram, stock: &mut DexelMap) -> [StockR
     let heads = setups.each_ref().map(|setup| (setup, &settings));
     let runs = run_stock_of_heads(program, heads, stock, TOLERANCE, &Silent).unwrap();
     stock.check_invariants().unwrap();
-    let (lost, told) = (before - stock.volume(), runs[0].removed_mm3 + runs[1].removed_mm3);
-    assert!((told - lost).abs() <= 1e-9 * before, "{told} told, {lost} lost");
+    let (lost, reported) = (before - stock.volume(), runs[0].removed_mm3 + runs[1].removed_mm3);
+    assert!((reported - lost).abs() <= 1e-9 * before, "{reported} reported, {lost} lost");
     assert_eq!(runs[0].blocks.len(), runs[1].blocks.len());
     runs
 }
@@ -236,6 +236,6 @@ fn setups_that_do_not_stand_on_one_machine_are_refused() {
     let views = Machine::heads(file).unwrap();
     assert_eq!(views.len(), NUMBERS.len());
     let line = ways_of_text(&program)[0];
-    let told = refused(&VirtualSetup { machine: &views[1], ..shop.setup(1) });
-    assert!(told.contains(&format!("from line {line} on")), "{told}");
+    let reported = refused(&VirtualSetup { machine: &views[1], ..shop.setup(1) });
+    assert!(reported.contains(&format!("from line {line} on")), "{reported}");
 }

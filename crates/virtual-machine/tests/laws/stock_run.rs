@@ -188,15 +188,15 @@ fn blocks_that_cut_deeper_than_the_tolerance_are_certain() {
         // To the block, through it, and back where it is cut.
         let text = text.cut([-230.0, 0.0, z]).cut([260.0, 0.0, z]).cut([-260.0, 0.0, z]).text;
         let program = read_program(&text, Dialect::Fanuc).unwrap();
-        let told = |probed_lines: Vec<u32>| -> Vec<bool> {
+        let reported = |probed_lines: Vec<u32>| -> Vec<bool> {
             let settings = VerifySettings { probed_lines, ..VerifySettings::default() };
             let mut stock = block(height, 2.0);
             let run = cut_stock(&program, &shop.setup(), &settings, &mut stock, TOLERANCE);
             assert_eq!(run.blocks[1].removed_mm3 > 0.0, depth > 0.0);
             run.blocks.iter().map(|b| b.is_certain).collect()
         };
-        assert_eq!(told(vec![HEAD + 3, HEAD + 5]), [false; 3], "{text}");
-        (text, told(vec![HEAD + 5, HEAD + 4, HEAD + 3]).try_into().unwrap())
+        assert_eq!(reported(vec![HEAD + 3, HEAD + 5]), [false; 3], "{text}");
+        (text, reported(vec![HEAD + 5, HEAD + 4, HEAD + 3]).try_into().unwrap())
     };
     for (depth, cuts) in
         [(-1.0, false), (0.0, false), (0.9, false), (3.9, false), (4.1, true), (20.0, true), (200.0, true)]
@@ -218,10 +218,10 @@ fn blocks_that_cut_deeper_than_the_tolerance_are_certain() {
 fn blocks_that_may_take_stock_between_the_lines_are_near_it() {
     let (shop, cell) = (Shop::new(), 4.0);
     let diagonal = cell * std::f64::consts::SQRT_2;
-    let near = |x: f64, z: f64, is_asked: bool| {
+    let near = |x: f64, z: f64, is_requested: bool| {
         let text = Text::new(&shop).rapid([x, -300.0, 200.0]).rapid([x, -300.0, z]).cut([x, 300.0, z]).text;
         let program = read_program(&text, Dialect::Fanuc).unwrap();
-        let probed_lines = if is_asked { vec![HEAD + 3] } else { Vec::new() };
+        let probed_lines = if is_requested { vec![HEAD + 3] } else { Vec::new() };
         let settings = VerifySettings { probed_lines, ..VerifySettings::default() };
         let run = cut_stock(&program, &shop.setup(), &settings, &mut block(20.0, cell), TOLERANCE);
         let [taken] = run.blocks[..] else { panic!("one cut: {:?}", run.blocks) };

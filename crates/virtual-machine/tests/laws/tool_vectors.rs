@@ -128,7 +128,7 @@ fn prove(shop: &Shop, text: &str) -> Certificates {
     certify(&program, &setup(shop, Dialect::Siemens840d), &settings, &Silent).unwrap()
 }
 
-fn told(v: &Verification) -> Vec<(FindingKind, &str)> {
+fn reported(v: &Verification) -> Vec<(FindingKind, &str)> {
     v.findings.iter().map(|f| (f.kind, f.note.as_str())).collect()
 }
 
@@ -139,7 +139,7 @@ fn vectors_run_and_are_proven_like_the_rotary_words_they_stand_for() {
     let texts = [with_vectors(&shop, &poses), with_words(&shop, &poses)];
     assert!(texts[0].matches("A3=").count() == 119 && !texts[1].contains("A3="));
     let [vectors, words] = [0, 1].map(|k| run(&shop, &texts[k], Dialect::Siemens840d));
-    assert_eq!((told(&vectors), told(&words)), (vec![], vec![]));
+    assert_eq!((reported(&vectors), reported(&words)), (vec![], vec![]));
     // A tool axis is off by less than 1e-6, and the rim by less than that of its radius.
     let apart = 1e-4;
     let depth = |v: &Verification| v.largest_gouge.as_ref().unwrap().depth_mm;
@@ -163,7 +163,7 @@ fn heidenhain_vectors_run_like_those_of_siemens() {
     let siemens = run(&shop, &with_vectors(&shop, &poses), Dialect::Siemens840d);
     let heidenhain = run(&shop, &with_normals(&shop, &poses, |_| [0.0, 0.0, 1.0]), Dialect::Heidenhain);
     let unknown = heidenhain.findings.iter().filter(|f| f.kind == FindingKind::UnknownPosition).count();
-    assert_eq!(unknown, 0, "{:?}", told(&heidenhain));
+    assert_eq!(unknown, 0, "{:?}", reported(&heidenhain));
     let depth = |v: &Verification| v.largest_gouge.as_ref().unwrap().depth_mm;
     assert!((depth(&siemens) - depth(&heidenhain)).abs() < 1e-4);
     assert!((siemens.cutting_length_mm - heidenhain.cutting_length_mm).abs() < 1e-4);
@@ -207,17 +207,17 @@ fn a_choice_that_is_not_clear_is_a_finding() {
         let found = run(&shop, &text, Dialect::Siemens840d);
         let line = text.lines().count() as u32;
         let of_block: Vec<_> = found.findings.iter().filter(|f| f.first_line == line).collect();
-        assert!(of_block.iter().any(|f| f.kind == kind && f.note.contains(note)), "{what}: {:?}", told(&found));
+        assert!(of_block.iter().any(|f| f.kind == kind && f.note.contains(note)), "{what}: {:?}", reported(&found));
         assert!(found.faults().count() > 0, "{what}");
         let behind = format!("{text}G1 X2. Y1.\n");
         assert!(prove(&shop, &behind).certificates.iter().filter(|c| c.line >= line).all(|c| !c.certified), "{what}");
     }
     let clear = format!("{}{}", start(&shop, lean), block([0.5, 0.1, 1.0]));
-    assert_eq!(told(&run(&shop, &clear, Dialect::Siemens840d)), []);
+    assert_eq!(reported(&run(&shop, &clear, Dialect::Siemens840d)), []);
     // A pose with rotary words is known again, and what is wrong behind it is seen.
     let deep: Pose = ([10.0, 0.0, -1.0], lean.1);
     let lost = format!("{}{}", start(&shop, lean), block([0.01, 0.0, 1.0]));
     let again = format!("{lost}G1{}{}\nG1{}\n", linear(lean.0), rotary(&shop, lean), linear(deep.0));
     let found = run(&shop, &again, Dialect::Siemens840d);
-    assert!(found.findings.iter().any(|f| f.kind == FindingKind::Gouge), "{:?}", told(&found));
+    assert!(found.findings.iter().any(|f| f.kind == FindingKind::Gouge), "{:?}", reported(&found));
 }

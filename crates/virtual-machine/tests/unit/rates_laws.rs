@@ -165,9 +165,9 @@ fn judged(law: BlockLaw, mm: f64, rad: f64) -> (f64, f64) {
             }
         }
     }
-    let told = shares.len() as f64 / f64::from(n);
+    let reported = shares.len() as f64 / f64::from(n);
     shares.sort_by(f64::total_cmp);
-    (told, shares[shares.len() / 2])
+    (reported, shares[shares.len() / 2])
 }
 
 #[test]
@@ -182,9 +182,12 @@ fn nothing_is_faster_or_more_accelerated_than_stated() {
         (BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned), [0.8, 0.2], 5e-4),
     ];
     for (law, [short, long], least) in laws {
-        for (mm, rad, told) in [(2.0, 0.004, short), (50.0, 0.05, long), (400.0, 0.6, 0.0)] {
+        for (mm, rad, reported) in [(2.0, 0.004, short), (50.0, 0.05, long), (400.0, 0.6, 0.0)] {
             let (part, share) = judged(law, mm, rad);
-            assert!(part >= told && share >= least, "{law:?}, {mm} mm, {rad}: told of {part}, {share} of the bounds");
+            assert!(
+                part >= reported && share >= least,
+                "{law:?}, {mm} mm, {rad}: reported of {part}, {share} of the bounds"
+            );
         }
     }
 }
@@ -210,7 +213,7 @@ fn axes_at_rest_turn_nothing_and_a_pole_on_the_way_is_not_reported() {
 #[test]
 fn a_turned_vector_that_is_said_to_be_reached_is_reached_at_every_time() {
     let mut r = Random::new(31);
-    let (mut told, mut lost) = (0, 0);
+    let (mut reported, mut lost) = (0, 0);
     let law = BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned);
     for machine in machines() {
         for _ in 0..60 {
@@ -220,20 +223,20 @@ fn a_turned_vector_that_is_said_to_be_reached_is_reached_at_every_time() {
             for k in 0..4 {
                 let [from, to] = [0.25 * f64::from(k), 0.25 * f64::from(k + 1)];
                 let is_ok = (0..=40).all(|n| motion.at(from + (to - from) * f64::from(n) / 40.0).is_ok());
-                let is_told = bounds.turned_is_reached(from, to);
-                assert!(is_ok || !is_told, "{}: from {from} of {start:?} to {end:?}", machine.name());
-                told += u32::from(is_told);
+                let is_reported = bounds.turned_is_reached(from, to);
+                assert!(is_ok || !is_reported, "{}: from {from} of {start:?} to {end:?}", machine.name());
+                reported += u32::from(is_reported);
                 lost += u32::from(!is_ok);
             }
         }
     }
-    assert!(told > 500 && lost > 50, "{told} told, {lost} not reached");
+    assert!(reported > 500 && lost > 50, "{reported} reported, {lost} not reached");
 }
 
 #[test]
 fn no_rates_are_given_where_the_control_changes_branches() {
     let mut r = Random::new(5);
-    let (mut told, mut changes) = (0, 0);
+    let (mut reported, mut changes) = (0, 0);
     let law = BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned);
     for (index, machine) in machines().iter().enumerate() {
         for block in 0..60 {
@@ -249,12 +252,12 @@ fn no_rates_are_given_where_the_control_changes_branches() {
                     let Some(rates) = bounds.over(at(0), at(10), Parts::OneHead) else { continue };
                     let samples = (0..=10).map(|n| motion.at(at(n)).unwrap()).collect();
                     Sampled { machine, samples, rates }.check_axes(&format!("machine {index}, block {block}"));
-                    told += 1;
+                    reported += 1;
                 }
             }
         }
     }
-    assert!(told > 500 && changes > 100, "{told} told, {changes} change");
+    assert!(reported > 500 && changes > 100, "{reported} reported, {changes} change");
 }
 
 /// Both views of a mill with two heads.

@@ -73,10 +73,10 @@ fn the_nearest_material_is_as_near_as_the_nearest_point_of_all_lines() {
             let at = frame * Isometry3::new(random.vector([12.0, 20.0, 60.0][k % 3]), turned);
             let expected = of_points(&map, solid, &at);
             let NearestMaterial { distance, place } = map.nearest(solid, &at, [0.0, f64::INFINITY]).unwrap();
-            assert!(distance <= expected + 1e-9, "{distance} is told, and {expected} is there: {solid:?} {at:?}");
+            assert!(distance <= expected + 1e-9, "{distance} is reported, and {expected} is there: {solid:?} {at:?}");
             assert!(
                 distance >= expected - 0.5 * STEP - RESOLUTION,
-                "{distance} is told for {expected}: {solid:?} {at:?}"
+                "{distance} is reported for {expected}: {solid:?} {at:?}"
             );
             let of_place = solid.distance(&at.inverse_transform_point(&place)).max(0.0);
             assert!(
@@ -97,7 +97,7 @@ fn the_nearest_material_is_as_near_as_the_nearest_point_of_all_lines() {
                 let of_place = solid.distance(&at.inverse_transform_point(&near.place)).max(0.0);
                 assert!(
                     of_place <= enough.max(distance + RESOLUTION) + 1e-9,
-                    "{of_place} is told for {enough}: {distance}"
+                    "{of_place} is reported for {enough}: {distance}"
                 );
                 assert!(near.distance <= of_place && near.distance >= of_place - RESOLUTION - 1e-9);
             }

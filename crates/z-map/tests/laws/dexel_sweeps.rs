@@ -142,13 +142,13 @@ fn meeting_a_turning_body_tells_the_depth_that_cutting_it_takes() {
         let lost_at = |i: usize, j: usize| longest_outside(&lost(after.intervals(i, j), -9.0, 0.0), &[]);
         let deepest =
             (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j))).map(|(i, j)| lost_at(i, j)).fold(0.0, f64::max);
-        let asked = map.meets(&sweep, tolerance).unwrap().map_or(0.0, |contact| contact.depth);
+        let requested = map.meets(&sweep, tolerance).unwrap().map_or(0.0, |contact| contact.depth);
         // Of a piece no line loses more than of all of them, and walls are as steep as the cutter's
         // side leans.
-        assert!(asked <= deepest + 20.0 * tolerance, "{sweep:?}: {asked} met, {deepest} lost");
-        assert!(deepest < 0.2 || asked > 0.0, "{sweep:?}: {deepest} lost and not met");
-        met += u32::from(asked > 0.0);
-        missed += u32::from(asked == 0.0);
+        assert!(requested <= deepest + 20.0 * tolerance, "{sweep:?}: {requested} met, {deepest} lost");
+        assert!(deepest < 0.2 || requested > 0.0, "{sweep:?}: {deepest} lost and not met");
+        met += u32::from(requested > 0.0);
+        missed += u32::from(requested == 0.0);
     }
     assert!(met > 5 && missed > 5, "{met} met, {missed} not");
 }

@@ -121,8 +121,8 @@ fn links_with_more_than_positions_stay_and_are_reported() {
         let old = numbered(&two_ways("CC X+0 Y+0\nQ1 = -30\n", &across));
         let made = faster(&job, &old);
         assert!(made.text == old.as_bytes() && made.file.changed == 0, "{across}");
-        let told = made.file.links.iter().find_map(|link| link.kept_because.as_ref());
-        assert!(told.is_some_and(|told| told.contains(why)), "{across}{:?}", made.file.links);
+        let output = made.file.links.iter().find_map(|link| link.kept_because.as_ref());
+        assert!(output.is_some_and(|output| output.contains(why)), "{across}{:?}", made.file.links);
     }
 }
 
@@ -142,8 +142,8 @@ fn a_plan_for_heidenhain_gets_faster_links_on_the_command_line() {
     let planned = folder.plan();
     let old = text_of(&planned, "program.h");
     folder.write("old.nc", old.as_bytes());
-    let told = facemill_in(&folder, "rapids old.nc --job job.json --stock-cell-mm 2 -o new.nc --report links.json");
-    assert_eq!(told.code, 0, "{}{}", told.errors, told.printed);
+    let output = facemill_in(&folder, "rapids old.nc --job job.json --stock-cell-mm 2 -o new.nc --report links.json");
+    assert_eq!(output.code, 0, "{}{}", output.errors, output.printed);
     let (new, report) = (std::fs::read_to_string(folder.path("new.nc")).unwrap(), folder.json("links.json"));
     assert!(report["changed"].as_u64() > Some(0) && report["findings"] == json!([0, 0]), "{report}");
     // All lines but continued ones count from 0.
@@ -156,6 +156,6 @@ fn a_plan_for_heidenhain_gets_faster_links_on_the_command_line() {
     let lines =
         |key: &str| links.iter().map(|link| [0, 1].map(|k| link[key][k].as_u64().unwrap() as u32)).collect::<Vec<_>>();
     assert_eq!(without(&old, lines("lines").into_iter()), without(&new, lines("new_lines").into_iter()));
-    let told = facemill_in(&folder, "verify new.nc --job job.json --certificates --out found.json");
-    assert_eq!((told.code, &folder.json("found.json")["findings"]), (0, &json!([])), "{}", told.printed);
+    let output = facemill_in(&folder, "verify new.nc --job job.json --certificates --out found.json");
+    assert_eq!((output.code, &folder.json("found.json")["findings"]), (0, &json!([])), "{}", output.printed);
 }

@@ -157,10 +157,10 @@ fn the_holder_with_the_shortest_stick_out_that_works_is_chosen() {
     obeys_its_schema(&found);
     assert_eq!(found.file.holder.as_deref(), Some("stout"));
     let needed = TOP + 2.0 - SLACK + MARGIN;
-    let told: Vec<Option<f64>> = found.file.holders.iter().map(|h| h.stick_out_mm).collect();
-    for (told, expected) in told.iter().zip([Some(24.0), Some(needed), Some(needed), None, None]) {
-        assert_eq!(told.is_some(), expected.is_some(), "{told:?}");
-        assert!(told.zip(expected).is_none_or(|(a, b)| (a - b).abs() < 0.01), "{told:?} {expected:?}");
+    let outcome: Vec<Option<f64>> = found.file.holders.iter().map(|h| h.stick_out_mm).collect();
+    for (outcome, expected) in outcome.iter().zip([Some(24.0), Some(needed), Some(needed), None, None]) {
+        assert_eq!(outcome.is_some(), expected.is_some(), "{outcome:?}");
+        assert!(outcome.zip(expected).is_none_or(|(a, b)| (a - b).abs() < 0.01), "{outcome:?} {expected:?}");
     }
     assert!(found.file.holders[3].why_not.as_ref().unwrap().contains("15 mm"));
     assert!(found.file.holders[4].why_not.as_ref().unwrap().contains("shanks"));
@@ -187,8 +187,8 @@ fn the_holder_with_the_shortest_stick_out_that_works_is_chosen() {
             }
             low = high + MARGIN;
         }
-        let told = found.file.holders.iter().find(|h| h.name == holder.name).unwrap();
-        assert!((told.stick_out_mm.unwrap() - low).abs() < 0.02, "{told:?} {low}");
+        let outcome = found.file.holders.iter().find(|h| h.name == holder.name).unwrap();
+        assert!((outcome.stick_out_mm.unwrap() - low).abs() < 0.02, "{outcome:?} {low}");
     }
 }
 

@@ -38,15 +38,16 @@ fn is_free_with(job: &JobFolder, tool: &str) -> [bool; 2] {
 fn a_holder_is_reported_and_written_and_is_free_in_the_job() {
     let job = past_the_wall();
     shelve(&job, "shelf.json", &[("stout", [5.0, 60.0]), ("too short", [5.0, 15.0])]);
-    let told =
+    let output =
         facemill_in(&job, "lengths past.nc --job job.json --holders shelf.json -o lengths.json --tool-out short.json");
-    assert_eq!(told.code, 0, "{}{}", told.errors, told.printed);
+    assert_eq!(output.code, 0, "{}{}", output.errors, output.printed);
     let (file, tool) = (job.json("lengths.json"), job.json("short.json"));
     assert_eq!((&file["format"], &file["holder"]), (&json!("facemill-lengths/1"), &json!("stout")));
     let stick_out = file["holders"][0]["stick_out_mm"].as_f64().unwrap();
     assert!((stick_out - (TOP + 2.0 - SLACK + MARGIN)).abs() < 0.01, "{stick_out}");
     assert_eq!((&tool["stick_out_mm"], file["findings"].as_array().unwrap().len()), (&json!(stick_out), 0));
-    let line = |of: &str| told.printed.lines().find(|l| l.contains(of)).unwrap_or_else(|| panic!("{}", told.printed));
+    let line =
+        |of: &str| output.printed.lines().find(|l| l.contains(of)).unwrap_or_else(|| panic!("{}", output.printed));
     assert!(line("* stout:").contains(&format!("stick-out {stick_out:.2} mm")));
     assert!(line("  too short:").contains(file["holders"][1]["why_not"].as_str().unwrap()));
     assert!(line("L2").contains(&format!("{stick_out:.2}")) && line("findings").ends_with('0'));
@@ -58,9 +59,9 @@ fn the_tool_as_it_is_given_without_files_and_the_margin_is_added() {
     let job = past_the_wall();
     let before = files_of(&job);
     let table = |margin: &str| {
-        let told = facemill_in(&job, &format!("lengths past.nc --job job.json --margin-mm {margin}"));
-        assert_eq!(told.code, 0, "{}{}", told.errors, told.printed);
-        let row = told.printed.lines().find(|l| l.trim_start().starts_with("L3")).unwrap().to_owned();
+        let output = facemill_in(&job, &format!("lengths past.nc --job job.json --margin-mm {margin}"));
+        assert_eq!(output.code, 0, "{}{}", output.errors, output.printed);
+        let row = output.printed.lines().find(|l| l.trim_start().starts_with("L3")).unwrap().to_owned();
         row.split_whitespace().nth(2).unwrap().parse::<f64>().unwrap()
     };
     assert!((table("3.5") - table("0.5") - 3.0).abs() < 0.011);
@@ -77,15 +78,15 @@ fn where_nothing_works_it_is_exit_1_with_the_report_and_no_tool() {
         if has_earlier {
             job.write("short.json", &std::fs::read(job.path("tool.json")).unwrap());
         }
-        let told = facemill_in(
+        let output = facemill_in(
             &job,
             &format!("lengths past.nc --job job.json {option} -o lengths.json --tool-out short.json"),
         );
-        assert_eq!(told.code, 1, "{option}: {}{}", told.errors, told.printed);
-        assert!(told.printed.contains(of), "{option}: {}", told.printed);
-        let said = |what: &str| told.errors.contains(what);
-        assert!(said("no tool works") && said("short.json is not written"), "{option}: {}", told.errors);
-        assert_eq!(said("earlier run was removed"), has_earlier, "{option}: {}", told.errors);
+        assert_eq!(output.code, 1, "{option}: {}{}", output.errors, output.printed);
+        assert!(output.printed.contains(of), "{option}: {}", output.printed);
+        let said = |what: &str| output.errors.contains(what);
+        assert!(said("no tool works") && said("short.json is not written"), "{option}: {}", output.errors);
+        assert_eq!(said("earlier run was removed"), has_earlier, "{option}: {}", output.errors);
         let file = job.json("lengths.json");
         assert!(file.get("holder").is_none() && !job.path("short.json").exists(), "{option}: {file}");
     }
@@ -93,8 +94,8 @@ fn where_nothing_works_it_is_exit_1_with_the_report_and_no_tool() {
 
     // Faults that no length mends: the lengths are reported, and the tool is written.
     job.write("past.nc", PAST.replace("M30\n%\n", "").as_bytes());
-    let told = facemill_in(&job, "lengths past.nc --job job.json -o lengths.json --tool-out short.json");
-    assert_eq!(told.code, 1, "{}{}", told.errors, told.printed);
+    let output = facemill_in(&job, "lengths past.nc --job job.json -o lengths.json --tool-out short.json");
+    assert_eq!(output.code, 1, "{}{}", output.errors, output.printed);
     let findings = job.json("lengths.json")["findings"].clone();
     assert_eq!((findings.as_array().unwrap().len(), &findings[0]["kind"]), (1, &json!("no_end")));
     assert!(job.path("short.json").exists());
@@ -155,8 +156,8 @@ fn what_cannot_be_meant_is_exit_2_and_writes_nothing() {
         (format!("{} --replan --program-out bore.json", holders("shelf.json")), &["bore.json", "not a program"]),
     ];
     for (words, expected) in wrong {
-        let told = facemill_in(&job, &format!("lengths {words}"));
-        assert!(told.is_refused_for(expected), "{words}: exit {}: {}{}", told.code, told.errors, told.printed);
+        let output = facemill_in(&job, &format!("lengths {words}"));
+        assert!(output.is_refused_for(expected), "{words}: exit {}: {}{}", output.code, output.errors, output.printed);
         assert!(files_of(&job) == before, "{words}");
     }
 }

@@ -24,8 +24,8 @@ fn program_report_and_table_agree_and_the_program_is_as_much_faster() {
     // Without the jerk of one axis links are timed as programs are.
     job.set("machine.json", &[("/tool_chains/0/rows/2/joint/prismatic/max_jerk_mm_s3", Value::Null)]);
     job.write("old.nc", two_ways(HEAD, FAR).as_bytes());
-    let told = facemill_in(&job, "rapids old.nc --job job.json -o new.nc --report links.json --stock-cell-mm 4");
-    assert_eq!(told.code, 0, "{}", told.errors);
+    let output = facemill_in(&job, "rapids old.nc --job job.json -o new.nc --report links.json --stock-cell-mm 4");
+    assert_eq!(output.code, 0, "{}", output.errors);
     assert_eq!(text(&job, "new.nc"), two_ways(HEAD, DIRECT));
     let report = job.json("links.json");
     assert_eq!((&report["format"], &report["changed"]), (&json!("facemill-rapids/1"), &json!(1)));
@@ -35,15 +35,15 @@ fn program_report_and_table_agree_and_the_program_is_as_much_faster() {
 
     // The table has the same numbers.
     let seconds = ["time_before_s", "time_after_s", "lower_bound_s"].map(|key| link[key].as_f64().unwrap());
-    let row: Vec<&str> = told.printed.lines().find(|l| l.contains(" 9-11 ")).unwrap().split_whitespace().collect();
+    let row: Vec<&str> = output.printed.lines().find(|l| l.contains(" 9-11 ")).unwrap().split_whitespace().collect();
     assert_eq!(row[1..4], seconds.map(|s| format!("{s:.3}")));
-    assert!(told.prints(&["links", "1, 1 with another way"]) && row[4] == "direct", "{}", told.printed);
-    assert!(told.prints(&["timed within", "velocity alone"]), "{}", told.printed);
+    assert!(output.prints(&["links", "1, 1 with another way"]) && row[4] == "direct", "{}", output.printed);
+    assert!(output.prints(&["timed within", "velocity alone"]), "{}", output.printed);
 
     // The runs of both programs are apart by what the link gains.
     let rapid_time = |program: &str| {
-        let told = facemill_in(&job, &format!("verify {program} --job job.json --out found.json"));
-        assert_eq!(told.code, 0, "{program}: {}", told.printed);
+        let output = facemill_in(&job, &format!("verify {program} --job job.json --out found.json"));
+        assert_eq!(output.code, 0, "{program}: {}", output.printed);
         job.json("found.json")["rapid_time_s"].as_f64().unwrap()
     };
     let gained = rapid_time("old.nc") - rapid_time("new.nc");
@@ -60,11 +60,11 @@ fn a_program_keeps_its_faults_and_they_are_exit_1() {
     let before = facemill_in(&job, "verify old.nc --job job.json --stock-cell-mm 4 --out found.json");
     assert_eq!(before.code, 1, "{}", before.printed);
     let n = job.json("found.json")["findings"].as_array().unwrap().len();
-    let told = facemill_in(&job, "rapids old.nc --job job.json -o new.nc --report links.json --stock-cell-mm 4");
-    assert_eq!(told.code, 1, "{}", told.errors);
+    let output = facemill_in(&job, "rapids old.nc --job job.json -o new.nc --report links.json --stock-cell-mm 4");
+    assert_eq!(output.code, 1, "{}", output.errors);
     assert_eq!(text(&job, "new.nc"), faulty(DIRECT));
     assert_eq!(job.json("links.json")["findings"], json!([n, n]));
-    assert!(n > 1 && told.prints(&["findings", &format!("{n} before, {n} after")]), "{}", told.printed);
+    assert!(n > 1 && output.prints(&["findings", &format!("{n} before, {n} after")]), "{}", output.printed);
 }
 
 /// Between both ways, 30 mm above the workpiece's zero, are a clamp of 20 mm, and stock of 34 mm
@@ -82,8 +82,8 @@ fn clearance_and_the_rest_of_another_program_count() {
     let across = |link: &str| two_ways(HEAD, link).replace("Y0.", "Y-30.").replace("G1 X30.", "G1 X-10.");
     job.write("old.nc", across("G0 Z440.\nX-30. Y30.\nZ330.\n").as_bytes());
     let link = |more: &str| -> Value {
-        let told = facemill_in(&job, &format!("rapids old.nc --job job.json -o new.nc --report links.json {more}"));
-        assert_eq!(told.code, 0, "{more}: {}{}", told.errors, told.printed);
+        let output = facemill_in(&job, &format!("rapids old.nc --job job.json -o new.nc --report links.json {more}"));
+        assert_eq!(output.code, 0, "{more}: {}{}", output.errors, output.printed);
         job.json("links.json")["links"][0].clone()
     };
     let free = link("--stock-cell-mm 4");
@@ -100,11 +100,11 @@ fn clearance_and_the_rest_of_another_program_count() {
         "job.json",
         &[("/setups/0/meshes", part), ("/setups/0/stock", json!({ "offset": { "allowance_mm": 0.0 } }))],
     );
-    let told = facemill_in(&job, "verify old.nc --job job.json --stock-cell-mm 4 --rest-out left.stock");
-    assert_eq!(told.code, 0, "{}{}", told.errors, told.printed);
+    let output = facemill_in(&job, "verify old.nc --job job.json --stock-cell-mm 4 --rest-out left.stock");
+    assert_eq!(output.code, 0, "{}{}", output.errors, output.printed);
     job.write("job.json", own.to_string().as_bytes());
-    let told = facemill_in(&job, "rapids old.nc --job job.json -o new.nc --rest left.stock");
-    assert!(told.is_refused_for(&["left.stock", "is not a rest of the stock of setup"]), "{}", told.errors);
+    let output = facemill_in(&job, "rapids old.nc --job job.json -o new.nc --rest left.stock");
+    assert!(output.is_refused_for(&["left.stock", "is not a rest of the stock of setup"]), "{}", output.errors);
     // Marked as the setup's own it stands for what another program left of that.
     facemill_in(&job, "verify old.nc --job job.json --stock-cell-mm 4 --rest-out own.stock");
     let map = |name: &str| DexelMap::from_bytes(&std::fs::read(job.path(name)).unwrap()).unwrap();
@@ -151,8 +151,8 @@ fn what_cannot_be_done_is_exit_2_and_writes_nothing() {
         ("old.nc --job gone.json -o new.nc", &["cannot read", "gone.json"]),
         ("old.nc --job job.json", &["--out"]),
     ] {
-        let told = facemill_in(&job, &format!("rapids {words}"));
-        assert!(told.is_refused_for(expected), "{words}: exit {}: {}{}", told.code, told.errors, told.printed);
+        let output = facemill_in(&job, &format!("rapids {words}"));
+        assert!(output.is_refused_for(expected), "{words}: exit {}: {}{}", output.code, output.errors, output.printed);
         assert!(files_of(&job) == before, "{words}");
     }
 }

@@ -90,21 +90,21 @@ fn rests_on(file: &VerificationFile) -> Vec<(Option<u32>, &str)> {
     all.filter(|(_, text)| text.starts_with("feeds ")).collect()
 }
 
-fn as_asked(block: &Block) -> f64 {
+fn as_requested(block: &Block) -> f64 {
     if block.is_in_air() { ENTRIES } else { CUTS }
 }
 
 fn raised(block: &Block) -> f64 {
-    if block.pass % 2 == 0 && block.cuts() { 1.5 * CUTS } else { as_asked(block) }
+    if block.pass % 2 == 0 && block.cuts() { 1.5 * CUTS } else { as_requested(block) }
 }
 
 #[test]
 fn cuts_at_the_feed_of_entries_are_found_at_their_lines_where_the_stock_is_cut() {
     let job = plate();
-    let (text, blocks) = passes(as_asked);
+    let (text, blocks) = passes(as_requested);
     let clean = run(&job, &text, cut(0.002, StockRegion::Whole));
     assert!(feeds_of(&clean).is_empty() && rests_on(&clean).is_empty(), "{:?}", rests_on(&clean));
-    assert!(blocks.iter().filter(|b| as_asked(b) == ENTRIES).count() > 20);
+    assert!(blocks.iter().filter(|b| as_requested(b) == ENTRIES).count() > 20);
 
     let (text, blocks) = passes(raised);
     let file = run(&job, &text, cut(0.002, StockRegion::Whole));
@@ -166,7 +166,7 @@ fn cuts_that_are_not_distinguished_from_entries_are_an_assumption() {
 fn fast_blocks_near_stock_on_no_line_are_an_assumption() {
     let job = plate();
     let is_near = |b: &Block| b.from > HALF + LAG && b.from < HALF + LAG + 5.0;
-    let (text, blocks) = passes(|b| if is_near(b) { ENTRIES } else { as_asked(b) });
+    let (text, blocks) = passes(|b| if is_near(b) { ENTRIES } else { as_requested(b) });
     let file = run(&job, &text, cut(0.002, StockRegion::Whole));
     let [(first, why)] = rests_on(&file)[..] else { panic!("{:?}", rests_on(&file)) };
     assert!(feeds_of(&file).is_empty() && why.contains("lines 0.5 mm apart"), "{why}");
@@ -188,7 +188,7 @@ fn a_plan_keeps_to_the_feeds_of_its_job_and_raised_cuts_are_found() {
     job.set("machine.json", &[("/motion/cutting", json!("tip_and_rotaries_linear"))]);
     let planned = job.plan();
     let text = text_of(&planned, "program.nc");
-    let [asked, higher] = [CUTS, 1.5 * CUTS].map(|feed| format!("F{feed}."));
+    let [requested, higher] = [CUTS, 1.5 * CUTS].map(|feed| format!("F{feed}."));
     // F of every line, as it stays in force.
     let in_force = |text: &str| -> Vec<String> {
         let mut last = String::new();
@@ -201,7 +201,7 @@ fn a_plan_keeps_to_the_feeds_of_its_job_and_raised_cuts_are_found() {
     let clean = run(&job, &text, cut(0.02, StockRegion::Whole));
     assert!(feeds_of(&clean).is_empty(), "{:?}", feeds_of(&clean));
 
-    let faster = text.replace(&asked, &higher);
+    let faster = text.replace(&requested, &higher);
     let feeds = in_force(&faster);
     let file = run(&job, &faster, cut(0.02, StockRegion::Whole));
     let found = feeds_of(&file);

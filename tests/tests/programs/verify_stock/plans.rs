@@ -30,9 +30,9 @@ fn a_plan_cuts_what_its_text_cuts() {
     let job = tiny_patch();
     let planned = plans(&job, None).remove(0);
     assert!(planned.is_clean(), "{:?}", planned.report.findings);
-    let told = cut(&planned);
+    let reported = cut(&planned);
     assert_eq!(planned.report.stock.began_as.as_deref(), Some("the setup's stock"));
-    assert_eq!((told.cell_mm, told.blocks_not_covered), (1.0, 0));
+    assert_eq!((reported.cell_mm, reported.blocks_not_covered), (1.0, 0));
 
     let text = text_of(&planned, "program.nc");
     let whole = CutRequest::on_lines(1.0, 0.05);
@@ -40,10 +40,10 @@ fn a_plan_cuts_what_its_text_cuts() {
     let read = Job::read(&job.job()).unwrap();
     let run = verify_program(&read, text.as_bytes(), &request, &SilentStages).unwrap();
     let own = run.file.stock.unwrap();
-    assert!((own.removed_mm3 - told.removed_mm3).abs() < 1e-6 * own.removed_mm3, "{own:?} {told:?}");
-    assert_eq!(own.blocks_in_air, told.blocks_in_air);
+    assert!((own.removed_mm3 - reported.removed_mm3).abs() < 1e-6 * own.removed_mm3, "{own:?} {reported:?}");
+    assert_eq!(own.blocks_in_air, reported.blocks_in_air);
     let rest = planned.rest.as_ref().unwrap().volume();
-    assert!((told.before_mm3 - told.removed_mm3 - rest).abs() < 1e-6 * told.before_mm3);
+    assert!((reported.before_mm3 - reported.removed_mm3 - rest).abs() < 1e-6 * reported.before_mm3);
 
     // The strip that six passes from y = -4 to 4 lie in, and what the cutter reaches beside it.
     let (file, tool) = (job.json("job.json"), job.json("tool.json"));
@@ -53,7 +53,7 @@ fn a_plan_cuts_what_its_text_cuts() {
     let least = 60.0 * 8.0 * (thickness - cusp);
     // The waves make the layer no more than a fifth longer than it is from above.
     let most = 1.2 * (80.0 + 2.0 * thickness) * (8.0 + 4.0 * radius) * thickness;
-    assert!(told.removed_mm3 > least && told.removed_mm3 < most, "{least} {} {most}", told.removed_mm3);
+    assert!(reported.removed_mm3 > least && reported.removed_mm3 < most, "{least} {} {most}", reported.removed_mm3);
 }
 
 /// Two setups, each of which cuts half of the passes, the second one as `change` says.
@@ -95,8 +95,8 @@ fn a_setup_in_another_frame_or_with_other_stock_begins_with_its_own_and_says_why
     let thinner = |s: &mut Value| s["stock"]["offset"]["allowance_mm"] = json!(0.1);
     for (change, why) in [(&turned as &dyn Fn(&mut Value), "workpiece frame"), (&thinner, "not stated as")] {
         let of_two = plans(&in_two(change), Some(4.0));
-        let told = of_two[1].report.stock.began_as.as_ref().unwrap();
-        assert!(told.starts_with("the setup's stock: ") && told.contains(why), "{told}");
+        let reported = of_two[1].report.stock.began_as.as_ref().unwrap();
+        assert!(reported.starts_with("the setup's stock: ") && reported.contains(why), "{reported}");
         let own = cut(&of_two[1]);
         assert!((own.before_mm3 - cut(&of_two[0]).before_mm3).abs() > 1e-3, "{own:?}");
     }
@@ -151,8 +151,8 @@ fn stock_that_cannot_be_cut_is_reported() {
     let why = planned.report.stock.not_cut_because.as_ref().unwrap();
     assert!(planned.is_clean() && planned.report.verified && why.contains("not closed"), "{why}");
     let read = Job::read(&bare.job()).unwrap();
-    let asked = plan_job(&read, SETTINGS, Some(1.0), &SilentStages).err().unwrap().to_string();
-    assert!(asked.contains("not closed") && asked.contains("job.json"), "{asked}");
+    let requested = plan_job(&read, SETTINGS, Some(1.0), &SilentStages).err().unwrap().to_string();
+    assert!(requested.contains("not closed") && requested.contains("job.json"), "{requested}");
     let settings = PlanSettings { verify: false, ..SETTINGS };
     let unverified = &plan_job(&read, settings, None, &SilentStages).unwrap()[0];
     assert!(!unverified.report.verified && unverified.report.stock.cut.is_none());

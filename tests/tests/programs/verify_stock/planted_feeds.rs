@@ -63,9 +63,9 @@ fn pass(speed: f64, feed: f64, is_inverse: bool, other: Option<f64>) -> (String,
 /// Runs `facemill verify` on a program: its findings, all of which are faults.
 fn findings(job: &JobFolder, text: &str, words: &str) -> Vec<Value> {
     job.write("program.nc", text.as_bytes());
-    let told = facemill_in(job, &format!("verify program.nc --job job.json --out found.json {words}"));
+    let output = facemill_in(job, &format!("verify program.nc --job job.json --out found.json {words}"));
     let found = job.json("found.json")["findings"].as_array().unwrap().clone();
-    assert_eq!(told.code, i32::from(!found.is_empty()), "{text}{}{}", told.errors, told.printed);
+    assert_eq!(output.code, i32::from(!found.is_empty()), "{text}{}{}", output.errors, output.printed);
     found
 }
 
@@ -104,7 +104,7 @@ fn a_feed_beyond_its_tolerance_is_found_on_its_line_and_one_within_it_is_not() {
 #[test]
 fn a_spindle_speed_beyond_its_tolerance_is_found_on_its_line_and_one_within_it_is_not() {
     // Half a turn per minute, or a thousandth where that is more.
-    for (asked, other, is_found) in [
+    for (requested, other, is_found) in [
         (300.55, 300.0, true),
         (300.45, 300.0, false),
         (10_000.0, 10_011.0, true),
@@ -112,7 +112,7 @@ fn a_spindle_speed_beyond_its_tolerance_is_found_on_its_line_and_one_within_it_i
         (10_000.0, 9989.0, true),
         (10_000.0, 9991.0, false),
     ] {
-        let (text, line) = pass(asked, CUTS, false, Some(other));
-        holds(&findings(&job(asked), &text, ""), "other_spindle_speed", &text, is_found.then_some(line));
+        let (text, line) = pass(requested, CUTS, false, Some(other));
+        holds(&findings(&job(requested), &text, ""), "other_spindle_speed", &text, is_found.then_some(line));
     }
 }

@@ -24,9 +24,9 @@ fn stand() -> String {
 
 /// Runs `facemill verify program.nc` with these words behind it, and the file that it wrote.
 fn verify(job: &JobFolder, words: &str) -> (CommandOutput, Value) {
-    let told = facemill_in(job, &format!("verify program.nc --out found.json {words}"));
-    assert!(told.code < 2, "{words}: {}", told.errors);
-    (told, job.json("found.json"))
+    let output = facemill_in(job, &format!("verify program.nc --out found.json {words}"));
+    assert!(output.code < 2, "{words}: {}", output.errors);
+    (output, job.json("found.json"))
 }
 
 /// Returns the assumptions of a verification.
@@ -43,10 +43,10 @@ fn gouge(file: &Value) -> (f64, u64) {
 #[test]
 fn a_clean_program_is_exit_0_and_unstated_data_is_reported() {
     let job = with_program(3, 0.0);
-    let (told, mut file) = verify(&job, &stand());
-    assert_eq!((told.code, &file["findings"]), (0, &json!([])), "{}", told.printed);
+    let (output, mut file) = verify(&job, &stand());
+    assert_eq!((output.code, &file["findings"]), (0, &json!([])), "{}", output.printed);
     let texts: Vec<String> = assumptions(&file).into_iter().map(str::to_owned).collect();
-    assert!(texts.iter().all(|text| told.printed.contains(text)), "{texts:?}");
+    assert!(texts.iter().all(|text| output.printed.contains(text)), "{texts:?}");
     for option in ["dialect", "work-offset", "work-register", "length-register", "mesh-unit", "mesh-up"] {
         let of_option = texts.iter().filter(|text| text.starts_with(&format!("no --{option}: ")));
         assert_eq!(of_option.count(), 1, "{option} {texts:?}");
@@ -64,9 +64,9 @@ fn a_clean_program_is_exit_0_and_unstated_data_is_reported() {
 
     // Unsaid, the workpiece is on the table, where the program reaches no stock.
     let on_table = stand().replace(&format!("--mount 0,0,{TABLE}"), "--stock-cell-mm 2");
-    let (told, file) = verify(&job, &on_table);
-    assert!(assumptions(&file).iter().any(|text| text.starts_with("no --mount: ")), "{}", told.printed);
-    assert!(told.prints(&["no cutting block removes stock", "mounting"]), "{}", told.printed);
+    let (output, file) = verify(&job, &on_table);
+    assert!(assumptions(&file).iter().any(|text| text.starts_with("no --mount: ")), "{}", output.printed);
+    assert!(output.prints(&["no cutting block removes stock", "mounting"]), "{}", output.printed);
 }
 
 /// Moving workpiece and zero together changes nothing between tool and part, and a mesh means the
@@ -75,25 +75,25 @@ fn a_clean_program_is_exit_0_and_unstated_data_is_reported() {
 fn mount_work_offset_and_unit_say_where_the_part_is() {
     let job = with_program(1, 0.15);
     let whole = format!("{} --gouge-mm 0.05", stand());
-    let (told, at_home) = verify(&job, &whole);
+    let (output, at_home) = verify(&job, &whole);
     let (depth, line) = gouge(&at_home);
-    assert!(told.code == 1 && (depth - 0.15).abs() < NEAR, "{depth}");
+    assert!(output.code == 1 && (depth - 0.15).abs() < NEAR, "{depth}");
     let is_same = |file: &Value| (gouge(file).0 - depth).abs() < 1e-6 && gouge(file).1 == line;
 
     let moved = whole.replace(&format!("--mount 0,0,{TABLE}"), &format!("--mount 4,-3,{}", TABLE - 2.0));
-    let (told, together) = verify(&job, &format!("{moved} --work-offset 4,-3,-2"));
-    assert!(told.code == 1 && is_same(&together), "{}", told.printed);
+    let (output, together) = verify(&job, &format!("{moved} --work-offset 4,-3,-2"));
+    assert!(output.code == 1 && is_same(&together), "{}", output.printed);
     // The plate alone 2 mm lower is not reached.
-    let (told, alone) = verify(&job, &moved);
-    assert!(told.code == 0 && alone["largest_gouge"].is_null(), "{}", told.printed);
+    let (output, alone) = verify(&job, &moved);
+    assert!(output.code == 0 && alone["largest_gouge"].is_null(), "{}", output.printed);
 
     let plate = std::fs::read_to_string(job.path("plate.obj")).unwrap();
     job.write("small.obj", plate.lines().map(in_centimetres).collect::<String>().as_bytes());
     let small = whole.replace("plate.obj", "small.obj");
-    let (told, scaled) = verify(&job, &format!("{small} --mesh-unit centimetre"));
-    assert!(told.code == 1 && is_same(&scaled), "{}", told.printed);
-    let (told, taken) = verify(&job, &small);
-    assert!(told.prints(&["no --mesh-unit", "small.obj", "millimetres"]), "{}", told.printed);
+    let (output, scaled) = verify(&job, &format!("{small} --mesh-unit centimetre"));
+    assert!(output.code == 1 && is_same(&scaled), "{}", output.printed);
+    let (output, taken) = verify(&job, &small);
+    assert!(output.prints(&["no --mesh-unit", "small.obj", "millimetres"]), "{}", output.printed);
     assert_ne!(taken["smallest_clearance"], scaled["smallest_clearance"]);
 }
 
@@ -124,9 +124,9 @@ fn every_dialect_is_verified_without_a_job() {
     let fanuc = std::fs::read_to_string(job.path("program.nc")).unwrap();
     for dialect in ["fanuc", "haas", "mazak", "linuxcnc", "siemens_840d", "heidenhain"] {
         job.write("program.nc", in_dialect(&fanuc, dialect).as_bytes());
-        let (told, file) = verify(&job, &format!("{} --dialect {dialect} --fast", stand()));
+        let (output, file) = verify(&job, &format!("{} --dialect {dialect} --fast", stand()));
         let (depth, _) = gouge(&file);
-        assert!((depth - 0.15).abs() < NEAR && told.code == 1, "{dialect}: {depth} {}", told.printed);
+        assert!((depth - 0.15).abs() < NEAR && output.code == 1, "{dialect}: {depth} {}", output.printed);
         assert_eq!(file["dialect"], json!(dialect));
         let kinds: Vec<&str> =
             file["findings"].as_array().unwrap().iter().map(|f| f["kind"].as_str().unwrap()).collect();
@@ -139,11 +139,11 @@ fn a_cl_file_in_place_of_a_program_is_called_one() {
     let job = with_program(0, 0.0);
     job.write("program.nc", b"PARTNO/PLATE\nMULTAX/ON\nGOTO/0,0,10,0,0,1\nFINI\n");
     for words in [stand(), "--job job.json".to_owned()] {
-        let told = facemill_in(&job, &format!("verify program.nc {words}"));
-        assert!(told.code == 2 && told.errors.contains("is a CL file"), "{}", told.errors);
+        let output = facemill_in(&job, &format!("verify program.nc {words}"));
+        assert!(output.code == 2 && output.errors.contains("is a CL file"), "{}", output.errors);
     }
-    let told = facemill_in(&job, "feedrate program.nc --machine machine.json --tool-length-mm 100");
-    assert!(told.code == 2 && told.errors.contains("is a CL file"), "{}", told.errors);
+    let output = facemill_in(&job, "feedrate program.nc --machine machine.json --tool-length-mm 100");
+    assert!(output.code == 2 && output.errors.contains("is a CL file"), "{}", output.errors);
 }
 
 /// A line of an OBJ file in mm as it is in cm.
@@ -161,20 +161,20 @@ fn a_holder_that_meets_a_fixture_is_exit_1() {
     job.write("clamp.obj", box_obj([42.0, -4.0, -6.0], [48.0, 4.0, 100.0]).as_bytes());
     job.write("beside.obj", box_obj([-4.0, 80.0, -6.0], [4.0, 88.0, 100.0]).as_bytes());
     assert_eq!(verify(&job, &format!("{} --fixture beside.obj", stand())).0.code, 0);
-    let (told, file) = verify(&job, &format!("{} --fixture beside.obj --fixture clamp.obj", stand()));
-    assert_eq!(told.code, 1, "{}", told.printed);
+    let (output, file) = verify(&job, &format!("{} --fixture beside.obj --fixture clamp.obj", stand()));
+    assert_eq!(output.code, 1, "{}", output.printed);
     let findings = file["findings"].as_array().unwrap();
     let obstacles: Vec<&str> = findings.iter().map(|f| f["obstacle"].as_str().unwrap()).collect();
     assert!(obstacles.iter().all(|obstacle| obstacle.contains("clamp")), "{obstacles:?}");
     assert_eq!(findings[0]["kind"], "holder_collision");
-    assert!(told.prints(&["collision of the tool assembly", "clamp"]), "{}", told.printed);
+    assert!(output.prints(&["collision of the tool assembly", "clamp"]), "{}", output.printed);
     // The report says so for a block that goes to the far end of a pass.
     let line = text.lines().nth(findings[0]["worst_line"].as_u64().unwrap() as usize - 1).unwrap();
     let x: f64 = line.split(" X").nth(1).and_then(|rest| rest.split(' ').next()).unwrap().parse().unwrap();
     assert!(x > 20.0, "{line}");
     // With y up the post lies down, and is in nobody's way.
-    let (told, _) = verify(&job, &format!("{} --fixture clamp.obj --mesh-up y", stand()));
-    assert!(!told.prints(&["collision of the tool assembly", "clamp"]), "{}", told.printed);
+    let (output, _) = verify(&job, &format!("{} --fixture clamp.obj --mesh-up y", stand()));
+    assert!(!output.prints(&["collision of the tool assembly", "clamp"]), "{}", output.printed);
 }
 
 #[test]
@@ -182,25 +182,30 @@ fn a_gouge_beyond_the_limit_is_exit_1_and_one_within_it_is_not() {
     let depth = 0.03;
     let job = with_program(1, depth);
     // Nobody said how deep, and what is allowed without operations is less.
-    let (told, file) = verify(&job, &stand());
-    assert_eq!((told.code, &file["gouge_limit_mm"]), (1, &json!(0.02)), "{}", told.printed);
-    assert!(told.prints(&[" gouge ", "cutter, part"]) && told.prints(&["largest gouge", "allowed 0.020 mm"]));
+    let (output, file) = verify(&job, &stand());
+    assert_eq!((output.code, &file["gouge_limit_mm"]), (1, &json!(0.02)), "{}", output.printed);
+    assert!(output.prints(&[" gouge ", "cutter, part"]) && output.prints(&["largest gouge", "allowed 0.020 mm"]));
     for (limit, code) in [(depth - NEAR, 1), (depth + NEAR, 0)] {
-        let (told, file) = verify(&job, &format!("{} --gouge-mm {limit}", stand()));
-        assert_eq!((told.code, file["findings"].as_array().unwrap().len()), (code, code as usize), "{}", told.printed);
+        let (output, file) = verify(&job, &format!("{} --gouge-mm {limit}", stand()));
+        assert_eq!(
+            (output.code, file["findings"].as_array().unwrap().len()),
+            (code, code as usize),
+            "{}",
+            output.printed
+        );
     }
 
     // The same in the cut stock: beyond the limit by more than what it is cut to.
     let cut = format!("{} --stock-cell-mm 0.5 --stock-tolerance-mm 0.002 --deviation-tolerance-mm 0.04", stand());
-    let (told, file) = verify(&job, &cut);
-    assert_eq!((told.code, &file["deviation"]["exceeds_gouge_limit"]), (1, &json!(true)), "{}", told.printed);
-    assert!(told.prints(&["DEEPER THAN ALLOWED"]), "{}", told.printed);
+    let (output, file) = verify(&job, &cut);
+    assert_eq!((output.code, &file["deviation"]["exceeds_gouge_limit"]), (1, &json!(true)), "{}", output.printed);
+    assert!(output.prints(&["DEEPER THAN ALLOWED"]), "{}", output.printed);
     let place = &file["deviation"]["part"]["largest_gouge"];
     assert!((place["value_mm"].as_f64().unwrap() - depth).abs() < NEAR, "{place}");
     assert!((place["at_mm"][0].as_f64().unwrap() - GOUGED_AT).abs() < 2.0, "{place}");
-    let (told, file) = verify(&job, &format!("{cut} --gouge-mm 0.04"));
-    assert_eq!((told.code, &file["deviation"]["exceeds_gouge_limit"]), (0, &json!(false)), "{}", told.printed);
-    assert!(!told.prints(&["DEEPER THAN ALLOWED"]), "{}", told.printed);
+    let (output, file) = verify(&job, &format!("{cut} --gouge-mm 0.04"));
+    assert_eq!((output.code, &file["deviation"]["exceeds_gouge_limit"]), (0, &json!(false)), "{}", output.printed);
+    assert!(!output.prints(&["DEEPER THAN ALLOWED"]), "{}", output.printed);
 }
 
 /// A sheet of the part on stock that ends less deep below it than the cutter may go: there the
@@ -213,10 +218,10 @@ fn an_open_surface_that_is_cut_through_is_exit_1_without_a_finding() {
     let cut = "--stock-cell-mm 0.5 --stock-tolerance-mm 0.002 --deviation-tolerance-mm 0.1";
     for (bottom, is_through) in [(-6.0, false), (-0.01, true)] {
         job.write("block.obj", box_obj([-15.0, -15.0, bottom], [15.0, 15.0, 0.5]).as_bytes());
-        let (told, file) = verify(&job, &format!("{sheet} {cut}"));
-        assert_eq!(file["findings"], json!([]), "{}", told.printed);
-        assert_eq!(file["deviation"]["exceeds_gouge_limit"], is_through, "{}", told.printed);
-        assert_eq!((told.code, told.prints(&["DEEPER THAN ALLOWED"])), (i32::from(is_through), is_through));
+        let (output, file) = verify(&job, &format!("{sheet} {cut}"));
+        assert_eq!(file["findings"], json!([]), "{}", output.printed);
+        assert_eq!(file["deviation"]["exceeds_gouge_limit"], is_through, "{}", output.printed);
+        assert_eq!((output.code, output.prints(&["DEEPER THAN ALLOWED"])), (i32::from(is_through), is_through));
     }
 }
 
@@ -256,8 +261,8 @@ fn what_contradicts_itself_or_is_missing_is_exit_2_and_writes_nothing() {
         (and("--stock-cell-mm 2 --rest-out plate.obj"), &["plate.obj", "is an input"]),
     ];
     for (words, expected) in wrong {
-        let told = facemill_in(&job, &format!("verify program.nc --out found.json {words}"));
-        assert!(told.is_refused_for(expected), "{words}: exit {}: {}{}", told.code, told.errors, told.printed);
+        let output = facemill_in(&job, &format!("verify program.nc --out found.json {words}"));
+        assert!(output.is_refused_for(expected), "{words}: exit {}: {}{}", output.code, output.errors, output.printed);
         assert!(files_of(&job) == before, "{words}");
     }
 }
@@ -278,22 +283,22 @@ fn cutting_the_stock_hides_nothing_that_is_between_its_lines() {
         job.write("program.nc", text.replace("M30", &rapids).as_bytes());
         let line = text.lines().count() as u64 + 2;
         for cell in ["", "--stock-cell-mm 1", "--stock-cell-mm 0.7"] {
-            let (told, file) = verify(&job, &format!("{stand} {cell}"));
+            let (output, file) = verify(&job, &format!("{stand} {cell}"));
             let findings = file["findings"].as_array().unwrap();
             let rapid: Vec<&Value> = findings.iter().filter(|f| f["kind"] == "rapid_collision").collect();
-            assert_eq!((told.code, rapid.len()), (code, code as usize), "{cell}: {}", told.printed);
-            assert!(rapid.iter().all(|f| f["worst_line"] == json!(line)), "{cell}: {}", told.printed);
+            assert_eq!((output.code, rapid.len()), (code, code as usize), "{cell}: {}", output.printed);
+            assert!(rapid.iter().all(|f| f["worst_line"] == json!(line)), "{cell}: {}", output.printed);
             assert!(
-                cell.is_empty() || told.prints(&["between the lines of the stock", "is more than"]),
+                cell.is_empty() || output.prints(&["between the lines of the stock", "is more than"]),
                 "{}",
-                told.printed
+                output.printed
             );
         }
     }
-    let told = facemill_in(&job, &format!("verify program.nc {stand} --stock-cell-mm 1 --stock-tolerance-mm 0.6"));
-    assert!(told.code == 2 && told.errors.contains("to 0.5 mm"), "{}", told.errors);
-    let told = facemill_in(&job, &format!("verify program.nc {stand} --stock-cell-mm 500"));
-    assert!(told.code == 2 && told.errors.contains("none of its lines, 500 mm apart"), "{}", told.errors);
+    let output = facemill_in(&job, &format!("verify program.nc {stand} --stock-cell-mm 1 --stock-tolerance-mm 0.6"));
+    assert!(output.code == 2 && output.errors.contains("to 0.5 mm"), "{}", output.errors);
+    let output = facemill_in(&job, &format!("verify program.nc {stand} --stock-cell-mm 500"));
+    assert!(output.code == 2 && output.errors.contains("none of its lines, 500 mm apart"), "{}", output.errors);
 }
 
 /// Both boxes in one file.

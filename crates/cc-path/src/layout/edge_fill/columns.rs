@@ -18,19 +18,20 @@ struct Cell {
     /// Largest step of level that is allowed on it.
     limit: f64,
     /// The same before width and slope were raised to their smallest values.
-    asked: f64,
+    requested: f64,
     /// Least gain of level per way from one front to the next.
     slope: f64,
 }
 
 impl Cell {
-    const EMPTY: Self = Self { low: f64::INFINITY, limit: f64::INFINITY, asked: f64::INFINITY, slope: f64::INFINITY };
+    const EMPTY: Self =
+        Self { low: f64::INFINITY, limit: f64::INFINITY, requested: f64::INFINITY, slope: f64::INFINITY };
 
     fn least(&self, other: &Self) -> Self {
         Self {
             low: self.low.min(other.low),
             limit: self.limit.min(other.limit),
-            asked: self.asked.min(other.asked),
+            requested: self.requested.min(other.requested),
             slope: self.slope.min(other.slope),
         }
     }
@@ -140,7 +141,7 @@ impl Columns {
         let v = patch.mesh.triangles()[t].map(|v| v as usize);
         let corners: [[f64; 2]; 3] = v.map(|v| [self.values[v], self.sign * patch.levels[v]]);
         let share = slanted_share(patch, sections, &self.along, t, v[0]);
-        let band = Band { limit: band.limit * share, asked: band.asked * share, ..*band };
+        let band = Band { limit: band.limit * share, requested: band.requested * share, ..*band };
         let area = 0.5 * patch.mesh.scaled_normal(t).norm();
         let flat = area_of(&corners).max(f64::MIN_POSITIVE);
         for i in self.of_triangle(v) {
@@ -173,7 +174,7 @@ impl Columns {
         for k in from..=to {
             let cell = &mut self.cells[i * self.n_levels + k];
             let low = low.max(self.first + self.step * k as f64);
-            *cell = cell.least(&Cell { low, limit: band.limit, asked: band.asked, slope: band.slope * share });
+            *cell = cell.least(&Cell { low, limit: band.limit, requested: band.requested, slope: band.slope * share });
             self.work[i * (self.n_levels + 1) + k + 1] += length / band.limit;
             self.lengths[i * self.n_levels + k] += length / self.step;
         }
@@ -282,7 +283,7 @@ impl Columns {
         let cells = cells.filter(|c| c.low < levels[1]);
         cells.fold((0.0, false), |(way, wide), c| {
             // Rounding of levels up to 1e4 mm is no excess.
-            (f64::max(way, step / c.slope), wide || c.asked < c.limit && step > c.asked + 1e-9)
+            (f64::max(way, step / c.slope), wide || c.requested < c.limit && step > c.requested + 1e-9)
         })
     }
 

@@ -48,7 +48,7 @@ impl FieldBands {
                 low: least(v.map(|v| patch.levels[v])),
                 high: -least(v.map(|v| -patch.levels[v])),
                 limit: least(v.map(|v| limits[v])),
-                asked: least(v.map(|v| widths[v] * slopes[v])),
+                requested: least(v.map(|v| widths[v] * slopes[v])),
                 slope: least(v.map(|v| slopes[v].max(floor(v)))),
             }
         };

@@ -122,12 +122,12 @@ impl OffsetTask<'_> {
         let band = |&t: &u32| {
             let corners = self.patch.mesh.triangles()[t as usize].map(|v| v as usize);
             let levels = corners.map(|v| field.values[v]);
-            let asked = least(corners.map(|v| widths[v]));
+            let requested = least(corners.map(|v| widths[v]));
             Band {
                 low: least(levels),
                 high: levels.into_iter().fold(f64::NEG_INFINITY, f64::max),
-                limit: asked.max(self.settings.min_step_over),
-                asked,
+                limit: requested.max(self.settings.min_step_over),
+                requested,
                 slope: 1.0,
             }
         };

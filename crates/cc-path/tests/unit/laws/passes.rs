@@ -37,8 +37,8 @@ fn the_uncut_side_is_where_the_next_level_lies_in_every_order_direction_and_patt
                         assert_eq!(w[0].level < w[1].level, order == LevelOrder::Increasing);
                     }
                     for side in [UncutSide::Left, UncutSide::Right] {
-                        let asked = LaySettings { uncut: Some(side), ..settings.clone() };
-                        assert_eq!(lay(&s, &strategy, &asked).passes[0].uncut, side);
+                        let requested = LaySettings { uncut: Some(side), ..settings.clone() };
+                        assert_eq!(lay(&s, &strategy, &requested).passes[0].uncut, side);
                     }
                 }
             }

@@ -54,8 +54,8 @@ fn what_a_template_leaves_to_the_control_is_in_report_and_summary() {
         let (_, bytes) = planned.files.iter().find(|(name, _)| name.ends_with(ending)).unwrap();
         String::from_utf8(bytes.clone()).unwrap()
     };
-    let told = &planned.report.assumptions;
-    let (last, of_text) = told.split_last().unwrap();
+    let reported = &planned.report.assumptions;
+    let (last, of_text) = reported.split_last().unwrap();
     assert_eq!(last, layer);
     let (last, of_text) = of_text.split_last().unwrap();
     assert_eq!(last, control);
@@ -63,11 +63,14 @@ fn what_a_template_leaves_to_the_control_is_in_report_and_summary() {
     let program = read_program(file(".mpf"), Dialect::Siemens840d).unwrap();
     let machine = Machine::from_json(&machine).unwrap();
     assert_eq!(of_text, assumptions(&program, &machine));
-    let has = |start: &str| told.iter().any(|a| a.text.starts_with(start) && a.line.is_some());
-    assert!(has("no work offset is selected: G54") && has("no FGROUP: F is taken as the speed of the tip"), "{told:?}");
-    assert_eq!(of_text.len(), 3, "{told:?}");
+    let has = |start: &str| reported.iter().any(|a| a.text.starts_with(start) && a.line.is_some());
+    assert!(
+        has("no work offset is selected: G54") && has("no FGROUP: F is taken as the speed of the tip"),
+        "{reported:?}"
+    );
+    assert_eq!(of_text.len(), 3, "{reported:?}");
     let report: Value = serde_json::from_str(&file("report.json")).unwrap();
-    assert_eq!(report["assumptions"], serde_json::to_value(told).unwrap());
+    assert_eq!(report["assumptions"], serde_json::to_value(reported).unwrap());
     let summary = summary(&planned.report);
     assert!(of_text.iter().all(|a| summary.contains(&a.to_string())), "{summary}");
 }

@@ -7,8 +7,8 @@ fn areas_of_every_size_are_reported_to_six_digits() {
         for lead in [1.0, 1.234_567_89, 9.999_999_6] {
             let area = lead * 10f64.powi(exponent);
             let text = rounded(area, 0.0);
-            let told: f64 = text.parse().unwrap();
-            assert!((told - area).abs() <= 5.1e-6 * area, "{area:e}: {text}");
+            let reported: f64 = text.parse().unwrap();
+            assert!((reported - area).abs() <= 5.1e-6 * area, "{area:e}: {text}");
             assert!(text.len() <= 20, "{area:e}: {text}");
         }
     }
@@ -18,7 +18,7 @@ fn areas_of_every_size_are_reported_to_six_digits() {
 /// that unit is no finer than the bound.
 #[test]
 fn no_digit_is_printed_that_the_bound_does_not_guarantee() {
-    for (area, error_bound, told) in [
+    for (area, error_bound, reported) in [
         (12.345_678_9, 1e-12, "12.345679"),
         (12.345_678_9, 3e-4, "12.346"),
         (12.345_678_9, 1e-3, "12.346"),
@@ -30,7 +30,7 @@ fn no_digit_is_printed_that_the_bound_does_not_guarantee() {
         (3.0, 40.0, "0"),
         (7.654_321e13, 1e10, "7.654e13"),
     ] {
-        assert_eq!(rounded(area, error_bound), told, "{area} {error_bound}");
+        assert_eq!(rounded(area, error_bound), reported, "{area} {error_bound}");
     }
     for k in 0..2000 {
         let spread = |factor: f64, decades: f64| (f64::from(k) * factor).fract() * decades;

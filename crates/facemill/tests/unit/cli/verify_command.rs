@@ -27,10 +27,10 @@ fn what_needs_a_cut_stock_says_so() {
         assert_eq!(with.deviation.is_some(), option[0].starts_with("--deviation"));
         assert_eq!(with.tolerance, if option[0] == "--stock-tolerance-mm" { 0.1 } else { STOCK_TOLERANCE });
     }
-    assert!(cut(&[]).expect("nothing is asked").is_none());
+    assert!(cut(&[]).expect("nothing is requested").is_none());
     let both = cut(&["--stock-cell-mm", "1", "--deviation", "a.glb", "--deviation-tolerance-mm", "0.1"]);
-    let asked = both.expect("fine").and_then(|c| c.deviation);
-    assert_eq!(asked, Some(DeviationRequest { tolerance: Some(0.1), painted: true }));
+    let requested = both.expect("fine").and_then(|c| c.deviation);
+    assert_eq!(requested, Some(DeviationRequest { tolerance: Some(0.1), painted: true }));
 }
 
 #[test]

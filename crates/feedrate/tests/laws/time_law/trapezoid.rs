@@ -105,9 +105,9 @@ fn a_short_look_ahead_slows_short_blocks_alone() {
     let start = AxisValues::zeros(1);
     let seen = |step: f64, n| within_look_ahead(&start, &line(step), &[axis], n);
     // 100 mm/s need 5 mm to stop, and half as much again of the time of the jerk.
-    let asked: Vec<f64> = line(0.1).iter().map(|block| block.tip_time).collect();
-    assert_eq!(seen(0.1, 200), asked);
-    assert_eq!(seen(0.1, 1000), asked);
+    let requested: Vec<f64> = line(0.1).iter().map(|block| block.tip_time).collect();
+    assert_eq!(seen(0.1, 200), requested);
+    assert_eq!(seen(0.1, 1000), requested);
     let short = seen(0.1, 20);
     // v²/2a + v·a/2j = 1.9 mm.
     let speed = 0.1 / short[500];

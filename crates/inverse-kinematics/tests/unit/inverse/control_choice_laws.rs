@@ -175,7 +175,7 @@ fn the_smallest_angle_of_a_turn_is_that_of_its_samples() {
             .map(|n| crate::motion::turned_axis(&cl(a).axis, &cl(b).axis, f64::from(n) / 4000.0))
             .map(|v| line.cross(&v).norm().atan2(line.dot(&v).abs()))
             .fold(f64::INFINITY, f64::min);
-        let told = smallest_angle(&a, &b, &line);
-        assert!(told <= sampled + 1e-12 && told > sampled - 1e-3, "{told} and {sampled}");
+        let reported = smallest_angle(&a, &b, &line);
+        assert!(reported <= sampled + 1e-12 && reported > sampled - 1e-3, "{reported} and {sampled}");
     }
 }

@@ -50,8 +50,11 @@ fn metres_and_inches_that_are_read_as_mm_are_named_as_such() {
     let inches = verdict(25.4, &[]).unwrap();
     assert!(inches.contains("400.0 mm in inches"), "{inches}");
     for (unit, scale) in [("metre", 1000.0), ("inch", 25.4)] {
-        let told = verdict(scale, &[&format!("setups[0].meshes[0].unit={unit}")]).unwrap();
-        assert!(told.contains("the part is 400.0 x 400.0 x 15.0 mm") && !told.contains("is the unit right"), "{told}");
+        let reported = verdict(scale, &[&format!("setups[0].meshes[0].unit={unit}")]).unwrap();
+        assert!(
+            reported.contains("the part is 400.0 x 400.0 x 15.0 mm") && !reported.contains("is the unit right"),
+            "{reported}"
+        );
     }
 }
 

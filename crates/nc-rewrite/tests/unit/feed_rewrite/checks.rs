@@ -103,8 +103,8 @@ fn frames_are_refused_with_their_line_and_their_end_is_not() {
     ] {
         let settings = settings(&machine, dialect);
         let run = |line: &str| rewrite_feeds(format!("{head}\n{line}\n{cut}\n").as_bytes(), &settings);
-        let told = run(on).unwrap_err();
-        assert!(told.contains("line 3"), "{on}: {told}");
+        let reported = run(on).unwrap_err();
+        assert!(reported.contains("line 3"), "{on}: {reported}");
         if let Err(why) = run(off) {
             panic!("{off}: {why}");
         }
@@ -194,8 +194,8 @@ fn a_program_in_inches_gets_the_feeds_of_the_same_program_in_mm_in_its_unit() {
     };
     let found = run(Dialect::Heidenhain, &klartext("X+2"), given);
     assert!((found.0 - 200.0).abs() < 1e-9 && (found.1.time_before_s - 12.0).abs() < 1e-9);
-    let told = rewrite_feeds(klartext("X+2 C+4").as_bytes(), &settings(&machine, Dialect::Heidenhain)).unwrap_err();
-    assert!(told.contains("line 3") && told.contains("inches"), "{told}");
+    let reported = rewrite_feeds(klartext("X+2 C+4").as_bytes(), &settings(&machine, Dialect::Heidenhain)).unwrap_err();
+    assert!(reported.contains("line 3") && reported.contains("inches"), "{reported}");
 }
 
 /// Refuses, with their line, feeds, vectors and numbers without a point that mean something else
@@ -223,12 +223,12 @@ fn feeds_vectors_and_numbers_that_mean_something_else_are_refused_with_their_lin
         (Dialect::Haas, "G1 X10. F500".to_owned(), "decimal point"),
         (Dialect::Mazak, "G1 X10. B5 F500.".to_owned(), "decimal point"),
     ] {
-        let told = run(dialect, &line).unwrap_err();
-        assert!(told.contains("line 3") && told.contains(part), "{line}: {told}");
+        let reported = run(dialect, &line).unwrap_err();
+        assert!(reported.contains("line 3") && reported.contains(part), "{line}: {reported}");
     }
     // Within the rounding of programs it is refused for its pole alone.
-    let told = run(Dialect::Heidenhain, &vector(1.0005)).unwrap_err();
-    assert!(!told.contains("length 1"), "{told}");
+    let reported = run(Dialect::Heidenhain, &vector(1.0005)).unwrap_err();
+    assert!(!reported.contains("length 1"), "{reported}");
     for (dialect, line) in [
         (Dialect::Heidenhain, "L X+5 F500 M111".to_owned()),
         (Dialect::Heidenhain, "L X+5 F500 M117".to_owned()),

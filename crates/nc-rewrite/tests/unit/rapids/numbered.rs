@@ -1,7 +1,7 @@
 use crate::rapids::numbered::*;
 
 /// Returns the new text, and the places of the texts.
-fn told(text: &str, all: &[(&[u32], &[String])]) -> (String, Vec<[u32; 2]>) {
+fn reported(text: &str, all: &[(&[u32], &[String])]) -> (String, Vec<[u32; 2]>) {
     let (new, places) = replaced(text.as_bytes(), all, true);
     (String::from_utf8(new).unwrap(), places)
 }
@@ -10,7 +10,7 @@ fn told(text: &str, all: &[(&[u32], &[String])]) -> (String, Vec<[u32; 2]>) {
 fn numbers_count_on_over_fewer_and_more_lines_and_comments_between_them() {
     let text = "0 A\r\n1 B\r\n2 ; C\r\n3 D\r\n/4 E\r\nF\r\n5 G\r\n6 H ~\r\n  Q1=+1\r\n / 7 I\r\n8 J";
     let [one, three] = [&["X"][..], &["U", "V", "W"]].map(|t| t.iter().map(|t| (*t).to_owned()).collect::<Vec<_>>());
-    let (new, places) = told(text, &[(&[2, 4], &one), (&[7], &three)]);
+    let (new, places) = reported(text, &[(&[2, 4], &one), (&[7], &three)]);
     let expected = "0 A\r\n1 X\r\n2 ; C\r\n/3 E\r\nF\r\n4 U\r\n5 V\r\n6 W\r\n7 H ~\r\n  Q1=+1\r\n / 8 I\r\n9 J";
     assert_eq!((&*new, &places[..]), (expected, &[[2, 2], [6, 8]][..]));
     // Without numbers, both are the same apart from the replaced lines.
@@ -24,10 +24,10 @@ fn numbers_count_on_over_fewer_and_more_lines_and_comments_between_them() {
 #[test]
 fn zeros_before_numbers_stay_and_lines_without_one_get_none() {
     let one = ["X".to_owned()];
-    assert_eq!(told("0008 A\n0009 B\n0010 C\n", &[(&[1, 2], &one)]).0, "0008 X\n0009 C\n");
-    assert_eq!(told("A\nB\nC\n10 D\n", &[(&[1, 2], &one)]).0, "X\nC\n10 D\n");
+    assert_eq!(reported("0008 A\n0009 B\n0010 C\n", &[(&[1, 2], &one)]).0, "0008 X\n0009 C\n");
+    assert_eq!(reported("A\nB\nC\n10 D\n", &[(&[1, 2], &one)]).0, "X\nC\n10 D\n");
     // A first line without a number, a second one with.
-    assert_eq!(told("A\n1 B\n2 C\n", &[(&[1, 2], &one)]).0, "X\n1 C\n");
+    assert_eq!(reported("A\n1 B\n2 C\n", &[(&[1, 2], &one)]).0, "X\n1 C\n");
     // Numbers of other controls are words of their lines.
     let (new, places) = replaced(b"N1 A\nN2 B\n3 C\n", &[(&[1, 2], &one)], false);
     assert_eq!((&new[..], &places[..]), (&b"X\n3 C\n"[..], &[[1, 1]][..]));

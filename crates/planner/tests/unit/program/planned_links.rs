@@ -82,8 +82,8 @@ fn links_that_are_taken_back_are_as_they_were() {
     assert!(same.contains(&passes) && same.contains(&(passes + 1)), "{same:?}");
     let others = (0..now.len()).filter(|k| ![passes, passes + 1].contains(k));
     assert!(others.clone().all(|k| now[k] == after[k]));
-    let told = links.report(&operations, &write_draft(&scene, &operations).unwrap());
-    assert!(told.changed == n - 1 && told.links[passes - 1].kept_because.is_some(), "{told:?}");
+    let reported = links.report(&operations, &write_draft(&scene, &operations).unwrap());
+    assert!(reported.changed == n - 1 && reported.links[passes - 1].kept_because.is_some(), "{reported:?}");
 
     // In the end it restores all of them; restored links cannot be restored again.
     let texts = write_draft(&scene, &operations).unwrap();

@@ -8,9 +8,9 @@ use facemill_job::format::report::{PosturesReport, SearchProofReport};
 fn many_assumptions_are_counted_and_six_are_shown() {
     let all: Vec<Assumption> =
         (1..9).map(|line| Assumption { line: Some(line), text: format!("no word {line}") }).collect();
-    let told = assumptions(&all).join("\n");
-    assert!(told.starts_with("  assumptions       8\n    from line 1: no word 1\n"), "{told}");
-    assert!(told.ends_with("    from line 6: no word 6\n    and 2 more, see the report"), "{told}");
+    let reported = assumptions(&all).join("\n");
+    assert!(reported.starts_with("  assumptions       8\n    from line 1: no word 1\n"), "{reported}");
+    assert!(reported.ends_with("    from line 6: no word 6\n    and 2 more, see the report"), "{reported}");
     assert_eq!(assumptions(&[]), ["  assumptions       0"]);
     assert_eq!(assumptions(&all[..6]).len(), 7);
 }
@@ -28,6 +28,6 @@ fn only_searches_that_are_proven_less_finely_than_requested_have_a_line() {
     };
     assert_eq!(line(None), None);
     assert_eq!(line(Some((0.002, 0.002, 0))), None);
-    let told = line(Some((0.001, 0.004, 7))).unwrap();
-    assert!(["7 points", "0.004", "0.001", "suction"].iter().all(|part| told.contains(part)), "{told}");
+    let reported = line(Some((0.001, 0.004, 7))).unwrap();
+    assert!(["7 points", "0.004", "0.001", "suction"].iter().all(|part| reported.contains(part)), "{reported}");
 }

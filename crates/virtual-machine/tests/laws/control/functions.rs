@@ -76,11 +76,11 @@ fn what_calls_jumps_or_changes_the_tool_is_a_fault_on_its_line() {
             let text = before_spindle(dialect, code);
             let line = text.lines().position(|l| l == *code).map(|k| k as u32 + 1);
             let after = faults(&text, dialect);
-            let is_told = after.iter().any(|f| {
+            let is_reported = after.iter().any(|f| {
                 Some(f.first_line) == line
                     && matches!(f.kind, FindingKind::UnknownFunction | FindingKind::UnknownBlock | FindingKind::Branch)
             });
-            assert!(is_told && after.len() > before.len(), "{dialect:?} {code}: {after:?}");
+            assert!(is_reported && after.len() > before.len(), "{dialect:?} {code}: {after:?}");
         }
     }
 }
@@ -149,8 +149,8 @@ fn a_check_of_another_length_than_the_tools_is_a_fault_on_its_line() {
             let first = check.lines().next().unwrap().split("LENGTH").next().unwrap();
             let line = text.lines().position(|l| l.starts_with(first)).map(|k| k as u32 + 1);
             let found = faults(&text, dialect);
-            let told = found.iter().filter(|f| f.kind == FindingKind::OtherToolLength);
-            told.map(|f| Some(f.first_line) == line).collect::<Vec<_>>()
+            let reported = found.iter().filter(|f| f.kind == FindingKind::OtherToolLength);
+            reported.map(|f| Some(f.first_line) == line).collect::<Vec<_>>()
         };
         assert_eq!(of(length), [false; 0], "{dialect:?}");
         assert_eq!(of(length + 1.0), [true], "{dialect:?}");

@@ -64,8 +64,8 @@ fn found(text: &str, dialect: Dialect) -> Vec<(FindingKind, u32)> {
     let setup = VirtualSetup { length_register, ..shop.setup() };
     let settings = VerifySettings { is_whole: true, ..VerifySettings::default() };
     let v = verify(&program, &setup, &settings, &Silent).unwrap();
-    let told = v.findings.iter().filter(|f| matches!(f.kind, NoEnd | NotUnitVector | OtherMotion | RtcpLeftOn));
-    told.map(|f| (f.kind, f.first_line)).collect()
+    let reports = v.findings.iter().filter(|f| matches!(f.kind, NoEnd | NotUnitVector | OtherMotion | RtcpLeftOn));
+    reports.map(|f| (f.kind, f.first_line)).collect()
 }
 
 /// The text with one place changed, which must be there once.
@@ -90,7 +90,7 @@ fn unstated_data_is_reported_and_stated_data_is_not() {
     assert!(of_fanuc.len() == 4 && of_fanuc[0].starts_with("a setting of the control says how rapids go"));
     assert!(of_fanuc.iter().any(|t| t.starts_with("the control's settings say how far a cut")), "{of_fanuc:?}");
     assert!(of_fanuc.iter().any(|t| t.starts_with("no word of this control says how the tool turns")), "{of_fanuc:?}");
-    for (dialect, text, from, to, told) in [
+    for (dialect, text, from, to, reports) in [
         (siemens, SIEMENS, "CYCLE832(0.0100,11,0.0050)\n", "", "no CYCLE832, ADIS, G60 or G9"),
         (siemens, SIEMENS, "CYCLE832(0.0100,11,0.0050)\n", "G641\n", "G641 without ADIS"),
         (siemens, SIEMENS, "CYCLE832(0.0100,11,0.0050)\n", "G641 ADIS=0.005\n", "G641 with ADIS does not say"),
@@ -151,10 +151,10 @@ fn unstated_data_is_reported_and_stated_data_is_not() {
         (fanuc, FANUC, "G1 X1. Z880. B1. F500.\n", "", "no cutting move"),
     ] {
         let (before, after) = (rests_on(text, dialect), rests_on(&with(text, from, to), dialect));
-        assert!(!before.iter().any(|t| t.starts_with(told)), "{told}: {before:?}");
-        assert!(after.iter().any(|t| t.starts_with(told)), "{told}: {after:?}");
+        assert!(!before.iter().any(|t| t.starts_with(reports)), "{reports}: {before:?}");
+        assert!(after.iter().any(|t| t.starts_with(reports)), "{reports}: {after:?}");
     }
-    for (to, told) in [
+    for (to, reports) in [
         ("CTOL=0.01\nOTOL=0.005\n", "CTOL and OTOL are said, and machine data decide whether corners of G64 keep"),
         ("G642\nOTOL=0.005 CTOL=R1\n", "CTOL and OTOL are said, and machine data decide whether corners of G642"),
         ("CTOL=0.01\n", "CTOL without OTOL does not say how far rotary axes"),
@@ -165,7 +165,7 @@ fn unstated_data_is_reported_and_stated_data_is_not() {
         ("CYCLE832(0.01,11,0.005)\nOTOL=-1\n", "CYCLE832 without a tolerance of the orientation"),
     ] {
         let after = rests_on(&with(SIEMENS, "CYCLE832(0.0100,11,0.0050)\n", to), siemens);
-        assert!(after.len() == 2 && after[0] == M6 && after[1].starts_with(told), "{to}: {after:?}");
+        assert!(after.len() == 2 && after[0] == M6 && after[1].starts_with(reports), "{to}: {after:?}");
     }
     // A tolerance of its own behind that of the cycle, and exact stop, which no tolerance takes
     // back.
@@ -181,10 +181,10 @@ fn unstated_data_is_reported_and_stated_data_is_not() {
 /// first line that rests on them.
 #[test]
 fn tool_changes_and_reference_positions_of_the_control_are_assumptions() {
-    let lines = |text: &str, dialect: Dialect, told: &str| -> Vec<u32> {
+    let lines = |text: &str, dialect: Dialect, reports: &str| -> Vec<u32> {
         let program = read_program(text, dialect).unwrap_or_else(|e| panic!("{e}\n{text}"));
         let all = assumptions(&program, &shop().machine);
-        all.into_iter().filter(|a| a.text.starts_with(told)).map(|a| a.line.unwrap()).collect()
+        all.into_iter().filter(|a| a.text.starts_with(reports)).map(|a| a.line.unwrap()).collect()
     };
     let (siemens, linuxcnc) = (Dialect::Siemens840d, Dialect::LinuxCnc);
     assert_eq!(lines(SIEMENS, siemens, M6), [11]);
@@ -237,8 +237,8 @@ fn what_is_said_wrongly_is_a_finding_and_its_twin_is_none() {
         (siemens, SIEMENS, "M30\n", "", NoEnd, 23),
         (linuxcnc, LINUXCNC, "M2\n", "%\n", NoEnd, 18),
     ] {
-        let told = found(&with(text, from, to), dialect);
-        assert!(told.first() == Some(&(kind, line)), "{to}: {told:?}");
+        let reports = found(&with(text, from, to), dialect);
+        assert!(reports.first() == Some(&(kind, line)), "{to}: {reports:?}");
     }
     // Both parts of a tolerance within the file's; M17 and END PGM are ends.
     assert_eq!(found(&with(LINUXCNC, g64, "G64 P0.005 Q0.005"), linuxcnc), []);
@@ -279,8 +279,8 @@ fn frames_are_reported_where_they_are_set_and_nothing_where_they_are_off() {
         let behind = |what: &str| with(text, at, &format!("{at}{what}"));
         assert_eq!(kinds(&faults(&behind(off), dialect)), kinds(&before), "{off}");
         let line = text[..text.find(at).unwrap() + at.len()].lines().count() as u32 + 1;
-        let told = faults(&behind(&format!("{on}\n")), dialect);
-        assert!(told.contains(&(FindingKind::UnknownBlock, line)), "{on}: {told:?}");
+        let reports = faults(&behind(&format!("{on}\n")), dialect);
+        assert!(reports.contains(&(FindingKind::UnknownBlock, line)), "{on}: {reports:?}");
     }
 }
 
@@ -303,8 +303,8 @@ fn functions_that_change_feeds_are_reported_and_their_end_is_not() {
     }
     for (word, code) in [("L M103 F0.5\n", "M103"), ("L M109\n", "M109"), ("L M110\n", "M110"), ("L M116\n", "M116")] {
         let after = found(word);
-        let told = after.iter().filter(|f| f.0 == FindingKind::NoFeed && f.1.contains(code)).count();
-        assert_eq!(told, 1, "{word}: {after:?}");
+        let reports = after.iter().filter(|f| f.0 == FindingKind::NoFeed && f.1.contains(code)).count();
+        assert_eq!(reports, 1, "{word}: {after:?}");
         assert_eq!(kinds(&after, FindingKind::UnknownFunction), kinds(&before, FindingKind::UnknownFunction), "{word}");
     }
     // Elsewhere these are the builder's.

@@ -17,6 +17,6 @@ pub fn cut_stock(
     let run = run_stock(program, setup, settings, stock, tolerance, &Silent).unwrap();
     stock.check_invariants().unwrap();
     let lost = before - stock.volume();
-    assert!((run.removed_mm3 - lost).abs() <= 1e-9 * before, "{} told, {lost} lost", run.removed_mm3);
+    assert!((run.removed_mm3 - lost).abs() <= 1e-9 * before, "{} reported, {lost} lost", run.removed_mm3);
     run
 }

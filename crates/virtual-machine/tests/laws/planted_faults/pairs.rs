@@ -62,10 +62,12 @@ fn problems(row: &Row) -> Vec<String> {
     let mut problems = Vec::new();
     let found: Vec<&Finding> = fault.findings.iter().filter(|f| f.kind == row.kind).collect();
     match found[..] {
-        [f] if f.worst_line != fault.line => problems.push(format!("is told on another line than {}: {f}", fault.line)),
+        [f] if f.worst_line != fault.line => {
+            problems.push(format!("is reported on another line than {}: {f}", fault.line))
+        }
         [_] => {}
         [] => problems.push("is not found".to_owned()),
-        _ => problems.push(format!("is told {} times", found.len())),
+        _ => problems.push(format!("is reported {} times", found.len())),
     }
     let is_other = |f: &&Finding| f.kind != row.kind && f.kind.is_fault() && !row.with.contains(&f.kind);
     problems.extend(fault.findings.iter().filter(is_other).map(|f| format!("leads to another: {f}")));
@@ -76,7 +78,7 @@ fn problems(row: &Row) -> Vec<String> {
     };
     problems.extend(found.iter().filter(|f| !has_place(f)).map(|f| format!("has no pose or time: {f}")));
     let is_in_twin = |f: &&Finding| f.kind == row.kind || is_other(f);
-    problems.extend(twin.findings.iter().filter(is_in_twin).map(|f| format!("is told of its twin: {f}")));
+    problems.extend(twin.findings.iter().filter(is_in_twin).map(|f| format!("is reported of its twin: {f}")));
     problems
 }
 

@@ -89,7 +89,7 @@ impl Cuts {
     }
 
     /// First lines and angles of the normals that are reported when a program names these.
-    fn told(&self, normals: &[Vector3<f64>]) -> Vec<(u32, f64)> {
+    fn reported(&self, normals: &[Vector3<f64>]) -> Vec<(u32, f64)> {
         let shop = shop();
         let text = with_normals(&shop, &self.poses, |k| normals[k].into());
         let program = read_program(&text, Dialect::Heidenhain).unwrap();
@@ -97,7 +97,7 @@ impl Cuts {
         setup.obstacles.truncate(1);
         setup.obstacles[0].mesh = &self.part;
         let found = verify(&program, &setup, &VerifySettings::default(), &Silent).unwrap();
-        assert!(found.findings.iter().all(|f| f.kind != FindingKind::UnknownPosition), "{:?}", super::told(&found));
+        assert!(found.findings.iter().all(|f| f.kind != FindingKind::UnknownPosition), "{:?}", super::reported(&found));
         let wrong = found.findings.iter().filter(|f| f.kind == FindingKind::OtherNormal);
         wrong.map(|f| (f.first_line, f.measure.unwrap().value())).collect()
     }
@@ -107,9 +107,9 @@ impl Cuts {
 fn normals_of_the_surface_and_those_ten_degrees_off_are_not_reported() {
     let mut rng = Lcg(facemill_test_kit::Lcg(5));
     for cuts in [Cuts::plate(0.0), Cuts::plate(0.3), Cuts::dome()] {
-        assert_eq!(cuts.told(&cuts.normals), []);
+        assert_eq!(cuts.reported(&cuts.normals), []);
         let off: Vec<_> = cuts.normals.iter().map(|n| rng.turned(n, 10.0)).collect();
-        assert_eq!(cuts.told(&off), []);
+        assert_eq!(cuts.reported(&off), []);
     }
 }
 
@@ -129,11 +129,11 @@ fn normals_that_are_turned_or_flipped_are_reported_each_by_its_line() {
             // LN lines begin with the second pose.
             expected.push((HEAD + k as u32, off));
         }
-        let told = cuts.told(&normals);
-        assert_eq!(told.len(), expected.len(), "{told:?}");
-        for (told, expected) in told.iter().zip(expected) {
+        let reports = cuts.reported(&normals);
+        assert_eq!(reports.len(), expected.len(), "{reports:?}");
+        for (reports, expected) in reports.iter().zip(expected) {
             // Facets of the dome turn its normals by up to 3 deg.
-            assert!(told.0 == expected.0 && (told.1 - expected.1).abs() < 4.0, "{told:?} {expected:?}");
+            assert!(reports.0 == expected.0 && (reports.1 - expected.1).abs() < 4.0, "{reports:?} {expected:?}");
         }
     }
 }
@@ -145,14 +145,14 @@ fn away_from_the_part_only_normals_that_point_away_from_the_tool_are_reported() 
     let cuts = Cuts::plate(20.0);
     let mut rng = Lcg(facemill_test_kit::Lcg(3));
     let mut normals: Vec<_> = cuts.normals.iter().map(|n| rng.turned(n, 45.0)).collect();
-    assert_eq!(cuts.told(&normals), []);
+    assert_eq!(cuts.reported(&normals), []);
     normals[7] = -normals[7];
-    let told = cuts.told(&normals);
-    assert!(told.len() == 1 && told[0].0 == HEAD + 7 && told[0].1 > 91.1, "{told:?}");
+    let reports = cuts.reported(&normals);
+    assert!(reports.len() == 1 && reports[0].0 == HEAD + 7 && reports[0].1 > 91.1, "{reports:?}");
     let at_rapid = |text: String| text.replace("LN", "LN FMAX");
     let shop = shop();
     let text = at_rapid(with_normals(&shop, &cuts.poses, |k| normals[k].into()));
     let found = run(&shop, &text, Dialect::Heidenhain);
     assert!(found.n_blocks > 39 && found.cutting_length_mm < 200.0, "rapids");
-    assert!(found.findings.iter().all(|f| f.kind != FindingKind::OtherNormal), "{:?}", super::told(&found));
+    assert!(found.findings.iter().all(|f| f.kind != FindingKind::OtherNormal), "{:?}", super::reported(&found));
 }

@@ -23,19 +23,19 @@ fn lines(findings: &[Finding]) -> Vec<[u32; 4]> {
 fn what_is_lost_and_found_again_in_one_pass_is_one_finding() {
     let found = [(2, 0.1, "a"), (4, 0.3, "a"), (4, 0.2, "b"), (6, 0.2, "a"), (9, 0.1, "b"), (11, 0.1, "a")];
     let found = found.map(|(line, depth, at)| gouge(line, depth, at)).to_vec();
-    let told = merge_findings(found, &rapids(20));
-    assert_eq!(lines(&told), [[2, 6, 4, 3], [4, 9, 4, 2], [11, 11, 11, 1]]);
-    assert_eq!(told[0].measure, Some(Measure::DepthMm(0.3)));
-    assert!(told[0].to_string().contains("3 times"), "{}", told[0]);
+    let reported = merge_findings(found, &rapids(20));
+    assert_eq!(lines(&reported), [[2, 6, 4, 3], [4, 9, 4, 2], [11, 11, 11, 1]]);
+    assert_eq!(reported[0].measure, Some(Measure::DepthMm(0.3)));
+    assert!(reported[0].to_string().contains("3 times"), "{}", reported[0]);
     // As they are, where nothing is to be joined.
-    assert_eq!(merge_findings(told.clone(), &rapids(20)), told);
+    assert_eq!(merge_findings(reported.clone(), &rapids(20)), reported);
 }
 
 #[test]
 fn a_fault_of_every_pass_is_not_reported_a_thousand_times() {
     let found: Vec<Finding> = (0..2000).map(|k| gouge(10 * k + 5, 0.1 + f64::from(k) * 1e-4, "a")).collect();
-    let told = merge_findings(found, &rapids(20_010));
-    assert_eq!(told.len(), MOST_ALIKE);
-    assert_eq!(lines(&told)[0], [5, 5, 5, 1]);
-    assert_eq!(lines(&told)[MOST_ALIKE - 1], [195, 19_995, 19_995, 1981]);
+    let reported = merge_findings(found, &rapids(20_010));
+    assert_eq!(reported.len(), MOST_ALIKE);
+    assert_eq!(lines(&reported)[0], [5, 5, 5, 1]);
+    assert_eq!(lines(&reported)[MOST_ALIKE - 1], [195, 19_995, 19_995, 1981]);
 }

@@ -21,7 +21,7 @@ fn random_ends(machine: &Machine, rng: &mut Lcg, mm: f64, rad: f64) -> [AxisValu
 fn measure(machine: &Machine, law: BlockLaw, [start, end]: [&AxisValues; 2]) -> (f64, f64, f64, usize) {
     let motion = Motion::new(machine, law, start, end, LENGTH).unwrap();
     let all = positions(machine, &motion, law, [start, end], LENGTH, &SPACING);
-    let told = all.n();
+    let reported = all.n();
     let mut before = machine.cl_point(start, LENGTH);
     let (mut step, mut turn, mut needed, mut n) = (0.0_f64, 0.0_f64, 0.0, 0);
     for t in all {
@@ -35,7 +35,7 @@ fn measure(machine: &Machine, law: BlockLaw, [start, end]: [&AxisValues; 2]) -> 
         before = cl;
     }
     assert_eq!(motion.cl_at(1.0), Ok(before));
-    assert_eq!(told, n as u64);
+    assert_eq!(reported, n as u64);
     (step, turn, needed, n)
 }
 

@@ -85,11 +85,11 @@ fn levers_between_positions_are_never_longer_than_stated() {
     for heads in machines() {
         let view = (&heads[0], 180.0);
         let ends = [position(&mut random, heads[0].axes()), position(&mut random, heads[0].axes())];
-        let Levers(told) = Levers::over(view, &run(&ends));
+        let Levers(reported) = Levers::over(view, &run(&ends));
         for k in 0..=2000 {
             let at = levers_at(view, &ends[0].lerp(&ends[1], f64::from(k) / 2000.0));
             for axis in 0..at.len() {
-                assert!(at[axis] <= told[axis] && told[axis] < 1e5, "{}: {at:?} {told:?}", heads[0].name());
+                assert!(at[axis] <= reported[axis] && reported[axis] < 1e5, "{}: {at:?} {reported:?}", heads[0].name());
             }
         }
     }

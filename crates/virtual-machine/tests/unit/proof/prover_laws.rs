@@ -32,19 +32,19 @@ fn farthest(law: BlockLaw, rng: &mut Lcg) -> Vec<f64> {
         let pair = Pair { mount: tool, frame: Frame::Work, solid: &rod, obstacle: 0, is_charged: false };
         let from = rng.between(0.0, 0.7);
         let to = from + rng.between(0.05, 0.3);
-        let Some(told) = prover.interval(&pair, from, to) else { continue };
+        let Some(reported) = prover.interval(&pair, from, to) else { continue };
         let mut largest = 0.0_f64;
         for k in 0..=20 {
             let (time, height) = (f64::from(k) / 20.0, rng.between(-30.0, 200.0));
             let axes = prover.motion.at(from + (to - from) * time).unwrap();
             let point = Point3::new(0.0, 0.0, height);
             let truth = prover.pose(tool, Frame::Work, &axes) * point;
-            let arm: Vector3<f64> = told.mesh_from_solid * Vector3::new(0.0, 0.0, height);
-            let moved = told.velocity + told.spin.cross(&arm);
-            let expected = told.mesh_from_solid * point + moved * (time - 0.5);
+            let arm: Vector3<f64> = reported.mesh_from_solid * Vector3::new(0.0, 0.0, height);
+            let moved = reported.velocity + reported.spin.cross(&arm);
+            let expected = reported.mesh_from_solid * point + moved * (time - 0.5);
             let off = (truth - expected).norm();
-            assert!(off <= told.deviation, "{law:?}: {off} mm off, {} told", told.deviation);
-            largest = largest.max(off / told.deviation);
+            assert!(off <= reported.deviation, "{law:?}: {off} mm off, {} reported", reported.deviation);
+            largest = largest.max(off / reported.deviation);
         }
         shares.push(largest);
     }
@@ -57,7 +57,11 @@ fn no_point_of_the_tool_departs_farther_from_its_interval_than_stated() {
     for (law, tight) in cutting.into_iter().zip([0.02, 0.1, 0.5]) {
         let mut shares = farthest(BlockLaw::Cutting(law), &mut Lcg(8));
         shares.sort_by(f64::total_cmp);
-        assert!(shares.len() > 30 && shares[shares.len() / 2] >= tight, "{law:?}: {} told, {shares:?}", shares.len());
+        assert!(
+            shares.len() > 30 && shares[shares.len() / 2] >= tight,
+            "{law:?}: {} reported, {shares:?}",
+            shares.len()
+        );
     }
 }
 
@@ -98,7 +102,7 @@ fn no_interval_is_proven_where_the_axes_lose_a_turned_vector_on_the_way() {
     let law = BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned);
     let rod =
         Solid::Frustum(RoundFrustum { z_low: 0.0, z_high: 90.0, radius_low: 1.0, radius_high: 1.0, rounding: 0.0 });
-    let (mut told, mut hidden) = (0, 0);
+    let (mut reported, mut hidden) = (0, 0);
     let random = std::iter::repeat_with(|| common::random_machine(&mut r)).take(16).collect::<Vec<_>>();
     for machine in random {
         let shop = kit::Shop::with_machine(machine);
@@ -118,12 +122,12 @@ fn no_interval_is_proven_where_the_axes_lose_a_turned_vector_on_the_way() {
                 let (from, to) = (0.25 * f64::from(k), 0.25 * f64::from(k + 1));
                 let is_at = |share: f64| prover.motion.at(from + (to - from) * share).is_ok();
                 let is_lost = (0..=24).any(|n| !is_at(f64::from(n) / 24.0));
-                let is_told = prover.interval(&pair, from, to).is_some();
-                assert!(!(is_lost && is_told), "{}: {start:?} to {end:?} from {from}", shop.machine.name());
-                told += u32::from(is_told);
+                let is_reported = prover.interval(&pair, from, to).is_some();
+                assert!(!(is_lost && is_reported), "{}: {start:?} to {end:?} from {from}", shop.machine.name());
+                reported += u32::from(is_reported);
                 hidden += u32::from(is_lost && [0.0, 0.5, 1.0].into_iter().all(is_at));
             }
         }
     }
-    assert!(told > 500 && hidden > 0, "{told} told, {hidden} lost between places that are reached");
+    assert!(reported > 500 && hidden > 0, "{reported} reported, {hidden} lost between places that are reached");
 }

@@ -54,7 +54,7 @@ fn post(shop: &kit::Shop, m: &Move, rng: &mut Lcg) -> MeshTree {
 
 /// Whether each body was reported, and its smallest distance over all times beyond the limit of
 /// findings.
-fn told_and_true(shop: &kit::Shop, m: &Move) -> Vec<(bool, f64)> {
+fn reported_and_true(shop: &kit::Shop, m: &Move) -> Vec<(bool, f64)> {
     let mut setup = shop.setup();
     setup.obstacles.remove(0);
     let settings = VerifySettings::default();
@@ -72,8 +72,8 @@ fn told_and_true(shop: &kit::Shop, m: &Move) -> Vec<(bool, f64)> {
         };
         let nearest = (0..=TIMES).map(distance).fold(f64::INFINITY, f64::min);
         let key = Key::of_body(body.kind, index, 0);
-        let told = result.episodes.all.iter().any(|e| e.worst.key == key);
-        (told, nearest - scene.hit_distance(body, &scene.obstacles[0]))
+        let reports = result.episodes.all.iter().any(|e| e.worst.key == key);
+        (reports, nearest - scene.hit_distance(body, &scene.obstacles[0]))
     });
     all.collect()
 }
@@ -94,10 +94,10 @@ fn bodies_that_come_too_near_at_any_time_are_reported_and_others_are_not() {
             let mut shop = kit::Shop::new();
             let m = random_move(&shop, law, &mut rng);
             shop.wall = post(&shop, &m, &mut rng);
-            for (told, slack) in told_and_true(&shop, &m) {
-                assert!(told || slack >= -between, "{slack} mm and not told: {m:?}");
-                assert!(!told || slack <= BETWEEN_TIMES, "{slack} mm and told: {m:?}");
-                counts[usize::from(told)] += usize::from(slack.abs() < 8.0);
+            for (reports, slack) in reported_and_true(&shop, &m) {
+                assert!(reports || slack >= -between, "{slack} mm and not reported: {m:?}");
+                assert!(!reports || slack <= BETWEEN_TIMES, "{slack} mm and reported: {m:?}");
+                counts[usize::from(reports)] += usize::from(slack.abs() < 8.0);
             }
         }
     }
@@ -107,13 +107,13 @@ fn bodies_that_come_too_near_at_any_time_are_reported_and_others_are_not() {
 #[test]
 fn a_sharp_edge_needs_nearer_positions_than_a_round_one_and_the_tolerance_is_kept() {
     let settings = VerifySettings::default();
-    let told = |corner: f64| {
+    let reports = |corner: f64| {
         let cutter = Cutter::new(25.0, corner, 12.0).unwrap();
         (cutter_step(&cutter, &settings), cutter_between(&cutter, &settings))
     };
     let mut before = 0.0;
     for corner in [0.0, 0.01, 0.2, 0.8, 4.0, 12.0] {
-        let (step, depth) = told(corner);
+        let (step, depth) = reports(corner);
         assert!(step >= before && step <= settings.max_step, "{corner}: {step}");
         assert!(depth <= settings.between + 1e-3, "{corner}: {depth}");
         before = step;
@@ -136,6 +136,6 @@ fn a_sharp_edge_needs_nearer_positions_than_a_round_one_and_the_tolerance_is_kep
                 deepest = deepest.max(middle - ends[0].max(ends[1]).max(0.0));
             }
         }
-        assert!(deepest <= depth, "{corner}: {deepest} mm, {depth} told");
+        assert!(deepest <= depth, "{corner}: {deepest} mm, {depth} reported");
     }
 }

@@ -6,7 +6,7 @@ const CAUSE: StepOverCause = StepOverCause { largest: 5.0, is_largest: false };
 fn bands(limit: impl Fn(f64) -> f64) -> Vec<Band> {
     let band = |k: u32| {
         let (low, high) = (0.05 * f64::from(k), 0.05 * f64::from(k + 1));
-        Band { low, high, limit: limit(0.5 * (low + high)), asked: 1.0, slope: 1.0 }
+        Band { low, high, limit: limit(0.5 * (low + high)), requested: 1.0, slope: 1.0 }
     };
     (0..2000).map(band).collect()
 }

@@ -42,11 +42,11 @@ fn unstated_data_of_an_ad_hoc_setup_is_reported() {
     assert!(gltf.iter().any(|text| text.ends_with("p.glb is taken in metres")), "{gltf:?}");
     // Each mesh by its own format, once.
     let beside = taken(&format!("{} --fixture c.glb --fixture p.stl", STAND.replace("box", "s.obj")));
-    for told in [
+    for reported in [
         "no --mesh-unit: p.stl is taken in millimetres, s.obj is taken in millimetres, c.glb is taken in metres",
         "no --mesh-up: z of p.stl is taken to be up, z of s.obj is taken to be up, y of c.glb is taken to be up",
     ] {
-        assert!(beside.iter().any(|text| text == told), "{beside:?}");
+        assert!(beside.iter().any(|text| text == reported), "{beside:?}");
     }
     assert_eq!(taken(""), Vec::<String>::new());
 }

@@ -1,7 +1,7 @@
 use crate::cli::progress::forecast::*;
 
 /// Returns the forecasts every 0.2 s of a stage of known progress, with their times.
-fn told(end: f64, share: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
+fn reported(end: f64, share: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
     let mut forecast = Forecast::default();
     let times = (0..).map(|k| 0.2 * f64::from(k)).take_while(|t| *t <= end);
     times.filter_map(|t| Some((t, forecast.left(t, share(t))?))).collect()
@@ -9,7 +9,7 @@ fn told(end: f64, share: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
 
 #[test]
 fn even_steps_end_as_forecast() {
-    let all = told(60.0, |t| t / 60.0);
+    let all = reported(60.0, |t| t / 60.0);
     assert!(all.len() > 280 && all.iter().all(|(t, left)| (t + left - 60.0).abs() < 0.5), "{all:?}");
 }
 
@@ -17,7 +17,7 @@ fn even_steps_end_as_forecast() {
 /// does not jump.
 #[test]
 fn of_uneven_steps_the_end_moves_slowly() {
-    let all = told(80.0, |t| if t < 20.0 { t / 40.0 } else { 0.5 + (t - 20.0) / 120.0 });
+    let all = reported(80.0, |t| if t < 20.0 { t / 40.0 } else { 0.5 + (t - 20.0) / 120.0 });
     for pair in all.windows(2) {
         let [before, after] = [pair[0].0 + pair[0].1, pair[1].0 + pair[1].1];
         assert!((after - before).abs() < 1.0, "the end goes from {before:.1} to {after:.1} s in 0.2 s");
