@@ -11,7 +11,7 @@ use facemill::cl_file::{AptPoint, AptPointKind, read_apt};
 use facemill::tool_model::{Cusp, Cutter, Outline, cusp_height_between};
 use facemill::z_map::{ZMap, ZMapSettings};
 use facemill::{Job, PlanSettings, SilentStages, files, plan_setup, read_mesh};
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Point3};
 
 #[path = "pictures/deviation.rs"]
 mod deviation;
@@ -60,7 +60,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// Pictures of a planned job.
 struct Planned {
     job: Job,
-    /// Way of the tool tip.
+    /// Path of the tool tip.
     passes: String,
     /// Solution space of the first point.
     solution_space: Vec<u8>,
@@ -69,7 +69,7 @@ struct Planned {
 /// Plans a job and draws its passes over its first mesh.
 fn plan(path: &str) -> Result<Planned, Box<dyn std::error::Error>> {
     let job = Job::read(Path::new(path))?;
-    let planned = plan_setup(&job, 0, PlanSettings { verify: false, certificates: false }, &SilentStages)?;
+    let planned = plan_setup(&job, 0, PlanSettings { verify: true, certificates: false }, &SilentStages)?;
     let text = |name: &str| planned.files.iter().find(|(n, _)| n == name).map(|(_, bytes)| bytes.clone());
     let apt = read_apt(text("program.apt").ok_or("no APT file")?)?;
     let mesh_file = &job.file.setups[0].meshes[0];
@@ -115,7 +115,7 @@ fn passes(map: &ZMap, points: &[AptPoint]) -> String {
     let mut svg = picture(
         2.0 * MARGIN + (x1 - x0) * scale,
         2.0 * MARGIN + (y1 - y0) * scale,
-        "Sample job from above: the way of the tool tip",
+        "Sample job from above: path of the tool tip",
     );
     svg.push_str("<g shape-rendering=\"crispEdges\">\n");
     for j in 0..ny {
@@ -137,10 +137,13 @@ fn passes(map: &ZMap, points: &[AptPoint]) -> String {
         }
     }
     svg.push_str("</g>\n");
-    for (kind, color, width) in [("rapid", "#3b6fb5", 0.7), ("approach", "#d97b1f", 1.2), ("cut", "#17324a", 0.8)] {
-        for way in ways(points, kind) {
+    let paths = TipPaths::of(points);
+    for (lines, color, width) in
+        [(&paths.rapids, "#3b6fb5", 0.6), (&paths.approaches, "#d97b1f", 1.2), (&paths.passes, "#17324a", 0.8)]
+    {
+        for line in lines {
             let places: Vec<String> =
-                way.iter().map(|&(x, y)| at(x, y)).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+                line.iter().map(|p| at(p.x, p.y)).map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
             let _ = writeln!(
                 svg,
                 r#"<polyline points="{}" fill="none" stroke="{color}" stroke-width="{width}"/>"#,
@@ -165,35 +168,52 @@ fn shade(map: &ZMap, i: usize, j: usize) -> Option<u8> {
     Some((8.0 / (1.0 + slope * slope).sqrt()).round() as u8)
 }
 
-/// Polylines of the moves of a kind, thinned.
-fn ways(points: &[AptPoint], kind: &str) -> Vec<Vec<(f64, f64)>> {
-    let kind_of = |p: &AptPoint| match (p.kind, p.feed) {
-        (AptPointKind::Rapid, _) => "rapid",
-        (_, Some(feed)) if feed > 1500.0 => "approach",
-        _ => "cut",
-    };
-    const KEEP_EVERY: usize = 10;
-    let mut ways: Vec<Vec<(f64, f64)>> = Vec::new();
-    let mut open = false;
-    for pair in points.windows(2) {
-        if kind_of(&pair[1]) != kind {
-            open = false;
-            continue;
+/// Polylines of the tool tip, by kind of move.
+#[derive(Default)]
+struct TipPaths {
+    rapids: Vec<Vec<Point3<f64>>>,
+    /// Entries and exits: along them the tool axis does not turn.
+    approaches: Vec<Vec<Point3<f64>>>,
+    passes: Vec<Vec<Point3<f64>>>,
+}
+
+impl TipPaths {
+    fn of(points: &[AptPoint]) -> Self {
+        let mut paths = Self::default();
+        let mut before: Option<&AptPoint> = None;
+        for run in points.chunk_by(|a, b| is_rapid(a) == is_rapid(b)) {
+            let tips: Vec<&AptPoint> = before.into_iter().chain(run).collect();
+            before = run.last();
+            if is_rapid(&run[0]) {
+                paths.rapids.push(thinned(&tips));
+                continue;
+            }
+            let still =
+                |end: &AptPoint, p: &&&AptPoint| (p.cl.axis.into_inner() - end.cl.axis.into_inner()).norm() < 1e-6;
+            let entry = tips.iter().take_while(|p| still(tips[0], p)).count();
+            let exit = tips.iter().rev().take_while(|p| still(tips[tips.len() - 1], p)).count();
+            let (first, last) = (entry - 1, (tips.len() - exit).max(entry - 1));
+            paths.approaches.extend([thinned(&tips[..=first]), thinned(&tips[last..])]);
+            paths.passes.push(thinned(&tips[first..=last]));
         }
-        if !open {
-            ways.push(vec![(pair[0].cl.tip.x, pair[0].cl.tip.y)]);
-        }
-        open = true;
-        if let Some(way) = ways.last_mut() {
-            way.push((pair[1].cl.tip.x, pair[1].cl.tip.y));
+        paths
+    }
+}
+
+fn is_rapid(p: &AptPoint) -> bool {
+    p.kind == AptPointKind::Rapid
+}
+
+/// Returns the tips of points at least 8 mm apart, and the last one.
+fn thinned(points: &[&AptPoint]) -> Vec<Point3<f64>> {
+    let mut kept: Vec<Point3<f64>> = Vec::new();
+    for (k, p) in points.iter().enumerate() {
+        let tip = p.cl.tip;
+        if k + 1 == points.len() || kept.last().is_none_or(|last| (tip - last).norm() >= 8.0) {
+            kept.push(tip);
         }
     }
-    ways.into_iter()
-        .map(|way| {
-            let last = way.len() - 1;
-            way.into_iter().enumerate().filter(|(k, _)| k % KEEP_EVERY == 0 || *k == last).map(|(_, p)| p).collect()
-        })
-        .collect()
+    kept
 }
 
 /// Draws two neighbouring passes seen along the feed: outlines of the tilted cutter and the cusp

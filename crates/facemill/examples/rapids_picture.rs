@@ -110,14 +110,14 @@ const GROUND: &str = "#c9ced2";
 
 /// Draws from the side the stock, and the path of the tip before and after, one above the other.
 fn picture(stock: &DexelMap, ways: &[Vec<TipPath>; 2], file: &RapidsFile) -> String {
-    let mut figure = Figure::new(760.0, 840.0, "Links of a sculptured surface, from the side");
+    let mut figure = Figure::new(760.0, 650.0, "Links of a sculptured surface, from the side");
     let titles = [
         format!("before: {} at rapid rate", clock(file.time_before_s)),
         format!("after: {}, the lower bound is {}", clock(file.time_after_s), clock(file.lower_bound_s)),
     ];
-    for (k, (ways, title)) in ways.iter().zip(&titles).enumerate() {
+    for (k, (ways, (title, top))) in ways.iter().zip(titles.iter().zip([105.0, 42.0])).enumerate() {
         figure.scale = [3.4, 3.4];
-        figure.origin = [380.0, 400.0 + 400.0 * k as f64];
+        figure.origin = [380.0, 400.0 + 210.0 * k as f64];
         let mut ground = outline(stock);
         let ends = [ground.last(), ground.first()].map(|end| end.map_or(0.0, |[x, _]| *x));
         ground.extend(ends.map(|x| [x, -6.0]));
@@ -126,7 +126,7 @@ fn picture(stock: &DexelMap, ways: &[Vec<TipPath>; 2], file: &RapidsFile) -> Str
             let seen: Vec<[f64; 2]> = way.iter().map(|p| [p.x, p.z]).collect();
             figure.curve(&seen, [RED, BLUE][k], 0.8, "");
         }
-        figure.text([-105.0, 105.0], [0.0, 0.0], [RED, BLUE][k], title);
+        figure.text([-105.0, top], [0.0, 0.0], [RED, BLUE][k], title);
     }
     figure.finish()
 }

@@ -84,7 +84,7 @@ pub(crate) fn section() -> Drawn {
     f.text([14.2, 6.6], [0.0, 0.0], GREEN, "neighbour,");
     f.text([14.2, 6.6], [0.0, 17.0], GREEN, "cut before");
     f.arrow([-7.5, 4.6], [-1.2, 1.6], RED);
-    f.text([-7.5, 4.6], [-106.0, 4.0], RED, &format!("chip {:.4} mm²", chip.area));
+    f.text([-7.5, 4.6], [-122.0, 4.0], RED, &format!("chip {:.4} mm²", chip.area));
     f.text([-10.5, 8.6], [0.0, 0.0], BLUE, "this pass");
     f.panel([0.0, 395.0], [760.0, 35.0], [20.0, 20.0], 1.0);
     f.text([0.0, 0.0], [0.0, 0.0], GRAY, "R 6, r 2, r1 30, ta 2.5, lf 4.5 mm, lean 20°, border 11 mm to the left");

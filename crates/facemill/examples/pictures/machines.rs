@@ -95,7 +95,11 @@ fn picture(heads: &[Machine], z: f64) -> String {
     };
     bodies.sort_by(|a, b| rank(&a.0).cmp(&rank(&b.0)).then(depth(&a.1).total_cmp(&depth(&b.1))));
     let families: Vec<String> = heads.iter().map(|head| head.family().to_string()).collect();
-    let mut figure = Figure::new(WIDTH, HEIGHT, &format!("{}: {}", machine.name(), families.join("; ")));
+    let title = match families.iter().all(|family| machine.name().contains(family.as_str())) {
+        true => machine.name().to_owned(),
+        false => format!("{}: {}", machine.name(), families.join("; ")),
+    };
+    let mut figure = Figure::new(WIDTH, HEIGHT, &title);
     let places = |still: bool| -> Vec<Mm> {
         let wanted = bodies.iter().filter(|(b, _)| b.body.carrier().is_none() == still);
         wanted.flat_map(|(_, s)| s).flat_map(|(c, _)| c).map(|p| view.at(p)).collect()
@@ -298,7 +302,7 @@ fn legend(figure: &mut Figure) {
         20.0,
         HEIGHT - 36.0,
         INK,
-        "blue: moves with the head; orange: with the table; grey: stands still; black: a tool",
+        "blue: moves with the head; orange: with the table; grey: does not move; black: a tool",
     );
     line(
         figure,
