@@ -50,7 +50,7 @@ pub(crate) struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Plans a job and writes program, APT file, report and picture
+    /// Plans a job and writes program, APT file, report and pictures
     #[command(after_help = crate::cli::plan_command::EXIT_CODES)]
     Plan(PlanArguments),
     /// Lays a job's passes as path files and pictures, or compares strategies by their plans
