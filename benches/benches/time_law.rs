@@ -23,7 +23,7 @@ fn published(c: &mut Criterion) {
     let efforts = [
         ("100_spans", TimeLawSettings { spans: 100, rounds: 2 }),
         ("default", TimeLawSettings::default()),
-        ("thorough", TimeLawSettings::thorough()),
+        ("thorough", TimeLawSettings { spans: 10_000, ..TimeLawSettings::default() }),
     ];
     for (name, settings) in efforts {
         let run = || minimum_time_law(&spline_path::SplinePath, black_box(&bounds), &settings).expect("a smooth path");

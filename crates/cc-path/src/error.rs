@@ -294,6 +294,7 @@ pub enum PathError {
 /// Setting that makes a path small enough, with the least value that does, rounded up to two
 /// digits.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Remedy {
     /// [`LaySettings::max_step_over`](crate::strategy::settings::LaySettings::max_step_over), mm.
     #[error("take a largest step-over of {0} mm or more")]

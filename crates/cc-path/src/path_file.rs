@@ -31,6 +31,7 @@ pub struct PathFile {
 
 /// Format of a path file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub enum PathFormat {
     /// The first version.
     #[default]
@@ -41,6 +42,7 @@ pub enum PathFormat {
 /// The frame that a path file's coordinates are given in.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum PathFrame {
     /// The workpiece frame, in which everything is planned.
     #[default]

@@ -5,6 +5,7 @@ use facemill_nc_program::AxisLetter;
 /// Place and reason of the fault that keeps two texts from being a pair of channel programs.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("channel {channel}, line {line}: {fault}")]
+#[non_exhaustive]
 pub struct SiemensReadError {
     /// 1 or 2.
     pub channel: usize,
@@ -16,6 +17,7 @@ pub struct SiemensReadError {
 
 /// Fault at a line of a channel program.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum SiemensFault {
     /// A line that the writer does not write.
     #[error("`{0}` is not understood")]

@@ -69,14 +69,6 @@ pub struct Orientation {
     pub lean: f64,
 }
 
-impl Orientation {
-    /// Converts CLOPT's posture: tilt α in [0, π/2) and rotate β, rad.
-    pub fn from_tilt_rotate(tilt: f64, rotate: f64) -> Self {
-        let ((sin, cos), tan) = (rotate.sin_cos(), tilt.tan());
-        Self { lead: (tan * cos).atan(), lean: (tan * sin).atan() }
-    }
-}
-
 /// Axis of the neighbouring passes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum NeighbourAxis {
@@ -105,6 +97,7 @@ pub struct PassSection {
 
 /// Method by which an area was computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Method {
     /// Circles and lines: crossings and areas by formula. Flat and bull-nose cutters with their
     /// axis in the section plane, and balls in every orientation.
@@ -119,6 +112,7 @@ pub enum Method {
 
 /// Section area of a chip.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ChipArea {
     /// Area, mm².
     pub area: f64,

@@ -49,6 +49,7 @@ pub struct AptCutter {
 
 /// A move or comment of an APT file.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum AptMove {
     /// PPRINT.
     Comment(String),
@@ -65,6 +66,7 @@ pub enum AptMove {
 
 /// An APT file as it was read. Lengths in mm, whatever unit the file has.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct AptFile {
     /// Every statement, in order, including unknown ones.
     pub statements: Vec<AptStatement>,
@@ -76,6 +78,7 @@ pub struct AptFile {
 
 /// A statement of an APT file.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct AptStatement {
     /// First line, from 1.
     pub line: u32,
@@ -158,6 +161,7 @@ pub struct AptPoint {
 
 /// Kind of the move to a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum AptPointKind {
     /// FROM: the tool is there.
     Start,

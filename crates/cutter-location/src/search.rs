@@ -37,6 +37,7 @@ impl Default for SearchSettings {
 
 /// A feasible pose and its place on the curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct FoundPosture {
     /// Parameter on the search curve.
     pub u: f64,

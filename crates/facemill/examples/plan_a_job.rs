@@ -6,6 +6,7 @@ use std::error::Error;
 
 use facemill::cl_data::CcPoint;
 use facemill::file_format::from_json;
+use facemill::inverse_kinematics::MachineFile;
 use facemill::job_file::{FixedPostureFile, JobFile, PostureModeFile};
 use facemill::nc_program::Dialect;
 use facemill::new_job::{NewJob, new_job};
@@ -16,17 +17,20 @@ fn main() -> Result<(), Box<dyn Error>> {
     // 1. Values of a job: here those of an example, a wavy patch of 60 mm; job.json is the job, the
     //    others are the files that it names.
     let mut files = JobFiles::default();
-    let mut job = None;
+    let (mut job, mut machine) = (None, None);
     for (name, bytes) in new_job(&NewJob::Patch { size_mm: 60.0 })? {
         match name.as_str() {
             "job.json" => job = Some(from_json::<JobFile>(&bytes)?),
+            "machine.json" => machine = Some(from_json::<MachineFile>(&bytes)?),
             _ => files = files.with(&name, bytes),
         }
     }
-    let mut job = job.ok_or("an example has a job")?;
+    let (mut job, mut machine) = job.zip(machine).ok_or("an example has a job and a machine")?;
 
-    // 2. Changed as a program likes: another control, coarser passes, one posture for all points
-    //    (by default postures are searched, which takes longer).
+    // 2. Changed as a program likes: slower rapids, another control, coarser passes, one posture for
+    //    all points (by default postures are searched, which takes longer).
+    machine.feed.rapid_mm_min *= 0.5;
+    files = files.with_machine("machine.json", &machine);
     job.post.dialect = Dialect::Heidenhain;
     let operation = &mut job.operations[0];
     operation.search.mode = PostureModeFile::Fixed(FixedPostureFile { lead_deg: 8.0, lean_deg: 0.0 });

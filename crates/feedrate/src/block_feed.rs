@@ -63,9 +63,6 @@ pub enum FeedError {
     /// A position or distance is not finite, or the distance is negative.
     #[error("the block's positions or its tip distance are not finite")]
     NotFinite,
-    /// The positions of the two heads have different axes.
-    #[error("the two heads' machines have not the same axes with the same speeds")]
-    OtherAxes,
     /// The axes limit the block to an F below the smallest one of the control, which would move an
     /// axis beyond its speed.
     #[error(

@@ -20,8 +20,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Where two heads cut at once one block has one time: [`feed_for_pair`] and [`plan_pair_feeds`]
-//! return the largest feed that exceeds neither tip's speed nor that of any axis.
+//! Where two heads cut at once one block has one time: [`feed_for_pair`] returns the largest feed that
+//! exceeds neither tip's speed nor that of any axis.
 //!
 //! These functions take speeds as constant within a block, without acceleration, so times are lower
 //! bounds. Feeds are mm/min, times s.
@@ -57,7 +57,7 @@ mod trapezoid_law;
 mod tube;
 
 pub use block_feed::{BlockFeed, FeedError, FeedLimit, feed_for_block, g94_length};
-pub use pair::{PairBlock, PairFeed, PairLimit, feed_for_pair, plan_pair_feeds};
+pub use pair::{PairFeed, PairLimit, feed_for_pair};
 pub use plan::{FeedBlock, PlanFeedsError, plan_feeds, rapid_time};
 pub use program_law::{
     MissingLimit, ProgramBlock, ProgramLaw, ProgramLawError, ProgramSettings, machine_bounds, program_blocks,

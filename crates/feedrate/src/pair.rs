@@ -1,12 +1,12 @@
 //! Feeds of blocks in which two heads move.
 
-use facemill_inverse_kinematics::{Axis, AxisValues, FeedRange, Machine};
+use facemill_inverse_kinematics::{Axis, AxisValues, FeedRange};
 
 use crate::block_feed::{FeedError, FeedLimit, TimedFeed, timed, tip_time};
-use crate::plan::PlanFeedsError;
 
 /// Feed and time of one block in which two heads move at once.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PairFeed {
     /// F word in G94: mm/min as the norm over all axes of both heads, 1 deg counted as 1 mm. Within
     /// the control's range.
@@ -28,16 +28,6 @@ pub enum PairLimit {
     TipFeed(usize),
     /// Another [`FeedLimit`], never [`FeedLimit::TipFeed`]; axes are counted over both heads.
     Other(FeedLimit),
-}
-
-/// A cutting block of two heads to be timed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PairBlock {
-    /// Values of all axes at its end; it starts where the one before it ends.
-    pub end: AxisValues,
-    /// Programmed speeds of the two tips, mm/min; `None` for a head that does not cut, which may
-    /// move as fast as its axes can.
-    pub tip_feeds: [Option<f64>; 2],
 }
 
 impl PairFeed {
@@ -84,37 +74,4 @@ pub fn feed_for_pair(
     };
     let limit = if limit == FeedLimit::TipFeed { PairLimit::TipFeed(slower) } else { PairLimit::Other(limit) };
     Ok(PairFeed { f_word, time, tip_feeds: tip_distances.map(|d| 60.0 * d / time), limit })
-}
-
-/// Returns feed and time of every block of a sequence of cutting moves of two heads that starts at
-/// `start`. `views` are the machine as each head sees it, with the same axes in the same order; tip
-/// distances come from their forward kinematics.
-///
-/// # Errors
-/// For the first block without a feed, see [`feed_for_pair`]; for block 0 when the axes of the
-/// views differ.
-pub fn plan_pair_feeds(
-    views: [&Machine; 2],
-    tool_lengths: [f64; 2],
-    start: &AxisValues,
-    blocks: &[PairBlock],
-) -> Result<Vec<PairFeed>, PlanFeedsError> {
-    let [first, second] = views.map(Machine::axes);
-    let same = |(a, b): (&Axis, &Axis)| a.letter == b.letter && a.max_velocity == b.max_velocity;
-    if first.len() != second.len() || !first.iter().zip(second).all(same) {
-        return Err(PlanFeedsError { block: 0, source: FeedError::OtherAxes });
-    }
-    let range = views[0].feed_range();
-    let tips = |q: &AxisValues| [0, 1].map(|head| views[head].cl_point(q, tool_lengths[head]).tip);
-    let (mut at, mut tip) = (*start, tips(start));
-    let mut feeds = Vec::with_capacity(blocks.len());
-    for (block, b) in blocks.iter().enumerate() {
-        let next_tip = tips(&b.end);
-        let distances = [0, 1].map(|head| (next_tip[head] - tip[head]).norm());
-        let feed = feed_for_pair(first, &at, &b.end, distances, b.tip_feeds, &range)
-            .map_err(|source| PlanFeedsError { block, source })?;
-        feeds.push(feed);
-        (at, tip) = (b.end, next_tip);
-    }
-    Ok(feeds)
 }

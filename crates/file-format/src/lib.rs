@@ -27,6 +27,7 @@ use serde_json::Value;
 /// Fault of a file, with its place and the remedy.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}{message}{}", self.place(), hint.as_ref().map(|h| format!("; {h}")).unwrap_or_default())]
+#[non_exhaustive]
 pub struct FormatError {
     /// Path of the field, such as `operations[0].search.tilt_deg`; empty at the top level.
     pub field: String,

@@ -67,6 +67,23 @@ impl MeshTree {
     }
 
     /// Number of the mesh's components that are closed, so that a body can be inside them.
+    ///
+    /// A mesh that is meant as a solid but has a hole is a surface only, and a body within it is
+    /// free. A caller that tests bodies against solids counts first:
+    ///
+    /// ```
+    /// use facemill_interference::MeshTree;
+    /// use facemill_surface_model::TriMesh;
+    /// use nalgebra::Point3;
+    ///
+    /// let corners = [[0.0, 0.0, 0.0], [9.0, 0.0, 0.0], [0.0, 9.0, 0.0], [0.0, 0.0, 9.0]].map(Point3::from);
+    /// let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+    /// let n_closed = |faces: &[[u32; 3]]| -> Result<usize, facemill_surface_model::MeshError> {
+    ///     Ok(MeshTree::new(&TriMesh::new(corners.to_vec(), faces.to_vec())?).n_closed_components())
+    /// };
+    /// assert_eq!((n_closed(&faces)?, n_closed(&faces[1..])?), (1, 0), "a tetrahedron, and one that lacks a face");
+    /// # Ok::<(), facemill_surface_model::MeshError>(())
+    /// ```
     pub fn n_closed_components(&self) -> usize {
         self.closed.len()
     }

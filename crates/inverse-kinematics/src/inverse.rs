@@ -60,6 +60,23 @@ impl Machine {
     /// singular poses it differs from `cl` by some rounding (1e-15 of the lengths), near them by
     /// more. Two linear and three rotary axes are solved as by [`Machine::inverse`].
     ///
+    /// Shows how far an axis is beyond its limit where [`Machine::inverse`] refuses a pose:
+    ///
+    /// ```
+    /// use facemill_cl_data::ClPoint;
+    /// use facemill_inverse_kinematics::Machine;
+    /// use nalgebra::{Point3, Vector3};
+    ///
+    /// let machine = Machine::head_b_table_c()?;
+    /// let pose = ClPoint { tip: Point3::new(0.0, 0.0, 5000.0), axis: Vector3::z_axis() };
+    /// assert!(machine.inverse(&pose, 250.0).is_err());
+    /// let z_axis = &machine.axes()[2];
+    /// let above = |z: f64| z - z_axis.max;
+    /// let all = machine.inverse_unchecked(&pose, 250.0)?;
+    /// assert!(all.iter().all(|s| above(s.values[2]) > 1000.0), "Z lacks more than a metre");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// When there is none; see [`Unreachable`].
     pub fn inverse_unchecked(&self, cl: &ClPoint, tool_length: f64) -> Result<InverseSolutions, Unreachable> {

@@ -145,12 +145,6 @@ impl Machine {
         &self.bodies
     }
 
-    /// Returns the direction from the nose into the spindle with all rotary axes at 0, table frame:
-    /// the direction in which tool length compensation (G43) moves the head.
-    pub fn length_compensation_axis(&self) -> Unit<Vector3<f64>> {
-        self.chain.spindle_at_zero()
-    }
-
     /// Returns the travel of every axis per mm of tool length that keeps the tip in its place with
     /// all rotary axes at 0, which G43 adds to the programmed words. Rotary entries are 0; `None`
     /// when the linear axes are dependent there, or cannot move the tip along the spindle.

@@ -50,6 +50,7 @@ pub struct MachineFile {
 
 /// Name and version of the machine file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub enum MachineFormat {
     /// The first version.
     #[serde(rename = "facemill-machine/1")]
@@ -256,6 +257,7 @@ pub struct BodyFile {
 /// Shape of a body in its own frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum ShapeFile {
     /// Box about the origin.
     Box {
@@ -307,6 +309,7 @@ pub struct MotionFile {
 /// Motion of the control between two positions of a cutting move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum CuttingLawFile {
     /// All machine axes move linearly together: five-axis moves without RTCP.
     AxesLinear,
@@ -320,6 +323,7 @@ pub enum CuttingLawFile {
 /// Motion of the control between two positions of a rapid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum RapidLawFile {
     /// All axes start and end together.
     Linear,

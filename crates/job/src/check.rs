@@ -1,11 +1,11 @@
 //! Description of a setup, as `check` prints it.
 
 pub mod machine_check;
-pub mod mesh_summary;
+pub(crate) mod mesh_summary;
 #[cfg(test)]
 #[path = "../tests/unit/check/placement_laws.rs"]
 mod placement_laws;
-pub mod post_block_words;
+pub(crate) mod post_block_words;
 pub mod post_probe;
 pub mod reach;
 

@@ -1,5 +1,5 @@
 //! Example jobs, for a part, a machine and a control.
 
-pub mod new_dual;
+pub(crate) mod new_dual;
 pub mod new_job;
 pub mod new_machine;

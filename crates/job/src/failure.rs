@@ -75,6 +75,7 @@ impl From<PathError> for Failure {
             PathError::Blocked(why) => Self::Infeasible(why),
             PathError::Fault(why) => Self::Internal(why),
             PathError::Cancelled => Self::Interrupted,
+            other => Self::Internal(other.to_string()),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 pub mod ad_hoc_setup;
 pub mod clearance_surface;
-pub mod enclosure;
+pub(crate) mod enclosure;
 pub mod job;
 pub mod job_files;
 pub mod job_source;
@@ -15,9 +15,9 @@ pub mod mesh_files;
 pub mod mesh_winding;
 pub mod obstacle_meshes;
 pub mod open_meshes;
-pub mod part_size;
+pub(crate) mod part_size;
 pub mod post_load;
-pub mod stock_solid;
+pub(crate) mod stock_solid;
 
 use std::path::Path;
 use std::sync::Mutex;

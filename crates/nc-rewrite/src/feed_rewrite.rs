@@ -24,6 +24,7 @@ use crate::feed_rewrite::law::{FeedLaw, FeedLawTimes, Law, blending, timed};
 
 /// Desired speed of the tip.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub enum TipFeed {
     /// Each block's own F, taken for the speed of the tip. Refused if F looks computed for it
     /// already.
@@ -66,6 +67,7 @@ impl FeedRewriteSettings<'_> {
 
 /// Program with new feeds.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct RewrittenFeeds {
     /// Its text: that of the program with other F words, the same bytes elsewhere.
     pub text: Vec<u8>,
@@ -75,6 +77,7 @@ pub struct RewrittenFeeds {
 
 /// Times and counts of a program before and after.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct FeedRewriteSummary {
     /// Cutting blocks whose axes are all known.
     pub blocks: usize,
@@ -129,6 +132,7 @@ pub fn rewrite_feeds(text: &[u8], settings: &FeedRewriteSettings<'_>) -> Result<
 
 /// Reason why a program has no new feeds.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum FeedRewriteError {
     /// The program cannot be read.
     #[error("{0}")]

@@ -150,13 +150,8 @@ fn reason(test: &PoseTest<'_>, why: &Infeasible) -> ReasonFile {
             (ReasonKind::Collision, Some(*body), Some((*obstacle, place)))
         }
         Infeasible::OutsideCone { .. } | Infeasible::Singular { .. } => (ReasonKind::Cone, None, None),
-        // The last four are reasons of links, not of postures.
-        Infeasible::Unreachable(_)
-        | Infeasible::OtherBranch(_)
-        | Infeasible::FromBelow
-        | Infeasible::TooLong
-        | Infeasible::Rewind { .. }
-        | Infeasible::Ramp { .. } => (ReasonKind::AxisLimit, None, None),
+        // The machine has no axis values, or none on the way there; others are reasons of links.
+        _ => (ReasonKind::AxisLimit, None, None),
     };
     ReasonFile {
         kind,

@@ -22,6 +22,7 @@ pub enum MaterialSide {
 
 /// A surface whose closest points, normals and curvatures have closed forms; lengths in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum AnalyticShape {
     /// Rectangle in z = 0 about the origin, material below.
     Plane {

@@ -6,7 +6,7 @@
 //! - [`Surface`] takes a mesh as the smooth surface it represents: normals with creases,
 //!   curvature, closest point, rays, inside and outside, on a box [`Tree`] that others may walk
 //!   too.
-//! - [`plane_section`], [`cylinder_section`], [`implicit_section`] and [`level_curves`] cut it into
+//! - [`plane_section`], [`implicit_section`] and [`level_curves`] cut it into
 //!   curves.
 //! - [`write_obj`], [`write_stl_binary`] and [`write_glb`] write scenes of meshes, the same bytes
 //!   for the same scene; [`write_painted_glb`] one mesh with colours, which [`TriMesh::refined`]
@@ -68,7 +68,7 @@ pub use crate::mesh::tri_mesh::{Group, MeshError, TriMesh};
 pub use crate::surface::curvature::{CurvatureTensor, PrincipalCurvatures};
 pub use crate::surface::level_curves::{LevelCurve, LevelPoint, level_curves, level_curves_among};
 pub use crate::surface::ray::RayHit;
-pub use crate::surface::sections::{Polyline, cylinder_section, implicit_section, plane_section};
+pub use crate::surface::sections::{Polyline, implicit_section, plane_section};
 pub use crate::surface::tree::{Below, NodeId, Tree};
 pub use export::{ExportError, NamedNode, write_glb, write_obj, write_painted_glb, write_stl_binary};
 pub use import::{ImportError, Imported, import_mesh, no_external_files};

@@ -181,11 +181,6 @@ impl ToolAssembly {
         self.file.spindle_rotation
     }
 
-    /// Cutting edge angle of the inserts (κr), rad, where the file gives one.
-    pub fn cutting_edge_angle(&self) -> Option<f64> {
-        self.file.cutting_edge_angle_deg.map(f64::to_radians)
-    }
-
     /// From the tip to the nose of the holder, mm.
     pub fn stick_out(&self) -> f64 {
         self.file.stick_out_mm

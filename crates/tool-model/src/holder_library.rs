@@ -8,11 +8,9 @@ use crate::assembly::{ToolAssembly, ToolFileError};
 use crate::open_assembly::OpenAssembly;
 use crate::tool_file::{Section, Stack};
 
-/// The value of a holder file's `format` key.
-pub const HOLDERS_FORMAT: &str = "facemill-holders/1";
-
 /// Format of a holder file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub enum HoldersFormatTag {
     /// `facemill-holders/1`.
     #[default]

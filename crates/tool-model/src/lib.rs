@@ -60,7 +60,7 @@ pub use assembly::{TOOL_LIMITS, ToolAssembly, ToolFileError, ToolSection};
 pub use contact::cl_from_cc;
 pub use cusp::{Cusp, cusp_height_between, step_over_for_cusp};
 pub use cutter::{Cutter, CutterError};
-pub use holder_library::{HOLDERS_FORMAT, HolderError, HolderFile, HolderLibrary, HoldersFile, HoldersFormatTag};
+pub use holder_library::{HolderError, HolderFile, HolderLibrary, HoldersFile, HoldersFormatTag};
 pub use open_assembly::{AssemblyLength, BuiltAssembly, Lengths, OpenAssembly};
 pub use outline::Outline;
 pub use silhouette::{SilhouetteCurvature, silhouette_curvature};

@@ -5,6 +5,7 @@ use crate::tool_file::{Section, ToolFile};
 
 /// A length of a tool assembly, from the tip (VMT fig. 2).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum AssemblyLength {
     /// L1: to the end of the flute, where the cutter body begins.
     Flute,

@@ -8,6 +8,7 @@ pub const FORMAT: &str = "facemill-tool/1";
 
 /// Format of a tool file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub enum FormatTag {
     /// `facemill-tool/1`.
     #[default]

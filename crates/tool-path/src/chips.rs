@@ -52,6 +52,7 @@ impl Chip {
 /// Top of the stock in the section across the feed: height along the normal over the lateral
 /// coordinate y, to the left of the feed from the CC point, mm.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub enum StockTop {
     /// A layer of uniform thickness on a surface of this curvature (1/mm, positive where the part
     /// is convex).

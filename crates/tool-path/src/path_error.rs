@@ -4,6 +4,7 @@ use facemill_cl_data::Cancelled;
 
 /// Reason why poses do not become moves.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PathError {
     /// There is no free way to the tool's target; the text gives the start and the obstacle.
     #[error("{0}")]

@@ -7,7 +7,7 @@ use facemill_virtual_machine::{Assumption, BlockCut, EstimatedPositions};
 
 /// Returns assumptions in the order of their lines, each once, with the first line that depends on
 /// it.
-pub fn all_assumptions(of_text: Vec<Assumption>, of_feeds: Vec<Assumption>) -> Vec<Assumption> {
+pub(crate) fn all_assumptions(of_text: Vec<Assumption>, of_feeds: Vec<Assumption>) -> Vec<Assumption> {
     let mut all = [of_text, of_feeds].concat();
     all.sort();
     let mut seen = BTreeSet::new();
@@ -16,7 +16,7 @@ pub fn all_assumptions(of_text: Vec<Assumption>, of_feeds: Vec<Assumption>) -> V
 }
 
 /// Returns the note that nothing is proven.
-pub fn is_estimate(positions: &EstimatedPositions) -> Assumption {
+pub(crate) fn is_estimate(positions: &EstimatedPositions) -> Assumption {
     let EstimatedPositions { cut_step_mm, rapid_step_mm } = positions;
     let text = format!(
         "the fast mode is an estimate: nothing is proven between positions, {cut_step_mm} mm apart in cuts and {rapid_step_mm} mm in rapids, \
@@ -27,7 +27,7 @@ pub fn is_estimate(positions: &EstimatedPositions) -> Assumption {
 
 /// Returns the note that no cut removes stock, if all stock is seen: the findings assume that this
 /// is intended.
-pub fn cuts_nothing(report: &StockReport, blocks: &[BlockCut]) -> Option<Assumption> {
+pub(crate) fn cuts_nothing(report: &StockReport, blocks: &[BlockCut]) -> Option<Assumption> {
     let in_air = !blocks.is_empty() && report.removed_mm3 == 0.0 && report.blocks_not_covered == 0;
     let text = "no cutting block removes stock: check mounting, work offset, tool length and the unit of the meshes";
     in_air.then(|| Assumption { line: None, text: text.to_owned() })

@@ -9,13 +9,13 @@
 //! [`feeds`] checks feeds against the job's, [`sub_cell_check`] checks collisions below the
 //! resolution of the stock's lines, [`text_times`] times a text by the motion law, [`merged_heads`]
 //! merges the runs of two heads, [`named_results`] names obstacles in results,
-//! [`assumptions`] lists the assumptions of a verification.
+//! `assumptions` lists the assumptions of a verification.
 //!
 //! Modules, each of which imports those above it alone:
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`mod@assumptions`] | assumptions of a program's run besides its text |
+//! | `assumptions` | assumptions of a program's run besides its text |
 //! | `text_passes` | passes that the text of a program cuts: where its cutter touches a surface |
 //! | [`mod@deviation`] | comparison of the cut stock with the part: figures, and the part's surface in colours |
 //! | [`mod@feeds`] | comparison of a program's feeds and spindle speeds with the job's |
@@ -31,7 +31,7 @@
 //!
 //! It must not know how a program was planned.
 
-pub mod assumptions;
+mod assumptions;
 pub mod deviation;
 pub mod efficiency;
 pub mod feeds;

@@ -7,7 +7,6 @@ mod tree;
 
 use facemill_cl_data::{Cancelled, Monitor};
 use facemill_tool_model::Cutter;
-use nalgebra::Point3;
 use rayon::prelude::*;
 
 use crate::left::gauge::Gauge;
@@ -88,12 +87,8 @@ impl SweptCutter {
         self.motions.len()
     }
 
-    /// Height that is left on a place.
-    pub fn left_on(&self, place: &SurfacePlace) -> LeftHeight {
-        self.left_after(place, None).0
-    }
-
-    /// The same, and the index of the motion that cuts lowest; one that may do so is tried first.
+    /// Height that is left on a place, and the index of the motion that cuts lowest; the motion
+    /// `guess` is tried first.
     pub(crate) fn left_after(&self, place: &SurfacePlace, guess: Option<usize>) -> (LeftHeight, Option<usize>) {
         let mut best = (place.stock, None);
         let mut visit = |k: usize, best: &mut (f64, Option<usize>)| {
@@ -109,16 +104,5 @@ impl SweptCutter {
         self.tree.visit(&self.gauge, place, &mut best, &mut visit);
         let cut_by = best.1.map(|k| self.motions[k].id);
         (LeftHeight { height: best.0, cut_by }, best.1)
-    }
-
-    /// `id` of the motion whose cutter comes nearest to a place, and how near, mm; `None` without
-    /// motions. Distances are those at both ends and in the middle of motions.
-    pub fn nearest_motion(&self, place: &Point3<f64>) -> Option<(u32, f64)> {
-        let near = |m: &CutterMotion| {
-            let at = |t: f64| self.gauge.beyond(&leaf::pose_at(m, t), place).0;
-            (m.id, at(0.0).min(at(0.5)).min(at(1.0)))
-        };
-        let nearer = |a: (u32, f64), b: (u32, f64)| if b.1 < a.1 { b } else { a };
-        self.motions.iter().map(near).reduce(nearer)
     }
 }

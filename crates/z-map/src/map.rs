@@ -136,15 +136,6 @@ impl ZMap {
         Some(self.nodes[j * (self.grid.nx + 1) + i]).filter(|z| z.is_finite())
     }
 
-    /// Largest z of the mesh over the closed cell (i, j), map frame, mm: never below it. `None`
-    /// where there is no surface or no such cell.
-    pub fn cell_max(&self, i: usize, j: usize) -> Option<f64> {
-        if i >= self.grid.nx || j >= self.grid.ny {
-            return None;
-        }
-        Some(self.pyramid.max(Block { level: 0, i, j })).filter(|z| z.is_finite())
-    }
-
     /// Height at (x, y), map frame, mm, bilinear between the four nodes around it: an estimate
     /// between nodes, exact on them. `None` outside the map and where a node that it depends on has
     /// no surface.

@@ -1,7 +1,9 @@
 //! Doors for other people's code: what a crate from a registry has, and what a library leaves out.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use facemill_tests::shared::workspace;
 
@@ -45,6 +47,25 @@ fn a_library_user_builds_no_command_line() {
             assert!(folder.ends_with("facemill") && line.contains("optional = true"), "{}: {line}", folder.display());
         }
     }
+}
+
+/// The same of everything that is built for the facade without its default features, whoever asks
+/// for it.
+#[test]
+fn the_facade_without_features_builds_no_command_line() {
+    let arguments = ["tree", "--offline", "--locked", "-p", "facemill", "-e", "normal", "--prefix", "none"];
+    let built = |features: &[&str]| {
+        let cargo = Command::new(env!("CARGO")).current_dir(workspace()).args(arguments).args(features).output();
+        let output = cargo.expect("cargo runs the tests");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        text.lines().filter_map(|line| Some(line.split_once(' ')?.0.to_owned())).collect::<BTreeSet<_>>()
+    };
+    let (library, whole) = (built(&["--no-default-features"]), built(&[]));
+    for name in ["clap", "clap_builder", "clap_complete", "ctrlc", "indicatif", "console"] {
+        assert!(whole.contains(name) && !library.contains(name), "{name}");
+    }
+    assert!(library.contains("facemill-planner") && library.contains("nalgebra"), "{library:?}");
 }
 
 /// Examples of the tutorial: each exists, asserts something, and is run for every change.

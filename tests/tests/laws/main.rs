@@ -9,6 +9,7 @@ mod efficiency;
 mod formats_page;
 mod key_ranges;
 mod names;
+mod public_items;
 mod rooms;
 mod sample_pages;
 mod verdicts;

@@ -19,6 +19,7 @@ pub struct EdgeFile {
 /// Middle line of an edge: `"ridge"` or `{"between_groups": ["…", "…"]}`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum EdgeLineFile {
     /// Every line in the region along which the surface bends most sharply across.
     #[default]
@@ -41,6 +42,7 @@ pub struct RootFile {
 /// Corner that a root follows: `{"between_groups": ["…", "…"]}` or `{"fillet": "…"}`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum RootLineFile {
     /// Two mesh groups that meet in a corner without a fillet. The first pass lies where the
     /// cutter's corner touches both; passes lie on those of the two that belong to the region.

@@ -29,6 +29,7 @@ fn default_within_mm() -> f64 {
 /// cylinder.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum FlowEndFile {
     /// Name of a mesh group that the region borders on.
     Group(String),
@@ -77,6 +78,7 @@ pub struct FlowCylinderFile {
 /// Levels of a spiral; each has to be one closed curve.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum SpiralFile {
     /// Sections by parallel planes.
     ParallelPlanes(ParallelPlanesFile),

@@ -18,6 +18,7 @@ use crate::strategy::settings::require;
 /// `{"root": {…}}`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum StrategyFile {
     /// Sections by parallel planes; the level is the distance along their normal.
     ParallelPlanes(ParallelPlanesFile),

@@ -25,6 +25,7 @@ pub struct ConstantScallopFile {
 /// Sections that bound passes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum SectionsFile {
     /// Parallel planes.
     ParallelPlanes(ParallelPlanesFile),
@@ -35,6 +36,7 @@ pub enum SectionsFile {
 /// Where fronts begin: `"border"`, or one of the others.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum SeedFile {
     /// The whole border of the region; the first passes lie half a strip inside.
     Border,

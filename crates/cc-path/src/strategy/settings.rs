@@ -92,6 +92,7 @@ pub enum LevelOrder {
 
 /// Whether all passes run alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Pattern {
     /// All in one direction.
     OneWay,

@@ -44,7 +44,7 @@ fn what_is_written_is_read() {
         let (cl, feed) = match step {
             AptMove::Rapid(cl) => (cl, None),
             AptMove::Linear { cl, feed } => (cl, Some(*feed)),
-            AptMove::Comment(_) => unreachable!(),
+            other => unreachable!("{other:?}"),
         };
         assert_eq!(point.kind, if feed.is_some() { AptPointKind::Linear } else { AptPointKind::Rapid });
         assert!((cl.tip - point.cl.tip).amax() <= 0.5e-5 + 1e-10);

@@ -9,6 +9,7 @@ use crate::pose::workcell::{Configuration, Hints, Infeasible};
 
 /// Shape of an entry or exit. Angles in rad, lengths in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum ApproachShape {
     /// Arc in the plane of feed direction and normal, tangent to the pass: the cutter descends onto
     /// the surface.
@@ -64,7 +65,22 @@ pub enum PassEnd {
 /// Returns the poses of an arc, from the one next to the pass outward, at most `step` mm apart,
 /// with the axis as at the pass.
 ///
-/// `uncut_left` gives the side of the feed with the uncut stock.
+/// `uncut_left` gives the side of the feed with the uncut stock. [`approach`] takes the first of
+/// several arcs that collides with nothing; a caller with tests of its own takes the poses of one:
+///
+/// ```
+/// use facemill_cl_data::{CcPoint, ClPoint};
+/// use facemill_cutter_location::links::approach::{ApproachShape, PassEnd, arc_poses};
+/// use nalgebra::{Point3, Vector3};
+///
+/// let cc = CcPoint::new(Point3::origin(), Vector3::z(), Vector3::x())?;
+/// let cl = ClPoint { tip: cc.position, axis: cc.normal };
+/// let quarter = ApproachShape::TangentialArc { radius: 20.0, angle: std::f64::consts::FRAC_PI_2 };
+/// let poses = arc_poses(quarter, PassEnd::Entry, &cc, &cl, true, 1.0);
+/// let outermost = poses[poses.len() - 1].tip;
+/// assert!((outermost - Point3::new(-20.0, 0.0, 20.0)).norm() < 1e-9, "behind the pass and above it");
+/// # Ok::<(), facemill_cl_data::CcPointError>(())
+/// ```
 pub fn arc_poses(
     shape: ApproachShape,
     end: PassEnd,

@@ -37,6 +37,7 @@ pub struct SmoothSettings {
 
 /// Target of the tool axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum AxisTarget {
     /// From the CC point to this point, workpiece frame: the spindle is on its side.
     Point(Point3<f64>),

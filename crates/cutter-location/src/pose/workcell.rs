@@ -95,6 +95,7 @@ pub struct Configuration {
 
 /// A pose that has been tested and found feasible.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct FeasiblePose {
     /// Tilt and rotate.
     pub posture: Posture,
@@ -108,6 +109,7 @@ pub struct FeasiblePose {
 
 /// Reason why a posture is infeasible: a result, not an error.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Infeasible {
     /// The tool axis leaves the job's cone by `excess` rad.
     OutsideCone {
@@ -187,6 +189,7 @@ impl std::error::Error for Infeasible {}
 
 /// A body of tool or machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
 pub enum Body {
     /// The cutter.
     Cutter,

@@ -11,6 +11,7 @@ use crate::search::{FoundPosture, Reasons, SearchSettings, refine};
 
 /// Result of [`certified_search`].
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct CertifiedSearch {
     /// The pose, or the reason that blocked most of the curve.
     pub found: Result<FoundPosture, Infeasible>,

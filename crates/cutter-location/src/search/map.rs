@@ -68,6 +68,7 @@ pub struct MapCell {
 
 /// Map of cells that cover the range without overlap, except for their edges.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SolutionMap {
     /// All postures.
     pub range: MapRange,

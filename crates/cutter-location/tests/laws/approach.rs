@@ -75,6 +75,7 @@ fn arcs_keep_axis_radius_angle_and_step() {
                     ApproachShape::RollIn { .. } => {
                         assert!((aside.dot(&cc.left()).abs() - bent).abs() < 1e-9);
                     }
+                    other => panic!("{other:?} has no law here"),
                 }
             }
         }

@@ -317,6 +317,7 @@ fn the_tool_axis_meets_the_point_or_line_it_is_to_point_to() {
             let (to, origin) = match target {
                 AxisTarget::Point(p) => (p - cc.position, p),
                 AxisTarget::Line { origin, .. } => (origin - cc.position, origin),
+                other => panic!("{other:?} has no law here"),
             };
             // Parallel to the axis from the CC point on: the target is met; a line, at a right
             // angle.

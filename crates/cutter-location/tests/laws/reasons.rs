@@ -4,7 +4,7 @@ use facemill_cutter_location::{
     AxisCone, Body, Hints, Infeasible, PoseTest, SearchOrder, SearchSettings, Workcell, search,
 };
 use facemill_interference::MeshTree;
-use facemill_inverse_kinematics::{AxisKind, Unreachable};
+use facemill_inverse_kinematics::{AxisKind, AxisLetter, Branch, Unreachable};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::kit::{Ball, cc_on_plane, curve_deg, machine, obstacle, plane, posture_deg, tool, workcell};
@@ -123,5 +123,46 @@ fn search_tells_what_blocked_most_of_the_curve() {
         let found = search(&test, &cc_on_plane(0.0, 0.0), &curve, &settings, 0.0, None, &mut Hints::default());
         let text = test.describe(&found.unwrap_err());
         assert!(text.contains(expected), "{text}");
+    }
+}
+
+/// Reasons without a test at hand, as an error in a library user's log shows them.
+#[test]
+fn every_reason_is_words_with_figures_and_no_code() {
+    let place = Point3::new(1.5, -20.25, 300.0);
+    let letter = |text: &str| AxisLetter::parse(text).unwrap();
+    let limit =
+        Unreachable::AxisLimit { axis: letter("B"), index: 3, kind: AxisKind::Rotary, value: 2.0, min: -1.0, max: 1.5 };
+    let direction = Unreachable::Direction { first: letter("B"), second: letter("C"), by: 0.1 };
+    let tip = Unreachable::Tip { first: letter("X"), second: letter("Z"), by: 12.5 };
+    let by_the_cutter = Infeasible::Collision { body: Body::Cutter, obstacle: 2, place };
+    for (why, figures) in [
+        (Infeasible::OutsideCone { excess: 0.05 }, &["2.865 deg", "cone"][..]),
+        (Infeasible::Singular { within: 0.01 }, &["0.573 deg", "pole"]),
+        (Infeasible::FromBelow, &["surface"]),
+        (Infeasible::Unreachable(limit), &["axis B", "114.5916 deg", "-57.2958 to 85.9437"]),
+        (Infeasible::Unreachable(direction), &["5.7296 deg", "B and C"]),
+        (Infeasible::Unreachable(tip), &["12.5000 mm", "X and Z"]),
+        (Infeasible::Unreachable(Unreachable::Singular), &["linear axes"]),
+        (Infeasible::Unreachable(Unreachable::Inaccurate), &["1e-9 mm"]),
+        (Infeasible::Unreachable(Unreachable::NotFinite), &["not finite"]),
+        (Infeasible::OtherBranch(Branch::Positive), &["other side"]),
+        (Infeasible::Gouge { obstacle: 7, place }, &["obstacle 7", "(1.500, -20.250, 300.000) mm"]),
+        (Infeasible::TooLong, &["too long"]),
+        (Infeasible::Rewind { axis: 4 }, &["axis 4"]),
+        (Infeasible::Ramp { angle: 0.2 }, &["11.46 deg"]),
+        (by_the_cutter, &["cutter hits obstacle 2", "(1.500, -20.250, 300.000) mm"]),
+        (Infeasible::Collision { body: Body::Tool(1), obstacle: 0, place }, &["tool body 1 hits obstacle 0"]),
+        (Infeasible::Collision { body: Body::Machine(5), obstacle: 0, place }, &["machine body 5 hits obstacle 0"]),
+    ] {
+        let text = why.to_string();
+        assert!(figures.iter().all(|f| text.contains(f)), "{text}: {figures:?}");
+        // Neither braces and names of types and fields, nor the end of a sentence, which callers add.
+        assert!(!text.contains(['{', '}', '_', '"']) && !text.contains("::") && !text.ends_with('.'), "{text}");
+        let name = format!("{why:?}");
+        let name = name.split([' ', '(', '{']).next().unwrap();
+        assert!(!text.contains(name), "{text} shows {name}");
+        let source: &dyn std::error::Error = &why;
+        assert_eq!(source.to_string(), text);
     }
 }

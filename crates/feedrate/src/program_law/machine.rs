@@ -33,6 +33,22 @@ pub fn machine_bounds(machine: &Machine) -> Result<Vec<AxisBounds>, MissingLimit
 /// [`program_law`](crate::program_law): each with the least time that its tip feed requires, Dc/Fc
 /// of FEED (4), where Dc is the distance of the tip's two positions. None stops.
 ///
+/// Together they time a sequence of moves on a machine without any NC text:
+///
+/// ```
+/// use facemill_feedrate::{FeedBlock, ProgramSettings, machine_bounds, program_blocks, program_law};
+/// use facemill_inverse_kinematics::{AxisValues, Machine};
+///
+/// let machine = Machine::head_b_table_c()?;
+/// let start = AxisValues::from([800.0, 0.0, 600.0, 0.0, 0.0]);
+/// let end = AxisValues::from([900.0, 0.0, 600.0, 0.0, 0.0]);
+/// let blocks = program_blocks(&machine, 250.0, &start, &[FeedBlock { end, tip_feed: 6000.0 }])?;
+/// let law = program_law(&start, &blocks, &machine_bounds(&machine)?, &ProgramSettings::default())?;
+/// assert!(law.total_time() > 1.0, "100 mm at 100 mm/s, from rest to rest");
+/// assert_eq!(law.block_ends(), [law.total_time()], "for a program of many blocks: when each is done");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
 /// # Errors
 /// For the first block whose tip feed is not above 0 or whose positions are not finite.
 pub fn program_blocks(

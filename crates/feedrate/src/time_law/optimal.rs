@@ -25,13 +25,6 @@ impl Default for TimeLawSettings {
     }
 }
 
-impl TimeLawSettings {
-    /// Returns settings with about ten times the effort of the default.
-    pub fn thorough() -> Self {
-        Self { spans: 10_000, rounds: 2 }
-    }
-}
-
 /// Returns the law of motion from rest to rest that takes the least time along a smooth path within
 /// the limits of all axes and the cap on the tip feed.
 ///
@@ -40,6 +33,39 @@ impl TimeLawSettings {
 /// coefficients of velocity, acceleration and jerk, to rounding. The time is not proven to be the
 /// least: jerk limits make the problem have local minima.
 ///
+/// # Errors
+/// ```
+/// use facemill_feedrate::{AxisBounds, Jet, JointPath, MotionBounds, PathPoint, TimeLawSettings, minimum_time_law};
+/// use facemill_inverse_kinematics::AxisValues;
+///
+/// /// A quarter of a circle of radius 50 mm in the plane of two linear axes.
+/// struct Quarter;
+///
+/// impl JointPath for Quarter {
+///     fn breaks(&self) -> Vec<f64> {
+///         vec![0.0, std::f64::consts::FRAC_PI_2]
+///     }
+///
+///     fn at(&self, _piece: usize, u: f64) -> PathPoint {
+///         let angle = Jet::parameter(u);
+///         let of = |f: fn(&Jet) -> f64| AxisValues::from([50.0 * f(&angle.cos()), 50.0 * f(&angle.sin())]);
+///         PathPoint { axes: [of(Jet::value), of(Jet::d1), of(Jet::d2), of(Jet::d3)], tip: None }
+///     }
+/// }
+///
+/// let axis = AxisBounds { velocity: 100.0, acceleration: 500.0, jerk: 5000.0 };
+/// let settings = TimeLawSettings { spans: 50, rounds: 2 };
+/// let law = minimum_time_law(&Quarter, &MotionBounds::new(vec![axis; 2]), &settings)?;
+/// let time = law.total_time();
+/// assert!(time > 50.0 / 100.0, "no axis is faster than 100 mm/s");
+/// assert!((law.piece_ends()[0] - time).abs() < 1e-12);
+/// // The parameter leads back to the path, with all that a caller knows of it there.
+/// let angle = law.parameter_at(0.5 * time);
+/// assert!((law.at(0.5 * time).position[0] - 50.0 * angle.cos()).abs() < 1e-5);
+/// # Ok::<(), facemill_feedrate::TimeLawError>(())
+/// ```
+///
+/// # Errors
 /// Limits that are not positive; a path that is not finite, does not move, or has jumps of
 /// position, first or second derivative.
 pub fn minimum_time_law(

@@ -20,6 +20,7 @@ pub struct TrapezoidSettings {
 /// Times of a program's blocks by [`trapezoid_law`], in their order; blocks without motion take
 /// none.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct TrapezoidLaw {
     /// Times, s. Where two blocks overlap, the time counts for the first one; an arc counts half
     /// for each.

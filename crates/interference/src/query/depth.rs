@@ -8,6 +8,7 @@ use crate::query::verdict::{Separation, Verdict};
 
 /// How deep a surface is in a body, and where.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Penetration {
     /// Depth, mm.
     pub depth: f64,

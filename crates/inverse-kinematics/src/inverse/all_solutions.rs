@@ -12,6 +12,21 @@ impl Machine {
     /// Each is within the limits, and its forward solution differs from `cl` by at most 1e-9 mm and
     /// 1e-12 rad. A [free](InverseSolution::free_axis) axis is at home or at full turns from it.
     ///
+    /// For a caller that chooses by itself which way an axis winds, such as a robot cell with hoses:
+    ///
+    /// ```
+    /// use facemill_cl_data::ClPoint;
+    /// use facemill_inverse_kinematics::Machine;
+    /// use nalgebra::{Point3, Unit, Vector3};
+    ///
+    /// let machine = Machine::head_b_table_c()?;
+    /// let axis = Unit::new_normalize(Vector3::new(0.2, 0.0, 1.0));
+    /// let pose = ClPoint { tip: Point3::new(50.0, 20.0, 30.0), axis };
+    /// let [nearest, all] = [machine.inverse(&pose, 250.0)?.len(), machine.all_solutions(&pose, 250.0)?.len()];
+    /// assert!(all >= nearest && nearest >= 1);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
     /// # Errors
     /// As [`Machine::inverse`].
     pub fn all_solutions(&self, cl: &ClPoint, tool_length: f64) -> Result<Vec<InverseSolution>, Unreachable> {

@@ -18,6 +18,7 @@ pub struct AssumedFile {
 /// Kinds of values that a machine file may have assumed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum AssumedValue {
     /// Places and directions of axes: the rows of the chains.
     Dimensions,

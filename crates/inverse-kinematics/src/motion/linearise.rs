@@ -105,6 +105,7 @@ impl std::fmt::Display for PoseFraction {
 
 /// Positions that hold a tolerance, and their bounds.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Linearised {
     /// Axis values of the given and the inserted poses, in the order of motion.
     pub positions: Vec<AxisValues>,

@@ -17,6 +17,7 @@ pub enum SegmentKind {
 /// Motion of the axes between two poses that differs from the ideal one: the tip on a straight
 /// line, the tool axis turning evenly in the plane of its ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Change {
     /// A limited rotary axis turns back, or on, by full turns in addition to the motion. Holds the
     /// axis with the most turns; where two turn in one segment, the values show the other.
@@ -72,6 +73,7 @@ pub struct SingularStretch {
 
 /// The axis values of a whole path.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct PathChoice {
     /// Axis values of every pose; endless axes are unrolled.
     pub values: Vec<AxisValues>,

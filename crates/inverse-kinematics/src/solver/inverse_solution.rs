@@ -137,6 +137,7 @@ pub const MAX_SOLUTIONS: usize = 12;
 
 /// Reason why there are no axis values for a CL point.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Unreachable {
     /// An axis would leave its limits on every branch; holds the branch with the smallest excess
     /// in time of travel.

@@ -253,7 +253,7 @@ fn a_limited_table_rewinds_no_oftener_than_it_has_to_and_on_links_where_there_ar
                     assert_eq!((axis, turns.abs()), (c, 1));
                     assert!((way.abs() - TAU).abs() < 0.1, "{way}");
                 }
-                Change::Flip => panic!("a flip of 180° is not enough"),
+                other => panic!("{other:?}: a flip of 180° is not enough"),
             }
         }
     }

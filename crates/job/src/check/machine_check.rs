@@ -8,6 +8,7 @@ use nalgebra::{Point3, Vector3};
 use crate::load::machine_load::BodyHull;
 
 /// Description of a machine in lines, and whether the inverse solution returned every pose tried.
+#[non_exhaustive]
 pub struct MachineCheck {
     /// Lines of the description.
     pub lines: Vec<String>,

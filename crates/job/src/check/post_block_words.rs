@@ -49,7 +49,7 @@ const HELD: [StateWord; 5] =
 ///
 /// # Errors
 /// If a block says more, with key and line.
-pub fn nothing_added(job: &Job, spec: &ProgramSpec) -> Result<(), Failure> {
+pub(crate) fn nothing_added(job: &Job, spec: &ProgramSpec) -> Result<(), Failure> {
     let value = |rules: &DialectFile| serde_json::to_value(rules).unwrap_or_default();
     let (shop, own) = (value(job.post.rules()), value(&job.post.dialect().file()));
     let pointer = |key: &str| format!("/{}", key.replace('.', "/"));

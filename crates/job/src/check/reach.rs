@@ -91,7 +91,7 @@ fn excess(why: &Unreachable) -> Option<f64> {
     match why {
         Unreachable::AxisLimit { value, min, max, .. } => Some((min - value).max(value - max)),
         Unreachable::Direction { by, .. } => Some(*by),
-        Unreachable::Tip { .. } | Unreachable::Singular | Unreachable::Inaccurate | Unreachable::NotFinite => None,
+        _ => None,
     }
 }
 

@@ -15,7 +15,7 @@ const DIAMETERS: [f64; 2] = [600.0, 1100.0];
 ///
 /// The tool of head 2 is left-handed: seen from outside, the sides of a blade are mirror images,
 /// and so both are cut climbing from the leading to the trailing edge, at opposite places.
-pub fn dual_propeller_job(diameter: f64) -> Result<Vec<(String, Vec<u8>)>, String> {
+pub(crate) fn dual_propeller_job(diameter: f64) -> Result<Vec<(String, Vec<u8>)>, String> {
     let [least, most] = DIAMETERS;
     if !(least..=most).contains(&diameter) {
         return Err(format!("diameter must be from {least} to {most} mm on the machine with two heads, is {diameter}"));

@@ -14,6 +14,7 @@ use crate::examples::new_dual::dual_propeller_job;
 
 /// An example job.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum NewJob {
     /// A propeller on the B-head, C-table mill, suction side up.
     Propeller {
@@ -41,6 +42,7 @@ pub enum NewJob {
 
 /// A propeller series.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Series {
     /// DTMB 4119.
     Dtmb4119,
@@ -120,6 +122,8 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
         PropellerSeries::Dtmb4119 => false,
         PropellerSeries::Dtmb4382 | PropellerSeries::Vp1304 => true,
         PropellerSeries::WageningenB { n_blades, area_ratio, .. } => n_blades > 4 || area_ratio > 0.6,
+        // The thin tool is free for every series.
+        _ => true,
     };
     let radius = cutter_radius(if overlapping { 0.025 } else { 0.02625 } * diameter);
     // Flange and spindle nose are as large for a small propeller as for a large one, and stay above

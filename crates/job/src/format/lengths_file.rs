@@ -60,6 +60,7 @@ pub struct LengthsFile {
 /// Effect of another tool length on a program's words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Posting {
     /// They stay: the control adds the length from the tool's register.
     AsItIs,

@@ -45,6 +45,7 @@ pub struct SolutionSpaceFile {
 
 /// Version of the format.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub enum SolutionSpaceFormat {
     /// `facemill-solution-space/1`.
     #[default]
@@ -93,6 +94,7 @@ pub struct CellFile {
 /// Knowledge of the postures of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum StateFile {
     /// Every posture is feasible: proven.
     Free,
@@ -121,6 +123,7 @@ pub struct ReasonFile {
 /// Kind of a reason.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum ReasonKind {
     /// The cutter gouges, and seating does not free it.
     Gouge,

@@ -28,6 +28,7 @@ pub struct StrategiesFile {
 
 /// Format of a file of strategies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub enum StrategiesFormat {
     /// The first version.
     #[default]

@@ -52,6 +52,7 @@ pub struct AdHocSetup {
 
 /// Material before a program.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum AdHocStock {
     /// The smallest axis-parallel box around the part.
     Box,

@@ -23,7 +23,7 @@ const STOCK_ROUNDING: f64 = 1e-3;
 ///
 /// # Errors
 /// If there is one.
-pub fn check_enclosure(
+pub(crate) fn check_enclosure(
     at: &str,
     file: &SetupFile,
     stock_thickness: f64,

@@ -15,6 +15,7 @@ use crate::load::mesh_files::read_mesh_of;
 use crate::load::obstacle_meshes::matches_pattern;
 
 /// Machine as each of its heads sees it, and the hulls of its bodies that are meshes.
+#[non_exhaustive]
 pub struct ReadMachine {
     /// One view for each head.
     pub heads: Vec<Machine>,

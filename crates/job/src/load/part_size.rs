@@ -48,7 +48,7 @@ impl Suitable {
 
 /// Returns the box of the part's own meshes (drive, part and check surfaces) in the frame of their
 /// files, mm.
-pub fn part_box(obstacles: &[ObstacleMesh], work_from_part: &Isometry3<f64>) -> Aabb {
+pub(crate) fn part_box(obstacles: &[ObstacleMesh], work_from_part: &Isometry3<f64>) -> Aabb {
     let part_from_work = work_from_part.inverse();
     let corners = parts(obstacles).flat_map(|o| {
         o.mesh.triangles().iter().flatten().map(move |&v| part_from_work * o.mesh.vertices()[v as usize])
@@ -66,7 +66,7 @@ fn length(b: &Aabb) -> f64 {
 
 /// Names the units in which a part would have a likely size, if its size as read does not suit tool
 /// and machine.
-pub fn unit_advice(job: &Job, setup: &Setup<'_>) -> Option<String> {
+pub(crate) fn unit_advice(job: &Job, setup: &Setup<'_>) -> Option<String> {
     let suitable = Suitable::of(job);
     let length = length(&part_box(&setup.obstacles, &crate::frames::pose(&setup.file.work_from_part)));
     if suitable.may_be(length) {
@@ -79,7 +79,7 @@ pub fn unit_advice(job: &Job, setup: &Setup<'_>) -> Option<String> {
 
 /// Names the units in which a part that reaches beyond the clearance surface would lie inside it
 /// and have a likely size.
-pub fn unit_inside(
+pub(crate) fn unit_inside(
     job: &Job,
     unit: LengthUnit,
     obstacles: &[ObstacleMesh],
@@ -122,7 +122,7 @@ fn advice(
 }
 
 /// Returns the name of a unit.
-pub fn units(unit: LengthUnit) -> &'static str {
+pub(crate) fn units(unit: LengthUnit) -> &'static str {
     match unit {
         LengthUnit::Metre => "metres",
         LengthUnit::Centimetre => "centimetres",

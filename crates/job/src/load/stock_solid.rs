@@ -12,7 +12,7 @@ const CYLINDER_SIDES: u32 = 96;
 
 /// Returns the mesh of a box or a cylinder, from outside; empty for stock that is no solid of its
 /// own.
-pub fn stock_mesh(stock: &StockFile) -> TriMesh {
+pub(crate) fn stock_mesh(stock: &StockFile) -> TriMesh {
     match stock {
         StockFile::Box(b) => box_mesh(b),
         StockFile::Cylinder(c) => cylinder_mesh(c),

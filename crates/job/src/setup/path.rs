@@ -267,6 +267,8 @@ fn keys(remedy: Remedy, operation: &OperationFile) -> String {
             let cusp = format!("{:.1e}", 1.05 * t.cusp_mm * times * times).parse().unwrap_or(t.cusp_mm);
             return format!(" (tolerances.cusp_mm, which is {}: {cusp} is enough){places}", t.cusp_mm);
         }
+        // The remedy says by itself what to change.
+        _ => return places,
     };
     format!(" (tolerances.{key}, which is {now}){places}")
 }

@@ -14,6 +14,7 @@ use crate::stock::rest::Origin;
 
 /// Region of the stock that has lines.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub enum StockRegion {
     /// All of it.
     #[default]

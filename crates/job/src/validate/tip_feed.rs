@@ -7,6 +7,7 @@ use crate::format::job_file::FeedsFile;
 
 /// Origin of the tip feed of a move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FeedLaw {
     /// The job's feed.
     Given,

@@ -89,6 +89,7 @@ pub struct LineRule {
 /// How blocks are numbered.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Numbering {
     /// `N12`, where the job asks for numbers; comments have none.
     Optional,
@@ -341,6 +342,7 @@ impl ControlMotion {
 /// Highest derivative of position that a control limits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum LimitedBy {
     /// Speeds over time are trapezoids.
     Acceleration,
@@ -351,6 +353,7 @@ pub enum LimitedBy {
 /// How a control runs blocks that turn a rotary axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum RotaryBlocks {
     /// As all others.
     LookedAhead,
@@ -363,6 +366,7 @@ pub enum RotaryBlocks {
 /// How a control rounds corners within its tolerance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum CornerRule {
     /// By a curve over several blocks.
     Spline,

@@ -117,6 +117,7 @@ pub struct HomeRule {
 /// Meaning of axis words on the way home.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum HomeWords {
     /// Zeros: the control knows the place (G28 with G91).
     Zeros,

@@ -78,6 +78,7 @@ impl ReadBlock {
 
 /// A move and the modal state it is made in.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ReadMotion {
     /// How it goes.
     pub kind: MotionKind,
@@ -280,6 +281,7 @@ pub struct ReadCall {
 
 /// Kinds of [`ReadCall`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum CallKind {
     /// A cycle of the control, run here.
     Cycle,
@@ -297,6 +299,7 @@ pub enum CallKind {
 
 /// Kind of a macro line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum MacroKind {
     /// `#100=…`.
     Assignment,
@@ -369,6 +372,7 @@ pub struct ReadNote {
 
 /// Kinds of [`ReadNote`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum NoteKind {
     /// An axis word or a feed without a decimal point was read in mm, deg or the unit of feeds; a
     /// control may count it in least increments.
@@ -395,6 +399,16 @@ impl ReadProgram {
 
     /// Whether the control does what the blocks say: no macro text may skip, repeat or move
     /// anything.
+    ///
+    /// Moves of any other program are not to be relied on, so its reader checks this first:
+    ///
+    /// ```
+    /// use facemill_nc_program::read_fanuc;
+    ///
+    /// assert!(read_fanuc("G90 G1 X10. F500.\nX20.\n")?.is_evaluated());
+    /// assert!(!read_fanuc("IF [#4012 EQ 54] GOTO 20\nG90 G1 X10. F500.\nN20 X20.\n")?.is_evaluated());
+    /// # Ok::<(), facemill_nc_program::ReadError>(())
+    /// ```
     #[must_use]
     pub fn is_evaluated(&self) -> bool {
         self.notes.iter().all(|note| !matches!(note.kind, NoteKind::NotEvaluated | NoteKind::Branch))

@@ -1,6 +1,7 @@
 /// A word whose meaning a control keeps from block to block, and keeps or resets between programs
 /// as it is set up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum StateWord {
     /// A work offset is selected (G54, cycle 247).
     WorkOffset,

@@ -24,6 +24,7 @@ pub struct FeedLaw {
 
 /// Times of a program with new feeds within velocity, acceleration and jerk of every axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct FeedLawTimes {
     /// Straight cutting blocks, s.
     pub cutting_time_s: f64,
@@ -39,6 +40,7 @@ pub struct FeedLawTimes {
 }
 
 /// State of the motion law while a program is read.
+#[non_exhaustive]
 pub enum Law {
     /// The law is not requested.
     Off,

@@ -43,6 +43,7 @@ pub struct LengthsRequest<'a> {
 
 /// Result of the search for lengths.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct FoundLengths {
     /// Content of the file.
     pub file: LengthsFile,

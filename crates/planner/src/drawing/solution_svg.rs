@@ -32,16 +32,9 @@ impl Kind {
             None => Self::Feasible,
             Some(Infeasible::Gouge { .. }) => Self::Gouge,
             Some(Infeasible::Collision { .. }) => Self::Collision,
-            // The last four are reasons of links, not of postures.
-            Some(
-                Infeasible::Unreachable(_)
-                | Infeasible::OtherBranch(_)
-                | Infeasible::TooLong
-                | Infeasible::Rewind { .. }
-                | Infeasible::FromBelow
-                | Infeasible::Ramp { .. },
-            ) => Self::Limits,
             Some(Infeasible::OutsideCone { .. } | Infeasible::Singular { .. }) => Self::Cone,
+            // The machine has no axis values; others are reasons of links.
+            Some(_) => Self::Limits,
         }
     }
 

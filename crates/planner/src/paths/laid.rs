@@ -21,6 +21,7 @@ use crate::passes::engagement::neighbour_reach;
 use crate::report::pass_files::path_text;
 
 /// Passes of all operations of a job.
+#[non_exhaustive]
 pub struct LaidPaths {
     /// Figures of each operation.
     pub passes: Vec<LaidPasses>,

@@ -12,6 +12,7 @@ use crate::spec_error::{SpecError, in_range};
 ///
 /// An estimate: taken in the middle of every quad and of its edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ChordError {
     /// Within the groups `suction` and `pressure`.
     pub sides: f64,

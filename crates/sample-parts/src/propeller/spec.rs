@@ -4,6 +4,7 @@ use crate::spec_error::{SpecError, in_range};
 
 /// A published propeller series.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum PropellerSeries {
     /// DTMB 4119: three blades, no skew, no rake, hub 0.2 D.
     Dtmb4119,

@@ -107,11 +107,6 @@ impl Orientation {
         }
         orientation
     }
-
-    /// Counts the triangles in pieces with this winding.
-    pub fn n_wound(&self, winding: Winding) -> usize {
-        self.pieces.iter().filter(|p| p.winding == winding).map(|p| p.n_triangles).sum()
-    }
 }
 
 /// Finds the pieces, all undecided.

@@ -26,27 +26,26 @@ pub fn plane_section(
     implicit_section(surface, |p| (p - origin).dot(normal), keep)
 }
 
-/// Returns the curves in which a surface meets the cylinder of `radius` (mm) about the axis through
-/// `origin`.
-///
-/// Points lie on edges of the mesh and, up to rounding, on the cylinder. Seen from outside, the
-/// side away from the axis is on the left. A crossing of the cylinder within a triangle whose
-/// corners are all on one side of it is missed.
-pub fn cylinder_section(
-    surface: &Surface,
-    origin: &Point3<f64>,
-    axis: &Unit<Vector3<f64>>,
-    radius: f64,
-    keep: impl Fn(u32) -> bool,
-) -> Vec<Polyline> {
-    implicit_section(surface, |p| (p - origin).cross(axis).norm() - radius, keep)
-}
-
 /// Returns the curves on a surface where `f` is 0, with its zeros on the edges found to rounding,
 /// whatever its shape in between.
 ///
 /// `f` is evaluated at the vertices; a zero between vertices of the same sign is missed. Where `f`
 /// is not finite there is no curve. Seen from outside, positive values are on the left.
+///
+/// Sections of other shapes than planes, such as the cylinders about a shaft in which blades are
+/// designed:
+///
+/// ```
+/// use facemill_surface_model::{Surface, SurfaceSettings, TriMesh, implicit_section};
+/// use nalgebra::Point3;
+///
+/// let corners = [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [0.0, 10.0, 0.0]].map(Point3::from);
+/// let plate = TriMesh::new(corners.to_vec(), vec![[0, 1, 2]])?;
+/// let surface = Surface::new(plate, SurfaceSettings::default());
+/// let arcs = implicit_section(&surface, |p| p.coords.xy().norm() - 6.0, |_| true);
+/// assert!(arcs.len() == 1 && arcs[0].points.iter().all(|p| (p.position.coords.norm() - 6.0).abs() < 1e-12));
+/// # Ok::<(), facemill_surface_model::MeshError>(())
+/// ```
 pub fn implicit_section(
     surface: &Surface,
     f: impl Fn(&Point3<f64>) -> f64,

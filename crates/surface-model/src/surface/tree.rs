@@ -94,11 +94,6 @@ impl Tree {
         }
     }
 
-    /// Calls `visit` with every item whose box shares a point with `aabb`, borders included.
-    pub fn for_each_overlapping(&self, aabb: &Aabb, visit: impl FnMut(u32)) {
-        self.visit_boxes(|b| b.intersects(aabb), visit);
-    }
-
     /// Calls `visit` with every item for which `enter` holds on its own box and on all boxes around
     /// it.
     ///

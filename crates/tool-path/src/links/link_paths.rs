@@ -9,6 +9,7 @@ use serde::Serialize;
 /// Strategy by which a link retracts, crosses and approaches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum RetractStrategy {
     /// As it was.
     Original,

@@ -43,7 +43,7 @@ fn areas_are_those_of_the_section_of_a_pass_on_planes_and_cylinders() {
                         cutter: CutterEnd { radius, corner_radius },
                         surface,
                         engagement: Engagement { depth_of_cut: depth, left: Beside::Stock, right },
-                        orientation: Orientation::from_tilt_rotate(tilt, rotate),
+                        orientation: Orientation { lead: posture.lead(), lean: posture.lean() },
                         neighbour_axis: NeighbourAxis::Turned,
                     };
                     let Ok(exact) = chip_of_pass(&section) else { continue };
@@ -76,7 +76,7 @@ fn between_two_passes_cut_before_only_what_both_have_left_is_a_chip() {
                 left: Beside::Cut { step_over: step },
                 right: Beside::Cut { step_over: step },
             },
-            orientation: Orientation::from_tilt_rotate(tilt, rotate),
+            orientation: Orientation { lead: posture.lead(), lean: posture.lean() },
             neighbour_axis: NeighbourAxis::Turned,
         };
         let exact = chip_of_pass(&section).unwrap();

@@ -16,6 +16,8 @@ fn kind_of(note: NoteKind) -> Option<FindingKind> {
         NoteKind::BehindEnd => Some(FindingKind::BehindEnd),
         // Every block of these is judged by itself; what feeds in inches rest on is an assumption.
         NoteKind::NotEvaluated | NoteKind::Skippable | NoteKind::InchFeed => None,
+        // No kind is left out of the report because this list does not know it.
+        _ => Some(FindingKind::UnknownBlock),
     }
 }
 

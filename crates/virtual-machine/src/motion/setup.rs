@@ -52,6 +52,7 @@ pub struct VirtualObstacle<'a> {
 
 /// Kind of an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ObstacleKind {
     /// The part: not to be cut below its allowance.
     Part,

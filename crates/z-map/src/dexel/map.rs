@@ -92,7 +92,17 @@ impl DexelMap {
         Self::upright(grid, [low[2], high[2]], |x, y| x <= high[0] && y <= high[1])
     }
 
-    /// The cylinder about a line along z of the map's frame.
+    /// The cylinder about a line along z of the map's frame: a sawn bar as stock.
+    ///
+    /// ```
+    /// use facemill_z_map::DexelMap;
+    /// use nalgebra::Isometry3;
+    ///
+    /// let bar = DexelMap::of_cylinder(&Isometry3::identity(), [0.0, 0.0], 20.0, [0.0, 50.0], 0.5)?;
+    /// let exact = std::f64::consts::PI * 20.0 * 20.0 * 50.0;
+    /// assert!((bar.volume() / exact - 1.0).abs() < 0.01);
+    /// # Ok::<(), facemill_z_map::StockError>(())
+    /// ```
     ///
     /// # Errors
     /// When a length is no number to work with, or the map too large.

@@ -3,7 +3,7 @@
 
 use facemill_cl_data::{ClPoint, Silent};
 use facemill_tool_model::Cutter;
-use facemill_z_map::{CutterMotion, SurfacePlace, SweptCutter, left_heights};
+use facemill_z_map::{CutterMotion, LeftHeight, SurfacePlace, SweptCutter, left_heights};
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
 
 use crate::kit::Random;
@@ -28,6 +28,10 @@ fn place(x: f64, y: f64, stock: f64) -> SurfacePlace {
     SurfacePlace { position: Point3::new(x, y, 0.0), normal: Vector3::z_axis(), stock }
 }
 
+fn left_on(swept: &SweptCutter, place: &SurfacePlace) -> LeftHeight {
+    left_heights(std::slice::from_ref(swept), &[*place], &Silent).expect("a monitor that never cancels")[0]
+}
+
 #[test]
 fn a_ball_leaves_the_ridges_of_the_closed_form() {
     let cutter = Cutter::new(8.0, 8.0, 20.0).expect("a ball");
@@ -36,7 +40,7 @@ fn a_ball_leaves_the_ridges_of_the_closed_form() {
         let y = 0.1 * f64::from(k) + 0.03;
         let beside = (y + 2.5).rem_euclid(5.0) - 2.5;
         let closed = 8.0 - (64.0 - beside * beside).sqrt();
-        let left = swept.left_on(&place(1.3, y, 3.0));
+        let left = left_on(&swept, &place(1.3, y, 3.0));
         assert!((left.height - closed).abs() < SweptCutter::ACCURACY, "{y}: {} {closed}", left.height);
         assert_eq!(left.cut_by, Some(10 + (y / 5.0).round() as u32));
     }
@@ -47,11 +51,11 @@ fn a_flat_disc_leaves_nothing_under_it_and_all_of_the_stock_beside_it() {
     for corner in [0.0, 1.5] {
         let cutter = Cutter::new(10.0, corner, 20.0).expect("a disc");
         let swept = SweptCutter::new(&cutter, passes(30.0, 0.0, 0.0));
-        let under = swept.left_on(&place(0.0, 8.0, 2.0));
+        let under = left_on(&swept, &place(0.0, 8.0, 2.0));
         assert!(under.height.abs() < 1e-9 && under.cut_by == Some(10), "{under:?}");
-        let beside = swept.left_on(&place(0.0, 15.0, 2.0));
+        let beside = left_on(&swept, &place(0.0, 15.0, 2.0));
         assert!(beside.height == 2.0 && beside.cut_by.is_none(), "{beside:?}");
-        let lifted = SweptCutter::new(&cutter, passes(30.0, 0.0, 0.25)).left_on(&place(0.0, 3.0, 2.0));
+        let lifted = left_on(&SweptCutter::new(&cutter, passes(30.0, 0.0, 0.25)), &place(0.0, 3.0, 2.0));
         assert!((lifted.height - 0.25).abs() < 1e-6, "{lifted:?}");
     }
 }
@@ -67,7 +71,7 @@ fn a_disc_that_leans_forward_leaves_the_ellipse_of_its_rim() {
     for k in 0..60 {
         let y = 0.1 * f64::from(k);
         let closed = lift - lift * (1.0 - (y / radius).powi(2)).sqrt();
-        let left = swept.left_on(&place(0.0, y, 2.0));
+        let left = left_on(&swept, &place(0.0, y, 2.0));
         assert!((left.height - closed).abs() < 2e-4, "{y}: {} {closed}", left.height);
     }
 }
@@ -130,7 +134,7 @@ fn random_motions_leave_what_a_walk_over_dense_poses_finds() {
             let normal = Unit::new_normalize(Vector3::new(random.within(-0.4, 0.4), random.within(-0.4, 0.4), 1.0));
             let position = Point3::new(random.within(-9.0, 9.0), random.within(-9.0, 9.0), random.within(-0.5, 0.0));
             let place = SurfacePlace { position, normal, stock: 4.0 };
-            let (found, walked) = (swept.left_on(&place).height, by_walking(&cutter, &motions, &place));
+            let (found, walked) = (left_on(&swept, &place).height, by_walking(&cutter, &motions, &place));
             // The walk looks at some poses only, and stops up to a step too high; near a tangent a
             // pose between is lower.
             let beside = 11.0 * turning * turning + SweptCutter::ACCURACY;

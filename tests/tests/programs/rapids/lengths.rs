@@ -225,3 +225,21 @@ fn planned_again_a_shorter_tool_passes() {
     // The head turns, and the words of the old program hold the old length.
     assert_eq!(lengths(&job, &old, None, false).unwrap().file.posting, Posting::Again);
 }
+
+/// Words of the tip have no frame there, so no length can be said to be free.
+#[test]
+fn a_program_under_rtcp_is_refused_where_x_y_and_z_are_not_at_right_angles() {
+    let under_rtcp = PAST.replace("G43 X5.", "G43.4 X5.");
+    let refused = |job: &JobFolder, text: &str| match lengths(job, text, None, false) {
+        Ok(_) => false,
+        Err(why) => why.to_string().contains("no X, Y and Z at right angles"),
+    };
+    let job = with_wall();
+    assert!(!refused(&job, &under_rtcp));
+    // X is led by Y's slide, a degree off its right angle.
+    job.set("machine.json", &[("/tool_chains/0/rows/1/alpha_deg", json!(89.0))]);
+    assert!(refused(&job, &under_rtcp));
+    assert!(!refused(&job, PAST), "words that are positions of the axes need no frame");
+    let said = lengths(&job, &under_rtcp, None, false).unwrap_err().to_string();
+    assert!(said.contains("program.nc") && said.contains("positions of the axes"), "{said}");
+}

@@ -6,6 +6,7 @@ use serde::Serialize;
 /// Outcome of a plan; of several setups the worst counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Outcome {
     /// The program meets the job.
     Done,

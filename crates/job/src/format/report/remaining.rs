@@ -168,11 +168,6 @@ fn place(p: &RemainingPlace) -> String {
 const REPORTED_OUTSIDE: f64 = 0.001;
 
 impl RemainingReport {
-    /// Returns whether an operation leaves more than its limits permit.
-    pub fn is_exceeded(&self) -> bool {
-        self.operations.iter().any(|o| o.exceeded)
-    }
-
     /// Returns the largest height left on any region.
     pub fn largest(&self) -> Option<&RemainingPlace> {
         let all = self.operations.iter().filter_map(|o| o.largest.as_ref());

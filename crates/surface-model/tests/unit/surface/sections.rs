@@ -28,7 +28,7 @@ fn cylinder_sections_lie_on_the_cylinder() {
     let s = Surface::new(torus(20.0, 6.0, 24), SurfaceSettings::default());
     let origin = Point3::new(1.0, 2.0, 50.0);
     for radius in [17.0, 20.0, 23.0] {
-        let sections = cylinder_section(&s, &origin, &Vector3::z_axis(), radius, |_| true);
+        let sections = implicit_section(&s, |p| (p - origin).xy().norm() - radius, |_| true);
         assert_eq!(sections.len(), 2, "above and below");
         for p in sections.iter().flat_map(|c| &c.points) {
             assert!(((p.position - origin).xy().norm() - radius).abs() < 1e-12);

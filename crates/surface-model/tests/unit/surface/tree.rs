@@ -20,7 +20,7 @@ fn overlapping_items_are_those_of_a_plain_loop() {
         tree.check_invariants().unwrap();
         for query in random_boxes(60, &mut rng) {
             let mut found = Vec::new();
-            tree.for_each_overlapping(&query, |i| found.push(i));
+            tree.visit_boxes(|b| b.intersects(&query), |i| found.push(i));
             found.sort_unstable();
             let plain: Vec<u32> = (0..n as u32).filter(|&i| boxes[i as usize].intersects(&query)).collect();
             assert_eq!(found, plain);
