@@ -97,7 +97,6 @@ pub struct PassSection {
 
 /// Method by which an area was computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum Method {
     /// Circles and lines: crossings and areas by formula. Flat and bull-nose cutters with their
     /// axis in the section plane, and balls in every orientation.

@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     // 2. Changed as a program likes: slower rapids, another control, coarser passes, one posture for
     //    all points (by default postures are searched, which takes longer).
-    machine.feed.rapid_mm_min *= 0.5;
+    machine.feed.rapid_mm_min = machine.feed.rapid_mm_min.map(|rapid| 0.5 * rapid);
     files = files.with_machine("machine.json", &machine);
     job.post.dialect = Dialect::Heidenhain;
     let operation = &mut job.operations[0];

@@ -116,6 +116,7 @@ pub(crate) fn run(arguments: &FeedrateArguments) -> Result<ExitCode, Failure> {
         FeedRewriteError::Read(source) => Failure::Read { file: arguments.program.clone(), source },
         FeedRewriteError::Write(source) => Failure::Write { file: arguments.out.clone().unwrap_or_default(), source },
         FeedRewriteError::Program(why) => Failure::input(&arguments.program, why),
+        other => Failure::input(&arguments.program, other),
     };
     let from_start = || {
         let mut file = program.try_clone()?;

@@ -94,7 +94,6 @@ pub struct CellFile {
 /// Knowledge of the postures of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-#[non_exhaustive]
 pub enum StateFile {
     /// Every posture is feasible: proven.
     Free,

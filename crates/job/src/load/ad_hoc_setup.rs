@@ -52,7 +52,6 @@ pub struct AdHocSetup {
 
 /// Material before a program.
 #[derive(Clone, Debug, PartialEq)]
-#[non_exhaustive]
 pub enum AdHocStock {
     /// The smallest axis-parallel box around the part.
     Box,

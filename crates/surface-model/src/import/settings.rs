@@ -8,7 +8,6 @@ use serde::{Deserialize, Serialize};
 
 /// Kinds of mesh files that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
 pub enum MeshFormat {
     /// Wavefront OBJ. Polygons are cut into fans; `o` and `g` names become groups; materials are
     /// not read.
