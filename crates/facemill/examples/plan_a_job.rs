@@ -27,8 +27,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let (mut job, mut machine) = job.zip(machine).ok_or("an example has a job and a machine")?;
 
-    // 2. Changed as a program likes: slower rapids, another control, coarser passes, one posture for
-    //    all points (by default postures are searched, which takes longer).
+    // 2. Changed as a program likes: slower rapids, another control, coarser passes, one posture
+    //    for all points (by default postures are searched, which takes longer).
     machine.feed.rapid_mm_min = machine.feed.rapid_mm_min.map(|rapid| 0.5 * rapid);
     files = files.with_machine("machine.json", &machine);
     job.post.dialect = Dialect::Heidenhain;

@@ -20,8 +20,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Where two heads cut at once one block has one time: [`feed_for_pair`] returns the largest feed that
-//! exceeds neither tip's speed nor that of any axis.
+//! Where two heads cut at once one block has one time: [`feed_for_pair`] returns the largest feed
+//! that exceeds neither tip's speed nor that of any axis.
 //!
 //! These functions take speeds as constant within a block, without acceleration, so times are lower
 //! bounds. Feeds are mm/min, times s.

@@ -64,7 +64,18 @@ pub enum AnalyticShape {
     },
 }
 
-/// An [`AnalyticShape`] whose lengths are in range.
+/// An [`AnalyticShape`] whose lengths are in range: a mesh to plan on, and the truth to measure a
+/// plan by.
+///
+/// ```
+/// use facemill_sample_parts::{AnalyticPart, AnalyticShape, MaterialSide};
+///
+/// let ball = AnalyticPart::new(AnalyticShape::Sphere { radius: 30.0, material: MaterialSide::Inside })?;
+/// let mesh = ball.mesh(8)?;
+/// let nearest = ball.project(&mesh.vertices()[0]).ok_or("only the centre has no nearest point")?;
+/// assert!((nearest.point - mesh.vertices()[0]).norm() < 1e-9, "vertices are on the surface");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AnalyticPart {
     shape: AnalyticShape,

@@ -113,9 +113,13 @@ fn unused(code: &[(String, String)]) -> Vec<(String, String)> {
     let mut uses: BTreeMap<&str, i64> = BTreeMap::new();
     for (_, code) in &code {
         words(code).into_iter().for_each(|word| *uses.entry(word).or_default() += 1);
-        // A declaration is no use; the name of a constant has a colon behind it and was not counted.
+        // A declaration is no use, nor the head of its methods; the name of a constant has a colon
+        // behind it and was not counted.
         let counted = code.lines().filter_map(declared).filter(|(kind, ..)| !matches!(*kind, "const" | "static"));
         counted.for_each(|(_, name, _)| *uses.entry(name).or_default() -= 1);
+        let own = code.lines().filter(|line| !line.contains(" for ")).filter_map(|line| line.strip_prefix("impl "));
+        let own = own.filter_map(|line| line.split(|c| !is_word(c)).next());
+        own.for_each(|name| *uses.entry(name).or_default() -= 1);
     }
     let mut unused = Vec::new();
     for (file, code) in &code {

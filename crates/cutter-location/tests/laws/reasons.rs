@@ -157,7 +157,7 @@ fn every_reason_is_words_with_figures_and_no_code() {
     ] {
         let text = why.to_string();
         assert!(figures.iter().all(|f| text.contains(f)), "{text}: {figures:?}");
-        // Neither braces and names of types and fields, nor the end of a sentence, which callers add.
+        // Neither braces and names of types and fields, nor the end of a sentence.
         assert!(!text.contains(['{', '}', '_', '"']) && !text.contains("::") && !text.ends_with('.'), "{text}");
         let name = format!("{why:?}");
         let name = name.split([' ', '(', '{']).next().unwrap();

@@ -12,7 +12,7 @@ impl Machine {
     /// Each is within the limits, and its forward solution differs from `cl` by at most 1e-9 mm and
     /// 1e-12 rad. A [free](InverseSolution::free_axis) axis is at home or at full turns from it.
     ///
-    /// For a caller that chooses by itself which way an axis winds, such as a robot cell with hoses:
+    /// For a caller that chooses by itself which way an axis winds:
     ///
     /// ```
     /// use facemill_cl_data::ClPoint;

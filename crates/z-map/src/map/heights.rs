@@ -8,7 +8,21 @@ use crate::map::{ZMapError, ZMapSettings, grid_over};
 use crate::raster::Grid;
 
 /// The heights of a Z-map's nodes alone: what the paper's test needs, at a fraction of the time of
-/// a [`crate::map::ZMap`], whose proven maxima of the cells they lack.
+/// a [`crate::map::ZMap`], whose proven maxima of the cells they lack. For pictures and first
+/// looks at large meshes:
+///
+/// ```
+/// use facemill_surface_model::TriMesh;
+/// use facemill_z_map::{NodeHeights, ZMapSettings};
+/// use nalgebra::{Isometry3, Point3};
+///
+/// let corners = [[0.0, 0.0, 5.0], [40.0, 0.0, 5.0], [0.0, 40.0, 5.0]].map(Point3::from);
+/// let plate = TriMesh::new(corners.to_vec(), vec![[0, 1, 2]])?;
+/// let settings = ZMapSettings { cell: 1.0, margin: 0.0 };
+/// let heights = NodeHeights::build(&plate, &Isometry3::identity(), &settings)?;
+/// assert_eq!((heights.node_height(3, 4), heights.node_height(39, 39)), (Some(5.0), None));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct NodeHeights {
     grid: Grid,
