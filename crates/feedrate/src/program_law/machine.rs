@@ -43,7 +43,7 @@ pub fn machine_bounds(machine: &Machine) -> Result<Vec<AxisBounds>, MissingLimit
 /// let start = AxisValues::from([800.0, 0.0, 600.0, 0.0, 0.0]);
 /// let end = AxisValues::from([900.0, 0.0, 600.0, 0.0, 0.0]);
 /// let blocks = program_blocks(&machine, 250.0, &start, &[FeedBlock { end, tip_feed: 6000.0 }])?;
-/// let law = program_law(&start, &blocks, &machine_bounds(&machine)?, &ProgramSettings::default())?;
+/// let law = program_law(&start, &blocks, &machine_bounds(&machine)?, &ProgramSettings::stopping())?;
 /// assert!(law.total_time() > 1.0, "100 mm at 100 mm/s, from rest to rest");
 /// assert_eq!(law.block_ends(), [law.total_time()], "for a program of many blocks: when each is done");
 /// # Ok::<(), Box<dyn std::error::Error>>(())
