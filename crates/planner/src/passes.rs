@@ -7,5 +7,6 @@ pub(crate) mod operation;
 pub(crate) mod path_planner;
 pub(crate) mod pole_detours;
 pub(crate) mod setup_context;
+pub(crate) mod turn_chips;
 pub(crate) mod width_field;
 pub(crate) mod width_rounds;

@@ -28,6 +28,7 @@ use crate::planned::{Planned, name_parts, planned_files};
 use crate::program::cut_stock::{cut_by_heads, held_as_cut, stock_of_links};
 use crate::program::output::{OwnProgram, Texts, check_feeds, time_texts, write_draft, write_texts};
 use crate::program::planned_links::PlannedLinks;
+use crate::program::planned_turns::{doubted_turns, replace_by_links, turns_report};
 use crate::program::refinement::refine;
 use crate::program::rounds::{ProgramOfHeads, VerifiedProgram, verified_program};
 use crate::program::timing::control_assumption;
@@ -172,10 +173,11 @@ impl OneHead<'_, '_> {
 
     /// Returns the report on the links in the final program.
     fn links_report(&self, texts: &Texts) -> LinksReport {
-        match &self.shortened {
+        let links = match &self.shortened {
             Ok(links) => LinksReport::of(links.report(&self.operations, texts)),
             Err(why) => LinksReport::not_shortened(why.clone()),
-        }
+        };
+        LinksReport { turns: turns_report(&self.operations, &texts.timed), ..links }
     }
 }
 
@@ -200,8 +202,11 @@ impl ProgramOfHeads<1> for OneHead<'_, '_> {
     }
 
     fn take_back(&mut self, texts: &Texts, doubts: (&[Finding], &[u32]), with_all: bool) -> bool {
-        let Ok(links) = &mut self.shortened else { return false };
-        links.take_back(&mut self.operations, texts, doubts, with_all)
+        // Found before any move changes its index.
+        let turns = doubted_turns(&self.operations, texts, doubts, with_all);
+        let links = self.shortened.as_mut().ok();
+        let changes_links = links.is_some_and(|links| links.take_back(&mut self.operations, texts, doubts, with_all));
+        replace_by_links(&mut self.operations, turns) || changes_links
     }
 
     fn check_feeds(&self, texts: &Texts, runs: Option<&[Verification; 1]>) -> Result<(), Failure> {

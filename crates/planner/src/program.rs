@@ -4,6 +4,7 @@ pub(crate) mod cut_stock;
 pub(crate) mod link_search;
 pub(crate) mod output;
 pub(crate) mod planned_links;
+pub(crate) mod planned_turns;
 pub(crate) mod refinement;
 pub(crate) mod rounds;
 pub(crate) mod timed;
@@ -149,7 +150,7 @@ impl<'a> BlockWriter<'a> {
                 self.timed.rapid_time += time;
                 (Block::Rapid { words }, time, time, None)
             }
-            MoveKind::Approach | MoveKind::Engage | MoveKind::Cut => {
+            MoveKind::Approach | MoveKind::Engage | MoveKind::Turn | MoveKind::Cut => {
                 let (feed, timed_move, given_time) = self.timed(operation, m)?;
                 let block = match self.vectors_of(operation, m, normal)? {
                     Some(vectors) => Block::LinearVectors { words, feed, vectors: Box::new(vectors) },

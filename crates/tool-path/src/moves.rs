@@ -3,7 +3,10 @@
 
 pub(crate) mod lead;
 pub mod order;
+pub mod reached;
 pub(crate) mod sequencer;
+pub mod turn;
+pub(crate) mod turn_curve;
 
 use facemill_cl_data::{ClPoint, Monitor};
 use facemill_cutter_location::links::approach::{Approach, ApproachSettings, PassEnd, PassEndPose, approach};
@@ -16,7 +19,9 @@ use crate::chips::Chip;
 use crate::linearity::Linearity;
 use crate::moves::lead::leads;
 use crate::moves::order::{PassOrderReport, ordered};
+use crate::moves::reached::Reached;
 use crate::moves::sequencer::Sequencer;
+use crate::moves::turn::{TurnChain, TurnSearch, TurnSettings, TurnTo};
 use crate::path_error::PathError;
 use crate::segments::{Cut, LeftOut, PassSegment};
 
@@ -30,6 +35,9 @@ pub enum MoveKind {
     /// Entry or exit with the cutter in the stock at one end at least: at approach feed, but not
     /// faster than along the pass.
     Engage,
+    /// From one pass to the next with the tool down: at the feed of turns, but not faster than
+    /// along the passes.
+    Turn,
     /// Along a pass.
     Cut,
 }
@@ -54,6 +62,46 @@ pub struct PieceMoves {
     pub piece: PassSegment,
     /// In order.
     pub moves: Vec<Move>,
+    /// How the tool comes from the piece before.
+    pub turn: TurnState,
+}
+
+/// Turn with the tool down from the piece before, in place of exit, link and entry.
+#[derive(Clone, Debug, Default)]
+pub enum TurnState {
+    /// None was sought.
+    #[default]
+    NotSought,
+    /// There is none, for this reason.
+    Refused(String),
+    /// The moves before the first cut, and that to it, are a turn.
+    Made(LinkInstead),
+}
+
+/// Moves that a turn replaces.
+#[derive(Clone, Debug)]
+pub struct LinkInstead {
+    /// Exit from the piece before.
+    exit: Vec<Move>,
+    /// Link and entry, to the first cut.
+    lead: Vec<Move>,
+}
+
+impl LinkInstead {
+    /// Records the chips of exit and entry in the moves in the stock.
+    pub fn give_chips(&mut self, [exit, entry]: [Chip; 2]) {
+        for (moves, chip) in [(&mut self.exit, exit), (&mut self.lead, entry)] {
+            moves.iter_mut().filter(|m| m.kind == MoveKind::Engage).for_each(|m| m.chip = Some(chip));
+        }
+    }
+}
+
+impl PieceMoves {
+    /// Returns the moves of the turn from the piece before; none where there is a link.
+    pub fn turn_moves(&self) -> &[Move] {
+        let turned = self.moves.iter().take_while(|m| m.kind == MoveKind::Turn).count();
+        &self.moves[..turned]
+    }
 }
 
 /// Moves of an operation.
@@ -75,6 +123,22 @@ impl OperationMoves {
     pub fn last(&self) -> Option<Move> {
         self.retract.last().or_else(|| self.pieces.last()?.moves.last()).copied()
     }
+
+    /// Replaces the turn to a piece by exit, link and entry, for a reason.
+    pub fn take_back_turn(&mut self, piece: usize, why: String) {
+        let Some(turned) = self.pieces.get_mut(piece) else { return };
+        let moves = turned.turn_moves().len();
+        let state = std::mem::replace(&mut turned.turn, TurnState::Refused(why));
+        match state {
+            TurnState::Made(LinkInstead { exit, lead }) => {
+                turned.moves.splice(..moves, lead);
+                if let Some(before) = piece.checked_sub(1) {
+                    self.pieces[before].moves.extend(exit);
+                }
+            }
+            other => turned.turn = other,
+        }
+    }
 }
 
 /// Settings of moves.
@@ -85,6 +149,8 @@ pub struct MoveSettings {
     pub exit: ApproachSettings,
     /// Links between passes.
     pub link: LinkSettings,
+    /// Turns with the tool down in place of links; `None` without them.
+    pub turns: Option<TurnSettings>,
     /// Whether pieces may be cut in another order than laid, with shorter links.
     pub shortest_order: bool,
     /// Allowed deviation of the control between blocks in cuts, entries and exits.
@@ -93,35 +159,9 @@ pub struct MoveSettings {
     pub rapid_linearity: Linearity,
 }
 
-/// A piece with its ways in and out.
-pub struct Reached {
-    /// The piece.
-    pub piece: PassSegment,
-    /// Into it.
-    pub entry: Approach,
-    /// Out of it.
-    pub exit: Approach,
-}
-
-impl Reached {
-    /// Returns the place where rapids end before it.
-    pub fn start(&self) -> Waypoint {
-        outer(&self.entry)
-    }
-
-    /// Returns the place where rapids begin behind it.
-    pub fn end(&self) -> Waypoint {
-        outer(&self.exit)
-    }
-}
-
-fn outer(approach: &Approach) -> Waypoint {
-    let cl = *approach.outward.last().expect("an approach has at least the poses of its arc");
-    Waypoint { cl, configuration: approach.outer }
-}
-
 /// Returns the moves of an operation, in the order of its pieces or the one with the shortest
-/// links; `from` is the end of the operation before it, linked to the first piece.
+/// links; `from` is the end of the operation before it, linked to the first piece. Pieces that are
+/// joined by turns as laid stay together.
 ///
 /// Points at the ends of a piece from which no entry or exit is possible are left out, as is a
 /// piece that would keep fewer than two points.
@@ -153,12 +193,15 @@ pub fn operation_moves(
         left_out.extend(lost);
         pieces.extend(piece);
     }
+    let mut turns = turns(test, settings, &pieces, monitor)?;
     let mut order = None;
     if settings.shortest_order {
         let home = test.cell.machine.home();
         let start = from.map_or(home, |m| m.axes);
-        let (sorted, report) = ordered(test.cell.machine, test.cell.tool, &start, pieces, monitor)?;
-        (pieces, order) = (sorted, Some(report));
+        let chains = chains(pieces, turns);
+        let (sorted, report) = ordered(test.cell.machine, test.cell.tool, &start, chains, monitor)?;
+        (pieces, turns) = sorted.into_iter().flatten().unzip();
+        order = Some(report);
     }
     let before = from
         .map(|m| Waypoint { cl: m.cl, configuration: configuration_of(test, &m.axes) })
@@ -175,8 +218,40 @@ pub fn operation_moves(
             Ok(way)
         })
         .collect::<Result<_, PathError>>()?;
-    let moves = Sequencer::new(test, settings, from).sequence(pieces, before, links)?;
+    let moves = Sequencer::new(test, settings, from).sequence(pieces, turns, before, links)?;
     Ok(OperationMoves { order, ..moves })
+}
+
+/// Returns the turn to each piece from the one before, or the reason why there is none; `None`
+/// where none is sought.
+fn turns(
+    test: &PoseTest<'_>,
+    settings: &MoveSettings,
+    pieces: &[Reached],
+    monitor: &dyn Monitor,
+) -> Result<Vec<TurnTo>, PathError> {
+    let Some(turns) = &settings.turns else { return Ok(pieces.iter().map(|_| None).collect()) };
+    let search = TurnSearch::new(test, turns);
+    let found: Vec<TurnTo> = pieces
+        .par_windows(2)
+        .map(|w| {
+            monitor.checkpoint()?;
+            Ok(Some(search.find(&w[0], &w[1]).map_err(|why| why.text(test))))
+        })
+        .collect::<Result<_, PathError>>()?;
+    Ok(pieces.first().map(|_| None).into_iter().chain(found).collect())
+}
+
+/// Returns the pieces with the turns to them, in chains that turns join.
+fn chains(pieces: Vec<Reached>, turns: Vec<TurnTo>) -> Vec<TurnChain> {
+    let mut chains: Vec<TurnChain> = Vec::new();
+    for (piece, turn) in pieces.into_iter().zip(turns) {
+        match chains.last_mut().filter(|_| matches!(turn, Some(Ok(_)))) {
+            Some(chain) => chain.push((piece, turn)),
+            None => chains.push(vec![(piece, turn)]),
+        }
+    }
+    chains
 }
 
 /// Returns the machine's configuration at axis values.

@@ -208,8 +208,9 @@ impl RequiredFeeds {
         let half = |d: u8| 0.5 * 10f64.powi(-i32::from(d.min(DECIMALS)));
         let rounding = [half(decimals.linear), half(decimals.rotary).to_radians()];
         let least = |f: &FeedsFile| {
+            let by_turns = f.turn_mm_min.unwrap_or(f64::INFINITY);
             let by_chips = f.removal_rate.as_ref().map_or(f64::INFINITY, |r| r.min_mm_min);
-            f.chip_thickness.is_none().then_some(f.cutting_mm_min.min(f.approach_mm_min).min(by_chips))
+            f.chip_thickness.is_none().then_some(f.cutting_mm_min.min(f.approach_mm_min).min(by_turns).min(by_chips))
         };
         let least = feeds.iter().map(|f| least(f)).try_fold(f64::INFINITY, |all, own| own.map(|own| all.min(own)));
         Some(Self { cuts, all, least, speeds: feeds.iter().map(|f| f.spindle_rpm).collect(), rounding })

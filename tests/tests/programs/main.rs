@@ -30,4 +30,5 @@ mod shared_meshes;
 mod solution_space;
 mod three_rotaries;
 mod tool_vectors;
+mod turns;
 mod verify_stock;

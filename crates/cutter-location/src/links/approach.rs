@@ -308,6 +308,10 @@ pub struct Approach {
     pub outward: Vec<ClPoint>,
     /// Configuration of the machine at the last pose.
     pub outer: Configuration,
+    /// Number of the first poses that are on the line along the feed, next to the pass.
+    pub on_line: usize,
+    /// Outward direction of the line at its far end; without a line, at the pass.
+    pub ahead: Unit<Vector3<f64>>,
 }
 
 /// One end of a pass.
@@ -428,6 +432,7 @@ impl Outward<'_, '_> {
         let settings = self.settings;
         let line = LeadLine::of(settings, at);
         let mut outward = line.poses(at.cl, settings.line_step);
+        let on_line = outward.len();
         let start = *outward.last().unwrap_or(at.cl);
         let (cc, steps) = (line.turned(at.end, at.cc), [settings.step, settings.line_step]);
         outward.extend(shape_poses(settings.shape, at.end, &cc, &start, at.uncut_left, steps));
@@ -462,7 +467,8 @@ impl Outward<'_, '_> {
         if at.end == PassEnd::Entry {
             self.check_ramp(at.cl, &outward)?;
         }
-        Ok(Approach { outward, outer: self.near })
+        let ahead = Unit::new_unchecked(outward_feed(at.end, &cc));
+        Ok(Approach { outward, outer: self.near, on_line, ahead })
     }
 
     /// Moves to a pose of the arc, lifted along the normal as far as the one before, or farther

@@ -135,11 +135,14 @@ pub struct LinksFile {
     /// Order in which the pieces of an operation's passes are cut. Machines with two heads:
     /// `as_laid`.
     pub order: PassOrderFile,
+    /// Turn from pass to pass with the tool down where passes are laid in `zigzag`
+    /// (docs/rapids.md#turns-in-place-of-links). Machines with two heads: links.
+    pub turns: bool,
 }
 
 impl Default for LinksFile {
     fn default() -> Self {
-        Self { shorten: true, stock: LinkStockFile::default(), order: PassOrderFile::default() }
+        Self { shorten: true, stock: LinkStockFile::default(), order: PassOrderFile::default(), turns: true }
     }
 }
 
@@ -828,6 +831,11 @@ pub struct FeedsFile {
     /// `cutting_mm_min`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub approach_mm_min: f64,
+    /// Speed of the tool tip in turns from pass to pass with the tool down, not faster than along
+    /// the passes. Default: `approach_mm_min`.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub turn_mm_min: Option<f64>,
     /// Keeps the removal rate (chip area times tip feed) in passes at a target by a tip feed
     /// between `min_mm_min` and `cutting_mm_min`.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -26,6 +26,9 @@ pub fn check_feed_laws(at: &Field, feeds: &FeedsFile) -> Result<(), String> {
     if let Some(thickness) = &feeds.chip_thickness {
         at.positive("feeds.chip_thickness.max_mm", thickness.max_mm)?;
     }
+    if let Some(turn) = feeds.turn_mm_min {
+        at.positive("feeds.turn_mm_min", turn)?;
+    }
     if let Some(air) = feeds.air_mm_min {
         at.positive("feeds.air_mm_min", air)?;
         if air < cutting {

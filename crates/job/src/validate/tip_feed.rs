@@ -32,18 +32,26 @@ pub struct TipFeed {
 pub const CM3: f64 = 1000.0;
 
 /// Returns the programmed speed of the tool tip: in cuts as chips allow; on entries and exits in
-/// the stock the approach feed, but at most that of their cut; outside the approach feed.
+/// the stock the approach feed, and on turns the feed of turns, but at most that of their cut;
+/// outside the stock the approach feed.
 pub fn programmed_feed(feeds: &FeedsFile, teeth: u32, kind: MoveKind, chip: Option<&Chip>) -> TipFeed {
     let approach = TipFeed { mm_min: feeds.approach_mm_min, law: FeedLaw::Given };
     match kind {
         MoveKind::Cut => cutting_feed(feeds, teeth, chip),
-        MoveKind::Engage => {
-            let cut = cutting_feed(feeds, teeth, chip);
-            let cut = if cut.law == FeedLaw::Air { given(feeds) } else { cut };
-            if cut.mm_min < approach.mm_min { cut } else { approach }
+        MoveKind::Engage => at_most_cutting(feeds, teeth, chip, approach),
+        MoveKind::Turn => {
+            let mm_min = feeds.turn_mm_min.unwrap_or(feeds.approach_mm_min);
+            at_most_cutting(feeds, teeth, chip, TipFeed { mm_min, law: FeedLaw::Given })
         }
         MoveKind::Approach | MoveKind::Rapid => approach,
     }
+}
+
+/// Returns a feed in the stock outside passes: at most that of a cut with this chip.
+fn at_most_cutting(feeds: &FeedsFile, teeth: u32, chip: Option<&Chip>, feed: TipFeed) -> TipFeed {
+    let cut = cutting_feed(feeds, teeth, chip);
+    let cut = if cut.law == FeedLaw::Air { given(feeds) } else { cut };
+    if cut.mm_min < feed.mm_min { cut } else { feed }
 }
 
 fn given(feeds: &FeedsFile) -> TipFeed {

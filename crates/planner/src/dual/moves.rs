@@ -147,7 +147,7 @@ impl DualMover<'_, '_> {
             let shape = if end == PassEnd::Entry { &settings.entry } else { &settings.exit };
             let across = self.still_across(h, &stop.pose.axes);
             let shape = ApproachSettings { still_across: across, ..shape.scaled(share) };
-            let Approach { outward, outer } =
+            let Approach { outward, outer, .. } =
                 approach(test, &shape, &at, &mut Hints::default()).map_err(|why| refused(&why))?;
             let last = *outward.last().unwrap_or(&pose.cl);
             let from = Waypoint { cl: last, configuration: outer };

@@ -11,7 +11,7 @@ use facemill_job::format::report::pairs::PairSplit;
 use facemill_job::setup::scene::Scene;
 use facemill_job::stages::Stages;
 use facemill_tool_path::moves::order::PassOrderReport;
-use facemill_tool_path::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, operation_moves};
+use facemill_tool_path::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, TurnState, operation_moves};
 use facemill_tool_path::segments::{Cut, LeftOut, PassSegment};
 use nalgebra::Point3;
 use rayon::prelude::*;
@@ -494,6 +494,7 @@ pub(crate) fn as_piece(head: usize, run: &PairRun, piece: &PassSegment) -> Piece
     PieceMoves {
         piece: PassSegment { cuts: run.stops.iter().map(cut).collect(), ..piece.clone() },
         moves: moves.collect(),
+        turn: TurnState::NotSought,
     }
 }
 

@@ -184,7 +184,8 @@ fn higher(a: Ridge, b: Ridge) -> Ridge {
     if is_higher { b } else { a }
 }
 
-fn area(site: &ChipSite) -> Result<f64, Failure> {
+/// Returns the section of a chip, mm².
+pub(crate) fn area(site: &ChipSite) -> Result<f64, Failure> {
     site.area().map_err(|e| Failure::Internal(format!("chip area: {e}")))
 }
 
@@ -267,7 +268,8 @@ pub(crate) fn give_chips(piece: &mut PieceMoves, along: &[PointEngagement]) {
             }
             // The exit has only the chip of the last cut.
             MoveKind::Engage => m.chip = Some(if cut == last_cut { last.chip } else { first.chip }),
-            MoveKind::Approach | MoveKind::Rapid => {}
+            // Turns get theirs when both passes have them.
+            MoveKind::Approach | MoveKind::Rapid | MoveKind::Turn => {}
         }
     }
 }

@@ -27,9 +27,10 @@ use rayon::prelude::*;
 use crate::drawing::solution_svg::map_svg;
 use crate::passes::engagement::{PointEngagement, engagement_of_passes};
 use crate::passes::extra_passes::{AddedPasses, ExtraPasses, PlannedPath};
-use crate::passes::move_settings::move_settings;
+use crate::passes::move_settings::{move_settings, turn_settings};
 use crate::passes::path_planner::PathPlanner;
 use crate::passes::setup_context::SetupContext;
+use crate::passes::turn_chips::give_turn_chips;
 use crate::passes::width_rounds::BestRound;
 use crate::stage_clock::Clock;
 
@@ -86,7 +87,10 @@ impl<'a> PlannedOperation<'a> {
         clock.lap("path");
         let mut left_out = Vec::new();
         let mut settings = move_settings(job, setup, operation);
-        settings.shortest_order &= ground.added == AddedPasses::All;
+        // With two heads the moves of one head alone are only a step on the way.
+        let is_alone = ground.added == AddedPasses::All;
+        settings.shortest_order &= is_alone;
+        settings.turns = turn_settings(job, setup, operation).filter(|_| is_alone);
         // The search for postures avoids the pole; tests of given postures do not.
         let choosing = PoseTest::new(&cell).avoiding_pole(operation.search.singular_cone_deg.to_radians());
         let tests = Tests { choosing: &choosing, plain: &test };
@@ -106,6 +110,7 @@ impl<'a> PlannedOperation<'a> {
         drop(monitor);
         clock.lap("moves");
         let along = engagement_of_passes(job, setup, operation, &mut moves.pieces, stages)?;
+        give_turn_chips(job, setup, &operation.feeds, &mut moves.pieces, &along)?;
         clock.lap("cusps and chips");
         if setup.stock_solid.is_some() {
             left_out.iter_mut().for_each(LeftOut::explain_stock);

@@ -87,7 +87,7 @@ impl SearchedLinks {
     ) -> Vec<(usize, FasterPath)> {
         let why = |link: &SearchedLink| {
             let run = link.run.filter(|_| link.faster.is_some())?;
-            doubt_on(lines_of_run(run)?, doubts)
+            doubt_on("the faster path", lines_of_run(run)?, doubts)
         };
         let reasons: Vec<Option<String>> = self.links.iter().map(why).collect();
         if reasons.iter().all(Option::is_none) {
@@ -117,18 +117,23 @@ impl SearchedLinks {
     }
 }
 
-/// Returns the first finding on these lines, or else that one of them could not be certified.
-fn doubt_on([first, last]: [u32; 2], (findings, open_lines): (&[Finding], &[u32])) -> Option<String> {
+/// Returns the first finding on these lines, or else that one of them could not be certified; `of`
+/// names what is there.
+pub(crate) fn doubt_on(
+    of: &str,
+    [first, last]: [u32; 2],
+    (findings, open_lines): (&[Finding], &[u32]),
+) -> Option<String> {
     let finding = findings.iter().find(|f| f.first_line <= last && f.last_line >= first);
     let is_open = open_lines.iter().any(|line| (first..=last).contains(line));
-    finding.map(finding_text).or_else(|| is_open.then(|| "the faster path could not be certified".to_owned()))
+    finding.map(|f| finding_text(of, f)).or_else(|| is_open.then(|| format!("{of} could not be certified")))
 }
 
 /// Describes a finding in blocks that the final program lacks.
-fn finding_text(finding: &Finding) -> String {
+fn finding_text(of: &str, finding: &Finding) -> String {
     let bodies = [&finding.body, &finding.obstacle].into_iter().flatten().cloned().collect::<Vec<_>>().join(" at ");
     let measure = finding.measure.as_ref().map_or_else(String::new, |m| format!(", {m}"));
-    format!("the faster path has a finding: {}, {bodies}{measure}", finding.kind)
+    format!("{of} has a finding: {}, {bodies}{measure}", finding.kind)
 }
 
 /// Run of rapids in the text.

@@ -46,12 +46,14 @@ struct Goal {
 /// All rapids to a piece, by the indices of their moves in the program.
 struct RapidRun {
     goal: Goal,
-    moves: [usize; 2],
+    /// Indices of the first and the last one; `None` where a turn leads to the piece.
+    moves: Option<[usize; 2]>,
     /// Reason why they must stay.
     hold: Option<&'static str>,
 }
 
-/// Returns the rapids to every piece but the first one of all, in program order.
+/// Returns the rapids to every piece but the first one of all, in program order. A piece keeps the
+/// index of its run when a turn to it is replaced by a link.
 fn rapid_runs(operations: &[PlannedOperation<'_>]) -> Vec<RapidRun> {
     let mut runs = Vec::new();
     // Index of the next move, and of the first one behind the operation before.
@@ -60,9 +62,10 @@ fn rapid_runs(operations: &[PlannedOperation<'_>]) -> Vec<RapidRun> {
         for (piece, moves) in o.moves.pieces.iter().map(|p| &p.moves).enumerate() {
             let rapids = leading_rapids(moves);
             let first = if piece == 0 { behind.take() } else { Some(at) };
-            if let Some(first) = first.filter(|_| rapids > 0) {
+            if let Some(first) = first {
                 let hold = if piece == 0 { change_before(operations, operation) } else { None };
-                runs.push(RapidRun { goal: Goal { operation, piece }, moves: [first, at + rapids - 1], hold });
+                let moves = (rapids > 0).then(|| [first, at + rapids - 1]);
+                runs.push(RapidRun { goal: Goal { operation, piece }, moves, hold });
             }
             at += moves.len();
         }
@@ -107,7 +110,8 @@ impl PlannedLinks {
         let text = program.read()?;
         let at = program.virtual_setup();
         let views = [(&job.machine, job.tool.gauge_length())];
-        let lines = |run: RapidRun| RunLines { lines: Some(program.texts.lines_of_moves(run.moves)), hold: run.hold };
+        let lines =
+            |run: RapidRun| RunLines { lines: run.moves.map(|at| program.texts.lines_of_moves(at)), hold: run.hold };
         let search = LinkSearch {
             heads: &[scene.link_scene()],
             clock: &LinkClock::new(&views),
@@ -155,7 +159,7 @@ impl PlannedLinks {
         with_all: bool,
     ) -> bool {
         let runs = rapid_runs(operations);
-        let lines = |run: usize| Some(texts.lines_of_moves(runs.get(run)?.moves));
+        let lines = |run: usize| Some(texts.lines_of_moves(runs.get(run)?.moves?));
         let removed = self.searched.take_back(&lines, doubts, with_all);
         for (run, faster) in &removed {
             let Some(ReplacedRapids { goal, behind, to_piece }) = self.replaced.remove(run) else { continue };
@@ -170,7 +174,7 @@ impl PlannedLinks {
     /// Returns the report on the links, by the lines of the written program.
     pub(crate) fn report(&self, operations: &[PlannedOperation<'_>], texts: &Texts) -> ShortenedLinks {
         let runs = rapid_runs(operations);
-        self.searched.report(&|run| Some(texts.lines_of_moves(runs.get(run)?.moves)))
+        self.searched.report(&|run| Some(texts.lines_of_moves(runs.get(run)?.moves?)))
     }
 }
 

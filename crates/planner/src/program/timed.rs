@@ -61,7 +61,7 @@ impl Timed {
                     self.passes_time += longer;
                     tip_feeds.by_ref().take(1).for_each(|feed| *feed /= factor);
                 }
-                MoveKind::Approach | MoveKind::Engage => self.approach_time += longer,
+                MoveKind::Approach | MoveKind::Engage | MoveKind::Turn => self.approach_time += longer,
                 MoveKind::Rapid => self.rapid_time += longer,
             }
         }

@@ -121,7 +121,7 @@ fn points_of(
     arrivals: &mut impl Iterator<Item = (Arrival, Option<u32>)>,
     points: &mut Vec<ChipPoint>,
 ) {
-    let PieceMoves { piece, moves } = piece;
+    let PieceMoves { piece, moves, .. } = piece;
     // Every cut but the first has a move that ends there.
     let n_moves = moves.iter().filter(|m| m.kind == MoveKind::Cut).count();
     let mut arrivals = arrivals.take(n_moves);

@@ -39,6 +39,6 @@ fn cuts(operation: &PlannedOperation<'_>) -> OperationCuts {
 
 /// Returns the length of the tip's path in entries and exits.
 fn approach_length(moves: &[Move]) -> f64 {
-    let is_approach = |m: &Move| matches!(m.kind, MoveKind::Approach | MoveKind::Engage);
+    let is_approach = |m: &Move| matches!(m.kind, MoveKind::Approach | MoveKind::Engage | MoveKind::Turn);
     moves.windows(2).filter(|w| is_approach(&w[1])).map(|w| (w[1].cl.tip - w[0].cl.tip).norm()).sum()
 }

@@ -2,7 +2,7 @@
 
 use facemill_job::duration_text::clock;
 use facemill_job::format::report::left_above::LeftAboveReport;
-use facemill_job::format::report::links::LinksReport;
+use facemill_job::format::report::links::{LinksReport, TurnsReport};
 use facemill_job::format::report::pairs::PairReport;
 use facemill_job::format::report::remaining::RemainingReport;
 use facemill_job::format::report::stock::{OWN_STOCK, PlannedStockReport, StockReport};
@@ -260,7 +260,21 @@ fn links(of: &LinksReport) -> Vec<String> {
             clock(s.time_before_s)
         )
     }));
+    lines.extend(of.turns.iter().map(turns));
     lines
+}
+
+/// Returns the line on turns with the tool down.
+fn turns(of: &TurnsReport) -> String {
+    let why = of.reasons.first().map_or_else(String::new, |r| format!("; most often: {}", r.reason));
+    format!(
+        "  turns             {} of {} from pass to pass with the tool down, {}; {} by a link{}",
+        of.turns_on_surface,
+        of.turns_on_surface + of.links,
+        clock(of.time_s),
+        of.links,
+        if of.links > 0 { why } else { String::new() }
+    )
 }
 
 /// Largest number of ranges of uncertified lines in the summary; the file of the certificates has

@@ -27,6 +27,26 @@ impl<'a> LinkClock<'a> {
         self.timer.is_some()
     }
 
+    /// Returns the time of cuts through positions, from rest to rest, each with the least time that
+    /// its feed gives it, s.
+    ///
+    /// # Errors
+    /// If the motion is invalid; the text says why.
+    pub fn cut_time(&self, start: &AxisValues, through: &[(AxisValues, f64)]) -> Result<f64, String> {
+        let of_axis = |from: &AxisValues, to: &AxisValues| {
+            let axes = self.machine.axes().iter().enumerate();
+            axes.map(|(k, axis)| (to[k] - from[k]).abs() / axis.max_velocity).fold(0.0, f64::max)
+        };
+        let Some(timer) = &self.timer else {
+            let starts = std::iter::once(start).chain(through.iter().map(|(end, _)| end));
+            return Ok(starts.zip(through).map(|(from, (to, tip_time))| tip_time.max(of_axis(from, to))).sum());
+        };
+        let block = |&(end, tip_time): &(AxisValues, f64)| ProgramBlock { end, tip_time, exact_stop: false };
+        let blocks = through.iter().map(block).collect();
+        let run = MotionRun { start: *start, blocks, is_rapid: false, vectors: Vec::new() };
+        Ok(timer.time(&run)?.times.iter().sum())
+    }
+
     /// Returns a lower bound of the time of any way there, s: that of the slowest axis by itself.
     pub fn least_time(&self, start: &AxisValues, end: &AxisValues) -> f64 {
         let of_axis = |(k, axis): (usize, &Axis)| {

@@ -10,7 +10,8 @@ use serde::Serialize;
 
 use crate::links::clock::LinkClock;
 use crate::links::tour::{TourCosts, shortest_tour};
-use crate::moves::Reached;
+use crate::moves::reached::Reached;
+use crate::moves::turn::{TurnChain, TurnTo};
 use crate::path_error::PathError;
 
 /// The order of an operation's pieces where the job leaves it open.
@@ -18,7 +19,7 @@ use crate::path_error::PathError;
 pub struct PassOrderReport {
     /// Name of the operation.
     pub operation: String,
-    /// Pieces of passes, in all places of the pattern.
+    /// Pieces of passes, in all places of the pattern; those joined by turns count as one.
     pub pieces: usize,
     /// Pairs of pieces that keep their order, because one place can be in the reach of both cuts.
     pub kept_pairs: usize,
@@ -32,32 +33,41 @@ pub struct PassOrderReport {
     pub is_exact: bool,
 }
 
-/// Returns pieces in the order with the shortest links, from the position of the tool before them.
+/// Returns chains of pieces that turns join in the order with the shortest links, from the position
+/// of the tool before them.
 ///
-/// Pieces that can touch each other keep their order: the flutes cannot reach any common place on
-/// two pieces that change places, including their entries and exits with all paths through stock.
+/// Chains that can touch each other keep their order: the flutes cannot reach any common place on
+/// two chains that change places, including their entries and exits with all paths through stock.
 /// So every cut removes the same stock as in the order as laid.
 ///
 /// Links cost only the time of their slowest axis: an estimate, which affects no guarantee.
 ///
 /// # Errors
 /// Returns an error if the monitor cancels.
-pub fn ordered(
+pub(crate) fn ordered(
     machine: &Machine,
     tool: &ToolAssembly,
     from: &AxisValues,
-    pieces: Vec<Reached>,
+    chains: Vec<TurnChain>,
     monitor: &dyn Monitor,
-) -> Result<(Vec<Reached>, PassOrderReport), PathError> {
-    let of =
-        |p: &Reached| CutPath { ends: [p.start().configuration.axes, p.end().configuration.axes], tips: vec![tips(p)] };
-    let paths: Vec<CutPath> = pieces.iter().map(of).collect();
+) -> Result<(Vec<TurnChain>, PassOrderReport), PathError> {
+    let paths: Vec<CutPath> = chains.iter().filter_map(|chain| path_of(chain)).collect();
     let views = [(machine, tool.gauge_length())];
     let clock = LinkClock::new(&views);
     let link_time = |a: &AxisValues, b: &AxisValues| clock.least_time(a, b);
     let (order, report) = shortest_order(&paths, from, farthest_touch(tool.cutter()), &link_time, monitor)?;
-    let mut pieces: Vec<Option<Reached>> = pieces.into_iter().map(Some).collect();
-    Ok((order.iter().filter_map(|&k| pieces[k].take()).collect(), report))
+    let mut chains: Vec<Option<TurnChain>> = chains.into_iter().map(Some).collect();
+    Ok((order.iter().filter_map(|&k| chains[k].take()).collect(), report))
+}
+
+/// Returns the path of pieces that turns join.
+fn path_of(chain: &[(Reached, TurnTo)]) -> Option<CutPath> {
+    let (first, last) = (&chain.first()?.0, &chain.last()?.0);
+    let of_turn = |turn: &TurnTo| -> Vec<Point3<f64>> {
+        turn.iter().flatten().flat_map(|turn| turn.poses.iter().map(|w| w.cl.tip)).collect()
+    };
+    let tips = chain.iter().flat_map(|(piece, turn)| of_turn(turn).into_iter().chain(tips(piece))).collect();
+    Some(CutPath { ends: [first.start().configuration.axes, last.end().configuration.axes], tips: vec![tips] })
 }
 
 /// Path of one piece, or of several that different heads cut at the same time, from the end of the

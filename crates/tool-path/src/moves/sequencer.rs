@@ -3,10 +3,14 @@
 use facemill_cl_data::ClPoint;
 use facemill_cutter_location::links::link::{LinkBlocked, Linker, Waypoint, between};
 use facemill_cutter_location::{Configuration, Hints, Infeasible, PoseTest, rewound_axis};
-use facemill_inverse_kinematics::BlockLaw;
+use facemill_inverse_kinematics::{AxisValues, BlockLaw};
 
 use crate::linearity::{Linearity, endless_near};
-use crate::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, Reached, blocked_way, configuration_of};
+use crate::moves::reached::Reached;
+use crate::moves::turn::{Turn, TurnTo};
+use crate::moves::{
+    LinkInstead, Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, TurnState, blocked_way, configuration_of,
+};
 use crate::path_error::PathError;
 use crate::segments::Cut;
 use crate::winding::unwound;
@@ -19,7 +23,33 @@ pub(crate) struct Sequencer<'t, 'a> {
     /// Present position of the machine; `None` before the first pose.
     at: Option<Waypoint>,
     worst: f64,
+    /// Axis values that endless axes stay near to on a link in place of a turn; else near to where
+    /// they are, or turned back toward home.
+    toward: Option<AxisValues>,
     hints: Hints,
+}
+
+/// Way out of a piece.
+struct PieceExit {
+    /// Its last cut.
+    cut: Cut,
+    /// Poses from next to the piece outward.
+    outward: Vec<ClPoint>,
+    /// Place where rapids begin.
+    end: Waypoint,
+}
+
+/// Returns whether axis values are the same but for rounding.
+fn are_same(a: &Waypoint, b: &Waypoint) -> bool {
+    let (a, b) = (&a.configuration.axes, &b.configuration.axes);
+    (0..a.len()).all(|k| (a[k] - b[k]).abs() <= SAME_AXES)
+}
+
+/// Difference of axis values, mm or rad, that is rounding.
+const SAME_AXES: f64 = 1e-9;
+
+fn waypoint(cut: &Cut) -> Waypoint {
+    Waypoint { cl: cut.pose.cl, configuration: cut.pose.configuration }
 }
 
 /// Halvings of a block: 2^10 blocks for one mean that the machine is near a singular pose, where
@@ -34,61 +64,115 @@ impl<'t, 'a> Sequencer<'t, 'a> {
     /// Starts at the end of the operation before.
     pub(crate) fn new(test: &'t PoseTest<'a>, settings: &'t MoveSettings, from: Option<Move>) -> Self {
         let at = from.map(|m| Waypoint { cl: m.cl, configuration: configuration_of(test, &m.axes) });
-        Self { test, settings, at, worst: 0.0, hints: Hints::default() }
+        Self { test, settings, at, worst: 0.0, toward: None, hints: Hints::default() }
     }
 
     /// `before` is the way to the first piece, where there is one; `links` are the ways from each
-    /// piece to the next.
+    /// piece to the next, also where `turns` has a turn to it.
     pub(crate) fn sequence(
         mut self,
         pieces: Vec<Reached>,
+        turns: Vec<TurnTo>,
         before: Option<Vec<Waypoint>>,
         links: Vec<Vec<Waypoint>>,
     ) -> Result<OperationMoves, PathError> {
-        let mut done = Vec::with_capacity(pieces.len());
+        let mut done: Vec<PieceMoves> = Vec::with_capacity(pieces.len());
         let mut ways = std::iter::once(before).chain(links.into_iter().map(Some));
-        let mut last = None;
-        for reached in pieces {
-            let mut moves = Vec::new();
-            let (start, end) = (reached.start(), reached.end());
+        let mut last: Option<PieceExit> = None;
+        for (reached, turn) in pieces.into_iter().zip(turns) {
             let way = match ways.next().flatten() {
                 Some(way) => way,
                 // The program starts above the first pass.
                 None => {
-                    let mut way = self.out(&start)?;
+                    let mut way = self.out(&reached.start())?;
                     way.reverse();
                     way
                 }
             };
-            for pose in way.iter().chain([&start]) {
-                self.go(MoveKind::Rapid, pose, &mut moves)?;
-            }
-            let Reached { piece, entry, exit } = reached;
-            if let Some(first) = piece.cuts.first() {
-                for cl in entry.outward.iter().rev().skip(1) {
-                    self.approach(cl, first, &mut moves)?;
+            let (by_turn, state) = match (turn, &last) {
+                (Some(Ok(turn)), Some(exit)) => self.turned(&turn, exit, &way, &reached)?,
+                (Some(Err(why)), _) => (None, TurnState::Refused(why)),
+                _ => (None, TurnState::NotSought),
+            };
+            let mut moves = match (by_turn, &last) {
+                (Some(moves), _) => moves,
+                (None, exit) => {
+                    if let (Some(exit), Some(before)) = (exit, done.last_mut()) {
+                        self.exit(exit, &mut before.moves)?;
+                    }
+                    let mut moves = Vec::new();
+                    self.lead(&way, &reached, &mut moves)?;
+                    moves
                 }
+            };
+            let end = reached.end();
+            let Reached { piece, exit, .. } = reached;
+            for cut in piece.cuts.iter().skip(1) {
+                self.go(MoveKind::Cut, &waypoint(cut), &mut moves)?;
             }
-            for (k, cut) in piece.cuts.iter().enumerate() {
-                // The first cut ends the entry.
-                let kind = if k == 0 { MoveKind::Engage } else { MoveKind::Cut };
-                self.go(kind, &Waypoint { cl: cut.pose.cl, configuration: cut.pose.configuration }, &mut moves)?;
-            }
-            if let Some(last) = piece.cuts.last() {
-                for cl in &exit.outward {
-                    self.approach(cl, last, &mut moves)?;
-                }
-            }
-            last = Some(end);
-            done.push(PieceMoves { piece, moves });
+            last = piece.cuts.last().map(|cut| PieceExit { cut: *cut, outward: exit.outward, end });
+            done.push(PieceMoves { piece, moves, turn: state });
         }
         let mut retract = Vec::new();
-        if let Some(end) = last {
-            for pose in self.out(&end)? {
+        if let (Some(exit), Some(before)) = (&last, done.last_mut()) {
+            self.exit(exit, &mut before.moves)?;
+            for pose in self.out(&exit.end)? {
                 self.go(MoveKind::Rapid, &pose, &mut retract)?;
             }
         }
         Ok(OperationMoves { pieces: done, retract, linearisation: self.worst, order: None })
+    }
+
+    /// Leaves a piece.
+    fn exit(&mut self, exit: &PieceExit, moves: &mut Vec<Move>) -> Result<(), PathError> {
+        exit.outward.iter().try_for_each(|cl| self.approach(cl, &exit.cut, moves))
+    }
+
+    /// Moves on a link to a piece, and into it up to its first cut.
+    fn lead(&mut self, way: &[Waypoint], reached: &Reached, moves: &mut Vec<Move>) -> Result<(), PathError> {
+        for pose in way.iter().chain([&reached.start()]) {
+            self.go(MoveKind::Rapid, pose, moves)?;
+        }
+        let Some(first) = reached.piece.cuts.first() else { return Ok(()) };
+        for cl in reached.entry.outward.iter().rev().skip(1) {
+            self.approach(cl, first, moves)?;
+        }
+        // The first cut ends the entry.
+        self.go(MoveKind::Engage, &waypoint(first), moves)
+    }
+
+    /// Returns the moves of a turn, and the moves that it replaces; no moves where both do not end
+    /// at the same axis values.
+    fn turned(
+        &mut self,
+        turn: &Turn,
+        exit: &PieceExit,
+        way: &[Waypoint],
+        reached: &Reached,
+    ) -> Result<(Option<Vec<Move>>, TurnState), PathError> {
+        let (before, worst) = (self.at, self.worst);
+        let first = reached.piece.cuts.first().map(waypoint);
+        let mut moves = Vec::new();
+        let by_turn: Result<(), PathError> =
+            turn.poses.iter().chain(&first).try_for_each(|pose| self.go(MoveKind::Turn, pose, &mut moves));
+        let turned = std::mem::replace(&mut self.at, before);
+        let mut instead = LinkInstead { exit: Vec::new(), lead: Vec::new() };
+        let by_link = self.exit(exit, &mut instead.exit).and_then(|()| {
+            self.toward = turned.map(|at| at.configuration.axes);
+            self.lead(way, reached, &mut instead.lead)
+        });
+        self.toward = None;
+        let by_link = by_link.map(|()| std::mem::replace(&mut self.at, turned));
+        let is_same = match (by_link, &by_turn, self.at) {
+            (Ok(Some(by_link)), Ok(()), Some(at)) => are_same(&by_link, &at),
+            _ => false,
+        };
+        if is_same {
+            return Ok((Some(moves), TurnState::Made(instead)));
+        }
+        (self.at, self.worst) = (before, worst);
+        let why = "the rotary axes would end a full turn away from where the link leaves them";
+        Ok((None, TurnState::Refused(why.to_owned())))
     }
 
     /// Returns a free way from a pose to the clearance surface.
@@ -109,12 +193,15 @@ impl<'t, 'a> Sequencer<'t, 'a> {
     /// Moves to a pose on the branch and at the winding with which it was tested, and, at the pole,
     /// with the tested rotary values.
     fn go(&mut self, kind: MoveKind, tested: &Waypoint, moves: &mut Vec<Move>) -> Result<(), PathError> {
-        let near = self.at.map_or(tested.configuration.axes, |at| at.configuration.axes);
+        let at = self.at.map(|at| at.configuration.axes);
+        let near = self.toward.or(at).unwrap_or(tested.configuration.axes);
         let axes = endless_near(self.test, &tested.configuration.axes, &near);
         let reference = Configuration { axes, ..tested.configuration };
         let configuration = self.stand(&tested.cl, &reference)?;
         let to = Waypoint { cl: tested.cl, configuration };
-        if let Some(to) = self.at.filter(|_| kind == MoveKind::Rapid).and_then(|at| self.unwound(&at, &to)) {
+        if let Some(to) =
+            self.at.filter(|_| kind == MoveKind::Rapid && self.toward.is_none()).and_then(|at| self.unwound(&at, &to))
+        {
             moves.push(Move { kind, cl: to.cl, axes: to.configuration.axes, chip: None });
             self.at = Some(to);
             return Ok(());
@@ -219,7 +306,7 @@ impl<'t, 'a> Sequencer<'t, 'a> {
         };
         let linearity: &Linearity = match kind {
             MoveKind::Rapid => &self.settings.rapid_linearity,
-            MoveKind::Approach | MoveKind::Engage | MoveKind::Cut => &self.settings.linearity,
+            MoveKind::Approach | MoveKind::Engage | MoveKind::Turn | MoveKind::Cut => &self.settings.linearity,
         };
         let mut linker = Linker::new(self.test, &self.settings.link);
         let least_clearance = RAPID_SHARE * self.settings.link.rapid_clearance;

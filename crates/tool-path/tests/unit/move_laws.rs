@@ -240,6 +240,7 @@ pub(crate) fn move_settings() -> MoveSettings {
         entry: approach,
         exit: approach,
         link: LinkSettings { clearance, rapid_clearance: 5.0, rapid_law: RapidLaw::Linear.into() },
+        turns: None,
         shortest_order: false,
         linearity: linearity(0.05),
         rapid_linearity: linearity(2.5),

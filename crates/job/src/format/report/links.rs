@@ -12,17 +12,44 @@ pub struct LinksReport {
     pub not_shortened_because: Option<String>,
     /// Result of the search; `null` without a search.
     pub shortened: Option<ShortenedLinks>,
+    /// Turns with the tool down in place of links; left out where none were sought.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub turns: Option<TurnsReport>,
+}
+
+/// Turns from pass to pass with the tool down, and the links that remain.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
+pub struct TurnsReport {
+    /// Number of turns.
+    pub turns_on_surface: usize,
+    /// Number of links between passes of operations whose passes may be joined by turns.
+    pub links: usize,
+    /// Length of the tip's path on the turns, mm.
+    pub length_mm: f64,
+    /// Time of the turns at the written feeds, s; part of the time of entries and exits.
+    pub time_s: f64,
+    /// Reasons for links, the most frequent first.
+    pub reasons: Vec<LinkReason>,
+}
+
+/// Reason why passes are joined by a link.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+pub struct LinkReason {
+    /// The reason.
+    pub reason: String,
+    /// Number of links.
+    pub links: usize,
 }
 
 impl LinksReport {
     /// Returns the report on links that were examined.
     pub fn of(links: ShortenedLinks) -> Self {
-        Self { not_shortened_because: None, shortened: Some(links) }
+        Self { not_shortened_because: None, shortened: Some(links), turns: None }
     }
 
     /// Returns the report on links that stay as they are.
     pub fn not_shortened(why: impl Into<String>) -> Self {
-        Self { not_shortened_because: Some(why.into()), shortened: None }
+        Self { not_shortened_because: Some(why.into()), shortened: None, turns: None }
     }
 }
 

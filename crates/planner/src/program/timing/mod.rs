@@ -298,7 +298,7 @@ impl Tally {
     ) {
         let sum = match kind {
             MoveKind::Cut => &mut self.report.passes_time_s,
-            MoveKind::Approach | MoveKind::Engage => &mut self.report.approach_time_s,
+            MoveKind::Approach | MoveKind::Engage | MoveKind::Turn => &mut self.report.approach_time_s,
             MoveKind::Rapid => &mut self.report.rapid_time_s,
         };
         *sum += time;

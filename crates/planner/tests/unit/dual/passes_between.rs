@@ -2,7 +2,7 @@ use facemill_job::load::job::Setup;
 use facemill_job::setup::cell::z_map;
 use facemill_job::setup::scene::Scene;
 use facemill_job::stages::SilentStages;
-use facemill_tool_path::moves::PieceMoves;
+use facemill_tool_path::moves::{PieceMoves, TurnState};
 use facemill_tool_path::segments::PassSegment;
 use serde_json::json;
 
@@ -35,7 +35,8 @@ fn passes_put_in_behind_those_that_are_cut_keep_the_cusp() {
     let mut planned = plan.0;
     let cut: Vec<PassSegment> = planned.moves.pieces.iter().map(|p| p.piece.clone()).collect();
     let too_high = |pieces: &[PassSegment]| {
-        let moves = |piece: &PassSegment| PieceMoves { piece: piece.clone(), moves: Vec::new() };
+        let moves =
+            |piece: &PassSegment| PieceMoves { piece: piece.clone(), moves: Vec::new(), turn: TurnState::NotSought };
         let mut pieces: Vec<PieceMoves> = pieces.iter().map(moves).collect();
         let along = engagement_of_passes(&job, &setup, operation, &mut pieces, &SilentStages).unwrap();
         let ridges = along.iter().flatten().filter(|a| a.is_point).filter_map(|a| a.ridge);
