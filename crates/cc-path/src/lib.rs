@@ -62,7 +62,7 @@
 //! passes beside a line;
 //! `scallop` advances fronts along the surface by `distance`; `trace` finds the curves, `resample`
 //! puts points on them, `order` puts them in order; `samples` spreads points over a region, one in
-//! each cell of a `lattice`, whatever is laid on it; `size` bounds all of them.
+//! each cell of a `lattice`, whatever is laid on it, or along the lines of a `line_band`; `size` bounds all of them.
 
 mod distance;
 mod error;
@@ -102,6 +102,6 @@ pub use left_region::{LeftIsland, LeftRegion, StockHeight, StripPoint};
 pub use path_file::{PassFile, PathFile, PathFileError, PathFormat, PathFrame, read_path_file, write_path_file};
 pub use project::{ProjectSettings, project};
 pub use region::{NormalCone, Region};
-pub use samples::{RegionSample, RequestedRegion};
+pub use samples::{RegionSample, RequestedRegion, RequestedStrategy};
 pub use strategy::Strategy;
 pub use strategy::sections::{CylindricalSections, ParallelPlanes, Sections};

@@ -2,6 +2,7 @@
 //! leaves.
 
 pub(crate) mod lattice;
+pub(crate) mod line_band;
 
 use facemill_cl_data::Aabb;
 use facemill_surface_model::Surface;
@@ -10,6 +11,7 @@ use nalgebra::{Point3, Unit, Vector3};
 use crate::error::PathError;
 use crate::region::{Region, triangles_of};
 use crate::samples::lattice::{Lattice, LatticePoint, side_of};
+use crate::samples::line_band::LineBand;
 use crate::strategy::Strategy;
 use crate::strategy::sections::Sections;
 
@@ -27,28 +29,44 @@ pub struct RegionSample {
     pub area: f64,
 }
 
+/// Strategy that passes are to be laid by, with what its extent depends on.
+#[derive(Clone, Copy, Debug)]
+pub struct RequestedStrategy<'a> {
+    /// The strategy.
+    pub strategy: &'a Strategy,
+    /// Radius of the cutter's corner that rolls along a root between groups, mm.
+    pub corner_radius: f64,
+}
+
 /// Region that an operation has to cut, before any pass is laid on it.
 #[derive(Clone, Debug)]
 pub struct RequestedRegion<'a> {
     surface: &'a Surface,
     region: &'a Region,
     sections: Option<Sections>,
+    band: Option<LineBand>,
     is_in: Vec<bool>,
     triangles: Vec<u32>,
 }
 
 impl<'a> RequestedRegion<'a> {
-    /// The facets that the region holds, bounded by its box and by the range of levels if the
-    /// strategy has one.
+    /// The facets that the region holds, bounded by its box and, if the strategy has one, by the
+    /// range of levels or the width along an edge or root.
     ///
     /// # Errors
-    /// When the region holds no facet, or names a group that the surface does not have.
-    pub fn new(surface: &'a Surface, region: &'a Region, strategy: Option<&'a Strategy>) -> Result<Self, PathError> {
+    /// When the region holds no facet, names a group that the surface does not have, or has no line
+    /// such as the strategy follows.
+    pub fn new(
+        surface: &'a Surface,
+        region: &'a Region,
+        strategy: Option<RequestedStrategy<'a>>,
+    ) -> Result<Self, PathError> {
         let triangles = triangles_of(surface, region)?;
         let mut is_in = vec![false; surface.mesh().triangles().len()];
         triangles.iter().for_each(|&t| is_in[t as usize] = true);
-        let sections = strategy.and_then(Strategy::sections);
-        Ok(Self { surface, region, sections, is_in, triangles })
+        let sections = strategy.and_then(|s| s.strategy.sections());
+        let band = strategy.map(|s| LineBand::of(surface, region, s.strategy, s.corner_radius)).transpose()?.flatten();
+        Ok(Self { surface, region, sections, band, is_in, triangles })
     }
 
     /// Whether the region holds a point of a facet, borders included; of a region by what is left,
@@ -64,7 +82,8 @@ impl<'a> RequestedRegion<'a> {
                 self.surface.facet_normal(triangle).is_some_and(|normal| left.contains(point, &normal))
             })
         };
-        self.is_in[triangle as usize] && in_box && in_levels && is_left()
+        let in_band = || self.band.as_ref().is_none_or(|band| band.contains(triangle, point));
+        self.is_in[triangle as usize] && in_box && in_levels && is_left() && in_band()
     }
 
     /// Box around the region, if it has one that bounds it.

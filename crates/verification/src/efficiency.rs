@@ -61,7 +61,7 @@ pub fn efficiency(
     if requested.has_nothing_left() {
         return Ok(None);
     }
-    let samples = requested.samples(job, &requested.region(setup)?, SAMPLES)?;
+    let samples = requested.samples(job, &requested.region(job, setup)?, SAMPLES)?;
     let passes_length = cuts.passes_length();
     let cutting_length = cuts.approach_length.map(|approach| passes_length + approach);
     let mut floors = LengthFloors::default();
@@ -149,7 +149,7 @@ pub fn efficiencies_of_text(
             if requested.has_nothing_left() {
                 continue;
             }
-            let region = requested.region(setup)?;
+            let region = requested.region(job, setup)?;
             let places = requested.places.iter().map(|place| within(&passes, &region, place)).collect();
             found.extend(efficiency(job, setup, operation, OperationCuts { places, approach_length: None })?);
         }

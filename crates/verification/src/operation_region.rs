@@ -1,13 +1,13 @@
 //! Regions that operations are to cut, and samples spread over them.
 
-use facemill_cc_path::{Region, RegionSample, RequestedRegion, Strategy};
+use facemill_cc_path::{Region, RegionSample, RequestedRegion, RequestedStrategy, Strategy};
 use facemill_cl_data::CcPoint;
 use facemill_cutter_location::cusp::expected_strip_width;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{OperationFile, PathFile};
 use facemill_job::frames::places;
 use facemill_job::load::job::{Job, Setup};
-use facemill_job::setup::cell::{largest_left, search_curve};
+use facemill_job::setup::cell::{corner_on_drive, largest_left, search_curve};
 use facemill_job::setup::left_stock::left_region;
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -50,8 +50,10 @@ impl<'a> OperationRegion<'a> {
     }
 
     /// Returns the region on the drive surface, in the first place of the pattern.
-    pub(crate) fn region<'s>(&'s self, setup: &'s Setup<'_>) -> Result<RequestedRegion<'s>, Failure> {
-        RequestedRegion::new(&setup.around_drive, &self.region, self.strategy.as_ref())
+    pub(crate) fn region<'s>(&'s self, job: &Job, setup: &'s Setup<'_>) -> Result<RequestedRegion<'s>, Failure> {
+        let corner_radius = corner_on_drive(job, setup);
+        let strategy = self.strategy.as_ref().map(|strategy| RequestedStrategy { strategy, corner_radius });
+        RequestedRegion::new(&setup.around_drive, &self.region, strategy)
             .map_err(|e| Failure::Internal(format!("operation \"{}\": {e}", self.operation.name)))
     }
 

@@ -81,7 +81,7 @@ pub fn remaining(
     for requested in &requested {
         operations.push(measured(requested, (job, setup), &sweeps, reach, stages)?);
     }
-    Ok(Some(RemainingReport { accuracy_mm: ACCURACY, outside_fraction: outside(setup, &requested)?, operations }))
+    Ok(Some(RemainingReport { accuracy_mm: ACCURACY, outside_fraction: outside(job, setup, &requested)?, operations }))
 }
 
 /// Returns the figures of an operation's region.
@@ -92,7 +92,7 @@ fn measured(
     reach: f64,
     stages: &dyn Stages,
 ) -> Result<RemainingOnRegion, Failure> {
-    let region = requested.region(setup)?;
+    let region = requested.region(job, setup)?;
     let samples = requested.samples(job, &region, [MIN_SAMPLES, MAX_SAMPLES])?;
     let on = |(place, sample): (usize, RegionSample)| Sampled {
         place,
@@ -187,11 +187,11 @@ const MAX_HEIGHT: f64 = 1000.0;
 
 /// Returns the fraction of the drive surface that no operation is to cut, in any place of its
 /// pattern.
-fn outside(setup: &Setup<'_>, requested: &[OperationRegion<'_>]) -> Result<f64, Failure> {
+fn outside(job: &Job, setup: &Setup<'_>, requested: &[OperationRegion<'_>]) -> Result<f64, Failure> {
     let whole = Region { groups: Some(setup.drive_groups.clone()), ..Region::default() };
     let surface = &setup.around_drive;
     let drive = RequestedRegion::new(surface, &whole, None).map_err(|e| Failure::Internal(e.to_string()))?;
-    let regions = requested.iter().map(|a| a.region(setup)).collect::<Result<Vec<_>, _>>()?;
+    let regions = requested.iter().map(|a| a.region(job, setup)).collect::<Result<Vec<_>, _>>()?;
     let is_requested = |triangle: u32, p: &Point3<f64>| {
         requested.iter().zip(&regions).any(|(a, region)| {
             a.places.iter().enumerate().any(|(k, place)| {

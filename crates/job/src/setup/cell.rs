@@ -103,6 +103,12 @@ pub fn largest_left(job: &Job, operation: &OperationFile) -> f64 {
     operation.tolerances.cusp_mm + budget(job, operation).simulated()
 }
 
+/// Returns the radius of the corner that rolls along roots on the drive surface, mm: a ball larger
+/// by the allowance rolls on the surfaces without it as the corner on those with it.
+pub fn corner_on_drive(job: &Job, setup: &Setup<'_>) -> f64 {
+    job.tool.cutter().corner_radius() + setup.drive_allowance.max(0.0)
+}
+
 /// Returns the search curve for passes with the uncut stock on this side of the feed: rotate turns
 /// toward it.
 ///

@@ -5,7 +5,7 @@ use std::sync::{Arc, PoisonError};
 
 use facemill_cc_path::{
     LeftAboveFile, LeftOfFile, LeftRegion, ProgramWithToolFile, Region, RegionFile, RegionSample, RequestedRegion,
-    StockHeight, Strategy,
+    RequestedStrategy, StockHeight, Strategy,
 };
 use facemill_cl_data::{Aabb, CcPoint, Silent};
 use facemill_tool_model::{ToolAssembly, ToolFile};
@@ -17,6 +17,7 @@ use crate::failure::Failure;
 use crate::format::job_file::{OperationFile, PathFile};
 use crate::frames::places;
 use crate::load::job::{Job, Setup};
+use crate::setup::cell::corner_on_drive;
 use crate::setup::scene::Scene;
 use crate::stock::map::StockMeshes;
 use crate::stock::rest::read_named_rest;
@@ -113,8 +114,9 @@ impl RegionMeasurement<'_> {
     }
 
     fn requested(&self) -> Result<RequestedRegion<'_>, Failure> {
-        RequestedRegion::new(&self.setup.around_drive, self.region, self.strategy)
-            .map_err(|e| (self.wrong)(e.to_string()))
+        let corner_radius = corner_on_drive(self.job, self.setup);
+        let strategy = self.strategy.map(|strategy| RequestedStrategy { strategy, corner_radius });
+        RequestedRegion::new(&self.setup.around_drive, self.region, strategy).map_err(|e| (self.wrong)(e.to_string()))
     }
 
     /// Returns samples of the region in one place of the pattern, and their spacing, mm.

@@ -17,7 +17,7 @@ use crate::format::job_file::{
 };
 use crate::load::job::{Job, Setup};
 use crate::load::part_size::unit_advice;
-use crate::setup::cell::{LEAST_STEP, search_curve, wanted_uncut_left};
+use crate::setup::cell::{LEAST_STEP, corner_on_drive, search_curve, wanted_uncut_left};
 use crate::setup::left_stock::{left_region, region_file};
 
 /// Length of cutting that takes as long as entry, exit and link of a pass, in radii of the cutter:
@@ -228,9 +228,7 @@ fn from_strategy(
         min_pass_length: file.min_pass_length_mm,
         edge_fill: file.edge_fill,
         pass_cost: PASS_COST * job.tool.cutter().radius(),
-        // A ball larger by the allowance rolls on the surfaces without it as the corner on those
-        // with it.
-        corner_radius: job.tool.cutter().corner_radius() + setup.drive_allowance.max(0.0),
+        corner_radius: corner_on_drive(job, setup),
         max_points: (MAX_POINTS / n_places(operation)).max(1),
         ..LaySettings::default()
     };

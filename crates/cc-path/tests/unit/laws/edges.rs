@@ -76,6 +76,34 @@ fn every_place_of_the_strip_is_within_half_a_strip_of_a_pass() {
     assert_covered(&prism, &laid, prism.middle(1), 9.0, 0.8);
 }
 
+/// Area of the region that a strategy is requested on, and its samples.
+pub(super) fn requested(s: &Surface, strategy: &Strategy, corner_radius: f64) -> (f64, Vec<RegionSample>) {
+    let (region, strategy) = (Region::default(), RequestedStrategy { strategy, corner_radius });
+    let samples = RequestedRegion::new(s, &region, Some(strategy)).expect("a line").samples(0.02);
+    (samples.iter().map(|sample| sample.area).sum(), samples)
+}
+
+#[test]
+fn the_region_of_an_edge_is_the_band_of_its_width_along_the_surface() {
+    let mut rng = Lcg::new(23);
+    for turn_deg in [60.0, 120.0, 180.0f64] {
+        let prism = Prism::rounded(9.0, 1.5, turn_deg.to_radians(), 20.0);
+        let motion = rng.motion();
+        let s = surface(prism.mesh(&[9, 24, 9], 11, &["left", "nose", "right"]).transformed(&motion));
+        let back = motion.inverse();
+        // On one side of a border between groups the band is as wide as on the other.
+        let lines = [(EdgeLine::Ridge, prism.middle(1)), (between("left", "nose"), 9.0)];
+        for (line, way) in lines {
+            let (area, samples) = requested(&s, &edge(line, 5.0), 0.0);
+            assert!((area / (2.0 * 5.0 * 20.0) - 1.0).abs() < 0.02, "{turn_deg}: {area}");
+            for sample in samples {
+                let off = (prism.way(&(back * sample.position)) - way).abs();
+                assert!(off < 5.05, "{turn_deg}: {off}");
+            }
+        }
+    }
+}
+
 #[test]
 fn passes_lie_at_distances_from_the_border_of_a_rounded_box_edge() {
     let prism = Prism::rounded(10.0, 3.0, 0.5 * std::f64::consts::PI, 40.0);

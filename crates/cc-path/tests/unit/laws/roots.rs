@@ -50,6 +50,28 @@ fn the_first_pass_is_the_track_of_the_rolling_ball_and_the_rest_in_the_corner_is
 }
 
 #[test]
+fn the_region_of_a_root_is_a_band_on_both_sides_of_the_track_down_to_the_corner() {
+    for (opening, r) in [(60.0f64, 3.0), (90.0, 2.0), (120.0, 5.0)] {
+        let contact = r / (0.5 * opening.to_radians()).tan();
+        let prism = Prism::corner(18.0, 0.0, opening.to_radians(), 15.0);
+        let s = surface(prism.mesh(&[18, 18], 8, &["blade", "hub"]));
+        let (area, samples) = edges::requested(&s, &root(corner_of("blade", "hub"), 4.0), r);
+        let wide = contact.min(4.0) + 4.0;
+        assert!((area / (2.0 * wide * 15.0) - 1.0).abs() < 0.03, "{opening}: {area}");
+        for sample in samples {
+            let off = (prism.way(&sample.position) - 18.0).abs() - contact;
+            assert!(off.abs() < 4.05, "{opening}: {off}");
+        }
+        // With a fillet its middle line is where passes begin.
+        let rounded = Prism::corner(12.0, 4.0, opening.to_radians(), 15.0);
+        let s = surface(rounded.mesh(&[12, 16, 12], 8, &["blade", "fillet", "hub"]));
+        let fillet = RootLine::Fillet("fillet".to_owned());
+        let (area, _) = edges::requested(&s, &root(fillet, 7.0), 3.0);
+        assert!((area / (2.0 * 7.0 * 15.0) - 1.0).abs() < 0.02, "{opening}: {area}");
+    }
+}
+
+#[test]
 fn a_root_needs_no_common_border_and_lies_on_the_side_of_the_region() {
     // The hub reaches through the blade.
     let blade = Prism::corner(18.0, 0.0, 0.5 * PI, 25.0).mesh(&[18, 18], 12, &["blade", "other"]);
