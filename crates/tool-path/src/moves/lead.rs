@@ -13,7 +13,14 @@ struct SegmentEnd<'p> {
     /// Away from the piece.
     outward: Vector3<f64>,
     which: PassEnd,
+    /// Way of the rim outward for each mm to the left of the contact: where the tool leans aside,
+    /// its rim runs aslant of the feed, and cuts one half of the strip later than the other.
+    slant: f64,
 }
+
+/// Largest slant of a rim that a line makes up for: beyond it (63°) the cutter is turned so far
+/// that its strip ends near the contact.
+const MOST_SLANT: f64 = 2.0;
 
 /// Largest distance along the feed from one end to that of the piece beside, as a multiple of the
 /// distance aside: where the other one ends farther out, no border runs from end to end.
@@ -50,12 +57,17 @@ pub(crate) fn leads(pieces: &[PassSegment], shapes: [&ApproachSettings; 2], radi
 
 impl<'p> SegmentEnd<'p> {
     fn of(piece: &'p PassSegment, which: PassEnd) -> Option<Self> {
-        let cc = match which {
-            PassEnd::Entry => &piece.cuts.first()?.cc,
-            PassEnd::Exit => &piece.cuts.last()?.cc,
+        let cut = match which {
+            PassEnd::Entry => piece.cuts.first()?,
+            PassEnd::Exit => piece.cuts.last()?,
         };
+        let cc = &cut.cc;
         let outward = if which == PassEnd::Entry { -cc.feed.into_inner() } else { cc.feed.into_inner() };
-        Some(Self { cc, outward, which })
+        // The rim at the contact runs across the lean of the axis.
+        let rim = cc.normal.cross(&cut.pose.cl.axis);
+        let (ahead, aside) = (rim.dot(&outward), rim.dot(&cc.left()));
+        let slant = if aside == 0.0 { 0.0 } else { (ahead / aside).clamp(-MOST_SLANT, MOST_SLANT) };
+        Some(Self { cc, outward, which, slant })
     }
 
     /// Returns the length beyond the end over which the cutter has to stay down: to the middle of
@@ -78,17 +90,29 @@ impl<'p> SegmentEnd<'p> {
         [-1.0, 1.0].map(|side| self.lead_of_side(&found, side, radius)).into_iter().fold(0.0, f64::max)
     }
 
-    /// The same for the ends on one side, by distances aside and ahead.
+    /// The same for the ends on one side, by distances aside and ahead. Beside the last pass of a
+    /// region there is none: its border is taken to run on as on the other side.
     fn lead_of_side(&self, found: &[(f64, f64)], side: f64, radius: f64) -> f64 {
-        let of_side =
-            || found.iter().filter(|(aside, _)| side * aside > 0.0).map(|(aside, ahead)| (aside.abs(), *ahead));
-        let nearest = of_side().map(|(aside, _)| aside).fold(f64::INFINITY, f64::min);
+        let next = |side: f64| -> Vec<(f64, f64)> {
+            let of_side: Vec<(f64, f64)> = found
+                .iter()
+                .filter(|(aside, _)| side * aside > 0.0)
+                .map(|(aside, ahead)| (aside.abs(), *ahead))
+                .collect();
+            let nearest = of_side.iter().map(|(aside, _)| *aside).fold(f64::INFINITY, f64::min);
+            of_side.into_iter().filter(|(aside, _)| *aside <= BESIDE * nearest).collect()
+        };
+        let mut ends = next(side);
+        if ends.is_empty() {
+            ends = next(-side).into_iter().map(|(aside, ahead)| (aside, -ahead)).collect();
+        }
         let lead = |(aside, ahead): (f64, f64)| {
             // The rim cuts the middle of the strip behind the contact.
             let behind = if self.which == PassEnd::Exit { aside * aside / (8.0 * radius) } else { 0.0 };
-            (0.5 * ahead).max(0.0) + behind
+            let slanted = (-0.5 * side * aside * self.slant).max(0.0);
+            (0.5 * ahead + slanted).max(0.0) + behind
         };
-        of_side().filter(|(aside, _)| *aside <= BESIDE * nearest).map(lead).fold(0.0, f64::max)
+        ends.into_iter().map(lead).fold(0.0, f64::max)
     }
 }
 
