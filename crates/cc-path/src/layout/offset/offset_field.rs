@@ -18,6 +18,16 @@ const AT_LINE: f64 = 0.1;
 /// next two come off a border that runs across; the others, off one that runs aslant.
 const LEANS: [f64; 9] = [0.0, 1e-3, -1e-3, 0.05, -0.05, 0.15, -0.15, 0.4, -0.4];
 
+/// End of a walk from a vertex to a line.
+enum WalkEnd {
+    /// At the line, after this way, mm.
+    AtLine(f64),
+    /// Before it, beyond what is measured, after this way, mm.
+    TooFar(f64),
+    /// At a border of the patch, or with no way to begin.
+    Nowhere,
+}
+
 /// Signed distance from lines on a patch, along the surface: above 0 to the left.
 ///
 /// The distance of a vertex is the length of the section of the mesh by the plane at right angles
@@ -28,6 +38,8 @@ pub(crate) struct OffsetField<'a> {
     patch: &'a Patch<'a>,
     vertices: &'a PatchVertices,
     distance: CurveDistance<'a>,
+    /// Largest distance that is measured, mm.
+    reach: f64,
     /// Signed distance of each vertex, mm; NaN out of reach.
     pub(crate) values: Vec<f64>,
     /// The same by normals and chord alone.
@@ -52,6 +64,7 @@ impl<'a> OffsetField<'a> {
             patch,
             vertices,
             distance,
+            reach,
             values: vec![f64::NAN; n],
             estimates: vec![f64::NAN; n],
             gradients: vec![Vector3::zeros(); n],
@@ -79,11 +92,23 @@ impl<'a> OffsetField<'a> {
             return foot.across;
         };
         let normal = self.vertices.normal(vertex);
-        let leaning = |lean: &f64| {
-            let turn = Rotation3::from_axis_angle(&normal, *lean);
-            Some(self.way_to_line(vertex, foot, turn * tangent, &(turn * -foot.away))? * lean.cos())
-        };
-        LEANS.iter().find_map(leaning).map_or(foot.across, |way| way.copysign(self.aside(vertex, foot)))
+        // Around an edge the line can be near in space and far along the surface.
+        let mut too_far: Option<f64> = None;
+        for lean in LEANS {
+            let turn = Rotation3::from_axis_angle(&normal, lean);
+            let way = match self.way_to_line(vertex, foot, turn * tangent, &(turn * -foot.away)) {
+                WalkEnd::AtLine(way) => Some(way * lean.cos()),
+                WalkEnd::TooFar(way) => {
+                    too_far = too_far.or(Some(way));
+                    None
+                }
+                WalkEnd::Nowhere => None,
+            };
+            if let Some(way) = way {
+                return way.copysign(self.aside(vertex, foot));
+            }
+        }
+        too_far.map_or(foot.across, |way| way.copysign(foot.across))
     }
 
     /// Direction to the left of the line at a foot: at right angles to the mean of the normals at
@@ -99,31 +124,28 @@ impl<'a> OffsetField<'a> {
     }
 
     /// Way from a vertex to the line in the plane with this normal.
-    fn way_to_line(
-        &self,
-        vertex: u32,
-        foot: &CurveFoot,
-        plane: Unit<Vector3<f64>>,
-        toward: &Vector3<f64>,
-    ) -> Option<f64> {
+    fn way_to_line(&self, vertex: u32, foot: &CurveFoot, plane: Unit<Vector3<f64>>, toward: &Vector3<f64>) -> WalkEnd {
         let left = self.left(vertex, foot);
         let aside = |p: &Point3<f64>| left.dot(&(p - foot.at.position));
         let start = self.aside(vertex, foot);
         let (mut before, mut way) = (start, 0.0);
-        for step in SectionWalk::from_vertex(self.patch, self.vertices, vertex, plane, toward)? {
+        let Some(walk) = SectionWalk::from_vertex(self.patch, self.vertices, vertex, plane, toward) else {
+            return WalkEnd::Nowhere;
+        };
+        for step in walk {
             let here = aside(&step.position);
             if (here >= 0.0) != (start >= 0.0) || here == 0.0 {
                 let share = if before == here { 1.0 } else { before / (before - here) };
-                return Some(way + (step.way - way) * share.clamp(0.0, 1.0));
+                return WalkEnd::AtLine(way + (step.way - way) * share.clamp(0.0, 1.0));
             }
-            if step.way > 1.5 * foot.distance + longest_side(self.patch, step.triangle) {
-                return None;
+            if step.way > (1.5 * foot.distance).max(self.reach) + longest_side(self.patch, step.triangle) {
+                return WalkEnd::TooFar(step.way);
             }
             (before, way) = (here, step.way);
         }
         // A line along the border of the patch is where the walk ends, but for the bend of the line
         // between its nodes.
-        (before.abs() <= AT_LINE * foot.distance).then_some(way + before.abs())
+        if before.abs() <= AT_LINE * foot.distance { WalkEnd::AtLine(way + before.abs()) } else { WalkEnd::Nowhere }
     }
 
     fn gradient(&self, vertex: u32, foot: &CurveFoot, sign: f64) -> Vector3<f64> {

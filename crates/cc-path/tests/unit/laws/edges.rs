@@ -94,12 +94,11 @@ fn the_region_of_an_edge_is_the_band_of_its_width_along_the_surface() {
         // On one side of a border between groups the band is as wide as on the other.
         let lines = [(EdgeLine::Ridge, prism.middle(1)), (between("left", "nose"), 9.0)];
         for (line, way) in lines {
-            let (area, samples) = requested(&s, &edge(line, 5.0), 0.0);
-            assert!((area / (2.0 * 5.0 * 20.0) - 1.0).abs() < 0.02, "{turn_deg}: {area}");
-            for sample in samples {
-                let off = (prism.way(&(back * sample.position)) - way).abs();
-                assert!(off < 5.05, "{turn_deg}: {off}");
-            }
+            let (area, samples) = requested(&s, &edge(line.clone(), 5.0), 0.0);
+            let offs = samples.iter().map(|sample| (prism.way(&(back * sample.position)) - way).abs());
+            let off = offs.fold(0.0, f64::max);
+            // Distances are linear on pieces of an eighth of the width, around a radius of 1.5 mm.
+            assert!(off < 5.1 && (area / (2.0 * 5.0 * 20.0) - 1.0).abs() < 0.02, "{line:?} {turn_deg}: {off} {area}");
         }
     }
 }
