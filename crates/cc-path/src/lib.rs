@@ -59,10 +59,10 @@
 //! Inside: `region` chooses triangles, `patch` cuts them at the box and refines them, `widths` gets
 //! strip widths, `levels` chooses levels; `edge_fill` plans fronts and puts them on the patch;
 //! `section_layout` decides between both; `field` has levels of a flow and spirals; `offset` has
-//! passes beside a line;
-//! `scallop` advances fronts along the surface by `distance`; `trace` finds the curves, `resample`
-//! puts points on them, `order` puts them in order; `samples` spreads points over a region, one in
-//! each cell of a `lattice`, whatever is laid on it, or along the lines of a `line_band`; `size` bounds all of them.
+//! passes beside a line; `scallop` advances fronts along the surface by `distance`; `trace` finds
+//! the curves, `resample` puts points on them, `order` puts them in order; `samples` spreads
+//! points over a region, one in each cell of a `lattice`, whatever is laid on it, or along the
+//! lines of a `line_band`; `size` bounds all of them.
 
 mod distance;
 mod error;

@@ -79,9 +79,9 @@ pub struct CutPath {
     pub tips: Vec<Vec<Point3<f64>>>,
 }
 
-/// Returns the indices of pieces in the order with the shortest links, as [`ordered`]. `reach` is
-/// the largest distance of the flutes from the tip over all tools, mm, and `link_time` the time of
-/// a link between two positions.
+/// Returns the indices of pieces in the order with the shortest links; pieces that can touch each
+/// other keep their order. `reach` is the largest distance of the flutes from the tip over all
+/// tools, mm, and `link_time` the time of a link between two positions.
 ///
 /// # Errors
 /// Returns an error if the monitor cancels.
