@@ -1,4 +1,4 @@
-//! Table of strategies × parts for `docs/benchmarks.md`.
+//! Table of strategies × parts as Markdown.
 
 use facemill::new_job::{NewJob, Series};
 use facemill::{

@@ -1,4 +1,4 @@
-//! Prints the table of strategies × parts of `docs/benchmarks.md`: all parts, or those whose names
+//! Prints a table of strategies × parts as Markdown: of all parts, or of those whose names
 //! contain one of the arguments.
 
 use std::process::ExitCode;
