@@ -7,10 +7,10 @@ use crate::distance::patch_vertices::PatchVertices;
 use crate::error::PathError;
 use crate::layout::field::field_layout::{FieldLayout, flow_levels};
 use crate::layout::field::spiral::{SpiralLayout, without_poles};
-use crate::layout::offset::edge_lines::{group_indices, lines_between};
+use crate::layout::offset::edge_lines::group_indices;
 use crate::layout::offset::fillet::Fillet;
 use crate::layout::offset::offset_layout::{OffsetLayout, OffsetRange, OffsetTask};
-use crate::layout::offset::ridge::ridges;
+use crate::layout::offset::ridge::lines_of_edge;
 use crate::layout::offset::rolling_ball::{CornerRest, RollingBall};
 use crate::layout::offset::root_sides::{RootSide, root_sides};
 use crate::layout::order::{LevelPieces, arrange};
@@ -23,7 +23,7 @@ use crate::layout::strip_width::StripWidth;
 use crate::layout::trace::{Curve, TracedLevel, trace};
 use crate::region::Region;
 use crate::strategy::Strategy;
-use crate::strategy::edge::{Edge, EdgeLine, Root, RootLine};
+use crate::strategy::edge::{Edge, Root, RootLine};
 use crate::strategy::field::{Flow, Spiral, SpiralLevels};
 use crate::strategy::patch::{Fineness, Patch};
 use crate::strategy::scallop::ConstantScallop;
@@ -192,10 +192,7 @@ impl<'a> Task<'a> {
         edge.check()?;
         let patch = self.patch(None)?;
         let vertices = PatchVertices::of(&patch);
-        let lines = match &edge.line {
-            EdgeLine::Ridge => ridges(&patch, &vertices)?,
-            EdgeLine::BetweenGroups(groups) => lines_between(&patch, groups)?,
-        };
+        let lines = lines_of_edge(&patch, &vertices, &edge.line)?;
         self.beside(&patch, &vertices, &lines, edge.width)
     }
 

@@ -8,17 +8,17 @@ use nalgebra::Point3;
 use crate::distance::patch_vertices::PatchVertices;
 use crate::distance::source_curve::SourceCurve;
 use crate::error::PathError;
-use crate::layout::offset::edge_lines::{group_indices, lines_between};
+use crate::layout::offset::edge_lines::group_indices;
 use crate::layout::offset::fillet::Fillet;
 use crate::layout::offset::offset_field::OffsetField;
-use crate::layout::offset::ridge::ridges;
+use crate::layout::offset::ridge::lines_of_edge;
 use crate::layout::offset::rolling_ball::RollingBall;
 use crate::layout::offset::root_sides::root_sides;
 use crate::layout::scallop::surface_path::SurfacePath;
 use crate::layout::section_layout::extent;
 use crate::region::Region;
 use crate::strategy::Strategy;
-use crate::strategy::edge::{Edge, EdgeLine, Root, RootLine};
+use crate::strategy::edge::{Edge, Root, RootLine};
 use crate::strategy::patch::{Fineness, Patch};
 
 /// Longest edge of the pieces that distances are taken at, as a share of the band's width.
@@ -106,10 +106,7 @@ fn patch_of<'a>(surface: &'a Surface, region: &Region, width: f64) -> Result<Pat
 fn of_edge(surface: &Surface, region: &Region, edge: &Edge) -> Result<LineBand, PathError> {
     let patch = patch_of(surface, region, edge.width)?;
     let vertices = PatchVertices::of(&patch);
-    let lines = match &edge.line {
-        EdgeLine::Ridge => ridges(&patch, &vertices)?,
-        EdgeLine::BetweenGroups(groups) => lines_between(&patch, groups)?,
-    };
+    let lines = lines_of_edge(&patch, &vertices, &edge.line)?;
     Ok(LineBand::new(surface, edge.width, pieces_beside(&patch, &vertices, &lines, edge.width)))
 }
 

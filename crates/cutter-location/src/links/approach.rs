@@ -516,8 +516,7 @@ impl Outward<'_, '_> {
     fn check_ramp(&mut self, cl: &ClPoint, outward: &[ClPoint]) -> Result<(), Infeasible> {
         let mut inner = cl;
         for outer in outward {
-            let way = inner.tip - outer.tip;
-            let angle = (-way.dot(&outer.axis)).atan2((way - outer.axis.into_inner() * way.dot(&outer.axis)).norm());
+            let angle = descent(outer, inner);
             let steepest = self.test.cell.tool.max_ramp_angle() + RAMP_SLACK;
             if angle > steepest && self.test.cutter_in_stock(inner, self.hints) {
                 return Err(Infeasible::Ramp { angle });
@@ -531,8 +530,16 @@ impl Outward<'_, '_> {
 /// Steps in which an arc is lifted up to the largest lift.
 const LIFTS: f64 = 8.0;
 
-/// Largest excess of a chord of the arc over the tool's ramp angle, rad: less than inserts notice.
-const RAMP_SLACK: f64 = 1e-3;
+/// Largest excess of a chord over the tool's ramp angle, rad: less than inserts notice.
+pub const RAMP_SLACK: f64 = 1e-3;
+
+/// Returns the angle at which the tool descends on the straight way from one pose to another,
+/// relative to the cutter's bottom at the first, rad, −π/2..=π/2; 0 where the tip stays.
+pub fn descent(from: &ClPoint, to: &ClPoint) -> f64 {
+    let way = to.tip - from.tip;
+    let down = -way.dot(&from.axis);
+    down.atan2((way + from.axis.into_inner() * down).norm())
+}
 
 /// Steps of a retract, at most.
 const MAX_RETRACT_STEPS: usize = 2_000;

@@ -1,7 +1,7 @@
 //! Turns from the end of one pass to the start of the next with the tool down.
 
 use facemill_cl_data::{CcPoint, ClPoint, Posture};
-use facemill_cutter_location::links::approach::Approach;
+use facemill_cutter_location::links::approach::{Approach, RAMP_SLACK, descent};
 use facemill_cutter_location::links::link::{Waypoint, between};
 use facemill_cutter_location::{Configuration, FeasiblePose, Hints, Infeasible, PoseTest, rewound_axis};
 use facemill_inverse_kinematics::{AxisKind, AxisValues};
@@ -86,9 +86,6 @@ const LARGEST_STEP: f64 = 0.35;
 
 /// Tilt below which the lean has no direction, rad.
 const UPRIGHT: f64 = 1e-6;
-
-/// Excess over the tool's ramp angle that is rounding, rad.
-const RAMP_SLACK: f64 = 1e-3;
 
 /// Searches for turns in a workcell.
 pub(crate) struct TurnSearch<'t, 'a> {
@@ -224,9 +221,7 @@ impl<'t, 'a> TurnSearch<'t, 'a> {
     /// Checks that the tool descends, relative to the cutter's bottom, by at most its ramp angle
     /// where it is in the stock.
     fn check_ramp(&self, from: &Waypoint, to: &ClPoint, hints: &mut Hints) -> Result<(), NoTurn> {
-        let way = to.tip - from.cl.tip;
-        let down = -way.dot(&from.cl.axis);
-        let angle = down.atan2((way + from.cl.axis.into_inner() * down).norm());
+        let angle = descent(&from.cl, to);
         let steepest = self.test.cell.tool.max_ramp_angle() + RAMP_SLACK;
         if angle > steepest && self.test.cutter_in_stock(to, hints) {
             return Err(NoTurn::Blocked(Infeasible::Ramp { angle }));

@@ -32,8 +32,10 @@ enum WalkEnd {
 ///
 /// The distance of a vertex is the length of the section of the mesh by the plane at right angles
 /// to the line, from its foot on it: exact on planes, cylinders, cones and spheres, and on a prism
-/// of any section across its edge, however sharp. Elsewhere it is too long by the turn of the line
-/// about the way, to the fourth power.
+/// of any section across its edge, however sharp, as long as it turns by less than half a turn
+/// between line and vertex: from there on the side of the line is not known, and the distance can be
+/// a few percent too short. Elsewhere it is too long by the turn of the line about the way, to the
+/// fourth power.
 pub(crate) struct OffsetField<'a> {
     patch: &'a Patch<'a>,
     vertices: &'a PatchVertices,
@@ -96,16 +98,10 @@ impl<'a> OffsetField<'a> {
         let mut too_far: Option<f64> = None;
         for lean in LEANS {
             let turn = Rotation3::from_axis_angle(&normal, lean);
-            let way = match self.way_to_line(vertex, foot, turn * tangent, &(turn * -foot.away)) {
-                WalkEnd::AtLine(way) => Some(way * lean.cos()),
-                WalkEnd::TooFar(way) => {
-                    too_far = too_far.or(Some(way));
-                    None
-                }
-                WalkEnd::Nowhere => None,
-            };
-            if let Some(way) = way {
-                return way.copysign(self.aside(vertex, foot));
+            match self.way_to_line(vertex, foot, turn * tangent, &(turn * -foot.away)) {
+                WalkEnd::AtLine(way) => return (way * lean.cos()).copysign(self.aside(vertex, foot)),
+                WalkEnd::TooFar(way) => too_far = too_far.or(Some(way)),
+                WalkEnd::Nowhere => {}
             }
         }
         too_far.map_or(foot.across, |way| way.copysign(foot.across))

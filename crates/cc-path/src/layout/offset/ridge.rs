@@ -4,11 +4,13 @@ use nalgebra::{Matrix3, Point3, Unit, Vector3};
 
 use crate::distance::patch_vertices::PatchVertices;
 use crate::error::PathError;
+use crate::layout::offset::edge_lines::lines_between;
 use crate::layout::offset::offset_field::longest_side;
 use crate::layout::offset::ridge_profile::RidgeProfile;
 use crate::layout::offset::section_walk::{SectionWalk, WalkStep};
 use crate::layout::scallop::surface_path::SurfacePath;
 use crate::layout::section_layout::extent;
+use crate::strategy::edge::EdgeLine;
 use crate::strategy::patch::Patch;
 
 /// Place from which a ridge may be traced.
@@ -53,6 +55,21 @@ const BESIDE_BORDER: f64 = 0.5;
 /// Places nearer to a ridge than this many windows belong to it.
 const OWN: f64 = 6.0;
 
+/// The middle lines of an edge on a patch.
+///
+/// # Errors
+/// When there is none, or no such group.
+pub(crate) fn lines_of_edge(
+    patch: &Patch,
+    vertices: &PatchVertices,
+    line: &EdgeLine,
+) -> Result<Vec<SurfacePath>, PathError> {
+    match line {
+        EdgeLine::Ridge => ridges(patch, vertices),
+        EdgeLine::BetweenGroups(groups) => lines_between(patch, groups),
+    }
+}
+
 /// The ridges of a patch, sharpest first.
 ///
 /// Each is traced from its sharpest place in steps of two radii. At every step the section of the
@@ -63,7 +80,7 @@ const OWN: f64 = 6.0;
 ///
 /// # Errors
 /// When there is none.
-pub(crate) fn ridges(patch: &Patch, vertices: &PatchVertices) -> Result<Vec<SurfacePath>, PathError> {
+fn ridges(patch: &Patch, vertices: &PatchVertices) -> Result<Vec<SurfacePath>, PathError> {
     let candidates = candidates(patch, vertices);
     let mut ridges: Vec<(SurfacePath, f64)> = Vec::new();
     let mut n_failures = 0;
