@@ -1,4 +1,5 @@
 mod left_border;
+mod surface_side;
 
 use std::collections::BTreeMap;
 

@@ -3,7 +3,6 @@
 use std::collections::BTreeSet;
 
 use facemill_surface_model::Surface;
-use nalgebra::Point3;
 
 use crate::error::PathError;
 use crate::layout::scallop::seeds::chained;
@@ -78,20 +77,9 @@ pub(crate) fn border_sides(patch: &Patch) -> Vec<BorderSide> {
 
 /// The triangle of the surface across a side at the border of the patch.
 fn outside(patch: &Patch, triangle: u32, side: usize) -> Option<u32> {
-    let surface = patch.surface;
-    let parent = patch.parent(triangle);
-    let corners = surface.mesh().corners(parent as usize);
-    let v = patch.mesh.triangles()[triangle as usize];
-    let ends = [v[side], v[(side + 1) % 3]].map(|v| patch.mesh.vertices()[v as usize]);
-    let lies_on = |k: usize| ends.iter().all(|p| is_between(p, &corners[k], &corners[(k + 1) % 3]));
-    let of_parent = (0..3).find(|&k| lies_on(k))?;
+    let (surface, parent) = (patch.surface, patch.parent(triangle));
+    let of_parent = patch.side_of_parent(triangle, side)?;
     surface.edges().across(surface.mesh(), parent, of_parent).map(|(t, _)| t)
-}
-
-/// Whether a place lies on the line from `a` to `b`, to rounding.
-fn is_between(p: &Point3<f64>, a: &Point3<f64>, b: &Point3<f64>) -> bool {
-    let (along, off) = (b - a, p - a);
-    along.cross(&off).norm() <= 1e-9 * along.norm_squared()
 }
 
 fn neighbours(sides: &[BorderSide], group: usize, surface: &Surface) -> Vec<String> {

@@ -73,18 +73,25 @@ fn group_border(patch: &Patch, name: &str) -> Result<Vec<SurfacePath>, PathError
         let known = mesh.groups().iter().map(|g| g.name.clone()).filter(|n| !n.is_empty()).collect();
         return Err(PathError::UnknownGroup { group: name.to_owned(), known });
     };
-    // Zeros of both signs are the same place.
+    // Edges by the places of their ends, because each group may have vertices of its own. Zeros of
+    // both signs are the same place.
     let bits = |p: &Point3<f64>| [p.x + 0.0, p.y + 0.0, p.z + 0.0].map(f64::to_bits);
-    let corners = group.triangles.clone().flat_map(|t| mesh.triangles()[t]);
-    let of_group: BTreeSet<[u64; 3]> = corners.map(|v| bits(&mesh.vertices()[v as usize])).collect();
+    let edge = |t: usize, k: usize| {
+        let corners = mesh.corners(t);
+        let [a, b] = [bits(&corners[k]), bits(&corners[(k + 1) % 3])];
+        if a < b { [a, b] } else { [b, a] }
+    };
+    let of_group: BTreeSet<_> = group.triangles.clone().flat_map(|t| [0, 1, 2].map(|k| edge(t, k))).collect();
     let is_own = |t: u32| group.triangles.contains(&(patch.parent(t) as usize));
-    let touches = |v: u32| of_group.contains(&bits(&patch.mesh.vertices()[v as usize]));
+    let touches = |t: u32, k: usize| {
+        let of_parent = patch.side_of_parent(t, k);
+        of_parent.is_some_and(|k| of_group.contains(&edge(patch.parent(t) as usize, k)))
+    };
     let side_of_border = |t: u32, k: usize| {
-        let v = patch.mesh.triangles()[t as usize];
         let Some(edge) = patch.edges.of_side(t, k) else { return false };
         let sides = patch.edges.sides(edge);
         let among_others = sides.len() > 1 && sides.iter().any(|s| is_own(s / 3)) && !is_own(t);
-        among_others || (sides.len() == 1 && !is_own(t) && touches(v[k]) && touches(v[(k + 1) % 3]))
+        among_others || (sides.len() == 1 && !is_own(t) && touches(t, k))
     };
     let n = patch.mesh.triangles().len() as u32;
     let sides: Vec<(u32, usize)> =

@@ -210,17 +210,40 @@ fn the_border_with_a_group_is_a_seed() {
     let groups = vec![group("blade", 0..left.len()), group("hub", left.len()..left.len() + right.len())];
     let s = surface(TriMesh::with_groups(mesh.vertices().to_vec(), [left, right].concat(), groups).unwrap());
     let strategy = scallop(vec![Seed::GroupBorder("hub".to_owned())]);
-    let lay = |region: Region| lay_on(&s, &region, &strategy, &settings(4.0));
-    let laid = lay(Region { groups: Some(vec!["blade".to_owned()]), ..Region::default() });
-    // Half a strip beside x = 30, then strip by strip.
-    let xs: Vec<f64> = laid.passes.iter().map(|p| p.pass.points[0].position.x).collect();
-    assert_eq!(xs.len(), 8, "{xs:?}");
-    for (k, x) in xs[..7].iter().enumerate() {
-        assert!((x - (28.0 - 4.0 * k as f64)).abs() < 1e-6, "{xs:?}");
+    // From a step of 4 on, edges of the border are halved.
+    for step in [4.0, 3.9, 1.0] {
+        let lay = |region: Region| lay_on(&s, &region, &strategy, &settings(step));
+        let laid = lay(Region { groups: Some(vec!["blade".to_owned()]), ..Region::default() });
+        // Half a strip beside x = 30, then strip by strip.
+        let xs: Vec<f64> = laid.passes.iter().map(|p| p.pass.points[0].position.x).collect();
+        assert_eq!(xs.len(), (30.0 / step + 0.5) as usize, "{xs:?}");
+        for (k, x) in xs[..xs.len() - 1].iter().enumerate() {
+            assert!((x - (30.0 - step * (0.5 + k as f64))).abs() < 1e-6, "{step}: {xs:?}");
+        }
+        assert!(laid.passes[..xs.len() - 1].iter().all(|p| (p.length - 20.0).abs() < 1e-6), "{step}");
+        // Inside a region of both groups, the border of the group itself.
+        let laid = lay(Region::default());
+        let beside = 0.5 * step - 0.1;
+        assert!(laid.passes.iter().all(|p| (p.pass.points[0].position.x - 30.0).abs() > beside), "{step}");
     }
-    // Inside a region of both groups, the border of the group itself.
-    let laid = lay(Region::default());
-    assert!(laid.passes.iter().all(|p| p.pass.points[0].position.x < 30.0 || p.pass.points[0].position.x > 31.9));
+}
+
+#[test]
+fn the_border_with_a_group_is_a_seed_from_end_to_end_where_some_edges_are_halved_and_nothing_is_welded() {
+    // Rows of 0.5 mm beside rows of 3 mm; of the groups, each has vertices of its own.
+    let y = |v: f64| if v < 0.5 { 8.0 * v } else { 4.0 + 48.0 * (v - 0.5) };
+    let part = |name: &str, from: f64| {
+        let mesh = grid(10, 16, |u, v| Point3::new(from + 30.0 * u, y(v), 0.0));
+        let all = 0..mesh.triangles().len();
+        let groups = vec![Group { name: name.to_owned(), triangles: all }];
+        TriMesh::with_groups(mesh.vertices().to_vec(), mesh.triangles().to_vec(), groups).unwrap()
+    };
+    let s = surface(part("blade", 0.0).joined(&part("hub", 30.0)));
+    let region = Region { groups: Some(vec!["blade".to_owned()]), ..Region::default() };
+    let laid = lay_on(&s, &region, &scallop(vec![Seed::GroupBorder("hub".to_owned())]), &settings(4.0));
+    let first = &laid.passes[0];
+    assert!((first.length - 28.0).abs() < 1e-6, "{}", first.length);
+    assert!(first.pass.points.iter().all(|cc| (cc.position.x - 28.0).abs() < 1e-6));
 }
 
 #[test]
