@@ -9,6 +9,7 @@ use crate::distance::patch_vertices::PatchVertices;
 use crate::distance::source_curve::SourceCurve;
 use crate::error::PathError;
 use crate::layout::offset::edge_lines::{BorderSide, border_sides};
+use crate::layout::offset::ridge_profile::turn_about;
 use crate::layout::offset::section_walk::SectionWalk;
 use crate::layout::scallop::seeds::chained;
 use crate::layout::scallop::surface_path::{SurfacePath, trace_zero};
@@ -30,8 +31,20 @@ pub(crate) struct Fillet<'a> {
     group: usize,
 }
 
-/// Places along the middle line at which the radius is measured, at most.
+/// Place of the middle line of a fillet.
+#[derive(Clone, Copy, Debug)]
+struct FilletPlace {
+    position: Point3<f64>,
+    triangle: u32,
+    along: Unit<Vector3<f64>>,
+}
+
+/// Places along the middle line at which turn and radius are measured, at most.
 const MOST_PROFILES: usize = 400;
+
+/// Convex turn of the surface across a group from which it is no fillet, rad (11°): less is the
+/// unevenness of a mesh.
+const CONVEX: f64 = 0.2;
 
 impl<'a> Fillet<'a> {
     pub(crate) fn new(patch: &'a Patch<'a>, vertices: &'a PatchVertices, group: usize) -> Self {
@@ -49,7 +62,7 @@ impl<'a> Fillet<'a> {
     /// The line as far from one border of the fillet as from the other.
     ///
     /// # Errors
-    /// When the fillet has not two borders in the region.
+    /// When the fillet has not two borders in the region, or is convex somewhere.
     pub(crate) fn middle(&self, spacing: f64) -> Result<Vec<SurfacePath>, PathError> {
         let triangles: Vec<u32> = (0..self.patch.mesh.triangles().len() as u32).filter(|&t| self.is_in(t)).collect();
         if triangles.is_empty() {
@@ -72,6 +85,7 @@ impl<'a> Fillet<'a> {
         if lines.is_empty() {
             return Err(self.no_fillet("both of its borders are nowhere opposite to each other".to_owned()));
         }
+        self.check_concave(&lines)?;
         Ok(lines)
     }
 
@@ -117,46 +131,67 @@ impl<'a> Fillet<'a> {
         }
     }
 
-    /// The smallest radius across the fillet along its middle line: length over turn, over half of
-    /// its width. `None` where nothing turns.
-    fn least_radius(&self, lines: &[SurfacePath]) -> Option<FilletRadius> {
-        let n: usize = lines.iter().map(|l| l.nodes.len()).sum();
-        let every = n.div_ceil(MOST_PROFILES).max(1);
-        let mut least: Option<FilletRadius> = None;
-        for line in lines {
-            for k in (0..line.nodes.len()).step_by(every) {
-                let before = if k > 0 { k - 1 } else { 0 };
-                let along = line.nodes[(k + 1).min(line.nodes.len() - 1)] - line.nodes[before];
-                let Some(radius) = self.radius_across(line.nodes[k], line.triangles[k], &along) else { continue };
-                if least.is_none_or(|l| radius < l.radius) {
-                    least = Some(FilletRadius { radius, position: line.nodes[k] });
-                }
+    /// # Errors
+    /// When the surface is convex across the group.
+    fn check_concave(&self, lines: &[SurfacePath]) -> Result<(), PathError> {
+        for place in places(lines) {
+            let Some(turn) = self.profile(&place).and_then(|p| Some(p.last()?.1 - p.first()?.1)) else { continue };
+            if turn < -CONVEX {
+                let (p, turn) = (place.position, -turn.to_degrees());
+                return Err(self.no_fillet(format!(
+                    "it is convex at ({:.3}, {:.3}, {:.3}), where the surface turns outward by {turn:.0}° across it; a \
+                     fillet lies in a concave corner: take the strategy edge for a convex edge",
+                    p.x, p.y, p.z
+                )));
             }
         }
-        least
+        Ok(())
     }
 
-    fn radius_across(&self, place: Point3<f64>, triangle: u32, along: &Vector3<f64>) -> Option<f64> {
-        let along = Unit::try_new(*along, 1e-12)?;
-        let middle = self.patch.normal(triangle, &place);
+    /// The smallest radius across the fillet along its middle line: length over turn, over half of
+    /// its width. `None` where nothing turns inward.
+    fn least_radius(&self, lines: &[SurfacePath]) -> Option<FilletRadius> {
+        let radius = |place: FilletPlace| {
+            let radius = sharpest(&self.profile(&place)?)?;
+            Some(FilletRadius { radius, position: place.position })
+        };
+        places(lines).filter_map(radius).reduce(|least, next| if next.radius < least.radius { next } else { least })
+    }
+
+    /// Way and turn of the normal across the fillet, concave turns rising.
+    fn profile(&self, place: &FilletPlace) -> Option<Vec<(f64, f64)>> {
+        let FilletPlace { position, triangle, along } = *place;
+        let middle = self.patch.normal(triangle, &position);
         let across = middle.cross(&along);
-        let half = |toward: Vector3<f64>| -> Option<Vec<(f64, f64)>> {
-            let walk = SectionWalk::from_place(self.patch, triangle, place, along, &toward)?;
+        let half = |toward: Vector3<f64>, axis: Vector3<f64>| -> Option<Vec<(f64, f64)>> {
+            let walk = SectionWalk::from_place(self.patch, triangle, position, along, &toward)?;
             let mut profile = vec![(0.0, 0.0)];
             for step in walk.take_while(|s| self.is_in(s.triangle)) {
                 // The facet's own smooth normal ends at the border of the fillet.
-                profile.push((step.way, self.patch.normal(step.triangle, &step.position).angle(&middle)));
+                let normal = self.patch.normal(step.triangle, &step.position);
+                profile.push((step.way, turn_about(&axis, &middle, &normal)));
             }
             Some(profile)
         };
-        let (left, right) = (half(across)?, half(-across)?);
+        let (left, right) = (half(across, along.into_inner())?, half(-across, -along.into_inner())?);
         let before = right.into_iter().skip(1).rev().map(|(way, turn)| (-way, -turn));
-        let profile: Vec<(f64, f64)> = before.chain(left).collect();
-        sharpest(&profile)
+        Some(before.chain(left).collect())
     }
 }
 
-/// The smallest radius over half of a profile of way and turn, both rising.
+/// Places along lines, evenly by nodes.
+fn places(lines: &[SurfacePath]) -> impl Iterator<Item = FilletPlace> + '_ {
+    let n: usize = lines.iter().map(|l| l.nodes.len()).sum();
+    let every = n.div_ceil(MOST_PROFILES).max(1);
+    let place = |line: &SurfacePath, k: usize| {
+        let (before, after) = (k.saturating_sub(1), (k + 1).min(line.nodes.len() - 1));
+        let along = Unit::try_new(line.nodes[after] - line.nodes[before], 1e-12)?;
+        Some(FilletPlace { position: line.nodes[k], triangle: line.triangles[k], along })
+    };
+    lines.iter().flat_map(move |line| (0..line.nodes.len()).step_by(every).filter_map(move |k| place(line, k)))
+}
+
+/// The smallest radius over half of a profile of way and turn, concave turns rising.
 fn sharpest(profile: &[(f64, f64)]) -> Option<f64> {
     let (first, last) = (profile.first()?.0, profile.last()?.0);
     let window = 0.5 * (last - first);

@@ -170,6 +170,6 @@ impl RidgeProfile {
 }
 
 /// Signed turn from one direction to another about an axis, rad.
-fn turn_about(axis: &Vector3<f64>, from: &Unit<Vector3<f64>>, to: &Unit<Vector3<f64>>) -> f64 {
+pub(crate) fn turn_about(axis: &Vector3<f64>, from: &Unit<Vector3<f64>>, to: &Unit<Vector3<f64>>) -> f64 {
     from.cross(to).dot(axis).atan2(from.dot(to))
 }

@@ -169,6 +169,23 @@ fn the_tightest_place_of_a_fillet_decides() {
 }
 
 #[test]
+fn a_rounded_edge_is_no_fillet() {
+    let mut rng = Lcg::new(13);
+    for (radius, corner_radius) in [(3.0, 5.0), (8.0, 2.0)] {
+        let prism = Prism::rounded(12.0, radius, 1.5, 40.0);
+        let mesh = prism.mesh(&[8, 16, 8], 12, &["side", "round", "top"]).transformed(&rng.motion());
+        let (s, region) = (surface(mesh), Region::default());
+        let strategy = root(RootLine::Fillet("round".to_owned()), 4.0);
+        let e = lay_passes(&s, &region, &strategy, &ball(corner_radius), &|_| f64::INFINITY, &Silent).unwrap_err();
+        let text = e.to_string();
+        assert!(matches!(e, PathError::NoFillet { .. }), "{text}");
+        assert!(text.contains("it is convex at (") && text.contains("strategy edge"), "{text}");
+        let requested = RequestedStrategy { strategy: &strategy, corner_radius };
+        assert_eq!(RequestedRegion::new(&s, &region, Some(requested)).err(), Some(e));
+    }
+}
+
+#[test]
 fn roots_that_are_not_there_are_errors_that_say_what_to_do() {
     let refused = |s: &Surface, region: &Region, line: RootLine| {
         lay_passes(s, region, &root(line, 3.0), &ball(2.0), &|_| f64::INFINITY, &Silent).unwrap_err()
