@@ -200,6 +200,30 @@ pub enum PathError {
         /// Smallest convex radius in the region, mm, and where; `None` where there is none.
         sharpest: Option<(f64, Point3<f64>)>,
     },
+    /// The region has too many edges.
+    #[error(
+        "edge.line: the region has more than {limit} ridges of curvature; bound the region to fewer edges and take an \
+         operation for each part, or name the groups that an edge lies between by between_groups"
+    )]
+    TooManyRidges {
+        /// Most there may be.
+        limit: usize,
+    },
+    /// So many places bend sharply without being an edge that edges may be missed.
+    #[error(
+        "edge.line: more than {limit} places of the region, apart from each other by half their radius, bend sharply but \
+         are no ridge, the last with a radius of {radius:.3} mm at ({:.3}, {:.3}, {:.3}), so that ridges with larger \
+         radii may be missed; bound the region to the edges, or name the groups that they lie between by between_groups",
+        position.x, position.y, position.z
+    )]
+    RidgesUnclear {
+        /// Most places that are tried.
+        limit: usize,
+        /// Radius of the last place, mm.
+        radius: f64,
+        /// Where it is, workpiece frame, mm.
+        position: Point3<f64>,
+    },
     /// The groups of a root do not meet in a concave corner.
     #[error(
         "root.line.between_groups: a ball of {corner_radius} mm, the cutter's corner radius, touches groups \"{}\" and \

@@ -31,8 +31,17 @@ struct RidgeNode {
     window: f64,
 }
 
-/// Candidates that are tried without success, at most.
+/// Candidates that are tried without success one by one, sharpest first. From there on, those near
+/// to one that has failed are left out, and as many more may fail: a round body has no ridge at any
+/// of its vertices, but few places that are apart by their radius.
 const MOST_FAILURES: usize = 2_000;
+
+/// Candidates nearer to one that has failed than this share of their window see the same section,
+/// where their normals agree. Ridges are far longer.
+const SAME_PLACE: f64 = 0.5;
+
+/// Cosine of the angle from which normals are of two sides of a thin body, 60°.
+const SAME_SIDE: f64 = 0.5;
 
 /// Most ridges of a region.
 const MOST_RIDGES: usize = 64;
@@ -58,7 +67,7 @@ const OWN: f64 = 6.0;
 /// The middle lines of an edge on a patch.
 ///
 /// # Errors
-/// When there is none, or no such group.
+/// When there is none, there are too many, or no such group.
 pub(crate) fn lines_of_edge(
     patch: &Patch,
     vertices: &PatchVertices,
@@ -79,27 +88,62 @@ pub(crate) fn lines_of_edge(
 /// as much.
 ///
 /// # Errors
-/// When there is none.
+/// When there is none, there are too many, or too many places that bend sharply are none.
 fn ridges(patch: &Patch, vertices: &PatchVertices) -> Result<Vec<SurfacePath>, PathError> {
     let candidates = candidates(patch, vertices);
     let mut ridges: Vec<(SurfacePath, f64)> = Vec::new();
-    let mut n_failures = 0;
+    let mut failures = Failures::default();
     for candidate in &candidates {
-        if n_failures == MOST_FAILURES || ridges.len() == MOST_RIDGES {
-            break;
-        }
-        if ridges.iter().any(|(path, window)| is_near(path, &candidate.position, OWN * window.max(candidate.window))) {
+        let is_own = |(path, window): &(SurfacePath, f64)| {
+            is_near(path, &candidate.position, OWN * window.max(candidate.window))
+        };
+        if failures.hold(patch, candidate) || ridges.iter().any(is_own) {
             continue;
         }
         match trace(patch, candidate) {
+            Some(_) if ridges.len() == MOST_RIDGES => return Err(PathError::TooManyRidges { limit: MOST_RIDGES }),
             Some(ridge) => ridges.push((ridge, candidate.window)),
-            None => n_failures += 1,
+            None => failures.enter(patch, candidate)?,
         }
     }
     if ridges.is_empty() {
         return Err(PathError::NoRidge { sharpest: candidates.first().map(|c| (c.window, c.position)) });
     }
     Ok(ridges.into_iter().map(|(path, _)| path).collect())
+}
+
+/// Candidates that are no ridge.
+#[derive(Default)]
+struct Failures {
+    n: usize,
+    /// Places and normals of those after the first [`MOST_FAILURES`].
+    apart: Vec<(Point3<f64>, Unit<Vector3<f64>>)>,
+}
+
+impl Failures {
+    /// # Errors
+    /// When there are too many.
+    fn enter(&mut self, patch: &Patch, candidate: &Candidate) -> Result<(), PathError> {
+        let Candidate { position, triangle, window, .. } = *candidate;
+        self.n += 1;
+        if self.n > MOST_FAILURES {
+            self.apart.push((position, patch.normal(triangle, &position)));
+        }
+        if self.apart.len() > MOST_FAILURES {
+            return Err(PathError::RidgesUnclear { limit: MOST_FAILURES, radius: window, position });
+        }
+        Ok(())
+    }
+
+    /// Whether a candidate is the same place as one that has failed.
+    fn hold(&self, patch: &Patch, candidate: &Candidate) -> bool {
+        let near = (SAME_PLACE * candidate.window).powi(2);
+        let normal = || patch.normal(candidate.triangle, &candidate.position);
+        let is_same = |(position, of_failed): &(Point3<f64>, Unit<Vector3<f64>>)| {
+            nalgebra::distance_squared(position, &candidate.position) < near && of_failed.dot(&normal()) > SAME_SIDE
+        };
+        self.apart.iter().any(is_same)
+    }
 }
 
 /// Convex places with their radius across, sharpest first: vertices of the smooth surface, and

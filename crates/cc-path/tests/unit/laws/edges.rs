@@ -1,5 +1,7 @@
 //! Laws of passes along edges: closed forms of rounded wedges, ellipses and group borders.
 
+use std::f64::consts::TAU;
+
 use super::prism::Prism;
 use super::*;
 
@@ -240,6 +242,58 @@ fn a_sharp_edge_is_a_ridge() {
     let laid = lay(&surface(mesh), &edge(EdgeLine::Ridge, 5.0), &even_steps(1.0));
     assert_eq!(laid.passes.len(), 11);
     assert_at(&prism, &laid, &Isometry3::identity(), 8.0, 0.01);
+}
+
+/// So many wedges beside each other, each with one ridge.
+fn wedges(n: usize) -> TriMesh {
+    let wedge = Prism::rounded(4.0, 1.0, 1.5, 20.0).mesh(&[3, 6, 3], 8, &["left", "nose", "right"]);
+    let at = |k: usize| {
+        let place = Vector3::new(12.0 * (k % 9) as f64, 25.0 * (k / 9) as f64, 0.0);
+        wedge.transformed(&Isometry3::translation(place.x, place.y, place.z))
+    };
+    (1..n).fold(at(0), |all, k| all.joined(&at(k)))
+}
+
+#[test]
+fn no_ridge_beyond_the_largest_number_is_dropped_silently() {
+    let strategy = edge(EdgeLine::Ridge, 0.0);
+    let lay = |n: usize| {
+        lay_passes(&surface(wedges(n)), &Region::default(), &strategy, &even_steps(1.0), &|_| f64::INFINITY, &Silent)
+    };
+    assert_eq!(lay(64).unwrap().passes.len(), 64);
+    let e = lay(65).unwrap_err();
+    let text = e.to_string();
+    assert!(text.contains("more than 64 ridges") && text.contains("bound the region"), "{text}");
+    assert!(text.contains("between_groups"), "{text}");
+    // The region that is asked for is not told smaller.
+    let (s, region) = (surface(wedges(65)), Region::default());
+    let requested = RequestedStrategy { strategy: &strategy, corner_radius: 0.0 };
+    assert_eq!(RequestedRegion::new(&s, &region, Some(requested)).err(), Some(e));
+}
+
+#[test]
+fn a_ridge_is_found_behind_thousands_of_sharper_places_that_are_none() {
+    let prism = Prism::rounded(60.0, 8.0, 1.5, 100.0);
+    let round = cylinder(5.0, 90.0, 1.3, 60, 60).transformed(&Isometry3::translation(0.0, 200.0, 0.0));
+    let s = surface(prism.mesh(&[12, 16, 12], 16, &["left", "nose", "right"]).joined(&round));
+    let laid = lay(&s, &edge(EdgeLine::Ridge, 0.0), &even_steps(4.0));
+    assert_eq!(laid.passes.len(), 1);
+    assert!((laid.passes[0].length - 100.0).abs() < 0.1, "{}", laid.passes[0].length);
+}
+
+#[test]
+fn a_region_that_bends_in_too_many_places_is_refused_with_the_limit() {
+    let n = 34.0;
+    let bumps = grid(272, 272, |u, v| {
+        let height = 1.2 * (TAU * n * u).sin() * (TAU * n * v).sin();
+        Point3::new(10.0 * n * u, 10.0 * n * v, height)
+    });
+    let strategy = edge(EdgeLine::Ridge, 1.0);
+    let laid =
+        lay_passes(&surface(bumps), &Region::default(), &strategy, &even_steps(10.0), &|_| f64::INFINITY, &Silent);
+    let e = laid.unwrap_err();
+    let text = e.to_string();
+    assert!(text.contains("more than 2000 places") && text.contains("bound the region"), "{text}");
 }
 
 #[test]
