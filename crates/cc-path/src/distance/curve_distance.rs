@@ -33,6 +33,12 @@ struct Hint {
     node: u32,
 }
 
+impl Hint {
+    fn of(foot: &CurveFoot) -> Self {
+        Self { curve: foot.curve, node: foot.at.node }
+    }
+}
+
 /// Distances from curves on a patch to the vertices around them, and to any place between.
 ///
 /// Feet begin at the triangles that the curves run through, and are passed on from vertex to
@@ -44,8 +50,37 @@ pub(crate) struct CurveDistance<'a> {
     patch: &'a Patch<'a>,
     vertices: &'a PatchVertices,
     curves: &'a [SourceCurve],
-    hints: Vec<Option<Hint>>,
+    store: DistanceStore,
     reached: Vec<(u32, CurveFoot)>,
+}
+
+/// What distances keep for every vertex of a patch; distances that are measured one after the other
+/// take it over from each other, so that each takes only the time of what it reaches.
+#[derive(Default)]
+pub(crate) struct DistanceStore {
+    /// Index of each vertex in what is reached; [`OUT_OF_REACH`] for others.
+    places: Vec<u32>,
+    /// Smallest distance that was entered, mm.
+    nearest: Vec<f64>,
+    /// The vertices that have one.
+    entered: Vec<u32>,
+}
+
+const OUT_OF_REACH: u32 = u32::MAX;
+
+impl DistanceStore {
+    pub(crate) fn new(patch: &Patch) -> Self {
+        let n = patch.mesh.vertices().len();
+        Self { places: vec![OUT_OF_REACH; n], nearest: vec![f64::INFINITY; n], entered: Vec::new() }
+    }
+
+    /// Makes it as it was when it was new.
+    fn clear(&mut self) {
+        for v in self.entered.drain(..) {
+            self.places[v as usize] = OUT_OF_REACH;
+            self.nearest[v as usize] = f64::INFINITY;
+        }
+    }
 }
 
 impl<'a> CurveDistance<'a> {
@@ -60,9 +95,20 @@ impl<'a> CurveDistance<'a> {
         reach: f64,
         passes_on: impl Fn(u32) -> bool,
     ) -> Self {
-        let n = patch.mesh.vertices().len();
-        let mut this = Self { patch, vertices, curves, hints: vec![None; n], reached: Vec::new() };
-        let mut queue = Queue { nearest: vec![f64::INFINITY; n], heap: BinaryHeap::new(), reach };
+        Self::with_store(patch, vertices, curves, reach, passes_on, DistanceStore::new(patch))
+    }
+
+    /// Does the same with a store of the patch.
+    pub(crate) fn with_store(
+        patch: &'a Patch<'a>,
+        vertices: &'a PatchVertices,
+        curves: &'a [SourceCurve],
+        reach: f64,
+        passes_on: impl Fn(u32) -> bool,
+        store: DistanceStore,
+    ) -> Self {
+        let mut this = Self { patch, vertices, curves, store, reached: Vec::new() };
+        let mut queue = Queue { heap: BinaryHeap::new(), reach };
         for (curve, source) in curves.iter().enumerate() {
             for (node, triangle) in source.nodes() {
                 let hint = Hint { curve: curve as u32, node };
@@ -70,32 +116,46 @@ impl<'a> CurveDistance<'a> {
             }
         }
         while let Some(QueueEntry { distance, vertex, foot }) = queue.heap.pop() {
-            if distance > queue.nearest[vertex as usize] || this.hints[vertex as usize].is_some() {
+            if distance > this.store.nearest[vertex as usize] || this.foot_of(vertex).is_some() {
                 continue;
             }
-            let hint = Hint { curve: foot.curve, node: foot.at.node };
-            this.hints[vertex as usize] = Some(hint);
+            this.store.places[vertex as usize] = this.reached.len() as u32;
             this.reached.push((vertex, foot));
             if passes_on(vertex) {
+                let hint = Hint::of(&foot);
                 vertices.triangles(vertex).iter().for_each(|&t| this.offer(hint, t, &mut queue));
             }
         }
         this
     }
 
+    /// The store, for the next distances on the patch.
+    pub(crate) fn into_store(self) -> DistanceStore {
+        let mut store = self.store;
+        store.clear();
+        store
+    }
+
     /// Enters the corners of a triangle with their feet from a hint, where they are nearer than
     /// before.
-    fn offer(&self, hint: Hint, triangle: u32, queue: &mut Queue) {
+    fn offer(&mut self, hint: Hint, triangle: u32, queue: &mut Queue) {
         for vertex in self.patch.mesh.triangles()[triangle as usize] {
-            if self.hints[vertex as usize].is_none() {
+            if self.foot_of(vertex).is_none() {
                 let p = self.patch.mesh.vertices()[vertex as usize];
-                queue.enter(vertex, self.foot_by_hint(hint, &p, &self.vertices.normal(vertex)));
+                let foot = self.foot_by_hint(hint, &p, &self.vertices.normal(vertex));
+                queue.enter(vertex, foot, &mut self.store);
             }
         }
     }
 
     fn foot_by_hint(&self, hint: Hint, p: &Point3<f64>, normal: &Unit<Vector3<f64>>) -> CurveFoot {
         CurveFoot::of(hint.curve, self.curves[hint.curve as usize].foot(p, hint.node), p, normal)
+    }
+
+    /// The foot of a vertex; `None` out of reach.
+    pub(crate) fn foot_of(&self, vertex: u32) -> Option<&CurveFoot> {
+        // The index of one out of reach is beyond the end.
+        self.reached.get(self.store.places[vertex as usize] as usize).map(|(_, foot)| foot)
     }
 
     /// The vertices in reach with their feet, by rising distance.
@@ -106,7 +166,7 @@ impl<'a> CurveDistance<'a> {
     /// The foot of a place between some vertices, with the smooth normal there: the nearest of
     /// those found from theirs; `None` out of reach.
     pub(crate) fn foot(&self, between: &[u32], p: &Point3<f64>, normal: &Unit<Vector3<f64>>) -> Option<CurveFoot> {
-        let feet = between.iter().filter_map(|&v| Some(self.foot_by_hint(self.hints[v as usize]?, p, normal)));
+        let feet = between.iter().filter_map(|&v| Some(self.foot_by_hint(Hint::of(self.foot_of(v)?), p, normal)));
         feet.reduce(|best, next| if next.distance < best.distance { next } else { best })
     }
 }
@@ -142,15 +202,17 @@ fn arc_over_chord(chord: &Unit<Vector3<f64>>, start: &Unit<Vector3<f64>>, end: &
 
 /// Vertices to be settled, the nearest first.
 struct Queue {
-    nearest: Vec<f64>,
     heap: BinaryHeap<QueueEntry>,
     reach: f64,
 }
 
 impl Queue {
-    fn enter(&mut self, vertex: u32, foot: CurveFoot) {
-        let nearest = &mut self.nearest[vertex as usize];
+    fn enter(&mut self, vertex: u32, foot: CurveFoot, store: &mut DistanceStore) {
+        let nearest = &mut store.nearest[vertex as usize];
         if foot.distance < *nearest && foot.distance <= self.reach {
+            if nearest.is_infinite() {
+                store.entered.push(vertex);
+            }
             *nearest = foot.distance;
             self.heap.push(QueueEntry { distance: foot.distance, vertex, foot });
         }

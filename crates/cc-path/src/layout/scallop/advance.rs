@@ -1,12 +1,10 @@
 //! Fronts that advance over a patch, one after the other.
 
-use std::collections::BTreeSet;
-
 use facemill_cl_data::{CcPoint, Monitor};
 use nalgebra::{Point3, Unit, Vector3};
 use rayon::prelude::*;
 
-use crate::distance::curve_distance::{CurveDistance, CurveFoot};
+use crate::distance::curve_distance::{CurveDistance, CurveFoot, DistanceStore};
 use crate::distance::patch_vertices::{PatchVertices, on_edge};
 use crate::distance::source_curve::SourceCurve;
 use crate::error::PathError;
@@ -74,6 +72,9 @@ pub(crate) struct Advance<'a> {
     pub(crate) n_wide: usize,
     /// Longest step, mm.
     pub(crate) widest: f64,
+    /// Distance ahead of the next fronts, mm; NaN between steps.
+    values: Vec<f64>,
+    store: DistanceStore,
 }
 
 /// Stretches of lanes per strip width.
@@ -103,6 +104,8 @@ impl<'a> Advance<'a> {
             fronts: Vec::new(),
             n_wide: 0,
             widest: 0.0,
+            values: vec![f64::NAN; n],
+            store: DistanceStore::new(context.patch),
         }
     }
 
@@ -152,15 +155,15 @@ impl<'a> Advance<'a> {
     fn step(&mut self, base: &mut Base, reach: f64, spacing: f64) -> Result<(f64, bool), PathError> {
         let FrontContext { patch, vertices, settings, .. } = *self.context;
         let mut cycles = std::mem::take(&mut base.cycles);
-        let behind = std::mem::take(&mut self.behind);
-        let distance = CurveDistance::new(patch, vertices, &base.curves, reach, |v| !behind[v as usize]);
-        self.behind = behind;
+        let store = std::mem::take(&mut self.store);
+        let is_ahead = |v: u32| !self.behind[v as usize];
+        let distance = CurveDistance::with_store(patch, vertices, &base.curves, reach, is_ahead, store);
         self.find_widths(&distance)?;
         let ahead = || distance.reached().iter().filter(|(v, _)| !self.behind[*v as usize]);
         let widest = ahead().map(|(v, _)| self.widths[*v as usize]).fold(settings.min_step_over, f64::max);
-        let lanes = self.lanes(&distance, base, &mut cycles, reach, spacing);
         let triangles = self.triangles(&distance);
-        let mut values = vec![f64::NAN; patch.mesh.vertices().len()];
+        let lanes = self.lanes(&distance, &triangles, base, &mut cycles, reach, spacing);
+        let mut values = std::mem::take(&mut self.values);
         for v in triangles.iter().flat_map(|&t| patch.mesh.triangles()[t as usize]) {
             values[v as usize] = if self.behind[v as usize] { -1.0 } else { reach };
         }
@@ -175,6 +178,10 @@ impl<'a> Advance<'a> {
         let traced = if lanes.all_done() { Vec::new() } else { trace_zero(patch, &values, &triangles, exact) };
         let next = self.clipped(traced, &distance, base, &lanes, &cycles, spacing);
         let passed = self.pass_by(&distance, base, &lanes, &values);
+        let corners = triangles.iter().flat_map(|&t| patch.mesh.triangles()[t as usize]);
+        corners.chain(distance.reached().iter().map(|(v, _)| *v)).for_each(|v| values[v as usize] = f64::NAN);
+        self.values = values;
+        self.store = distance.into_store();
         *base = next;
         Ok((widest, passed))
     }
@@ -205,15 +212,21 @@ impl<'a> Advance<'a> {
     }
 
     /// The steps of the next fronts.
-    fn lanes(&self, distance: &CurveDistance, base: &Base, cycles: &mut [Gain], reach: f64, spacing: f64) -> Lanes {
+    fn lanes(
+        &self,
+        distance: &CurveDistance,
+        triangles: &[u32],
+        base: &Base,
+        cycles: &mut [Gain],
+        reach: f64,
+        spacing: f64,
+    ) -> Lanes {
         let patch = self.context.patch;
-        let mut feet = vec![None; patch.mesh.vertices().len()];
-        distance.reached().iter().for_each(|(v, foot)| feet[*v as usize] = Some(*foot));
         let mut lanes = Lanes::new(&base.curves, spacing);
-        for t in self.triangles(distance) {
+        for &t in triangles {
             let v = patch.mesh.triangles()[t as usize];
             let ahead = v.iter().filter(|&&v| !self.behind[v as usize]);
-            let corners: Vec<(u32, CurveFoot)> = ahead.filter_map(|&v| Some((v, feet[v as usize]?))).collect();
+            let corners: Vec<(u32, CurveFoot)> = ahead.filter_map(|&v| Some((v, *distance.foot_of(v)?))).collect();
             let is_met = (0..corners.len()).any(|i| (0..i).any(|j| meets(patch, corners[i], corners[j])));
             let nearest = corners.iter().map(|c| c.1.distance).fold(f64::INFINITY, f64::min);
             let from = if v.iter().any(|&v| self.behind[v as usize]) { 0.0 } else { nearest };
@@ -246,7 +259,10 @@ impl<'a> Advance<'a> {
     fn triangles(&self, distance: &CurveDistance) -> Vec<u32> {
         let ahead = distance.reached().iter().filter(|(v, _)| !self.behind[*v as usize]);
         let around = ahead.flat_map(|(v, _)| self.context.vertices.triangles(*v).iter().copied());
-        around.collect::<BTreeSet<u32>>().into_iter().collect()
+        let mut around: Vec<u32> = around.collect();
+        around.sort_unstable();
+        around.dedup();
+        around
     }
 
     /// Keeps the fronts where a pass is to be laid; they are the base of the next.

@@ -223,3 +223,22 @@ fn what_is_not_passed_on_ends_the_band() {
     let most = distance.reached().iter().map(|(v, _)| patch.mesh.vertices()[*v as usize].x).fold(0.0, f64::max);
     assert!((19.0..20.0).contains(&least) && most == 40.0, "{least}..{most}");
 }
+
+#[test]
+fn distances_with_a_store_that_was_used_are_the_same() {
+    let s = surface(grid(40, 30, |u, v| Point3::new(40.0 * u, 30.0 * v, 3.0 * (6.0 * u).sin() * (5.0 * v).cos())));
+    let patch = patch_of(&s);
+    let vertices = PatchVertices::of(&patch);
+    let column = |i: u32| [along(&patch, &vertices, (0..=30).map(|j| j * 41 + i), false)];
+    let (curves, mut store) = ([8, 20, 12].map(column), DistanceStore::new(&patch));
+    for (curve, reach) in curves.iter().zip([15.0, 6.0, 9.0]) {
+        let below = |v: u32| patch.mesh.vertices()[v as usize].y < 20.0;
+        let alone = CurveDistance::new(&patch, &vertices, curve, reach, below);
+        let shared = CurveDistance::with_store(&patch, &vertices, curve, reach, below, store);
+        assert_eq!(format!("{:?}", alone.reached()), format!("{:?}", shared.reached()));
+        for v in 0..patch.mesh.vertices().len() as u32 {
+            assert_eq!(format!("{:?}", alone.foot_of(v)), format!("{:?}", shared.foot_of(v)));
+        }
+        store = shared.into_store();
+    }
+}
