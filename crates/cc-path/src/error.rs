@@ -170,6 +170,18 @@ pub enum PathError {
         /// Distance allowed, mm.
         most: f64,
     },
+    /// Between two points of a seed, the nearest place of the region is on another part of it.
+    #[error(
+        "seed, between points {point} and {}: at ({:.3}, {:.3}, {:.3}) the nearest place hops to another part of the \
+         region, as from one side of a blade to the other; put points closer, on the surface", point + 1, position.x,
+        position.y, position.z
+    )]
+    SeedHops {
+        /// Index of the point before, from 0.
+        point: usize,
+        /// Place between both points, workpiece frame, mm.
+        position: Point3<f64>,
+    },
     /// A strategy names one group where it needs two.
     #[error("{setting} names \"{group}\" twice; name the two groups that meet")]
     SameGroup {

@@ -5,5 +5,6 @@ pub(crate) mod coverage;
 pub(crate) mod lanes;
 pub(crate) mod ridges;
 pub(crate) mod scallop_layout;
+mod seed_points;
 pub(crate) mod seeds;
 pub(crate) mod surface_path;

@@ -2,11 +2,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use facemill_surface_model::{Surface, SurfaceSettings};
 use nalgebra::Point3;
 
 use crate::distance::patch_vertices::on_edge;
 use crate::error::PathError;
+use crate::layout::scallop::seed_points::projected;
 use crate::layout::scallop::surface_path::{SurfacePath, trace_zero};
 use crate::layout::section_layout::extent;
 use crate::strategy::patch::Patch;
@@ -21,9 +21,6 @@ pub(crate) struct SeedCurves {
     /// fronts go to both sides.
     pub(crate) is_border: bool,
 }
-
-/// Points of a seed may be so far off the surface, mm: more is another surface, or another frame.
-const MOST_OFF: f64 = 1.0;
 
 /// A section along a border is looked for this share of the extent beside it: 3 µm on 3 m, as far
 /// as the rounding of mesh files goes.
@@ -176,36 +173,4 @@ fn section_at(patch: &Patch, sections: &Sections, level: f64) -> Vec<SurfacePath
         _ => sections.level(&on_edge(patch, [a, b], t)) - level,
     };
     trace_zero(patch, &values, &all, exact)
-}
-
-/// The polyline through some points, put on the patch.
-fn projected(patch: &Patch, points: &[Point3<f64>], spacing: f64) -> Result<SurfacePath, PathError> {
-    let surface = Surface::new(patch.mesh.clone(), SurfaceSettings::default());
-    let closed = points.len() > 3 && points.first() == points.last();
-    if let Some(point) = points.iter().position(|p| surface.closest_point(p, MOST_OFF).is_none()) {
-        return Err(PathError::SeedOff { point, position: points[point], most: MOST_OFF });
-    }
-    let (mut nodes, mut triangles): (Vec<Point3<f64>>, Vec<u32>) = (Vec::new(), Vec::new());
-    for (k, w) in points.windows(2).enumerate() {
-        let n = ((w[1] - w[0]).norm() / spacing).ceil().clamp(1.0, 1e4) as usize;
-        let shares = (0..=n).skip(usize::from(k > 0)).map(|i| i as f64 / n as f64);
-        for share in shares {
-            let p = w[0] + (w[1] - w[0]) * share;
-            // Between points the chord may leave a curved surface.
-            let most = MOST_OFF + 0.25 * (w[1] - w[0]).norm();
-            let Some(foot) = surface.closest_point(&p, most) else {
-                return Err(PathError::SeedOff { point: k, position: p, most });
-            };
-            nodes.push(foot.position);
-            triangles.push(foot.triangle);
-        }
-    }
-    if closed {
-        nodes.pop();
-        triangles.pop();
-    }
-    if nodes.len() < 2 {
-        return Err(PathError::SeedNowhere { seed: "of fewer than two points".to_owned() });
-    }
-    Ok(SurfacePath { nodes, triangles, closed })
 }

@@ -247,6 +247,51 @@ fn the_border_with_a_group_is_a_seed_from_end_to_end_where_some_edges_are_halved
 }
 
 #[test]
+fn points_of_a_seed_that_hop_through_a_thin_blade_are_refused_with_the_place() {
+    // A blade 3 mm thick, bent by a quarter of a turn; both sides and the edges between them.
+    let (radius, half) = (100.0, 1.5);
+    let at = |across: f64, along: f64, z: f64| {
+        let angle = 0.5 * PI * along;
+        Point3::new((radius + across) * angle.cos(), (radius + across) * angle.sin(), z)
+    };
+    let outer = grid(60, 10, |u, v| at(half, u, 20.0 * v));
+    let inner = grid(60, 10, |u, v| at(-half, 1.0 - u, 20.0 * v));
+    let s = surface(outer.joined(&inner));
+    let seed = |shares: &[f64]| Seed::Curve(shares.iter().map(|&t| at(half, t, 10.0)).collect());
+    let lay = |seed: Seed| {
+        let settings = LaySettings { min_pass_length: 3.0, ..settings(6.0) };
+        lay_passes(&s, &Region::default(), &scallop(vec![seed]), &settings, &|_| 6.0, &Silent)
+    };
+    let e = lay(seed(&[0.1, 0.8])).unwrap_err().to_string();
+    assert!(e.contains("points 0 and 1") && e.contains("put points closer"), "{e}");
+    // 16 mm apart, the chords are 0.3 mm below the outer side.
+    let close: Vec<f64> = (0..=7).map(|k| 0.1 + 0.1 * f64::from(k)).collect();
+    assert!(lay(seed(&close)).is_ok());
+}
+
+#[test]
+fn a_seed_may_cross_a_sharp_edge_and_lie_above_coarse_facets() {
+    // Two planes that meet at 60°.
+    let roof = grid(40, 20, |u, v| {
+        let way = 40.0 * (u - 0.5);
+        Point3::new(0.5 * way, 20.0 * v, -way.abs() * 0.75f64.sqrt())
+    });
+    let across =
+        Seed::Curve([-15.0, 0.0, 15.0].map(|w: f64| Point3::new(0.5 * w, 10.0, -w.abs() * 0.75f64.sqrt())).into());
+    // Facets of 9° in a hollow cylinder, and a chord of 60°.
+    let hollow = grid(10, 10, |u, v| {
+        let angle = 0.5 * PI * (u - 0.5);
+        Point3::new(50.0 * angle.sin(), 50.0 * v, 50.0 - 50.0 * angle.cos())
+    });
+    let chord = [-PI / 12.0, PI / 12.0].map(|a: f64| Point3::new(50.0 * a.sin(), 25.0, 50.0 - 50.0 * a.cos()));
+    for (name, mesh, seed) in [("roof", roof, across), ("hollow", hollow, Seed::Curve(chord.into()))] {
+        let settings = LaySettings { min_pass_length: 2.0, ..settings(4.0) };
+        let laid = lay_passes(&surface(mesh), &Region::default(), &scallop(vec![seed]), &settings, &|_| 4.0, &Silent);
+        assert!(laid.is_ok(), "{name}: {}", laid.unwrap_err());
+    }
+}
+
+#[test]
 fn no_place_of_an_adverse_region_is_missed_silently() {
     // A plate with two holes, a second plate beside it, and a plate that folds over itself.
     let plate = |holes: &[(f64, f64, f64)], offset: f64| {
