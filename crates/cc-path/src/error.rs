@@ -106,6 +106,24 @@ pub enum PathError {
         /// there is none.
         nearest: f64,
     },
+    /// The border at an end of a flow leaves it for a while.
+    #[error(
+        "flow.{end}: the border of the region leaves {what} for a while, by up to {farthest:.3} mm at ({:.3}, {:.3}, \
+         {:.3}), and {within} mm are allowed; allow within_mm {} or more, or name this part of the border more exactly",
+        position.x, position.y, position.z, rounded_up(*farthest)
+    )]
+    FlowEndBroken {
+        /// The end: "from" or "to".
+        end: &'static str,
+        /// Description of the group, curve, plane or cylinder that it names.
+        what: String,
+        /// The distance allowed, mm.
+        within: f64,
+        /// Largest distance of the border between two places that lie on the end, mm.
+        farthest: f64,
+        /// Where it is, workpiece frame, mm.
+        position: Point3<f64>,
+    },
     /// Both ends of a flow name the same place of the border.
     #[error(
         "the ends of the flow touch at ({:.6}, {:.6}, {:.6}): \"from\" and \"to\" have to be apart; name a smaller \
@@ -362,18 +380,20 @@ impl PathError {
 impl Remedy {
     /// The remedy with its value rounded up to two digits, so that it is enough and can be read.
     pub(crate) fn rounded_up(self) -> Self {
-        let up = |value: f64| {
-            let digits = 10f64.powi(1 - value.log10().floor() as i32);
-            // A tenth of a digit more, so that rounding on the way does not leave it too small.
-            (value * digits + 0.1).ceil() / digits
-        };
         match self {
-            Self::LargestStepOver(v) => Self::LargestStepOver(up(v)),
-            Self::StripWidth(v) => Self::StripWidth(up(v)),
-            Self::LargestStep(v) => Self::LargestStep(up(v)),
-            Self::ChordTolerance(v) => Self::ChordTolerance(up(v)),
+            Self::LargestStepOver(v) => Self::LargestStepOver(rounded_up(v)),
+            Self::StripWidth(v) => Self::StripWidth(rounded_up(v)),
+            Self::LargestStep(v) => Self::LargestStep(rounded_up(v)),
+            Self::ChordTolerance(v) => Self::ChordTolerance(rounded_up(v)),
         }
     }
+}
+
+/// A value above 0, rounded up to two digits.
+fn rounded_up(value: f64) -> f64 {
+    let digits = 10f64.powi(1 - value.log10().floor() as i32);
+    // A tenth of a digit more, so that rounding on the way does not leave it too small.
+    (value * digits + 0.1).ceil() / digits
 }
 
 fn nearest_border(nearest: f64) -> String {

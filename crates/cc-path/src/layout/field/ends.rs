@@ -1,3 +1,5 @@
+use std::collections::{BTreeMap, BTreeSet};
+
 use facemill_surface_model::Surface;
 use nalgebra::{Point3, Vector3};
 
@@ -9,13 +11,15 @@ use crate::strategy::patch::Patch;
 /// The values of a flow that are given: 0 at the vertices of the one end, 1 at those of the other.
 ///
 /// # Errors
-/// When an end names no border, both name the same place, or a part of the region does not lie
-/// between both.
+/// When an end names no border or one with interruptions, both name the same place, or a part of
+/// the region does not lie between both.
 pub(crate) fn end_values(patch: &Patch, flow: &Flow) -> Result<Vec<Option<f64>>, PathError> {
     let borders = border_edges(patch);
     let mut values = vec![None; patch.mesh.vertices().len()];
-    for (end, name, value) in [(&flow.from, "from", 0.0), (&flow.to, "to", 1.0)] {
-        for v in end_vertices(patch, &borders, end, name, flow.within)? {
+    let from = EndBorder::of(patch, &borders, &flow.from, "from", flow.within)?;
+    let to = EndBorder::of(patch, &borders, &flow.to, "to", flow.within)?;
+    for (end, value) in [(&from, 0.0), (&to, 1.0)] {
+        for &v in end.on_end(&borders).flatten() {
             let position = patch.mesh.vertices()[v as usize];
             match values[v as usize].replace(value) {
                 Some(before) if before != value => return Err(PathError::FlowEndsTouch { position }),
@@ -23,37 +27,122 @@ pub(crate) fn end_values(patch: &Patch, flow: &Flow) -> Result<Vec<Option<f64>>,
             }
         }
     }
+    let is_open = |e: usize| !from.holds(e) && !to.holds(e);
+    let open: Vec<usize> = (0..borders.len()).filter(|&e| is_open(e)).collect();
+    for run in open_runs(&borders, &open, &values) {
+        from.check_whole(patch, &borders, &run, &values, 0.0)?;
+        to.check_whole(patch, &borders, &run, &values, 1.0)?;
+    }
     check_parts(patch, &values)?;
     Ok(values)
+}
+
+/// The border of a patch against an end of a flow.
+struct EndBorder<'a> {
+    end: &'a FlowEnd,
+    /// "from" or "to".
+    name: &'static str,
+    within: f64,
+    /// Distance of each border edge from the end by its farthest place, mm.
+    distances: Vec<f64>,
+}
+
+/// Open edges between two edges on an end interrupt it where they are no farther from it than so
+/// many times the distance allowed,
+const WOBBLE: f64 = 10.0;
+
+/// or than this share of their length; else they are a slot, at whose sides passes end.
+const SHALLOW: f64 = 0.1;
+
+impl<'a> EndBorder<'a> {
+    /// # Errors
+    /// When the end names no border.
+    fn of(
+        patch: &Patch,
+        borders: &[[u32; 2]],
+        end: &'a FlowEnd,
+        name: &'static str,
+        within: f64,
+    ) -> Result<Self, PathError> {
+        let distance = distance_to(patch.surface, end)?;
+        let of_edge = |edge: &[u32; 2]| {
+            let [a, b] = edge.map(|v| patch.mesh.vertices()[v as usize]);
+            distance(&a).max(distance(&b)).max(distance(&nalgebra::center(&a, &b)))
+        };
+        let distances: Vec<f64> = borders.iter().map(of_edge).collect();
+        let this = Self { end, name, within, distances };
+        if this.on_end(borders).next().is_none() {
+            let nearest = this.distances.into_iter().fold(f64::INFINITY, f64::min);
+            return Err(PathError::NoFlowEnd { end: name, what: described(end), within, nearest });
+        }
+        Ok(this)
+    }
+
+    fn holds(&self, edge: usize) -> bool {
+        self.distances[edge] <= self.within
+    }
+
+    fn on_end<'b>(&'b self, borders: &'b [[u32; 2]]) -> impl Iterator<Item = &'b [u32; 2]> {
+        borders.iter().enumerate().filter(|(e, _)| self.holds(*e)).map(|(_, edge)| edge)
+    }
+
+    /// # Errors
+    /// When a run of open edges interrupts the end, whose vertices have this value.
+    fn check_whole(
+        &self,
+        patch: &Patch,
+        borders: &[[u32; 2]],
+        run: &[usize],
+        values: &[Option<f64>],
+        value: f64,
+    ) -> Result<(), PathError> {
+        let mut ends = run.iter().flat_map(|&e| borders[e]).filter_map(|v| values[v as usize]).peekable();
+        let lies_between = ends.peek().is_some() && ends.all(|of_end| of_end == value);
+        let Some(&farthest) = run.iter().max_by(|a, b| self.distances[**a].total_cmp(&self.distances[**b])) else {
+            return Ok(());
+        };
+        let places = |e: usize| borders[e].map(|v| patch.mesh.vertices()[v as usize]);
+        let length: f64 = run.iter().map(|&e| places(e)).map(|[a, b]| nalgebra::distance(&a, &b)).sum();
+        let off = self.distances[farthest];
+        if !lies_between || off > (WOBBLE * self.within).max(SHALLOW * length) {
+            return Ok(());
+        }
+        let [a, b] = places(farthest);
+        let position = nalgebra::center(&a, &b);
+        let (end, what, within) = (self.name, described(self.end), self.within);
+        Err(PathError::FlowEndBroken { end, what, within, farthest: off, position })
+    }
+}
+
+/// Open edges in runs between vertices that have a value.
+fn open_runs(borders: &[[u32; 2]], open: &[usize], values: &[Option<f64>]) -> Vec<Vec<usize>> {
+    let mut at: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    for &e in open {
+        let inner = borders[e].into_iter().filter(|&v| values[v as usize].is_none());
+        inner.for_each(|v| at.entry(v).or_default().push(e));
+    }
+    let mut seen: BTreeSet<usize> = BTreeSet::new();
+    let mut runs = Vec::new();
+    for &first in open {
+        if !seen.insert(first) {
+            continue;
+        }
+        let mut run = vec![first];
+        let mut next = 0;
+        while next < run.len() {
+            let beside = borders[run[next]].iter().filter_map(|v| at.get(v)).flatten();
+            run.extend(beside.filter(|&&e| seen.insert(e)).copied().collect::<Vec<_>>());
+            next += 1;
+        }
+        runs.push(run);
+    }
+    runs
 }
 
 /// The vertices of each border edge.
 pub(crate) fn border_edges(patch: &Patch) -> Vec<[u32; 2]> {
     let is_border = |e: &u32| patch.edges.sides(*e).len() == 1;
     (0..patch.edges.len() as u32).filter(is_border).map(|e| patch.edges.vertices(e)).collect()
-}
-
-/// The vertices of the border edges that an end names.
-fn end_vertices(
-    patch: &Patch,
-    borders: &[[u32; 2]],
-    end: &FlowEnd,
-    name: &'static str,
-    within: f64,
-) -> Result<Vec<u32>, PathError> {
-    let distance = distance_to(patch.surface, end)?;
-    let of_edge = |edge: &[u32; 2]| {
-        let [a, b] = edge.map(|v| patch.mesh.vertices()[v as usize]);
-        distance(&a).max(distance(&b)).max(distance(&nalgebra::center(&a, &b)))
-    };
-    let distances: Vec<f64> = borders.iter().map(of_edge).collect();
-    let on_end: Vec<u32> =
-        borders.iter().zip(&distances).filter(|(_, d)| **d <= within).flat_map(|(edge, _)| *edge).collect();
-    if on_end.is_empty() {
-        let nearest = distances.into_iter().fold(f64::INFINITY, f64::min);
-        return Err(PathError::NoFlowEnd { end: name, what: described(end), within, nearest });
-    }
-    Ok(on_end)
 }
 
 fn described(end: &FlowEnd) -> String {

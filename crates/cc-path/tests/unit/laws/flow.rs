@@ -1,5 +1,7 @@
 //! Laws of flows between two borders.
 
+use std::f64::consts::PI;
+
 use super::*;
 
 fn end(x: [f64; 3], normal: Unit<Vector3<f64>>) -> FlowEnd {
@@ -181,4 +183,33 @@ fn wrong_ends_are_named_with_a_remedy() {
     assert!(e.contains("no group \"hub\""), "{e}");
     let laid = lay(&surface(two), &flow(left, right), &LaySettings::default());
     assert_eq!(laid.passes.len(), 2 * laid.n_levels, "each level has a pass on both parts");
+}
+
+#[test]
+fn a_border_that_leaves_its_end_for_a_while_is_an_error_that_says_how_far() {
+    // The lower border wobbles by 0.3 mm around y = 0 in its middle.
+    let wobble = |u: f64| if (u - 0.5).abs() < 0.1 { 0.3 * (10.0 * PI * (u - 0.5)).cos() } else { 0.0 };
+    let mesh = grid(60, 30, |u, v| Point3::new(100.0 * u, 60.0 * v + wobble(u) * (1.0 - v), 0.0));
+    let s = surface(mesh);
+    let lay = |within: f64| {
+        let (from, to) = (end([0.0; 3], Vector3::y_axis()), end([0.0, 60.0, 0.0], Vector3::y_axis()));
+        let strategy = Strategy::Flow(Flow { from, to, within });
+        let settings = LaySettings { max_step_over: 5.0, ..LaySettings::default() };
+        lay_passes(&s, &Region::default(), &strategy, &settings, &|_| f64::INFINITY, &Silent)
+    };
+    let e = lay(0.05).unwrap_err().to_string();
+    assert!(e.contains("flow.from") && e.contains("0.300 mm") && e.contains("allow within_mm 0.31"), "{e}");
+    assert!(lay(0.31).is_ok());
+    // A slot between two legs is no wobble: passes end at its sides.
+    let slotted = grid(50, 30, |u, v| Point3::new(100.0 * u, 60.0 * v, 0.0));
+    let keep = |t: &&[u32; 3]| {
+        let c = t.iter().map(|&v| slotted.vertices()[v as usize].coords).sum::<Vector3<f64>>() / 3.0;
+        (c.x - 50.0).abs() > 10.0 || c.y > 20.0
+    };
+    let triangles = slotted.triangles().iter().filter(keep).copied().collect();
+    let s = surface(TriMesh::new(slotted.vertices().to_vec(), triangles).unwrap());
+    let strategy = flow(end([0.0; 3], Vector3::y_axis()), end([0.0, 60.0, 0.0], Vector3::y_axis()));
+    assert!(
+        !super::lay(&s, &strategy, &LaySettings { max_step_over: 5.0, ..LaySettings::default() }).passes.is_empty()
+    );
 }
