@@ -31,8 +31,8 @@ pub(crate) struct PathsArguments {
     #[arg(long)]
     compare: bool,
     /// Strategies to compare, by a file of settings for each (facemill schema strategies); default:
-    /// the job's own, levels, edge fill, planes along and across the region, and further ones that
-    /// need no data, in both orders
+    /// the job's own, levels, edge fill, planes along and across the region, and constant scallop
+    /// from its border, in both orders
     #[arg(long, value_name = "FILE", requires = "compare")]
     with: Option<PathBuf>,
     /// Compare only these, by name, separated by commas

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeSet;
 
-use facemill_cc_path::{ParallelPlanesFile, StrategyFile};
+use facemill_cc_path::{ConstantScallopFile, ParallelPlanesFile, SeedFile, StrategyFile};
 use facemill_cl_data::CcPoint;
-use facemill_file_format::{FormatError, from_json, from_value, schema};
+use facemill_file_format::{FormatError, from_json, from_value};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{DirectionFile, JobFile, LevelOrderFile, LinkingFile, PathFile, PathFromStrategy};
 use facemill_job::format::job_settings::JobSetting;
@@ -12,7 +12,7 @@ use facemill_job::format::strategies_file::StrategiesFile;
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::path::lay;
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
-use serde_json::{Value, json};
+use serde_json::Value;
 
 /// A strategy for all operations of a job.
 #[derive(Clone, Debug)]
@@ -52,9 +52,9 @@ pub fn listed_strategies(job: &Job, bytes: &[u8]) -> Result<Vec<NamedStrategy>, 
 }
 
 /// Returns the strategies that a job can be planned by without more data: its own, levels and edge
-/// fill, parallel planes along and across the region, and all further ones whose keys all have
-/// defaults; each in both orders and, with direction `either`, one-way and zigzag. Operations with
-/// a path file keep it. Equal ones come once.
+/// fill, parallel planes along and across the region, and constant scallop from the region's
+/// border; each in both orders and, with direction `either`, one-way and zigzag. Operations with a
+/// path file keep it. Equal ones come once.
 ///
 /// # Errors
 /// If the job lays no passes.
@@ -132,16 +132,11 @@ fn without_repetitions(all: Vec<NamedStrategy>) -> Vec<NamedStrategy> {
     all.into_iter().filter(is_new).collect()
 }
 
-/// Returns the strategies of the format whose keys all have defaults, with their names in words.
+/// Returns the strategies beside sections that need no data of the region but its border. Flows and
+/// spirals need the ends between which they lie, edges and roots a width.
 fn further_strategies() -> Vec<(String, StrategyFile)> {
-    let schema: Value = serde_json::from_str(&schema::<StrategyFile>()).unwrap_or_default();
-    let kinds = schema["oneOf"].as_array().into_iter().flatten();
-    let names = kinds.filter_map(|kind| kind["required"][0].as_str());
-    let made = names.filter_map(|name| {
-        let file: StrategyFile = from_value(json!({ name: {} })).ok()?;
-        Some((name.replace('_', " "), file))
-    });
-    made.collect()
+    let scallop = ConstantScallopFile { seed: SeedFile::Border, second_seed: None, within: None };
+    vec![("constant scallop".to_owned(), StrategyFile::ConstantScallop(scallop))]
 }
 
 /// Length of the mean of unit normals below which a region has no side to lay planes across.
