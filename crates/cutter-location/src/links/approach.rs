@@ -348,21 +348,29 @@ pub fn approach(
     at: &PassEndPose<'_>,
     hints: &mut Hints,
 ) -> Result<Approach, Infeasible> {
-    let mut way = |settings: &ApproachSettings| Outward { test, settings, hints, near: *at.configuration }.way(at);
     let steepest = if at.end == PassEnd::Entry {
         slope_for_ramp(test.cell.tool.max_ramp_angle(), at)
     } else {
         std::f64::consts::FRAC_PI_2
     };
     let shorter = settings.shorter(steepest);
-    let lines = LEADS.iter().filter(|(share, _)| settings.straight > 0.0 || *share == 0.0);
-    let by_line = lines.flat_map(|&(share, bent)| {
-        shorter.iter().map(move |s| ApproachSettings { straight: s.straight * share, bend: s.bend * bent, ..*s })
-    });
-    let mut by_line = by_line;
-    if let Some(approach) = by_line.find_map(|settings| way(&settings).ok()) {
-        return Ok(approach);
+    let leads = LEADS.iter().filter(|(share, _)| settings.straight > 0.0 || *share == 0.0);
+    for &(share, bent) in leads.filter(|_| !shorter.is_empty()) {
+        // All shapes continue the same line.
+        let bent = ApproachSettings { bend: settings.bend * bent, ..settings.with_line(share) };
+        let Ok(line) = walked(test, &bent, at, hints) else { continue };
+        let of_shape = |shape: &ApproachSettings| {
+            let settings = ApproachSettings { straight: bent.straight, bend: bent.bend, ..*shape };
+            Outward { test, settings: &settings, hints, near: line.near }.way(at, &line).ok()
+        };
+        if let Some(approach) = shorter.iter().find_map(of_shape) {
+            return Ok(approach);
+        }
     }
+    let mut way = |settings: &ApproachSettings| {
+        let line = walked(test, settings, at, hints)?;
+        Outward { test, settings, hints, near: line.near }.way(at, &line)
+    };
     let settings = &settings.at_most();
     // On a surface that rises beyond the pass a straight line gouges, and the arc may not.
     let lines = LINES.iter().filter(|_| settings.straight > 0.0);
@@ -418,6 +426,27 @@ const RAMPS: [(f64, f64); 6] = [(1.0, 0.5), (1.0, 1.0), (0.25, 0.5), (0.25, 1.0)
 /// Least slope of a ramp, rad: on flatter ones the end is too far away.
 const LEAST_SLOPE: f64 = 0.005;
 
+/// Walks the line at the end of a pass.
+fn walked(
+    test: &PoseTest<'_>,
+    settings: &ApproachSettings,
+    at: &PassEndPose<'_>,
+    hints: &mut Hints,
+) -> Result<WalkedLine, Infeasible> {
+    Outward { test, settings, hints, near: *at.configuration }.line(at)
+}
+
+/// The line at the end of a pass as the tool can take it.
+struct WalkedLine {
+    line: LeadLine,
+    /// From next to the pass outward, lifted.
+    poses: Vec<ClPoint>,
+    /// Lift along the normal at the last one, mm.
+    lift: f64,
+    /// Configuration of the machine at the last one.
+    near: Configuration,
+}
+
 /// Moves outward from the end of a pass, testing on the way.
 struct Outward<'t, 'a> {
     test: &'t PoseTest<'a>,
@@ -428,24 +457,46 @@ struct Outward<'t, 'a> {
 }
 
 impl Outward<'_, '_> {
-    fn way(mut self, at: &PassEndPose<'_>) -> Result<Approach, Infeasible> {
-        let settings = self.settings;
-        let line = LeadLine::of(settings, at);
-        let mut outward = line.poses(at.cl, settings.line_step);
-        let on_line = outward.len();
-        let start = *outward.last().unwrap_or(at.cl);
-        let (cc, steps) = (line.turned(at.end, at.cc), [settings.step, settings.line_step]);
-        outward.extend(shape_poses(settings.shape, at.end, &cc, &start, at.uncut_left, steps));
-        let mut from = *at.cl;
+    /// Walks the line.
+    fn line(mut self, at: &PassEndPose<'_>) -> Result<WalkedLine, Infeasible> {
+        let line = LeadLine::of(self.settings, at);
+        let mut poses = line.poses(at.cl, self.settings.line_step);
         let mut lift = 0.0;
-        let normal = settings.allowed(at.cc.normal.into_inner());
-        for pose in &mut outward {
-            if settings.still_across.is_some() {
-                *pose = at.cl.translated(settings.allowed(pose.tip - at.cl.tip));
+        self.walk(at, at.cl, &mut poses, &mut lift)?;
+        Ok(WalkedLine { line, poses, lift, near: self.near })
+    }
+
+    /// Moves from a pose over others, each lifted where it must be and replaced by what it becomes.
+    fn walk(
+        &mut self,
+        at: &PassEndPose<'_>,
+        from: &ClPoint,
+        poses: &mut [ClPoint],
+        lift: &mut f64,
+    ) -> Result<(), Infeasible> {
+        let normal = self.settings.allowed(at.cc.normal.into_inner());
+        let mut from = *from;
+        for pose in poses {
+            if self.settings.still_across.is_some() {
+                *pose = at.cl.translated(self.settings.allowed(pose.tip - at.cl.tip));
             }
-            from = self.go_lifted(&from, pose, normal, &mut lift)?;
+            from = self.go_lifted(&from, pose, normal, lift)?;
             *pose = from;
         }
+        Ok(())
+    }
+
+    /// Moves from the end of a line over the arc and away.
+    fn way(mut self, at: &PassEndPose<'_>, walked: &WalkedLine) -> Result<Approach, Infeasible> {
+        let (settings, line) = (self.settings, &walked.line);
+        let start = line.poses(at.cl, settings.line_step).last().copied().unwrap_or(*at.cl);
+        let (cc, steps) = (line.turned(at.end, at.cc), [settings.step, settings.line_step]);
+        let mut arc = shape_poses(settings.shape, at.end, &cc, &start, at.uncut_left, steps);
+        let mut lift = walked.lift;
+        self.walk(at, walked.poses.last().unwrap_or(at.cl), &mut arc, &mut lift)?;
+        let on_line = walked.poses.len();
+        let mut outward = [walked.poses.as_slice(), &arc].concat();
+        let mut from = *outward.last().unwrap_or(at.cl);
         let top = from;
         let mut height = 0.0;
         let mut steps = 0;
