@@ -515,9 +515,7 @@ impl Outward<'_, '_> {
         if height > 0.0 {
             outward.push(from);
         }
-        if at.end == PassEnd::Entry {
-            self.check_ramp(at.cl, &outward)?;
-        }
+        self.check_ramp(at, &outward)?;
         let ahead = Unit::new_unchecked(outward_feed(at.end, &cc));
         Ok(Approach { outward, outer: self.near, on_line, ahead })
     }
@@ -547,7 +545,8 @@ impl Outward<'_, '_> {
 
     /// Tests the straight way between two poses, without its start.
     fn go(&mut self, from: &ClPoint, to: &ClPoint) -> Result<(), Infeasible> {
-        let n = ((to.tip - from.tip).norm() / self.settings.test_step).ceil().clamp(1.0, MAX_TESTS) as usize;
+        // A pose that is no number is tested, and not found feasible.
+        let n = ((to.tip - from.tip).norm() / self.settings.test_step).ceil().max(1.0).min(MAX_TESTS) as usize;
         for k in 1..=n {
             self.near = self.test.try_pose(&between(from, to, k as f64 / n as f64), &self.near, self.hints)?;
         }
@@ -562,14 +561,15 @@ impl Outward<'_, '_> {
         nearest.filter(|_| distance < clearance)
     }
 
-    /// Checks that an entry descends, relative to the cutter's bottom, by at most the tool's ramp
-    /// angle where it is in the stock.
-    fn check_ramp(&mut self, cl: &ClPoint, outward: &[ClPoint]) -> Result<(), Infeasible> {
-        let mut inner = cl;
+    /// Checks that the tool descends, relative to the cutter's bottom, by at most its ramp angle
+    /// where it is in the stock; an exit may do so on a line that follows the surface down.
+    fn check_ramp(&mut self, at: &PassEndPose<'_>, outward: &[ClPoint]) -> Result<(), Infeasible> {
+        let mut inner = at.cl;
         for outer in outward {
-            let angle = descent(outer, inner);
+            let (from, to) = if at.end == PassEnd::Entry { (outer, inner) } else { (inner, outer) };
+            let angle = descent(from, to);
             let steepest = self.test.cell.tool.max_ramp_angle() + RAMP_SLACK;
-            if angle > steepest && self.test.cutter_in_stock(inner, self.hints) {
+            if angle > steepest && self.test.cutter_in_stock(to, self.hints) {
                 return Err(Infeasible::Ramp { angle });
             }
             inner = outer;

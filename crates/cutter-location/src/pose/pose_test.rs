@@ -203,7 +203,12 @@ impl<'a> PoseTest<'a> {
         self.configurations(&lifted, None).map(Iterator::collect).unwrap_or_default()
     }
 
-    fn within_cone(&self, cl: &ClPoint) -> Result<(), Infeasible> {
+    /// Checks that the tool axis is in the job's cone, and outside the one about the pole that
+    /// postures avoid.
+    ///
+    /// # Errors
+    /// When it is not.
+    pub fn within_cone(&self, cl: &ClPoint) -> Result<(), Infeasible> {
         if let Some(cone) = &self.cell.axis_cone {
             let excess = angle_between(&cl.axis, &cone.axis) - cone.half_angle;
             if excess > 0.0 {

@@ -144,7 +144,7 @@ pub enum Infeasible {
         /// Index of the axis.
         axis: usize,
     },
-    /// An entry descends into the stock more steeply than the tool may.
+    /// An entry, exit or turn descends into the stock more steeply than the tool may.
     Ramp {
         /// Angle below the cutter's bottom plane, rad.
         angle: f64,

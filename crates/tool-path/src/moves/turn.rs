@@ -49,6 +49,11 @@ pub(crate) enum NoTurn {
 }
 
 impl NoTurn {
+    /// Returns whether a higher way, or another curve with the same swing, may be feasible.
+    fn may_be_lifted(&self) -> bool {
+        matches!(self, Self::Blocked(Infeasible::Gouge { .. } | Infeasible::Collision { .. } | Infeasible::Ramp { .. }))
+    }
+
     /// Returns the reason in words.
     pub(crate) fn text(&self, test: &PoseTest<'_>) -> String {
         match self {
@@ -98,8 +103,8 @@ impl<'t, 'a> TurnSearch<'t, 'a> {
         Self { test, settings }
     }
 
-    /// Returns the first feasible turn from one piece to the next, with the lowest height above the
-    /// surface; the straight lines of exit and entry are parts of it.
+    /// Returns the first feasible turn from one piece to the next that is faster than a link, with
+    /// the lowest height above the surface; the straight lines of exit and entry are parts of it.
     ///
     /// Contact points go in a curve from the end of the pass to the start of the next one, tangent
     /// to both, in the tangent planes at its ends. Tilt changes evenly. The lean swings about the
@@ -120,26 +125,40 @@ impl<'t, 'a> TurnSearch<'t, 'a> {
         if ends[0].configuration.branch != ends[1].configuration.branch {
             return Err(NoTurn::Postures);
         }
-        let mut refused = None;
+        let (mut refused, mut is_slower) = (None, false);
         for swing in swings(&ends) {
-            for (size, lift) in SIZES.iter().flat_map(|size| LIFTS.map(|lift| (*size, lift))) {
-                let curve = TurnCurve::new(self.test, &ends, swing, size, lift);
-                match self.tested(&curve, (from, last), (to, first)) {
-                    Ok(turn) if self.is_slower(&turn, (from, last), (to, first)) => return Err(NoTurn::Slower),
+            for size in SIZES {
+                match self.lowest((&ends, swing, size), (from, last), (to, first)) {
+                    Ok(turn) if self.is_slower(&turn, (from, last), (to, first)) => is_slower = true,
                     Ok(turn) => return Ok(turn),
                     Err(why) => {
-                        let ends_here = !matches!(
-                            why,
-                            NoTurn::Blocked(
-                                Infeasible::Gouge { .. } | Infeasible::Collision { .. } | Infeasible::Ramp { .. }
-                            )
-                        );
+                        let is_blocked = why.may_be_lifted();
                         refused.get_or_insert(why);
-                        if ends_here {
+                        if !is_blocked {
                             break;
                         }
                     }
                 }
+            }
+        }
+        if is_slower { Err(NoTurn::Slower) } else { Err(refused.unwrap_or(NoTurn::Postures)) }
+    }
+
+    /// Returns the turn of a swing and size with the lowest height at which it is feasible.
+    fn lowest(
+        &self,
+        (ends, swing, size): (&[CurveEnd; 2], f64, f64),
+        from: (&Reached, &Cut),
+        to: (&Reached, &Cut),
+    ) -> Result<Turn, NoTurn> {
+        let mut refused = None;
+        for lift in LIFTS {
+            match self.tested(&TurnCurve::new(self.test, ends, swing, size, lift), from, to) {
+                Ok(turn) => return Ok(turn),
+                Err(why) if why.may_be_lifted() => {
+                    refused.get_or_insert(why);
+                }
+                Err(why) => return Err(why),
             }
         }
         Err(refused.unwrap_or(NoTurn::Postures))
@@ -171,7 +190,8 @@ impl<'t, 'a> TurnSearch<'t, 'a> {
     ) -> Result<Turn, NoTurn> {
         let n = curve.poses(self.settings.test_step);
         let lead = from.exit.outward[..from.exit.on_line].iter().copied();
-        let inner = (1..n).map(|k| curve.at(k as f64 / n as f64));
+        let places = (1..n).map(|k| k as f64 / n as f64);
+        let inner = places.clone().map(|s| curve.at(s));
         let tail = to.entry.outward[..to.entry.on_line].iter().rev().copied();
         // Both ends of the curve are poses of the lines, or the cuts themselves.
         let mut hints = Hints::default();
@@ -182,6 +202,7 @@ impl<'t, 'a> TurnSearch<'t, 'a> {
             poses.push(at);
         }
         let end = self.step(&at, &first.pose.cl, &mut hints)?;
+        self.check_heel(curve, places, &mut hints)?;
         let test = self.test;
         let goal = endless_near(test, &first.pose.configuration.axes, &end.configuration.axes);
         let is_there = end.configuration.branch == first.pose.configuration.branch
@@ -189,9 +210,19 @@ impl<'t, 'a> TurnSearch<'t, 'a> {
         if is_there { Ok(Turn { poses }) } else { Err(NoTurn::Postures) }
     }
 
-    /// Tests the way to the next pose, tip straight and axis turned evenly; returns the pose.
+    /// Tests the way to the next pose, tip straight and axis turned evenly, at poses between which
+    /// the tip moves by no more than the test step, and no point of the tool or the table by more
+    /// than 5 mm; returns the pose.
     fn step(&self, from: &Waypoint, to: &ClPoint, hints: &mut Hints) -> Result<Waypoint, NoTurn> {
-        let n = ((to.tip - from.cl.tip).norm() / self.settings.test_step).ceil().clamp(1.0, MAX_TESTS) as usize;
+        self.test.within_cone(to).map_err(NoTurn::Blocked)?;
+        let goal = self.test.configuration_like(to, &from.configuration).map_err(NoTurn::Blocked)?;
+        let turned = self.turned(&from.configuration.axes, &goal.axes);
+        let steps = (to.tip - from.cl.tip).norm() / self.settings.test_step;
+        let body_steps = turned * self.test.reach() / BODY_STEP;
+        if !(steps + body_steps).is_finite() {
+            return Err(NoTurn::Postures);
+        }
+        let n = steps.max(body_steps).ceil().clamp(1.0, MAX_TESTS) as usize;
         let mut near = from.configuration;
         for k in 1..=n {
             let cl = between(&from.cl, to, k as f64 / n as f64);
@@ -202,15 +233,40 @@ impl<'t, 'a> TurnSearch<'t, 'a> {
         Ok(Waypoint { cl: *to, configuration: near })
     }
 
+    /// Returns the largest turn of a rotary axis between two positions, rad.
+    fn turned(&self, from: &AxisValues, to: &AxisValues) -> f64 {
+        let axes = self.test.cell.machine.axes().iter().enumerate();
+        let rotary = axes.filter(|(_, axis)| axis.kind == AxisKind::Rotary);
+        rotary.map(|(k, _)| (to[k] - from[k]).abs()).fold(0.0, f64::max)
+    }
+
+    /// Checks that the side of the cutter's bottom away from the contact descends, relative to the
+    /// bottom, by at most the ramp angle where the cutter is in the stock: it sinks where the tilt
+    /// falls, although the tip may not.
+    fn check_heel(
+        &self,
+        curve: &TurnCurve<'_>,
+        places: impl Iterator<Item = f64>,
+        hints: &mut Hints,
+    ) -> Result<(), NoTurn> {
+        let steepest = self.test.cell.tool.max_ramp_angle() + RAMP_SLACK;
+        let mut from = curve.heel(0.0);
+        for s in places.chain([1.0]) {
+            let to = curve.heel(s);
+            let angle = descent(&from, &to);
+            if angle > steepest && self.test.cutter_in_stock(&curve.at(s), hints) {
+                return Err(NoTurn::Blocked(Infeasible::Ramp { angle }));
+            }
+            from = to;
+        }
+        Ok(())
+    }
+
     /// Checks that rotary axes move from one pose to the next as the tool does: not in a jump, and
     /// not in the opposite direction at a limit.
     fn check_axes(&self, from: &Configuration, to: &Configuration) -> Result<(), NoTurn> {
         let machine = self.test.cell.machine;
-        let is_jump = machine
-            .axes()
-            .iter()
-            .enumerate()
-            .any(|(k, axis)| axis.kind == AxisKind::Rotary && (to.axes[k] - from.axes[k]).abs() > LARGEST_STEP);
+        let is_jump = self.turned(&from.axes, &to.axes) > LARGEST_STEP;
         let is_beyond = machine.first_beyond_limit(&to.axes).is_some();
         if is_jump || is_beyond || rewound_axis(machine, &from.axes, &to.axes).is_some() {
             return Err(NoTurn::Postures);
@@ -276,6 +332,9 @@ impl<'t, 'a> TurnSearch<'t, 'a> {
 /// rounding.
 const SAME_AXES: f64 = 1e-6;
 
+/// Largest way of a point of a body between two tested poses, mm.
+const BODY_STEP: f64 = 5.0;
+
 /// Tests between two poses, at most.
 const MAX_TESTS: f64 = 2e4;
 
@@ -284,7 +343,9 @@ const MAX_TESTS: f64 = 2e4;
 fn is_beside(last: &CcPoint, first: &CcPoint, radius: f64) -> bool {
     let way = first.position - last.position;
     let (ahead, aside) = (last.feed.dot(&way), last.left().dot(&way).abs());
-    -last.feed.dot(&first.feed) >= LEAST_OPPOSED
+    // Both sides of a thin wall are no neighbours.
+    last.normal.dot(&first.normal) > 0.0
+        && -last.feed.dot(&first.feed) >= LEAST_OPPOSED
         && aside >= LEAST_ASIDE
         && way.norm() <= MOST_ASIDE * radius * MOST_AHEAD.hypot(1.0)
         && aside <= MOST_ASIDE * radius

@@ -111,6 +111,17 @@ impl<'e> TurnCurve<'e> {
         }
     }
 
+    /// Returns the point of the bottom that is farthest from the contact at a parameter, with the
+    /// axis there.
+    pub(crate) fn heel(&self, s: f64) -> ClPoint {
+        let [from, to] = self.ends;
+        let pose = self.at(s);
+        let normal = from.cc.normal.into_inner() * (1.0 - s) + to.cc.normal.into_inner() * s;
+        let axis = pose.axis.into_inner();
+        let away = (normal - axis * normal.dot(&axis)).try_normalize(0.0).unwrap_or_else(Vector3::zeros);
+        pose.translated(away * self.cutter.rim_radius())
+    }
+
     /// Returns the pose at a parameter, seated as the ends are and lifted in between.
     pub(crate) fn at(&self, s: f64) -> ClPoint {
         let [from, to] = self.ends;

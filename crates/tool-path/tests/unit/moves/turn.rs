@@ -3,11 +3,11 @@ use crate::move_laws::{Random, cell, curve, linearity, move_settings, plane_with
 use crate::moves::{MoveKind, MoveSettings, OperationMoves, TurnState, operation_moves, reach};
 use crate::segments::PassSegment;
 use facemill_cl_data::Silent;
-use facemill_cutter_location::Workcell;
+use facemill_cutter_location::{AxisCone, Obstacle, Workcell};
 use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::Machine;
 use facemill_tool_model::{Cutter, ToolAssembly};
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Unit, UnitQuaternion, Vector3};
 
 const TURNS: TurnSettings = TurnSettings { feed: 20.0, approach_feed: 20.0, test_step: 0.5 };
 
@@ -208,4 +208,64 @@ fn turns_slower_than_a_link_can_be_are_not_taken() {
     let slow = TurnSettings { feed: 0.01, ..TURNS };
     let found = refusals(&moves(&flat(), |_| {}, Some(slow)));
     assert!(found[1..].iter().all(|why| why.as_deref() == Some("a link is not slower")), "{found:?}");
+}
+
+#[test]
+fn the_axis_of_a_turn_stays_in_the_cone() {
+    let (machine, tool) = (Machine::head_b_table_c().unwrap(), tool());
+    let tree = flat();
+    let cell = leaning(&machine, &tool, &tree, 0.7);
+    let test = PoseTest::new(&cell);
+    let settings = move_settings();
+    let pieces = zigzag(&test, 2, 5.0, [0.1, 0.3]);
+    let [from, to] = [0, 1].map(|k| reach(&test, &settings, pieces[k].clone()).0.unwrap());
+    // Both ends are in the cone; the lean that swings with the feed leaves it.
+    let (axis, half_angle) = (Unit::new_normalize(Vector3::new(0.0, -0.1, 1.0)), 0.17);
+    let largest = |turn: &Turn| turn.poses.iter().map(|w| w.cl.axis.angle(&axis)).fold(0.0, f64::max);
+    let free = TurnSearch::new(&test, &FAST_TURNS).find(&from, &to).unwrap();
+    assert!(largest(&free) > half_angle + 0.01, "a cone that forbids nothing: {}", largest(&free));
+    let mut narrow = cell.clone();
+    narrow.axis_cone = Some(AxisCone { axis, half_angle });
+    let test = PoseTest::new(&narrow);
+    let turn = TurnSearch::new(&test, &FAST_TURNS).find(&from, &to).unwrap();
+    assert!(largest(&turn) <= half_angle, "{}", largest(&turn));
+    // No way round is in this one.
+    narrow.axis_cone = Some(AxisCone { axis: Vector3::z_axis(), half_angle: 0.05 });
+    let test = PoseTest::new(&narrow);
+    let found = TurnSearch::new(&test, &FAST_TURNS).find(&from, &to);
+    assert!(matches!(found, Err(NoTurn::Blocked(Infeasible::OutsideCone { .. }))));
+}
+
+#[test]
+fn the_side_away_from_the_contact_does_not_sink_into_stock() {
+    let (machine, tool) = (Machine::head_b_table_c().unwrap(), tool());
+    let tree = flat();
+    let settings = move_settings();
+    let find = |tilts: [f64; 2], stock: Option<f64>| {
+        let mut cell = leaning(&machine, &tool, &tree, 0.7);
+        let test = PoseTest::new(&cell);
+        let piece = |k: usize| zigzag(&test, 2, 5.0, [tilts[k], 1.2]).swap_remove(k);
+        let [from, to] = [0, 1].map(|k| reach(&test, &settings, piece(k)).0.unwrap());
+        if let Some(thickness) = stock {
+            let stock = Obstacle::part("stock", &tree);
+            cell.obstacles.push(Obstacle { gouge_allowance: None, collision_allowance: thickness, ..stock });
+        }
+        TurnSearch::new(&PoseTest::new(&cell), &FAST_TURNS).find(&from, &to)
+    };
+    // From 17 to 2 degrees the far side of a disc of 50 mm sinks by 12 mm over a short turn.
+    assert!(matches!(find([0.3, 0.03], Some(15.0)), Err(NoTurn::Blocked(Infeasible::Ramp { .. }))));
+    assert!(find([0.1, 0.1], Some(15.0)).is_ok());
+    assert!(find([0.1, 0.098], Some(15.0)).is_ok());
+}
+
+#[test]
+fn both_sides_of_a_wall_are_no_neighbours() {
+    let at = |normal: Vector3<f64>, feed: Vector3<f64>, z: f64| {
+        CcPoint::new(Point3::new(0.0, 0.3, z), normal, feed).unwrap()
+    };
+    let last = at(Vector3::z(), Vector3::x(), 0.0);
+    let beside = CcPoint { position: last.position + Vector3::y() * 2.0, feed: -last.feed, ..last };
+    assert!(is_beside(&last, &beside, 25.0));
+    let below = CcPoint { normal: -beside.normal, ..beside };
+    assert!(!is_beside(&last, &below, 25.0));
 }
