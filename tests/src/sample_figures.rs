@@ -89,7 +89,10 @@ impl SampleFigures {
                 let number = |k: usize| Some(line.get(k)?.trim_end_matches(',').to_owned());
                 format!("{}, {}, {} mm", number(3)?, number(7)?, number(10)?)
             }
-            "left_most" => format!("{} mm", self.behind("largest")?),
+            "left_most" => {
+                let line = self.words("left on surface")?;
+                format!("{} mm", line.get(line.iter().position(|word| word == "largest")? + 1)?)
+            }
             "quick_turns" => self.words("quick turns")?.first()?.clone(),
             _ => return None,
         })

@@ -62,14 +62,6 @@ impl Ridge {
     }
 }
 
-/// Returns the largest step-over, at most `most` mm, at which the postures of a point and of the
-/// pass beside it leave no more than `cusp` mm between both, with the curvature of their strip.
-pub fn permitted_step_over(cutter: &Cutter, own: &CutPoint, beside: &Neighbour, cusp: f64, most: f64) -> f64 {
-    let [outline, others] = outlines(cutter, own, beside);
-    let (right, left) = if beside.is_left { (&outline, &others) } else { (&others, &outline) };
-    step_over_for_cusp(right, left, cusp, beside.strip.curvature, most)
-}
-
 /// Returns the outlines of a point and of the pass beside it, both seen along the point's feed.
 fn outlines(cutter: &Cutter, own: &CutPoint, beside: &Neighbour) -> [Outline; 2] {
     let others = Outline::new(cutter, beside.point.posture);

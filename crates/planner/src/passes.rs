@@ -2,6 +2,7 @@
 
 pub(crate) mod engagement;
 pub(crate) mod extra_passes;
+pub(crate) mod high_places;
 pub(crate) mod move_settings;
 pub(crate) mod operation;
 pub(crate) mod path_planner;
@@ -9,4 +10,3 @@ pub(crate) mod pole_detours;
 pub(crate) mod setup_context;
 pub(crate) mod turn_chips;
 pub(crate) mod width_field;
-pub(crate) mod width_rounds;

@@ -32,6 +32,7 @@ use crate::program::planned_turns::{doubted_turns, replace_by_links, turns_repor
 use crate::program::refinement::refine;
 use crate::program::rounds::{ProgramOfHeads, VerifiedProgram, verified_program};
 use crate::program::timing::control_assumption;
+use crate::program::width_rounds::best_round;
 use crate::report::chip_files::ChipFiles;
 use crate::report::efficiencies::efficiencies;
 use crate::report::left_above::{left_above, something_to_cut};
@@ -73,14 +74,7 @@ pub(crate) fn planned_setup(
     drop(reading);
     clock.lap("read");
     let ground = SetupContext { scene: &scene, map: &map, added: AddedPasses::All };
-    let mut operations: Vec<PlannedOperation<'_>> = Vec::new();
-    let mut picture = None;
-    for operation in job.operations_of(setup.file) {
-        let from = operations.last().and_then(|o| o.moves.last());
-        let (planned, svg) = PlannedOperation::plan(&ground, operation, from, picture.is_none(), stages, &mut clock)?;
-        picture = picture.or(svg);
-        operations.push(planned);
-    }
+    let (mut operations, picture) = best_round(&ground, stages, &mut clock)?;
     something_to_cut(&setup, &operations)?;
     let to_cut = stock.filter(|_| settings.verify).ok_or_else(|| not_requested(settings.verify).to_owned());
     let (before, shortened) = match to_cut {

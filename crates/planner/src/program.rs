@@ -10,6 +10,7 @@ pub(crate) mod rounds;
 pub(crate) mod timed;
 pub(crate) mod timing;
 pub(crate) mod vector_blocks;
+pub(crate) mod width_rounds;
 
 use facemill_cl_data::CuttingLaw;
 use facemill_feedrate::{BlockFeed, feed_for_block, rapid_time};

@@ -11,7 +11,7 @@ use facemill_job::stages::{MATERIAL, Stages};
 use facemill_nc_program::ReadProgram;
 use facemill_virtual_machine::{VerifySettings, VirtualSetup, swept_by_cuts};
 use facemill_z_map::{LeftHeight, SurfacePlace, SweptCutter, left_heights};
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::named_results::not_verified;
 use crate::operation_region::OperationRegion;
@@ -66,40 +66,101 @@ pub fn remaining(
     heads: &[RunningHead<'_>],
     stages: &dyn Stages,
 ) -> Result<Option<RemainingReport>, Failure> {
-    let requested: Vec<OperationRegion<'_>> = job
-        .operations_of(setup.file)
-        .map(|(_, operation)| OperationRegion::of(job, setup, operation))
-        .filter(|region| region.as_ref().map_or(true, |r| !r.has_nothing_left()))
-        .collect::<Result<_, _>>()?;
+    let mut requested = requested_regions(job, setup)?;
+    requested.retain(|region| !region.has_nothing_left());
     if requested.is_empty() {
         return Ok(None);
     }
-    let sweep = |h: &RunningHead<'_>| swept_by_cuts(program, h.at, h.settings, MOTION_TOLERANCE, &Silent);
-    let sweeps: Vec<SweptCutter> = heads.iter().map(sweep).collect::<Result<_, _>>().map_err(not_verified)?;
-    let reach = heads.iter().map(|h| h.at.tool.cutter().radius()).fold(0.0, f64::max);
+    let sweeps = Sweeps::of(program, heads)?;
+    let up = setup.table_from_work.inverse_transform_vector(&Vector3::z());
     let mut operations = Vec::new();
     for requested in &requested {
-        operations.push(measured(requested, (job, setup), &sweeps, reach, stages)?);
+        let (measured, _) = measured(requested, (job, setup), &sweeps, stages)?;
+        operations.push(remaining_on_region(requested.operation, requested.limit, &measured, &up));
     }
     Ok(Some(RemainingReport { accuracy_mm: ACCURACY, outside_fraction: outside(job, setup, &requested)?, operations }))
 }
 
-/// Returns the figures of an operation's region.
+/// A place of an operation's region.
+#[derive(Clone, Copy, Debug)]
+pub struct LeftPlace {
+    /// Position on the drive surface, in the first place of the pattern.
+    pub position: Point3<f64>,
+    /// Normal of the surface there.
+    pub normal: Unit<Vector3<f64>>,
+    /// Area that it represents, mm²; 0 on borders and around the highest ones.
+    pub area: f64,
+    /// Height left on it, mm.
+    pub height: f64,
+    /// Whether any cut reaches the stock above it.
+    pub is_cut: bool,
+}
+
+/// Measures the heights that a program leaves on places spread over the region of each operation of
+/// a setup, as [`remaining`] does; none where a region is limited to what is left and nothing is.
+///
+/// # Errors
+/// If a region is wrong, or the stages are cancelled.
+pub fn left_places(
+    job: &Job,
+    setup: &Setup<'_>,
+    program: &ReadProgram,
+    heads: &[RunningHead<'_>],
+    stages: &dyn Stages,
+) -> Result<Vec<Vec<LeftPlace>>, Failure> {
+    let sweeps = Sweeps::of(program, heads)?;
+    let of_region = |requested: OperationRegion<'_>| {
+        if requested.has_nothing_left() {
+            return Ok(Vec::new());
+        }
+        let (measured, samples) = measured(&requested, (job, setup), &sweeps, stages)?;
+        let place = |(s, left): (&Sampled, &LeftHeight)| LeftPlace {
+            position: s.sample.position,
+            normal: s.sample.normal,
+            area: s.sample.area,
+            height: left.height,
+            is_cut: left.cut_by.is_some() || s.on.stock <= ACCURACY,
+        };
+        Ok(samples.iter().zip(&measured.left).map(place).collect())
+    };
+    requested_regions(job, setup)?.into_iter().map(of_region).collect()
+}
+
+/// Returns the regions of a setup's operations.
+fn requested_regions<'a>(job: &'a Job, setup: &Setup<'a>) -> Result<Vec<OperationRegion<'a>>, Failure> {
+    job.operations_of(setup.file).map(|(_, operation)| OperationRegion::of(job, setup, operation)).collect()
+}
+
+/// Everything that the heads of a machine sweep.
+struct Sweeps {
+    sweeps: Vec<SweptCutter>,
+    /// Radius of the largest cutter, mm.
+    reach: f64,
+}
+
+impl Sweeps {
+    fn of(program: &ReadProgram, heads: &[RunningHead<'_>]) -> Result<Self, Failure> {
+        let sweep = |h: &RunningHead<'_>| swept_by_cuts(program, h.at, h.settings, MOTION_TOLERANCE, &Silent);
+        let sweeps = heads.iter().map(sweep).collect::<Result<_, _>>().map_err(not_verified)?;
+        Ok(Self { sweeps, reach: heads.iter().map(|h| h.at.tool.cutter().radius()).fold(0.0, f64::max) })
+    }
+}
+
+/// Returns the heights left on an operation's region, with the samples that they are left on.
 fn measured(
     requested: &OperationRegion<'_>,
     (job, setup): (&Job, &Setup<'_>),
-    sweeps: &[SweptCutter],
-    reach: f64,
+    Sweeps { sweeps, reach }: &Sweeps,
     stages: &dyn Stages,
-) -> Result<RemainingOnRegion, Failure> {
+) -> Result<(MaterialLeft, Vec<Sampled>), Failure> {
     let region = requested.region(job, setup)?;
     let samples = requested.samples(job, &region, [MIN_SAMPLES, MAX_SAMPLES])?;
     let on = |(place, sample): (usize, RegionSample)| Sampled {
         place,
         sample,
-        on: surface_place(setup, &requested.places[place], &sample, reach),
+        on: surface_place(setup, &requested.places[place], &sample, *reach),
     };
-    let all: Vec<Sampled> =
+    let mut all: Vec<Sampled> =
         (0..requested.places.len()).flat_map(|k| samples.iter().map(move |s| (k, *s))).map(on).collect();
     let monitor = stages.start(MATERIAL, all.len());
     let heights = |of: &[Sampled]| {
@@ -114,9 +175,8 @@ fn measured(
     };
     let finer: Vec<Sampled> = measured.highest(LARGEST_PLACES).iter().flat_map(near).collect();
     measured.add(&finer, &heights(&finer)?);
-    drop(monitor);
-    let up = setup.table_from_work.inverse_transform_vector(&Vector3::z());
-    Ok(remaining_on_region(requested.operation, requested.limit, &measured, &up))
+    all.extend(finer);
+    Ok((measured, all))
 }
 
 /// Sample in a place of the pattern.

@@ -549,8 +549,8 @@ pub struct PathFromStrategy {
     /// an edge. Without it, every pass is a level, and its narrowest strip decides on the step.
     #[serde(default)]
     pub edge_fill: bool,
-    /// Number of times that passes are laid again, with strip widths from the postures taken
-    /// instead of those expected (docs/method.md#rounds-of-widths). The best round is cut: within
+    /// Largest number of times that passes are laid again, with narrower strips where the text
+    /// leaves more than `cusp_mm` (docs/method.md#rounds-of-widths). The best round is cut: within
     /// `cusp_mm` before others, then by time. Machines with two heads lay passes once.
     #[schemars(range(min = 0, max = 3))]
     #[serde(default)]

@@ -42,6 +42,7 @@ impl SidedPasses {
 }
 
 /// The passes of an operation.
+#[derive(Clone)]
 pub struct LaidPath {
     /// Passes in cutting order, each with its search curve; none where no more stock is left than
     /// the region's `left_above`.
@@ -83,7 +84,7 @@ pub fn lay_by_widths(
 pub type WidthFactor<'f> = &'f (dyn Fn(&CcPoint) -> f64 + Sync);
 
 /// The strip widths that an operation's passes are laid by: those of the expected postures.
-pub struct ExpectedWidths<'e> {
+struct ExpectedWidths<'e> {
     cutter: &'e Cutter,
     surface: &'e Surface,
     curve: SearchCurve,
@@ -96,7 +97,7 @@ impl<'e> ExpectedWidths<'e> {
     ///
     /// # Errors
     /// If the operation's search curve is wrong.
-    pub fn of(job: &'e Job, setup: &'e Setup<'_>, operation: &OperationFile) -> Result<Self, Failure> {
+    fn of(job: &'e Job, setup: &'e Setup<'_>, operation: &OperationFile) -> Result<Self, Failure> {
         let wanted = wanted_uncut_left(job, operation.direction);
         Ok(Self {
             cutter: job.tool.cutter(),
@@ -108,7 +109,7 @@ impl<'e> ExpectedWidths<'e> {
     }
 
     /// Returns the width across the feed at a CC point, mm, at most the largest step-over.
-    pub fn at(&self, cc: &CcPoint) -> f64 {
+    fn at(&self, cc: &CcPoint) -> f64 {
         let near = self.surface.closest_point(&cc.position, self.most);
         let curvature = near.and_then(|p| self.surface.curvature_at(&p));
         expected_strip_width(self.cutter, cc, curvature.as_ref(), &self.curve, self.cusp, self.most)

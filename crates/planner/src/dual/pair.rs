@@ -25,7 +25,7 @@ use crate::dual::parts::{PairOutline, ProgramPart, Section, TwoHeadContext, alon
 use crate::dual::run_trimming::{Remains, paired_left};
 use crate::passes::engagement::engagement_of_passes;
 use crate::passes::move_settings::move_settings;
-use crate::passes::operation::PlannedOperation;
+use crate::passes::operation::{OperationTask, PlannedOperation};
 use crate::program::BlockWriter;
 use crate::stage_clock::Clock;
 
@@ -57,7 +57,8 @@ impl<'a> PairPlanner<'_, 'a> {
                 ground.scenes[head].job.operations_of(ground.scenes[head].setup.file).find(|(_, o)| o.name == name);
             let named = named.ok_or_else(|| Failure::Internal(format!("operation \"{name}\" is not of this setup")))?;
             let wants_picture = head == 0 && picture.is_none();
-            let planned = PlannedOperation::plan(&ground.ground(head), named, None, wants_picture, self.stages, clock);
+            let task = OperationTask { picture: wants_picture, ..OperationTask::alone(named) };
+            let planned = PlannedOperation::plan(&ground.ground(head), task, self.stages, clock);
             let (planned, svg) = planned.map_err(|why| of_head(head, why))?;
             *picture = picture.take().or(svg);
             Ok::<_, Failure>((head, named.0, planned))

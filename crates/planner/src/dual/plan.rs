@@ -28,7 +28,7 @@ use crate::dual::parts::{ProgramPart, TwoHeadContext, alone_sections, cells, mov
 use crate::dual::refinement::refine;
 use crate::passes::extra_passes::AddedPasses;
 use crate::passes::move_settings::move_settings;
-use crate::passes::operation::PlannedOperation;
+use crate::passes::operation::{OperationTask, PlannedOperation};
 use crate::passes::setup_context::SetupContext;
 use crate::plan_settings::PlanSettings;
 use crate::plan_stages::stages_of_heads;
@@ -265,7 +265,8 @@ fn alone<'a>(
     let (parking, from) = mover.park_other(head, *at)?;
     let mut sections = vec![section(format!("HEAD {} ALONE", head + 1), parking)];
     let ground = SetupContext { scene, map: ground.maps[head], added: AddedPasses::All };
-    let (planned, svg) = PlannedOperation::plan(&ground, (index, operation), from, picture.is_none(), stages, clock)?;
+    let task = OperationTask { from, picture: picture.is_none(), ..OperationTask::alone((index, operation)) };
+    let (planned, svg) = PlannedOperation::plan(&ground, task, stages, clock)?;
     *picture = picture.take().or(svg);
     sections.extend(alone_sections(head, &planned.moves.pieces, &planned.moves.retract));
     *at = planned.moves.last().map(|m| m.axes).or(*at);

@@ -15,13 +15,14 @@ use facemill_cutter_location::{Hints, Optimum, Outcome, PassSettings, PassTask, 
 use facemill_job::failure::Failure;
 use facemill_job::stages::{ADDED, Stages};
 use facemill_surface_model::Surface;
-use facemill_tool_model::{Cusp, Outline, step_over_for_cusp};
+use facemill_tool_model::{Cusp, Cutter, Outline, step_over_for_cusp};
 use facemill_tool_path::segments::LaidTask;
 use facemill_tool_path::segments::pole::Tests;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::passes::engagement::carried_on;
+use crate::passes::high_places::HighPlaces;
 use crate::passes::pole_detours::Detours;
 
 /// Passes with the poses of their points, in cutting order.
@@ -55,6 +56,8 @@ pub(crate) struct Interposer<'i, 'a> {
     pub(crate) allowance: f64,
     /// Permitted cusp, mm.
     pub(crate) cusp: f64,
+    /// Places where a text with these passes has left more than that.
+    pub(crate) high: Option<&'i HighPlaces>,
     /// Step-over below which no pass is inserted, mm.
     pub(crate) least_step: f64,
     /// Length up to which shorter passes are extended if their neighbours continue, mm.
@@ -70,6 +73,10 @@ const MOST_BETWEEN: usize = 8;
 
 /// Factor by which strips are taken wider than needed, for postures that turn out slightly steeper.
 const MARGIN: f64 = 1.02;
+
+/// Least ridge to expect between passes with a high place between them, as a share of the permitted
+/// cusp: half the width of a strip leaves a quarter.
+const EXPECTED: f64 = 0.4;
 
 /// Bisections between an infeasible point and the pass beside it: an eighth of the strip.
 const MOVES: u32 = 3;
@@ -264,7 +271,7 @@ impl<'a> Interposer<'_, 'a> {
             let beside = neighbours.of(OwnPlace { pass, point });
             let beyond = |n: &Neighbour| {
                 let wide = n.strip.step_over;
-                match Ridge::toward(cutter, &points[point], n).cusp {
+                match self.left_toward(cutter, &points[point], n) {
                     Cusp::Height(height) => (height.min(wide) - self.cusp).max(0.0) * wide * length,
                     Cusp::Uncut => wide * wide * length,
                 }
@@ -282,11 +289,21 @@ impl<'a> Interposer<'_, 'a> {
         left
     }
 
+    /// Returns what a point and the pass beside it leave between them: the expected ridge, or what
+    /// is measured there if it is more. A strip that has become much narrower since leaves less.
+    fn left_toward(&self, cutter: &Cutter, own: &CutPoint, beside: &Neighbour) -> Cusp {
+        match (Ridge::toward(cutter, own, beside).cusp, self.high) {
+            (Cusp::Height(height), Some(high)) if height > EXPECTED * self.cusp => {
+                Cusp::Height(high.in_strip(own, beside).map_or(height, |measured| height.max(measured)))
+            }
+            (cusp, _) => cusp,
+        }
+    }
+
     /// Returns the number of passes that a ridge requires between a point and the pass beside it.
     fn wanted_between(&self, own: &CutPoint, beside: &Neighbour) -> usize {
         let cutter = self.tests.plain.cell.tool.cutter();
-        let ridge = Ridge::toward(cutter, own, beside);
-        if ridge.cusp.is_within(self.cusp) {
+        if self.left_toward(cutter, own, beside).is_within(self.cusp) {
             return 0;
         }
         let step = beside.strip.step_over;

@@ -14,7 +14,7 @@ use facemill_job::format::job_file::{InfeasibleFile, OperationFile};
 use facemill_job::format::report::WidthRoundReport;
 use facemill_job::frames::places;
 use facemill_job::setup::cell::{pass_settings, search_settings};
-use facemill_job::setup::path::lay;
+use facemill_job::setup::path::{LaidPath, lay_by_widths};
 use facemill_job::setup::scene::Scene;
 use facemill_job::stages::{BETWEEN, HELP, LAY, LINKS, PICTURE, PLACES, Stages};
 use facemill_tool_model::cl_from_cc;
@@ -27,12 +27,43 @@ use rayon::prelude::*;
 use crate::drawing::solution_svg::map_svg;
 use crate::passes::engagement::{PointEngagement, engagement_of_passes};
 use crate::passes::extra_passes::{AddedPasses, ExtraPasses, PlannedPath};
+use crate::passes::high_places::HighPlaces;
 use crate::passes::move_settings::{move_settings, turn_settings};
-use crate::passes::path_planner::PathPlanner;
+use crate::passes::path_planner::{PathPlanner, strategy_of};
 use crate::passes::setup_context::SetupContext;
 use crate::passes::turn_chips::give_turn_chips;
-use crate::passes::width_rounds::BestRound;
+use crate::passes::width_field::WidthField;
 use crate::stage_clock::Clock;
+
+/// Corrections of an operation's passes by what a text has left.
+pub(crate) struct Corrections {
+    /// Factors on the strip widths that passes are laid by.
+    pub(crate) widths: Option<WidthField>,
+    /// Places where passes are put in.
+    pub(crate) high: HighPlaces,
+}
+
+/// An operation that is to be planned.
+pub(crate) struct OperationTask<'a, 'w> {
+    /// Number of the operation in the job.
+    pub(crate) index: usize,
+    pub(crate) operation: &'a OperationFile,
+    /// End of the operation before, which the program continues.
+    pub(crate) from: Option<Move>,
+    /// Whether the solution space at one point is drawn.
+    pub(crate) picture: bool,
+    /// Corrections by what a text of the same operation has left.
+    pub(crate) corrections: Option<&'w Corrections>,
+    /// The same operation planned by the same widths: its passes stay, and others are put in.
+    pub(crate) before: Option<&'w PlannedOperation<'a>>,
+}
+
+impl<'a> OperationTask<'a, '_> {
+    /// Returns the task of an operation by itself, without a picture.
+    pub(crate) fn alone((index, operation): (usize, &'a OperationFile)) -> Self {
+        Self { index, operation, from: None, picture: false, corrections: None, before: None }
+    }
+}
 
 /// Operation on its way to the program.
 pub(crate) struct PlannedOperation<'a> {
@@ -57,29 +88,57 @@ pub(crate) struct PlannedOperation<'a> {
     pub(crate) along: Vec<Vec<PointEngagement>>,
     /// Passes inserted between the generated ones.
     pub(crate) extra: ExtraPasses,
-    /// Rounds of laying by the widths of the postures taken; empty if passes were laid once.
+    /// Figures of the passes in the first place of the pattern.
+    pub(crate) laid: LaidFigures,
+    /// These passes themselves, if further rounds may put others in.
+    kept: Option<KeptPath>,
+    /// Rounds of laying; empty if passes were laid once.
     pub(crate) width_rounds: Vec<WidthRoundReport>,
 }
 
+/// Passes of an operation in the first place of the pattern.
+#[derive(Clone)]
+struct KeptPath {
+    path: LaidPath,
+    poses: PlannedPath,
+}
+
+/// Figures of an operation's passes in the first place of the pattern.
+#[derive(Clone, Copy)]
+pub(crate) struct LaidFigures {
+    /// Passes as laid.
+    pub(crate) passes: usize,
+    /// Length of all passes, with those added, mm.
+    pub(crate) length: f64,
+    /// Estimate of their time, for comparing rounds of laying, s; 0 if there are none.
+    pub(crate) time: f64,
+    /// Points without a posture.
+    pub(crate) without_posture: usize,
+}
+
 impl<'a> PlannedOperation<'a> {
-    /// Plans an operation whose program continues `from` the end of the one before it; with
-    /// `picture` also draws the solution space at one point.
+    /// Plans an operation; returns the picture of the solution space, if it is wanted, too.
     ///
     /// # Errors
     /// If no pass can be generated, the operation's policy forbids infeasible points, or the stages
     /// are cancelled.
     pub(crate) fn plan(
         ground: &SetupContext<'_>,
-        (index, operation): (usize, &'a OperationFile),
-        from: Option<Move>,
-        picture: bool,
+        task: OperationTask<'a, '_>,
         stages: &dyn Stages,
         clock: &mut Clock,
     ) -> Result<(Self, Option<String>), Failure> {
         let Scene { job, setup, .. } = ground.scene;
+        let OperationTask { index, operation, from, .. } = task;
         let mut cell = ground.scene.workcell(operation, ground.map);
         let laying = stages.start(LAY, 0);
-        let path = lay(job, setup, index, operation)?;
+        let widths = task.corrections.and_then(|c| c.widths.as_ref());
+        let factor = |cc: &CcPoint| widths.map_or(1.0, |field| field.at(&cc.position, &cc.normal));
+        let before = task.before.and_then(|before| Some((before.kept.clone()?, before.extra.clone())));
+        let (path, posed) = match before {
+            Some((kept, extra)) => (kept.path, Some((kept.poses, extra))),
+            None => (lay_by_widths(job, setup, (index, operation), &factor)?, None),
+        };
         check_reach(job, setup, operation, &path.tasks).map_err(|e| job.wrong(e))?;
         drop(laying);
         settle_branch(&mut cell, &path.tasks);
@@ -94,8 +153,21 @@ impl<'a> PlannedOperation<'a> {
         // The search for postures avoids the pole; tests of given postures do not.
         let choosing = PoseTest::new(&cell).avoiding_pole(operation.search.singular_cone_deg.to_radians());
         let tests = Tests { choosing: &choosing, plain: &test };
-        let planner = PathPlanner { tests: &tests, ground, operation, stages };
-        let BestRound { path, poses, extra, rounds } = planner.best_round(index, path)?;
+        let high = task.corrections.map(|c| &c.high);
+        let planner = PathPlanner { tests: &tests, ground, operation, stages, high };
+        let (poses, extra) = match posed {
+            Some((mut poses, mut extra)) => {
+                planner.keep_cusp(&mut poses, &mut extra)?;
+                (poses, extra)
+            }
+            None => {
+                let mut poses = planner.posed(&path.tasks)?;
+                let extra = planner.add_passes(&mut poses)?;
+                (poses, extra)
+            }
+        };
+        let laid = planner.figures(&path, &poses);
+        let kept = may_be_corrected(operation).then(|| KeptPath { path: path.clone(), poses: poses.clone() });
         let Placed { pieces, cc_points, optimum } = place_pieces(&tests, operation, poses, &mut left_out, stages)?;
         let widened = tests.widened();
         let passes = pass_settings(operation);
@@ -104,7 +176,7 @@ impl<'a> PlannedOperation<'a> {
         drop(monitor);
         let pieces = wound(&test, passes.fallback(), pieces, from.map(|m| m.axes));
         clock.lap("search");
-        let picture = if picture { picture_of(&test, operation, &path.tasks, stages)? } else { None };
+        let picture = if task.picture { picture_of(&test, operation, &path.tasks, stages)? } else { None };
         let monitor = stages.start(LINKS, 2 * pieces.len());
         let mut moves = operation_moves(&test, &settings, pieces, from, &mut left_out, &*monitor)?;
         drop(monitor);
@@ -130,7 +202,9 @@ impl<'a> PlannedOperation<'a> {
             widened,
             along,
             extra,
-            width_rounds: rounds,
+            laid,
+            kept,
+            width_rounds: Vec::new(),
         };
         planned.check_left_out()?;
         Ok((planned, picture))
@@ -172,6 +246,11 @@ impl<'a> PlannedOperation<'a> {
         }
         Ok(())
     }
+}
+
+/// Returns whether an operation's passes may be corrected by what the text leaves.
+pub(crate) fn may_be_corrected(operation: &OperationFile) -> bool {
+    strategy_of(operation).is_some_and(|s| s.width_rounds > 0)
 }
 
 /// Largest number of reasons with remedies; the rest are few points each.

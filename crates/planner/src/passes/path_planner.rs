@@ -6,12 +6,15 @@ use facemill_cutter_location::{Optimum, Outcome, PassSettings, plan_passes};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{OperationFile, PathFile, PathFromStrategy};
 use facemill_job::setup::cell::{LEAST_STEP, pass_settings};
+use facemill_job::setup::path::LaidPath;
 use facemill_job::stages::{POSTURES, Stages};
 use facemill_tool_path::segments::LaidTask;
 use facemill_tool_path::segments::pole::Tests;
 
 use crate::passes::engagement::neighbour_reach;
-use crate::passes::extra_passes::{AddedPasses, ExtraPasses, Interposer, PlannedPath, as_laid, pass_tasks};
+use crate::passes::extra_passes::{AddedPasses, CutOrder, ExtraPasses, Interposer, PlannedPath, as_laid, pass_tasks};
+use crate::passes::high_places::HighPlaces;
+use crate::passes::operation::{LaidFigures, may_be_corrected};
 use crate::passes::pole_detours::Detours;
 use crate::passes::setup_context::SetupContext;
 
@@ -21,6 +24,8 @@ pub(crate) struct PathPlanner<'p, 'a> {
     pub(crate) ground: &'p SetupContext<'p>,
     pub(crate) operation: &'p OperationFile,
     pub(crate) stages: &'p dyn Stages,
+    /// Places where a text with these passes has left too much.
+    pub(crate) high: Option<&'p HighPlaces>,
 }
 
 impl PathPlanner<'_, '_> {
@@ -52,12 +57,34 @@ impl PathPlanner<'_, '_> {
         let Some(strategy) = strategy_of(self.operation) else { return Ok(ExtraPasses::default()) };
         let settings = pass_settings(self.operation);
         let detours = self.detours(&settings);
-        interposer(&detours, self.ground, self.operation, strategy).improve(path, self.ground.added, self.stages)
+        let interposer = Interposer { high: self.high, ..interposer(&detours, self.ground, self.operation, strategy) };
+        interposer.improve(path, self.ground.added, self.stages)
     }
 
-    /// Returns the time of a path, s: an estimate for comparing paths.
-    pub(crate) fn time_of(&self, path: &PlannedPath) -> f64 {
-        self.detours(&pass_settings(self.operation)).time_of(&path.tasks, &path.outcomes)
+    /// Adds passes to planned ones where they leave too much, without moving any.
+    ///
+    /// # Errors
+    /// If the stages are cancelled.
+    pub(crate) fn keep_cusp(&self, path: &mut PlannedPath, extra: &mut ExtraPasses) -> Result<(), Failure> {
+        let Some(strategy) = strategy_of(self.operation) else { return Ok(()) };
+        let settings = pass_settings(self.operation);
+        let detours = self.detours(&settings);
+        let interposer = Interposer { high: self.high, ..interposer(&detours, self.ground, self.operation, strategy) };
+        interposer.keep_cusp(path, CutOrder::InStrip, extra, self.stages)
+    }
+
+    /// Returns the figures of passes as laid and as planned; times are estimated only where rounds
+    /// of laying are compared.
+    pub(crate) fn figures(&self, laid: &LaidPath, planned: &PlannedPath) -> LaidFigures {
+        let length =
+            |t: &LaidTask| -> f64 { t.pass.points.windows(2).map(|w| (w[1].position - w[0].position).norm()).sum() };
+        let time = |settings| self.detours(settings).time_of(&planned.tasks, &planned.outcomes);
+        LaidFigures {
+            passes: laid.tasks.len(),
+            length: planned.tasks.iter().map(length).sum(),
+            time: if may_be_corrected(self.operation) { time(&pass_settings(self.operation)) } else { 0.0 },
+            without_posture: planned.outcomes.iter().flat_map(|o| &o.points).filter(|o| o.is_err()).count(),
+        }
     }
 
     fn detours<'d>(&'d self, settings: &'d PassSettings) -> Detours<'d, 'd> {
@@ -105,6 +132,7 @@ pub(crate) fn interposer<'d, 'a>(
         surface: &ground.scene.setup.around_drive,
         allowance: ground.scene.setup.drive_allowance,
         cusp: operation.tolerances.cusp_mm,
+        high: None,
         least_step: LEAST_STEP * operation.tolerances.max_step_over_mm,
         least_length: strategy.min_pass_length_mm,
     }

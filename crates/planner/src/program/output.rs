@@ -18,7 +18,7 @@ use facemill_nc_program::{ProgramSpec, ReadProgram, WrittenProgram, write_progra
 use facemill_tool_path::moves::MoveKind;
 use facemill_verification::feeds::RequiredFeeds;
 use facemill_verification::named_results::{name_obstacles, not_verified};
-use facemill_verification::remaining::{RunningHead, remaining};
+use facemill_verification::remaining::{LeftPlace, RunningHead, left_places, remaining};
 use facemill_verification::text_times::TimedText;
 use facemill_virtual_machine::{
     Assumption, Certificates, GougeSection, HeldAsCut, Verification, VerifySettings, VirtualSetup, assumptions,
@@ -215,6 +215,13 @@ impl OwnProgram<'_> {
     pub(crate) fn remaining(&self, stages: &dyn Stages) -> Result<Option<RemainingReport>, Failure> {
         let heads = [RunningHead { at: &self.virtual_setup(), settings: &self.settings() }];
         remaining(self.scene.job, self.scene.setup, &self.read()?, &heads, stages)
+    }
+
+    /// Measures the heights that the text leaves on places of the regions of the setup's
+    /// operations.
+    pub(crate) fn left_places(&self, stages: &dyn Stages) -> Result<Vec<Vec<LeftPlace>>, Failure> {
+        let heads = [RunningHead { at: &self.virtual_setup(), settings: &self.settings() }];
+        left_places(self.scene.job, self.scene.setup, &self.read()?, &heads, stages)
     }
 
     /// Returns the assumptions about behaviour that the text leaves to the control.

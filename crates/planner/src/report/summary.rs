@@ -132,8 +132,8 @@ const SHOWN_ASSUMPTIONS: usize = 6;
 fn width_rounds(cusps: &CuspsKeptReport) -> Option<String> {
     let number = cusps.width_rounds.iter().position(|r| r.is_cut)? + 1;
     let round = |r: &WidthRoundReport| {
-        let cusp = r.largest_as_laid_mm.map_or_else(|| "uncut".to_owned(), |h| format!("{h:.3} mm"));
-        format!("{} + {} passes of {:.1} m, {cusp}", r.passes, r.passes_added, r.length_mm / 1000.0)
+        let (length, largest) = (r.length_mm / 1000.0, r.largest_mm);
+        format!("{} + {} passes of {length:.1} m, largest {largest:.3} mm", r.passes, r.passes_added)
     };
     let all: Vec<String> = cusps.width_rounds.iter().map(round).collect();
     Some(format!("  rounds of widths  {}; round {number} is cut", all.join("; ")))

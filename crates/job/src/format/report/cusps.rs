@@ -19,7 +19,7 @@ pub struct CuspsKeptReport {
     pub points_beyond: usize,
     /// Reasons why no pass was inserted there.
     pub reasons: Vec<CuspReasonReport>,
-    /// Rounds of laying, each with the strip widths of the postures taken in the one before
+    /// Rounds of laying, each with narrower strips where the one before left more than `cusp_mm`
     /// (docs/method.md#rounds-of-widths); empty if passes were laid once.
     pub width_rounds: Vec<WidthRoundReport>,
 }
@@ -36,10 +36,10 @@ pub struct WidthRoundReport {
     /// Time of all passes by the machine's motion law, with an estimate of entries, exits and
     /// links, s.
     pub time_s: f64,
-    /// Largest ridge between the passes as laid, lifts included; `null` if a strip stays uncut.
-    pub largest_as_laid_mm: Option<f64>,
-    /// The same with the passes added.
-    pub largest_mm: Option<f64>,
+    /// Largest height that the text leaves on the region where it is cut.
+    pub largest_mm: f64,
+    /// Share of that area with more than `cusp_mm` left, 0..=1.
+    pub above_fraction: f64,
     /// Points without a posture.
     pub points_without_posture: usize,
     /// Whether this round is cut.

@@ -10,7 +10,7 @@ use super::PassesBetween;
 use crate::passes::engagement::engagement_of_passes;
 use crate::passes::extra_passes::AddedPasses;
 use crate::passes::extra_passes::laws::{job, planes, toward_wall};
-use crate::passes::operation::PlannedOperation;
+use crate::passes::operation::{OperationTask, PlannedOperation};
 use crate::passes::setup_context::SetupContext;
 use crate::stage_clock::Clock;
 
@@ -31,7 +31,8 @@ fn passes_put_in_behind_those_that_are_cut_keep_the_cusp() {
     let ground = SetupContext { scene: &scene, map: &map, added: AddedPasses::BesideTrimmed };
     let (index, operation) = job.operations_of(setup.file).next().unwrap();
     let plan =
-        PlannedOperation::plan(&ground, (index, operation), None, false, &SilentStages, &mut Clock::new()).unwrap();
+        PlannedOperation::plan(&ground, OperationTask::alone((index, operation)), &SilentStages, &mut Clock::new())
+            .unwrap();
     let mut planned = plan.0;
     let cut: Vec<PassSegment> = planned.moves.pieces.iter().map(|p| p.piece.clone()).collect();
     let too_high = |pieces: &[PassSegment]| {

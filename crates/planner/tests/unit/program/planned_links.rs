@@ -1,6 +1,7 @@
 use facemill_virtual_machine::{FindingKind, HeldAsCut};
 
 use crate::passes::extra_passes::AddedPasses;
+use crate::passes::operation::OperationTask;
 use crate::passes::setup_context::SetupContext;
 use crate::program::output::write_draft;
 use crate::program::planned_links::*;
@@ -54,7 +55,8 @@ fn links_that_are_taken_back_are_as_they_were() {
     let mut operations: Vec<PlannedOperation<'_>> = Vec::new();
     for operation in job.operations_of(setup.file) {
         let from = operations.last().and_then(|o| o.moves.last());
-        let planned = PlannedOperation::plan(&ground, operation, from, false, stages, &mut Clock::new());
+        let task = OperationTask { from, ..OperationTask::alone(operation) };
+        let planned = PlannedOperation::plan(&ground, task, stages, &mut Clock::new());
         operations.push(planned.unwrap().0);
     }
     let texts = write_draft(&scene, &operations).unwrap();

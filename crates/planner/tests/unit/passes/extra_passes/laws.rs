@@ -8,7 +8,7 @@ use nalgebra::{Isometry3, Point3};
 use serde_json::{Value, json};
 
 use crate::passes::extra_passes::AddedPasses;
-use crate::passes::operation::PlannedOperation;
+use crate::passes::operation::{OperationTask, PlannedOperation};
 use crate::passes::setup_context::SetupContext;
 use crate::plan::plan_setup;
 use crate::plan_settings::PlanSettings;
@@ -98,26 +98,45 @@ fn a_cusp_that_postures_beside_a_wall_raise_is_kept_by_passes_between() {
     assert!(planned.report.worst.cusp_mm.unwrap() <= 0.0047 && planned.is_clean());
 }
 
+/// Returns the plan of passes toward the wall with rounds.
+fn in_rounds(rounds: u32, cusp: f64) -> crate::planned::Planned {
+    let mut path = planes(-7.0, -1.0);
+    path["strategy"]["width_rounds"] = json!(rounds);
+    let values = [("/path", path), ("/search/tilt_deg", json!([2.0, 45.0])), ("/tolerances/cusp_mm", json!(cusp))];
+    planned(toward_wall, &values)
+}
+
 #[test]
-fn rounds_of_widths_cut_the_fastest_round_that_keeps_the_cusp() {
-    // As above; strips are laid anew by the postures taken.
-    let plan_with = |rounds: u32| {
-        let mut path = planes(-7.0, -1.0);
-        path["strategy"]["width_rounds"] = json!(rounds);
-        let values =
-            [("/path", path), ("/search/tilt_deg", json!([2.0, 45.0])), ("/tolerances/cusp_mm", json!(0.0047))];
-        planned(toward_wall, &values)
+fn where_the_text_leaves_too_much_at_few_places_passes_are_put_in() {
+    let once = in_rounds(0, 0.01);
+    assert!(once.report.cusps[0].width_rounds.is_empty());
+    let largest = |planned: &crate::planned::Planned| {
+        planned.report.remaining.as_ref().unwrap().operations[0].largest.as_ref().unwrap().height_mm
     };
-    let (once, again) = (plan_with(0), plan_with(3));
-    assert!(once.report.cusps[0].width_rounds.is_empty() && once.report.cusps[0].passes_between > 0);
-    let cusps = &again.report.cusps[0];
-    let rounds = &cusps.width_rounds;
-    assert!(rounds.len() >= 2 && rounds.iter().filter(|r| r.is_cut).count() == 1, "{rounds:?}");
-    let (first, cut) = (&rounds[0], rounds.iter().find(|r| r.is_cut).unwrap());
-    assert!(first.largest_as_laid_mm.unwrap() > 0.0047, "the expected posture is not the one taken: {rounds:?}");
-    assert!(rounds.iter().all(|r| cut.time_s <= r.time_s && r.points_without_posture == 0), "{rounds:?}");
-    assert!(cusps.points_beyond == 0 && again.is_clean(), "{cusps:?}");
-    assert!(again.report.worst.cusp_mm.unwrap() <= 0.0047);
+    assert!(largest(&once) > 0.01, "nothing to do");
+    let again = in_rounds(3, 0.01);
+    let rounds = &again.report.cusps[0].width_rounds;
+    assert_eq!(rounds.iter().map(|r| r.is_cut).collect::<Vec<_>>(), [false, true], "{rounds:?}");
+    // Both measures are of the same text but for links.
+    assert!(
+        (rounds[0].largest_mm - largest(&once)).abs() < 1e-9 && (rounds[1].largest_mm - largest(&again)).abs() < 1e-9
+    );
+    assert!(rounds[1].largest_mm <= 0.01 && rounds[1].points_without_posture == 0, "{rounds:?}");
+    // The passes as laid stay.
+    assert!(rounds[1].passes == rounds[0].passes && rounds[1].passes_added > rounds[0].passes_added, "{rounds:?}");
+}
+
+#[test]
+fn where_the_text_leaves_too_much_on_much_of_the_region_strips_are_laid_narrower() {
+    let again = in_rounds(1, 0.0047);
+    let rounds = &again.report.cusps[0].width_rounds;
+    assert_eq!(rounds.len(), 2, "{rounds:?}");
+    assert!(rounds[0].above_fraction > 0.1 && rounds[1].passes > rounds[0].passes, "{rounds:?}");
+    // Beyond the cusp, the round that leaves it on the least area is cut.
+    let cut = rounds.iter().find(|r| r.is_cut).unwrap();
+    assert!(rounds.iter().all(|r| r.largest_mm > 0.0047 && cut.above_fraction <= r.above_fraction), "{rounds:?}");
+    assert!(cut.above_fraction < 0.2 * rounds[0].above_fraction, "{rounds:?}");
+    assert_eq!(rounds.iter().filter(|r| r.is_cut).count(), 1);
 }
 
 #[test]
@@ -148,7 +167,7 @@ fn a_trimmed_pass_is_moved_as_near_as_there_are_postures() {
         let ground = SetupContext { scene: &scene, map: &map, added: AddedPasses::All };
         let operation = job.operations_of(setup.file).next().unwrap();
         let (planned, _) =
-            PlannedOperation::plan(&ground, operation, None, false, &SilentStages, &mut Clock::new()).unwrap();
+            PlannedOperation::plan(&ground, OperationTask::alone(operation), &SilentStages, &mut Clock::new()).unwrap();
         let cuts = planned.moves.pieces.iter().flat_map(|p| &p.piece.cuts);
         let nearest = [-1.0, 1.0].map(|side| {
             let of_side = cuts.clone().map(|c| side * c.cc.position.x).filter(|x| *x > 0.0);
