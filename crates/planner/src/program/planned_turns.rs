@@ -86,3 +86,7 @@ pub(crate) fn turns_report(operations: &[PlannedOperation<'_>], timed: &Timed) -
     report.reasons.sort_by_key(|r| std::cmp::Reverse(r.links));
     Some(report)
 }
+
+#[cfg(test)]
+#[path = "../../tests/unit/program/planned_turns.rs"]
+mod tests;
