@@ -1,7 +1,8 @@
 //! Straight lines at the ends of pieces, as long as the border of the surface leans there.
 
-use facemill_cl_data::CcPoint;
+use facemill_cl_data::{Aabb, CcPoint};
 use facemill_cutter_location::links::approach::{ApproachSettings, ApproachShape, PassEnd};
+use facemill_surface_model::Tree;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
@@ -38,13 +39,14 @@ const MOST_ASIDE: f64 = 1.0;
 /// Returns settings of entry and exit of each piece. Of the shortest shape, the straight line is as
 /// long as the strips beside the end need, at most as long as given; other shapes keep theirs.
 pub(crate) fn leads(pieces: &[PassSegment], shapes: [&ApproachSettings; 2], radius: f64) -> Vec<[ApproachSettings; 2]> {
+    let ends = SegmentEnds::of(pieces);
     let of_piece = |k: usize| {
         [PassEnd::Entry, PassEnd::Exit].map(|which| {
             let settings = shapes[usize::from(which == PassEnd::Exit)];
             let is_sought = matches!(settings.shape, ApproachShape::Shortest { .. });
             match SegmentEnd::of(&pieces[k], which).filter(|_| is_sought) {
                 Some(end) => ApproachSettings {
-                    straight: end.lead(pieces, k, radius).min(settings.straight),
+                    straight: ends.lead(&end, k, radius).min(settings.straight),
                     bend: end_curvature(&pieces[k], which),
                     ..*settings
                 },
@@ -53,6 +55,52 @@ pub(crate) fn leads(pieces: &[PassSegment], shapes: [&ApproachSettings; 2], radi
         })
     };
     (0..pieces.len()).into_par_iter().map(of_piece).collect()
+}
+
+/// Both ends of all pieces.
+struct SegmentEnds<'p> {
+    pieces: &'p [PassSegment],
+    /// Each with the number of its piece.
+    ends: Vec<(usize, SegmentEnd<'p>)>,
+    tree: Tree,
+}
+
+impl<'p> SegmentEnds<'p> {
+    fn of(pieces: &'p [PassSegment]) -> Self {
+        let of_piece = |(k, piece): (usize, &'p PassSegment)| {
+            [PassEnd::Entry, PassEnd::Exit]
+                .into_iter()
+                .filter_map(move |which| Some((k, SegmentEnd::of(piece, which)?)))
+        };
+        let ends: Vec<(usize, SegmentEnd<'p>)> = pieces.iter().enumerate().flat_map(of_piece).collect();
+        let boxes: Vec<Aabb> = ends.iter().map(|(_, end)| Aabb::of_points([&end.cc.position])).collect();
+        Self { pieces, ends, tree: Tree::build(&boxes) }
+    }
+
+    /// Returns the length beyond an end over which the cutter has to stay down: to the middle of
+    /// the border between this end and that of the piece beside.
+    fn lead(&self, of: &SegmentEnd<'_>, own: usize, radius: f64) -> f64 {
+        let (left, at) = (of.cc.left(), of.cc.position);
+        let farthest = radius * MOST_ASIDE * MOST_AHEAD.hypot(1.0);
+        let mut found: Vec<(f64, f64)> = Vec::new();
+        self.tree.visit_boxes(
+            |b| b.distance_sq(&at) <= farthest * farthest,
+            |k| {
+                let (piece, other) = &self.ends[k as usize];
+                let way = other.cc.position - at;
+                let (aside, ahead) = (left.dot(&way), of.outward.dot(&way));
+                let is_beside = *piece != own
+                    && self.pieces[*piece].copy == self.pieces[own].copy
+                    && other.outward.dot(&of.outward) > LEAST_ALONG
+                    && aside.abs() <= MOST_ASIDE * radius
+                    && ahead.abs() <= MOST_AHEAD * aside.abs();
+                if is_beside {
+                    found.push((aside, ahead));
+                }
+            },
+        );
+        [-1.0, 1.0].map(|side| of.lead_of_side(&found, side, radius)).into_iter().fold(0.0, f64::max)
+    }
 }
 
 impl<'p> SegmentEnd<'p> {
@@ -70,27 +118,7 @@ impl<'p> SegmentEnd<'p> {
         Some(Self { cc, outward, which, slant })
     }
 
-    /// Returns the length beyond the end over which the cutter has to stay down: to the middle of
-    /// the border between this end and that of the piece beside.
-    fn lead(&self, pieces: &'p [PassSegment], own: usize, radius: f64) -> f64 {
-        let left = self.cc.left();
-        let same_place = |j: &usize| *j != own && pieces[*j].copy == pieces[own].copy;
-        let beside = |piece: &'p PassSegment| {
-            let ends = [PassEnd::Entry, PassEnd::Exit].into_iter().filter_map(move |which| Self::of(piece, which));
-            ends.filter_map(|other| {
-                let way = other.cc.position - self.cc.position;
-                let (aside, ahead) = (left.dot(&way), self.outward.dot(&way));
-                let is_beside = other.outward.dot(&self.outward) > LEAST_ALONG
-                    && aside.abs() <= MOST_ASIDE * radius
-                    && ahead.abs() <= MOST_AHEAD * aside.abs();
-                is_beside.then_some((aside, ahead))
-            })
-        };
-        let found: Vec<(f64, f64)> = (0..pieces.len()).filter(same_place).flat_map(|j| beside(&pieces[j])).collect();
-        [-1.0, 1.0].map(|side| self.lead_of_side(&found, side, radius)).into_iter().fold(0.0, f64::max)
-    }
-
-    /// The same for the ends on one side, by distances aside and ahead. Beside the last pass of a
+    /// Returns the length that the ends on one side require, by distances aside and ahead. Beside the last pass of a
     /// region there is none: its border is taken to run on as on the other side.
     fn lead_of_side(&self, found: &[(f64, f64)], side: f64, radius: f64) -> f64 {
         let next = |side: f64| -> Vec<(f64, f64)> {
