@@ -37,6 +37,9 @@ pub struct LaidPasses {
     pub points: usize,
     /// Stretches left out because they are shorter than `min_pass_length_mm`.
     pub short_stretches: usize,
+    /// Area of the region that is farther from a pass of `constant_scallop` than half the strip
+    /// allowed; 0 for sections, whose passes reach to the border.
+    pub uncovered_mm2: f64,
     /// Length over the surface.
     pub length_mm: f64,
     /// Least length with these feed directions and the expected postures
@@ -154,8 +157,12 @@ impl LaidPasses {
             0 => String::new(),
             n => format!(", {n} short stretches left out"),
         };
+        let uncovered = match self.uncovered_mm2 {
+            0.0 => String::new(),
+            area => format!(", {area:.0} mm² farther from a pass than half its strip"),
+        };
         format!(
-            "  {}, {}: {} passes, {} points, {:.2} m{efficiency}{short}",
+            "  {}, {}: {} passes, {} points, {:.2} m{efficiency}{short}{uncovered}",
             self.setup,
             self.operation,
             self.passes,

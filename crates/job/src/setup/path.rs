@@ -31,13 +31,14 @@ type SidedPass = (Pass<CcPoint>, bool);
 struct SidedPasses {
     passes: Vec<SidedPass>,
     dropped_pieces: usize,
+    uncovered_area: f64,
     corner_rest: Option<f64>,
 }
 
 impl SidedPasses {
     /// Returns no passes, with the number of pieces that were too short.
     fn none(dropped_pieces: usize) -> Self {
-        Self { passes: Vec::new(), dropped_pieces, corner_rest: None }
+        Self { passes: Vec::new(), dropped_pieces, uncovered_area: 0.0, corner_rest: None }
     }
 }
 
@@ -49,6 +50,9 @@ pub struct LaidPath {
     pub tasks: Vec<LaidTask>,
     /// Number of pieces left out because they are shorter than required.
     pub dropped_pieces: usize,
+    /// Area of the region that is farther from a pass of constant scallop than half the strip
+    /// allowed, mm²; 0 for sections, whose passes reach to the border.
+    pub uncovered_area: f64,
     /// Height of the material that the first pass of a root leaves in a corner without a fillet,
     /// mm.
     pub corner_rest: Option<f64>,
@@ -123,11 +127,11 @@ fn laid_path(
     factor: WidthFactor<'_>,
 ) -> Result<LaidPath, Failure> {
     let at = format!("operations[{index}].path");
-    let SidedPasses { passes, dropped_pieces, corner_rest } = match &operation.path {
+    let SidedPasses { passes, dropped_pieces, uncovered_area, corner_rest } = match &operation.path {
         PathFile::File(file) => {
             let passes = from_file(job, setup, operation, file)?;
             check_number(&passes, operation).map_err(|e| Failure::input(&job.beside(&file.file), e))?;
-            SidedPasses { passes, dropped_pieces: 0, corner_rest: None }
+            SidedPasses { passes, ..SidedPasses::none(0) }
         }
         PathFile::Strategy(strategy) => from_strategy(job, setup, (operation, strategy), &at, factor)?,
     };
@@ -146,7 +150,7 @@ fn laid_path(
             job.wrong(format!("{at}: no pass lies on the drive surface; widen the region or the strategy's range"))
         );
     }
-    Ok(LaidPath { tasks, dropped_pieces, corner_rest })
+    Ok(LaidPath { tasks, dropped_pieces, uncovered_area, corner_rest })
 }
 
 /// Returns a CC point on the material left on the drive surface.
@@ -244,7 +248,8 @@ fn from_strategy(
     };
     let passes = layout.passes.into_iter().map(|p| (p.pass, p.uncut == UncutSide::Left)).collect();
     let corner_rest = layout.corner.map(|c| c.height);
-    Ok(SidedPasses { passes, dropped_pieces: layout.n_dropped_pieces, corner_rest })
+    let (dropped_pieces, uncovered_area) = (layout.n_dropped_pieces, layout.uncovered_area);
+    Ok(SidedPasses { passes, dropped_pieces, uncovered_area, corner_rest })
 }
 
 fn n_places(operation: &OperationFile) -> usize {

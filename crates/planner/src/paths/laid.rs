@@ -79,6 +79,7 @@ impl LaidPaths {
             passes: passes.len(),
             points: passes.iter().map(|p| p.points.len()).sum(),
             short_stretches: path.dropped_pieces,
+            uncovered_mm2: path.uncovered_area,
             length_mm: passes.iter().map(length).sum(),
             floor_mm: measured.as_ref().map(|e| e.floor_mm),
             least_floor_mm: measured.as_ref().map(|e| e.least_floor_mm),

@@ -43,7 +43,7 @@ struct Round<'a> {
     reports: Vec<WidthRoundReport>,
 }
 
-/// What an operation's further rounds correct.
+/// Corrections of an operation, collected over rounds.
 #[derive(Clone, Default)]
 struct Corrected {
     samples: Vec<WidthSample>,
