@@ -13,7 +13,7 @@ mod laws;
 
 use std::f64::consts::TAU;
 
-use nalgebra::Point3;
+use nalgebra::Vector3;
 
 use crate::mesh::edges::{DisjointSets, Edges};
 use crate::mesh::topology::Topology;
@@ -264,19 +264,67 @@ fn spread(mesh: &TriMesh, triangles: &[u32], area: f64, n: usize) -> Vec<u32> {
 /// does not count.
 fn field_at(mesh: &TriMesh, sample: u32, triangles: &[u32]) -> f64 {
     let [a, b, c] = mesh.corners(sample as usize);
-    let p = Point3::from((a.coords + b.coords + c.coords) / 3.0);
-    let others = triangles.iter().filter(|&&t| t != sample);
-    others.map(|&t| solid_angle(&p, &mesh.corners(t as usize))).sum::<f64>() / (2.0 * TAU)
+    let p = (a.coords + b.coords + c.coords) / 3.0;
+    let mut angles = HalfAngles::default();
+    for &t in triangles.iter().filter(|&&t| t != sample) {
+        let [a, b, c] = mesh.corners(t as usize);
+        angles.add(&(a.coords - p), &(b.coords - p), &(c.coords - p));
+    }
+    angles.sum() / TAU
 }
 
-/// Returns the solid angle of a triangle, positive where it is seen from behind; 0 in its plane.
-/// (Van Oosterom, Strackee, The solid angle of a plane triangle, IEEE Trans. Biomed. Eng. 1983.)
-fn solid_angle(p: &Point3<f64>, corners: &[Point3<f64>; 3]) -> f64 {
-    let [a, b, c] = corners.map(|q| q - p);
-    let [la, lb, lc] = [a.norm(), b.norm(), c.norm()];
-    let (volume, product) = (a.dot(&b.cross(&c)), la * lb * lc);
-    if volume.abs() <= 1e-12 * product {
-        return 0.0;
+/// Largest slope of a half solid angle that is summed as a factor, and largest number of such
+/// factors: together they turn by less than half a round.
+const SMALL_SLOPE: f64 = 0.1;
+
+const FACTORS: usize = 16;
+
+/// Halves of the solid angles of triangles, positive where seen from behind, 0 in their plane, as
+/// arguments of complex numbers (Van Oosterom, Strackee, The solid angle of a plane triangle, IEEE
+/// Trans. Biomed. Eng. 1983). Small ones are multiplied, and one arctangent is taken of many.
+struct HalfAngles {
+    sum: f64,
+    /// 1 + i·slope for each small angle since the last arctangent, multiplied.
+    product: [f64; 2],
+    n_factors: usize,
+}
+
+impl Default for HalfAngles {
+    fn default() -> Self {
+        Self { sum: 0.0, product: [1.0, 0.0], n_factors: 0 }
     }
-    2.0 * volume.atan2(product + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb)
+}
+
+impl HalfAngles {
+    /// Adds a triangle with these corners, relative to the eye.
+    fn add(&mut self, a: &Vector3<f64>, b: &Vector3<f64>, c: &Vector3<f64>) {
+        let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
+        let (volume, lengths) = (a.dot(&b.cross(c)), la * lb * lc);
+        if volume.abs() <= 1e-12 * lengths {
+            return;
+        }
+        let real = lengths + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+        if volume.abs() > SMALL_SLOPE * real {
+            self.sum += volume.atan2(real);
+            return;
+        }
+        let slope = volume / real;
+        let [x, y] = self.product;
+        self.product = [x - y * slope, y + x * slope];
+        self.n_factors += 1;
+        if self.n_factors == FACTORS {
+            self.close();
+        }
+    }
+
+    /// Takes the arctangent of the factors.
+    fn close(&mut self) {
+        let [x, y] = self.product;
+        *self = Self { sum: self.sum + y.atan2(x), ..Self::default() };
+    }
+
+    fn sum(mut self) -> f64 {
+        self.close();
+        self.sum
+    }
 }

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use Winding::{Inward, Outward, Undecided};
-use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
 
 use super::*;
 use crate::test_kit::{Lcg, cuboid, grid, sphere, torus};
@@ -142,8 +142,33 @@ fn what_a_solid_angle_adds_is_a_winding_number() {
     let mesh = cuboid(Point3::origin(), Point3::from(Vector3::repeat(1.0)));
     for _ in 0..200 {
         let p = rng.point(2.0);
-        let sum: f64 = (0..12).map(|t| solid_angle(&p, &mesh.corners(t))).sum::<f64>() / (2.0 * TAU);
+        let mut angles = HalfAngles::default();
+        for t in 0..12 {
+            let [a, b, c] = mesh.corners(t).map(|q| q - p);
+            angles.add(&a, &b, &c);
+        }
+        let sum = angles.sum() / TAU;
         let inside = p.iter().all(|x| (0.0..1.0).contains(x));
         assert!((sum - f64::from(u8::from(inside))).abs() < 1e-9, "{p}: {sum}");
+    }
+}
+
+/// Angles of many small triangles, most of them summed as factors, and of few large ones.
+#[test]
+fn solid_angles_of_small_triangles_add_up_to_the_same_winding_number() {
+    let mut rng = Lcg::new(12);
+    let mesh = sphere(1.0, 80);
+    for _ in 0..50 {
+        let p = rng.point(2.0);
+        let mut angles = HalfAngles::default();
+        for t in 0..mesh.triangles().len() {
+            let [a, b, c] = mesh.corners(t).map(|q| q - p);
+            angles.add(&a, &b, &c);
+        }
+        let (sum, radius) = (angles.sum() / TAU, p.coords.norm());
+        // Facets lie inside the sphere by less than a hundredth.
+        if !(0.99..1.0).contains(&radius) {
+            assert!((sum - f64::from(u8::from(radius < 1.0))).abs() < 1e-9, "{p}: {sum}");
+        }
     }
 }
