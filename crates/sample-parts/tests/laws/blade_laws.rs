@@ -109,12 +109,13 @@ fn the_chord_error_covers_points_between_those_it_looks_at() {
     let estimate = chord_error(&spec, resolution).sides;
     let mut random = facemill_test_kit::Lcg(12_345);
     let mut uniform = || random.unit();
+    let triangles = kit::TriangleRuns::of(&mesh);
     let mut worst: f64 = 0.0;
     for _ in 0..400 {
         let section = surface.section(spec.hub_radius() + (0.97 * 125.0 - spec.hub_radius()) * uniform());
         let side = if uniform() < 0.5 { BladeSide::Suction } else { BladeSide::Pressure };
         let point = section.point(side, 0.02 + 0.96 * uniform());
-        worst = worst.max(kit::distance(&point, &mesh, 0..mesh.triangles().len()));
+        worst = worst.max(triangles.distance(&point));
     }
     assert!(worst < 1.05 * estimate && worst > 0.3 * estimate, "{worst} against {estimate}");
 }

@@ -92,7 +92,7 @@ fn the_rake_is_aft() {
 #[test]
 fn the_largest_deviation_is_the_stated_one() {
     let spec = propeller();
-    let ours = blade(&spec, BladeResolution::default());
+    let ours = kit::TriangleRuns::of(&blade(&spec, BladeResolution::default()));
     for rake in [Rake::AsInFile, Rake::AsInTable] {
         let mut worst: f64 = 0.0;
         for (side, group) in [("upper", "suction"), ("lower", "pressure")] {
@@ -103,7 +103,7 @@ fn the_largest_deviation_is_the_stated_one() {
                 if r < spec.hub_radius() {
                     continue;
                 }
-                let d = kit::distance(p, &ours, 0..ours.triangles().len());
+                let d = ours.distance(p);
                 let bin = &mut by_radius[((r / 125.0 * 20.0) as usize).min(19)];
                 *bin = (bin.0.max(d), bin.1 + d * d, bin.2 + 1);
                 worst = worst.max(d);

@@ -135,17 +135,38 @@ impl Cut {
     }
 }
 
-/// Distance of a point from a mesh, by all its triangles.
-pub(crate) fn distance(point: &Point3<f64>, mesh: &TriMesh, triangles: std::ops::Range<usize>) -> f64 {
-    let mut best = f64::INFINITY;
-    for t in triangles {
-        let corners = mesh.corners(t);
-        let reach = (corners[1] - corners[0]).norm().max((corners[2] - corners[0]).norm());
-        if (point - corners[0]).norm() - reach < best {
-            best = best.min(distance_point_triangle(point, &corners));
-        }
+/// Triangles of a mesh in runs of neighbours, each in a ball.
+pub(crate) struct TriangleRuns(Vec<TriangleRun>);
+
+struct TriangleRun {
+    centre: Point3<f64>,
+    radius: f64,
+    triangles: Vec<[Point3<f64>; 3]>,
+}
+
+impl TriangleRuns {
+    pub(crate) fn of(mesh: &TriMesh) -> Self {
+        let all: Vec<_> = (0..mesh.triangles().len()).map(|t| mesh.corners(t)).collect();
+        let run = |triangles: &[[Point3<f64>; 3]]| {
+            let corners = || triangles.iter().flatten();
+            let sum = corners().fold(nalgebra::Vector3::zeros(), |sum, p| sum + p.coords);
+            let centre = Point3::from(sum / (3.0 * triangles.len() as f64));
+            let radius = corners().map(|p| (p - centre).norm()).fold(0.0, f64::max);
+            TriangleRun { centre, radius, triangles: triangles.to_vec() }
+        };
+        Self(all.chunks(32).map(run).collect())
     }
-    best
+
+    /// Distance of a point from the mesh, by all triangles of every run whose ball is near enough.
+    pub(crate) fn distance(&self, point: &Point3<f64>) -> f64 {
+        let off = |run: &TriangleRun| (point - run.centre).norm() - run.radius;
+        let of_run = |run: &TriangleRun| {
+            run.triangles.iter().map(|t| distance_point_triangle(point, t)).fold(f64::INFINITY, f64::min)
+        };
+        let nearest = self.0.iter().min_by(|a, b| off(a).total_cmp(&off(b))).expect("a triangle");
+        let first = of_run(nearest);
+        self.0.iter().fold(first, |best, run| if off(run) < best { best.min(of_run(run)) } else { best })
+    }
 }
 
 fn distance_point_triangle(p: &Point3<f64>, [a, b, c]: &[Point3<f64>; 3]) -> f64 {
