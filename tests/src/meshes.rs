@@ -283,11 +283,12 @@ fn tool_file(case: &MeshCase) -> Value {
     })
 }
 
-/// Plans every shared mesh that is there, with passes `spread` times as far apart as [`CASES`] says
-/// where these are many.
-pub fn outcomes(spread: f64) -> Vec<MeshOutcome> {
+/// Plans the shared meshes of these files that are there, with passes `spread` times as far apart as
+/// [`CASES`] says where these are many.
+pub fn outcomes(files: &[&str], spread: f64) -> Vec<MeshOutcome> {
     CASES
         .iter()
+        .filter(|case| files.contains(&case.file))
         .filter_map(|case| {
             let job = shared_mesh_job(case.file)?;
             let [step_over, _] = case.steps;

@@ -41,7 +41,10 @@ pub fn tiny_patch() -> JobFolder {
 }
 
 /// Writes the surface of [`tiny_patch`], `quads` along each side.
-fn write_patch(job: &JobFolder, quads: usize) {
+///
+/// # Panics
+/// When it cannot be written.
+pub fn write_patch(job: &JobFolder, quads: usize) {
     let spec = PatchSpec::new([80.0, 80.0], 1.6, [1.2, 1.0]).expect("numbers in range");
     let mesh = patch(&spec, quads, quads).expect("numbers in range");
     let nodes = [NamedNode { name: "patch", mesh: 0, transform: Isometry3::identity() }];

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let outcomes = facemill_tests::meshes::outcomes(1.0);
+    let outcomes = facemill_tests::meshes::outcomes(&facemill_tests::meshes::CASES.map(|c| c.file), 1.0);
     if outcomes.is_empty() {
         return ExitCode::FAILURE;
     }

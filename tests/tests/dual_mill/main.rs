@@ -12,15 +12,16 @@ use facemill::rapids::RetractStrategy;
 use facemill::report::SpreadReport;
 use facemill::{Job, PlanSettings, Planned, SilentStages, plan_job, plan_setup};
 use facemill_tests::craig::Words;
-use facemill_tests::jobs::{JobFolder, text_of};
+use facemill_tests::jobs::{JobFolder, text_of, write_coarse_propeller};
 use facemill_tests::read_back::{ReadBack, TipAndAxis, apt_feeds, number};
 use facemill_tests::shared::workspace;
 use facemill_tests::two_heads::{DualBlock, ToolShape, TwoHeads, bodies_apart, dual_blocks, tools_apart};
 use serde_json::{Value, json};
 
-/// A narrow band of one blade, from a radius on, with few points.
+/// A narrow band of one blade, from a radius on, with few points and facets.
 fn job(from_radius: f64) -> JobFolder {
     let job = JobFolder::new(&NewJob::DualPropeller { diameter_mm: 1000.0 });
+    write_coarse_propeller(&job, 1000.0);
     let of_operations: Vec<(String, Value)> = (0..2)
         .flat_map(|k| {
             let sections = format!("/operations/{k}/path/strategy/strategy/cylindrical_sections");
@@ -338,7 +339,7 @@ fn what_a_limited_axis_parts_is_driven_from_end_to_end() {
 #[test]
 fn runs_of_both_heads_are_cut_in_the_order_with_the_shortest_links() {
     let job = job(445.0);
-    let as_laid = plan(&job, true);
+    let as_laid = plan(&job, false);
     job.set("job.json", &[("/setups/0/links/order", json!("shortest"))]);
     let planned = plan(&job, true);
     assert!(as_laid.report.orders.is_empty());

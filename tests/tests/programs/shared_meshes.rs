@@ -5,10 +5,22 @@ use facemill::Outcome;
 use facemill_tests::meshes::{CASES, SAME, markdown, outcomes};
 use facemill_tests::shared::shared;
 
+/// A blade by planes and a propeller by cylinders; all meshes are for the sweep.
 #[test]
+fn a_blade_and_a_propeller_of_the_shared_meshes_are_planned() {
+    are_planned(&["bladex_blade_upper.stl", "r2b2_propeller.stl"]);
+}
+
+#[test]
+#[ignore = "plans all shared meshes: three minutes"]
 fn every_shared_mesh_is_planned() {
+    are_planned(&CASES.map(|c| c.file));
+}
+
+#[test]
+fn every_shared_mesh_has_a_case() {
     let Some(folder) = shared("data/meshes") else {
-        println!("SKIPPED: the shared meshes are not there, nothing is planned");
+        println!("SKIPPED: the shared meshes are not there");
         return;
     };
     for entry in std::fs::read_dir(folder).unwrap() {
@@ -16,7 +28,13 @@ fn every_shared_mesh_is_planned() {
         let known = CASES.iter().any(|c| c.file == name) || SAME.iter().any(|s| s.0 == name);
         assert!(known, "{name} has no case");
     }
-    let outcomes = outcomes(5.0);
+}
+
+fn are_planned(files: &[&str]) {
+    let outcomes = outcomes(files, 5.0);
+    if outcomes.is_empty() {
+        println!("SKIPPED: the shared meshes are not there, nothing is planned");
+    }
     println!("{}", markdown(&outcomes));
     let mut short = Vec::new();
     for o in &outcomes {

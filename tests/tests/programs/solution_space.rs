@@ -2,7 +2,7 @@
 
 use facemill::new_job::{NewJob, Series};
 use facemill::solution_space_file::{CellFile, PostureFile, ReasonKind, SolutionSpaceFile, StateFile};
-use facemill_tests::jobs::JobFolder;
+use facemill_tests::jobs::{JobFolder, write_coarse_propeller};
 use facemill_tests::program::{code_and_errors, facemill, run};
 use facemill_tests::shared::workspace;
 use serde_json::{Value, json};
@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 /// other.
 fn crowded() -> JobFolder {
     let job = JobFolder::new(&NewJob::Propeller { series: Series::Dtmb4119, diameter_mm: 400.0 });
+    write_coarse_propeller(&job, 400.0);
     job.set(
         "job.json",
         &[
@@ -129,6 +130,9 @@ fn the_file_obeys_the_schema_that_is_checked_in_and_unknown_keys_are_refused() {
 #[test]
 fn missing_items_are_reported_with_the_existing_ones() {
     let job = crowded();
+    // Few passes, for they are laid each time.
+    let sections = "/operations/0/path/strategy/strategy/cylindrical_sections/from_radius_mm";
+    job.set("job.json", &[(sections, json!(90.0))]);
     let (file, out) = (job.job(), job.path("out"));
     let cases: [(&[&str], &[&str]); 6] = [
         (&["--operation", "2", "--pass", "1", "--point", "1"], &["--operation 2", "1 \"suction side\""]),
@@ -155,8 +159,8 @@ fn a_certified_search_is_planned_and_its_width_is_checked() {
         &[
             ("/operations/0/infeasible/trim/max_trimmed_fraction", json!(1.0)),
             ("/operations/0/pattern", Value::Null),
-            ("/operations/0/tolerances/max_step_mm", json!(9.0)),
-            ("/operations/0/path/strategy/strategy/cylindrical_sections/from_radius_mm", json!(97.0)),
+            ("/operations/0/tolerances/max_step_mm", json!(15.0)),
+            ("/operations/0/path/strategy/strategy/cylindrical_sections/from_radius_mm", json!(99.0)),
         ],
     );
     for (width, message) in [(json!(0.0), "must be from"), (json!(0.2), "to 0.1"), (json!("fine"), "certified_u_width")]

@@ -9,7 +9,7 @@ use facemill::{
     FeedLaw, FeedRewriteSettings, Job, PlanSettings, Planned, SilentStages, TipFeed, plan_setup, rewrite_feeds, summary,
 };
 use facemill_tests::jobs::{JobFolder, text_of};
-use facemill_tests::variants::{CUTTING, variant};
+use facemill_tests::variants::{CUTTING, variant, write_patch};
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 
@@ -261,6 +261,8 @@ fn a_dialect_file_that_is_not_read_as_it_is_meant_is_refused_before_planning() {
         (("/words/end", json!(["M2"])), &["shop.json, words.end: is `M2`", "post.template"]),
     ] {
         let job = with_shop_file(std::slice::from_ref(&changes));
+        // No pass is laid on it.
+        write_patch(&job, 8);
         let reported = job.try_plan().err().unwrap_or_else(|| panic!("{changes:?}")).to_string();
         assert!(wanted.iter().all(|w| reported.contains(w)), "{changes:?}: {reported}");
     }
