@@ -845,8 +845,9 @@ pub struct FeedsFile {
     /// Keeps the thickest place of a tooth's chip in passes below a limit by the tip feed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chip_thickness: Option<ChipThicknessFile>,
-    /// Speed of the tool tip along the passes where nothing is cut, not below `cutting_mm_min`.
-    /// Default: `cutting_mm_min`.
+    /// Speed of the tool tip along the passes where nothing is cut, not below `cutting_mm_min`; on
+    /// entries and exits outside the stock, too, if it is above `approach_mm_min`. Default:
+    /// `cutting_mm_min`.
     #[schemars(extend("exclusiveMinimum" = 0))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub air_mm_min: Option<f64>,

@@ -32,8 +32,8 @@ pub struct TipFeed {
 pub const CM3: f64 = 1000.0;
 
 /// Returns the programmed speed of the tool tip: in cuts as chips allow; on entries and exits in
-/// the stock the approach feed, and on turns the feed of turns, but at most that of their cut;
-/// outside the stock the approach feed.
+/// the stock the approach feed, and on turns the feed of turns, but at most that of their cut; on
+/// entries and exits outside the stock the approach feed, or that of air if it is higher.
 pub fn programmed_feed(feeds: &FeedsFile, teeth: u32, kind: MoveKind, chip: Option<&Chip>) -> TipFeed {
     let approach = TipFeed { mm_min: feeds.approach_mm_min, law: FeedLaw::Given };
     match kind {
@@ -43,7 +43,11 @@ pub fn programmed_feed(feeds: &FeedsFile, teeth: u32, kind: MoveKind, chip: Opti
             let mm_min = feeds.turn_mm_min.unwrap_or(feeds.approach_mm_min);
             at_most_cutting(feeds, teeth, chip, TipFeed { mm_min, law: FeedLaw::Given })
         }
-        MoveKind::Approach | MoveKind::Rapid => approach,
+        MoveKind::Approach => match feeds.air_mm_min {
+            Some(mm_min) if mm_min > approach.mm_min => TipFeed { mm_min, law: FeedLaw::Air },
+            _ => approach,
+        },
+        MoveKind::Rapid => approach,
     }
 }
 

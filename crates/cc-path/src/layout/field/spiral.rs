@@ -211,8 +211,12 @@ fn ring_length(curve: &LevelCurve) -> f64 {
     (0..n).map(|k| (curve.points[(k + 1) % n].position - curve.points[k].position).norm()).sum()
 }
 
+/// Returns the error of a level at the vertex nearest to it.
 fn no_spiral(patch: &Patch, level: f64, fault: &'static str) -> PathError {
-    let position = patch.mesh.corners(0)[0];
+    let off = |l: &f64| (l - level).abs();
+    let at_level = patch.levels.iter().zip(patch.mesh.vertices());
+    let nearest = at_level.min_by(|(a, _), (b, _)| off(a).total_cmp(&off(b)));
+    let position = nearest.map_or_else(Point3::origin, |(_, position)| *position);
     PathError::NoSpiral { level, fault, position }
 }
 

@@ -42,11 +42,17 @@ fn removal_rate_is_the_target_between_the_bounds() {
 }
 
 #[test]
-fn air_has_its_own_feed_and_entries_have_not() {
+fn air_has_its_own_feed_and_entries_have_it_outside_the_stock_alone() {
     let feeds = feeds(&json!({ "air_mm_min": 4000.0, "approach_mm_min": 5000.0 }));
     let of = |kind, area: f64| programmed_feed(&feeds, 4, kind, Some(&chip(area))).mm_min;
     assert_eq!([of(MoveKind::Cut, 0.0), of(MoveKind::Cut, 1e-9)], [4000.0, 1000.0]);
     assert_eq!(of(MoveKind::Engage, 0.0), 1000.0);
+    let outside = |air: f64, approach: f64| {
+        let feeds = self::feeds(&json!({ "air_mm_min": air, "approach_mm_min": approach }));
+        programmed_feed(&feeds, 4, MoveKind::Approach, None)
+    };
+    assert_eq!(outside(4000.0, 5000.0), TipFeed { mm_min: 5000.0, law: FeedLaw::Given });
+    assert_eq!(outside(4000.0, 2000.0), TipFeed { mm_min: 4000.0, law: FeedLaw::Air });
 }
 
 #[test]
