@@ -145,7 +145,8 @@ pub fn write_coarse_propeller(job: &JobFolder, diameter: f64) {
     job.write("propeller.glb", &mesh);
 }
 
-/// A DTMB 4119 of 400 mm with few CC points on narrow bands of its blades and a holder slim enough for it.
+/// A DTMB 4119 of 400 mm with few CC points on narrow bands of its blades and a holder slim enough
+/// for it.
 ///
 /// # Panics
 /// When it cannot be written.

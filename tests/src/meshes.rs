@@ -283,8 +283,8 @@ fn tool_file(case: &MeshCase) -> Value {
     })
 }
 
-/// Plans the shared meshes of these files that are there, with passes `spread` times as far apart as
-/// [`CASES`] says where these are many.
+/// Plans the shared meshes of these files that are there, with passes `spread` times as far apart
+/// as [`CASES`] says where these are many.
 pub fn outcomes(files: &[&str], spread: f64) -> Vec<MeshOutcome> {
     CASES
         .iter()

@@ -54,7 +54,7 @@ pub(crate) struct CurveDistance<'a> {
     reached: Vec<(u32, CurveFoot)>,
 }
 
-/// What distances keep for every vertex of a patch; distances that are measured one after the other
+/// Values that distances keep for every vertex of a patch; distances that are measured one after the other
 /// take it over from each other, so that each takes only the time of what it reaches.
 #[derive(Default)]
 pub(crate) struct DistanceStore {

@@ -118,8 +118,8 @@ impl<'p> SegmentEnd<'p> {
         Some(Self { cc, outward, which, slant })
     }
 
-    /// Returns the length that the ends on one side require, by distances aside and ahead. Beside the last pass of a
-    /// region there is none: its border is taken to run on as on the other side.
+    /// Returns the length that the ends on one side require, by distances aside and ahead. Beside
+    /// the last pass of a region there is none: its border is taken to run on as on the other side.
     fn lead_of_side(&self, found: &[(f64, f64)], side: f64, radius: f64) -> f64 {
         let next = |side: f64| -> Vec<(f64, f64)> {
             let of_side: Vec<(f64, f64)> = found

@@ -33,9 +33,9 @@ enum WalkEnd {
 /// The distance of a vertex is the length of the section of the mesh by the plane at right angles
 /// to the line, from its foot on it: exact on planes, cylinders, cones and spheres, and on a prism
 /// of any section across its edge, however sharp, as long as it turns by less than half a turn
-/// between line and vertex: from there on the side of the line is not known, and the distance can be
-/// up to a tenth too short. Elsewhere it is too long by the turn of the line about the way, to the
-/// fourth power.
+/// between line and vertex: from there on the side of the line is not known, and the distance can
+/// be up to a tenth too short. Elsewhere it is too long by the turn of the line about the way, to
+/// the fourth power.
 pub(crate) struct OffsetField<'a> {
     patch: &'a Patch<'a>,
     vertices: &'a PatchVertices,
