@@ -546,7 +546,8 @@ impl Outward<'_, '_> {
     /// Tests the straight way between two poses, without its start.
     fn go(&mut self, from: &ClPoint, to: &ClPoint) -> Result<(), Infeasible> {
         // A pose that is no number is tested, and not found feasible.
-        let n = ((to.tip - from.tip).norm() / self.settings.test_step).ceil().max(1.0).min(MAX_TESTS) as usize;
+        let steps = ((to.tip - from.tip).norm() / self.settings.test_step).ceil();
+        let n = if steps.is_finite() { steps.clamp(1.0, MAX_TESTS) as usize } else { 1 };
         for k in 1..=n {
             self.near = self.test.try_pose(&between(from, to, k as f64 / n as f64), &self.near, self.hints)?;
         }
