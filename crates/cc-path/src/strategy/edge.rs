@@ -75,7 +75,7 @@ impl Root {
 }
 
 fn require_width(setting: &'static str, width: f64) -> Result<(), PathError> {
-    require(setting, width, "finite and above 0", width.is_finite() && width > 0.0)
+    require(setting, width, "finite and not below 0", width.is_finite() && width >= 0.0)
 }
 
 fn require_different(setting: &'static str, [first, second]: &[String; 2]) -> Result<(), PathError> {

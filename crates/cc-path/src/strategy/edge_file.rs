@@ -12,7 +12,7 @@ pub struct EdgeFile {
     #[serde(default)]
     pub line: EdgeLineFile,
     /// Distance from the line, along the surface, up to which passes are laid on each side.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0))]
     pub width_mm: f64,
 }
 
@@ -35,7 +35,7 @@ pub struct RootFile {
     /// The corner.
     pub line: RootLineFile,
     /// Distance from the first pass, along the surface, up to which passes are laid.
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(range(min = 0))]
     pub width_mm: f64,
 }
 

@@ -258,7 +258,7 @@ fn wedges(n: usize) -> TriMesh {
 
 #[test]
 fn no_ridge_beyond_the_largest_number_is_dropped_silently() {
-    let strategy = edge(EdgeLine::Ridge, 0.1);
+    let strategy = edge(EdgeLine::Ridge, 0.0);
     let lay = |n: usize| {
         lay_passes(&surface(wedges(n)), &Region::default(), &strategy, &even_steps(1.0), &|_| f64::INFINITY, &Silent)
     };
@@ -278,7 +278,7 @@ fn a_ridge_is_found_behind_thousands_of_sharper_places_that_are_none() {
     let prism = Prism::rounded(60.0, 8.0, 1.5, 100.0);
     let round = cylinder(5.0, 90.0, 1.3, 60, 60).transformed(&Isometry3::translation(0.0, 200.0, 0.0));
     let s = surface(prism.mesh(&[12, 16, 12], 16, &["left", "nose", "right"]).joined(&round));
-    let laid = lay(&s, &edge(EdgeLine::Ridge, 0.1), &even_steps(4.0));
+    let laid = lay(&s, &edge(EdgeLine::Ridge, 0.0), &even_steps(4.0));
     assert_eq!(laid.passes.len(), 1);
     assert!((laid.passes[0].length - 100.0).abs() < 0.1, "{}", laid.passes[0].length);
 }
