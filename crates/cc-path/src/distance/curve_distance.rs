@@ -54,8 +54,8 @@ pub(crate) struct CurveDistance<'a> {
     reached: Vec<(u32, CurveFoot)>,
 }
 
-/// Values that distances keep for every vertex of a patch; distances that are measured one after the other
-/// take it over from each other, so that each takes only the time of what it reaches.
+/// Values that distances keep for every vertex of a patch; distances that are measured one after
+/// the other take it over from each other, so that each takes only the time of what it reaches.
 #[derive(Default)]
 pub(crate) struct DistanceStore {
     /// Index of each vertex in what is reached; [`OUT_OF_REACH`] for others.
