@@ -332,13 +332,13 @@ pub struct PassEndPose<'a> {
 /// Straight line, arc and retract at one end of a pass, tested as they are driven: at poses no
 /// farther apart than the test step, on the branch of the pass, the cutter's test body cuts nothing
 /// that must stay (the way is lifted along the normal where facets require it, as poses are
-/// seated), bodies hit nothing, axis values exist, and an entry goes down into stock no more
-/// steeply than the tool may. Where this is not possible, shorter lines are tried, down to none;
-/// then smaller arcs of the same angle, down to an eighth of the radius, and, for an arc in the
-/// plane of feed and normal, ramps that are as steep as the tool may go down (an exit: as the end
-/// of the arc). Ramps are tried first if the arc is too steep. The ways of the shortest shape are
-/// tried before all of these. From the end of the arc the tool retracts along its axis in steps
-/// until it is clear.
+/// seated), bodies hit nothing, axis values exist, and the tool goes down into stock no more
+/// steeply than it may, an exit too where its line follows the surface down. Where this is not
+/// possible, shorter lines are tried, down to none; then smaller arcs of the same angle, down to an
+/// eighth of the radius, and, for an arc in the plane of feed and normal, ramps that are as steep
+/// as the tool may go down (an exit: as the end of the arc). Ramps are tried first if the arc is
+/// too steep. The ways of the shortest shape are tried before all of these. From the end of the arc
+/// the tool retracts along its axis in steps until it is clear.
 ///
 /// # Errors
 /// The reason why the arc without the straight line cannot be taken, when no other can either.

@@ -257,6 +257,31 @@ fn an_entry_goes_into_stock_no_more_steeply_than_the_tool_may() {
 }
 
 #[test]
+fn an_exit_follows_the_surface_down_into_stock_no_more_steeply_than_the_tool_may() {
+    let machine = machine();
+    let tool = tool(16.0, 16.0, 20.0);
+    let ball = Ball { center: Point3::origin(), radius: 100.0 };
+    let tree = MeshTree::new(&ball.mesh());
+    let cc = CcPoint::new(Point3::new(0.0, 0.0, 100.0), Vector3::z(), Vector3::x()).unwrap();
+    let cl = ClPoint { tip: cc.position, axis: cc.normal };
+    // Beyond the end the line turns by 10/116 rad with the ball: 4.9°, of which 3° are permitted.
+    let shape = ApproachShape::Shortest { radius: 60.0, angle: 0.4 };
+    let settings = ApproachSettings { straight: 10.0, bend: 1.0 / 116.0, ..settings(shape) };
+    let steepest = |stock: f64| {
+        let cell = workcell(&machine, &tool, vec![with_stock(&tree, stock)]);
+        let configuration = stand(&cell, &cl).configuration;
+        let at = PassEndPose { end: PassEnd::Exit, cc: &cc, cl: &cl, configuration: &configuration, uncut_left: true };
+        let found = approach(&PoseTest::new(&cell), &settings, &at, &mut Hints::default()).unwrap();
+        let line = [&[cl], &found.outward[..found.on_line]].concat();
+        line.windows(2).map(|w| ramp(&w[0], &w[1])).fold(0.0, f64::max)
+    };
+    let (free, in_stock) = (steepest(0.0), steepest(5.0));
+    assert!(free > 0.075, "nothing to hold back: {free}");
+    // Half as bent: it still follows.
+    assert!((0.03..=tool.max_ramp_angle() + 1.1e-3).contains(&in_stock), "{in_stock}");
+}
+
+#[test]
 fn a_smaller_arc_of_the_same_angle_is_taken_where_something_is_behind() {
     let tree = MeshTree::new(&plane(600.0));
     let machine = machine();

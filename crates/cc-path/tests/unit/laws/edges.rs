@@ -267,7 +267,7 @@ fn no_ridge_beyond_the_largest_number_is_dropped_silently() {
     let text = e.to_string();
     assert!(text.contains("more than 64 ridges") && text.contains("bound the region"), "{text}");
     assert!(text.contains("between_groups"), "{text}");
-    // The region that is asked for is not told smaller.
+    // The requested region does not shrink to what is found.
     let (s, region) = (surface(wedges(65)), Region::default());
     let requested = RequestedStrategy { strategy: &strategy, corner_radius: 0.0 };
     assert_eq!(RequestedRegion::new(&s, &region, Some(requested)).err(), Some(e));
