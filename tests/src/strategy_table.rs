@@ -38,31 +38,33 @@ pub fn parts() -> Vec<PartOfTable> {
     parts
 }
 
-/// A part with its strategies in one order, planned without a run.
+/// A part with its strategies in one order, planned without a run; each row as it is there.
 ///
 /// # Panics
 /// When its job cannot be read, or lays no passes.
-pub fn compared(job: &JobFolder) -> Vec<ComparedStrategy> {
+pub fn compare(job: &JobFolder, row: impl Fn(&ComparedStrategy)) {
     let job = Job::read(&job.job()).expect("a job");
     let strategies = default_strategies(&job).expect("passes");
     // The order of levels and one-way or zigzag change times, and hardly passes.
     let is_other_order = |name: &str| name.ends_with("reversed") || name.contains("zigzag");
-    let request = CompareRequest {
-        strategies: strategies.into_iter().filter(|s| !is_other_order(&s.name)).collect(),
-        mounting_angles_deg: vec![0.0],
-        settings: PlanSettings { verify: false, certificates: false },
-        stock_cell: None,
-    };
-    let result: Result<_, Failure> = compare_paths(&job, &request, &SilentStages, &Lines);
-    result.expect("plans or reasons")
+    for strategy in strategies.into_iter().filter(|s| !is_other_order(&s.name)) {
+        let request = CompareRequest {
+            strategies: vec![strategy],
+            mounting_angles_deg: vec![0.0],
+            settings: PlanSettings { verify: false, certificates: false },
+            stock_cell: None,
+        };
+        let result: Result<_, Failure> = compare_paths(&job, &request, &SilentStages, &Lines);
+        result.expect("plans or reasons").iter().for_each(&row);
+    }
 }
 
 /// Names of plans on standard error.
 struct Lines;
 
 impl ComparisonSteps for Lines {
-    fn begin(&self, number: usize, n_plans: usize, strategy: &str) {
-        eprintln!("  plan {} of {n_plans}: {strategy}", number + 1);
+    fn begin(&self, _: usize, _: usize, strategy: &str) {
+        eprintln!("  {strategy}");
     }
 }
 
@@ -73,34 +75,32 @@ pub fn heading() -> String {
         .to_owned()
 }
 
-/// Rows of a part as Markdown.
-pub fn rows(part: &str, compared: &[ComparedStrategy]) -> String {
+/// Rows of a plan of a part as Markdown: one for each setup.
+pub fn rows(part: &str, compared: &ComparedStrategy) -> String {
     let number = |value: Option<f64>, decimals: usize| match value {
         Some(value) => format!("{value:.decimals$}"),
         None => "–".to_owned(),
     };
     let mut text = String::new();
-    for c in compared {
-        if let Some(why) = &c.failed {
-            // The folder the job was in is of no interest.
-            let why = why.rsplit('/').next().unwrap_or_default().replace(['|', '\n'], " ");
-            text += &format!("| {part} | {} | no plan: {why} | | | | | | | | |\n", c.strategy);
-        }
-        for s in &c.setups {
-            text += &format!(
-                "| {part} | {} | {} | {:.2} | {} | {} | {} | {} | {} % | {:.1} % | {:.1} |\n",
-                c.strategy,
-                s.passes,
-                s.passes_length_mm / 1000.0,
-                number(s.efficiency, 3),
-                number(s.over_least_floor, 3),
-                number(s.cusp_p99_mm, 3),
-                number(s.cusp_largest_mm, 3),
-                number(s.never_cut_fraction.map(|share| 100.0 * share), 2),
-                100.0 * s.planned_fraction,
-                (s.passes_time_s + s.approach_time_s) / 60.0
-            );
-        }
+    if let Some(why) = &compared.failed {
+        // The folder the job was in is of no interest.
+        let why = why.rsplit('/').next().unwrap_or_default().replace(['|', '\n'], " ");
+        text += &format!("| {part} | {} | no plan: {why} | | | | | | | | |\n", compared.strategy);
+    }
+    for s in &compared.setups {
+        text += &format!(
+            "| {part} | {} | {} | {:.2} | {} | {} | {} | {} | {} % | {:.1} % | {:.1} |\n",
+            compared.strategy,
+            s.passes,
+            s.passes_length_mm / 1000.0,
+            number(s.efficiency, 3),
+            number(s.over_least_floor, 3),
+            number(s.cusp_p99_mm, 3),
+            number(s.cusp_largest_mm, 3),
+            number(s.never_cut_fraction.map(|share| 100.0 * share), 2),
+            100.0 * s.planned_fraction,
+            (s.passes_time_s + s.approach_time_s) / 60.0
+        );
     }
     text
 }

@@ -3,7 +3,7 @@
 
 use std::process::ExitCode;
 
-use facemill_tests::strategy_table::{compared, heading, parts, rows};
+use facemill_tests::strategy_table::{compare, heading, parts, rows};
 
 fn main() -> ExitCode {
     let wanted: Vec<String> = std::env::args().skip(1).collect();
@@ -14,7 +14,7 @@ fn main() -> ExitCode {
         }
         eprintln!("{name}");
         let Some(job) = job() else { continue };
-        print!("{}", rows(&name, &compared(&job)));
+        compare(&job, |compared| print!("{}", rows(&name, compared)));
     }
     ExitCode::SUCCESS
 }

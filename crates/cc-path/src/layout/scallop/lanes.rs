@@ -73,6 +73,9 @@ const STEEPEST: f64 = 0.3;
 /// axis faster than the feed can follow.
 const BEND: f64 = 4.0;
 
+/// The slant of a ridge is looked at over so many stretches to each side.
+const SLANT_BINS: f64 = 2.0;
+
 /// A front advances at least by this share of its width, whatever its smoothness costs.
 const LEAST_SHARE: f64 = 0.2;
 
@@ -350,6 +353,11 @@ impl Lane {
             return Some(covered[i] + allowed);
         }
         if self.bins[i].is_met {
+            // Fronts that meet at an angle end at the ridge, in the stretch that it leaves: they hold
+            // nothing back.
+            if let Some(slant) = self.slant_of_ridge(i) {
+                return (depth + slant > allowed).then_some(covered[i] + allowed);
+            }
             // Within a width of the ridge, the pass along the ridge covers both sides.
             let step = allowed.min(f64::max(depth - 0.5 * width, BEFORE_BORDER * width));
             return (depth > width).then_some(covered[i] + step);
@@ -359,6 +367,17 @@ impl Lane {
             return Some(covered[i] + allowed);
         }
         Some(covered[i] + allowed.min(depth - BEFORE_BORDER * width))
+    }
+
+    /// Change of the depth before the ridge ahead from stretch to stretch, mm; `None` where the ridge
+    /// runs along the front rather than across it: where the depth changes less than a front may
+    /// turn.
+    fn slant_of_ridge(&self, i: usize) -> Option<f64> {
+        let met = self.beside(i, SLANT_BINS * self.width).filter(|&k| self.bins[k].is_met);
+        let depths: Vec<f64> = met.map(|k| self.bins[k].depth).collect();
+        let (low, high) = depths.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), d| (low.min(*d), high.max(*d)));
+        let slant = (high - low) / depths.len().saturating_sub(1).max(1) as f64;
+        (slant > STEEPEST * self.width).then_some(slant)
     }
 
     /// Stretches within a distance.

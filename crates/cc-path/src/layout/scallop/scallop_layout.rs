@@ -80,7 +80,11 @@ impl ScallopLayout {
             0.25 * if width.is_finite() { width } else { settings.max_step_over }
         };
         for front in std::mem::take(&mut advance.fronts) {
-            let split = |path: SurfacePath| path.clone().between_corners(spacing(&path, &advance.widths));
+            let split = |path: SurfacePath| {
+                let spacing = spacing(&path, &advance.widths);
+                // Half a strip.
+                path.between_corners(patch, spacing, 2.0 * spacing)
+            };
             let paths: Vec<SurfacePath> = front.paths.iter().cloned().flat_map(split).collect();
             steps.push(FrontStep { paths, ..front });
         }
@@ -97,7 +101,10 @@ impl ScallopLayout {
         let (ridges, stubs): (Vec<_>, Vec<_>) = ridges.into_iter().partition(|p| p.length() >= shortest);
         let last = steps.last().map_or(0.0, |s| s.arrival);
         if !ridges.is_empty() {
-            let split = |path: SurfacePath| path.clone().between_corners(spacing(&path, &advance.widths));
+            let split = |path: SurfacePath| {
+                let spacing = spacing(&path, &advance.widths);
+                path.between_corners(patch, spacing, 0.0)
+            };
             let paths = ridges.into_iter().flat_map(split).collect();
             steps.push(FrontStep { paths, arrival: last, starts: None });
         }

@@ -1,9 +1,10 @@
 use facemill_surface_model::level_curves_among;
-use nalgebra::Point3;
+use nalgebra::{Point3, Unit};
 
 use crate::distance::patch_vertices::on_edge;
 use crate::distance::source_curve::{CurveNode, SourceCurve};
 use crate::layout::level_set::bracketed_root;
+use crate::layout::offset::section_walk::SectionWalk;
 use crate::strategy::patch::Patch;
 
 /// A polyline on a patch.
@@ -83,8 +84,43 @@ impl SurfacePath {
         (path.nodes.len() >= 2).then_some(path)
     }
 
-    /// The paths between its corners.
-    pub(crate) fn between_corners(self, spacing: f64) -> Vec<Self> {
+    /// The paths between its corners. Those that end at one go straight on for `beyond` (mm), where
+    /// the patch does: outside of a corner, the places nearest to the next pass are farther from it
+    /// than its strip.
+    pub(crate) fn between_corners(self, patch: &Patch, spacing: f64, beyond: f64) -> Vec<Self> {
+        let closed = self.closed;
+        let mut parts = self.split_at_corners(spacing);
+        let n_ends = if closed { parts.len() } else { parts.len() - 1 };
+        parts.iter_mut().take(n_ends).filter(|p| !p.closed).for_each(|p| p.go_on(patch, spacing, beyond));
+        parts
+    }
+
+    /// Goes straight on at its end.
+    fn go_on(&mut self, patch: &Patch, spacing: f64, beyond: f64) {
+        if beyond <= 0.0 {
+            return;
+        }
+        let n = self.nodes.len();
+        let (end, triangle) = (self.nodes[n - 1], self.triangles[n - 1]);
+        let is_far = |node: &&Point3<f64>| (end - **node).norm() >= spacing;
+        let before = self.nodes.iter().rev().find(is_far).unwrap_or(&self.nodes[0]);
+        let ahead = end - before;
+        let Some(across) = Unit::try_new(ahead.cross(&patch.normal(triangle, &end)), 1e-9) else { return };
+        let Some(walk) = SectionWalk::from_place(patch, triangle, end, across, &ahead) else { return };
+        let mut from = (end, 0.0);
+        for step in walk {
+            let is_last = step.way >= beyond;
+            let share = if is_last { (beyond - from.1) / (step.way - from.1) } else { 1.0 };
+            self.nodes.push(from.0 + (step.position - from.0) * share);
+            self.triangles.push(step.triangle);
+            if is_last {
+                break;
+            }
+            from = (step.position, step.way);
+        }
+    }
+
+    fn split_at_corners(self, spacing: f64) -> Vec<Self> {
         let kept = self.spaced(spacing);
         let n = kept.len();
         let at = |k: usize| self.nodes[kept[k % n]];
@@ -93,11 +129,23 @@ impl SurfacePath {
             before.dot(&after) < CORNER_COS * before.norm() * after.norm()
         };
         let inner = if self.closed { 0..n } else { 1..n.max(2) - 1 };
-        let corners: Vec<usize> = inner.filter(|&k| n > 2 && is_corner(k)).map(|k| kept[k]).collect();
+        let all = self.nodes.len();
+        // The node of the path that is farthest around between the neighbours of a corner.
+        let place = |k: usize| {
+            let (from, to) = (kept[(k + n - 1) % n], kept[(k + 1) % n]);
+            let way = |m: usize| {
+                let node = self.nodes[m % all];
+                (node - self.nodes[from]).norm() + (self.nodes[to] - node).norm()
+            };
+            let last = if to > from { to } else { to + all };
+            (from + 1..last).max_by(|&a, &b| way(a).total_cmp(&way(b))).map_or(kept[k], |m| m % all)
+        };
+        let mut corners: Vec<usize> = inner.filter(|&k| n > 2 && is_corner(k)).map(place).collect();
+        corners.sort_unstable();
+        corners.dedup();
         if corners.is_empty() {
             return vec![self];
         }
-        let all = self.nodes.len();
         let mut cuts = corners.clone();
         if self.closed {
             cuts.push(corners[0] + all);

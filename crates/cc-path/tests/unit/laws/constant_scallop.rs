@@ -196,9 +196,29 @@ fn a_border_is_the_seed_of_loops_that_cover_the_region() {
     assert!(open < 0.02 && worst < 2.0, "{worst} {open}");
     let share = laid.uncovered_area / (60.0 * 45.0);
     assert!(share < 0.02, "{share}");
-    // The first loop lies half a strip inside.
-    let first = &laid.passes[0].pass.points;
-    assert!(first.iter().all(|cc| cc.position.x > 2.4 && cc.position.y > 2.4));
+    // The first loop lies half a strip inside of one side all along, at its end beyond the corner
+    // too; it may cut the corner by a triangle.
+    let is_beside = |p: &Point3<f64>| [p.x, 60.0 - p.x, p.y, 45.0 - p.y].iter().any(|d| (d - 2.5).abs() < 0.4);
+    assert!(laid.passes[0].pass.points.iter().all(|cc| is_beside(&cc.position)));
+}
+
+#[test]
+fn a_square_is_cut_in_squares_that_leave_nothing_at_their_corners() {
+    for (n, width) in [(60, 5.0), (61, 4.3), (97, 5.0), (40, 6.0)] {
+        let s = surface(grid(n, n, |u, v| Point3::new(100.0 * u, 100.0 * v, 2.0 * (4.0 * u).sin())));
+        let settings = LaySettings { min_pass_length: 3.0, ..settings(width) };
+        let laid = lay_by(&s, &scallop(vec![Seed::Border]), &settings, &|_| width);
+        // Four sides to a loop, and what is left in the middle.
+        let n_loops = (50.0 / width).ceil() as usize;
+        assert!(laid.passes.len() <= 4 * n_loops, "{n} {width}: {}", laid.passes.len());
+        // Each side goes on for half a strip at its end.
+        let area: f64 = (0..s.mesh().triangles().len()).map(|t| 0.5 * s.mesh().scaled_normal(t).norm()).sum();
+        let most = 1.02 * area / width + 4.0 * n_loops as f64 * 0.5 * width;
+        assert!(length(&laid) < most, "{n} {width}: {} {most}", length(&laid));
+        let (worst, open) = worst_reach(&s, &laid, 4000, |_| width);
+        assert!(open < 1e-3, "{n} {width}: {worst} {open}");
+        assert!(laid.uncovered_area < 1e-3 * area, "{n} {width}: {}", laid.uncovered_area);
+    }
 }
 
 #[test]

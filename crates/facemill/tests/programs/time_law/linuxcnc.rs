@@ -204,9 +204,10 @@ net prepared iocontrol.0.tool-prepare => iocontrol.0.tool-prepared
 net changed iocontrol.0.tool-change => iocontrol.0.tool-changed
 ";
 
-/// Runs each program from 0 and prints its time. A machine with other work to do may take seconds to hear a command, so
-/// nothing counts as done by the clock on the wall: a program has run where the axes have moved and stopped. They are held
-/// by an override of 0 until the queue of blocks is as long as it gets, or the planner would wait for blocks.
+/// Runs each program from 0 and prints its time. A machine with other work to do may take seconds
+/// to hear a command, so nothing counts as done by the clock on the wall: a program has run where
+/// the axes have moved and stopped. They are held by an override of 0 until the queue of blocks is
+/// as long as it gets, or the planner would wait for blocks.
 const DRIVE: &str = "\
 import linuxcnc, os, subprocess, sys, time
 
