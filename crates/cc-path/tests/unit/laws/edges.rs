@@ -246,6 +246,21 @@ fn a_sharp_edge_is_a_ridge() {
     assert_at(&prism, &laid, &Isometry3::identity(), 8.0, 0.01);
 }
 
+#[test]
+fn ridges_are_the_same_on_one_thread_and_on_three() {
+    let spec = PropellerSpec::new(PropellerSeries::Dtmb4119, 500.0).unwrap();
+    let s = surface(blade(&spec, BladeResolution::new(12, 18).unwrap()));
+    let on = |n_threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
+        pool.install(|| lay(&s, &edge(EdgeLine::Ridge, 4.0), &even_steps(4.0)))
+    };
+    let (one, three) = (on(1), on(3));
+    // Both edges of the blade, from the root to the tip, are among them.
+    let long = one.passes.iter().filter(|p| p.level == 0.0 && p.length > 150.0).count();
+    assert!(long >= 2, "{long}");
+    assert_eq!(one, three);
+}
+
 /// So many wedges beside each other, each with one ridge.
 fn wedges(n: usize) -> TriMesh {
     let wedge = Prism::rounded(4.0, 1.0, 1.5, 20.0).mesh(&[3, 6, 3], 8, &["left", "nose", "right"]);
