@@ -6,7 +6,7 @@ pub(crate) mod line_band;
 pub(crate) mod region_lines;
 
 use facemill_cl_data::Aabb;
-use facemill_surface_model::Surface;
+use facemill_surface_model::{Surface, SurfacePoint};
 use nalgebra::{Point3, Unit, Vector3};
 
 use crate::error::PathError;
@@ -34,7 +34,7 @@ pub struct RegionSample {
 }
 
 impl RegionSample {
-    /// What it counts for: area, mm², or on a region that is a line, length, mm.
+    /// Area that it counts for, mm², or on a region that is a line, length, mm.
     pub fn weight(&self) -> f64 {
         self.area + self.length
     }
@@ -143,9 +143,13 @@ impl<'a> RequestedRegion<'a> {
     /// counts for.
     pub fn samples(&self, area_each: f64) -> Vec<RegionSample> {
         if let Some(lines) = self.band.as_ref().and_then(LineBand::lines) {
-            let mut samples = lines.samples(self.surface, |t| self.is_in[t as usize], area_each.sqrt());
-            samples.retain(|s| self.is_bounding(s.triangle, &s.position));
-            return samples;
+            let points = lines.points(self.surface, |t| self.is_in[t as usize], area_each.sqrt());
+            let sample = |(foot, length): (SurfacePoint, f64)| {
+                let (position, triangle) = (foot.position, foot.triangle);
+                let normal = self.surface.facet_normal(triangle).filter(|_| self.is_bounding(triangle, &position))?;
+                Some(RegionSample { position, normal, triangle, area: 0.0, length })
+            };
+            return points.into_iter().filter_map(sample).collect();
         }
         let mesh = self.surface.mesh();
         let facets = || {

@@ -142,7 +142,8 @@ fn the_rounded_edge_of_a_plate_is_cut_around_its_ridge() {
     planned_done(&job(&plate(), json!({ "edge": { "line": "ridge", "width_mm": 12.0 } })));
 }
 
-/// A single pass is measured on its line, 24 mm long: all of it has to be cut, and nothing beside it.
+/// A single pass is measured on its line, 24 mm long: all of it has to be cut, and nothing beside
+/// it.
 #[test]
 fn an_edge_without_width_is_one_pass_that_is_done_where_its_whole_line_is_cut() {
     let job = job(&plate(), json!({ "edge": { "line": "ridge", "width_mm": 0.0 } }));

@@ -1,8 +1,7 @@
-use facemill_surface_model::Surface;
+use facemill_surface_model::{Surface, SurfacePoint};
 use nalgebra::Point3;
 
 use crate::layout::scallop::surface_path::SurfacePath;
-use crate::samples::RegionSample;
 
 /// Most points on all lines together.
 const MOST_POINTS: f64 = 100_000.0;
@@ -20,14 +19,17 @@ impl RegionLines {
 
     /// Points on the surface along the lines, about `spacing` (mm, above 0) apart, each with the
     /// length that it counts for.
-    pub(crate) fn samples(&self, surface: &Surface, is_in: impl Fn(u32) -> bool, spacing: f64) -> Vec<RegionSample> {
+    pub(crate) fn points(
+        &self,
+        surface: &Surface,
+        is_in: impl Fn(u32) -> bool,
+        spacing: f64,
+    ) -> Vec<(SurfacePoint, f64)> {
         let length: f64 = self.paths.iter().map(SurfacePath::length).sum();
         let spacing = spacing.max(length / MOST_POINTS);
+        // Between its nodes a line is a chord.
         let on_surface = |(p, length): (Point3<f64>, f64)| {
-            // Between its nodes a line is a chord.
-            let foot = surface.closest_point_where(&p, f64::INFINITY, &is_in)?;
-            let normal = surface.facet_normal(foot.triangle)?;
-            Some(RegionSample { position: foot.position, normal, triangle: foot.triangle, area: 0.0, length })
+            surface.closest_point_where(&p, f64::INFINITY, &is_in).map(|foot| (foot, length))
         };
         self.paths.iter().flat_map(|path| along(path, spacing)).filter_map(on_surface).collect()
     }

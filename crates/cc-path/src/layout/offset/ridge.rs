@@ -280,7 +280,8 @@ fn candidates(patch: &Patch, vertices: &PatchVertices) -> Vec<Candidate> {
 /// The ridge of a candidate through a place of it; `None` where it is too short.
 fn trace(normals: &CornerNormals, candidate: &Candidate, start: RidgeNode) -> Option<SurfacePath> {
     let along = candidate.along;
-    // Both ways at once; a closed ridge is that of the first, and the second ends when this is known.
+    // Both ways at once; a closed ridge is that of the first, and the second ends as soon as this
+    // is known.
     let is_closed = AtomicBool::new(false);
     let ahead = || {
         let (nodes, closed) = march(normals, &start, along, &|| false);

@@ -7,7 +7,7 @@ use crate::layout::offset::section_walk::SectionWalk;
 
 /// Section of a patch across an edge: way and turn of the normal, convex turns rising.
 ///
-/// It is walked as far as it is asked for.
+/// It is walked as far as its windows need.
 pub(crate) struct RidgeProfile<'a> {
     normals: &'a CornerNormals<'a>,
     nodes: VecDeque<ProfileNode>,

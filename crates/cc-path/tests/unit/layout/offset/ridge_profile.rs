@@ -53,7 +53,7 @@ fn a_profile_that_grows_is_the_one_that_is_walked_at_once() {
         };
         assert_eq!(nodes(&grown), nodes(&at_once));
         assert!(at_once.nodes().windows(2).all(|w| w[0].way <= w[1].way));
-        // It reaches as far as was asked for, or to the border of the sheet.
+        // It reaches as far as requested, or to the border of the sheet.
         let far = at_once.nodes()[at_once.nodes().len() - 1];
         let at_border = [far.position.x, far.position.y]
             .iter()
