@@ -3,9 +3,10 @@
 
 pub(crate) mod lattice;
 pub(crate) mod line_band;
+pub(crate) mod region_lines;
 
 use facemill_cl_data::Aabb;
-use facemill_surface_model::Surface;
+use facemill_surface_model::{Surface, SurfacePoint};
 use nalgebra::{Point3, Unit, Vector3};
 
 use crate::error::PathError;
@@ -27,6 +28,16 @@ pub struct RegionSample {
     /// Area of the region that it counts for, mm²; 0 on a border, which is a line, and where an
     /// extreme is looked for.
     pub area: f64,
+    /// Length of the region that it counts for, mm, where the region is a line: along an edge or
+    /// root of width 0. Elsewhere 0.
+    pub length: f64,
+}
+
+impl RegionSample {
+    /// Area that it counts for, mm², or on a region that is a line, length, mm.
+    pub fn weight(&self) -> f64 {
+        self.area + self.length
+    }
 }
 
 /// Strategy that passes are to be laid by, with what its extent depends on.
@@ -70,8 +81,13 @@ impl<'a> RequestedRegion<'a> {
     }
 
     /// Whether the region holds a point of a facet, borders included; of a region by what is left,
-    /// without its overlap.
+    /// without its overlap. One along an edge or root of width 0 is a line, and holds none.
     pub fn contains(&self, triangle: u32, point: &Point3<f64>) -> bool {
+        self.is_bounding(triangle, point) && self.band.as_ref().is_none_or(|band| band.contains(triangle, point))
+    }
+
+    /// Whether groups, box, levels and what is left hold a point of a facet.
+    fn is_bounding(&self, triangle: u32, point: &Point3<f64>) -> bool {
         let in_box = self.region.bounds.is_none_or(|b| (0..3).all(|k| (b.min[k]..=b.max[k]).contains(&point[k])));
         let in_levels = self.sections.is_none_or(|sections| {
             let (from, to) = sections.range();
@@ -82,8 +98,7 @@ impl<'a> RequestedRegion<'a> {
                 self.surface.facet_normal(triangle).is_some_and(|normal| left.contains(point, &normal))
             })
         };
-        let in_band = || self.band.as_ref().is_none_or(|band| band.contains(triangle, point));
-        self.is_in[triangle as usize] && in_box && in_levels && is_left() && in_band()
+        self.is_in[triangle as usize] && in_box && in_levels && is_left()
     }
 
     /// Box around the region, if it has one that bounds it.
@@ -123,7 +138,19 @@ impl<'a> RequestedRegion<'a> {
     /// the cell alone: the points do not follow the facets, are the same for every order and
     /// fineness of the same facets, and never stand in rows. In thin facets without end there are
     /// fewer.
+    ///
+    /// A region that is a line has points along it, as far apart, each with the length that it
+    /// counts for.
     pub fn samples(&self, area_each: f64) -> Vec<RegionSample> {
+        if let Some(lines) = self.band.as_ref().and_then(LineBand::lines) {
+            let points = lines.points(self.surface, |t| self.is_in[t as usize], area_each.sqrt());
+            let sample = |(foot, length): (SurfacePoint, f64)| {
+                let (position, triangle) = (foot.position, foot.triangle);
+                let normal = self.surface.facet_normal(triangle).filter(|_| self.is_bounding(triangle, &position))?;
+                Some(RegionSample { position, normal, triangle, area: 0.0, length })
+            };
+            return points.into_iter().filter_map(sample).collect();
+        }
         let mesh = self.surface.mesh();
         let facets = || {
             let solid = self.triangles.iter().filter_map(|&t| Some((t, self.surface.facet_normal(t)?)));
@@ -151,7 +178,13 @@ impl<'a> RequestedRegion<'a> {
             let foot = self.surface.closest_point(&(sample.position + (u * i + v * j) * step), 3.0 * step)?;
             let normal = self.surface.facet_normal(foot.triangle)?;
             let is_in = self.contains(foot.triangle, &foot.position);
-            is_in.then_some(RegionSample { position: foot.position, normal, triangle: foot.triangle, area: 0.0 })
+            is_in.then_some(RegionSample {
+                position: foot.position,
+                normal,
+                triangle: foot.triangle,
+                area: 0.0,
+                length: 0.0,
+            })
         };
         offsets.filter_map(on_surface).collect()
     }

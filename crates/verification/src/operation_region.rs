@@ -54,7 +54,7 @@ impl<'a> OperationRegion<'a> {
         let corner_radius = corner_on_drive(job, setup);
         let strategy = self.strategy.as_ref().map(|strategy| RequestedStrategy { strategy, corner_radius });
         RequestedRegion::new(&setup.around_drive, &self.region, strategy)
-            .map_err(|e| Failure::Internal(format!("operation \"{}\": {e}", self.operation.name)))
+            .map_err(|e| job.wrong(format!("operation \"{}\": {e}", self.operation.name)))
     }
 
     /// Returns the distance between passes that determines the spacing of samples, mm: the one that
@@ -83,7 +83,7 @@ impl<'a> OperationRegion<'a> {
         let mut samples = Vec::new();
         for _ in 0..ROUNDS {
             samples = region.samples(area_each);
-            let n = samples.iter().filter(|s| s.area > 0.0).count() as f64 * places;
+            let n = samples.iter().filter(|s| s.weight() > 0.0).count() as f64 * places;
             if n >= 0.9 * least {
                 break;
             }

@@ -73,12 +73,14 @@ pub fn remaining(
     }
     let sweeps = Sweeps::of(program, heads)?;
     let up = setup.table_from_work.inverse_transform_vector(&Vector3::z());
+    let regions = requested.iter().map(|r| r.region(job, setup)).collect::<Result<Vec<_>, _>>()?;
     let mut operations = Vec::new();
-    for requested in &requested {
-        let (measured, _) = measured(requested, (job, setup), &sweeps, stages)?;
+    for (requested, region) in requested.iter().zip(&regions) {
+        let (measured, _) = measured((requested, region), (job, setup), &sweeps, stages)?;
         operations.push(remaining_on_region(requested.operation, requested.limit, &measured, &up));
     }
-    Ok(Some(RemainingReport { accuracy_mm: ACCURACY, outside_fraction: outside(job, setup, &requested)?, operations }))
+    let outside_fraction = outside(setup, &requested, &regions)?;
+    Ok(Some(RemainingReport { accuracy_mm: ACCURACY, outside_fraction, operations }))
 }
 
 /// A place of an operation's region.
@@ -88,8 +90,9 @@ pub struct LeftPlace {
     pub position: Point3<f64>,
     /// Normal of the surface there.
     pub normal: Unit<Vector3<f64>>,
-    /// Area that it represents, mm²; 0 on borders and around the highest ones.
-    pub area: f64,
+    /// Area that it represents, mm², on a region that is a line its length, mm; 0 on borders and
+    /// around the highest ones.
+    pub weight: f64,
     /// Height left on it, mm.
     pub height: f64,
     /// Whether any cut reaches the stock above it.
@@ -113,11 +116,12 @@ pub fn left_places(
         if requested.has_nothing_left() {
             return Ok(Vec::new());
         }
-        let (measured, samples) = measured(&requested, (job, setup), &sweeps, stages)?;
+        let region = requested.region(job, setup)?;
+        let (measured, samples) = measured((&requested, &region), (job, setup), &sweeps, stages)?;
         let place = |(s, left): (&Sampled, &LeftHeight)| LeftPlace {
             position: s.sample.position,
             normal: s.sample.normal,
-            area: s.sample.area,
+            weight: s.sample.weight(),
             height: left.height,
             is_cut: left.cut_by.is_some() || s.on.stock <= ACCURACY,
         };
@@ -148,13 +152,12 @@ impl Sweeps {
 
 /// Returns the heights left on an operation's region, with the samples that they are left on.
 fn measured(
-    requested: &OperationRegion<'_>,
+    (requested, region): (&OperationRegion<'_>, &RequestedRegion<'_>),
     (job, setup): (&Job, &Setup<'_>),
     Sweeps { sweeps, reach }: &Sweeps,
     stages: &dyn Stages,
 ) -> Result<(MaterialLeft, Vec<Sampled>), Failure> {
-    let region = requested.region(job, setup)?;
-    let samples = requested.samples(job, &region, [MIN_SAMPLES, MAX_SAMPLES])?;
+    let samples = requested.samples(job, region, [MIN_SAMPLES, MAX_SAMPLES])?;
     let on = |(place, sample): (usize, RegionSample)| Sampled {
         place,
         sample,
@@ -190,8 +193,11 @@ struct Sampled {
 /// Material left on samples.
 #[derive(Default)]
 pub struct MaterialLeft {
-    /// Area of each sample, mm²; zero for borders and for those around the largest.
-    pub areas: Vec<f64>,
+    /// Whether the region is a line without area.
+    pub is_line: bool,
+    /// Area of each sample, mm², on a line its length, mm; zero for borders and for those around
+    /// the largest.
+    pub weights: Vec<f64>,
     /// Samples.
     pub on: Vec<SurfacePlace>,
     /// Heights left on them.
@@ -206,19 +212,21 @@ impl MaterialLeft {
     }
 
     fn add(&mut self, of: &[Sampled], left: &[LeftHeight]) {
-        self.areas.extend(of.iter().map(|s| s.sample.area));
+        self.is_line |= of.iter().any(|s| s.sample.length > 0.0);
+        self.weights.extend(of.iter().map(|s| s.sample.weight()));
         self.on.extend(of.iter().map(|s| s.on));
         self.left.extend(left);
     }
 
-    /// Returns the number of samples with an area.
-    pub fn n_of_area(&self) -> usize {
-        self.areas.iter().filter(|&&a| a > 0.0).count()
+    /// Returns the number of samples with an area, or on a line with a length.
+    pub fn n_weighted(&self) -> usize {
+        self.weights.iter().filter(|&&w| w > 0.0).count()
     }
 
     /// Returns the approximate distance between samples, mm.
     pub fn spacing(&self) -> f64 {
-        (self.areas.iter().sum::<f64>() / self.n_of_area().max(1) as f64).sqrt()
+        let mean = self.weights.iter().sum::<f64>() / self.n_weighted().max(1) as f64;
+        if self.is_line { mean } else { mean.sqrt() }
     }
 
     /// Returns the indices of the highest samples, the highest first; of equal ones the first.
@@ -247,13 +255,16 @@ const MAX_HEIGHT: f64 = 1000.0;
 
 /// Returns the fraction of the drive surface that no operation is to cut, in any place of its
 /// pattern.
-fn outside(job: &Job, setup: &Setup<'_>, requested: &[OperationRegion<'_>]) -> Result<f64, Failure> {
+fn outside(
+    setup: &Setup<'_>,
+    requested: &[OperationRegion<'_>],
+    regions: &[RequestedRegion<'_>],
+) -> Result<f64, Failure> {
     let whole = Region { groups: Some(setup.drive_groups.clone()), ..Region::default() };
     let surface = &setup.around_drive;
     let drive = RequestedRegion::new(surface, &whole, None).map_err(|e| Failure::Internal(e.to_string()))?;
-    let regions = requested.iter().map(|a| a.region(job, setup)).collect::<Result<Vec<_>, _>>()?;
     let is_requested = |triangle: u32, p: &Point3<f64>| {
-        requested.iter().zip(&regions).any(|(a, region)| {
+        requested.iter().zip(regions).any(|(a, region)| {
             a.places.iter().enumerate().any(|(k, place)| {
                 if k == 0 {
                     return region.contains(triangle, p);
@@ -272,17 +283,18 @@ fn outside(job: &Job, setup: &Setup<'_>, requested: &[OperationRegion<'_>]) -> R
     Ok(area(&outside) / area(&samples).max(f64::MIN_POSITIVE))
 }
 
-/// Returns the heights that fractions of the area do not exceed; 0 if there is no area.
-pub fn quantiles<const N: usize>(areas: &[f64], left: &[LeftHeight], shares: [f64; N]) -> [f64; N] {
-    let mut sorted: Vec<(f64, f64)> = left.iter().map(|l| l.height).zip(areas.iter().copied()).collect();
-    sorted.retain(|(_, area)| *area > 0.0);
+/// Returns the heights that fractions of the weight (area or length) do not exceed; 0 if there is
+/// no weight.
+pub fn quantiles<const N: usize>(weights: &[f64], left: &[LeftHeight], shares: [f64; N]) -> [f64; N] {
+    let mut sorted: Vec<(f64, f64)> = left.iter().map(|l| l.height).zip(weights.iter().copied()).collect();
+    sorted.retain(|(_, weight)| *weight > 0.0);
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let area: f64 = sorted.iter().map(|(_, area)| area).sum();
+    let all: f64 = sorted.iter().map(|(_, weight)| weight).sum();
     shares.map(|share| {
         let mut below = 0.0;
         let reached = sorted.iter().find(|(_, each)| {
             below += each;
-            below >= share * area
+            below >= share * all
         });
         reached.or(sorted.last()).map_or(0.0, |(height, _)| *height)
     })
@@ -298,17 +310,17 @@ struct SomeSamples<'m> {
 }
 
 impl SomeSamples<'_> {
-    fn area_where(&self, is: impl Fn(usize) -> bool) -> f64 {
-        self.chosen.iter().filter(|&&k| is(k)).map(|&k| self.of.areas[k]).fold(0.0, |sum, a| sum + a)
+    fn weight_where(&self, is: impl Fn(usize) -> bool) -> f64 {
+        self.chosen.iter().filter(|&&k| is(k)).map(|&k| self.of.weights[k]).fold(0.0, |sum, w| sum + w)
     }
 
-    /// Returns the area of all of them, mm².
-    fn area(&self) -> f64 {
-        self.area_where(|_| true)
+    /// Returns the area of all of them, mm², or the length, mm.
+    fn weight(&self) -> f64 {
+        self.weight_where(|_| true)
     }
 
     fn share(&self, is: impl Fn(usize) -> bool) -> f64 {
-        self.area_where(is) / self.area().max(f64::MIN_POSITIVE)
+        self.weight_where(is) / self.weight().max(f64::MIN_POSITIVE)
     }
 
     fn above(&self, limit_mm: f64) -> f64 {
@@ -327,9 +339,9 @@ impl SomeSamples<'_> {
     }
 
     fn quantiles<const N: usize>(&self, shares: [f64; N]) -> [f64; N] {
-        let areas: Vec<f64> = self.chosen.iter().map(|&k| self.of.areas[k]).collect();
+        let weights: Vec<f64> = self.chosen.iter().map(|&k| self.of.weights[k]).collect();
         let left: Vec<LeftHeight> = self.chosen.iter().map(|&k| self.of.left[k]).collect();
-        quantiles(&areas, &left, shares)
+        quantiles(&weights, &left, shares)
     }
 }
 
@@ -348,10 +360,13 @@ pub fn remaining_on_region(
     });
     let [p50_mm, p90_mm, p99_mm] = all.quantiles([0.5, 0.9, 0.99]);
     let (above_fraction, never_cut_fraction) = (all.above(limit_mm), all.never_cut());
-    let (allowed, samples) = (operation.finish, measured.n_of_area());
+    let bands = SLOPES.windows(2).filter(|_| !measured.is_line);
+    let slopes = bands.filter_map(|band| on_slope(measured, [band[0], band[1]], limit_mm, up));
+    let (allowed, samples) = (operation.finish, measured.n_weighted());
     RemainingOnRegion {
         operation: operation.name.clone(),
-        area_mm2: all.area(),
+        area_mm2: if measured.is_line { 0.0 } else { all.weight() },
+        length_mm: measured.is_line.then(|| all.weight()),
         samples,
         spacing_mm: measured.spacing(),
         p50_mm,
@@ -361,7 +376,7 @@ pub fn remaining_on_region(
         limit_mm,
         above_fraction,
         never_cut_fraction,
-        slopes: SLOPES.windows(2).filter_map(|band| on_slope(measured, [band[0], band[1]], limit_mm, up)).collect(),
+        slopes: slopes.collect(),
         allowed,
         exceeded: samples == 0
             || above_fraction > allowed.max_above_fraction
@@ -381,7 +396,7 @@ fn on_slope(
         slope >= from_deg && (slope < to_deg || to_deg >= 180.0)
     };
     let band = SomeSamples { of: measured, chosen: (0..measured.left.len()).filter(is_in).collect() };
-    let area_mm2 = band.area();
+    let area_mm2 = band.weight();
     let highest = band.highest().filter(|_| area_mm2 > 0.0)?;
     let [p90_mm, p99_mm] = band.quantiles([0.9, 0.99]);
     Some(RemainingOnSlope {

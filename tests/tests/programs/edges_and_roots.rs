@@ -142,6 +142,30 @@ fn the_rounded_edge_of_a_plate_is_cut_around_its_ridge() {
     planned_done(&job(&plate(), json!({ "edge": { "line": "ridge", "width_mm": 12.0 } })));
 }
 
+/// A single pass is measured on its line, 24 mm long: all of it has to be cut, and nothing beside
+/// it.
+#[test]
+fn an_edge_without_width_is_one_pass_that_is_done_where_its_whole_line_is_cut() {
+    let job = job(&plate(), json!({ "edge": { "line": "ridge", "width_mm": 0.0 } }));
+    let planned = job.plan();
+    assert!(planned.is_clean() && planned.report.totals.passes == 1, "{:?}", incomplete_because(&planned.report));
+    let on_line = &planned.report.remaining.as_ref().unwrap().operations[0];
+    assert_eq!((on_line.area_mm2, on_line.slopes.len(), on_line.never_cut_fraction), (0.0, 0, 0.0));
+    assert!(on_line.length_mm.is_some_and(|l| (l - 24.0).abs() < 0.01), "{on_line:?}");
+    assert!(on_line.largest.is_some_and(|p| p.height_mm < on_line.limit_mm) && on_line.samples > 1_000);
+    assert!(on_line.spacing_mm < 0.024, "{}", on_line.spacing_mm);
+    let lines = planned.report.remaining.as_ref().unwrap().summary_lines();
+    assert!(lines[0].starts_with("  left on line      half of it"), "{lines:?}");
+
+    // A quarter of the line at each end stays uncut.
+    job.set("job.json", &[("/operations/0/path/strategy/edge_margin_mm", json!(6.0))]);
+    let planned = job.plan();
+    let on_line = &planned.report.remaining.as_ref().unwrap().operations[0];
+    let (above, never) = (on_line.above_fraction, on_line.never_cut_fraction);
+    assert!(on_line.exceeded && above > 0.2 && never > 0.2 && never < 0.5, "{above} {never}");
+    assert!(planned.outcome() == Outcome::Incomplete);
+}
+
 #[test]
 fn a_fillet_is_cut_by_a_ball_that_fits_it() {
     planned_done(&job(&trough(), json!({ "root": { "line": { "fillet": "fillet" }, "width_mm": 14.0 } })));

@@ -1,5 +1,6 @@
 //! Passes at distances from a line on the surface: along edges and roots.
 
+pub(crate) mod corner_normals;
 pub(crate) mod edge_lines;
 pub(crate) mod fillet;
 pub(crate) mod offset_field;

@@ -111,7 +111,7 @@ impl<'a> Lattice<'a> {
             for column in self.number(from.max(low[0]))..=self.number(to.min(high[0])) {
                 let Some(weights) = weights(&flat, &self.point(axis, [column, row])) else { continue };
                 let position = Point3::from((0..3).fold(Vector3::zeros(), |p, c| p + corners[c].coords * weights[c]));
-                let sample = RegionSample { position, normal, triangle, area };
+                let sample = RegionSample { position, normal, triangle, area, length: 0.0 };
                 points.push(LatticePoint { axis, cell: [row, column], sample });
             }
         }
@@ -152,7 +152,7 @@ impl<'a> Lattice<'a> {
             let position = a + (b - a) * ((along - a[axis]) / (b[axis] - a[axis]));
             // Half open, so that edges in a row share no point.
             let is_on = (a[axis]..b[axis]).contains(&along);
-            let sample = RegionSample { position, normal, triangle, area: 0.0 };
+            let sample = RegionSample { position, normal, triangle, area: 0.0, length: 0.0 };
             is_on.then_some(LatticePoint { axis, cell: [number, 0], sample })
         };
         (self.number(a[axis])..=self.number(b[axis])).filter_map(point).collect()

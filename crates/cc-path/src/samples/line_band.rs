@@ -17,6 +17,7 @@ use crate::layout::offset::root_sides::root_sides;
 use crate::layout::scallop::surface_path::SurfacePath;
 use crate::layout::section_layout::extent;
 use crate::region::Region;
+use crate::samples::region_lines::RegionLines;
 use crate::strategy::Strategy;
 use crate::strategy::edge::{Edge, Root, RootLine};
 use crate::strategy::patch::{Fineness, Patch};
@@ -36,6 +37,8 @@ struct BandPiece {
 #[derive(Clone, Debug)]
 pub(crate) struct LineBand {
     width: f64,
+    /// The lines, where the band has no width and is nothing else.
+    lines: Option<RegionLines>,
     /// By rising facets.
     pieces: Vec<BandPiece>,
     /// Pieces of each facet of the surface.
@@ -60,15 +63,22 @@ impl LineBand {
         }
     }
 
-    fn new(surface: &Surface, width: f64, mut pieces: Vec<BandPiece>) -> Self {
+    fn new(surface: &Surface, width: f64, parts: BandParts) -> Self {
+        let BandParts { lines, mut pieces } = parts;
+        let lines = (width == 0.0).then(|| RegionLines::new(lines));
         pieces.sort_by_key(|p| p.facet);
         let facets = 0..surface.mesh().triangles().len() as u32;
         let up_to = |facet: u32| pieces.partition_point(|p| p.facet < facet) as u32;
         let of_facet = facets.map(|f| up_to(f)..up_to(f + 1)).collect();
-        Self { width, pieces, of_facet }
+        Self { width, lines, pieces, of_facet }
     }
 
-    /// Whether the band holds a point of a facet.
+    /// The lines that a band without width consists of.
+    pub(crate) fn lines(&self) -> Option<&RegionLines> {
+        self.lines.as_ref()
+    }
+
+    /// Whether the band holds a point of a facet; one without width holds none.
     pub(crate) fn contains(&self, facet: u32, point: &Point3<f64>) -> bool {
         let of_facet = &self.of_facet[facet as usize];
         let pieces = &self.pieces[of_facet.start as usize..of_facet.end as usize];
@@ -107,29 +117,48 @@ fn of_edge(surface: &Surface, region: &Region, edge: &Edge) -> Result<LineBand, 
     let patch = patch_of(surface, region, edge.width)?;
     let vertices = PatchVertices::of(&patch);
     let lines = lines_of_edge(&patch, &vertices, &edge.line)?;
-    Ok(LineBand::new(surface, edge.width, pieces_beside(&patch, &vertices, &lines, edge.width)))
+    let mut parts = BandParts::default();
+    parts.add(&patch, &vertices, lines, edge.width);
+    Ok(LineBand::new(surface, edge.width, parts))
 }
 
 fn of_root(surface: &Surface, region: &Region, root: &Root, corner_radius: f64) -> Result<LineBand, PathError> {
-    let mut pieces = Vec::new();
+    let mut parts = BandParts::default();
     match &root.line {
         RootLine::Fillet(group) => {
             let [index] = group_indices(surface, std::array::from_ref(group))?;
             let patch = patch_of(surface, region, root.width)?;
             let vertices = PatchVertices::of(&patch);
             let lines = Fillet::new(&patch, &vertices, index).middle(PIECES * root.width)?;
-            pieces.extend(pieces_beside(&patch, &vertices, &lines, root.width));
+            parts.add(&patch, &vertices, lines, root.width);
         }
         RootLine::BetweenGroups(groups) => {
             for side in root_sides(surface, region, groups)? {
                 let patch = patch_of(surface, &side.region, root.width)?;
                 let vertices = PatchVertices::of(&patch);
                 let track = RollingBall::new(&patch, &vertices, &side.other, corner_radius).track();
-                pieces.extend(pieces_beside(&patch, &vertices, &track, root.width));
+                parts.add(&patch, &vertices, track, root.width);
             }
         }
     }
-    Ok(LineBand::new(surface, root.width, pieces))
+    Ok(LineBand::new(surface, root.width, parts))
+}
+
+/// Lines of a band, and the pieces beside them.
+#[derive(Default)]
+struct BandParts {
+    lines: Vec<SurfacePath>,
+    pieces: Vec<BandPiece>,
+}
+
+impl BandParts {
+    /// Adds lines on a patch, with the pieces within `width` (mm), if it is above 0.
+    fn add(&mut self, patch: &Patch, vertices: &PatchVertices, lines: Vec<SurfacePath>, width: f64) {
+        if width > 0.0 {
+            self.pieces.extend(pieces_beside(patch, vertices, &lines, width));
+        }
+        self.lines.extend(lines);
+    }
 }
 
 /// Pieces of a patch that reach into the band.

@@ -149,6 +149,15 @@ impl<'a> Patch<'a> {
         self.surface.normal_at(&SurfacePoint { position: *p, triangle: parent, barycentric, distance: 0.0 })
     }
 
+    /// Sum of weighted normals that gives the normal of the smooth surface its direction.
+    pub(crate) fn normal_sum(&self, triangle: u32, p: &Point3<f64>) -> Vector3<f64> {
+        let parent = self.parents[triangle as usize];
+        let weights = barycentric(p, &self.surface.mesh().corners(parent as usize));
+        let facet = self.surface.facet_normal(parent);
+        let of_corner = |k: usize| self.surface.corner_normal(parent, k).or(facet).map(Unit::into_inner);
+        (0..3).filter_map(|k| Some(of_corner(k)? * weights[k])).sum()
+    }
+
     /// Curvature of the smooth surface at a point of a triangle of the patch.
     pub(crate) fn curvature(&self, triangle: u32, p: &Point3<f64>) -> Option<CurvatureTensor> {
         let parent = self.parents[triangle as usize];

@@ -239,7 +239,7 @@ impl<'a> Round<'a> {
 fn round_report(operation: &PlannedOperation<'_>, left: &[LeftPlace]) -> WidthRoundReport {
     let cusp = operation.operation.tolerances.cusp_mm;
     let cut = || left.iter().filter(|place| place.is_cut);
-    let area = |places: &mut dyn Iterator<Item = &LeftPlace>| places.fold(0.0, |sum, place| sum + place.area);
+    let area = |places: &mut dyn Iterator<Item = &LeftPlace>| places.fold(0.0, |sum, place| sum + place.weight);
     WidthRoundReport {
         passes: operation.laid.passes,
         passes_added: operation.extra.moved + operation.extra.between,

@@ -46,6 +46,9 @@ const MOST_PROFILES: usize = 400;
 /// unevenness of a mesh.
 const CONVEX: f64 = 0.2;
 
+/// Concave turn across a group below which it is flat, rad (3°).
+const FLAT: f64 = 0.05;
+
 impl<'a> Fillet<'a> {
     pub(crate) fn new(patch: &'a Patch<'a>, vertices: &'a PatchVertices, group: usize) -> Self {
         Self { patch, vertices, group }
@@ -62,7 +65,7 @@ impl<'a> Fillet<'a> {
     /// The line as far from one border of the fillet as from the other.
     ///
     /// # Errors
-    /// When the fillet has not two borders in the region, or is convex somewhere.
+    /// When the fillet has not two borders in the region, is convex somewhere, or flat.
     pub(crate) fn middle(&self, spacing: f64) -> Result<Vec<SurfacePath>, PathError> {
         let triangles: Vec<u32> = (0..self.patch.mesh.triangles().len() as u32).filter(|&t| self.is_in(t)).collect();
         if triangles.is_empty() {
@@ -132,10 +135,12 @@ impl<'a> Fillet<'a> {
     }
 
     /// # Errors
-    /// When the surface is convex across the group.
+    /// When the surface is convex across the group somewhere, or everywhere flat.
     fn check_concave(&self, lines: &[SurfacePath]) -> Result<(), PathError> {
+        let mut sharpest: Option<f64> = None;
         for place in places(lines) {
             let Some(turn) = self.profile(&place).and_then(|p| Some(p.last()?.1 - p.first()?.1)) else { continue };
+            sharpest = Some(sharpest.map_or(turn, |most| most.max(turn)));
             if turn < -CONVEX {
                 let (p, turn) = (place.position, -turn.to_degrees());
                 return Err(self.no_fillet(format!(
@@ -145,7 +150,14 @@ impl<'a> Fillet<'a> {
                 )));
             }
         }
-        Ok(())
+        match sharpest.filter(|turn| *turn < FLAT) {
+            Some(turn) => Err(self.no_fillet(format!(
+                "it is flat: the surface turns inward by no more than {:.1}° across it; name the group that rounds the \
+                 corner, or both groups of the corner by between_groups",
+                turn.max(0.0).to_degrees()
+            ))),
+            None => Ok(()),
+        }
     }
 
     /// The smallest radius across the fillet along its middle line: length over turn, over half of

@@ -1,9 +1,15 @@
 //! Ridges of curvature: lines on a patch across which it bends most sharply.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use facemill_cl_data::Aabb;
+use facemill_surface_model::Tree;
 use nalgebra::{Matrix3, Point3, Unit, Vector3};
+use rayon::prelude::*;
 
 use crate::distance::patch_vertices::PatchVertices;
 use crate::error::PathError;
+use crate::layout::offset::corner_normals::CornerNormals;
 use crate::layout::offset::edge_lines::lines_between;
 use crate::layout::offset::offset_field::longest_side;
 use crate::layout::offset::ridge_profile::RidgeProfile;
@@ -42,6 +48,13 @@ const SAME_PLACE: f64 = 0.5;
 
 /// Cosine of the angle from which normals are of two sides of a thin body, 60°.
 const SAME_SIDE: f64 = 0.5;
+
+/// Candidates that are looked at together: so many after a ridge, because those behind it mostly
+/// belong to it, and twice as many each time, up to the second number, as long as there is none.
+const BATCHES: [usize; 2] = [8, 1024];
+
+/// Nodes of a ridge whose distance is looked at only where the box around them is near.
+const STRETCH: usize = 16;
 
 /// Most ridges of a region.
 const MOST_RIDGES: usize = 64;
@@ -91,25 +104,20 @@ pub(crate) fn lines_of_edge(
 /// When there is none, there are too many, or too many places that bend sharply are none.
 fn ridges(patch: &Patch, vertices: &PatchVertices) -> Result<Vec<SurfacePath>, PathError> {
     let candidates = candidates(patch, vertices);
-    let mut ridges: Vec<(SurfacePath, f64)> = Vec::new();
-    let mut failures = Failures::default();
-    for candidate in &candidates {
-        let is_own = |(path, window): &(SurfacePath, f64)| {
-            is_near(path, &candidate.position, OWN * window.max(candidate.window))
-        };
-        if failures.hold(patch, candidate) || ridges.iter().any(is_own) {
-            continue;
-        }
-        match trace(patch, candidate) {
-            Some(_) if ridges.len() == MOST_RIDGES => return Err(PathError::TooManyRidges { limit: MOST_RIDGES }),
-            Some(ridge) => ridges.push((ridge, candidate.window)),
-            None => failures.enter(patch, candidate)?,
-        }
-    }
-    if ridges.is_empty() {
+    let mut search = RidgeSearch::on(patch);
+    search.search(&candidates, BATCHES)?;
+    if search.ridges.is_empty() {
         return Err(PathError::NoRidge { sharpest: candidates.first().map(|c| (c.window, c.position)) });
     }
-    Ok(ridges.into_iter().map(|(path, _)| path).collect())
+    Ok(search.ridges.into_iter().map(|ridge| ridge.path).collect())
+}
+
+/// Search for ridges, candidate after candidate.
+struct RidgeSearch<'a> {
+    patch: &'a Patch<'a>,
+    normals: CornerNormals<'a>,
+    ridges: Vec<FoundRidge>,
+    failures: Failures,
 }
 
 /// Candidates that are no ridge.
@@ -118,6 +126,64 @@ struct Failures {
     n: usize,
     /// Places and normals of those after the first [`MOST_FAILURES`].
     apart: Vec<(Point3<f64>, Unit<Vector3<f64>>)>,
+}
+
+/// A ridge with the boxes of its stretches of [`STRETCH`] nodes.
+struct FoundRidge {
+    path: SurfacePath,
+    stretches: Tree,
+}
+
+impl<'a> RidgeSearch<'a> {
+    fn on(patch: &'a Patch<'a>) -> Self {
+        Self { patch, normals: CornerNormals::of(patch), ridges: Vec::new(), failures: Failures::default() }
+    }
+
+    /// Finds the ridges of candidates that are in rising order of their windows, in batches.
+    ///
+    /// # Errors
+    /// When there are too many ridges, or too many places that bend sharply are none.
+    fn search(&mut self, candidates: &[Candidate], [smallest, largest]: [usize; 2]) -> Result<(), PathError> {
+        let (mut rest, mut size) = (candidates, smallest);
+        while !rest.is_empty() {
+            let (batch, after) = rest.split_at(size.min(rest.len()));
+            let n_before = self.ridges.len();
+            // The result is that of one candidate after the other: only what does not depend on
+            // those before it in the batch is found at once.
+            let start = |c: &Candidate| (!self.is_settled(c)).then(|| ridge_near(&self.normals, c));
+            let starts: Vec<_> = batch.par_iter().map(start).collect();
+            for (candidate, start) in batch.iter().zip(starts) {
+                if let Some(start) = start.filter(|_| !self.is_settled(candidate)) {
+                    self.enter(candidate, start.map(|(node, _)| node))?;
+                }
+            }
+            rest = after;
+            size = if self.ridges.len() > n_before { smallest } else { largest.min(2 * size) };
+        }
+        Ok(())
+    }
+
+    /// Traces the ridge of a candidate, or enters it among those that are none.
+    ///
+    /// # Errors
+    /// When there are too many of either.
+    fn enter(&mut self, candidate: &Candidate, start: Option<RidgeNode>) -> Result<(), PathError> {
+        match start.and_then(|start| trace(&self.normals, candidate, start)) {
+            Some(_) if self.ridges.len() == MOST_RIDGES => Err(PathError::TooManyRidges { limit: MOST_RIDGES }),
+            Some(path) => {
+                self.ridges.push(FoundRidge::new(path));
+                Ok(())
+            }
+            None => self.failures.enter(self.patch, candidate),
+        }
+    }
+
+    /// Whether a candidate belongs to a ridge, or is the same place as one that has failed.
+    fn is_settled(&self, candidate: &Candidate) -> bool {
+        // Ridges that were found before have smaller windows.
+        let own = OWN * candidate.window;
+        self.failures.hold(self.patch, candidate) || self.ridges.iter().any(|r| r.is_near(&candidate.position, own))
+    }
 }
 
 impl Failures {
@@ -143,6 +209,36 @@ impl Failures {
             nalgebra::distance_squared(position, &candidate.position) < near && of_failed.dot(&normal()) > SAME_SIDE
         };
         self.apart.iter().any(is_same)
+    }
+}
+
+impl FoundRidge {
+    fn new(path: SurfacePath) -> Self {
+        let nodes = &path.nodes;
+        let of_stretch = |first: usize| {
+            let end = (first + STRETCH + 1).min(nodes.len());
+            let way_back = (path.closed && end == nodes.len()).then_some(nodes[0]);
+            Aabb::of_points(nodes[first..end].iter().chain(&way_back))
+        };
+        let boxes: Vec<Aabb> = (0..nodes.len()).step_by(STRETCH).map(of_stretch).collect();
+        Self { stretches: Tree::build(&boxes), path }
+    }
+
+    fn is_near(&self, p: &Point3<f64>, distance: f64) -> bool {
+        let nodes = &self.path.nodes;
+        let is_near = |k: usize| {
+            let next = if k + 1 < nodes.len() { nodes[k + 1] } else { nodes[if self.path.closed { 0 } else { k }] };
+            let (a, along) = (nodes[k], next - nodes[k]);
+            let t = ((p - a).dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+            (p - (a + along * t)).norm() <= distance
+        };
+        let in_stretch = |stretch: u32| {
+            let first = stretch as usize * STRETCH;
+            (first..(first + STRETCH).min(nodes.len())).any(is_near).then_some(())
+        };
+        // A box may be farther than what it holds by rounding.
+        let most = distance * distance * (1.0 + 1e-9);
+        self.stretches.find_in_boxes(|b| b.distance_sq(p) <= most, in_stretch).is_some()
     }
 }
 
@@ -181,23 +277,21 @@ fn candidates(patch: &Patch, vertices: &PatchVertices) -> Vec<Candidate> {
     all
 }
 
-fn is_near(path: &SurfacePath, p: &Point3<f64>, distance: f64) -> bool {
-    let ends = path.nodes.windows(2).map(|w| [w[0], w[1]]);
-    let way_back = path.closed.then(|| [path.nodes[path.nodes.len() - 1], path.nodes[0]]);
-    ends.chain(way_back).any(|[a, b]| {
-        let along = b - a;
-        let t = ((p - a).dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
-        (p - (a + along * t)).norm() <= distance
-    })
-}
-
-/// The ridge through a candidate; `None` where there is none.
-fn trace(patch: &Patch, candidate: &Candidate) -> Option<SurfacePath> {
-    let (start, _) = ridge_near(patch, candidate)?;
-    let (ahead, closed) = march(patch, &start, candidate.along);
+/// The ridge of a candidate through a place of it; `None` where it is too short.
+fn trace(normals: &CornerNormals, candidate: &Candidate, start: RidgeNode) -> Option<SurfacePath> {
+    let along = candidate.along;
+    // Both ways at once; a closed ridge is that of the first, and the second ends as soon as this
+    // is known.
+    let is_closed = AtomicBool::new(false);
+    let ahead = || {
+        let (nodes, closed) = march(normals, &start, along, &|| false);
+        is_closed.store(closed, Ordering::Relaxed);
+        (nodes, closed)
+    };
+    let behind = || march(normals, &start, -along, &|| is_closed.load(Ordering::Relaxed)).0;
+    let ((ahead, closed), behind) = rayon::join(ahead, behind);
     let mut nodes = Vec::new();
     if !closed {
-        let (behind, _) = march(patch, &start, -candidate.along);
         nodes.extend(behind.into_iter().rev());
     }
     nodes.push(start);
@@ -212,31 +306,37 @@ fn trace(patch: &Patch, candidate: &Candidate) -> Option<SurfacePath> {
 
 /// The ridge in the section across a place, with a window in which it turns enough, and whether the
 /// section is whole.
-fn ridge_near(patch: &Patch, near: &Candidate) -> Option<(RidgeNode, bool)> {
+fn ridge_near(normals: &CornerNormals, near: &Candidate) -> Option<(RidgeNode, bool)> {
     let mut window = near.window;
+    let mut profile = RidgeProfile::at(normals, near.triangle, near.position, &near.along)?;
     for _ in 0..4 {
-        let profile = RidgeProfile::of(patch, near.triangle, near.position, &near.along, window)?;
         let place = profile.sharpest(window)?;
         if place.turn < LEAST_TURN {
             window *= 1.5;
             continue;
         }
-        let is_ridge = place.stands_out && place.way.abs() <= 2.0 * window;
+        let is_ridge = place.is_top && place.way.abs() <= 2.0 * window && profile.is_flatter_beside(&place, window);
         let node = RidgeNode { position: place.position, triangle: place.triangle, window };
         return is_ridge.then_some((node, place.is_whole));
     }
     None
 }
 
-/// Nodes of the ridge from a place of it on, and whether they lead back to it.
-fn march(patch: &Patch, start: &RidgeNode, along: Unit<Vector3<f64>>) -> (Vec<RidgeNode>, bool) {
+/// Nodes of the ridge from a place of it on, as long as they are of use, and whether they lead back
+/// to it.
+fn march(
+    normals: &CornerNormals,
+    start: &RidgeNode,
+    along: Unit<Vector3<f64>>,
+    is_useless: &dyn Fn() -> bool,
+) -> (Vec<RidgeNode>, bool) {
     let (mut here, mut along) = (*start, along);
     let mut nodes: Vec<RidgeNode> = Vec::new();
-    while nodes.len() < MOST_NODES {
+    while nodes.len() < MOST_NODES && !is_useless() {
         let step = 2.0 * here.window;
-        let Some(StepAhead { position, triangle, border }) = ahead(patch, &here, &along, step) else { break };
+        let Some(StepAhead { position, triangle, border }) = ahead(normals.patch(), &here, &along, step) else { break };
         let near = Candidate { position, triangle, along, window: here.window };
-        let found = ridge_near(patch, &near);
+        let found = ridge_near(normals, &near);
         if let Some((position, triangle)) = border {
             // As far aside as beside the border, where the section is not cut off.
             let aside = found
@@ -270,20 +370,22 @@ struct StepAhead {
 fn ahead(patch: &Patch, here: &RidgeNode, along: &Unit<Vector3<f64>>, step: f64) -> Option<StepAhead> {
     let normal = patch.normal(here.triangle, &here.position);
     let across = Unit::try_new(normal.cross(along), 1e-9)?;
-    let mut walk = vec![WalkStep { position: here.position, triangle: here.triangle, way: 0.0 }];
+    let start = (here.position, 0.0);
+    let mut walk: Vec<WalkStep> = Vec::new();
     for next in SectionWalk::from_place(patch, here.triangle, here.position, across, along)? {
         walk.push(next);
         if next.way >= (1.0 + BEFORE_BORDER) * step {
             break;
         }
     }
+    let end = walk.last()?;
     let at = |way: f64| {
-        let k = walk.partition_point(|s| s.way < way).clamp(1, walk.len() - 1);
-        let (a, b) = (&walk[k - 1], &walk[k]);
-        let share = if b.way > a.way { ((way - a.way) / (b.way - a.way)).clamp(0.0, 1.0) } else { 1.0 };
-        (a.position + (b.position - a.position) * share, b.triangle)
+        let k = walk.partition_point(|s| s.way < way).min(walk.len() - 1);
+        let (a, from) = if k == 0 { start } else { (walk[k - 1].position, walk[k - 1].way) };
+        let b = &walk[k];
+        let share = if b.way > from { ((way - from) / (b.way - from)).clamp(0.0, 1.0) } else { 1.0 };
+        (a + (b.position - a) * share, b.triangle)
     };
-    let end = walk.last().filter(|_| walk.len() > 1)?;
     if end.way >= (1.0 + BEFORE_BORDER) * step {
         let (position, triangle) = at(step);
         return Some(StepAhead { position, triangle, border: None });
@@ -320,3 +422,7 @@ fn parabola_middle(five: &[Point3<f64>; 5]) -> Option<Point3<f64>> {
     let solved = square.cholesky()?.solve(&right);
     Some(five[2] + solved.row(0).transpose())
 }
+
+#[cfg(test)]
+#[path = "../../../tests/unit/layout/offset/ridge.rs"]
+mod tests;

@@ -1,11 +1,18 @@
+use std::collections::VecDeque;
+
 use nalgebra::{Point3, Unit, Vector3};
 
+use crate::layout::offset::corner_normals::CornerNormals;
 use crate::layout::offset::section_walk::SectionWalk;
-use crate::strategy::patch::Patch;
 
 /// Section of a patch across an edge: way and turn of the normal, convex turns rising.
-pub(crate) struct RidgeProfile {
-    nodes: Vec<ProfileNode>,
+///
+/// It is walked as far as its windows need.
+pub(crate) struct RidgeProfile<'a> {
+    normals: &'a CornerNormals<'a>,
+    nodes: VecDeque<ProfileNode>,
+    ahead: HalfWalk<'a>,
+    behind: HalfWalk<'a>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -19,6 +26,20 @@ struct ProfileNode {
     triangle: u32,
 }
 
+/// Walk from the middle of a profile to one side.
+struct HalfWalk<'a> {
+    walk: SectionWalk<'a>,
+    /// Axis about which convex turns are positive.
+    axis: Vector3<f64>,
+    /// Vector along the normal where it is.
+    normal: Vector3<f64>,
+    /// Side of a triangle that it has come through, with the share of the way along it.
+    entry: Option<([u32; 2], f64)>,
+    way: f64,
+    turn: f64,
+    position: Point3<f64>,
+}
+
 /// Where a profile bends most.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RidgePlace {
@@ -28,17 +49,23 @@ pub(crate) struct RidgePlace {
     pub(crate) way: f64,
     /// Turn within the window, rad.
     pub(crate) turn: f64,
-    /// Whether the surface bends much less on both sides.
-    pub(crate) stands_out: bool,
+    /// Whether the windows searched turn less on both sides.
+    pub(crate) is_top: bool,
     /// Whether the profile goes on for two windows on both sides.
     pub(crate) is_whole: bool,
 }
 
-/// Profiles reach so many windows to both sides.
-const REACH: f64 = 8.0;
+/// Nodes that most profiles have room in.
+const USUAL_NODES: usize = 128;
 
-/// The middle of a ridge is searched so many windows to both sides of the profile's.
-const SEARCHED: f64 = 4.0;
+/// Steps of half a window in which windows are tried.
+const HALF_STEPS: i32 = 8;
+
+/// Steps in which windows are tried, as a share of their length.
+const STEP: f64 = 0.5 / HALF_STEPS as f64;
+
+/// The middle of a ridge is searched so many steps to both sides of the profile's: 4 windows.
+const SEARCHED: i32 = 8 * HALF_STEPS;
 
 /// The windows that a ridge is compared with begin and end so many windows from it.
 const BESIDE: [f64; 2] = [3.0, 4.0];
@@ -53,98 +80,89 @@ const FLATTER: f64 = 0.5;
 /// ridge. Larger: the faceting of the mesh decides. Smaller: what is beside the ridge does.
 const TOP: f64 = 0.9;
 
-/// Steps in which windows are tried, as a share of their length.
-const STEP: f64 = 1.0 / 16.0;
-
-impl RidgeProfile {
-    /// The section by the plane at right angles to `along` through a place of a triangle, as far as
-    /// windows of this length (mm) need; `None` where there is none.
-    pub(crate) fn of(
-        patch: &Patch,
+impl<'a> RidgeProfile<'a> {
+    /// The section by the plane at right angles to `along` through a place of a triangle; `None`
+    /// where there is none.
+    pub(crate) fn at(
+        normals: &'a CornerNormals<'a>,
         triangle: u32,
         place: Point3<f64>,
         along: &Unit<Vector3<f64>>,
-        window: f64,
     ) -> Option<Self> {
+        let patch = normals.patch();
         let normal = patch.normal(triangle, &place);
         let across = normal.cross(along);
         let half = |toward: Vector3<f64>, axis: Vector3<f64>| {
-            let mut nodes = vec![ProfileNode { way: 0.0, turn: 0.0, position: place, triangle }];
             let walk = SectionWalk::from_place(patch, triangle, place, *along, &toward)?;
-            let mut last = normal;
-            for step in walk {
-                let before = nodes[nodes.len() - 1];
-                // At a crease the normal jumps from triangle to triangle.
-                let entering = patch.normal(step.triangle, &before.position);
-                let leaving = patch.normal(step.triangle, &step.position);
-                let jump = before.turn + turn_about(&axis, &last, &entering);
-                let turn = jump + turn_about(&axis, &entering, &leaving);
-                nodes.push(ProfileNode { turn: jump, triangle: step.triangle, ..before });
-                nodes.push(ProfileNode { way: step.way, turn, position: step.position, triangle: step.triangle });
-                last = leaving;
-                if step.way > REACH * window {
-                    break;
-                }
-            }
-            Some(nodes)
+            let normal = normal.into_inner();
+            Some(HalfWalk { walk, axis, normal, entry: None, way: 0.0, turn: 0.0, position: place })
         };
         let axis = along.into_inner();
         let (ahead, behind) = (half(across, -axis)?, half(-across, axis)?);
-        let turned = |n: ProfileNode| ProfileNode { way: -n.way, turn: -n.turn, ..n };
-        let nodes = behind.into_iter().skip(1).rev().map(turned).chain(ahead).collect();
-        Some(Self { nodes })
+        let middle = ProfileNode { way: 0.0, turn: 0.0, position: place, triangle };
+        let mut nodes = VecDeque::with_capacity(USUAL_NODES);
+        nodes.push_back(middle);
+        Some(Self { normals, nodes, ahead, behind })
     }
 
-    /// The turn up to a way; that of the end beyond it.
-    fn turn_at(&self, way: f64) -> f64 {
-        let k = self.after(way);
-        let (a, b) = (&self.nodes[k - 1], &self.nodes[k]);
-        if b.way > a.way {
-            a.turn + (b.turn - a.turn) * ((way - a.way) / (b.way - a.way)).clamp(0.0, 1.0)
-        } else {
-            b.turn
+    /// Walks on until the profile reaches so far, mm, or ends.
+    fn reach(&mut self, way: f64) {
+        while self.ahead.way <= way {
+            let Some(nodes) = self.ahead.next_nodes(self.normals) else { break };
+            self.nodes.extend(nodes);
         }
+        while self.behind.way <= way {
+            let Some(nodes) = self.behind.next_nodes(self.normals) else { break };
+            for node in nodes {
+                self.nodes.push_front(ProfileNode { way: -node.way, turn: -node.turn, ..node });
+            }
+        }
+        self.nodes.make_contiguous();
     }
 
-    fn after(&self, way: f64) -> usize {
-        self.nodes.partition_point(|n| n.way <= way).clamp(1, self.nodes.len() - 1)
+    fn nodes(&self) -> &[ProfileNode] {
+        self.nodes.as_slices().0
     }
 
     /// The turn within a window about a way.
     fn window_turn(&self, middle: f64, window: f64) -> f64 {
-        self.turn_at(middle + 0.5 * window) - self.turn_at(middle - 0.5 * window)
+        turn_at(self.nodes(), middle + 0.5 * window) - turn_at(self.nodes(), middle - 0.5 * window)
     }
 
     /// The middle of the windows of this length that turn most; `None` of a profile without length.
-    pub(crate) fn sharpest(&self, window: f64) -> Option<RidgePlace> {
-        if self.nodes.len() < 2 {
+    pub(crate) fn sharpest(&mut self, window: f64) -> Option<RidgePlace> {
+        self.reach(f64::from(SEARCHED + HALF_STEPS) * STEP * window);
+        let nodes = self.nodes();
+        if nodes.len() < 2 {
             return None;
         }
-        let n = (SEARCHED / STEP) as i32;
-        let turns: Vec<f64> = (-n..=n).map(|k| self.window_turn(f64::from(k) * STEP * window, window)).collect();
+        let way_of = |steps: f64| steps * STEP * window;
+        let turns = turns_of_windows(nodes, window);
         let best = (0..turns.len()).max_by(|&a, &b| turns[a].total_cmp(&turns[b]))?;
         let top = TOP * turns[best];
-        let way_of = |k: f64| (k - f64::from(n)) * STEP * window;
         let first = (0..best).rev().find(|&k| turns[k] < top);
         let last = (best..turns.len()).find(|&k| turns[k] < top);
+        let steps = |k: usize| k as f64 - f64::from(SEARCHED);
         // Where the turn reaches the top between two steps; at a crease it jumps.
         let border = |below: usize, above: usize| {
-            let (mut low, mut high) = (below as f64, above as f64);
+            let (mut low, mut high) = (steps(below), steps(above));
+            let ends = [-0.5 * window, 0.5 * window].map(|end| {
+                let ways = [way_of(low.min(high)) + end, way_of(low.max(high)) + end];
+                (between(nodes, ways), end)
+            });
             for _ in 0..20 {
                 let middle = 0.5 * (low + high);
-                if self.window_turn(way_of(middle), window) < top { low = middle } else { high = middle }
+                let [from, to] = ends.map(|(nodes, end)| turn_at(nodes, way_of(middle) + end));
+                if to - from < top { low = middle } else { high = middle }
             }
             high
         };
-        let from = first.map_or(0.0, |k| border(k, k + 1));
-        let to = last.map_or((turns.len() - 1) as f64, |k| border(k, k - 1));
+        let from = first.map_or(steps(0), |k| border(k, k + 1));
+        let to = last.map_or(steps(turns.len() - 1), |k| border(k, k - 1));
         let way = way_of(0.5 * (from + to));
-        let turn = turns[best];
-        let stands_out = first.is_some() && last.is_some() && self.is_flatter_beside(way, turn, window);
-        let is_whole =
-            self.nodes[0].way <= way - WHOLE * window && self.nodes[self.nodes.len() - 1].way >= way + WHOLE * window;
-        let k = self.after(way);
-        let (a, b) = (&self.nodes[k - 1], &self.nodes[k]);
+        let is_whole = nodes[0].way <= way - WHOLE * window && nodes[nodes.len() - 1].way >= way + WHOLE * window;
+        let k = after(nodes, way);
+        let (a, b) = (&nodes[k - 1], &nodes[k]);
         let share = if b.way > a.way { ((way - a.way) / (b.way - a.way)).clamp(0.0, 1.0) } else { 1.0 };
         // Behind the middle, a node's triangle is the one toward the beginning.
         let triangle = if way < 0.0 { a.triangle } else { b.triangle };
@@ -152,16 +170,19 @@ impl RidgeProfile {
             position: a.position + (b.position - a.position) * share,
             triangle,
             way,
-            turn,
-            stands_out,
+            turn: turns[best],
+            is_top: first.is_some() && last.is_some(),
             is_whole,
         })
     }
 
     /// Whether windows beside a ridge turn much less; those beyond the ends of the profile are not
     /// known, but one has to be.
-    fn is_flatter_beside(&self, way: f64, turn: f64, window: f64) -> bool {
-        let (first, last) = (self.nodes[0].way, self.nodes[self.nodes.len() - 1].way);
+    pub(crate) fn is_flatter_beside(&mut self, place: &RidgePlace, window: f64) -> bool {
+        let RidgePlace { way, turn, .. } = *place;
+        self.reach(way.abs() + BESIDE[1] * window);
+        let nodes = self.nodes();
+        let (first, last) = (nodes[0].way, nodes[nodes.len() - 1].way);
         let middle = 0.5 * (BESIDE[0] + BESIDE[1]) * window;
         let known = [way - middle, way + middle].into_iter().filter(|&m| m > first && m < last);
         let beside: Vec<f64> = known.map(|m| self.window_turn(m, (BESIDE[1] - BESIDE[0]) * window)).collect();
@@ -169,7 +190,70 @@ impl RidgeProfile {
     }
 }
 
-/// Signed turn from one direction to another about an axis, rad.
-pub(crate) fn turn_about(axis: &Vector3<f64>, from: &Unit<Vector3<f64>>, to: &Unit<Vector3<f64>>) -> f64 {
+impl HalfWalk<'_> {
+    /// The nodes before and behind the next triangle: at a crease the normal jumps from triangle to
+    /// triangle.
+    fn next_nodes(&mut self, normals: &CornerNormals) -> Option<[ProfileNode; 2]> {
+        let step = self.walk.next()?;
+        let entering = match self.entry {
+            Some((edge, share)) => normals.on_edge(step.triangle, edge, share, &self.position),
+            None => self.normal,
+        };
+        let leaving = normals.on_edge(step.triangle, step.edge, step.share, &step.position);
+        if entering != self.normal {
+            self.turn += turn_about(&self.axis, &self.normal, &entering);
+        }
+        let (way, turn, position, triangle) = (self.way, self.turn, self.position, step.triangle);
+        self.turn += turn_about(&self.axis, &entering, &leaving);
+        (self.way, self.position) = (step.way, step.position);
+        (self.normal, self.entry) = (leaving, Some((step.edge, step.share)));
+        let behind = ProfileNode { way: self.way, turn: self.turn, position: self.position, triangle };
+        Some([ProfileNode { way, turn, position, triangle }, behind])
+    }
+}
+
+/// The node behind a way, but for the first.
+fn after(nodes: &[ProfileNode], way: f64) -> usize {
+    nodes.partition_point(|n| n.way <= way).clamp(1, nodes.len() - 1)
+}
+
+/// The nodes around some ways, in rising order.
+fn between(nodes: &[ProfileNode], [from, to]: [f64; 2]) -> &[ProfileNode] {
+    &nodes[after(nodes, from) - 1..=after(nodes, to)]
+}
+
+/// The turn up to a way; that of the end beyond it.
+fn turn_at(nodes: &[ProfileNode], way: f64) -> f64 {
+    turn_before(nodes, after(nodes, way), way)
+}
+
+/// The turn up to a way before a node.
+fn turn_before(nodes: &[ProfileNode], k: usize, way: f64) -> f64 {
+    let (a, b) = (&nodes[k - 1], &nodes[k]);
+    if b.way > a.way { a.turn + (b.turn - a.turn) * ((way - a.way) / (b.way - a.way)).clamp(0.0, 1.0) } else { b.turn }
+}
+
+/// The turn within each of the windows that are searched, in one sweep over the nodes.
+fn turns_of_windows(nodes: &[ProfileNode], window: f64) -> Vec<f64> {
+    let ends = SEARCHED + HALF_STEPS;
+    let mut k = 1;
+    let up_to = (-ends..=ends).map(|steps| {
+        let way = f64::from(steps) * STEP * window;
+        while k + 1 < nodes.len() && nodes[k].way <= way {
+            k += 1;
+        }
+        turn_before(nodes, k, way)
+    });
+    let up_to: Vec<f64> = up_to.collect();
+    let window = 2 * HALF_STEPS as usize;
+    (window..up_to.len()).map(|k| up_to[k] - up_to[k - window]).collect()
+}
+
+/// Signed turn from one direction to another about an axis, rad; the directions of any length.
+pub(crate) fn turn_about(axis: &Vector3<f64>, from: &Vector3<f64>, to: &Vector3<f64>) -> f64 {
     from.cross(to).dot(axis).atan2(from.dot(to))
 }
+
+#[cfg(test)]
+#[path = "../../../tests/unit/layout/offset/ridge_profile.rs"]
+mod tests;

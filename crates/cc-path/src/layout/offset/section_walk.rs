@@ -15,11 +15,21 @@ pub(crate) struct SectionWalk<'a> {
     patch: &'a Patch<'a>,
     through: Point3<f64>,
     normal: Unit<Vector3<f64>>,
-    /// Triangle that is crossed next, and the side by which the walk leaves it.
-    next: Option<(u32, usize)>,
+    next: Option<ExitSide>,
     position: Point3<f64>,
     way: f64,
     n_steps: usize,
+}
+
+/// Side by which a walk leaves the triangle that it crosses next.
+#[derive(Clone, Copy, Debug)]
+struct ExitSide {
+    triangle: u32,
+    side: usize,
+    /// Its ends: one below the plane, one above or on it.
+    ends: [u32; 2],
+    /// Their heights above the plane, mm.
+    heights: [f64; 2],
 }
 
 /// Place at which a walk leaves a triangle.
@@ -30,6 +40,10 @@ pub(crate) struct WalkStep {
     pub(crate) triangle: u32,
     /// Length of the walk so far, mm.
     pub(crate) way: f64,
+    /// Ends of the side that it leaves by, the lower index first: the same for the triangle behind.
+    pub(crate) edge: [u32; 2],
+    /// Share of the way from the first of them to the second.
+    pub(crate) share: f64,
 }
 
 impl<'a> SectionWalk<'a> {
@@ -74,8 +88,9 @@ impl<'a> SectionWalk<'a> {
         least: f64,
     ) -> Option<Self> {
         let mut this = Self { patch, through: place, normal, next: None, position: place, way: 0.0, n_steps: 0 };
-        let ahead = |&(t, k): &(u32, usize)| Some((this.crossing(t, k)? - place).dot(toward));
-        let best = exits.filter_map(|exit| Some((exit, ahead(&exit)?))).filter(|(_, ahead)| *ahead > least);
+        let ahead = |exit: &ExitSide| (this.crossing(exit) - place).dot(toward);
+        let exits = exits.filter_map(|(triangle, side)| this.exit(triangle, side));
+        let best = exits.map(|exit| (exit, ahead(&exit))).filter(|(_, ahead)| *ahead > least);
         this.next = Some(best.reduce(|a, b| if b.1 > a.1 { b } else { a })?.0);
         Some(this)
     }
@@ -84,38 +99,54 @@ impl<'a> SectionWalk<'a> {
         self.normal.dot(&(self.patch.mesh.vertices()[vertex as usize] - self.through))
     }
 
-    /// Where the plane crosses a side.
-    fn crossing(&self, triangle: u32, side: usize) -> Option<Point3<f64>> {
+    /// A side of a triangle, if the plane crosses it.
+    fn exit(&self, triangle: u32, side: usize) -> Option<ExitSide> {
         let corners = self.patch.mesh.triangles()[triangle as usize];
-        let [a, b] = [corners[side], corners[(side + 1) % 3]];
-        let [ha, hb] = [a, b].map(|v| self.height(v));
-        if (ha >= 0.0) == (hb >= 0.0) {
-            return None;
-        }
-        let [a, b] = [a, b].map(|v| self.patch.mesh.vertices()[v as usize]);
-        Some(a + (b - a) * (ha / (ha - hb)))
+        let ends = [corners[side], corners[(side + 1) % 3]];
+        let heights = ends.map(|v| self.height(v));
+        is_crossed(heights).then_some(ExitSide { triangle, side, ends, heights })
     }
 
-    /// Triangle behind a side, and the side by which the plane leaves it.
-    fn behind(&self, (triangle, side): (u32, usize)) -> Option<(u32, usize)> {
-        let (next, entry) = self.patch.edges.across(&self.patch.mesh, triangle, side)?;
-        let corners = self.patch.mesh.triangles()[next as usize];
-        let is_above = |k: usize| self.height(corners[k % 3]) >= 0.0;
-        let exit = if is_above(entry + 1) == is_above(entry + 2) { entry + 2 } else { entry + 1 };
-        Some((next, exit % 3))
+    /// Where the plane crosses a side.
+    fn crossing(&self, exit: &ExitSide) -> Point3<f64> {
+        let [a, b] = exit.ends.map(|v| self.patch.mesh.vertices()[v as usize]);
+        let [ha, hb] = exit.heights;
+        a + (b - a) * (ha / (ha - hb))
     }
+
+    /// Side by which the plane leaves the triangle behind a side.
+    fn behind(&self, exit: &ExitSide) -> Option<ExitSide> {
+        let (triangle, entry) = self.patch.edges.across(&self.patch.mesh, exit.triangle, exit.side)?;
+        // Its side runs the other way.
+        let ([end, start], [height_of_end, height_of_start]) = (exit.ends, exit.heights);
+        let apex = self.patch.mesh.triangles()[triangle as usize][(entry + 2) % 3];
+        let height = self.height(apex);
+        let (side, ends, heights) = if is_crossed([height_of_end, height]) {
+            ((entry + 1) % 3, [end, apex], [height_of_end, height])
+        } else {
+            ((entry + 2) % 3, [apex, start], [height, height_of_start])
+        };
+        Some(ExitSide { triangle, side, ends, heights })
+    }
+}
+
+/// Whether one end of a side is below a plane, and one above or on it.
+fn is_crossed([a, b]: [f64; 2]) -> bool {
+    (a >= 0.0) != (b >= 0.0)
 }
 
 impl Iterator for SectionWalk<'_> {
     type Item = WalkStep;
 
     fn next(&mut self) -> Option<WalkStep> {
-        let (triangle, side) = self.next?;
-        let position = self.crossing(triangle, side)?;
+        let exit = self.next?;
+        let position = self.crossing(&exit);
         self.way += (position - self.position).norm();
         self.position = position;
         self.n_steps += 1;
-        self.next = if self.n_steps < MOST_STEPS { self.behind((triangle, side)) } else { None };
-        Some(WalkStep { position, triangle, way: self.way })
+        self.next = if self.n_steps < MOST_STEPS { self.behind(&exit) } else { None };
+        let ([a, b], [ha, hb]) = (exit.ends, exit.heights);
+        let (edge, share) = if a < b { ([a, b], ha / (ha - hb)) } else { ([b, a], hb / (hb - ha)) };
+        Some(WalkStep { position, triangle: exit.triangle, way: self.way, edge, share })
     }
 }

@@ -111,6 +111,51 @@ fn the_region_of_an_edge_is_the_band_of_its_width_along_the_surface() {
 }
 
 #[test]
+fn the_region_of_an_edge_without_width_is_its_line_by_length() {
+    let mut rng = Lcg::new(29);
+    let prism = Prism::rounded(9.0, 1.5, 2.0, 20.0);
+    let motion = rng.motion();
+    let s = surface(prism.mesh(&[9, 24, 9], 11, &["left", "nose", "right"]).transformed(&motion));
+    let back = motion.inverse();
+    for (line, way) in [(EdgeLine::Ridge, prism.middle(1)), (between("left", "nose"), 9.0)] {
+        let strategy = edge(line, 0.0);
+        let region = Region::default();
+        let requested = RequestedStrategy { strategy: &strategy, corner_radius: 0.0 };
+        let requested = RequestedRegion::new(&s, &region, Some(requested)).expect("a line");
+        for area_each in [0.25, 1e-4] {
+            let samples = requested.samples(area_each);
+            assert!(samples.len() as f64 >= 20.0 / area_each.sqrt() - 1.0 && samples.iter().all(|s| s.area == 0.0));
+            let length: f64 = samples.iter().map(RegionSample::weight).sum();
+            assert!((length - 20.0).abs() < 0.02, "{length}");
+            let mut places: Vec<f64> = samples.iter().map(|sample| (back * sample.position).y).collect();
+            places.sort_by(f64::total_cmp);
+            let gap =
+                places.windows(2).map(|w| w[1] - w[0]).fold(places[0].max(20.0 - places[places.len() - 1]), f64::max);
+            assert!(gap < 1.01 * area_each.sqrt(), "{gap}");
+            for sample in &samples {
+                let off = prism.way(&(back * sample.position)) - way;
+                assert!(off.abs() < 0.02 && s.closest_point(&sample.position, 1e-9).is_some(), "{off}");
+                let aside = sample.position + motion * Vector3::x() * 0.01;
+                let foot = s.closest_point(&aside, 1.0).unwrap();
+                assert!(!requested.contains(foot.triangle, &foot.position));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_box_bounds_an_edge_without_width() {
+    let s = surface(Prism::rounded(9.0, 1.5, 2.0, 20.0).mesh(&[9, 24, 9], 11, &["left", "nose", "right"]));
+    let (min, max) = (Point3::new(-100.0, 4.0, -100.0), Point3::new(100.0, 11.0, 100.0));
+    let region = Region { bounds: Some(Aabb { min, max }), ..Region::default() };
+    let strategy = edge(EdgeLine::Ridge, 0.0);
+    let requested = RequestedStrategy { strategy: &strategy, corner_radius: 0.0 };
+    let samples = RequestedRegion::new(&s, &region, Some(requested)).expect("a line").samples(0.01);
+    let length: f64 = samples.iter().map(RegionSample::weight).sum();
+    assert!((length - 7.0).abs() < 0.02 && samples.iter().all(|s| (4.0..=11.0).contains(&s.position.y)), "{length}");
+}
+
+#[test]
 fn passes_lie_at_distances_from_the_border_of_a_rounded_box_edge() {
     let prism = Prism::rounded(10.0, 3.0, 0.5 * std::f64::consts::PI, 40.0);
     let mesh = prism.mesh(&[8, 16, 8], 12, &["side", "round", "top"]);
@@ -244,6 +289,21 @@ fn a_sharp_edge_is_a_ridge() {
     let laid = lay(&surface(mesh), &edge(EdgeLine::Ridge, 5.0), &even_steps(1.0));
     assert_eq!(laid.passes.len(), 11);
     assert_at(&prism, &laid, &Isometry3::identity(), 8.0, 0.01);
+}
+
+#[test]
+fn ridges_are_the_same_on_one_thread_and_on_three() {
+    let spec = PropellerSpec::new(PropellerSeries::Dtmb4119, 500.0).unwrap();
+    let s = surface(blade(&spec, BladeResolution::new(12, 18).unwrap()));
+    let on = |n_threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(n_threads).build().unwrap();
+        pool.install(|| lay(&s, &edge(EdgeLine::Ridge, 4.0), &even_steps(4.0)))
+    };
+    let (one, three) = (on(1), on(3));
+    // Both edges of the blade, from the root to the tip, are among them.
+    let long = one.passes.iter().filter(|p| p.level == 0.0 && p.length > 150.0).count();
+    assert!(long >= 2, "{long}");
+    assert_eq!(one, three);
 }
 
 /// So many wedges beside each other, each with one ridge.

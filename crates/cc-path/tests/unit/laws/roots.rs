@@ -186,6 +186,18 @@ fn a_rounded_edge_is_no_fillet() {
 }
 
 #[test]
+fn a_flat_group_is_no_fillet() {
+    let flat =
+        Prism::new(0.3, &[[12.0, 0.0], [4.0, 0.0], [12.0, 0.0]], 30.0).mesh(&[8, 4, 8], 12, &["blade", "strip", "hub"]);
+    let line = RootLine::Fillet("strip".to_owned());
+    let (region, strategy) = (Region::default(), root(line, 4.0));
+    let e = lay_passes(&surface(flat), &region, &strategy, &ball(2.0), &|_| f64::INFINITY, &Silent).unwrap_err();
+    let text = e.to_string();
+    assert!(matches!(e, PathError::NoFillet { .. }), "{text}");
+    assert!(text.contains("\"strip\"") && text.contains("it is flat") && text.contains("between_groups"), "{text}");
+}
+
+#[test]
 fn roots_that_are_not_there_are_errors_that_say_what_to_do() {
     let refused = |s: &Surface, region: &Region, line: RootLine| {
         lay_passes(s, region, &root(line, 3.0), &ball(2.0), &|_| f64::INFINITY, &Silent).unwrap_err()

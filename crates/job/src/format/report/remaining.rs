@@ -25,13 +25,17 @@ pub struct RemainingReport {
 }
 
 /// Material left on the region of one operation, in all places of its pattern. Shares and quantiles
-/// are by area, from samples spread evenly over the region.
+/// are by area, from samples spread evenly over the region; along an edge or root of width 0, where
+/// the region is a line, by length.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 pub struct RemainingOnRegion {
     /// Operation.
     pub operation: String,
     /// Area of the region.
     pub area_mm2: f64,
+    /// Length of the region, if it is a line without area.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub length_mm: Option<f64>,
     /// Number of places measured all over it; with 0 nothing is known, and the region counts as
     /// exceeded. Places on its border and around the highest ones count only for the largest
     /// height.
@@ -55,7 +59,7 @@ pub struct RemainingOnRegion {
     pub above_fraction: f64,
     /// Fraction of the area that no cut reaches: the stock is unchanged there.
     pub never_cut_fraction: f64,
-    /// The same by the slope of the surface; bands without area are left out.
+    /// The same by the slope of the surface; bands without area are left out, so a line has none.
     pub slopes: Vec<RemainingOnSlope>,
     /// Limits of the operation.
     pub allowed: FinishFile,
@@ -130,8 +134,9 @@ impl RemainingOnRegion {
         if self.is_unmeasured() {
             return vec![format!("  NOT MEASURED      remaining material: no sample lies in the region{of}")];
         }
+        let on = if self.length_mm.is_some() { "left on line    " } else { "left on surface " };
         let mut lines = vec![format!(
-            "  left on surface   half of it {:.3} mm, 90 % {:.3}, 99 % {:.3}, largest {}{of}",
+            "  {on}  half of it {:.3} mm, 90 % {:.3}, 99 % {:.3}, largest {}{of}",
             self.p50_mm,
             self.p90_mm,
             self.p99_mm,
@@ -139,9 +144,9 @@ impl RemainingOnRegion {
         )];
         let percent = |share: f64| 100.0 * share;
         if self.above_fraction > 0.0 || self.never_cut_fraction > 0.0 {
+            let all = self.length_mm.map_or(format!("{:.1} cm2", self.area_mm2 / 100.0), |l| format!("{l:.1} mm"));
             lines.push(format!(
-                "    of {:.1} cm2        {:.2} % above {:.3} mm, {:.2} % never cut",
-                self.area_mm2 / 100.0,
+                "    of {all}        {:.2} % above {:.3} mm, {:.2} % never cut",
                 percent(self.above_fraction),
                 self.limit_mm,
                 percent(self.never_cut_fraction)
