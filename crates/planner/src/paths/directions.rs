@@ -83,9 +83,9 @@ impl Extent {
         let mean = points.iter().fold(Vector3::zeros(), |sum, p| sum + p.normal.into_inner()) / n;
         let toward = mean.try_normalize(NO_SIDE)?;
         let across = [0, 1, 2].map(|k| Vector3::ith(k, 1.0));
-        // The coordinate axis that is farthest from the mean normal: the frame is exact for parts
-        // that lie along the axes.
-        let u = across.into_iter().min_by(|a, b| toward.dot(a).abs().total_cmp(&toward.dot(b).abs()))?;
+        // The first coordinate axis that is far enough from the mean normal: the frame is exact for
+        // parts that lie along the axes, and the same for all noise of the normals.
+        let u = across.into_iter().find(|a| toward.dot(a).abs() < 0.6)?;
         let u = (u - toward * toward.dot(&u)).try_normalize(1e-9)?;
         let v = toward.cross(&u);
         let flat: Vec<[f64; 2]> =
