@@ -34,6 +34,7 @@ pub use facemill_job::files::REJECTED;
 pub use facemill_job::format::incomplete::incomplete_because;
 pub use facemill_job::format::job_settings::JobSetting;
 pub use facemill_job::format::made_from::{InputFile, MadeFrom};
+pub use facemill_job::format::moved_job::moved_job;
 pub use facemill_job::format::paths_file::{
     ComparedStrategy, FastestStrategy, LaidPasses, PATHS_FORMAT, PassedOverStrategy, PathsFile, PlannedPasses,
 };
@@ -62,7 +63,6 @@ pub use facemill_job::load::job_files::JobFiles;
 pub use facemill_job::load::job_source::{job_path, no_program};
 pub use facemill_job::load::machine_load::{BodyHull, ReadMachine, read_machine};
 pub use facemill_job::load::mesh_files::read_mesh;
-pub use facemill_job::load::moved_job::moved_job;
 pub use facemill_job::load::post_load::read_dialect_file;
 pub use facemill_job::setup::scene::Scene;
 pub use facemill_job::stages::{SilentStages, Stages};

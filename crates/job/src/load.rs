@@ -13,7 +13,6 @@ mod machine_load_laws;
 pub(crate) mod made_from;
 pub mod mesh_files;
 pub mod mesh_winding;
-pub mod moved_job;
 pub mod obstacle_meshes;
 pub mod open_meshes;
 pub(crate) mod part_size;

@@ -233,8 +233,8 @@ fn the_best_job_of_a_comparison_takes_the_direction_that_spares_a_slow_axis() {
     assert_eq!(fastest["job_time_s"], rows[0]["setups"][0]["total_time_s"]);
 
     // The angle between the tool and the table's axis is B. Over the round the normal turns by
-    // 2·atan(20/40) = 53.1 deg away from that axis; within tilt 15 deg of it, B turns by 23.1 deg at
-    // least, at 1 deg/s. Steps of 4 mm over 50 mm are 13 passes and more, as long as the region.
+    // 2·atan(20/40) = 53.1 deg away from that axis; within tilt 15 deg of it, B turns by 23.1 deg
+    // at least, at 1 deg/s. Steps of 4 mm over 50 mm are 13 passes and more, as long as the region.
     let as_given = of(0, "passes_time_s");
     assert!(as_given > 13.0 * 23.1, "{as_given} s");
     assert!(of(0, "time_over_feed") > 2.0, "{json}");

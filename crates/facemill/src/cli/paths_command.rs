@@ -32,8 +32,8 @@ pub(crate) struct PathsArguments {
     compare: bool,
     /// Strategies to compare, by a file of settings for each (facemill schema strategies); default:
     /// the job's own, levels, edge fill, planes along, across and diagonal to the region and, where
-    /// that is another direction, as the rotary axes move least, with edge fill and without (levels),
-    /// and constant scallop from its border, in both orders
+    /// that is another direction, as the rotary axes move least, with edge fill and without
+    /// (levels), and constant scallop from its border, in both orders
     #[arg(long, value_name = "FILE", requires = "compare")]
     with: Option<PathBuf>,
     /// Compare only these, by name, separated by commas

@@ -107,8 +107,8 @@ struct StepTimes {
 }
 
 impl Detours<'_, '_> {
-    /// Plans the passes again that lose more than a tenth of their time to the rotary axes, and uses
-    /// the faster plans.
+    /// Plans the passes again that lose more than a tenth of their time to the rotary axes, and
+    /// uses the faster plans.
     ///
     /// Replaces a pass only if the other plan omits no point of the pass, and has no more parts.
     /// All others stay unchanged. Does not depend on the number of threads.
@@ -305,8 +305,8 @@ struct Judge<'j, 'd, 'a> {
 }
 
 impl Judge<'_, '_, '_> {
-    /// Returns the reason to plan a pass again: it comes beside the pole and loses enough, because a
-    /// gain there may be lost farther on, or it loses that much to the rotary axes elsewhere.
+    /// Returns the reason to plan a pass again: it comes beside the pole and loses enough, because
+    /// a gain there may be lost farther on, or it loses that much to the rotary axes elsewhere.
     fn loss(&self, task: &PassTask, outcomes: &Pass<Outcome>) -> Option<Loss> {
         let times = |rotaries| self.times(&task.pass.points, outcomes, rotaries);
         let sum = |times: &[f64]| times.iter().sum::<f64>();
@@ -408,8 +408,8 @@ impl Judge<'_, '_, '_> {
         times.needed[steps].copy_from_slice(&needed);
     }
 
-    /// Turns the rotary axes of positions back to where they are at the first, with the tip where it
-    /// was.
+    /// Turns the rotary axes of positions back to where they are at the first, with the tip where
+    /// it was.
     fn hold_rotaries(&self, positions: &mut [AxisValues]) {
         let (machine, length) = (self.detours.machine(), self.detours.tests.plain.cell.tool.gauge_length());
         let Some(first) = positions.first().copied() else { return };

@@ -1,6 +1,6 @@
+use crate::format::moved_job::*;
 use crate::load::job::Job;
 use crate::load::made_from::named;
-use crate::load::moved_job::*;
 use serde_json::{Value, json};
 
 /// Returns a job that names a file at every key that can name one.

@@ -40,8 +40,7 @@ fn way_between(from: &Path, to: &Path) -> String {
     ups.chain(names).collect::<Vec<String>>().join("/")
 }
 
-/// Returns the names of files in a job file, those that
-/// [`named`](crate::load::made_from::named) returns.
+/// Returns the names of files in a job file.
 fn names_mut(file: &mut JobFile) -> Vec<&mut String> {
     let mut names = vec![&mut file.tool, &mut file.machine];
     names.extend([&mut file.second_tool, &mut file.post.template, &mut file.post.dialect_file].into_iter().flatten());
@@ -65,5 +64,5 @@ fn names_mut(file: &mut JobFile) -> Vec<&mut String> {
 }
 
 #[cfg(test)]
-#[path = "../../tests/unit/load/moved_job.rs"]
+#[path = "../../tests/unit/format/moved_job.rs"]
 mod tests;
