@@ -34,7 +34,10 @@ pub use facemill_job::files::REJECTED;
 pub use facemill_job::format::incomplete::incomplete_because;
 pub use facemill_job::format::job_settings::JobSetting;
 pub use facemill_job::format::made_from::{InputFile, MadeFrom};
-pub use facemill_job::format::paths_file::{ComparedStrategy, LaidPasses, PATHS_FORMAT, PathsFile, PlannedPasses};
+pub use facemill_job::format::moved_job::moved_job;
+pub use facemill_job::format::paths_file::{
+    ComparedStrategy, FastestStrategy, LaidPasses, PATHS_FORMAT, PassedOverStrategy, PathsFile, PlannedPasses,
+};
 pub use facemill_job::format::program_stamp::{ProgramStamp, checksum};
 pub use facemill_job::format::program_times::ProgramTimes;
 pub use facemill_job::format::report::deviation::{CuspRatios, CuspReport, CuspsNotCompared};
@@ -75,8 +78,8 @@ pub use facemill_nc_rewrite::{lengths, rapids};
 pub use facemill_planner::summary;
 pub use facemill_planner::{
     CompareRequest, ComparisonSteps, LaidPaths, NamedStrategy, PlanSettings, Planned, SolutionSpace,
-    SolutionSpaceRequest, compare_paths, default_strategies, lay_paths, listed_strategies, plan_job, plan_setup,
-    replan_with_shorter_tools, solution_space,
+    SolutionSpaceRequest, compare_paths, default_strategies, fastest, lay_paths, listed_strategies, plan_job,
+    plan_setup, replan_with_shorter_tools, solution_space,
 };
 pub use facemill_tool_path::moves::order::PassOrderReport;
 pub use facemill_verification::deviation::DeviationRequest;

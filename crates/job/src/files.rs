@@ -5,7 +5,7 @@ mod input;
 #[cfg(test)]
 #[path = "../tests/unit/files/laws.rs"]
 mod laws;
-mod output_place;
+pub(crate) mod output_place;
 mod temporary;
 
 use std::fs::File;

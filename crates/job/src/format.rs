@@ -5,6 +5,7 @@ pub mod job_file;
 pub mod job_settings;
 pub mod lengths_file;
 pub mod made_from;
+pub mod moved_job;
 pub mod paths_file;
 pub mod program_stamp;
 pub mod program_times;

@@ -53,6 +53,7 @@ mod solution_space;
 mod stage_clock;
 
 pub use crate::paths::compared::{CompareRequest, ComparisonSteps, compare_paths};
+pub use crate::paths::fastest::fastest;
 pub use crate::paths::laid::{LaidPaths, lay_paths};
 pub use crate::paths::strategies::{NamedStrategy, default_strategies, listed_strategies};
 pub use crate::plan_job::plan_job;

@@ -2,5 +2,7 @@
 //! compare them.
 
 pub(crate) mod compared;
+pub(crate) mod directions;
+pub(crate) mod fastest;
 pub(crate) mod laid;
 pub(crate) mod strategies;

@@ -228,6 +228,7 @@ impl<'a> BlockWriter<'a> {
             let added_time = feed.time - given.time;
             self.timed.cut_feeds.push(CutFeed { programmed, before: given.tip_feed, added_time });
             self.timed.passes_time += feed.time;
+            self.timed.passes_feed_time += 60.0 * tip_distance / programmed.mm_min;
             self.timed.passes_length += tip_distance;
             self.timed.tip_feeds.push(feed.tip_feed);
         } else {

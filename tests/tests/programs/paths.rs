@@ -6,7 +6,8 @@ use facemill::cc_path::read_path_file;
 use facemill::job::setup::path::lay;
 use facemill::nc_program::Dialect;
 use facemill::{Job, Planned, Setup, SilentStages, VerifyRequest, verify_program};
-use facemill_tests::jobs::{JobFolder, text_of};
+use facemill_tests::hood::Hood;
+use facemill_tests::jobs::{JobFolder, text_of, unfinished};
 use facemill_tests::program::{code_and_errors, run};
 use facemill_tests::variants::{blink_patch, tiny_patch};
 use nalgebra::{Point3, Vector3};
@@ -173,4 +174,93 @@ fn a_comparison_of_nothing_or_of_an_unknown_strategy_is_wrong_input() {
     job.write("twice.json", twice.to_string().as_bytes());
     let twice = job.path("twice.json");
     wrong(&["--compare", "--with", twice.to_str().expect("a path")], "twice");
+}
+
+/// Largest speed of axis B of the slow head, deg/min.
+const SLOW_B: f64 = 60.0;
+
+/// Returns a hood of 60 mm, curved 40 mm along y and 400 mm along x, that is mounted away from the
+/// pole on a mill whose head is slow. Its passes lead over the round, along y.
+fn hood_on_a_slow_head() -> JobFolder {
+    let hood = Hood { size: 60.0, radii: [400.0, 40.0], quads: 60, feed: 1200.0 };
+    let job = JobFolder::of(&hood.files());
+    let region = json!({ "box": { "min_mm": [-25, -20, -90], "max_mm": [25, 20, 90] } });
+    let mounting = json!({ "translation_mm": [0, 0, 500], "rotation_axis": [1, 0, 0], "rotation_deg": 40 });
+    job.set(
+        "job.json",
+        &[
+            ("/setups/0/table_from_work", mounting),
+            ("/operations/0/path/strategy/region", region),
+            ("/operations/0/tolerances/max_step_mm", json!(3.0)),
+            ("/operations/0/tolerances/cusp_mm", json!(0.3)),
+            ("/operations/0/tolerances/max_step_over_mm", json!(4.0)),
+            unfinished(),
+        ],
+    );
+    let mut machine = job.json("machine.json");
+    assert!(slow_down(&mut machine), "no axis B");
+    job.write("machine.json", machine.to_string().as_bytes());
+    job
+}
+
+/// Limits the speed of axis B in a machine file; returns whether there is one.
+fn slow_down(value: &mut Value) -> bool {
+    match value {
+        Value::Object(map) if map.get("axis") == Some(&json!("B")) => {
+            map.insert("max_velocity_deg_min".to_owned(), json!(SLOW_B));
+            true
+        }
+        Value::Object(map) => map.values_mut().map(slow_down).fold(false, |a, b| a | b),
+        Value::Array(list) => list.iter_mut().map(slow_down).fold(false, |a, b| a | b),
+        _ => false,
+    }
+}
+
+#[test]
+fn the_best_job_of_a_comparison_takes_the_direction_that_spares_a_slow_axis() {
+    let job = hood_on_a_slow_head();
+    let best = job.path("elsewhere/best.json");
+    let best = best.to_str().expect("a path");
+    let names = "job,levels along";
+    let (code, json, errors) =
+        paths(&job, &["--compare", "--no-verify", "--strategies", names, "--best-out", best, "--json"]);
+    assert_eq!(code, 0, "{errors}");
+    let file: Value = serde_json::from_str(&json).expect("JSON");
+    let rows = file["compared"].as_array().expect("rows");
+    let of = |row: usize, key: &str| rows[row]["setups"][0][key].as_f64().expect("a number");
+    let fastest = &file["fastest"];
+    let taken = fastest["index"].as_u64().expect("a row") as usize;
+    assert_eq!(fastest["job_time_s"], rows[0]["setups"][0]["total_time_s"]);
+
+    // The angle between the tool and the table's axis is B. Over the round the normal turns by
+    // 2·atan(20/40) = 53.1 deg away from that axis; within tilt 15 deg of it, B turns by 23.1 deg
+    // at least, at 1 deg/s. Steps of 4 mm over 50 mm are 13 passes and more, as long as the region.
+    let as_given = of(0, "passes_time_s");
+    assert!(as_given > 13.0 * 23.1, "{as_given} s");
+    assert!(of(0, "time_over_feed") > 2.0, "{json}");
+    // Along the ridge that angle changes by a degree.
+    assert_eq!(rows[taken]["strategy"], "levels along", "{json}");
+    let at_feed = of(taken, "passes_length_mm") / 20.0;
+    let chosen = of(taken, "passes_time_s");
+    assert!(chosen < at_feed + 2.0 * of(taken, "passes"), "{chosen} s, {at_feed} s at the feed");
+    assert!(fastest["total_time_s"].as_f64() < fastest["job_time_s"].as_f64(), "{json}");
+
+    // The job that is written is planned in its other folder as the row says.
+    let out = job.path("out");
+    let out = out.to_str().expect("a path");
+    let own = job.job();
+    let own = own.parent().expect("a folder").to_str().expect("a path");
+    let plan = run(&["plan", best, "--allow", own, "--no-verify", "--out", out]);
+    let (code, errors) = code_and_errors(&plan);
+    assert_eq!(code, 0, "{errors}");
+    let report: Value =
+        serde_json::from_slice(&std::fs::read(format!("{out}/report.json")).expect("a report")).expect("JSON");
+    assert_eq!(report["totals"]["time_over_feed"], rows[taken]["setups"][0]["time_over_feed"]);
+    assert_eq!(report["time_law"]["total_time_s"], fastest["total_time_s"]);
+
+    // The job as given is no output.
+    let own_job = job.job();
+    let own_job = own_job.to_str().expect("a path");
+    let (code, _, errors) = paths(&job, &["--compare", "--no-verify", "--best-out", own_job]);
+    assert!(code == 2 && errors.contains("which is an input"), "{code}, {errors}");
 }

@@ -71,4 +71,15 @@ impl LeftOfFile {
             }
         }
     }
+
+    /// Files that it names, to be renamed.
+    pub fn files_mut(&mut self) -> Vec<&mut String> {
+        match self {
+            Self::InitialStock => Vec::new(),
+            Self::Rest(file) => vec![file],
+            Self::Programs(programs) => {
+                programs.iter_mut().flat_map(|p| [Some(&mut p.file), p.tool.as_mut()]).flatten().collect()
+            }
+        }
+    }
 }

@@ -48,12 +48,15 @@ pub enum AxisTarget {
         /// Its direction.
         direction: Unit<Vector3<f64>>,
     },
+    /// This direction everywhere: rotary axes at rest.
+    Direction(Unit<Vector3<f64>>),
 }
 
 impl AxisTarget {
     /// Returns the tool axis at a CC point; `None` where the target is at the point itself.
     pub fn axis_at(&self, cc: &CcPoint) -> Option<Unit<Vector3<f64>>> {
         let target = match *self {
+            Self::Direction(direction) => return Some(direction),
             Self::Point(point) => point,
             Self::Line { origin, direction } => {
                 origin + direction.into_inner() * (cc.position - origin).dot(&direction)

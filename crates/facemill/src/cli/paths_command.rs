@@ -6,11 +6,11 @@ use std::process::ExitCode;
 use clap::Args;
 use facemill::{
     CompareRequest, ComparisonSteps, Failure, Job, JobSetting, NamedStrategy, PathsFile, PlanSettings, Planned,
-    compare_paths, default_strategies, files, lay_paths, listed_strategies,
+    compare_paths, default_strategies, fastest, files, lay_paths, listed_strategies, moved_job,
 };
 
 use crate::cli::option_lengths::above_zero;
-use crate::cli::output::{default_out, say};
+use crate::cli::output::{default_out, has_format, leave_out, refuse_other, say};
 use crate::cli::progress::Progress;
 
 /// Text on exit codes behind the options.
@@ -31,8 +31,9 @@ pub(crate) struct PathsArguments {
     #[arg(long)]
     compare: bool,
     /// Strategies to compare, by a file of settings for each (facemill schema strategies); default:
-    /// the job's own, levels, edge fill, planes along and across the region, and constant scallop
-    /// from its border, in both orders
+    /// the job's own, levels, edge fill, planes along, across and diagonal to the region and, where
+    /// that is another direction, as the rotary axes move least, with edge fill and without
+    /// (levels), and constant scallop from its border, in both orders
     #[arg(long, value_name = "FILE", requires = "compare")]
     with: Option<PathBuf>,
     /// Compare only these, by name, separated by commas
@@ -42,6 +43,10 @@ pub(crate) struct PathsArguments {
     /// 0 is the job's mounting
     #[arg(long, value_name = "DEG", value_delimiter = ',', allow_negative_numbers = true, value_parser = angle, requires = "compare")]
     mounting_angles: Vec<f64>,
+    /// Write the job of least machine time among the complete ones to this file: its strategy, and
+    /// its mounting with --mounting-angles; files that it names stay the same
+    #[arg(long, value_name = "FILE", requires = "compare")]
+    best_out: Option<PathBuf>,
     /// Output folder for path files and pictures; default: out/<name of the job's folder>/paths.
     /// With --compare: folder for compared.json and a picture of each strategy; default: none
     #[arg(long, value_name = "DIR")]
@@ -100,6 +105,9 @@ fn lay(arguments: &PathsArguments, job: &Job) -> Result<ExitCode, Failure> {
 }
 
 fn compare(arguments: &PathsArguments, job: &Job) -> Result<ExitCode, Failure> {
+    files::check_outputs(arguments.best_out.as_deref())?;
+    let is_job = |bytes: &[u8]| has_format(bytes, "facemill-job/");
+    refuse_other(arguments.best_out.as_deref(), "job file (\"format\": \"facemill-job/1\")", is_job)?;
     let strategies = chosen(arguments, job)?;
     arguments.out.iter().try_for_each(|out| files::check_folder(out))?;
     let angles = match arguments.mounting_angles.as_slice() {
@@ -114,17 +122,39 @@ fn compare(arguments: &PathsArguments, job: &Job) -> Result<ExitCode, Failure> {
     };
     let steps = Steps { quiet: arguments.quiet, pictures: std::cell::RefCell::default() };
     let compared = compare_paths(job, &request, &Progress::new(arguments.quiet), &steps)?;
-    let file = PathsFile { compared, ..PathsFile::new(&job.file.name) };
-    let mut written = String::new();
+    let fastest = fastest(job, &request, &compared);
+    let file = PathsFile { compared, fastest, ..PathsFile::new(&job.file.name) };
+    let mut written = best_job(arguments, job, &request, &file)?;
     if let Some(out) = &arguments.out {
         let mut all = vec![("compared.json".to_owned(), facemill::file_format::to_json(&file).into_bytes())];
         all.extend(steps.pictures.into_inner());
         write(out, &all)?;
-        written = format!("  written to {}: compared.json and {} pictures\n", out.display(), all.len() - 1);
+        written += &format!("  written to {}: compared.json and {} pictures\n", out.display(), all.len() - 1);
     }
     show(arguments, &file, &written)?;
     let is_clean = file.compared.iter().any(|c| c.failed.is_none() && c.setups.iter().all(|s| s.faults == 0));
     Ok(ExitCode::from(u8::from(!is_clean)))
+}
+
+/// Writes the job of the fastest complete plan to the requested file; returns the line on it.
+/// Without such a plan removes the file of an earlier run.
+fn best_job(
+    arguments: &PathsArguments,
+    job: &Job,
+    request: &CompareRequest,
+    file: &PathsFile,
+) -> Result<String, Failure> {
+    let Some(out) = &arguments.best_out else { return Ok(String::new()) };
+    if !crate::cli::progress::start_writing() {
+        return Err(Failure::Interrupted);
+    }
+    let Some(best) = file.fastest.as_ref().and_then(|f| request.job_of(f.index)) else {
+        return Ok(format!("  {}\n", leave_out(out, "no plan is complete")?));
+    };
+    let best = moved_job(&best, &job.path, out);
+    files::write_one(out, facemill::file_format::to_json(&best).into_bytes())?;
+    let unverified = if arguments.no_verify { "; no program was run, so plan it before you cut" } else { "" };
+    Ok(format!("  job written to {}{unverified}\n", out.display()))
 }
 
 /// Returns the strategies to compare.

@@ -91,6 +91,6 @@ pub(super) fn is_same_place(a: &Path, b: &Path) -> bool {
 }
 
 /// Returns the folder of a file.
-pub(super) fn folder_of(file: &Path) -> &Path {
+pub(crate) fn folder_of(file: &Path) -> &Path {
     file.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }

@@ -21,6 +21,38 @@ pub struct PathsFile {
     /// The strategies compared, each with the job's setups in their order; empty without
     /// `--compare`.
     pub compared: Vec<ComparedStrategy>,
+    /// The compared plan of least time; `null` without `--compare`, or if none is complete.
+    pub fastest: Option<FastestStrategy>,
+}
+
+/// The compared plan that takes the least time among those without a fault that are as complete as
+/// the job's own: no smaller fraction of the points planned, no larger height left unless it is
+/// within the tolerance, and no worse outcome.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct FastestStrategy {
+    /// Its index in `compared`, from 0.
+    pub index: usize,
+    /// Its name.
+    pub strategy: String,
+    /// Turn of the mounting about z of the table, added to the job's.
+    pub mounting_angle_deg: f64,
+    /// Time of all its programs, s.
+    pub total_time_s: f64,
+    /// Time of the job as given, s; `null` if it is not compared or has no plan.
+    pub job_time_s: Option<f64>,
+    /// Plans that take less time, and are not complete.
+    pub passed_over: Vec<PassedOverStrategy>,
+}
+
+/// A compared plan that takes less time, but is not complete.
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
+pub struct PassedOverStrategy {
+    /// Its index in `compared`, from 0.
+    pub index: usize,
+    /// Time of all its programs, s.
+    pub total_time_s: f64,
+    /// Reason why it is not taken.
+    pub reason: String,
 }
 
 /// Passes of an operation as laid, in the first place of its pattern. Postures are those expected
@@ -87,6 +119,9 @@ pub struct PlannedPasses {
     pub by_time_law: bool,
     /// Time in passes, s.
     pub passes_time_s: f64,
+    /// That time over the time at the programmed feeds alone: above 1 by what the axes cost; `null`
+    /// without passes.
+    pub time_over_feed: Option<f64>,
     /// Time in entries and exits, s.
     pub approach_time_s: f64,
     /// Time in links, with the moves to the part and home, s.
@@ -107,10 +142,13 @@ pub struct PlannedPasses {
     pub faults: usize,
 }
 
+/// Largest number of faster plans in the table that are not complete; the JSON has them all.
+const SHOWN_PASSED_OVER: usize = 3;
+
 impl PathsFile {
     /// Returns a file without passes.
     pub fn new(job: &str) -> Self {
-        Self { format: PATHS_FORMAT, job: job.to_owned(), laid: Vec::new(), compared: Vec::new() }
+        Self { format: PATHS_FORMAT, job: job.to_owned(), laid: Vec::new(), compared: Vec::new(), fastest: None }
     }
 
     /// Returns the tables for a person.
@@ -119,8 +157,42 @@ impl PathsFile {
         lines.extend(self.laid.iter().map(LaidPasses::line));
         if !self.compared.is_empty() {
             lines.extend(aligned(&self.rows()));
+            lines.extend(self.fastest_lines());
         }
         lines.join("\n") + "\n"
+    }
+
+    /// Returns lines on the plan of least time.
+    fn fastest_lines(&self) -> Vec<String> {
+        let Some(fastest) = &self.fastest else {
+            return vec!["  least time: none, no plan without a fault is as complete as the best".to_owned()];
+        };
+        let time = clock(fastest.total_time_s);
+        let against = match fastest.job_time_s {
+            Some(job) if job > fastest.total_time_s => {
+                format!(" in place of {}, {:.0} % less", clock(job), 100.0 * (1.0 - fastest.total_time_s / job))
+            }
+            Some(_) => ": no other complete plan takes less than the job as given".to_owned(),
+            None => String::new(),
+        };
+        let mut lines = vec![format!("  least time: {}, {time}{against}", self.name_of(fastest.index))];
+        let passed_over = fastest.passed_over.iter().take(SHOWN_PASSED_OVER);
+        lines.extend(passed_over.map(|p| {
+            format!("    faster but not taken: {}, {}: {}", self.name_of(p.index), clock(p.total_time_s), p.reason)
+        }));
+        if let more @ 1.. = fastest.passed_over.len().saturating_sub(SHOWN_PASSED_OVER) {
+            lines.push(format!("    and {more} more, see the JSON"));
+        }
+        lines
+    }
+
+    /// Returns the name of a compared strategy, with its mounting if that is turned.
+    fn name_of(&self, index: usize) -> String {
+        let Some(compared) = self.compared.get(index) else { return String::new() };
+        match compared.mounting_angle_deg {
+            0.0 => compared.strategy.clone(),
+            angle => format!("{}, mounting turned by {angle} deg", compared.strategy),
+        }
     }
 
     /// Returns the rows of the comparison, the heading first.
@@ -174,11 +246,12 @@ impl LaidPasses {
 
 impl PlannedPasses {
     /// Headings of [`Self::cells`].
-    const COLUMNS: [&'static str; 13] = [
+    const COLUMNS: [&'static str; 14] = [
         "passes",
         "length",
         "efficiency",
         "in passes",
+        "over feed",
         "entries",
         "links",
         "total",
@@ -201,6 +274,7 @@ impl PlannedPasses {
             format!("{:.2} m", self.passes_length_mm / 1000.0),
             number(self.efficiency, 3),
             clock(self.passes_time_s),
+            number(self.time_over_feed, 2),
             clock(self.approach_time_s),
             clock(self.link_time_s),
             clock(self.total_time_s),

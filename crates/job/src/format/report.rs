@@ -231,6 +231,13 @@ pub struct Totals {
     /// Time in passes at the written feeds, without entries and exits. With `approach_time_s`, by
     /// the text, it is `times.constant_cutting_s`.
     pub passes_time_s: f64,
+    /// Time of the passes' path at the programmed feeds, whatever the axes reach; where two heads
+    /// cut at once, that of the head with the longer time.
+    pub passes_feed_time_s: f64,
+    /// Time in passes, by the time law if there is one, over `passes_feed_time_s`: 1 where the tip
+    /// keeps its feed. Above 1.1 the axes cost more than a tenth, and `facemill paths --compare`
+    /// finds faster directions and mountings; `lost_times` has the causes. `null` without passes.
+    pub time_over_feed: Option<f64>,
     /// Time in entries and exits at the written feeds.
     pub approach_time_s: f64,
     /// Time in rapids at the axes' largest velocities, without acceleration, with the moves to the

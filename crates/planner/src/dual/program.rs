@@ -210,6 +210,9 @@ impl<'a> DualWriter<'a> {
                 programmed[h].map(|programmed| CutFeed { programmed, before: given.tip_feeds[h], added_time })
             });
             self.timed.passes_time += feed.time;
+            let at_feed = |h: usize| programmed[h].map_or(0.0, |p| 60.0 * ways[h] / p.mm_min);
+            // Both tips arrive at once: the one with more way at its feed decides.
+            self.timed.passes_feed_time += at_feed(0).max(at_feed(1));
             self.timed.passes_length += (0..2).filter(|&h| m.working[h]).map(|h| ways[h]).sum::<f64>();
         } else {
             self.timed.approach_time += feed.time;

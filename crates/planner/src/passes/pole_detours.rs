@@ -1,18 +1,18 @@
-//! Other postures for passes that lose time beside the pole of the rotary axes, judged by the time
-//! that the axes really need.
+//! Other postures for passes that lose time to the rotary axes, most of all beside their pole,
+//! judged by the time that the axes really need.
 //!
 //! The cost of a sequence of postures counts speeds; the time of a pass also depends on
-//! accelerations and jerks, and beside the pole these slow the tip. Passes that lose much there are
-//! therefore planned again, calmer and farther from the pole, and the machine's motion law decides
-//! which plan is used.
+//! accelerations and jerks, and these slow the tip. Passes that lose much to them are therefore
+//! planned again, calmer and farther from the pole, or with one direction of the tool throughout,
+//! and the machine's motion law decides which plan is used.
 
 #[cfg(test)]
 #[path = "../../tests/unit/passes/pole_detours/laws.rs"]
 mod laws;
 
-use facemill_cl_data::{CcPoint, Pass};
+use facemill_cl_data::{Cancelled, CcPoint, Pass, Posture};
 use facemill_cutter_location::{
-    Outcome, PassSettings, PassTask, PlannedPass, PoseTest, PostureMode, plan_passes, steps_beyond_limits,
+    AxisTarget, Outcome, PassSettings, PassTask, PlannedPass, PoseTest, PostureMode, plan_passes, steps_beyond_limits,
 };
 use facemill_feedrate::ProgramBlock;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
@@ -23,6 +23,7 @@ use facemill_tool_model::{Cusp, Outline, cusp_height_between};
 use facemill_tool_path::segments::LaidTask;
 use facemill_tool_path::segments::pole::Tests;
 use facemill_virtual_machine::program_time::run::{MotionRun, Timer};
+use nalgebra::{Unit, Vector3};
 use rayon::prelude::*;
 
 /// Angle to the pole within which lost time is attributed to it, rad: farther away the first rotary
@@ -50,7 +51,27 @@ const PASSES_IN_UNCUT: f64 = 8.0;
 /// inserted for less than they cost.
 const BETWEEN_PASSES: f64 = 10.0;
 
-/// Replanner of passes beside the pole, and judge of the plans.
+/// Directions of the tool at rest that are tried for a pass, in tilt and in rotate.
+const DIRECTIONS: usize = 9;
+
+/// Reason to plan a pass again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Loss {
+    /// It comes beside the pole.
+    BesidePole,
+    /// Rotary axes slow it elsewhere.
+    RotaryAxes,
+}
+
+/// Rotary axes as a pass is timed.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Rotaries {
+    AsPlanned,
+    /// At rest where each run begins, with the tip on its path.
+    AtRest,
+}
+
+/// Replanner of passes that lose time to the rotary axes, and judge of the plans.
 pub(crate) struct Detours<'d, 'a> {
     pub(crate) tests: &'d Tests<'a>,
     pub(crate) settings: &'d PassSettings,
@@ -62,12 +83,17 @@ pub(crate) struct Detours<'d, 'a> {
     /// Whether passes are inserted where a cusp is too high: then it costs their time; else no
     /// other plan may raise it.
     pub(crate) adds_passes: bool,
+    /// Whether passes away from the pole are planned again, too: not where turns join neighbours,
+    /// for which their postures have to agree, nor for pairs, whose postures are chosen together.
+    pub(crate) everywhere: bool,
 }
 
 /// Alternative choice of the postures of a pass.
 struct Alternative {
     cone: f64,
     settings: PassSettings,
+    /// Losses against which it may help.
+    against: &'static [Loss],
 }
 
 /// Times of the steps of a pass, s; 0 for a step without a pose at an end.
@@ -81,8 +107,8 @@ struct StepTimes {
 }
 
 impl Detours<'_, '_> {
-    /// Plans the passes again that come beside the pole and lose more than a tenth of their time,
-    /// and uses the faster plans.
+    /// Plans the passes again that lose more than a tenth of their time to the rotary axes, and
+    /// uses the faster plans.
     ///
     /// Replaces a pass only if the other plan omits no point of the pass, and has no more parts.
     /// All others stay unchanged. Does not depend on the number of threads.
@@ -102,27 +128,46 @@ impl Detours<'_, '_> {
         let views = self.views();
         let timer = self.timer(&views);
         let judge = Judge { detours: self, timer: timer.as_ref() };
-        let loses: Vec<bool> =
-            tasks.par_iter().zip(&*planned).map(|(task, own)| judge.loses_beside_pole(task, &own.outcomes)).collect();
-        let losing: Vec<usize> = (0..tasks.len()).filter(|&k| loses[k]).collect();
-        if losing.is_empty() {
+        let losses: Vec<Option<Loss>> =
+            tasks.par_iter().zip(&*planned).map(|(task, own)| judge.loss(task, &own.outcomes)).collect();
+        if losses.iter().all(Option::is_none) {
             return Ok(());
         }
-        let again: Vec<PassTask> = losing.iter().map(|&k| tasks[k].clone()).collect();
-        for Alternative { cone, settings } in self.alternatives() {
-            let test = PoseTest::new(self.tests.plain.cell).avoiding_pole(cone);
-            let monitor = stages.start(DETOURS, again.iter().map(|t| t.pass.points.len()).sum());
-            let found = plan_passes(&test, &again, &settings, &*monitor)?;
-            drop(monitor);
-            let better: Vec<bool> = losing
+        let mut better = |again: &[usize], found: Vec<PlannedPass>| {
+            let is_better: Vec<bool> = again
                 .par_iter()
                 .zip(&found)
                 .map(|(&k, found)| judge.is_better(&tasks[k], &planned[k].outcomes, &found.outcomes))
                 .collect();
-            for ((&k, found), _) in losing.iter().zip(found).zip(better).filter(|(_, better)| *better) {
+            for ((&k, found), _) in again.iter().zip(found).zip(is_better).filter(|(_, better)| *better) {
                 planned[k] = self.counted_again(&tasks[k], found);
             }
+        };
+        for Alternative { cone, settings, against } in self.alternatives() {
+            let helps = |k: &usize| losses[*k].is_some_and(|loss| against.contains(&loss));
+            let again: Vec<usize> = (0..tasks.len()).filter(helps).collect();
+            let test = PoseTest::new(self.tests.plain.cell).avoiding_pole(cone);
+            let to_plan: Vec<PassTask> = again.iter().map(|&k| tasks[k].clone()).collect();
+            let monitor = stages.start(DETOURS, to_plan.iter().map(|t| t.pass.points.len()).sum());
+            better(&again, plan_passes(&test, &to_plan, &settings, &*monitor)?);
         }
+        if !self.everywhere {
+            return Ok(());
+        }
+        let losing: Vec<usize> = (0..tasks.len()).filter(|&k| losses[k].is_some()).collect();
+        let monitor = stages.start(DETOURS, losing.iter().map(|&k| tasks[k].pass.points.len()).sum());
+        let at_rest = |&k: &usize| match direction_within_ranges(&tasks[k]) {
+            Some(direction) => {
+                let mode = PostureMode::Toward(AxisTarget::Direction(direction));
+                let settings = PassSettings { mode, ..*self.settings };
+                let found = plan_passes(self.tests.choosing, &tasks[k..=k], &settings, &*monitor)?;
+                Ok(found.into_iter().next().map(|found| (k, found)))
+            }
+            None => Ok(None),
+        };
+        let at_rest: Result<Vec<_>, Cancelled> = losing.par_iter().map(at_rest).collect();
+        let (again, found): (Vec<usize>, Vec<PlannedPass>) = at_rest?.into_iter().flatten().unzip();
+        better(&again, found);
         Ok(())
     }
 
@@ -133,7 +178,7 @@ impl Detours<'_, '_> {
         let timer = self.timer(&views);
         let judge = Judge { detours: self, timer: timer.as_ref() };
         let of_pass = |(task, outcomes): (&LaidTask, &Pass<Outcome>)| {
-            let times = judge.times(&task.pass.points, outcomes);
+            let times = judge.times(&task.pass.points, outcomes, Rotaries::AsPlanned);
             let steps = times.needed.iter().zip(&times.programmed).map(|(needed, programmed)| needed.max(*programmed));
             steps.sum::<f64>() + BETWEEN_PASSES * times.runs as f64
         };
@@ -160,17 +205,17 @@ impl Detours<'_, '_> {
     fn alternatives(&self) -> Vec<Alternative> {
         let own_cone = self.tests.choosing.pole_cone();
         let calmer = PassSettings { max_turn_per_mm: CALMER * self.settings.max_turn_per_mm, ..*self.settings };
+        let calm = |against| Alternative { cone: own_cone, settings: calmer, against };
         let wider = |settings: PassSettings| {
             let cones = CONES.into_iter().filter(move |cone| *cone > own_cone);
-            cones.map(move |cone| Alternative { cone, settings })
+            cones.map(move |cone| Alternative { cone, settings, against: &[Loss::BesidePole] })
         };
         match self.settings.mode {
             // A sequence for the whole pass leaves the pole by itself, as far as its layers see it.
             PostureMode::Smooth(_) => {
-                let own = Alternative { cone: own_cone, settings: calmer };
-                std::iter::once(own).chain(wider(calmer).take(1)).collect()
+                std::iter::once(calm(&[Loss::BesidePole, Loss::RotaryAxes])).chain(wider(calmer).take(1)).collect()
             }
-            _ => wider(*self.settings).collect(),
+            _ => wider(*self.settings).chain([calm(&[Loss::RotaryAxes])]).collect(),
         }
     }
 
@@ -225,6 +270,33 @@ fn time_between(passes: &[f64], steps: &[f64]) -> f64 {
     along + BETWEEN_PASSES * begin
 }
 
+/// Returns a direction of the tool that is a posture within the search's ranges at every point of a
+/// pass: of those seen from its middle the one with the smallest tilt there; `None` if there is
+/// none.
+fn direction_within_ranges(task: &PassTask) -> Option<Unit<Vector3<f64>>> {
+    let points = &task.pass.points;
+    let middle = points.get(points.len() / 2)?;
+    let (start, end) = (task.curve.start(), task.curve.end());
+    let part = |from: f64, to: f64, k: usize| from + (to - from) * k as f64 / (DIRECTIONS - 1) as f64;
+    let is_within = |axis: &Unit<Vector3<f64>>| {
+        points.iter().all(|cc| {
+            let posture = cc.posture_of(axis);
+            let [low, high] = [start.rotate.min(end.rotate), start.rotate.max(end.rotate)];
+            let tilts = start.tilt - ROUNDING..=end.tilt + ROUNDING;
+            let rotates = low - ROUNDING..=high + ROUNDING;
+            tilts.contains(&posture.tilt) && (posture.tilt < ROUNDING || rotates.contains(&posture.rotate))
+        })
+    };
+    let all = (0..DIRECTIONS * DIRECTIONS).map(|k| Posture {
+        tilt: part(start.tilt, end.tilt, k / DIRECTIONS),
+        rotate: part(start.rotate, end.rotate, k % DIRECTIONS),
+    });
+    all.map(|posture| middle.tool_axis(posture)).find(is_within)
+}
+
+/// Excess over a range that is rounding, rad.
+const ROUNDING: f64 = 1e-9;
+
 /// Judge of plans by their times.
 struct Judge<'j, 'd, 'a> {
     detours: &'j Detours<'d, 'a>,
@@ -233,15 +305,23 @@ struct Judge<'j, 'd, 'a> {
 }
 
 impl Judge<'_, '_, '_> {
-    /// Returns whether a pass comes beside the pole and loses enough for a second plan: a gain
-    /// there may be lost farther on.
-    fn loses_beside_pole(&self, task: &PassTask, outcomes: &Pass<Outcome>) -> bool {
-        if !outcomes.points.iter().any(|o| self.detours.is_beside_pole(o)) {
-            return false;
+    /// Returns the reason to plan a pass again: it comes beside the pole and loses enough, because
+    /// a gain there may be lost farther on, or it loses that much to the rotary axes elsewhere.
+    fn loss(&self, task: &PassTask, outcomes: &Pass<Outcome>) -> Option<Loss> {
+        let times = |rotaries| self.times(&task.pass.points, outcomes, rotaries);
+        let sum = |times: &[f64]| times.iter().sum::<f64>();
+        let planned = times(Rotaries::AsPlanned);
+        let (needed, programmed) = (sum(&planned.needed), sum(&planned.programmed));
+        if needed <= (1.0 + WORTH) * programmed {
+            return None;
         }
-        let times = self.times(&task.pass.points, outcomes);
-        let [needed, programmed] = [&times.needed, &times.programmed].map(|t| t.iter().sum::<f64>());
-        needed > (1.0 + WORTH) * programmed
+        if outcomes.points.iter().any(|o| self.detours.is_beside_pole(o)) {
+            return Some(Loss::BesidePole);
+        }
+        if !self.detours.everywhere {
+            return None;
+        }
+        (needed > sum(&times(Rotaries::AtRest).needed) + WORTH * programmed).then_some(Loss::RotaryAxes)
     }
 
     /// Returns whether another plan omits no point of the pass, has no more parts, and takes less
@@ -254,7 +334,7 @@ impl Judge<'_, '_, '_> {
         if other_between > own_between && !self.detours.adds_passes {
             return false;
         }
-        let [own, other] = [own, other].map(|outcomes| self.times(&task.pass.points, outcomes));
+        let [own, other] = [own, other].map(|outcomes| self.times(&task.pass.points, outcomes, Rotaries::AsPlanned));
         let [needed, other_needed, programmed] =
             [&own.needed, &other.needed, &own.programmed].map(|t| t.iter().sum::<f64>());
         other.runs <= own.runs && other_needed + other_between + WORTH * programmed < needed + own_between
@@ -262,13 +342,13 @@ impl Judge<'_, '_, '_> {
 
     /// Returns the times of a pass's steps, each run of poses from rest to rest. An estimate: poses
     /// between points are still to be inserted.
-    fn times(&self, points: &[CcPoint], outcomes: &Pass<Outcome>) -> StepTimes {
+    fn times(&self, points: &[CcPoint], outcomes: &Pass<Outcome>, rotaries: Rotaries) -> StepTimes {
         let n_steps = points.len().saturating_sub(1);
         let mut times = StepTimes { programmed: vec![0.0; n_steps], needed: vec![0.0; n_steps], runs: 0 };
         let mut run: Vec<AxisValues> = Vec::new();
         for k in 0..points.len() {
             let Ok(pose) = &outcomes.points[k] else {
-                self.end_run(k, &mut run, &mut times);
+                self.end_run(k, &mut run, rotaries, &mut times);
                 continue;
             };
             let here = pose.configuration.axes;
@@ -279,11 +359,11 @@ impl Judge<'_, '_, '_> {
             let goes_on = run.last().and_then(|last| self.wound(last, &here)).filter(|_| is_same_branch(k - 1));
             match goes_on {
                 Some(_) => times.programmed[k - 1] = self.detours.programmed(&points[k - 1..=k]),
-                None => self.end_run(k, &mut run, &mut times),
+                None => self.end_run(k, &mut run, rotaries, &mut times),
             }
             run.push(goes_on.unwrap_or(here));
         }
-        self.end_run(points.len(), &mut run, &mut times);
+        self.end_run(points.len(), &mut run, rotaries, &mut times);
         times
     }
 
@@ -304,8 +384,11 @@ impl Judge<'_, '_, '_> {
     }
 
     /// Times the run of positions that ends before point `end`.
-    fn end_run(&self, end: usize, run: &mut Vec<AxisValues>, times: &mut StepTimes) {
-        let positions = std::mem::take(run);
+    fn end_run(&self, end: usize, run: &mut Vec<AxisValues>, rotaries: Rotaries, times: &mut StepTimes) {
+        let mut positions = std::mem::take(run);
+        if rotaries == Rotaries::AtRest {
+            self.hold_rotaries(&mut positions);
+        }
         let Some((start, rest)) = positions.split_first() else { return };
         times.runs += 1;
         let first = end - positions.len();
@@ -323,6 +406,17 @@ impl Judge<'_, '_, '_> {
             || positions.windows(2).zip(programmed).map(|(ends, programmed)| self.least_time(ends).max(*programmed));
         let needed = by_law.unwrap_or_else(|| at_velocities().collect());
         times.needed[steps].copy_from_slice(&needed);
+    }
+
+    /// Turns the rotary axes of positions back to where they are at the first, with the tip where
+    /// it was.
+    fn hold_rotaries(&self, positions: &mut [AxisValues]) {
+        let (machine, length) = (self.detours.machine(), self.detours.tests.plain.cell.tool.gauge_length());
+        let Some(first) = positions.first().copied() else { return };
+        for at in positions {
+            let tip = machine.cl_point(at, length).tip;
+            *at = machine.with_tip_at(&first, &tip, length).unwrap_or(*at);
+        }
     }
 
     /// Returns the time of the slowest axis at its largest velocity, s.

@@ -28,6 +28,15 @@ pub struct CompareRequest {
     pub stock_cell: Option<f64>,
 }
 
+impl CompareRequest {
+    /// Returns the job of the row of this index; `None` if there is none.
+    pub fn job_of(&self, row: usize) -> Option<JobFile> {
+        let n = self.strategies.len().max(1);
+        let (angle, strategy) = (self.mounting_angles_deg.get(row / n)?, self.strategies.get(row % n)?);
+        Some(turned(&strategy.file, *angle))
+    }
+}
+
 /// Receiver of the steps of a comparison.
 pub trait ComparisonSteps {
     /// The plan of this number, from 0, of so many begins.
@@ -123,6 +132,7 @@ fn figures(report: &Report) -> PlannedPasses {
         over_least_floor: least_floor_mm.map(|floor| passes_length_mm / floor),
         by_time_law: report.time_law.is_some(),
         passes_time_s,
+        time_over_feed: totals.time_over_feed,
         approach_time_s,
         link_time_s,
         total_time_s: passes_time_s + approach_time_s + link_time_s,

@@ -2,17 +2,16 @@
 
 use std::collections::BTreeSet;
 
-use facemill_cc_path::{ConstantScallopFile, ParallelPlanesFile, SeedFile, StrategyFile};
-use facemill_cl_data::CcPoint;
+use facemill_cc_path::{ConstantScallopFile, SeedFile, StrategyFile};
 use facemill_file_format::{FormatError, from_json, from_value};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{DirectionFile, JobFile, LevelOrderFile, LinkingFile, PathFile, PathFromStrategy};
 use facemill_job::format::job_settings::JobSetting;
 use facemill_job::format::strategies_file::StrategiesFile;
-use facemill_job::load::job::{Job, Setup};
-use facemill_job::setup::path::lay;
-use nalgebra::{Matrix3, SymmetricEigen, Vector3};
+use facemill_job::load::job::Job;
 use serde_json::Value;
+
+use crate::paths::directions::{DIRECTIONS, planes_of_operations};
 
 /// A strategy for all operations of a job.
 #[derive(Clone, Debug)]
@@ -52,9 +51,10 @@ pub fn listed_strategies(job: &Job, bytes: &[u8]) -> Result<Vec<NamedStrategy>, 
 }
 
 /// Returns the strategies that a job can be planned by without more data: its own, levels and edge
-/// fill, parallel planes along and across the region, and constant scallop from the region's
-/// border; each in both orders and, with direction `either`, one-way and zigzag. Operations with a
-/// path file keep it. Equal ones come once.
+/// fill, parallel planes along, across and diagonal to the region and, where that is another
+/// direction, as the rotary axes move least, with edge fill and without (`levels`), and constant
+/// scallop from the region's border; each in both orders and, with direction `either`, one-way and
+/// zigzag. Operations with a path file keep it. Equal ones come once.
 ///
 /// # Errors
 /// If the job lays no passes.
@@ -65,15 +65,17 @@ pub fn default_strategies(job: &Job) -> Result<Vec<NamedStrategy>, Failure> {
         ("levels".to_owned(), Box::new(|_, s| s.edge_fill = false)),
         ("edge fill".to_owned(), Box::new(|_, s| s.edge_fill = true)),
     ];
-    for (which, name) in ["planes along", "planes across"].into_iter().enumerate() {
-        let planes = &planes;
-        let change: Change<'_> = Box::new(move |k, s| {
-            if let Some(both) = &planes[k] {
-                s.strategy = StrategyFile::ParallelPlanes(both[which].clone());
-                s.edge_fill = true;
-            }
-        });
-        bases.push((name.to_owned(), change));
+    for (of, edge_fill) in [("planes", true), ("levels", false)] {
+        for direction in DIRECTIONS {
+            let planes = &planes;
+            let change: Change<'_> = Box::new(move |k, s| {
+                if let Some(planes) = planes[k].iter().find(|p| p.direction == direction) {
+                    s.strategy = StrategyFile::ParallelPlanes(planes.file.clone());
+                    s.edge_fill = edge_fill;
+                }
+            });
+            bases.push((format!("{of} {direction}"), change));
+        }
     }
     for (name, strategy) in further_strategies() {
         bases.push((name, Box::new(move |_, s| s.strategy = strategy.clone())));
@@ -137,50 +139,6 @@ fn without_repetitions(all: Vec<NamedStrategy>) -> Vec<NamedStrategy> {
 fn further_strategies() -> Vec<(String, StrategyFile)> {
     let scallop = ConstantScallopFile { seed: SeedFile::Border, second_seed: None, within: None };
     vec![("constant scallop".to_owned(), StrategyFile::ConstantScallop(scallop))]
-}
-
-/// Length of the mean of unit normals below which a region has no side to lay planes across.
-const NO_SIDE: f64 = 0.3;
-
-/// Returns for each operation of a job parallel planes along and across its region; `None` where it
-/// has a path file, or its normals cancel.
-fn planes_of_operations(job: &Job) -> Result<Vec<Option<[ParallelPlanesFile; 2]>>, Failure> {
-    let mut found = vec![None; job.file.operations.len()];
-    for index in 0..job.file.setups.len() {
-        let setup = Setup::read(job, index)?;
-        for (k, operation) in job.operations_of(setup.file) {
-            if matches!(operation.path, PathFile::Strategy(_)) {
-                let tasks = lay(job, &setup, k, operation)?.tasks;
-                let points: Vec<CcPoint> = tasks.iter().flat_map(|t| t.pass.points.iter().copied()).collect();
-                found[k] = planes_of(&points);
-            }
-        }
-    }
-    Ok(found)
-}
-
-/// Returns parallel planes along and across the longest extent of points, both along their mean
-/// normal.
-fn planes_of(points: &[CcPoint]) -> Option<[ParallelPlanesFile; 2]> {
-    let n = points.len().max(1) as f64;
-    let mean = points.iter().fold(Vector3::zeros(), |sum, p| sum + p.normal.into_inner()) / n;
-    let centre = points.iter().fold(Vector3::zeros(), |sum, p| sum + p.position.coords) / n;
-    let toward = mean.try_normalize(NO_SIDE)?;
-    let flat = Matrix3::identity() - toward * toward.transpose();
-    let spread = points.iter().fold(Matrix3::zeros(), |sum, p| {
-        let from = flat * (p.position.coords - centre);
-        sum + from * from.transpose()
-    });
-    let axes = SymmetricEigen::new(spread);
-    let longest: Vector3<f64> = axes.eigenvectors.column(axes.eigenvalues.imax()).into();
-    let longest = (longest - toward * toward.dot(&longest)).try_normalize(1e-9)?;
-    let planes = |normal: Vector3<f64>| {
-        let normal = normal * normal[normal.iamax()].signum();
-        // Short numbers, for people who copy them into a job.
-        let normal = [0, 1, 2].map(|c| (normal[c] * 1e4).round() / 1e4 + 0.0);
-        ParallelPlanesFile { normal, origin_mm: [0.0; 3], from_mm: None, to_mm: None }
-    };
-    Some([planes(toward.cross(&longest)), planes(longest)])
 }
 
 #[cfg(test)]

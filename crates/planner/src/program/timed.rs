@@ -16,6 +16,8 @@ pub(crate) struct Timed {
     pub program: NcProgram,
     /// Time in passes, s.
     pub passes_time: f64,
+    /// Time of the passes at their programmed feeds, whatever the axes reach, s.
+    pub passes_feed_time: f64,
     /// Time in entries and exits, s.
     pub approach_time: f64,
     /// Time in rapids, s.

@@ -78,6 +78,9 @@ pub(crate) fn report(
     totals.cutting_length_mm = run.map_or(timed.passes_length + timed.approach_length, |v| v.cutting_length_mm);
     totals.passes_length_mm = timed.passes_length;
     totals.passes_time_s = timed.passes_time;
+    totals.passes_feed_time_s = timed.passes_feed_time;
+    let passes_time = timed.time_law.as_ref().map_or(timed.passes_time, |law| law.passes_time_s);
+    totals.time_over_feed = (timed.passes_feed_time > 0.0).then(|| passes_time / timed.passes_feed_time);
     totals.approach_time_s = timed.approach_time;
     totals.rapid_time_s = timed.rapid_time;
     if let Some(v) = &verification {

@@ -362,8 +362,21 @@ fn turning(report: &Report) -> Vec<String> {
             nearest.smallest_angle_deg, nearest.axis, nearest.first_line
         ));
     }
+    lines.extend(slower_than_feed(report));
     lines.extend(report.lost_times.iter().map(LostTimeReport::summary_line));
     lines
+}
+
+/// Least time of passes over that at their feeds of which the summary warns.
+const SLOW: f64 = 1.1;
+
+/// Returns the warning that axes slow the passes, with the command that finds faster ones.
+fn slower_than_feed(report: &Report) -> Option<String> {
+    let factor = report.totals.time_over_feed.filter(|factor| *factor > SLOW)?;
+    Some(format!(
+        "  slow axes         the passes take {factor:.2} times their time at the programmed feed; faster directions and \
+         mountings: facemill paths JOB --compare --mounting-angles 0,30,60 --best-out FILE"
+    ))
 }
 
 #[cfg(test)]

@@ -1,9 +1,11 @@
 use facemill_cutter_location::cusp::neighbours::{Neighbours, OwnPlace};
+use facemill_cutter_location::{SearchCurve, SearchOrder};
 use facemill_job::format::report::lost_time::LostTimeCause;
 use facemill_job::load::job::Setup;
 use facemill_job::setup::cell::{pass_settings, workcell, z_map};
 use facemill_job::setup::path::lay;
 use facemill_job::stages::SilentStages;
+use nalgebra::Point3;
 use serde_json::{Value, json};
 
 use crate::passes::engagement::neighbour_reach;
@@ -68,6 +70,7 @@ fn both(z: fn(f64) -> f64, values: &[(&str, Value)], threads: usize) -> [Vec<Pla
         feed: operation.feeds.cutting_mm_min / 60.0,
         cusp: operation.tolerances.cusp_mm,
         adds_passes: true,
+        everywhere: true,
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
@@ -133,6 +136,69 @@ fn a_pass_away_from_the_pole_stays_as_it_is() {
     }
     let [first, taken] = both(slope, &values, 2);
     assert!(first == taken);
+}
+
+/// Returns the slope, bent by 6° from end to end.
+fn bent_slope(x: f64) -> f64 {
+    slope(x) - x * x / 400.0
+}
+
+#[test]
+fn rotary_axes_that_slow_a_pass_away_from_the_pole_are_held_at_rest_where_one_direction_serves() {
+    let mut values = values([0.0, 1.0, 0.0], 1.0);
+    values.push(("/feeds/cutting_mm_min", json!(5000.0)));
+    let [first, taken] = both(bent_slope, &values, 1);
+    let spread = |pass: &PlannedPass| {
+        let of = |k: usize| {
+            let all = pass.outcomes.points.iter().flatten().map(move |pose| pose.configuration.axes[k]);
+            all.clone().fold(f64::NEG_INFINITY, f64::max) - all.fold(f64::INFINITY, f64::min)
+        };
+        // B and C are the last two of five axes.
+        of(3).max(of(4))
+    };
+    for (own, other) in first.iter().zip(&taken) {
+        assert!(nearest_to_pole(own) > BESIDE_POLE, "beside the pole");
+        assert!(spread(own) > 0.01 && spread(other) < 1e-9, "{} {}", spread(own), spread(other));
+        assert!(other.outcomes.points.iter().all(Result::is_ok));
+        for pose in other.outcomes.points.iter().flatten() {
+            let (tilt, rotate) = (pose.posture.tilt.to_degrees(), pose.posture.rotate.to_degrees());
+            assert!((2.0 - 1e-6..=15.0 + 1e-6).contains(&tilt) && rotate.abs() <= 85.0 + 1e-6, "{tilt} {rotate}");
+        }
+    }
+    assert!([first, taken] == both(bent_slope, &values, 3));
+}
+
+#[test]
+fn linear_axes_that_slow_a_pass_are_no_reason_to_plan_it_again() {
+    // The same feed, with a surface that needs no turn of the tool.
+    let mut values = values([0.0, 1.0, 0.0], 1.0);
+    values.push(("/feeds/cutting_mm_min", json!(5000.0)));
+    let [first, taken] = both(slope, &values, 2);
+    assert!(first == taken);
+}
+
+#[test]
+fn a_direction_serves_only_where_it_is_within_the_ranges_at_every_point() {
+    let ranges = |tilt: [f64; 2]| {
+        let posture = |tilt: f64, rotate: f64| Posture { tilt: tilt.to_radians(), rotate: f64::to_radians(rotate) };
+        let (start, end) = (posture(tilt[0], 0.0), posture(tilt[1], 85.0));
+        SearchCurve::new(start, end, SearchOrder::TiltFirst, 1.0).unwrap()
+    };
+    // An arc of 20 deg in the plane of x and z, cut toward x.
+    let point = |deg: i32| {
+        let (sin, cos) = f64::from(deg).to_radians().sin_cos();
+        let position = Point3::new(100.0 * sin, 0.0, 100.0 * cos);
+        CcPoint::new(position, Vector3::new(sin, 0.0, cos), Vector3::new(cos, 0.0, -sin)).unwrap()
+    };
+    let pass: Vec<CcPoint> = (-10..=10).map(point).collect();
+    let task = |tilt| PassTask { pass: Pass::new(pass.clone()), curve: ranges(tilt), strips: Vec::new() };
+    assert!(direction_within_ranges(&task([2.0, 15.0])).is_none());
+    let found = direction_within_ranges(&task([2.0, 42.0])).unwrap();
+    // From 10 deg before the middle to 10 deg behind it the tilt changes by 20 deg.
+    let tilts = pass.iter().map(|cc| cc.posture_of(&found).tilt.to_degrees());
+    let [low, high] = tilts.fold([90.0f64, 0.0f64], |[low, high], t| [low.min(t), high.max(t)]);
+    assert!(low >= 2.0 - 1e-6 && high <= 42.0 + 1e-6 && high - low > 10.0, "{low} {high}");
+    assert!(direction_within_ranges(&PassTask { pass: Pass::new(Vec::new()), ..task([2.0, 42.0]) }).is_none());
 }
 
 #[test]
