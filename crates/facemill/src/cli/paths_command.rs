@@ -10,14 +10,14 @@ use facemill::{
 };
 
 use crate::cli::option_lengths::above_zero;
-use crate::cli::output::{default_out, has_format, leave_out, refuse_other, say};
+use crate::cli::output::{default_out, say};
 use crate::cli::progress::Progress;
 
 /// Text on exit codes behind the options.
 pub(crate) const EXIT_CODES: &str = "\
 Exit codes:
   0    done; with --compare at least one strategy has a plan without faults
-  1    no strategy has such a plan
+  1    no strategy has such a plan, or none is complete for --best-out
   2    wrong input or command line
   3    a file cannot be written, or an internal failure
   130  interrupted";
@@ -43,8 +43,8 @@ pub(crate) struct PathsArguments {
     /// 0 is the job's mounting
     #[arg(long, value_name = "DEG", value_delimiter = ',', allow_negative_numbers = true, value_parser = angle, requires = "compare")]
     mounting_angles: Vec<f64>,
-    /// Write the job of least machine time among the complete ones to this file: its strategy, and
-    /// its mounting with --mounting-angles; files that it names stay the same
+    /// Write the job of least machine time among the complete ones to this new file: its strategy,
+    /// and its mounting with --mounting-angles; files that it names stay the same
     #[arg(long, value_name = "FILE", requires = "compare")]
     best_out: Option<PathBuf>,
     /// Output folder for path files and pictures; default: out/<name of the job's folder>/paths.
@@ -105,9 +105,11 @@ fn lay(arguments: &PathsArguments, job: &Job) -> Result<ExitCode, Failure> {
 }
 
 fn compare(arguments: &PathsArguments, job: &Job) -> Result<ExitCode, Failure> {
-    files::check_outputs(arguments.best_out.as_deref())?;
-    let is_job = |bytes: &[u8]| has_format(bytes, "facemill-job/");
-    refuse_other(arguments.best_out.as_deref(), "job file (\"format\": \"facemill-job/1\")", is_job)?;
+    let table = arguments.out.as_ref().filter(|_| arguments.best_out.is_some()).map(|out| out.join("compared.json"));
+    files::check_outputs(arguments.best_out.as_deref().into_iter().chain(table.as_deref()))?;
+    if let Some(out) = arguments.best_out.as_deref().filter(|out| out.exists()) {
+        return Err(Failure::input(out, "exists, and a job may be written by hand: name another file, or remove it"));
+    }
     let strategies = chosen(arguments, job)?;
     arguments.out.iter().try_for_each(|out| files::check_folder(out))?;
     let angles = match arguments.mounting_angles.as_slice() {
@@ -133,11 +135,12 @@ fn compare(arguments: &PathsArguments, job: &Job) -> Result<ExitCode, Failure> {
     }
     show(arguments, &file, &written)?;
     let is_clean = file.compared.iter().any(|c| c.failed.is_none() && c.setups.iter().all(|s| s.faults == 0));
-    Ok(ExitCode::from(u8::from(!is_clean)))
+    let is_written = arguments.best_out.is_none() || file.fastest.is_some();
+    Ok(ExitCode::from(u8::from(!(is_clean && is_written))))
 }
 
-/// Writes the job of the fastest complete plan to the requested file; returns the line on it.
-/// Without such a plan removes the file of an earlier run.
+/// Writes the job of the fastest complete plan to the requested file, if there is one; returns the
+/// line on it.
 fn best_job(
     arguments: &PathsArguments,
     job: &Job,
@@ -149,7 +152,7 @@ fn best_job(
         return Err(Failure::Interrupted);
     }
     let Some(best) = file.fastest.as_ref().and_then(|f| request.job_of(f.index)) else {
-        return Ok(format!("  {}\n", leave_out(out, "no plan is complete")?));
+        return Ok(format!("  no plan is complete: {} is not written\n", out.display()));
     };
     let best = moved_job(&best, &job.path, out);
     files::write_one(out, facemill::file_format::to_json(&best).into_bytes())?;

@@ -40,6 +40,8 @@ pub struct FastestStrategy {
     pub total_time_s: f64,
     /// Time of the job as given, s; `null` if it is not compared or has no plan.
     pub job_time_s: Option<f64>,
+    /// Whether the programs were run: without it their faults are unknown.
+    pub verified: bool,
     /// Plans that take less time, and are not complete.
     pub passed_over: Vec<PassedOverStrategy>,
 }
@@ -132,8 +134,12 @@ pub struct PlannedPasses {
     pub cusp_p99_mm: Option<f64>,
     /// Largest height left.
     pub cusp_largest_mm: Option<f64>,
-    /// Fraction of the region that no cut reaches, of all operations together.
+    /// Fraction of the region that no cut reaches, of the operation with the largest.
     pub never_cut_fraction: Option<f64>,
+    /// Area of the regions of all operations, mm².
+    pub region_area_mm2: Option<f64>,
+    /// Length of the lines of operations that cut along a line alone, mm.
+    pub region_length_mm: Option<f64>,
     /// Turning points of all rotary axes within passes.
     pub rotary_reversals: usize,
     /// Steps of postures that turn quickly.

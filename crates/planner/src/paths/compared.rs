@@ -112,10 +112,11 @@ fn figures(report: &Report) -> PlannedPasses {
         (!report.efficiency.is_empty()).then(|| report.efficiency.iter().map(of).sum())
     };
     let passes_length_mm = report.passes.iter().map(|p| p.length_mm).sum();
-    let (floor_mm, least_floor_mm) = (sum(|e| e.floor_mm), sum(|e| e.least_floor_mm));
     let left = || report.remaining.iter().flat_map(|r| &r.operations);
-    let area: f64 = left().map(|r| r.area_mm2).sum();
-    let never_cut: f64 = left().map(|r| r.never_cut_fraction * r.area_mm2).sum();
+    // A pass along a line has no floor, and so its plan has none.
+    let has_floor = left().all(|r| r.length_mm.is_none());
+    let (floor_mm, least_floor_mm) = (sum(|e| e.floor_mm), sum(|e| e.least_floor_mm));
+    let (floor_mm, least_floor_mm) = (floor_mm.filter(|_| has_floor), least_floor_mm.filter(|_| has_floor));
     let totals = &report.totals;
     let [passes_time_s, approach_time_s, link_time_s] = match &report.time_law {
         Some(law) => [law.passes_time_s, law.approach_time_s, law.rapid_time_s],
@@ -138,7 +139,9 @@ fn figures(report: &Report) -> PlannedPasses {
         total_time_s: passes_time_s + approach_time_s + link_time_s,
         cusp_p99_mm: left().map(|r| r.p99_mm).reduce(f64::max),
         cusp_largest_mm: report.remaining.as_ref().and_then(|r| r.largest()).map(|place| place.height_mm),
-        never_cut_fraction: (area > 0.0).then(|| never_cut / area),
+        never_cut_fraction: left().map(|r| r.never_cut_fraction).reduce(f64::max),
+        region_area_mm2: report.remaining.as_ref().map(|_| left().map(|r| r.area_mm2).sum()),
+        region_length_mm: report.remaining.as_ref().map(|_| left().filter_map(|r| r.length_mm).sum()),
         rotary_reversals: report.postures.iter().flat_map(|p| &p.rotary).map(|r| r.reversals).sum(),
         posture_jumps: report.postures.iter().filter_map(|p| p.optimum.as_ref()).map(|o| o.jumps).chain(of_pairs).sum(),
         faults: report.findings.iter().filter(|f| f.kind.is_fault()).count(),

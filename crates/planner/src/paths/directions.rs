@@ -25,6 +25,8 @@ pub(crate) struct DirectedPlanes {
     /// One of [`DIRECTIONS`].
     pub(crate) direction: &'static str,
     pub(crate) file: ParallelPlanesFile,
+    /// Middle of the region's points, mm.
+    pub(crate) middle: [f64; 3],
 }
 
 /// Length of the mean of unit normals below which a region has no side to lay planes across.
@@ -70,6 +72,8 @@ pub(crate) fn planes_of_operations(job: &Job) -> Result<Vec<Vec<DirectedPlanes>>
 
 /// Directions of a region's points.
 struct Extent {
+    /// Mean of the points, mm.
+    middle: Vector3<f64>,
     /// Mean normal.
     toward: Vector3<f64>,
     /// Longer side of the smallest rectangle around the points, across it.
@@ -81,6 +85,7 @@ impl Extent {
     fn of(points: &[CcPoint]) -> Option<Self> {
         let n = points.len().max(1) as f64;
         let mean = points.iter().fold(Vector3::zeros(), |sum, p| sum + p.normal.into_inner()) / n;
+        let middle = points.iter().fold(Vector3::zeros(), |sum, p| sum + p.position.coords) / n;
         let toward = mean.try_normalize(NO_SIDE)?;
         let across = [0, 1, 2].map(|k| Vector3::ith(k, 1.0));
         // The first coordinate axis that is far enough from the mean normal: the frame is exact for
@@ -92,7 +97,7 @@ impl Extent {
             points.iter().map(|p| [u.dot(&p.position.coords), v.dot(&p.position.coords)]).collect();
         let longest = longest_side(flat)?;
         let longest = u * longest[0] + v * longest[1];
-        Some(Self { toward, longest })
+        Some(Self { middle, toward, longest })
     }
 
     /// Returns the direction at this fraction of half a turn from the longest extent.
@@ -110,11 +115,17 @@ impl Extent {
         ParallelPlanesFile { normal, origin_mm: [0.0; 3], from_mm: None, to_mm: None }
     }
 
+    /// Returns the middle to 0.1 mm.
+    fn rounded_middle(&self) -> [f64; 3] {
+        [0, 1, 2].map(|c| (self.middle[c] * 10.0).round() / 10.0 + 0.0)
+    }
+
     /// Returns planes along and across the longest extent, and between both.
     fn planes(&self) -> [DirectedPlanes; 4] {
         let of = |which: usize, turn: f64| DirectedPlanes {
             direction: DIRECTIONS[which],
             file: self.planes_along(&self.at(turn)),
+            middle: self.rounded_middle(),
         };
         [of(0, 0.0), of(1, 0.5), of(2, 0.25), of(3, 0.75)]
     }
@@ -219,7 +230,8 @@ impl RotaryMotion<'_, '_> {
         let by_extent = times.iter().step_by(TRIALS / 4).copied().fold(f64::INFINITY, f64::min);
         let (calm, least) = times.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1))?;
         let file = || extent.planes_along(&extent.at(calm as f64 / TRIALS as f64));
-        (*least < (1.0 - WORTH) * by_extent).then(|| DirectedPlanes { direction: CALM, file: file() })
+        let planes = || DirectedPlanes { direction: CALM, file: file(), middle: extent.rounded_middle() };
+        (*least < (1.0 - WORTH) * by_extent).then(planes)
     }
 
     /// Returns an estimate of the time over that of the feed at a point, for a pass in a direction

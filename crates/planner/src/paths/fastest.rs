@@ -12,14 +12,19 @@ use crate::paths::compared::CompareRequest;
 /// count of other points.
 const SAME_FRACTION: f64 = 1e-9;
 
-/// Returns the compared plan of least time that has no fault and is as complete as the job's own,
-/// or, if that is not compared or has no plan, as the most complete one; `None` if there is none.
+/// Part of a region by which two measures of its size may differ.
+const SAME_REGION: f64 = 0.01;
+
+/// Returns the compared plan of least time that cuts the region of the job's own without a fault,
+/// and as completely: as the job's own plan, or, if that is not compared or has a fault, as the
+/// most complete one; `None` if there is none.
 ///
 /// Of equal times the first counts.
 pub fn fastest(job: &Job, request: &CompareRequest, compared: &[ComparedStrategy]) -> Option<FastestStrategy> {
     let given = serde_json::to_value(&job.file).ok();
     let is_given = |row: usize| request.job_of(row).and_then(|file| serde_json::to_value(file).ok()) == given;
     let own = (0..compared.len()).find(|&row| is_given(row)).map(|row| &compared[row]).filter(|c| c.failed.is_none());
+    let own = own.filter(|c| is_sound(c));
     let bar = Bar::of(&job.file, own, compared);
     let with_plan = compared.iter().enumerate().filter(|(_, c)| c.failed.is_none());
     let mut all: Vec<(usize, &ComparedStrategy, f64)> = with_plan.map(|(row, c)| (row, c, total_time(c))).collect();
@@ -36,6 +41,7 @@ pub fn fastest(job: &Job, request: &CompareRequest, compared: &[ComparedStrategy
                     mounting_angle_deg: c.mounting_angle_deg,
                     total_time_s,
                     job_time_s: own.map(total_time),
+                    verified: request.settings.verify,
                     passed_over,
                 });
             }
@@ -63,6 +69,9 @@ struct SetupBar {
     is_measured: bool,
     /// Largest fraction never cut that a plan without all that the job requires may have.
     never_cut: f64,
+    /// Size of the region: area in mm², and length of lines in mm; of the largest where the job has
+    /// no plan of its own.
+    region: [f64; 2],
 }
 
 impl Bar {
@@ -81,13 +90,14 @@ impl Bar {
                 height: known(|s| s.cusp_largest_mm).unwrap_or(0.0).max(smallest_tolerance(job, index)),
                 is_measured: setups().any(|s| s.cusp_largest_mm.is_some()),
                 never_cut: known(|s| s.never_cut_fraction).unwrap_or(0.0),
+                region: setups().map(region).fold([0.0, 0.0], |[a, b], [c, d]| [a.max(c), b.max(d)]),
             }
         };
-        Self {
-            // The best of one is its own.
-            outcome: others.iter().filter_map(|c| c.outcome).min().unwrap_or(Outcome::Done),
-            setups: (0..job.setups.len()).map(of_setup).collect(),
-        }
+        let setups: Vec<SetupBar> = (0..job.setups.len()).map(of_setup).collect();
+        // A plan of the same region that leaves nothing shows that none has to.
+        let is_same = |c: &ComparedStrategy| setups.iter().zip(&c.setups).all(|(bar, s)| bar.has_region(s));
+        let sound = compared.iter().filter(|c| c.failed.is_none() && is_sound(c) && is_same(c));
+        Self { outcome: sound.filter_map(|c| c.outcome).min().unwrap_or(Outcome::Done), setups }
     }
 
     /// Returns the reason why a plan is less complete; `None` if it is not.
@@ -105,9 +115,27 @@ impl Bar {
     }
 }
 
+/// Returns area, mm², and length of lines, mm, that a plan's operations are to cut.
+fn region(planned: &PlannedPasses) -> [f64; 2] {
+    [planned.region_area_mm2, planned.region_length_mm].map(|size| size.unwrap_or(0.0))
+}
+
 impl SetupBar {
+    /// Whether a plan cuts this region: others may be smaller, or not be roughed.
+    fn has_region(&self, planned: &PlannedPasses) -> bool {
+        let is_same = |(own, other): (f64, f64)| (own - other).abs() <= SAME_REGION * own.max(other);
+        self.region.into_iter().zip(region(planned)).all(is_same)
+    }
+
     fn why_below(&self, planned: &PlannedPasses, outcome: Option<Outcome>) -> Option<String> {
         let percent = |share: f64| 100.0 * share;
+        if !self.has_region(planned) {
+            let ([area, line], [own_area, own_line]) = (region(planned), self.region);
+            let (area, own_area) = (area / 100.0, own_area / 100.0);
+            return Some(format!(
+                "it cuts another region: {area:.1} cm² and lines of {line:.1} mm, in place of {own_area:.1} cm² and {own_line:.1} mm"
+            ));
+        }
         if planned.planned_fraction < self.planned_fraction - SAME_FRACTION {
             let (own, bar) = (percent(planned.planned_fraction), percent(self.planned_fraction));
             return Some(format!("only {own:.2} % of its points are planned, of {bar:.2} %"));

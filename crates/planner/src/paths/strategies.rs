@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use facemill_cc_path::{ConstantScallopFile, SeedFile, StrategyFile};
+use facemill_cc_path::{ConstantScallopFile, SectionsFile, SeedFile, SeedPlaneFile, StrategyFile};
 use facemill_file_format::{FormatError, from_json, from_value};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{DirectionFile, JobFile, LevelOrderFile, LinkingFile, PathFile, PathFromStrategy};
@@ -53,8 +53,9 @@ pub fn listed_strategies(job: &Job, bytes: &[u8]) -> Result<Vec<NamedStrategy>, 
 /// Returns the strategies that a job can be planned by without more data: its own, levels and edge
 /// fill, parallel planes along, across and diagonal to the region and, where that is another
 /// direction, as the rotary axes move least, with edge fill and without (`levels`), and constant
-/// scallop from the region's border; each in both orders and, with direction `either`, one-way and
-/// zigzag. Operations with a path file keep it. Equal ones come once.
+/// scallop from the region's border, and from its middle along and across; each in both orders and,
+/// with direction `either`, one-way and zigzag. Operations with a path file keep it. Equal ones
+/// come once.
 ///
 /// # Errors
 /// If the job lays no passes.
@@ -77,8 +78,17 @@ pub fn default_strategies(job: &Job) -> Result<Vec<NamedStrategy>, Failure> {
             bases.push((format!("{of} {direction}"), change));
         }
     }
-    for (name, strategy) in further_strategies() {
-        bases.push((name, Box::new(move |_, s| s.strategy = strategy.clone())));
+    let from_border: Change<'_> = Box::new(|_, s| s.strategy = constant_scallop(SeedFile::Border, &s.strategy));
+    bases.push(("constant scallop".to_owned(), from_border));
+    for direction in &DIRECTIONS[..2] {
+        let planes = &planes;
+        let change: Change<'_> = Box::new(move |k, s| {
+            if let Some(planes) = planes[k].iter().find(|p| p.direction == *direction) {
+                let plane = SeedPlaneFile { normal: planes.file.normal, origin_mm: planes.middle };
+                s.strategy = constant_scallop(SeedFile::Plane(plane), &s.strategy);
+            }
+        });
+        bases.push((format!("constant scallop {direction}"), change));
     }
     for (name, change) in &bases {
         add_orders(&mut found, &with(&job.file, change), name);
@@ -134,11 +144,19 @@ fn without_repetitions(all: Vec<NamedStrategy>) -> Vec<NamedStrategy> {
     all.into_iter().filter(is_new).collect()
 }
 
-/// Returns the strategies beside sections that need no data of the region but its border. Flows and
-/// spirals need the ends between which they lie, edges and roots a width.
-fn further_strategies() -> Vec<(String, StrategyFile)> {
-    let scallop = ConstantScallopFile { seed: SeedFile::Border, second_seed: None, within: None };
-    vec![("constant scallop".to_owned(), StrategyFile::ConstantScallop(scallop))]
+/// Returns constant scallop between the levels of the strategy in whose place it comes. Of the
+/// strategies beside sections it alone needs no more than the region: flows and spirals need the
+/// ends between which they lie, edges and roots a width.
+fn constant_scallop(seed: SeedFile, in_place_of: &StrategyFile) -> StrategyFile {
+    let within = match in_place_of {
+        StrategyFile::ParallelPlanes(planes) if planes.from_mm.is_some() || planes.to_mm.is_some() => {
+            Some(SectionsFile::ParallelPlanes(planes.clone()))
+        }
+        StrategyFile::CylindricalSections(cylinders) => Some(SectionsFile::CylindricalSections(cylinders.clone())),
+        StrategyFile::ConstantScallop(scallop) => scallop.within.clone(),
+        _ => None,
+    };
+    StrategyFile::ConstantScallop(ConstantScallopFile { seed, second_seed: None, within })
 }
 
 #[cfg(test)]

@@ -76,7 +76,9 @@ pub(crate) struct Columns {
     /// Length of a pass on a level of the grid, per column, mm.
     lengths: Vec<f64>,
     /// Last level.
-    last: f64,
+    pub(crate) last: f64,
+    /// Whether the lower border is the first level on all columns.
+    starts_at_level: bool,
 }
 
 /// Steepest front: gain of level per way along the passes, 11°. Steeper fronts turn the feed too
@@ -127,6 +129,7 @@ impl Columns {
             work: vec![0.0; n * (n_levels + 1)],
             lengths: vec![0.0; n * n_levels],
             last: last_level,
+            starts_at_level: false,
         };
         for (t, band) in bands.iter().enumerate() {
             this.add(patch, sections, t, band);
@@ -218,6 +221,7 @@ impl Columns {
             border.lean = [0, 1].map(|k| (self.row.width / (inner[k] - border.outer[k]).abs()).hypot(1.0));
             border.inner = [inner[0] + inset, inner[1] - inset];
         }
+        self.starts_at_level = self.borders.iter().flatten().all(|b| b.inner[0] - self.first <= 2.0 * inset);
     }
 
     /// Sums up the work below each level.
@@ -250,9 +254,10 @@ impl Columns {
             return f64::INFINITY;
         }
         let mut reach = self.march(i, level, factor);
-        // The lowest place that the end of the pass before does not reach.
+        // The lowest place that the end of the pass before does not reach. A pass along a border that
+        // is a level has no end beside it.
         let beside = low.max(level + half[0] / border.lean[0]);
-        if beside <= border.inner[0].max(low) {
+        if !self.starts_at_level && beside <= border.inner[0].max(low) {
             reach = reach.min(beside + half[0]).max(border.inner[0].min(beside + half[0]));
         }
         // The lowest place on the upper border that the pass before does not reach.

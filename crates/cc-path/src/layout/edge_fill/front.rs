@@ -73,6 +73,8 @@ pub(crate) struct FrontSet<'a> {
     pub(crate) along: &'a Along,
     /// 1; −1 where fronts count levels from the highest down.
     pub(crate) sign: f64,
+    /// Level beyond which nothing is cut, counted as by the front.
+    pub(crate) last: f64,
 }
 
 impl FrontSet<'_> {
@@ -88,7 +90,8 @@ impl FrontSet<'_> {
 
     /// Whether the pass runs over a place.
     pub(crate) fn covers(&self, p: &Point3<f64>) -> bool {
-        let i = self.row.interval(self.along.value(p)).0;
-        self.front.span[0] <= i && i <= self.front.span[1]
+        let x = self.along.value(p);
+        let i = self.row.interval(x).0;
+        self.front.span[0] <= i && i <= self.front.span[1] && self.front.at(self.row, x).0 <= self.last
     }
 }

@@ -54,9 +54,9 @@ impl FrontLayout {
 
     /// The fronts with the triangles that reach them, in cutting order.
     pub(crate) fn levels<'a>(&'a self, sections: &'a Sections) -> Vec<PassLevel<'a>> {
-        let Columns { row, along, sign, .. } = &self.columns;
+        let Columns { row, along, sign, last, .. } = &self.columns;
         let level = |(front, among): (&'a Front, &'a Vec<u32>)| {
-            let set = LevelSet::Front { sections, front: FrontSet { front, row, along, sign: *sign } };
+            let set = LevelSet::Front { sections, front: FrontSet { front, row, along, sign: *sign, last: *last } };
             PassLevel { set, among: Cow::Borrowed(among), starts: starts(front) }
         };
         self.fronts.iter().zip(&self.triangles).map(level).collect()

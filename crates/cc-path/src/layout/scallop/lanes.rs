@@ -373,10 +373,13 @@ impl Lane {
     /// runs along the front rather than across it: where the depth changes less than a front may
     /// turn.
     fn slant_of_ridge(&self, i: usize) -> Option<f64> {
-        let met = self.beside(i, SLANT_BINS * self.width).filter(|&k| self.bins[k].is_met);
-        let depths: Vec<f64> = met.map(|k| self.bins[k].depth).collect();
-        let (low, high) = depths.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), d| (low.min(*d), high.max(*d)));
-        let slant = (high - low) / depths.len().saturating_sub(1).max(1) as f64;
+        let beside = self.beside(i, SLANT_BINS * self.width).enumerate();
+        let met: Vec<(usize, f64)> =
+            beside.filter(|&(_, k)| self.bins[k].is_met).map(|(at, k)| (at, self.bins[k].depth)).collect();
+        let (first, last) = (met.first()?.0, met.last()?.0);
+        let (low, high) = met.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), m| (low.min(m.1), high.max(m.1)));
+        // The mean over all of them: neighbours alone are as uneven as the triangles.
+        let slant = (high - low) / (last - first).max(1) as f64;
         (slant > STEEPEST * self.width).then_some(slant)
     }
 

@@ -80,10 +80,13 @@ impl ScallopLayout {
             0.25 * if width.is_finite() { width } else { settings.max_step_over }
         };
         for front in std::mem::take(&mut advance.fronts) {
+            let width = |t: u32| {
+                let widths = patch.mesh.triangles()[t as usize].map(|v| advance.widths[v as usize]);
+                widths.into_iter().filter(|w| w.is_finite()).fold(0.0, f64::max)
+            };
             let split = |path: SurfacePath| {
                 let spacing = spacing(&path, &advance.widths);
-                // Half a strip.
-                path.between_corners(patch, spacing, 2.0 * spacing)
+                path.between_corners(patch, spacing, width)
             };
             let paths: Vec<SurfacePath> = front.paths.iter().cloned().flat_map(split).collect();
             steps.push(FrontStep { paths, ..front });
@@ -103,7 +106,7 @@ impl ScallopLayout {
         if !ridges.is_empty() {
             let split = |path: SurfacePath| {
                 let spacing = spacing(&path, &advance.widths);
-                path.between_corners(patch, spacing, 0.0)
+                path.between_corners(patch, spacing, |_| 0.0)
             };
             let paths = ridges.into_iter().flat_map(split).collect();
             steps.push(FrontStep { paths, arrival: last, starts: None });

@@ -84,37 +84,49 @@ impl SurfacePath {
         (path.nodes.len() >= 2).then_some(path)
     }
 
-    /// The paths between its corners. Those that end at one go straight on for `beyond` (mm), where
-    /// the patch does: outside of a corner, the places nearest to the next pass are farther from it
-    /// than its strip.
-    pub(crate) fn between_corners(self, patch: &Patch, spacing: f64, beyond: f64) -> Vec<Self> {
+    /// The paths between its corners. Those that end at one go straight on for half of the width
+    /// there, where the surface does: outside of a corner, the places nearest to the next pass are
+    /// farther from it than its strip.
+    pub(crate) fn between_corners(self, patch: &Patch, spacing: f64, width: impl Fn(u32) -> f64) -> Vec<Self> {
         let closed = self.closed;
         let mut parts = self.split_at_corners(spacing);
         let n_ends = if closed { parts.len() } else { parts.len() - 1 };
-        parts.iter_mut().take(n_ends).filter(|p| !p.closed).for_each(|p| p.go_on(patch, spacing, beyond));
+        for part in parts.iter_mut().take(n_ends).filter(|p| !p.closed && p.length() >= spacing) {
+            let half = 0.5 * width(part.triangles[part.triangles.len() - 1]);
+            if half > 0.0 {
+                part.go_on(patch, spacing, half);
+            }
+        }
         parts
     }
 
-    /// Goes straight on at its end.
+    /// Goes straight on at its end, up to a crease.
     fn go_on(&mut self, patch: &Patch, spacing: f64, beyond: f64) {
-        if beyond <= 0.0 {
-            return;
-        }
         let n = self.nodes.len();
         let (end, triangle) = (self.nodes[n - 1], self.triangles[n - 1]);
+        let normal = |t: u32| patch.facet_normal(t).map(Unit::into_inner);
+        let Some(own) = normal(self.triangles[n - 2]) else { return };
+        let is_smooth = |t: u32| normal(t).is_some_and(|n| n.dot(&own) >= CORNER_COS);
+        // At a crease the path ends because no posture follows it.
+        if !is_smooth(triangle) {
+            return;
+        }
         let is_far = |node: &&Point3<f64>| (end - **node).norm() >= spacing;
         let before = self.nodes.iter().rev().find(is_far).unwrap_or(&self.nodes[0]);
         let ahead = end - before;
-        let Some(across) = Unit::try_new(ahead.cross(&patch.normal(triangle, &end)), 1e-9) else { return };
+        let Some(across) = Unit::try_new(ahead.cross(&own), 1e-9) else { return };
         let Some(walk) = SectionWalk::from_place(patch, triangle, end, across, &ahead) else { return };
         let mut from = (end, 0.0);
         for step in walk {
+            if !is_smooth(step.triangle) {
+                return;
+            }
             let is_last = step.way >= beyond;
             let share = if is_last { (beyond - from.1) / (step.way - from.1) } else { 1.0 };
             self.nodes.push(from.0 + (step.position - from.0) * share);
             self.triangles.push(step.triangle);
             if is_last {
-                break;
+                return;
             }
             from = (step.position, step.way);
         }
@@ -142,7 +154,8 @@ impl SurfacePath {
         };
         let mut corners: Vec<usize> = inner.filter(|&k| n > 2 && is_corner(k)).map(place).collect();
         corners.sort_unstable();
-        corners.dedup();
+        // Two at one bend are one.
+        corners.dedup_by(|next, before| (self.nodes[*next] - self.nodes[*before]).norm() < 0.5 * spacing);
         if corners.is_empty() {
             return vec![self];
         }

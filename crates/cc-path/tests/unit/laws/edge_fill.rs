@@ -66,6 +66,39 @@ fn passes_of_even_width_stay_levels() {
     assert_eq!(plain, lay_by(&s, &strategy, &settings, &|_| 6.0));
 }
 
+/// A sheet that goes on beyond the levels to be cut: the first pass lies on the first level, none
+/// beyond the last, and nothing between them is farther than half a strip from a pass.
+#[test]
+fn fronts_of_a_band_of_a_sheet_stay_in_the_band() {
+    let s = surface(grid(40, 40, |u, v| Point3::new(80.0 * u - 40.0, 80.0 * v - 40.0, 0.0)));
+    let at = |p: &Point3<f64>| if p.x > 30.0 { 1.0 } else { 2.0 };
+    for (to, evenly) in [(1.0, true), (5.0, false)] {
+        let width = |cc: &CcPoint| if evenly { 2.0 } else { at(&cc.position) };
+        let strategy = Strategy::ParallelPlanes(ParallelPlanes {
+            origin: Point3::origin(),
+            normal: Vector3::y_axis(),
+            from: Some(-1.0),
+            to: Some(to),
+        });
+        let settings = LaySettings { max_step_over: 2.0, direction: Direction::Reverse, ..filled() };
+        let layout = lay_by(&s, &strategy, &settings, &width);
+        let ys = || layout.passes.iter().flat_map(|p| &p.pass.points).map(|cc| cc.position.y);
+        // A pass ends at the next side of a triangle, 2·√2 mm on at most, with slopes up to 0.2.
+        let most = to + 0.2 * 8f64.sqrt();
+        assert!(ys().all(|y| (-1.0 - 1e-3..=most).contains(&y)), "{to}: {:?}", ys().fold(0.0, f64::max));
+        let first = &layout.passes[0].pass.points;
+        assert!(first.iter().all(|cc| (cc.position.y + 1.0).abs() < 1e-2), "{to}");
+        if evenly {
+            assert_eq!(layout.passes.len(), 2);
+        }
+        let mut rng = Lcg::new(5);
+        let mut place = || Point3::new(80.0 * rng.unit() - 40.0, -1.0 + (to + 1.0) * rng.unit(), 0.0);
+        let places: Vec<_> = (0..1000).map(|_| place()).collect();
+        let worst = worst_reach(&layout, &places, |p| if evenly { 2.0 } else { at(p) });
+        assert!(worst < 1.02, "{to}: {worst}");
+    }
+}
+
 /// Each lean, pattern and order once; all of them together are for the sweep.
 #[test]
 fn strips_of_a_skewed_region_are_no_wider_than_allowed() {

@@ -29,11 +29,18 @@ const PYTHON: &str = "/usr/bin/python3";
 /// Velocity and acceleration of X, Y, Z, B and C: mm, deg, s.
 pub(crate) type Limits = [[f64; 2]; 5];
 
+/// Words before an error of the interpreter in what the driver prints.
+const REFUSED: &str = "the control says";
+
 /// Times for which the axes move in each program, s; each starts where all axes are at 0.
 ///
 /// # Errors
 ///
-/// Why the simulator did not run a program, three times.
+/// Why the simulator did not run at all, three times.
+///
+/// # Panics
+///
+/// If it refuses a program.
 pub(crate) fn times(programs: &[String], limits: &Limits) -> Result<Vec<f64>, String> {
     let once = || times_of_one_start(programs, limits);
     once().or_else(|_| once()).or_else(|_| once())
@@ -58,8 +65,10 @@ fn times_of_one_start(programs: &[String], limits: &Limits) -> Result<Vec<f64>, 
     drop(simulator);
     let printed = String::from_utf8_lossy(&out.stdout).into_owned();
     let times: Vec<f64> = printed.lines().filter_map(|line| line.strip_prefix("time ")?.parse().ok()).collect();
+    let errors = String::from_utf8_lossy(&out.stderr);
+    assert!(!errors.contains(REFUSED), "{errors}");
     if times.len() < programs.len() {
-        return Err(format!("{printed}{}", String::from_utf8_lossy(&out.stderr).trim()));
+        return Err(format!("{printed}{}", errors.trim()));
     }
     Ok(times)
 }
@@ -218,7 +227,7 @@ def clock():
 
 def fail(why):
     report = errors.poll() if errors else None
-    sys.exit(f'{why}; it says {report[1]}' if report else why)
+    sys.exit(f'{why}; the control says {report[1]}' if report else why)
 
 def repeat(send, done, why):
     deadline = time.time() + PATIENCE
@@ -256,10 +265,12 @@ def run(name, has_moved):
             queue, since = status.queue, time.time()
         time.sleep(0.02)
     override(1)
-    deadline = time.time() + PATIENCE
+    moved, deadline = clock(), time.time() + PATIENCE
     while not (has_moved() and at_rest()):
+        if clock() > moved:
+            moved, deadline = clock(), time.time() + PATIENCE
         if time.time() > deadline:
-            fail(f'{name} does not end')
+            fail(f'{name} does not go on')
         time.sleep(0.02)
         status.poll()
 

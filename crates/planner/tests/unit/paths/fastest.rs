@@ -44,6 +44,8 @@ fn planned(total_time_s: f64) -> PlannedPasses {
         cusp_p99_mm: None,
         cusp_largest_mm: Some(0.09),
         never_cut_fraction: Some(0.01),
+        region_area_mm2: Some(6400.0),
+        region_length_mm: Some(0.0),
         rotary_reversals: 0,
         posture_jumps: 0,
         faults: 0,
@@ -91,6 +93,11 @@ fn a_faster_plan_is_passed_over_where_it_is_less_complete_than_the_jobs_own() {
     is(reason((Outcome::Done, PlannedPasses { cusp_largest_mm: Some(0.11), ..faster() })), "0.110 mm");
     is(reason((Outcome::Done, PlannedPasses { cusp_largest_mm: None, ..faster() })), "unknown");
     is(reason((Outcome::Incomplete, faster())), "more than the job permits");
+    is(reason((Outcome::Done, PlannedPasses { region_area_mm2: Some(6200.0), ..faster() })), "62.0 cm²");
+    is(reason((Outcome::Done, PlannedPasses { region_area_mm2: Some(7000.0), ..faster() })), "another region");
+    is(reason((Outcome::Done, PlannedPasses { region_length_mm: Some(80.0), ..faster() })), "lines of 80.0 mm");
+    // Sampling measures the same region a little differently.
+    assert_eq!(reason((Outcome::Done, PlannedPasses { region_area_mm2: Some(6390.0), ..faster() })), None);
     // Within the tolerance of 0.1 mm more may be left than the job's own plan leaves.
     assert_eq!(reason((Outcome::Done, PlannedPasses { cusp_largest_mm: Some(0.1), ..faster() })), None);
 }
@@ -107,6 +114,19 @@ fn a_plan_may_leave_as_much_as_the_jobs_own_even_above_the_tolerance() {
     let found = fastest(&job, &request, &all).unwrap();
     assert_eq!(found.index, 1);
     assert!(found.passed_over[0].reason.contains("never cuts 3.00 %"), "{found:?}");
+}
+
+#[test]
+fn a_job_with_a_fault_or_with_material_left_lowers_no_bar() {
+    let (job, request) = request();
+    let little = PlannedPasses { planned_fraction: 0.41, ..planned(10.0) };
+    let own = PlannedPasses { planned_fraction: 0.4, faults: 1, ..planned(100.0) };
+    let all = [(Outcome::Faulty, own), (Outcome::Incomplete, little.clone()), (Outcome::Done, planned(50.0))];
+    let found = fastest(&job, &request, &rows(all)).unwrap();
+    assert_eq!((found.index, found.job_time_s), (2, None), "{found:?}");
+    let own = PlannedPasses { planned_fraction: 0.4, ..planned(100.0) };
+    let all = [(Outcome::Incomplete, own), (Outcome::Incomplete, little), (Outcome::Done, planned(50.0))];
+    assert_eq!(fastest(&job, &request, &rows(all)).unwrap().index, 2);
 }
 
 #[test]

@@ -2,12 +2,15 @@ use super::*;
 
 #[test]
 fn constant_scallop_from_the_border_is_a_candidate_and_strategies_that_need_data_are_none() {
-    let further = further_strategies();
-    let names: Vec<&str> = further.iter().map(|(name, _)| name.as_str()).collect();
-    assert_eq!(names, ["constant scallop"]);
-    // What a job file needs of it is the seed alone.
-    let written = serde_json::to_value(&further[0].1).unwrap();
+    let planes: StrategyFile =
+        from_value(serde_json::json!({ "parallel_planes": { "normal": [0.0, 1.0, 0.0] } })).unwrap();
+    // What a job file needs of it is the seed alone, and the levels between which the job cuts.
+    let written = serde_json::to_value(constant_scallop(SeedFile::Border, &planes)).unwrap();
     assert_eq!(written, serde_json::json!({ "constant_scallop": { "seed": "border" } }));
+    let between: StrategyFile =
+        from_value(serde_json::json!({ "parallel_planes": { "normal": [0.0, 1.0, 0.0], "to_mm": 7.0 } })).unwrap();
+    let written = serde_json::to_value(constant_scallop(SeedFile::Border, &between)).unwrap();
+    assert_eq!(written["constant_scallop"]["within"]["parallel_planes"]["to_mm"], 7.0);
     let schema: Value = serde_json::from_str(&facemill_file_format::schema::<StrategyFile>()).unwrap();
     let kinds = schema["oneOf"].as_array().unwrap().iter().filter_map(|kind| kind["required"][0].as_str());
     let by_name_alone = |name: &&str| from_value::<StrategyFile>(serde_json::json!({ *name: {} })).is_ok();
