@@ -18,6 +18,8 @@ fn planned(setup: &str) -> PlannedPasses {
         cusp_p99_mm: Some(0.071),
         cusp_largest_mm: None,
         never_cut_fraction: Some(0.001),
+        region_area_mm2: Some(12_000.0),
+        region_length_mm: Some(0.0),
         rotary_reversals: 3,
         posture_jumps: 4,
         faults: 0,
@@ -67,6 +69,7 @@ fn the_plan_of_least_time_is_named_with_its_gain_and_the_first_plans_passed_over
         mounting_angle_deg: -30.0,
         total_time_s: 345.0,
         job_time_s: Some(690.0),
+        verified: true,
         passed_over: (0..5).map(over).collect(),
     };
     file.fastest = Some(fastest.clone());
