@@ -84,7 +84,8 @@ pub(crate) struct Detours<'d, 'a> {
     /// other plan may raise it.
     pub(crate) adds_passes: bool,
     /// Whether passes away from the pole are planned again, too: not where turns join neighbours,
-    /// for which their postures have to agree, nor for pairs, whose postures are chosen together.
+    /// for which their postures have to agree, nor for pairs, whose postures are chosen together,
+    /// nor where feeds keep within velocities alone.
     pub(crate) everywhere: bool,
 }
 
@@ -318,7 +319,8 @@ impl Judge<'_, '_, '_> {
         if outcomes.points.iter().any(|o| self.detours.is_beside_pole(o)) {
             return Some(Loss::BesidePole);
         }
-        if !self.detours.everywhere {
+        // By velocities alone, rotary axes hardly hold up a pass away from the pole.
+        if !self.detours.everywhere || self.timer.is_none() {
             return None;
         }
         (needed > sum(&times(Rotaries::AtRest).needed) + WORTH * programmed).then_some(Loss::RotaryAxes)

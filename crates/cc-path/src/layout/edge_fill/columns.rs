@@ -254,8 +254,8 @@ impl Columns {
             return f64::INFINITY;
         }
         let mut reach = self.march(i, level, factor);
-        // The lowest place that the end of the pass before does not reach. A pass along a border that
-        // is a level has no end beside it.
+        // The lowest place that the end of the pass before does not reach. A pass along a border
+        // that is a level has no end beside it.
         let beside = low.max(level + half[0] / border.lean[0]);
         if !self.starts_at_level && beside <= border.inner[0].max(low) {
             reach = reach.min(beside + half[0]).max(border.inner[0].min(beside + half[0]));

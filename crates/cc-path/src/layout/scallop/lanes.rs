@@ -353,8 +353,8 @@ impl Lane {
             return Some(covered[i] + allowed);
         }
         if self.bins[i].is_met {
-            // Fronts that meet at an angle end at the ridge, in the stretch that it leaves: they hold
-            // nothing back.
+            // Fronts that meet at an angle end at the ridge, in the stretch that it leaves: they
+            // hold nothing back.
             if let Some(slant) = self.slant_of_ridge(i) {
                 return (depth + slant > allowed).then_some(covered[i] + allowed);
             }
@@ -369,9 +369,9 @@ impl Lane {
         Some(covered[i] + allowed.min(depth - BEFORE_BORDER * width))
     }
 
-    /// Change of the depth before the ridge ahead from stretch to stretch, mm; `None` where the ridge
-    /// runs along the front rather than across it: where the depth changes less than a front may
-    /// turn.
+    /// Change of the depth before the ridge ahead from stretch to stretch, mm; `None` where the
+    /// ridge runs along the front rather than across it: where the depth changes less than a front
+    /// may turn.
     fn slant_of_ridge(&self, i: usize) -> Option<f64> {
         let beside = self.beside(i, SLANT_BINS * self.width).enumerate();
         let met: Vec<(usize, f64)> =
