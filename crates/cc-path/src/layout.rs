@@ -11,5 +11,6 @@ pub(crate) mod pass_level;
 pub(crate) mod resample;
 pub(crate) mod scallop;
 pub(crate) mod section_layout;
+pub(crate) mod section_walk;
 pub(crate) mod strip_width;
 pub(crate) mod trace;

@@ -258,6 +258,12 @@ fn the_best_job_of_a_comparison_takes_the_direction_that_spares_a_slow_axis() {
     assert_eq!(report["totals"]["time_over_feed"], rows[taken]["setups"][0]["time_over_feed"]);
     assert_eq!(report["time_law"]["total_time_s"], fastest["total_time_s"]);
 
+    // The file may be written by hand: it stays as it is, and nothing is planned.
+    let written = std::fs::read(best).expect("a job");
+    let (code, _, errors) = paths(&job, &["--compare", "--no-verify", "--strategies", names, "--best-out", best]);
+    assert!(code == 2 && errors.contains("name another file"), "{code}, {errors}");
+    assert_eq!(std::fs::read(best).expect("a job"), written);
+
     // The job as given is no output.
     let own_job = job.job();
     let own_job = own_job.to_str().expect("a path");

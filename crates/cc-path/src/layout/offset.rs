@@ -9,4 +9,3 @@ pub(crate) mod ridge;
 pub(crate) mod ridge_profile;
 pub(crate) mod rolling_ball;
 pub(crate) mod root_sides;
-pub(crate) mod section_walk;

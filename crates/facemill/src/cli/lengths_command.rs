@@ -13,7 +13,7 @@ use facemill::{CutRequest, Failure, files, read_rest, replan_with_shorter_tools}
 
 use crate::cli::arguments::program::{ProgramArguments, ProgramOfJob};
 use crate::cli::option_lengths::{above_zero, from_zero, stock_tolerance};
-use crate::cli::output::{has_format, leave_out, refuse_other, say};
+use crate::cli::output::say;
 use crate::cli::progress::Progress;
 
 #[derive(Args)]
@@ -128,8 +128,32 @@ const NOTHING_WORKS: &str = "no tool works";
 /// removed if no length is found.
 fn look_at_earlier(arguments: &LengthsArguments, dialect: Dialect) -> Result<(), Failure> {
     let is_program = |text: &[u8]| read_program(text, dialect).is_ok();
-    refuse_other(arguments.tool_out.as_deref(), "tool file (\"format\": \"facemill-tool/1\")", |bytes| {
-        has_format(bytes, "facemill-tool/")
-    })?;
+    refuse_other(arguments.tool_out.as_deref(), "tool file (\"format\": \"facemill-tool/1\")", is_tool_file)?;
     refuse_other(arguments.program_out.as_deref(), "program of this control", is_program)
+}
+
+/// Refuses an existing file that is not `what` it should be; an empty one counts as missing.
+fn refuse_other(out: Option<&Path>, what: &str, is_ours: impl Fn(&[u8]) -> bool) -> Result<(), Failure> {
+    // The write reports an unreadable file. The file is inspected for replacement: it is no input.
+    let read = |out: &Path| out.metadata().is_ok_and(|m| m.is_file()).then(|| std::fs::read(out).ok()).flatten();
+    let Some((out, bytes)) = out.and_then(|out| Some((out, read(out)?))) else { return Ok(()) };
+    if bytes.is_empty() || is_ours(&bytes) {
+        return Ok(());
+    }
+    let message =
+        format!("exists and is not a {what}, so it is not from an earlier run: name another file, or remove it");
+    Err(Failure::input(out, message))
+}
+
+/// Returns whether bytes are a tool file of this program, regardless of its content.
+fn is_tool_file(bytes: &[u8]) -> bool {
+    let file: Option<serde_json::Value> = serde_json::from_slice(bytes).ok();
+    let format = file.as_ref().and_then(|file| file.get("format")?.as_str());
+    format.is_some_and(|format| format.starts_with("facemill-tool/"))
+}
+
+/// Removes the output of an earlier run under the name of a file that is not written, and says so.
+fn leave_out(out: &Path, why: &str) -> Result<String, Failure> {
+    let removed = if files::remove_earlier(out)? { "; the file of an earlier run was removed" } else { "" };
+    Ok(format!("{why}: {} is not written{removed}", out.display()))
 }

@@ -10,9 +10,9 @@ use crate::distance::source_curve::SourceCurve;
 use crate::error::PathError;
 use crate::layout::offset::edge_lines::{BorderSide, border_sides};
 use crate::layout::offset::ridge_profile::turn_about;
-use crate::layout::offset::section_walk::SectionWalk;
 use crate::layout::scallop::seeds::chained;
 use crate::layout::scallop::surface_path::{SurfacePath, trace_zero};
+use crate::layout::section_walk::SectionWalk;
 use crate::strategy::patch::Patch;
 
 /// The smallest radius of a fillet.

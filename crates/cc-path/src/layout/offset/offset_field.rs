@@ -4,8 +4,8 @@ use rayon::prelude::*;
 use crate::distance::curve_distance::{CurveDistance, CurveFoot};
 use crate::distance::patch_vertices::{PatchVertices, on_edge};
 use crate::distance::source_curve::SourceCurve;
-use crate::layout::offset::section_walk::SectionWalk;
 use crate::layout::scallop::surface_path::{SurfacePath, trace_zero};
+use crate::layout::section_walk::SectionWalk;
 use crate::strategy::patch::Patch;
 
 /// Distance estimates may be so much too short, as a share: feet are looked for so much farther.

@@ -13,9 +13,9 @@ use crate::layout::offset::corner_normals::CornerNormals;
 use crate::layout::offset::edge_lines::lines_between;
 use crate::layout::offset::offset_field::longest_side;
 use crate::layout::offset::ridge_profile::RidgeProfile;
-use crate::layout::offset::section_walk::{SectionWalk, WalkStep};
 use crate::layout::scallop::surface_path::SurfacePath;
 use crate::layout::section_layout::extent;
+use crate::layout::section_walk::{SectionWalk, WalkStep};
 use crate::strategy::edge::EdgeLine;
 use crate::strategy::patch::Patch;
 

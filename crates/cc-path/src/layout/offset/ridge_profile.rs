@@ -3,7 +3,7 @@ use std::collections::VecDeque;
 use nalgebra::{Point3, Unit, Vector3};
 
 use crate::layout::offset::corner_normals::CornerNormals;
-use crate::layout::offset::section_walk::SectionWalk;
+use crate::layout::section_walk::SectionWalk;
 
 /// Section of a patch across an edge: way and turn of the normal, convex turns rising.
 ///

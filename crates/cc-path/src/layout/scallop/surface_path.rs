@@ -4,7 +4,7 @@ use nalgebra::{Point3, Unit};
 use crate::distance::patch_vertices::on_edge;
 use crate::distance::source_curve::{CurveNode, SourceCurve};
 use crate::layout::level_set::bracketed_root;
-use crate::layout::offset::section_walk::SectionWalk;
+use crate::layout::section_walk::SectionWalk;
 use crate::strategy::patch::Patch;
 
 /// A polyline on a patch.
@@ -154,8 +154,12 @@ impl SurfacePath {
         };
         let mut corners: Vec<usize> = inner.filter(|&k| n > 2 && is_corner(k)).map(place).collect();
         corners.sort_unstable();
-        // Two at one bend are one.
-        corners.dedup_by(|next, before| (self.nodes[*next] - self.nodes[*before]).norm() < 0.5 * spacing);
+        // Two at one bend are one, also where a closed path begins.
+        let is_one = |a: usize, b: usize| (self.nodes[a] - self.nodes[b]).norm() < 0.5 * spacing;
+        corners.dedup_by(|next, before| is_one(*next, *before));
+        if self.closed && corners.len() > 1 && is_one(corners[0], corners[corners.len() - 1]) {
+            corners.pop();
+        }
         if corners.is_empty() {
             return vec![self];
         }
