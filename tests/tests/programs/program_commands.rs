@@ -476,8 +476,8 @@ fn a_template_that_changes_what_f_counts_is_refused() {
     let without = template.replace("FGROUP({%", "; ({%").replace("FGREF[{{", "; [{{");
     assert_ne!(template, without);
     job.write("shop.j2", without.as_bytes());
-    // Otherwise passes that lose time to the rotary axes are cut with these at rest.
-    let turning = ("/feeds_within", json!("velocity"));
+    // Else passes that lose time to the rotary axes are cut with these at rest, and F is the same.
+    let turning = ("/operations/0/search/mode", json!({ "fixed": { "lead_deg": 10.0, "lean_deg": 4.0 } }));
     let post = [("/post/dialect", json!("siemens_840d")), ("/post/template", json!("shop.j2")), turning];
     job.set("job.json", &post);
     let why = job.try_plan().err().expect("other feeds").to_string();

@@ -187,8 +187,10 @@ fn feeds_are_lowered_to_what_the_axes_reach_and_no_limit_is_exceeded_at_them() {
 #[test]
 fn without_jerk_a_machine_plans_as_without_the_law_and_says_so() {
     let jerk = "/tool_chains/0/rows/1/joint/prismatic/max_jerk_mm_s3";
-    let without = planned(&[], &[(jerk, Value::Null)]);
-    let quick = planned(&[("/feeds_within", json!("velocity"))], &[]);
+    // The law has no say in postures that the job fixes.
+    let fixed = ("/operations/0/search/mode", json!({ "fixed": { "lead_deg": 15.0, "lean_deg": 4.0 } }));
+    let without = planned(std::slice::from_ref(&fixed), &[(jerk, Value::Null)]);
+    let quick = planned(&[fixed, ("/feeds_within", json!("velocity"))], &[]);
     assert_eq!(text(&without), text(&quick));
     assert!(without.report.time_law.is_none() && quick.report.no_time_law.is_empty());
     assert_eq!(without.report.no_time_law.len(), 1);

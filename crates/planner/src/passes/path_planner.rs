@@ -4,7 +4,7 @@ use facemill_cl_data::Pass;
 use facemill_cutter_location::cusp::neighbours::{Neighbours, OwnPlace};
 use facemill_cutter_location::{Optimum, Outcome, PassSettings, plan_passes};
 use facemill_job::failure::Failure;
-use facemill_job::format::job_file::{FeedsWithin, LinkingFile, OperationFile, PathFile, PathFromStrategy};
+use facemill_job::format::job_file::{LinkingFile, OperationFile, PathFile, PathFromStrategy};
 use facemill_job::setup::cell::{LEAST_STEP, pass_settings};
 use facemill_job::setup::path::LaidPath;
 use facemill_job::stages::{POSTURES, Stages};
@@ -116,7 +116,7 @@ pub(crate) fn detours<'d, 'a>(
         feed: operation.feeds.cutting_mm_min / 60.0,
         cusp: operation.tolerances.cusp_mm,
         adds_passes,
-        everywhere: is_alone && !is_joined && ground.scene.job.file.feeds_within == FeedsWithin::Acceleration,
+        everywhere: is_alone && !is_joined,
     }
 }
 

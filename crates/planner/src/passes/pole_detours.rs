@@ -84,8 +84,7 @@ pub(crate) struct Detours<'d, 'a> {
     /// other plan may raise it.
     pub(crate) adds_passes: bool,
     /// Whether passes away from the pole are planned again, too: not where turns join neighbours,
-    /// for which their postures have to agree, nor for pairs, whose postures are chosen together,
-    /// nor where feeds keep within velocities alone.
+    /// for which their postures have to agree, nor for pairs, whose postures are chosen together.
     pub(crate) everywhere: bool,
 }
 
