@@ -21,8 +21,8 @@ use crate::setup::cell::{LEAST_STEP, corner_on_drive, search_curve, wanted_uncut
 use crate::setup::left_stock::{left_region, region_file};
 
 /// Length of cutting that takes as long as entry, exit and link of a pass, in radii of the cutter:
-/// two arcs of 8° about 12.5 radii are 3.5 long, and the links of the sample as long as the rest.
-const PASS_COST: f64 = 4.0;
+/// two arcs of 8° about 12.5 radii take 3.5 and a link 0.7; the shortest entry and exit take 0.8.
+const PASS_COST: f64 = 3.0;
 
 /// A pass, and whether the uncut stock lies to the left of its feed.
 type SidedPass = (Pass<CcPoint>, bool);

@@ -142,24 +142,24 @@ impl Columns {
     /// Enters a triangle into its columns.
     fn add(&mut self, patch: &Patch, sections: &Sections, t: usize, band: &Band) {
         let v = patch.mesh.triangles()[t].map(|v| v as usize);
-        let corners: [[f64; 2]; 3] = v.map(|v| [self.values[v], self.sign * patch.levels[v]]);
+        let triangle = Polygon::triangle(v.map(|v| [self.values[v], self.sign * patch.levels[v]]));
         let share = slanted_share(patch, sections, &self.along, t, v[0]);
         let band = Band { limit: band.limit * share, requested: band.requested * share, ..*band };
+        // Length of the levels on the triangle per area of the polygon; where the triangle is seen
+        // edge on, there is no telling.
         let area = 0.5 * patch.mesh.scaled_normal(t).norm();
-        let flat = area_of(&corners).max(f64::MIN_POSITIVE);
+        let flat = triangle.area();
+        let stretch = if flat > 1e-9 * area { area * band.slope / flat } else { 0.0 };
+        // Only the part between the first level and the last is cut.
+        let within = triangle.clip(1, [self.first, self.last]);
         for i in self.of_triangle(v) {
             let bounds = [self.row.at(i), self.row.at(i + 1)];
-            let polygon = clip(&corners, bounds);
-            if polygon.is_empty() {
+            let polygon = within.clip(0, bounds);
+            if polygon.corners().is_empty() {
                 continue;
             }
-            let levels = || polygon.iter().map(|c| c[1]);
-            let low = levels().fold(f64::INFINITY, f64::min);
-            let high = levels().fold(f64::NEG_INFINITY, f64::max);
-            // Where the triangle is seen edge on, its columns share its area alike.
-            let shared = if polygon.len() < 3 { 0.0 } else { area_of(&polygon) / flat };
-            self.enter(i, [low, high], &band, share, area * shared.min(1.0));
-            self.border(i, &polygon, bounds, band.limit);
+            self.enter(i, &polygon, &band, share, stretch);
+            self.border(i, polygon.corners(), bounds, band.limit);
         }
     }
 
@@ -171,15 +171,19 @@ impl Columns {
     }
 
     /// Enters a part of a triangle into one column.
-    fn enter(&mut self, i: usize, [low, high]: [f64; 2], band: &Band, share: f64, area: f64) {
+    fn enter(&mut self, i: usize, polygon: &Polygon, band: &Band, share: f64, stretch: f64) {
+        let levels = || polygon.corners().iter().map(|c| c[1]);
+        let low = levels().fold(f64::INFINITY, f64::min);
+        let high = levels().fold(f64::NEG_INFINITY, f64::max);
         let (from, to) = (self.level_index(low), self.level_index(high));
-        let length = area * band.slope / (to - from + 1) as f64;
         for k in from..=to {
+            let bounds = [k, k + 1].map(|k| self.first + self.step * k as f64);
             let cell = &mut self.cells[i * self.n_levels + k];
-            let low = low.max(self.first + self.step * k as f64);
+            let low = low.max(bounds[0]);
             *cell = cell.least(&Cell { low, limit: band.limit, requested: band.requested, slope: band.slope * share });
-            self.work[i * (self.n_levels + 1) + k + 1] += length / band.limit;
-            self.lengths[i * self.n_levels + k] += length / self.step;
+            let area = if from == to { polygon.area() } else { polygon.clip(1, bounds).area() };
+            self.work[i * (self.n_levels + 1) + k + 1] += stretch * area / band.limit;
+            self.lengths[i * self.n_levels + k] += stretch * area / self.step;
         }
     }
 
@@ -299,13 +303,12 @@ impl Columns {
 
     /// Whether a pass on a level is inside the region somewhere on a column.
     pub(crate) fn holds(&self, i: usize, level: f64) -> bool {
-        self.length(i, level) > 0.0
+        level <= self.last && self.length(i, level) > 0.0
     }
 
-    /// Length of a pass on a level of a column, mm.
+    /// Length of a pass on a level of a column, mm; above the last level it is cut on that.
     pub(crate) fn length(&self, i: usize, level: f64) -> f64 {
-        let inside = (self.first..=self.first + self.step * self.n_levels as f64).contains(&level);
-        if inside { self.lengths[i * self.n_levels + self.level_index(level)] } else { 0.0 }
+        if level < self.first { 0.0 } else { self.lengths[i * self.n_levels + self.level_index(level)] }
     }
 
     /// Length that passes as wide as allowed have between two levels of a column, mm.
@@ -342,31 +345,59 @@ fn slanted_share(patch: &Patch, sections: &Sections, along: &Along, t: usize, v:
     (fixed.max(steepest) / slope).clamp(0.25, 1.0)
 }
 
-/// Area of a convex polygon.
-fn area_of(polygon: &[[f64; 2]]) -> f64 {
-    let [x, y] = polygon[0];
-    let of = |w: &[[f64; 2]]| (w[0][0] - x) * (w[1][1] - y) - (w[1][0] - x) * (w[0][1] - y);
-    0.5 * polygon.windows(2).map(of).sum::<f64>().abs()
+/// A convex polygon of up to ten corners: a triangle that is cut at three pairs of bounds.
+#[derive(Clone, Copy)]
+struct Polygon {
+    n: usize,
+    corners: [[f64; 2]; 10],
 }
 
-/// The part of a triangle between two coordinates.
-fn clip(corners: &[[f64; 2]; 3], [from, to]: [f64; 2]) -> Vec<[f64; 2]> {
-    let mut polygon = corners.to_vec();
-    for (sign, bound) in [(1.0, from), (-1.0, -to)] {
-        let inside = |c: &[f64; 2]| sign * c[0] - bound;
-        let mut kept = Vec::with_capacity(5);
-        for k in 0..polygon.len() {
-            let (a, b) = (polygon[k], polygon[(k + 1) % polygon.len()]);
-            let (ha, hb) = (inside(&a), inside(&b));
-            if ha >= 0.0 {
-                kept.push(a);
-            }
-            if (ha > 0.0 && hb < 0.0) || (ha < 0.0 && hb > 0.0) {
-                let t = ha / (ha - hb);
-                kept.push([a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t]);
-            }
-        }
-        polygon = kept;
+impl Polygon {
+    fn triangle([a, b, c]: [[f64; 2]; 3]) -> Self {
+        let mut this = Self { n: 3, corners: [[0.0; 2]; 10] };
+        this.corners[..3].copy_from_slice(&[a, b, c]);
+        this
     }
-    polygon
+
+    fn corners(&self) -> &[[f64; 2]] {
+        &self.corners[..self.n]
+    }
+
+    fn area(&self) -> f64 {
+        let corners = self.corners();
+        let Some([x, y]) = corners.first() else { return 0.0 };
+        let of = |w: &[[f64; 2]]| (w[0][0] - x) * (w[1][1] - y) - (w[1][0] - x) * (w[0][1] - y);
+        0.5 * corners.windows(2).map(of).sum::<f64>().abs()
+    }
+
+    /// The part between two coordinates, of the axis of that index.
+    fn clip(&self, axis: usize, [from, to]: [f64; 2]) -> Self {
+        let mut polygon = *self;
+        for (sign, bound) in [(1.0, from), (-1.0, -to)] {
+            let inside = |c: &[f64; 2]| sign * c[axis] - bound;
+            let mut kept = Self { n: 0, corners: [[0.0; 2]; 10] };
+            let corners = polygon.corners();
+            for (k, a) in corners.iter().enumerate() {
+                let b = &corners[(k + 1) % corners.len()];
+                let (ha, hb) = (inside(a), inside(b));
+                if ha >= 0.0 {
+                    kept.push(*a);
+                }
+                if (ha > 0.0 && hb < 0.0) || (ha < 0.0 && hb > 0.0) {
+                    let t = ha / (ha - hb);
+                    kept.push([a[0] + (b[0] - a[0]) * t, a[1] + (b[1] - a[1]) * t]);
+                }
+            }
+            polygon = kept;
+        }
+        polygon
+    }
+
+    /// Adds a corner; rounding can make a sliver more than convex, and what is beyond ten is lost.
+    fn push(&mut self, corner: [f64; 2]) {
+        if let Some(at) = self.corners.get_mut(self.n) {
+            *at = corner;
+            self.n += 1;
+        }
+    }
 }

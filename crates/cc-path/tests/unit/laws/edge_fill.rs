@@ -66,6 +66,26 @@ fn passes_of_even_width_stay_levels() {
     assert_eq!(plain, lay_by(&s, &strategy, &settings, &|_| 6.0));
 }
 
+#[test]
+fn even_widths_stay_levels_on_a_mesh_that_is_coarser_than_the_band() {
+    // Facets as large as the band reach beyond its levels by different ways.
+    for lean in [0.0, 0.3] {
+        let s = surface(grid(16, 16, |u, v| Point3::new(80.0 * u - 40.0, 80.0 * v - 40.0, lean * (80.0 * u - 40.0))));
+        // The last step of each is wider than the quarter that fronts leave out.
+        for to in [1.2, 2.0, 3.0] {
+            let strategy = Strategy::ParallelPlanes(ParallelPlanes {
+                origin: Point3::origin(),
+                normal: Vector3::y_axis(),
+                from: Some(-2.0),
+                to: Some(to),
+            });
+            let settings = LaySettings { max_step_over: 1.7, ..filled() };
+            let plain = lay_by(&s, &strategy, &LaySettings { edge_fill: false, ..settings.clone() }, &|_| 1.7);
+            assert!(plain == lay_by(&s, &strategy, &settings, &|_| 1.7), "lean {lean}, to {to}");
+        }
+    }
+}
+
 /// A sheet that goes on beyond the levels to be cut: the first pass lies on the first level, none
 /// beyond the last, and nothing between them is farther than half a strip from a pass.
 #[test]
