@@ -56,6 +56,8 @@ pub(crate) fn dual_propeller_job(diameter: f64) -> Result<Vec<(String, Vec<u8>)>
         let path = &mut operation["path"]["strategy"];
         path["region"] = json!({ "groups": [group] });
         path["order"] = json!("decreasing");
+        // Levels give both sides the same passes.
+        path["edge_fill"] = json!(false);
         operation["pattern"] = json!({ "copies": spec.n_blades(), "index_angle_deg": 360.0 / spec.n_blades() as f64 });
         let tolerances = &mut operation["tolerances"];
         // Rounded up to the next hundredth.

@@ -172,6 +172,8 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
         operation["entry"] = arc.clone();
         operation["exit"] = arc;
         operation["tolerances"]["max_lift_mm"] = json!(0.02);
+    } else {
+        operation["path"]["strategy"]["edge_fill"] = json!(false);
     }
     // From the tip inward: cut climbing, the passes then run down the blade, and their ends leave
     // over its lower edge.

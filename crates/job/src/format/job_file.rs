@@ -218,6 +218,10 @@ pub struct WorkOffsetFile {
     pub rotary_deg: BTreeMap<String, f64>,
 }
 
+fn default_edge_fill() -> bool {
+    true
+}
+
 fn default_register() -> String {
     "G54".to_owned()
 }
@@ -546,10 +550,11 @@ pub struct PathFromStrategy {
     #[serde(default)]
     pub min_pass_length_mm: f64,
     /// Whether passes follow the local strip width, with partial passes where strips are narrow at
-    /// an edge. Without it, every pass is a level, and its narrowest strip decides on the step.
+    /// an edge, wherever that is shorter. Without it, every pass is a level, and its narrowest strip
+    /// decides on the step.
     /// Only sections by planes, cylinders and other surfaces in space have levels: other
     /// strategies follow the width by themselves.
-    #[serde(default)]
+    #[serde(default = "default_edge_fill")]
     pub edge_fill: bool,
     /// Largest number of times that passes are laid again, with narrower strips where the text
     /// leaves more than `cusp_mm` (docs/method.md#rounds-of-widths). The best round is cut: within

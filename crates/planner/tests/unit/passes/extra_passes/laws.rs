@@ -76,7 +76,9 @@ pub(crate) fn toward_wall(x: f64) -> f64 {
 }
 
 pub(crate) fn planes(from: f64, to: f64) -> Value {
+    // Fronts would leave no strips to be laid narrower.
     json!({ "strategy": {
+        "edge_fill": false,
         "strategy": { "parallel_planes": { "normal": [1, 0, 0], "from_mm": from, "to_mm": to } },
         "region": { "box": { "min_mm": [-10, -2, -9], "max_mm": [10, 2, 30] } },
     } })
