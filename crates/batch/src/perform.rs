@@ -20,7 +20,7 @@ use facemill_virtual_machine::merge_findings;
 use crate::format::batch_file::{LengthsTaskFile, PlanTaskFile, TaskKindFile, VerifyTaskFile};
 use crate::format::result_file::{FailedFile, FailureKind, ResultFile, ResultFormat, TaskFigures, TaskTimes};
 use crate::format::task_file::Task;
-use crate::key::{key_of, settings_of};
+use crate::key::{Keys, key_of, settings_of};
 use crate::memory::peak_mib;
 use crate::store::{RESULT, Store, TIMES};
 
@@ -51,10 +51,9 @@ pub fn perform(
 ) -> Result<TaskEnd, Failure> {
     let began = Instant::now();
     let read = read_whole(task);
-    let key = match (&read, expected) {
-        (Ok(read), _) => read.key.clone(),
-        (Err(_), Some(expected)) => expected.to_owned(),
-        (Err(_), None) => crate::key::Keys::default().of(task.clone()).key,
+    let key = match &read {
+        Ok(read) => read.key.clone(),
+        Err(_) => Keys::default().of(task.clone()).key,
     };
     if let Some(expected) = expected.filter(|expected| **expected != key) {
         let cause = "input changed while it ran; run the batch again";

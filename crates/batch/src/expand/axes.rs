@@ -30,10 +30,11 @@ pub struct Variants {
 #[derive(Clone, Debug)]
 enum Axis {
     Listed(Vec<AxisValue>),
-    /// Interval that a sample draws from.
-    Drawn {
+    /// Numbers of an interval: `n` of them at equal distances, or drawn by a sample.
+    Range {
         name: String,
         range: RangeFile,
+        n: usize,
     },
 }
 
@@ -59,19 +60,20 @@ impl Variants {
                 CombineFile::Sample(SampleFile { seed, .. }) => draw(seed, index as u64, k as u64),
                 CombineFile::Grid | CombineFile::List => 0,
             };
+            let place = match self.combine {
+                CombineFile::Grid => rest % n_values(axis),
+                CombineFile::List => index,
+                CombineFile::Sample(_) => below(random, n_values(axis)),
+            };
+            rest /= n_values(axis);
             chosen.push(match (axis, self.combine) {
-                (Axis::Listed(values), CombineFile::Grid) => {
-                    let value = values[rest % values.len()].clone();
-                    rest /= values.len();
-                    value
-                }
-                (Axis::Listed(values), CombineFile::List) => values[index].clone(),
-                (Axis::Listed(values), CombineFile::Sample(_)) => values[below(random, values.len())].clone(),
-                (Axis::Drawn { name, range }, _) => {
+                (Axis::Listed(values), _) => values[place].clone(),
+                (Axis::Range { name, range, .. }, CombineFile::Sample(_)) => {
                     // 53 bits are all that a number has.
                     let share = (random >> 11) as f64 / (1u64 << 53) as f64;
                     number(name, &range.key, range.from + (range.to - range.from) * share)
                 }
+                (Axis::Range { name, range, n }, _) => number(name, &range.key, evenly(range, *n, place)),
             });
         }
         chosen.reverse();
@@ -125,7 +127,7 @@ pub(crate) fn variants(sweep: &SweepFile) -> Result<Variants, String> {
 fn n_values(axis: &Axis) -> usize {
     match axis {
         Axis::Listed(values) => values.len(),
-        Axis::Drawn { .. } => 1,
+        Axis::Range { n, .. } => *n,
     }
 }
 
@@ -158,32 +160,29 @@ fn axis_of(axis: &AxisFile, is_sample: bool) -> Result<Axis, String> {
             if !(range.from <= range.to && (range.to - range.from).is_finite()) {
                 return Err(format!("values.range: must go from a number to one not below it, is {range:?}"));
             }
-            match (is_sample, range.count) {
-                (true, _) => return Ok(Axis::Drawn { name: axis.name.clone(), range: range.clone() }),
+            let n = match (is_sample, range.count) {
+                (true, _) => 1,
                 (false, None | Some(0)) => {
                     return Err("values.range.count: is missing or 0; only a sample goes without it".to_owned());
                 }
-                (false, Some(n)) if n > MOST_VALUES => {
-                    return Err(format!("values.range.count: must be at most {MOST_VALUES}, is {n}"));
+                (false, Some(n)) if n > 1 && range.from == range.to => {
+                    return Err(format!("values.range.count: has {n} values, but from and to are one number"));
                 }
-                (false, Some(n)) => distinct("values.range", evenly(&axis.name, range, n))?,
-            }
+                (false, Some(n)) => n,
+            };
+            return Ok(Axis::Range { name: axis.name.clone(), range: range.clone(), n });
         }
     };
     Ok(Axis::Listed(values))
 }
 
-/// Largest count of a range, so that a batch cannot fill the memory before its tasks are counted.
-const MOST_VALUES: usize = 1_000_000;
-
-/// Returns numbers at equal distances, both ends among them.
-fn evenly(axis: &str, range: &RangeFile, n: usize) -> Vec<AxisValue> {
-    let at = |k: usize| match (k, n - 1) {
+/// Returns number `k` of `n` numbers at equal distances, both ends among them.
+fn evenly(range: &RangeFile, n: usize, k: usize) -> f64 {
+    match (k, n - 1) {
         (0, _) => range.from,
         (k, last) if k == last => range.to,
         (k, last) => range.from + (range.to - range.from) * (k as f64 / last as f64),
-    };
-    (0..n).map(|k| number(axis, &range.key, at(k))).collect()
+    }
 }
 
 fn number(axis: &str, key: &str, value: f64) -> AxisValue {

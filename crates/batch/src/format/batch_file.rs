@@ -91,7 +91,7 @@ pub enum CombineFile {
 #[serde(deny_unknown_fields)]
 pub struct SampleFile {
     /// Number of variants.
-    #[schemars(range(min = 1, max = 1_000_000))]
+    #[schemars(range(min = 1))]
     pub variants: usize,
     /// Seed: the same seed gives the same variants on every machine, and more variants begin with
     /// the same ones.
@@ -155,7 +155,7 @@ pub struct RangeFile {
     pub to: f64,
     /// Count of numbers at equal distances, both ends among them; a sample draws from the whole
     /// interval and needs no count.
-    #[schemars(range(min = 1, max = 1_000_000))]
+    #[schemars(range(min = 1))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub count: Option<usize>,
 }

@@ -91,27 +91,28 @@ fn end_with_input() {
     });
 }
 
-/// Faults that tests plant in processes of a debug build: `FACEMILL_PLANTED_FAULT` is a kind and
-/// numbers of tasks, as in `abort 3 5`.
+/// Faults that tests plant in processes of a debug build: `FACEMILL_PLANTED_FAULT` has kinds with
+/// numbers of tasks, as in `abort 3 5; panic 4`.
 #[cfg(debug_assertions)]
 fn planted_fault(task: &Task) {
     let planted = std::env::var("FACEMILL_PLANTED_FAULT").unwrap_or_default();
-    let mut words = planted.split_whitespace();
-    let kind = words.next().unwrap_or_default();
-    if !words.any(|word| word.parse() == Ok(task.number) || word == "all") {
-        return;
-    }
-    match kind {
-        "abort" => std::process::abort(),
-        "panic" => panic!("planted"),
-        "wait" => std::thread::sleep(std::time::Duration::from_secs(60)),
-        "pause" => std::thread::sleep(std::time::Duration::from_millis(300)),
-        // Far beyond the bounds that tests set, and far from the memory of a machine.
-        "allocate" => {
-            let blocks: Vec<Vec<u8>> = (0..32).map(|_| vec![1; 64 << 20]).collect();
-            panic!("{} blocks are there", blocks.len());
+    for fault in planted.split(';') {
+        let mut words = fault.split_whitespace();
+        let kind = words.next().unwrap_or_default();
+        if !words.any(|word| word.parse() == Ok(task.number) || word == "all") {
+            continue;
         }
-        other => panic!("unknown fault {other}"),
+        match kind {
+            "abort" => std::process::abort(),
+            "panic" => panic!("planted"),
+            "pause" => std::thread::sleep(std::time::Duration::from_millis(300)),
+            // Far beyond the bounds that tests set, and far from the memory of a machine.
+            "allocate" => {
+                let blocks: Vec<Vec<u8>> = (0..32).map(|_| vec![1; 64 << 20]).collect();
+                panic!("{} blocks are there", blocks.len());
+            }
+            other => panic!("unknown fault {other}"),
+        }
     }
 }
 
