@@ -21,18 +21,27 @@ pub fn blink_batch(n: usize) -> JobFolder {
     let job = blink_patch();
     let range = json!({ "key": "operations[0].feeds.cutting_mm_min", "from": 1000.0, "to": 1200.0, "count": n });
     let axes = json!([{ "name": "feed", "values": { "range": range } }]);
-    // The stock takes most of the time of so small a plan.
-    job.set("job.json", &[("/verification/cut_stock", json!(false))]);
+    // Stock, and material left on a large region, take most of the time of so small a plan.
+    let region = json!({ "box": { "min_mm": [-12, -2, -50], "max_mm": [12, 3, 50] } });
+    job.set(
+        "job.json",
+        &[
+            ("/verification/cut_stock", json!(false)),
+            ("/operations/0/path/strategy/region", region),
+            ("/operations/0/path/strategy/min_pass_length_mm", json!(2.0)),
+        ],
+    );
     write_batch(&job, &json!({ "sweep": { "job": "job.json", "axes": axes } }));
     job
 }
 
-/// Writes `batch.json` of these jobs.
+/// Writes `batch.json` of these jobs, whose programs are not verified.
 ///
 /// # Panics
 /// When it cannot be written.
 pub fn write_batch(job: &JobFolder, jobs: &Value) {
-    let batch = json!({ "format": "facemill-batch/1", "jobs": jobs });
+    let task = json!({ "plan": { "verify": false } });
+    let batch = json!({ "format": "facemill-batch/1", "jobs": jobs, "task": task });
     job.write("batch.json", facemill::file_format::to_json(&batch).as_bytes());
 }
 
@@ -137,11 +146,11 @@ impl BatchAtWork {
     ///
     /// # Panics
     /// When it cannot be started.
-    #[cfg(unix)]
     pub fn start(job: &JobFolder, more: &[&str]) -> Self {
-        use std::os::unix::process::CommandExt;
         let mut command = batch_command(job, "run", "out", more);
-        command.stdout(Stdio::null()).stderr(Stdio::null()).process_group(0);
+        command.stdout(Stdio::null()).stderr(Stdio::null());
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
         Self(command.spawn().expect("facemill starts"))
     }
 
@@ -164,7 +173,7 @@ impl BatchAtWork {
                 first.to_owned()
             }
         };
-        let status = Command::new("sh").args(["-c", &format!("kill -9 -- {target} 2>/dev/null")]).status();
+        let status = Command::new("sh").args(["-c", &format!("kill -9 {target} 2>/dev/null")]).status();
         let killed = status.expect("a shell").success();
         if !matches!(whom, Victim::Worker) {
             self.0.wait().expect("a child");

@@ -3,7 +3,7 @@
 pub mod axes;
 pub(crate) mod pattern;
 
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use facemill_file_format::from_json;
 use facemill_job::failure::Failure;
@@ -193,7 +193,7 @@ fn check_inside(batch: &Path, field: &str, name: &str, bounds: BatchBounds) -> R
     let path = base.join(name);
     let inside = match (base.canonicalize(), path.canonicalize()) {
         (Ok(base), Ok(path)) => path.starts_with(base),
-        _ => Path::new(name).components().all(|c| matches!(c, std::path::Component::Normal(_))),
+        _ => Path::new(name).components().all(|c| matches!(c, Component::Normal(_) | Component::CurDir)),
     };
     if inside {
         return Ok(());

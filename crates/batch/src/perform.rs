@@ -6,6 +6,7 @@ use std::time::Instant;
 use facemill_file_format::to_json;
 use facemill_job::failure::Failure;
 use facemill_job::files;
+use facemill_job::format::made_from::InputFile;
 use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::format::report::Report;
 use facemill_job::format::summary_file::SetupSummary;
@@ -18,7 +19,9 @@ use facemill_verification::stock_run::CutRequest;
 use facemill_virtual_machine::merge_findings;
 
 use crate::format::batch_file::{LengthsTaskFile, PlanTaskFile, TaskKindFile, VerifyTaskFile};
-use crate::format::result_file::{FailedFile, FailureKind, ResultFile, ResultFormat, TaskFigures, TaskTimes};
+use crate::format::result_file::{
+    FailedFile, FailureFormat, FailureKind, ResultFile, ResultFormat, TaskFigures, TaskTimes,
+};
 use crate::format::task_file::Task;
 use crate::key::{Keys, key_of, settings_of};
 use crate::memory::peak_mib;
@@ -112,7 +115,7 @@ pub(crate) fn kind_of(failure: &Failure) -> (FailureKind, i32) {
 
 pub(crate) fn failed(task: &Task, key: &str, kind: FailureKind, cause: String, exit_code: i32) -> FailedFile {
     FailedFile {
-        format: ResultFormat::V1,
+        format: FailureFormat::V1,
         key: key.to_owned(),
         task: task.clone(),
         kind,
@@ -128,6 +131,7 @@ pub(crate) fn failed(task: &Task, key: &str, kind: FailureKind, cause: String, e
 struct ReadTask {
     job: Job,
     program: Option<Vec<u8>>,
+    inputs: Vec<InputFile>,
     key: String,
 }
 
@@ -141,7 +145,7 @@ fn read_whole(task: &Task) -> Result<ReadTask, Failure> {
     let stamp = task.program.as_ref().zip(program.as_ref());
     let stamp = stamp.map(|(path, bytes)| ProgramStamp::new(Path::new(path), bytes));
     let key = key_of(task, &job.file, &settings, &inputs, stamp.as_ref());
-    Ok(ReadTask { job, program, key })
+    Ok(ReadTask { job, program, inputs, key })
 }
 
 /// Files and figures of a task.
@@ -174,6 +178,10 @@ fn work(task: &Task, read: &ReadTask, stages: &dyn Stages) -> Result<Work, Failu
 fn planned(read: &ReadTask, setup: usize, plan: &PlanTaskFile, stages: &dyn Stages) -> Result<Work, Failure> {
     let settings = PlanSettings { verify: plan.verify, certificates: plan.certificates };
     let planned = plan_job_setup(&read.job, setup, settings, plan.stock_cell_mm, stages)?;
+    // A file that could not be read at first is not in memory, and may be there since.
+    if planned.report.made_from.inputs != read.inputs {
+        return Err(Failure::Internal("an input changed while it was read; run the batch again".to_owned()));
+    }
     let (exit_code, figures) = (planned.outcome().exit_code(), figures_of(&planned.report));
     let Planned { mut files, chip_table, timings, .. } = planned;
     files.extend(plan.chips.then_some(chip_table));

@@ -29,6 +29,7 @@ fn done(job: &JobFolder, what: &str, more: &[&str]) -> String {
 #[test]
 fn a_task_has_the_bytes_of_the_plan_with_its_settings() {
     let job = blink_batch(2);
+    job.set("batch.json", &[("/task", Value::Null)]);
     done(&job, "run", &["--quiet"]);
     let tasks = json_of(&batch(&job, "expand", "out", &["--json"]));
     obeys("batch-tasks", &tasks);

@@ -14,6 +14,15 @@ pub enum ResultFormat {
     V1,
 }
 
+/// Format of a failure.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum FailureFormat {
+    /// The first version.
+    #[default]
+    #[serde(rename = "facemill-batch-failure/1")]
+    V1,
+}
+
 /// Result of a task, `result.json` in its folder: the same bytes whenever, wherever and however
 /// often the task is run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -104,8 +113,8 @@ pub enum FailureKind {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FailedFile {
-    /// Always `"facemill-batch-result/1"`.
-    pub format: ResultFormat,
+    /// Always `"facemill-batch-failure/1"`.
+    pub format: FailureFormat,
     /// Key of the task.
     pub key: String,
     /// The task.

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use facemill_job::failure::Failure;
 
-use crate::format::result_file::{FailedFile, FailureKind, ResultFormat};
+use crate::format::result_file::{FailedFile, FailureFormat, FailureKind};
 use crate::key::KeyedTask;
 use crate::memory::peak_mib;
 use crate::run::cause::{Cause, cause_of};
@@ -317,7 +317,7 @@ impl BatchRun<'_> {
         let failed = failed.map(|failed| FailedFile { tries, ..failed }).unwrap_or_else(|| {
             let Cause { kind, text, exit_code, signal } = cause_of(status, &errors, self.settings.max_memory_mib);
             FailedFile {
-                format: ResultFormat::V1,
+                format: FailureFormat::V1,
                 key: task.key.clone(),
                 task: task.task.clone(),
                 kind,

@@ -1,5 +1,5 @@
 use super::*;
-use crate::format::result_file::{FailureKind, ResultFormat, TaskFigures};
+use crate::format::result_file::{FailureFormat, FailureKind, ResultFormat, TaskFigures};
 
 fn result(key: &str) -> (String, Vec<u8>) {
     let file = ResultFile {
@@ -23,7 +23,7 @@ fn a_result_is_there_when_it_is_filed_and_takes_the_place_of_a_failure() {
         r#"{"number":1,"job":"j","name":"j","axes":{},"settings":[],"setup":0,"kind":{"plan":{}},"program":null}"#,
     );
     let failed = crate::format::result_file::FailedFile {
-        format: ResultFormat::V1,
+        format: FailureFormat::V1,
         key: "k".to_owned(),
         task: task.unwrap(),
         kind: FailureKind::Machine,
