@@ -81,6 +81,7 @@ impl Batch {
             JobsFile::Sweep(sweep) => variants(sweep).map_err(wrong)?,
             JobsFile::List(_) | JobsFile::Pattern(_) => Variants::default(),
         };
+        check_numbers(&file.task).map_err(wrong)?;
         let programs = match &file.task {
             TaskKindFile::Plan(_) => vec![None],
             TaskKindFile::Verify(verify) => programs(path, "task.verify.programs", &verify.programs, bounds)?,
@@ -153,6 +154,26 @@ impl Batch {
     pub fn tasks(&self) -> impl Iterator<Item = Task> {
         (1..=self.n_tasks).filter_map(|number| self.task(number))
     }
+}
+
+/// Refuses lengths out of their ranges.
+fn check_numbers(task: &TaskKindFile) -> Result<(), String> {
+    let (kind, cell) = match task {
+        TaskKindFile::Plan(plan) => ("plan", plan.stock_cell_mm),
+        TaskKindFile::Verify(verify) => ("verify", verify.stock_cell_mm),
+        TaskKindFile::Lengths(lengths) => ("lengths", lengths.stock_cell_mm),
+    };
+    if let Some(cell) = cell.filter(|cell| !(*cell > 0.0 && cell.is_finite())) {
+        return Err(format!("task.{kind}.stock_cell_mm: must be above 0, is {cell}"));
+    }
+    if let TaskKindFile::Lengths(lengths) = task {
+        for (key, value) in [("margin_mm", lengths.margin_mm), ("longest_mm", lengths.longest_mm)] {
+            if !(value >= 0.0 && value.is_finite()) {
+                return Err(format!("task.lengths.{key}: must be at least 0, is {value}"));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// Returns the name of a file, without its folder.

@@ -129,9 +129,9 @@ impl Job {
         Ok(Self { settings: settings.to_vec(), ..job })
     }
 
-    /// Reads a job as [`Job::read_with`] does, with every file that it names in memory: nothing that
-    /// changes on disk from now on changes its plan. Also returns the files with their checksums.
-    /// A file that cannot be read is not among them; the plan reports it.
+    /// Reads a job as [`Job::read_with`] does, with every file that it names in memory: a change on
+    /// disk from now on does not change its plan. Also returns the files with their checksums. A
+    /// file that cannot be read is not among them; the plan reports it.
     ///
     /// # Errors
     /// As [`Job::read_with`].

@@ -41,7 +41,7 @@ fn behind(text: &str) -> String {
 fn is_out_of_memory(errors: &str, max_memory_mib: Option<u64>) -> bool {
     let no_thread = ["Resource temporarily unavailable", "Cannot allocate memory"];
     let is_there = |text: &&str| errors.contains(*text);
-    is_there(&"memory allocation of ") || (max_memory_mib.is_some() && no_thread.iter().any(|text| is_there(text)))
+    is_there(&"memory allocation of ") || (max_memory_mib.is_some() && no_thread.iter().any(is_there))
 }
 
 /// Returns the place and message of a panic.

@@ -112,6 +112,14 @@ fn faults_of_a_batch_name_file_and_field() {
             json!({ "format": "facemill-batch/1", "jobs": { "list": ["a"] }, "task": { "plan": { "verfy": true } } }),
             "task.plan.verfy",
         ),
+        (
+            json!({ "format": "facemill-batch/1", "jobs": { "list": ["a"] }, "task": { "verify": { "programs": "nc/*", "stock_cell_mm": 0 } } }),
+            "task.verify.stock_cell_mm: must be above 0, is 0",
+        ),
+        (
+            json!({ "format": "facemill-batch/1", "jobs": { "list": ["a"] }, "task": { "lengths": { "programs": "nc/*", "margin_mm": -1 } } }),
+            "task.lengths.margin_mm: must be at least 0, is -1",
+        ),
     ] {
         let why = read(&batch_folder(&batch), BatchBounds::default()).unwrap_err();
         assert!(why.contains("batch.json") && why.contains(words), "{why}");
