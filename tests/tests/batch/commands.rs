@@ -47,6 +47,45 @@ fn a_task_has_the_bytes_of_the_plan_with_its_settings() {
     }
 }
 
+/// The second setup begins with the rest of the first: its task cuts that, too, and is the second
+/// half of the plan of the whole job.
+#[test]
+fn tasks_of_two_setups_have_the_bytes_of_the_plan_of_both() {
+    let job = blink_batch(1);
+    let mut file = job.json("job.json");
+    let (mut setup, mut operation) = (file["setups"][0].clone(), file["operations"][0].clone());
+    setup["name"] = json!("second");
+    (operation["name"], operation["setup"]) = (json!("again"), json!("second"));
+    file["operations"][0]["setup"] = file["setups"][0]["name"].clone();
+    file["setups"].as_array_mut().unwrap().push(setup);
+    file["operations"].as_array_mut().unwrap().push(operation);
+    file["verification"] = json!({ "stock_cell_mm": 1.0 });
+    job.write("job.json", file.to_string().as_bytes());
+    let batch = json!({ "format": "facemill-batch/1", "jobs": { "list": ["job.json"] } });
+    job.write("batch.json", batch.to_string().as_bytes());
+    facemill_tests::batches::batch(&job, "run", "out", &["--quiet"]);
+    let (place, folder) = (job.job(), job.path("plan"));
+    let plan = ["plan", place.to_str().unwrap(), "--out", folder.to_str().unwrap(), "--quiet"];
+    let (code, errors) = code_and_errors(&run(&plan));
+    assert!(code == 0 || code == 1, "{errors}");
+    let tasks = json_of(&facemill_tests::batches::batch(&job, "expand", "out", &["--json"]));
+    let mut n = 0;
+    for (k, name) in ["report-top.json", "report-second.json"].into_iter().enumerate() {
+        let key = tasks["tasks"][k]["key"].as_str().unwrap();
+        let result = job.json(&format!("out/tasks/{key}/result.json"));
+        for file in result["files"].as_array().unwrap().iter().map(|file| file.as_str().unwrap()) {
+            let own = std::fs::read(job.path(&format!("out/tasks/{key}/{file}"))).unwrap();
+            assert!(own == std::fs::read(folder.join(file)).unwrap(), "{file} differs");
+            n += 1;
+        }
+        let report = job.json(&format!("out/tasks/{key}/{name}"));
+        let began_as = &report["stock"]["began_as"];
+        assert_eq!(began_as.as_str().is_some_and(|text| text.contains("rest of setup")), k == 1, "{began_as}");
+    }
+    // All but the times of the stages.
+    assert_eq!(n + 1, std::fs::read_dir(folder).unwrap().count());
+}
+
 #[test]
 fn programs_are_verified_and_given_lengths_as_by_the_commands_for_one() {
     let job = blink_batch(1);
@@ -89,6 +128,22 @@ fn a_report_has_all_tasks_the_best_of_each_group_and_links_that_lead_somewhere()
     }
     let (code, errors) = code_and_errors(&batch(&job, "report", "out", &["--best-of", "fed"]));
     assert!(code == 2 && errors.contains("there is no axis \"fed\": feed"), "{errors}");
+}
+
+#[test]
+fn the_sample_batch_is_24_variants_that_can_be_read() {
+    let folder = facemill_tests::shared::workspace().join("assets/batch");
+    let path = folder.join("sweep.json");
+    obeys("batch", &serde_json::from_slice(&std::fs::read(&path).unwrap()).unwrap());
+    let tasks = json_of(&run(&["batch", "expand", path.to_str().unwrap(), "--json"]));
+    let tasks = tasks["tasks"].as_array().unwrap();
+    assert_eq!(tasks.len(), 24);
+    let keys: std::collections::BTreeSet<&str> = tasks.iter().map(|task| task["key"].as_str().unwrap()).collect();
+    assert_eq!(keys.len(), 24);
+    assert!(tasks.iter().all(|task| task.get("unreadable").is_none()));
+    let tools: std::collections::BTreeSet<&str> =
+        tasks.iter().flat_map(|task| task["inputs"].as_array().unwrap()).filter_map(|i| i["file"].as_str()).collect();
+    assert!(tools.contains("tool.json") && tools.contains("tool-12.json"), "{tools:?}");
 }
 
 #[test]

@@ -350,3 +350,7 @@ impl BatchRun<'_> {
         self.summary.ends.insert(task.key.clone(), end);
     }
 }
+
+#[cfg(test)]
+#[path = "../../tests/unit/run/scheduler.rs"]
+mod tests;
