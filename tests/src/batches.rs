@@ -181,6 +181,16 @@ impl BatchAtWork {
         killed
     }
 
+    /// Sends Ctrl-C to it and all its processes, as a terminal does, and returns its exit code.
+    ///
+    /// # Panics
+    /// When signals cannot be sent, or it was killed.
+    pub fn interrupt(self) -> i32 {
+        let status = Command::new("sh").args(["-c", &format!("kill -2 -{}", self.0.id())]).status();
+        assert!(status.expect("a shell").success());
+        self.code()
+    }
+
     /// Waits for its end, and returns its exit code.
     ///
     /// # Panics

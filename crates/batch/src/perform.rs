@@ -96,7 +96,10 @@ pub fn perform(
         store.file(&lock, &key, &files)?;
         Ok(TaskEnd::Filed(exit_code))
     });
-    if let Err(failure) = &performed {
+    // A task that the user stops has not failed: it waits for the next run.
+    if let Err(failure) = &performed
+        && !matches!(failure, Failure::Interrupted)
+    {
         let (kind, code) = kind_of(failure);
         // A full disk takes no record, either; whoever waits for the process sees its exit code.
         let _ = store.record_failure(&failed(task, &key, kind, failure.to_string(), code));

@@ -55,6 +55,23 @@ fn a_batch_that_is_killed_goes_on_and_has_every_result_once_and_whole() {
 }
 
 #[test]
+fn an_interrupted_batch_has_exit_code_130_records_no_failure_and_goes_on() {
+    let job = blink_batch(TASKS);
+    // Interrupted when the first worker has its lock.
+    let run = BatchAtWork::start(&job, &["--quiet", "--jobs", "2"]);
+    while std::fs::read_dir(job.path("out/locks")).map_or(0, Iterator::count) == 0 {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    assert_eq!(run.interrupt(), 130);
+    assert_whole(&job.path("out"));
+    assert!(keys_in(&job.path("out")).len() < TASKS);
+    assert_eq!(std::fs::read_dir(job.path("out/failed")).unwrap().count(), 0);
+    assert_eq!(BatchAtWork::start(&job, &["--quiet"]).code(), 0);
+    assert_eq!(keys_in(&job.path("out")).len(), TASKS);
+    assert_clean(&job.path("out"));
+}
+
+#[test]
 fn two_runs_in_one_folder_share_the_tasks_and_both_have_all_results() {
     let job = blink_batch(TASKS);
     let expected = one_by_one(&job, TASKS);

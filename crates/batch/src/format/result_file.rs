@@ -105,7 +105,7 @@ pub enum FailureKind {
     /// A file could not be written, or the program has a fault of its own: tried again by the next
     /// run.
     Internal,
-    /// The user stopped it.
+    /// The user stopped it: it waits for the next run, without a record.
     Interrupted,
 }
 

@@ -329,8 +329,10 @@ impl BatchRun<'_> {
             }
         });
         let failed = FailedFile { peak_mib: at_work.worker.peak_mib, ..failed };
-        // A disk that is full takes no record; the end below has it for this run.
-        let _ = self.store.record_failure(&failed);
+        if failed.kind != FailureKind::Interrupted {
+            // A disk that is full takes no record; the end below has it for this run.
+            let _ = self.store.record_failure(&failed);
+        }
         let again = failed.kind == FailureKind::Machine && tries <= self.settings.retries && !self.is_stopping;
         let end = EndOfTask::Failed(Box::new(failed));
         if again {
