@@ -56,7 +56,7 @@ pub(super) fn run(arguments: &TaskArguments) -> Result<ExitCode, Failure> {
     let end = perform(&task, expected.as_deref(), &store, &progress, &planted_fault)?;
     let code = match end {
         TaskEnd::Filed(code) => {
-            if !arguments.given {
+            if !arguments.given && !arguments.quiet {
                 say(&format!("task {}: exit code {code}\n", task.number))?;
             }
             code
