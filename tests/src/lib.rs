@@ -19,13 +19,15 @@
 //! - [`chip_trial`]: what chips say that passes take, and what their program takes out of the
 //!   stock.
 //!
-//! Helpers: [`jobs`] writes small jobs and plans them, [`variants`] plans variants of one by the
-//! command, [`program`] runs the `facemill` command, [`commands`] runs it on the files of a job,
-//! [`shared`] finds the shared data, [`meshes`] plans every shared mesh, [`strategy_table`] plans
-//! parts by all strategies, [`golden`] has jobs whose bytes are fixed, [`hood`] is a part that
-//! turns the rotary axes, [`random`] makes seeded numbers, [`key_tables`] generates the tables of
-//! `docs/formats.md`, [`sample_figures`] the figures of the sample in the pages.
+//! Helpers: [`batches`] runs and kills batches, [`jobs`] writes small jobs and plans them,
+//! [`variants`] plans variants of one by the command, [`program`] runs the `facemill` command,
+//! [`commands`] runs it on the files of a job, [`shared`] finds the shared data, [`meshes`] plans
+//! every shared mesh, [`strategy_table`] plans parts by all strategies, [`golden`] has jobs whose
+//! bytes are fixed, [`hood`] is a part that turns the rotary axes, [`random`] makes seeded numbers,
+//! [`key_tables`] generates the tables of `docs/formats.md`, [`sample_figures`] the figures of the
+//! sample in the pages.
 
+pub mod batches;
 pub mod brute;
 pub mod chip_trial;
 pub mod commands;

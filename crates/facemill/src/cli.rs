@@ -1,10 +1,10 @@
 //! Command line.
 
 pub(crate) mod arguments;
+mod batch_command;
 mod chip_area_command;
 mod deviation_command;
 mod feedrate_command;
-mod findings_table;
 mod lengths_command;
 mod machine_commands;
 mod new_command;
@@ -19,6 +19,7 @@ mod verify_command;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use batch_command::BatchArguments;
 use chip_area_command::ChipAreaArguments;
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 use feedrate_command::FeedrateArguments;
@@ -53,6 +54,9 @@ enum Command {
     /// Plans a job and writes program, APT file, report and pictures
     #[command(after_help = crate::cli::plan_command::EXIT_CODES)]
     Plan(PlanArguments),
+    /// Runs many jobs, or many variants of one, each in a process of its own; resumes where it was
+    /// killed
+    Batch(Box<BatchArguments>),
     /// Lays a job's passes as path files and pictures, or compares strategies by their plans
     #[command(after_help = crate::cli::paths_command::EXIT_CODES)]
     Paths(Box<PathsArguments>),
@@ -124,6 +128,9 @@ enum Format {
     Path,
     Paths,
     Strategies,
+    Batch,
+    BatchReport,
+    BatchTasks,
     Dialect,
     Report,
     Certificates,
@@ -140,8 +147,13 @@ enum Format {
 /// # Errors
 /// If it cannot be done; a result with findings has exit code 1 and is no error.
 pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
-    files::confine_jobs(arguments.allow);
+    let allowed = match &arguments.command {
+        Command::Batch(batch) => batch.allowed(&arguments.allow),
+        _ => arguments.allow.clone(),
+    };
+    files::confine_jobs(allowed);
     match arguments.command {
+        Command::Batch(batch) => batch_command::run(&batch, &arguments.allow),
         Command::Plan(arguments) => plan_command::run(&arguments),
         Command::Paths(arguments) => paths_command::run(&arguments),
         Command::Check { job, settings } => check(&job, &settings),
@@ -229,6 +241,9 @@ fn schema(format: Format) -> String {
         Format::Path => facemill::file_format::schema::<facemill::cc_path::PathFile>(),
         Format::Paths => facemill::file_format::schema::<facemill::PathsFile>(),
         Format::Strategies => facemill::file_format::schema::<facemill::StrategiesFile>(),
+        Format::Batch => facemill::file_format::schema::<facemill::batch::format::batch_file::BatchFile>(),
+        Format::BatchReport => facemill::file_format::schema::<facemill::batch::format::report_file::BatchReport>(),
+        Format::BatchTasks => facemill::file_format::schema::<facemill::batch::format::task_file::TasksFile>(),
         Format::Dialect => facemill::file_format::schema::<facemill::nc_program::DialectFile>(),
         Format::Report => facemill::file_format::schema::<Report>(),
         Format::Certificates => facemill::file_format::schema::<CertificatesFile>(),

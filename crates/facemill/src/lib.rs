@@ -86,6 +86,7 @@ pub use facemill_verification::deviation::DeviationRequest;
 pub use facemill_verification::program::{Verified, VerifyRequest, verify_program};
 pub use facemill_verification::stock_run::CutRequest;
 
+pub use facemill_batch as batch;
 pub use facemill_cc_path as cc_path;
 pub use facemill_channel_pair as channel_pair;
 pub use facemill_chip_area as chip_area;

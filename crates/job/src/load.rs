@@ -10,7 +10,7 @@ pub mod machine_load;
 #[cfg(test)]
 #[path = "../tests/unit/load/machine_load_laws.rs"]
 mod machine_load_laws;
-pub(crate) mod made_from;
+pub mod made_from;
 pub mod mesh_files;
 pub mod mesh_winding;
 pub mod obstacle_meshes;
@@ -34,13 +34,15 @@ use crate::failure::Failure;
 use crate::files;
 use crate::format::job_file::{JobFile, RoleFile, SetupFile, StockFile};
 use crate::format::job_settings::JobSetting;
+use crate::format::made_from::InputFile;
 use crate::frames::pose;
 use crate::load::clearance_surface::clearance_surface;
 use crate::load::enclosure::check_enclosure;
 use crate::load::job::{Job, SecondHead, Setup};
 use crate::load::job_files::JobFiles;
-use crate::load::job_source::{JOB_NAME, blamed, job_path, read_job_file};
+use crate::load::job_source::{JOB_NAME, blamed, job_of_text, job_path, read_job_file};
 use crate::load::machine_load::read_machine_of;
+use crate::load::made_from::{ReadInput, inputs_of};
 use crate::load::mesh_files::{FileKey, MeshFiles};
 use crate::load::obstacle_meshes::{
     ObstacleRole, Selection, joined_obstacles, matches_pattern, obstacle, only, select_also, selected_groups,
@@ -125,6 +127,33 @@ impl Job {
         files::enter_job(path);
         let job = Self::of(path, file).map_err(|e| blamed(settings, path, e))?;
         Ok(Self { settings: settings.to_vec(), ..job })
+    }
+
+    /// Reads a job as [`Job::read_with`] does, with every file that it names in memory: a change on
+    /// disk from now on does not change its plan. Also returns the files with their checksums. A
+    /// file that cannot be read is not among them; the plan reports it.
+    ///
+    /// # Errors
+    /// As [`Job::read_with`].
+    pub fn read_whole(path: &Path, settings: &[JobSetting]) -> Result<(Self, Vec<InputFile>), Failure> {
+        let path = &job_path(path);
+        let text = files::read_text(path)?;
+        let file = job_of_text(path, &text, settings)?;
+        files::enter_job(path);
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let mut held = JobFiles::in_folder(folder);
+        if let Some(own) = path.file_name() {
+            held = held.with(&own.to_string_lossy(), text);
+        }
+        let inputs = inputs_of(path, &file, |name| {
+            let path = folder.join(name);
+            let bytes = held.beside(&path).ok()?;
+            let input = ReadInput::of(&path, &bytes);
+            held = std::mem::take(&mut held).with(name, bytes);
+            Some(input)
+        });
+        let job = Self::of_files(path, file, held).map_err(|e| blamed(settings, path, e))?;
+        Ok((Self { settings: settings.to_vec(), ..job }, inputs))
     }
 
     /// Returns a job with the tool, machine and template that its checked file names, relative to

@@ -56,7 +56,7 @@ pub use crate::paths::compared::{CompareRequest, ComparisonSteps, compare_paths}
 pub use crate::paths::fastest::fastest;
 pub use crate::paths::laid::{LaidPaths, lay_paths};
 pub use crate::paths::strategies::{NamedStrategy, default_strategies, listed_strategies};
-pub use crate::plan_job::plan_job;
+pub use crate::plan_job::{plan_job, plan_job_setup};
 pub use crate::plan_settings::PlanSettings;
 pub use crate::planned::Planned;
 pub use crate::report::summary::summary;

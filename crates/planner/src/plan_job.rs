@@ -1,8 +1,11 @@
 //! All setups of a job, each on the stock that earlier ones leave.
 
+use std::ops::Range;
+
 use facemill_job::failure::Failure;
 use facemill_job::load::job::Job;
 use facemill_job::stages::Stages;
+use facemill_job::stock::setup_order::follows;
 
 use crate::plan::planned_setup;
 use crate::plan_settings::PlanSettings;
@@ -30,25 +33,55 @@ pub fn plan_job(
     cell: Option<f64>,
     stages: &dyn Stages,
 ) -> Result<Vec<Planned>, Failure> {
+    let planned = planned_setups(job, 0..job.file.setups.len(), settings, cell, stages)?;
+    let (planned, nothing): (Vec<_>, Vec<_>) = planned.into_iter().partition(Result::is_ok);
+    match nothing.into_iter().filter_map(Result::err).next_back() {
+        Some(why) if planned.is_empty() => Err(Failure::NothingToCut(why)),
+        _ => Ok(planned.into_iter().flatten().collect()),
+    }
+}
+
+/// Plans one setup of a job: its files and report are those that [`plan_job`] makes of it, whatever
+/// the job's other setups are. Where the setup begins with the rest of setups before it, plans
+/// these, too.
+///
+/// # Errors
+/// As [`plan_job`]; [`Failure::NothingToCut`] if this setup gets no program.
+pub fn plan_job_setup(
+    job: &Job,
+    index: usize,
+    settings: PlanSettings,
+    cell: Option<f64>,
+    stages: &dyn Stages,
+) -> Result<Planned, Failure> {
+    let setups = &job.file.setups;
+    let begins_with_rest = settings.verify && job.file.verification.cut_stock;
+    let continues = |k: &usize| begins_with_rest && follows(&setups[k - 1], &setups[*k]).is_ok();
+    let first = (1..=index).rev().take_while(continues).last().map_or(index, |k| k - 1);
+    let last = planned_setups(job, first..index + 1, settings, cell, stages)?.pop();
+    last.unwrap_or_else(|| Err("there is no such setup".to_owned())).map_err(Failure::NothingToCut)
+}
+
+/// Plans setups in their order; an error within the list is the reason why there is nothing to cut.
+fn planned_setups(
+    job: &Job,
+    setups: Range<usize>,
+    settings: PlanSettings,
+    cell: Option<f64>,
+    stages: &dyn Stages,
+) -> Result<Vec<Result<Planned, String>>, Failure> {
     if cell.is_some_and(|c| !(c > 0.0 && c.is_finite())) {
         return Err(job.wrong("the distance of the stock's lines must be a length above 0 mm"));
     }
-    let mut all: Vec<Planned> = Vec::new();
-    let (mut nothing, mut has_skipped) = (None, false);
-    for index in 0..job.file.setups.len() {
+    let mut all: Vec<Result<Planned, String>> = Vec::new();
+    for index in setups {
         // The rest of an earlier setup may be in another frame.
-        let before = all.last().filter(|_| !has_skipped).and_then(|planned| planned.rest.as_ref());
+        let before = all.last().and_then(|planned| planned.as_ref().ok()?.rest.as_ref());
         let stock = StockToCut { cell: cell.or(job.file.verification.stock_cell_mm), index, before };
         match planned_setup(job, index, settings, Some(&stock), stages) {
-            Err(Failure::NothingToCut(why)) => (nothing, has_skipped) = (Some(Failure::NothingToCut(why)), true),
-            planned => {
-                has_skipped = false;
-                all.push(planned?);
-            }
+            Err(Failure::NothingToCut(why)) => all.push(Err(why)),
+            planned => all.push(Ok(planned?)),
         }
     }
-    match nothing {
-        Some(why) if all.is_empty() => Err(why),
-        _ => Ok(all),
-    }
+    Ok(all)
 }

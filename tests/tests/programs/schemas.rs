@@ -6,7 +6,7 @@ use facemill_tests::program::{code_and_errors, run};
 use facemill_tests::shared::workspace;
 use serde_json::{Value, json};
 
-const FORMATS: [&str; 15] = [
+const FORMATS: [&str; 18] = [
     "job",
     "tool",
     "machine",
@@ -22,6 +22,9 @@ const FORMATS: [&str; 15] = [
     "summary",
     "paths",
     "strategies",
+    "batch",
+    "batch-report",
+    "batch-tasks",
 ];
 
 fn schema(format: &str) -> Value {

@@ -1,5 +1,7 @@
 //! Standard output, and the folder of a plan's files.
 
+pub(crate) mod findings_table;
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 

@@ -59,6 +59,9 @@ pub(crate) struct PlanArguments {
     /// Print the summary as JSON (facemill schema summary), and nothing else, on standard output
     #[arg(long)]
     json: bool,
+    /// Report the progress as JSON on standard error, an object on each line (docs/batch.md)
+    #[arg(long)]
+    json_progress: bool,
 }
 
 /// Plans a job and writes the result.
@@ -86,7 +89,8 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
     let mut timings = Vec::new();
     let mut setups = Vec::new();
     let mut texts = Vec::new();
-    for planned in plan_job(job, settings, arguments.stock_cell_mm, &Progress::new(arguments.quiet))? {
+    let progress = if arguments.json_progress { Progress::json() } else { Progress::new(arguments.quiet) };
+    for planned in plan_job(job, settings, arguments.stock_cell_mm, &progress)? {
         outcome = outcome.max(planned.outcome());
         texts.push(summary(&planned.report));
         setups.push(SetupSummary::of(&planned.report));

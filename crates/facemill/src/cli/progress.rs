@@ -1,6 +1,7 @@
 //! Monitor of the command line for long computations.
 
 pub(crate) mod forecast;
+pub(crate) mod json_lines;
 
 use std::fmt;
 use std::io::IsTerminal;
@@ -13,6 +14,7 @@ use facemill::{Stages, clock};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 
 use crate::cli::progress::forecast::Forecast;
+use crate::cli::progress::json_lines::JsonStage;
 
 /// Set by Ctrl-C.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
@@ -55,7 +57,19 @@ enum Show {
     Bars,
     /// A line from time to time, if standard error is no terminal.
     Lines,
+    /// A JSON object on each line, for programs.
+    Json,
     Nothing,
+}
+
+/// Place of a stage among the expected ones.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct StagePlace {
+    /// Number, from 1.
+    number: usize,
+    /// Number of expected stages.
+    of: usize,
+    is_again: bool,
 }
 
 impl Progress {
@@ -66,24 +80,37 @@ impl Progress {
             (false, true) => Show::Bars,
             (false, false) => Show::Lines,
         };
+        Self::shown(show)
+    }
+
+    /// Returns progress as JSON lines on standard error.
+    pub(crate) fn json() -> Self {
+        Self::shown(Show::Json)
+    }
+
+    fn shown(show: Show) -> Self {
         Self { show, expected: Mutex::default(), next: AtomicUsize::new(0) }
     }
 
-    /// Returns the title of a stage with its number among the expected stages. A repeated stage
-    /// keeps its number, and says so.
-    fn title(&self, what: &str) -> String {
+    /// Returns the place of a stage among the expected stages. A repeated stage keeps its number.
+    fn place(&self, what: &str) -> Option<StagePlace> {
         let expected = self.expected.lock().unwrap_or_else(PoisonError::into_inner);
         let next = self.next.load(Ordering::Relaxed).min(expected.len());
         let ahead = expected[next..].iter().position(|stage| *stage == what).map(|k| next + k);
-        let (index, again) = match ahead {
-            Some(index) => (index, ""),
-            None => match expected[..next].iter().rposition(|stage| *stage == what) {
-                Some(index) => (index, ", again"),
-                None => return what.to_owned(),
-            },
+        let (index, is_again) = match ahead {
+            Some(index) => (index, false),
+            None => (expected[..next].iter().rposition(|stage| *stage == what)?, true),
         };
         self.next.store(index + 1, Ordering::Relaxed);
-        format!("stage {} of {}: {what}{again}", index + 1, expected.len())
+        Some(StagePlace { number: index + 1, of: expected.len(), is_again })
+    }
+
+    /// Returns the title of a stage with its number among the expected stages. A repeated stage
+    /// says so.
+    fn title(&self, what: &str) -> String {
+        self.place(what).map_or(what.to_owned(), |StagePlace { number, of, is_again }| {
+            format!("stage {number} of {of}: {what}{}", if is_again { ", again" } else { "" })
+        })
     }
 }
 
@@ -94,10 +121,13 @@ impl Stages for Progress {
     }
 
     fn start(&self, what: &'static str, n: usize) -> Box<dyn Monitor> {
-        let title = self.title(what);
         match self.show {
-            Show::Bars => Box::new(Bar::new(title, n)),
-            Show::Lines => Box::new(Lines::new(title, n)),
+            Show::Bars => Box::new(Bar::new(self.title(what), n)),
+            Show::Lines => Box::new(Lines::new(self.title(what), n)),
+            Show::Json => {
+                let place = self.place(what).map(|place| [place.number, place.of]);
+                Box::new(JsonStage::new(what, place, n))
+            }
             Show::Nothing => Box::new(Quiet),
         }
     }
@@ -225,7 +255,7 @@ pub(crate) fn start_writing() -> bool {
 }
 
 /// Returns whether Ctrl-C has been pressed.
-fn is_interrupted() -> bool {
+pub(crate) fn is_interrupted() -> bool {
     INTERRUPTED.load(Ordering::Relaxed)
 }
 

@@ -27,13 +27,20 @@ pub fn job_path(path: &Path) -> PathBuf {
 /// If it cannot be read, is no job, or has impermissible values; a message about a value that was
 /// set names the setting.
 pub fn read_job_file(path: &Path, settings: &[JobSetting]) -> Result<JobFile, Failure> {
-    let text = files::read_text(path)?;
-    if let Some(other) = other_format(path, &text) {
+    job_of_text(path, &files::read_text(path)?, settings)
+}
+
+/// Returns the job that a text holds, changed by settings and checked.
+///
+/// # Errors
+/// As [`read_job_file`], except those of reading.
+pub fn job_of_text(path: &Path, text: &[u8], settings: &[JobSetting]) -> Result<JobFile, Failure> {
+    if let Some(other) = other_format(path, text) {
         return Err(Failure::input(path, other));
     }
-    let mut file: JobFile = from_json(&text).map_err(|e| Failure::input(path, e))?;
+    let mut file: JobFile = from_json(text).map_err(|e| Failure::input(path, e))?;
     if !settings.is_empty() {
-        file = changed(path, &text, settings)?;
+        file = changed(path, text, settings)?;
     }
     validate(&file).map_err(|e| Failure::input(path, e)).map_err(|e| blamed(settings, path, e))?;
     Ok(file)
@@ -122,6 +129,7 @@ fn json_format(kind: &str) -> Option<(&'static str, &'static str)> {
         "rapids" => ("a report on links", RESULT),
         "timings" => ("a file of timings", RESULT),
         "summary" => ("a summary of a plan", RESULT),
+        "batch" => ("a batch of jobs", "`facemill batch run` takes it"),
         _ => return Some(("a file of another format", NAMED)),
     })
 }

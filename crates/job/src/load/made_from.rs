@@ -1,37 +1,94 @@
 //! Input files of a job, read.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use crate::format::job_file::{PathFile, StockFile};
+use crate::files;
+use crate::format::job_file::{JobFile, PathFile, StockFile};
 use crate::format::made_from::{InputFile, MadeFrom};
 use crate::load::job::Job;
-use crate::load::job_files::JobFiles;
 
 impl MadeFrom {
     /// Reads all files that a job names, and those that they name. Leaves out unreadable files,
     /// since planning reports them.
     pub fn of(job: &Job) -> Self {
-        let mut inputs = BTreeMap::new();
         let folder = job.path.parent().unwrap_or(Path::new(""));
-        let own = job.path.file_name().map(|name| name.to_string_lossy().into_owned());
-        own.iter().map(String::as_str).chain(named(job)).for_each(|name| add(&job.files, folder, name, &mut inputs));
+        let read = |name: &str| {
+            let path = folder.join(name);
+            job.files.beside(&path).ok().map(|bytes| ReadInput::of(&path, &bytes))
+        };
         Self {
             facemill: env!("CARGO_PKG_VERSION"),
             tool: job.tool.name().to_owned(),
             second_tool: job.second.as_ref().map(|second| second.tool.name().to_owned()),
             machine: job.machine.name().to_owned(),
             dialect: job.post.dialect().name().to_owned(),
-            inputs: inputs.into_iter().map(|(file, blake3)| InputFile { file, blake3 }).collect(),
+            inputs: inputs_of(&job.path, &job.file, read),
         }
     }
 }
 
+/// Checksums of input files, each computed once: for many jobs with the same files. Files must not
+/// change meanwhile.
+#[derive(Debug, Default)]
+pub struct InputChecksums {
+    known: BTreeMap<PathBuf, Option<ReadInput>>,
+}
+
+impl InputChecksums {
+    /// Returns the input files of a job as the report of its plan lists them, from disk. Leaves out
+    /// files that cannot be read or that the job may not name.
+    pub fn of(&mut self, path: &Path, file: &JobFile) -> Vec<InputFile> {
+        files::enter_job(path);
+        let folder = path.parent().unwrap_or(Path::new(""));
+        inputs_of(path, file, |name| {
+            let path = folder.join(name);
+            let read = || files::read_beside(&path).ok().map(|bytes| ReadInput::of(&path, &bytes));
+            self.known.entry(path.clone()).or_insert_with(read).clone()
+        })
+    }
+}
+
+/// Checksum of an input file, and the files beside it that it names: meshes of a machine, buffers
+/// of a glTF file.
+#[derive(Clone, Debug)]
+pub(crate) struct ReadInput {
+    blake3: String,
+    names: Vec<String>,
+}
+
+impl ReadInput {
+    pub(crate) fn of(path: &Path, bytes: &[u8]) -> Self {
+        Self { blake3: blake3::hash(bytes).to_hex().to_string(), names: named_in(path, bytes) }
+    }
+}
+
+/// Returns the input files of a job in the order of their names. `read` returns `None` for a file
+/// that cannot be read.
+pub(crate) fn inputs_of(
+    path: &Path,
+    file: &JobFile,
+    mut read: impl FnMut(&str) -> Option<ReadInput>,
+) -> Vec<InputFile> {
+    let mut inputs = BTreeMap::new();
+    let own = path.file_name().map(|name| name.to_string_lossy().into_owned());
+    let mut waiting: Vec<String> = own.into_iter().chain(named(file).map(str::to_owned)).collect();
+    while let Some(name) = waiting.pop() {
+        if inputs.contains_key(&name) {
+            continue;
+        }
+        let Some(input) = read(&name) else { continue };
+        let beside = Path::new(&name).parent().unwrap_or(Path::new("")).to_owned();
+        waiting.extend(input.names.iter().map(|other| beside.join(other).to_string_lossy().into_owned()));
+        inputs.insert(name, input.blake3);
+    }
+    inputs.into_iter().map(|(file, blake3)| InputFile { file, blake3 }).collect()
+}
+
 /// Returns the files that the job names.
-pub(crate) fn named(job: &Job) -> impl Iterator<Item = &str> {
-    let file = &job.file;
+pub(crate) fn named(file: &JobFile) -> impl Iterator<Item = &str> {
     let of_setups = file.setups.iter().flat_map(|setup| {
         let stock = if let StockFile::Mesh(mesh) = &setup.stock { Some(mesh.file.as_str()) } else { None };
         setup.meshes.iter().map(|mesh| mesh.file.as_str()).chain(stock)
@@ -47,23 +104,17 @@ pub(crate) fn named(job: &Job) -> impl Iterator<Item = &str> {
     [&file.tool, &file.machine].into_iter().chain(others).map(String::as_str).chain(of_setups).chain(of_operations)
 }
 
-/// Adds a file, and those beside it that it names: meshes of a machine, buffers of a glTF file.
-pub(crate) fn add(files: &JobFiles, folder: &Path, name: &str, inputs: &mut BTreeMap<String, String>) {
-    if inputs.contains_key(name) {
-        return;
-    }
-    let path = folder.join(name);
-    let Ok(bytes) = files.beside(&path) else { return };
-    inputs.insert(name.to_owned(), blake3::hash(&bytes).to_hex().to_string());
+/// Returns the files beside a file that it names.
+fn named_in(path: &Path, bytes: &[u8]) -> Vec<String> {
     let is_json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json") || e.eq_ignore_ascii_case("gltf"));
-    let Some(json) = is_json.then(|| serde_json::from_slice::<Value>(&bytes).ok()).flatten() else { return };
-    let beside = Path::new(name).parent().unwrap_or(Path::new(""));
+    let json = is_json.then(|| serde_json::from_slice::<Value>(bytes).ok()).flatten();
+    let Some(json) = json else { return Vec::new() };
     let buffers = json["buffers"].as_array().into_iter().flatten().filter_map(|buffer| buffer["uri"].as_str());
-    let mut others: Vec<&str> = buffers.filter(|uri| !uri.starts_with("data:")).collect();
+    let mut names: Vec<&str> = buffers.filter(|uri| !uri.starts_with("data:")).collect();
     if json["format"].as_str().is_some_and(|format| format.starts_with("facemill-machine/")) {
-        meshes_in(&json, &mut others);
+        meshes_in(&json, &mut names);
     }
-    others.into_iter().for_each(|other| add(files, folder, &beside.join(other).to_string_lossy(), inputs));
+    names.into_iter().map(str::to_owned).collect()
 }
 
 /// Collects the mesh files that bodies in a machine file name.

@@ -53,7 +53,7 @@ fn a_name_that_the_inputs_of_a_job_have_is_renamed() {
     }
     let mut job = Job::read(&folder.path().join("job.json")).unwrap();
     job.file = full_job();
-    let mut inputs: Vec<String> = named(&job).map(str::to_owned).collect();
+    let mut inputs: Vec<String> = named(&job.file).map(str::to_owned).collect();
     let mut renamed: Vec<String> = names_mut(&mut job.file).into_iter().map(|n| n.clone()).collect();
     inputs.sort();
     renamed.sort();

@@ -54,5 +54,5 @@ fn block(f: &Finding) -> String {
 }
 
 #[cfg(test)]
-#[path = "../../tests/unit/cli/findings_table.rs"]
+#[path = "../../../tests/unit/cli/output/findings_table.rs"]
 mod tests;

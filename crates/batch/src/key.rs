@@ -1,0 +1,116 @@
+//! Keys of tasks: checksums of everything that a result depends on.
+
+use std::path::Path;
+use std::str::FromStr;
+
+use facemill_job::failure::Failure;
+use facemill_job::files;
+use facemill_job::format::job_file::JobFile;
+use facemill_job::format::job_settings::JobSetting;
+use facemill_job::format::made_from::InputFile;
+use facemill_job::format::program_stamp::ProgramStamp;
+use facemill_job::load::job_source::read_job_file;
+use facemill_job::load::made_from::InputChecksums;
+use serde_json::json;
+
+use crate::format::batch_file::TaskKindFile;
+use crate::format::task_file::Task;
+
+/// Task with its key.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KeyedTask {
+    /// The task.
+    pub task: Task,
+    /// Key of its result, 64 hexadecimal digits.
+    pub key: String,
+    /// Files that it reads, relative to the folder of its job, with their checksums.
+    pub inputs: Vec<InputFile>,
+    /// Reason why job or program cannot be read; the key is then that of no result.
+    pub unreadable: Option<String>,
+}
+
+/// Keys of the tasks of a batch; each file that they share is read once.
+#[derive(Debug, Default)]
+pub struct Keys {
+    checksums: InputChecksums,
+}
+
+impl Keys {
+    /// Returns a task with its key, from the files as they are on disk. Equal keys mean equal
+    /// results, byte for byte; the key depends on the version of the program, the job with its
+    /// settings, the setup, the options of the task, and names and bytes of all input files, and
+    /// not on the place of the folder, labels or numbers.
+    pub fn of(&mut self, task: Task) -> KeyedTask {
+        match self.read(&task) {
+            Ok((key, inputs)) => KeyedTask { task, key, inputs, unreadable: None },
+            Err(why) => {
+                let text = json!({
+                    "format": KEY_FORMAT,
+                    "unreadable": task.name,
+                    "settings": task.settings,
+                    "setup": task.setup,
+                    "program": task.program,
+                });
+                let key = blake3::hash(text.to_string().as_bytes()).to_hex().to_string();
+                KeyedTask { task, key, inputs: Vec::new(), unreadable: Some(why.to_string()) }
+            }
+        }
+    }
+
+    fn read(&mut self, task: &Task) -> Result<(String, Vec<InputFile>), Failure> {
+        let settings = settings_of(task)?;
+        let path = Path::new(&task.job);
+        let file = read_job_file(path, &settings)?;
+        let inputs = self.checksums.of(path, &file);
+        let program = task.program.as_ref().map(|program| {
+            let path = Path::new(program);
+            files::read(path).map(|bytes| ProgramStamp::new(path, &bytes))
+        });
+        Ok((key_of(task, &file, &settings, &inputs, program.transpose()?.as_ref()), inputs))
+    }
+}
+
+/// Value of the key `format` in the text that a key is the checksum of.
+const KEY_FORMAT: &str = "facemill-batch-key/1";
+
+/// Returns the key of a task from what was read for it.
+pub(crate) fn key_of(
+    task: &Task,
+    file: &JobFile,
+    settings: &[JobSetting],
+    inputs: &[InputFile],
+    program: Option<&ProgramStamp>,
+) -> String {
+    let mut kind = task.kind.clone();
+    // The program itself is in the key; the pattern that found it changes nothing.
+    match &mut kind {
+        TaskKindFile::Plan(_) => {}
+        TaskKindFile::Verify(verify) => verify.programs.clear(),
+        TaskKindFile::Lengths(lengths) => lengths.programs.clear(),
+    }
+    let text = json!({
+        "format": KEY_FORMAT,
+        "facemill": env!("CARGO_PKG_VERSION"),
+        "job": file,
+        "settings": settings,
+        "setup": task.setup,
+        "kind": kind,
+        "program": program,
+        "inputs": inputs,
+    });
+    blake3::hash(text.to_string().as_bytes()).to_hex().to_string()
+}
+
+/// Returns the settings of a task.
+///
+/// # Errors
+/// If a key is none.
+pub(crate) fn settings_of(task: &Task) -> Result<Vec<JobSetting>, Failure> {
+    let setting = |s: &crate::format::task_file::TaskSetting| JobSetting::from_str(&format!("{}={}", s.key, s.value));
+    let settings: Result<Vec<JobSetting>, String> = task.settings.iter().map(setting).collect();
+    settings.map_err(|why| Failure::input(Path::new(&task.job), why))
+}
+
+#[cfg(test)]
+#[path = "../tests/unit/key.rs"]
+mod tests;
