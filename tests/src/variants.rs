@@ -33,6 +33,7 @@ pub fn tiny_patch() -> JobFolder {
             ("/operations/0/search/tilt_deg", json!([14.0, 20.0])),
             ("/operations/0/search/rotate_deg", json!([0.0, 40.0])),
             ("/operations/0/feeds/approach_mm_min", json!(APPROACH)),
+            ("/operations/0/path/strategy/edge_fill", json!(false)),
             (&format!("{planes}/from_mm"), json!(-4.0)),
             (&format!("{planes}/to_mm"), json!(4.0)),
         ],

@@ -110,6 +110,8 @@ impl Extent {
     fn planes_along(&self, direction: &Vector3<f64>) -> ParallelPlanesFile {
         let normal = self.toward.cross(direction);
         let normal = normal * normal[normal.iamax()].signum();
+        // Planes that lean from a border by noise would cut the last passes there in crumbs.
+        let normal = normal.map(|c| if c.abs() < SNAP { 0.0 } else { c }).normalize();
         // Short numbers, for people who copy them into a job.
         let normal = [0, 1, 2].map(|c| (normal[c] * 1e4).round() / 1e4 + 0.0);
         ParallelPlanesFile { normal, origin_mm: [0.0; 3], from_mm: None, to_mm: None }
@@ -130,6 +132,9 @@ impl Extent {
         [of(0, 0.0), of(1, 0.5), of(2, 0.25), of(3, 0.75)]
     }
 }
+
+/// Largest component of a normal, rad, that is taken as noise of the points.
+const SNAP: f64 = 0.01;
 
 /// Excess of an area or length over another that is rounding, as a fraction.
 const ROUNDING: f64 = 1e-6;

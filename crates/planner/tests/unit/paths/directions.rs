@@ -30,6 +30,17 @@ fn planes_lie_along_and_across_the_longest_extent_whatever_the_order_of_points()
 }
 
 #[test]
+fn noise_of_the_normals_leaves_planes_along_the_axes_exact() {
+    let place = |k: u32, l: u32| Point3::new(10.0 * f64::from(k), 10.0 * f64::from(l), 0.0);
+    let noisy = |k: u32, l: u32| Vector3::new(0.004, 0.003 * (f64::from(k) - f64::from(l)).sin(), 1.0);
+    let points: Vec<CcPoint> = (0..=20)
+        .flat_map(|k| (0..=4).map(move |l| CcPoint::new(place(k, l), noisy(k, l), Vector3::x()).unwrap()))
+        .collect();
+    let [along, across, ..] = Extent::of(&points).unwrap().planes().map(|p| p.file.normal);
+    assert_eq!([along, across], [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]);
+}
+
+#[test]
 fn a_sphere_has_no_side_for_planes() {
     let at = |k: u32| f64::from(k) * 0.7;
     let normal = |k: u32| Vector3::new(at(k).cos(), at(k).sin(), (1.3 * at(k)).sin());
