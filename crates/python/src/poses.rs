@@ -36,7 +36,7 @@ impl PoseTest {
         let (ready, is_ready) = channel::<Result<(), Failure>>();
         let serve = move || {
             if let Err(failure) = served(&job, setup, operation.as_deref(), &ready, &received) {
-                // Whoever waits for it takes it.
+                // The caller waits for it.
                 let _ = ready.send(Err(failure));
             }
         };
@@ -85,7 +85,7 @@ impl PoseTest {
     }
 }
 
-/// Reads the setup, reports that it is ready, and answers requests until there is nobody to ask.
+/// Reads the setup, reports that it is ready, and answers requests until the last caller is gone.
 fn served(
     job: &GivenJob,
     setup: usize,
@@ -119,7 +119,7 @@ fn served(
             let why = blocked(&test, &cell, pose, &mut hints)?;
             Some((code(&why), test.describe(&why)))
         });
-        // Whoever asked may be gone.
+        // The caller may be gone.
         let _ = answer.send(verdicts.collect());
     }
     Ok(())
