@@ -54,15 +54,18 @@ pub fn expand(py: Python<'_>, batch: PathBuf, max_tasks: usize, allow_outside: b
     Ok(to_json(&TasksFile { format: TASKS_FORMAT, tasks }))
 }
 
-/// Runs a task if it has this key, and files its result or failure in a folder of results. Returns
-/// `filed`, `locked` or `changed`.
+/// Runs a task if it has this key, and files its result or failure in a folder of results, written
+/// through to the disk unless it is passed on. Returns `filed`, `locked` or `changed`.
 ///
 /// # Errors
 /// As [`perform`].
 #[pyfunction]
-pub fn run_task(py: Python<'_>, task: &str, key: &str, out: PathBuf) -> PyResult<&'static str> {
+pub fn run_task(py: Python<'_>, task: &str, key: &str, out: PathBuf, passing: bool) -> PyResult<&'static str> {
     let task: Task = from_json(task.as_bytes()).map_err(wrong)?;
-    let end = interruptible(py, |stages| perform(&task, Some(key), &Store::open(&out)?, stages, &|_| {}))?;
+    let end = interruptible(py, |stages| {
+        let store = if passing { Store::open_passing(&out) } else { Store::open(&out) }?;
+        perform(&task, Some(key), &store, stages, &|_| {})
+    })?;
     Ok(match end {
         TaskEnd::Filed(_) => "filed",
         TaskEnd::Locked => "locked",

@@ -16,6 +16,9 @@ pub fn preset_names() -> Vec<&'static str> {
     inverse_kinematics::preset_names().to_vec()
 }
 
+/// Positions and axes.
+type PoseArrays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
+
 /// Machine with one head.
 #[pyclass(frozen, module = "facemill")]
 pub struct Machine {
@@ -99,7 +102,7 @@ impl Machine {
         py: Python<'py>,
         joints: PyReadonlyArray2<'py, f64>,
         tool_length: f64,
-    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+    ) -> PyResult<PoseArrays<'py>> {
         let (joints, n) = (joints.as_array(), self.machine.axes().len());
         if joints.ncols() != n {
             let (rows, columns) = joints.dim();

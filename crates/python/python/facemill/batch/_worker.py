@@ -80,7 +80,7 @@ def _run(item: dict[str, Any], chunk: dict[str, Any], local: Path, out: Path) ->
         if item["program"] is not None:
             task["program"] = str(tree / item["program"])
     allow = chunk["allow"] or [str(local)]
-    request = {"task": task, "key": key, "out": str(out)}
+    request = {"task": task, "key": key, "out": str(out), "passing": chunk["shared_out"] is None}
     tries = 0
     while True:
         tries += 1
