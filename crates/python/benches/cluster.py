@@ -1,15 +1,18 @@
 """Costs of batches on a cluster of this machine: processor time of client and scheduler for each task.
 
-``python benches/cluster.py trivial 10000`` runs trivial tasks (each verifies a program of three blocks)
-on two workers, ``python benches/cluster.py speed 40`` the same plans on one worker and on two.
+``python benches/cluster.py trivial 400`` runs trivial tasks (each verifies a program of one block) on two
+workers, with 1 and 100 of them in a chunk, or with the sizes that follow; ``python benches/cluster.py speed
+40`` runs the same plans on one worker and on two, ``python benches/cluster.py disk 40`` files results alone.
 """
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import statistics
 import sys
+import tarfile
 import tempfile
 import time
 from pathlib import Path
@@ -19,6 +22,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
 import facemill.batch
 from conftest import Cluster, small_job, wavy, write_batch
+from facemill import _facemill
+from facemill.batch._worker import run_chunk
+from test_batch import chunk_of
 
 PROGRAM = "%\nG21 G90 G94\nG54\nG0 G43 X0. Y0. Z100. B0. C0. H1\nM30\n%\n"
 
@@ -103,6 +109,8 @@ def trivial(tasks: int, folder: Path, chunks: tuple[int, ...] = (1, 100)) -> Non
                     f"scheduler {scheduler:.3f} ms; scheduler {t['scheduler_mib']:.0f} MiB",
                     flush=True,
                 )
+            if len(chunks) == 1:
+                continue
             (client, scheduler), (client_many, scheduler_many) = costs[0], costs[-1]
             share = 1 / chunks[0] - 1 / chunks[-1]
             for name, one, many in [("client", client, client_many), ("scheduler", scheduler, scheduler_many)]:
@@ -110,6 +118,22 @@ def trivial(tasks: int, folder: Path, chunks: tuple[int, ...] = (1, 100)) -> Non
                 print(f"  {name}: {chunk_ms:.2f} ms a chunk, {one - chunk_ms / chunks[0]:.3f} ms a task", flush=True)
     finally:
         cluster.close()
+
+
+def disk(tasks: int, folder: Path) -> None:
+    """Prints the time in which a client files a result."""
+    chunk, inputs = chunk_of(trivial_batch(folder / "batch", tasks))
+    files: dict[str, list[tuple[str, bytes]]] = {}
+    with tarfile.open(fileobj=io.BytesIO(run_chunk(chunk, inputs, folder / "worker"))) as archive:
+        for member in archive:
+            key, _, name = member.name.partition("/")
+            content = archive.extractfile(member)
+            assert content is not None
+            files.setdefault(key, []).append((name, content.read()))
+    began = time.monotonic()
+    for key, result in files.items():
+        _facemill.file_result(folder / "out", key, result)
+    print(f"{1000 * (time.monotonic() - began) / tasks:.1f} ms a result of {len(result)} files")
 
 
 def speed(tasks: int, folder: Path) -> None:
@@ -136,4 +160,8 @@ def speed(tasks: int, folder: Path) -> None:
 
 if __name__ == "__main__":
     with tempfile.TemporaryDirectory() as place:
-        {"trivial": trivial, "speed": speed}[sys.argv[1]](int(sys.argv[2]), Path(place))
+        name, tasks, *chunks = sys.argv[1:]
+        if name in ("speed", "disk"):
+            {"speed": speed, "disk": disk}[name](int(tasks), Path(place))
+        else:
+            trivial(int(tasks), Path(place), tuple(map(int, chunks)) or (1, 100))
