@@ -550,8 +550,8 @@ pub struct PathFromStrategy {
     #[serde(default)]
     pub min_pass_length_mm: f64,
     /// Whether passes follow the local strip width, with partial passes where strips are narrow at
-    /// an edge, wherever that is shorter. Without it, every pass is a level, and its narrowest strip
-    /// decides on the step.
+    /// an edge, wherever that is shorter. Without it, every pass is a level, and its narrowest
+    /// strip decides on the step.
     /// Only sections by planes, cylinders and other surfaces in space have levels: other
     /// strategies follow the width by themselves.
     #[serde(default = "default_edge_fill")]

@@ -324,10 +324,10 @@ class _Submission:
         finished = [future for future in ended if future.status == "finished"]
         packs = self._client.gather(finished, errors="raise") if finished else []
         for future, pack in zip(finished, packs):
-            self._file(self._at_work.pop(future.key)[1], pack)
+            self._file(self._at_work.pop(str(future.key))[1], pack)
         for future in ended:
             if future.status == "error":
-                _, tasks = self._at_work.pop(future.key)
+                _, tasks = self._at_work.pop(str(future.key))
                 why = str(future.exception())
                 for task in tasks:
                     self._fail(task, _worker._failure(task["key"], _bare(task), 1) | {"kind": "machine", "cause": why})
