@@ -28,6 +28,8 @@ pub const TIMES: &str = "times.json";
 #[derive(Clone, Debug)]
 pub struct Store {
     folder: PathBuf,
+    /// Whether results are written through to the disk.
+    is_durable: bool,
 }
 
 /// Lock on a task; dropping it frees the task.
@@ -50,7 +52,7 @@ impl Drop for TaskLock {
 impl Store {
     /// Returns the results in a folder, which need not exist; for looking at them.
     pub fn at(folder: &Path) -> Self {
-        Self { folder: folder.to_owned() }
+        Self { folder: folder.to_owned(), is_durable: true }
     }
 
     /// Returns the results in a folder, which is made if it is missing.
@@ -64,6 +66,15 @@ impl Store {
             std::fs::create_dir_all(&path).map_err(|source| Failure::Write { file: path, source })?;
         }
         Ok(Self::at(folder))
+    }
+
+    /// Opens results as [`Store::open`] does, for a worker that passes them on at once: they are
+    /// filed whole, but not written through to the disk.
+    ///
+    /// # Errors
+    /// As [`Store::open`].
+    pub fn open_passing(folder: &Path) -> Result<Self, Failure> {
+        Ok(Self { is_durable: false, ..Self::open(folder)? })
     }
 
     /// Returns the folder.
@@ -158,17 +169,32 @@ impl Store {
         let failed = |file: &Path, source| Failure::Write { file: file.to_owned(), source };
         let filed = remove_folder(&temporary)
             .map_err(|source| failed(&temporary, source))
-            .and_then(|()| files::write_all(&temporary, all))
-            .and_then(|()| sync(&temporary).map_err(|source| failed(&temporary, source)))
+            .and_then(|()| self.write(&temporary, all))
             // A folder without a result that can be read: damaged, or not ours.
             .and_then(|()| remove_folder(&place).map_err(|source| failed(&place, source)))
             .and_then(|()| std::fs::rename(&temporary, &place).map_err(|source| failed(&place, source)))
-            .and_then(|()| sync(&self.folder.join("tasks")).map_err(|source| failed(&place, source)));
+            .and_then(|()| self.sync(&self.folder.join("tasks")).map_err(|source| failed(&place, source)));
         if filed.is_err() {
             let _ = remove_folder(&temporary);
         }
         filed?;
         self.forget_failure(key)
+    }
+
+    /// Writes the files of a result into a new folder.
+    fn write(&self, folder: &Path, all: &[(String, Vec<u8>)]) -> Result<(), Failure> {
+        let failed = |source| Failure::Write { file: folder.to_owned(), source };
+        if self.is_durable {
+            files::write_all(folder, all)?;
+            return self.sync(folder).map_err(failed);
+        }
+        std::fs::create_dir_all(folder).map_err(failed)?;
+        all.iter().try_for_each(|(name, bytes)| std::fs::write(folder.join(name), bytes)).map_err(failed)
+    }
+
+    /// Writes the names in a folder through to the disk, where the system can.
+    fn sync(&self, folder: &Path) -> std::io::Result<()> {
+        if cfg!(unix) && self.is_durable { File::open(folder)?.sync_all() } else { Ok(()) }
     }
 
     /// Removes files that processes left which are gone: those of results that are not whole, and
@@ -244,11 +270,6 @@ fn is_at(file: &File, path: &Path) -> bool {
 #[cfg(not(unix))]
 fn is_at(_: &File, _: &Path) -> bool {
     true
-}
-
-/// Writes the names in a folder through to the disk, where the system can.
-fn sync(folder: &Path) -> std::io::Result<()> {
-    if cfg!(unix) { File::open(folder)?.sync_all() } else { Ok(()) }
 }
 
 fn remove_folder(folder: &Path) -> std::io::Result<()> {

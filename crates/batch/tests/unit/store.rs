@@ -45,6 +45,23 @@ fn a_result_is_there_when_it_is_filed_and_takes_the_place_of_a_failure() {
 }
 
 #[test]
+fn results_that_are_passed_on_are_filed_whole_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let all = [result("k"), ("program.nc".to_owned(), b"M30".to_vec())];
+    let store = Store::open_passing(folder.path()).unwrap();
+    let lock = store.lock("k").unwrap().unwrap();
+    store.file(&lock, "k", &all).unwrap();
+    for (name, bytes) in &all {
+        assert_eq!(&std::fs::read(store.task_folder("k").join(name)).unwrap(), bytes);
+    }
+    assert_eq!((names_in(&store.task_folder("k")).len(), names_in(&folder.path().join("tmp")).len()), (2, 0));
+    // What cannot be written leaves nothing.
+    std::fs::remove_dir_all(store.task_folder("k")).unwrap();
+    store.file(&lock, "k", &[result("k"), ("no/folder".to_owned(), Vec::new())]).unwrap_err();
+    assert!(store.result("k").is_none() && names_in(&folder.path().join("tmp")).is_empty());
+}
+
+#[test]
 fn a_lock_excludes_others_and_ends_when_it_is_dropped() {
     let folder = tempfile::tempdir().unwrap();
     let store = Store::open(folder.path()).unwrap();
