@@ -8,7 +8,9 @@ use facemill_job::failure::Failure;
 use facemill_job::files;
 use facemill_job::format::made_from::InputFile;
 use facemill_job::format::program_stamp::ProgramStamp;
+use facemill_job::format::program_times::ProgramTimes;
 use facemill_job::format::report::Report;
+use facemill_job::format::report::remaining::RemainingReport;
 use facemill_job::format::summary_file::SetupSummary;
 use facemill_job::load::job::Job;
 use facemill_job::stages::Stages;
@@ -194,14 +196,11 @@ fn planned(read: &ReadTask, setup: usize, plan: &PlanTaskFile, stages: &dyn Stag
 
 fn figures_of(report: &Report) -> TaskFigures {
     let summary = SetupSummary::of(report);
-    let times = &summary.times;
-    let by_law = times.cutting_s.zip(times.rapid_s).map(|(cutting, rapid)| cutting + rapid);
-    let left = summary.remaining.iter().flat_map(|r| &r.operations).filter_map(|o| o.largest.as_ref());
     TaskFigures {
-        machine_s: Some(by_law.unwrap_or(times.constant_cutting_s + times.constant_rapid_s)),
+        machine_s: Some(machine_time(&summary.times)),
         planned_fraction: Some(summary.totals.planned_fraction),
         cusp_mm: summary.worst.cusp_mm,
-        left_mm: largest(left.map(|place| place.height_mm)),
+        left_mm: summary.remaining.as_ref().and_then(largest_left),
         gouge_mm: summary.worst.gouge_mm,
         findings: Some(summary.findings),
         faults: Some(summary.faults),
@@ -209,6 +208,17 @@ fn figures_of(report: &Report) -> TaskFigures {
         efficiency: largest(summary.efficiency.iter().map(|e| e.efficiency)),
         gauge_length_mm: None,
     }
+}
+
+/// Time on the machine, s: by the motion law where there is one, else at constant speed.
+fn machine_time(times: &ProgramTimes) -> f64 {
+    let by_law = times.cutting_s.zip(times.rapid_s).map(|(cutting, rapid)| cutting + rapid);
+    by_law.unwrap_or(times.constant_cutting_s + times.constant_rapid_s)
+}
+
+/// Largest height that any operation leaves, mm.
+fn largest_left(remaining: &RemainingReport) -> Option<f64> {
+    largest(remaining.operations.iter().filter_map(|o| o.largest.as_ref()).map(|place| place.height_mm))
 }
 
 /// Returns the largest number; `None` of none.
@@ -245,12 +255,9 @@ fn verified(
     file.assumptions.sort();
     let verification = &file.verification;
     let faults = verification.faults().count();
-    let times = &file.times;
-    let by_law = times.cutting_s.zip(times.rapid_s).map(|(cutting, rapid)| cutting + rapid);
-    let left = file.remaining.iter().flat_map(|r| &r.operations).filter_map(|o| o.largest.as_ref());
     let figures = TaskFigures {
-        machine_s: Some(by_law.unwrap_or(times.constant_cutting_s + times.constant_rapid_s)),
-        left_mm: largest(left.map(|place| place.height_mm)),
+        machine_s: Some(machine_time(&file.times)),
+        left_mm: file.remaining.as_ref().and_then(largest_left),
         gouge_mm: verification.largest_gouge.as_ref().map(|gouge| gouge.depth_mm),
         findings: Some(verification.findings.len()),
         faults: Some(faults),
