@@ -1,5 +1,5 @@
 //! Order of the rooms: which crate may import which, and which module within a crate; where files
-//! are.
+//! are, and how large crates and folders may be.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -173,6 +173,20 @@ fn no_folder_has_more_than_fifteen_files() {
             let page = usize::from(at.is_empty());
             assert!(n - page <= 15, "crates/{folder}/src/{at} has {n} files side by side: make folders of them");
         }
+    }
+}
+
+/// Most lines of a crate's own code, with its comments. Above this it has two nouns, and is two
+/// crates.
+const CRATE_LINES: usize = 13_000;
+
+#[test]
+fn no_crate_has_more_than_thirteen_thousand_lines() {
+    for (folder, _) in rooms() {
+        let src = root().join("crates").join(&folder).join("src");
+        let lines = |(file, _): (String, String)| text(&src.join(format!("{file}.rs"))).lines().count();
+        let n: usize = sources(&folder).into_iter().map(lines).sum();
+        assert!(n <= CRATE_LINES, "crates/{folder}/src has {n} lines: make a crate of one of its modules");
     }
 }
 
