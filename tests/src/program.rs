@@ -4,6 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
+use facemill::virtual_machine::FindingKind;
+use serde_json::Value;
+
 /// The binary of this profile. It is built here, because cargo builds no binaries of other packages
 /// for a test.
 ///
@@ -49,4 +52,14 @@ pub fn run<A: AsRef<std::ffi::OsStr>>(arguments: &[A]) -> Output {
 pub fn code_and_errors(output: &Output) -> (i32, String) {
     let errors = String::from_utf8_lossy(&output.stderr).into_owned();
     (output.status.code().unwrap_or_else(|| panic!("killed: {errors}")), errors)
+}
+
+/// Findings of a report that are faults.
+///
+/// # Panics
+/// When the report has no findings, or one of no known kind.
+pub fn faults(report: &Value) -> Vec<&Value> {
+    let findings = report["findings"].as_array().expect("findings");
+    let kind = |f: &Value| serde_json::from_value::<FindingKind>(f["kind"].clone()).expect("a kind of findings");
+    findings.iter().filter(|f| kind(f).is_fault()).collect()
 }

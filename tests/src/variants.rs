@@ -12,7 +12,7 @@ use nalgebra::Isometry3;
 
 use crate::interpreter::{self, Motion};
 use crate::jobs::JobFolder;
-use crate::program::{code_and_errors, run};
+use crate::program::{code_and_errors, faults, run};
 use crate::read_back::{ReadBack, TipAndAxis, apt_feeds, number};
 
 /// A wavy patch of 80 mm, six passes along x about its middle, a face mill of 8 mm. The tilt is so
@@ -195,10 +195,9 @@ pub fn written(job: &JobFolder, setup: usize, suffix: &str) -> Written {
 }
 
 impl Written {
-    /// Number of findings that are faults: all but near misses.
+    /// Number of findings that are faults.
     pub fn faults(&self) -> usize {
-        let is_fault = |f: &&Value| f["kind"] != "near_miss";
-        self.report["findings"].as_array().map_or(0, |all| all.iter().filter(is_fault).count())
+        faults(&self.report).len()
     }
 
     /// A number of the report's totals.

@@ -8,7 +8,7 @@ use std::fmt;
 
 use facemill_nc_program::AxisLetter;
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Result of running a program.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -242,7 +242,7 @@ pub struct AxisReading {
 }
 
 /// Kinds of findings.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum FindingKind {

@@ -1,6 +1,7 @@
 //! Figures of the sample job in the pages against the stored summary of its plan. `.ci/run`
 //! compares that with a plan.
 
+use facemill::virtual_machine::FindingKind;
 use facemill_tests::sample_figures::{PAGES, SampleFigures};
 use facemill_tests::shared::workspace;
 
@@ -33,4 +34,19 @@ fn another_plan_and_a_broken_mark_are_found() {
     assert_ne!(other.rewritten(page).unwrap(), written);
     assert!(figures.rewritten("<!-- sample machine -->").is_err());
     assert!(figures.rewritten("<!-- sample weight --><!-- end of sample -->").is_err());
+}
+
+#[test]
+fn kinds_of_findings_that_ci_spares_are_those_that_are_no_faults() {
+    let text = |name: &str| std::fs::read_to_string(workspace().join(name)).unwrap();
+    let run = text(".ci/run");
+    let (_, spared) = run.split_once("def no_fault: IN(").expect("the kinds that .ci/run spares");
+    let spared: Vec<&str> = spared.split(')').next().unwrap().split(", ").map(|kind| kind.trim_matches('"')).collect();
+    let schema: serde_json::Value = serde_json::from_str(&text("docs/schemas/report.json")).unwrap();
+    let kinds = schema["$defs"]["FindingKind"]["oneOf"].as_array().unwrap();
+    let is_fault = |kind: &serde_json::Value| serde_json::from_value::<FindingKind>(kind.clone()).unwrap().is_fault();
+    let no_faults: Vec<&str> =
+        kinds.iter().map(|k| &k["const"]).filter(|k| !is_fault(k)).filter_map(|k| k.as_str()).collect();
+    assert_eq!(spared, no_faults);
+    assert!(kinds.len() > 20, "{} kinds", kinds.len());
 }

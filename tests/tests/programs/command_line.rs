@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use facemill::new_job::{NewJob, Series};
 use facemill_tests::commands::facemill_in;
 use facemill_tests::jobs::{JobFolder, copy_of, small_patch, small_propeller, unfinished, write_coarse_propeller};
-use facemill_tests::program::{code_and_errors, facemill, run};
+use facemill_tests::program::{code_and_errors, facemill, faults, run};
 use facemill_tests::shared::workspace;
 use facemill_tests::variants::{box_obj, tiny_patch};
 use serde_json::{Value, json};
@@ -82,8 +82,7 @@ fn trimming_more_than_allowed_is_exit_1_with_files_and_stopping_is_exit_1_withou
         report["totals"]["trimmed_points"].as_f64().unwrap() / report["totals"]["cc_points"].as_f64().unwrap();
     assert!(trimmed > report["totals"]["max_trimmed_fraction"].as_f64().unwrap());
     // The rest is sound: the program leaves the part before the gaps and comes back behind them.
-    let faults: Vec<&Value> =
-        report["findings"].as_array().unwrap().iter().filter(|f| f["kind"] != "near_miss").collect();
+    let faults = faults(&report);
     assert!(report["verified"] == true && faults.is_empty(), "{faults:?}");
 
     job.set("job.json", &[("/operations/0/infeasible/trim/max_trimmed_fraction", json!(1.0)), unfinished()]);
