@@ -79,3 +79,31 @@ fn every_tutorial_example_asserts_and_is_run_for_every_change() {
         assert!(run.split_whitespace().any(|word| word.trim_end_matches(';') == name), "{name} is not run");
     }
 }
+
+/// The workspace's `rust-version` is at least that of every crate that is built here.
+#[test]
+fn no_dependency_needs_a_newer_rust_than_ours() {
+    let cargo = |arguments: &[&str]| {
+        let output = Command::new(env!("CARGO")).current_dir(workspace()).args(arguments).output();
+        let output = output.expect("cargo runs the tests");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8_lossy(&output.stdout).into_owned()
+    };
+    let version = cargo(&["-vV"]);
+    let host = version.lines().find_map(|line| line.strip_prefix("host: ")).expect("a host");
+    // Those for other systems need not be here.
+    let arguments = ["metadata", "--offline", "--locked", "--format-version", "1", "--filter-platform", host];
+    let metadata: serde_json::Value = serde_json::from_str(&cargo(&arguments)).expect("JSON");
+    let parts = |version: &str| version.split('.').map(|n| n.parse().expect("a number")).collect::<Vec<u32>>();
+    let needs: Vec<_> = metadata["packages"]
+        .as_array()
+        .expect("packages")
+        .iter()
+        .filter_map(|package| Some((parts(package["rust_version"].as_str()?), package["name"].as_str()?)))
+        .collect();
+    let (ours, _) = needs.iter().find(|(_, name)| *name == "facemill").expect("the facade's version");
+    for (needed, name) in &needs {
+        assert!(needed <= ours, "{name} needs Rust {needed:?}, and the workspace says {ours:?}");
+    }
+    assert!(needs.len() > 100, "{} packages say which Rust they need", needs.len());
+}
