@@ -1,5 +1,7 @@
-//! The tool path of Ma, Yuan, Shen, Gao, J. Comput. Des. Eng. 9 (2022): a cubic B-spline of tip and
-//! top points on a machine with a table that tilts about X (A) and turns about Z (C).
+//! The tool path of Ma, Yuan, Shen, Gao: Optimal feedrate planning on a five-axis parametric tool
+//! path with global geometric and kinematic constraints, J. Comput. Des. Eng. 9 (6) (2022), doi
+//! 10.1093/jcde/qwac116, appendix 1: a cubic B-spline of tip and top points on a machine with a
+//! table that tilts about X (A) and turns about Z (C).
 
 use facemill_feedrate::{AxisBounds, Jet, JointPath, MotionBounds, PathPoint};
 use facemill_inverse_kinematics::AxisValues;
