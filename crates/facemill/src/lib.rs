@@ -22,6 +22,11 @@
 
 mod scene;
 
+/// Examples of the repository's page, which the tests of documentation compile.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;
+
 pub use crate::scene::UseScene;
 pub use facemill_job::check::describe_setup;
 pub use facemill_job::check::machine_check::{MachineCheck, describe_heads, describe_hulls, describe_machine};
