@@ -36,13 +36,13 @@ impl MeshTree {
     pub(crate) fn first_free(&self, body: &impl Body, lifted: &LiftedSolid) -> Option<f64> {
         // A little more than a verdict's, which rounds the pose in another way.
         let reach = lifted.solid.rounding() + 2.0 * TOUCH;
-        let rising = LiftSearch { body, direction: lifted.direction, reach, accuracy: 0.5 * lifted.resolution };
+        let search = LiftSearch { body, direction: lifted.direction, reach, accuracy: 0.5 * lifted.resolution };
         let mut lift = 0.0;
         loop {
             lift = vectorized(
                 self.arch,
                 #[inline(always)]
-                || self.risen(&rising, lift, lifted.max_lift),
+                || self.clear_lift(&search, lift, lifted.max_lift),
             )?;
             let pose = Translation3::from(lifted.direction * lift) * lifted.mesh_from_solid;
             let Some(out) = self.way_out(lifted.solid, &pose, &lifted.direction) else { return Some(lift) };
@@ -58,18 +58,18 @@ impl MeshTree {
     /// The first lift not below `lift` at which the body touches nothing; `None` where it is above
     /// `max_lift`.
     #[inline(always)]
-    fn risen<B: Body>(&self, rising: &LiftSearch<B>, lift: f64, max_lift: f64) -> Option<f64> {
-        let (mut lift, is_free) = self.climbed(rising, lift);
+    fn clear_lift<B: Body>(&self, search: &LiftSearch<B>, lift: f64, max_lift: f64) -> Option<f64> {
+        let (mut lift, is_free) = self.climbed(search, lift);
         if lift > max_lift {
             return None;
         }
         if is_free {
             return Some(lift);
         }
-        let goal = Goal { enough: rising.reach, beyond: rising.reach };
+        let goal = Goal { enough: search.reach, beyond: search.reach };
         let mut stack = Pending::new();
         loop {
-            let mut body = rising.at(lift);
+            let mut body = search.at(lift);
             let before = lift;
             stack.push_root(&self.nodes);
             while let Some((_, child)) = stack.pop() {
@@ -78,11 +78,11 @@ impl MeshTree {
                     Child::Triangle(place) => {
                         let corners = &self.corners[place as usize];
                         if nearest_on_triangle(&body, corners, goal).is_some() {
-                            lift = rising.exit(corners, lift);
+                            lift = search.exit(corners, lift);
                             if lift > max_lift {
                                 return None;
                             }
-                            body = rising.at(lift);
+                            body = search.at(lift);
                         }
                     }
                 }
@@ -100,16 +100,16 @@ impl MeshTree {
     /// trial is above the present lift cannot be in the way in between. From each that is touched
     /// at the present lift, that goes to the end of its interval.
     #[inline(always)]
-    fn climbed<B: Body>(&self, rising: &LiftSearch<B>, mut lift: f64) -> (f64, bool) {
+    fn climbed<B: Body>(&self, search: &LiftSearch<B>, mut lift: f64) -> (f64, bool) {
         let mut before = lift;
-        let Some(place) = self.touched(&rising.at(lift), rising.reach) else { return (lift, true) };
-        lift = rising.exit(&self.corners[place], lift);
+        let Some(place) = self.touched(&search.at(lift), search.reach) else { return (lift, true) };
+        lift = search.exit(&self.corners[place], lift);
         for _ in 0..MAX_TRIALS {
             let above = lift + LEAST_HEADROOM.max(HEADROOM * (lift - before));
             before = lift;
-            let passed = self.climbed_below(rising, above, &mut lift);
+            let passed = self.climbed_below(search, above, &mut lift);
             if lift <= above {
-                return (lift, self.are_clear(rising, &passed, above, lift));
+                return (lift, self.are_clear(search, &passed, above, lift));
             }
         }
         (lift, false)
@@ -118,13 +118,13 @@ impl MeshTree {
     /// Raises a lift up to a trial at `above`, or beyond it, by triangles that are touched on the
     /// way; returns those that may be in the way between lift and trial.
     #[inline(always)]
-    fn climbed_below<B: Body>(&self, rising: &LiftSearch<B>, above: f64, lift: &mut f64) -> Passed {
-        let body = rising.at(above);
+    fn climbed_below<B: Body>(&self, search: &LiftSearch<B>, above: f64, lift: &mut f64) -> Passed {
+        let body = search.at(above);
         let mut passed = Passed { near: [(0.0, 0); MOST_PASSED], n: 0 };
         let mut stack = Pending::new();
         stack.push_root(&self.nodes);
         while let Some((bound, child)) = stack.pop() {
-            let beyond = rising.reach + (above - *lift);
+            let beyond = search.reach + (above - *lift);
             if bound > beyond {
                 continue;
             }
@@ -136,15 +136,15 @@ impl MeshTree {
                 }
             };
             let corners = &self.corners[place as usize];
-            let goal = Goal { enough: rising.reach, beyond };
+            let goal = Goal { enough: search.reach, beyond };
             let Some(nearest) = nearest_on_triangle(&body, corners, goal) else { continue };
-            let is_away = nearest.distance > rising.reach;
-            if !rising.touches(corners, *lift) {
+            let is_away = nearest.distance > search.reach;
+            if !search.touches(corners, *lift) {
                 passed.push(nearest.distance, place);
                 continue;
             }
             *lift =
-                if is_away { rising.exit_below(corners, *lift, above, &nearest) } else { rising.exit(corners, above) };
+                if is_away { search.exit_below(corners, *lift, above, &nearest) } else { search.exit(corners, above) };
             if *lift > above {
                 break;
             }
@@ -155,9 +155,9 @@ impl MeshTree {
     /// Whether none of the triangles passed at a trial lift is touched at a lift below: with the
     /// others, that proves it free.
     #[inline(always)]
-    fn are_clear<B: Body>(&self, rising: &LiftSearch<B>, passed: &Passed, above: f64, lift: f64) -> bool {
-        let beyond = rising.reach + (above - lift);
-        let is_clear = |place: u32| !rising.touches(&self.corners[place as usize], lift);
+    fn are_clear<B: Body>(&self, search: &LiftSearch<B>, passed: &Passed, above: f64, lift: f64) -> bool {
+        let beyond = search.reach + (above - lift);
+        let is_clear = |place: u32| !search.touches(&self.corners[place as usize], lift);
         passed.n <= MOST_PASSED
             && passed.near[..passed.n].iter().all(|&(distance, place)| distance > beyond || is_clear(place))
     }
