@@ -6,7 +6,7 @@ use facemill_tool_model::{HolderFile, HolderLibrary, OpenAssembly};
 use facemill_virtual_machine::ClearLengths;
 
 use crate::lengths::FoundLengths;
-use crate::lengths::stage::{Stage, is_of_bodies};
+use crate::lengths::lengths_run::{LengthsRun, is_of_bodies};
 
 /// Holder that works.
 struct Works<'a> {
@@ -22,21 +22,21 @@ const SAME: f64 = 1e-6;
 /// shortest; of equal ones the widest at its nose, and of these the first by name.
 ///
 /// If none works, reports the job's own tool with the lengths that it needs.
-pub(crate) fn choose(stage: &Stage<'_>, library: &HolderLibrary) -> Result<FoundLengths, Failure> {
+pub(crate) fn choose(run: &LengthsRun<'_>, library: &HolderLibrary) -> Result<FoundLengths, Failure> {
     let mut reports = Vec::new();
     let mut best: Option<Works<'_>> = None;
     for holder in library.holders() {
-        let (report, works) = tried(stage, holder)?;
+        let (report, works) = tried(run, holder)?;
         reports.push(report);
         if let Some(works) = works.filter(|w| best.as_ref().is_none_or(|b| is_better(w, b))) {
             best = Some(works);
         }
     }
     let mut report = match &best {
-        Some(Works { assembly, found, .. }) => stage.lengths_report(found, assembly)?,
+        Some(Works { assembly, found, .. }) => run.lengths_report(found, assembly)?,
         None => {
-            let open = OpenAssembly::open(&stage.scene.job.tool);
-            let mut report = stage.lengths_report(&stage.lengths(&open, stage.request.longest)?, &open)?;
+            let open = OpenAssembly::open(&run.scene.job.tool);
+            let mut report = run.lengths_report(&run.lengths(&open, run.request.longest)?, &open)?;
             report.tool = None;
             report
         }
@@ -55,9 +55,9 @@ fn is_better(a: &Works<'_>, b: &Works<'_>) -> bool {
     if wide == other { a.holder.name < b.holder.name } else { wide > other }
 }
 
-fn tried<'a>(stage: &Stage<'_>, holder: &'a HolderFile) -> Result<(HolderReport, Option<Works<'a>>), Failure> {
+fn tried<'a>(run: &LengthsRun<'_>, holder: &'a HolderFile) -> Result<(HolderReport, Option<Works<'a>>), Failure> {
     let mut report = HolderReport { name: holder.name.clone(), stick_out_mm: None, forced_by: None, why_not: None };
-    let assembly = match holder.with_tool(&stage.scene.job.tool) {
+    let assembly = match holder.with_tool(&run.scene.job.tool) {
         Ok(assembly) => assembly,
         Err(why) => {
             report.why_not = Some(why.to_string());
@@ -65,19 +65,19 @@ fn tried<'a>(stage: &Stage<'_>, holder: &'a HolderFile) -> Result<(HolderReport,
         }
     };
     let most = holder.stick_out_mm[1];
-    let found = stage.lengths(&assembly, most)?;
+    let found = run.lengths(&assembly, most)?;
     if let Some((_, by)) = &found.hopeless {
         let at = format!("line {}: {} and {}", by.line, by.body, by.obstacle);
         report.why_not = Some(format!("not free up to its longest stick-out of {most} mm ({at})"));
-        report.forced_by = Some(stage.named(by.clone()));
+        report.forced_by = Some(run.named(by.clone()));
         return Ok((report, None));
     }
-    report.forced_by = found.forced_by[1].clone().map(|by| stage.named(by));
+    report.forced_by = found.forced_by[1].clone().map(|by| run.named(by));
     if found.lengths[1] > most {
         report.why_not = Some(format!("needs a stick-out of {:.2} mm, its longest is {most} mm", found.lengths[1]));
         return Ok((report, None));
     }
-    if let Some(finding) = stage.findings(&found)?.into_iter().find(is_of_bodies) {
+    if let Some(finding) = run.findings(&found)?.into_iter().find(is_of_bodies) {
         report.why_not = Some(format!("at {:.2} mm: {finding}", found.lengths[1]));
         return Ok((report, None));
     }

@@ -19,7 +19,8 @@ use facemill_z_map::DexelMap;
 
 use crate::lengths::{FoundLengths, LengthsRequest};
 
-pub(crate) struct Stage<'a> {
+/// A search for the shortest lengths: a program in a setup, its stock and its settings.
+pub(crate) struct LengthsRun<'a> {
     pub(crate) scene: Scene<'a>,
     pub(crate) program: &'a ReadProgram,
     stamp: ProgramStamp,
@@ -29,7 +30,7 @@ pub(crate) struct Stage<'a> {
     verify: VerifySettings,
 }
 
-impl<'a> Stage<'a> {
+impl<'a> LengthsRun<'a> {
     pub(crate) fn new(
         job: &'a Job,
         setup: &'a Setup<'a>,

@@ -2,7 +2,7 @@
 //! shorter one pass.
 
 mod holders;
-mod stage;
+mod lengths_run;
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use facemill_nc_program::{Dialect, ReadProgram};
 use facemill_tool_model::{HolderLibrary, OpenAssembly, ToolFile};
 use facemill_verification::stock_run::CutRequest;
 
-use crate::lengths::stage::Stage;
+use crate::lengths::lengths_run::LengthsRun;
 
 pub use facemill_job::format::lengths_file::{
     HolderReport, LENGTHS_FORMAT, LengthName, LengthReport, LengthsFile, NoLength, Posting, ReplanTry,
@@ -82,11 +82,11 @@ pub fn lengths_of_program(
     let program: ReadProgram =
         job.read_program(text, request.dialect).map_err(|e| Failure::input(request.program, e))?;
     let setup = Setup::read(job, request.setup)?;
-    let stage = Stage::new(job, &setup, (&program, ProgramStamp::new(request.program, text)), request, stages)?;
+    let run = LengthsRun::new(job, &setup, (&program, ProgramStamp::new(request.program, text)), request, stages)?;
     let Some(library) = request.holders else {
         let open = OpenAssembly::open(&job.tool);
-        let found = stage.lengths(&open, request.longest)?;
-        return stage.lengths_report(&found, &open);
+        let found = run.lengths(&open, request.longest)?;
+        return run.lengths_report(&found, &open);
     };
-    holders::choose(&stage, library)
+    holders::choose(&run, library)
 }
