@@ -9,7 +9,7 @@ use nalgebra::{Unit, Vector3};
 
 use crate::passes::band::smoothed;
 use crate::passes::cost::{MotionScale, NEARLY};
-use crate::passes::smooth_pass::{Ends, Node, PassClock, SmoothPass};
+use crate::passes::smooth_pass::{Node, PassClock, PassStep, SmoothPass};
 use crate::passes::task::Outcome;
 use crate::pose::workcell::{Configuration, FeasiblePose, Hints, Infeasible};
 use crate::search;
@@ -221,8 +221,8 @@ impl<'b, 's, 'a> Band<'b, 's, 'a> {
                 _ => None,
             });
             let too_fast = beside.is_some_and(|before| {
-                let ends = Ends { clock: self.clock, scale: self.scale, points: [k - 1, k] };
-                self.pass.is_beyond(&ends, [before, pose])
+                let step = PassStep { clock: self.clock, scale: self.scale, points: [k - 1, k] };
+                self.pass.is_beyond(&step, [before, pose])
             });
             if too_fast {
                 stretch.weights[at - 1] *= TIGHTER;

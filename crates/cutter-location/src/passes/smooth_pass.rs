@@ -143,8 +143,8 @@ impl SmoothPass<'_, '_> {
     /// Returns whether the way from a pose to that of a later point is beyond a limit: the tool
     /// axis turns too far against the surface for its length, or a machine axis would have to be
     /// faster than it can.
-    pub(crate) fn is_beyond(&self, ends: &Ends<'_>, [from, to]: [&FeasiblePose; 2]) -> bool {
-        let Ends { clock, scale, points: [a, b] } = *ends;
+    pub(crate) fn is_beyond(&self, step: &PassStep<'_>, [from, to]: [&FeasiblePose; 2]) -> bool {
+        let PassStep { clock, scale, points: [a, b] } = *step;
         let gap = clock.gap(a, b);
         let seen = |k: usize, pose: &FeasiblePose| {
             let cc = &self.task.pass.points[k];
@@ -192,7 +192,7 @@ fn turn_excess(max_turn_per_mm: f64, from: &Vector3<f64>, to: &Vector3<f64>, gap
 }
 
 /// A step from one point of a pass to a later one.
-pub(crate) struct Ends<'c> {
+pub(crate) struct PassStep<'c> {
     pub(crate) clock: &'c PassClock,
     pub(crate) scale: &'c MotionScale,
     pub(crate) points: [usize; 2],
