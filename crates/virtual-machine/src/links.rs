@@ -15,7 +15,7 @@ use crate::motion::setup;
 use crate::motion::setup::{HeldAsCut, ObstacleKind, VerifyError, VerifySettings, VirtualSetup};
 use crate::proof::doubts::Doubts;
 use crate::proof::prover::Prover;
-use crate::run::scene::Scene;
+use crate::run::scene::RunScene;
 use crate::run::segments::{Coarseness, Segment, segments};
 use crate::stock::bodies::Bodies;
 use crate::stock::heads::{check_moves, check_setups};
@@ -75,7 +75,7 @@ pub struct LinkDistances {
 /// State of a program at the start of a link: all that is in the way.
 pub struct LinkStage<'s, 'a> {
     /// One for each head.
-    scenes: &'s [Scene<'a>],
+    scenes: &'s [RunScene<'a>],
     /// The stock as it is then; `None` where ways keep off the stock as it was at first.
     cut: Option<CutStock<'s>>,
 }
@@ -141,7 +141,7 @@ pub fn run_links(
     }
     let verify = &VerifySettings { as_cut: HeldAsCut::TOOL, ..verify.clone() };
     let wide: Vec<VirtualSetup<'_>> = heads.iter().map(|head| wider(head, link.clearance, 0.0)).collect();
-    let scenes: Vec<Scene<'_>> = wide.iter().map(|wide| Scene::new(wide, verify)).collect::<Result<_, _>>()?;
+    let scenes: Vec<RunScene<'_>> = wide.iter().map(|wide| RunScene::new(wide, verify)).collect::<Result<_, _>>()?;
     let resolved: Vec<ResolvedMoves> = heads.iter().map(|head| resolve(program, head, verify)).collect();
     check_moves(program, &resolved)?;
     let doubts: Vec<Doubts> = resolved.iter().map(|r| Doubts::new(program, &r.faults)).collect();
@@ -188,7 +188,7 @@ pub fn links_off_first_stock<T: Send>(
     }
     let verify = &VerifySettings { as_cut: HeldAsCut::NOTHING, ..verify.clone() };
     let wide: Vec<VirtualSetup<'_>> = heads.iter().map(|head| wider(head, keep.fixtures, keep.first_stock)).collect();
-    let scenes: Vec<Scene<'_>> = wide.iter().map(|wide| Scene::new(wide, verify)).collect::<Result<_, _>>()?;
+    let scenes: Vec<RunScene<'_>> = wide.iter().map(|wide| RunScene::new(wide, verify)).collect::<Result<_, _>>()?;
     let stage = LinkStage { scenes: &scenes, cut: None };
     // All heads have the same words, so the motions of all axes are the same.
     let resolved: Vec<ResolvedMoves> = heads.iter().map(|head| resolve(program, head, verify)).collect();
@@ -259,7 +259,7 @@ const MOVES_PER_BATCH: usize = 512;
 
 /// Head that cuts the stock.
 struct CuttingHead<'s> {
-    scene: &'s Scene<'s>,
+    scene: &'s RunScene<'s>,
     tool: &'s LinkTool,
     /// All moves of the program, the same of every head.
     moves: &'s [Move],
@@ -343,7 +343,7 @@ impl LinkStage<'_, '_> {
     /// [`run_stock`](crate::stock::run::run_stock) tests rapids, with the clearance of the
     /// settings.
     pub fn is_free(&self, link: &ProgramLink, through: &[AxisValues]) -> bool {
-        let is_beyond = |scene: &Scene<'_>| {
+        let is_beyond = |scene: &RunScene<'_>| {
             let machine = scene.setup.machine;
             through.iter().any(|axes| machine.first_beyond_limit(axes).is_some())
         };
@@ -359,14 +359,14 @@ impl LinkStage<'_, '_> {
     }
 }
 
-fn is_proven(scene: &Scene<'_>, m: &Move) -> bool {
+fn is_proven(scene: &RunScene<'_>, m: &Move) -> bool {
     let proof = Prover::new(scene, m).map(|mut prover| prover.prove());
     proof.is_some_and(|p| p.depth.is_some() && p.bodies_clear)
 }
 
 impl CutStock<'_> {
     /// Returns whether the tool of a head keeps its distances from the stock over these moves.
-    fn is_clear(&self, scene: &Scene<'_>, tool: &LinkTool, moves: &[Move]) -> bool {
+    fn is_clear(&self, scene: &RunScene<'_>, tool: &LinkTool, moves: &[Move]) -> bool {
         let (coarse, mut way) = (tool.on_links(), Vec::new());
         for m in moves {
             let Some(segments) = segments(scene, m, &coarse) else { return false };

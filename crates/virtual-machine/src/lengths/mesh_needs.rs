@@ -11,7 +11,7 @@ use super::needs::{Needs, Raise};
 use crate::motion::moves::Move;
 use crate::motion::stepping::{Spacing, positions};
 use crate::run::between::{CUTTER_BULGE, cutter_step};
-use crate::run::scene::{Frame, Mount, Scene, SceneBody, SceneObstacle, cl_of};
+use crate::run::scene::{Frame, Mount, RunScene, SceneBody, SceneObstacle, cl_of};
 use crate::run::track::{Shape, Track};
 
 /// Moves that begin with the lengths of the run, and take up their own from there.
@@ -28,7 +28,7 @@ const MAX_RAISES: usize = 1000;
 /// with these lengths: the same positions and distances as those by which
 /// [`verify`](crate::run::verify::verify) finds collisions. No length exceeds `longest`.
 pub(crate) fn mesh_needs(
-    scene: &Scene<'_>,
+    scene: &RunScene<'_>,
     moves: &[Move],
     assembly: &OpenAssembly,
     lengths: &Lengths,
@@ -63,7 +63,7 @@ struct Rider {
 }
 
 struct LengthWalker<'a> {
-    scene: &'a Scene<'a>,
+    scene: &'a RunScene<'a>,
     assembly: &'a OpenAssembly,
     longest: f64,
     lengths: Lengths,
@@ -88,7 +88,7 @@ struct Here {
 type Met = (usize, usize, Point3<f64>);
 
 impl<'a> LengthWalker<'a> {
-    fn new(scene: &'a Scene<'a>, assembly: &'a OpenAssembly, lengths: Lengths, longest: f64) -> Self {
+    fn new(scene: &'a RunScene<'a>, assembly: &'a OpenAssembly, lengths: Lengths, longest: f64) -> Self {
         let mut walker = Self {
             scene,
             assembly,
@@ -138,7 +138,7 @@ impl<'a> LengthWalker<'a> {
     }
 
     fn run(&mut self, m: &Move) {
-        let Scene { setup, settings, tool_length, .. } = *self.scene;
+        let RunScene { setup, settings, tool_length, .. } = *self.scene;
         // `verify` reports motions that the axes cannot follow.
         let Ok(motion) = Motion::new(setup.machine, m.law, &m.start, &m.end, tool_length) else { return };
         let reach = setup.tool.cutter().radius().hypot(setup.tool.cutter().flute_length());
@@ -171,7 +171,7 @@ impl<'a> LengthWalker<'a> {
 
     /// The axes with the same tip and a tool so much longer than it is now.
     fn axes_with(&self, here: &Here, more: f64) -> Option<AxisValues> {
-        let Scene { setup, tool_length, .. } = *self.scene;
+        let RunScene { setup, tool_length, .. } = *self.scene;
         let length = self.lengths[AssemblyLength::Gauge.index()] + more;
         if length == tool_length {
             return Some(here.axes);

@@ -12,7 +12,7 @@ use super::stock_needs::{StockNeeds, tool_of};
 use crate::motion::moves::resolve;
 use crate::motion::setup;
 use crate::motion::setup::{HeldAsCut, VerifyError, VerifySettings, VirtualSetup};
-use crate::run::scene::Scene;
+use crate::run::scene::RunScene;
 
 /// How lengths are searched for.
 #[derive(Clone, Debug, PartialEq)]
@@ -275,11 +275,11 @@ impl Search<'_, '_> {
     fn with<T>(
         &self,
         lengths: &Lengths,
-        look: impl FnOnce(&Scene<'_>, &[crate::motion::moves::Move]) -> Result<T, VerifyError>,
+        look: impl FnOnce(&RunScene<'_>, &[crate::motion::moves::Move]) -> Result<T, VerifyError>,
     ) -> Result<T, VerifyError> {
         let (tool, words, program) = self.posted(lengths)?;
         let setup = VirtualSetup { words: &words, tool: &tool, ..self.setup.clone() };
-        let scene = Scene::new(&setup, &self.verify)?;
+        let scene = RunScene::new(&setup, &self.verify)?;
         let resolved = resolve(&program, &setup, &self.verify);
         look(&scene, &resolved.moves)
     }

@@ -7,7 +7,7 @@ use facemill_z_map::{Contact, DexelMap, Step, Sweep, TurnedBody};
 use super::needs::{Needs, Raise};
 use crate::motion::moves::Move;
 use crate::motion::setup::VerifyError;
-use crate::run::scene::Scene;
+use crate::run::scene::RunScene;
 use crate::run::segments::{Coarseness, Segment, segments};
 use crate::stock::bodies::Bodies;
 
@@ -29,7 +29,7 @@ const STOCK: &str = "stock";
 
 /// A run through a program with its stock.
 pub(crate) struct StockNeeds<'r, 'a> {
-    pub(crate) scene: &'r Scene<'a>,
+    pub(crate) scene: &'r RunScene<'a>,
     pub(crate) moves: &'r [Move],
     pub(crate) assembly: &'r OpenAssembly,
     pub(crate) tolerance: f64,

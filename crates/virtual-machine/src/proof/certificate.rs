@@ -15,7 +15,7 @@ use crate::motion::setup::{VerifyError, VerifySettings, VirtualSetup};
 use crate::proof::doubts::{Doubt, Doubts};
 use crate::proof::prover::Prover;
 use crate::proof::{Open, Proof};
-use crate::run::scene::Scene;
+use crate::run::scene::RunScene;
 
 /// Certificate of one block's motion, from its start to its end under the machine's motion law.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
@@ -108,7 +108,7 @@ impl Certificate {
         }
     }
 
-    fn proven(block: &ReadBlock, proof: &Proof, scene: &Scene<'_>) -> Self {
+    fn proven(block: &ReadBlock, proof: &Proof, scene: &RunScene<'_>) -> Self {
         let body = |k: usize| scene.bodies[k].name.clone();
         let obstacle = |k: usize| scene.obstacles[k].name.clone();
         let (reason, between) = match proof.open {
@@ -179,7 +179,7 @@ pub fn certify(
         return Err(VerifyError::Estimated { what: "certificates" });
     }
     let resolved = resolve(program, setup, settings);
-    let scene = Scene::new(setup, settings)?;
+    let scene = RunScene::new(setup, settings)?;
     let doubts = Doubts::new(program, &resolved.faults);
     let blocks: Vec<&[Move]> = resolved.moves.chunk_by(|a, b| a.block == b.block).collect();
     let of_blocks: Result<Vec<Certificate>, Cancelled> = blocks
@@ -207,7 +207,7 @@ pub fn certify(
 }
 
 /// Of the moves of one block.
-fn proof(scene: &Scene<'_>, moves: &[Move]) -> Proof {
+fn proof(scene: &RunScene<'_>, moves: &[Move]) -> Proof {
     let of_move = |m| Prover::new(scene, m).map_or_else(Proof::unknown, |mut p| p.prove());
     moves.iter().map(of_move).reduce(Proof::and).unwrap_or_else(Proof::unknown)
 }

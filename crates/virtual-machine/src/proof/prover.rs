@@ -15,7 +15,7 @@ use crate::motion::spans::Spans;
 use crate::motion::stepping::MAX_TURN;
 use crate::proof::{Open, Proof, ProvenDepth, ProvenDistance};
 use crate::run::cutter_depth::CutterTrack;
-use crate::run::scene::{Frame, Mount, Role, Scene, SceneObstacle};
+use crate::run::scene::{Frame, Mount, Role, RunScene, SceneObstacle};
 
 /// How much deeper than sampled a depth is tried to be proven first, mm. Larger: certificates say
 /// more than is there; smaller: more intervals.
@@ -48,7 +48,7 @@ const TURNED_ROUNDING: f64 = 1e-4;
 
 /// Proves one move.
 pub(crate) struct Prover<'s, 'a> {
-    scene: &'s Scene<'a>,
+    scene: &'s RunScene<'a>,
     m: &'s Move,
     motion: Motion<'s>,
     rates: RateBounds<'s>,
@@ -90,7 +90,7 @@ impl Pair<'_> {
 
 impl<'s, 'a> Prover<'s, 'a> {
     /// `None` where the axes have no such motion.
-    pub(crate) fn new(scene: &'s Scene<'a>, m: &'s Move) -> Option<Self> {
+    pub(crate) fn new(scene: &'s RunScene<'a>, m: &'s Move) -> Option<Self> {
         let machine = scene.setup.machine;
         let motion = Motion::new(machine, m.law, &m.start, &m.end, scene.tool_length).ok()?;
         Some(Self {
@@ -369,7 +369,7 @@ impl<'s, 'a> Prover<'s, 'a> {
 
     /// Pose of something that moves in the frame of an obstacle's mesh.
     fn pose(&self, mount: Mount, frame: Frame, axes: &AxisValues) -> Isometry3<f64> {
-        let Scene { setup, work_from_table, tool_length, .. } = *self.scene;
+        let RunScene { setup, work_from_table, tool_length, .. } = *self.scene;
         let of_body = |k: usize| {
             let pose = setup.machine.body_poses(axes).nth(k).map(|p| p.table_from_solid);
             work_from_table * pose.unwrap_or_else(Isometry3::identity)

@@ -21,7 +21,7 @@ use crate::motion::spans::Spans;
 use crate::motion::stepping::{MAX_TURN, ways};
 use crate::run::chunk_result::{ChunkResult, Clearance};
 use crate::run::cutter_depth::CutterTrack;
-use crate::run::scene::{Frame, Mount, Role, Scene, cl_of};
+use crate::run::scene::{Frame, Mount, Role, RunScene, cl_of};
 use crate::run::track::{Placement, Shape, Track};
 
 /// By how much the motion between two positions of the cutter on the work may leave the straight
@@ -83,8 +83,8 @@ pub(crate) fn cutter_between(cutter: &Cutter, settings: &VerifySettings) -> f64 
 /// distance from an obstacle is nowhere below half of what the distances at both ends leave of D,
 /// less a/8. Where that is too little the interval is halved, until D/2 + a/8 is within the
 /// tolerance: then the distance is nowhere less than at one end by more than that.
-pub(crate) struct Follower<'a> {
-    scene: &'a Scene<'a>,
+pub(crate) struct BodyFollower<'a> {
+    scene: &'a RunScene<'a>,
     pairs: Vec<Pair>,
     /// The whole cutter.
     cutter: Shape,
@@ -143,8 +143,8 @@ struct End {
     tool: Isometry3<f64>,
 }
 
-impl<'a> Follower<'a> {
-    pub(crate) fn new(scene: &'a Scene<'a>) -> Self {
+impl<'a> BodyFollower<'a> {
+    pub(crate) fn new(scene: &'a RunScene<'a>) -> Self {
         let cutter = scene.setup.tool.cutter();
         let (radius, z_high) = (cutter.radius(), cutter.flute_length());
         let whole = RoundFrustum { z_low: 0.0, z_high, radius_low: radius, radius_high: radius, rounding: 0.0 };
@@ -249,7 +249,7 @@ impl<'a> Follower<'a> {
 
     /// `None` where the axes cannot follow.
     fn posed(&self, motion: &Motion<'_>, t: f64) -> Option<Posed> {
-        let Scene { setup, work_from_table, tool_length, .. } = *self.scene;
+        let RunScene { setup, work_from_table, tool_length, .. } = *self.scene;
         let axes = motion.at(t).ok()?;
         let work_from_tool = work_from_table * setup.machine.forward(&axes, tool_length);
         let of_bodies = setup.machine.body_poses(&axes).map(|p| work_from_table * p.table_from_solid);

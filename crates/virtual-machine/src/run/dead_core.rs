@@ -10,7 +10,7 @@ use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 
 use crate::motion::moves::Move;
 use crate::motion::setup::ObstacleKind;
-use crate::run::scene::{Role, Scene, SceneObstacle, cl_of};
+use crate::run::scene::{Role, RunScene, SceneObstacle, cl_of};
 use crate::run::track::{Shape, Track};
 
 /// The part of the cutter's bottom that does not cut, and everything that its ring has cut before.
@@ -77,7 +77,7 @@ const SLACK: f64 = 0.05;
 
 impl DeadCore {
     /// `None` where the tool cuts at its centre, may plunge, or nothing has stock on it.
-    pub(crate) fn new(scene: &Scene<'_>, moves: &[Move], monitor: &dyn Monitor) -> Result<Option<Self>, Cancelled> {
+    pub(crate) fn new(scene: &RunScene<'_>, moves: &[Move], monitor: &dyn Monitor) -> Result<Option<Self>, Cancelled> {
         let tool = scene.setup.tool;
         let radius = tool.dead_core_radius();
         let recess = recess(tool);
@@ -117,7 +117,7 @@ impl DeadCore {
         self.spacing
     }
 
-    fn add(&mut self, scene: &Scene<'_>, move_index: usize, m: &Move) {
+    fn add(&mut self, scene: &RunScene<'_>, move_index: usize, m: &Move) {
         let Ok(motion) = Motion::new(scene.setup.machine, m.law, &m.start, &m.end, scene.tool_length) else { return };
         let pose = |at: f64| -> Option<CutPose> {
             let axes = motion.at(at).ok()?;
@@ -141,7 +141,7 @@ impl DeadCore {
     /// for each obstacle.
     pub(crate) fn in_stock(
         &self,
-        scene: &Scene<'_>,
+        scene: &RunScene<'_>,
         tracks: &mut [Track],
         work_from_tool: &Isometry3<f64>,
         moment: Moment,

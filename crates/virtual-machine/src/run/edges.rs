@@ -8,7 +8,7 @@ use crate::motion::setup::Estimate;
 use crate::motion::stepping::Spacing;
 use crate::run::between::{CUTTER_BULGE, cutter_step};
 use crate::run::cutter_depth::{CutterDepth, disc};
-use crate::run::scene::Scene;
+use crate::run::scene::RunScene;
 use crate::run::track::Shape;
 
 /// Queries of a run of positions.
@@ -25,7 +25,7 @@ impl RunQueries {
     /// An edge is a disc: the circle at which a section of tool or holder begins or ends, and the
     /// flat face within it. Bodies with corners, boxes and hulls of the machine are tested whole:
     /// that costs no more.
-    pub(crate) fn new(scene: &Scene<'_>) -> Self {
+    pub(crate) fn new(scene: &RunScene<'_>) -> Self {
         let cutter = scene.cutter.clone();
         let shapes = scene.bodies.iter().map(|b| &b.shape);
         if scene.settings.estimate.is_none() {
@@ -45,8 +45,8 @@ fn edges(shape: &Shape) -> Vec<Shape> {
 }
 
 /// How far apart the positions of a move are.
-pub(crate) fn spacing(scene: &Scene<'_>, m: &Move) -> Spacing {
-    let Scene { setup, settings, .. } = scene;
+pub(crate) fn spacing(scene: &RunScene<'_>, m: &Move) -> Spacing {
+    let RunScene { setup, settings, .. } = scene;
     let cutter = setup.tool.cutter();
     let reach = cutter.radius().hypot(cutter.flute_length());
     let Some(estimate) = settings.estimate else {
@@ -58,11 +58,11 @@ pub(crate) fn spacing(scene: &Scene<'_>, m: &Move) -> Spacing {
 }
 
 /// Way between two positions of a rapid in an estimate, mm: the radius of the cutter (VMT).
-pub(crate) fn rapid_step(scene: &Scene<'_>) -> f64 {
+pub(crate) fn rapid_step(scene: &RunScene<'_>) -> f64 {
     scene.setup.tool.cutter().radius()
 }
 
 /// Returns the steps between an estimate's positions for the report.
-pub(crate) fn estimated_steps(scene: &Scene<'_>, estimate: Estimate) -> crate::finding::EstimatedPositions {
+pub(crate) fn estimated_steps(scene: &RunScene<'_>, estimate: Estimate) -> crate::finding::EstimatedPositions {
     crate::finding::EstimatedPositions { cut_step_mm: estimate.cut_step, rapid_step_mm: rapid_step(scene) }
 }

@@ -15,13 +15,13 @@ use crate::program_time::timing::duration;
 use crate::run::between::cutter_between;
 use crate::run::chunk_result::{ChunkResult, Clearance, Gouge, Gouges, nearest};
 use crate::run::edges::estimated_steps;
-use crate::run::scene::Scene;
+use crate::run::scene::RunScene;
 use crate::run::surface_normals;
 
 /// Data for the figures of a run.
 pub(crate) struct Report<'a> {
     pub(crate) program: &'a ReadProgram,
-    pub(crate) scene: &'a Scene<'a>,
+    pub(crate) scene: &'a RunScene<'a>,
     resolved: &'a ResolvedMoves,
     /// When each move starts, and the last one ends, s since the start of the program.
     starts: Vec<f64>,
@@ -41,7 +41,7 @@ fn near(key: &Key) -> Option<&'static str> {
 const STOCK: &str = "stock";
 
 impl<'a> Report<'a> {
-    pub(crate) fn new(program: &'a ReadProgram, scene: &'a Scene<'a>, resolved: &'a ResolvedMoves) -> Self {
+    pub(crate) fn new(program: &'a ReadProgram, scene: &'a RunScene<'a>, resolved: &'a ResolvedMoves) -> Self {
         let mut now = 0.0;
         let mut starts = vec![now];
         for m in &resolved.moves {

@@ -7,7 +7,7 @@ use crate::finding::{FindingKind, Measure};
 use crate::motion::moves::Move;
 use crate::motion::spans::Spans;
 use crate::run::chunk_result::ChunkResult;
-use crate::run::scene::Scene;
+use crate::run::scene::RunScene;
 
 /// Largest contribution of the rounding of words to the turn of an axis in one block, rad.
 const ROUNDING: f64 = 2e-3 * std::f64::consts::PI / 180.0;
@@ -30,7 +30,7 @@ const STANDS: f64 = 0.01 * std::f64::consts::PI / 180.0;
 /// the tool axis, in a cutting move that comes within
 /// [`singular_cone`](crate::motion::setup::VerifySettings::singular_cone) of the pole, is a
 /// [`FindingKind::Singularity`].
-pub(crate) fn turns(scene: &Scene<'_>, moves: &[Move]) -> ChunkResult {
+pub(crate) fn turns(scene: &RunScene<'_>, moves: &[Move]) -> ChunkResult {
     let mut result = ChunkResult::default();
     let is_cut = |m: &Move| !m.is_rapid;
     let cuts = moves.iter().position(is_cut)..moves.iter().rposition(is_cut);
@@ -50,7 +50,7 @@ pub(crate) fn turns(scene: &Scene<'_>, moves: &[Move]) -> ChunkResult {
 }
 
 /// The rotary axis between this head's tool and the work that turns farthest, and its turn, rad.
-fn farthest(scene: &Scene<'_>, m: &Move) -> Option<(usize, f64)> {
+fn farthest(scene: &RunScene<'_>, m: &Move) -> Option<(usize, f64)> {
     let machine = scene.setup.machine;
     let is_own = |k: usize| machine.axes()[k].kind == AxisKind::Rotary && machine.moves_tool(k);
     let rotary = (0..m.start.len()).filter(|&k| is_own(k));
@@ -59,7 +59,7 @@ fn farthest(scene: &Scene<'_>, m: &Move) -> Option<(usize, f64)> {
 
 /// Where the tool axis is nearest to the pole on a cutting move on which the farthest axis turns by
 /// `turn`: the fraction of the move's time and the axis values; `None` where that is no finding.
-fn near_pole(scene: &Scene<'_>, m: &Move, turn: f64) -> Option<(f64, AxisValues)> {
+fn near_pole(scene: &RunScene<'_>, m: &Move, turn: f64) -> Option<(f64, AxisValues)> {
     let (machine, settings) = (scene.setup.machine, scene.settings);
     if m.is_rapid || turn <= settings.singular_turn + ROUNDING {
         return None;
@@ -82,7 +82,7 @@ fn near_pole(scene: &Scene<'_>, m: &Move, turn: f64) -> Option<(f64, AxisValues)
 
 /// The times of a move at which it is looked how near the tool axis is to the pole, both ends among
 /// them.
-fn looks(scene: &Scene<'_>, m: &Move) -> Vec<f64> {
+fn looks(scene: &RunScene<'_>, m: &Move) -> Vec<f64> {
     let machine = scene.setup.machine;
     let axes = machine.axes().iter().enumerate().filter(|(_, a)| a.kind == AxisKind::Rotary);
     let turns: f64 = axes.map(|(k, _)| (m.end[k] - m.start[k]).abs()).sum();
@@ -95,7 +95,12 @@ fn looks(scene: &Scene<'_>, m: &Move) -> Vec<f64> {
     std::iter::once(0.0).chain(spans.parts.into_iter().flat_map(of_part)).collect()
 }
 
-fn contact(scene: &Scene<'_>, kind: FindingKind, (axis, turn): (usize, f64), (at, axes): (f64, AxisValues)) -> Contact {
+fn contact(
+    scene: &RunScene<'_>,
+    kind: FindingKind,
+    (axis, turn): (usize, f64),
+    (at, axes): (f64, AxisValues),
+) -> Contact {
     Contact {
         key: Key::of_axis(kind, Some(axis)),
         measure: Some(Measure::TurnDeg(turn.to_degrees())),

@@ -10,7 +10,7 @@ use crate::run::cutter_depth::CutterDepth;
 use crate::run::track::Shape;
 
 /// The setup with what does not change from position to position worked out.
-pub(crate) struct Scene<'a> {
+pub(crate) struct RunScene<'a> {
     pub(crate) setup: &'a VirtualSetup<'a>,
     pub(crate) settings: &'a VerifySettings,
     pub(crate) work_from_table: Isometry3<f64>,
@@ -107,7 +107,7 @@ pub(crate) struct CutterLimit {
     pub(crate) kind: FindingKind,
 }
 
-impl<'a> Scene<'a> {
+impl<'a> RunScene<'a> {
     pub(crate) fn new(setup: &'a VirtualSetup<'a>, settings: &'a VerifySettings) -> Result<Self, VerifyError> {
         let work_from_table = setup.table_from_work.inverse();
         let links = Links::new(setup.machine);

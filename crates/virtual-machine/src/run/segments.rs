@@ -8,7 +8,7 @@ use nalgebra::{Unit, Vector3};
 use crate::motion::moves::Move;
 use crate::motion::rates::{Parts, RateBounds};
 use crate::motion::spans::Spans;
-use crate::run::scene::Scene;
+use crate::run::scene::RunScene;
 
 /// A part of a move.
 #[derive(Clone, Copy, Debug)]
@@ -48,14 +48,14 @@ const MAX_HALVINGS: u32 = 16;
 /// h·θ²/8 beside it, with θ the turn of the axis. Where the tip is beside its place by d and the
 /// point at the reach by e, the axis is turned by at most (d + e)/reach, so that no point of the
 /// tool is farther than 2·d + e from its place: three times the larger bound.
-pub(crate) fn segments(scene: &Scene<'_>, m: &Move, coarse: &Coarseness) -> Option<Vec<Segment>> {
+pub(crate) fn segments(scene: &RunScene<'_>, m: &Move, coarse: &Coarseness) -> Option<Vec<Segment>> {
     common_segments(&[MoveOfHead { scene, m, coarse }])?.pop()
 }
 
 /// A move as one head makes it.
 #[derive(Clone, Copy)]
 pub(crate) struct MoveOfHead<'r, 'a> {
-    pub(crate) scene: &'r Scene<'a>,
+    pub(crate) scene: &'r RunScene<'a>,
     pub(crate) m: &'r Move,
     pub(crate) coarse: &'r Coarseness,
 }
@@ -175,7 +175,7 @@ impl<'r, 'a> DividedMove<'r, 'a> {
 }
 
 /// Axes and tool at a fraction of a move's time; `None` where the axes cannot follow.
-fn pose(scene: &Scene<'_>, motion: &Motion<'_>, t: f64) -> Option<(AxisValues, ClPoint)> {
+fn pose(scene: &RunScene<'_>, motion: &Motion<'_>, t: f64) -> Option<(AxisValues, ClPoint)> {
     let axes = motion.at(t).ok()?;
     let work_from_tool = scene.work_from_table * scene.setup.machine.forward(&axes, scene.tool_length);
     let axis = Unit::new_unchecked(work_from_tool.rotation * Vector3::z());

@@ -9,7 +9,7 @@ use crate::finding::episodes::{Contact, Episodes, Key};
 use crate::finding::{FindingKind, Measure};
 use crate::motion::moves::Move;
 use crate::motion::setup::ObstacleKind;
-use crate::run::scene::{Role, Scene, SceneObstacle};
+use crate::run::scene::{Role, RunScene, SceneObstacle};
 
 /// Permitted angle between a normal and the part's, rad: the turn of facets and curved surfaces
 /// within a lift and a probe. Larger: wrong normals pass; smaller: right ones on coarse meshes are
@@ -34,7 +34,7 @@ const REACH: f64 = 0.5;
 
 /// Holds the normals of a program against the parts of a scene.
 pub(crate) struct SurfaceNormals<'a> {
-    pub(crate) scene: &'a Scene<'a>,
+    pub(crate) scene: &'a RunScene<'a>,
     pub(crate) program: &'a ReadProgram,
 }
 

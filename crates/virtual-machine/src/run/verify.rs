@@ -6,13 +6,13 @@ use crate::finding::{Finding, Verification};
 use crate::motion::moves::{Move, resolve};
 use crate::motion::setup;
 use crate::motion::setup::{VerifyError, VerifySettings, VirtualSetup};
-use crate::run::between::Follower;
+use crate::run::between::BodyFollower;
 use crate::run::chunk_result::{ChunkResult, Clearance, nearest};
 use crate::run::dead_core::DeadCore;
 use crate::run::edges::RunQueries;
 use crate::run::report::Report;
 use crate::run::rotaries;
-use crate::run::scene::Scene;
+use crate::run::scene::RunScene;
 use crate::run::surface_normals::SurfaceNormals;
 use crate::run::walker::Walker;
 
@@ -79,7 +79,7 @@ pub fn verify(
 ) -> Result<Verification, VerifyError> {
     setup::check(setup, settings)?;
     let resolved = resolve(program, setup, settings);
-    let scene = Scene::new(setup, settings)?;
+    let scene = RunScene::new(setup, settings)?;
     let core = DeadCore::new(&scene, &resolved.moves, monitor)?;
     let normals = SurfaceNormals { scene: &scene, program };
     let queries = RunQueries::new(&scene);
@@ -118,7 +118,7 @@ pub fn place_findings(
 ) -> Result<(), VerifyError> {
     setup::check(setup, settings)?;
     let resolved = resolve(program, setup, settings);
-    let scene = Scene::new(setup, settings)?;
+    let scene = RunScene::new(setup, settings)?;
     Report::new(program, &scene, &resolved).place(findings);
     Ok(())
 }
@@ -132,7 +132,7 @@ fn run_chunk(
     monitor: &dyn Monitor,
 ) -> Result<ChunkResult, Cancelled> {
     let mut walker = Walker::new(normals.scene, queries, core, nearest);
-    let mut follower = normals.scene.settings.estimate.is_none().then(|| Follower::new(normals.scene));
+    let mut follower = normals.scene.settings.estimate.is_none().then(|| BodyFollower::new(normals.scene));
     for (k, m) in moves.iter().enumerate() {
         monitor.checkpoint()?;
         walker.run(first + k, m, monitor)?;
@@ -147,7 +147,7 @@ fn run_chunk(
 
 /// Nearest body at the ends of a few moves. It is one of the places where the smallest clearance
 /// may be, and lets the run pass over all that is farther away: most of the program.
-fn sample_clearance(scene: &Scene<'_>, queries: &RunQueries, first: usize, moves: &[Move]) -> ChunkResult {
+fn sample_clearance(scene: &RunScene<'_>, queries: &RunQueries, first: usize, moves: &[Move]) -> ChunkResult {
     let mut walker = Walker::new(scene, queries, None, None);
     for (k, m) in moves.iter().enumerate().step_by(MOVES_PER_SAMPLE) {
         walker.look(first + k, m);

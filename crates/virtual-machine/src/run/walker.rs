@@ -13,12 +13,12 @@ use crate::run::cutter_depth::{CutterDepth, CutterPlacement, CutterTrack};
 use crate::run::dead_core::DeadCore;
 use crate::run::edges::{RunQueries, spacing};
 use crate::run::ramp::{Descent, RAMP_ROUNDING};
-use crate::run::scene::{Frame, Mount, Role, Scene};
+use crate::run::scene::{Frame, Mount, Role, RunScene};
 use crate::run::track::{Placement, Track};
 
 /// Runs moves, keeping from position to position what is known of every distance.
 pub(crate) struct Walker<'a> {
-    scene: &'a Scene<'a>,
+    scene: &'a RunScene<'a>,
     queries: &'a RunQueries,
     /// Per obstacle: in cuts, then in rapids.
     cutter: Vec<[CutterTrack; 2]>,
@@ -80,7 +80,7 @@ fn jumps(machine: &Machine, motion: &Motion<'_>, from: (f64, AxisValues), to: (f
 impl<'a> Walker<'a> {
     /// `nearest` is a place of the program where a body is near: only nearer ones are looked for.
     pub(crate) fn new(
-        scene: &'a Scene<'a>,
+        scene: &'a RunScene<'a>,
         queries: &'a RunQueries,
         core: Option<&'a DeadCore>,
         nearest: Option<Clearance>,
@@ -171,7 +171,7 @@ impl<'a> Walker<'a> {
     /// The motion of a move, and the positions that are tested; `None` where the axes have no such
     /// motion.
     fn positions(&self, m: &Move) -> Option<(Motion<'a>, Positions)> {
-        let Scene { setup, tool_length, .. } = *self.scene;
+        let RunScene { setup, tool_length, .. } = *self.scene;
         let motion = Motion::new(setup.machine, m.law, &m.start, &m.end, tool_length).ok()?;
         let steps = positions(setup.machine, &motion, m.law, [&m.start, &m.end], tool_length, &spacing(self.scene, m));
         Some((motion, steps))
@@ -209,7 +209,7 @@ impl<'a> Walker<'a> {
 
     /// `at` is the fraction of the move's time.
     fn position<'m>(&self, index: usize, m: &'m Move, (at, axes): (f64, AxisValues)) -> Position<'m> {
-        let Scene { setup, work_from_table, tool_length, .. } = *self.scene;
+        let RunScene { setup, work_from_table, tool_length, .. } = *self.scene;
         let work_from_tool = work_from_table * setup.machine.forward(&axes, tool_length);
         let cl = ClPoint {
             tip: work_from_tool.translation.vector.into(),
@@ -248,7 +248,7 @@ impl<'a> Walker<'a> {
     }
 
     fn place_machine(&mut self, here: &Position<'_>) {
-        let Scene { setup, work_from_table, .. } = *self.scene;
+        let RunScene { setup, work_from_table, .. } = *self.scene;
         self.machine_poses.clear();
         let poses = setup.machine.body_poses(&here.axes);
         self.machine_poses.extend(poses.map(|p| work_from_table * p.table_from_solid));

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::motion::moves::{Move, resolve};
 use crate::motion::setup;
 use crate::motion::setup::{VerifyError, VerifySettings, VirtualSetup};
-use crate::run::scene::Scene;
+use crate::run::scene::RunScene;
 use crate::run::segments::{Coarseness, segments};
 
 /// Largest way of a segment, mm: the boxes around segments are longer than the tool by as much.
@@ -41,7 +41,7 @@ pub fn blocks_beyond(
     if holds(grid, &extents) {
         return Ok(Vec::new());
     }
-    let scene = Scene::new(setup, settings)?;
+    let scene = RunScene::new(setup, settings)?;
     let reach = setup.tool.gauge_length();
     let coarse = Coarseness { tolerance: TOLERANCE, reach, max_way: MAX_WAY };
     let width = widest(setup.tool) + TOLERANCE;

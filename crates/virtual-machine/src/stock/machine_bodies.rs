@@ -9,10 +9,10 @@ use crate::finding::FindingKind;
 use crate::finding::episodes::{Contact, Episode, Key};
 use crate::motion::moves::Move;
 use crate::motion::setup::{VerifySettings, VirtualSetup};
-use crate::run::between::Follower;
+use crate::run::between::BodyFollower;
 use crate::run::chunk_result::ChunkResult;
 use crate::run::edges::RunQueries;
-use crate::run::scene::{Mount, Scene, SceneBody};
+use crate::run::scene::{Mount, RunScene, SceneBody};
 use crate::run::walker::Walker;
 use crate::stock::now::{FirstStock, StockNow};
 
@@ -49,7 +49,7 @@ const MOST_AT_ONCE: usize = 64;
 
 impl<'a> MachineBodies<'a> {
     /// `scene` is that of the run, `grid` that of the lines that are outside of all stock.
-    pub(crate) fn new(scene: &Scene<'a>, grid: &DexelGrid) -> Self {
+    pub(crate) fn new(scene: &RunScene<'a>, grid: &DexelGrid) -> Self {
         let on_machine = |(_, body): &(usize, &SceneBody)| matches!(body.mount, Mount::Machine(_));
         let bodies = scene.bodies.iter().enumerate().filter(on_machine);
         Self {
@@ -81,11 +81,11 @@ impl<'a> MachineBodies<'a> {
         let stock: Vec<StockNow<'_>> = self.first.iter().map(|first| first.at(lines)).collect();
         let own: Vec<&SceneBody> = bodies.iter().map(|(_, body)| body).collect();
         let meshes = stock.iter().map(|now| now as &dyn Interference);
-        let scene = Scene::of_bodies(self.setup, self.settings, &own, meshes);
+        let scene = RunScene::of_bodies(self.setup, self.settings, &own, meshes);
         let shapes = RunQueries::new(&scene);
         let mut walker = Walker::new(&scene, &shapes, None, None);
         walker.run_bodies(index, m, monitor)?;
-        let mut follower = Follower::new(&scene);
+        let mut follower = BodyFollower::new(&scene);
         follower.run(index, m, &mut walker.result);
         let ChunkResult { mut episodes, open, .. } = walker.result;
         if !open.is_empty() {

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::motion::moves::{Move, resolve};
 use crate::motion::setup::{VerifyError, VerifySettings, VirtualSetup};
-use crate::run::scene::Scene;
+use crate::run::scene::RunScene;
 use crate::run::segments::{Coarseness, segments};
 
 /// Everything that the cutter of a head sweeps in the feed moves of a program that was read from NC
@@ -36,7 +36,7 @@ pub fn swept_by_cuts(
         return Err(VerifyError::Setting { field: "tolerance", value: tolerance, needed: "above 0" });
     }
     let cutter = setup.tool.cutter();
-    let scene = Scene::new(setup, settings)?;
+    let scene = RunScene::new(setup, settings)?;
     let coarse = Coarseness { tolerance, reach: cutter.radius().hypot(cutter.flute_length()), max_way: f64::INFINITY };
     let resolved = resolve(program, setup, settings);
     let motions = |m: &Move| {

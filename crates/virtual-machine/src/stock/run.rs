@@ -15,7 +15,7 @@ use crate::program_time::timing::duration;
 use crate::run::edges::rapid_step;
 use crate::run::ramp::{Descent, RAMP_ROUNDING};
 use crate::run::report::Report;
-use crate::run::scene::Scene;
+use crate::run::scene::RunScene;
 use crate::run::segments::{Coarseness, MoveOfHead, Segment, segments_of_heads};
 use crate::stock::bodies::{Bodies, Phase};
 use crate::stock::engagement::{CutShare, Engagement};
@@ -177,7 +177,7 @@ struct Out {
 
 /// Queries of one head.
 struct View<'a> {
-    scene: Scene<'a>,
+    scene: RunScene<'a>,
     bodies: Bodies,
     probe: Probe,
     coarse: Coarseness,
@@ -197,7 +197,7 @@ impl<'a> View<'a> {
         let bodies = Bodies::new(setup.tool, settings.clearance_slack, [tolerance, cell]);
         let coarse = Coarseness { tolerance, reach: setup.tool.gauge_length(), max_way: bodies.max_way };
         let probe = Probe::new(program, settings, setup.tool.cutter(), [tolerance, cell]);
-        let scene = Scene::new(setup, settings)?;
+        let scene = RunScene::new(setup, settings)?;
         if settings.estimate.is_none() {
             return Ok(Self { scene, bodies, probe, coarse, coarse_in_rapid: coarse, cell });
         }
@@ -274,7 +274,7 @@ impl CutRun<'_, '_> {
 
 impl<'r, 'a> Head<'r, 'a> {
     fn new(view: &'r View<'a>) -> Self {
-        let Scene { setup, settings, .. } = view.scene;
+        let RunScene { setup, settings, .. } = view.scene;
         let (limit, radius) = (settings.removal, setup.tool.cutter().radius());
         let engagement = limit.map(|limit| Engagement::new(limit, settings.removal_slack, radius, view.cell));
         Self { view, engagement, cut_end: None, out: Out::default() }

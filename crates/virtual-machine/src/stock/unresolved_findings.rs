@@ -14,7 +14,7 @@ use crate::motion::moves::{Move, ResolvedMoves, resolve};
 use crate::motion::setup;
 use crate::motion::setup::{VerifyError, VerifySettings, VirtualSetup};
 use crate::run::report::Report;
-use crate::run::scene::Scene;
+use crate::run::scene::RunScene;
 use crate::run::segments::{Coarseness, MoveOfHead, Segment, segments_of_heads};
 use crate::stock::bodies::Bodies;
 use crate::stock::heads;
@@ -167,7 +167,7 @@ impl Look<'_, '_> {
 
 /// Queries of one head.
 struct View<'a> {
-    scene: Scene<'a>,
+    scene: RunScene<'a>,
     coarse: Coarseness,
     /// Region that the cutter certainly removes; `None` if nothing is left of it.
     takes: Option<Smaller>,
@@ -192,7 +192,7 @@ impl<'a> View<'a> {
         let cutter = setup.tool.cutter();
         let taken = outside_layer(cell) + 2.0 * tolerance;
         let margin = outside_layer(cell) + 6.0 * tolerance;
-        let scene = Scene::new(setup, settings)?;
+        let scene = RunScene::new(setup, settings)?;
         Ok(Self {
             machine: MachineBodies::new(&scene, grid),
             scene,

@@ -61,14 +61,14 @@ fn with_tool(tool: ToolAssembly, has_head: bool) -> Shop {
 type Boxes = Vec<[[f64; 3]; 2]>;
 
 /// A setup with boxes as its fixtures and nothing else.
-struct Scene {
+struct RunScene {
     shop: Shop,
     has_head: bool,
     boxes: Boxes,
     meshes: Vec<MeshTree>,
 }
 
-impl Scene {
+impl RunScene {
     fn new(boxes: Boxes) -> Self {
         let meshes = boxes.iter().map(|[low, high]| MeshTree::new(&box_mesh(*low, *high))).collect();
         Self { shop: with_tool(tool(), true), has_head: true, boxes, meshes }
@@ -160,7 +160,7 @@ fn walls_beside_the_tool_ask_what_their_heights_and_distances_tell() {
     for (distance, z) in [(26.0, 10.0), (30.9, 10.0), (31.5, 4.0)] {
         // A low wall that the lower section has to pass over, and a high one that only the upper
         // one reaches.
-        let scene = Scene::new(vec![wall(150.0, 60.0), wall(150.0 - distance + 45.0, 95.0)]);
+        let scene = RunScene::new(vec![wall(150.0, 60.0), wall(150.0 - distance + 45.0, 95.0)]);
         let way = along(distance, z);
         let found = scene.lengths(&way);
         let [_, l2, l3, l4] = found.least;
@@ -183,7 +183,7 @@ fn walls_beside_the_tool_ask_what_their_heights_and_distances_tell() {
 /// others for other lengths.
 #[test]
 fn a_leaning_tool_is_tested_along_its_axis() {
-    let scene = Scene::new(vec![[[150.0, -200.0, 0.0], [158.0, 200.0, 60.0]]]);
+    let scene = RunScene::new(vec![[[150.0, -200.0, 0.0], [158.0, 200.0, 60.0]]]);
     let lean = 0.3_f64;
     let (axis, tip) = ([lean.sin(), 0.0, lean.cos()], [100.0, 0.0, 5.0]);
     let way = |shop: &Shop| {
@@ -223,17 +223,17 @@ fn what_hangs_over_the_tool_is_passed_whole() {
         begun.cut([0.0, 80.0, 10.0]).rapid([0.0, 80.0, 400.0]).text
     };
     // Alone the wall asks for 46.9, and the shelf leaves room below it.
-    let low = Scene::without_head(vec![wall]).lengths(&way);
+    let low = RunScene::without_head(vec![wall]).lengths(&way);
     assert!((low.least[2] - passes(45.0, 36.0, UPPER)).abs() < 0.01, "{:?}", low.least);
-    let room = Scene::without_head(vec![shelf]).lengths(&way);
+    let room = RunScene::without_head(vec![shelf]).lengths(&way);
     assert!(room.forced_by[2].is_none(), "{:?}", room.forced_by);
-    let scene = Scene::without_head(vec![wall, shelf]);
+    let scene = RunScene::without_head(vec![wall, shelf]);
     let both = scene.lengths(&way);
     assert!((both.least[2] - passes(100.0, 45.0, UPPER)).abs() < 0.01, "{:?}", both.least);
     assert_eq!(both.forced_by[2].as_ref().unwrap().obstacle, "box 1");
     scene.holds(&both, &way);
     // Over the axis itself no length is free.
-    let roof = Scene::new(vec![[[90.0, -10.0, 300.0], [110.0, 10.0, 5000.0]]]).lengths(&way);
+    let roof = RunScene::new(vec![[[90.0, -10.0, 300.0], [110.0, 10.0, 5000.0]]]).lengths(&way);
     let (length, at) = roof.hopeless.unwrap();
     assert!(matches!(length, AssemblyLength::LowerHolder | AssemblyLength::Gauge | AssemblyLength::StickOut), "{at:?}");
     assert_eq!(at.obstacle, "box 0");
@@ -244,7 +244,7 @@ fn what_hangs_over_the_tool_is_passed_whole() {
 #[test]
 fn bodies_of_the_machine_ask_for_the_spindle_face() {
     for (x, body, expected) in [(160.0, "spindle nose", 410.0 + 5.0), (200.0, "head", 410.0 + 10.0 - 250.0)] {
-        let scene = Scene::new(vec![[[x, 50.0, 0.0], [x + 8.0, 200.0, 420.0]]]);
+        let scene = RunScene::new(vec![[[x, 50.0, 0.0], [x + 8.0, 200.0, 420.0]]]);
         let way = along(50.0, 10.0);
         let found = scene.lengths(&way);
         assert!((found.least[3] - (expected - SLACK)).abs() < 0.02, "{:?} for {expected}", found.least);
@@ -303,7 +303,7 @@ fn random_boxes_are_cleared_by_an_oracle_that_samples_and_by_no_shorter_length()
         let lean = rng.between(-0.35, 0.35);
         let axis = Vector3::new(lean.sin(), 0.0, lean.cos());
         let (from, to) = ([rng.between(-30.0, 0.0), -30.0, 3.0], [rng.between(-30.0, 0.0), 30.0, 3.0]);
-        let scene = Scene::new(boxes);
+        let scene = RunScene::new(boxes);
         let above = |p: [f64; 3]| (Point3::from(p) + axis * 300.0).coords.into();
         let way = |shop: &Shop| {
             let begun = Text::new(shop).rapid_tilted(above(from), axis.into()).rapid_tilted(from, axis.into());
@@ -355,7 +355,7 @@ fn slot(z: f64) -> impl Fn(&Shop) -> String {
 fn the_stock_that_is_left_asks_for_flute_and_stick_out() {
     const TOLERANCE: f64 = 0.01;
     let block = || DexelMap::of_box(&Isometry3::identity(), [-40.0, -40.0, 0.0], [40.0, 40.0, 50.0], 1.0).unwrap();
-    let scene = Scene::new(Vec::new());
+    let scene = RunScene::new(Vec::new());
     let (way, depth) = (slot(20.0), 30.0);
     let program = read_program(way(&scene.shop), Dialect::Fanuc).unwrap();
     let (assembly, before) = (OpenAssembly::open(&scene.shop.tool), block());
@@ -391,7 +391,7 @@ fn the_stock_that_is_left_asks_for_flute_and_stick_out() {
 
 #[test]
 fn a_posted_program_holds_the_tip_and_goes_home_as_before() {
-    let scene = Scene::new(Vec::new());
+    let scene = RunScene::new(Vec::new());
     let way = |shop: &Shop| {
         let begun = Text::new(shop).rapid([10.0, -80.0, 300.0]).rapid_tilted([10.0, -80.0, 40.0], [0.3, 0.1, 1.0]);
         begun.cut_tilted([60.0, 30.0, 20.0], [-0.2, 0.2, 1.0]).line("G91 G28 Z0.").text

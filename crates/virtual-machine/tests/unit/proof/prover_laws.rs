@@ -16,7 +16,7 @@ use crate::rates_laws::common;
 fn farthest(law: BlockLaw, rng: &mut Lcg) -> Vec<f64> {
     let shop = kit::Shop::with_machine(Machine::head_b_table_c().unwrap());
     let (setup, settings) = (shop.setup(), VerifySettings::default());
-    let scene = Scene::new(&setup, &settings).unwrap();
+    let scene = RunScene::new(&setup, &settings).unwrap();
     let rod =
         Solid::Frustum(RoundFrustum { z_low: -30.0, z_high: 200.0, radius_low: 1.0, radius_high: 1.0, rounding: 0.0 });
     let mut shares = Vec::new();
@@ -79,7 +79,7 @@ fn stays_off_the_ledge(edge: f64) -> bool {
     };
     let setup = crate::motion::setup::VirtualSetup { obstacles: vec![part], ..shop.setup() };
     let settings = VerifySettings::default();
-    let scene = Scene::new(&setup, &settings).unwrap();
+    let scene = RunScene::new(&setup, &settings).unwrap();
     let [start, end] = [-0.5, 0.5].map(|y| shop.axes_at([0.0, y, 0.0], [0.0, 0.0, 1.0]));
     let law = BlockLaw::Cutting(CuttingLaw::AxesLinear);
     let m = Move { block: 0, section: 0, law, is_rapid: false, start, end, feed: None, moves_tool: true };
@@ -107,7 +107,7 @@ fn no_interval_is_proven_where_the_axes_lose_a_turned_vector_on_the_way() {
     for machine in random {
         let shop = kit::Shop::with_machine(machine);
         let (setup, settings) = (shop.setup(), VerifySettings::default());
-        let scene = Scene::new(&setup, &settings).unwrap();
+        let scene = RunScene::new(&setup, &settings).unwrap();
         for _ in 0..250 {
             let start = AxisValues::from_fn(5, |k| match shop.machine.axes()[k].kind {
                 AxisKind::Linear => r.within(-300.0, 300.0),

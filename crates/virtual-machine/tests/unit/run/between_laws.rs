@@ -25,7 +25,7 @@ fn random_move(shop: &kit::Shop, law: BlockLaw, rng: &mut Lcg) -> Move {
     Move { block: 0, section: 0, law, is_rapid, start, end, feed: None, moves_tool: true }
 }
 
-fn pose_of(scene: &Scene<'_>, mount: Mount, axes: &AxisValues) -> Isometry3<f64> {
+fn pose_of(scene: &RunScene<'_>, mount: Mount, axes: &AxisValues) -> Isometry3<f64> {
     let machine = scene.setup.machine;
     scene.work_from_table
         * match mount {
@@ -58,9 +58,9 @@ fn reported_and_true(shop: &kit::Shop, m: &Move) -> Vec<(bool, f64)> {
     let mut setup = shop.setup();
     setup.obstacles.remove(0);
     let settings = VerifySettings::default();
-    let scene = Scene::new(&setup, &settings).unwrap();
+    let scene = RunScene::new(&setup, &settings).unwrap();
     let mut result = ChunkResult::default();
-    Follower::new(&scene).run(0, m, &mut result);
+    BodyFollower::new(&scene).run(0, m, &mut result);
     assert!(result.open.is_empty(), "{m:?}");
     let motion = Motion::new(&shop.machine, m.law, &m.start, &m.end, scene.tool_length).unwrap();
     let all = scene.bodies.iter().enumerate().filter(|(_, body)| body.meets[0]).map(|(index, body)| {
