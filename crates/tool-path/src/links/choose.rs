@@ -56,7 +56,7 @@ pub struct Chooser<'c, 'a> {
 }
 
 /// A way that is not tested yet.
-struct Timed {
+struct LinkPath {
     kind: RetractStrategy,
     out: f64,
     way: Chosen,
@@ -64,14 +64,14 @@ struct Timed {
 
 /// The free way of one kind that leads least far out.
 struct Innermost<'t> {
-    found: &'t Timed,
+    found: &'t LinkPath,
     /// Distance out of the next one inside, which is not free; `None` without one.
     blocked: Option<f64>,
 }
 
 /// Returns the innermost free way of one kind, by halving: from the outermost one, or from the
 /// middle one where the outermost is not free.
-fn innermost<'t>(ways: &[&'t Timed], is_free: impl Fn(&Timed) -> bool) -> Option<Innermost<'t>> {
+fn innermost<'t>(ways: &[&'t LinkPath], is_free: impl Fn(&LinkPath) -> bool) -> Option<Innermost<'t>> {
     let outermost = ways.len().checked_sub(1)?;
     // Index of a free way, and the number of blocked ones inside of it.
     let mut free = [outermost, outermost / 2].into_iter().find(|k| is_free(ways[*k]))?;
@@ -86,13 +86,13 @@ fn innermost<'t>(ways: &[&'t Timed], is_free: impl Fn(&Timed) -> bool) -> Option
 /// Returns the way with its rotary axes turning all along that leads as far out as this one, where
 /// it is faster and free. Such ways may be free only at some distances between others that are not,
 /// because farther out more of the turn happens near the ends.
-fn spread<'t>(timed: &'t [Timed], best: Innermost<'t>, is_free: impl Fn(&Timed) -> bool) -> Innermost<'t> {
+fn spread<'t>(timed: &'t [LinkPath], best: Innermost<'t>, is_free: impl Fn(&LinkPath) -> bool) -> Innermost<'t> {
     let kind = match best.found.kind {
         RetractStrategy::Lifted => RetractStrategy::LiftedSpread,
         RetractStrategy::AlongTool => RetractStrategy::AlongToolSpread,
         _ => return best,
     };
-    let is_it = |t: &&Timed| t.kind == kind && t.out == best.found.out && t.way.time < best.found.way.time - FASTER;
+    let is_it = |t: &&LinkPath| t.kind == kind && t.out == best.found.out && t.way.time < best.found.way.time - FASTER;
     match timed.iter().find(is_it) {
         Some(found) if is_free(found) => Innermost { found, ..best },
         _ => best,
@@ -119,15 +119,15 @@ impl Chooser<'_, '_> {
             .into_iter()
             .flat_map(|kind| ladder(kind).iter().map(move |out| (kind, *out)))
             .collect();
-        let timed: Vec<Option<Timed>> = all.par_iter().map(|&(kind, out)| self.timed(kind, out, before)).collect();
-        let timed: Vec<Timed> = timed.into_iter().flatten().collect();
-        let mut kinds: Vec<&[Timed]> = timed.chunk_by(|a, b| a.kind == b.kind).collect();
-        let least = |kind: &[Timed]| kind.iter().map(|t| t.way.time).fold(f64::INFINITY, f64::min);
+        let timed: Vec<Option<LinkPath>> = all.par_iter().map(|&(kind, out)| self.timed(kind, out, before)).collect();
+        let timed: Vec<LinkPath> = timed.into_iter().flatten().collect();
+        let mut kinds: Vec<&[LinkPath]> = timed.chunk_by(|a, b| a.kind == b.kind).collect();
+        let least = |kind: &[LinkPath]| kind.iter().map(|t| t.way.time).fold(f64::INFINITY, f64::min);
         kinds.sort_by(|a, b| least(a).total_cmp(&least(b)));
         let mut best: Option<Innermost<'_>> = None;
         for kind in kinds {
             let limit = best.as_ref().map_or(f64::INFINITY, |b| b.found.way.time - FASTER);
-            let faster: Vec<&Timed> = kind.iter().filter(|t| t.way.time < limit).collect();
+            let faster: Vec<&LinkPath> = kind.iter().filter(|t| t.way.time < limit).collect();
             best = innermost(&faster, |t| stage.is_free(link, &t.way.through)).or(best);
         }
         let better = best.map(|best| {
@@ -139,7 +139,7 @@ impl Chooser<'_, '_> {
     }
 
     /// Returns a way with its time, where it is faster than `before`.
-    fn timed(&self, kind: RetractStrategy, out: f64, before: f64) -> Option<Timed> {
+    fn timed(&self, kind: RetractStrategy, out: f64, before: f64) -> Option<LinkPath> {
         let way = path_of_heads(self.heads, kind, out)?;
         let (last, over) = way.split_last()?;
         let mut through: Vec<AxisValues> = over.iter().map(self.rounded).collect::<Option<_>>()?;
@@ -149,7 +149,7 @@ impl Chooser<'_, '_> {
         }
         // A link that cannot be timed is no candidate.
         let time = self.clock.time(self.law, &self.heads[0].start, &through).ok()?;
-        (time < before - FASTER).then_some(Timed { kind, out, way: Chosen { kind, through, time } })
+        (time < before - FASTER).then_some(LinkPath { kind, out, way: Chosen { kind, through, time } })
     }
 
     /// Returns the same kind of way as far in as it is free, starting from the farthest one that
