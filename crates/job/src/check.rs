@@ -18,7 +18,7 @@ use crate::frames::pose;
 use crate::load::job::{Job, Setup};
 use crate::load::mesh_winding::check_winding;
 use crate::load::part_size::{part_box, unit_advice, units};
-use crate::setup::path::lay;
+use crate::setup::path::lay_operation;
 use crate::setup::word_map::word_map;
 
 fn up(axis: UpAxis) -> &'static str {
@@ -52,7 +52,7 @@ pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
         b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z
     ));
     for (k, operation) in job.operations_of(setup.file) {
-        let path = lay(job, &setup, k, operation)?;
+        let path = lay_operation(job, &setup, k, operation)?;
         let head = job.seen_by(operation.head.saturating_sub(1) as usize, 0.0);
         check_reach(&head, &setup, operation, &path.tasks).map_err(|e| job.wrong(e))?;
         let points: usize = path.tasks.iter().map(|t| t.pass.points.len()).sum();

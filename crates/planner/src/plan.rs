@@ -73,8 +73,8 @@ pub(crate) fn planned_setup(
     try_template(job, &setup, &scene.words)?;
     drop(reading);
     clock.lap("read");
-    let ground = SetupContext { scene: &scene, map: &map, added: AddedPasses::All };
-    let (mut operations, picture) = best_round(&ground, stages, &mut clock)?;
+    let context = SetupContext { scene: &scene, map: &map, added: AddedPasses::All };
+    let (mut operations, picture) = best_round(&context, stages, &mut clock)?;
     something_to_cut(&setup, &operations)?;
     let to_cut = stock.filter(|_| settings.verify).ok_or_else(|| not_requested(settings.verify).to_owned());
     let (before, shortened) = match to_cut {
@@ -86,8 +86,8 @@ pub(crate) fn planned_setup(
         Err(why) => (Err(why.clone()), Err(why)),
     };
     clock.lap("shorten links");
-    let mut head = OneHead { ground: &ground, operations, settings, before: &before, shortened, stages };
-    let VerifiedProgram { mut texts, verifications, certificates, cut: (of_stock, rest), seen, mended } =
+    let mut head = OneHead { context: &context, operations, settings, before: &before, shortened, stages };
+    let VerifiedProgram { mut texts, verifications, certificates, cut: (of_stock, rest), seen, added_poses } =
         verified_program(&mut head, settings, &mut clock)?;
     let links = head.links_report(&texts);
     let operations = head.operations;
@@ -97,11 +97,12 @@ pub(crate) fn planned_setup(
     time_texts(&scene, &mut texts)?;
     drop(timing);
     clock.lap("times");
-    let turning = RotaryReversals::of(job, &operations, &texts);
+    let rotary_reversals = RotaryReversals::of(job, &operations, &texts);
     let jobs = vec![job; operations.len()];
-    let mut report = report(&jobs, &setup, &operations, &texts.timed, turning, verification, certificates.as_ref());
+    let mut report =
+        report(&jobs, &setup, &operations, &texts.timed, rotary_reversals, verification, certificates.as_ref());
     report.made_from = made_from;
-    report.totals.mended_blocks = mended;
+    report.totals.mended_blocks = added_poses;
     report.stock = of_stock;
     report.links = links;
     let program = OwnProgram { scene: &scene, operations: &operations, texts: &texts, as_cut: HeldAsCut::NOTHING };
@@ -150,7 +151,7 @@ fn shorten_links(
 
 /// Program of a machine with one head.
 struct OneHead<'r, 'a> {
-    ground: &'r SetupContext<'a>,
+    context: &'r SetupContext<'a>,
     operations: Vec<PlannedOperation<'a>>,
     settings: PlanSettings,
     before: &'r StockBefore,
@@ -161,8 +162,8 @@ struct OneHead<'r, 'a> {
 
 impl OneHead<'_, '_> {
     fn own_program<'p>(&'p self, texts: &'p Texts) -> OwnProgram<'p> {
-        let as_cut = held_as_cut(&[self.ground.scene], self.before);
-        OwnProgram { scene: self.ground.scene, operations: &self.operations, texts, as_cut }
+        let as_cut = held_as_cut(&[self.context.scene], self.before);
+        OwnProgram { scene: self.context.scene, operations: &self.operations, texts, as_cut }
     }
 
     /// Returns the report on the links in the final program.
@@ -180,7 +181,7 @@ impl ProgramOfHeads<1> for OneHead<'_, '_> {
 
     fn write(&self) -> Result<Texts, Failure> {
         let _writing = self.stages.start(WRITE, 0);
-        write_texts(self.ground.scene, &self.operations, self.settings.verify)
+        write_texts(self.context.scene, &self.operations, self.settings.verify)
     }
 
     fn verify(&self, texts: &Texts) -> Result<[Verification; 1], Failure> {
@@ -192,7 +193,7 @@ impl ProgramOfHeads<1> for OneHead<'_, '_> {
     }
 
     fn refine(&mut self, texts: &Texts, lines: &BTreeSet<u32>) -> usize {
-        refine(self.ground, &mut self.operations, &texts.cut_blocks_at(lines))
+        refine(self.context, &mut self.operations, &texts.cut_blocks_at(lines))
     }
 
     fn take_back(&mut self, texts: &Texts, doubts: (&[Finding], &[u32]), with_all: bool) -> bool {
@@ -204,7 +205,7 @@ impl ProgramOfHeads<1> for OneHead<'_, '_> {
     }
 
     fn check_feeds(&self, texts: &Texts, runs: Option<&[Verification; 1]>) -> Result<(), Failure> {
-        check_feeds(self.ground.scene.job, &texts.timed, runs.map(|[run]| run))
+        check_feeds(self.context.scene.job, &texts.timed, runs.map(|[run]| run))
     }
 
     fn cut(&self, texts: &Texts, runs: Option<&mut [Verification; 1]>) -> Result<(CutByPlan, Option<String>), Failure> {

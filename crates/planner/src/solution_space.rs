@@ -10,7 +10,7 @@ use facemill_job::format::solution_space_file::{
 };
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::cell::{search_settings, workcell, z_map};
-use facemill_job::setup::path::lay;
+use facemill_job::setup::path::lay_operation;
 use facemill_job::stages::Stages;
 use facemill_job::validate::belongs;
 use facemill_tool_path::segments::LaidTask;
@@ -54,7 +54,7 @@ pub fn solution_space(
     let setup = Setup::read(job, setup_index)?;
     let z_map = z_map(&setup)?;
     let mut cell = workcell(job, &setup, operation, &z_map);
-    let path = lay(job, &setup, index, operation)?;
+    let path = lay_operation(job, &setup, index, operation)?;
     settle_branch(&mut cell, &path.tasks);
     let test = PoseTest::new(&cell);
     let (task, cc) = point_of(job, &path.tasks, request)?;

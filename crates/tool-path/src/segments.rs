@@ -262,7 +262,7 @@ impl<'t, 'a> Filler<'t, 'a> {
 
     /// Returns the cut halfway between two and all cuts that it needs; `None` where one of them is
     /// not feasible or the control would deviate however close they are.
-    pub fn mended(&self, linearity: &Linearity, pair: &PosePair<'_>, hints: &mut Hints) -> Option<Vec<Cut>> {
+    pub fn refined(&self, linearity: &Linearity, pair: &PosePair<'_>, hints: &mut Hints) -> Option<Vec<Cut>> {
         self.halved(linearity, pair, MAX_HALVINGS, hints)
     }
 

@@ -38,7 +38,7 @@ use crate::named_results::{name_obstacles, not_verified};
 use crate::remaining::{RunningHead, remaining};
 use crate::stock_run::{CutRequest, HeadView, blocks_of_heads, cut_stock};
 use crate::sub_cell_check::{
-    BetweenLines, add_between, between_lines, held_as_cut, seen_between, seen_in_estimate, seen_of_rest,
+    SubCellResult, add_between, held_as_cut, seen_between, seen_in_estimate, seen_of_rest, sub_cell_check,
 };
 use crate::text_times::{TimedText, times_of_text};
 
@@ -246,7 +246,7 @@ struct Cut<const N: usize> {
     /// Description of the check between the lines.
     seen_between: String,
     /// Additional results of the runs against the whole initial stock, without the findings.
-    between: Vec<BetweenLines>,
+    between: Vec<SubCellResult>,
 }
 
 impl RunResults {
@@ -334,7 +334,7 @@ impl VerificationRun<'_> {
         };
         let mut between = Vec::new();
         if cut.rest.is_none() && !self.request.fast {
-            between.extend(between_lines(self.program, views, cut, (then, &done.not_covered), self.stages)?);
+            between.extend(sub_cell_check(self.program, views, cut, (then, &done.not_covered), self.stages)?);
             let new = between.iter_mut().map(|between| std::mem::take(&mut between.findings));
             findings.iter_mut().zip(new).for_each(|(all, new)| add_between(all, new));
         }

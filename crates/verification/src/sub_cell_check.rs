@@ -16,14 +16,14 @@ use crate::stock_run::{CutRequest, HeadView};
 
 /// Additional results of a head's run against the whole initial stock, for a run that leaves the
 /// stock to the cutting runs.
-pub struct BetweenLines {
+pub struct SubCellResult {
     /// Findings that cannot be ruled out against the remaining stock.
     pub findings: Vec<Finding>,
     /// Bounds between the positions of all bodies that move near the initial stock.
     pub positions: Option<BetweenPositions>,
 }
 
-impl BetweenLines {
+impl SubCellResult {
     /// Counts also the blocks without bounds between positions near the stock.
     pub fn keep_open(&self, known: &mut Option<BetweenPositions>) {
         let (Some(known), Some(positions)) = (known, &self.positions) else { return };
@@ -42,13 +42,13 @@ impl BetweenLines {
 ///
 /// # Errors
 /// As for [`cut_stock`](crate::stock_run::cut_stock).
-pub fn between_lines<const N: usize>(
+pub fn sub_cell_check<const N: usize>(
     program: &ReadProgram,
     heads: [(&HeadView<'_>, &VerifySettings); N],
     cut: &CutRequest,
     (then, not_covered): ([&[Finding]; N], &[Vec<u32>; N]),
     stages: &dyn Stages,
-) -> Result<[BetweenLines; N], Failure> {
+) -> Result<[SubCellResult; N], Failure> {
     let mut queried = [const { Vec::new() }; N];
     let mut found = Vec::with_capacity(N);
     for (h, (on, settings)) in heads.into_iter().enumerate() {
@@ -64,7 +64,7 @@ pub fn between_lines<const N: usize>(
         queried[h] = unresolved_findings(on.at, &run.findings, then[h]);
         let is_beside = |f: &&Finding| not_covered[h].iter().any(|line| (f.first_line..=f.last_line).contains(line));
         let beside = queried[h].iter().filter(|f| !is_of_machine(f)).filter(is_beside);
-        found.push(BetweenLines { findings: beside.cloned().collect(), positions: run.between });
+        found.push(SubCellResult { findings: beside.cloned().collect(), positions: run.between });
     }
     let left = left_between(program, heads, cut, queried, stages)?;
     found.iter_mut().zip(left).for_each(|(found, left)| found.findings.extend(left));

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use facemill::cc_path::read_path_file;
-use facemill::job::setup::path::lay;
+use facemill::job::setup::path::lay_operation;
 use facemill::nc_program::Dialect;
 use facemill::{Job, Planned, Setup, SilentStages, VerifyRequest, verify_program};
 use facemill_tests::hood::Hood;
@@ -28,7 +28,7 @@ fn points_of_file(text: &str) -> Points {
 fn laid(job: &JobFolder) -> Points {
     let job = Job::read(&job.job()).expect("a job");
     let setup = Setup::read(&job, 0).expect("a setup");
-    let tasks = lay(&job, &setup, 0, &job.file.operations[0]).expect("passes").tasks;
+    let tasks = lay_operation(&job, &setup, 0, &job.file.operations[0]).expect("passes").tasks;
     tasks.iter().map(|t| t.pass.points.iter().map(|cc| (cc.position, cc.normal.into_inner())).collect()).collect()
 }
 

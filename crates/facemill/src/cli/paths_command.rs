@@ -89,10 +89,10 @@ pub(crate) fn run(arguments: &PathsArguments) -> Result<ExitCode, Failure> {
     }
     crate::cli::progress::watch_interrupts().map_err(Failure::Internal)?;
     let job = Job::read_with(&arguments.job, &arguments.settings)?;
-    if arguments.compare { compare(arguments, &job) } else { lay(arguments, &job) }
+    if arguments.compare { compare(arguments, &job) } else { lay_operation(arguments, &job) }
 }
 
-fn lay(arguments: &PathsArguments, job: &Job) -> Result<ExitCode, Failure> {
+fn lay_operation(arguments: &PathsArguments, job: &Job) -> Result<ExitCode, Failure> {
     let out = arguments.out.clone().unwrap_or_else(|| default_out(&arguments.job).join("paths"));
     files::check_folder(&out)?;
     let laid = lay_paths(job, &Progress::new(arguments.quiet))?;

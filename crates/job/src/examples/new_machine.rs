@@ -19,7 +19,7 @@ use crate::frames::places;
 use crate::load::job::{Job, Setup};
 use crate::load::obstacle_meshes::ObstacleRole;
 use crate::setup::cell::{search_settings, workcell, z_map};
-use crate::setup::path::lay;
+use crate::setup::path::lay_operation;
 
 /// Returns the files of an example for a machine by its name and a control; defaults are the
 /// example's own.
@@ -138,7 +138,7 @@ struct Sample {
 fn samples(job: &Job, setup: &Setup<'_>) -> Result<Vec<Sample>, Failure> {
     let mut all = Vec::new();
     for (index, operation) in job.operations_of(setup.file) {
-        let tasks = lay(job, setup, index, operation)?.tasks;
+        let tasks = lay_operation(job, setup, index, operation)?.tasks;
         let points: Vec<(&CcPoint, SearchCurve)> =
             tasks.iter().flat_map(|task| task.pass.points.iter().map(|cc| (cc, task.curve))).collect();
         let some: Vec<_> = points.iter().step_by(points.len().div_ceil(SAMPLES).max(1)).collect();

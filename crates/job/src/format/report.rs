@@ -11,8 +11,8 @@ pub mod lost_time;
 pub mod outcome;
 pub mod pairs;
 pub mod remaining;
+pub mod rotary_reversals;
 pub mod stock;
-pub mod turning;
 
 use std::collections::BTreeMap;
 
@@ -38,7 +38,7 @@ use crate::format::report::stock::PlannedStockReport;
 pub use crate::format::report::chips::{ChipsReport, FeedsSetByReport, SpreadReport};
 pub use crate::format::report::cusps::{CuspReasonReport, CuspsKeptReport, WidthRoundReport};
 pub use crate::format::report::lost_time::{LostTimeCause, LostTimeReport};
-pub use crate::format::report::turning::{RewindReport, RewindsReport, SingularBlocks};
+pub use crate::format::report::rotary_reversals::{RewindReport, RewindsReport, SingularBlocks};
 
 /// Value of the key `format` in a report.
 pub const REPORT_FORMAT: &str = "facemill-report/1";

@@ -63,7 +63,12 @@ pub struct LaidPath {
 /// # Errors
 /// If the path file is wrong, or the region holds no surface for passes; for a part of implausible
 /// size the message has the likely unit.
-pub fn lay(job: &Job, setup: &Setup<'_>, index: usize, operation: &OperationFile) -> Result<LaidPath, Failure> {
+pub fn lay_operation(
+    job: &Job,
+    setup: &Setup<'_>,
+    index: usize,
+    operation: &OperationFile,
+) -> Result<LaidPath, Failure> {
     lay_by_widths(job, setup, (index, operation), &|_| 1.0)
 }
 
@@ -71,7 +76,7 @@ pub fn lay(job: &Job, setup: &Setup<'_>, index: usize, operation: &OperationFile
 /// every CC point: passes lie closer where it is below 1, farther apart where it is above.
 ///
 /// # Errors
-/// As [`lay`].
+/// As [`lay_operation`].
 pub fn lay_by_widths(
     job: &Job,
     setup: &Setup<'_>,

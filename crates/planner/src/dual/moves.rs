@@ -59,7 +59,7 @@ const ARC_SHARES: [f64; 3] = [1.0, 0.35, 0.125];
 const LIFTS: [f64; 4] = [0.0, 50.0, 150.0, 400.0];
 
 /// Paths of both heads at one end of a run, from beside the cut outward.
-struct Ends {
+struct RunEnds {
     /// Axis values of each head's path, beginning at the cut; every rotary as at the cut.
     ways: [Vec<AxisValues>; 2],
     /// Number of positions of each that belong to the arc and the retract out of stock.
@@ -138,7 +138,7 @@ impl DualMover<'_, '_> {
         let stop = if end == PassEnd::Entry { run.stops.first() } else { run.stops.last() };
         let Some(stop) = stop else { return Err(String::new()) };
         let what = if end == PassEnd::Entry { "entry" } else { "exit" };
-        let mut ends = Ends { ways: [Vec::new(), Vec::new()], slow: [0; 2] };
+        let mut ends = RunEnds { ways: [Vec::new(), Vec::new()], slow: [0; 2] };
         for (h, uncut_left) in run.uncut_left.into_iter().enumerate() {
             let (test, settings) = (self.test.tests[h], self.settings[h]);
             let refused = |why: &Infeasible| format!("head {}: no {what}: {}", h + 1, test.describe(why));
@@ -209,7 +209,7 @@ impl DualMover<'_, '_> {
     /// Returns both paths at once, each head at the same fraction of its arc, then of its path out;
     /// the shared axis rests. Every position is on both tested paths, because only linear axes
     /// move.
-    fn joined_way(&self, ends: &Ends, shared: f64) -> Result<Vec<DualMove>, (usize, Infeasible)> {
+    fn joined_way(&self, ends: &RunEnds, shared: f64) -> Result<Vec<DualMove>, (usize, Infeasible)> {
         let mut moves = Vec::new();
         let mut hints = [Hints::default(), Hints::default()];
         let slow: [&[AxisValues]; 2] = std::array::from_fn(|h| &ends.ways[h][..=ends.slow[h]]);

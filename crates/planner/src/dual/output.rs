@@ -67,12 +67,12 @@ pub(crate) struct DualTexts {
 /// Writes timed blocks and texts; `verify` states whether the text will be run on the virtual
 /// machine.
 pub(crate) fn write_dual_texts(
-    ground: &TwoHeadContext<'_>,
+    context: &TwoHeadContext<'_>,
     parts: &[ProgramPart<'_>],
     verify: bool,
 ) -> Result<DualTexts, Failure> {
-    let (jobs, words) = (ground.jobs(), &ground.scenes[0].words);
-    let mut writer = DualWriter::new(jobs, words, ground.shared);
+    let (jobs, words) = (context.jobs(), &context.scenes[0].words);
+    let mut writer = DualWriter::new(jobs, words, context.shared);
     if !verify {
         writer.comment(NOT_VERIFIED.to_owned());
     }
@@ -115,8 +115,8 @@ pub(crate) fn write_dual_texts(
         moves.iter().zip(factors.by_ref()).for_each(|(m, slower)| of_part.add(m, slower));
         times.push(of_part);
     }
-    let (spec, heads) = dual_spec(jobs, ground.scenes[0].setup, feeds.map(|f| &f.feeds), words, &mut timed)?;
-    let post = ground.scenes[0].setup.post(jobs[0]);
+    let (spec, heads) = dual_spec(jobs, context.scenes[0].setup, feeds.map(|f| &f.feeds), words, &mut timed)?;
+    let post = context.scenes[0].setup.post(jobs[0]);
     let written = write_program_of_heads(&spec, &heads, &post).map_err(|e| jobs[0].wrong(format!("post: {e}")))?;
     let part_lines = timed.operation_starts.iter().map(|&block| written.block_lines[block]).collect();
     // Tip feeds in the order of the report: all of the first head's operation, then all of the
@@ -135,7 +135,7 @@ pub(crate) fn write_dual_texts(
             },
             spindle: heads[h].spindle,
             coolant: spec.coolant,
-            moves: apt_moves(ground, parts, h, verify),
+            moves: apt_moves(context, parts, h, verify),
         };
         write_apt(&spec).map_err(|e| Failure::Internal(e.to_string()))
     };
@@ -165,8 +165,8 @@ fn spindle_feeds<'a>(parts: &[ProgramPart<'a>], first: &ProgramPart<'a>) -> Resu
     Ok([0, 1].map(|h| parts.iter().find_map(|p| p.files[h]).unwrap_or(fallback[h])))
 }
 
-fn apt_moves(ground: &TwoHeadContext<'_>, parts: &[ProgramPart<'_>], head: usize, verify: bool) -> Vec<AptMove> {
-    let (job, setup) = (ground.scenes[head].job, ground.scenes[head].setup);
+fn apt_moves(context: &TwoHeadContext<'_>, parts: &[ProgramPart<'_>], head: usize, verify: bool) -> Vec<AptMove> {
+    let (job, setup) = (context.scenes[head].job, context.scenes[head].setup);
     let work_from_table = setup.table_from_work.inverse();
     let cl = |m: &DualMove| -> ClPoint {
         job.machine.cl_point(&m.axes, job.tool.gauge_length()).transformed(&work_from_table)
@@ -204,13 +204,13 @@ impl DualTexts {
     ///
     /// # Errors
     /// Returns an error only for an internal fault.
-    pub(crate) fn time(&mut self, ground: &TwoHeadContext<'_>) -> Result<(), Failure> {
-        let jobs = ground.jobs();
+    pub(crate) fn time(&mut self, context: &TwoHeadContext<'_>) -> Result<(), Failure> {
+        let jobs = context.jobs();
         let views: [MachineView<'_>; 2] = std::array::from_fn(|h| (&jobs[h].machine, jobs[h].tool.gauge_length()));
         let (dialect, rapids) = (self.post.dialect(), RtcpRapids::default());
         let control = &self.post.rules().control_motion;
         let written = TimedText { text: self.nc.as_bytes(), dialect, control, rapids, block_lines: &self.block_lines };
-        time_text(&views, ground.scenes[0].motion_context(), &written, &mut self.timed)
+        time_text(&views, context.scenes[0].motion_context(), &written, &mut self.timed)
     }
 
     /// Returns the files with their names, which have the state of the program in them.
@@ -232,7 +232,7 @@ impl DualTexts {
 
 /// Text with its input, as the virtual machine runs it once for each head.
 pub(crate) struct DualProgram<'p, 'a> {
-    pub ground: &'p TwoHeadContext<'a>,
+    pub context: &'p TwoHeadContext<'a>,
     pub parts: &'p [ProgramPart<'a>],
     pub texts: &'p DualTexts,
     /// Bodies tested only against the stock at that time, as those of one head
@@ -248,7 +248,7 @@ impl DualProgram<'_, '_> {
             let what = if h == 0 { "verify head 1" } else { "verify head 2" };
             let monitor = stages.start(what, program.blocks.len());
             let mut found = verify(&program, &self.setup(h), &self.settings(h), &*monitor).map_err(not_verified)?;
-            name_obstacles(&mut found, self.ground.scenes[h].setup);
+            name_obstacles(&mut found, self.context.scenes[h].setup);
             Ok::<_, Failure>(found)
         };
         Ok([run(0)?, run(1)?])
@@ -267,7 +267,7 @@ impl DualProgram<'_, '_> {
 
     /// Returns a head as it cuts the stock.
     pub(crate) fn cutting_head(&self, head: usize) -> CuttingHead<'_> {
-        CuttingHead { scene: &self.ground.scenes[head], at: self.setup(head), settings: self.settings(head) }
+        CuttingHead { scene: &self.context.scenes[head], at: self.setup(head), settings: self.settings(head) }
     }
 
     /// Measures the material that the text leaves on the regions of the setup's operations,
@@ -275,28 +275,28 @@ impl DualProgram<'_, '_> {
     pub(crate) fn remaining(&self, stages: &dyn Stages) -> Result<Option<RemainingReport>, Failure> {
         let (setups, settings) = ([self.setup(0), self.setup(1)], [self.settings(0), self.settings(1)]);
         let heads = [0, 1].map(|h| RunningHead { at: &setups[h], settings: &settings[h] });
-        remaining(self.ground.scenes[0].job, self.ground.scenes[0].setup, &self.read()?, &heads, stages)
+        remaining(self.context.scenes[0].job, self.context.scenes[0].setup, &self.read()?, &heads, stages)
     }
 
     /// Returns the assumptions on the behaviour of the control.
     pub(crate) fn assumptions(&self) -> Result<Vec<Assumption>, Failure> {
-        Ok(assumptions(&self.read()?, self.ground.scenes[0].machine))
+        Ok(assumptions(&self.read()?, self.context.scenes[0].machine))
     }
 
     pub(super) fn read(&self) -> Result<ReadProgram, Failure> {
-        let job = self.ground.scenes[0].job;
+        let job = self.context.scenes[0].job;
         job.read_program(self.texts.nc.as_bytes(), job.post.dialect()).map_err(|e| job.unread(&e))
     }
 
     pub(super) fn setup(&self, head: usize) -> VirtualSetup<'_> {
-        let scene = &self.ground.scenes[head];
+        let scene = &self.context.scenes[head];
         scene.virtual_setup(scene.job.post.dialect())
     }
 
     pub(super) fn settings(&self, head: usize) -> VerifySettings {
         let section = |(part, &first_line): (&ProgramPart<'_>, &u32)| {
             // A waiting head cuts nothing.
-            let limit = part.files[head].map_or(0.0, |o| budget(self.ground.scenes[head].job, o).simulated());
+            let limit = part.files[head].map_or(0.0, |o| budget(self.context.scenes[head].job, o).simulated());
             GougeSection { name: part_name(part), first_line, gouge_limit: limit }
         };
         let sections = self.parts.iter().zip(&self.texts.part_lines).map(section).collect();

@@ -31,7 +31,7 @@ use crate::stage_clock::Clock;
 
 /// Plans two operations at once.
 pub(crate) struct PairPlanner<'p, 'a> {
-    pub ground: &'p TwoHeadContext<'a>,
+    pub context: &'p TwoHeadContext<'a>,
     pub pair: &'p PairFile,
     pub stages: &'p dyn Stages,
 }
@@ -51,14 +51,14 @@ impl<'a> PairPlanner<'_, 'a> {
         picture: &mut Option<String>,
         clock: &mut Clock,
     ) -> Result<(HeadOperations<'a>, ProgramPart<'a>), Failure> {
-        let ground = self.ground;
+        let context = self.context;
         let mut single = |head: usize, name: &str| {
             let named =
-                ground.scenes[head].job.operations_of(ground.scenes[head].setup.file).find(|(_, o)| o.name == name);
+                context.scenes[head].job.operations_of(context.scenes[head].setup.file).find(|(_, o)| o.name == name);
             let named = named.ok_or_else(|| Failure::Internal(format!("operation \"{name}\" is not of this setup")))?;
             let wants_picture = head == 0 && picture.is_none();
             let task = OperationTask { picture: wants_picture, ..OperationTask::alone(named) };
-            let planned = PlannedOperation::plan(&ground.ground(head), task, self.stages, clock);
+            let planned = PlannedOperation::plan(&context.setup_context(head), task, self.stages, clock);
             let (planned, svg) = planned.map_err(|why| of_head(head, why))?;
             *picture = picture.take().or(svg);
             Ok::<_, Failure>((head, named.0, planned))
@@ -68,10 +68,10 @@ impl<'a> PairPlanner<'_, 'a> {
         let pieces: [Vec<PassSegment>; 2] =
             std::array::from_fn(|h| planned[h].2.moves.pieces.iter().map(|p| p.piece.clone()).collect());
         let files = [planned[0].2.operation, planned[1].2.operation];
-        let cells = cells(ground, files[0], files[1]);
+        let cells = cells(context, files[0], files[1]);
         let tests = [PoseTest::new(&cells[0]), PoseTest::new(&cells[1])];
-        let settings = [0, 1].map(|h| move_settings(ground.scenes[h].job, ground.scenes[h].setup, files[h]));
-        let mover = mover(ground, &tests, [&settings[0], &settings[1]]);
+        let settings = [0, 1].map(|h| move_settings(context.scenes[h].job, context.scenes[h].setup, files[h]));
+        let mover = mover(context, &tests, [&settings[0], &settings[1]]);
         let slices = [pieces[0].as_slice(), pieces[1].as_slice()];
         let (reached, mut causes) = self.reached(&mover, slices, files, &settings)?;
         clock.lap("pair");
@@ -115,8 +115,8 @@ impl<'a> PairPlanner<'_, 'a> {
             // That was of the plan for one head.
             own.optimum = None;
             own.along = engagement_of_passes(
-                ground.scenes[h].job,
-                ground.scenes[h].setup,
+                context.scenes[h].job,
+                context.scenes[h].setup,
                 files[h],
                 &mut moves.pieces,
                 self.stages,
@@ -201,7 +201,7 @@ impl<'a> PairPlanner<'_, 'a> {
             let all: Vec<(&ReachedRun, &[PassSegment; 2])> = reached.iter().chain(&more).zip(&passes).collect();
             let monitor = self.stages.start("order of both heads", 0);
             let runs_alone: Vec<&ReachedRun> = all.iter().map(|(run, _)| *run).collect();
-            let order = run_order(self.ground, mover, &runs_alone, from, &*monitor)?;
+            let order = run_order(self.context, mover, &runs_alone, from, &*monitor)?;
             drop(monitor);
             let (order, report) = order.unzip();
             let operation = format!("{} + {}", self.pair.first, self.pair.second);
@@ -232,7 +232,7 @@ impl<'a> PairPlanner<'_, 'a> {
     fn between(&self, both: &Both, files: [&OperationFile; 2]) -> Result<[PassesBetween; 2], Failure> {
         let of = |h: usize| {
             let cut: Vec<PassSegment> = both.cut_by(h).map(|p| p.piece).chain(both.left[h].iter().cloned()).collect();
-            PassesBetween::find(&self.ground.ground(h), files[h], &cut, self.stages)
+            PassesBetween::find(&self.context.setup_context(h), files[h], &cut, self.stages)
         };
         Ok([of(0)?, of(1)?])
     }
@@ -272,7 +272,7 @@ impl<'a> PairPlanner<'_, 'a> {
     fn separate_time(&self, planned: &HeadOperations<'a>) -> Result<f64, Failure> {
         let mut sum = 0.0;
         for (head, _, operation) in planned {
-            let Scene { job, setup, .. } = self.ground.scenes[*head];
+            let Scene { job, setup, .. } = self.context.scenes[*head];
             let alone = Scene::new(job, setup, 0)?;
             let mut writer = BlockWriter::new(&alone)?;
             writer.operation(operation.operation, &operation.moves)?;

@@ -15,11 +15,11 @@ use crate::report::rotary_reversals::{RotaryReversals, rewinds_report, singular_
 
 impl DualTexts {
     /// Returns the axes of either head that turn back or race at the pole.
-    pub(crate) fn turning(&self, parts: &[ProgramPart<'_>], ground: &TwoHeadContext<'_>) -> RotaryReversals {
+    pub(crate) fn rotary_reversals(&self, parts: &[ProgramPart<'_>], context: &TwoHeadContext<'_>) -> RotaryReversals {
         let mut all: Option<RotaryReversals> = None;
         for h in 0..2 {
-            let job = ground.scenes[h].job;
-            let work_from_table = ground.scenes[h].setup.table_from_work.inverse();
+            let job = context.scenes[h].job;
+            let work_from_table = context.scenes[h].setup.table_from_work.inverse();
             let mut from = None;
             let mut driven = Vec::new();
             for (line, place) in &self.places {
@@ -53,10 +53,10 @@ impl DualTexts {
         &self,
         parts: &[ProgramPart<'_>],
         saved: &[f64],
-        ground: &TwoHeadContext<'_>,
+        context: &TwoHeadContext<'_>,
     ) -> Vec<PairReport> {
         let parts = parts.iter().zip(&self.times).zip(saved);
-        parts.filter_map(|((part, times), saved)| pair_report(part, times, *saved, ground)).collect()
+        parts.filter_map(|((part, times), saved)| pair_report(part, times, *saved, context)).collect()
     }
 }
 
@@ -64,10 +64,10 @@ fn pair_report(
     part: &ProgramPart<'_>,
     times: &DualTimes,
     saved: f64,
-    ground: &TwoHeadContext<'_>,
+    context: &TwoHeadContext<'_>,
 ) -> Option<PairReport> {
     let outline = part.pair.as_ref()?;
-    let axis = &ground.scenes[0].job.machine.axes()[ground.shared];
+    let axis = &context.scenes[0].job.machine.axes()[context.shared];
     let (paired, cut): (f64, f64) = (times.paired.iter().sum(), times.cut.iter().sum());
     Some(PairReport {
         first: outline.file.first.clone(),

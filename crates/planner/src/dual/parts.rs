@@ -29,7 +29,7 @@ impl<'a> TwoHeadContext<'a> {
         self.scenes.each_ref().map(|scene| scene.job)
     }
 
-    pub(crate) fn ground(&self, head: usize) -> SetupContext<'a> {
+    pub(crate) fn setup_context(&self, head: usize) -> SetupContext<'a> {
         SetupContext { scene: &self.scenes[head], map: self.maps[head], added: AddedPasses::BesideTrimmed }
     }
 
@@ -91,17 +91,17 @@ pub(crate) fn section(comment: String, moves: Vec<DualMove>) -> Section {
 }
 
 pub(crate) fn cells<'a>(
-    ground: &TwoHeadContext<'a>,
+    context: &TwoHeadContext<'a>,
     first: &OperationFile,
     second: &OperationFile,
 ) -> [Workcell<'a>; 2] {
-    [ground.cell(0, first), ground.cell(1, second)]
+    [context.cell(0, first), context.cell(1, second)]
 }
 
 pub(crate) fn mover<'r, 'c>(
-    ground: &TwoHeadContext<'_>,
+    context: &TwoHeadContext<'_>,
     tests: &'r [PoseTest<'c>; 2],
     settings: [&'r MoveSettings; 2],
 ) -> DualMover<'r, 'c> {
-    DualMover { test: PairTest { tests: [&tests[0], &tests[1]], shared: ground.shared }, settings }
+    DualMover { test: PairTest { tests: [&tests[0], &tests[1]], shared: context.shared }, settings }
 }

@@ -47,13 +47,13 @@ impl PassesBetween {
     /// # Errors
     /// Returns an error if the stages are cancelled.
     pub(crate) fn find(
-        ground: &SetupContext<'_>,
+        context: &SetupContext<'_>,
         operation: &OperationFile,
         cut: &[PassSegment],
         stages: &dyn Stages,
     ) -> Result<Self, Failure> {
         let (Some(strategy), Some(first)) = (strategy_of(operation), cut.first()) else { return Ok(Self::default()) };
-        let mut cell = ground.scene.workcell(operation, ground.map);
+        let mut cell = context.scene.workcell(operation, context.map);
         if cell.preferred_branch == BranchPreference::Nearest {
             cell.preferred_branch = match first.cuts[0].pose.configuration.branch {
                 Branch::Positive => BranchPreference::Positive,
@@ -64,8 +64,8 @@ impl PassesBetween {
         let choosing = PoseTest::new(&cell).avoiding_pole(cone);
         let tests = Tests { choosing: &choosing, plain: &plain };
         let settings = pass_settings(operation);
-        let detours = detours(&tests, ground, operation, &settings, false);
-        let interposer = interposer(&detours, ground, operation, strategy);
+        let detours = detours(&tests, context, operation, &settings, false);
+        let interposer = interposer(&detours, context, operation, strategy);
         let n_passes = cut.iter().map(|p| p.pass + 1).max().unwrap_or(0);
         let mut found = Self::default();
         for (copy, place) in places(operation.pattern.as_ref()).iter().enumerate() {
@@ -88,7 +88,7 @@ impl PassesBetween {
             found.pieces.extend(pieces.into_iter().map(|p| PassSegment { pass: n_passes + p.pass, ..p }));
         }
         let monitor = stages.start(BETWEEN, found.cc_points);
-        let (fallback, linearity) = (settings.fallback(), cut_linearity(ground.scene.job, operation));
+        let (fallback, linearity) = (settings.fallback(), cut_linearity(context.scene.job, operation));
         let pieces = std::mem::take(&mut found.pieces);
         let pieces = filled(&tests, &linearity, fallback, pieces, &mut found.left_out, &*monitor)?;
         found.pieces = wound(&plain, fallback, pieces, None);

@@ -76,7 +76,7 @@ pub(crate) fn plan_dual_setup(
     clock.lap("read");
     let machines = [&run_by[0].machine, &run_by[1].machine];
     let scenes = Scene::of_heads(jobs, setups, machines, index)?;
-    let ground = TwoHeadContext { scenes: &scenes, maps: [&maps[0], &maps[1]], shared };
+    let context = TwoHeadContext { scenes: &scenes, maps: [&maps[0], &maps[1]], shared };
     let mut operations: Vec<(usize, usize, PlannedOperation<'_>)> = Vec::new();
     let mut parts: Vec<ProgramPart<'_>> = Vec::new();
     let mut picture = None;
@@ -87,13 +87,13 @@ pub(crate) fn plan_dual_setup(
             Some(pair) if operations.iter().any(|(_, _, o)| o.operation.name == pair.first) => {}
             Some(pair) => {
                 let (planned, part) =
-                    PairPlanner { ground: &ground, pair, stages }.plan(&mut at, &mut picture, &mut clock)?;
+                    PairPlanner { context: &context, pair, stages }.plan(&mut at, &mut picture, &mut clock)?;
                 operations.extend(planned);
                 parts.push(part);
             }
             None => {
                 let head = operation.head as usize - 1;
-                let (planned, part) = alone(&ground, head, k, &mut at, &mut picture, stages, &mut clock)?;
+                let (planned, part) = alone(&context, head, k, &mut at, &mut picture, stages, &mut clock)?;
                 operations.push((head, k, planned));
                 parts.push(part);
             }
@@ -103,14 +103,14 @@ pub(crate) fn plan_dual_setup(
     let (before, shortened) = match to_cut {
         Ok(stock) => {
             let before = stock.before(jobs[0], setups[0])?;
-            let shortened = shorten_links(&ground, &mut parts, &before, stages)?;
+            let shortened = shorten_links(&context, &mut parts, &before, stages)?;
             (before, shortened)
         }
         Err(why) => (Err(why.clone()), Err(why)),
     };
     clock.lap("shorten links");
-    let mut both = TwoHeads { ground: &ground, parts, settings, before: &before, shortened, stages };
-    let VerifiedProgram { mut texts, verifications, certificates, cut: (of_stock, rest), seen, mended } =
+    let mut both = TwoHeads { context: &context, parts, settings, before: &before, shortened, stages };
+    let VerifiedProgram { mut texts, verifications, certificates, cut: (of_stock, rest), seen, added_poses } =
         verified_program(&mut both, settings, &mut clock)?;
     let links = both.links_report(&texts);
     let saved = both.shortened.as_ref().map_or_else(|_| vec![0.0; texts.times.len()], |links| links.saved(&texts));
@@ -120,18 +120,19 @@ pub(crate) fn plan_dual_setup(
     with_refined_stops(&mut planned, &parts);
     let jobs_of: Vec<&Job> = heads.iter().map(|&h| jobs[h]).collect();
     let timing = stages.start(TIMES, 0);
-    texts.time(&ground)?;
+    texts.time(&context)?;
     drop(timing);
     clock.lap("times");
     let verification = verifications.map(|v| merged(v, &heads, &parts, &planned));
     let certificates = certificates.as_ref().map(proven_for_both);
-    let turning = texts.turning(&parts, &ground);
-    let mut report = report(&jobs_of, setups[0], &planned, &texts.timed, turning, verification, certificates.as_ref());
+    let rotary_reversals = texts.rotary_reversals(&parts, &context);
+    let mut report =
+        report(&jobs_of, setups[0], &planned, &texts.timed, rotary_reversals, verification, certificates.as_ref());
     report.orders.extend(parts.iter().filter_map(|part| part.pair.as_ref()?.order.clone()));
-    report.pairs = texts.pair_reports(&parts, &saved, &ground);
+    report.pairs = texts.pair_reports(&parts, &saved, &context);
     report.made_from = made_from;
-    report.totals.mended_blocks = mended;
-    let program = DualProgram { ground: &ground, parts: &parts, texts: &texts, as_cut: HeldAsCut::NOTHING };
+    report.totals.mended_blocks = added_poses;
+    let program = DualProgram { context: &context, parts: &parts, texts: &texts, as_cut: HeldAsCut::NOTHING };
     report.assumptions = program.assumptions()?;
     report.assumptions.extend(control_assumption(jobs[0], &texts.timed));
     report.assumptions.extend(open_stock(setups[0]));
@@ -152,20 +153,20 @@ pub(crate) fn plan_dual_setup(
 
 /// Writes faster links that are free for both heads into the moves, or returns why there are none.
 fn shorten_links(
-    ground: &TwoHeadContext<'_>,
+    context: &TwoHeadContext<'_>,
     parts: &mut [ProgramPart<'_>],
     before: &StockBefore,
     stages: &dyn Stages,
 ) -> Result<Result<DualLinks, String>, Failure> {
-    if !ground.scenes[0].setup.file.links.shorten {
+    if !context.scenes[0].setup.file.links.shorten {
         return Ok(Err("the job says so (links.shorten)".to_owned()));
     }
-    let cut = match stock_of_links(&ground.scenes[0], before) {
+    let cut = match stock_of_links(&context.scenes[0], before) {
         Ok(cut) => cut,
         Err(why) => return Ok(Err(why)),
     };
-    let texts = write_dual_texts(ground, parts, true)?;
-    let program = DualProgram { ground, parts, texts: &texts, as_cut: HeldAsCut::NOTHING };
+    let texts = write_dual_texts(context, parts, true)?;
+    let program = DualProgram { context, parts, texts: &texts, as_cut: HeldAsCut::NOTHING };
     let links = DualLinks::find(&program, cut, stages)?;
     links.put_in(parts);
     Ok(Ok(links))
@@ -173,7 +174,7 @@ fn shorten_links(
 
 /// Program of a machine with two heads.
 struct TwoHeads<'r, 'a> {
-    ground: &'r TwoHeadContext<'a>,
+    context: &'r TwoHeadContext<'a>,
     parts: Vec<ProgramPart<'a>>,
     settings: PlanSettings,
     before: &'r StockBefore,
@@ -184,8 +185,8 @@ struct TwoHeads<'r, 'a> {
 
 impl<'a> TwoHeads<'_, 'a> {
     fn program<'p>(&'p self, texts: &'p DualTexts) -> DualProgram<'p, 'a> {
-        let scenes = self.ground.scenes.each_ref();
-        DualProgram { ground: self.ground, parts: &self.parts, texts, as_cut: held_as_cut(&scenes, self.before) }
+        let scenes = self.context.scenes.each_ref();
+        DualProgram { context: self.context, parts: &self.parts, texts, as_cut: held_as_cut(&scenes, self.before) }
     }
 
     /// Returns the report on the links in the final program.
@@ -202,7 +203,7 @@ impl ProgramOfHeads<2> for TwoHeads<'_, '_> {
 
     fn write(&self) -> Result<DualTexts, Failure> {
         let _writing = self.stages.start(WRITE, 0);
-        write_dual_texts(self.ground, &self.parts, self.settings.verify)
+        write_dual_texts(self.context, &self.parts, self.settings.verify)
     }
 
     fn verify(&self, texts: &DualTexts) -> Result<[Verification; 2], Failure> {
@@ -214,7 +215,7 @@ impl ProgramOfHeads<2> for TwoHeads<'_, '_> {
     }
 
     fn refine(&mut self, texts: &DualTexts, lines: &BTreeSet<u32>) -> usize {
-        refine(self.ground, &mut self.parts, texts, lines)
+        refine(self.context, &mut self.parts, texts, lines)
     }
 
     fn take_back(&mut self, texts: &DualTexts, doubts: (&[Finding], &[u32]), with_all: bool) -> bool {
@@ -223,7 +224,7 @@ impl ProgramOfHeads<2> for TwoHeads<'_, '_> {
     }
 
     fn check_feeds(&self, texts: &DualTexts, runs: Option<&[Verification; 2]>) -> Result<(), Failure> {
-        check_feeds(self.ground.scenes[0].job, &texts.timed, runs.map(|[first, _]| first))
+        check_feeds(self.context.scenes[0].job, &texts.timed, runs.map(|[first, _]| first))
     }
 
     fn cut(
@@ -244,7 +245,7 @@ impl ProgramOfHeads<2> for TwoHeads<'_, '_> {
 
 /// Plans an operation that one head machines with the other at home.
 fn alone<'a>(
-    ground: &TwoHeadContext<'a>,
+    context: &TwoHeadContext<'a>,
     head: usize,
     index: usize,
     at: &mut Option<AxisValues>,
@@ -252,21 +253,21 @@ fn alone<'a>(
     stages: &dyn Stages,
     clock: &mut Clock,
 ) -> Result<(PlannedOperation<'a>, ProgramPart<'a>), Failure> {
-    let scene = &ground.scenes[head];
+    let scene = &context.scenes[head];
     let job = scene.job;
     let operation = &job.file.operations[index];
-    let cells = cells(ground, operation, operation);
+    let cells = cells(context, operation, operation);
     let tests = [PoseTest::new(&cells[0]), PoseTest::new(&cells[1])];
     let settings = [
-        move_settings(ground.scenes[0].job, ground.scenes[0].setup, operation),
-        move_settings(ground.scenes[1].job, ground.scenes[1].setup, operation),
+        move_settings(context.scenes[0].job, context.scenes[0].setup, operation),
+        move_settings(context.scenes[1].job, context.scenes[1].setup, operation),
     ];
-    let mover = mover(ground, &tests, [&settings[0], &settings[1]]);
+    let mover = mover(context, &tests, [&settings[0], &settings[1]]);
     let (parking, from) = mover.park_other(head, *at)?;
     let mut sections = vec![section(format!("HEAD {} ALONE", head + 1), parking)];
-    let ground = SetupContext { scene, map: ground.maps[head], added: AddedPasses::All };
+    let context = SetupContext { scene, map: context.maps[head], added: AddedPasses::All };
     let task = OperationTask { from, picture: picture.is_none(), ..OperationTask::alone((index, operation)) };
-    let (planned, svg) = PlannedOperation::plan(&ground, task, stages, clock)?;
+    let (planned, svg) = PlannedOperation::plan(&context, task, stages, clock)?;
     *picture = picture.take().or(svg);
     sections.extend(alone_sections(head, &planned.moves.pieces, &planned.moves.retract));
     *at = planned.moves.last().map(|m| m.axes).or(*at);

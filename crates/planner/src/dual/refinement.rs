@@ -14,7 +14,7 @@ use crate::passes::move_settings::move_settings;
 /// Adds tested stops to each block of a run on these lines, at least one in its middle, and returns
 /// their number. A block stays as it is if none is feasible, or if one head works alone.
 pub(crate) fn refine(
-    ground: &TwoHeadContext<'_>,
+    context: &TwoHeadContext<'_>,
     parts: &mut [ProgramPart<'_>],
     texts: &DualTexts,
     lines: &BTreeSet<u32>,
@@ -29,11 +29,11 @@ pub(crate) fn refine(
             continue;
         }
         let (files, file) = ([a, b], pair.file.clone());
-        let cells = [ground.cell(0, a), ground.cell(1, b)];
+        let cells = [context.cell(0, a), context.cell(1, b)];
         let tests = [PoseTest::new(&cells[0]), PoseTest::new(&cells[1])];
-        let settings = [0, 1].map(|h| move_settings(ground.scenes[h].job, ground.scenes[h].setup, files[h]));
+        let settings = [0, 1].map(|h| move_settings(context.scenes[h].job, context.scenes[h].setup, files[h]));
         let mover = DualMover {
-            test: PairTest { tests: [&tests[0], &tests[1]], shared: ground.shared },
+            test: PairTest { tests: [&tests[0], &tests[1]], shared: context.shared },
             settings: [&settings[0], &settings[1]],
         };
         let planner = run_planner(&mover, files, &settings, &file, [&[], &[]]);
@@ -45,7 +45,7 @@ pub(crate) fn refine(
             let Some(run) = section.run.as_mut().filter(|_| is_cut && place.at > 0) else { continue };
             let ranges = planner.ranges(run.uncut_left);
             let (from, to) = (&run.stops[place.at - 1], &run.stops[place.at]);
-            let Some(stops) = planner.mended(&ranges, from, to, &mut hints) else { continue };
+            let Some(stops) = planner.refined(&ranges, from, to, &mut hints) else { continue };
             put_in += stops.len();
             // Between the same stops the chips are no larger.
             let chips = section.moves[place.at].chips;

@@ -176,7 +176,7 @@ impl RunPlanner<'_, '_> {
     /// Returns stops to add between two so that the control comes nearer to the planned motion: at
     /// least one in the middle, and no motion between them deviates too far. `None` if there are
     /// none.
-    pub(crate) fn mended(
+    pub(crate) fn refined(
         &self,
         ranges: &[PostureRange; 2],
         from: &SyncPoint,

@@ -123,14 +123,14 @@ impl<'a> PlannedOperation<'a> {
     /// If no pass can be generated, the operation's policy forbids infeasible points, or the stages
     /// are cancelled.
     pub(crate) fn plan(
-        ground: &SetupContext<'_>,
+        context: &SetupContext<'_>,
         task: OperationTask<'a, '_>,
         stages: &dyn Stages,
         clock: &mut Clock,
     ) -> Result<(Self, Option<String>), Failure> {
-        let Scene { job, setup, .. } = ground.scene;
+        let Scene { job, setup, .. } = context.scene;
         let OperationTask { index, operation, from, .. } = task;
-        let mut cell = ground.scene.workcell(operation, ground.map);
+        let mut cell = context.scene.workcell(operation, context.map);
         let laying = stages.start(LAY, 0);
         let widths = task.corrections.and_then(|c| c.widths.as_ref());
         let factor = |cc: &CcPoint| widths.map_or(1.0, |field| field.at(&cc.position, &cc.normal));
@@ -147,14 +147,14 @@ impl<'a> PlannedOperation<'a> {
         let mut left_out = Vec::new();
         let mut settings = move_settings(job, setup, operation);
         // With two heads the moves of one head alone are only a step on the way.
-        let is_alone = ground.added == AddedPasses::All;
+        let is_alone = context.added == AddedPasses::All;
         settings.shortest_order &= is_alone;
         settings.turns = turn_settings(job, setup, operation).filter(|_| is_alone);
         // The search for postures avoids the pole; tests of given postures do not.
         let choosing = PoseTest::new(&cell).avoiding_pole(operation.search.singular_cone_deg.to_radians());
         let tests = Tests { choosing: &choosing, plain: &test };
         let high = task.corrections.map(|c| &c.high);
-        let planner = PathPlanner { tests: &tests, ground, operation, stages, high };
+        let planner = PathPlanner { tests: &tests, context, operation, stages, high };
         let (poses, extra) = match posed {
             Some((mut poses, mut extra)) => {
                 planner.keep_cusp(&mut poses, &mut extra)?;

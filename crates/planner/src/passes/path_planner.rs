@@ -21,7 +21,7 @@ use crate::passes::setup_context::SetupContext;
 /// Planner of the poses of an operation's passes in the first place of the pattern.
 pub(crate) struct PathPlanner<'p, 'a> {
     pub(crate) tests: &'p Tests<'a>,
-    pub(crate) ground: &'p SetupContext<'p>,
+    pub(crate) context: &'p SetupContext<'p>,
     pub(crate) operation: &'p OperationFile,
     pub(crate) stages: &'p dyn Stages,
     /// Places where a text with these passes has left too much.
@@ -57,8 +57,8 @@ impl PathPlanner<'_, '_> {
         let Some(strategy) = strategy_of(self.operation) else { return Ok(ExtraPasses::default()) };
         let settings = pass_settings(self.operation);
         let detours = self.detours(&settings);
-        let interposer = Interposer { high: self.high, ..interposer(&detours, self.ground, self.operation, strategy) };
-        interposer.improve(path, self.ground.added, self.stages)
+        let interposer = Interposer { high: self.high, ..interposer(&detours, self.context, self.operation, strategy) };
+        interposer.improve(path, self.context.added, self.stages)
     }
 
     /// Adds passes to planned ones where they leave too much, without moving any.
@@ -69,7 +69,7 @@ impl PathPlanner<'_, '_> {
         let Some(strategy) = strategy_of(self.operation) else { return Ok(()) };
         let settings = pass_settings(self.operation);
         let detours = self.detours(&settings);
-        let interposer = Interposer { high: self.high, ..interposer(&detours, self.ground, self.operation, strategy) };
+        let interposer = Interposer { high: self.high, ..interposer(&detours, self.context, self.operation, strategy) };
         interposer.keep_cusp(path, CutOrder::InStrip, extra, self.stages)
     }
 
@@ -88,8 +88,8 @@ impl PathPlanner<'_, '_> {
     }
 
     fn detours<'d>(&'d self, settings: &'d PassSettings) -> Detours<'d, 'd> {
-        let adds_passes = strategy_of(self.operation).is_some() && self.ground.added == AddedPasses::All;
-        detours(self.tests, self.ground, self.operation, settings, adds_passes)
+        let adds_passes = strategy_of(self.operation).is_some() && self.context.added == AddedPasses::All;
+        detours(self.tests, self.context, self.operation, settings, adds_passes)
     }
 }
 
@@ -102,17 +102,17 @@ pub(crate) fn strategy_of(operation: &OperationFile) -> Option<&PathFromStrategy
 /// Returns the replanning of an operation's passes beside the pole.
 pub(crate) fn detours<'d, 'a>(
     tests: &'d Tests<'a>,
-    ground: &'d SetupContext<'_>,
+    context: &'d SetupContext<'_>,
     operation: &OperationFile,
     settings: &'d PassSettings,
     adds_passes: bool,
 ) -> Detours<'d, 'a> {
-    let is_alone = ground.added == AddedPasses::All;
+    let is_alone = context.added == AddedPasses::All;
     let is_joined = strategy_of(operation).is_some_and(|s| s.linking == LinkingFile::Zigzag);
     Detours {
         tests,
         settings,
-        control: &ground.scene.job.post.rules().control_motion,
+        control: &context.scene.job.post.rules().control_motion,
         feed: operation.feeds.cutting_mm_min / 60.0,
         cusp: operation.tolerances.cusp_mm,
         adds_passes,
@@ -123,7 +123,7 @@ pub(crate) fn detours<'d, 'a>(
 /// Returns the insertion of passes between those of an operation.
 pub(crate) fn interposer<'d, 'a>(
     detours: &'d Detours<'d, 'a>,
-    ground: &'d SetupContext<'_>,
+    context: &'d SetupContext<'_>,
     operation: &OperationFile,
     strategy: &PathFromStrategy,
 ) -> Interposer<'d, 'a> {
@@ -132,8 +132,8 @@ pub(crate) fn interposer<'d, 'a>(
         settings: detours.settings,
         detours,
         reach: neighbour_reach(detours.tests.plain.cell.tool.cutter(), operation),
-        surface: &ground.scene.setup.around_drive,
-        allowance: ground.scene.setup.drive_allowance,
+        surface: &context.scene.setup.around_drive,
+        allowance: context.scene.setup.drive_allowance,
         cusp: operation.tolerances.cusp_mm,
         high: None,
         least_step: LEAST_STEP * operation.tolerances.max_step_over_mm,

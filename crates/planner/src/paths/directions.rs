@@ -7,7 +7,7 @@ use facemill_inverse_kinematics::{AxisKind, AxisValues, BranchPreference};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{OperationFile, PathFile};
 use facemill_job::load::job::{Job, Setup};
-use facemill_job::setup::path::lay;
+use facemill_job::setup::path::lay_operation;
 use facemill_surface_model::CurvatureTensor;
 use facemill_tool_model::cl_from_cc;
 use facemill_tool_path::segments::LaidTask;
@@ -58,7 +58,7 @@ pub(crate) fn planes_of_operations(job: &Job) -> Result<Vec<Vec<DirectedPlanes>>
             if matches!(operation.path, PathFile::Strategy(_)) {
                 let seen = job.seen_by(operation.head.saturating_sub(1) as usize, 0.0);
                 let setup = Setup::read(&seen, index)?;
-                let tasks = lay(&seen, &setup, k, operation)?.tasks;
+                let tasks = lay_operation(&seen, &setup, k, operation)?.tasks;
                 let points: Vec<CcPoint> = tasks.iter().flat_map(|t| t.pass.points.iter().copied()).collect();
                 let Some(extent) = Extent::of(&points) else { continue };
                 found[k].extend(extent.planes());

@@ -9,7 +9,7 @@ use facemill_job::failure::Failure;
 use facemill_job::format::job_file::OperationFile;
 use facemill_job::format::paths_file::LaidPasses;
 use facemill_job::load::job::{Job, Setup};
-use facemill_job::setup::path::lay;
+use facemill_job::setup::path::lay_operation;
 use facemill_job::stages::{LAY, READ, Stages};
 use facemill_job::validate::file_stem;
 use facemill_tool_path::segments::LaidTask;
@@ -46,7 +46,7 @@ pub fn lay_paths(job: &Job, stages: &dyn Stages) -> Result<LaidPaths, Failure> {
             let number = if n_operations > 1 { format!("-{}", number + 1) } else { String::new() };
             let of_setup =
                 if job.file.setups.len() > 1 { format!("-{}", file_stem(&setup.file.name)) } else { String::new() };
-            laid.lay(&heads, (&setup, k), &format!("{of_setup}{number}"), stages)?;
+            laid.add_operation(&heads, (&setup, k), &format!("{of_setup}{number}"), stages)?;
         }
     }
     Ok(laid)
@@ -54,7 +54,7 @@ pub fn lay_paths(job: &Job, stages: &dyn Stages) -> Result<LaidPaths, Failure> {
 
 impl LaidPaths {
     /// Lays an operation, and adds its figures and files.
-    fn lay(
+    fn add_operation(
         &mut self,
         heads: &[Job],
         (setup, index): (&Setup<'_>, usize),
@@ -65,7 +65,7 @@ impl LaidPaths {
         let head = heads[0].file.operations[index].head as usize;
         let job = heads.get(head.saturating_sub(1)).unwrap_or(&heads[0]);
         let operation = &job.file.operations[index];
-        let path = lay(job, setup, index, operation)?;
+        let path = lay_operation(job, setup, index, operation)?;
         let passes = with_postures(job, setup, &path.tasks);
         let cuts =
             OperationCuts { places: vec![passes.iter().map(|p| p.points.clone()).collect()], ..Default::default() };

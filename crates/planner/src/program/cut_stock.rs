@@ -11,7 +11,7 @@ use facemill_tool_model::ToolAssembly;
 use facemill_verification::program::removal_of;
 use facemill_verification::stock_run::{CutRequest, HeadView, cut_stock};
 use facemill_verification::sub_cell_check::{
-    add_between, between_lines, hold_machine_as_cut, is_cut_known, machine_as_cut, seen_between, seen_of_rest,
+    add_between, hold_machine_as_cut, is_cut_known, machine_as_cut, seen_between, seen_of_rest, sub_cell_check,
 };
 use facemill_virtual_machine::{HeldAsCut, Verification, VerifySettings, VirtualSetup};
 use facemill_z_map::DexelMap;
@@ -91,7 +91,7 @@ pub(crate) fn cut_by_heads<const N: usize>(
             let request = lines_of(report, StockRegion::Whole);
             let then = runs.each_ref().map(|run| &*run.findings);
             let not_covered = [const { Vec::new() }; N];
-            let found = between_lines(program, views, &request, (then, &not_covered), stages)?;
+            let found = sub_cell_check(program, views, &request, (then, &not_covered), stages)?;
             for (run, found) in runs.iter_mut().zip(found) {
                 found.keep_open(&mut run.between);
                 add_between(&mut run.findings, found.findings);

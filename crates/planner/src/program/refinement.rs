@@ -52,7 +52,7 @@ pub(crate) fn refine(
             let piece = &mut planned.moves.pieces[b.piece];
             let filler = Filler::new(&test, settings.fallback(), piece.piece.curve);
             let pair = PosePair { from: &piece.piece.cuts[b.cut - 1], to: &piece.piece.cuts[b.cut] };
-            let Some(cuts) = filler.mended(&linearity, &pair, &mut hints) else { continue };
+            let Some(cuts) = filler.refined(&linearity, &pair, &mut hints) else { continue };
             put_in += cuts.len();
             let mut axes = piece.moves[b.at - 1].axes;
             // Between the same two points the chip is no larger.

@@ -54,7 +54,7 @@ pub(crate) struct VerifiedProgram<T, const N: usize> {
     /// Description of the check between the lines of the cut stock, if the plan depends on it.
     pub seen: Option<String>,
     /// Number of poses added to refine blocks.
-    pub mended: usize,
+    pub added_poses: usize,
 }
 
 /// Number of rounds in which links with findings get their old paths back before all of them do.
@@ -70,10 +70,10 @@ pub(crate) fn verified_program<P: ProgramOfHeads<N>, const N: usize>(
     settings: PlanSettings,
     clock: &mut Clock,
 ) -> Result<VerifiedProgram<P::Texts, N>, Failure> {
-    let (mut mended, mut round) = (0, 0);
+    let (mut added_poses, mut round) = (0, 0);
     loop {
         round += 1;
-        let (texts, mut verifications, certificates) = refined(program, settings, &mut mended, clock)?;
+        let (texts, mut verifications, certificates) = refined(program, settings, &mut added_poses, clock)?;
         let certified = certificates.iter().flatten().flat_map(|c| &c.certificates);
         let open: Vec<u32> = certified.filter(|c| !c.certified).map(|c| c.line).collect();
         let take_back = |program: &mut P, runs: Option<&[Verification; N]>| {
@@ -92,7 +92,7 @@ pub(crate) fn verified_program<P: ProgramOfHeads<N>, const N: usize>(
         }
         // Faults that the cut stock has removed hid the times.
         program.check_feeds(&texts, verifications.as_ref())?;
-        return Ok(VerifiedProgram { texts, verifications, certificates, cut, seen, mended });
+        return Ok(VerifiedProgram { texts, verifications, certificates, cut, seen, added_poses });
     }
 }
 
@@ -103,7 +103,7 @@ type VerifiedTexts<T, const N: usize> = (T, Option<[Verification; N]>, Option<[C
 fn refined<P: ProgramOfHeads<N>, const N: usize>(
     program: &mut P,
     settings: PlanSettings,
-    mended: &mut usize,
+    added_poses: &mut usize,
     clock: &mut Clock,
 ) -> Result<VerifiedTexts<P::Texts, N>, Failure> {
     for round in 1.. {
@@ -121,7 +121,7 @@ fn refined<P: ProgramOfHeads<N>, const N: usize>(
         if put_in == 0 {
             return Ok((texts, verifications, certificates));
         }
-        *mended += put_in;
+        *added_poses += put_in;
     }
     Err(Failure::Internal("rounds without end".to_owned()))
 }

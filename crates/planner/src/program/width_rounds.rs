@@ -59,19 +59,19 @@ struct Corrected {
 /// # Errors
 /// As [`PlannedOperation::plan`], of the first round.
 pub(crate) fn best_round<'a>(
-    ground: &SetupContext<'a>,
+    context: &SetupContext<'a>,
     stages: &dyn Stages,
     clock: &mut Clock,
 ) -> Result<PlannedOperations<'a>, Failure> {
-    let job = ground.scene.job;
-    let numbered: Vec<(usize, &OperationFile)> = job.operations_of(ground.scene.setup.file).collect();
+    let job = context.scene.job;
+    let numbered: Vec<(usize, &OperationFile)> = job.operations_of(context.scene.setup.file).collect();
     let mut corrected = vec![Corrected::default(); numbered.len()];
-    let (operations, picture) = planned(ground, &numbered, (&corrected, None), stages, clock)?;
+    let (operations, picture) = planned(context, &numbered, (&corrected, None), stages, clock)?;
     let n_rounds = numbered.iter().map(|(_, o)| rounds_of(o)).max().unwrap_or(0);
     if n_rounds == 0 {
         return Ok((operations, picture));
     }
-    let mut last = Round::of(ground, operations, stages, clock)?;
+    let mut last = Round::of(context, operations, stages, clock)?;
     let mut reports = vec![last.reports.clone()];
     let (mut best, mut best_index) = (None, 0);
     for number in 1..=n_rounds {
@@ -79,20 +79,20 @@ pub(crate) fn best_round<'a>(
         corrected.iter_mut().for_each(|c| c.is_laid_anew = false);
         for (k, (_, operation)) in numbered.iter().enumerate() {
             if rounds_of(operation) >= number && !is_within(&last.reports[k], operation) {
-                corrected[k].add(&last, k, ground);
+                corrected[k].add(&last, k, context);
                 is_again = true;
             }
         }
         if !is_again {
             break;
         }
-        let operations = match planned(ground, &numbered, (&corrected, Some(&last)), stages, clock) {
+        let operations = match planned(context, &numbered, (&corrected, Some(&last)), stages, clock) {
             Ok((operations, _)) => operations,
             // Narrower strips may be more passes than a plan may have.
             Err(Failure::Input { .. } | Failure::Infeasible(_)) => break,
             Err(why) => return Err(why),
         };
-        let round = Round::of(ground, operations, stages, clock)?;
+        let round = Round::of(context, operations, stages, clock)?;
         reports.push(round.reports.clone());
         let before = best.as_ref().unwrap_or(&last);
         if is_better(&numbered, &reports[0], &round.reports, &before.reports) {
@@ -117,7 +117,7 @@ fn rounds_of(operation: &OperationFile) -> u32 {
 
 /// Plans the operations, each with its corrections of the last round.
 fn planned<'a>(
-    ground: &SetupContext<'a>,
+    context: &SetupContext<'a>,
     numbered: &[(usize, &'a OperationFile)],
     (corrected, last): (&[Corrected], Option<&Round<'a>>),
     stages: &dyn Stages,
@@ -136,7 +136,7 @@ fn planned<'a>(
             before: before.filter(|_| !corrected.is_laid_anew),
             ..OperationTask::alone(*operation)
         };
-        let (planned, svg) = PlannedOperation::plan(ground, task, stages, clock)?;
+        let (planned, svg) = PlannedOperation::plan(context, task, stages, clock)?;
         picture = picture.or(svg);
         operations.push(planned);
     }
@@ -156,13 +156,13 @@ impl Corrected {
 
     /// Adds the places of an operation's region where a round leaves more than the permitted cusp.
     /// Those that no cut reaches have other reasons.
-    fn add(&mut self, round: &Round<'_>, k: usize, ground: &SetupContext<'_>) {
+    fn add(&mut self, round: &Round<'_>, k: usize, context: &SetupContext<'_>) {
         let operation = round.operations[k].operation;
         let cusp = operation.tolerances.cusp_mm;
         let high = || round.left[k].iter().filter(|place| place.is_cut && place.height > cusp);
         self.is_laid_anew = round.reports[k].above_fraction > WIDESPREAD;
         if !self.is_laid_anew {
-            let allowance = ground.scene.setup.drive_allowance;
+            let allowance = context.scene.setup.drive_allowance;
             let raised = |place: &LeftPlace| HighPlace {
                 position: place.position + place.normal.into_inner() * allowance,
                 height: place.height,
@@ -221,14 +221,14 @@ fn is_better(
 impl<'a> Round<'a> {
     /// Measures what planned operations leave.
     fn of(
-        ground: &SetupContext<'a>,
+        context: &SetupContext<'a>,
         operations: Vec<PlannedOperation<'a>>,
         stages: &dyn Stages,
         clock: &mut Clock,
     ) -> Result<Self, Failure> {
-        let texts = write_draft(ground.scene, &operations)?;
+        let texts = write_draft(context.scene, &operations)?;
         let program =
-            OwnProgram { scene: ground.scene, operations: &operations, texts: &texts, as_cut: HeldAsCut::NOTHING };
+            OwnProgram { scene: context.scene, operations: &operations, texts: &texts, as_cut: HeldAsCut::NOTHING };
         let left = program.left_places(stages)?;
         let reports = operations.iter().zip(&left).map(|(operation, left)| round_report(operation, left)).collect();
         clock.lap("rounds of widths");

@@ -78,7 +78,7 @@ pub fn summary(report: &Report) -> String {
     }
     lines.extend(report.chips.iter().filter_map(removal_rate));
     lines.extend(report.postures.iter().filter_map(wider_search));
-    lines.extend(turning(report));
+    lines.extend(rotary_reversals(report));
     lines.extend(wound(&report.wind_up));
     if w.linearisation_exceeded {
         let allowed = report.budgets.iter().map(|b| b.linearisation_mm).fold(f64::INFINITY, f64::min);
@@ -340,7 +340,7 @@ fn removal_rate(chips: &ChipsReport) -> Option<String> {
 }
 
 /// Returns lines on reversals, changes of branch and the pole, if there are any.
-fn turning(report: &Report) -> Vec<String> {
+fn rotary_reversals(report: &Report) -> Vec<String> {
     let mut lines = Vec::new();
     let r = &report.rewinds;
     if r.count > 0 {

@@ -43,7 +43,7 @@ fn path_file(folder: &Path) {
 /// it otherwise; and the axis leans to that side, so that the disc rises over the cut surface.
 fn check(job: &Job, direction: &str, case: &str) {
     let setup = Setup::read(job, 0).unwrap();
-    let laid = lay(job, &setup, 0, &job.file.operations[0]).unwrap();
+    let laid = lay_operation(job, &setup, 0, &job.file.operations[0]).unwrap();
     assert!(laid.tasks.len() >= 2, "{case}");
     for pair in laid.tasks.windows(2) {
         let cc = &pair[0].pass.points[pair[0].pass.points.len() / 2];
@@ -85,7 +85,7 @@ fn direction_and_spindle_decide_feed_and_lean_of_flows_and_spirals() {
             let folder = tempfile::tempdir().unwrap();
             let job = job(folder.path(), &spiral);
             let setup = Setup::read(&job, 0).unwrap();
-            let laid = lay(&job, &setup, 0, &job.file.operations[0]).unwrap();
+            let laid = lay_operation(&job, &setup, 0, &job.file.operations[0]).unwrap();
             let [task] = laid.tasks.as_slice() else { panic!("{} passes", laid.tasks.len()) };
             let cc = &task.pass.points[task.pass.points.len() / 2];
             let out = cc.position.coords - cc.normal.into_inner() * cc.normal.dot(&cc.position.coords);
@@ -103,7 +103,7 @@ fn an_end_of_a_flow_that_is_no_border_is_named() {
     let job =
         job_with(folder.path(), "clockwise", &[("/operations/0/path", json!({ "strategy": { "strategy": flow } }))]);
     let setup = Setup::read(&job, 0).unwrap();
-    let e = lay(&job, &setup, 0, &job.file.operations[0]).err().expect("no border there").to_string();
+    let e = lay_operation(&job, &setup, 0, &job.file.operations[0]).err().expect("no border there").to_string();
     assert!(e.contains("operations[0].path.strategy: flow.to: no border of the region lies within 0.05 mm"), "{e}");
 }
 
@@ -144,7 +144,7 @@ fn edge_fill_lays_less_length_over_a_blade() {
         std::fs::write(&path, serde_json::to_vec(&file).unwrap()).unwrap();
         let job = Job::read(&path).unwrap();
         let setup = Setup::read(&job, 0).unwrap();
-        let laid = lay(&job, &setup, 0, &job.file.operations[0]).unwrap();
+        let laid = lay_operation(&job, &setup, 0, &job.file.operations[0]).unwrap();
         let of_pass =
             |points: &[CcPoint]| points.windows(2).map(|w| (w[1].position - w[0].position).norm()).sum::<f64>();
         laid.tasks.iter().map(|t| of_pass(&t.pass.points)).sum()

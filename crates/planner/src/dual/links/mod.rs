@@ -47,7 +47,7 @@ impl DualLinks {
         cut: Option<(DexelMap, f64)>,
         stages: &dyn Stages,
     ) -> Result<Self, Failure> {
-        let scenes = program.ground.scenes;
+        let scenes = program.context.scenes;
         let text = program.read()?;
         // As in planning, with the tool of the other head thicker than it is.
         let heads = [0, 1].map(|h| VirtualSetup { machine: &scenes[h].job.machine, ..program.setup(h) });

@@ -17,7 +17,7 @@ use crate::dual::parts::TwoHeadContext;
 /// # Errors
 /// Returns an error if the monitor cancels.
 pub(crate) fn run_order(
-    ground: &TwoHeadContext<'_>,
+    context: &TwoHeadContext<'_>,
     mover: &DualMover<'_, '_>,
     runs: &[&ReachedRun],
     from: Option<AxisValues>,
@@ -26,10 +26,10 @@ pub(crate) fn run_order(
     if !mover.settings[0].shortest_order {
         return Ok(None);
     }
-    let views = ground.scenes.each_ref().map(|scene| (scene.machine, scene.tool_length()));
+    let views = context.scenes.each_ref().map(|scene| (scene.machine, scene.tool_length()));
     let paths: Option<Vec<CutPath>> = runs.iter().map(|run| path(run, &views)).collect();
     let paths = paths.ok_or_else(|| Failure::Internal("a run without stops".to_owned()))?;
-    let reach = ground.jobs().map(|job| farthest_touch(job.tool.cutter()));
+    let reach = context.jobs().map(|job| farthest_touch(job.tool.cutter()));
     let start = from.unwrap_or_else(|| views[0].0.home());
     let clock = LinkClock::new(&views);
     let link_time = |a: &AxisValues, b: &AxisValues| clock.least_time(a, &mover.turned(b, a));

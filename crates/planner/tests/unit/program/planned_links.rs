@@ -50,13 +50,13 @@ fn links_that_are_taken_back_are_as_they_were() {
     let setup = Setup::read(&job, 0).unwrap();
     let map = z_map(&setup).unwrap();
     let scene = Scene::new(&job, &setup, 0).unwrap();
-    let ground = SetupContext { scene: &scene, map: &map, added: AddedPasses::All };
+    let context = SetupContext { scene: &scene, map: &map, added: AddedPasses::All };
     let stages: &dyn Stages = &SilentStages;
     let mut operations: Vec<PlannedOperation<'_>> = Vec::new();
     for operation in job.operations_of(setup.file) {
         let from = operations.last().and_then(|o| o.moves.last());
         let task = OperationTask { from, ..OperationTask::alone(operation) };
-        let planned = PlannedOperation::plan(&ground, task, stages, &mut Clock::new());
+        let planned = PlannedOperation::plan(&context, task, stages, &mut Clock::new());
         operations.push(planned.unwrap().0);
     }
     let texts = write_draft(&scene, &operations).unwrap();

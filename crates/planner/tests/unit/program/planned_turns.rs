@@ -45,10 +45,10 @@ fn a_turn_with_a_doubt_on_its_lines_becomes_the_link_and_no_other_does() {
     let setup = Setup::read(&job, 0).unwrap();
     let map = z_map(&setup).unwrap();
     let scene = Scene::new(&job, &setup, 0).unwrap();
-    let ground = SetupContext { scene: &scene, map: &map, added: AddedPasses::All };
+    let context = SetupContext { scene: &scene, map: &map, added: AddedPasses::All };
     let named = job.operations_of(setup.file).next().unwrap();
     let task = OperationTask::alone(named);
-    let mut operations = vec![PlannedOperation::plan(&ground, task, &SilentStages, &mut Clock::new()).unwrap().0];
+    let mut operations = vec![PlannedOperation::plan(&context, task, &SilentStages, &mut Clock::new()).unwrap().0];
     let made = |operations: &[PlannedOperation<'_>]| -> Vec<bool> {
         operations[0].moves.pieces.iter().map(|p| matches!(p.turn, TurnState::Made(_))).collect()
     };

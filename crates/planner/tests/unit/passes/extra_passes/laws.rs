@@ -166,10 +166,11 @@ fn a_trimmed_pass_is_moved_as_near_as_there_are_postures() {
         let setup = Setup::read(&job, 0).unwrap();
         let map = z_map(&setup).unwrap();
         let scene = Scene::new(&job, &setup, 0).unwrap();
-        let ground = SetupContext { scene: &scene, map: &map, added: AddedPasses::All };
+        let context = SetupContext { scene: &scene, map: &map, added: AddedPasses::All };
         let operation = job.operations_of(setup.file).next().unwrap();
         let (planned, _) =
-            PlannedOperation::plan(&ground, OperationTask::alone(operation), &SilentStages, &mut Clock::new()).unwrap();
+            PlannedOperation::plan(&context, OperationTask::alone(operation), &SilentStages, &mut Clock::new())
+                .unwrap();
         let cuts = planned.moves.pieces.iter().flat_map(|p| &p.piece.cuts);
         let nearest = [-1.0, 1.0].map(|side| {
             let of_side = cuts.clone().map(|c| side * c.cc.position.x).filter(|x| *x > 0.0);

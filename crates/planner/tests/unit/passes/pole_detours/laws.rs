@@ -3,7 +3,7 @@ use facemill_cutter_location::{SearchCurve, SearchOrder};
 use facemill_job::format::report::lost_time::LostTimeCause;
 use facemill_job::load::job::Setup;
 use facemill_job::setup::cell::{pass_settings, workcell, z_map};
-use facemill_job::setup::path::lay;
+use facemill_job::setup::path::lay_operation;
 use facemill_job::stages::SilentStages;
 use nalgebra::Point3;
 use serde_json::{Value, json};
@@ -54,7 +54,7 @@ fn both(z: fn(f64) -> f64, values: &[(&str, Value)], threads: usize) -> [Vec<Pla
     let map = z_map(&setup).unwrap();
     let operation = job.operations_of(setup.file).next().unwrap().1;
     let mut cell = workcell(&job, &setup, operation, &map);
-    let laid = lay(&job, &setup, 0, operation).unwrap();
+    let laid = lay_operation(&job, &setup, 0, operation).unwrap();
     settle_branch(&mut cell, &laid.tasks);
     let test = PoseTest::new(&cell);
     let choosing = PoseTest::new(&cell).avoiding_pole(operation.search.singular_cone_deg.to_radians());
