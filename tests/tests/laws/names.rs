@@ -7,9 +7,9 @@ use std::path::{Path, PathBuf};
 use crate::rooms::{rooms, sources};
 
 /// Names of types that do not say of what they are a part, a place or a result.
-const BARE: [&str; 17] = [
-    "Asked", "Found", "Ground", "Laid", "Line", "Lost", "Measured", "Part", "Piece", "Place", "Run", "Stand", "Stop",
-    "Told", "Way", "WayKind", "Ways",
+const BARE: [&str; 20] = [
+    "Asked", "Ends", "Follower", "Found", "Ground", "Laid", "Line", "Lost", "Measured", "Part", "Piece", "Place",
+    "Run", "Stage", "Stand", "Stop", "Told", "Way", "WayKind", "Ways",
 ];
 
 /// A type of a crate: where it is declared, and whether other files can use it.
