@@ -136,7 +136,7 @@ impl DialectFile {
             return fault("program.extension", format!("is \"{extension}\": it must be 1 to 8 letters and digits"));
         }
         if OTHER_FILES.iter().any(|other| extension.eq_ignore_ascii_case(other)) {
-            return fault("program.extension", format!("is \"{extension}\", which stands for no program"));
+            return fault("program.extension", format!("is \"{extension}\", which is the ending of another file"));
         }
         if self.program.name_length == 0 || self.program.last_number == 0 {
             return fault("program", "name_length and last_number must be at least 1".to_owned());

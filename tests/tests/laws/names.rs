@@ -78,8 +78,8 @@ fn types_that_share_a_name_in_a_crate_are_private_to_their_files() {
     }
 }
 
-/// Files of Rust below a folder, by their paths from the workspace's root.
-fn files_below(folder: &str, keep: impl Fn(&str) -> bool) -> Vec<(String, String)> {
+/// Files below a folder whose names end so, by their paths from the workspace's root.
+fn files_below(folder: &str, end: &str) -> Vec<(String, String)> {
     fn collect(at: &Path, files: &mut Vec<PathBuf>) {
         for entry in fs::read_dir(at).expect("a folder") {
             let path = entry.expect("an entry").path();
@@ -92,13 +92,15 @@ fn files_below(folder: &str, keep: impl Fn(&str) -> bool) -> Vec<(String, String
     files.sort();
     let named =
         files.iter().map(|path| (path.strip_prefix(&root).expect("below the root").display().to_string(), path));
-    let rust = named.filter(|(name, _)| name.ends_with(".rs") && keep(name));
-    rust.map(|(name, path)| (name, fs::read_to_string(path).expect("text"))).collect()
+    named
+        .filter(|(name, _)| name.ends_with(end))
+        .map(|(name, path)| (name, fs::read_to_string(path).expect("text")))
+        .collect()
 }
 
 /// All Rust files of the workspace's own packages.
 fn all_files() -> Vec<(String, String)> {
-    ["crates", "tests", "benches"].iter().flat_map(|folder| files_below(folder, |_| true)).collect()
+    ["crates", "tests", "benches"].iter().flat_map(|folder| files_below(folder, ".rs")).collect()
 }
 
 /// Text of a line that is a comment and nothing else, and whether it is one of documentation.
@@ -199,18 +201,52 @@ fn stilted_words_are_found_across_lines_and_within_no_other_word() {
     assert_eq!((*line, stilted(text).map(|s| s.0)), (2, Some("held against")));
     assert_eq!(stilted("Told by the text.").map(|s| s.0), Some("told"));
     assert_eq!(stilted("The axis stands still; `n_asked` masked standstill."), None);
+    assert_eq!(message(r#"let told = f("as \"asked\"", told, "or not");"#).as_deref(), Some("as 'asked' or not"));
+    assert_eq!((message("let told = 1;"), message("/// \"told\"")), (None, None));
+}
+
+/// Text between quotation marks on a line of code.
+fn message(line: &str) -> Option<String> {
+    let line = line.replace("\\\"", "'");
+    let quoted = line.split('"').skip(1).step_by(2).collect::<Vec<_>>().join(" ");
+    (comment(&line).is_none() && !quoted.is_empty()).then_some(quoted)
 }
 
 #[test]
-fn comments_of_crates_use_no_stilted_words() {
-    let found: Vec<String> = files_below("crates", |name| name.contains("/src/"))
+fn comments_and_messages_of_crates_use_no_stilted_words() {
+    let found: Vec<String> = files_below("crates", ".rs")
         .into_iter()
+        .filter(|(file, _)| file.contains("/src/"))
         .flat_map(|(file, text)| {
-            let of = |(line, text): (usize, String)| {
-                stilted(&text).map(|(word, better)| format!("{file}:{line}: \"{word}\": say {better}"))
-            };
-            paragraphs(&text).into_iter().filter_map(of).collect::<Vec<_>>()
+            let lines = text.lines().enumerate();
+            let messages = lines.filter_map(|(k, line)| Some((k + 1, message(line)?)));
+            stilted_in(&file, paragraphs(&text).into_iter().chain(messages))
         })
         .collect();
     assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+#[test]
+fn pages_use_no_stilted_words() {
+    let found: Vec<String> = files_below("docs", ".md")
+        .into_iter()
+        .flat_map(|(file, text)| {
+            let mut line = 1;
+            let paragraphs = text.split("\n\n").map(|paragraph| {
+                let first = line;
+                line += paragraph.matches('\n').count() + 2;
+                (first, paragraph.replace('\n', " "))
+            });
+            stilted_in(&file, paragraphs)
+        })
+        .collect();
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+/// Messages on the texts of a file that have a stilted word, with their lines.
+fn stilted_in(file: &str, texts: impl Iterator<Item = (usize, String)>) -> Vec<String> {
+    let of = |(line, text): (usize, String)| {
+        stilted(&text).map(|(word, better)| format!("{file}:{line}: \"{word}\": say {better}"))
+    };
+    texts.filter_map(of).collect()
 }

@@ -149,7 +149,7 @@ pub enum WriteError {
         limit: usize,
     },
     /// A character that the control does not know, or a parenthesis inside a comment.
-    #[error("`{text}`: character {character:?} cannot stand there")]
+    #[error("`{text}`: character {character:?} is not permitted there")]
     Character {
         /// The line.
         text: String,

@@ -316,7 +316,7 @@ impl<'a> State<'a> {
                 (FindingKind::UnknownPosition, None, format!("refers to {found}, the setup knows {expected}"))
             }
             NoEnd::MixedRtcp(a) => {
-                let note = "stands at a machine position while words are the tip's".to_owned();
+                let note = "is at a machine position while words are the tip's".to_owned();
                 (FindingKind::UnknownPosition, Some(*a), note)
             }
             NoEnd::Dependent => {

@@ -103,7 +103,7 @@ fn check(code: &HeidenhainCode, kind: &[u8], words: &[HeidenhainWord]) -> Result
     Ok(())
 }
 
-/// Two words of these keys cannot stand in one block.
+/// Two words of these keys cannot be in one block.
 fn is_same(a: Key, b: Key) -> bool {
     let feeds = |key| matches!(key, Key::Feed | Key::FeedMax | Key::FeedAuto | Key::OtherFeed);
     match (a, b) {

@@ -35,7 +35,8 @@ impl Unturned {
             }
             Self::NoLength => (FindingKind::UnknownPosition, None, "the tool vector has no length".to_owned()),
             Self::AxisToo(axis) => {
-                let note = "stands beside a tool vector: which of the two the control takes is not known".to_owned();
+                let note =
+                    "is in a block with a tool vector: which of the two the control takes is not known".to_owned();
                 (FindingKind::UnknownPosition, Some(*axis), note)
             }
         }
