@@ -167,7 +167,7 @@ const FINEST: f64 = 1.0;
 /// Fraction of the rapid clearance that rapids certainly keep: the control's path between two
 /// positions bends by at most a tenth of it. Larger: a clean rapid may be a finding; smaller: lines
 /// are closer than necessary.
-const KEPT: f64 = 0.85;
+const KEPT_BY_RAPIDS: f64 = 0.85;
 
 /// Unit of line distances, mm.
 const STEP: f64 = 0.01;
@@ -180,7 +180,7 @@ const STEP: f64 = 0.01;
 /// With the remedy, if that clearance needs so many lines that the user must accept the time.
 fn default_cell(lengths: [f64; 2], clearance: f64, tolerance: f64) -> Result<f64, String> {
     let length = lengths[0].max(lengths[1]);
-    let within_clearance = std::f64::consts::SQRT_2 * (KEPT * clearance - 2.0 * tolerance);
+    let within_clearance = std::f64::consts::SQRT_2 * (KEPT_BY_RAPIDS * clearance - 2.0 * tolerance);
     let cell = (length / LINES[0]).max(FINEST).min(within_clearance);
     if cell >= (length / LINES[1]).max(STEP) {
         return Ok((cell / STEP).floor() * STEP);

@@ -24,7 +24,7 @@ use facemill_z_map::DexelMap;
 
 /// Fraction of the rapid clearance that is proven to be kept from the initial stock: links begin
 /// and end at the whole clearance, and the control may deviate from them slightly.
-pub(crate) const KEPT: f64 = 0.9;
+pub(crate) const KEPT_OFF_FIRST_STOCK: f64 = 0.9;
 
 /// Links of a setup, with the results of the search.
 pub(crate) struct SearchedLinks {
@@ -229,7 +229,7 @@ impl LinkSearch<'_> {
         heads: &[&VirtualSetup<'_>],
         stages: &dyn Stages,
     ) -> Result<SearchedLinks, Failure> {
-        let keep = LinkDistances { fixtures: self.clearance, first_stock: KEPT * self.clearance };
+        let keep = LinkDistances { fixtures: self.clearance, first_stock: KEPT_OFF_FIRST_STOCK * self.clearance };
         let look = |link: &ProgramLink, stage: &LinkStage<'_, '_>| self.link(link, stage);
         let monitor = stages.start(SHORTEN, self.text.blocks.len());
         let links = links_off_first_stock(self.text, heads, (&VerifySettings::default(), keep), &look, &*monitor);
