@@ -8,7 +8,7 @@ use facemill_job::format::report::remaining::RemainingReport;
 use facemill_job::setup::cell::budget;
 use facemill_job::stages::Stages;
 use facemill_job::validate::tip_feed::programmed_feed;
-use facemill_nc_program::{HeadSpec, PostSettings, ProgramSpec, ReadProgram, RtcpRapids, write_program_of_heads};
+use facemill_nc_program::{HeadSpec, PostSettings, ProgramSpec, ReadProgram, write_program_of_heads};
 use facemill_tool_path::moves::MoveKind;
 use facemill_verification::merged_heads::merged_runs;
 use facemill_verification::named_results::{name_obstacles, not_verified};
@@ -207,7 +207,7 @@ impl DualTexts {
     pub(crate) fn time(&mut self, context: &TwoHeadContext<'_>) -> Result<(), Failure> {
         let jobs = context.jobs();
         let views: [MachineView<'_>; 2] = std::array::from_fn(|h| (&jobs[h].machine, jobs[h].tool.gauge_length()));
-        let (dialect, rapids) = (self.post.dialect(), RtcpRapids::default());
+        let (dialect, rapids) = (self.post.dialect(), self.post.rtcp_rapids().unwrap_or_default());
         let control = &self.post.rules().control_motion;
         let written = TimedText { text: self.nc.as_bytes(), dialect, control, rapids, block_lines: &self.block_lines };
         time_text(&views, context.scenes[0].motion_context(), &written, &mut self.timed)
