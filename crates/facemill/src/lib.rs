@@ -22,10 +22,37 @@
 
 mod scene;
 
-/// Examples of the repository's page, which the tests of documentation compile.
+/// Pages with examples that the documentation of no crate has: its tests compile them here, because
+/// each crate's own would be linked apart.
 #[cfg(doctest)]
-#[doc = include_str!("../../../README.md")]
-struct Readme;
+mod pages {
+    #[doc = include_str!("../../../README.md")]
+    struct Repository;
+
+    #[doc = include_str!("../../channel-pair/README.md")]
+    struct ChannelPair;
+
+    #[doc = include_str!("../../cl-file/README.md")]
+    struct ClFile;
+
+    #[doc = include_str!("../../file-format/README.md")]
+    struct FileFormat;
+
+    #[doc = include_str!("../../job/README.md")]
+    struct Job;
+
+    #[doc = include_str!("../../planner/README.md")]
+    struct Planner;
+
+    #[doc = include_str!("../../test-kit/README.md")]
+    struct TestKit;
+
+    #[doc = include_str!("../../verification/README.md")]
+    struct Verification;
+
+    #[doc = include_str!("../../virtual-machine/README.md")]
+    struct VirtualMachine;
+}
 
 pub use crate::scene::UseScene;
 pub use facemill_job::check::describe_setup;

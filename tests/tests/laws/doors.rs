@@ -34,6 +34,43 @@ fn every_crate_has_a_page_of_one_screen_keywords_and_categories() {
     }
 }
 
+/// Code of the first example of a crate's page.
+fn example_of(page: &str) -> Option<&str> {
+    let (_, rest) = page.split_once("```rust")?;
+    let (_, code) = rest.split_once('\n')?;
+    Some(code.split_once("```")?.0)
+}
+
+/// Text of comments of documentation, without the lines of examples that pages do not show.
+fn documentation(code: &str) -> String {
+    let comments = code.lines().filter_map(|line| {
+        let line = line.trim_start();
+        line.strip_prefix("//!").or_else(|| line.strip_prefix("///"))
+    });
+    let shown = comments.map(str::trim).filter(|line| !line.starts_with("# "));
+    shown.collect::<Vec<_>>().join("\n")
+}
+
+/// A page's example is one of the documentation, or the page itself is documentation of the facade:
+/// the tests of documentation compile both. Lines may be wrapped otherwise.
+#[test]
+fn examples_of_pages_are_compiled() {
+    let joined = |code: &str| code.chars().filter(|c| !c.is_whitespace() && *c != ',').collect::<String>();
+    let facade = text(&workspace().join("crates/facemill/src/lib.rs"));
+    let mut n = 0;
+    // The page of batches reads files of the repository.
+    for (name, _) in rooms().into_iter().filter(|(name, _)| name != "batch") {
+        let page = text(&workspace().join("crates").join(&name).join("README.md"));
+        let Some(example) = example_of(&page) else { continue };
+        let is_page = facade.contains(&format!("include_str!(\"../../{name}/README.md\")"));
+        let library = documentation(&text(&workspace().join("crates").join(&name).join("src/lib.rs")));
+        let is_documentation = joined(&library).contains(&joined(example));
+        assert!(is_page || is_documentation, "crates/{name}/README.md: no test compiles its example");
+        n += 1;
+    }
+    assert!(n > 15, "{n} examples");
+}
+
 /// Crates that only the command line needs are optional, and no library below asks for them.
 #[test]
 fn a_library_user_builds_no_command_line() {
