@@ -52,6 +52,24 @@ struct Border {
     lean: [f64; 2],
 }
 
+/// Levels of the first pass on a column.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Start {
+    /// Lowest one that is inside the region all over it.
+    pub(crate) inside: f64,
+    /// Highest one: half a strip above the border.
+    pub(crate) most: f64,
+    /// Whether a front can follow the border.
+    pub(crate) is_gentle: bool,
+}
+
+impl Border {
+    /// Whether the lower (0) or upper border (1) leans no more than fronts may.
+    fn is_gentle(&self, k: usize) -> bool {
+        self.lean[k] >= (1.0 / STEEPEST).hypot(1.0)
+    }
+}
+
 /// The region of a patch, cut into columns of equal width across the passes.
 ///
 /// Levels are those of the sections, or their negatives where cutting begins at the highest, so
@@ -214,8 +232,7 @@ impl Columns {
 
     /// Finds the inner borders once all triangles are entered.
     fn find_inner_borders(&mut self) {
-        // A pass exactly on the border would be cut in crumbs.
-        let inset = 1e-3 * self.step;
+        let inset = self.inset();
         for (border, ends) in self.borders.iter_mut().zip(self.between.windows(2)) {
             let Some(border) = border else { continue };
             let cut = |level: f64| level.clamp(self.first, self.last);
@@ -239,6 +256,11 @@ impl Columns {
         }
     }
 
+    /// Distance of a pass along a border from it: one exactly on it would be cut in crumbs.
+    fn inset(&self) -> f64 {
+        1e-3 * self.step
+    }
+
     fn level_index(&self, level: f64) -> usize {
         (((level - self.first) / self.step).max(0.0) as usize).min(self.n_levels - 1)
     }
@@ -247,26 +269,72 @@ impl Columns {
     /// between both is nowhere wider than `factor` times the width allowed; infinite where the
     /// column needs no further pass, because the last is within a quarter of a step of the upper
     /// border.
+    pub(crate) fn reach(&self, i: usize, level: f64, factor: f64) -> f64 {
+        let Some(border) = &self.borders[i] else { return f64::INFINITY };
+        let is_peak = self.is_peak(i, border);
+        let finished = border.outer[1] - if is_peak { 0.5 } else { 0.25 } * border.limits[1] * factor;
+        if level >= finished {
+            return f64::INFINITY;
+        }
+        let reach = self.march(i, level, factor);
+        let [lower, upper] = self.reach_beside(border, level, factor);
+        let reach = if lower.is_finite() { reach.min(lower).max(border.inner[0].min(lower)) } else { reach };
+        // The last pass stays inside along all of a border that it can follow.
+        let inside = border.inner[1];
+        let last = if border.is_gentle(1) && inside >= finished { inside } else { f64::INFINITY };
+        // Nothing beside a peak ends on it: the last pass crosses it half a strip below.
+        let last = if is_peak { last.min(finished) } else { last };
+        reach.min(upper).min(last)
+    }
+
+    /// Whether the upper border has its peak on a column: it is steep there, and beside it neither
+    /// higher nor as level as fronts.
+    fn is_peak(&self, i: usize, border: &Border) -> bool {
+        let beside = [i.checked_sub(1), Some(i + 1)].into_iter().flatten();
+        let goes_on = |b: &Border| {
+            let gain = b.outer[1] - border.outer[1];
+            gain > self.inset() || b.is_gentle(1) && gain >= -self.inset()
+        };
+        !border.is_gentle(1) && !beside.filter_map(|i| self.borders.get(i)?.as_ref()).any(goes_on)
+    }
+
+    /// Whether each place on the borders is within half a strip of a pass, where the passes lie on
+    /// these levels (in rising order) and none is shorter than `shortest`, mm.
+    ///
+    /// On a border that leans from the levels, passes begin and end, and the first can be a crumb.
+    pub(crate) fn borders_served(&self, levels: &[f64], shortest: f64) -> bool {
+        let laid = |l: &f64| (0..self.row.n).map(|i| self.length(i, *l)).sum::<f64>() >= shortest;
+        let laid: Vec<f64> = levels.iter().copied().filter(laid).collect();
+        let Some((&first, &last)) = laid.first().zip(laid.last()) else { return false };
+        let in_column = |border: &Border| {
+            let begins = first <= border.outer[0] + 0.5 * border.limits[0];
+            let ends = last >= border.outer[1] - 0.5 * border.limits[1];
+            let reaches = |w: &[f64]| {
+                let [lower, upper] = self.reach_beside(border, w[0], 1.0);
+                w[1] <= lower.min(upper) + 2.0 * self.inset()
+            };
+            begins && ends && laid.windows(2).all(reaches)
+        };
+        self.borders.iter().flatten().all(in_column)
+    }
+
+    /// Highest levels of the pass after one at `level` that places on the lower and on the upper
+    /// border of a column allow; infinite where they have no say.
     ///
     /// A place on a border that leans lies beside the end of the pass before or after it: it is
     /// within half a strip of one of both, where the end is at most `half / lean` of level away.
-    pub(crate) fn reach(&self, i: usize, level: f64, factor: f64) -> f64 {
-        let Some(border) = &self.borders[i] else { return f64::INFINITY };
+    fn reach_beside(&self, border: &Border, level: f64, factor: f64) -> [f64; 2] {
         let half = border.limits.map(|limit| 0.5 * limit * factor);
         let [low, high] = border.outer;
-        if level >= high - 0.5 * half[1] {
-            return f64::INFINITY;
-        }
-        let mut reach = self.march(i, level, factor);
         // The lowest place that the end of the pass before does not reach. A pass along a border
         // that is a level has no end beside it.
         let beside = low.max(level + half[0] / border.lean[0]);
-        if !self.starts_at_level && beside <= border.inner[0].max(low) {
-            reach = reach.min(beside + half[0]).max(border.inner[0].min(beside + half[0]));
-        }
+        let has_say = !self.starts_at_level && beside <= border.inner[0].max(low);
+        let lower = if has_say { beside + half[0] } else { f64::INFINITY };
         // The lowest place on the upper border that the pass before does not reach.
         let beside = border.inner[1].max(level + half[1]);
-        if beside <= high { reach.min(beside + half[1] / border.lean[1]) } else { reach }
+        let upper = if beside <= high { beside + half[1] / border.lean[1] } else { f64::INFINITY };
+        [lower, upper]
     }
 
     /// Highest level above `level` so that no cell that the step reaches into forbids it.
@@ -296,9 +364,13 @@ impl Columns {
         })
     }
 
-    /// Lowest level of the region on a column; `None` where the column is empty.
-    pub(crate) fn lowest(&self, i: usize) -> Option<f64> {
-        self.borders[i].map(|b| b.inner[0].min(b.outer[0] + 0.5 * b.limits[0]))
+    /// Levels of a column for the first pass; `None` where it is empty.
+    pub(crate) fn start(&self, i: usize) -> Option<Start> {
+        self.borders[i].map(|b| Start {
+            inside: b.inner[0],
+            most: b.outer[0] + 0.5 * b.limits[0],
+            is_gentle: b.is_gentle(0),
+        })
     }
 
     /// Whether a pass on a level is inside the region somewhere on a column.

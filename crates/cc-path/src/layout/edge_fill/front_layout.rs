@@ -28,8 +28,8 @@ const LEAST_GAIN: f64 = 0.01;
 const MOST_PER_LEVEL: usize = 3;
 
 impl FrontLayout {
-    /// `None` where the passes turn too much for fronts, or are no shorter as fronts than on the
-    /// `rising` levels.
+    /// `None` where the passes turn too much for fronts, or where the `rising` levels serve: no place
+    /// of a border is too far from a pass on them, and fronts are no shorter.
     pub(crate) fn plan(
         patch: &Patch,
         sections: &Sections,
@@ -44,8 +44,11 @@ impl FrontLayout {
         };
         let columns = Columns::of(patch, sections, settings, bands, range, sign)?;
         let plan = plan_fronts(&columns, &front_settings(settings, &columns), MOST_PER_LEVEL * rising.len() + 8)?;
-        let of_levels = cost_of_levels(&columns, rising, settings.pass_cost);
-        if plan.cost >= (1.0 - LEAST_GAIN) * of_levels {
+        let mut levels: Vec<f64> = rising.iter().map(|l| sign * l).collect();
+        levels.sort_by(f64::total_cmp);
+        let of_levels = cost_of_levels(&columns, &levels, settings.pass_cost);
+        let served = columns.borders_served(&levels, settings.min_pass_length + 2.0 * settings.edge_margin);
+        if served && plan.cost >= (1.0 - LEAST_GAIN) * of_levels {
             return None;
         }
         let triangles = triangles_at(patch, &columns, &plan.fronts, bands)?;

@@ -59,10 +59,10 @@ pub(crate) fn plan_fronts(columns: &Columns, settings: &FrontSettings, most: usi
     Some(best)
 }
 
-/// Cost of passes on levels, in the measure of [`FrontPlan::cost`].
+/// Cost of passes on levels (in the order of cutting), in the measure of [`FrontPlan::cost`].
 pub(crate) fn cost_of_levels(columns: &Columns, levels: &[f64], pass_cost: f64) -> f64 {
     let length = |level: f64| (0..columns.row.n).map(|i| columns.length(i, level)).sum::<f64>();
-    levels.iter().map(|&l| length(columns.sign * l) + pass_cost).sum()
+    levels.iter().map(|&l| length(l) + pass_cost).sum()
 }
 
 struct Planner<'a> {
@@ -120,12 +120,19 @@ impl Planner<'_> {
         Some(FrontPlan { fronts, cost })
     }
 
-    /// The pass along the lower border.
+    /// The pass along the lower border: inside the region where the border allows it, and nowhere
+    /// more than half a strip from it.
     fn first_front(&self) -> Front {
-        let targets: Vec<f64> = (0..self.columns.row.n + 2)
-            .map(|j| self.support(j).filter_map(|i| self.columns.lowest(i)).fold(f64::INFINITY, f64::min))
-            .collect();
-        Front { levels: self.smooth(&targets), span: [0, self.columns.row.n - 1], joins: [false; 2] }
+        let n = self.columns.row.n;
+        let target = |j: usize| {
+            let starts = || self.support(j).filter_map(|i| self.columns.start(i));
+            let alike = starts().all(|start| start.is_gentle) || starts().all(|start| !start.is_gentle);
+            let both = |a: f64, b: f64| if alike { a.max(b) } else { a.min(b) };
+            let inside = starts().map(|start| start.inside).reduce(both).unwrap_or(f64::INFINITY);
+            starts().map(|start| start.most).fold(inside, f64::min)
+        };
+        let targets: Vec<f64> = (0..n + 2).map(target).collect();
+        Front { levels: self.smooth(&targets), span: [0, n - 1], joins: [false; 2] }
     }
 
     /// The columns that a coefficient has a say on.

@@ -86,6 +86,33 @@ fn even_widths_stay_levels_on_a_mesh_that_is_coarser_than_the_band() {
     }
 }
 
+/// A plate that lies a little askew: its border crosses the levels, so that passes on them begin
+/// and end along it, and the first is a crumb.
+#[test]
+fn every_place_of_a_plate_askew_is_within_half_a_strip_of_a_pass() {
+    for degrees in [0.005_f64, -0.1, 0.5, -2.0, 5.0, -12.0, 20.0, 30.0, -45.0] {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let at = |x: f64, y: f64| Point3::new(cos * x - sin * y, sin * x + cos * y, 0.0);
+        let s = surface(grid(40, 24, |u, v| at(200.0 * u, 120.0 * v)));
+        for order in [LevelOrder::Increasing, LevelOrder::Decreasing] {
+            let settings = LaySettings { order, ..filled() };
+            let layout = lay_by(&s, &planes(Vector3::y_axis()), &settings, &|_| 6.0);
+            let mut rng = Lcg::new(12);
+            let places: Vec<_> = (0..4000)
+                .map(|k| {
+                    let x = 200.0 * rng.unit();
+                    let y = [0.0, 120.0, 120.0 * rng.unit()][k % 3];
+                    at(x, y)
+                })
+                .collect();
+            let worst = worst_reach(&layout, &places, |_| 6.0);
+            // Fronts follow borders up to 11°; beside steeper ones they end a little farther away.
+            let most = if degrees.abs() < 11.0 { 1.03 } else { 1.1 };
+            assert!(worst < most, "{degrees}° {order:?}: {worst}");
+        }
+    }
+}
+
 /// A sheet that goes on beyond the levels to be cut: the first pass lies on the first level, none
 /// beyond the last, and nothing between them is farther than half a strip from a pass.
 #[test]
@@ -170,7 +197,8 @@ fn fronts_of_planes_and_cylinders_lie_on_a_wavy_mesh_within_a_strip_of_each_othe
     let axis_origin = Point3::new(50.0, -150.0, 0.0);
     // Narrow at both sides of 100 mm; passes that all run one way fill up one of them only.
     let at = |p: &Point3<f64>| 1.5 + 4.5 * (p.x.min(100.0 - p.x) / 25.0).clamp(0.0, 1.0);
-    for strategy in [planes(oblique()), rings(axis_origin, 100.0, 300.0)] {
+    // Fronts reach places beside the leaning border that rings on levels leave, and cost less.
+    for (strategy, share) in [(planes(oblique()), 0.95), (rings(axis_origin, 100.0, 300.0), 0.99)] {
         let settings = LaySettings { max_step_over: 6.0, ..filled() };
         let width = |cc: &CcPoint| at(&cc.position);
         let plain = lay_by(&s, &strategy, &LaySettings { edge_fill: false, ..settings.clone() }, &width);
@@ -181,7 +209,7 @@ fn fronts_of_planes_and_cylinders_lie_on_a_wavy_mesh_within_a_strip_of_each_othe
         let layout = on(2);
         assert_eq!(layout, on(1));
         let cost = |layout: &PassLayout| length(layout) + settings.pass_cost * layout.passes.len() as f64;
-        assert!(layout.passes.iter().any(|p| p.partial) && cost(&layout) < 0.98 * cost(&plain));
+        assert!(layout.passes.iter().any(|p| p.partial) && cost(&layout) < share * cost(&plain));
         for (p, cc) in points(&layout) {
             assert!(s.closest_point(&cc.position, 1e-9).is_some());
             assert!((cc.feed.norm() - 1.0).abs() < 1e-9 && cc.feed.dot(&cc.normal).abs() < 1e-9);
