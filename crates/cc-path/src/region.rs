@@ -8,6 +8,7 @@ use nalgebra::{Unit, Vector3};
 
 use crate::error::PathError;
 use crate::left_region::LeftRegion;
+use crate::strategy::sections::Sections;
 
 /// The part of the drive surface that passes are laid on: all conditions must hold. The default is
 /// all of it.
@@ -21,6 +22,9 @@ pub struct Region {
     pub normal_cone: Option<NormalCone>,
     /// Box in the workpiece frame, borders included. Triangles that cross its sides are cut there.
     pub bounds: Option<Aabb>,
+    /// Sections between whose first and last level the region lies; triangles that cross these are
+    /// cut there.
+    pub between: Option<Sections>,
     /// Surface on which stock is left; passes lie there and within its overlap.
     pub left: Option<Arc<LeftRegion>>,
 }

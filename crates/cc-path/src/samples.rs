@@ -54,7 +54,8 @@ pub struct RequestedStrategy<'a> {
 pub struct RequestedRegion<'a> {
     surface: &'a Surface,
     region: &'a Region,
-    sections: Option<Sections>,
+    /// Those of the strategy, and those of the region.
+    ranges: [Option<Sections>; 2],
     band: Option<LineBand>,
     is_in: Vec<bool>,
     triangles: Vec<u32>,
@@ -75,9 +76,9 @@ impl<'a> RequestedRegion<'a> {
         let triangles = triangles_of(surface, region)?;
         let mut is_in = vec![false; surface.mesh().triangles().len()];
         triangles.iter().for_each(|&t| is_in[t as usize] = true);
-        let sections = strategy.and_then(|s| s.strategy.sections());
+        let ranges = [strategy.and_then(|s| s.strategy.sections()), region.between];
         let band = strategy.map(|s| LineBand::of(surface, region, s.strategy, s.corner_radius)).transpose()?.flatten();
-        Ok(Self { surface, region, sections, band, is_in, triangles })
+        Ok(Self { surface, region, ranges, band, is_in, triangles })
     }
 
     /// Whether the region holds a point of a facet, borders included; of a region by what is left,
@@ -89,16 +90,20 @@ impl<'a> RequestedRegion<'a> {
     /// Whether groups, box, levels and what is left hold a point of a facet.
     fn is_bounding(&self, triangle: u32, point: &Point3<f64>) -> bool {
         let in_box = self.region.bounds.is_none_or(|b| (0..3).all(|k| (b.min[k]..=b.max[k]).contains(&point[k])));
-        let in_levels = self.sections.is_none_or(|sections| {
-            let (from, to) = sections.range();
-            (from..=to).contains(&sections.level(point))
-        });
         let is_left = || {
             self.region.left.as_ref().is_none_or(|left| {
                 self.surface.facet_normal(triangle).is_some_and(|normal| left.contains(point, &normal))
             })
         };
-        self.is_in[triangle as usize] && in_box && in_levels && is_left()
+        self.is_in[triangle as usize] && in_box && self.in_levels(point, 0.0) && is_left()
+    }
+
+    /// Whether the ranges of levels, widened by so much (mm), hold a point.
+    fn in_levels(&self, point: &Point3<f64>, within: f64) -> bool {
+        self.ranges.iter().flatten().all(|sections| {
+            let (from, to) = sections.range();
+            (from - within..=to + within).contains(&sections.level(point))
+        })
     }
 
     /// Box around the region, if it has one that bounds it.
@@ -112,12 +117,8 @@ impl<'a> RequestedRegion<'a> {
     /// as much.
     pub fn is_near(&self, point: &Point3<f64>, within: f64) -> bool {
         let in_box = self.region.bounds.is_none_or(|b| b.dilated(within).contains(point));
-        let in_levels = self.sections.is_none_or(|sections| {
-            let (from, to) = sections.range();
-            (from - within..=to + within).contains(&sections.level(point))
-        });
         let is_on = || self.surface.closest_point_where(point, within, |t| self.is_in[t as usize]).is_some();
-        in_box && in_levels && is_on()
+        in_box && self.in_levels(point, within) && is_on()
     }
 
     /// Area of its facets, mm², before box and levels bound them.

@@ -9,7 +9,7 @@ use crate::strategy::Strategy;
 use crate::strategy::edge_file::{EdgeFile, RootFile};
 use crate::strategy::field_file::{FlowFile, SpiralFile};
 use crate::strategy::left_above_file::LeftAboveFile;
-use crate::strategy::scallop_file::ConstantScallopFile;
+use crate::strategy::scallop_file::{ConstantScallopFile, SectionsFile};
 use crate::strategy::sections::{CylindricalSections, ParallelPlanes};
 use crate::strategy::settings::require;
 
@@ -87,6 +87,9 @@ pub struct RegionFile {
     /// Box that the passes must lie in, workpiece frame.
     #[serde(rename = "box", default, skip_serializing_if = "Option::is_none")]
     pub bounds: Option<BoxFile>,
+    /// Planes or cylinders between whose first and last level the passes must lie.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub between: Option<SectionsFile>,
     /// Limits the region to places where a stock is higher above the surface than a limit
     /// (docs/method.md#what-earlier-cuts-left). Default: no such limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -165,14 +168,15 @@ impl RegionFile {
     /// measured.
     ///
     /// # Errors
-    /// When the cone's axis has no length, its angle is out of range, or the box is empty; the
-    /// error names the field.
+    /// When the cone's axis has no length, its angle is out of range, the box is empty, or the
+    /// sections are out of range; the error names the field.
     pub fn to_region(&self) -> Result<Region, PathError> {
         self.left_above.as_ref().map_or(Ok(()), LeftAboveFile::check)?;
         Ok(Region {
             groups: self.groups.clone(),
             normal_cone: self.normal_cone.as_ref().map(NormalConeFile::to_cone).transpose()?,
             bounds: self.bounds.as_ref().map(BoxFile::to_bounds).transpose()?,
+            between: self.between.as_ref().map(SectionsFile::to_sections).transpose()?,
             left: None,
         })
     }

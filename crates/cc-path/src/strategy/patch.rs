@@ -57,6 +57,9 @@ impl<'a> Patch<'a> {
         if let Some(bounds) = &region.bounds {
             cut.clip(bounds);
         }
+        if let Some(between) = &region.between {
+            cut.keep_between(between, fineness.max_bend);
+        }
         if let Some(left) = &region.left {
             cut.keep_left(surface, left, MAX_PIECES)?;
         }
@@ -282,6 +285,27 @@ impl Pieces {
         if high.is_finite() {
             self.clip_below(|p| high - sections.level(p));
         }
+    }
+
+    /// Cuts off what is outside the range, by straight lines no farther than `max_bend` from it.
+    fn keep_between(&mut self, sections: &Sections, max_bend: f64) {
+        self.keep_range(sections);
+        if !sections.is_linear() {
+            let (low, high) = sections.range();
+            let asks = |a: &Point3<f64>, b: &Point3<f64>| {
+                let (level, way) = (sections.level(a), nalgebra::distance(a, b));
+                // The chord of an arc of this radius is so far from it. A triangle that an end
+                // crosses comes within its longest edge of it.
+                let is_rough = |end: f64| (level - end).abs() <= way && way * way > 8.0 * end * max_bend;
+                [low, high].into_iter().any(|end| end > 0.0 && is_rough(end))
+            };
+            for _ in 0..MAX_ROUNDS {
+                if !self.halve_edges(asks) {
+                    break;
+                }
+            }
+        }
+        self.clip_range(sections);
     }
 
     /// Leaves out triangles that surely have no level of the strategy's range.

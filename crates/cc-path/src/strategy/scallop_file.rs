@@ -77,13 +77,19 @@ pub struct SeedCylinderFile {
     pub radius_mm: f64,
 }
 
+impl SectionsFile {
+    pub(crate) fn to_sections(&self) -> Result<Sections, PathError> {
+        match self {
+            Self::ParallelPlanes(f) => f.to_planes().map(Sections::ParallelPlanes),
+            Self::CylindricalSections(f) => f.to_sections().map(Sections::CylindricalSections),
+        }
+    }
+}
+
 impl ConstantScallopFile {
     pub(crate) fn to_scallop(&self) -> Result<ConstantScallop, PathError> {
         let files = std::iter::once(&self.seed).chain(&self.second_seed);
-        let within = self.within.as_ref().map(|file| match file {
-            SectionsFile::ParallelPlanes(f) => f.to_planes().map(Sections::ParallelPlanes),
-            SectionsFile::CylindricalSections(f) => f.to_sections().map(Sections::CylindricalSections),
-        });
+        let within = self.within.as_ref().map(SectionsFile::to_sections);
         Ok(ConstantScallop {
             seeds: files.map(SeedFile::to_seed).collect::<Result<_, _>>()?,
             within: within.transpose()?,

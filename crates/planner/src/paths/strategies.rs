@@ -71,6 +71,7 @@ pub fn default_strategies(job: &Job) -> Result<Vec<NamedStrategy>, Failure> {
             let planes = &planes;
             let change: Change<'_> = Box::new(move |k, s| {
                 if let Some(planes) = planes[k].iter().find(|p| p.direction == direction) {
+                    s.region.between = s.region.between.take().or_else(|| range_of(&s.strategy));
                     s.strategy = StrategyFile::ParallelPlanes(planes.file.clone());
                     s.edge_fill = edge_fill;
                 }
@@ -148,15 +149,20 @@ fn without_repetitions(all: Vec<NamedStrategy>) -> Vec<NamedStrategy> {
 /// strategies beside sections it alone needs no more than the region: flows and spirals need the
 /// ends between which they lie, edges and roots a width.
 fn constant_scallop(seed: SeedFile, in_place_of: &StrategyFile) -> StrategyFile {
-    let within = match in_place_of {
+    StrategyFile::ConstantScallop(ConstantScallopFile { seed, second_seed: None, within: range_of(in_place_of) })
+}
+
+/// Returns the sections between whose first and last level the passes of a strategy lie; `None`
+/// where the region alone bounds them.
+fn range_of(strategy: &StrategyFile) -> Option<SectionsFile> {
+    match strategy {
         StrategyFile::ParallelPlanes(planes) if planes.from_mm.is_some() || planes.to_mm.is_some() => {
             Some(SectionsFile::ParallelPlanes(planes.clone()))
         }
         StrategyFile::CylindricalSections(cylinders) => Some(SectionsFile::CylindricalSections(cylinders.clone())),
         StrategyFile::ConstantScallop(scallop) => scallop.within.clone(),
         _ => None,
-    };
-    StrategyFile::ConstantScallop(ConstantScallopFile { seed, second_seed: None, within })
+    }
 }
 
 #[cfg(test)]

@@ -173,3 +173,36 @@ fn heaps_give_passes_or_errors(seed: u64, heaps: usize) {
     }
     assert!(2 * n_laid > 3 * heaps, "{n_laid}");
 }
+
+#[test]
+fn a_region_between_cylinders_is_cut_at_them_by_passes_of_any_direction() {
+    // Facets far larger than the ring, with the axis beside the sheet.
+    for (n, axis_origin) in [(2, Point3::new(50.0, 40.0, 0.0)), (30, Point3::new(20.0, -15.0, 5.0))] {
+        let s = surface(plane(100.0, 80.0, n, n));
+        let (from, to) = (22.0, 31.0);
+        let radius = |p: &Point3<f64>| (p - axis_origin).xy().norm();
+        let Strategy::CylindricalSections(between) = rings(axis_origin, from, to) else { panic!("rings") };
+        let region = Region { between: Some(Sections::CylindricalSections(between)), ..Region::default() };
+        let requested = RequestedRegion::new(&s, &region, None).unwrap();
+        let mut rng = Lcg::new(41);
+        let places: Vec<_> = (0..20_000).map(|_| Point3::new(100.0 * rng.unit(), 80.0 * rng.unit(), 0.0)).collect();
+        let in_ring: Vec<_> = places.iter().filter(|p| (from..=to).contains(&radius(p))).collect();
+        let expected = 8000.0 * in_ring.len() as f64 / places.len() as f64;
+        let area: f64 = requested.samples(1.0).iter().map(|sample| sample.area).sum();
+        assert!((area / expected - 1.0).abs() < 0.05, "{area} of {expected}");
+        for strategy in [planes(Vector3::x_axis()), planes(oblique())] {
+            let settings =
+                LaySettings { max_step_over: 2.0, edge_fill: true, pass_cost: 5.0, ..LaySettings::default() };
+            let laid = lay_passes(&s, &region, &strategy, &settings, &|_| 2.0, &Silent).unwrap();
+            // Cylinders are cut as polygons within half the chord.
+            let most = settings.chord_tolerance;
+            for (_, cc) in points(&laid) {
+                assert!((from - most..=to + most).contains(&radius(&cc.position)), "{}", cc.position);
+            }
+            let far = |p: &&&Point3<f64>| distance_to_passes(p, &laid) > 1.1;
+            let n_far = in_ring.iter().take(1500).filter(far).count();
+            // Passes cross a ring at an angle, and end at its border.
+            assert!(n_far < 30, "{n_far} of {}", in_ring.len().min(1500));
+        }
+    }
+}

@@ -45,15 +45,20 @@ fn what_is_wrong_with_a_strategy_is_named() {
 #[test]
 fn regions_are_read_with_all_their_conditions_and_written_back() {
     let text = r#"{"groups": ["blade"], "normal_cone": {"axis": [0, 0, 2], "half_angle_deg": 90},
-            "box": {"min_mm": [0, 1, 2], "max_mm": [3, 4, 5]}}"#;
+            "box": {"min_mm": [0, 1, 2], "max_mm": [3, 4, 5]},
+            "between": {"parallel_planes": {"normal": [0, 0, 3], "from_mm": 2}}}"#;
     let file: RegionFile = from_json(text.as_bytes()).unwrap();
     let region = file.to_region().unwrap();
     assert_eq!(region.groups, Some(vec!["blade".to_owned()]));
     let half_angle = std::f64::consts::FRAC_PI_2;
     assert_eq!(region.normal_cone, Some(NormalCone { axis: Vector3::z_axis(), half_angle }));
     assert_eq!(region.bounds.unwrap().max, Point3::new(3.0, 4.0, 5.0));
+    assert_eq!(region.between.unwrap().range(), (2.0, f64::INFINITY));
     assert_eq!(from_json::<RegionFile>(to_json(&file).as_bytes()), Ok(file));
     assert_eq!(from_json::<RegionFile>(b"{}").unwrap().to_region().unwrap(), Region::default());
     let empty: RegionFile = from_json(br#"{"box": {"min_mm": [0, 9, 0], "max_mm": [1, 2, 3]}}"#).unwrap();
     assert!(empty.to_region().unwrap_err().to_string().contains("region.box.max_mm[1] is 2"));
+    let text = br#"{"between": {"parallel_planes": {"normal": [1, 0, 0], "from_mm": 3, "to_mm": 1}}}"#;
+    let empty: RegionFile = from_json(text).unwrap();
+    assert!(empty.to_region().unwrap_err().to_string().contains("parallel_planes.to_mm is 1"));
 }
