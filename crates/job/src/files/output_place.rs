@@ -1,29 +1,29 @@
 //! Check of output files: no device, and no input.
 
+use std::collections::HashMap;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 use crate::failure::Failure;
 
-/// Files read or to be read, as the user named them and as the system resolves them.
+/// Files read or to be read, as the user named them, by the paths that the system resolves them to:
+/// the expansion of a batch reads many.
 #[derive(Default)]
-pub(super) struct Inputs(Vec<[PathBuf; 2]>);
+pub(super) struct Inputs(HashMap<PathBuf, PathBuf>);
 
 impl Inputs {
     pub(super) fn note(&mut self, file: &Path) {
         // A file that was read and is gone since cannot be overwritten.
         let Ok(known) = file.canonicalize() else { return };
-        if self.0.iter().all(|[_, other]| *other != known) {
-            self.0.push([file.to_owned(), known]);
-        }
+        self.0.entry(known).or_insert_with(|| file.to_owned());
     }
 
     /// Refuses an output to this place if it is an input.
     pub(super) fn refuse(&self, file: &Path, place: &Path) -> Result<(), Failure> {
         let Ok(known) = place.canonicalize() else { return Ok(()) };
-        match self.0.iter().find(|[_, other]| *other == known) {
-            Some([named, _]) => {
+        match self.0.get(&known) {
+            Some(named) => {
                 let what = format!(
                     "is named as an output, but is {}, which is an input; give another file to write to",
                     named.display()
