@@ -6,6 +6,7 @@ use std::time::Instant;
 use facemill_file_format::to_json;
 use facemill_job::failure::Failure;
 use facemill_job::files;
+use facemill_job::format::job_file::STOCK_TOLERANCE;
 use facemill_job::format::made_from::InputFile;
 use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::format::program_times::ProgramTimes;
@@ -18,7 +19,6 @@ use facemill_nc_rewrite::lengths::{LengthsRequest, lengths_of_program};
 use facemill_planner::{PlanSettings, Planned, plan_job_setup};
 use facemill_verification::program::{VerifyRequest, verify_program};
 use facemill_verification::stock_run::CutRequest;
-use facemill_virtual_machine::merge_findings;
 
 use crate::format::batch_file::{LengthsTaskFile, PlanTaskFile, TaskKindFile, VerifyTaskFile};
 use crate::format::result_file::{
@@ -230,9 +230,6 @@ fn cut_on(cell: Option<f64>) -> Option<CutRequest> {
     cell.map(|cell| CutRequest::on_lines(cell, STOCK_TOLERANCE))
 }
 
-/// Tolerance of the cut stock, mm, as the commands have it without an option.
-const STOCK_TOLERANCE: f64 = 0.05;
-
 fn verified(
     read: &ReadTask,
     setup: usize,
@@ -247,12 +244,9 @@ fn verified(
         cut: cut_on(task.stock_cell_mm),
         ..VerifyRequest::new(path, read.job.post.dialect())
     };
-    let mut file = verify_program(&read.job, text, &request, stages).map(|mut verified| {
-        let findings = std::mem::take(&mut verified.file.verification.findings);
-        verified.file.verification.findings = merge_findings(findings, &verified.rapid_lines);
-        verified.file
-    })?;
-    file.assumptions.sort();
+    let mut verified = verify_program(&read.job, text, &request, stages)?;
+    verified.complete([]);
+    let file = verified.file;
     let verification = &file.verification;
     let faults = verification.faults().count();
     let figures = TaskFigures {

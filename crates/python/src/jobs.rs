@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use facemill::file_format::{from_json, to_json};
-use facemill::job_file::JobFile;
+use facemill::job_file::{JobFile, STOCK_TOLERANCE};
 use facemill::nc_program::Dialect;
 use facemill::new_job::{NewJob, Series};
 use facemill::planner::plan_job_setup;
-use facemill::virtual_machine::merge_findings;
 use facemill::{
     CutRequest, Failure, FeedLaw, FeedRewriteSettings, Job, JobFiles, JobSetting, PlanSettings, TipFeed, VerifyRequest,
     files, rewrite_feeds, summary, verify_program,
@@ -95,9 +94,6 @@ pub fn write_plan(py: Python<'_>, folder: PathBuf, all: BTreeMap<String, Vec<u8>
     py.detach(|| files::write_plan(&folder, &all)).map_err(|failure| raised(py, &failure))
 }
 
-/// Tolerance of the cut stock, mm, as the commands have it.
-const STOCK_TOLERANCE: f64 = 0.05;
-
 /// Runs a program in a job's setup; returns the content of `verification.json`.
 ///
 /// # Errors
@@ -126,9 +122,7 @@ pub fn verify(
             ..VerifyRequest::new(&name, dialect.unwrap_or_else(|| job.post.dialect()))
         };
         let mut verified = verify_program(&job, &program, &request, stages)?;
-        let findings = std::mem::take(&mut verified.file.verification.findings);
-        verified.file.verification.findings = merge_findings(findings, &verified.rapid_lines);
-        verified.file.assumptions.sort();
+        verified.complete([]);
         Ok(verified.file)
     })?;
     let faults = file.verification.faults().count();

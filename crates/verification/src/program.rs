@@ -25,7 +25,7 @@ use facemill_nc_program::{Dialect, ReadProgram};
 use facemill_virtual_machine::motion::axis_motion::MotionContext;
 use facemill_virtual_machine::{
     Assumption, BlockCut, Certificates, Estimate, Finding, HeldAsCut, RemovalLimit, Verification, VerifySettings,
-    VirtualSetup, assumptions, certify, place_findings, rapid_lines, verify,
+    VirtualSetup, assumptions, certify, merge_findings, place_findings, rapid_lines, verify,
 };
 use facemill_z_map::DexelMap;
 
@@ -105,6 +105,17 @@ pub struct Verified {
     /// Lines of the program's rapids, in order, by which findings are
     /// [merged](facemill_virtual_machine::merge_findings).
     pub rapid_lines: Vec<u32>,
+}
+
+impl Verified {
+    /// Completes the content of the file: merges its findings, and adds further assumptions in
+    /// their order.
+    pub fn complete(&mut self, assumptions: impl IntoIterator<Item = Assumption>) {
+        let findings = std::mem::take(&mut self.file.verification.findings);
+        self.file.verification.findings = merge_findings(findings, &self.rapid_lines);
+        self.file.assumptions.extend(assumptions);
+        self.file.assumptions.sort();
+    }
 }
 
 /// Runs a program on the virtual machine in a job's setup: its machine, mounting, work offset,

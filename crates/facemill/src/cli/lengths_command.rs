@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use facemill::file_format::to_json;
+use facemill::job_file::STOCK_TOLERANCE;
 use facemill::lengths::{LengthsRequest, lengths_of_program};
 use facemill::nc_program::{Dialect, read_program};
 use facemill::tool_model::HolderLibrary;
@@ -32,7 +33,7 @@ pub(crate) struct LengthsArguments {
     #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
     stock_cell_mm: Option<f64>,
     /// Tolerance of the cut stock
-    #[arg(long, value_name = "MM", default_value_t = 0.05, allow_negative_numbers = true, value_parser = stock_tolerance)]
+    #[arg(long, value_name = "MM", default_value_t = STOCK_TOLERANCE, allow_negative_numbers = true, value_parser = stock_tolerance)]
     stock_tolerance_mm: f64,
     /// Begin with the rest that another program left (facemill verify --rest-out) in place of the
     /// job's stock

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
+use facemill::job_file::STOCK_TOLERANCE;
 use facemill::rapids::{RapidsRequest, faster_rapids};
 use facemill::z_map::DexelMap;
 use facemill::{CutRequest, Failure, files, read_rest};
@@ -26,7 +27,7 @@ pub(crate) struct RapidsArguments {
     #[arg(long, value_name = "MM", default_value_t = 1.0, allow_negative_numbers = true, value_parser = above_zero)]
     stock_cell_mm: f64,
     /// Tolerance of the cut stock
-    #[arg(long, value_name = "MM", default_value_t = 0.05, allow_negative_numbers = true, value_parser = stock_tolerance)]
+    #[arg(long, value_name = "MM", default_value_t = STOCK_TOLERANCE, allow_negative_numbers = true, value_parser = stock_tolerance)]
     stock_tolerance_mm: f64,
     /// Begin with the rest that another program left (facemill verify --rest-out) in place of the
     /// job's stock

@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{ArgGroup, Args};
-use facemill::virtual_machine::{BetweenPositions, EstimatedPositions, Verification, merge_findings};
+use facemill::job_file::STOCK_TOLERANCE;
+use facemill::virtual_machine::{BetweenPositions, EstimatedPositions, Verification};
 use facemill::z_map::DexelMap;
 use facemill::{
     CutRequest, DeviationRequest, Failure, RemainingReport, StockRegion, StockReport, VerificationFile, Verified,
@@ -85,9 +86,6 @@ pub(crate) struct VerifyArguments {
     out: Option<PathBuf>,
 }
 
-/// Default tolerance of the cut stock, mm.
-const STOCK_TOLERANCE: f64 = 0.05;
-
 /// Largest number of findings in the table; the file has them all.
 const SHOWN: usize = 50;
 
@@ -107,10 +105,7 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     let paths = [&arguments.out, &arguments.rest_mesh, &arguments.rest_out, &arguments.deviation];
     files::check_outputs(paths.into_iter().flatten().map(PathBuf::as_path))?;
     let mut verified = verify_program(&job, &text, &request, &Progress::new(false))?;
-    let findings = std::mem::take(&mut verified.file.verification.findings);
-    verified.file.verification.findings = merge_findings(findings, &verified.rapid_lines);
-    verified.file.assumptions.extend(arguments.stand.assumptions(arguments.program.dialect));
-    verified.file.assumptions.sort();
+    verified.complete(arguments.stand.assumptions(arguments.program.dialect));
     let file = &verified.file;
     let gouged = file.deviation.as_ref().is_some_and(|d| d.exceeds_gouge_limit);
     let clean = file.verification.faults().next().is_none() && !gouged;

@@ -67,9 +67,12 @@ pub struct VerificationSettingsFile {
     pub stock_tolerance_mm: f64,
 }
 
+/// Largest error of the cut stock where no other is given, mm: by jobs, commands and tasks.
+pub const STOCK_TOLERANCE: f64 = 0.05;
+
 impl Default for VerificationSettingsFile {
     fn default() -> Self {
-        Self { cut_stock: true, stock_cell_mm: None, stock_tolerance_mm: 0.05 }
+        Self { cut_stock: true, stock_cell_mm: None, stock_tolerance_mm: STOCK_TOLERANCE }
     }
 }
 
