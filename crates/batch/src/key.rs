@@ -25,7 +25,8 @@ pub struct KeyedTask {
     pub key: String,
     /// Files that it reads, relative to the folder of its job, with their checksums.
     pub inputs: Vec<InputFile>,
-    /// Reason why job or program cannot be read; the key is then that of no result.
+    /// Reason why the job, a file that it names or the program cannot be read; the key is then that of
+    /// no result.
     pub unreadable: Option<String>,
 }
 
@@ -61,7 +62,7 @@ impl Keys {
         let settings = settings_of(task)?;
         let path = Path::new(&task.job);
         let file = read_job_file(path, &settings)?;
-        let inputs = self.checksums.of(path, &file);
+        let inputs = self.checksums.of(path, &file)?;
         let program = task.program.as_ref().map(|program| {
             let path = Path::new(program);
             files::read(path).map(|bytes| ProgramStamp::new(path, &bytes))

@@ -42,7 +42,7 @@ use crate::load::job::{Job, SecondHead, Setup};
 use crate::load::job_files::JobFiles;
 use crate::load::job_source::{JOB_NAME, blamed, job_of_text, job_path, read_job_file};
 use crate::load::machine_load::read_machine_of;
-use crate::load::made_from::{ReadInput, inputs_of};
+use crate::load::made_from::{ReadInput, all_inputs_of};
 use crate::load::mesh_files::{FileKey, MeshFiles};
 use crate::load::obstacle_meshes::{
     ObstacleRole, Selection, joined_obstacles, matches_pattern, obstacle, only, select_also, selected_groups,
@@ -129,12 +129,13 @@ impl Job {
         Ok(Self { settings: settings.to_vec(), ..job })
     }
 
-    /// Reads a job as [`Job::read_with`] does, with every file that it names in memory: a change on
-    /// disk from now on does not change its plan. Also returns the files with their checksums. A
-    /// file that cannot be read is not among them; the plan reports it.
+    /// Reads a job as [`Job::read_with`] does, with every file that it names in memory: no file is
+    /// read from disk from now on, and a change there does not change its plan. Also returns the
+    /// files with their checksums.
     ///
     /// # Errors
-    /// As [`Job::read_with`].
+    /// As [`Job::read_with`], and if any of these files cannot be read, also one that this plan
+    /// would not need.
     pub fn read_whole(path: &Path, settings: &[JobSetting]) -> Result<(Self, Vec<InputFile>), Failure> {
         let path = &job_path(path);
         let text = files::read_text(path)?;
@@ -145,14 +146,14 @@ impl Job {
         if let Some(own) = path.file_name() {
             held = held.with(&own.to_string_lossy(), text);
         }
-        let inputs = inputs_of(path, &file, |name| {
+        let inputs = all_inputs_of(path, &file, |name| {
             let path = folder.join(name);
-            let bytes = held.beside(&path).ok()?;
+            let bytes = held.bytes(&path)?.into_owned();
             let input = ReadInput::of(&path, &bytes);
             held = std::mem::take(&mut held).with(name, bytes);
-            Some(input)
-        });
-        let job = Self::of_files(path, file, held).map_err(|e| blamed(settings, path, e))?;
+            Ok(input)
+        })?;
+        let job = Self::of_files(path, file, held.only_held()).map_err(|e| blamed(settings, path, e))?;
         Ok((Self { settings: settings.to_vec(), ..job }, inputs))
     }
 

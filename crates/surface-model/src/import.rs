@@ -69,6 +69,15 @@ pub fn import_mesh(
         .map_err(|fault| ImportError { name: name.to_owned(), fault })
 }
 
+/// Returns the names of the files that hold buffers of a mesh, as [`import_mesh`] gives them to its
+/// `resolve`, also of buffers that no triangle needs; none of a file that it cannot read.
+pub fn external_files(bytes: &[u8], format: MeshFormat) -> Vec<String> {
+    match format {
+        MeshFormat::Gltf => gltf_file::external_files(bytes).unwrap_or_default(),
+        MeshFormat::Obj | MeshFormat::Stl => Vec::new(),
+    }
+}
+
 /// Refuses every file: a `resolve` for [`import_mesh`].
 ///
 /// # Errors

@@ -71,5 +71,5 @@ pub use crate::surface::ray::RayHit;
 pub use crate::surface::sections::{Polyline, implicit_section, plane_section};
 pub use crate::surface::tree::{Below, NodeId, Tree};
 pub use export::{ExportError, NamedNode, write_glb, write_obj, write_painted_glb, write_stl_binary};
-pub use import::{ImportError, Imported, import_mesh, no_external_files};
+pub use import::{ImportError, Imported, external_files, import_mesh, no_external_files};
 pub use surface::{Surface, SurfacePoint, SurfaceSettings};

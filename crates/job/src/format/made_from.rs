@@ -2,7 +2,7 @@
 //! files.
 
 use schemars::JsonSchema;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Inputs and version that a program was made from.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, JsonSchema)]
@@ -22,7 +22,7 @@ pub struct MadeFrom {
 }
 
 /// An input file.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct InputFile {
     /// Its name, relative to the job file, as the job or another input names it.
     pub file: String,

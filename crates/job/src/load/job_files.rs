@@ -20,12 +20,14 @@ use crate::files;
 pub struct JobFiles {
     folder: Option<PathBuf>,
     held: Arc<BTreeMap<PathBuf, Vec<u8>>>,
+    /// Whether nothing is read from the folder.
+    is_complete: bool,
 }
 
 impl JobFiles {
     /// Returns the files in a folder, none of them in memory. The default has no folder.
     pub fn in_folder(folder: impl Into<PathBuf>) -> Self {
-        Self { folder: Some(folder.into()), held: Arc::default() }
+        Self { folder: Some(folder.into()), ..Self::default() }
     }
 
     /// Adds a file in memory, or replaces it: a mesh, a path file, a template; in the format that
@@ -47,6 +49,11 @@ impl JobFiles {
     #[must_use]
     pub fn with_machine(self, name: &str, machine: &MachineFile) -> Self {
         self.with(name, to_json(machine))
+    }
+
+    /// Returns these files without those that are not in memory: another one is an error.
+    pub(crate) fn only_held(self) -> Self {
+        Self { is_complete: true, ..self }
     }
 
     /// Returns the path of a file of this name.
@@ -81,6 +88,7 @@ impl JobFiles {
     pub(crate) fn beside(&self, path: &Path) -> std::io::Result<Vec<u8>> {
         match (self.held.get(path), &self.folder) {
             (Some(bytes), _) => Ok(bytes.clone()),
+            (None, Some(_)) if self.is_complete => Err(std::io::Error::other(NOT_LISTED)),
             (None, Some(_)) => files::read_beside(path),
             (None, None) => Err(std::io::Error::new(std::io::ErrorKind::NotFound, NOT_HELD)),
         }
@@ -89,6 +97,7 @@ impl JobFiles {
     fn get(&self, path: &Path, read: fn(&Path) -> Result<Vec<u8>, Failure>) -> Result<Cow<'_, [u8]>, Failure> {
         match (self.held.get(path), &self.folder) {
             (Some(bytes), _) => Ok(Cow::Borrowed(bytes)),
+            (None, Some(_)) if self.is_complete => Err(Failure::Internal(format!("{}: {NOT_LISTED}", path.display()))),
             (None, Some(_)) => read(path).map(Cow::Owned),
             (None, None) => Err(Failure::input(path, NOT_HELD)),
         }
@@ -96,6 +105,8 @@ impl JobFiles {
 }
 
 const NOT_HELD: &str = "is not among the files of this job in memory; add it to its `JobFiles`, or give them a folder";
+
+const NOT_LISTED: &str = "is not among the inputs of the job that were read at first; please report this";
 
 #[cfg(test)]
 #[path = "../../tests/unit/load/job_files.rs"]

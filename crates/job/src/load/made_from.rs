@@ -3,8 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use facemill_surface_model::{MeshFormat, external_files};
 use serde_json::Value;
 
+use crate::failure::Failure;
 use crate::files;
 use crate::format::job_file::{JobFile, PathFile, StockFile};
 use crate::format::made_from::{InputFile, MadeFrom};
@@ -34,19 +36,26 @@ impl MadeFrom {
 /// change meanwhile.
 #[derive(Debug, Default)]
 pub struct InputChecksums {
-    known: BTreeMap<PathBuf, Option<ReadInput>>,
+    known: BTreeMap<PathBuf, ReadInput>,
 }
 
 impl InputChecksums {
-    /// Returns the input files of a job as the report of its plan lists them, from disk. Leaves out
-    /// files that cannot be read or that the job may not name.
-    pub fn of(&mut self, path: &Path, file: &JobFile) -> Vec<InputFile> {
+    /// Returns the input files of a job as the report of its plan lists them, from disk.
+    ///
+    /// # Errors
+    /// The failure of the first file in the order of their names that cannot be read, or that the
+    /// job may not name: without it the list is not that of a plan.
+    pub fn of(&mut self, path: &Path, file: &JobFile) -> Result<Vec<InputFile>, Failure> {
         files::enter_job(path);
         let folder = path.parent().unwrap_or(Path::new(""));
-        inputs_of(path, file, |name| {
+        all_inputs_of(path, file, |name| {
             let path = folder.join(name);
-            let read = || files::read_beside(&path).ok().map(|bytes| ReadInput::of(&path, &bytes));
-            self.known.entry(path.clone()).or_insert_with(read).clone()
+            if let Some(known) = self.known.get(&path) {
+                return Ok(known.clone());
+            }
+            let read = ReadInput::of(&path, &files::read_named(&path)?);
+            self.known.insert(path, read.clone());
+            Ok(read)
         })
     }
 }
@@ -63,6 +72,26 @@ impl ReadInput {
     pub(crate) fn of(path: &Path, bytes: &[u8]) -> Self {
         Self { blake3: blake3::hash(bytes).to_hex().to_string(), names: named_in(path, bytes) }
     }
+}
+
+/// Returns the input files of a job in the order of their names.
+///
+/// # Errors
+/// The failure of the first file in this order that cannot be read.
+pub(crate) fn all_inputs_of(
+    path: &Path,
+    file: &JobFile,
+    mut read: impl FnMut(&str) -> Result<ReadInput, Failure>,
+) -> Result<Vec<InputFile>, Failure> {
+    let mut failures = BTreeMap::new();
+    let inputs = inputs_of(path, file, |name| match read(name) {
+        Ok(input) => Some(input),
+        Err(failure) => {
+            failures.insert(name.to_owned(), failure);
+            None
+        }
+    });
+    failures.into_values().next().map_or(Ok(inputs), Err)
 }
 
 /// Returns the input files of a job in the order of their names. `read` returns `None` for a file
@@ -104,13 +133,18 @@ pub(crate) fn named(file: &JobFile) -> impl Iterator<Item = &str> {
     [&file.tool, &file.machine].into_iter().chain(others).map(String::as_str).chain(of_setups).chain(of_operations)
 }
 
-/// Returns the files beside a file that it names.
+/// Returns the files beside a file that it names, as the readers of meshes and machines open them.
 fn named_in(path: &Path, bytes: &[u8]) -> Vec<String> {
-    let is_json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json") || e.eq_ignore_ascii_case("gltf"));
-    let json = is_json.then(|| serde_json::from_slice::<Value>(bytes).ok()).flatten();
+    let format = path.extension().and_then(|e| e.to_str()).and_then(MeshFormat::from_extension);
+    if let Some(format) = format {
+        return external_files(bytes, format);
+    }
+    // A machine file may have any name.
+    let text = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    let is_object = text.iter().find(|byte| !byte.is_ascii_whitespace()) == Some(&b'{');
+    let json = is_object.then(|| serde_json::from_slice::<Value>(text).ok()).flatten();
     let Some(json) = json else { return Vec::new() };
-    let buffers = json["buffers"].as_array().into_iter().flatten().filter_map(|buffer| buffer["uri"].as_str());
-    let mut names: Vec<&str> = buffers.filter(|uri| !uri.starts_with("data:")).collect();
+    let mut names = Vec::new();
     if json["format"].as_str().is_some_and(|format| format.starts_with("facemill-machine/")) {
         meshes_in(&json, &mut names);
     }
@@ -128,3 +162,7 @@ pub(crate) fn meshes_in<'j>(json: &'j Value, found: &mut Vec<&'j str>) {
         _ => {}
     }
 }
+
+#[cfg(test)]
+#[path = "../../tests/unit/load/made_from.rs"]
+mod tests;

@@ -7,6 +7,7 @@ use nalgebra::{Matrix4, Point3, Quaternion, UnitQuaternion, Vector3};
 
 use super::RawMesh;
 use super::accessor::{Accessors, fault};
+use super::uri;
 use crate::import::settings::ImportFault;
 
 /// Reads glTF or GLB: all triangles of the default scene, in metres or the file's own unit, with
@@ -15,9 +16,7 @@ use crate::import::settings::ImportFault;
 /// Points and lines are left out. Skinned and morphed meshes, compression and instancing by
 /// extension are refused: the accessors read here do not give their true shape.
 pub(super) fn read(bytes: &[u8], resolve: &dyn Fn(&str) -> io::Result<Vec<u8>>) -> Result<RawMesh, ImportFault> {
-    check_container(bytes)?;
-    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    let file = gltf::Gltf::from_slice_without_validation(bytes).map_err(|e| ImportFault::Document(error_text(&e)))?;
+    let file = document(bytes)?;
     let root = file.document.as_json();
     check_extensions(root)?;
     let mut accessors = Accessors::new(root, file.blob, resolve);
@@ -40,6 +39,19 @@ pub(super) fn read(bytes: &[u8], resolve: &dyn Fn(&str) -> io::Result<Vec<u8>>) 
         todo.extend(children.map(|c| (c.value(), scene_from_node)));
     }
     Ok(mesh)
+}
+
+/// Returns the names of the files that hold buffers.
+pub(super) fn external_files(bytes: &[u8]) -> Result<Vec<String>, ImportFault> {
+    let file = document(bytes)?;
+    let addresses = file.document.as_json().buffers.iter().filter_map(|buffer| buffer.uri.as_deref());
+    Ok(addresses.filter(|address| uri::embedded(address).is_none()).map(uri::percent_decoded).collect())
+}
+
+fn document(bytes: &[u8]) -> Result<gltf::Gltf, ImportFault> {
+    check_container(bytes)?;
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    gltf::Gltf::from_slice_without_validation(bytes).map_err(|e| ImportFault::Document(error_text(&e)))
 }
 
 /// Refuses a GLB header that announces less than its own size, which makes the gltf crate subtract
