@@ -96,7 +96,11 @@ impl Batch {
                 JobsFile::Sweep(_) => "jobs.sweep.job".to_owned(),
             };
             check_inside(path, &field, &name, bounds)?;
-            let n_setups = n_setups(&job_path(&folder(path).join(&name)));
+            // The file that is read: of a folder that is named, its job may be a link.
+            let read = job_path(&folder(path).join(&name));
+            let own = read.strip_prefix(folder(path)).unwrap_or(&read);
+            check_inside(path, &field, &own.to_string_lossy(), bounds)?;
+            let n_setups = n_setups(&read);
             let of_job = variants.len().checked_mul(n_setups).and_then(|n| n.checked_mul(programs.len()));
             jobs.push(JobOfBatch { name, n_setups, before: n_tasks });
             let sum = of_job.and_then(|n| n.checked_add(n_tasks)).filter(|n| *n <= bounds.tasks);

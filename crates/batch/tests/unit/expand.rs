@@ -86,6 +86,11 @@ fn a_link_that_leads_out_of_the_folder_is_refused() {
     std::os::unix::fs::symlink(elsewhere.path().join("a"), folder.path().join("linked")).unwrap();
     assert!(read(&folder, BatchBounds::default()).unwrap_err().contains("linked/job.json is outside"));
     assert_eq!(read(&folder, BatchBounds { outside: true, ..BatchBounds::default() }).unwrap().n_tasks(), 2);
+    // The job of a folder that is inside.
+    let folder = batch_folder(&json!({ "format": "facemill-batch/1", "jobs": { "list": ["inside"] } }));
+    std::fs::create_dir(folder.path().join("inside")).unwrap();
+    std::os::unix::fs::symlink(elsewhere.path().join("a/job.json"), folder.path().join("inside/job.json")).unwrap();
+    assert!(read(&folder, BatchBounds::default()).unwrap_err().contains("inside/job.json is outside"));
 }
 
 #[test]
