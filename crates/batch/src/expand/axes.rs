@@ -7,6 +7,7 @@ use facemill_job::format::job_settings::JobSetting;
 use serde_json::{Value, json};
 
 use crate::format::batch_file::{AxisFile, AxisValuesFile, CombineFile, RangeFile, SampleFile, SweepFile};
+use crate::format::report_file::{FIGURE_HEADINGS, TASK_HEADINGS};
 
 /// Value of an axis in a variant.
 #[derive(Clone, Debug, PartialEq)]
@@ -99,6 +100,9 @@ pub(crate) fn variants(sweep: &SweepFile) -> Result<Variants, String> {
         let at = |why: String| format!("jobs.sweep.axes[{k}].{why}");
         if axis.name.is_empty() || !names.insert(&axis.name) {
             return Err(at(format!("name: \"{}\" is empty or the name of another axis", axis.name)));
+        }
+        if TASK_HEADINGS.iter().chain(&FIGURE_HEADINGS).any(|heading| *heading == axis.name) {
+            return Err(at(format!("name: \"{}\" is the heading of another column of reports", axis.name)));
         }
         axes.push(axis_of(axis, is_sample).map_err(at)?);
     }

@@ -10,6 +10,27 @@ use crate::format::result_file::{FailureKind, TaskFigures};
 /// Value of the key `format` in a report on a batch.
 pub const BATCH_REPORT_FORMAT: &str = "facemill-batch-report/1";
 
+/// Headings of a table's columns before those of the axes; the last one only if there are programs.
+pub const TASK_HEADINGS: [&str; 4] = ["task", "job", "setup", "program"];
+
+/// Headings of a table's columns behind those of the axes.
+pub const FIGURE_HEADINGS: [&str; 14] = [
+    "state",
+    "exit code",
+    "machine min",
+    "planned %",
+    "largest cusp mm",
+    "largest height left mm",
+    "largest gouge mm",
+    "findings",
+    "length m",
+    "efficiency",
+    "gauge length mm",
+    "wall s",
+    "peak MiB",
+    "cause",
+];
+
 /// Report on a batch.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct BatchReport {

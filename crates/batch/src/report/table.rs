@@ -1,28 +1,13 @@
 //! Rows of a report as cells of text, and as CSV.
 
-use crate::format::report_file::{BatchReport, Measure, TaskRow, TaskState};
+use crate::format::report_file::{BatchReport, FIGURE_HEADINGS, Measure, TASK_HEADINGS, TaskRow, TaskState};
 
 /// Returns the headings of the columns: number, job, axes, figures.
 pub fn headings(report: &BatchReport) -> Vec<String> {
-    let first = ["task", "job", "setup"].map(str::to_owned).into_iter();
-    let programs = has_programs(report).then(|| "program".to_owned());
-    let figures = [
-        "state",
-        "exit code",
-        "machine min",
-        "planned %",
-        "largest cusp mm",
-        "largest height left mm",
-        "largest gouge mm",
-        "findings",
-        "length m",
-        "efficiency",
-        "gauge length mm",
-        "wall s",
-        "peak MiB",
-        "cause",
-    ];
-    first.chain(programs).chain(report.axes.iter().cloned()).chain(figures.map(str::to_owned)).collect()
+    let [task, job, setup, program] = TASK_HEADINGS;
+    let first = [task, job, setup].map(str::to_owned).into_iter();
+    let programs = has_programs(report).then(|| program.to_owned());
+    first.chain(programs).chain(report.axes.iter().cloned()).chain(FIGURE_HEADINGS.map(str::to_owned)).collect()
 }
 
 fn has_programs(report: &BatchReport) -> bool {
@@ -89,7 +74,7 @@ pub fn csv(report: &BatchReport) -> String {
 /// Returns a cell in quotes where it needs them. A cell that a spreadsheet would take for a formula
 /// gets an apostrophe in front; numbers have none.
 fn quoted(cell: &str) -> String {
-    let is_formula = cell.starts_with(['=', '+', '-', '@']) && cell.parse::<f64>().is_err();
+    let is_formula = cell.starts_with(['=', '+', '-', '@', '\t', '\r', '\n']) && cell.parse::<f64>().is_err();
     let cell = if is_formula { format!("'{cell}") } else { cell.to_owned() };
     if cell.contains(['"', ',', '\n', '\r']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell }
 }

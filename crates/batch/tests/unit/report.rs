@@ -74,6 +74,14 @@ fn tables_have_a_cell_for_each_heading_and_quote_what_needs_it() {
     assert_eq!(text.lines().count(), 5);
     assert!(text.starts_with("task,job,setup,a,b,state,"));
     assert!(text.contains("\"<b>, \"\"why\"\"\""), "{text}");
+    let mut row = report.tasks[0].clone();
+    for (cause, cell) in
+        [("=1+1", "'=1+1"), ("\t=1", "'\t=1"), ("\r=1", "\"'\r=1\""), ("\n=1", "\"'\n=1\""), ("-1", "-1")]
+    {
+        row.cause = Some(cause.to_owned());
+        let text = csv(&BatchReport { tasks: vec![row.clone()], ..report.clone() });
+        assert!(text.ends_with(&format!(",{cell}\r\n")), "{text:?}");
+    }
     let page = html(&report, "a & b");
     assert!(page.contains("<title>a &amp; b</title>") && page.contains("&lt;b&gt;, &quot;why&quot;"), "{page}");
     assert!(!page.contains("<script") && !page.contains("http"), "nothing from elsewhere");

@@ -85,6 +85,8 @@ fn faults_of_axes_name_their_field() {
     for (axes, words) in [
         (json!([]), "axes: there are none"),
         (json!([each("a", "x", &[1]), each("a", "y", &[1])]), "axes[1].name: \"a\""),
+        (json!([each("state", "x", &[1])]), "axes[0].name: \"state\" is the heading of another column"),
+        (json!([each("task", "x", &[1])]), "axes[0].name: \"task\" is the heading"),
         (json!([each("a", "x", &[])]), "axes[0].values.each: there are no values"),
         (json!([each("a", "x", &[1, 1])]), "the value \"1\" is there twice"),
         (json!([each("a", "x..y", &[1])]), "axes[0].values.each.key"),
