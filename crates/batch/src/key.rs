@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::str::FromStr;
+use std::sync::OnceLock;
 
 use facemill_job::failure::Failure;
 use facemill_job::files;
@@ -25,8 +26,8 @@ pub struct KeyedTask {
     pub key: String,
     /// Files that it reads, relative to the folder of its job, with their checksums.
     pub inputs: Vec<InputFile>,
-    /// Reason why the job, a file that it names or the program cannot be read; the key is then that of
-    /// no result.
+    /// Reason why the job, a file that it names or the program cannot be read; the key is then that
+    /// of no result.
     pub unreadable: Option<String>,
 }
 
@@ -38,9 +39,9 @@ pub struct Keys {
 
 impl Keys {
     /// Returns a task with its key, from the files as they are on disk. Equal keys mean equal
-    /// results, byte for byte; the key depends on the version of the program, the job with its
-    /// settings, the setup, the options of the task, and names and bytes of all input files, and
-    /// not on the place of the folder, labels or numbers.
+    /// results, byte for byte; the key depends on the version of the program and the bytes that it
+    /// makes of the golden jobs, the job with its settings, the setup, the options of the task, and
+    /// names and bytes of all input files, and not on the place of the folder, labels or numbers.
     pub fn of(&mut self, task: Task) -> KeyedTask {
         match self.read(&task) {
             Ok((key, inputs)) => KeyedTask { task, key, inputs, unreadable: None },
@@ -74,6 +75,20 @@ impl Keys {
 /// Value of the key `format` in the text that a key is the checksum of.
 const KEY_FORMAT: &str = "facemill-batch-key/1";
 
+/// Table of the bytes that this program makes of the golden jobs: a link to that of the tests,
+/// which changes when the bytes of results do.
+const GOLDEN_BYTES: &[u8] = include_bytes!("../golden-bytes.txt");
+
+/// Returns what tells programs of one version apart that make different results: the checksum of
+/// the golden bytes, and `FACEMILL_BUILD` of the environment in which it was built.
+fn behaviour() -> &'static str {
+    static BEHAVIOUR: OnceLock<String> = OnceLock::new();
+    BEHAVIOUR.get_or_init(|| {
+        let golden = blake3::hash(GOLDEN_BYTES).to_hex();
+        option_env!("FACEMILL_BUILD").map_or_else(|| golden.to_string(), |build| format!("{golden} {build}"))
+    })
+}
+
 /// Returns the key of a task from what was read for it.
 pub(crate) fn key_of(
     task: &Task,
@@ -92,6 +107,7 @@ pub(crate) fn key_of(
     let text = json!({
         "format": KEY_FORMAT,
         "facemill": env!("CARGO_PKG_VERSION"),
+        "behaviour": behaviour(),
         "job": file,
         "settings": settings,
         "setup": task.setup,

@@ -118,6 +118,24 @@ fn the_key_of_the_scheduler_is_that_of_the_worker() {
     assert_eq!(names, ["job.json", "machine.json", "patch.obj", "tool.json"]);
 }
 
+/// Results of another program of the same version must not be taken for this one's.
+#[test]
+fn the_key_has_the_golden_bytes_of_this_program() {
+    let table = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/golden-bytes.txt");
+    if let Ok(table) = std::fs::read(table) {
+        assert!(table == GOLDEN_BYTES, "crates/batch/golden-bytes.txt is to be a link to tests/golden-bytes.txt");
+    }
+    assert!(behaviour().starts_with(blake3::hash(GOLDEN_BYTES).to_hex().as_str()));
+}
+
+#[test]
+fn a_job_with_an_input_that_cannot_be_read_is_unreadable() {
+    let folder = folder();
+    std::fs::remove_file(folder.path().join("patch.obj")).unwrap();
+    let why = Keys::default().of(task_in(&folder)).unreadable.unwrap();
+    assert!(why.contains("cannot read") && why.contains("patch.obj"), "{why}");
+}
+
 #[test]
 fn a_job_that_cannot_be_read_has_a_key_and_a_reason() {
     let folder = folder();
