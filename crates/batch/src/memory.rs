@@ -8,7 +8,7 @@ use facemill_job::failure::Failure;
 ///
 /// # Errors
 /// If the system refuses, or has no such bound.
-#[cfg(unix)]
+#[cfg(all(unix, not(target_vendor = "apple")))]
 pub fn bound_memory(mib: u64) -> Result<(), Failure> {
     use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
     let bytes = mib.saturating_mul(1 << 20);
@@ -17,12 +17,23 @@ pub fn bound_memory(mib: u64) -> Result<(), Failure> {
     setrlimit(Resource::As, bound).map_err(|e| Failure::Internal(format!("cannot bound the memory: {e}")))
 }
 
-/// Refuses: this system has no such bound.
+/// Refuses: this system has no such bound, or does not keep to it.
 ///
 /// # Errors
 /// Always.
-#[cfg(not(unix))]
+#[cfg(not(all(unix, not(target_vendor = "apple"))))]
 pub fn bound_memory(_: u64) -> Result<(), Failure> {
+    can_bound_memory()
+}
+
+/// Returns whether [`bound_memory`] bounds anything, for a scheduler whose processes call it.
+///
+/// # Errors
+/// If this system has no such bound, or does not keep to it.
+pub fn can_bound_memory() -> Result<(), Failure> {
+    if cfg!(all(unix, not(target_vendor = "apple"))) {
+        return Ok(());
+    }
     Err(Failure::Internal("this system cannot bound the memory of a process; leave out --max-memory".to_owned()))
 }
 

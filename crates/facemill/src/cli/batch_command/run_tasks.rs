@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use clap::Args;
 use facemill::batch::format::report_file::Measure;
+use facemill::batch::memory::can_bound_memory;
 use facemill::batch::report::batch_report;
 use facemill::batch::run::scheduler::{EndOfTask, RunSettings, RunSummary, Watch, run_tasks};
 use facemill::batch::store::Store;
@@ -55,6 +56,7 @@ pub(super) struct RunArguments {
 
 pub(super) fn run(arguments: &RunArguments, allow: &[PathBuf]) -> Result<ExitCode, Failure> {
     crate::cli::progress::watch_interrupts().map_err(Failure::Internal)?;
+    arguments.max_memory.map_or(Ok(()), |_| can_bound_memory())?;
     let began = Instant::now();
     let batch = arguments.batch.read()?;
     let folder = arguments.out.folder(&arguments.batch);
