@@ -203,6 +203,8 @@ fn progress_as_json_names_every_task_of_a_batch_and_every_stage_of_a_plan() {
         assert_eq!(of, [1, 2], "{event}");
     }
     assert!(events.iter().filter(|e| e["event"] == "task_ended").all(|e| e["exit_code"] == 0));
+    let last = json!({ "event": "batch_ended", "tasks": 2, "ended": 2, "failed": 0, "exit_code": 0 });
+    assert_eq!(events.last(), Some(&last));
     let file = job.job();
     let folder = job.path("plan");
     let plan = ["plan", file.to_str().unwrap(), "--out", folder.to_str().unwrap(), "--json-progress", "--quiet"];

@@ -97,6 +97,20 @@ impl RunProgress {
         }
     }
 
+    /// Writes the last JSON line: how the run ended.
+    pub(super) fn ended(&self, exit_code: u8) {
+        if let Show::Json = self.show {
+            let state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+            write_line(&json!({
+                "event": "batch_ended",
+                "tasks": state.tasks,
+                "ended": state.ended,
+                "failed": state.failed,
+                "exit_code": exit_code,
+            }));
+        }
+    }
+
     /// Shows the whole batch, if its turn has come.
     fn show_all(&self, state: &mut State) {
         match &self.show {
@@ -174,7 +188,13 @@ impl Watch for RunProgress {
                     }));
                 }
             }
-            RunEvent::PutAside { .. } => state.running = state.running.saturating_sub(1),
+            RunEvent::PutAside { task } => {
+                state.running = state.running.saturating_sub(1);
+                if is_json {
+                    let (number, key) = (task.task.number, &task.key);
+                    write_line(&json!({ "event": "task_put_aside", "task": number, "key": key }));
+                }
+            }
             _ => {}
         }
         self.show_all(&mut state);

@@ -93,6 +93,7 @@ pub(super) fn run(arguments: &RunArguments, allow: &[PathBuf]) -> Result<ExitCod
     let summary = match run_tasks(&tasks, &store, settings, &command, &progress as &dyn Watch) {
         Err(Failure::Interrupted) => {
             progress.finish();
+            progress.ended(130);
             eprintln!("facemill: interrupted; results so far are kept, and the same command goes on");
             return Ok(ExitCode::from(130));
         }
@@ -100,6 +101,7 @@ pub(super) fn run(arguments: &RunArguments, allow: &[PathBuf]) -> Result<ExitCod
     };
     progress.finish();
     let code = summary.exit_code(&tasks);
+    progress.ended(code);
     if !arguments.quiet {
         let report = batch_report(&batch, &tasks, &store, None, Measure::Time)?;
         let RunSummary { started, ends } = &summary;
