@@ -64,9 +64,11 @@ pub(super) fn run(arguments: &RunArguments, allow: &[PathBuf]) -> Result<ExitCod
     store.clear_left_behind()?;
     store.keep_batch(&batch.text)?;
     let tasks = keyed(&batch);
-    let program = std::env::current_exe().map_err(|e| Failure::Internal(format!("cannot find this program: {e}")))?;
+    let program = own_program()?;
     let command = || {
         let mut command = Command::new(&program);
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::arg0(&mut command, "facemill");
         command.args(allow.iter().flat_map(|folder| [OsStr::new("--allow"), folder.as_os_str()]));
         command.args(["batch", "task", "--given", "--out"]).arg(&folder).arg(&arguments.batch.batch);
         if arguments.batch.allow_outside {
@@ -111,6 +113,14 @@ pub(super) fn run(arguments: &RunArguments, allow: &[PathBuf]) -> Result<ExitCod
         say(&[counts_line(&report.counts), failure_lines(&report), unrecorded(&store, ends), run].concat())?;
     }
     Ok(ExitCode::from(code))
+}
+
+/// Returns the path of this program: of the one that runs, also if another one has its name since.
+fn own_program() -> Result<PathBuf, Failure> {
+    if cfg!(target_os = "linux") {
+        return Ok(PathBuf::from("/proc/self/exe"));
+    }
+    std::env::current_exe().map_err(|e| Failure::Internal(format!("cannot find this program: {e}")))
 }
 
 /// Returns lines on the failures that could not be recorded, as on a full disk.
