@@ -168,17 +168,22 @@ impl BatchAtWork {
             Victim::Group => format!("-{own}"),
             Victim::Scheduler => own.to_string(),
             Victim::Worker => {
-                let children = std::fs::read_to_string(format!("/proc/{own}/task/{own}/children")).unwrap_or_default();
-                let Some(first) = children.split_whitespace().next() else { return false };
-                first.to_owned()
+                let Some(first) = self.worker() else { return false };
+                first
             }
         };
-        let status = Command::new("sh").args(["-c", &format!("kill -9 {target} 2>/dev/null")]).status();
-        let killed = status.expect("a shell").success();
+        let killed = send_signal("KILL", &target);
         if !matches!(whom, Victim::Worker) {
             self.0.wait().expect("a child");
         }
         killed
+    }
+
+    /// Returns the number of one of its workers.
+    pub fn worker(&self) -> Option<String> {
+        let own = self.0.id();
+        let children = std::fs::read_to_string(format!("/proc/{own}/task/{own}/children")).unwrap_or_default();
+        children.split_whitespace().next().map(str::to_owned)
     }
 
     /// Sends Ctrl-C to it and all its processes, as a terminal does, and returns its exit code.
@@ -186,8 +191,7 @@ impl BatchAtWork {
     /// # Panics
     /// When signals cannot be sent, or it was killed.
     pub fn interrupt(self) -> i32 {
-        let status = Command::new("sh").args(["-c", &format!("kill -2 -{}", self.0.id())]).status();
-        assert!(status.expect("a shell").success());
+        assert!(send_signal("INT", &format!("-{}", self.0.id())));
         self.code()
     }
 
@@ -198,6 +202,15 @@ impl BatchAtWork {
     pub fn code(mut self) -> i32 {
         self.0.wait().expect("a child").code().expect("an exit code")
     }
+}
+
+/// Sends a signal to a process or, with a minus, to a group; returns whether it was there.
+///
+/// # Panics
+/// When there is no shell.
+pub fn send_signal(signal: &str, target: &str) -> bool {
+    let status = Command::new("sh").args(["-c", &format!("kill -{signal} {target} 2>/dev/null")]).status();
+    status.expect("a shell").success()
 }
 
 /// Processes that a kill ends.

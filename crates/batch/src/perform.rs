@@ -27,6 +27,7 @@ use crate::format::result_file::{
 use crate::format::task_file::Task;
 use crate::key::{Keys, key_of, settings_of};
 use crate::memory::peak_mib;
+use crate::store::task_lock::TaskLock;
 use crate::store::{RESULT, Store, TIMES};
 
 /// End of a task.
@@ -40,16 +41,28 @@ pub enum TaskEnd {
     InputChanged,
 }
 
+/// Terms on which a task is run.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TaskTerms<'a> {
+    /// Key that it must have; `None`: any.
+    pub key: Option<&'a str>,
+    /// Its inputs when it had this key; if it has another, the first one that differs is named.
+    pub inputs: &'a [InputFile],
+    /// Whether to run it although another process has its lock, which gave no sign of life: should
+    /// that process go on, both have the same result, and one stays.
+    pub is_taken_over: bool,
+}
+
 /// Runs a task and files its result; if there is one already, leaves it. Every input is read once,
-/// before anything is computed: the key of the result is that of these bytes. With `expected`, a
-/// task of another key is not run. `seen` is called when all is read.
+/// before anything is computed: the key of the result is that of these bytes. `seen` is called when
+/// all is read.
 ///
 /// # Errors
 /// If the input is wrong, the result cannot be written, or the stages are cancelled; the failure is
 /// recorded in the store if it can be. An infeasible job is a result.
 pub fn perform(
     task: &Task,
-    expected: Option<&str>,
+    terms: TaskTerms<'_>,
     store: &Store,
     stages: &dyn Stages,
     seen: &dyn Fn(&Task),
@@ -60,15 +73,19 @@ pub fn perform(
         Ok(read) => read.key.clone(),
         Err(_) => Keys::default().of(task.clone()).key,
     };
-    if let Some(expected) = expected.filter(|expected| **expected != key) {
-        let cause = "input changed while it ran; run the batch again";
-        store.record_failure(&failed(task, expected, FailureKind::InputChanged, cause.to_owned(), 3))?;
+    if let Some(expected) = terms.key.filter(|expected| **expected != key) {
+        let cause = change_of(&read, terms.inputs);
+        store.record_failure(&failed(task, expected, FailureKind::InputChanged, cause, 3))?;
         return Ok(TaskEnd::InputChanged);
     }
     if let Some(result) = store.result(&key) {
         return Ok(TaskEnd::Filed(result.exit_code));
     }
-    let Some(lock) = store.lock(&key)? else { return Ok(TaskEnd::Locked) };
+    let mut lock = store.lock(&key)?;
+    if lock.is_none() && !terms.is_taken_over {
+        return Ok(TaskEnd::Locked);
+    }
+    lock.iter_mut().for_each(TaskLock::show);
     // The process that had the lock may have filed it.
     if let Some(result) = store.result(&key) {
         return Ok(TaskEnd::Filed(result.exit_code));
@@ -95,7 +112,7 @@ pub fn perform(
         };
         files.push((RESULT.to_owned(), to_json(&result).into_bytes()));
         files.push((TIMES.to_owned(), to_json(&times).into_bytes()));
-        store.file(&lock, &key, &files)?;
+        store.file(&key, &files)?;
         Ok(TaskEnd::Filed(exit_code))
     });
     // A task that the user stops has not failed: it waits for the next run.
@@ -130,6 +147,21 @@ pub(crate) fn failed(task: &Task, key: &str, kind: FailureKind, cause: String, e
         tries: 1,
         peak_mib: None,
     }
+}
+
+/// Returns why a task is not run, with the first of its inputs that differs.
+fn change_of(read: &Result<ReadTask, Failure>, before: &[InputFile]) -> String {
+    let what = match read {
+        Err(failure) => failure.to_string(),
+        Ok(read) => {
+            let other = |of: &[InputFile], input: &&InputFile| !of.contains(input);
+            let new = read.inputs.iter().find(|input| other(before, input));
+            let first = new.or_else(|| before.iter().find(|input| other(&read.inputs, input)));
+            first.filter(|_| !before.is_empty()).map_or_else(String::new, |input| input.file.clone())
+        }
+    };
+    let what = if what.is_empty() { what } else { format!(" ({what})") };
+    format!("input changed while it ran{what}; run the batch again")
 }
 
 /// Job and program in memory.

@@ -12,6 +12,7 @@ use crate::format::report_file::{BATCH_REPORT_FORMAT, BatchReport, BestRow, Coun
 use crate::format::result_file::FailureKind;
 use crate::key::KeyedTask;
 use crate::store::Store;
+use crate::store::names::Holder;
 
 /// Returns the report on a batch from the results that are there. Groups are the tasks that differ
 /// on the axis `best_of` alone; without it all tasks of one job.
@@ -65,6 +66,7 @@ fn row(KeyedTask { task, key, unreadable, .. }: &KeyedTask, store: &Store) -> Ta
         row.peak_mib = times.peak_mib;
     } else if store.is_locked(key) {
         row.state = TaskState::Running;
+        row.cause = store.holder(key).map(|Holder { host, process }| format!("process {process} on {host}"));
     } else if let Some(failed) = store.failure(key) {
         row.state = TaskState::Failed;
         row.exit_code = failed.exit_code;

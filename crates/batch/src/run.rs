@@ -1,5 +1,5 @@
 //! Tasks of a batch, each in a process of its own.
 
-pub(crate) mod cause;
+pub mod cause;
 pub mod scheduler;
 pub(crate) mod worker;

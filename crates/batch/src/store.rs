@@ -1,14 +1,22 @@
 //! Folder of results: each is there whole or not at all, under its key.
 
-use std::fs::{File, OpenOptions, TryLockError};
+pub mod names;
+pub mod task_lock;
+
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
 use facemill_file_format::{from_json, to_json};
 use facemill_job::failure::Failure;
 use facemill_job::files;
 
-use crate::format::result_file::{FailedFile, ResultFile, TaskTimes};
+use crate::format::result_file::{FailedFile, ResultFile, ResultsFile, ResultsFormat, TaskTimes};
+use crate::store::names::{Holder, is_key, names_in, read_temporary_name, temporary_name};
+use crate::store::task_lock::{SignsOfLife, TaskLock};
 
 /// File of the result in a task's folder.
 pub const RESULT: &str = "result.json";
@@ -16,37 +24,26 @@ pub const RESULT: &str = "result.json";
 /// File of times and memory in a task's folder.
 pub const TIMES: &str = "times.json";
 
+/// File that says that a folder is one of results.
+pub const MARKER: &str = "facemill-results.json";
+
 /// Folder of results:
 ///
 /// | name | holds |
 /// |---|---|
-/// | `batch.json` | copy of the batch that was run last |
+/// | `facemill-results.json` | format of the folder, and the checksum of the batch that was run last |
+/// | `batches/CHECKSUM.json` | copy of each batch that was run |
 /// | `tasks/KEY/` | files of a task, with `result.json` and `times.json` |
 /// | `failed/KEY.json` | failure of a task that has no result |
 /// | `locks/KEY` | lock of the process that works on a task; its end, however it comes, frees it |
-/// | `tmp/KEY/` | files of a result before it is whole |
+/// | `tmp/KEY.HOST-PROCESS-N/` | files of a result before it is whole |
+///
+/// Other names in these folders are not ours, and left alone.
 #[derive(Clone, Debug)]
 pub struct Store {
     folder: PathBuf,
     /// Whether results are written through to the disk.
     is_durable: bool,
-}
-
-/// Lock on a task; dropping it frees the task.
-#[derive(Debug)]
-pub struct TaskLock {
-    file: File,
-    path: PathBuf,
-}
-
-impl Drop for TaskLock {
-    fn drop(&mut self) {
-        // Under the lock: a process that waits for it sees that the name has another file.
-        if cfg!(unix) {
-            let _ = std::fs::remove_file(&self.path);
-        }
-        let _ = self.file.unlock();
-    }
 }
 
 impl Store {
@@ -58,14 +55,47 @@ impl Store {
     /// Returns the results in a folder, which is made if it is missing.
     ///
     /// # Errors
-    /// [`Failure::Write`] if it cannot be written to.
+    /// [`Failure::Input`] if it is not empty and no folder of results: nothing of others is
+    /// touched; [`Failure::Write`] if it cannot be written to.
     pub fn open(folder: &Path) -> Result<Self, Failure> {
         files::check_folder(folder)?;
-        for name in ["tasks", "failed", "locks", "tmp"] {
+        let failed = |path: &Path| {
+            let file = path.to_owned();
+            move |source| Failure::Write { file, source }
+        };
+        if !has_marker(folder)? {
+            let names = names_in(folder);
+            let other = names.iter().find(|name| !name.starts_with('.') && *name != "lost+found");
+            // Another process may have made the folder since.
+            if let Some(name) = other.filter(|_| !names.iter().any(|name| name == MARKER)) {
+                return Err(Failure::input(folder, not_ours(name)));
+            }
+            std::fs::create_dir_all(folder).map_err(failed(folder))?;
+            let marker = folder.join(MARKER);
+            // Before any other name is there: another process that opens the folder now finds it.
+            match File::create_new(&marker) {
+                Ok(mut file) => file.write_all(marker_text(None).as_bytes()).map_err(failed(&marker))?,
+                Err(e) if e.kind() == ErrorKind::AlreadyExists => {}
+                Err(source) => return Err(failed(&marker)(source)),
+            }
+        }
+        for name in ["tasks", "failed", "locks", "tmp", "batches"] {
             let path = folder.join(name);
-            std::fs::create_dir_all(&path).map_err(|source| Failure::Write { file: path, source })?;
+            std::fs::create_dir_all(&path).map_err(failed(&path))?;
         }
         Ok(Self::at(folder))
+    }
+
+    /// Returns the results in a folder that has some.
+    ///
+    /// # Errors
+    /// [`Failure::Input`] if it is none of results.
+    pub fn existing(folder: &Path) -> Result<Self, Failure> {
+        if has_marker(folder)? {
+            return Ok(Self::at(folder));
+        }
+        let what = format!("has no results of a batch ({MARKER}); give the folder of `batch run --out`");
+        Err(Failure::input(folder, what))
     }
 
     /// Opens results as [`Store::open`] does, for a worker that passes them on at once: they are
@@ -91,13 +121,17 @@ impl Store {
         self.folder.join("failed").join(format!("{key}.json"))
     }
 
-    fn temporary(&self, key: &str) -> PathBuf {
-        self.folder.join("tmp").join(key)
+    fn lock_file(&self, key: &str) -> PathBuf {
+        self.folder.join("locks").join(key)
     }
 
-    /// Returns the result of a task; `None` if there is none, or one of a later version.
+    /// Returns the result of a task; `None` if there is none, one of a later version, or one that
+    /// has lost files.
     pub fn result(&self, key: &str) -> Option<ResultFile> {
-        from_json(&std::fs::read(self.task_folder(key).join(RESULT)).ok()?).ok()
+        let folder = self.task_folder(key);
+        let result: ResultFile = from_json(&std::fs::read(folder.join(RESULT)).ok()?).ok()?;
+        let there: BTreeSet<String> = names_in(&folder).into_iter().collect();
+        (result.key == key && result.files.iter().all(|name| there.contains(name))).then_some(result)
     }
 
     /// Returns times and memory of a task's result.
@@ -132,100 +166,155 @@ impl Store {
     /// # Errors
     /// [`Failure::Write`] if the lock's file cannot be made, or the file system has no locks.
     pub fn lock(&self, key: &str) -> Result<Option<TaskLock>, Failure> {
-        let path = self.folder.join("locks").join(key);
-        let failed = |source| Failure::Write { file: path.clone(), source };
-        let mut tries = 0;
-        loop {
-            let file = OpenOptions::new().create(true).truncate(false).write(true).open(&path).map_err(failed)?;
-            match file.try_lock() {
-                Err(TryLockError::WouldBlock) if tries < LOCK_TRIES => {
-                    tries += 1;
-                    std::thread::sleep(BETWEEN_TRIES);
-                }
-                Err(TryLockError::WouldBlock) => return Ok(None),
-                Err(TryLockError::Error(source)) => return Err(failed(source)),
-                // The process that had the lock before may have removed this file since.
-                Ok(()) if is_at(&file, &path) => return Ok(Some(TaskLock { file, path })),
-                Ok(()) => {}
-            }
-        }
+        TaskLock::take(self.lock_file(key))
     }
 
     /// Returns whether a process works on a task.
     pub fn is_locked(&self, key: &str) -> bool {
-        let file = OpenOptions::new().write(true).open(self.folder.join("locks").join(key));
-        file.is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
+        task_lock::is_locked(&self.lock_file(key))
+    }
+
+    /// Returns the process that works on a task, if it is known.
+    pub fn holder(&self, key: &str) -> Option<Holder> {
+        task_lock::holder(&self.lock_file(key))
+    }
+
+    /// Returns for how long the process that works on a task has given no sign of life.
+    pub fn without_sign(&self, key: &str, signs: &mut SignsOfLife) -> Duration {
+        signs.look(&self.lock_file(key))
     }
 
     /// Files a result: writes all files to a folder of another name, through to the disk, and gives
-    /// it its name. Whoever finds the folder finds all of it. Removes the record of an earlier
-    /// failure.
+    /// it its name. Whoever finds the folder finds all of it. A result that is there stays, so that
+    /// two processes may file the same one. Removes the record of an earlier failure.
     ///
     /// # Errors
     /// [`Failure::Write`]; leaves nothing then.
-    pub fn file(&self, lock: &TaskLock, key: &str, all: &[(String, Vec<u8>)]) -> Result<(), Failure> {
-        debug_assert!(lock.path.ends_with(key), "the lock of another task");
-        let (temporary, place) = (self.temporary(key), self.task_folder(key));
-        let failed = |file: &Path, source| Failure::Write { file: file.to_owned(), source };
-        let filed = remove_folder(&temporary)
-            .map_err(|source| failed(&temporary, source))
-            .and_then(|()| self.write(&temporary, all))
-            // A folder without a result that can be read: damaged, or not ours.
-            .and_then(|()| remove_folder(&place).map_err(|source| failed(&place, source)))
-            .and_then(|()| std::fs::rename(&temporary, &place).map_err(|source| failed(&place, source)))
-            .and_then(|()| self.sync(&self.folder.join("tasks")).map_err(|source| failed(&place, source)));
-        if filed.is_err() {
-            let _ = remove_folder(&temporary);
-        }
-        filed?;
+    pub fn file(&self, key: &str, all: &[(String, Vec<u8>)]) -> Result<(), Failure> {
+        let temporary = self.new_temporary(key)?;
+        let place = self.task_folder(key);
+        let filed = self.write(&temporary, all).and_then(|()| self.put_in_place(&temporary, key));
+        // After the rename there is nothing to remove.
+        let _ = remove_folder(&temporary);
+        filed.map_err(|source| Failure::Write { file: place, source })?;
         self.forget_failure(key)
     }
 
-    /// Writes the files of a result into a new folder.
-    fn write(&self, folder: &Path, all: &[(String, Vec<u8>)]) -> Result<(), Failure> {
-        let failed = |source| Failure::Write { file: folder.to_owned(), source };
-        if self.is_durable {
-            files::write_all(folder, all)?;
-            return self.sync(folder).map_err(failed);
+    /// Makes a folder that no other process writes to.
+    fn new_temporary(&self, key: &str) -> Result<PathBuf, Failure> {
+        loop {
+            let name = temporary_name(key, COUNT.fetch_add(1, Ordering::Relaxed));
+            let path = self.folder.join("tmp").join(name);
+            match std::fs::create_dir(&path) {
+                Ok(()) => return Ok(path),
+                // Of a process of the same number on a machine of the same name.
+                Err(e) if e.kind() == ErrorKind::AlreadyExists => {}
+                Err(source) => return Err(Failure::Write { file: path, source }),
+            }
         }
-        std::fs::create_dir_all(folder).map_err(failed)?;
-        all.iter().try_for_each(|(name, bytes)| std::fs::write(folder.join(name), bytes)).map_err(failed)
     }
 
-    /// Writes the names in a folder through to the disk, where the system can.
-    fn sync(&self, folder: &Path) -> std::io::Result<()> {
-        if cfg!(unix) && self.is_durable { File::open(folder)?.sync_all() } else { Ok(()) }
+    /// Gives the files of a result their place, unless another process was faster.
+    fn put_in_place(&self, temporary: &Path, key: &str) -> std::io::Result<()> {
+        let place = self.task_folder(key);
+        for _ in 0..PLACE_TRIES {
+            if self.result(key).is_some() {
+                return Ok(());
+            }
+            // A rename replaces no folder that has files.
+            match std::fs::rename(temporary, &place) {
+                Err(e) if place.exists() && e.kind() != ErrorKind::StorageFull => {}
+                ended => return ended,
+            }
+            if self.result(key).is_some() {
+                return Ok(());
+            }
+            // A folder without a result that can be read: damaged.
+            let aside = self.new_temporary(key).map_err(std::io::Error::other)?;
+            std::fs::remove_dir(&aside)?;
+            let moved = std::fs::rename(&place, &aside);
+            remove_folder(&aside)?;
+            moved.or_else(|e| if e.kind() == ErrorKind::NotFound { Ok(()) } else { Err(e) })?;
+        }
+        Err(std::io::Error::other("other files take its place again and again"))
+    }
+
+    /// Writes the files of a result into a new folder, through to the disk: all at once, which
+    /// takes the disk hardly longer than one.
+    fn write(&self, folder: &Path, all: &[(String, Vec<u8>)]) -> std::io::Result<()> {
+        let mut written = Vec::with_capacity(all.len() + 1);
+        for (name, bytes) in all {
+            let mut file = File::create_new(folder.join(name))?;
+            file.write_all(bytes)?;
+            written.push(file);
+        }
+        if !self.is_durable {
+            return Ok(());
+        }
+        // Its names, too, where the system can. The rename into place is not written through: if a
+        // crash loses it, the task is run again.
+        if cfg!(unix) {
+            written.push(File::open(folder)?);
+        }
+        std::thread::scope(|scope| {
+            let sync = |file: File| move || file.sync_all();
+            let mut waiting = Vec::new();
+            for file in written {
+                let Ok(copy) = file.try_clone() else {
+                    file.sync_all()?;
+                    continue;
+                };
+                let thread = std::thread::Builder::new().stack_size(1 << 16);
+                match thread.spawn_scoped(scope, sync(copy)) {
+                    Ok(thread) => waiting.push(thread),
+                    // A bound of memory may leave no room for it.
+                    Err(_) => file.sync_all()?,
+                }
+            }
+            let ended = waiting.into_iter().map(|thread| thread.join());
+            ended
+                .into_iter()
+                .try_for_each(|end| end.unwrap_or_else(|_| Err(std::io::Error::other("a thread panicked"))))
+        })
     }
 
     /// Removes files that processes left which are gone: those of results that are not whole, and
-    /// locks that nobody holds. Returns the number of unfinished results removed.
+    /// locks that nobody holds. Those of other machines are removed when they are a day old.
+    /// Returns the number of unfinished results removed.
     ///
     /// # Errors
     /// [`Failure::Write`].
     pub fn clear_left_behind(&self) -> Result<usize, Failure> {
         let mut n = 0;
-        for key in names_in(&self.folder.join("tmp")) {
-            let Some(lock) = self.lock(&key)? else { continue };
-            let temporary = self.temporary(&key);
+        let folder = self.folder.join("tmp");
+        for name in names_in(&folder) {
+            let Some((key, holder)) = read_temporary_name(&name) else { continue };
+            let temporary = folder.join(&name);
+            let is_dead = holder.is_gone() && !self.is_locked(key);
+            if !is_dead && !is_older(&temporary, LEFT_BEHIND) {
+                continue;
+            }
             remove_folder(&temporary).map_err(|source| Failure::Write { file: temporary, source })?;
             n += 1;
-            drop(lock);
         }
-        for key in names_in(&self.folder.join("locks")) {
-            drop(self.lock(&key)?);
+        for key in names_in(&self.folder.join("locks")).iter().filter(|name| is_key(name)) {
+            drop(self.lock(key)?);
         }
         Ok(n)
     }
 
     /// Returns the keys of all results.
     pub fn keys(&self) -> Vec<String> {
-        names_in(&self.folder.join("tasks"))
+        names_in(&self.folder.join("tasks")).into_iter().filter(|name| is_key(name)).collect()
     }
 
     /// Returns the keys of all failures.
     pub fn failed_keys(&self) -> Vec<String> {
         let names = names_in(&self.folder.join("failed"));
-        names.iter().filter_map(|name| name.strip_suffix(".json").map(str::to_owned)).collect()
+        names
+            .iter()
+            .filter_map(|name| name.strip_suffix(".json").filter(|key| is_key(key)).map(str::to_owned))
+            .collect()
     }
 
     /// Removes the result of a task that no process works on. Returns whether it was removed.
@@ -234,42 +323,75 @@ impl Store {
     /// [`Failure::Write`].
     pub fn remove(&self, key: &str) -> Result<bool, Failure> {
         let Some(lock) = self.lock(key)? else { return Ok(false) };
-        let (place, temporary) = (self.task_folder(key), self.temporary(key));
-        let failed = |source| Failure::Write { file: place.clone(), source };
-        remove_folder(&temporary).map_err(failed)?;
+        let (place, temporary) = (self.task_folder(key), self.new_temporary(key)?);
         // At once, so that no half of a result is left under its name.
-        std::fs::rename(&place, &temporary).and_then(|()| remove_folder(&temporary)).map_err(failed)?;
+        let removed = std::fs::remove_dir(&temporary).and_then(|()| std::fs::rename(&place, &temporary));
+        let removed = removed.and_then(|()| remove_folder(&temporary));
+        removed.map_err(|source| Failure::Write { file: place, source })?;
         drop(lock);
         Ok(true)
     }
 
-    /// Keeps a copy of the batch beside the results.
+    /// Keeps a copy of a batch, as the one that was run last.
     ///
     /// # Errors
     /// [`Failure::Write`].
     pub fn keep_batch(&self, text: &[u8]) -> Result<(), Failure> {
-        files::write_one(&self.folder.join("batch.json"), text.to_owned())
+        let checksum = blake3::hash(text).to_hex().to_string();
+        let copy = self.folder.join("batches").join(format!("{checksum}.json"));
+        if !copy.exists() {
+            files::write_one(&copy, text.to_owned())?;
+        }
+        files::write_one(&self.folder.join(MARKER), marker_text(Some(checksum)).into_bytes())
+    }
+
+    /// Returns whether a batch is the one that was run last.
+    pub fn is_last_batch(&self, text: &[u8]) -> bool {
+        let marker = std::fs::read(self.folder.join(MARKER)).ok();
+        let marker: Option<ResultsFile> = marker.and_then(|text| from_json(&text).ok());
+        marker.and_then(|marker| marker.batch) == Some(blake3::hash(text).to_hex().to_string())
     }
 }
 
-/// Tries for a lock after the first: [`Store::is_locked`] has it for a moment, too.
-const LOCK_TRIES: usize = 4;
+/// Number of folders in `tmp` that this process has made.
+static COUNT: AtomicUsize = AtomicUsize::new(0);
 
-/// Time between tries.
-const BETWEEN_TRIES: Duration = Duration::from_millis(2);
+/// Tries to put a result in the place of damaged ones.
+const PLACE_TRIES: usize = 10;
 
-/// Returns whether a path names this open file.
-#[cfg(unix)]
-fn is_at(file: &File, path: &Path) -> bool {
-    use std::os::unix::fs::MetadataExt;
-    let place = |m: std::fs::Metadata| (m.dev(), m.ino());
-    matches!((file.metadata().map(place), std::fs::metadata(path).map(place)), (Ok(a), Ok(b)) if a == b)
+/// Age at which the unfinished result of another machine is no longer written to.
+const LEFT_BEHIND: Duration = Duration::from_secs(24 * 3600);
+
+fn marker_text(batch: Option<String>) -> String {
+    to_json(&ResultsFile { format: ResultsFormat::V1, batch })
 }
 
-/// Returns whether a path names this open file; no lock's file is removed here.
-#[cfg(not(unix))]
-fn is_at(_: &File, _: &Path) -> bool {
-    true
+/// Returns whether a folder is one of results.
+///
+/// # Errors
+/// [`Failure::Input`] if it is one of another version.
+fn has_marker(folder: &Path) -> Result<bool, Failure> {
+    let path = folder.join(MARKER);
+    match std::fs::read(&path) {
+        // A process makes it now, or was killed then.
+        Ok(text) if text.is_empty() => Ok(true),
+        Ok(text) => from_json::<ResultsFile>(&text).map(|_| true).map_err(|e| Failure::input(&path, e)),
+        Err(e) if matches!(e.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory) => Ok(false),
+        Err(source) => Err(Failure::Read { file: path, source }),
+    }
+}
+
+fn not_ours(name: &str) -> String {
+    format!(
+        "has other files (\"{name}\"), and no {MARKER}; give a new or empty folder with --out. If it has the results of a \
+         version without this file, make it: {{\"format\": \"facemill-results/1\"}}"
+    )
+}
+
+/// Returns whether a folder was last written to so long ago.
+fn is_older(folder: &Path, age: Duration) -> bool {
+    let modified = std::fs::metadata(folder).and_then(|m| m.modified());
+    modified.is_ok_and(|time| time.elapsed().is_ok_and(|passed| passed > age))
 }
 
 fn remove_folder(folder: &Path) -> std::io::Result<()> {
@@ -277,14 +399,6 @@ fn remove_folder(folder: &Path) -> std::io::Result<()> {
         Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(e),
         _ => Ok(()),
     }
-}
-
-/// Returns the names in a folder, in their order; none if it cannot be read.
-fn names_in(folder: &Path) -> Vec<String> {
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let mut names: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
-    names.sort_unstable();
-    names
 }
 
 #[cfg(test)]

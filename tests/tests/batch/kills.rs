@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::time::{Duration, SystemTime};
 
 use facemill_tests::batches::{
-    BatchAtWork, Victim, assert_clean, assert_whole, batch, blink_batch, keys_in, one_by_one, results_in,
+    BatchAtWork, Victim, assert_clean, assert_whole, batch, blink_batch, keys_in, one_by_one, results_in, send_signal,
 };
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::program::code_and_errors;
@@ -80,4 +80,55 @@ fn two_runs_in_one_folder_share_the_tasks_and_both_have_all_results() {
     assert_whole(&job.path("out"));
     assert_clean(&job.path("out"));
     assert!(results_in(&job.path("out")) == expected);
+}
+
+/// Stops a worker while it has the lock of a task; returns its number.
+fn stopped_with_lock(run: &BatchAtWork, job: &JobFolder) -> String {
+    let locks = || std::fs::read_dir(job.path("out/locks")).map_or(0, Iterator::count);
+    loop {
+        if locks() > 0
+            && let Some(worker) = run.worker()
+            && send_signal("STOP", &worker)
+        {
+            std::thread::sleep(Duration::from_millis(50));
+            if locks() > 0 {
+                return worker;
+            }
+            send_signal("CONT", &worker);
+        }
+        std::thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[test]
+fn the_task_of_a_frozen_process_is_taken_over_and_has_one_result_when_it_goes_on() {
+    let job = blink_batch(2);
+    let expected = one_by_one(&job, 2);
+    let frozen = BatchAtWork::start(&job, &["--quiet", "--jobs", "1"]);
+    let worker = stopped_with_lock(&frozen, &job);
+    let status = batch(&job, "status", "out", &[]);
+    let status = String::from_utf8_lossy(&status.stdout).into_owned();
+    assert!(status.contains(&format!("process {worker} on ")), "{status}");
+    assert_eq!(BatchAtWork::start(&job, &["--quiet", "--lock-patience", "1"]).code(), 0);
+    assert!(results_in(&job.path("out")) == expected);
+    let before = written(&job);
+    assert!(send_signal("CONT", &worker));
+    assert_eq!(frozen.code(), 0);
+    assert_eq!(written(&job), before);
+    assert_whole(&job.path("out"));
+    assert_clean(&job.path("out"));
+}
+
+/// As a scheduler of machines or a guard of memory does.
+#[test]
+fn a_worker_that_is_told_to_end_is_tried_again() {
+    let job = blink_batch(2);
+    let run = BatchAtWork::start(&job, &["--quiet", "--jobs", "1", "--retries", "1"]);
+    while std::fs::read_dir(job.path("out/locks")).map_or(0, Iterator::count) == 0 {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    assert!(run.worker().is_some_and(|worker| send_signal("TERM", &worker)));
+    assert_eq!(run.code(), 0);
+    assert_eq!(keys_in(&job.path("out")).len(), 2);
+    assert_clean(&job.path("out"));
 }

@@ -122,7 +122,7 @@ pub struct TaskRow {
     pub exit_code: Option<i32>,
     /// Kind of its failure; `null` if it did not fail.
     pub failure: Option<FailureKind>,
-    /// Cause of its failure, or reason why it has no program.
+    /// Cause of its failure, reason why it has no program, or the process that works on it.
     pub cause: Option<String>,
     /// Figures.
     pub figures: TaskFigures,

@@ -14,6 +14,26 @@ pub enum ResultFormat {
     V1,
 }
 
+/// Format of a folder of results.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub enum ResultsFormat {
+    /// The first version.
+    #[default]
+    #[serde(rename = "facemill-results/1")]
+    V1,
+}
+
+/// Content of `facemill-results.json`, by which a folder of results is known.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ResultsFile {
+    /// Always `"facemill-results/1"`.
+    pub format: ResultsFormat,
+    /// Checksum of the batch that was run last; `null` of a folder of single tasks.
+    #[serde(default)]
+    pub batch: Option<String>,
+}
+
 /// Format of a failure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub enum FailureFormat {

@@ -6,23 +6,26 @@ use crate::format::result_file::FailureKind;
 
 /// End of a process that left no result and no record of its failure.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Cause {
+pub struct Cause {
+    /// Kind of the failure.
     pub kind: FailureKind,
+    /// Cause, in words.
     pub text: String,
+    /// Exit code of the process; `None` if a signal ended it.
     pub exit_code: Option<i32>,
+    /// Signal that ended it.
     pub signal: Option<i32>,
 }
 
-/// Returns the cause by the exit status and the end of standard error.
-pub(crate) fn cause_of(status: ExitStatus, errors: &str, max_memory_mib: Option<u64>) -> Cause {
-    let (exit_code, signal) = (status.code(), signal_of(status));
+/// Returns the cause by the exit code or signal and the end of standard error.
+pub fn cause_of((exit_code, signal): (Option<i32>, Option<i32>), errors: &str, max_memory_mib: Option<u64>) -> Cause {
     let last = errors.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or_default().trim();
     let (kind, text) = match (exit_code, signal) {
         _ if is_out_of_memory(errors, max_memory_mib) => {
             let bound = max_memory_mib.map_or(String::new(), |mib| format!(" within --max-memory {mib} MiB"));
             (FailureKind::Machine, format!("out of memory{bound}"))
         }
-        (_, Some(signal)) => (FailureKind::Machine, format!("ended by {}{}", signal_name(signal), behind(last))),
+        (_, Some(signal)) => (kind_of_signal(signal), format!("ended by {}{}", signal_name(signal), behind(last))),
         (Some(2), _) => (FailureKind::Input, last.to_owned()),
         (Some(130), _) => (FailureKind::Interrupted, "interrupted".to_owned()),
         (Some(101), _) => (FailureKind::Internal, format!("panicked{}", behind(panic_message(errors)))),
@@ -50,14 +53,24 @@ fn panic_message(errors: &str) -> &str {
     errors[at..].trim().split("\nnote: ").next().unwrap_or_default()
 }
 
+/// Returns the exit code and the signal of a process.
 #[cfg(unix)]
-fn signal_of(status: ExitStatus) -> Option<i32> {
-    std::os::unix::process::ExitStatusExt::signal(&status)
+pub(crate) fn code_and_signal(status: ExitStatus) -> (Option<i32>, Option<i32>) {
+    let signal = std::os::unix::process::ExitStatusExt::signal(&status);
+    (status.code(), signal)
 }
 
+/// Returns the exit code of a process, which knows no signals here.
 #[cfg(not(unix))]
-fn signal_of(_: ExitStatus) -> Option<i32> {
-    None
+pub(crate) fn code_and_signal(status: ExitStatus) -> (Option<i32>, Option<i32>) {
+    (status.code(), None)
+}
+
+/// Returns the kind of failure that a signal makes: those that others send are of the machine, and
+/// those of the program's own faults come again with every try.
+fn kind_of_signal(signal: i32) -> FailureKind {
+    // Hang-up, interrupt, kill, termination request, limit of processor time.
+    if matches!(signal, 1 | 2 | 9 | 15 | 24) { FailureKind::Machine } else { FailureKind::Internal }
 }
 
 fn signal_name(signal: i32) -> String {

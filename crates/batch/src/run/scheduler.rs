@@ -1,6 +1,6 @@
 //! Scheduler: which task runs when, with how many threads, and again.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::process::Command;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
@@ -8,17 +8,22 @@ use std::time::{Duration, Instant};
 use facemill_job::failure::Failure;
 
 use crate::format::result_file::{FailedFile, FailureFormat, FailureKind};
+use crate::given::GivenTask;
 use crate::key::KeyedTask;
 use crate::memory::peak_mib;
-use crate::run::cause::{Cause, cause_of};
+use crate::run::cause::{Cause, cause_of, code_and_signal};
 use crate::run::worker::{Worker, WorkerEnd};
 use crate::store::Store;
+use crate::store::task_lock::SignsOfLife;
 
 /// Exit code of a process that found its task locked by another one.
 pub const LOCKED_CODE: u8 = 75;
 
 /// Time between looks at the memory of processes, at cancellation and at locks of other runs.
 const LOOK: Duration = Duration::from_millis(100);
+
+/// Time within which a signal that ended a process also reaches the scheduler.
+const UNTIL_CANCELLED: Duration = Duration::from_millis(300);
 
 /// Settings of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -35,6 +40,9 @@ pub struct RunSettings {
     pub fail_fast: bool,
     /// Also run tasks again whose input was wrong before and is the same.
     pub retry_failed: bool,
+    /// Time without a sign of life after which a task is taken over from another run, whose process
+    /// or machine is frozen; `None`: it is waited for.
+    pub lock_patience: Option<Duration>,
 }
 
 /// Event of a run.
@@ -143,6 +151,7 @@ pub fn run_tasks(
         summary: RunSummary::default(),
         waiting: VecDeque::new(),
         elsewhere: Vec::new(),
+        taken_over: BTreeSet::new(),
         working: BTreeMap::new(),
         attempts: BTreeMap::new(),
         is_stopping: false,
@@ -168,7 +177,9 @@ struct BatchRun<'a> {
     summary: RunSummary,
     waiting: VecDeque<usize>,
     /// Tasks that another run works on.
-    elsewhere: Vec<usize>,
+    elsewhere: Vec<(usize, SignsOfLife)>,
+    /// Tasks that are taken over from another run.
+    taken_over: BTreeSet<usize>,
     working: BTreeMap<usize, AtWork>,
     attempts: BTreeMap<usize, usize>,
     is_stopping: bool,
@@ -177,7 +188,7 @@ struct BatchRun<'a> {
 impl BatchRun<'_> {
     /// Takes the results and final failures that are there, and queues the others.
     fn take_known(&mut self) {
-        let mut queued = std::collections::BTreeSet::new();
+        let mut queued = BTreeSet::new();
         let mut unreadable = Vec::new();
         for (index, task) in self.tasks.iter().enumerate() {
             if !queued.insert(&task.key) {
@@ -250,12 +261,18 @@ impl BatchRun<'_> {
             at_work.worker.peak_mib = at_work.worker.peak_mib.max(peak);
         }
         let elsewhere = std::mem::take(&mut self.elsewhere);
-        for index in elsewhere {
+        for (index, mut signs) in elsewhere {
             let key = &self.tasks[index].key;
             if let Some(result) = self.store.result(key) {
                 self.end(index, EndOfTask::Filed(result.exit_code), 0.0);
             } else if self.store.is_locked(key) {
-                self.elsewhere.push(index);
+                let without_sign = self.store.without_sign(key, &mut signs);
+                if self.settings.lock_patience.is_some_and(|most| without_sign > most) {
+                    self.taken_over.insert(index);
+                    self.waiting.push_back(index);
+                } else {
+                    self.elsewhere.push((index, signs));
+                }
             } else if let Some(failed) = self.final_failure(&self.tasks[index]) {
                 self.end(index, EndOfTask::Failed(Box::new(failed)), 0.0);
             } else {
@@ -275,8 +292,9 @@ impl BatchRun<'_> {
                 self.end(index, EndOfTask::Filed(result.exit_code), 0.0);
                 continue;
             }
-            if self.store.is_locked(&task.key) {
-                self.elsewhere.push(index);
+            let is_taken_over = self.taken_over.contains(&index);
+            if !is_taken_over && self.store.is_locked(&task.key) {
+                self.elsewhere.push((index, SignsOfLife::watch()));
                 continue;
             }
             self.store.forget_failure(&task.key)?;
@@ -285,10 +303,24 @@ impl BatchRun<'_> {
             let threads = self.settings.threads.unwrap_or(free / ready).max(1);
             let mut command = command();
             command.env("RAYON_NUM_THREADS", threads.to_string());
-            let worker = Worker::start(command, index, task, sender.clone())
-                .map_err(|e| Failure::Internal(format!("cannot start a process for task {}: {e}", task.task.number)))?;
-            self.summary.started += 1;
+            let KeyedTask { task: own, key, inputs, .. } = task;
+            let given = GivenTask { task: own.clone(), key: key.clone(), inputs: inputs.clone(), is_taken_over };
             let attempt = self.attempts.entry(index).and_modify(|n| *n += 1).or_insert(1);
+            let worker = match Worker::start(command, index, &given, sender.clone()) {
+                Ok(worker) => worker,
+                Err(e) => {
+                    let text = format!("cannot start a process for task {}: {e}", own.number);
+                    if self.summary.started == 0 {
+                        return Err(Failure::Internal(text));
+                    }
+                    // Too many processes or too little memory, for now: not the fault of the task.
+                    let cause = Cause { kind: FailureKind::Machine, text, exit_code: None, signal: None };
+                    let tries = *attempt;
+                    self.failed(index, failed_by(task, cause, tries), 0.0);
+                    return Ok(());
+                }
+            };
+            self.summary.started += 1;
             self.watch.see(RunEvent::Started { task, threads, attempt: *attempt });
             self.working.insert(index, AtWork { worker, began: Instant::now(), threads });
         }
@@ -308,32 +340,45 @@ impl BatchRun<'_> {
         if status.code() == Some(i32::from(LOCKED_CODE)) {
             self.watch.see(RunEvent::PutAside { task });
             self.attempts.remove(&index);
-            self.elsewhere.push(index);
+            self.elsewhere.push((index, SignsOfLife::watch()));
             return Ok(());
         }
         let tries = self.attempts.get(&index).copied().unwrap_or(1);
         let recorded = self.store.failure(&task.key);
         let failed = recorded.filter(|failed| failed.exit_code == status.code() && failed.exit_code.is_some());
         let failed = failed.map(|failed| FailedFile { tries, ..failed }).unwrap_or_else(|| {
-            let Cause { kind, text, exit_code, signal } = cause_of(status, &errors, self.settings.max_memory_mib);
-            FailedFile {
-                format: FailureFormat::V1,
-                key: task.key.clone(),
-                task: task.task.clone(),
-                kind,
-                cause: text,
-                exit_code,
-                signal,
-                tries,
-                peak_mib: None,
+            let mut cause = cause_of(code_and_signal(status), &errors, self.settings.max_memory_mib);
+            if cause.kind == FailureKind::Interrupted && !self.is_cancelled_soon() {
+                // Ended by someone else: by a scheduler of machines, or for want of memory.
+                cause.kind = FailureKind::Machine;
+                cause.text = "ended by a termination request".to_owned();
             }
+            failed_by(task, cause, tries)
         });
-        let failed = FailedFile { peak_mib: at_work.worker.peak_mib, ..failed };
+        self.failed(index, FailedFile { peak_mib: at_work.worker.peak_mib, ..failed }, wall_s);
+        Ok(())
+    }
+
+    /// Returns whether the user stops the run: the signal reaches processes and scheduler at about
+    /// the same time.
+    fn is_cancelled_soon(&self) -> bool {
+        let began = Instant::now();
+        loop {
+            if self.watch.is_cancelled() || began.elapsed() > UNTIL_CANCELLED {
+                return self.watch.is_cancelled();
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+
+    /// Takes a failure of a task: records it, and tries it again if a machine may do better.
+    fn failed(&mut self, index: usize, failed: FailedFile, wall_s: f64) {
+        let task = &self.tasks[index];
         if failed.kind != FailureKind::Interrupted {
             // A disk that is full takes no record; the end below has it for this run.
             let _ = self.store.record_failure(&failed);
         }
-        let again = failed.kind == FailureKind::Machine && tries <= self.settings.retries && !self.is_stopping;
+        let again = failed.kind == FailureKind::Machine && failed.tries <= self.settings.retries && !self.is_stopping;
         let end = EndOfTask::Failed(Box::new(failed));
         if again {
             self.watch.see(RunEvent::Ended { task, end: &end, wall_s, again });
@@ -341,7 +386,6 @@ impl BatchRun<'_> {
         } else {
             self.end(index, end, wall_s);
         }
-        Ok(())
     }
 
     /// Takes the end of a task.
@@ -350,6 +394,22 @@ impl BatchRun<'_> {
         self.watch.see(RunEvent::Ended { task, end: &end, wall_s, again: false });
         self.is_stopping |= self.settings.fail_fast && end != EndOfTask::Filed(0);
         self.summary.ends.insert(task.key.clone(), end);
+    }
+}
+
+/// Returns the failure of a task by the cause for which its process ended.
+fn failed_by(task: &KeyedTask, cause: Cause, tries: usize) -> FailedFile {
+    let Cause { kind, text, exit_code, signal } = cause;
+    FailedFile {
+        format: FailureFormat::V1,
+        key: task.key.clone(),
+        task: task.task.clone(),
+        kind,
+        cause: text,
+        exit_code,
+        signal,
+        tries,
+        peak_mib: None,
     }
 }
 

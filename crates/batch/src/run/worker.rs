@@ -6,7 +6,7 @@ use std::sync::mpsc::Sender;
 
 use facemill_file_format::to_json;
 
-use crate::key::KeyedTask;
+use crate::given::GivenTask;
 
 /// Bytes that are kept of the end of a process's standard error.
 const KEPT: usize = 1 << 14;
@@ -39,12 +39,12 @@ impl Worker {
     pub(crate) fn start(
         mut command: Command,
         index: usize,
-        task: &KeyedTask,
+        task: &GivenTask,
         ends: Sender<WorkerEnd>,
     ) -> std::io::Result<Self> {
         let mut child = command.stdin(Stdio::piped()).stdout(Stdio::null()).stderr(Stdio::piped()).spawn()?;
         let mut alive = child.stdin.take();
-        let given = to_json(&(&task.key, &task.task)).replace('\n', " ");
+        let given = to_json(task).replace('\n', " ");
         if let Some(input) = &mut alive {
             // A process that died at once is reported by its end.
             let _ = input.write_all(format!("{given}\n").as_bytes());

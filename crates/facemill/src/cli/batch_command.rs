@@ -180,12 +180,7 @@ impl OutOption {
 
     /// Returns the results, which must be there.
     fn existing(&self, batch: &BatchOptions) -> Result<Store, Failure> {
-        let folder = self.folder(batch);
-        if folder.join("tasks").is_dir() {
-            return Ok(Store::at(&folder));
-        }
-        let what = "has no results of a batch; give the folder of `batch run --out`";
-        Err(Failure::input(&folder, what))
+        Store::existing(&self.folder(batch))
     }
 }
 

@@ -18,8 +18,9 @@ fn causes_are_those_of_signals_exit_codes_and_texts() {
             FailureKind::Machine,
             "out of memory within --max-memory 128 MiB",
         ),
-        (status(6), "assertion\n", None, FailureKind::Machine, "signal 6 (abort): assertion"),
-        (status(11), "", None, FailureKind::Machine, "signal 11"),
+        (status(6), "assertion\n", None, FailureKind::Internal, "signal 6 (abort): assertion"),
+        (status(11), "", None, FailureKind::Internal, "signal 11"),
+        (status(15), "", None, FailureKind::Machine, "signal 15 (termination request)"),
         (
             exit(101),
             "thread 'main' panicked at a.rs:1:2:\nplanted\nnote: run with\n",
@@ -33,7 +34,7 @@ fn causes_are_those_of_signals_exit_codes_and_texts() {
         (exit(3), "cannot write\n\n", None, FailureKind::Internal, "exit code 3: cannot write"),
         (exit(130), "", None, FailureKind::Interrupted, "interrupted"),
     ] {
-        let cause = cause_of(status, errors, bound);
+        let cause = cause_of(code_and_signal(status), errors, bound);
         assert_eq!(cause.kind, kind, "{cause:?}");
         assert!(cause.text.contains(words), "{cause:?}");
         assert_eq!((cause.exit_code, cause.signal.is_some()), (status.code(), status.code().is_none()));

@@ -1,3 +1,5 @@
+use facemill_job::format::made_from::InputFile;
+
 use super::*;
 use crate::format::task_file::Task;
 
@@ -31,9 +33,66 @@ fn the_exit_code_is_that_of_the_worst_task() {
 /// The line that a worker reads is the one that the scheduler writes.
 #[test]
 fn a_given_task_is_read_as_it_was_written() {
-    let task = keyed("k");
-    let line = facemill_file_format::to_json(&(&task.key, &task.task)).replace('\n', " ") + "\nmore";
-    let (key, read) = crate::given::given_task(&mut line.as_bytes()).unwrap();
-    assert_eq!((key, read), (task.key, task.task));
+    let inputs = vec![InputFile { file: "a b".to_owned(), blake3: "0".to_owned() }];
+    let task = GivenTask { task: keyed("k").task, key: "k".to_owned(), inputs, is_taken_over: true };
+    let line = facemill_file_format::to_json(&task).replace('\n', " ") + "\nmore";
+    let read = crate::given::given_task(&mut line.as_bytes()).unwrap();
+    assert_eq!((read.task, read.key, read.inputs, read.is_taken_over), (task.task, task.key, task.inputs, true));
     assert!(crate::given::given_task(&mut &b""[..]).is_err());
+}
+
+struct Unwatched;
+
+impl Watch for Unwatched {
+    fn see(&self, _: RunEvent<'_>) {}
+
+    fn is_cancelled(&self) -> bool {
+        false
+    }
+}
+
+/// One of two commands cannot be started, as when the system has too many processes.
+#[cfg(unix)]
+#[test]
+fn a_process_that_cannot_be_started_fails_its_task_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(folder.path()).unwrap();
+    let tasks = ["0", "1", "2"].map(|digit| keyed(&digit.repeat(64)));
+    let count = std::cell::Cell::new(0);
+    let command = || {
+        count.set(count.get() + 1);
+        Command::new(if count.get() == 2 { "/no/such/program" } else { "false" })
+    };
+    let settings = RunSettings { at_once: Some(1), ..RunSettings::default() };
+    let summary = run_tasks(&tasks, &store, settings, &command, &Unwatched).unwrap();
+    let kinds: Vec<FailureKind> = tasks
+        .iter()
+        .map(|task| match &summary.ends[&task.key] {
+            EndOfTask::Failed(failed) => failed.kind,
+            EndOfTask::Filed(code) => panic!("{code}"),
+        })
+        .collect();
+    assert_eq!(kinds, [FailureKind::Internal, FailureKind::Machine, FailureKind::Internal]);
+    assert_eq!(summary.started, 2);
+    let none = || Command::new("/no/such/program");
+    let why = run_tasks(&tasks, &store, settings, &none, &Unwatched).unwrap_err().to_string();
+    assert!(why.contains("cannot start a process"), "{why}");
+}
+
+/// A termination request that the user did not make.
+#[cfg(unix)]
+#[test]
+fn a_process_that_is_told_to_end_is_tried_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(folder.path()).unwrap();
+    let tasks = [keyed(&"0".repeat(64))];
+    let command = || {
+        let mut command = Command::new("sh");
+        command.args(["-c", "exit 130"]);
+        command
+    };
+    let settings = RunSettings { at_once: Some(1), retries: 1, ..RunSettings::default() };
+    let summary = run_tasks(&tasks, &store, settings, &command, &Unwatched).unwrap();
+    let failed = store.failure(&tasks[0].key).unwrap();
+    assert_eq!((failed.kind, failed.tries, summary.started), (FailureKind::Machine, 2, 2));
 }

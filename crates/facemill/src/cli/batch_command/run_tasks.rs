@@ -3,7 +3,7 @@
 use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use clap::Args;
 use facemill::batch::format::report_file::Measure;
@@ -46,6 +46,10 @@ pub(super) struct RunArguments {
     /// Also run tasks again whose input was wrong, and is the same
     #[arg(long)]
     retry_failed: bool,
+    /// Time after which a task is taken over from another run whose process gives no sign of life:
+    /// it or its machine is frozen
+    #[arg(long, value_name = "S", default_value_t = 300, value_parser = clap::value_parser!(u64).range(1..))]
+    lock_patience: u64,
     /// Report the progress as JSON on standard error, an object on each line (docs/batch.md)
     #[arg(long)]
     json_progress: bool,
@@ -86,6 +90,7 @@ pub(super) fn run(arguments: &RunArguments, allow: &[PathBuf]) -> Result<ExitCod
         retries: arguments.retries,
         fail_fast: arguments.fail_fast,
         retry_failed: arguments.retry_failed,
+        lock_patience: Some(Duration::from_secs(arguments.lock_patience)),
     };
     let progress = RunProgress::new(arguments.quiet, arguments.json_progress);
     // From now on the scheduler ends the processes and itself, and not the handler.

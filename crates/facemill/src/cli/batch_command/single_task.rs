@@ -8,7 +8,7 @@ use facemill::Failure;
 use facemill::batch::format::task_file::Task;
 use facemill::batch::given::given_task;
 use facemill::batch::memory::bound_memory;
-use facemill::batch::perform::{TaskEnd, perform};
+use facemill::batch::perform::{TaskEnd, TaskTerms, perform};
 use facemill::batch::run::scheduler::LOCKED_CODE;
 use facemill::batch::store::Store;
 
@@ -44,16 +44,17 @@ pub(super) fn run(arguments: &TaskArguments) -> Result<ExitCode, Failure> {
         bound_memory(mib)?;
     }
     crate::cli::progress::watch_interrupts().map_err(Failure::Internal)?;
-    let (expected, task) = if arguments.given {
-        let (key, task) = given_task(&mut std::io::stdin().lock())?;
-        end_with_input();
-        (Some(key), task)
-    } else {
-        (arguments.expect.clone(), numbered(arguments)?)
+    let given = arguments.given.then(|| given_task(&mut std::io::stdin().lock())).transpose()?;
+    let (terms, task) = match &given {
+        Some(given) => {
+            end_with_input();
+            (given.terms(), given.task.clone())
+        }
+        None => (TaskTerms { key: arguments.expect.as_deref(), ..TaskTerms::default() }, numbered(arguments)?),
     };
     let store = Store::open(&arguments.out.folder(&arguments.batch))?;
     let progress = Progress::new(arguments.quiet || arguments.given);
-    let end = perform(&task, expected.as_deref(), &store, &progress, &planted_fault)?;
+    let end = perform(&task, terms, &store, &progress, &planted_fault)?;
     let code = match end {
         TaskEnd::Filed(code) => {
             if !arguments.given && !arguments.quiet {
