@@ -5,6 +5,7 @@ mod run_tasks;
 mod single_task;
 mod tables;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -104,6 +105,10 @@ enum BatchCommand {
         /// Also remove results and failures of tasks that the batch does not have
         #[arg(long)]
         unneeded: bool,
+        /// With --unneeded: also if inputs of the batch cannot be read, or another batch was run
+        /// last
+        #[arg(long, requires = "unneeded")]
+        force: bool,
     },
     /// Runs one task in this process
     #[command(after_help = TASK_CODES)]
@@ -209,9 +214,10 @@ pub(crate) fn run(arguments: &BatchArguments, allow: &[PathBuf]) -> Result<ExitC
             let (read, store) = (batch.read()?, out.existing(batch)?);
             write_report(&read, &store, best_of.as_deref(), (*by).into())?;
         }
-        BatchCommand::Clean { batch, out, failed, unneeded } => {
+        BatchCommand::Clean { batch, out, failed, unneeded, force } => {
             let (read, store) = (batch.read()?, out.existing(batch)?);
-            say(&clean(&read, &store, *failed, *unneeded)?)?;
+            let needed = unneeded.then(|| needed_keys(&read, &store, *force)).transpose()?;
+            say(&clean(&store, *failed, needed.as_ref())?)?;
         }
     }
     Ok(ExitCode::SUCCESS)
@@ -256,19 +262,47 @@ fn write_report(batch: &Batch, store: &Store, best_of: Option<&str>, measure: Me
     say(&[counts_line(&report.counts), failure_lines(&report), best_lines(&report), place].concat())
 }
 
-fn clean(batch: &Batch, store: &Store, failed: bool, unneeded: bool) -> Result<String, Failure> {
-    let unfinished = store.clear_left_behind()?;
-    let (mut results, mut failures) = (0, 0);
-    let needed: std::collections::BTreeSet<String> =
-        if unneeded { keyed(batch).into_iter().map(|task| task.key).collect() } else { Default::default() };
-    if unneeded {
-        for key in store.keys().iter().filter(|key| !needed.contains(*key)) {
-            results += usize::from(store.remove(key)?);
+/// Returns the keys of the batch.
+///
+/// # Errors
+/// If they are not sure to be those of its results, unless forced: a file of a job cannot be read
+/// or may not be named here, or the results are those of another batch.
+fn needed_keys(batch: &Batch, store: &Store, force: bool) -> Result<BTreeSet<String>, Failure> {
+    let tasks = keyed(batch);
+    if !force {
+        let force = "nothing was removed; --force removes all results that it does not have";
+        if let Some((task, why)) = tasks.iter().find_map(|task| Some((task, task.unreadable.as_ref()?))) {
+            let number = task.task.number;
+            let what = format!("task {number} cannot be read, so its results are not known ({why}); {force}");
+            return Err(Failure::input(&batch.path, what));
+        }
+        if !store.is_last_batch(&batch.text) {
+            let what = "is not the batch that was run last in this folder; run it, so that its results are known";
+            return Err(Failure::input(&batch.path, format!("{what}; {force}")));
         }
     }
-    for key in store.failed_keys().iter().filter(|key| failed || (unneeded && !needed.contains(*key))) {
+    Ok(tasks.into_iter().map(|task| task.key).collect())
+}
+
+/// Removes what is left behind, records of failures, and results and failures of other keys than
+/// those needed. Returns lines on them.
+fn clean(store: &Store, failed: bool, needed: Option<&BTreeSet<String>>) -> Result<String, Failure> {
+    let unfinished = store.clear_left_behind()?;
+    let is_unneeded = |key: &&String| needed.is_some_and(|needed| !needed.contains(*key));
+    let (mut lines, mut results, mut failures) = (String::new(), 0, 0);
+    for key in store.keys().iter().filter(is_unneeded) {
+        let of = store.result(key).map(|result| format!("{}, {}", result.job, result.setup)).unwrap_or_default();
+        if store.remove(key)? {
+            lines += &format!("  result {key:.12}  {of}\n");
+            results += 1;
+        }
+    }
+    for key in store.failed_keys().iter().filter(|key| failed || is_unneeded(key)) {
         store.forget_failure(key)?;
+        lines += &format!("  failure {key:.12}\n");
         failures += 1;
     }
-    Ok(format!("removed {unfinished} unfinished results, {results} results, {failures} records of failures\n"))
+    let counts =
+        format!("removed {unfinished} unfinished results, {results} results, {failures} records of failures\n");
+    Ok(counts + &lines)
 }
