@@ -1,8 +1,9 @@
 //! Long calls without Python's lock, which Ctrl-C ends.
 
 use std::panic::resume_unwind;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread::{Builder, scope};
 use std::time::Duration;
 
@@ -38,6 +39,42 @@ impl Stages for CancelledStages {
     fn start(&self, _what: &'static str, _n: usize) -> Box<dyn Monitor> {
         Box::new(CancelledMonitor(self.cancelled.clone()))
     }
+}
+
+/// Waits for what another thread sends, without Python's lock, and looks for signals meanwhile.
+/// Returns `None` if it ended without.
+///
+/// # Errors
+/// The exception that a handler of Python raises.
+pub fn awaited<T: Send>(py: Python<'_>, receiver: Receiver<T>) -> PyResult<Option<T>> {
+    let receiver = Mutex::new(receiver);
+    py.detach(|| {
+        let Ok(receiver) = receiver.lock() else { return Ok(None) };
+        loop {
+            match receiver.recv_timeout(LOOK) {
+                Ok(sent) => return Ok(Some(sent)),
+                Err(RecvTimeoutError::Disconnected) => return Ok(None),
+                Err(RecvTimeoutError::Timeout) => Python::attach(|py| py.check_signals())?,
+            }
+        }
+    })
+}
+
+/// Rows computed between looks at Python's signals.
+const ROWS: usize = 10_000;
+
+/// Computes rows without Python's lock, and looks for signals from time to time.
+///
+/// # Errors
+/// The exception that a handler of Python raises.
+pub fn in_blocks<T: Send>(py: Python<'_>, n: usize, row: impl Fn(usize) -> T + Sync) -> PyResult<Vec<T>> {
+    let mut rows = Vec::with_capacity(n);
+    while rows.len() < n {
+        let next = rows.len()..(rows.len() + ROWS).min(n);
+        py.detach(|| rows.extend(next.map(&row)));
+        py.check_signals()?;
+    }
+    Ok(rows)
 }
 
 /// Computes in a thread of its own, without Python's lock, while this thread looks for signals: an

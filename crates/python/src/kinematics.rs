@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 
 use crate::arrays::{array, poses};
 use crate::failure::{raised, wrong};
+use crate::interrupt::in_blocks;
 
 /// Names of the machines that come with facemill.
 #[pyfunction]
@@ -108,13 +109,12 @@ impl Machine {
             let (rows, columns) = joints.dim();
             return Err(wrong(format!("joints: must be an array of {n} columns, has the shape ({rows}, {columns})")));
         }
-        let (positions, axes): (Vec<_>, Vec<_>) = py.detach(|| {
-            let pose = |i: usize| {
-                let pose = self.machine.cl_point(&self.values(|k| joints[(i, k)]), tool_length);
-                (<[f64; 3]>::from(pose.tip.coords), <[f64; 3]>::from(pose.axis.into_inner()))
-            };
-            (0..joints.nrows()).map(pose).unzip()
-        });
+        let (positions, axes): (Vec<_>, Vec<_>) = in_blocks(py, joints.nrows(), |i| {
+            let pose = self.machine.cl_point(&self.values(|k| joints[(i, k)]), tool_length);
+            (<[f64; 3]>::from(pose.tip.coords), <[f64; 3]>::from(pose.axis.into_inner()))
+        })?
+        .into_iter()
+        .unzip();
         Ok((array(py, &positions), array(py, &axes)))
     }
 
@@ -133,13 +133,10 @@ impl Machine {
             Some(near) if near.as_array().len() == n => self.values(|k| near.as_array()[k]),
             Some(near) => return Err(wrong(format!("near: must have {n} values, has {}", near.as_array().len()))),
         };
-        let solved: Vec<Option<AxisValues>> = py.detach(|| {
-            let solve = |pose: &facemill::cl_data::ClPoint| {
-                let all = self.machine.inverse_near(pose, tool_length, &near).ok()?;
-                self.nearest(all.iter(), &near)
-            };
-            poses.iter().map(solve).collect()
-        });
+        let solved: Vec<Option<AxisValues>> = in_blocks(py, poses.len(), |i| {
+            let all = self.machine.inverse_near(&poses[i], tool_length, &near).ok()?;
+            self.nearest(all.iter(), &near)
+        })?;
         let axes = self.machine.axes();
         let value = |(i, k): (usize, usize)| solved[i].map_or(f64::NAN, |q| axes[k].in_word_unit(q[k]));
         Ok(Array2::from_shape_fn((solved.len(), n), value).into_pyarray(py))

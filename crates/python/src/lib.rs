@@ -37,7 +37,10 @@ use pyo3::prelude::*;
 #[pyo3(name = "_facemill")]
 fn exported(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    m.add("Error", m.py().get_type::<failure::Error>())?;
+    let error = m.py().get_type::<failure::Error>();
+    // Of errors that Python code raises: wrong input.
+    error.setattr("exit_code", 2)?;
+    m.add("Error", error)?;
     m.add_class::<kinematics::Machine>()?;
     m.add_class::<poses::PoseTest>()?;
     m.add_function(wrap_pyfunction!(kinematics::preset_names, m)?)?;

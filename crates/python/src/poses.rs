@@ -1,7 +1,7 @@
 //! Tests of poses.
 
-use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, Weak};
 use std::thread::Builder;
 
 use facemill::cl_data::ClPoint;
@@ -13,13 +13,14 @@ use pyo3::prelude::*;
 
 use crate::arrays::poses;
 use crate::failure::{raised, wrong};
+use crate::interrupt::awaited;
 use crate::jobs::GivenJob;
 
 /// Reason of an infeasible pose, in words; `None` of a feasible one.
 type Why = Option<(i8, String)>;
 
-/// Poses to test, and the place for their verdicts.
-type Request = (Vec<ClPoint>, Sender<Vec<Why>>);
+/// Poses to test, whether their verdicts are still wanted, and the place for them.
+type Request = (Vec<ClPoint>, Weak<()>, Sender<Vec<Why>>);
 
 /// Test of tool poses in a job's setup. A thread of its own holds meshes and trees, which refer to
 /// each other; it ends with this.
@@ -41,9 +42,7 @@ impl PoseTest {
             }
         };
         Builder::new().stack_size(8 << 20).spawn(serve)?;
-        let is_ready = Mutex::new(is_ready);
-        let begun = py.detach(|| is_ready.lock().ok().and_then(|ready| ready.recv().ok()));
-        match begun {
+        match awaited(py, is_ready)? {
             Some(Ok(())) => Ok(Self { requests: Mutex::new(requests) }),
             Some(Err(failure)) => Err(raised(py, &failure)),
             None => Err(wrong("the thread of the test ended")),
@@ -74,14 +73,13 @@ impl PoseTest {
 
 impl PoseTest {
     fn tested(&self, py: Python<'_>, poses: Vec<ClPoint>) -> PyResult<Vec<Why>> {
-        let answered = py.detach(|| {
-            let (sender, receiver) = channel();
-            let requests = self.requests.lock().ok()?;
-            requests.send((poses, sender)).ok()?;
-            drop(requests);
-            receiver.recv().ok()
-        });
-        answered.ok_or_else(|| wrong("the thread of the test ended"))
+        let (sender, receiver) = channel();
+        let wanted = Arc::new(());
+        let request = (poses, Arc::downgrade(&wanted), sender);
+        let ended = || wrong("the thread of the test ended");
+        self.requests.lock().map_err(|_| ended())?.send(request).map_err(|_| ended())?;
+        // Interrupted, it drops what the other thread looks for at each pose.
+        awaited(py, receiver)?.ok_or_else(ended)
     }
 }
 
@@ -113,9 +111,9 @@ fn served(
     let test = Test::new(&cell);
     // The other side waits for it.
     let _ = ready.send(Ok(()));
-    while let Ok((poses, answer)) = requests.recv() {
+    while let Ok((poses, wanted, answer)) = requests.recv() {
         let mut hints = Hints::default();
-        let verdicts = poses.iter().map(|pose| {
+        let verdicts = poses.iter().take_while(|_| wanted.strong_count() > 0).map(|pose| {
             let why = blocked(&test, &cell, pose, &mut hints)?;
             Some((code(&why), test.describe(&why)))
         });

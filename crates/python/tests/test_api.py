@@ -240,3 +240,29 @@ def test_ctrl_c_ends_a_plan(tmp_path: Path) -> None:
     time.sleep(0.5)
     process.send_signal(signal.SIGINT)
     assert process.wait(timeout=20) == 42
+
+
+@pytest.mark.parametrize("call", ["test.verdicts(at, up)", "machine.inverse(at, up, tool_length=120)"])
+def test_ctrl_c_ends_a_call_on_many_poses(tmp_path: Path, call: str) -> None:
+    text = (
+        "import facemill, numpy, sys\n"
+        "test, machine = facemill.PoseTest(sys.argv[1]), facemill.Machine('head-b-table-c')\n"
+        "n = 3_000_000\n"
+        "at, up = numpy.tile([0.0, 0.0, 300.0], (n, 1)), numpy.tile([0.0, 0.1, 1.0], (n, 1))\n"
+        "print('begins', flush=True)\n"
+        f"try:\n    {call}\n"
+        "except KeyboardInterrupt: sys.exit(42)\n"
+    )
+    process = subprocess.Popen([sys.executable, "-c", text, write_job(tmp_path)], stdout=subprocess.PIPE)
+    assert process.stdout is not None and process.stdout.readline() == b"begins\n"
+    time.sleep(0.3)
+    sent = time.monotonic()
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=20) == 42 and time.monotonic() - sent < 1.5
+
+
+def test_every_error_has_an_exit_code() -> None:
+    assert facemill.Error("wrong").exit_code == 2
+    with pytest.raises(facemill.Error) as raised:
+        facemill.read_mesh("missing.obj")
+    assert raised.value.exit_code == 2

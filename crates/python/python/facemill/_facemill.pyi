@@ -1,7 +1,7 @@
 """Compiled half of the package; its users are the modules beside it."""
 
 from pathlib import Path
-from typing import Any, Mapping, Sequence
+from typing import Any, Mapping, Sequence, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +11,12 @@ __version__: str
 class Error(ValueError):
     """Failure of facemill, with its message: wrong input (file and field), or an infeasible job."""
 
+    #: Exit code that the command has; 2 for wrong input.
     exit_code: int
 
+@final
 class Machine:
-    def __init__(self, path_or_name: Path) -> None: ...
+    def __new__(cls, path_or_name: Path) -> Machine: ...
     name: str
     axis_names: list[str]
     home: list[float]
@@ -30,8 +32,9 @@ class Machine:
         near: NDArray[np.float64] | None = ...,
     ) -> NDArray[np.float64]: ...
 
+@final
 class PoseTest:
-    def __init__(self, job: Any, setup: int, operation: str | None) -> None: ...
+    def __new__(cls, job: Any, setup: int, operation: str | None) -> PoseTest: ...
     def codes(self, positions: NDArray[np.float64], axes: NDArray[np.float64]) -> NDArray[np.int8]: ...
     def reasons(self, positions: NDArray[np.float64], axes: NDArray[np.float64]) -> list[str | None]: ...
 
