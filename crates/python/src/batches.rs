@@ -4,9 +4,12 @@ use std::path::{Component, Path, PathBuf};
 
 use facemill::batch::expand::{Batch, BatchBounds};
 use facemill::batch::format::result_file::{FailedFile, FailureKind, ResultFile};
-use facemill::batch::format::task_file::{ListedTask, TASKS_FORMAT, Task, TasksFile};
+use facemill::batch::format::task_file::{ListedTask, TASKS_FORMAT, TasksFile};
+use facemill::batch::given::GivenTask;
 use facemill::batch::key::{KeyedTask, Keys};
 use facemill::batch::perform::{TaskEnd, perform};
+use facemill::batch::run::cause::cause_of;
+use facemill::batch::store::names::is_key;
 use facemill::batch::store::{RESULT, Store, TIMES};
 use facemill::file_format::{from_json, to_json};
 use facemill::{Failure, files};
@@ -54,17 +57,18 @@ pub fn expand(py: Python<'_>, batch: PathBuf, max_tasks: usize, allow_outside: b
     Ok(to_json(&TasksFile { format: TASKS_FORMAT, tasks }))
 }
 
-/// Runs a task if it has this key, and files its result or failure in a folder of results, written
-/// through to the disk unless it is passed on. Returns `filed`, `locked` or `changed`.
+/// Runs a task on the terms with which it is given, and files its result or failure in a folder of
+/// results, written through to the disk unless it is passed on. Returns `filed`, `locked` or
+/// `changed`.
 ///
 /// # Errors
 /// As [`perform`].
 #[pyfunction]
-pub fn run_task(py: Python<'_>, task: &str, key: &str, out: PathBuf, passing: bool) -> PyResult<&'static str> {
-    let task: Task = from_json(task.as_bytes()).map_err(wrong)?;
+pub fn run_task(py: Python<'_>, given: &str, out: PathBuf, passing: bool) -> PyResult<&'static str> {
+    let given: GivenTask = from_json(given.as_bytes()).map_err(wrong)?;
     let end = interruptible(py, |stages| {
         let store = if passing { Store::open_passing(&out) } else { Store::open(&out) }?;
-        perform(&task, Some(key), &store, stages, &|_| {})
+        perform(&given.task, given.terms(), &store, stages, &|_| {})
     })?;
     Ok(match end {
         TaskEnd::Filed(_) => "filed",
@@ -99,30 +103,56 @@ pub fn stored(py: Python<'_>, out: PathBuf, keys: Vec<String>) -> Vec<Option<i16
     py.detach(|| keys.iter().map(state).collect())
 }
 
-/// Files a result that came from elsewhere, whole, under its key. Returns its exit code.
+/// Returns kind and text of the cause for which a process ended, by its exit code or signal and the
+/// end of its standard error.
+#[pyfunction]
+pub fn cause_of_end(
+    exit_code: Option<i32>,
+    signal: Option<i32>,
+    errors: &str,
+    max_memory: Option<u64>,
+) -> (FailureKindName, String) {
+    let cause = cause_of((exit_code, signal), errors, max_memory);
+    (to_json(&cause.kind).trim().trim_matches('"').to_owned(), cause.text)
+}
+
+/// Name of a kind of failures, as in files.
+type FailureKindName = String;
+
+/// Returns the exit code of a result that a worker has filed in a shared folder, by the text of its
+/// `result.json`.
+///
+/// # Errors
+/// If it is not the result of this key.
+#[pyfunction]
+pub fn exit_code_of(key: &str, text: &[u8]) -> PyResult<u8> {
+    let result: ResultFile = from_json(text).map_err(|e| wrong(format!("{key}: result.json: {e}")))?;
+    if result.key == key { Ok(result.exit_code) } else { Err(wrong(format!("{key}: has the key {}", result.key))) }
+}
+
+/// Files a result that came from elsewhere, whole, under its key; if there is one already, leaves
+/// it. Returns its exit code.
 ///
 /// # Errors
 /// If it is not the result of this key, has other files than it lists or names outside its folder,
 /// or cannot be written.
 #[pyfunction]
-pub fn file_result(py: Python<'_>, out: PathBuf, key: &str, all: Vec<(String, Vec<u8>)>) -> PyResult<Option<u8>> {
+pub fn file_result(py: Python<'_>, out: PathBuf, key: &str, all: Vec<(String, Vec<u8>)>) -> PyResult<u8> {
     let filed = py.detach(|| {
         let result = check_result(key, &all).map_err(|why| Failure::input(Path::new(key), why))?;
         let store = Store::open(&out)?;
-        let Some(lock) = store.lock(key)? else { return Ok(None) };
         if let Some(result) = store.result(key) {
-            return Ok(Some(result.exit_code));
+            return Ok(result.exit_code);
         }
-        store.file(&lock, key, &all)?;
-        Ok(Some(result.exit_code))
+        store.file(key, &all)?;
+        Ok(result.exit_code)
     });
     filed.map_err(|failure: Failure| raised(py, &failure))
 }
 
 /// Checks a result from elsewhere.
 fn check_result(key: &str, all: &[(String, Vec<u8>)]) -> Result<ResultFile, String> {
-    let digits = key.len() == 64 && key.bytes().all(|c| matches!(c, b'0'..=b'9' | b'a'..=b'f'));
-    if !digits {
+    if !is_key(key) {
         return Err("is no key".to_owned());
     }
     let text = all.iter().find(|(name, _)| name == RESULT).ok_or("has no result.json")?;

@@ -58,6 +58,8 @@ fn exported(m: &Bound<'_, PyModule>) -> PyResult<()> {
     m.add_function(wrap_pyfunction!(batches::run_task, m)?)?;
     m.add_function(wrap_pyfunction!(batches::prepare_store, m)?)?;
     m.add_function(wrap_pyfunction!(batches::stored, m)?)?;
+    m.add_function(wrap_pyfunction!(batches::cause_of_end, m)?)?;
+    m.add_function(wrap_pyfunction!(batches::exit_code_of, m)?)?;
     m.add_function(wrap_pyfunction!(batches::file_result, m)?)?;
     m.add_function(wrap_pyfunction!(batches::file_failure, m)?)
 }

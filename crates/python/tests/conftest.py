@@ -87,8 +87,10 @@ def run_command(command: Path, *arguments: Any) -> subprocess.CompletedProcess[s
 class Cluster:
     """Scheduler and workers of Dask, each a process, on the loopback interface."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, environment: dict[str, str] | None = None) -> None:
         self.folder = folder
+        self._environment = environment or {}
+        self._started = 0
         self.workers: list[subprocess.Popen[bytes]] = []
         self.scheduler: subprocess.Popen[bytes]
         self.address = ""
@@ -105,7 +107,8 @@ class Cluster:
 
     def start_worker(self) -> subprocess.Popen[bytes]:
         """Starts a worker of one thread."""
-        name = f"worker-{len(self.workers)}"
+        name = f"worker-{self._started}"
+        self._started += 1
         worker = self._start(
             "worker", self.address, "--host", "127.0.0.1", "--nthreads", "1", "--no-nanny", "--no-dashboard",
             "--local-directory", str(self.folder / name), "--memory-limit", "0", log=f"{name}.log",
@@ -115,7 +118,7 @@ class Cluster:
 
     def _start(self, *arguments: str, log: str) -> subprocess.Popen[bytes]:
         output = open(self.folder / log, "wb")
-        environment = {**os.environ, "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "5s"}
+        environment = {**os.environ, **self._environment, "DASK_DISTRIBUTED__COMM__TIMEOUTS__CONNECT": "5s"}
         command = [sys.executable, "-m", "distributed.cli.dask_" + arguments[0], *arguments[1:]]
         return subprocess.Popen(command, stdout=output, stderr=output, env=environment)
 

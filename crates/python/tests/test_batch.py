@@ -8,6 +8,7 @@ import os
 import shutil
 import tarfile
 import threading
+import time
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,8 @@ import facemill
 import facemill.batch
 from conftest import KILL, Cluster, results, run_command, wait_for, write_batch
 from facemill import _facemill
+from facemill.batch import _worker
+from facemill.batch._run import Summary, _Chunks, _Submission
 from facemill.batch._worker import run_chunk
 
 
@@ -134,12 +137,14 @@ def test_a_shared_folder_and_jobs_that_fail(tmp_path: Path, command: Path, clust
     assert results(tmp_path / "list") == expected(command, tmp_path / "batch/list.json", tmp_path / "list-by-command")
 
 
+CAUSE_OF_KILL = "ended by signal 9 (kill, by a user or by the system for want of memory)"
+
+GIVEN = {"threads": 1, "retries": 0, "max_memory": None, "lock_patience": 300.0, "shared_out": None, "allow": None}
+
+
 def chunk_of(batch: Path, **options: Any) -> tuple[dict[str, Any], dict[str, bytes]]:
     """Returns a chunk of all tasks of a batch, and its inputs, as the client sends them."""
-    from facemill.batch._run import _Chunks
-
-    given = {"threads": 1, "retries": 0, "max_memory": None, "shared_out": None, "allow": None, **options}
-    chunks = _Chunks(facemill.batch.expand(batch), 1000, given)
+    chunks = _Chunks(facemill.batch.expand(batch), 1000, {**GIVEN, **options})
     text, _, names = next(iter(chunks))
     return json.loads(text), {name: chunks.content(name) for name in names}
 
@@ -171,7 +176,7 @@ def test_a_child_that_dies_is_reported_with_its_cause(tmp_path: Path) -> None:
 
     os.kill(wait_for(child), KILL)
     thread.join(timeout=30)
-    assert [(f["kind"], f["signal"], f["cause"]) for f in failures] == [("machine", KILL, "ended by signal 9")]
+    assert [(f["kind"], f["signal"], f["cause"]) for f in failures] == [("machine", KILL, CAUSE_OF_KILL)]
     # Out of memory is a cause of its own.
     chunk["max_memory"] = 64
     work()
@@ -208,8 +213,6 @@ def test_results_of_others_are_checked(tmp_path: Path, command: Path) -> None:
 
 
 def test_an_input_that_changes_is_not_filed(tmp_path: Path) -> None:
-    from facemill.batch._run import _Chunks
-
     batch = write_batch(tmp_path / "batch", 1)
     chunk, inputs = chunk_of(batch)
     # A worker whose facemill makes other keys.
@@ -228,3 +231,154 @@ def test_an_input_that_changes_is_not_filed(tmp_path: Path) -> None:
     tool.write_bytes(tool.read_bytes() + b"\n")
     with pytest.raises(facemill.Error, match="tool.json: changed while the batch ran"):
         chunks.content(checksum)
+
+
+def test_answers_that_are_lost_with_their_worker_are_made_again(
+    tmp_path: Path, command: Path, cluster: Cluster
+) -> None:
+    batch = write_batch(tmp_path / "batch", 6)
+    doomed = cluster.start_worker()
+    ended: list[int | None] = []
+
+    def seen(task: dict[str, Any], code: int | None) -> None:
+        ended.append(code)
+        if len(ended) == 1:
+            # Its other tasks end while the client is busy here, which takes no answers.
+            time.sleep(4)
+            doomed.send_signal(KILL)
+            doomed.wait()
+            time.sleep(1)
+            cluster.start_worker()
+
+    out = tmp_path / "out"
+    summary = facemill.batch.run(batch, out, cluster.address, on_end=seen)
+    assert summary.exit_code == 0 and len(ended) == 6
+    assert results(out) == expected(command, batch, tmp_path / "by-command")
+
+
+class _NoClient:
+    """Client that takes note of what is submitted."""
+
+    status = "running"
+
+    def __init__(self) -> None:
+        self.submitted: list[str] = []
+
+    def submit(self, _work: Any, *_arguments: Any, key: str, pure: bool) -> Any:
+        self.submitted.append(key)
+        return _NoFuture(key)
+
+
+class _NoFuture:
+    status = "error"
+
+    def __init__(self, key: str) -> None:
+        self.key = key
+
+    def add_done_callback(self, _call: Any) -> None:
+        pass
+
+    def exception(self) -> Exception:
+        return RuntimeError("its worker died three times")
+
+
+def submission(batch: Path, out: Path, size: int) -> tuple[_Submission, list[Any]]:
+    """Returns the submission of a batch whose first chunk is at work, and its end."""
+    tasks = facemill.batch.expand(batch)
+    chunks = _Chunks(tasks, size, GIVEN)
+    _facemill.prepare_store(out, batch.read_bytes())
+    ended: list[Any] = []
+    made = _Submission(_NoClient(), chunks, out, Summary(len(tasks), 0), lambda *end: ended.append(end))  # type: ignore[arg-type]
+    made._submit(*next(iter(chunks)))
+    return made, ended
+
+
+def test_a_chunk_that_fails_is_given_again_one_task_after_the_other(tmp_path: Path) -> None:
+    made, ended = submission(write_batch(tmp_path / "batch", 3), tmp_path / "out", 3)
+    made._broken(next(iter(made._at_work.values())).future)
+    assert [len(tasks) for tasks in made._once_more] == [1, 1, 1] and not ended
+    # Alone it is to blame.
+    made._submit(*made._chunks.of(made._once_more.popleft()))
+    made._broken(next(iter(made._at_work.values())).future)
+    assert [code for _, code in ended] == [None]
+    assert list(made._summary.failures.values()) == ["its worker died three times"]
+
+
+def test_inputs_are_at_the_scheduler_while_a_chunk_needs_them(tmp_path: Path) -> None:
+    made, _ = submission(write_batch(tmp_path / "batch", 2), tmp_path / "out", 1)
+    first = next(iter(made._at_work.values())).future
+    made._submit(*made._chunks.of(facemill.batch.expand(tmp_path / "batch/batch.json")[1:]))
+    assert len(made._inputs) == 4
+    made._left(first)
+    assert len(made._inputs) == 4
+    made._left(next(iter(made._at_work.values())).future)
+    assert not made._inputs and not made._users
+
+
+def test_a_wrong_answer_fails_its_task_alone(tmp_path: Path, command: Path) -> None:
+    batch = write_batch(tmp_path / "batch", 3)
+    run_command(command, "batch", "run", batch, "--out", tmp_path / "right", "--quiet")
+    made, ended = submission(batch, tmp_path / "out", 3)
+    tasks = next(iter(made._at_work.values())).tasks
+    packed = io.BytesIO()
+    with tarfile.open(fileobj=packed, mode="w") as archive:
+        for task, lost in zip(tasks, [None, "program.nc", None]):
+            for file in (tmp_path / "right/tasks" / task["key"]).iterdir():
+                if file.name != lost:
+                    _worker._add(archive, f"{task['key']}/{file.name}", file.read_bytes())
+    made._file(tasks, packed.getvalue())
+    assert [code for _, code in ended] == [0, None, 0]
+    assert "and lists" in made._summary.failures[tasks[1]["key"]]
+    # One that is no failure either, and one that is nothing.
+    packed = io.BytesIO()
+    with tarfile.open(fileobj=packed, mode="w") as archive:
+        _worker._add(archive, f"{tasks[0]['key']}/failed.json", b'{"kind": "none"}')
+    for pack in (packed.getvalue(), b"nothing" * 100, None):
+        made._file(tasks[:1], pack)
+        assert ended[-1][1] is None and "the worker's answer is" in made._summary.failures[tasks[0]["key"]]
+
+
+def test_a_large_answer_ends_its_chunk_and_the_others_are_given_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    batch = write_batch(tmp_path / "batch", 3)
+    chunk, inputs = chunk_of(batch)
+    monkeypatch.setattr(_worker, "_MOST_PACKED", 1)
+    pack = run_chunk(chunk, inputs, tmp_path / "local")
+    made, ended = submission(batch, tmp_path / "out", 3)
+    made._file(next(iter(made._at_work.values())).tasks, pack)
+    assert [code for _, code in ended] == [0]
+    assert [[task["number"] for task in tasks] for tasks in made._once_more] == [[2, 3]]
+    assert not list((tmp_path / "local").glob("results-*"))
+
+
+def test_a_child_that_died_idle_fails_no_task(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    chunk, inputs = chunk_of(write_batch(tmp_path / "batch", 2))
+    monkeypatch.setattr(_worker, "_idle", {})
+    first, second = ({**chunk, "tasks": [task]} for task in chunk["tasks"])
+    run_chunk(first, inputs, tmp_path / "local")
+    ((idle,),) = _worker._idle.values()
+    idle._process.kill()
+    idle._process.wait()
+    with tarfile.open(fileobj=io.BytesIO(run_chunk(second, inputs, tmp_path / "local"))) as archive:
+        assert not [name for name in archive.getnames() if name.endswith("failed.json")]
+    # Of runs with other options no more wait than the bound.
+    monkeypatch.setattr(_worker, "_MOST_IDLE", 1)
+    run_chunk({**first, "threads": 2}, inputs, tmp_path / "local")
+    assert [len(waiting) for waiting in _worker._idle.values()] == [0, 1]
+
+
+def test_a_frozen_process_of_another_run_is_not_waited_for(tmp_path: Path) -> None:
+    fcntl = pytest.importorskip("fcntl")
+    batch = write_batch(tmp_path / "batch", 1)
+    out = tmp_path / "out"
+    _facemill.prepare_store(out, batch.read_bytes())
+    chunk, _ = chunk_of(batch, shared_out=str(out), allow=[str(batch.parent)], lock_patience=0.5)
+    key = chunk["tasks"][0]["key"]
+    with open(out / "locks" / key, "w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        pack = run_chunk(chunk, {}, tmp_path / "local")
+    # The answer has the result itself: the folder may be seen later.
+    with tarfile.open(fileobj=io.BytesIO(pack)) as archive:
+        assert archive.getnames() == [f"{key}/result.json"]
+    assert _facemill.stored(out, [key]) == [0]

@@ -24,8 +24,7 @@ def _answer(request: dict[str, Any]) -> dict[str, Any]:
         if "expand" in request:
             batch = Path(request["expand"])
             return {"tasks": _facemill.expand(batch, request["max_tasks"], request["allow_outside"])}
-        task, out = json.dumps(request["task"]), Path(request["out"])
-        end = _facemill.run_task(task, request["key"], out, request["passing"])
+        end = _facemill.run_task(json.dumps(request["given"]), Path(request["out"]), request["passing"])
         return {"end": end}
     except _facemill.Error as error:
         return {"end": "failed", "message": str(error), "exit_code": getattr(error, "exit_code", 2)}

@@ -62,6 +62,10 @@ class Child:
         self._errors.seek(max(0, size - _KEPT))
         raise ChildEnded(code, self._errors.read().decode(errors="replace"))
 
+    def is_alive(self) -> bool:
+        """Returns whether the process has not ended."""
+        return self._process.poll() is None
+
     def close(self) -> None:
         """Ends the process."""
         for stream in (self._process.stdin, self._process.stdout):

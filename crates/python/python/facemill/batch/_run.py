@@ -8,6 +8,7 @@ import os
 import queue
 import tarfile
 import time
+from collections import Counter, deque
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Callable, Iterable, Iterator
@@ -25,6 +26,9 @@ _LOOK = 0.5
 
 #: Time between looks at the number of workers, s.
 _COUNT = 10.0
+
+#: Time for which answers are waited for, s: those of dead workers are computed again.
+_FETCH = 60.0
 
 #: Chunks at the scheduler for each thread of the workers.
 _AHEAD = 8
@@ -75,6 +79,7 @@ def run(
     allow_outside: bool = False,
     max_tasks: int = MAX_TASKS,
     patience: float = 30.0,
+    lock_patience: float = 300.0,
     on_end: Callable[[dict[str, Any], int | None], None] | None = None,
 ) -> Summary:
     """Runs the tasks of a batch that have no result yet on a Dask cluster.
@@ -99,6 +104,8 @@ def run(
     :param allow_outside: permit the batch and its jobs to name files anywhere.
     :param max_tasks: largest number of tasks.
     :param patience: time that the scheduler may be out of reach, s; of a client its own counts.
+    :param lock_patience: time after which a task is taken over from another run whose process gives
+        no sign of life, s.
     :param on_end: called with each task and its exit code, or ``None`` for a failure.
     :raises Error: if the batch is wrong, a result cannot be written, or the scheduler is gone.
     """
@@ -120,6 +127,7 @@ def run(
         "threads": threads,
         "retries": retries,
         "max_memory": max_memory,
+        "lock_patience": lock_patience,
         "shared_out": str(folder) if shared else None,
         "allow": allowed(path, allow, allow_outside) if shared else None,
     }
@@ -190,17 +198,21 @@ class _Chunks:
 
     def __iter__(self) -> Iterator[tuple[str, list[dict[str, Any]], list[str]]]:
         for k in range(0, len(self._tasks), self._size):
-            tasks = self._tasks[k : k + self._size]
-            items = [self._item(task) for task in tasks]
-            names = {name for item in items for name in item.get("tree", {}).values()}
-            text = json.dumps({**self._options, "tasks": items}, sort_keys=True)
-            yield text, tasks, sorted(names)
+            yield self.of(self._tasks[k : k + self._size])
+
+    def of(self, tasks: list[dict[str, Any]]) -> tuple[str, list[dict[str, Any]], list[str]]:
+        """Returns a chunk of these tasks."""
+        items = [self._item(task) for task in tasks]
+        names = {name for item in items for name in item.get("tree", {}).values()}
+        text = json.dumps({**self._options, "tasks": items}, sort_keys=True)
+        return text, tasks, sorted(names)
 
     def _item(self, listed: dict[str, Any]) -> dict[str, Any]:
         """Returns what a worker has to know of a task."""
         task = _bare(listed)
         item: dict[str, Any] = {"key": listed["key"], "task": task}
         if self._options["shared_out"] is not None:
+            item["inputs"] = listed["inputs"]
             return item
         job = Path(os.path.abspath(task["job"]))
         files = {os.path.normpath(entry["file"]): entry["blake3"] for entry in listed["inputs"]}
@@ -254,9 +266,15 @@ class _Submission:
         self._folder = folder
         self._summary = summary
         self._on_end = on_end
+        #: Inputs at the scheduler, and the number of chunks there that need each.
         self._inputs: dict[str, Future] = {}
-        self._at_work: dict[str, tuple[Future, list[dict[str, Any]]]] = {}
+        self._users: Counter[str] = Counter()
+        self._at_work: dict[str, _AtWork] = {}
         self._ended: queue.SimpleQueue[Future] = queue.SimpleQueue()
+        #: Futures that ended and are at work again: their worker died before its answer was taken.
+        self._again: list[Future] = []
+        #: Tasks that are given once more, in chunks of their own.
+        self._once_more: deque[list[dict[str, Any]]] = deque()
         self._threads = 0
         self._counted = -_COUNT
 
@@ -274,13 +292,16 @@ class _Submission:
         finally:
             # The scheduler forgets them.
             self._at_work.clear()
+            self._again.clear()
             self._inputs.clear()
 
     def _submit_all(self) -> None:
         left = iter(self._chunks)
         more = True
-        while more or self._at_work:
+        while more or self._at_work or self._once_more:
             ahead = self._ahead()
+            while self._once_more:
+                self._submit(*self._chunks.of(self._once_more.popleft()))
             while more and len(self._at_work) < ahead:
                 following = next(left, None)
                 if following is None:
@@ -308,32 +329,88 @@ class _Submission:
         inputs = {name: self._inputs[name] for name in names}
         key = f"facemill-{tasks[0]['key'][:16]}-{_facemill.checksum(text.encode())[:16]}"
         future = self._client.submit(_worker.work, text, inputs, key=key, pure=False)
-        self._at_work[key] = (future, tasks)
+        self._at_work[key] = _AtWork(future, tasks, names)
+        self._users.update(names)
         future.add_done_callback(self._ended.put)
+
+    def _left(self, future: Future) -> list[dict[str, Any]]:
+        """Takes note that a chunk is at its end, and returns its tasks."""
+        at_work = self._at_work.pop(str(future.key))
+        self._users.subtract(at_work.names)
+        for name in at_work.names:
+            if self._users[name] == 0:
+                # Nothing at the scheduler needs it; workers keep it on their disks.
+                del self._users[name], self._inputs[name]
+        return at_work.tasks
 
     def _take(self) -> None:
         """Waits for ends of chunks, and files what they bring."""
+        ended, self._again = self._again, []
         try:
-            ended = [self._ended.get(timeout=_LOOK)]
+            ended.append(self._ended.get(timeout=_LOOK))
         except queue.Empty:
             self._look_for_scheduler()
-            return
         while not self._ended.empty():
             ended.append(self._ended.get())
-        ended = [future for future in ended if future.key in self._at_work]
-        finished = [future for future in ended if future.status == "finished"]
-        packs = self._client.gather(finished, errors="raise") if finished else []
-        for future, pack in zip(finished, packs):
-            self._file(self._at_work.pop(str(future.key))[1], pack)
+        finished = []
         for future in ended:
-            if future.status == "error":
-                _, tasks = self._at_work.pop(str(future.key))
-                why = str(future.exception())
-                for task in tasks:
-                    self._fail(task, _worker._failure(task["key"], _bare(task), 1) | {"kind": "machine", "cause": why})
-            elif future.status in ("lost", "cancelled"):
-                # The scheduler is gone, or came back without its tasks.
-                raise Error(_GONE)
+            if str(future.key) in self._at_work and self._status(future) == "finished":
+                finished.append(future)
+        for future, pack in self._gathered(finished):
+            self._file(self._left(future), pack)
+
+    def _status(self, future: Future) -> str:
+        """Returns the status of a future; takes a failure, and keeps one that is at work again."""
+        status = future.status
+        if status == "error":
+            self._broken(future)
+        elif status == "cancelled":
+            # The scheduler is gone, or came back without its tasks.
+            raise Error(_GONE)
+        elif status != "finished":
+            self._again.append(future)
+        return status
+
+    def _gathered(self, futures: list[Future]) -> Iterator[tuple[Future, Any]]:
+        """Returns the answers of chunks. One whose worker has died since is kept for later."""
+        if not futures:
+            return
+        try:
+            packs = self._gather(futures)
+        except Exception:
+            if self._client.status != "running":
+                raise
+        else:
+            yield from zip(futures, packs)
+            return
+        # Something is wrong with one of them: each by itself.
+        for future in futures:
+            if self._status(future) != "finished":
+                continue
+            try:
+                pack = self._gather([future])[0]
+            except Exception:
+                if self._client.status != "running":
+                    raise
+                if self._status(future) == "finished":
+                    self._again.append(future)
+            else:
+                yield future, pack
+
+    def _gather(self, futures: list[Future]) -> list[Any]:
+        """Returns answers. Without a bound of time this waits until lost ones are computed again."""
+        client = self._client
+        return client.sync(client._gather, futures, errors="raise", callback_timeout=_FETCH)
+
+    def _broken(self, future: Future) -> None:
+        """Takes the end of a chunk that failed as a whole: its workers died, or it cannot run there."""
+        tasks = self._left(future)
+        if len(tasks) > 1:
+            # One of them may be to blame, and not the others.
+            self._once_more.extend([task] for task in tasks)
+            return
+        failure = {"kind": "machine", "cause": str(future.exception())}
+        self._fail(tasks[0], _worker._failure(tasks[0]["key"], _bare(tasks[0]), 1) | failure)
 
     def _look_for_scheduler(self) -> None:
         """Raises an error if the scheduler is gone; the client tries to reach it for a while."""
@@ -341,46 +418,87 @@ class _Submission:
             raise Error(_GONE)
 
     def _file(self, tasks: list[dict[str, Any]], pack: Any) -> None:
-        """Files the results of a chunk."""
-        files: dict[str, list[tuple[str, bytes]]] = {}
-        if not isinstance(pack, bytes):
-            raise Error("a worker answered with something else than bytes")
-        with tarfile.open(fileobj=io.BytesIO(pack), mode="r:") as archive:
-            for member in archive:
-                key, _, name = member.name.partition("/")
-                content = archive.extractfile(member) if member.isreg() else None
-                if content is not None:
-                    files.setdefault(key, []).append((name, content.read()))
-        shared = self._chunks._options["shared_out"] is not None
+        """Files the results of a chunk. A wrong answer fails its task, and no other one."""
+        try:
+            files = _unpacked(pack)
+        except (tarfile.TarError, ValueError) as error:
+            for task in tasks:
+                self._wrong(task, f"the worker's answer is none: {error}")
+            return
+        missing = [task for task in tasks if task["key"] not in files]
+        if missing and len(missing) < len(tasks):
+            # The answer was large.
+            self._once_more.append(missing)
+            tasks = [task for task in tasks if task["key"] in files]
         for task in tasks:
-            key = task["key"]
-            brought = files.get(key, [])
-            if [name for name, _ in brought] == ["failed.json"]:
-                self._fail(task, json.loads(brought[0][1]))
-                continue
-            code = _facemill.stored(self._folder, [key])[0] if shared else self._filed(key, brought)
-            if code is None or code < 0:
-                failure = _worker._failure(key, _bare(task), 1) | {"cause": "the worker reports a result that is not there"}
-                self._fail(task, failure)
-                continue
-            self._summary.exit_codes[key] = code
-            if self._on_end is not None:
-                self._on_end(task, code)
+            self._file_one(task, files.get(task["key"], []))
 
-    def _filed(self, key: str, brought: list[tuple[str, bytes]]) -> int | None:
-        """Files a result; waits for another run that files the same one."""
-        while True:
-            code = _facemill.file_result(self._folder, key, brought)
-            if code is not None:
-                return code
-            time.sleep(0.05)
+    def _file_one(self, task: dict[str, Any], brought: list[tuple[str, bytes]]) -> None:
+        key = task["key"]
+        names = [name for name, _ in brought]
+        try:
+            if names == ["failed.json"]:
+                failure = json.loads(brought[0][1])
+                self._record(task, {name: failure[name] for name in _worker._failure("", {}, 1)})
+                code = None
+            else:
+                if self._chunks._options["shared_out"] is None:
+                    code = _facemill.file_result(self._folder, key, brought)
+                elif names == ["result.json"]:
+                    code = _facemill.exit_code_of(key, brought[0][1])
+                else:
+                    raise Error("the worker reports a result and does not show it")
+                self._summary.exit_codes[key] = code
+        except (ValueError, KeyError, TypeError) as error:
+            # A result that cannot be written is no fault of the answer.
+            if isinstance(error, Error) and error.exit_code != 2:
+                raise
+            self._wrong(task, f"the worker's answer is wrong: {error}")
+            return
+        if self._on_end is not None:
+            self._on_end(task, code)
+
+    def _wrong(self, task: dict[str, Any], cause: str) -> None:
+        """Takes a wrong answer."""
+        self._fail(task, _worker._failure(task["key"], _bare(task), 1) | {"cause": cause})
 
     def _fail(self, task: dict[str, Any], failure: dict[str, Any]) -> None:
+        """Takes the failure of a task."""
+        self._record(task, failure)
+        if self._on_end is not None:
+            self._on_end(task, None)
+
+    def _record(self, task: dict[str, Any], failure: dict[str, Any]) -> None:
         key = task["key"]
         failure = {**failure, "key": key, "task": _bare(task)}
         _facemill.file_failure(self._folder, key, json.dumps(failure).encode())
         self._summary.failures[key] = failure["cause"]
         if failure["kind"] == "input":
             self._summary.wrong_input.add(key)
-        if self._on_end is not None:
-            self._on_end(task, None)
+
+
+@dataclass
+class _AtWork:
+    """Chunk at the scheduler."""
+
+    future: Future
+    tasks: list[dict[str, Any]]
+    #: Checksums of its inputs.
+    names: list[str]
+
+
+def _unpacked(pack: Any) -> dict[str, list[tuple[str, bytes]]]:
+    """Returns the files of a chunk's answer by key.
+
+    :raises ValueError: if it is no archive.
+    """
+    if not isinstance(pack, bytes):
+        raise ValueError("it is not bytes")
+    files: dict[str, list[tuple[str, bytes]]] = {}
+    with tarfile.open(fileobj=io.BytesIO(pack), mode="r:") as archive:
+        for member in archive:
+            key, _, name = member.name.partition("/")
+            content = archive.extractfile(member) if member.isreg() else None
+            if content is not None:
+                files.setdefault(key, []).append((name, content.read()))
+    return files

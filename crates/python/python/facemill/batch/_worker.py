@@ -16,11 +16,18 @@ import time
 from pathlib import Path
 from typing import Any
 
+from facemill import _facemill
 from facemill._facemill import Error, checksum
 from facemill.batch._process import Child, ChildEnded
 
 #: Time between looks at a task that another run works on, s.
 _BETWEEN_LOOKS = 0.2
+
+#: Size of an answer after which a chunk ends, bytes.
+_MOST_PACKED = 64 << 20
+
+#: Children that wait for a task, of all runs together.
+_MOST_IDLE = 2 * (os.cpu_count() or 1)
 
 _idle: dict[str, list[Child]] = {}
 _lock = threading.Lock()
@@ -45,23 +52,39 @@ def work(text: str, inputs: dict[str, bytes]) -> bytes:
 
 
 def run_chunk(chunk: dict[str, Any], inputs: dict[str, bytes], local: Path) -> bytes:
-    """Runs the tasks of a chunk in a folder of this worker."""
-    out = Path(chunk["shared_out"] or local / "results")
-    if chunk["shared_out"] is None:
+    """Runs the tasks of a chunk in a folder of this worker.
+
+    Ends after the task with which the answer has become large: the others are missing from it, and
+    the client gives them again.
+    """
+    shared = chunk["shared_out"]
+    if shared is None:
         for name, content in inputs.items():
             _keep(local / "inputs", name, content)
+    local.mkdir(parents=True, exist_ok=True)
+    # Of its own: two runs of one batch may give this worker the same task.
+    out = Path(shared or tempfile.mkdtemp(prefix="results-", dir=local))
     packed = io.BytesIO()
-    with tarfile.open(fileobj=packed, mode="w") as archive:
-        for item in chunk["tasks"]:
-            failure = _run(item, chunk, local, out)
-            key = item["key"]
-            if failure is not None:
-                _add(archive, f"{key}/failed.json", json.dumps(failure).encode())
-            elif chunk["shared_out"] is None:
+    try:
+        with tarfile.open(fileobj=packed, mode="w") as archive:
+            for item in chunk["tasks"]:
+                failure = _run(item, chunk, local, out)
+                key = item["key"]
                 folder = out / "tasks" / key
-                for file in sorted(folder.iterdir()):
-                    _add(archive, f"{key}/{file.name}", file.read_bytes())
-                shutil.rmtree(folder)
+                if failure is not None:
+                    _add(archive, f"{key}/failed.json", json.dumps(failure).encode())
+                elif shared is None:
+                    for file in sorted(folder.iterdir()):
+                        _add(archive, f"{key}/{file.name}", file.read_bytes())
+                    shutil.rmtree(folder)
+                else:
+                    # The client may not see the new folder for a while.
+                    _add(archive, f"{key}/result.json", (folder / "result.json").read_bytes())
+                if packed.tell() > _MOST_PACKED:
+                    break
+    finally:
+        if shared is None:
+            shutil.rmtree(out, ignore_errors=True)
     return packed.getvalue()
 
 
@@ -80,7 +103,10 @@ def _run(item: dict[str, Any], chunk: dict[str, Any], local: Path, out: Path) ->
         if item["program"] is not None:
             task["program"] = str(tree / item["program"])
     allow = chunk["allow"] or [str(local)]
-    request = {"task": task, "key": key, "out": str(out), "passing": chunk["shared_out"] is None}
+    given = {"task": task, "key": key, "inputs": item.get("inputs", []), "is_taken_over": False}
+    request = {"given": given, "out": str(out), "passing": chunk["shared_out"] is None}
+    lock = out / "locks" / key
+    sign, since = -1, time.monotonic()
     tries = 0
     while True:
         tries += 1
@@ -88,27 +114,31 @@ def _run(item: dict[str, Any], chunk: dict[str, Any], local: Path, out: Path) ->
             answer = _ask(request, allow, chunk["threads"], chunk["max_memory"])
         except ChildEnded as ended:
             failure = _died(ended, chunk["max_memory"])
-            if tries <= chunk["retries"]:
+            if failure["kind"] == "machine" and tries <= chunk["retries"]:
                 continue
             return {**_failure(key, item["task"], tries), **failure}
         if answer["end"] == "filed":
             return None
         if answer["end"] == "locked":
             tries -= 1
-            time.sleep(_BETWEEN_LOOKS)
+            # A process that works changes the time of its lock again and again.
+            last = lock.stat().st_mtime_ns if lock.exists() else 0
+            if last != sign:
+                sign, since = last, time.monotonic()
+            given["is_taken_over"] = time.monotonic() - since > chunk["lock_patience"]
+            if not given["is_taken_over"]:
+                time.sleep(_BETWEEN_LOOKS)
             continue
         recorded = out / "failed" / f"{key}.json"
         if recorded.exists():
             failure = json.loads(recorded.read_bytes())
-            if chunk["shared_out"] is None:
-                recorded.unlink()
             return {**failure, "task": item["task"]}
         code, message = answer.get("exit_code", 3), answer.get("message", answer["end"])
-        if _is_out_of_memory(message, chunk["max_memory"]):
-            failure = _out_of_memory(chunk["max_memory"])
-        else:
-            failure = {"kind": "input" if code == 2 else "internal", "cause": message, "exit_code": code}
-        return {**_failure(key, item["task"], tries), **failure}
+        kind, cause = _facemill.cause_of_end(code, None, message, chunk["max_memory"])
+        # The message of a failure is its cause, without how a process would have ended.
+        cause = cause if kind == "machine" else message
+        exit_code = None if kind == "machine" else code
+        return {**_failure(key, item["task"], tries), "kind": kind, "cause": cause, "exit_code": exit_code}
 
 
 def _failure(key: str, task: dict[str, Any], tries: int) -> dict[str, Any]:
@@ -127,26 +157,12 @@ def _failure(key: str, task: dict[str, Any], tries: int) -> dict[str, Any]:
 
 def _died(ended: ChildEnded, max_memory: int | None) -> dict[str, Any]:
     """Returns the cause for which a child ended."""
-    last = (ended.errors.strip().splitlines() or [""])[-1]
-    behind = f": {last}" if last else ""
-    if _is_out_of_memory(ended.errors, max_memory):
-        return _out_of_memory(max_memory)
-    if ended.code < 0:
-        cause = f"ended by signal {-ended.code}{behind}"
-        return {"kind": "machine", "cause": cause, "exit_code": None, "signal": -ended.code}
-    cause = f"ended with exit code {ended.code}{behind}"
-    return {"kind": "internal", "cause": cause, "exit_code": ended.code, "signal": None}
-
-
-def _is_out_of_memory(text: str, max_memory: int | None) -> bool:
-    """Returns whether an allocation failed: the second and third texts count only under a bound."""
-    bounded = ["Resource temporarily unavailable", "Cannot allocate memory", "MemoryError"]
-    return "memory allocation of " in text or (max_memory is not None and any(part in text for part in bounded))
-
-
-def _out_of_memory(max_memory: int | None) -> dict[str, Any]:
-    bound = "" if max_memory is None else f" within --max-memory {max_memory} MiB"
-    return {"kind": "machine", "cause": f"out of memory{bound}", "exit_code": None, "signal": None}
+    signal = -ended.code if ended.code < 0 else None
+    code = None if signal is not None else ended.code
+    kind, cause = _facemill.cause_of_end(code, signal, ended.errors, max_memory)
+    if kind == "interrupted":
+        kind, cause = "machine", "ended by a termination request"
+    return {"kind": kind, "cause": cause, "exit_code": code, "signal": signal}
 
 
 def _ask(
@@ -158,19 +174,32 @@ def _ask(
     # A process that has run a task has less of its bound left.
     if max_memory is None:
         with _lock:
-            waiting = _idle.get(kind)
-            child = waiting.pop() if waiting else None
+            waiting = _idle.get(kind, [])
+            while waiting and child is None:
+                child = waiting.pop()
+                if not child.is_alive():
+                    # Killed while it had nothing to do: not the fault of this task.
+                    child.close()
+                    child = None
     child = child or Child(allow, threads, max_memory)
     try:
         answer = child.ask(request)
     except BaseException:
         child.close()
         raise
-    if max_memory is None:
-        with _lock:
-            _idle.setdefault(kind, []).append(child)
-    else:
+    if max_memory is not None:
         child.close()
+        return answer
+    with _lock:
+        _idle.setdefault(kind, []).append(child)
+        # Of runs with other options, those that have waited the longest.
+        others = [kept for name, kept in _idle.items() if name != kind]
+        closed = []
+        for kept in [*others, _idle[kind]]:
+            while kept and sum(map(len, _idle.values())) > _MOST_IDLE:
+                closed.append(kept.pop(0))
+    for other in closed:
+        other.close()
     return answer
 
 
