@@ -256,6 +256,22 @@ def test_answers_that_are_lost_with_their_worker_are_made_again(
     assert results(out) == expected(command, batch, tmp_path / "by-command")
 
 
+def _answer(_text: str, _inputs: dict[str, bytes]) -> Any:
+    return {"an": Path("object")}
+
+
+def test_an_answer_that_would_be_unpickled_fails_its_tasks(
+    tmp_path: Path, cluster: Cluster, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # Workers import no tests: the function goes there as it is.
+    _answer.__module__ = "__main__"
+    monkeypatch.setattr(_worker, "work", _answer)
+    cluster.start_worker()
+    summary = facemill.batch.run(write_batch(tmp_path / "batch", 2), tmp_path / "out", cluster.address)
+    assert summary.exit_code == 3
+    assert set(summary.failures.values()) == {"the worker's answer is none: it is not bytes"}
+
+
 class _NoClient:
     """Client that takes note of what is submitted."""
 

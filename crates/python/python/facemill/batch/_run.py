@@ -145,7 +145,8 @@ def _client(address: str, patience: float) -> Client:
     from distributed import Client
 
     try:
-        return Client(address, timeout=patience, set_as_default=False)
+        # An answer that is no bytes is an error, and is not unpickled.
+        return Client(address, timeout=patience, set_as_default=False, deserializers=["dask", "msgpack"])
     except (OSError, TimeoutError) as error:
         raise Error(f"no scheduler at {address}: {error}") from None
 
@@ -389,6 +390,9 @@ class _Submission:
                 continue
             try:
                 pack = self._gather([future])[0]
+            except TypeError:
+                # It would have to be unpickled.
+                yield future, None
             except Exception:
                 if self._client.status != "running":
                     raise
