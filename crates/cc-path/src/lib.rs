@@ -45,6 +45,7 @@
 //! | `path_file` | Path files: passes of CC points as a user writes them |
 //! | `error` | faults of path files and of passes that cannot be laid |
 //! | `left_region` | surface on which stock is left, by heights measured on places |
+//! | `sections` | sections by planes and cylinders, which give every place a level |
 //! | `region` | regions: the part of the drive surface that passes are laid on |
 //! | `strategy` | strategies: settings of the passes on a surface, and their limits |
 //! | `harmonic` | harmonic functions on meshes: fields between curves, the angle around a tube |
@@ -76,6 +77,7 @@ mod path_file;
 mod project;
 mod region;
 mod samples;
+mod sections;
 mod strategy;
 #[cfg(test)]
 #[path = "../tests/unit/test_kit.rs"]
@@ -103,5 +105,5 @@ pub use path_file::{PassFile, PathFile, PathFileError, PathFormat, PathFrame, re
 pub use project::{ProjectSettings, project};
 pub use region::{NormalCone, Region};
 pub use samples::{RegionSample, RequestedRegion, RequestedStrategy};
+pub use sections::{CylindricalSections, ParallelPlanes, Sections};
 pub use strategy::Strategy;
-pub use strategy::sections::{CylindricalSections, ParallelPlanes, Sections};

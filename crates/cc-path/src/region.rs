@@ -8,7 +8,7 @@ use nalgebra::{Unit, Vector3};
 
 use crate::error::PathError;
 use crate::left_region::LeftRegion;
-use crate::strategy::sections::Sections;
+use crate::sections::Sections;
 
 /// The part of the drive surface that passes are laid on: all conditions must hold. The default is
 /// all of it.

@@ -13,8 +13,8 @@ use crate::error::PathError;
 use crate::region::{Region, triangles_of};
 use crate::samples::lattice::{Lattice, LatticePoint, side_of};
 use crate::samples::line_band::LineBand;
+use crate::sections::Sections;
 use crate::strategy::Strategy;
-use crate::strategy::sections::Sections;
 
 /// Point of a region.
 #[derive(Clone, Copy, Debug, PartialEq)]

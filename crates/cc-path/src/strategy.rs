@@ -9,14 +9,13 @@ pub(crate) mod left_above_file;
 pub(crate) mod patch;
 pub(crate) mod scallop;
 pub(crate) mod scallop_file;
-pub(crate) mod sections;
 pub(crate) mod settings;
 pub(crate) mod size;
 
+use crate::sections::{CylindricalSections, ParallelPlanes, Sections};
 use crate::strategy::edge::{Edge, Root};
 use crate::strategy::field::{Flow, Spiral};
 use crate::strategy::scallop::ConstantScallop;
-use crate::strategy::sections::{CylindricalSections, ParallelPlanes, Sections};
 
 /// How passes are laid.
 #[derive(Clone, Debug, PartialEq)]

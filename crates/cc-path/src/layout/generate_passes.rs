@@ -22,12 +22,12 @@ use crate::layout::section_layout::{SectionLayout, check_sections, extent, finen
 use crate::layout::strip_width::StripWidth;
 use crate::layout::trace::{Curve, TracedLevel, trace};
 use crate::region::Region;
+use crate::sections::Sections;
 use crate::strategy::Strategy;
 use crate::strategy::edge::{Edge, Root, RootLine};
 use crate::strategy::field::{Flow, Spiral, SpiralLevels};
 use crate::strategy::patch::{Fineness, Patch};
 use crate::strategy::scallop::ConstantScallop;
-use crate::strategy::sections::Sections;
 use crate::strategy::settings::{LaySettings, UncutSide};
 use crate::strategy::size::{PointsLeft, too_many_points};
 

@@ -1,8 +1,8 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::layout::edge_fill::front::FrontSet;
+use crate::sections::Sections;
 use crate::strategy::patch::Patch;
-use crate::strategy::sections::Sections;
 
 /// A function on the drive surface and the level of it that cuts out a pass.
 #[derive(Clone, Copy)]

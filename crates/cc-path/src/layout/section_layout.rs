@@ -11,8 +11,8 @@ use crate::layout::level_set::LevelSet;
 use crate::layout::levels::{Band, count_wide, plan_levels, triangles_at, widest_strip};
 use crate::layout::pass_level::{PassLevel, Strips};
 use crate::layout::strip_width::{StripWidth, bands};
+use crate::sections::Sections;
 use crate::strategy::patch::{Fineness, Patch};
-use crate::strategy::sections::Sections;
 use crate::strategy::settings::{LaySettings, LevelOrder, require};
 use crate::strategy::size::StepOverCause;
 

@@ -4,8 +4,8 @@ use rayon::prelude::*;
 
 use crate::error::PathError;
 use crate::layout::levels::Band;
+use crate::sections::Sections;
 use crate::strategy::patch::Patch;
-use crate::strategy::sections::Sections;
 use crate::strategy::settings::{Direction, LaySettings};
 use crate::strategy::size::StepOverCause;
 

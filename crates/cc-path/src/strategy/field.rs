@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Unit, Vector3};
 
 use crate::error::PathError;
-use crate::strategy::sections::Sections;
+use crate::sections::Sections;
 use crate::strategy::settings::require;
 
 /// Passes morph from one border of the region to another: they are level curves of the harmonic

@@ -3,9 +3,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::PathError;
+use crate::sections::Sections;
 use crate::strategy::field::{Flow, FlowEnd, Spiral, SpiralLevels};
 use crate::strategy::file::{CylindricalSectionsFile, ParallelPlanesFile, unit};
-use crate::strategy::sections::Sections;
 
 /// Passes that morph from one border of the region to another, spaced by strip widths.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

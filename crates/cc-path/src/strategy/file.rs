@@ -5,12 +5,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::PathError;
 use crate::region::{NormalCone, Region};
+use crate::sections::{CylindricalSections, ParallelPlanes};
 use crate::strategy::Strategy;
 use crate::strategy::edge_file::{EdgeFile, RootFile};
 use crate::strategy::field_file::{FlowFile, SpiralFile};
 use crate::strategy::left_above_file::LeftAboveFile;
 use crate::strategy::scallop_file::{ConstantScallopFile, SectionsFile};
-use crate::strategy::sections::{CylindricalSections, ParallelPlanes};
 use crate::strategy::settings::require;
 
 /// Arrangement of passes: `{"parallel_planes": {…}}`, `{"cylindrical_sections": {…}}`,

@@ -9,7 +9,7 @@ use nalgebra::{Point3, Unit, Vector3};
 
 use crate::error::PathError;
 use crate::region::{Region, triangles_of};
-use crate::strategy::sections::Sections;
+use crate::sections::Sections;
 use crate::strategy::size::{MAX_PIECES, check_pieces};
 
 /// The region as a mesh of its own, every point of which lies on the drive surface: triangles cut

@@ -4,7 +4,7 @@ use std::fmt;
 
 use nalgebra::{Point3, Unit, Vector3};
 
-use crate::strategy::sections::Sections;
+use crate::sections::Sections;
 
 /// Passes are fronts that advance from their seeds by the local strip width, so that the cusp
 /// between them is the same everywhere; the level is the distance from the seed, summed up from

@@ -3,9 +3,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::PathError;
+use crate::sections::Sections;
 use crate::strategy::file::{CylindricalSectionsFile, ParallelPlanesFile, unit};
 use crate::strategy::scallop::{ConstantScallop, Seed};
-use crate::strategy::sections::Sections;
 use crate::strategy::settings::require;
 
 /// Fronts that advance from a seed by the local strip width.

@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use nalgebra::Point3;
 
 use crate::error::{PathError, Remedy};
+use crate::sections::Sections;
 use crate::strategy::patch::Fineness;
-use crate::strategy::sections::Sections;
 use crate::strategy::settings::LaySettings;
 
 /// Most passes of a path. A blade of 4 m cut at 0.2 mm has as many; more is a wrong setting.

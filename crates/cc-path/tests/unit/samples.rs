@@ -1,5 +1,5 @@
 use super::*;
-use crate::strategy::sections::{CylindricalSections, ParallelPlanes};
+use crate::sections::{CylindricalSections, ParallelPlanes};
 use crate::test_kit::{cylinder, grid, plane, surface};
 use facemill_cl_data::Aabb;
 use facemill_surface_model::TriMesh;

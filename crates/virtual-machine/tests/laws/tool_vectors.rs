@@ -192,7 +192,7 @@ fn a_choice_that_is_not_clear_is_a_finding() {
             "words too",
             "G1 X1. B25. A3=0.5 B3=0 C3=1\n".to_owned(),
             FindingKind::UnknownPosition,
-            "beside a tool vector",
+            "in a block with a tool vector",
         ),
         ("variable", "G1 X=R1 A3=0.5 B3=0 C3=1\n".to_owned(), FindingKind::UnknownBlock, "may move any axis"),
         ("not whole", "G1 X1. A3=0.5 B3=0\n".to_owned(), FindingKind::UnknownBlock, "may move any axis"),

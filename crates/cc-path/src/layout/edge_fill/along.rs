@@ -1,7 +1,7 @@
 use nalgebra::{Point3, Unit, Vector3};
 
+use crate::sections::{CylindricalSections, Sections};
 use crate::strategy::patch::Patch;
-use crate::strategy::sections::{CylindricalSections, Sections};
 
 /// Coordinate along the passes, mm: it grows in the direction in which the passes of a patch run
 /// forward on the whole.

@@ -6,8 +6,8 @@ use crate::layout::edge_fill::along::Along;
 use crate::layout::edge_fill::front::Row;
 use crate::layout::levels::Band;
 use crate::layout::strip_width::least;
+use crate::sections::Sections;
 use crate::strategy::patch::Patch;
-use crate::strategy::sections::Sections;
 use crate::strategy::settings::LaySettings;
 
 /// Part of a column between two levels of a grid.

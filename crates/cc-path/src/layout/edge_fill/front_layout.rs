@@ -8,8 +8,8 @@ use crate::layout::edge_fill::fronts::{FrontSettings, cost_of_levels, plan_front
 use crate::layout::level_set::LevelSet;
 use crate::layout::levels::Band;
 use crate::layout::pass_level::{PassLevel, Strips};
+use crate::sections::Sections;
 use crate::strategy::patch::Patch;
-use crate::strategy::sections::Sections;
 use crate::strategy::settings::{Direction, LaySettings, LevelOrder, Pattern};
 use crate::strategy::size::MAX_CROSSINGS;
 
@@ -28,8 +28,8 @@ const LEAST_GAIN: f64 = 0.01;
 const MOST_PER_LEVEL: usize = 3;
 
 impl FrontLayout {
-    /// `None` where the passes turn too much for fronts, or where the `rising` levels serve: no place
-    /// of a border is too far from a pass on them, and fronts are no shorter.
+    /// `None` where the passes turn too much for fronts, or where the `rising` levels serve: no
+    /// place of a border is too far from a pass on them, and fronts are no shorter.
     pub(crate) fn plan(
         patch: &Patch,
         sections: &Sections,

@@ -16,8 +16,8 @@ use crate::layout::pass_level::Strips;
 use crate::layout::section_layout::{BORDER_INSET, border_levels, extent};
 use crate::layout::strip_width::StripWidth;
 use crate::layout::trace::{Curve, TracedLevel};
+use crate::sections::Sections;
 use crate::strategy::patch::Patch;
-use crate::strategy::sections::Sections;
 use crate::strategy::settings::{Direction, LaySettings, LevelOrder};
 
 /// A spiral on a patch: a turn on the first level, turns that rise evenly by one strip each, and a

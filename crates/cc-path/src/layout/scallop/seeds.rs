@@ -9,9 +9,9 @@ use crate::error::PathError;
 use crate::layout::scallop::seed_points::projected;
 use crate::layout::scallop::surface_path::{SurfacePath, trace_zero};
 use crate::layout::section_layout::extent;
+use crate::sections::{CylindricalSections, ParallelPlanes, Sections};
 use crate::strategy::patch::Patch;
 use crate::strategy::scallop::Seed;
-use crate::strategy::sections::{CylindricalSections, ParallelPlanes, Sections};
 
 /// Curves that fronts begin at.
 #[derive(Clone, Debug)]

@@ -1,7 +1,7 @@
+use crate::sections::Sections;
 use crate::strategy::Strategy;
 use crate::strategy::field_file::*;
 use crate::strategy::file::StrategyFile;
-use crate::strategy::sections::Sections;
 use facemill_file_format::from_json;
 
 fn strategy(json: &str) -> Result<Strategy, PathError> {

@@ -1,6 +1,6 @@
 use crate::left_region::{LeftRegion, StockHeight};
+use crate::sections::{CylindricalSections, ParallelPlanes};
 use crate::strategy::patch::*;
-use crate::strategy::sections::{CylindricalSections, ParallelPlanes};
 use crate::test_kit::{plane, sphere_patch, surface};
 
 const COARSE: Fineness = Fineness { max_edge: f64::INFINITY, max_bend: f64::INFINITY, cuts_range: false };

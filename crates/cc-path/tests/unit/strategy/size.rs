@@ -1,6 +1,6 @@
 use crate::layout::generate_passes::lay_passes;
 use crate::region::Region;
-use crate::strategy::sections::{CylindricalSections, ParallelPlanes};
+use crate::sections::{CylindricalSections, ParallelPlanes};
 use crate::strategy::size::*;
 use crate::test_kit::{plane, surface};
 use facemill_cl_data::Silent;

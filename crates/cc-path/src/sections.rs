@@ -123,5 +123,5 @@ impl CylindricalSections {
 }
 
 #[cfg(test)]
-#[path = "../../tests/unit/strategy/sections.rs"]
+#[path = "../tests/unit/sections.rs"]
 mod tests;
