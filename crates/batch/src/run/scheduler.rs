@@ -313,7 +313,13 @@ impl BatchRun<'_> {
                     if self.summary.started == 0 {
                         return Err(Failure::Internal(text));
                     }
-                    // Too many processes or too little memory, for now: not the fault of the task.
+                    // Too many processes or too little memory, for now: not the fault of the task,
+                    // which waits for the end of another.
+                    if !self.working.is_empty() {
+                        *attempt -= 1;
+                        self.waiting.push_front(index);
+                        return Ok(());
+                    }
                     let cause = Cause { kind: FailureKind::Machine, text, exit_code: None, signal: None };
                     let tries = *attempt;
                     self.failed(index, failed_by(task, cause, tries), 0.0);
@@ -321,6 +327,7 @@ impl BatchRun<'_> {
                 }
             };
             self.summary.started += 1;
+            self.taken_over.remove(&index);
             self.watch.see(RunEvent::Started { task, threads, attempt: *attempt });
             self.working.insert(index, AtWork { worker, began: Instant::now(), threads });
         }

@@ -50,11 +50,13 @@ impl Worker {
             let _ = input.write_all(format!("{given}\n").as_bytes());
         }
         let id = child.id();
-        std::thread::spawn(move || {
+        let watch = move || {
             let errors = errors_of(&mut child);
             // The scheduler may be gone.
             let _ = ends.send(WorkerEnd { index, status: child.wait(), errors });
-        });
+        };
+        // Without a thread the process ends by itself: its input ends.
+        std::thread::Builder::new().spawn(watch)?;
         Ok(Self { id, peak_mib: None, _alive: alive })
     }
 }

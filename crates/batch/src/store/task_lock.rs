@@ -56,7 +56,8 @@ impl TaskLock {
     /// time to time: others see that it works, however long it takes.
     pub fn show(&mut self) {
         let Holder { host, process } = Holder::own();
-        // Without it the lock is the same.
+        // Without it the lock is the same. What a killed process left may be longer.
+        let _ = self.file.set_len(0);
         let _ = self.file.write_all(format!("{host} {process}\n").as_bytes());
         let Ok(file) = self.file.try_clone() else { return };
         let (sender, receiver) = channel::<()>();

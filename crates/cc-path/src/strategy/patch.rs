@@ -44,6 +44,9 @@ pub(crate) struct Fineness {
 /// as this allows.
 const MAX_ROUNDS: usize = 12;
 
+/// Distance of a cut from the end of a region's range, where a patch asks for no limit, mm.
+const COARSEST_BEND: f64 = 0.05;
+
 impl<'a> Patch<'a> {
     /// # Errors
     /// When the region is empty, names an unknown group, or would fall into too many pieces.
@@ -58,7 +61,7 @@ impl<'a> Patch<'a> {
             cut.clip(bounds);
         }
         if let Some(between) = &region.between {
-            cut.keep_between(between, fineness.max_bend);
+            cut.keep_between(between, fineness.max_bend)?;
         }
         if let Some(left) = &region.left {
             cut.keep_left(surface, left, MAX_PIECES)?;
@@ -288,7 +291,12 @@ impl Pieces {
     }
 
     /// Cuts off what is outside the range, by straight lines no farther than `max_bend` from it.
-    fn keep_between(&mut self, sections: &Sections, max_bend: f64) {
+    ///
+    /// # Errors
+    /// When it would fall into too many pieces.
+    fn keep_between(&mut self, sections: &Sections, max_bend: f64) -> Result<(), PathError> {
+        // Samples of a region are cut no more finely than this, mm.
+        let max_bend = max_bend.min(COARSEST_BEND);
         self.keep_range(sections);
         if !sections.is_linear() {
             let (low, high) = sections.range();
@@ -303,9 +311,17 @@ impl Pieces {
                 if !self.halve_edges(asks) {
                     break;
                 }
+                if self.triangles.len() > MAX_PIECES {
+                    return Err(PathError::Setting {
+                        setting: "region.between",
+                        value: if high.is_finite() { high } else { low },
+                        range: "no radius at which the surface itself runs along the cylinder",
+                    });
+                }
             }
         }
         self.clip_range(sections);
+        Ok(())
     }
 
     /// Leaves out triangles that surely have no level of the strategy's range.

@@ -71,7 +71,12 @@ pub fn default_strategies(job: &Job) -> Result<Vec<NamedStrategy>, Failure> {
             let planes = &planes;
             let change: Change<'_> = Box::new(move |k, s| {
                 if let Some(planes) = planes[k].iter().find(|p| p.direction == direction) {
-                    s.region.between = s.region.between.take().or_else(|| range_of(&s.strategy));
+                    let range = range_of(&s.strategy);
+                    // A region between two ranges cannot be written: the strategy stays.
+                    if s.region.between.is_some() && range.is_some() {
+                        return;
+                    }
+                    s.region.between = s.region.between.take().or(range);
                     s.strategy = StrategyFile::ParallelPlanes(planes.file.clone());
                     s.edge_fill = edge_fill;
                 }

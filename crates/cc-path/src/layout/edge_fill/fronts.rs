@@ -101,6 +101,10 @@ impl Planner<'_> {
     fn run(&self, most: usize) -> Option<FrontPlan> {
         let n = self.columns.row.n;
         let first = self.first_front();
+        if self.length(&first) <= 0.0 {
+            // The region is thinner than its lower border is uneven.
+            return None;
+        }
         let mut covered = first.levels.clone();
         let mut cost = self.length(&first) + self.settings.pass_cost;
         let mut fronts = vec![first];

@@ -105,7 +105,7 @@ def _run(item: dict[str, Any], chunk: dict[str, Any], local: Path, out: Path) ->
     allow = chunk["allow"] or [str(local)]
     given = {"task": task, "key": key, "inputs": item.get("inputs", []), "is_taken_over": False}
     request = {"given": given, "out": str(out), "passing": chunk["shared_out"] is None}
-    lock = out / "locks" / key
+    lock, recorded = out / "locks" / key, out / "failed" / f"{key}.json"
     sign, since = -1, time.monotonic()
     tries = 0
     while True:
@@ -122,18 +122,22 @@ def _run(item: dict[str, Any], chunk: dict[str, Any], local: Path, out: Path) ->
         if answer["end"] == "locked":
             tries -= 1
             # A process that works changes the time of its lock again and again.
-            last = lock.stat().st_mtime_ns if lock.exists() else 0
+            try:
+                last = lock.stat().st_mtime_ns
+            except OSError:  # The other process has just ended.
+                last = 0
             if last != sign:
                 sign, since = last, time.monotonic()
             given["is_taken_over"] = time.monotonic() - since > chunk["lock_patience"]
             if not given["is_taken_over"]:
                 time.sleep(_BETWEEN_LOOKS)
             continue
-        recorded = out / "failed" / f"{key}.json"
+        code, message = answer.get("exit_code", 3), answer.get("message", answer["end"])
         if recorded.exists():
             failure = json.loads(recorded.read_bytes())
-            return {**failure, "task": item["task"]}
-        code, message = answer.get("exit_code", 3), answer.get("message", answer["end"])
+            # Another one is of an earlier run.
+            if failure.get("exit_code") == code:
+                return {**failure, "task": item["task"]}
         kind, cause = _facemill.cause_of_end(code, None, message, chunk["max_memory"])
         # The message of a failure is its cause, without how a process would have ended.
         cause = cause if kind == "machine" else message
