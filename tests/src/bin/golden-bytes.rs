@@ -12,6 +12,10 @@ use facemill_tests::shared::workspace;
 
 fn main() -> ExitCode {
     let argument = std::env::args().nth(1);
+    if argument.as_ref().is_some_and(|a| a.starts_with('-') && a != "--write") {
+        eprintln!("golden-bytes [FOLDER | --write]");
+        return ExitCode::from(2);
+    }
     let table = workspace().join("tests/golden-bytes.txt");
     let keep = argument.as_deref().filter(|a| *a != "--write").map(Path::new);
     let lines = golden_bytes(keep);
