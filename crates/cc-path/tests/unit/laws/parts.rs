@@ -202,7 +202,42 @@ fn a_region_between_cylinders_is_cut_at_them_by_passes_of_any_direction() {
             let far = |p: &&&Point3<f64>| distance_to_passes(p, &laid) > 1.1;
             let n_far = in_ring.iter().take(1500).filter(far).count();
             // Passes cross a ring at an angle, and end at its border.
-            assert!(n_far < 30, "{n_far} of {}", in_ring.len().min(1500));
+            assert!(n_far < 10, "{n_far} of {}", in_ring.len().min(1500));
         }
     }
+}
+
+#[test]
+fn edges_and_passes_are_between_the_same_cylinders_on_coarse_facets() {
+    // A roof of four facets along x. The cylinders about an axis beside its ridge cross that four
+    // times, and its ends are outside.
+    let roof = grid(1, 2, |u, v| Point3::new(100.0 * u, 60.0 * v - 30.0, -20.0 * (2.0 * v - 1.0).abs()));
+    let s = surface(roof);
+    let Strategy::CylindricalSections(between) = rings(Point3::new(50.0, 40.0, 0.0), 41.0, 52.0) else {
+        panic!("rings")
+    };
+    let region = Region { between: Some(Sections::CylindricalSections(between)), ..Region::default() };
+    let strategy = Strategy::Edge(Edge { line: EdgeLine::Ridge, width: 0.0 });
+    let requested = RequestedStrategy { strategy: &strategy, corner_radius: 1.0 };
+    let length: f64 =
+        RequestedRegion::new(&s, &region, Some(requested)).unwrap().samples(0.25).iter().map(|p| p.length).sum();
+    let half = |radius: f64| (radius * radius - 1600.0).sqrt();
+    let expected = 2.0 * (half(52.0) - half(41.0));
+    assert!((length - expected).abs() < 1.0, "{length} of {expected}");
+    let laid = lay_on(&s, &region, &strategy, &LaySettings::default());
+    let laid: f64 = laid.passes.iter().map(|p| p.length).sum();
+    assert!((laid - expected).abs() < 1.0, "{laid} of {expected}");
+}
+
+#[test]
+#[ignore = "two million pieces: some seconds, and half a gigabyte"]
+fn a_surface_along_the_cylinder_that_bounds_its_region_is_an_error_in_bounded_memory() {
+    let s = surface(cylinder(50.0, 100.0, 1.5, 40, 4));
+    let Strategy::CylindricalSections(between) = rings(Point3::origin(), 10.0, 50.0) else { panic!("rings") };
+    let axis_direction = Vector3::x_axis();
+    let between = Sections::CylindricalSections(CylindricalSections { axis_direction, ..between });
+    let region = Region { between: Some(between), ..Region::default() };
+    let settings = LaySettings { chord_tolerance: 1e-6, ..LaySettings::default() };
+    let e = lay_passes(&s, &region, &planes(Vector3::x_axis()), &settings, &|_| 2.0, &Silent).unwrap_err();
+    assert!(e.to_string().starts_with("region.between is 50"), "{e}");
 }
