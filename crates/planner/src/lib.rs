@@ -23,7 +23,7 @@
 //! | `program` | from moves to timed blocks and text |
 //! | `report` | figures of a plan for its reader: report, summary, chips, rotary motion, lost time |
 //! | `planned` | result of a planning run |
-//! | `plan_stages` | the stages of a plan, in their order |
+//! | `plan_run` | the plan of a setup that has been read, for any number of heads, and its stages |
 //! | `dual` | setups of a machine with two heads |
 //! | `plan` | the complete plan of one setup |
 //! | `plan_job` | all setups of a job, each on the stock that earlier ones leave |
@@ -42,8 +42,8 @@ mod passes;
 mod paths;
 mod plan;
 mod plan_job;
+mod plan_run;
 mod plan_settings;
-mod plan_stages;
 mod plan_stock;
 mod planned;
 mod program;

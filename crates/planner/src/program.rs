@@ -1,12 +1,15 @@
 //! Conversion of moves to timed blocks and text.
 
 pub(crate) mod cut_stock;
+pub(crate) mod heads;
 pub(crate) mod link_search;
+pub(crate) mod one_head;
 pub(crate) mod output;
 pub(crate) mod planned_links;
 pub(crate) mod planned_turns;
 pub(crate) mod refinement;
 pub(crate) mod rounds;
+pub(crate) mod run_program;
 pub(crate) mod timed;
 pub(crate) mod timing;
 pub(crate) mod vector_blocks;

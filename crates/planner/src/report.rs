@@ -8,6 +8,7 @@ pub(crate) mod efficiencies;
 pub(crate) mod left_above;
 pub(crate) mod lost_time;
 pub(crate) mod pass_files;
+pub(crate) mod reported_heads;
 pub(crate) mod reporting;
 pub(crate) mod rotary_motion;
 pub(crate) mod rotary_reversals;

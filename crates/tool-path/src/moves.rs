@@ -3,6 +3,7 @@
 
 pub(crate) mod lead;
 pub mod order;
+pub mod pair_turn;
 pub mod reached;
 pub(crate) mod sequencer;
 pub mod turn;
@@ -78,8 +79,8 @@ pub enum TurnState {
     Made(LinkInstead),
 }
 
-/// Moves that a turn replaces.
-#[derive(Clone, Debug)]
+/// Moves that a turn replaces; none where its caller has them.
+#[derive(Clone, Debug, Default)]
 pub struct LinkInstead {
     /// Exit from the piece before.
     exit: Vec<Move>,
@@ -88,6 +89,11 @@ pub struct LinkInstead {
 }
 
 impl LinkInstead {
+    /// Returns the exit from the piece before, and link and entry up to the first cut.
+    pub fn moves(&self) -> [&[Move]; 2] {
+        [&self.exit, &self.lead]
+    }
+
     /// Records the chips of exit and entry in the moves in the stock.
     pub fn give_chips(&mut self, [exit, entry]: [Chip; 2]) {
         for (moves, chip) in [(&mut self.exit, exit), (&mut self.lead, entry)] {

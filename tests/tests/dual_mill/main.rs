@@ -5,6 +5,7 @@
 mod cut_stock;
 mod dual_refusals;
 mod lowered_feeds;
+mod turns_and_rounds;
 
 use facemill::cl_file::{AptFile, read_apt};
 use facemill::new_job::NewJob;

@@ -135,11 +135,10 @@ pub struct LinksFile {
     pub shorten: bool,
     /// Stock that shortened links avoid.
     pub stock: LinkStockFile,
-    /// Order in which the pieces of an operation's passes are cut. Machines with two heads:
-    /// `as_laid`.
+    /// Order in which the pieces of an operation's passes, and the runs of a pair, are cut.
     pub order: PassOrderFile,
     /// Turn from pass to pass with the tool down where passes are laid in `zigzag`
-    /// (docs/rapids.md#turns-in-place-of-links). Machines with two heads: links.
+    /// (docs/rapids.md#turns-in-place-of-links).
     pub turns: bool,
 }
 
@@ -560,7 +559,7 @@ pub struct PathFromStrategy {
     pub edge_fill: bool,
     /// Largest number of times that passes are laid again, with narrower strips where the text
     /// leaves more than `cusp_mm` (docs/method.md#rounds-of-widths). The best round is cut: within
-    /// `cusp_mm` before others, then by time. Machines with two heads lay passes once.
+    /// `cusp_mm` before others, then by time.
     #[schemars(range(min = 0, max = 3))]
     #[serde(default)]
     pub width_rounds: u32,

@@ -1,31 +1,23 @@
-//! Text of the moves of two heads, and its run for each of them.
+//! Text of the moves of two heads.
 
 use facemill_cl_data::ClPoint;
 use facemill_cl_file::{AptCutter, AptMove, AptSpec, write_apt};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::OperationFile;
-use facemill_job::format::report::remaining::RemainingReport;
 use facemill_job::setup::cell::budget;
-use facemill_job::stages::Stages;
 use facemill_job::validate::tip_feed::programmed_feed;
-use facemill_nc_program::{HeadSpec, PostSettings, ProgramSpec, ReadProgram, write_program_of_heads};
+use facemill_nc_program::{HeadSpec, PostSettings, ProgramSpec, write_program_of_heads};
 use facemill_tool_path::moves::MoveKind;
 use facemill_verification::merged_heads::merged_runs;
-use facemill_verification::named_results::{name_obstacles, not_verified};
-use facemill_verification::remaining::{RunningHead, remaining};
 use facemill_verification::text_times::TimedText;
 use facemill_virtual_machine::program_time::tolerance::MachineView;
-use facemill_virtual_machine::{
-    Assumption, Certificates, GougeSection, HeldAsCut, SectionGouge, Verification, VerifySettings, VirtualSetup,
-    assumptions, certify, verify,
-};
+use facemill_virtual_machine::{GougeSection, SectionGouge, Verification};
 
 use super::channels::channel_files;
 use super::moves::DualMove;
 use super::program::{DualTimes, DualWriter, PartFeeds, dual_spec};
 use crate::dual::parts::{ProgramPart, TwoHeadContext};
 use crate::passes::operation::PlannedOperation;
-use crate::program::cut_stock::CuttingHead;
 use crate::program::output::NOT_VERIFIED;
 use crate::program::timed::Timed;
 use crate::program::timing::text::time_text;
@@ -200,6 +192,19 @@ impl DualTexts {
         Some([line(places.first()?)?, line(places.last()?)?])
     }
 
+    /// Returns the lines of the cuts of every operation, part by part, the first head's before the
+    /// second's.
+    pub(crate) fn cut_lines(&self, parts: &[ProgramPart<'_>]) -> Vec<u32> {
+        let of_head = |part: usize, head: usize| {
+            let places = self.places.iter().filter(move |(_, place)| place.part == part);
+            places.filter_map(move |(line, place)| {
+                let m = &parts[place.part].sections[place.section].moves[place.at];
+                (m.kind == MoveKind::Cut && m.working[head]).then_some(*line)
+            })
+        };
+        (0..parts.len()).flat_map(|part| [0, 1].map(|head| of_head(part, head))).flatten().collect()
+    }
+
     /// Takes the reported times from the text.
     ///
     /// # Errors
@@ -230,78 +235,18 @@ impl DualTexts {
     }
 }
 
-/// Text with its input, as the virtual machine runs it once for each head.
-pub(crate) struct DualProgram<'p, 'a> {
-    pub context: &'p TwoHeadContext<'a>,
-    pub parts: &'p [ProgramPart<'a>],
-    pub texts: &'p DualTexts,
-    /// Bodies tested only against the stock at that time, as those of one head
-    /// ([`OwnProgram`](crate::program::output::OwnProgram)).
-    pub as_cut: HeldAsCut,
-}
-
-impl DualProgram<'_, '_> {
-    /// Runs the text for both heads.
-    pub(crate) fn verify(&self, stages: &dyn Stages) -> Result<[Verification; 2], Failure> {
-        let program = self.read()?;
-        let run = |h: usize| {
-            let what = if h == 0 { "verify head 1" } else { "verify head 2" };
-            let monitor = stages.start(what, program.blocks.len());
-            let mut found = verify(&program, &self.setup(h), &self.settings(h), &*monitor).map_err(not_verified)?;
-            name_obstacles(&mut found, self.context.scenes[h].setup);
-            Ok::<_, Failure>(found)
-        };
-        Ok([run(0)?, run(1)?])
-    }
-
-    /// Proves the motion inside the blocks of the text for both heads.
-    pub(crate) fn certify(&self, stages: &dyn Stages) -> Result<[Certificates; 2], Failure> {
-        let program = self.read()?;
-        let run = |h: usize| {
-            let what = if h == 0 { "certify head 1" } else { "certify head 2" };
-            let monitor = stages.start(what, program.blocks.len());
-            certify(&program, &self.setup(h), &self.settings(h), &*monitor).map_err(not_verified)
-        };
-        Ok([run(0)?, run(1)?])
-    }
-
-    /// Returns a head as it cuts the stock.
-    pub(crate) fn cutting_head(&self, head: usize) -> CuttingHead<'_> {
-        CuttingHead { scene: &self.context.scenes[head], at: self.setup(head), settings: self.settings(head) }
-    }
-
-    /// Measures the material that the text leaves on the regions of the setup's operations,
-    /// whichever head cuts there.
-    pub(crate) fn remaining(&self, stages: &dyn Stages) -> Result<Option<RemainingReport>, Failure> {
-        let (setups, settings) = ([self.setup(0), self.setup(1)], [self.settings(0), self.settings(1)]);
-        let heads = [0, 1].map(|h| RunningHead { at: &setups[h], settings: &settings[h] });
-        remaining(self.context.scenes[0].job, self.context.scenes[0].setup, &self.read()?, &heads, stages)
-    }
-
-    /// Returns the assumptions on the behaviour of the control.
-    pub(crate) fn assumptions(&self) -> Result<Vec<Assumption>, Failure> {
-        Ok(assumptions(&self.read()?, self.context.scenes[0].machine))
-    }
-
-    pub(super) fn read(&self) -> Result<ReadProgram, Failure> {
-        let job = self.context.scenes[0].job;
-        job.read_program(self.texts.nc.as_bytes(), job.post.dialect()).map_err(|e| job.unread(&e))
-    }
-
-    pub(super) fn setup(&self, head: usize) -> VirtualSetup<'_> {
-        let scene = &self.context.scenes[head];
-        scene.virtual_setup(scene.job.post.dialect())
-    }
-
-    pub(super) fn settings(&self, head: usize) -> VerifySettings {
-        let section = |(part, &first_line): (&ProgramPart<'_>, &u32)| {
-            // A waiting head cuts nothing.
-            let limit = part.files[head].map_or(0.0, |o| budget(self.context.scenes[head].job, o).simulated());
-            GougeSection { name: part_name(part), first_line, gouge_limit: limit }
-        };
-        let sections = self.parts.iter().zip(&self.texts.part_lines).map(section).collect();
-        VerifySettings { gouge_limit: 0.0, sections, is_whole: true, as_cut: self.as_cut, ..VerifySettings::default() }
-    }
+/// Returns the permitted depth of each head's cutter in each part of a text.
+pub(crate) fn gouge_sections(
+    context: &TwoHeadContext<'_>,
+    parts: &[ProgramPart<'_>],
+    texts: &DualTexts,
+) -> [Vec<GougeSection>; 2] {
+    let section = |h: usize, (part, &first_line): (&ProgramPart<'_>, &u32)| {
+        // A waiting head cuts nothing.
+        let gouge_limit = part.files[h].map_or(0.0, |o| budget(context.scenes[h].job, o).simulated());
+        GougeSection { name: part_name(part), first_line, gouge_limit }
+    };
+    [0, 1].map(|h| parts.iter().zip(&texts.part_lines).map(|part| section(h, part)).collect())
 }
 
 /// Merges both verifications, with the sections of the operations in their order.

@@ -10,6 +10,7 @@ use facemill_job::format::job_file::{OperationFile, PairFile};
 use facemill_job::format::report::pairs::PairSplit;
 use facemill_job::setup::scene::Scene;
 use facemill_job::stages::Stages;
+use facemill_tool_path::chips::Chip;
 use facemill_tool_path::moves::order::PassOrderReport;
 use facemill_tool_path::moves::{Move, MoveKind, MoveSettings, OperationMoves, PieceMoves, TurnState, operation_moves};
 use facemill_tool_path::segments::{Cut, LeftOut, PassSegment};
@@ -21,23 +22,30 @@ use super::pairing::{PiecePair, pairs, stations};
 use super::passes_between::PassesBetween;
 use super::runs::{Cause, Causes, PairRun, RunPlanner, SyncPoint, left_over};
 use crate::dual::links::run_order::run_order;
-use crate::dual::parts::{PairOutline, ProgramPart, Section, TwoHeadContext, alone_sections, cells, mover, section};
+use crate::dual::parts::{
+    PairOutline, ProgramPart, Section, SectionTurn, TwoHeadContext, alone_sections, cells, mover, section,
+};
 use crate::dual::run_trimming::{Remains, paired_left};
+use crate::dual::turns::pair_turns::{PairTurns, add_turns};
 use crate::passes::engagement::engagement_of_passes;
-use crate::passes::move_settings::move_settings;
-use crate::passes::operation::{OperationTask, PlannedOperation};
+use crate::passes::move_settings::{move_settings, turn_settings};
+use crate::passes::operation::PlannedOperation;
+use crate::passes::turn_chips::give_turn_chips;
 use crate::program::BlockWriter;
+use crate::program::heads::RoundTasks;
 use crate::stage_clock::Clock;
 
 /// Plans two operations at once.
 pub(crate) struct PairPlanner<'p, 'a> {
     pub context: &'p TwoHeadContext<'a>,
     pub pair: &'p PairFile,
+    /// Corrections by what the round before has left.
+    pub round: &'p RoundTasks<'p, 'a>,
     pub stages: &'p dyn Stages,
 }
 
-/// Planned operations with their heads and numbers in the job.
-pub(crate) type HeadOperations<'a> = [(usize, usize, PlannedOperation<'a>); 2];
+/// Planned operations of both heads.
+pub(crate) type HeadOperations<'a> = [PlannedOperation<'a>; 2];
 
 impl<'a> PairPlanner<'_, 'a> {
     /// Plans the two operations and their part of the program; `at` is the position before and
@@ -56,18 +64,17 @@ impl<'a> PairPlanner<'_, 'a> {
             let named =
                 context.scenes[head].job.operations_of(context.scenes[head].setup.file).find(|(_, o)| o.name == name);
             let named = named.ok_or_else(|| Failure::Internal(format!("operation \"{name}\" is not of this setup")))?;
-            let wants_picture = head == 0 && picture.is_none();
-            let task = OperationTask { picture: wants_picture, ..OperationTask::alone(named) };
+            let task = self.round.task(named, None, head == 0 && picture.is_none());
             let planned = PlannedOperation::plan(&context.setup_context(head), task, self.stages, clock);
             let (planned, svg) = planned.map_err(|why| of_head(head, why))?;
             *picture = picture.take().or(svg);
-            Ok::<_, Failure>((head, named.0, planned))
+            Ok::<_, Failure>(planned)
         };
         let mut planned = [single(0, &self.pair.first)?, single(1, &self.pair.second)?];
         let separate_time = self.separate_time(&planned)?;
         let pieces: [Vec<PassSegment>; 2] =
-            std::array::from_fn(|h| planned[h].2.moves.pieces.iter().map(|p| p.piece.clone()).collect());
-        let files = [planned[0].2.operation, planned[1].2.operation];
+            std::array::from_fn(|h| planned[h].moves.pieces.iter().map(|p| p.piece.clone()).collect());
+        let files = [planned[0].operation, planned[1].operation];
         let cells = cells(context, files[0], files[1]);
         let tests = [PoseTest::new(&cells[0]), PoseTest::new(&cells[1])];
         let settings = [0, 1].map(|h| move_settings(context.scenes[h].job, context.scenes[h].setup, files[h]));
@@ -76,7 +83,7 @@ impl<'a> PairPlanner<'_, 'a> {
         let (reached, mut causes) = self.reached(&mover, slices, files, &settings)?;
         clock.lap("pair");
         let planner = run_planner(&mover, files, &settings, self.pair, slices);
-        let mut both = self.both(&mover, &planner, reached, &mut causes, *at)?;
+        let mut both = self.both(&mover, &planner, (reached, files), &mut causes, *at)?;
         clock.lap("moves of both");
         let mut points = [0, 1].map(|h| points_of(&pieces[h]));
         let between = self.between(&both, files)?;
@@ -85,7 +92,7 @@ impl<'a> PairPlanner<'_, 'a> {
         }
         self.with_passes_between(&mover, &planner, &mut both, between.each_ref().map(|b| b.pieces.as_slice()))?;
         for (h, between) in between.into_iter().enumerate() {
-            between.count(&mut planned[h].2);
+            between.count(&mut planned[h]);
         }
         clock.lap("passes between");
         let mut sections = std::mem::take(&mut both.sections);
@@ -96,22 +103,23 @@ impl<'a> PairPlanner<'_, 'a> {
             let (mut alone, mut lost_alone) = (OperationMoves::default(), Vec::new());
             let is_alone = !left.is_empty();
             if is_alone {
-                let (parking, moves, lost) = self.left_alone(&mover, h, left, *at)?;
+                let (parking, moves, lost) = self.left_alone(&mover, (h, files[h]), left, *at)?;
                 sections.push(section(format!("HEAD {} ALONE", h + 1), parking));
                 lost_alone = lost;
                 alone = moves;
                 *at = alone.last().map(|m| m.axes).or(*at);
             }
             let mut all: Vec<PieceMoves> = both.cut_by(h).chain(alone.pieces).collect();
+            add_turns(&mover, h, &mut all, &sections[..3 * both.runs.len()]);
             let lost = count_once(all.iter_mut(), requested, lost_alone);
-            planned[h].2.left_out.extend(lost);
+            planned[h].left_out.extend(lost);
             let mut moves = OperationMoves {
                 pieces: all,
                 retract: alone.retract,
                 linearisation: alone.linearisation.max(linearisation),
                 order: alone.order,
             };
-            let own = &mut planned[h].2;
+            let own = &mut planned[h];
             // That was of the plan for one head.
             own.optimum = None;
             own.along = engagement_of_passes(
@@ -121,6 +129,8 @@ impl<'a> PairPlanner<'_, 'a> {
                 &mut moves.pieces,
                 self.stages,
             )?;
+            let Scene { job, setup, .. } = context.scenes[h];
+            give_turn_chips(job, setup, &files[h].feeds, &mut moves.pieces, &own.along)?;
             let (of_runs, of_alone) = moves.pieces.split_at(both.runs.len());
             give_run_chips(&mut sections, h, of_runs);
             if is_alone {
@@ -142,11 +152,13 @@ impl<'a> PairPlanner<'_, 'a> {
     fn left_alone(
         &self,
         mover: &DualMover<'_, '_>,
-        head: usize,
+        (head, file): (usize, &OperationFile),
         left: Vec<PassSegment>,
         at: Option<AxisValues>,
     ) -> Result<(Vec<DualMove>, OperationMoves, Vec<LeftOut>), Failure> {
-        let (test, settings) = (mover.test.tests[head], mover.settings[head]);
+        let (test, Scene { job, setup, .. }) = (mover.test.tests[head], &self.context.scenes[head]);
+        let settings = MoveSettings { turns: turn_settings(job, setup, file), ..move_settings(job, setup, file) };
+        let settings = &settings;
         let monitor = self.stages.start("left for one head", 2 * left.len());
         let mut lost = Vec::new();
         let linked = mover.park_other(head, at).and_then(|(parking, from)| {
@@ -173,7 +185,7 @@ impl<'a> PairPlanner<'_, 'a> {
         &self,
         mover: &DualMover<'_, '_>,
         planner: &RunPlanner<'_, '_>,
-        mut reached: Vec<ReachedRun>,
+        (mut reached, files): (Vec<ReachedRun>, [&OperationFile; 2]),
         causes: &mut Causes,
         from: Option<AxisValues>,
     ) -> Result<Both, Failure> {
@@ -207,13 +219,18 @@ impl<'a> PairPlanner<'_, 'a> {
             let operation = format!("{} + {}", self.pair.first, self.pair.second);
             let report = report.map(|report| PassOrderReport { operation, ..report });
             match linked_in_order(mover, &all, order, from) {
-                Ok(Linked { sections, at, order }) => {
+                Ok(Linked { mut sections, at, order }) => {
+                    let in_order = order.clone().unwrap_or_else(|| (0..all.len()).collect());
+                    if let Some(turns) = PairTurns::new(self.context, mover, files) {
+                        let monitor = self.stages.start("turns of both heads", in_order.len());
+                        let runs: Vec<&PairRun> = in_order.iter().map(|&k| &all[k].0.run).collect();
+                        turns.join(&runs, &mut sections, &*monitor)?;
+                    }
                     let more: Vec<&PairRun> = more.iter().map(|r| &r.run).collect();
                     let left = [0, 1].map(|h| left_over(left_slices[h], h, &more));
                     let report = report.filter(|_| order.is_some());
-                    let order = order.unwrap_or_else(|| (0..all.len()).collect());
-                    let runs = order.iter().map(|&k| all[k].0.run.clone()).collect();
-                    let passes = order.iter().map(|&k| all[k].1.clone()).collect();
+                    let runs = in_order.iter().map(|&k| all[k].0.run.clone()).collect();
+                    let passes = in_order.iter().map(|&k| all[k].1.clone()).collect();
                     return Ok(Both { runs, passes, left, sections, at, order: report });
                 }
                 Err((k, _)) if k >= reached.len() => {
@@ -232,7 +249,8 @@ impl<'a> PairPlanner<'_, 'a> {
     fn between(&self, both: &Both, files: [&OperationFile; 2]) -> Result<[PassesBetween; 2], Failure> {
         let of = |h: usize| {
             let cut: Vec<PassSegment> = both.cut_by(h).map(|p| p.piece).chain(both.left[h].iter().cloned()).collect();
-            PassesBetween::find(&self.context.setup_context(h), files[h], &cut, self.stages)
+            let high = self.round.high(files[h]);
+            PassesBetween::find(&self.context.setup_context(h), files[h], (&cut, high), self.stages)
         };
         Ok([of(0)?, of(1)?])
     }
@@ -271,8 +289,8 @@ impl<'a> PairPlanner<'_, 'a> {
     /// links as laid, s.
     fn separate_time(&self, planned: &HeadOperations<'a>) -> Result<f64, Failure> {
         let mut sum = 0.0;
-        for (head, _, operation) in planned {
-            let Scene { job, setup, .. } = self.context.scenes[*head];
+        for (head, operation) in planned.iter().enumerate() {
+            let Scene { job, setup, .. } = self.context.scenes[head];
             let alone = Scene::new(job, setup, 0)?;
             let mut writer = BlockWriter::new(&alone)?;
             writer.operation(operation.operation, &operation.moves)?;
@@ -503,22 +521,39 @@ pub(crate) fn as_piece(head: usize, run: &PairRun, piece: &PassSegment) -> Piece
 /// runs.
 fn give_run_chips(sections: &mut [Section], head: usize, pieces: &[PieceMoves]) {
     let mut pieces = pieces.iter();
+    // Chip at the end of the run before.
+    let mut before = None;
     for k in 0..sections.len() {
         if sections[k].run.is_none() {
             continue;
         }
         let Some(piece) = pieces.next() else { return };
-        for (m, of_piece) in sections[k].moves.iter_mut().zip(&piece.moves) {
-            m.chips[head] = of_piece.chip;
-        }
-        // Each run is between its entry and its exit.
-        let ends = [(k.checked_sub(1), piece.moves.first()), (Some(k + 1), piece.moves.last())];
-        for (beside, end) in ends {
+        // Each run is between its entry, or the turn to it, and its exit.
+        let [Some(lead), up] = [k.checked_sub(1), Some(k + 1)] else { continue };
+        let n_turn = sections[lead].turn_moves();
+        let of_turn = |sections: &mut [Section], section: usize, moves: &[Move]| {
+            let own = sections[section].moves.iter_mut().zip(moves);
+            own.for_each(|(m, of_piece)| m.chips[head] = of_piece.chip);
+        };
+        of_turn(sections, lead, &piece.moves[..n_turn]);
+        of_turn(sections, k, &piece.moves[n_turn..]);
+        let chip_of = |m: Option<&Move>| m.and_then(|m| m.chip);
+        let ends = [(Some(lead), chip_of(piece.moves.get(n_turn))), (up, chip_of(piece.moves.last()))];
+        for (beside, chip) in ends {
             let Some(section) = beside.and_then(|beside| sections.get_mut(beside)) else { continue };
-            let engaged = section.moves.iter_mut().filter(|m| m.kind == MoveKind::Engage);
-            engaged.for_each(|m| m.chips[head] = end.and_then(|m| m.chip));
+            give_engaged_chips(&mut section.moves, head, chip);
         }
+        if let SectionTurn::Made { exit, lead } = &mut sections[lead].turn {
+            give_engaged_chips(exit, head, before);
+            give_engaged_chips(lead, head, ends[0].1);
+        }
+        before = ends[1].1;
     }
+}
+
+/// Sets the chips of a head's cutter in those moves of an entry or exit that are in the stock.
+fn give_engaged_chips(moves: &mut [DualMove], head: usize, chip: Option<Chip>) {
+    moves.iter_mut().filter(|m| m.kind == MoveKind::Engage).for_each(|m| m.chips[head] = chip);
 }
 
 /// Adds the head to a failure.

@@ -6,7 +6,7 @@ use facemill_job::format::report::pairs::PairSplit;
 use facemill_job::load::job::Job;
 use facemill_job::setup::scene::Scene;
 use facemill_tool_path::moves::order::PassOrderReport;
-use facemill_tool_path::moves::{Move, MoveSettings, PieceMoves};
+use facemill_tool_path::moves::{Move, MoveKind, MoveSettings, PieceMoves, TurnState};
 use facemill_z_map::ZMap;
 
 use crate::dual::moves::{DualMove, DualMover};
@@ -56,6 +56,30 @@ pub(crate) struct Section {
     pub run: Option<PairRun>,
     /// Whether its moves continue a pass that was interrupted to turn an axis back.
     pub goes_on: bool,
+    /// How the tool comes from the section before.
+    pub turn: SectionTurn,
+}
+
+/// Turn with the tool down from the section before, in place of exit, link and entry.
+pub(crate) enum SectionTurn {
+    /// None was sought.
+    NotSought,
+    /// There is none, for this reason.
+    Refused(String),
+    /// The first moves are a turn.
+    Made {
+        /// Exit of the section before that it replaces.
+        exit: Vec<DualMove>,
+        /// Link and entry that it replaces.
+        lead: Vec<DualMove>,
+    },
+}
+
+impl Section {
+    /// Returns the number of its moves in the turn from the section before.
+    pub(crate) fn turn_moves(&self) -> usize {
+        self.moves.iter().take_while(|m| m.kind == MoveKind::Turn).count()
+    }
 }
 
 /// Data of a pair before its times are known.
@@ -77,17 +101,26 @@ pub(crate) fn alone_sections(head: usize, pieces: &[PieceMoves], retract: &[Move
         chips[head] = m.chip;
         DualMove { kind: m.kind, axes: m.axes, working, chips }
     };
+    let all = |moves: &[Move]| -> Vec<DualMove> { moves.iter().map(dual).collect() };
     let of_pieces = pieces.iter().map(|p| {
+        let turn = match &p.turn {
+            TurnState::NotSought => SectionTurn::NotSought,
+            TurnState::Refused(why) => SectionTurn::Refused(why.clone()),
+            TurnState::Made(instead) => {
+                let [exit, lead] = instead.moves().map(all);
+                SectionTurn::Made { exit, lead }
+            }
+        };
         let comment = format!("HEAD {} PASS {} PLACE {}", head + 1, p.piece.pass + 1, p.piece.copy + 1);
         let goes_on = p.piece.part.is_some_and(|part| part > 0);
-        Section { goes_on, ..section(comment, p.moves.iter().map(dual).collect()) }
+        Section { goes_on, turn, ..section(comment, all(&p.moves)) }
     });
-    let retract = section(String::new(), retract.iter().map(dual).collect());
+    let retract = section(String::new(), all(retract));
     of_pieces.chain([retract]).collect()
 }
 
 pub(crate) fn section(comment: String, moves: Vec<DualMove>) -> Section {
-    Section { comment, moves, run: None, goes_on: false }
+    Section { comment, moves, run: None, goes_on: false, turn: SectionTurn::NotSought }
 }
 
 pub(crate) fn cells<'a>(

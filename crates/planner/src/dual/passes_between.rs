@@ -15,7 +15,8 @@ use facemill_tool_path::winding::wound;
 use nalgebra::Isometry3;
 
 use crate::passes::engagement::stations;
-use crate::passes::extra_passes::{CutOrder, ExtraPasses, PlannedPath};
+use crate::passes::extra_passes::{CutOrder, ExtraPasses, Interposer, PlannedPath};
+use crate::passes::high_places::HighPlaces;
 use crate::passes::move_settings::cut_linearity;
 use crate::passes::operation::PlannedOperation;
 use crate::passes::path_planner::{detours, interposer, strategy_of};
@@ -38,7 +39,7 @@ pub(crate) struct PassesBetween {
 
 impl PassesBetween {
     /// Adds passes between those of an operation; `cut` has all cuts of its head, in cutting order,
-    /// with their postures. Each place of the pattern is treated by itself, because both heads may
+    /// with their postures, and `high` the places where the text of such cuts has left too much. Each place of the pattern is treated by itself, because both heads may
     /// part there at other points.
     ///
     /// The passes are planned as the operation's own, with the other head at home. Passes of a path
@@ -49,7 +50,7 @@ impl PassesBetween {
     pub(crate) fn find(
         context: &SetupContext<'_>,
         operation: &OperationFile,
-        cut: &[PassSegment],
+        (cut, high): (&[PassSegment], Option<&HighPlaces>),
         stages: &dyn Stages,
     ) -> Result<Self, Failure> {
         let (Some(strategy), Some(first)) = (strategy_of(operation), cut.first()) else { return Ok(Self::default()) };
@@ -65,7 +66,7 @@ impl PassesBetween {
         let tests = Tests { choosing: &choosing, plain: &plain };
         let settings = pass_settings(operation);
         let detours = detours(&tests, context, operation, &settings, false);
-        let interposer = interposer(&detours, context, operation, strategy);
+        let interposer = Interposer { high, ..interposer(&detours, context, operation, strategy) };
         let n_passes = cut.iter().map(|p| p.pass + 1).max().unwrap_or(0);
         let mut found = Self::default();
         for (copy, place) in places(operation.pattern.as_ref()).iter().enumerate() {
@@ -100,6 +101,10 @@ impl PassesBetween {
     pub(crate) fn count(self, operation: &mut PlannedOperation<'_>) {
         operation.extra.between += self.extra.between;
         operation.extra.refused.extend(self.extra.refused);
+        let length = |piece: &PassSegment| -> f64 {
+            piece.cuts.windows(2).map(|w| (w[1].cc.position - w[0].cc.position).norm()).sum()
+        };
+        operation.laid.length += self.pieces.iter().filter(|p| p.copy == 0).map(length).sum::<f64>();
         operation.cc_points += self.cc_points;
         operation.left_out.extend(self.left_out);
         let widened = [operation.widened, self.widened].into_iter().flatten();

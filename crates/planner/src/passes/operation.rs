@@ -101,6 +101,7 @@ pub(crate) struct PlannedOperation<'a> {
 struct KeptPath {
     path: LaidPath,
     poses: PlannedPath,
+    extra: ExtraPasses,
 }
 
 /// Figures of an operation's passes in the first place of the pattern.
@@ -134,9 +135,8 @@ impl<'a> PlannedOperation<'a> {
         let laying = stages.start(LAY, 0);
         let widths = task.corrections.and_then(|c| c.widths.as_ref());
         let factor = |cc: &CcPoint| widths.map_or(1.0, |field| field.at(&cc.position, &cc.normal));
-        let before = task.before.and_then(|before| Some((before.kept.clone()?, before.extra.clone())));
-        let (path, posed) = match before {
-            Some((kept, extra)) => (kept.path, Some((kept.poses, extra))),
+        let (path, posed) = match task.before.and_then(|before| before.kept.clone()) {
+            Some(kept) => (kept.path, Some((kept.poses, kept.extra))),
             None => (lay_by_widths(job, setup, (index, operation), &factor)?, None),
         };
         check_reach(job, setup, operation, &path.tasks).map_err(|e| job.wrong(e))?;
@@ -157,7 +157,9 @@ impl<'a> PlannedOperation<'a> {
         let planner = PathPlanner { tests: &tests, context, operation, stages, high };
         let (poses, extra) = match posed {
             Some((mut poses, mut extra)) => {
-                planner.keep_cusp(&mut poses, &mut extra)?;
+                if is_alone {
+                    planner.keep_cusp(&mut poses, &mut extra)?;
+                }
                 (poses, extra)
             }
             None => {
@@ -167,7 +169,11 @@ impl<'a> PlannedOperation<'a> {
             }
         };
         let laid = planner.figures(&path, &poses);
-        let kept = may_be_corrected(operation).then(|| KeptPath { path: path.clone(), poses: poses.clone() });
+        let kept = may_be_corrected(operation).then(|| KeptPath {
+            path: path.clone(),
+            poses: poses.clone(),
+            extra: extra.clone(),
+        });
         let Placed { pieces, cc_points, optimum } = place_pieces(&tests, operation, poses, &mut left_out, stages)?;
         let widened = tests.widened();
         let passes = pass_settings(operation);

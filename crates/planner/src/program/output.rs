@@ -1,4 +1,4 @@
-//! Conversion of planned operations to text, and the run of that text on the virtual machine.
+//! Conversion of planned operations to text.
 
 use std::collections::BTreeSet;
 
@@ -6,28 +6,19 @@ use facemill_cl_data::ClPoint;
 use facemill_cl_file::{AptCutter, AptMove, AptSpec, write_apt};
 use facemill_job::failure::Failure;
 use facemill_job::format::program_stamp::ProgramStamp;
-use facemill_job::format::report::remaining::RemainingReport;
 use facemill_job::format::report::{CERTIFICATES_FORMAT, CertificatesFile};
 use facemill_job::load::job::Job;
 use facemill_job::setup::cell::budget;
 use facemill_job::setup::program_spec::program_spec;
 use facemill_job::setup::scene::Scene;
-use facemill_job::stages::{CERTIFY, Stages, VERIFY};
 use facemill_job::validate::tip_feed::programmed_feed;
-use facemill_nc_program::{ProgramSpec, ReadProgram, WrittenProgram, write_program_with_lines};
+use facemill_nc_program::{ProgramSpec, WrittenProgram, write_program_with_lines};
 use facemill_tool_path::moves::MoveKind;
-use facemill_verification::feeds::RequiredFeeds;
-use facemill_verification::named_results::{name_obstacles, not_verified};
-use facemill_verification::remaining::{LeftPlace, RunningHead, left_places, remaining};
 use facemill_verification::text_times::TimedText;
-use facemill_virtual_machine::{
-    Assumption, Certificates, GougeSection, HeldAsCut, Verification, VerifySettings, VirtualSetup, assumptions,
-    certify, verify,
-};
+use facemill_virtual_machine::{Certificates, GougeSection, Verification};
 
 use crate::passes::operation::PlannedOperation;
 use crate::program::BlockWriter;
-use crate::program::cut_stock::CuttingHead;
 use crate::program::timed::{CutBlock, Timed};
 use crate::program::timing::text::time_text;
 use crate::program::timing::{WrittenWords, time_program};
@@ -172,88 +163,18 @@ fn apt_moves(operations: &[PlannedOperation<'_>], teeth: u32, verify: bool) -> V
     moves
 }
 
-/// Text with its origin, for runs on the virtual machine.
-pub(crate) struct OwnProgram<'a> {
-    pub scene: &'a Scene<'a>,
-    pub operations: &'a [PlannedOperation<'a>],
-    pub texts: &'a Texts,
-    /// Bodies tested only against the stock at that time, by
-    /// [`cut_by_heads`](crate::program::cut_stock::cut_by_heads), and not against the initial
-    /// stock.
-    pub as_cut: HeldAsCut,
-}
-
-impl OwnProgram<'_> {
-    /// Runs the text on the virtual machine.
-    pub(crate) fn verify(&self, stages: &dyn Stages) -> Result<Verification, Failure> {
-        let program = self.read()?;
-        let setting = self.virtual_setup();
-        let monitor = stages.start(VERIFY, program.blocks.len());
-        let mut verification = verify(&program, &setting, &self.settings(), &*monitor).map_err(not_verified)?;
-        name_obstacles(&mut verification, self.scene.setup);
-        // A shop's template may turn the spindle at will.
-        let required = RequiredFeeds::of(self.scene.job, self.scene.setup.file);
-        verification.findings.extend(required.iter().flat_map(|required| required.other_speeds(&program)));
-        verification.findings.sort_by_key(|f| (f.first_line, f.kind));
-        Ok(verification)
-    }
-
-    /// Proves the motion of the blocks of the text between their ends.
-    pub(crate) fn certify(&self, stages: &dyn Stages) -> Result<Certificates, Failure> {
-        let program = self.read()?;
-        let setting = self.virtual_setup();
-        let monitor = stages.start(CERTIFY, program.blocks.len());
-        certify(&program, &setting, &self.settings(), &*monitor).map_err(not_verified)
-    }
-
-    /// Returns the machine with everything on it.
-    pub(crate) fn virtual_setup(&self) -> VirtualSetup<'_> {
-        self.scene.virtual_setup(self.scene.job.post.dialect())
-    }
-
-    /// Measures the material that the text leaves on the regions of the setup's operations.
-    pub(crate) fn remaining(&self, stages: &dyn Stages) -> Result<Option<RemainingReport>, Failure> {
-        let heads = [RunningHead { at: &self.virtual_setup(), settings: &self.settings() }];
-        remaining(self.scene.job, self.scene.setup, &self.read()?, &heads, stages)
-    }
-
-    /// Measures the heights that the text leaves on places of the regions of the setup's
-    /// operations.
-    pub(crate) fn left_places(&self, stages: &dyn Stages) -> Result<Vec<Vec<LeftPlace>>, Failure> {
-        let heads = [RunningHead { at: &self.virtual_setup(), settings: &self.settings() }];
-        left_places(self.scene.job, self.scene.setup, &self.read()?, &heads, stages)
-    }
-
-    /// Returns the assumptions about behaviour that the text leaves to the control.
-    pub(crate) fn assumptions(&self) -> Result<Vec<Assumption>, Failure> {
-        Ok(assumptions(&self.read()?, &self.scene.job.machine))
-    }
-
-    /// Returns the head that cuts the stock.
-    pub(crate) fn cutting_head(&self) -> CuttingHead<'_> {
-        CuttingHead { scene: self.scene, at: self.virtual_setup(), settings: self.settings() }
-    }
-
-    /// Returns the program as read from the text.
-    pub(crate) fn read(&self) -> Result<ReadProgram, Failure> {
-        let program = self.scene.job.read_program(self.texts.nc.as_bytes(), self.scene.job.post.dialect());
-        program.map_err(|e| self.scene.job.unread(&e))
-    }
-
-    fn settings(&self) -> VerifySettings {
-        let sections: Vec<GougeSection> = self
-            .operations
-            .iter()
-            .zip(&self.texts.operation_lines)
-            .map(|(o, &first_line)| GougeSection {
-                name: o.operation.name.clone(),
-                first_line,
-                gouge_limit: budget(self.scene.job, o.operation).simulated(),
-            })
-            .collect();
-        // No stock is cut before the first operation.
-        VerifySettings { gouge_limit: 0.0, sections, is_whole: true, as_cut: self.as_cut, ..VerifySettings::default() }
-    }
+/// Returns the permitted depth of the cutter in each operation of a text.
+pub(crate) fn gouge_sections(
+    scene: &Scene<'_>,
+    operations: &[PlannedOperation<'_>],
+    texts: &Texts,
+) -> Vec<GougeSection> {
+    let section = |(o, &first_line): (&PlannedOperation<'_>, &u32)| GougeSection {
+        name: o.operation.name.clone(),
+        first_line,
+        gouge_limit: budget(scene.job, o.operation).simulated(),
+    };
+    operations.iter().zip(&texts.operation_lines).map(section).collect()
 }
 
 /// Largest relative difference of the time of the written program's cuts from the planned one: F

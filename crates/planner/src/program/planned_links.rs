@@ -16,7 +16,8 @@ use facemill_z_map::DexelMap;
 
 use crate::passes::operation::PlannedOperation;
 use crate::program::link_search::{LineMatch, LinkSearch, RapidLines, RunLines, SearchedLinks, link_words};
-use crate::program::output::{OwnProgram, Texts};
+use crate::program::output::Texts;
+use crate::program::run_program::RunProgram;
 
 /// Links between the passes of a setup, with the results of the search.
 pub(crate) struct PlannedLinks {
@@ -101,17 +102,17 @@ impl PlannedLinks {
     /// # Errors
     /// If the stages are cancelled.
     pub(crate) fn find(
-        program: &OwnProgram<'_>,
+        program: &RunProgram<'_, 1>,
+        (operations, texts): (&[PlannedOperation<'_>], &Texts),
         cut: Option<(DexelMap, f64)>,
         stages: &dyn Stages,
     ) -> Result<Self, Failure> {
-        let scene = program.scene;
+        let [scene] = program.scenes;
         let Scene { job, setup, .. } = scene;
         let text = program.read()?;
-        let at = program.virtual_setup();
+        let at = program.setup(0);
         let views = [(&job.machine, job.tool.gauge_length())];
-        let lines =
-            |run: RapidRun| RunLines { lines: run.moves.map(|at| program.texts.lines_of_moves(at)), hold: run.hold };
+        let lines = |run: RapidRun| RunLines { lines: run.moves.map(|at| texts.lines_of_moves(at)), hold: run.hold };
         let search = LinkSearch {
             heads: &[scene.link_scene()],
             clock: &LinkClock::new(&views),
@@ -122,7 +123,7 @@ impl PlannedLinks {
             },
             text: &text,
             rapids: RapidLines {
-                runs: rapid_runs(program.operations).into_iter().map(lines).collect(),
+                runs: rapid_runs(operations).into_iter().map(lines).collect(),
                 rule: LineMatch::Within,
             },
             clearance: setup.file.rapid_clearance_mm,

@@ -59,24 +59,38 @@ pub(crate) fn replace_by_links(operations: &mut [PlannedOperation<'_>], turns: V
 
 /// Returns the report on turns; `None` where none were sought.
 pub(crate) fn turns_report(operations: &[PlannedOperation<'_>], timed: &Timed) -> Option<TurnsReport> {
-    let pieces = || operations.iter().flat_map(|o| &o.moves.pieces);
-    if pieces().all(|p| matches!(p.turn, TurnState::NotSought)) {
+    let mut turns = Vec::new();
+    for pieces in operations.iter().map(|o| &o.moves.pieces) {
+        for (k, piece) in pieces.iter().enumerate() {
+            match &piece.turn {
+                TurnState::NotSought => {}
+                TurnState::Refused(why) => turns.push(Err(why.as_str())),
+                TurnState::Made(_) => {
+                    let before = k.checked_sub(1).and_then(|k| pieces[k].moves.last());
+                    let tips: Vec<_> = before.into_iter().chain(piece.turn_moves()).map(|m| m.cl.tip).collect();
+                    turns.push(Ok(tips.windows(2).map(|w| (w[1] - w[0]).norm()).sum::<f64>()));
+                }
+            }
+        }
+    }
+    turns_report_of(&turns, timed)
+}
+
+/// Returns the report on the lengths of turns, mm, and the reasons for links in their place; `None`
+/// without any.
+pub(crate) fn turns_report_of(turns: &[Result<f64, &str>], timed: &Timed) -> Option<TurnsReport> {
+    if turns.is_empty() {
         return None;
     }
     let mut report = TurnsReport::default();
     let mut reasons: BTreeMap<&str, usize> = BTreeMap::new();
-    for o in operations {
-        for (k, piece) in o.moves.pieces.iter().enumerate() {
-            match &piece.turn {
-                TurnState::NotSought => {}
-                TurnState::Refused(why) => *reasons.entry(why).or_default() += 1,
-                TurnState::Made(_) => {
-                    report.turns_on_surface += 1;
-                    let before = k.checked_sub(1).and_then(|k| o.moves.pieces[k].moves.last());
-                    let all: Vec<_> = before.into_iter().chain(piece.turn_moves()).map(|m| m.cl.tip).collect();
-                    report.length_mm += all.windows(2).map(|w| (w[1] - w[0]).norm()).sum::<f64>();
-                }
+    for turn in turns {
+        match turn {
+            Ok(length) => {
+                report.turns_on_surface += 1;
+                report.length_mm += length;
             }
+            Err(why) => *reasons.entry(why).or_default() += 1,
         }
     }
     let of_turns = timed.moves.iter().filter(|m| m.kind == MoveKind::Turn);

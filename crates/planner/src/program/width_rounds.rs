@@ -8,15 +8,11 @@ use facemill_verification::remaining::LeftPlace;
 use facemill_virtual_machine::HeldAsCut;
 
 use crate::passes::high_places::{HighPlace, HighPlaces};
-use crate::passes::operation::{Corrections, OperationTask, PlannedOperation};
+use crate::passes::operation::{Corrections, PlannedOperation};
 use crate::passes::path_planner::strategy_of;
-use crate::passes::setup_context::SetupContext;
 use crate::passes::width_field::{WidthField, WidthSample};
-use crate::program::output::{OwnProgram, write_draft};
+use crate::program::heads::{Heads, RoundTasks};
 use crate::stage_clock::Clock;
-
-/// Planned operations of a setup, with the picture of the solution space of the first.
-pub(crate) type PlannedOperations<'a> = (Vec<PlannedOperation<'a>>, Option<String>);
 
 /// Share of the area above which strips are laid narrower; on less, passes are put in.
 const WIDESPREAD: f64 = 0.002;
@@ -35,9 +31,9 @@ const REACH: f64 = 0.75;
 /// Share of the points that may lose their posture from the first round to a better one.
 const MORE_WITHOUT: f64 = 1e-3;
 
-/// A round: operations, what their text leaves, and the figures of each.
-struct Round<'a> {
-    operations: Vec<PlannedOperation<'a>>,
+/// A round: moves, what their text leaves, and the figures of each operation.
+struct Round<M> {
+    moves: M,
     /// Places of each operation's region.
     left: Vec<Vec<LeftPlace>>,
     reports: Vec<WidthRoundReport>,
@@ -58,56 +54,59 @@ struct Corrected {
 ///
 /// # Errors
 /// As [`PlannedOperation::plan`], of the first round.
-pub(crate) fn best_round<'a>(
-    context: &SetupContext<'a>,
+pub(crate) fn best_round<'a, H: Heads<'a, N>, const N: usize>(
+    heads: &H,
     stages: &dyn Stages,
     clock: &mut Clock,
-) -> Result<PlannedOperations<'a>, Failure> {
-    let job = context.scene.job;
-    let numbered: Vec<(usize, &OperationFile)> = job.operations_of(context.scene.setup.file).collect();
-    let mut corrected = vec![Corrected::default(); numbered.len()];
-    let (operations, picture) = planned(context, &numbered, (&corrected, None), stages, clock)?;
-    let n_rounds = numbered.iter().map(|(_, o)| rounds_of(o)).max().unwrap_or(0);
+) -> Result<(H::Moves, Option<String>), Failure> {
+    let (moves, picture) = heads.plan(&RoundTasks::default(), stages, clock)?;
+    // In the order of the report, which is the same in all rounds.
+    let files: Vec<&OperationFile> = H::operations(&moves).iter().map(|o| o.operation).collect();
+    let n_rounds = files.iter().map(|o| rounds_of(o)).max().unwrap_or(0);
     if n_rounds == 0 {
-        return Ok((operations, picture));
+        return Ok((moves, picture));
     }
-    let mut last = Round::of(context, operations, stages, clock)?;
+    let allowance = heads.scenes()[0].setup.drive_allowance;
+    let mut corrected = vec![Corrected::default(); files.len()];
+    let mut last = measured(heads, moves, stages, clock)?;
     let mut reports = vec![last.reports.clone()];
     let (mut best, mut best_index) = (None, 0);
     for number in 1..=n_rounds {
         let mut is_again = false;
         corrected.iter_mut().for_each(|c| c.is_laid_anew = false);
-        for (k, (_, operation)) in numbered.iter().enumerate() {
+        for (k, operation) in files.iter().enumerate() {
             if rounds_of(operation) >= number && !is_within(&last.reports[k], operation) {
-                corrected[k].add(&last, k, context);
+                corrected[k].add(operation, (&last.left[k], &last.reports[k]), allowance);
                 is_again = true;
             }
         }
         if !is_again {
             break;
         }
-        let operations = match planned(context, &numbered, (&corrected, Some(&last)), stages, clock) {
-            Ok((operations, _)) => operations,
+        let tasks = round_tasks(H::operations(&last.moves), &corrected);
+        let moves = match heads.plan(&tasks, stages, clock) {
+            Ok((moves, _)) => moves,
             // Narrower strips may be more passes than a plan may have.
             Err(Failure::Input { .. } | Failure::Infeasible(_)) => break,
             Err(why) => return Err(why),
         };
-        let round = Round::of(context, operations, stages, clock)?;
+        let round = measured(heads, moves, stages, clock)?;
         reports.push(round.reports.clone());
         let before = best.as_ref().unwrap_or(&last);
-        if is_better(&numbered, &reports[0], &round.reports, &before.reports) {
+        if is_better(&files, &reports[0], &round.reports, &before.reports) {
             (best, best_index) = (None, number as usize);
         } else if best.is_none() {
             best = Some(last);
         }
         last = round;
     }
-    let mut operations = best.unwrap_or(last).operations;
+    let mut moves = best.unwrap_or(last).moves;
+    let operations = H::operations_mut(&mut moves);
     for (k, operation) in operations.iter_mut().enumerate().filter(|(_, o)| rounds_of(o.operation) > 0) {
         operation.width_rounds = reports.iter().map(|round| round[k].clone()).collect();
         operation.width_rounds[best_index].is_cut = true;
     }
-    Ok((operations, picture))
+    Ok((moves, picture))
 }
 
 /// Returns the number of times that an operation's passes may be laid again.
@@ -115,32 +114,14 @@ fn rounds_of(operation: &OperationFile) -> u32 {
     strategy_of(operation).map_or(0, |s| s.width_rounds)
 }
 
-/// Plans the operations, each with its corrections of the last round.
-fn planned<'a>(
-    context: &SetupContext<'a>,
-    numbered: &[(usize, &'a OperationFile)],
-    (corrected, last): (&[Corrected], Option<&Round<'a>>),
-    stages: &dyn Stages,
-    clock: &mut Clock,
-) -> Result<PlannedOperations<'a>, Failure> {
-    let mut operations: Vec<PlannedOperation<'a>> = Vec::new();
-    let mut picture = None;
-    for (k, (operation, corrected)) in numbered.iter().zip(corrected).enumerate() {
-        let corrections = corrected.corrections(operation.1);
-        let before = last.map(|round| &round.operations[k]);
-        let task = OperationTask {
-            from: operations.last().and_then(|o| o.moves.last()),
-            // A later round's is the same.
-            picture: picture.is_none() && last.is_none(),
-            corrections: corrections.as_ref(),
-            before: before.filter(|_| !corrected.is_laid_anew),
-            ..OperationTask::alone(*operation)
-        };
-        let (planned, svg) = PlannedOperation::plan(context, task, stages, clock)?;
-        picture = picture.or(svg);
-        operations.push(planned);
+/// Returns the tasks of a round: the operations of the last one with their corrections.
+fn round_tasks<'w, 'a>(last: &'w [PlannedOperation<'a>], corrected: &[Corrected]) -> RoundTasks<'w, 'a> {
+    let mut tasks = RoundTasks::default();
+    for (planned, corrected) in last.iter().zip(corrected) {
+        let before = (!corrected.is_laid_anew).then_some(planned);
+        tasks.add(planned.operation, corrected.corrections(planned.operation), before);
     }
-    Ok((operations, picture))
+    tasks
 }
 
 impl Corrected {
@@ -156,13 +137,12 @@ impl Corrected {
 
     /// Adds the places of an operation's region where a round leaves more than the permitted cusp.
     /// Those that no cut reaches have other reasons.
-    fn add(&mut self, round: &Round<'_>, k: usize, context: &SetupContext<'_>) {
-        let operation = round.operations[k].operation;
+    /// `allowance` is the height of the passes above the drive surface, mm.
+    fn add(&mut self, operation: &OperationFile, (left, report): (&[LeftPlace], &WidthRoundReport), allowance: f64) {
         let cusp = operation.tolerances.cusp_mm;
-        let high = || round.left[k].iter().filter(|place| place.is_cut && place.height > cusp);
-        self.is_laid_anew = round.reports[k].above_fraction > WIDESPREAD;
+        let high = || left.iter().filter(|place| place.is_cut && place.height > cusp);
+        self.is_laid_anew = report.above_fraction > WIDESPREAD;
         if !self.is_laid_anew {
-            let allowance = context.scene.setup.drive_allowance;
             let raised = |place: &LeftPlace| HighPlace {
                 position: place.position + place.normal.into_inner() * allowance,
                 height: place.height,
@@ -193,17 +173,17 @@ fn is_within(round: &WidthRoundReport, operation: &OperationFile) -> bool {
 /// Returns whether a round is better than another one: it loses no points, leaves no more than the
 /// cusps, leaves it on a smaller part, or takes less time.
 fn is_better(
-    numbered: &[(usize, &OperationFile)],
+    files: &[&OperationFile],
     first: &[WidthRoundReport],
     round: &[WidthRoundReport],
     other: &[WidthRoundReport],
 ) -> bool {
     let keeps = |round: &[WidthRoundReport]| {
-        let has_points = numbered.iter().zip(first.iter().zip(round)).all(|((_, o), (first, r))| {
+        let has_points = files.iter().zip(first.iter().zip(round)).all(|(o, (first, r))| {
             let n_points = r.length_mm / o.tolerances.max_step_mm;
             r.points_without_posture <= first.points_without_posture + (MORE_WITHOUT * n_points) as usize
         });
-        let is_within = numbered.iter().zip(round).all(|((_, o), r)| rounds_of(o) == 0 || is_within(r, o));
+        let is_within = files.iter().zip(round).all(|(o, r)| rounds_of(o) == 0 || is_within(r, o));
         (has_points, is_within)
     };
     let above = |round: &[WidthRoundReport]| {
@@ -218,22 +198,24 @@ fn is_better(
     }
 }
 
-impl<'a> Round<'a> {
-    /// Measures what planned operations leave.
-    fn of(
-        context: &SetupContext<'a>,
-        operations: Vec<PlannedOperation<'a>>,
-        stages: &dyn Stages,
-        clock: &mut Clock,
-    ) -> Result<Self, Failure> {
-        let texts = write_draft(context.scene, &operations)?;
-        let program =
-            OwnProgram { scene: context.scene, operations: &operations, texts: &texts, as_cut: HeldAsCut::NOTHING };
-        let left = program.left_places(stages)?;
-        let reports = operations.iter().zip(&left).map(|(operation, left)| round_report(operation, left)).collect();
-        clock.lap("rounds of widths");
-        Ok(Self { operations, left, reports })
-    }
+/// Measures what planned moves leave.
+fn measured<'a, H: Heads<'a, N>, const N: usize>(
+    heads: &H,
+    moves: H::Moves,
+    stages: &dyn Stages,
+    clock: &mut Clock,
+) -> Result<Round<H::Moves>, Failure> {
+    let texts = heads.write_draft(&moves)?;
+    let by_setup = heads.program(&moves, &texts, HeldAsCut::NOTHING).left_places(stages)?;
+    let scene = heads.scenes()[0];
+    let names: Vec<&str> = scene.job.operations_of(scene.setup.file).map(|(_, o)| o.name.as_str()).collect();
+    let operations = H::operations(&moves);
+    let of = |o: &PlannedOperation<'_>| names.iter().position(|name| *name == o.operation.name);
+    let left: Vec<Vec<LeftPlace>> =
+        operations.iter().map(|o| of(o).map_or_else(Vec::new, |k| by_setup[k].clone())).collect();
+    let reports = operations.iter().zip(&left).map(|(operation, left)| round_report(operation, left)).collect();
+    clock.lap("rounds of widths");
+    Ok(Round { moves, left, reports })
 }
 
 fn round_report(operation: &PlannedOperation<'_>, left: &[LeftPlace]) -> WidthRoundReport {

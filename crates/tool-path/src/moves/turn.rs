@@ -4,13 +4,13 @@ use facemill_cl_data::{CcPoint, ClPoint, Posture};
 use facemill_cutter_location::links::approach::{Approach, RAMP_SLACK, descent};
 use facemill_cutter_location::links::link::{Waypoint, between};
 use facemill_cutter_location::{Configuration, FeasiblePose, Hints, Infeasible, PoseTest, rewound_axis};
-use facemill_inverse_kinematics::{AxisKind, AxisValues};
+use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
 use nalgebra::Point3;
 
 use crate::linearity::endless_near;
 use crate::links::clock::LinkClock;
 use crate::moves::reached::Reached;
-use crate::moves::turn_curve::{CurveEnd, TurnCurve, swings};
+use crate::moves::turn_curve::{AS_PLANNED, CurveEnd, TurnCurve, swings};
 use crate::segments::Cut;
 
 /// Settings of turns.
@@ -50,7 +50,7 @@ pub(crate) enum NoTurn {
 
 impl NoTurn {
     /// Returns whether a higher way, or another curve with the same swing, may be feasible.
-    fn may_be_lifted(&self) -> bool {
+    pub(crate) fn may_be_lifted(&self) -> bool {
         matches!(self, Self::Blocked(Infeasible::Gouge { .. } | Infeasible::Collision { .. } | Infeasible::Ramp { .. }))
     }
 
@@ -81,16 +81,16 @@ const LEAST_ASIDE: f64 = 1e-3;
 
 /// Heights of the turn above the surface that are tried, mm: 0 first, then as much as facets or a
 /// surface that rises beyond the border need.
-const LIFTS: [f64; 8] = [0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0];
+pub(crate) const LIFTS: [f64; 8] = [0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0];
 
 /// Shares of the roomiest curve of contact points that are tried.
-const SIZES: [f64; 2] = [1.0, 0.5];
+pub(crate) const SIZES: [f64; 2] = [1.0, 0.5];
 
 /// Largest turn of a rotary axis between two poses, rad: more is a jump beside the pole.
-const LARGEST_STEP: f64 = 0.35;
+pub(crate) const LARGEST_STEP: f64 = 0.35;
 
 /// Tilt below which the lean has no direction, rad.
-const UPRIGHT: f64 = 1e-6;
+pub(crate) const UPRIGHT: f64 = 1e-6;
 
 /// Searches for turns in a workcell.
 pub(crate) struct TurnSearch<'t, 'a> {
@@ -216,7 +216,7 @@ impl<'t, 'a> TurnSearch<'t, 'a> {
     fn step(&self, from: &Waypoint, to: &ClPoint, hints: &mut Hints) -> Result<Waypoint, NoTurn> {
         self.test.within_cone(to).map_err(NoTurn::Blocked)?;
         let goal = self.test.configuration_like(to, &from.configuration).map_err(NoTurn::Blocked)?;
-        let turned = self.turned(&from.configuration.axes, &goal.axes);
+        let turned = rotary_turn(self.test.cell.machine, &from.configuration.axes, &goal.axes);
         let steps = (to.tip - from.cl.tip).norm() / self.settings.test_step;
         let body_steps = turned * self.test.reach() / BODY_STEP;
         if !(steps + body_steps).is_finite() {
@@ -233,13 +233,6 @@ impl<'t, 'a> TurnSearch<'t, 'a> {
         Ok(Waypoint { cl: *to, configuration: near })
     }
 
-    /// Returns the largest turn of a rotary axis between two positions, rad.
-    fn turned(&self, from: &AxisValues, to: &AxisValues) -> f64 {
-        let axes = self.test.cell.machine.axes().iter().enumerate();
-        let rotary = axes.filter(|(_, axis)| axis.kind == AxisKind::Rotary);
-        rotary.map(|(k, _)| (to[k] - from[k]).abs()).fold(0.0, f64::max)
-    }
-
     /// Checks that the side of the cutter's bottom away from the contact descends, relative to the
     /// bottom, by at most the ramp angle where the cutter is in the stock: it sinks where the tilt
     /// falls, although the tip may not.
@@ -250,9 +243,9 @@ impl<'t, 'a> TurnSearch<'t, 'a> {
         hints: &mut Hints,
     ) -> Result<(), NoTurn> {
         let steepest = self.test.cell.tool.max_ramp_angle() + RAMP_SLACK;
-        let mut from = curve.heel(0.0);
+        let mut from = curve.heel(0.0, AS_PLANNED);
         for s in places.chain([1.0]) {
-            let to = curve.heel(s);
+            let to = curve.heel(s, AS_PLANNED);
             let angle = descent(&from, &to);
             if angle > steepest && self.test.cutter_in_stock(&curve.at(s), hints) {
                 return Err(NoTurn::Blocked(Infeasible::Ramp { angle }));
@@ -266,7 +259,7 @@ impl<'t, 'a> TurnSearch<'t, 'a> {
     /// not in the opposite direction at a limit.
     fn check_axes(&self, from: &Configuration, to: &Configuration) -> Result<(), NoTurn> {
         let machine = self.test.cell.machine;
-        let is_jump = self.turned(&from.axes, &to.axes) > LARGEST_STEP;
+        let is_jump = rotary_turn(machine, &from.axes, &to.axes) > LARGEST_STEP;
         let is_beyond = machine.first_beyond_limit(&to.axes).is_some();
         if is_jump || is_beyond || rewound_axis(machine, &from.axes, &to.axes).is_some() {
             return Err(NoTurn::Postures);
@@ -330,17 +323,23 @@ impl<'t, 'a> TurnSearch<'t, 'a> {
 
 /// Largest difference of axis values at the first cut from those it was tested with, mm or rad:
 /// rounding.
-const SAME_AXES: f64 = 1e-6;
+pub(crate) const SAME_AXES: f64 = 1e-6;
 
 /// Largest way of a point of a body between two tested poses, mm.
-const BODY_STEP: f64 = 5.0;
+pub(crate) const BODY_STEP: f64 = 5.0;
 
 /// Tests between two poses, at most.
-const MAX_TESTS: f64 = 2e4;
+pub(crate) const MAX_TESTS: f64 = 2e4;
+
+/// Returns the largest turn of a rotary axis between two positions, rad.
+pub(crate) fn rotary_turn(machine: &Machine, from: &AxisValues, to: &AxisValues) -> f64 {
+    let rotary = machine.axes().iter().enumerate().filter(|(_, axis)| axis.kind == AxisKind::Rotary);
+    rotary.map(|(k, _)| (to[k] - from[k]).abs()).fold(0.0, f64::max)
+}
 
 /// Returns whether a pass that starts at `first` lies beside one that ends at `last`, in the
 /// opposite direction.
-fn is_beside(last: &CcPoint, first: &CcPoint, radius: f64) -> bool {
+pub(crate) fn is_beside(last: &CcPoint, first: &CcPoint, radius: f64) -> bool {
     let way = first.position - last.position;
     let (ahead, aside) = (last.feed.dot(&way), last.left().dot(&way).abs());
     // Both sides of a thin wall are no neighbours.

@@ -82,7 +82,7 @@ impl<'e> TurnCurve<'e> {
         let room = cutter.rim_radius() * swing.abs() / PI;
         let tangent = 2.0 * half.max(room) * size;
         let mut curve = Self { cutter, ends, swing, tangent, lift, seats: [Vector3::zeros(); 2] };
-        curve.seats = [0usize, 1].map(|k| ends[k].cl.tip - curve.on_surface(k as f64).tip);
+        curve.seats = [0usize, 1].map(|k| ends[k].cl.tip - curve.on_surface(k as f64, AS_PLANNED).tip);
         curve
     }
 
@@ -94,8 +94,8 @@ impl<'e> TurnCurve<'e> {
         (length / step).max(swung).ceil().clamp(POSES[0], POSES[1]) as usize
     }
 
-    /// Returns the pose in contact with the surface at a parameter.
-    fn on_surface(&self, s: f64) -> ClPoint {
+    /// Returns the pose in contact with the surface at a parameter, with its posture moved.
+    fn on_surface(&self, s: f64, moved: Posture) -> ClPoint {
         let [from, to] = self.ends;
         let (a, b) = (s * s * (3.0 - 2.0 * s), s * (1.0 - s));
         let position = from.cc.position
@@ -104,7 +104,8 @@ impl<'e> TurnCurve<'e> {
             - to.cc.feed.into_inner() * (self.tangent * b * s);
         let normal = from.cc.normal.into_inner() * (1.0 - s) + to.cc.normal.into_inner() * s;
         let tilt = from.posture.tilt + (to.posture.tilt - from.posture.tilt) * s;
-        let posture = Posture { tilt, rotate: from.posture.rotate + self.swing * a };
+        let rotate = from.posture.rotate + self.swing * a;
+        let posture = Posture { tilt: tilt + moved.tilt, rotate: rotate + moved.rotate };
         match CcPoint::new(position, normal, from.cc.feed.into_inner()) {
             Ok(cc) => cl_from_cc(self.cutter, &cc, posture),
             Err(_) => from.cl,
@@ -112,10 +113,10 @@ impl<'e> TurnCurve<'e> {
     }
 
     /// Returns the point of the bottom that is farthest from the contact at a parameter, with the
-    /// axis there.
-    pub(crate) fn heel(&self, s: f64) -> ClPoint {
+    /// axis there and the posture moved.
+    pub(crate) fn heel(&self, s: f64, moved: Posture) -> ClPoint {
         let [from, to] = self.ends;
-        let pose = self.at(s);
+        let pose = self.moved(s, moved);
         let normal = from.cc.normal.into_inner() * (1.0 - s) + to.cc.normal.into_inner() * s;
         let axis = pose.axis.into_inner();
         let away = (normal - axis * normal.dot(&axis)).try_normalize(0.0).unwrap_or_else(Vector3::zeros);
@@ -124,13 +125,21 @@ impl<'e> TurnCurve<'e> {
 
     /// Returns the pose at a parameter, seated as the ends are and lifted in between.
     pub(crate) fn at(&self, s: f64) -> ClPoint {
+        self.moved(s, AS_PLANNED)
+    }
+
+    /// Returns the same pose with these changes of tilt and rotate.
+    pub(crate) fn moved(&self, s: f64, moved: Posture) -> ClPoint {
         let [from, to] = self.ends;
         let normal = (from.cc.normal.into_inner() * (1.0 - s) + to.cc.normal.into_inner() * s).normalize();
         let rise = (s.min(1.0 - s) / RISE).clamp(0.0, 1.0);
         let lift = self.lift * rise * rise * (3.0 - 2.0 * rise);
-        self.on_surface(s).translated(self.seats[0] * (1.0 - s) + self.seats[1] * s + normal * lift)
+        self.on_surface(s, moved).translated(self.seats[0] * (1.0 - s) + self.seats[1] * s + normal * lift)
     }
 }
+
+/// No change of a posture.
+pub(crate) const AS_PLANNED: Posture = Posture { tilt: 0.0, rotate: 0.0 };
 
 /// Largest slope of the eased swing.
 const FASTEST: f64 = 1.5;

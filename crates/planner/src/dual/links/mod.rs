@@ -21,9 +21,10 @@ use facemill_z_map::DexelMap;
 
 use self::rapid_runs::{PairRapidRun, rapid_runs};
 use crate::dual::moves::DualMove;
-use crate::dual::output::{DualProgram, DualTexts};
+use crate::dual::output::DualTexts;
 use crate::dual::parts::ProgramPart;
 use crate::program::link_search::{FasterPath, LineMatch, LinkSearch, RapidLines, RunLines, SearchedLinks, link_words};
+use crate::program::run_program::RunProgram;
 
 /// Links of a setup, with the results of the search.
 pub(crate) struct DualLinks {
@@ -43,22 +44,23 @@ impl DualLinks {
     /// # Errors
     /// Returns an error if the stages are cancelled.
     pub(crate) fn find(
-        program: &DualProgram<'_, '_>,
+        program: &RunProgram<'_, 2>,
+        (parts, texts): (&[ProgramPart<'_>], &DualTexts),
         cut: Option<(DexelMap, f64)>,
         stages: &dyn Stages,
     ) -> Result<Self, Failure> {
-        let scenes = program.context.scenes;
+        let scenes = program.scenes;
         let text = program.read()?;
         // As in planning, with the tool of the other head thicker than it is.
         let heads = [0, 1].map(|h| VirtualSetup { machine: &scenes[h].job.machine, ..program.setup(h) });
         let views: [MachineView<'_>; 2] =
             std::array::from_fn(|h| (&scenes[h].job.machine, scenes[h].job.tool.gauge_length()));
-        let runs = rapid_runs(program.parts);
-        let lines = |run: &PairRapidRun| RunLines { lines: program.texts.lines_of(&run.places), hold: run.hold };
+        let runs = rapid_runs(parts);
+        let lines = |run: &PairRapidRun| RunLines { lines: texts.lines_of(&run.places), hold: run.hold };
         let search = LinkSearch {
-            heads: &scenes.each_ref().map(|scene| scene.link_scene()),
+            heads: &scenes.map(|scene| scene.link_scene()),
             clock: &LinkClock::new(&views),
-            words: link_words(&scenes[0]),
+            words: link_words(scenes[0]),
             compensation: Compensation::Length(scenes[0].job.tool.length_register()),
             text: &text,
             rapids: RapidLines { runs: runs.iter().map(lines).collect(), rule: LineMatch::Exact },
@@ -69,8 +71,8 @@ impl DualLinks {
             None => search.off_first_stock(&heads.each_ref(), stages)?,
         };
         let sections = runs.iter().flat_map(|run| &run.places).map(|at| [at.part, at.section]);
-        let first = sections.map(|[p, s]| ([p, s], program.parts[p].sections[s].moves.clone())).collect();
-        let rapid_times = program.texts.times.iter().map(|part| part.rapid).collect();
+        let first = sections.map(|[p, s]| ([p, s], parts[p].sections[s].moves.clone())).collect();
+        let rapid_times = texts.times.iter().map(|part| part.rapid).collect();
         Ok(Self { searched, runs, first, rapid_times })
     }
 
@@ -111,6 +113,13 @@ impl DualLinks {
         }
         self.put_in(parts);
         true
+    }
+
+    /// Appends moves to a section, by part and section, where a turn behind it becomes a link.
+    pub(crate) fn extend_first(&mut self, section: [usize; 2], moves: &[DualMove]) {
+        if let Some(first) = self.first.get_mut(&section) {
+            first.extend(moves);
+        }
     }
 
     /// Returns the time by which the links shorten each part at constant speeds, s.

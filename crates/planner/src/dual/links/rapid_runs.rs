@@ -7,20 +7,21 @@ use crate::dual::parts::ProgramPart;
 
 /// All rapids between two cutting moves.
 pub(crate) struct PairRapidRun {
-    /// Places of its moves, in order; at least one.
+    /// Places of its moves, in order; none where a turn leads to the pass.
     pub places: Vec<BlockPlace>,
     /// Reason why the run must stay.
     pub hold: Option<&'static str>,
 }
 
 /// Returns the rapids between cutting moves, in program order, without those before the first cut
-/// and after the last.
+/// and after the last. A run keeps its index when a turn is replaced by a link.
 pub(crate) fn rapid_runs(parts: &[ProgramPart<'_>]) -> Vec<PairRapidRun> {
-    let mut all: Vec<(BlockPlace, bool)> = Vec::new();
+    let mut all: Vec<(BlockPlace, Option<MoveKind>)> = Vec::new();
     for (part, p) in parts.iter().enumerate() {
         for (section, s) in p.sections.iter().enumerate() {
             let place = |at: usize| BlockPlace { part, section, at };
-            all.extend(s.moves.iter().enumerate().map(|(at, m)| (place(at), m.kind == MoveKind::Rapid)));
+            let kind = |kind: MoveKind| matches!(kind, MoveKind::Rapid | MoveKind::Turn).then_some(kind);
+            all.extend(s.moves.iter().enumerate().map(|(at, m)| (place(at), kind(m.kind))));
         }
     }
     let changes = changes_of_spindles(parts);
@@ -29,10 +30,14 @@ pub(crate) fn rapid_runs(parts: &[ProgramPart<'_>]) -> Vec<PairRapidRun> {
     for run in all.chunk_by(|a, b| a.1 == b.1) {
         let is_between = at > 0 && at + run.len() < all.len();
         at += run.len();
-        if run[0].1 && is_between {
-            let places: Vec<BlockPlace> = run.iter().map(|(place, _)| *place).collect();
-            let hold = hold(parts, &changes, &places);
-            runs.push(PairRapidRun { places, hold });
+        match run[0].1.filter(|_| is_between) {
+            Some(MoveKind::Turn) => runs.push(PairRapidRun { places: Vec::new(), hold: None }),
+            Some(_) => {
+                let places: Vec<BlockPlace> = run.iter().map(|(place, _)| *place).collect();
+                let hold = hold(parts, &changes, &places);
+                runs.push(PairRapidRun { places, hold });
+            }
+            None => {}
         }
     }
     runs

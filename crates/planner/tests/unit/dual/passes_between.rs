@@ -45,7 +45,7 @@ fn passes_put_in_behind_those_that_are_cut_keep_the_cusp() {
     };
     assert!(planned.extra.between == 0 && too_high(&cut) > 0);
 
-    let found = PassesBetween::find(&context, operation, &cut, &SilentStages).unwrap();
+    let found = PassesBetween::find(&context, operation, (&cut, None), &SilentStages).unwrap();
     assert!(found.extra.between > 0 && found.left_out.is_empty() && found.extra.refused.is_empty());
     let all = [cut.as_slice(), &found.pieces].concat();
     assert_eq!(too_high(&all), 0);
@@ -54,7 +54,7 @@ fn passes_put_in_behind_those_that_are_cut_keep_the_cusp() {
     assert_eq!(found.cc_points, found.pieces.iter().map(PassSegment::points).sum::<usize>());
 
     // Nothing is left to be put in, and all points count.
-    let again = PassesBetween::find(&context, operation, &all, &SilentStages).unwrap();
+    let again = PassesBetween::find(&context, operation, (&all, None), &SilentStages).unwrap();
     assert!(again.pieces.is_empty() && again.cc_points == 0 && again.extra.between == 0);
     let (points, between) = (planned.cc_points, found.extra.between);
     let added = found.cc_points;

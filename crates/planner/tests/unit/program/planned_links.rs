@@ -3,7 +3,7 @@ use facemill_virtual_machine::{FindingKind, HeldAsCut};
 use crate::passes::extra_passes::AddedPasses;
 use crate::passes::operation::OperationTask;
 use crate::passes::setup_context::SetupContext;
-use crate::program::output::write_draft;
+use crate::program::output::{gouge_sections, write_draft};
 use crate::program::planned_links::*;
 use crate::stage_clock::Clock;
 use facemill_job::examples::new_job::{NewJob, new_job};
@@ -61,8 +61,9 @@ fn links_that_are_taken_back_are_as_they_were() {
     }
     let texts = write_draft(&scene, &operations).unwrap();
     let stock = StockMeshes::of(&setup).map(&job, &setup, 1.0, StockRegion::Whole).unwrap();
-    let program = OwnProgram { scene: &scene, operations: &operations, texts: &texts, as_cut: HeldAsCut::NOTHING };
-    let mut links = PlannedLinks::find(&program, Some((stock, 0.05)), stages).unwrap();
+    let sections = [gouge_sections(&scene, &operations, &texts)];
+    let program = RunProgram { scenes: [&scene], nc: &texts.nc, sections, as_cut: HeldAsCut::NOTHING };
+    let mut links = PlannedLinks::find(&program, (&operations, &texts), Some((stock, 0.05)), stages).unwrap();
     let before = places(&operations);
     links.put_in(&scene, &mut operations);
     let after = places(&operations);
