@@ -32,6 +32,7 @@
 //! | `polyhedron` | convex polyhedra |
 //! | `polyhedron_build` | a convex polyhedron around points, cut from their box by half spaces that hold them all |
 //! | `solid` | convex bodies dilated by a ball: frusta, boxes, polyhedra |
+//! | `split_mix` | numbers that only look random, for samples and tables |
 //!
 //! It must not know meshes, machines or files.
 
@@ -47,6 +48,7 @@ mod polyhedron_build;
 #[path = "../tests/unit/polyhedron_laws.rs"]
 mod polyhedron_laws;
 mod solid;
+mod split_mix;
 
 pub use aabb::Aabb;
 pub use cc_point::{CcPoint, CcPointError, ClPoint, Posture};
@@ -57,3 +59,4 @@ pub use pass::Pass;
 pub use polyhedron::{ConvexPolyhedron, Face, NearestPoint};
 pub use polyhedron_build::PolyhedronError;
 pub use solid::{PlacedSolid, RoundBox, RoundFrustum, RoundHull, Solid};
+pub use split_mix::{SplitMix64, mixed_bits};

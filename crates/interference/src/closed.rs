@@ -1,5 +1,6 @@
 //! Closed components of a mesh, and whether a point is inside one.
 
+use facemill_cl_data::mixed_bits;
 use facemill_surface_model::TriMesh;
 use nalgebra::{Point3, Vector3};
 
@@ -233,15 +234,9 @@ fn welded(mesh: &TriMesh) -> Vec<[u32; 3]> {
 /// No vertex: a mesh has fewer.
 const NO_VERTEX: u32 = u32::MAX;
 
-/// The bits of three coordinates, all mixed into all (the finaliser of SplitMix64): regular grids
-/// differ in few of them.
+/// Bits of three coordinates, all mixed into all: regular grids differ in few of them.
 fn mixed(key: &Vector3<u64>) -> u64 {
-    key.iter().fold(0, |hash: u64, &bits| {
-        let mut h = (hash ^ bits).wrapping_add(0x9E37_79B9_7F4A_7C15);
-        h = (h ^ (h >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        h = (h ^ (h >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        h ^ (h >> 31)
-    })
+    key.iter().fold(0, |hash, bits| mixed_bits(hash ^ bits))
 }
 
 /// A side of a triangle seen from the smaller of its ends: the other end (32 bits), the triangle

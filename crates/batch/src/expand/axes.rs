@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::str::FromStr;
 
+use facemill_cl_data::mixed_bits;
 use facemill_job::format::job_settings::JobSetting;
 use serde_json::{Value, json};
 
@@ -217,16 +218,10 @@ fn check_key(key: &str) -> Result<(), String> {
     JobSetting::from_str(&format!("{key}=null")).map(drop)
 }
 
-/// Returns a random number of a seed for a variant and an axis, by the finalizer of SplitMix64
-/// (Steele, Lea and Flood, 2014): every place has a number of its own, whatever is drawn before.
+/// Returns a random number of a seed for a variant and an axis: every place has a number of its own,
+/// whatever is drawn before.
 fn draw(seed: u64, variant: u64, axis: u64) -> u64 {
-    let mix = |z: u64| {
-        let z = z.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    };
-    mix(mix(mix(seed) ^ variant) ^ axis)
+    mixed_bits(mixed_bits(mixed_bits(seed) ^ variant) ^ axis)
 }
 
 /// Returns an index below `n` from a random number; biased by less than `n` / 2⁶⁴.

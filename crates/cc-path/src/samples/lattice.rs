@@ -4,7 +4,7 @@
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
-use facemill_cl_data::Aabb;
+use facemill_cl_data::{Aabb, mixed_bits};
 use facemill_surface_model::TriMesh;
 use nalgebra::{Point2, Point3, Unit, Vector3};
 
@@ -84,7 +84,7 @@ impl<'a> Lattice<'a> {
 
     /// Point of a cell: anywhere in it, and always there.
     fn point(&self, axis: usize, cell: [i64; 2]) -> Point2<f64> {
-        let bits = hash(hash(hash(axis as u64) ^ cell[0] as u64) ^ cell[1] as u64);
+        let bits = mixed_bits(mixed_bits(mixed_bits(axis as u64) ^ cell[0] as u64) ^ cell[1] as u64);
         let [u, v] = [bits >> 32, bits & 0xffff_ffff].map(|half| (half as f64 + 0.5) / 4_294_967_296.0);
         Point2::new((cell[0] as f64 + u) * self.side, (cell[1] as f64 + v) * self.side)
     }
@@ -189,12 +189,4 @@ fn weights(flat: &[Point2<f64>; 3], p: &Point2<f64>) -> Option<[f64; 3]> {
 fn beside(a: Point2<f64>, b: Point2<f64>, p: &Point2<f64>) -> f64 {
     let cross = |a: Point2<f64>, b: Point2<f64>| (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x);
     if (a.x, a.y) <= (b.x, b.y) { cross(a, b) } else { -cross(b, a) }
-}
-
-/// SplitMix64 (Steele, Lea, Flood, 2014): neighbouring numbers give unrelated ones.
-fn hash(number: u64) -> u64 {
-    let mut z = number.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }

@@ -1,5 +1,6 @@
 //! Description of a machine, as `machine check` prints it.
 
+use facemill_cl_data::SplitMix64;
 use facemill_inverse_kinematics::{
     AssumedValue, Axis, AxisKind, AxisReach, AxisValues, Carrier, DhRow, LinkId, Machine, MachineFile, Rollover,
 };
@@ -116,10 +117,10 @@ fn views_differ_by(first: &Machine, second: &Machine) -> f64 {
         (Some(Carrier::Head), Some(Carrier::OtherHead)),
         (Some(Carrier::OtherHead), Some(Carrier::Head)),
     ];
-    let mut seed = 2_u64;
+    let mut random = SplitMix64(2);
     let mut worst = 0.0_f64;
     for _ in 0..POSES {
-        let q = within_limits(first, &mut seed);
+        let q = within_limits(first, &mut random);
         for (of_first, of_second) in groups {
             let a = first.body_poses(&q).filter(|p| p.body.carrier() == of_first);
             let b = second.body_poses(&q).filter(|p| p.body.carrier() == of_second);
@@ -315,10 +316,10 @@ struct RoundTrip {
 
 /// Solves poses from seeded axis values within the limits and drives them again.
 fn round_trip(machine: &Machine) -> RoundTrip {
-    let mut seed = 1_u64;
+    let mut random = SplitMix64(1);
     let mut trip = RoundTrip { worst: [0.0; 2], lost: 0 };
     for _ in 0..POSES {
-        let q = within_limits(machine, &mut seed);
+        let q = within_limits(machine, &mut random);
         let cl = machine.cl_point(&q, TOOL_LENGTH);
         let Ok(solutions) = machine.inverse_near(&cl, TOOL_LENGTH, &q) else {
             trip.lost += 1;
@@ -341,19 +342,10 @@ fn round_trip(machine: &Machine) -> RoundTrip {
     trip
 }
 
-fn within_limits(machine: &Machine, seed: &mut u64) -> AxisValues {
+fn within_limits(machine: &Machine, random: &mut SplitMix64) -> AxisValues {
     AxisValues::from_fn(machine.axes().len(), |k| {
         let axis = &machine.axes()[k];
         let (min, max) = if axis.endless { (-3.0, 3.0) } else { (axis.min, axis.max) };
-        min + (max - min) * random(seed)
+        min + (max - min) * random.unit()
     })
-}
-
-/// Returns a number from 0 to 1 (splitmix64).
-fn random(seed: &mut u64) -> f64 {
-    *seed = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut z = *seed;
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
 }
