@@ -96,6 +96,8 @@ pub struct PassSection {
 }
 
 /// Method by which an area was computed.
+///
+/// Exhaustive, so that a new one is handled everywhere: reports name each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
     /// Circles and lines: crossings and areas by formula. Flat and bull-nose cutters with their

@@ -17,6 +17,8 @@ use crate::section::slab::{Cut, Layer};
 use crate::section::tool_section::{Contact, PARALLEL, ToolSection};
 
 /// The cutter in the section: above its bottom it continues without end along the axis as flute.
+///
+/// Exhaustive, so that a new one is handled everywhere: each has its own closed form.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SectionCutter {
     /// Flat end, sharp corner; the corner touches the surface.
@@ -32,6 +34,8 @@ pub enum SectionCutter {
 }
 
 /// The part's surface in the section.
+///
+/// Exhaustive, so that a new one is handled everywhere: each has its own closed form.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum SectionSurface {
     /// Straight line.

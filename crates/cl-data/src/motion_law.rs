@@ -1,6 +1,8 @@
 //! Motion laws of a machine: cuts, rapids and the tolerance of the control.
 
 /// Motion of a control between two programmed positions of a cutting move.
+///
+/// Exhaustive, so that a new one is handled everywhere: motion must not be taken for another law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CuttingLaw {
     /// All machine axes move linearly together: the tip moves along a curve. Five-axis moves
@@ -15,6 +17,8 @@ pub enum CuttingLaw {
 
 /// Motion of a control between two programmed positions of a rapid. Under RTCP some controls keep
 /// the tip on a line at rapid rate, too: their rapids then have a [`CuttingLaw`].
+///
+/// Exhaustive, so that a new one is handled everywhere: motion must not be taken for another law.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RapidLaw {
     /// All machine axes start and end together.

@@ -17,6 +17,8 @@ pub struct BlockFeed {
 }
 
 /// Limit that sets the time of a block.
+///
+/// Exhaustive, so that a new one is handled everywhere: reports count each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FeedLimit {
     /// The tip moves at the programmed speed.

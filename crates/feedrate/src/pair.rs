@@ -21,6 +21,8 @@ pub struct PairFeed {
 }
 
 /// Limit that sets the time of a block of two heads.
+///
+/// Exhaustive, so that a new one is handled everywhere: reports name each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PairLimit {
     /// The tip of this head (0 or 1) moves at its programmed speed, the other one at most at its

@@ -115,6 +115,7 @@ pub struct DhRow {
 }
 
 /// The axis of a row.
+// Exhaustive for callers: motion must not be taken for another joint.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Joint {

@@ -25,6 +25,7 @@ pub struct NcProgram {
 /// One thing an NC program says. Axis words are as programmed: mm and deg, in the work offset, with
 /// the length compensation in force (see [`WordMap`](crate::word_map::WordMap)).
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Block {
     /// Text for the operator; characters the control does not know are replaced.
     Comment(String),

@@ -27,6 +27,8 @@ use crate::path_error::PathError;
 use crate::segments::{Cut, LeftOut, PassSegment};
 
 /// Purpose of a move.
+///
+/// Exhaustive, so that a new one is handled everywhere: each has its own feed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MoveKind {
     /// Between passes, at rapid rate.

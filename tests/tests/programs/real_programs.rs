@@ -85,6 +85,7 @@ fn summary(program: &ReadProgram) -> Summary {
             MotionKind::Linear => &mut found.linear,
             MotionKind::Arc { .. } => &mut found.arcs,
             MotionKind::Cycle { .. } => &mut found.cycle_positions,
+            uncounted => panic!("{uncounted:?} is not counted"),
         } += 1;
         let axes = motion.position.iter().map(|(axis, _)| axis).filter(|axis| motion.position.is_programmed(*axis));
         let axes: Vec<_> = axes.collect();

@@ -48,6 +48,7 @@ pub enum BatchFormat {
 /// without `--allow-outside`, after links are resolved.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum JobsFile {
     /// Job files, or folders with `job.json`.
     List(#[schemars(length(min = 1))] Vec<String>),
@@ -75,6 +76,7 @@ pub struct SweepFile {
 /// Combination of axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum CombineFile {
     /// Every value of each axis with every value of all others; the last axis changes fastest.
     #[default]
@@ -111,6 +113,7 @@ pub struct AxisFile {
 /// Values of an axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum AxisValuesFile {
     /// Values of one key, each labelled by itself.
     Each(EachFile),
@@ -163,6 +166,7 @@ pub struct RangeFile {
 /// Work on each setup.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum TaskKindFile {
     /// Plan it.
     Plan(PlanTaskFile),

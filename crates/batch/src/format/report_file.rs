@@ -54,6 +54,7 @@ pub struct BatchReport {
 /// Figure by which tasks are compared; the least is the best.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Measure {
     /// Time of the program on the machine.
     #[default]
@@ -88,6 +89,7 @@ pub struct Counts {
 /// State of a task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum TaskState {
     /// Its result has exit code 0.
     Done,

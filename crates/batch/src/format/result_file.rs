@@ -7,6 +7,7 @@ use crate::format::task_file::Task;
 
 /// Format of a result.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub enum ResultFormat {
     /// The first version.
     #[default]
@@ -16,6 +17,7 @@ pub enum ResultFormat {
 
 /// Format of a folder of results.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub enum ResultsFormat {
     /// The first version.
     #[default]
@@ -36,6 +38,7 @@ pub struct ResultsFile {
 
 /// Format of a failure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[non_exhaustive]
 pub enum FailureFormat {
     /// The first version.
     #[default]
@@ -112,6 +115,7 @@ pub struct TaskTimes {
 /// Kind of a failure: decides whether a task is run again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum FailureKind {
     /// Job or a file that it names is wrong. The same inputs fail again, so the task is not run
     /// again before they change.

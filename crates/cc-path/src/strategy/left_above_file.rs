@@ -23,6 +23,7 @@ pub struct LeftAboveFile {
 }
 
 /// Stock that is measured: `"initial_stock"`, `{"rest": "FILE"}` or `{"programs": […]}`.
+// Exhaustive for callers: each is read in its own way.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LeftOfFile {

@@ -10,6 +10,8 @@ use crate::pose::pose_test::PoseTest;
 use crate::pose::workcell::{Configuration, Hints, Infeasible, angle_between};
 
 /// Surface that encloses the whole workpiece, its stock and its fixtures; workpiece frame, mm.
+///
+/// Exhaustive, so that a new one is handled everywhere: links must stay outside each.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ClearanceSurface {
     /// Plane through `origin`; the side that `normal` points to is free.

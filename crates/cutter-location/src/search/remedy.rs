@@ -11,6 +11,8 @@ use crate::search::bezier::SearchCurve;
 use crate::search::certified::certified_search;
 
 /// A change that gives a CC point a feasible posture.
+///
+/// Exhaustive, so that a new one is handled everywhere: reports advise on each.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Remedy {
     /// Extends the search curve to this tilt, rad.

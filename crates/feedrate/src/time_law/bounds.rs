@@ -35,6 +35,8 @@ pub struct MotionBounds {
 }
 
 /// Limiting factor of a motion.
+///
+/// Exhaustive, so that a new one is handled everywhere: reports name each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum MotionLimit {
     /// The speed of this axis, by index.

@@ -30,6 +30,7 @@ pub struct MeshShapeFile {
 }
 
 /// Length unit of a mesh file.
+// Exhaustive for callers: a unit must not be taken for another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum MeshUnitFile {

@@ -79,6 +79,7 @@ impl Default for VerificationSettingsFile {
 /// Limits of the axes that feeds keep.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum FeedsWithin {
     /// Largest velocity of each axis; the control slows down where the axes cannot accelerate so
     /// fast.
@@ -149,6 +150,7 @@ impl Default for LinksFile {
 }
 
 /// Stock that links avoid.
+// Exhaustive for callers: links must not be tested against another stock.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LinkStockFile {
@@ -165,6 +167,7 @@ pub enum LinkStockFile {
 /// Order in which the pieces of an operation's passes are cut.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum PassOrderFile {
     /// Pass by pass in the order of the path, place by place of the pattern.
     #[default]
@@ -265,6 +268,7 @@ pub struct MeshFile {
 /// Role of a mesh (APT's part, check and drive surfaces).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum RoleFile {
     /// Cut by the passes; counts as part, too.
     Drive,
@@ -279,6 +283,7 @@ pub enum RoleFile {
 /// Length unit of a mesh file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum UnitFile {
     /// 1000 mm.
     Metre,
@@ -305,6 +310,7 @@ pub enum UpAxisFile {
 /// Material before machining, workpiece frame.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum StockFile {
     /// The part and check surfaces with a layer of material on them; on both sides, where they are
     /// not closed together, which `assumptions` of plan and verification say.
@@ -373,6 +379,7 @@ pub struct MeshStockFile {
 /// Surface that encloses the whole workpiece, workpiece frame.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum ClearanceFile {
     /// Plane; its normal points to the free side.
     Plane(PlaneFile),
@@ -490,6 +497,7 @@ fn default_lean_back_deg() -> f64 {
 }
 
 /// Source of CC points.
+// Exhaustive for callers: each is read in its own way.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PathFile {
@@ -579,6 +587,7 @@ pub enum LevelOrderFile {
 /// How passes follow each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum LinkingFile {
     /// Every pass the same way.
     #[default]
@@ -601,6 +610,7 @@ pub enum DirectionFile {
 }
 
 /// Entry or exit of a pass.
+// Exhaustive for callers: each has its own path.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ApproachFile {
@@ -734,6 +744,7 @@ fn default_turn() -> f64 {
 /// How the postures of a pass are chosen.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum PostureModeFile {
     /// At every point the smallest feasible posture of the search curve, raised where neighbours
     /// need larger ones.
@@ -767,6 +778,7 @@ pub struct FixedPostureFile {
 /// Target of the tool axis: the spindle is on its side of the surface. Workpiece frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum AxisTargetFile {
     /// A point.
     Point(TargetPointFile),
@@ -893,6 +905,7 @@ pub struct ChipThicknessFile {
 /// Coolant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum CoolantFile {
     /// None.
     #[default]
@@ -960,6 +973,7 @@ impl Default for FinishFile {
 }
 
 /// Treatment of points without a feasible posture.
+// Exhaustive for callers: points must not be left out unasked.
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum InfeasibleFile {

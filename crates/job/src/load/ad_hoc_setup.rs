@@ -51,6 +51,8 @@ pub struct AdHocSetup {
 }
 
 /// Material before a program.
+///
+/// Exhaustive, so that a new one is handled everywhere: each comes from its own source.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AdHocStock {
     /// The smallest axis-parallel box around the part.

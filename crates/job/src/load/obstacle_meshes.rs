@@ -43,6 +43,7 @@ impl Pieces for ObstacleMesh {
 
 /// Role of an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum ObstacleRole {
     /// Drive and part surfaces.
     Part,

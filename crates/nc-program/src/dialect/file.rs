@@ -198,6 +198,7 @@ pub struct RtcpRule {
 }
 
 /// Motion of the control at rapid rate under RTCP.
+// Exhaustive for callers: motion must not be taken for another law.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum RtcpRapids {
@@ -221,6 +222,7 @@ pub struct CuttingRule {
 /// Motion of the tool between two positions under RTCP.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum RtcpLaw {
     /// The tip goes straight, the rotary axes linearly.
     TipAndRotariesLinear,

@@ -61,6 +61,7 @@ pub struct PostFile {
 /// Form in which a program under RTCP states the tool orientation.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Orientation {
     /// Words of the rotary axes: the control goes to the positions that were planned and tested.
     #[default]

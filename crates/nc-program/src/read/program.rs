@@ -121,6 +121,7 @@ pub struct ToolVectors {
 
 /// How a move goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum MotionKind {
     /// At rapid rate (G0), under the control's rapid law.
     Rapid,
@@ -206,6 +207,7 @@ pub struct ArcWords {
 
 /// Statement of a block besides its motion.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum ReadCommand {
     /// Text in parentheses or behind a semicolon.
     Comment(String),

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 /// Kinds of mesh files that can be read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum MeshFormat {
     /// Wavefront OBJ. Polygons are cut into fans; `o` and `g` names become groups; materials are
     /// not read.
@@ -32,6 +33,7 @@ impl MeshFormat {
 }
 
 /// The unit of a mesh file's coordinates.
+// Exhaustive for callers: a unit must not be taken for another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LengthUnit {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use facemill::job_file::{UnitFile, UpAxisFile};
 use facemill::nc_program::Dialect;
-use facemill::surface_model::MeshFormat;
+use facemill::surface_model::{ImportSettings, LengthUnit, MeshFormat, UpAxis};
 use facemill::virtual_machine::Assumption;
 use facemill::{AD_HOC_GOUGE_LIMIT, AdHocSetup, AdHocStock, Failure, Job};
 
@@ -99,9 +99,20 @@ impl StandArguments {
                 meshes.push(mesh);
             }
         }
-        let taken = |mesh: &Path| match MeshFormat::from_extension(mesh.extension()?.to_str()?)? {
-            MeshFormat::Gltf => Some(["metres", "y"]),
-            MeshFormat::Obj | MeshFormat::Stl => Some(["millimetres", "z"]),
+        let taken = |mesh: &Path| {
+            let settings = ImportSettings::default_for(MeshFormat::from_extension(mesh.extension()?.to_str()?)?);
+            let unit = match settings.unit {
+                LengthUnit::Metre => "metres",
+                LengthUnit::Centimetre => "centimetres",
+                LengthUnit::Millimetre => "millimetres",
+                LengthUnit::Inch => "inches",
+            };
+            let up_axis = match settings.up_axis {
+                UpAxis::X => "x",
+                UpAxis::Y => "y",
+                UpAxis::Z => "z",
+            };
+            Some([unit, up_axis])
         };
         let of_each = |describe: &dyn Fn(&Path, [&str; 2]) -> String| {
             let all = meshes.iter().filter_map(|mesh| Some(describe(mesh, taken(mesh)?)));

@@ -27,6 +27,7 @@ pub struct LostTimeReport {
 }
 
 /// Reason why the tip is slower than the programmed feed.
+// Exhaustive for callers: reports advise on each.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LostTimeCause {
