@@ -17,6 +17,7 @@ use facemill::cc_path::{
 use facemill_cl_data::{CcPoint, Silent};
 use facemill_sample_parts::{PatchSpec, patch};
 use facemill_surface_model::{Group, Surface, SurfaceSettings, TriMesh};
+use facemill_test_kit::{grid_around, grid_by_columns};
 use nalgebra::{Point3, Unit, Vector3};
 
 /// Passes to be laid.
@@ -82,37 +83,23 @@ fn sheet(quads: usize) -> Surface {
     surface(patch(&spec, quads, quads).expect("numbers are in range"))
 }
 
-/// Indices of the triangles of quads between rows of vertices.
-fn triangles(quads: impl Iterator<Item = [u32; 4]>) -> Vec<[u32; 3]> {
-    quads.flat_map(|[a, b, c, d]| [[a, b, d], [a, d, c]]).collect()
-}
-
 /// A waisted tube of `rows` × `rows` quads, 1,000 mm high.
-fn tube(rows: usize) -> Surface {
-    let vertices = (0..=rows).flat_map(|j| {
-        let share = j as f64 / rows as f64;
+fn tube(rows: u32) -> Surface {
+    // Around against the turn about z, so that the normal points outward.
+    let (vertices, triangles) = grid_around([rows, rows], |j, k| {
+        let share = f64::from(j) / f64::from(rows);
         let radius = 150.0 + 20.0 * (TAU * share).cos();
-        (0..rows).map(move |k| {
-            let (sin, cos) = (TAU * k as f64 / rows as f64).sin_cos();
-            Point3::new(radius * cos, radius * sin, 1000.0 * share)
-        })
+        let (sin, cos) = (TAU * f64::from(k) / f64::from(rows)).sin_cos();
+        Point3::new(radius * cos, -radius * sin, 1000.0 * share)
     });
-    let at = |j: usize, k: usize| (j * rows + k % rows) as u32;
-    let quads = (0..rows).flat_map(|j| (0..rows).map(move |k| (j, k)));
-    let corners = quads.map(|(j, k)| [at(j, k), at(j, k + 1), at(j + 1, k), at(j + 1, k + 1)]);
-    surface(TriMesh::new(vertices.collect(), triangles(corners)).expect("indices are in range"))
+    surface(TriMesh::new(vertices, triangles).expect("indices are in range"))
 }
 
 /// A square of 1,000 mm of quads, folded along y by a profile that gives z above x from −500 to
 /// 500; left and right half are groups.
-fn folded(quads: usize, profile: impl Fn(f64) -> f64) -> Surface {
-    let at = |k: usize| 1000.0 * k as f64 / quads as f64 - 500.0;
-    let columns = (0..=quads).flat_map(|i| (0..=quads).map(move |j| (i, j)));
-    let vertices = columns.map(|(i, j)| Point3::new(at(i), at(j), profile(at(i)))).collect();
-    let index = |i: usize, j: usize| (i * (quads + 1) + j) as u32;
-    let corners = (0..quads)
-        .flat_map(|i| (0..quads).map(move |j| [index(i, j), index(i + 1, j), index(i, j + 1), index(i + 1, j + 1)]));
-    let triangles = triangles(corners);
+fn folded(quads: u32, profile: impl Fn(f64) -> f64) -> Surface {
+    let at = |k: u32| 1000.0 * f64::from(k) / f64::from(quads) - 500.0;
+    let (vertices, triangles) = grid_by_columns([quads, quads], |i, j| Point3::new(at(i), at(j), profile(at(i))));
     let (half, all) = (triangles.len() / 2, triangles.len());
     let group = |name: &str, triangles| Group { name: name.to_owned(), triangles };
     let groups = vec![group("left", 0..half), group("right", half..all)];
@@ -120,12 +107,12 @@ fn folded(quads: usize, profile: impl Fn(f64) -> f64) -> Surface {
 }
 
 /// A roof whose top is rounded by 5 mm.
-fn roof(quads: usize) -> Surface {
+fn roof(quads: u32) -> Surface {
     folded(quads, |x| -0.8 * x.hypot(6.0))
 }
 
 /// A trough of two planes.
-fn trough(quads: usize) -> Surface {
+fn trough(quads: u32) -> Surface {
     folded(quads, |x| 0.8 * x.abs())
 }
 
@@ -172,7 +159,7 @@ fn level_cases<'a>(quads: usize, sheet: &'a Surface, tube: &'a Surface) -> Vec<C
 
 fn levels(c: &mut Criterion) {
     for quads in sizes([500, 1000]) {
-        let (sheet, tube) = (sheet(quads), tube(quads));
+        let (sheet, tube) = (sheet(quads), tube(quads as u32));
         run(c, "lay_passes", quads, &level_cases(quads, &sheet, &tube));
     }
 }
@@ -193,7 +180,7 @@ fn line_cases<'a>(quads: usize, [sheet, roof, trough]: [&'a Surface; 3]) -> Vec<
 
 fn lines(c: &mut Criterion) {
     for quads in sizes([250, 500]) {
-        let surfaces = [sheet(quads), roof(quads), trough(quads)];
+        let surfaces = [sheet(quads), roof(quads as u32), trough(quads as u32)];
         run(c, "lay_along_lines", quads, &line_cases(quads, [&surfaces[0], &surfaces[1], &surfaces[2]]));
     }
 }

@@ -42,7 +42,7 @@ fn axes() -> [AxisBounds; 5] {
 
 /// Numbers from −½ to ½.
 fn noise(seed: u64) -> impl FnMut() -> f64 {
-    let mut random = facemill_test_kit::Lcg(seed);
+    let mut random = facemill_test_kit::Random(seed);
     move || random.unit() - 0.5
 }
 

@@ -9,6 +9,7 @@ use facemill_inverse_kinematics::{BranchPreference, Machine};
 use facemill_sample_parts::blade;
 use facemill_sample_parts::{BladeResolution, PatchSpec, PropellerSeries, PropellerSpec, blade_pose, patch};
 use facemill_surface_model::{Surface, SurfaceSettings, TriMesh};
+use facemill_test_kit::Random;
 use facemill_tool_model::{Cutter, Section, SpindleRotation, Stack, ToolAssembly, ToolFile, cl_from_cc};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
@@ -29,9 +30,9 @@ pub struct Scene {
 pub fn patch_scene(n_points: usize) -> Scene {
     let spec = PatchSpec::new([200.0, 200.0], 15.0, [1.1, 1.0]).expect("numbers are in range");
     let mesh = patch(&spec, 316, 316).expect("numbers are in range");
-    let mut random = Lcg(facemill_test_kit::Lcg(1));
+    let mut random = Random(1);
     let cc = (0..n_points)
-        .map(|_| spec.at(170.0 * random.next() - 85.0, 170.0 * random.next() - 85.0))
+        .map(|_| spec.at(170.0 * random.unit() - 85.0, 170.0 * random.unit() - 85.0))
         .map(|p| CcPoint::new(p.point, p.normal.into_inner(), Vector3::x()).expect("the patch is nowhere vertical"))
         .collect();
     Scene { name: "patch_200k", mesh, cc }
@@ -47,10 +48,10 @@ pub fn blade_scene(n_points: usize) -> Scene {
     let mesh = blade(&spec, BladeResolution::new(200, 240).expect("numbers are in range"));
     let surface = Surface::new(mesh.clone(), SurfaceSettings::default());
     let suction = mesh.groups()[0].triangles.clone();
-    let mut random = Lcg(facemill_test_kit::Lcg(2));
+    let mut random = Random(2);
     let mut cc = Vec::with_capacity(n_points);
     while cc.len() < n_points {
-        let triangle = suction.start + (random.next() * suction.len() as f64) as usize;
+        let triangle = suction.start + (random.unit() * suction.len() as f64) as usize;
         let point = surface.point(triangle as u32, [1.0 / 3.0; 3]);
         let radius = point.position.x.hypot(point.position.y);
         // Where the sample job cuts: neither in the hub's corner nor on the tip.
@@ -127,26 +128,15 @@ pub fn propeller_mesh(n: usize) -> TriMesh {
     (1..spec.n_blades()).fold(first.clone(), |all, k| all.joined(&first.transformed(&blade_pose(&spec, k))))
 }
 
-/// Uniform numbers in 0..1, always the same.
-pub struct Lcg(pub facemill_test_kit::Lcg);
-
-impl Lcg {
-    /// The next one.
-    #[expect(clippy::should_implement_trait, reason = "an endless sequence, not an iterator")]
-    pub fn next(&mut self) -> f64 {
-        self.0.unit()
-    }
-}
-
 /// Poses with tilt 2° to 15° and rotate 0 to −85° at the CC points, lifted by `lift` along the
 /// normal.
 pub fn poses(cutter: &Cutter, cc: &[CcPoint], lift: f64) -> Vec<Isometry3<f64>> {
-    let mut random = Lcg(facemill_test_kit::Lcg(3));
+    let mut random = Random(3);
     cc.iter()
         .map(|cc| {
             let posture = Posture {
-                tilt: (2.0 + 13.0 * random.next()).to_radians(),
-                rotate: (-85.0 * random.next()).to_radians(),
+                tilt: (2.0 + 13.0 * random.unit()).to_radians(),
+                rotate: (-85.0 * random.unit()).to_radians(),
             };
             frame(&cl_from_cc(cutter, cc, posture).translated(cc.normal.into_inner() * lift))
         })
@@ -249,15 +239,15 @@ pub fn search_curve() -> SearchCurve {
 
 /// Reachable tool poses over the table of [`machine`].
 pub fn table_poses(n: usize) -> Vec<ClPoint> {
-    let mut random = Lcg(facemill_test_kit::Lcg(4));
+    let mut random = Random(4);
     (0..n)
         .map(|_| {
             let tip = Point3::new(
-                2000.0 * random.next() - 1000.0,
-                2000.0 * random.next() - 1000.0,
-                400.0 + 400.0 * random.next(),
+                2000.0 * random.unit() - 1000.0,
+                2000.0 * random.unit() - 1000.0,
+                400.0 + 400.0 * random.unit(),
             );
-            let lean = Vector3::new(random.next() - 0.5, random.next() - 0.5, 0.6);
+            let lean = Vector3::new(random.unit() - 0.5, random.unit() - 0.5, 0.6);
             ClPoint { tip, axis: nalgebra::Unit::new_normalize(lean) }
         })
         .collect()

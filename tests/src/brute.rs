@@ -1,6 +1,7 @@
 //! Depth of a cutter in a mesh and distance of turned bodies from it, over all triangles, by
 //! formulas of their own.
 
+use facemill_test_kit::least_over_triangle;
 use nalgebra::{Point3, Unit, Vector3};
 
 use facemill::surface_model::TriMesh;
@@ -177,7 +178,7 @@ impl Bins {
                 break;
             }
             if may_be_below(&self.triangles[k], f, nearest, 3) {
-                nearest = nearest.min(smallest_over(&self.triangles[k], f));
+                nearest = nearest.min(least_over_triangle(SECTIONS, &self.triangles[k], f));
             }
         }
         nearest
@@ -202,35 +203,8 @@ fn middle(t: &[Point3<f64>; 3]) -> (Point3<f64>, f64) {
     (c, t.iter().map(|p| (p - c).norm()).fold(0.0, f64::max))
 }
 
-/// Smallest value of a convex function over a triangle: golden sections within golden sections.
-pub fn smallest_over(t: &[Point3<f64>; 3], f: &dyn Fn(&Point3<f64>) -> f64) -> f64 {
-    let corners = t.iter().map(f).fold(f64::INFINITY, f64::min);
-    let along = |u: f64| {
-        let (a, b) = (t[0] + (t[1] - t[0]) * u, t[0] + (t[2] - t[0]) * u);
-        golden(&|v| f(&(a + (b - a) * v)))
-    };
-    corners.min(golden(&along))
-}
-
-/// Smallest value of a convex function over 0..=1.
-pub fn golden(f: &dyn Fn(f64) -> f64) -> f64 {
-    const RATIO: f64 = 0.618_033_988_749_895;
-    let (mut a, mut b) = (0.0, 1.0);
-    let (mut p, mut q) = (1.0 - RATIO, RATIO);
-    let (mut fp, mut fq) = (f(p), f(q));
-    for _ in 0..28 {
-        if fp < fq {
-            (b, q, fq) = (q, p, fp);
-            p = b - RATIO * (b - a);
-            fp = f(p);
-        } else {
-            (a, p, fp) = (p, q, fq);
-            q = a + RATIO * (b - a);
-            fq = f(q);
-        }
-    }
-    fp.min(fq).min(f(0.0)).min(f(1.0))
-}
+/// Golden sections to 1.4e-6 of an edge, where a convex function is flat.
+pub const SECTIONS: u32 = 28;
 
 /// Lengths here are far from what overflows, which `hypot` would guard at several times the cost.
 fn length(x: f64, y: f64) -> f64 {
@@ -240,7 +214,7 @@ fn length(x: f64, y: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
+    use facemill_test_kit::Random;
 
     #[test]
     fn signed_distance_is_that_to_points_of_the_outline() {
@@ -257,7 +231,7 @@ mod tests {
                 outline.push((c.radius, c.corner + unit(k) * (c.height - c.corner)));
                 outline.push((unit(k) * c.radius, c.height));
             }
-            let mut random = Random::new(5);
+            let mut random = Random(5);
             for _ in 0..300 {
                 let (rho, z) = (random.between(0.0, 14.0), random.between(-4.0, 12.0));
                 let to_outline = outline.iter().map(|o| (o.0 - rho).hypot(o.1 - z)).fold(f64::INFINITY, f64::min);
@@ -271,7 +245,7 @@ mod tests {
 
     #[test]
     fn what_is_left_out_is_never_the_nearest() {
-        let mut random = Random::new(17);
+        let mut random = Random(17);
         let vertices: Vec<Point3<f64>> =
             (0..90).map(|_| Point3::from([0; 3].map(|_| random.between(-12.0, 12.0)))).collect();
         let mesh = TriMesh::new(vertices, (0..30).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect()).unwrap();
@@ -279,7 +253,7 @@ mod tests {
         let cutter = RoundedCylinder { radius: 4.0, corner: 1.0, height: 5.0 };
         let body = Frustum { low: 5.0, high: 11.0, radius_low: 1.0, radius_high: 3.0 };
         let least = |f: &dyn Fn(&Point3<f64>) -> f64, at_most: f64| {
-            (0..30).map(|k| smallest_over(&mesh.corners(k), f)).fold(at_most, f64::min)
+            (0..30).map(|k| least_over_triangle(SECTIONS, &mesh.corners(k), f)).fold(at_most, f64::min)
         };
         for _ in 0..40 {
             let (tip, axis) = (Point3::from([0; 3].map(|_| random.between(-15.0, 15.0))), random.direction());
@@ -297,25 +271,6 @@ mod tests {
                 let [gap, all] = [bins.distance(&body, &tip, &axis, at_most), least(&outside, at_most)];
                 assert!((gap - all).abs() < 1e-12, "{gap} of {all} up to {at_most}");
             }
-        }
-    }
-
-    #[test]
-    fn smallest_over_a_triangle_is_that_of_many_points() {
-        let mut random = Random::new(9);
-        for _ in 0..40 {
-            let t = [0; 3].map(|_| Point3::from([0; 3].map(|_| random.between(-5.0, 5.0))));
-            let c = Point3::from([0; 3].map(|_| random.between(-3.0, 3.0)));
-            let f = |p: &Point3<f64>| ((p - c).norm() - 2.0).max(p.x - 4.0);
-            let found = smallest_over(&t, &f);
-            let mut dense = f64::INFINITY;
-            for i in 0..=150 {
-                for j in 0..=(150 - i) {
-                    let (u, v) = (f64::from(i) / 150.0, f64::from(j) / 150.0);
-                    dense = dense.min(f(&(t[0] + (t[1] - t[0]) * u + (t[2] - t[0]) * v)));
-                }
-            }
-            assert!(found <= dense + 1e-6 && found >= dense - 0.1, "{found} {dense}");
         }
     }
 }

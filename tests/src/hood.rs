@@ -4,6 +4,7 @@
 use facemill::file_format::to_json;
 use facemill::new_job::{NewJob, new_job};
 use facemill::surface_model::{NamedNode, TriMesh, write_obj};
+use facemill_test_kit::grid_by_rows;
 use nalgebra::{Isometry3, Point3};
 use serde_json::{Value, json};
 
@@ -62,11 +63,8 @@ impl Hood {
         let n = self.quads;
         let at = |k: u32| self.size * (f64::from(k) / f64::from(n) - 0.5);
         let height = |x: f64, y: f64| -0.5 * (x * x / self.radii[0] + y * y / self.radii[1]);
-        let vertex = |j: u32, i: u32| Point3::new(at(i), at(j), height(at(i), at(j)));
-        let vertices = (0..=n).flat_map(|j| (0..=n).map(move |i| vertex(j, i))).collect();
-        let id = |i: u32, j: u32| j * (n + 1) + i;
-        let quads = (0..n).flat_map(|j| (0..n).map(move |i| [id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1)]));
-        let mesh = TriMesh::new(vertices, quads.flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect());
+        let (vertices, triangles) = grid_by_rows([n, n], |i, j| Point3::new(at(i), at(j), height(at(i), at(j))));
+        let mesh = TriMesh::new(vertices, triangles);
         let node = NamedNode { name: "hood", mesh: 0, transform: Isometry3::identity() };
         write_obj(&[&mesh.expect("a sheet")], &[node]).expect("a mesh")
     }

@@ -23,9 +23,8 @@
 //! [`variants`] plans variants of one by the command, [`program`] runs the `facemill` command,
 //! [`commands`] runs it on the files of a job, [`shared`] finds the shared data, [`meshes`] plans
 //! every shared mesh, [`strategy_table`] plans parts by all strategies, [`golden`] has jobs whose
-//! bytes are fixed, [`hood`] is a part that turns the rotary axes, [`random`] makes seeded numbers,
-//! [`key_tables`] generates the tables of `docs/formats.md`, [`sample_figures`] the figures of the
-//! sample in the pages.
+//! bytes are fixed, [`hood`] is a part that turns the rotary axes, [`key_tables`] generates the
+//! tables of `docs/formats.md`, [`sample_figures`] the figures of the sample in the pages.
 
 pub mod batches;
 pub mod brute;
@@ -41,7 +40,6 @@ pub mod meshes;
 pub mod onset;
 pub mod paper_machine;
 pub mod program;
-pub mod random;
 pub mod read_back;
 pub mod sample_figures;
 pub mod shared;

@@ -3,9 +3,10 @@
 
 use std::f64::consts::TAU;
 
+use facemill_test_kit::golden_least;
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
-use crate::brute::golden;
+use crate::brute::SECTIONS;
 
 /// Signed distance of a point from the torus about z with material inside, mm: positive outside the
 /// material.
@@ -76,7 +77,7 @@ impl RoundDisc {
             let value = |k: i32| sampled[k.rem_euclid(n) as usize];
             value(*k) <= value(k - 1) && value(*k) <= value(k + 1)
         };
-        let about = |k: i32| golden(&|u| at(f64::from(k - 1) + 2.0 * u));
+        let about = |k: i32| golden_least(SECTIONS, |u| at(f64::from(k - 1) + 2.0 * u));
         (0..n).filter(is_lowest).map(about).chain(sampled.iter().copied()).fold(f64::INFINITY, f64::min)
     }
 }
@@ -125,12 +126,12 @@ pub fn onset(hit: f64, free: f64, is_free: &dyn Fn(f64) -> bool) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Random;
+    use facemill_test_kit::Random;
 
     #[test]
     fn saddle_distance_is_that_along_the_normal() {
         let (concave, convex) = (60.0, 80.0);
-        let mut random = Random::new(3);
+        let mut random = Random(3);
         for _ in 0..1000 {
             let [x, y] = [0; 2].map(|_| random.between(-60.0, 60.0));
             let far = random.between(-30.0, 40.0);
@@ -144,7 +145,7 @@ mod tests {
     #[test]
     fn a_ball_about_any_point_of_the_eroded_disc_is_in_the_cutter() {
         use crate::brute::RoundedCylinder;
-        let mut random = Random::new(4);
+        let mut random = Random(4);
         for corner in [0.0, 0.3, 2.0, 12.0] {
             let cutter = RoundedCylinder { radius: 25.0, corner, height: 60.0 };
             let by = random.between(0.2, 1.0);

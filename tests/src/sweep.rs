@@ -6,9 +6,9 @@ use facemill::sample_parts::{
     BladeResolution, PatchSpec, PropellerSeries, PropellerSpec, RotorResolution, blade, blade_pose, hub, patch, rotor37,
 };
 use facemill::surface_model::TriMesh;
-use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
+use facemill_test_kit::{Random, soup_mesh};
+use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
-use crate::random::Random;
 use crate::shared::shared;
 use crate::touch::Touchable;
 
@@ -101,7 +101,7 @@ pub fn sweep(mesh: &TriMesh, kind: Kind, n: usize, threads: usize) -> Tally {
     let (tree, brute) = (MeshTree::new(mesh), Touchable::new(mesh));
     let chunks: Vec<usize> = (0..n.div_ceil(CHUNK)).collect();
     let run = |chunk: usize| {
-        let mut random = Random::new(1_000 * chunk as u64 + kind as u64);
+        let mut random = Random(1_000 * chunk as u64 + kind as u64);
         let mut tally = Tally::default();
         (0..CHUNK.min(n - CHUNK * chunk)).for_each(|_| compare(&tree, &brute, kind, &mut random, &mut tally));
         tally
@@ -214,7 +214,9 @@ pub fn parts(is_full: bool) -> Vec<(String, TriMesh)> {
     parts.push(("hub".to_owned(), hub(&spec, 0.1 * chord_tolerance).expect("numbers are in range")));
     let (span, between) = if is_full { (200, 8) } else { (6, 1) };
     parts.push(("rotor 37".to_owned(), rotor37(RotorResolution::new(span, between).expect("numbers are in range"))));
-    parts.push(("soup".to_owned(), soup(if is_full { 3000 } else { 200 })));
+    // Slivers, points, edges, doubles, level ones, large ones.
+    let (vertices, triangles) = soup_mesh(&mut Random(77), if is_full { 3000 } else { 200 }, [60.0, 15.0]);
+    parts.push(("soup".to_owned(), TriMesh::new(vertices, triangles).expect("indices are in range")));
     let folder = shared("data/meshes").and_then(|f| std::fs::read_dir(f).ok());
     let mut files: Vec<_> = folder.into_iter().flatten().filter_map(|e| e.ok().map(|e| e.path())).collect();
     files.sort();
@@ -232,27 +234,4 @@ fn propeller((n_radial, n_chord): (usize, usize), chord_tolerance: f64) -> TriMe
     let one = blade(&spec, BladeResolution::new(n_radial, n_chord).expect("numbers are in range"));
     let hub = hub(&spec, chord_tolerance).expect("numbers are in range");
     (0..spec.n_blades()).fold(hub, |all, k| all.joined(&one.transformed(&blade_pose(&spec, k))))
-}
-
-/// Unconnected triangles of all shapes: slivers, points, edges, doubles, level ones, huge ones.
-fn soup(n: u32) -> TriMesh {
-    let mut random = Random::new(77);
-    let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
-    for k in 0..n {
-        let a = Point3::from([0; 3].map(|_| random.between(-60.0, 60.0)));
-        let [u, v] = [0; 2].map(|_| random.direction().into_inner() * random.between(0.1, 15.0));
-        let [b, c] = match k % 8 {
-            0 => [a + u, a + u * 0.6 + v * 1e-9],
-            1 => [a + u, a + u * 0.6 + v * 1e-4],
-            2 => [a + u, a + u * 0.3],
-            3 => [a, a + u],
-            4 => [a + Vector3::new(u.x, u.y, 0.0), a + Vector3::new(v.x, v.y, 0.0)],
-            5 => [a + u * 4.0, a + v * 4.0],
-            _ => [a + u, a + v],
-        };
-        let first = vertices.len() as u32;
-        vertices.extend([a, b, c]);
-        triangles.extend(std::iter::repeat_n([first, first + 1, first + 2], 1 + usize::from(k % 7 == 0)));
-    }
-    TriMesh::new(vertices, triangles).expect("indices are in range")
 }

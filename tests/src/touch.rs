@@ -11,6 +11,7 @@ use std::collections::HashMap;
 
 use facemill::cl_data::Solid;
 use facemill::surface_model::TriMesh;
+use facemill_test_kit::crossing_of_line;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// A triangle.
@@ -217,17 +218,10 @@ fn nearest_of_section(s: &[(f64, f64); 4], rho: f64, z: f64) -> (f64, f64) {
 }
 
 /// 1 or −1 where a half line leaves through the triangle's front or enters by it, `None` where it
-/// passes by (Möller and Trumbore).
+/// passes by.
 fn crossing(t: &Corners, origin: &Point3<f64>, along: &Vector3<f64>) -> Option<i32> {
-    let (u, v) = (t[1] - t[0], t[2] - t[0]);
-    let h = along.cross(&v);
-    let det = u.dot(&h);
-    let s = origin - t[0];
-    let a = s.dot(&h) / det;
-    let q = s.cross(&u);
-    let b = along.dot(&q) / det;
-    let is_hit = a >= 0.0 && b >= 0.0 && a + b <= 1.0 && v.dot(&q) / det > 0.0;
-    is_hit.then_some(if det > 0.0 { -1 } else { 1 })
+    let is_outward = (t[1] - t[0]).cross(&(t[2] - t[0])).dot(along) > 0.0;
+    crossing_of_line(t, origin, along).filter(|s| *s > 0.0).map(|_| if is_outward { 1 } else { -1 })
 }
 
 fn balls(triangles: &[Corners]) -> Vec<(Point3<f64>, f64)> {

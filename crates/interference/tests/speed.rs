@@ -24,7 +24,7 @@ fn patch(n: u32) -> TriMesh {
 
 /// Poses of a cutter lifted by 0.05 mm over seeded CC points, tilt 2 to 15°, rotate 0 to −85°.
 fn poses(cutter: &Cutter, n: u32) -> Vec<(CcPoint, Isometry3<f64>)> {
-    let mut state = facemill_test_kit::Lcg(1);
+    let mut state = facemill_test_kit::Random(1);
     let mut next = || state.unit();
     (0..n)
         .map(|_| {

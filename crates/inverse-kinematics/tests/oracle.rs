@@ -22,15 +22,15 @@ struct Counts {
 
 /// A position of one of the kinds where solutions meet or end.
 fn position(kind: usize, oracle: &Oracle<'_>, machine: &Machine, r: &mut Random) -> AxisValues {
-    let mut q = r.values(machine);
-    let off = 10f64.powf(r.within(-9.0, -3.0));
+    let mut q = random_values(r, machine);
+    let off = 10f64.powf(r.between(-9.0, -3.0));
     match kind {
         // Rotary axes beside where directions are parallel or at right angles: poles of machines
         // with right angles.
         0 => {
             for (k, axis) in machine.axes().iter().enumerate() {
                 if axis.kind == AxisKind::Rotary {
-                    let quarter = FRAC_PI_2 * (r.below(4) as f64 - 1.0) + r.within(-off, off);
+                    let quarter = FRAC_PI_2 * (r.below(4) as f64 - 1.0) + r.between(-off, off);
                     q[k] = if axis.endless { quarter } else { quarter.clamp(axis.min, axis.max) };
                 }
             }
@@ -46,7 +46,7 @@ fn position(kind: usize, oracle: &Oracle<'_>, machine: &Machine, r: &mut Random)
         // Where two solutions meet: the volume of the Jacobian changes its sign on the way to
         // another position.
         2 => {
-            let (mut low, mut high) = (q, r.values(machine));
+            let (mut low, mut high) = (q, random_values(r, machine));
             let sign = oracle.volume(&low) > 0.0;
             if sign == (oracle.volume(&high) > 0.0) {
                 return q;
@@ -60,7 +60,7 @@ fn position(kind: usize, oracle: &Oracle<'_>, machine: &Machine, r: &mut Random)
                 for k in oracle.own() {
                     let axis = &machine.axes()[k];
                     let unit = if axis.kind == AxisKind::Linear { 500.0 } else { 1.0 };
-                    q[k] = (q[k] + unit * r.within(-off, off)).clamp(axis.min, axis.max);
+                    q[k] = (q[k] + unit * r.between(-off, off)).clamp(axis.min, axis.max);
                 }
             }
         }
@@ -154,7 +154,7 @@ fn compare(
 }
 
 fn sweep(machines: &[Machine], n_poses: usize, n_seeds: usize, seed: u64) -> Counts {
-    let mut r = Random::new(seed);
+    let mut r = Random(seed);
     let mut all = Counts::default();
     for machine in machines {
         let oracle = Oracle::new(machine, TOOL);

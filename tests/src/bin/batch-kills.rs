@@ -4,10 +4,10 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant, SystemTime};
 
+use facemill_test_kit::Random;
 use facemill_tests::batches::{
     BatchAtWork, Victim, assert_clean, assert_whole, blink_batch, keys_in, one_by_one, results_in,
 };
-use facemill_tests::random::Random;
 
 fn main() {
     let numbers: Vec<u64> = std::env::args().skip(1).map(|a| a.parse().expect("a number")).collect();
@@ -19,7 +19,7 @@ fn main() {
     let alone = began.elapsed().as_secs_f64();
     println!("{tasks} tasks one by one in {alone:.1} s");
     let out = job.path("out");
-    let mut random = Random::new(seed);
+    let mut random = Random(seed);
     let mut finished: BTreeMap<String, SystemTime> = BTreeMap::new();
     let mut done = 0;
     let began = Instant::now();

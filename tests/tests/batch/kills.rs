@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, SystemTime};
 
+use facemill_test_kit::Random;
 use facemill_tests::batches::{
     BatchAtWork, Victim, assert_clean, assert_whole, batch, blink_batch, keys_in, one_by_one, results_in, send_signal,
 };
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::program::code_and_errors;
-use facemill_tests::random::Random;
 
 const TASKS: usize = 6;
 
@@ -24,7 +24,7 @@ fn written(job: &JobFolder) -> BTreeMap<String, SystemTime> {
 fn a_batch_that_is_killed_goes_on_and_has_every_result_once_and_whole() {
     let job = blink_batch(TASKS);
     let expected = one_by_one(&job, TASKS);
-    let mut random = Random::new(20);
+    let mut random = Random(20);
     let mut finished = BTreeMap::new();
     let mut kills = 0;
     for round in 0..8 {

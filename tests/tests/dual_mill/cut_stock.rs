@@ -160,7 +160,7 @@ fn places(read: &ReadPlan, block: &DualBlock, head: usize) -> Vec<TipAndAxis> {
 fn samples(read: &ReadPlan, thickness: f64) -> Vec<Sample> {
     let part = read.back.grounds.iter().find(|g| g.role == "part").expect("a part");
     let mesh = part.bins.mesh();
-    let mut state = facemill_test_kit::Lcg(7);
+    let mut state = facemill_test_kit::Random(7);
     let mut draw = || state.unit();
     let mut samples = Vec::new();
     for triangle in mesh.triangles() {

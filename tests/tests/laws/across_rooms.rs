@@ -12,8 +12,8 @@ use facemill::inverse_kinematics::{BranchPreference, Machine};
 use facemill::sample_parts::{AnalyticPart, AnalyticShape, MaterialSide, PatchSpec, patch};
 use facemill::surface_model::TriMesh;
 use facemill::tool_model::{Cutter, ToolAssembly};
-use facemill_tests::brute::{Bins, RoundedCylinder, golden, in_tool};
-use facemill_tests::random::Random;
+use facemill_test_kit::{Random, golden_least};
+use facemill_tests::brute::{Bins, RoundedCylinder, SECTIONS, in_tool};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use serde_json::json;
 
@@ -87,7 +87,7 @@ fn search_gives_the_smallest_feasible_u_of_a_dense_scan_and_a_pose_that_brute_fo
     let cell = workcell(&machine, &tool, &tree, Isometry3::translation(0.0, 0.0, MOUNT), 0.06);
     let test = PoseTest::new(&cell);
     let settings = SearchSettings { u_step: 0.05, u_tolerance: 0.002, ..SearchSettings::default() };
-    let mut random = Random::new(41);
+    let mut random = Random(41);
     let (mut monotone, mut other, mut beyond_start) = (0, 0, 0);
     for _ in 0..60 {
         let cc = cc_on_patch(&spec, 80.0, &mut random);
@@ -134,7 +134,7 @@ fn seating_never_exceeds_its_limit_and_leaves_no_gouge() {
     let mesh = patch(&spec, 24, 24).unwrap();
     let (tree, bins) = (MeshTree::new(&mesh), Bins::new(&mesh, 5.0));
     let machine = Machine::head_b_table_c().unwrap();
-    let mut random = Random::new(7);
+    let mut random = Random(7);
     let (mut lifted, mut refused, mut tried) = (0, 0, 0);
     for (radius, corner, max_lift) in [(16.0, 2.0, 0.3), (12.0, 0.0, 0.15), (10.0, 10.0, 0.1)] {
         let tool = tool(radius, corner);
@@ -203,7 +203,7 @@ fn a_rigid_motion_of_part_and_mounting_moves_the_plan_with_it() {
     let still = plan(&Isometry3::identity());
     let planned = still.iter().flat_map(|p| &p.outcomes.points).filter(|o| o.is_ok()).count();
     assert!(planned > 80, "only {planned} planned");
-    let mut random = Random::new(13);
+    let mut random = Random(13);
     for _ in 0..3 {
         let motion = random.motion(400.0);
         for (a, b) in still
@@ -309,7 +309,7 @@ fn gouge_verdict_on_a_plane_is_the_closed_form() {
     let contact = |random: &mut Random| {
         (Point3::new(random.between(-90.0, 90.0), random.between(-90.0, 90.0), 0.0), Vector3::z_axis())
     };
-    verdicts_agree(&tree, "plane", (1e-9, 1e-9), &mut Random::new(1), contact, gap);
+    verdicts_agree(&tree, "plane", (1e-9, 1e-9), &mut Random(1), contact, gap);
 }
 
 #[test]
@@ -327,7 +327,7 @@ fn gouge_verdict_on_a_sphere_is_the_closed_form_outside_the_chord_error() {
         (Point3::from(normal.into_inner() * radius), normal)
     };
     // Facets lie inside the ball, so a body that is free of it is free of them.
-    verdicts_agree(&MeshTree::new(&mesh), "sphere", (band, 1e-9), &mut Random::new(2), contact, gap);
+    verdicts_agree(&MeshTree::new(&mesh), "sphere", (band, 1e-9), &mut Random(2), contact, gap);
 }
 
 #[test]
@@ -345,7 +345,7 @@ fn gouge_verdict_on_a_torus_is_the_closed_form_outside_the_chord_error() {
         let at = |angle: f64| core_distance(body, tip, axis, &circle(angle));
         let mut arcs: Vec<(f64, f64)> = (0..n).map(|k| (at(f64::from(k) * arc), f64::from(k) * arc)).collect();
         arcs.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let best = |angle: f64| golden(&|t| at(angle + (2.0 * t - 1.0) * arc));
+        let best = |angle: f64| golden_least(SECTIONS, |t| at(angle + (2.0 * t - 1.0) * arc));
         arcs[..3].iter().map(|a| best(a.1)).fold(f64::INFINITY, f64::min) - body.rounding - minor
     };
     let contact = |random: &mut Random| {
@@ -354,5 +354,5 @@ fn gouge_verdict_on_a_torus_is_the_closed_form_outside_the_chord_error() {
         let normal = Unit::new_normalize(out * v.cos() + Vector3::z() * v.sin());
         (Point3::from(out * major + normal.into_inner() * minor), normal)
     };
-    verdicts_agree(&MeshTree::new(&mesh), "torus", (band, band), &mut Random::new(3), contact, gap);
+    verdicts_agree(&MeshTree::new(&mesh), "torus", (band, band), &mut Random(3), contact, gap);
 }

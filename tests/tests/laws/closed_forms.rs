@@ -6,8 +6,8 @@ use facemill::sample_parts::{AnalyticPart, AnalyticShape, MaterialSide};
 use facemill::surface_model::TriMesh;
 use facemill::tool_model::Cutter;
 use facemill::z_map::{ZMap, ZMapSettings};
+use facemill_test_kit::Random;
 use facemill_tests::onset::{RoundDisc, Touch, onset, saddle_distance, torus_distance};
-use facemill_tests::random::Random;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 /// The lower half of a mesh: of a sphere the inside is then free.
@@ -231,7 +231,7 @@ fn rear_gouge_in_a_saddle_begins_at_the_exact_tilt() {
 #[test]
 fn a_spike_under_the_disc_is_found_and_the_nodes_of_a_grid_miss_it() {
     let mill = Cutter::new(25.0, 2.0, 40.0).unwrap();
-    let mut random = Random::new(8);
+    let mut random = Random(8);
     let n = 100;
     let mut n_missed = 0;
     for _ in 0..n {

@@ -40,19 +40,12 @@ fn a_flow_between_two_planes_is_planned_verified_and_leaves_nothing() {
 fn ring(radii: [f64; 2]) -> TriMesh {
     const AROUND: u32 = 120;
     const ROWS: u32 = 12;
-    let place = |j: u32, k: u32| {
+    let (vertices, triangles) = facemill_test_kit::grid_around([ROWS, AROUND], |j, k| {
         let radius = radii[0] + (radii[1] - radii[0]) * f64::from(j) / f64::from(ROWS);
         let (sin, cos) = (TAU * f64::from(k) / f64::from(AROUND)).sin_cos();
         Point3::new(radius * cos, radius * sin, f64::sqrt(1e4 - radius * radius) - 100.0)
-    };
-    let vertices = (0..=ROWS).flat_map(|j| (0..AROUND).map(move |k| place(j, k))).collect();
-    let at = |j: u32, k: u32| j * AROUND + k % AROUND;
-    let quads = (0..ROWS).flat_map(|j| (0..AROUND).map(move |k| (j, k)));
-    let triangles = quads.flat_map(|(j, k)| {
-        let [a, b, c, d] = [at(j, k), at(j, k + 1), at(j + 1, k), at(j + 1, k + 1)];
-        [[a, d, b], [a, c, d]]
     });
-    TriMesh::new(vertices, triangles.collect()).expect("indices are in range")
+    TriMesh::new(vertices, triangles).expect("indices are in range")
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use facemill::cl_data::{ClPoint, PlacedSolid, RoundFrustum, Solid};
 use facemill::inverse_kinematics::{AssumedValue, AxisKind, AxisValues, Carrier, Machine, import_autodesk_machine};
+use facemill_test_kit::Random;
 use facemill_tests::program::{code_and_errors, run};
 use facemill_tests::shared::{shared, workspace};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
@@ -81,27 +82,14 @@ fn preset(name: &str) -> Machine {
     Machine::from_json(preset_text(name).as_bytes()).expect("a preset that builds")
 }
 
-/// Deterministic numbers from 0 to 1 (splitmix64).
-struct Random(facemill_test_kit::Random);
-
-impl Random {
-    fn new(seed: u64) -> Self {
-        Self(facemill_test_kit::Random(seed))
-    }
-
-    fn next(&mut self) -> f64 {
-        self.0.unit()
-    }
-
-    /// Values within the limits; rotary ones alone where the linear ones stay at 0.
-    fn values(&mut self, machine: &Machine, linear_too: bool) -> AxisValues {
-        AxisValues::from_fn(machine.axes().len(), |k| {
-            let axis = &machine.axes()[k];
-            let (min, max) = if axis.endless { (-3.1, 3.1) } else { (axis.min, axis.max) };
-            let value = min + (max - min) * self.next();
-            if axis.kind == AxisKind::Linear && !linear_too { 0.0 } else { value }
-        })
-    }
+/// Values within the limits; rotary ones alone where the linear ones stay at 0.
+fn random_values(random: &mut Random, machine: &Machine, linear_too: bool) -> AxisValues {
+    AxisValues::from_fn(machine.axes().len(), |k| {
+        let axis = &machine.axes()[k];
+        let (min, max) = if axis.endless { (-3.1, 3.1) } else { (axis.min, axis.max) };
+        let value = random.between(min, max);
+        if axis.kind == AxisKind::Linear && !linear_too { 0.0 } else { value }
+    })
 }
 
 #[test]
@@ -145,11 +133,11 @@ fn every_preset_obeys_the_schema_and_lists_known_values_alone() {
 
 #[test]
 fn every_preset_goes_there_and_back() {
-    let mut r = Random::new(1);
+    let mut r = Random(1);
     for (name, ..) in PRESETS {
         let machine = preset(name);
         for _ in 0..500 {
-            let q = r.values(&machine, true);
+            let q = random_values(&mut r, &machine, true);
             let pose = machine.forward(&q, 180.0);
             let cl = ClPoint {
                 tip: Point3::from(pose.translation.vector),
@@ -193,7 +181,7 @@ fn nutating_axes_tilt_by_their_closed_form() {
 /// Presets that say they have the numbers of a published file move as that file does.
 #[test]
 fn presets_from_published_files_move_as_those() {
-    let mut r = Random::new(2);
+    let mut r = Random(2);
     let Some(folder) = shared("data/machines") else { return };
     for (name, file) in [
         ("table-table-a-c", "table_ac_head_xyz"),
@@ -211,7 +199,7 @@ fn presets_from_published_files_move_as_those() {
             assert!(a.endless || ((a.min - b.min).abs() < 1e-9 && (a.max - b.max).abs() < 1e-9), "{name} {a:?}");
         }
         for _ in 0..50 {
-            let q = r.values(&machine, true);
+            let q = random_values(&mut r, &machine, true);
             let (a, b) = (machine.forward(&q, 0.0), published.forward(&q, 0.0));
             assert!((a.translation.vector - b.translation.vector).norm() < 1e-9, "{name}: {q:?}");
             assert!(a.rotation.angle_to(&b.rotation) < 1e-7, "{name}: {q:?}");
@@ -223,19 +211,19 @@ fn presets_from_published_files_move_as_those() {
 fn surface(solid: &Solid, r: &mut Random) -> Point3<f64> {
     match solid {
         Solid::Box(b) => {
-            let mut p = Vector3::from_fn(|_, _| 2.0 * r.next() - 1.0);
-            let side = (3.0 * r.next()) as usize;
-            p[side.min(2)] = if r.next() < 0.5 { -1.0 } else { 1.0 };
+            let mut p = Vector3::from_fn(|_, _| 2.0 * r.unit() - 1.0);
+            let side = (3.0 * r.unit()) as usize;
+            p[side.min(2)] = if r.unit() < 0.5 { -1.0 } else { 1.0 };
             Point3::from(p.component_mul(&b.half_extents))
         }
         Solid::Hull(h) => {
             let vertices = h.core.vertices();
-            vertices[(vertices.len() as f64 * r.next()) as usize % vertices.len()]
+            vertices[(vertices.len() as f64 * r.unit()) as usize % vertices.len()]
         }
         Solid::Frustum(f) => {
-            let (t, angle) = ((3.0 * r.next() - 1.0).clamp(0.0, 1.0), std::f64::consts::TAU * r.next());
+            let (t, angle) = ((3.0 * r.unit() - 1.0).clamp(0.0, 1.0), std::f64::consts::TAU * r.unit());
             let radius = f.radius_low + t * (f.radius_high - f.radius_low);
-            let radius = if t == 0.0 || t == 1.0 { radius * r.next().sqrt() } else { radius };
+            let radius = if t == 0.0 || t == 1.0 { radius * r.unit().sqrt() } else { radius };
             Point3::new(radius * angle.cos(), radius * angle.sin(), f.z_low + t * (f.z_high - f.z_low))
         }
     }
@@ -245,7 +233,7 @@ fn surface(solid: &Solid, r: &mut Random) -> Point3<f64> {
 /// them, which are tested against each other, keep their clearances.
 #[test]
 fn bodies_of_presets_keep_clear_of_each_other() {
-    let mut r = Random::new(3);
+    let mut r = Random(3);
     for (name, ..) in PRESETS {
         // All axes of the propeller mill at 0 put the nose on the table.
         let machine = preset(name);
@@ -255,7 +243,7 @@ fn bodies_of_presets_keep_clear_of_each_other() {
         assert!(carriers.contains(&Some(Carrier::Head)), "{name} has no body on its head");
         assert!(carriers.iter().any(|c| *c != Some(Carrier::Head)), "{name} has no table");
         for _ in 0..60 {
-            let rotary = r.values(&machine, false);
+            let rotary = random_values(&mut r, &machine, false);
             let q = AxisValues::from_fn(5, |k| rotary[k] + lift[k]);
             let poses: Vec<_> = machine.body_poses(&q).collect();
             for a in &poses {
@@ -278,7 +266,7 @@ fn bodies_of_presets_keep_clear_of_each_other() {
 /// whatever the rotary axes do.
 #[test]
 fn heads_of_dual_mills_keep_clear_of_everything_at_the_zero_pose() {
-    let mut r = Random::new(4);
+    let mut r = Random(4);
     for (name, families) in DUALS {
         let heads = Machine::heads_from_json(preset_text(name).as_bytes()).unwrap();
         for (head, family) in heads.iter().zip(families) {
@@ -296,7 +284,7 @@ fn heads_of_dual_mills_keep_clear_of_everything_at_the_zero_pose() {
             };
             let head = head.with_tool_in_other_head(&[tool], 200.0);
             for _ in 0..40 {
-                let q = r.values(&head, false);
+                let q = random_values(&mut r, &head, false);
                 let poses: Vec<_> = head.body_poses(&q).collect();
                 for (i, a) in poses.iter().enumerate() {
                     for (_, b) in poses.iter().enumerate().filter(|(k, _)| head.joints_between(i, *k) > 1) {

@@ -9,8 +9,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use facemill::sample_parts::{PatchSpec, patch};
 use facemill::surface_model::{NamedNode, TriMesh, write_glb, write_obj, write_stl_binary};
 use facemill::{Failure, Job, describe_setup};
+use facemill_test_kit::Random;
 use facemill_tests::jobs::{JobFolder, small_patch};
-use facemill_tests::random::Random;
 use nalgebra::Isometry3;
 use serde_json::{Value, json};
 
@@ -94,7 +94,7 @@ fn pointers(value: &Value, at: &str, all: &mut Vec<String>) {
 fn no_value_in_a_json_file_makes_it_panic() {
     let job = tiny("patch.obj");
     check(&job).unwrap_or_else(|e| panic!("{e}"));
-    let mut random = Random::new(2026);
+    let mut random = Random(2026);
     let odd = odd_values();
     let (mut n, mut refused) = (0, 0);
     for name in ["job.json", "tool.json", "machine.json"] {
@@ -143,7 +143,7 @@ fn mutate(bytes: &[u8], random: &mut Random) -> Vec<u8> {
 
 #[test]
 fn no_bytes_make_it_panic() {
-    let mut random = Random::new(77);
+    let mut random = Random(77);
     let (mut n, mut refused) = (0, 0);
     for mesh in ["patch.obj", "patch.stl", "patch.glb"] {
         let job = tiny(mesh);

@@ -6,7 +6,7 @@ use facemill::inverse_kinematics::Machine;
 use facemill::nc_program::{AxisAt, Dialect, FeedMode, MotionKind, read_program};
 use facemill::virtual_machine::FindingKind;
 use facemill::{FeedRewriteSettings, Job, PlanSettings, Planned, SilentStages, TipFeed, plan_job, rewrite_feeds};
-use facemill_test_kit::Lcg;
+use facemill_test_kit::Random;
 use facemill_tests::craig::{Words, end_of};
 use facemill_tests::jobs::{JobFolder, small_patch, small_patch_planned, text_of, unfinished};
 use facemill_tests::program::run;
@@ -93,7 +93,7 @@ const CONTROLS: [(Dialect, &str, bool); 7] = [
 ];
 
 /// Moves with F here and there, rapids and arcs between.
-fn program(random: &mut Lcg, dialect: Dialect, head: &str) -> String {
+fn program(random: &mut Random, dialect: Dialect, head: &str) -> String {
     let mut at = [0.0, 0.0, 150.0, -10.0, 20.0];
     let is_inverse = head.contains("G93");
     let mut text = head.to_owned();
@@ -122,7 +122,7 @@ fn program(random: &mut Lcg, dialect: Dialect, head: &str) -> String {
 
 #[test]
 fn nothing_but_f_words_changes_and_the_tip_keeps_to_its_feed() {
-    let mut random = Lcg(5);
+    let mut random = Random(5);
     let file = machine();
     let machine = Machine::from_json(file.to_string().as_bytes()).unwrap();
     for (dialect, head, counts_all) in CONTROLS {

@@ -7,9 +7,7 @@ use facemill::cl_file::{AptFile, AptMeaning, AptPointKind, read_apt};
 use facemill::nc_program::{
     AxisKind, CallKind, MacroKind, MotionKind, ReadCommand, ReadError, ReadProgram, read_linuxcnc, read_siemens,
 };
-
-/// Beside the workspace; tests that read it are skipped where it is absent.
-const SHARED_NC: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../shared/data/nc");
+use facemill_test_kit::SHARED_NC;
 
 type Reader = fn(&[u8]) -> Result<ReadProgram, ReadError>;
 

@@ -206,13 +206,9 @@ fn a_foot_of_a_wall_that_no_pass_reaches_is_reported_with_its_height_and_place()
 /// A plate of 60 mm by 42 mm, its facets numbered along y.
 fn write_plate(job: &JobFolder, n: u32, m: u32) {
     let at = |k: u32, of: u32, length: f64| length * (f64::from(k) / f64::from(of) - 0.5);
-    let row = |i: u32| (0..=m).map(move |j| Point3::new(at(i, n, 60.0), at(j, m, 42.0), 0.0));
-    let quad = |i: u32, j: u32| {
-        let a = i * (m + 1) + j;
-        [[a, a + m + 1, a + m + 2], [a, a + m + 2, a + 1]]
-    };
-    let triangles = (0..n).flat_map(|i| (0..m).flat_map(move |j| quad(i, j))).collect();
-    let mesh = TriMesh::new((0..=n).flat_map(row).collect(), triangles).expect("a plate");
+    let point = |i: u32, j: u32| Point3::new(at(i, n, 60.0), at(j, m, 42.0), 0.0);
+    let (vertices, triangles) = facemill_test_kit::grid_by_columns([n, m], point);
+    let mesh = TriMesh::new(vertices, triangles).expect("a plate");
     let nodes = [NamedNode { name: "plate", mesh: 0, transform: Isometry3::identity() }];
     job.write("patch.obj", &write_obj(&[&mesh], &nodes).expect("a mesh"));
 }

@@ -50,10 +50,8 @@ fn a_clearance_sphere_is_left_and_reached_outside() {
 }
 
 fn box_mesh(low: [f64; 3], high: [f64; 3]) -> TriMesh {
-    let corner = |k: usize| Point3::from([0, 1, 2].map(|axis| if k >> axis & 1 == 0 { low[axis] } else { high[axis] }));
-    let quads: [[u32; 4]; 6] = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
-    let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
-    TriMesh::new((0..8).map(corner).collect(), triangles.collect()).unwrap()
+    let (vertices, triangles) = facemill_test_kit::box_mesh(low, high);
+    TriMesh::new(vertices, triangles).unwrap()
 }
 
 /// The job in a solid stock, and what was written; `solid` must lie in the stock.

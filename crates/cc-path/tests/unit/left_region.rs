@@ -1,5 +1,5 @@
 use super::*;
-use crate::test_kit::Lcg;
+use crate::test_kit::Random;
 
 fn up() -> Unit<Vector3<f64>> {
     Vector3::z_axis()
@@ -16,8 +16,8 @@ fn lattice(height: impl Fn(f64, f64) -> f64) -> Vec<StockHeight> {
     (0..30).flat_map(|j| (0..40).map(move |i| (at(i), at(j)))).map(|(x, y)| on_plane(x, y, height(x, y))).collect()
 }
 
-fn random_balls(rng: &mut Lcg, n: usize) -> Vec<Ball> {
-    let ball = |rng: &mut Lcg| {
+fn random_balls(rng: &mut Random, n: usize) -> Vec<Ball> {
+    let ball = |rng: &mut Random| {
         // Some on a lattice, so that distances are equal.
         let p = rng.point(10.0);
         let center = if rng.unit() < 0.5 { p.map(f64::round) } else { p };
@@ -28,7 +28,7 @@ fn random_balls(rng: &mut Lcg, n: usize) -> Vec<Ball> {
 
 #[test]
 fn the_tree_finds_what_a_search_of_all_balls_finds() {
-    let mut rng = Lcg::new(1);
+    let mut rng = Random(1);
     for n in [0, 1, 8, 9, 500] {
         let balls = random_balls(&mut rng, n);
         let tree = BallTree::new(balls.clone());
@@ -50,7 +50,7 @@ fn the_tree_finds_what_a_search_of_all_balls_finds() {
 
 #[test]
 fn islands_are_the_components_of_touching_balls() {
-    let mut rng = Lcg::new(2);
+    let mut rng = Random(2);
     for overlap in [0.1, 0.6, 2.0] {
         let places: Vec<StockHeight> = random_balls(&mut rng, 300)
             .into_iter()

@@ -1,6 +1,6 @@
 use super::*;
 use crate::path_file::{PathFileError, PathFormat};
-use crate::test_kit::{Lcg, cylinder, plane, surface};
+use crate::test_kit::{Random, cylinder, plane, surface};
 use facemill_cl_data::CcPointError;
 
 fn path(points_mm: Vec<[f64; 3]>, normals: Option<Vec<[f64; 3]>>) -> PathFile {
@@ -72,13 +72,13 @@ fn normals_of_the_file_are_kept_unless_they_point_into_the_material() {
 
 #[test]
 fn a_path_in_the_mesh_frame_moves_with_the_part() {
-    let mut rng = Lcg::new(11);
+    let mut rng = Random(11);
     let mesh = cylinder(50.0, 100.0, 1.0, 5, 40);
     let points: Vec<[f64; 3]> = (1..9).map(|k| [10.0 * f64::from(k), 5.0, 50.0]).collect();
     let normals = Some(vec![[0.0, 0.1, 1.0]; 8]);
     let still = path(points, normals);
     let expected = project(&still, &surface(mesh.clone()), &within(1.0)).unwrap();
-    let work_from_mesh = rng.motion();
+    let work_from_mesh = rng.motion(200.0);
     let moving = PathFile { frame: PathFrame::Mesh, ..still };
     let moved = surface(mesh.transformed(&work_from_mesh));
     let passes = project(&moving, &moved, &ProjectSettings { max_distance: 1.0, work_from_mesh }).unwrap();

@@ -1,5 +1,5 @@
 use super::*;
-use crate::test_kit::Lcg;
+use crate::test_kit::Random;
 
 fn cylinders(axis_origin: Point3<f64>, axis: Vector3<f64>) -> Sections {
     let axis_direction = Unit::new_normalize(axis);
@@ -9,7 +9,7 @@ fn cylinders(axis_origin: Point3<f64>, axis: Vector3<f64>) -> Sections {
 
 #[test]
 fn a_crossing_has_the_level_wherever_the_ends_straddle_it() {
-    let mut rng = Lcg::new(1);
+    let mut rng = Random(1);
     for _ in 0..3000 {
         let planes = ParallelPlanes { origin: rng.point(5.0), normal: rng.direction(), from: None, to: None };
         for s in [Sections::ParallelPlanes(planes), cylinders(rng.point(5.0), rng.direction().into_inner())] {
@@ -25,7 +25,7 @@ fn a_crossing_has_the_level_wherever_the_ends_straddle_it() {
 
 #[test]
 fn the_slope_is_what_the_level_gains_per_length_along_the_surface() {
-    let mut rng = Lcg::new(2);
+    let mut rng = Random(2);
     for _ in 0..500 {
         let s = cylinders(rng.point(5.0), rng.direction().into_inner());
         let (p, n) = (rng.point(100.0), rng.direction());

@@ -1,40 +1,8 @@
-//! Small analytic meshes and a random generator for the tests.
+//! Small analytic meshes for the tests, and seeded numbers.
 
 use facemill_surface_model::{Surface, SurfaceSettings, TriMesh};
-use nalgebra::{Isometry3, Point3, Rotation3, Translation3, Unit, UnitQuaternion, Vector3};
-
-/// Linear congruential generator (Knuth's MMIX constants): the same numbers everywhere.
-pub(crate) struct Lcg(facemill_test_kit::Lcg);
-
-impl Lcg {
-    pub(crate) fn new(seed: u64) -> Self {
-        Self(facemill_test_kit::Lcg(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(1)))
-    }
-
-    /// Uniform in 0..1.
-    pub(crate) fn unit(&mut self) -> f64 {
-        self.0.unit()
-    }
-
-    /// Uniform in the cube of this half edge.
-    pub(crate) fn point(&mut self, half: f64) -> Point3<f64> {
-        Point3::new(self.unit() - 0.5, self.unit() - 0.5, self.unit() - 0.5) * (2.0 * half)
-    }
-
-    pub(crate) fn direction(&mut self) -> Unit<Vector3<f64>> {
-        loop {
-            let v = self.point(1.0).coords;
-            if (0.01..1.0).contains(&v.norm_squared()) {
-                return Unit::new_normalize(v);
-            }
-        }
-    }
-
-    pub(crate) fn motion(&mut self) -> Isometry3<f64> {
-        let turn = Rotation3::from_axis_angle(&self.direction(), 6.0 * self.unit());
-        Isometry3::from_parts(Translation3::from(self.point(200.0).coords), UnitQuaternion::from_rotation_matrix(&turn))
-    }
-}
+pub(crate) use facemill_test_kit::Random;
+use nalgebra::{Point3, Vector3};
 
 /// Grid of `n` × `m` quads, each two triangles, over the unit square mapped by `place`; wound so
 /// that ∂place/∂u × ∂place/∂v points out of the material.
@@ -45,16 +13,27 @@ pub(crate) fn grid(n: u32, m: u32, place: impl Fn(f64, f64) -> Point3<f64>) -> T
 }
 
 /// The same with inner vertices moved about by up to `share` of half a quad, and border vertices
-/// along the border.
+/// along the border; none so far that a triangle folds over.
 pub(crate) fn irregular_grid(n: u32, m: u32, share: f64, place: impl Fn(f64, f64) -> Point3<f64>) -> TriMesh {
-    let mut rng = Lcg::new(17);
+    let mut rng = Random(17);
     let mut moved = |x: f64, n: u32| {
         let way = share * (rng.unit() - 0.5) / f64::from(n);
         if x == 0.0 || x == 1.0 { x } else { x + way }
     };
     let even = grid(n, m, |u, v| Point3::new(u, v, 0.0));
-    let vertices = even.vertices().iter().map(|p| place(moved(p.x, n), moved(p.y, m))).collect();
-    TriMesh::new(vertices, even.triangles().to_vec()).unwrap()
+    let mut flat: Vec<Point3<f64>> =
+        even.vertices().iter().map(|p| Point3::new(moved(p.x, n), moved(p.y, m), 0.0)).collect();
+    // Triangles that fold over go halfway back until none does.
+    let is_folded = |flat: &[Point3<f64>], t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| flat[v as usize]);
+        (b - a).cross(&(c - a)).z < 0.02 / f64::from(n * m)
+    };
+    while let Some(folded) = even.triangles().iter().find(|t| is_folded(&flat, t)) {
+        folded
+            .iter()
+            .for_each(|&v| flat[v as usize] = nalgebra::center(&flat[v as usize], &even.vertices()[v as usize]));
+    }
+    TriMesh::new(flat.iter().map(|p| place(p.x, p.y)).collect(), even.triangles().to_vec()).unwrap()
 }
 
 /// Rectangle `x` × `y` from the origin in the plane z = 0, normal +z.
@@ -82,26 +61,7 @@ pub(crate) fn sphere_patch(radius: f64, half_angle: f64, n: u32) -> TriMesh {
 
 /// Cap of the sphere about the origin around the pole +z, up to the polar angle `half_angle`.
 pub(crate) fn sphere_cap(radius: f64, half_angle: f64, rings: u32, around: u32) -> TriMesh {
-    let mut vertices = vec![Point3::new(0.0, 0.0, radius)];
-    for ring in 1..=rings {
-        for k in 0..around {
-            let polar = half_angle * f64::from(ring) / f64::from(rings);
-            let turn = std::f64::consts::TAU * f64::from(k) / f64::from(around);
-            vertices.push(Point3::new(
-                radius * polar.sin() * turn.cos(),
-                radius * polar.sin() * turn.sin(),
-                radius * polar.cos(),
-            ));
-        }
-    }
-    let at = |ring: u32, k: u32| 1 + (ring - 1) * around + k % around;
-    let mut triangles: Vec<[u32; 3]> = (0..around).map(|k| [0, at(1, k), at(1, k + 1)]).collect();
-    for ring in 1..rings {
-        for k in 0..around {
-            let (a, b, c, d) = (at(ring, k), at(ring, k + 1), at(ring + 1, k), at(ring + 1, k + 1));
-            triangles.extend([[a, c, d], [a, d, b]]);
-        }
-    }
+    let (vertices, triangles) = facemill_test_kit::cap_mesh(radius, half_angle, [rings, around]);
     TriMesh::new(vertices, triangles).unwrap()
 }
 

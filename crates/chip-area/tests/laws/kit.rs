@@ -1,32 +1,12 @@
-//! Seeded numbers and booleans of polygons.
+//! Booleans of polygons, and seeded numbers.
 
+pub(crate) use facemill_test_kit::Random;
 use i_overlay::core::fill_rule::FillRule;
 use i_overlay::core::overlay_rule::OverlayRule;
 use i_overlay::float::single::SingleFloatOverlay;
 
 pub(crate) type Contour = Vec<[f64; 2]>;
 pub(crate) type Shape = Vec<Contour>;
-
-/// SplitMix64.
-pub(crate) struct Random(facemill_test_kit::Random);
-
-impl Random {
-    pub(crate) fn new(seed: u64) -> Self {
-        Self(facemill_test_kit::Random(seed))
-    }
-
-    pub(crate) fn unit(&mut self) -> f64 {
-        self.0.unit()
-    }
-
-    pub(crate) fn within(&mut self, from: f64, to: f64) -> f64 {
-        from + (to - from) * self.unit()
-    }
-
-    pub(crate) fn one_in(&mut self, n: f64) -> bool {
-        self.unit() * n < 1.0
-    }
-}
 
 pub(crate) fn moved(p: [f64; 2], d: [f64; 2], by: f64) -> [f64; 2] {
     [p[0] + by * d[0], p[1] + by * d[1]]

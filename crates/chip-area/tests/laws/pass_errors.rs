@@ -95,19 +95,19 @@ fn bad_values_are_refused_by_their_field() {
 
 #[test]
 fn whatever_is_given_there_is_an_area_within_bounds_or_an_error() {
-    let mut random = Random::new(43);
+    let mut random = Random(43);
     let value = |random: &mut Random| match (12.0 * random.unit()) as u32 {
         0 => 0.0,
         1 => -random.unit(),
         2 => [f64::NAN, f64::INFINITY, f64::MIN_POSITIVE, f64::MAX][(4.0 * random.unit()) as usize],
-        3..6 => 10f64.powf(random.within(-9.0, 9.0)),
-        _ => random.within(0.0, 10.0),
+        3..6 => 10f64.powf(random.between(-9.0, 9.0)),
+        _ => random.between(0.0, 10.0),
     };
     let angle = |random: &mut Random| match (8.0 * random.unit()) as u32 {
         0 => 0.0,
         1 => value(random),
-        2 => 10f64.powf(random.within(-18.0, 0.0)),
-        _ => random.within(-1.6, 1.6),
+        2 => 10f64.powf(random.between(-18.0, 0.0)),
+        _ => random.between(-1.6, 1.6),
     };
     let beside = |random: &mut Random| match (3.0 * random.unit()) as u32 {
         0 => Beside::Stock,

@@ -293,10 +293,10 @@ fn a_step_as_wide_as_the_cutter_leaves_full_stock() {
 
 #[test]
 fn a_leading_disc_cuts_the_squashed_chip_of_a_ball_to_the_error_bound() {
-    let mut random = Random::new(41);
+    let mut random = Random(41);
     for _ in 0..2000 {
-        let (radius, depth) = (random.within(1.0, 50.0), random.within(0.0, 1.0));
-        let step_over = random.within(0.0, radius);
+        let (radius, depth) = (random.between(1.0, 50.0), random.between(0.0, 1.0));
+        let step_over = random.between(0.0, radius);
         // A disc appears as an ellipse, with half the height given by the sine of its lead.
         let section = |lead| PassSection {
             cutter: CutterEnd { radius, corner_radius: 0.0 },
@@ -309,7 +309,7 @@ fn a_leading_disc_cuts_the_squashed_chip_of_a_ball_to_the_error_bound() {
             orientation: Orientation { lead, lean: 0.0 },
             neighbour_axis: NeighbourAxis::Parallel,
         };
-        let lead = random.within(0.01, 1.5);
+        let lead = random.between(0.01, 1.5);
         let chip = chip_of_pass(&section(lead)).unwrap();
         // That is the circle of a ball, squashed, and so is its chip on a plane.
         let ball = PassSection {

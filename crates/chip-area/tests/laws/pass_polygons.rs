@@ -23,28 +23,28 @@ const CHORD: f64 = 0.02;
 const NEAR: f64 = 30.0;
 
 fn section(random: &mut Random) -> PassSection {
-    let radius = random.within(10.0, 60.0);
+    let radius = random.between(10.0, 60.0);
     let surface = match (3.0 * random.unit()) as u32 {
         0 => SectionSurface::Plane,
         1 => SectionSurface::Convex { radius },
         _ => SectionSurface::Concave { radius },
     };
-    let radius = random.within(1.0, 10.0);
+    let radius = random.between(1.0, 10.0);
     let corner_radius = match (5.0 * random.unit()) as u32 {
         0 => 0.0,
         1 => radius,
-        _ => radius * random.within(0.0, 1.0),
+        _ => radius * random.between(0.0, 1.0),
     };
     // Mostly moderate, sometimes zero, sometimes small.
     let angle = |random: &mut Random| match (6.0 * random.unit()) as u32 {
         0 => 0.0,
-        1 => random.within(-1e-3, 1e-3),
-        2 => random.within(-1.4, 1.4),
-        _ => random.within(-0.6, 0.6),
+        1 => random.between(-1e-3, 1e-3),
+        2 => random.between(-1.4, 1.4),
+        _ => random.between(-0.6, 0.6),
     };
     let step_over = |random: &mut Random| {
         let most = if random.one_in(4.0) { 0.1 } else { 1.2 * radius };
-        random.within(0.0, most)
+        random.between(0.0, most)
     };
     let [left, mut right] = [0; 2].map(|_| match (4.0 * random.unit()) as u32 {
         0 => Beside::Stock,
@@ -60,7 +60,7 @@ fn section(random: &mut Random) -> PassSection {
     PassSection {
         cutter: CutterEnd { radius, corner_radius },
         surface,
-        engagement: Engagement { depth_of_cut: random.within(0.0, 5.0), left, right },
+        engagement: Engagement { depth_of_cut: random.between(0.0, 5.0), left, right },
         orientation: Orientation { lead: angle(random), lean: angle(random) },
         neighbour_axis: if random.one_in(3.0) { NeighbourAxis::Turned } else { NeighbourAxis::Parallel },
     }
@@ -312,7 +312,7 @@ fn compare_one(section: &PassSection, chip: &ChipArea) {
 }
 
 fn compare(seed: u64, cases: usize) {
-    let mut random = Random::new(seed);
+    let mut random = Random(seed);
     let (mut by_method, mut refused) = ([0; 3], 0);
     while by_method.iter().sum::<usize>() < cases {
         let section = section(&mut random);
@@ -387,11 +387,11 @@ fn a_pose_is_refused_exactly_where_its_polygon_is_below_the_surface_in_hundreds_
 }
 
 fn refused_below(seed: u64, cases: u32) {
-    let mut random = Random::new(seed);
+    let mut random = Random(seed);
     let (mut free, mut below) = (0, [0; 3]);
     while free < cases || below.iter().any(|&n| n < cases / 4) {
         let mut section = section(&mut random);
-        let radius = random.within(10.0, 30.0);
+        let radius = random.between(10.0, 30.0);
         section.surface = SectionSurface::Concave { radius };
         section.cutter.radius *= 2.0;
         section.neighbour_axis = NeighbourAxis::Parallel;

@@ -19,28 +19,31 @@ trait Sections {
 
 impl Sections for Random {
     fn section(&mut self) -> ChipSection {
-        let radius = self.within(8.0, 60.0);
+        let radius = self.between(8.0, 60.0);
         let surface = match (3.0 * self.unit()) as u32 {
             0 => SectionSurface::Plane,
             1 => SectionSurface::Convex { radius },
             _ => SectionSurface::Concave { radius },
         };
         let cutter = if self.one_in(2.0) {
-            SectionCutter::Ball { radius: self.within(1.0, 7.5) }
+            SectionCutter::Ball { radius: self.between(1.0, 7.5) }
         } else {
-            SectionCutter::Flat { radius: self.within(1.0, 12.0) }
+            SectionCutter::Flat { radius: self.between(1.0, 12.0) }
         };
-        let alpha0 =
-            if self.one_in(4.0) { (90.0 * self.within(-2.0, 2.0).round()).to_radians() } else { self.within(-PI, PI) };
+        let alpha0 = if self.one_in(4.0) {
+            (90.0 * self.between(-2.0, 2.0).round()).to_radians()
+        } else {
+            self.between(-PI, PI)
+        };
         // Angle of the tool axis from the surface normal: mostly moderate, sometimes zero,
         // sometimes across the surface.
-        let off = if self.one_in(8.0) { 0.0 } else { self.within(-1.6, 1.6) };
+        let off = if self.one_in(8.0) { 0.0 } else { self.between(-1.6, 1.6) };
         let normal = if matches!(surface, SectionSurface::Concave { .. }) { alpha0 + PI } else { alpha0 };
         ChipSection {
             cutter,
             surface,
-            depth_of_cut: if self.one_in(6.0) { self.within(0.0, 0.01) } else { self.within(0.0, 6.0) },
-            step_over: if self.one_in(6.0) { self.within(0.0, 0.01) } else { self.within(0.0, 6.0) },
+            depth_of_cut: if self.one_in(6.0) { self.between(0.0, 0.01) } else { self.between(0.0, 6.0) },
+            step_over: if self.one_in(6.0) { self.between(0.0, 0.01) } else { self.between(0.0, 6.0) },
             step_sign: if self.one_in(2.0) { StepSign::Positive } else { StepSign::Negative },
             alpha0,
             lean: PI / 2.0 - normal + off,
@@ -150,7 +153,7 @@ fn gouge_area(section: &ChipSection, pose: &Pose) -> f64 {
 
 #[test]
 fn the_closed_form_is_the_area_of_the_polygons() {
-    let mut random = Random::new(11);
+    let mut random = Random(11);
     let (mut compared, mut refused) = (0, 0);
     while compared < 200 {
         let section = random.section();
@@ -179,7 +182,7 @@ fn a_position_is_refused_exactly_where_its_polygon_is_below_the_surface_in_hundr
 }
 
 fn refused_below(seed: u64, cases: u32) {
-    let mut random = Random::new(seed);
+    let mut random = Random(seed);
     let (mut free, mut below, mut flutes) = (0, 0, 0);
     while free + below < cases {
         let section = random.section();

@@ -76,11 +76,11 @@ fn nothing_left_has_no_thickness_and_a_leading_bottom_has_that_of_its_lead() {
 
 #[test]
 fn more_stock_is_not_thinner() {
-    let mut random = Random::new(11);
+    let mut random = Random(11);
     for _ in 0..60 {
-        let radius = random.within(3.0, 60.0);
+        let radius = random.between(3.0, 60.0);
         let cutter = CutterEnd { radius, corner_radius: radius * random.unit() };
-        let pose = touching(cutter, random.within(-0.4, 0.6), random.within(-0.6, 0.6));
+        let pose = touching(cutter, random.between(-0.4, 0.6), random.between(-0.6, 0.6));
         let mut last = 0.0;
         for depth in [0.0, 0.01, 0.3, 1.0, 4.0, 20.0] {
             let found = largest_thickness(&pose, |_| depth, ACCURACY);
@@ -139,14 +139,14 @@ fn patches(pose: &CutterPose, n: u32) -> Vec<Patch> {
 
 #[test]
 fn the_engaged_surface_seen_along_the_feed_is_the_chip_and_nothing_of_it_is_steeper() {
-    let mut random = Random::new(7);
+    let mut random = Random(7);
     let mut n = 0;
     for case in 0..40 {
-        let radius = random.within(4.0, 60.0);
-        let corner_radius = if case % 4 == 0 { 0.0 } else { radius * random.within(0.05, 1.0) };
+        let radius = random.between(4.0, 60.0);
+        let corner_radius = if case % 4 == 0 { 0.0 } else { radius * random.between(0.05, 1.0) };
         let cutter = CutterEnd { radius, corner_radius };
-        let (lead, lean) = (random.within(-0.3, 0.5), random.within(-0.5, 0.5));
-        let depth = random.within(0.02, 0.4) * radius.min(20.0);
+        let (lead, lean) = (random.between(-0.3, 0.5), random.between(-0.5, 0.5));
+        let depth = random.between(0.02, 0.4) * radius.min(20.0);
         let engagement = Engagement { depth_of_cut: depth, left: Beside::Stock, right: Beside::Stock };
         let section = PassSection {
             cutter,

@@ -1,32 +1,16 @@
 //! Laws of convex polyhedra around points.
 
-use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
+use facemill_test_kit::Random;
+use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::polyhedron::ConvexPolyhedron;
 use crate::polyhedron_build::PolyhedronError;
 
-/// Deterministic random numbers.
-struct Lcg(facemill_test_kit::Lcg);
-
-impl Lcg {
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.0.between(low, high)
-    }
-
-    fn vector(&mut self, half: f64) -> Vector3<f64> {
-        Vector3::from_fn(|_, _| self.between(-half, half))
-    }
-
-    fn pose(&mut self) -> Isometry3<f64> {
-        Isometry3::from_parts(self.vector(300.0).into(), UnitQuaternion::from_scaled_axis(self.vector(3.0)))
-    }
-
-    /// Points in a ball, most of them inside its hull where there are many; some twice.
-    fn points(&mut self, n: usize) -> Vec<Point3<f64>> {
-        let mut points: Vec<Point3<f64>> = (0..n).map(|_| (self.vector(1.0).normalize() * 100.0).into()).collect();
-        points.extend_from_within(..2);
-        points
-    }
+/// Returns points in a ball, most of them inside its hull where there are many; some twice.
+fn random_points(random: &mut Random, n: usize) -> Vec<Point3<f64>> {
+    let mut points: Vec<Point3<f64>> = (0..n).map(|_| (random.vector(1.0).normalize() * 100.0).into()).collect();
+    points.extend_from_within(..2);
+    points
 }
 
 fn corners_of_box(half: Vector3<f64>, pose: &Isometry3<f64>) -> Vec<Point3<f64>> {
@@ -80,10 +64,10 @@ fn brute_distance(polyhedron: &ConvexPolyhedron, p: &Point3<f64>) -> f64 {
 
 #[test]
 fn polyhedron_holds_its_points_whatever_they_are() {
-    let mut lcg = Lcg(facemill_test_kit::Lcg(1));
+    let mut lcg = Random(1);
     for n in [4, 5, 6, 8, 12, 20, 34, 60, 200, 1000] {
         for _ in 0..4 {
-            let points = lcg.points(n);
+            let points = random_points(&mut lcg, n);
             let polyhedron = ConvexPolyhedron::around(&points, []).unwrap();
             check_invariants(&polyhedron);
             for p in &points {
@@ -95,15 +79,15 @@ fn polyhedron_holds_its_points_whatever_they_are() {
 
 #[test]
 fn with_few_facets_it_is_the_hull() {
-    let mut lcg = Lcg(facemill_test_kit::Lcg(2));
+    let mut lcg = Random(2);
     for _ in 0..40 {
-        let (half, pose) = (lcg.vector(1.0).abs().add_scalar(0.05) * 100.0, lcg.pose());
+        let (half, pose) = (lcg.vector(1.0).abs().add_scalar(0.05) * 100.0, lcg.motion(300.0));
         let cube = ConvexPolyhedron::around(&corners_of_box(half, &pose), []).unwrap();
         check_invariants(&cube);
         assert_eq!((cube.vertices().len(), cube.faces().len()), (8, 6));
         assert!((cube.volume() / (8.0 * half.product()) - 1.0).abs() < 1e-10);
         assert!((cube.inner_radius_bound() - half.min()).abs() < 1e-9);
-        let simplex = lcg.points(4);
+        let simplex = random_points(&mut lcg, 4);
         let [a, b, c, d] = [simplex[0], simplex[1], simplex[2], simplex[3]];
         let volume = (b - a).cross(&(c - a)).dot(&(d - a)).abs() / 6.0;
         if volume > 1e3 {
@@ -126,17 +110,17 @@ fn prism_of_sixty_sides_is_exact_and_a_ball_is_hardly_larger() {
     let prism = ConvexPolyhedron::around(&points, normals).unwrap();
     assert!((prism.volume() / exact - 1.0).abs() < 1e-9, "{} {exact}", prism.volume());
     assert_eq!(prism.vertices().len(), 120);
-    let mut lcg = Lcg(facemill_test_kit::Lcg(3));
-    let ball = ConvexPolyhedron::around(&lcg.points(3000), []).unwrap();
+    let mut lcg = Random(3);
+    let ball = ConvexPolyhedron::around(&random_points(&mut lcg, 3000), []).unwrap();
     let of_ball = 4.0 / 3.0 * std::f64::consts::PI * 1e6;
     assert!(ball.volume() > 0.98 * of_ball && ball.volume() < 1.15 * of_ball, "{}", ball.volume() / of_ball);
 }
 
 #[test]
 fn nearest_point_is_that_of_projections_and_its_plane_supports() {
-    let mut lcg = Lcg(facemill_test_kit::Lcg(4));
+    let mut lcg = Random(4);
     for n in [4, 6, 12, 40] {
-        let polyhedron = ConvexPolyhedron::around(&lcg.points(n), []).unwrap();
+        let polyhedron = ConvexPolyhedron::around(&random_points(&mut lcg, n), []).unwrap();
         for _ in 0..60 {
             let p = Point3::from(lcg.vector(150.0));
             let nearest = polyhedron.nearest(&p);
@@ -156,9 +140,9 @@ fn nearest_point_is_that_of_projections_and_its_plane_supports() {
 
 #[test]
 fn plane_of_a_point_that_is_hardly_outside_does_not_cut_the_body() {
-    let mut lcg = Lcg(facemill_test_kit::Lcg(5));
+    let mut lcg = Random(5);
     for n in [4, 8, 30] {
-        let polyhedron = ConvexPolyhedron::around(&lcg.points(n), []).unwrap();
+        let polyhedron = ConvexPolyhedron::around(&random_points(&mut lcg, n), []).unwrap();
         for k in 0..4000 {
             let face = &polyhedron.faces()[k % polyhedron.faces().len()];
             let corner = |k: usize| polyhedron.vertices()[face.corners[k % face.corners.len()] as usize];

@@ -113,7 +113,7 @@ fn any_place(random: &mut Random) -> (Posture, f64) {
 #[test]
 fn a_place_as_wide_as_the_fine_lattice_is_found_where_curve_and_graph_have_none() {
     assert!(lattice(TILTS, ROTATES, FINE).len() <= 8 * 96, "the fine lattice is as fine as it may be");
-    let mut random = Random::new(71);
+    let mut random = Random(71);
     let cc = cc_on_plane(0.0, 0.0);
     let (mut scenes, mut tried) = (0, 0);
     while scenes < 12 && tried < 40 {
@@ -141,7 +141,7 @@ fn a_place_beside_the_curve_is_found_again_behind_many_points_without_one() {
     let ends = [cc_on_plane(0.0, 0.0), cc_on_plane(2.0 * APART, 0.0)];
     let between = (0..blocked).map(|k| cc_on_plane(APART + 0.1 * f64::from(k), 0.0));
     let points: Vec<CcPoint> = [ends[0]].into_iter().chain(between).chain([ends[1]]).collect();
-    let mut random = Random::new(72);
+    let mut random = Random(72);
     let (mut scenes, mut tried) = (0, 0);
     while scenes < 2 && tried < 12 {
         tried += 1;
@@ -221,7 +221,7 @@ fn most_passes_that_smoothing_makes_turn_too_fast_are_bound_until_they_do_not() 
     // A cusp that limits nothing.
     let smooth = SmoothSettings { cusp: 0.5, ..SMOOTH };
     let settings = PassSettings { mode: PostureMode::Smooth(smooth), ..settings(SearchSettings::default(), 5e-4) };
-    let mut random = Random::new(73);
+    let mut random = Random(73);
     // Rounds are few, so steps may remain, which are reported as jumps; without binding there are
     // some in every pass.
     let (mut settled, scenes) = (0, 20);

@@ -88,7 +88,7 @@ fn tip_at(test: &PoseTest<'_>, w: &Waypoint) -> Point3<f64> {
 #[test]
 fn a_pose_is_judged_on_the_requested_branch() {
     let (machine, tool) = (lopsided(), tool(16.0, 2.0, 20.0));
-    let mut random = Random::new(31);
+    let mut random = Random(31);
     let (mut free, mut differ) = (0, 0);
     for _ in 0..150 {
         let center = Point3::new(random.between(-600.0, 600.0), random.between(-600.0, 600.0), 0.0);
@@ -140,7 +140,7 @@ fn a_branch_beyond_the_limits_is_a_reason_and_never_exchanged_for_the_other() {
 #[test]
 fn links_stay_on_the_branch_of_their_ends_and_keep_the_clearance_there() {
     let (machine, tool) = (lopsided(), tool(16.0, 2.0, 20.0));
-    let mut random = Random::new(32);
+    let mut random = Random(32);
     let (mut judged, mut around) = (0, 0);
     for _ in 0..200 {
         let balls: Vec<Ball> = (0..3)

@@ -21,7 +21,7 @@ fn no_feasible_stretch_of_the_width_lies_before_what_is_found() {
     let patch = MeshTree::new(&patch(&spec, 120, 120).unwrap());
     let flat = MeshTree::new(&plane(400.0));
     let (machine, tool) = (machine(), tool(25.0, 2.0, 12.0));
-    let mut random = Random::new(77);
+    let mut random = Random(77);
     let width = 0.002;
     let settings = SearchSettings { certified: Some(width), ..SearchSettings::default() };
     let (mut beyond_start, mut missed_by_steps, mut narrow, mut total_tests, mut points) = (0, 0, 0, 0, 0);
@@ -33,7 +33,7 @@ fn no_feasible_stretch_of_the_width_lies_before_what_is_found() {
                     let (x, y) = (random.between(-70.0, 70.0), random.between(-70.0, 70.0));
                     let (part, cc) = match round % 2 {
                         0 => (&flat, cc_on_plane(x, y)),
-                        _ => (&patch, cc_on_patch(&spec, x, y, random.vector())),
+                        _ => (&patch, cc_on_patch(&spec, x, y, random.vector(1.0))),
                     };
                     // A rod under the rear of the cutter up to some u, one before its front from a
                     // bit later on, and some anywhere under it.

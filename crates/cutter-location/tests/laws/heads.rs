@@ -71,7 +71,7 @@ fn depth(a: &Placed, b: &Placed, random: &mut Random) -> f64 {
 #[test]
 fn what_the_other_head_is_in_the_way_of_is_no_pose() {
     let (mut free, mut hit, mut tools, mut cutters) = (0, 0, 0, 0);
-    let mut random = Random::new(51);
+    let mut random = Random(51);
     for name in PRESETS {
         for (h, view) in heads(name).iter().enumerate() {
             let (own, others) = (tool(30.0, 4.0, 30.0), tool(25.0, 2.0, 40.0));

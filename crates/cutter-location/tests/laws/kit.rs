@@ -7,28 +7,12 @@ use facemill_interference::Interference;
 use facemill_inverse_kinematics::{AxisValues, Branch, BranchPreference, Carrier, Machine};
 use facemill_sample_parts::{AnalyticPart, AnalyticShape, MaterialSide, PatchSpec};
 use facemill_surface_model::TriMesh;
+pub(crate) use facemill_test_kit::Random;
 use facemill_tool_model::{FormatTag, Section, SpindleRotation, Stack, ToolAssembly, ToolFile};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Height of the workpiece frame above the table, mm.
 pub(crate) const MOUNT: f64 = 900.0;
-
-/// Uniform numbers, always the same.
-pub(crate) struct Random(facemill_test_kit::Lcg);
-
-impl Random {
-    pub(crate) fn new(seed: u64) -> Self {
-        Self(facemill_test_kit::Lcg(seed))
-    }
-
-    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.0.between(low, high)
-    }
-
-    pub(crate) fn vector(&mut self) -> Vector3<f64> {
-        Vector3::from_fn(|_, _| self.between(-1.0, 1.0))
-    }
-}
 
 /// A mill with a thinner body and a holder; lengths in mm.
 pub(crate) fn tool(radius: f64, corner_radius: f64, flute: f64) -> ToolAssembly {

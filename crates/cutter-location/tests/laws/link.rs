@@ -90,7 +90,7 @@ fn a_link_is_lifted_over_obstacles_and_no_higher_than_twice_as_needed() {
 #[test]
 fn no_link_among_scattered_balls_comes_nearer_than_the_rapid_clearance() {
     let (machine, tool) = (machine(), tool(16.0, 16.0, 30.0));
-    let mut random = Random::new(11);
+    let mut random = Random(11);
     let (mut direct, mut lifted, mut refused) = (0, 0, 0);
     for _ in 0..60 {
         // On the table, and some as high as holder and head.
@@ -136,7 +136,7 @@ fn the_head_is_farther_from_the_tip_than_the_tool_and_moves_farther_in_a_turn() 
     // The tip stays nearly where it is, the axis turns by 80°, and the head, 150 to 900 mm away,
     // swings past a ball that it meets at only one moment of the turn.
     let (machine, tool) = (machine(), tool(16.0, 2.0, 20.0));
-    let mut random = Random::new(12);
+    let mut random = Random(12);
     let mut judged = 0;
     for _ in 0..150 {
         let (radius, far) = (random.between(15.0, 60.0), random.between(300.0, 850.0));

@@ -65,7 +65,7 @@ fn a_pose_that_a_post_on_the_bed_blocks_is_refused_wherever_the_table_is() {
     let (machine, tool) = (with_post(700.0), tool(16.0, 2.0, 20.0));
     let cell = workcell(&machine, &tool, vec![]);
     let test = PoseTest::new(&cell);
-    let mut random = Random::new(41);
+    let mut random = Random(41);
     let (mut free, mut hit) = (0, 0);
     for _ in 0..150 {
         let axis = [random.between(-0.7, 0.7), random.between(-0.7, 0.7), 1.0];
@@ -142,7 +142,7 @@ fn links_go_round_a_post_on_the_bed_and_keep_the_rapid_clearance() {
     let test = PoseTest::new(&cell);
     let clearance = ClearanceSurface::Plane { origin: Point3::new(0.0, 0.0, 700.0), normal: Vector3::z_axis() };
     let settings = LinkSettings { clearance, rapid_clearance: 10.0, rapid_law: RapidLaw::Linear.into() };
-    let mut random = Random::new(42);
+    let mut random = Random(42);
     let mut judged = 0;
     for _ in 0..40 {
         let mut end = |x: f64| {

@@ -73,15 +73,15 @@ fn every_posture_of_a_certified_cell_is_as_the_cell_says() {
     let coarse = MeshTree::new(&patch(&spec, 24, 24).unwrap());
     let flat = MeshTree::new(&plane(400.0));
     let machine = machine();
-    let mut random = Random::new(41);
+    let mut random = Random(41);
     let mut tested = Tested::default();
     let mut uncertain = 0.0;
     for round in 0..12 {
         let tool = [tool(16.0, 2.0, 12.0), tool(25.0, 0.0, 12.0), tool(10.0, 10.0, 14.0)][round % 3].clone();
         let (x, y) = (random.between(-70.0, 70.0), random.between(-70.0, 70.0));
         let (part, cc) = match round % 4 {
-            0 | 1 => (&fine, cc_on_patch(&spec, x, y, random.vector())),
-            2 => (&coarse, cc_on_patch(&spec, x, y, random.vector())),
+            0 | 1 => (&fine, cc_on_patch(&spec, x, y, random.vector(1.0))),
+            2 => (&coarse, cc_on_patch(&spec, x, y, random.vector(1.0))),
             _ => (&flat, cc_on_plane(x, y)),
         };
         let near = cc.position + Vector3::new(random.between(-40.0, 40.0), random.between(-40.0, 40.0), 0.0);
@@ -122,10 +122,10 @@ fn what_blocks_a_cell_blocks_each_of_its_postures_alone() {
     let spec = PatchSpec::new([240.0, 240.0], 9.0, [2.0, 1.5]).unwrap();
     let part = MeshTree::new(&patch(&spec, 120, 120).unwrap());
     let (machine, tool) = (machine(), tool(16.0, 2.0, 12.0));
-    let mut random = Random::new(43);
+    let mut random = Random(43);
     let (mut gouges, mut collisions, mut by_machine, mut same) = (0, 0, 0, 0);
     for round in 0..8 {
-        let cc = cc_on_patch(&spec, random.between(-60.0, 60.0), random.between(-60.0, 60.0), random.vector());
+        let cc = cc_on_patch(&spec, random.between(-60.0, 60.0), random.between(-60.0, 60.0), random.vector(1.0));
         let beside = Vector3::new(random.between(-30.0, 30.0), random.between(-30.0, 30.0), 0.0);
         let height = [6.0, 30.0, 90.0, 260.0][round % 4];
         let radius = [9.0, 9.0, 15.0, 60.0][round % 4];
@@ -235,7 +235,7 @@ fn limits_and_bodies_of_the_bed_are_proven_as_the_single_postures_say() {
     file.bed_bodies[0].position_mm = [y, x, z];
     let machine = Machine::from_file(file).unwrap();
     let tool = tool(16.0, 2.0, 12.0);
-    let mut random = Random::new(47);
+    let mut random = Random(47);
     let mut tested = Tested::default();
     let (mut by_limits, mut by_post, mut known) = (0, 0, 0.0);
     for round in 0..8 {

@@ -78,7 +78,7 @@ fn a_needle_that_blocks_a_band_narrower_than_the_cells_is_never_in_a_free_cell()
     let flat = MeshTree::new(&plane(400.0));
     let machine = without_bodies();
     let tool = flanged();
-    let mut random = Random::new(45);
+    let mut random = Random(45);
     let (mut free_beside, mut missed_by_middles) = (0, 0);
     for _ in 0..60 {
         let posture = posture_deg(random.between(12.0, 18.0), random.between(-40.0, -30.0));
@@ -145,7 +145,7 @@ fn a_ceiling_that_only_a_lifted_cutter_meets_blocks_nothing_that_needs_no_lift()
     assert!(matches!(at(9.8), Err(Infeasible::Gouge { obstacle: 2, .. })), "{:?}", at(9.8));
     let map = map(&test, &cc, range_deg([9.3, 10.3], [-0.5, 0.5]), 0.05f64.to_radians(), &Silent).unwrap();
     let mut tested = Tested::default();
-    assert_true(&test, &cc, &map, &mut Random::new(51), &mut tested);
+    assert_true(&test, &cc, &map, &mut Random(51), &mut tested);
     let fractions = map.fractions();
     assert!(fractions.free > 0.2 && fractions.blocked > 0.3 && fractions.uncertain < 0.2, "{fractions:?}");
 }

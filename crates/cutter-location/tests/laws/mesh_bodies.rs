@@ -47,7 +47,7 @@ fn boxes_as_meshes(mut file: MachineFile, turn_deg: f64) -> (MachineFile, usize)
 fn boxes_as_meshes_collide_and_are_as_far_as_boxes() {
     let tool = tool(16.0, 2.0, 20.0);
     let boxes = Machine::from_file(with_block()).unwrap();
-    let mut random = Random::new(71);
+    let mut random = Random(71);
     let (mut free, mut hit) = (0, 0);
     for turn_deg in [0.0, 33.0] {
         let (file, n_boxes) = boxes_as_meshes(with_block(), turn_deg);

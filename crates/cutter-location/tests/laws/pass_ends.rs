@@ -114,7 +114,7 @@ fn passes_five_apart_are_five_apart_up_to_their_ends_wherever_a_surface_falls() 
 
 #[test]
 fn beside_ends_anywhere_the_step_over_is_that_of_the_nearest_pass() {
-    let mut random = Random::new(23);
+    let mut random = Random(23);
     let mut n_beside_ends = 0;
     for (name, z) in SURFACES {
         for family in 0..4 {

@@ -200,8 +200,8 @@ fn the_plan_moves_with_part_and_mounting() {
         plan_passes(&PoseTest::new(&cell), &moved, &SETTINGS, &Silent).unwrap()
     };
     let here = plan(&nalgebra::Isometry3::identity());
-    let mut random = Random::new(17);
-    let motion = nalgebra::Isometry3::new(random.vector() * 500.0, random.vector() * 2.0);
+    let mut random = Random(17);
+    let motion = nalgebra::Isometry3::new(random.vector(1.0) * 500.0, random.vector(1.0) * 2.0);
     let there = plan(&motion);
     let mut planned = 0;
     for (a, b) in here.iter().zip(&there).flat_map(|(a, b)| a.outcomes.points.iter().zip(&b.outcomes.points)) {

@@ -125,7 +125,7 @@ fn nodes_that_do_not_stand_as_seated_leave_the_graph_and_the_gap_of_the_rest_is_
     let curve = curve_deg([12.0, 0.0], [14.0, 0.0], SearchOrder::TiltFirst, 1.0);
     let points: Vec<CcPoint> = (0..6).map(|j| cc_on_plane(-35.0 + 14.0 * f64::from(j), 5.0)).collect();
     let tree = MeshTree::new(&plane(400.0));
-    let mut random = Random::new(17);
+    let mut random = Random(17);
     let (mut scenes, mut removed) = (0, 0);
     let time = |k: usize| (points[k + 1].position - points[k].position).norm() / SMOOTH.feed;
     let layer_time = (0..points.len() - 1).map(time).sum::<f64>() / (points.len() - 1) as f64;

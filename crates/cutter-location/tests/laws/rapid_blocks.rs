@@ -34,11 +34,11 @@ fn following(machine: &Machine, length: f64, [a, b]: [&AxisValues; 2], t: f64) -
 #[test]
 fn a_rapid_block_that_keeps_its_tip_on_a_line_is_free_all_the_way() {
     let (machine, tool) = (machine(), tool(16.0, 2.0, 20.0));
-    let mut random = Random::new(31);
+    let mut random = Random(31);
     let (mut free, mut blocked, mut differ) = (0, 0, 0);
     for _ in 0..40 {
         let balls: Vec<Ball> = (0..3)
-            .map(|_| Ball { center: Point3::from(random.vector() * 150.0), radius: random.between(20.0, 60.0) })
+            .map(|_| Ball { center: Point3::from(random.vector(1.0) * 150.0), radius: random.between(20.0, 60.0) })
             .collect();
         let trees: Vec<MeshTree> = balls.iter().map(|b| MeshTree::new(&b.mesh())).collect();
         let cell = workcell(&machine, &tool, trees.iter().map(|t| obstacle("ball", t as &dyn Interference)).collect());

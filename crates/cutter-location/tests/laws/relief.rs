@@ -101,7 +101,7 @@ fn a_change_that_opens_only_a_short_stretch_is_reported_and_less_of_it_opens_non
     // Toward its end the tilt grows by degrees from one of the paper's steps to the next.
     let curve = curve_deg([2.0, 0.0], [8.0, -20.0], SearchOrder::RotateFirst, 1.0);
     let cc = cc_on_plane(0.0, 0.0);
-    let mut random = Random::new(41);
+    let mut random = Random(41);
     let (mut reported, mut past_steps) = (0, 0);
     for _ in 0..16 {
         // A rod under the rear of the cutter until it is tilted so far, and one before its front

@@ -16,7 +16,7 @@ fn search_gives_the_smallest_feasible_u_of_a_dense_scan_in_both_orders_for_any_w
     let cell = workcell(&machine, &tool, vec![obstacle("part", &tree)]);
     let test = PoseTest::new(&cell);
     let settings = SearchSettings { u_step: 0.05, u_tolerance: 0.002, ..SearchSettings::default() };
-    let mut random = Random::new(5);
+    let mut random = Random(5);
     for order in [SearchOrder::TiltFirst, SearchOrder::RotateFirst] {
         for weight in [0.3, 1.0, 4.0] {
             let one_sign = curve_deg([2.0, 0.0], [25.0, -80.0], order, weight);
@@ -24,7 +24,7 @@ fn search_gives_the_smallest_feasible_u_of_a_dense_scan_in_both_orders_for_any_w
                 let mut beyond_start = 0;
                 for _ in 0..14 {
                     let (x, y) = (random.between(-80.0, 80.0), random.between(-80.0, 80.0));
-                    let cc = cc_on_patch(&spec, x, y, random.vector());
+                    let cc = cc_on_patch(&spec, x, y, random.vector(1.0));
                     let free = |u: f64| test.try_posture(&cc, curve.at(u), None, &mut Hints::default()).is_ok();
                     let scan: Vec<bool> = (0..=N).map(|k| free(k as f64 / N as f64)).collect();
                     let found = search(&test, &cc, &curve, &settings, 0.0, None, &mut Hints::default());
@@ -63,7 +63,7 @@ fn search_from_a_later_u_never_goes_below_it() {
     let cell = workcell(&machine, &tool, vec![obstacle("part", &tree)]);
     let test = PoseTest::new(&cell);
     let curve = curve_deg([2.0, 0.0], [25.0, -80.0], SearchOrder::TiltFirst, 1.0);
-    let mut random = Random::new(6);
+    let mut random = Random(6);
     let mut taken_at_once = 0;
     for _ in 0..60 {
         let (x, y, from) = (random.between(-80.0, 80.0), random.between(-80.0, 80.0), random.between(0.0, 1.0));
@@ -146,7 +146,7 @@ fn a_seated_pose_is_lifted_no_more_than_it_needs() {
     let mesh = patch(&spec, 24, 24).unwrap();
     let (tree, plain) = (MeshTree::new(&mesh), ParryMesh::new(&mesh));
     let machine = machine();
-    let mut random = Random::new(8);
+    let mut random = Random(8);
     let (mut lifted, mut refused) = (0, 0);
     for (radius, corner, max_lift) in [(16.0, 2.0, 0.3), (12.0, 0.0, 0.02), (10.0, 10.0, 0.1), (25.0, 2.0, 0.03)] {
         let tool = tool(radius, corner, 20.0);
@@ -154,7 +154,7 @@ fn a_seated_pose_is_lifted_no_more_than_it_needs() {
         let by_parry = Workcell { max_lift, ..workcell(&machine, &tool, vec![obstacle("part", &plain)]) };
         let (test, reference) = (PoseTest::new(&by_tree), PoseTest::new(&by_parry));
         for _ in 0..60 {
-            let cc = cc_on_patch(&spec, random.between(-70.0, 70.0), random.between(-70.0, 70.0), random.vector());
+            let cc = cc_on_patch(&spec, random.between(-70.0, 70.0), random.between(-70.0, 70.0), random.vector(1.0));
             let posture = posture_deg(random.between(1.0, 23.0), random.between(-80.0, 80.0));
             let Ok(pose) = test.try_posture(&cc, posture, None, &mut Hints::default()) else {
                 refused += 1;

@@ -95,7 +95,7 @@ fn the_graphs_optimum_is_that_of_all_branches_and_windings() {
     let c = machine.axis_index("C").unwrap();
     let length: f64 = points.windows(2).map(|p| (p[1].position - p[0].position).norm()).sum();
     let layer_time = length / SMOOTH.feed / (points.len() - 1) as f64;
-    let mut random = Random::new(41);
+    let mut random = Random(41);
     let mut decides = Decides::default();
     for preferred in [BranchPreference::Nearest, BranchPreference::Positive, BranchPreference::Negative] {
         let mut scenes = 0;

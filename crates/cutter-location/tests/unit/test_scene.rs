@@ -7,7 +7,7 @@ use nalgebra::Isometry3;
 use crate::pose::workcell::Workcell;
 
 /// Uniform numbers, always the same.
-pub(crate) use facemill_test_kit::Lcg as Random;
+pub(crate) use facemill_test_kit::Random;
 
 /// A mill with a thinner body and a holder; lengths in mm.
 pub(crate) fn tool() -> ToolAssembly {

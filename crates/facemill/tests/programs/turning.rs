@@ -38,12 +38,9 @@ fn planned(z: fn(f64) -> f64, job: &[(&str, Value)], machine: &[(&str, Value)], 
 }
 
 fn sheet(z: fn(f64) -> f64) -> TriMesh {
-    let n = 40u32;
-    let at = |k: u32| -40.0 + 80.0 * f64::from(k) / f64::from(n);
-    let vertices = (0..=n).flat_map(|j| (0..=n).map(move |i| Point3::new(at(i), at(j), z(at(i))))).collect();
-    let id = |i: u32, j: u32| j * (n + 1) + i;
-    let quads = (0..n).flat_map(|j| (0..n).map(move |i| [id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1)]));
-    TriMesh::new(vertices, quads.flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect()).unwrap()
+    let at = |k: u32| -40.0 + 80.0 * f64::from(k) / 40.0;
+    let (vertices, triangles) = facemill_test_kit::grid_by_rows([40, 40], |i, j| Point3::new(at(i), at(j), z(at(i))));
+    TriMesh::new(vertices, triangles).unwrap()
 }
 
 /// A line of the program with a motion: its number from 1, whether it is rapid, and the words of

@@ -1,9 +1,9 @@
 use super::{LOOSE, normal_equations, solved, third_difference};
 use crate::tube::smoothest_within;
-use facemill_test_kit::Lcg;
+use facemill_test_kit::Random;
 
 /// Places from 0 to 3, evenly or not.
-fn places(n: usize, uneven: f64, random: &mut Lcg) -> Vec<f64> {
+fn places(n: usize, uneven: f64, random: &mut Random) -> Vec<f64> {
     let mut at = vec![0.0];
     for k in 1..n {
         at.push(at[k - 1] + 1.0 + uneven * (random.unit() - 0.5));
@@ -28,7 +28,7 @@ fn largest_derivatives(at: &[f64], y: &[f64]) -> [f64; 2] {
 
 #[test]
 fn no_value_leaves_its_width_and_those_without_one_stay_to_the_last_bit() {
-    let mut random = Lcg(3);
+    let mut random = Random(3);
     for n in [1, 3, 4, 5, 9, 200] {
         let at = places(n, 1.9, &mut random);
         let values: Vec<f64> = (0..n).map(|_| random.unit()).collect();
@@ -45,7 +45,7 @@ fn no_value_leaves_its_width_and_those_without_one_stay_to_the_last_bit() {
 /// Within the width that rounding hides, the curve is recovered nearly as smooth as it was.
 #[test]
 fn rounding_of_a_smooth_curve_is_taken_out() {
-    let mut random = Lcg(5);
+    let mut random = Random(5);
     for (n, half, uneven, third) in [(3000, 5e-6, 0.0, 24.0), (300, 5e-5, 0.0, 12.0), (300, 5e-5, 1.0, 60.0)] {
         let at = places(n, uneven, &mut random);
         let curve: Vec<f64> = at.iter().map(|x| (2.0 * x).sin()).collect();
@@ -63,7 +63,7 @@ fn rounding_of_a_smooth_curve_is_taken_out() {
 /// A bend larger than the widths remains: at a corner the slopes on both sides, a few places away.
 #[test]
 fn what_the_widths_do_not_hide_stays() {
-    let mut random = Lcg(9);
+    let mut random = Random(9);
     let at = places(301, 0.0, &mut random);
     let corner = |x: f64| if x < 1.5 { 0.3 } else { 0.3 + (x - 1.5) };
     let text: Vec<f64> = at.iter().map(|x| rounded(corner(*x), 5e-6)).collect();
@@ -79,7 +79,7 @@ fn what_the_widths_do_not_hide_stays() {
 /// Every small change of the solution is worse.
 #[test]
 fn the_equations_are_those_of_the_least_roughness() {
-    let mut random = Lcg(21);
+    let mut random = Random(21);
     let n = 12;
     let at = places(n, 1.5, &mut random);
     let values: Vec<f64> = (0..n).map(|_| random.unit()).collect();

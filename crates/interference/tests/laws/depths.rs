@@ -5,9 +5,10 @@ use std::f64::consts::FRAC_PI_2;
 use facemill_cl_data::{RoundBox, RoundFrustum, Solid};
 use facemill_interference::{Interference, MeshTree, ParryMesh, lift_to_free, penetration};
 use facemill_surface_model::TriMesh;
+use facemill_test_kit::least_over_triangle;
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
-use crate::kit::{Lcg, cube, frustum, golden, patch, sample_solids, soup, sphere, square};
+use crate::kit::{Random, SECTIONS, cube, frustum, patch, sample_solids, soup, sphere, square};
 use crate::reference::{Stepped, closed_contains};
 
 /// Signed distance of a point from the dilated solid, negative inside: the largest over the planes
@@ -47,23 +48,24 @@ fn inner_radius(solid: &Solid) -> f64 {
 fn brute_depth(solid: &Solid, pose: &Isometry3<f64>, mesh: &TriMesh) -> f64 {
     let mut deepest = f64::NEG_INFINITY;
     for t in 0..mesh.triangles().len() {
-        let [a, b, c] = mesh.corners(t).map(|p| pose.inverse_transform_point(&p));
+        let corners = mesh.corners(t).map(|p| pose.inverse_transform_point(&p));
+        let [a, b, c] = corners;
         // No point of the triangle is farther from `a` than its longer side.
         let size = (b - a).norm().max((c - a).norm());
         if size - signed_distance(solid, &a) < deepest.max(-1.0) {
             continue;
         }
-        let depth = golden(|s| golden(|t| signed_distance(solid, &(a + (b - a) * s + (c - a) * (t * (1.0 - s))))));
-        deepest = deepest.max(-depth);
+        let depth = -least_over_triangle(SECTIONS, &corners, |p| signed_distance(solid, p));
+        deepest = deepest.max(depth);
     }
     deepest
 }
 
 #[test]
 fn depth_is_that_of_golden_sections() {
-    let mut lcg = Lcg::new(51);
+    let mut lcg = Random(51);
     let (mut n_shallow, mut n_deep) = (0, 0);
-    for mesh in [patch(7), cube(15.0, 2), soup(&mut Lcg::new(3), 60)] {
+    for mesh in [patch(7), cube(15.0, 2), soup(&mut Random(3), 60)] {
         let (tree, parry) = (MeshTree::new(&mesh), ParryMesh::new(&mesh));
         for solid in sample_solids() {
             for _ in 0..14 {
@@ -94,9 +96,9 @@ fn depth_is_that_of_golden_sections() {
 
 #[test]
 fn depth_of_one_walk_is_that_of_steps_by_distance() {
-    let mut lcg = Lcg::new(54);
+    let mut lcg = Random(54);
     let (mut n_deep, mut n_whole) = (0, 0);
-    for mesh in [patch(60), cube(15.0, 9), soup(&mut Lcg::new(4), 900), sphere(22.0, 40)] {
+    for mesh in [patch(60), cube(15.0, 9), soup(&mut Random(4), 900), sphere(22.0, 40)] {
         let tree = MeshTree::new(&mesh);
         for solid in sample_solids() {
             let inner_radius = inner_radius(&solid);
@@ -125,18 +127,18 @@ fn depth_of_one_walk_is_that_of_steps_by_distance() {
 #[test]
 fn depth_in_a_plane_is_the_closed_form() {
     let tree = MeshTree::new(&square(500.0));
-    let mut lcg = Lcg::new(52);
+    let mut lcg = Random(52);
     for k in 0..600 {
-        let (radius, height) = (lcg.range(10.0, 60.0), 80.0);
+        let (radius, height) = (lcg.between(10.0, 60.0), 80.0);
         let corner = [0.0, 0.5, 4.0][k % 3];
         let mill = frustum([corner, height - corner], [radius - corner, radius - corner], corner);
-        let tilt = [0.0, lcg.range(1e-6, 0.01), lcg.range(0.01, FRAC_PI_2)][k / 3 % 3];
-        let sunk = 10f64.powf(lcg.range(-5.0, 0.5));
+        let tilt = [0.0, lcg.between(1e-6, 0.01), lcg.between(0.01, FRAC_PI_2)][k / 3 % 3];
+        let sunk = 10f64.powf(lcg.between(-5.0, 0.5));
         let (sin, cos) = tilt.sin_cos();
         // The lowest point of the body is so far below the plane.
         let tip = (radius - corner) * sin + corner - corner * cos - sunk;
         let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), tilt);
-        let pose = Isometry3::from_parts(Translation3::new(lcg.range(-9.0, 9.0), 3.0, tip), turn);
+        let pose = Isometry3::from_parts(Translation3::new(lcg.between(-9.0, 9.0), 3.0, tip), turn);
         // Within the corner's skin the ball about the deepest point rolls on the plane. Deeper, its
         // centre is on the edge of the smaller cylinder: each step in costs a step of the bottom
         // and one of the wall.
@@ -154,14 +156,14 @@ fn depth_in_a_plane_is_the_closed_form() {
 #[test]
 fn depth_in_a_sphere_converges_to_the_closed_form() {
     // Two balls, and a ball with the bottom of a mill: the depth is along the line of the centres.
-    let mut lcg = Lcg::new(53);
+    let mut lcg = Random(53);
     let radius = 30.0;
     for n in [24u32, 96] {
         let tree = MeshTree::new(&sphere(radius, n));
         let chord = 2.0 * radius * (1.0 - (std::f64::consts::PI / f64::from(2 * n)).cos());
         for _ in 0..60 {
-            let along = lcg.unit();
-            let sunk = lcg.range(0.2, 3.0);
+            let along = lcg.direction().into_inner();
+            let sunk = lcg.between(0.2, 3.0);
             let ball = frustum([6.0, 6.0], [0.0, 0.0], 6.0);
             let mill = frustum([2.0, 60.0], [20.0, 20.0], 2.0);
             let turn = UnitQuaternion::rotation_between(&Vector3::z(), &along).unwrap();
@@ -193,14 +195,15 @@ fn body_inside_counts_as_deep_as_it_can_be_and_a_free_one_has_no_depth() {
 fn lift_on_fine_meshes_is_free_and_hits_just_below() {
     // Thousands of small triangles near the trial: what one walk keeps aside must suffice, or the
     // walk be repeated.
-    let mut lcg = Lcg::new(55);
+    let mut lcg = Random(55);
     let mut n_lifted = 0;
-    for mesh in [patch(90), sphere(25.0, 60), soup(&mut Lcg::new(5), 3000)] {
+    for mesh in [patch(90), sphere(25.0, 60), soup(&mut Random(5), 3000)] {
         let tree = MeshTree::new(&mesh);
         for solid in sample_solids() {
             for k in 0..40 {
                 let pose = lcg.pose(25.0);
-                let along = if k % 2 == 0 { Vector3::z_axis() } else { Unit::new_normalize(lcg.unit()) };
+                let along =
+                    if k % 2 == 0 { Vector3::z_axis() } else { Unit::new_normalize(lcg.direction().into_inner()) };
                 let resolution = [1e-6, 1e-3][k % 2];
                 let at = |lift: f64| Translation3::from(along.into_inner() * lift) * pose;
                 let Some(lift) = lift_to_free(&tree, &solid, &pose, along, 120.0, resolution) else { continue };

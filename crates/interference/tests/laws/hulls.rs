@@ -7,7 +7,7 @@ use facemill_interference::{Interference, MeshTree, ParryMesh};
 use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use crate::kit::{Lcg, brute_triangle_distance, cube, odd_triangle, patch, random_hull, soup};
+use crate::kit::{Random, brute_triangle_distance, cube, odd_triangle, patch, random_hull, soup};
 
 /// A box as a polyhedron around its corners, which stand at `solid_from_box`.
 fn box_as_hull(half: &Vector3<f64>, rounding: f64, solid_from_box: &Isometry3<f64>) -> Solid {
@@ -23,13 +23,13 @@ fn one_triangle(corners: &[Point3<f64>; 3]) -> TriMesh {
 
 #[test]
 fn box_as_a_polyhedron_is_as_far_and_meets_the_same() {
-    let mut lcg = Lcg::new(81);
+    let mut lcg = Random(81);
     let mut n_free = 0;
-    for mesh in [patch(9), cube(15.0, 3), soup(&mut Lcg::new(3), 60)] {
+    for mesh in [patch(9), cube(15.0, 3), soup(&mut Random(3), 60)] {
         let tree = MeshTree::new(&mesh);
         for k in 0..200 {
-            let half = Vector3::new(lcg.range(1.0, 14.0), lcg.range(1.0, 14.0), lcg.range(1.0, 14.0));
-            let (rounding, pose) = (lcg.range(0.0, 5.0), lcg.pose(30.0));
+            let half = Vector3::new(lcg.between(1.0, 14.0), lcg.between(1.0, 14.0), lcg.between(1.0, 14.0));
+            let (rounding, pose) = (lcg.between(0.0, 5.0), lcg.pose(30.0));
             let boxed = Solid::Box(RoundBox { half_extents: half, rounding });
             let turned = if k % 2 == 0 { Isometry3::identity() } else { lcg.pose(20.0) };
             let hull = box_as_hull(&half, rounding, &turned);
@@ -49,7 +49,7 @@ fn box_as_a_polyhedron_is_as_far_and_meets_the_same() {
 
 #[test]
 fn distance_of_any_polyhedron_is_that_of_golden_sections_and_of_parry() {
-    let mut lcg = Lcg::new(82);
+    let mut lcg = Random(82);
     for k in 0..240 {
         let hull = random_hull(&mut lcg, [4, 7, 20, 300][k % 4], 0.0);
         let corners = odd_triangle(&mut lcg, k as u32);
@@ -67,7 +67,7 @@ fn distance_of_any_polyhedron_is_that_of_golden_sections_and_of_parry() {
 
 #[test]
 fn triangle_with_a_point_in_the_polyhedron_is_never_free() {
-    let mut lcg = Lcg::new(83);
+    let mut lcg = Random(83);
     let hulls = [4, 4, 8, 8, 20, 60].map(|n| random_hull(&mut lcg, n, 0.0));
     for k in 0..3000 {
         let hull = &hulls[k / 24 % 6];
@@ -78,8 +78,11 @@ fn triangle_with_a_point_in_the_polyhedron_is_never_free() {
         let on_surface = [corner(0), nalgebra::center(&corner(0), &corner(1))][k / 3 % 2];
         let inward = [1e-8, 1e-5, 1e-2, 0.7][k / 6 % 4];
         let within = on_surface + (core.center() - on_surface) * inward;
-        let (u, v) = (lcg.unit() * lcg.range(0.01, 40.0), lcg.unit() * lcg.range(0.01, 40.0));
-        let (s, t) = (lcg.range(0.05, 0.45), lcg.range(0.05, 0.45));
+        let (u, v) = (
+            lcg.direction().into_inner() * lcg.between(0.01, 40.0),
+            lcg.direction().into_inner() * lcg.between(0.01, 40.0),
+        );
+        let (s, t) = (lcg.between(0.05, 0.45), lcg.between(0.05, 0.45));
         let pose = lcg.pose(300.0);
         let first = within - u * s - v * t;
         let corners = [first, first + u, first + v].map(|p| pose * p);
@@ -91,13 +94,14 @@ fn triangle_with_a_point_in_the_polyhedron_is_never_free() {
 
 #[test]
 fn triangle_behind_a_supporting_plane_is_as_far_as_it() {
-    let mut lcg = Lcg::new(84);
+    let mut lcg = Random(84);
     let hulls = [4, 4, 8, 8, 20, 60].map(|n| random_hull(&mut lcg, n, 0.0));
     for k in 0..1200 {
         let hull = &hulls[k / 6 % 6];
         let Solid::Hull(RoundHull { core, .. }) = hull else { panic!("it is one") };
-        let normal = if k % 2 == 0 { lcg.unit() } else { core.faces()[k % core.faces().len()].normal };
-        let across = normal.cross(&lcg.unit()).normalize();
+        let normal =
+            if k % 2 == 0 { lcg.direction().into_inner() } else { core.faces()[k % core.faces().len()].normal };
+        let across = normal.cross(&lcg.direction().into_inner()).normalize();
         let (u, v) = (across * 30.0, normal.cross(&across) * 30.0);
         let gap = [0.0, 1e-6, 1.0][k / 2 % 3];
         let middle = core.support(&normal) + normal * gap;

@@ -1,55 +1,13 @@
-//! Common parts of the crate's tests: seeded numbers, bodies, meshes, and the slow definitions of
-//! correct.
+//! Common parts of the crate's tests: bodies, meshes, and the slow definitions of correct.
 #![allow(dead_code, reason = "the laws and the tests within the crate each use a part of it")]
 
 use std::sync::Arc;
 
 use facemill_cl_data::{ConvexPolyhedron, RoundBox, RoundFrustum, RoundHull, Solid};
 use facemill_surface_model::TriMesh;
-use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
-
-/// A small seeded generator (Knuth's MMIX constants, the upper bits of the state).
-pub(crate) struct Lcg(facemill_test_kit::Lcg);
-
-impl Lcg {
-    pub(crate) fn new(seed: u64) -> Self {
-        let mut lcg = Self(facemill_test_kit::Lcg(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15)));
-        lcg.unit_interval();
-        lcg
-    }
-
-    fn unit_interval(&mut self) -> f64 {
-        self.0.unit()
-    }
-
-    pub(crate) fn range(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit_interval()
-    }
-
-    pub(crate) fn point(&mut self, reach: f64) -> Point3<f64> {
-        Point3::new(self.range(-reach, reach), self.range(-reach, reach), self.range(-reach, reach))
-    }
-
-    pub(crate) fn unit(&mut self) -> Vector3<f64> {
-        loop {
-            let v = self.point(1.0).coords;
-            if v.norm() > 0.1 && v.norm() <= 1.0 {
-                return v.normalize();
-            }
-        }
-    }
-
-    /// Any turn; every fourth about a coordinate axis by a right angle or none, the axis-parallel
-    /// cases.
-    pub(crate) fn pose(&mut self, reach: f64) -> Isometry3<f64> {
-        let turn = match self.range(0.0, 8.0) as u32 {
-            0 => UnitQuaternion::identity(),
-            1 => UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::FRAC_PI_2),
-            _ => UnitQuaternion::from_axis_angle(&Unit::new_normalize(self.unit()), self.range(-3.2, 3.2)),
-        };
-        Isometry3::from_parts(Translation3::from(self.point(reach).coords), turn)
-    }
-}
+pub(crate) use facemill_test_kit::Random;
+use facemill_test_kit::least_over_triangle;
+use nalgebra::{Isometry3, Point3, Vector3};
 
 pub(crate) fn frustum(z: [f64; 2], radii: [f64; 2], rounding: f64) -> Solid {
     Solid::Frustum(RoundFrustum { z_low: z[0], z_high: z[1], radius_low: radii[0], radius_high: radii[1], rounding })
@@ -69,48 +27,28 @@ pub(crate) fn sample_solids() -> Vec<Solid> {
         frustum([6.0, 6.0], [0.0, 0.0], 6.0),
         boxed(10.0, 6.0, 8.0, 0.0),
         boxed(10.0, 6.0, 0.0, 2.0),
-        random_hull(&mut Lcg::new(71), 9, 0.0),
-        random_hull(&mut Lcg::new(72), 14, 1.5),
+        random_hull(&mut Random(71), 9, 0.0),
+        random_hull(&mut Random(72), 14, 1.5),
     ]
 }
 
 /// A polyhedron around points on a ball that is not about the origin.
-pub(crate) fn random_hull(lcg: &mut Lcg, n_points: usize, rounding: f64) -> Solid {
-    let points: Vec<_> =
-        (0..n_points).map(|_| Point3::from(lcg.unit() * 11.0 + Vector3::new(2.0, -1.0, 4.0))).collect();
+pub(crate) fn random_hull(lcg: &mut Random, n_points: usize, rounding: f64) -> Solid {
+    let points: Vec<_> = (0..n_points)
+        .map(|_| Point3::from(lcg.direction().into_inner() * 11.0 + Vector3::new(2.0, -1.0, 4.0)))
+        .collect();
     let core = ConvexPolyhedron::around(&points, []).unwrap();
     Solid::Hull(RoundHull { core: Arc::new(core), rounding })
 }
 
-/// Least core distance over a triangle by golden sections in two nested directions: slow, and
-/// nothing but convexity.
+/// Least core distance over a triangle by golden sections: slow, and nothing but convexity.
 pub(crate) fn brute_triangle_distance(solid: &Solid, pose: &Isometry3<f64>, corners: &[Point3<f64>; 3]) -> f64 {
-    let [a, b, c] = corners.map(|p| pose.inverse_transform_point(&p));
-    // The least over t of a convex function of (s, t) on a convex set is convex in s.
-    golden(|s| golden(|t| solid.core_distance(&(a + (b - a) * s + (c - a) * (t * (1.0 - s))))))
+    let corners = corners.map(|p| pose.inverse_transform_point(&p));
+    least_over_triangle(SECTIONS, &corners, |p| solid.core_distance(p))
 }
 
-/// Least value of a convex function on [0, 1], ends included.
-pub(crate) fn golden(f: impl Fn(f64) -> f64) -> f64 {
-    let ratio = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut low, mut high) = (0.0, 1.0);
-    let (mut x, mut y) = (1.0 - ratio, ratio);
-    let (mut f_x, mut f_y) = (f(x), f(y));
-    let mut least = f(0.0).min(f(1.0)).min(f_x).min(f_y);
-    for _ in 0..55 {
-        if f_x <= f_y {
-            (high, y, f_y) = (y, x, f_x);
-            x = high - ratio * (high - low);
-            f_x = f(x);
-        } else {
-            (low, x, f_x) = (x, y, f_y);
-            y = low + ratio * (high - low);
-            f_y = f(y);
-        }
-        least = least.min(f_x).min(f_y);
-    }
-    least
-}
+/// Golden sections to the last digits.
+pub(crate) const SECTIONS: u32 = 55;
 
 /// Least core distance over all triangles of a mesh, by [`brute_triangle_distance`] where the
 /// corners do not already say that it is larger than `at_most`.
@@ -179,41 +117,19 @@ pub(crate) fn cube(half: f64, n: u32) -> TriMesh {
     TriMesh::new(vertices, triangles).unwrap()
 }
 
-/// Unconnected triangles of all shapes: slivers, points, edges, doubles, flat in the axes' planes.
-pub(crate) fn soup(lcg: &mut Lcg, n: u32) -> TriMesh {
-    let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
-    for k in 0..n {
-        let first = vertices.len() as u32;
-        let [a, b, c] = odd_triangle(lcg, k);
-        vertices.extend([a, b, c]);
-        triangles.push([first, first + 1, first + 2]);
-        if k % 7 == 0 {
-            triangles.push([first, first + 1, first + 2]);
-        }
-    }
+/// Unconnected triangles of all shapes: slivers, points, edges, doubles, level ones, large ones.
+pub(crate) fn soup(lcg: &mut Random, n: u32) -> TriMesh {
+    let (vertices, triangles) = facemill_test_kit::soup_mesh(lcg, n, [30.0, 25.0]);
     TriMesh::new(vertices, triangles).unwrap()
 }
 
 /// A triangle of one of several awkward kinds.
-pub(crate) fn odd_triangle(lcg: &mut Lcg, kind: u32) -> [Point3<f64>; 3] {
-    let a = lcg.point(30.0);
-    let (u, v) = (lcg.unit() * lcg.range(0.1, 25.0), lcg.unit() * lcg.range(0.1, 25.0));
-    match kind % 8 {
-        0 => [a, a + u, a + u * 0.6 + v * 1e-9],
-        1 => [a, a + u, a + u * 0.6 + v * 1e-4],
-        2 => [a, a + u, a + u * 0.3],
-        3 => [a, a, a + u],
-        4 => [a, a + Vector3::new(u.x, u.y, 0.0), a + Vector3::new(v.x, v.y, 0.0)],
-        5 => [a, a + u * 20.0, a + v * 20.0],
-        _ => [a, a + u, a + v],
-    }
+pub(crate) fn odd_triangle(lcg: &mut Random, kind: u32) -> [Point3<f64>; 3] {
+    facemill_test_kit::odd_triangle(lcg, kind, [30.0, 25.0])
 }
 
-/// A closed ball of quads over latitude and longitude, triangles at the poles.
+/// A closed ball over latitude and longitude.
 pub(crate) fn sphere(radius: f64, n: u32) -> TriMesh {
-    let (vertices, triangles) = facemill_test_kit::grid_around([n, 2 * n], |i, j| {
-        let [(s, c), (sin, cos)] = [i, j].map(|k| (std::f64::consts::PI * f64::from(k) / f64::from(n)).sin_cos());
-        Point3::new(radius * s * cos, radius * s * sin, radius * c)
-    });
+    let (vertices, triangles) = facemill_test_kit::ball_mesh(radius, [n, 2 * n]);
     TriMesh::new(vertices, triangles).unwrap()
 }

@@ -5,7 +5,7 @@ use facemill_interference::{Interference, MeshTree, MotionInterval, SweepVerdict
 use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
-use crate::kit::{Lcg, cube, frustum, sample_solids, sheet, square};
+use crate::kit::{Random, cube, frustum, sample_solids, sheet, square};
 
 /// Turn about an axis through the solid's origin at constant rate, and constant velocity of the
 /// origin: its pose at a time, and how far points of the solid leave their tangents.
@@ -35,14 +35,17 @@ impl Screw {
 fn what_is_clear_is_touched_at_no_sampled_time() {
     let mesh = sheet();
     let tree = MeshTree::new(&mesh);
-    let mut lcg = Lcg::new(71);
+    let mut lcg = Random(71);
     let (mut clear, mut near) = (0, 0);
     for solid in sample_solids() {
         for _ in 0..120 {
             let middle = lcg.pose(45.0);
-            let screw =
-                Screw { middle, velocity: lcg.unit() * lcg.range(0.0, 6.0), spin: lcg.unit() * lcg.range(0.0, 0.2) };
-            let half = lcg.range(0.05, 1.0);
+            let screw = Screw {
+                middle,
+                velocity: lcg.direction().into_inner() * lcg.between(0.0, 6.0),
+                spin: lcg.direction().into_inner() * lcg.between(0.0, 0.2),
+            };
+            let half = lcg.between(0.05, 1.0);
             if tree.sweep(&solid, &screw.interval(&solid, half), None) != SweepVerdict::Clear {
                 continue;
             }
@@ -64,7 +67,7 @@ fn what_is_clear_is_touched_at_no_sampled_time() {
 fn a_short_enough_interval_proves_what_is_free() {
     // By the square of the length: the lack of an interval is the motion that is not straight.
     let tree = MeshTree::new(&sheet());
-    let mut lcg = Lcg::new(72);
+    let mut lcg = Random(72);
     let mut proven = 0;
     for solid in sample_solids() {
         for _ in 0..60 {
@@ -73,7 +76,11 @@ fn a_short_enough_interval_proves_what_is_free() {
             if !(1e-3..=20.0).contains(&gap) {
                 continue;
             }
-            let screw = Screw { middle, velocity: lcg.unit() * 5.0, spin: lcg.unit() * 0.3 };
+            let screw = Screw {
+                middle,
+                velocity: lcg.direction().into_inner() * 5.0,
+                spin: lcg.direction().into_inner() * 0.3,
+            };
             // No point of the samples is farther than 100 mm from its origin: 35 mm per unit of
             // time.
             let half = gap / 40.0;

@@ -4,7 +4,7 @@ use facemill_interference::{Interference, MeshTree, SweepVerdict, TurnRange};
 use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
-use crate::kit::{Lcg, cube, frustum, sample_solids, sheet, square};
+use crate::kit::{Random, cube, frustum, sample_solids, sheet, square};
 
 fn turned_pose(range: &TurnRange, a: f64, b: f64, shift: Vector3<f64>) -> Isometry3<f64> {
     let turn =
@@ -16,7 +16,7 @@ fn turned_pose(range: &TurnRange, a: f64, b: f64, shift: Vector3<f64>) -> Isomet
 #[test]
 fn what_is_clear_is_touched_in_no_sampled_pose() {
     let tree = MeshTree::new(&sheet());
-    let mut lcg = Lcg::new(81);
+    let mut lcg = Random(81);
     let (mut clear, mut near) = (0, 0);
     for solid in sample_solids() {
         for _ in 0..400 {
@@ -24,8 +24,11 @@ fn what_is_clear_is_touched_in_no_sampled_pose() {
             let range = TurnRange {
                 mesh_from_solid: middle,
                 center: middle * lcg.point(20.0),
-                turns: [lcg.unit() * lcg.range(0.0, 0.2), lcg.unit() * lcg.range(0.0, 0.2)],
-                shift: lcg.range(0.0, 0.5),
+                turns: [
+                    lcg.direction().into_inner() * lcg.between(0.0, 0.2),
+                    lcg.direction().into_inner() * lcg.between(0.0, 0.2),
+                ],
+                shift: lcg.between(0.0, 0.5),
             };
             if tree.turn(&solid, &range, None) != SweepVerdict::Clear {
                 continue;
@@ -35,7 +38,7 @@ fn what_is_clear_is_touched_in_no_sampled_pose() {
             for k in 0..81 {
                 // A grid with the corners, where the turns are largest.
                 let (a, b) = (f64::from(k / 9) / 4.0 - 1.0, f64::from(k % 9) / 4.0 - 1.0);
-                let pose = turned_pose(&range, a, b, lcg.unit() * range.shift);
+                let pose = turned_pose(&range, a, b, lcg.direction().into_inner() * range.shift);
                 assert!(tree.verdict(&solid, &pose, None).is_free(), "{solid:?} at {a}, {b}");
                 let near = tree.core_distance(&solid, &pose, solid.rounding() + 5.0, None);
                 least = least.min(near.map_or(5.0, |s| s.distance - solid.rounding()));

@@ -5,17 +5,17 @@ use facemill_interference::{Interference, MeshTree, ParryMesh, Verdict, lift_to_
 use facemill_surface_model::TriMesh;
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 
-use crate::kit::{Lcg, brute_distance, cube, frustum, patch, sample_solids, soup, square};
+use crate::kit::{Random, brute_distance, cube, frustum, patch, sample_solids, soup, square};
 use crate::reference::{Stepped, closed_contains};
 
 /// Open and wavy, closed and axis-parallel, a soup of awkward triangles.
 fn meshes() -> Vec<TriMesh> {
-    vec![patch(9), cube(15.0, 3), soup(&mut Lcg::new(3), 60)]
+    vec![patch(9), cube(15.0, 3), soup(&mut Random(3), 60)]
 }
 
 /// Poses from deep in a mesh to well off it.
-fn pose(lcg: &mut Lcg) -> Isometry3<f64> {
-    let reach = if lcg.range(0.0, 1.0) < 0.5 { 20.0 } else { 45.0 };
+fn pose(lcg: &mut Random) -> Isometry3<f64> {
+    let reach = if lcg.between(0.0, 1.0) < 0.5 { 20.0 } else { 45.0 };
     lcg.pose(reach)
 }
 
@@ -35,7 +35,7 @@ fn tree_agrees_with_brute_force_at_thousands_of_poses() {
 }
 
 fn agrees_with_brute_force(seed: u64, poses: usize) {
-    let mut lcg = Lcg::new(seed);
+    let mut lcg = Random(seed);
     let mut n_free = 0;
     for mesh in meshes() {
         let tree = MeshTree::new(&mesh);
@@ -71,7 +71,7 @@ fn agrees_with_brute_force(seed: u64, poses: usize) {
 
 #[test]
 fn tree_agrees_with_parry() {
-    let mut lcg = Lcg::new(2);
+    let mut lcg = Random(2);
     let (mut n_hit, mut n_free) = (0, 0);
     for mesh in meshes() {
         let (tree, parry) = (MeshTree::new(&mesh), ParryMesh::new(&mesh));
@@ -100,7 +100,7 @@ fn tree_agrees_with_parry() {
 
 #[test]
 fn witness_and_nearest_point_are_of_their_triangle() {
-    let mut lcg = Lcg::new(4);
+    let mut lcg = Random(4);
     for mesh in meshes() {
         let tree = MeshTree::new(&mesh);
         let off = |triangle: u32, p: &Point3<f64>| {
@@ -127,7 +127,7 @@ fn witness_and_nearest_point_are_of_their_triangle() {
 
 #[test]
 fn hint_changes_no_answer() {
-    let mut lcg = Lcg::new(5);
+    let mut lcg = Random(5);
     for mesh in meshes() {
         let tree = MeshTree::new(&mesh);
         for solid in sample_solids() {
@@ -148,7 +148,7 @@ fn hint_changes_no_answer() {
 
 #[test]
 fn rigid_motion_of_mesh_and_body_changes_nothing() {
-    let mut lcg = Lcg::new(6);
+    let mut lcg = Random(6);
     for mesh in meshes() {
         let tree = MeshTree::new(&mesh);
         for _ in 0..6 {
@@ -176,9 +176,9 @@ fn needle_under_the_disc_is_found() {
     // patch.
     let flat = |x: f64, y: f64| Point3::new(x, y, 0.0);
     let mill = frustum([2.0, 40.0], [23.0, 23.0], 2.0);
-    let mut lcg = Lcg::new(7);
+    let mut lcg = Random(7);
     for _ in 0..200 {
-        let (x, y) = (lcg.range(-15.0, 15.0), lcg.range(-15.0, 15.0));
+        let (x, y) = (lcg.between(-15.0, 15.0), lcg.between(-15.0, 15.0));
         let mut vertices = vec![flat(-60.0, -60.0), flat(60.0, -60.0), flat(60.0, 60.0), flat(-60.0, 60.0)];
         vertices.extend([flat(x, y), flat(x + 0.01, y), flat(x, y + 0.01), Point3::new(x, y, 0.11)]);
         let triangles = vec![[0, 1, 2], [0, 2, 3], [4, 5, 7], [5, 6, 7], [6, 4, 7]];
@@ -192,18 +192,18 @@ fn needle_under_the_disc_is_found() {
 #[test]
 fn verdict_on_a_plane_is_the_closed_form() {
     let tree = MeshTree::new(&square(500.0));
-    let mut lcg = Lcg::new(8);
+    let mut lcg = Random(8);
     for k in 0..2000 {
-        let (radius, corner) = (lcg.range(5.0, 80.0), [0.0, 0.3, 4.0][k % 3]);
+        let (radius, corner) = (lcg.between(5.0, 80.0), [0.0, 0.3, 4.0][k % 3]);
         // Down to tilts where the rim is level to within a rounding error.
-        let tilt = [0.0, 10f64.powf(lcg.range(-12.0, -3.0)), lcg.range(0.0, 1.5)][k / 3 % 3];
+        let tilt = [0.0, 10f64.powf(lcg.between(-12.0, -3.0)), lcg.between(0.0, 1.5)][k / 3 % 3];
         let mill = frustum([corner, corner + 40.0], [radius - corner, radius - corner], corner);
-        let about = Unit::new_normalize(Vector3::new(lcg.range(-1.0, 1.0), lcg.range(0.1, 1.0), 0.0));
+        let about = Unit::new_normalize(Vector3::new(lcg.between(-1.0, 1.0), lcg.between(0.1, 1.0), 0.0));
         let turn = UnitQuaternion::from_axis_angle(&about, tilt);
         // Height of the tip at which the lowest point of the torus touches the plane.
         let touching = (radius - corner) * tilt.sin() + corner - corner * tilt.cos();
         for (offset, free) in [(1e-9, true), (-1e-9, false)] {
-            let at = Translation3::new(lcg.range(-50.0, 50.0), lcg.range(-50.0, 50.0), touching + offset);
+            let at = Translation3::new(lcg.between(-50.0, 50.0), lcg.between(-50.0, 50.0), touching + offset);
             let verdict = tree.verdict(&mill, &Isometry3::from_parts(at, turn), None);
             assert_eq!(verdict.is_free(), free, "R {radius} r {corner} tilt {tilt} offset {offset}");
         }
@@ -214,7 +214,7 @@ fn verdict_on_a_plane_is_the_closed_form() {
 fn distance_from_a_sphere_converges_to_the_closed_form() {
     // Corner touching a ball from outside: the facets are inside the sphere by at most their chord
     // error.
-    let mut lcg = Lcg::new(9);
+    let mut lcg = Random(9);
     let ball = crate::kit::sphere(30.0, 40);
     let tree = MeshTree::new(&ball);
     let chord = 30.0 * (1.0 - (std::f64::consts::PI / 80.0).cos()) * 2.0;
@@ -235,7 +235,7 @@ fn distance_from_a_sphere_converges_to_the_closed_form() {
 fn body_inside_a_closed_component_is_hit() {
     let ball = frustum([0.0, 0.0], [0.0, 0.0], 1.0);
     // Axis-parallel half lines through corners and along faces of the squares, and any others.
-    let mut lcg = Lcg::new(10);
+    let mut lcg = Random(10);
     for n in [1, 2, 4] {
         let mesh = cube(10.0, n);
         let (tree, parry) = (MeshTree::new(&mesh), ParryMesh::new(&mesh));
@@ -286,7 +286,7 @@ fn inside_is_known_however_triangles_are_wound_and_components_overlap() {
 
 #[test]
 fn lift_is_the_least_that_frees() {
-    let mut lcg = Lcg::new(13);
+    let mut lcg = Random(13);
     let resolution = 1e-6;
     let mut n_lifted = 0;
     for mesh in meshes() {
@@ -294,7 +294,7 @@ fn lift_is_the_least_that_frees() {
         for solid in sample_solids() {
             for _ in 0..12 {
                 let pose = pose(&mut lcg);
-                let along = Unit::new_normalize(lcg.unit());
+                let along = Unit::new_normalize(lcg.direction().into_inner());
                 let at = |lift: f64| Translation3::from(along.into_inner() * lift) * pose;
                 match lift_to_free(&tree, &solid, &pose, along, 90.0, resolution) {
                     Some(lift) => {
@@ -357,20 +357,20 @@ fn empty_mesh_is_free_everywhere() {
 fn lift_is_the_first_free_one_of_brute_force() {
     // Both are found without passing over a window: by exits of triangles, and by stepping over the
     // intervals in which golden sections find a triangle touched.
-    let mut lcg = Lcg::new(14);
+    let mut lcg = Random(14);
     let (mut n_lifted, mut n_windows) = (0, 0);
     for mesh in meshes() {
         let tree = MeshTree::new(&mesh);
         for solid in sample_solids() {
             for _ in 0..6 {
                 let pose = pose(&mut lcg);
-                let along = Unit::new_normalize(lcg.unit());
+                let along = Unit::new_normalize(lcg.direction().into_inner());
                 let at = |lift: f64| Translation3::from(along.into_inner() * lift) * pose;
                 let lift = lift_to_free(&tree, &solid, &pose, along, 90.0, 1e-6);
                 // No lift below is free: 300 of them, but for those within the resolution.
                 let end = lift.unwrap_or(90.0);
                 for k in 0..300 {
-                    let below = (end - 1e-6) * (f64::from(k) + lcg.range(0.0, 1.0)) / 300.0;
+                    let below = (end - 1e-6) * (f64::from(k) + lcg.between(0.0, 1.0)) / 300.0;
                     if below >= 0.0 {
                         assert!(
                             !tree.verdict(&solid, &at(below), None).is_free(),

@@ -1,9 +1,9 @@
 use super::*;
-use crate::test_kit::{Lcg, sample_solids};
+use crate::test_kit::{Random, sample_solids};
 
 #[test]
 fn distance_is_that_of_the_solid_and_its_gradient_a_slope() {
-    let mut lcg = Lcg::new(11);
+    let mut lcg = Random(11);
     for solid in sample_solids() {
         for _ in 0..400 {
             let pose = lcg.pose(40.0);
@@ -22,11 +22,11 @@ fn distance_is_that_of_the_solid_and_its_gradient_a_slope() {
 
 #[test]
 fn support_point_is_of_the_body_and_none_is_farther() {
-    let mut lcg = Lcg::new(12);
+    let mut lcg = Random(12);
     for solid in sample_solids() {
         for _ in 0..100 {
             let pose = lcg.pose(40.0);
-            let along = lcg.unit();
+            let along = lcg.direction().into_inner();
             let body = Placed::new(&solid, &pose);
             let s = support(&body, &along);
             assert!(distance(&body, &s).0 < 1e-12);
@@ -42,7 +42,7 @@ fn support_point_is_of_the_body_and_none_is_farther() {
 
 #[test]
 fn eight_distances_are_those_of_one_at_a_time() {
-    let mut lcg = Lcg::new(13);
+    let mut lcg = Random(13);
     for solid in sample_solids() {
         for k in 0..300 {
             let pose = lcg.pose(40.0);
@@ -51,20 +51,20 @@ fn eight_distances_are_those_of_one_at_a_time() {
             for lane in 0..N {
                 // On the axis, in the body, level with an end, and anywhere.
                 let q = match (k + lane) % 4 {
-                    0 => Point3::new(0.0, 0.0, lcg.range(-60.0, 60.0)),
+                    0 => Point3::new(0.0, 0.0, lcg.between(-60.0, 60.0)),
                     1 => solid.interior_point(),
-                    2 => Point3::new(lcg.range(-60.0, 60.0), 0.0, solid.aabb().min.z),
+                    2 => Point3::new(lcg.between(-60.0, 60.0), 0.0, solid.aabb().min.z),
                     _ => lcg.point(60.0),
                 };
                 points.set(lane, &(pose * q).coords);
-                normals.set(lane, &lcg.unit());
+                normals.set(lane, &lcg.direction().into_inner());
             }
             let (f, along) = for_body!(&body, |b| b.distances(&points, &normals));
             for lane in 0..N {
                 let (expected, g) = distance(&body, &points.get(lane).into());
                 if matches!(solid, Solid::Hull(_)) {
                     // A bound with its own slope, which holds everywhere.
-                    let q = points.get(lane) + normals.get(lane) * lcg.range(-30.0, 30.0);
+                    let q = points.get(lane) + normals.get(lane) * lcg.between(-30.0, 30.0);
                     let along_normal = (q - points.get(lane)).dot(&normals.get(lane));
                     let there = distance(&body, &q.into()).0;
                     assert!(f[lane] <= expected + 1e-12 && f[lane] >= 0.0);

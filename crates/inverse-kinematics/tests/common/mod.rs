@@ -5,40 +5,15 @@ pub mod oracle;
 
 use facemill_cl_data::ClPoint;
 use facemill_inverse_kinematics::*;
+pub use facemill_test_kit::Random;
 use nalgebra::{Matrix4, Point3, Unit, Vector3, Vector4};
 
-/// Deterministic random numbers (splitmix64).
-pub struct Random(facemill_test_kit::Random);
-
-impl Random {
-    pub fn new(seed: u64) -> Self {
-        Self(facemill_test_kit::Random(seed))
-    }
-
-    pub fn next(&mut self) -> u64 {
-        self.0.bits()
-    }
-    pub fn within(&mut self, low: f64, high: f64) -> f64 {
-        self.0.between(low, high)
-    }
-    pub fn below(&mut self, n: usize) -> usize {
-        (self.next() % n as u64) as usize
-    }
-    pub fn direction(&mut self) -> Unit<Vector3<f64>> {
-        loop {
-            let v = Vector3::from_fn(|_, _| self.within(-1.0, 1.0));
-            if (0.01..1.0).contains(&v.norm()) {
-                return Unit::new_normalize(v);
-            }
-        }
-    }
-    /// Values within the limits, endless axes within ±180°.
-    pub fn values(&mut self, machine: &Machine) -> AxisValues {
-        AxisValues::from_fn(machine.axes().len(), |k| {
-            let a = &machine.axes()[k];
-            if a.endless { self.within(-3.1, 3.1) } else { self.within(a.min, a.max) }
-        })
-    }
+/// Values within the limits, endless axes within ±180°.
+pub fn random_values(r: &mut Random, machine: &Machine) -> AxisValues {
+    AxisValues::from_fn(machine.axes().len(), |k| {
+        let a = &machine.axes()[k];
+        if a.endless { r.between(-3.1, 3.1) } else { r.between(a.min, a.max) }
+    })
 }
 
 pub fn row(a_mm: f64, alpha_deg: f64, d_mm: f64, theta_deg: f64) -> DhRow {
@@ -144,7 +119,7 @@ pub fn head_ca() -> Machine {
 /// A machine with joints in random order, senses and general directions, split anywhere between
 /// table and head.
 pub fn random_machine(r: &mut Random) -> Machine {
-    random_machine_of(r, ["X", "Y", "Z", "B", "C"], |r| r.within(-180.0, 180.0))
+    random_machine_of(r, ["X", "Y", "Z", "B", "C"], |r| r.between(-180.0, 180.0))
 }
 
 /// Returns the same with joints of these addresses, and angles between them as given: right angles
@@ -158,7 +133,7 @@ pub fn random_machine_of(r: &mut Random, axes: [&str; 5], angle: impl Fn(&mut Ra
         let n_table = r.below(6);
         let mut chains = [Vec::new(), Vec::new()];
         for (k, axis) in joints.iter().enumerate() {
-            let any = row(r.within(-200.0, 200.0), angle(r), r.within(-200.0, 200.0), angle(r));
+            let any = row(r.between(-200.0, 200.0), angle(r), r.between(-200.0, 200.0), angle(r));
             let mut row = if ["A", "B", "C"].contains(axis) {
                 rotary(axis, Sense::Positive, Some((-180.0, 180.0)), any)
             } else {
@@ -174,7 +149,7 @@ pub fn random_machine_of(r: &mut Random, axes: [&str; 5], angle: impl Fn(&mut Ra
             chains[usize::from(k >= n_table)].push(row);
         }
         let [table, mut tool] = chains;
-        tool.push(row(r.within(-50.0, 50.0), angle(r), r.within(-300.0, 0.0), 17.0));
+        tool.push(row(r.between(-50.0, 50.0), angle(r), r.between(-300.0, 0.0), 17.0));
         if let Ok(machine) = Machine::from_file(file(table, tool)) {
             return machine;
         }
@@ -204,16 +179,16 @@ pub fn dual_mill_head() -> Machine {
 /// with right angles, many of them with two rotary joints parallel.
 pub fn families_of_three_rotaries() -> Vec<Machine> {
     let axes = ["X", "Y", "A", "B", "C"];
-    let mut r = Random::new(12);
+    let mut r = Random(12);
     let mut all = vec![dual_mill_head()];
-    all.extend((0..8).map(|_| random_machine_of(&mut r, axes, |r| r.within(-180.0, 180.0))));
+    all.extend((0..8).map(|_| random_machine_of(&mut r, axes, |r| r.between(-180.0, 180.0))));
     all.extend((0..12).map(|_| random_machine_of(&mut r, axes, right_angle)));
     all
 }
 
 /// A machine of every family, and some in general position.
 pub fn families() -> Vec<Machine> {
-    let mut r = Random::new(11);
+    let mut r = Random(11);
     let mut all = vec![
         Machine::head_b_table_c().unwrap(),
         trunnion_ac(Sense::Negative, [1.0, 2.0, 3.0], 20.0, 10.0, Some((-110.0, 110.0))),

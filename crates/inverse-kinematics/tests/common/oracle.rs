@@ -119,7 +119,7 @@ impl<'m> Oracle<'m> {
     pub fn solutions(&self, cl: &ClPoint, n_seeds: usize, r: &mut Random) -> Vec<OracleSolution> {
         let mut all = Vec::new();
         for _ in 0..n_seeds {
-            let Some(mut found) = self.newton(cl, r.values(self.machine)) else { continue };
+            let Some(mut found) = self.newton(cl, super::random_values(r, self.machine)) else { continue };
             for (k, axis) in self.machine.axes().iter().enumerate() {
                 if axis.kind == AxisKind::Rotary {
                     let turn = std::f64::consts::TAU;

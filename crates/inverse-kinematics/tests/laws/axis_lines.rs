@@ -26,14 +26,14 @@ fn random_lines(r: &mut Random) -> Vec<AxisLine> {
             1 => last,
             2 => -last,
             3 => {
-                Unit::new_normalize(last.into_inner() + r.direction().into_inner() * 10_f64.powf(r.within(-15.0, 0.0)))
+                Unit::new_normalize(last.into_inner() + r.direction().into_inner() * 10_f64.powf(r.between(-15.0, 0.0)))
             }
             _ => r.direction(),
         };
         let point = match (r.below(3), lines.last()) {
-            (0, Some(l)) => l.point + l.direction.into_inner() * r.within(-100.0, 100.0),
+            (0, Some(l)) => l.point + l.direction.into_inner() * r.between(-100.0, 100.0),
             (1, _) => Point3::origin(),
-            _ => Point3::from(Vector3::from_fn(|_, _| r.within(-1500.0, 1500.0))),
+            _ => Point3::from(Vector3::from_fn(|_, _| r.between(-1500.0, 1500.0))),
         };
         let kind = if r.below(2) == 0 { AxisKind::Linear } else { AxisKind::Rotary };
         let sense = if r.below(2) == 0 { Sense::Positive } else { Sense::Negative };
@@ -58,8 +58,8 @@ fn screw(line: &AxisLine, value: f64) -> Isometry3<f64> {
 }
 
 fn random_end(r: &mut Random, lines: &[AxisLine]) -> Isometry3<f64> {
-    let turn = UnitQuaternion::from_axis_angle(&r.direction(), r.within(-3.0, 3.0));
-    let general = Translation3::from(Vector3::from_fn(|_, _| r.within(-500.0, 500.0))) * turn;
+    let turn = UnitQuaternion::from_axis_angle(&r.direction(), r.between(-3.0, 3.0));
+    let general = Translation3::from(Vector3::from_fn(|_, _| r.between(-500.0, 500.0))) * turn;
     let along = |d: &Unit<Vector3<f64>>| UnitQuaternion::rotation_between(&Vector3::z(), d).unwrap_or(turn);
     match (r.below(4), lines.last()) {
         (0, _) => Isometry3::identity(),
@@ -71,7 +71,7 @@ fn random_end(r: &mut Random, lines: &[AxisLine]) -> Isometry3<f64> {
 
 #[test]
 fn product_of_screws_is_product_of_rows() {
-    let mut r = Random::new(41);
+    let mut r = Random(41);
     for round in 0..4000 {
         let lines = random_lines(&mut r);
         let end = random_end(&mut r, &lines);
@@ -79,7 +79,7 @@ fn product_of_screws_is_product_of_rows() {
         let joints: Vec<&Joint> = rows.iter().filter_map(|row| row.joint.as_ref()).collect();
         assert_eq!(joints, lines.iter().map(|l| &l.joint).collect::<Vec<_>>());
         for _ in 0..3 {
-            let values: Vec<f64> = lines.iter().map(|_| r.within(-3.0, 3.0)).collect();
+            let values: Vec<f64> = lines.iter().map(|_| r.between(-3.0, 3.0)).collect();
             let by_screws = lines.iter().zip(&values).fold(Isometry3::identity(), |m, (l, v)| m * screw(l, *v)) * end;
             let value = |axis: &str| values[lines.iter().position(|l| l.joint.axis() == axis).unwrap()];
             let by_rows = rows.iter().fold(Matrix4::<f64>::identity(), |m, row| m * craig(row, &value));
@@ -116,7 +116,7 @@ fn a_chain_has_no_more_rows_than_it_needs() {
 
 #[test]
 fn bodies_stay_where_they_were_put() {
-    let mut r = Random::new(7);
+    let mut r = Random(7);
     for _ in 0..50 {
         let machine_lines = loop {
             let lines = random_lines(&mut r);

@@ -38,16 +38,16 @@ fn families_with_bodies() -> Vec<Machine> {
 
 /// Returns a pose of a set; every third on its border.
 fn pose_of(set: &PoseSet, r: &mut Random, k: usize) -> ClPoint {
-    let share = |r: &mut Random| if k.is_multiple_of(3) { 1.0 } else { r.within(0.0, 1.0) };
+    let share = |r: &mut Random| if k.is_multiple_of(3) { 1.0 } else { r.between(0.0, 1.0) };
     let across = Unit::new_normalize(set.cl.axis.cross(&r.direction()));
     let turn = UnitQuaternion::from_axis_angle(&across, set.turn * share(r));
     ClPoint { axis: turn * set.cl.axis, tip: set.cl.tip + r.direction().into_inner() * (set.shift * share(r)) }
 }
 
 fn random_set(machine: &Machine, r: &mut Random) -> PoseSet {
-    let cl = cl_by_matrices(machine, &r.values(machine), TOOL);
-    let size = 10f64.powf(r.within(-4.0, -0.7));
-    PoseSet { cl, turn: size * r.within(0.0, 1.0), shift: 100.0 * size * r.within(0.0, 1.0) }
+    let cl = cl_by_matrices(machine, &random_values(r, machine), TOOL);
+    let size = 10f64.powf(r.between(-4.0, -0.7));
+    PoseSet { cl, turn: size * r.between(0.0, 1.0), shift: 100.0 * size * r.between(0.0, 1.0) }
 }
 
 /// Returns the farthest way of a corner of a body between two positions.
@@ -66,7 +66,7 @@ fn way_of(machine: &Machine, body: usize, from: &AxisValues, to: &AxisValues) ->
 
 #[test]
 fn every_pose_of_a_set_has_its_values_within_the_ranges_and_moves_no_body_farther() {
-    let mut r = Random::new(31);
+    let mut r = Random(31);
     let (mut checked, mut known, mut tight) = (0, 0, 0);
     for machine in families_with_bodies() {
         let mut known_here = 0;
@@ -107,13 +107,13 @@ fn every_pose_of_a_set_has_its_values_within_the_ranges_and_moves_no_body_farthe
 
 #[test]
 fn limits_over_a_range_are_those_of_every_pose_in_it() {
-    let mut r = Random::new(32);
+    let mut r = Random(32);
     let (mut within, mut beyond) = (0, 0);
     for machine in families() {
         for _ in 0..200 {
             let mut set = random_set(&machine, &mut r);
             // Often near or outside of the linear limits, which are 2000 mm and more.
-            set.cl.tip += r.direction().into_inner() * r.within(0.0, 4000.0);
+            set.cl.tip += r.direction().into_inner() * r.between(0.0, 4000.0);
             let AxisRanges::Both(ranges) = machine.axis_ranges(&set, TOOL) else { continue };
             for k in 0..10 {
                 let solutions = machine.inverse(&pose_of(&set, &mut r, k), TOOL);

@@ -20,11 +20,11 @@ fn ratios(machine: &Machine, ends: [&AxisValues; 2]) -> [f64; 3] {
 
 #[test]
 fn the_bound_is_never_below_dense_sampling_for_all_axes_linear() {
-    let mut r = Random::new(31);
+    let mut r = Random(31);
     for machine in families() {
         for size in [1e-5, 1e-3, 0.02, 0.1, 0.4, 1.0] {
             for _ in 0..6 {
-                let (a, end) = (r.values(&machine), r.values(&machine));
+                let (a, end) = (random_values(&mut r, &machine), random_values(&mut r, &machine));
                 let b = a.lerp(&end, size);
                 let [tip, axis, _] = sampled(&machine, TOOL, RADIUS, [&a, &b], 300);
                 for law in [BlockLaw::from(CuttingLaw::AxesLinear), RapidLaw::Linear.into()] {
@@ -42,13 +42,13 @@ fn the_bound_is_never_below_dense_sampling_for_all_axes_linear() {
 
 #[test]
 fn the_bound_is_within_a_tenth_of_the_deviation_for_blocks_of_programs() {
-    let mut r = Random::new(32);
+    let mut r = Random(32);
     let mut n_blocks = 0;
     for machine in families() {
         for _ in 0..300 {
-            let (a, end) = (r.values(&machine), r.values(&machine));
+            let (a, end) = (random_values(&mut r, &machine), random_values(&mut r, &machine));
             // Rotary axes turn by 0.02° to 20°.
-            let b = a.lerp(&end, 10f64.powf(r.within(-4.0, -1.0)));
+            let b = a.lerp(&end, 10f64.powf(r.between(-4.0, -1.0)));
             if (0.001..0.05).contains(&sampled(&machine, TOOL, RADIUS, [&a, &b], 8)[0]) {
                 let ratios = ratios(&machine, [&a, &b]);
                 assert!(ratios.iter().all(|r| (1.0 - 1e-6..1.1).contains(r)), "{ratios:?} from {a:?} to {b:?}");
@@ -61,10 +61,10 @@ fn the_bound_is_within_a_tenth_of_the_deviation_for_blocks_of_programs() {
 
 #[test]
 fn the_bound_of_large_blocks_is_sharp_too() {
-    let mut r = Random::new(33);
+    let mut r = Random(33);
     for machine in families() {
         for _ in 0..20 {
-            let (a, end) = (r.values(&machine), r.values(&machine));
+            let (a, end) = (random_values(&mut r, &machine), random_values(&mut r, &machine));
             // Up to a third of a turn.
             let b = a.lerp(&end, 0.3);
             let ratios = ratios(&machine, [&a, &b]);
@@ -112,10 +112,10 @@ fn the_bound_is_within_a_tenth_along_a_pass_of_the_head_b_table_c_machine() {
 
 #[test]
 fn every_pose_of_a_bent_rapid_is_near_one_pose_of_the_straight_way() {
-    let mut r = Random::new(34);
+    let mut r = Random(34);
     for machine in families() {
         for size in [1e-3, 0.03, 0.3, 1.0] {
-            let (a, end) = (r.values(&machine), r.values(&machine));
+            let (a, end) = (random_values(&mut r, &machine), random_values(&mut r, &machine));
             let b = a.lerp(&end, size);
             let [p0, p1] = [&a, &b].map(|q| cl_by_matrices(&machine, q, TOOL));
             let straight: Vec<ClPoint> = (0..=4000).map(|k| meant(&p0, &p1, f64::from(k) / 4000.0)).collect();
@@ -153,14 +153,14 @@ fn a_rapid_bends_by_the_distance_of_its_corner_from_the_straight_line() {
 fn the_bound_of_a_bent_rapid_is_within_a_tenth_of_the_distance_from_the_path() {
     // Nearest by tip only: no other choice of the ideal pose brings the tip nearer.
     let machine = Machine::head_b_table_c().unwrap();
-    let mut r = Random::new(35);
+    let mut r = Random(35);
     for _ in 0..100 {
-        let a = r.values(&machine);
+        let a = random_values(&mut r, &machine);
         let b = AxisValues::from_fn(5, |k| {
             a[k] + if machine.axes()[k].kind == AxisKind::Linear {
-                r.within(-90.0, 90.0)
+                r.between(-90.0, 90.0)
             } else {
-                r.within(-0.02, 0.02)
+                r.between(-0.02, 0.02)
             }
         });
         let [p0, p1] = [&a, &b].map(|q| cl_by_matrices(&machine, q, TOOL));

@@ -41,7 +41,7 @@ fn all_pairs() -> Vec<Vec<Machine>> {
 
 #[test]
 fn one_position_goes_to_both_views_and_each_follows_its_own_chain() {
-    let mut r = Random::new(41);
+    let mut r = Random(41);
     for heads in all_pairs() {
         assert_eq!(heads.len(), 2);
         let [a, b] = [&heads[0], &heads[1]];
@@ -56,7 +56,7 @@ fn one_position_goes_to_both_views_and_each_follows_its_own_chain() {
             assert_eq!((a.is_shared(k), b.is_shared(k)), (x.carried_by == Carrier::Table, a.is_shared(k)));
         }
         for _ in 0..20 {
-            let q = r.values(a);
+            let q = random_values(&mut r, a);
             for view in &heads {
                 assert_eq!((0..n).filter(|&k| view.moves_tool(k)).count(), 5);
                 let meant = forward_by_matrices(view, &q, TOOL);
@@ -70,7 +70,7 @@ fn one_position_goes_to_both_views_and_each_follows_its_own_chain() {
 
 #[test]
 fn a_view_solves_as_its_head_alone_and_keeps_the_other_ones_axes() {
-    let mut r = Random::new(42);
+    let mut r = Random(42);
     let mut solved = [0; 2];
     for heads in all_pairs() {
         for (h, view) in heads.iter().enumerate() {
@@ -83,7 +83,7 @@ fn a_view_solves_as_its_head_alone_and_keeps_the_other_ones_axes() {
                 AxisValues::from_fn(5, |k| q[letter(k)])
             };
             for _ in 0..12 {
-                let (q, reference) = (r.values(view), r.values(view));
+                let (q, reference) = (random_values(&mut r, view), random_values(&mut r, view));
                 let cl = view.cl_point(&q, TOOL);
                 let check = |found: Result<InverseSolutions, Unreachable>,
                              meant: Result<InverseSolutions, Unreachable>,
@@ -157,7 +157,7 @@ fn other_tool() -> Vec<PlacedSolid> {
 
 #[test]
 fn bodies_of_the_other_head_and_its_tool_are_where_matrices_put_them() {
-    let mut r = Random::new(43);
+    let mut r = Random(43);
     for heads in dual_mills() {
         for (h, view) in heads.iter().enumerate() {
             let view = view.with_tool_in_other_head(&other_tool(), TOOL);
@@ -166,7 +166,7 @@ fn bodies_of_the_other_head_and_its_tool_are_where_matrices_put_them() {
             assert_eq!(count(&view, Carrier::OtherHead), count(other, Carrier::Head) + 1);
             assert_eq!(view.bodies().last().unwrap().name(), "cutter of the other head");
             for _ in 0..30 {
-                let q = r.values(&view);
+                let q = random_values(&mut r, &view);
                 let poses: Vec<_> = view.body_poses(&q).collect();
                 for at in &poses {
                     let meant = body_by_matrices(&view, at.body, &q);
@@ -190,11 +190,11 @@ fn bodies_of_the_other_head_and_its_tool_are_where_matrices_put_them() {
 
 #[test]
 fn joints_between_bodies_are_those_whose_motion_moves_one_against_the_other() {
-    let mut r = Random::new(44);
+    let mut r = Random(44);
     for heads in dual_mills() {
         for view in &heads {
             let view = &view.with_tool_in_other_head(&other_tool(), TOOL);
-            let q = r.values(view);
+            let q = random_values(&mut r, view);
             let moved: Vec<AxisValues> = (0..q.len())
                 .map(|k| AxisValues::from_fn(q.len(), |i| if i == k { q[i] + 0.2 } else { q[i] }))
                 .collect();
@@ -293,7 +293,7 @@ fn largest_way(solid: &Solid, from: &Isometry3<f64>, to: &Isometry3<f64>, r: &mu
     let bounds = solid.aabb();
     let mut largest = 0.0_f64;
     for k in 0..16 {
-        let part = |i: usize, r: &mut Random| if k < 8 { (k >> i & 1) as f64 } else { r.within(0.0, 1.0) };
+        let part = |i: usize, r: &mut Random| if k < 8 { (k >> i & 1) as f64 } else { r.between(0.0, 1.0) };
         let p = nalgebra::Point3::from(Vector3::from_fn(|i, _| {
             bounds.min[i] + (bounds.max[i] - bounds.min[i]) * part(i, r)
         }));
@@ -307,7 +307,7 @@ fn largest_way(solid: &Solid, from: &Isometry3<f64>, to: &Isometry3<f64>, r: &mu
 
 #[test]
 fn no_body_moves_farther_on_the_bed_than_its_way_says() {
-    let mut r = Random::new(45);
+    let mut r = Random(45);
     let mut sharp = 0;
     let mut machines: Vec<Machine> = dual_mills().into_iter().flatten().collect();
     machines.push(Machine::head_b_table_c().unwrap());
@@ -318,9 +318,9 @@ fn no_body_moves_farther_on_the_bed_than_its_way_says() {
             nalgebra::try_convert::<Matrix4<f64>, Isometry3<f64>>(m).unwrap()
         };
         for _ in 0..25 {
-            let (from, size) = (r.values(view), 10f64.powf(r.within(-2.0, 0.0)));
+            let (from, size) = (random_values(&mut r, view), 10f64.powf(r.between(-2.0, 0.0)));
             let unit = |k: usize| if view.axes()[k].kind == AxisKind::Linear { 500.0 } else { 1.5 };
-            let to = AxisValues::from_fn(from.len(), |k| from[k] + size * unit(k) * r.within(-1.0, 1.0));
+            let to = AxisValues::from_fn(from.len(), |k| from[k] + size * unit(k) * r.between(-1.0, 1.0));
             for (index, body) in view.bodies().iter().enumerate() {
                 let bound = view.body_way_on_bed(index, &from, &to);
                 let at = |q: &AxisValues| bed_from_table(q) * view.body_poses(q).nth(index).unwrap().table_from_solid;
@@ -347,13 +347,13 @@ fn no_body_moves_farther_on_the_bed_than_its_way_says() {
 
 #[test]
 fn bodies_of_the_other_head_move_no_farther_than_over_a_box_of_its_axes() {
-    let mut r = Random::new(46);
+    let mut r = Random(46);
     let mut checked = 0;
     let [closed, _] = dual_mills();
     for view in &closed {
         for _ in 0..60 {
-            let q = r.values(view);
-            let set = PoseSet { cl: view.cl_point(&q, TOOL), turn: r.within(0.0, 0.05), shift: r.within(0.0, 5.0) };
+            let q = random_values(&mut r, view);
+            let set = PoseSet { cl: view.cl_point(&q, TOOL), turn: r.between(0.0, 0.05), shift: r.between(0.0, 5.0) };
             let AxisRanges::Both(ranges) = view.axis_ranges(&set, TOOL) else { continue };
             for mut range in ranges {
                 let others = || (0..q.len()).filter(|&k| !view.moves_tool(k));
@@ -361,12 +361,12 @@ fn bodies_of_the_other_head_move_no_farther_than_over_a_box_of_its_axes() {
                     assert_eq!((range.middle[k], range.half[k]), (view.home()[k], 0.0));
                     let is_linear = view.axes()[k].kind == AxisKind::Linear;
                     range.middle[k] = q[k];
-                    range.half[k] = r.within(0.0, if is_linear { 30.0 } else { 0.2 });
+                    range.half[k] = r.between(0.0, if is_linear { 30.0 } else { 0.2 });
                 }
                 // Any axis values in the box with the tool in the set.
                 let mut cl = set.cl;
-                cl.tip += r.direction().into_inner() * r.within(0.0, set.shift);
-                let mut at = AxisValues::from_fn(q.len(), |k| range.middle[k] + range.half[k] * r.within(-1.0, 1.0));
+                cl.tip += r.direction().into_inner() * r.between(0.0, set.shift);
+                let mut at = AxisValues::from_fn(q.len(), |k| range.middle[k] + range.half[k] * r.between(-1.0, 1.0));
                 let Ok(all) = view.inverse_near(&cl, TOOL, &at) else { continue };
                 let Some(own) = all.on_branch(range.branch) else { continue };
                 at = own.values;
@@ -385,10 +385,10 @@ fn bodies_of_the_other_head_move_no_farther_than_over_a_box_of_its_axes() {
 
 #[test]
 fn paths_and_lines_leave_the_other_head_where_it_was() {
-    let mut r = Random::new(47);
+    let mut r = Random(47);
     for heads in dual_mills() {
         for view in &heads {
-            let start = r.values(view);
+            let start = random_values(&mut r, view);
             let kept = |q: &AxisValues| (0..q.len()).all(|k| view.moves_tool(k) || q[k] == start[k]);
             let mut near = view.home();
             for k in (0..near.len()).filter(|&k| view.moves_tool(k)) {

@@ -17,10 +17,10 @@ fn assert_reaches(machine: &Machine, q: &AxisValues, cl: &ClPoint, tool_length: 
 
 #[test]
 fn forward_is_the_product_of_craigs_matrices() {
-    let mut r = Random::new(1);
+    let mut r = Random(1);
     for machine in families() {
         for _ in 0..50 {
-            let q = r.values(&machine);
+            let q = random_values(&mut r, &machine);
             let expected = forward_by_matrices(&machine, &q, TOOL);
             let pose = machine.forward(&q, TOOL).to_homogeneous();
             assert!((pose - expected).abs().max() < 1e-10, "{q:?}");
@@ -33,10 +33,10 @@ fn forward_is_the_product_of_craigs_matrices() {
 
 #[test]
 fn every_branch_reaches_the_pose_and_one_is_the_pose_it_came_from() {
-    let mut r = Random::new(2);
+    let mut r = Random(2);
     for machine in families() {
         for _ in 0..400 {
-            let q = r.values(&machine);
+            let q = random_values(&mut r, &machine);
             let cl = cl_by_matrices(&machine, &q, TOOL);
             let solutions = machine.inverse(&cl, TOOL).unwrap();
             let mut found = false;
@@ -57,9 +57,9 @@ fn every_branch_reaches_the_pose_and_one_is_the_pose_it_came_from() {
 fn branches_are_on_the_two_sides_of_the_last_rotary_axis() {
     let machine = Machine::head_b_table_c().unwrap();
     let b = machine.axis_index("B").unwrap();
-    let mut r = Random::new(3);
+    let mut r = Random(3);
     for _ in 0..500 {
-        let q = r.values(&machine);
+        let q = random_values(&mut r, &machine);
         let cl = machine.cl_point(&q, TOOL);
         let solutions = machine.inverse(&cl, TOOL).unwrap();
         let side = if q[b] > 0.0 { Branch::Positive } else { Branch::Negative };
@@ -78,12 +78,14 @@ fn branches_are_on_the_two_sides_of_the_last_rotary_axis() {
 fn head_b_table_c_agrees_with_its_closed_form() {
     let machine = Machine::head_b_table_c().unwrap();
     let pivot = 350.0;
-    let mut r = Random::new(4);
+    let mut r = Random(4);
     for _ in 0..500 {
-        let axis = Unit::new_normalize(Vector3::new(r.within(-1.0, 1.0), r.within(-1.0, 1.0), r.within(0.05, 1.0)));
-        let cl =
-            ClPoint { tip: Point3::new(r.within(-900.0, 900.0), r.within(-900.0, 900.0), r.within(0.0, 900.0)), axis };
-        let l = r.within(50.0, 500.0);
+        let axis = Unit::new_normalize(Vector3::new(r.between(-1.0, 1.0), r.between(-1.0, 1.0), r.between(0.05, 1.0)));
+        let cl = ClPoint {
+            tip: Point3::new(r.between(-900.0, 900.0), r.between(-900.0, 900.0), r.between(0.0, 900.0)),
+            axis,
+        };
+        let l = r.between(50.0, 500.0);
         let solutions = machine.inverse(&cl, l).unwrap();
         assert_eq!(solutions.len(), 2);
         for s in solutions.iter() {
@@ -115,16 +117,16 @@ fn at_the_pole_the_free_axis_keeps_its_value() {
 
 #[test]
 fn near_the_poles_no_accuracy_is_lost() {
-    let mut r = Random::new(5);
+    let mut r = Random(5);
     for machine in families() {
         // The tool axis is along the rotary axis nearest to the workpiece: found by turning the
         // other one.
         for exponent in 0..=16 {
             for _ in 0..5 {
                 let off = 10f64.powi(-exponent);
-                let axis = Unit::new_normalize(Vector3::new(r.within(-off, off), r.within(-off, off), 1.0));
+                let axis = Unit::new_normalize(Vector3::new(r.between(-off, off), r.between(-off, off), 1.0));
                 let cl = ClPoint { tip: Point3::new(40.0, -30.0, 20.0), axis };
-                let previous = r.values(&machine);
+                let previous = random_values(&mut r, &machine);
                 match machine.nearest_inverse(&cl, TOOL, Some(&previous), BranchPreference::Nearest) {
                     Ok(q) => assert_reaches(&machine, &q, &cl, TOOL),
                     Err(Unreachable::AxisLimit { .. } | Unreachable::Direction { .. }) => {}
@@ -247,11 +249,11 @@ fn limits_are_reported_with_axis_and_value_and_their_ends_are_reached() {
 #[test]
 fn nutating_head_tilts_by_its_closed_form_and_no_farther() {
     let machine = nutating_head();
-    let mut r = Random::new(6);
+    let mut r = Random(6);
     for _ in 0..200 {
-        let b = r.within(0.05, 3.1);
+        let b = r.between(0.05, 3.1);
         let tilt = ((1.0 + b.cos()) / 2.0).acos();
-        let azimuth = r.within(-3.0, 3.0);
+        let azimuth = r.between(-3.0, 3.0);
         let axis = Vector3::new(tilt.sin() * azimuth.cos(), tilt.sin() * azimuth.sin(), tilt.cos());
         let cl = ClPoint { tip: Point3::new(10.0, 20.0, 30.0), axis: Unit::new_normalize(axis) };
         let solutions = machine.inverse(&cl, TOOL).unwrap();
@@ -301,7 +303,7 @@ fn dependent_linear_axes_are_a_typed_result() {
 
 #[test]
 fn a_moved_base_changes_nothing() {
-    let mut r = Random::new(7);
+    let mut r = Random(7);
     for machine in families() {
         let mut file = machine.to_file();
         let base = row(120.0, 33.0, -70.0, 61.0);
@@ -309,7 +311,7 @@ fn a_moved_base_changes_nothing() {
         file.tool_chains[0].rows.insert(0, base);
         let moved = Machine::from_file(file).unwrap();
         for _ in 0..50 {
-            let q = r.values(&machine);
+            let q = random_values(&mut r, &machine);
             let (a, b) = (machine.cl_point(&q, TOOL), moved.cl_point(&q, TOOL));
             assert!((a.tip - b.tip).norm() < 1e-9 && (*a.axis - *b.axis).norm() < 1e-12);
             let (s, t) = (machine.inverse(&a, TOOL).unwrap(), moved.inverse(&a, TOOL).unwrap());
@@ -325,7 +327,7 @@ fn a_moved_base_changes_nothing() {
 #[test]
 fn nothing_panics_and_no_nan_comes_out() {
     let strange = [f64::NAN, f64::INFINITY, -f64::INFINITY, 0.0, -0.0, 1e308, -1e308, 1e-308, 1e17];
-    let mut r = Random::new(9);
+    let mut r = Random(9);
     for machine in families() {
         for _ in 0..300 {
             let mut pick = || strange[r.below(strange.len())];
@@ -363,11 +365,11 @@ fn length_compensation_keeps_the_tip_in_place() {
 
 #[test]
 fn unchecked_solutions_are_the_checked_ones_wherever_limits_allow_them() {
-    let mut r = Random::new(10);
+    let mut r = Random(10);
     let mut n_regular = 0;
     for machine in families().iter().chain(&families_of_three_rotaries()) {
         for _ in 0..200 {
-            let q = r.values(machine);
+            let q = random_values(&mut r, machine);
             let cl = cl_by_matrices(machine, &q, TOOL);
             let (all, checked) = (machine.inverse_unchecked(&cl, TOOL).unwrap(), machine.inverse(&cl, TOOL).unwrap());
             for s in checked.iter() {

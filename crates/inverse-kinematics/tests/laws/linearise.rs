@@ -17,11 +17,11 @@ fn settings(law: impl Into<BlockLaw>, tip: f64, axis: f64, rim: f64) -> Linearis
 /// Returns poses from one position to the next, each a part `size` of the axes' ranges away; and
 /// the first position.
 fn wandering(machine: &Machine, r: &mut Random, n: usize, size: f64) -> (AxisValues, Vec<ClPoint>) {
-    let start = r.values(machine);
+    let start = random_values(r, machine);
     let mut q = start;
     let mut poses = vec![cl_by_matrices(machine, &q, TOOL)];
     for _ in 1..n {
-        q = q.lerp(&r.values(machine), size);
+        q = q.lerp(&random_values(r, machine), size);
         poses.push(cl_by_matrices(machine, &q, TOOL));
     }
     (start, poses)
@@ -29,7 +29,7 @@ fn wandering(machine: &Machine, r: &mut Random, n: usize, size: f64) -> (AxisVal
 
 #[test]
 fn every_block_holds_the_tolerances_by_dense_sampling() {
-    let mut r = Random::new(41);
+    let mut r = Random(41);
     let (mut n_ways, mut n_between) = (0, 0);
     for machine in families() {
         for (k, law) in [CuttingLaw::AxesLinear, CuttingLaw::TipAndRotariesLinear].into_iter().enumerate() {
@@ -78,12 +78,13 @@ fn fewest_blocks(machine: &Machine, grid: &[AxisValues], holds: impl Fn(usize, u
 #[test]
 fn there_are_at_most_a_tenth_more_blocks_than_the_optimum() {
     const GRID: usize = 100;
-    let mut r = Random::new(42);
+    let mut r = Random(42);
     let (mut n_cases, mut found, mut optimum) = (0, 0, 0);
     for machine in families() {
         for _ in 0..5 {
             let (start, poses) = wandering(&machine, &mut r, 2, 0.03);
-            let settings = settings(CuttingLaw::AxesLinear, 0.02 * 10f64.powf(r.within(0.0, 1.5)), 0.01, f64::INFINITY);
+            let settings =
+                settings(CuttingLaw::AxesLinear, 0.02 * 10f64.powf(r.between(0.0, 1.5)), 0.01, f64::INFINITY);
             let Ok(way) = linearise(&machine, &poses, &start, &settings) else { continue };
             let n = way.positions.len() - 1;
             if !(2..=12).contains(&n) {
@@ -125,7 +126,7 @@ fn there_are_at_most_a_tenth_more_blocks_than_the_optimum() {
 
 #[test]
 fn blocks_between_two_poses_use_up_about_the_same() {
-    let mut r = Random::new(43);
+    let mut r = Random(43);
     let mut n_blocks = 0;
     for machine in families() {
         let (start, poses) = wandering(&machine, &mut r, 2, 0.05);
@@ -141,7 +142,7 @@ fn blocks_between_two_poses_use_up_about_the_same() {
 
 #[test]
 fn the_reported_bound_is_the_largest_of_all_blocks_and_no_run_differs() {
-    let mut r = Random::new(44);
+    let mut r = Random(44);
     let machine = Machine::head_b_table_c().unwrap();
     for law in
         [BlockLaw::from(CuttingLaw::AxesLinear), CuttingLaw::TipAndRotariesLinear.into(), RapidLaw::PerAxis.into()]
@@ -161,7 +162,7 @@ fn the_reported_bound_is_the_largest_of_all_blocks_and_no_run_differs() {
 
 #[test]
 fn bent_rapids_stay_near_the_straight_way() {
-    let mut r = Random::new(45);
+    let mut r = Random(45);
     let mut n_ways = 0;
     for machine in families() {
         let (start, poses) = wandering(&machine, &mut r, 3, 0.03);

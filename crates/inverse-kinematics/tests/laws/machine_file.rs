@@ -224,7 +224,7 @@ fn structures_without_a_closed_solution_are_refused_by_name() {
 
 #[test]
 fn bodies_move_with_their_links() {
-    let mut r = Random::new(31);
+    let mut r = Random(31);
     let body = |name: &str| BodyFile {
         name: name.to_owned(),
         shape: ShapeFile::Cylinder { radius_mm: 30.0, height_mm: 50.0 },
@@ -240,7 +240,7 @@ fn bodies_move_with_their_links() {
         file.bed_bodies = vec![body("on the bed")];
         let machine = Machine::from_file(file.clone()).unwrap();
         for _ in 0..20 {
-            let q = r.values(&machine);
+            let q = random_values(&mut r, &machine);
             let table_from_bed = craig_chain(&file.workpiece_chain.rows, &machine, &q).try_inverse().unwrap();
             assert_eq!(machine.body_poses(&q).len(), machine.bodies().len());
             for pose in machine.body_poses(&q) {

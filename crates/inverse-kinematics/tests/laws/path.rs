@@ -133,7 +133,7 @@ fn cheapest_of_all(machine: &Machine, poses: &[ClPoint], segments: &[SegmentKind
 
 /// A path of few poses that drifts on with one rotary axis and so winds up.
 fn short_path(machine: &Machine, random: &mut Random, step: f64) -> (Vec<ClPoint>, Vec<SegmentKind>) {
-    let mut q = random.values(machine);
+    let mut q = random_values(random, machine);
     let rotary: Vec<usize> = (0..5).filter(|&k| machine.axes()[k].kind == AxisKind::Rotary).collect();
     let drifting = rotary[random.below(rotary.len())];
     let mut poses = Vec::new();
@@ -141,9 +141,9 @@ fn short_path(machine: &Machine, random: &mut Random, step: f64) -> (Vec<ClPoint
     for k in 0..5 {
         for j in 0..5 {
             q[j] += match machine.axes()[j].kind {
-                AxisKind::Linear => random.within(-30.0, 30.0),
-                AxisKind::Rotary if j == drifting => random.within(0.5 * step, step),
-                AxisKind::Rotary => random.within(-0.1 * step, 0.1 * step),
+                AxisKind::Linear => random.between(-30.0, 30.0),
+                AxisKind::Rotary if j == drifting => random.between(0.5 * step, step),
+                AxisKind::Rotary => random.between(-0.1 * step, 0.1 * step),
             };
             if machine.axes()[j].kind == AxisKind::Linear {
                 q[j] = q[j].clamp(machine.axes()[j].min, machine.axes()[j].max);
@@ -159,7 +159,7 @@ fn short_path(machine: &Machine, random: &mut Random, step: f64) -> (Vec<ClPoint
 
 #[test]
 fn no_other_sequence_is_cheaper() {
-    let mut random = Random::new(41);
+    let mut random = Random(41);
     let (mut n_compared, mut n_breaks, mut n_turns) = (0, 0, 0);
     let machines: Vec<(Machine, f64, usize)> = families()
         .into_iter()
@@ -167,7 +167,7 @@ fn no_other_sequence_is_cheaper() {
         .chain(families_of_three_rotaries().into_iter().step_by(4).map(|m| (m, 0.2, 5)))
         .collect();
     for (machine, step, n_paths) in &machines {
-        let most = random.within(185.0, 230.0);
+        let most = random.between(185.0, 230.0);
         let machine = with_range(machine, &["A", "B", "C"], Some((-most, most + 20.0)));
         for _ in 0..*n_paths {
             let (poses, segments) = short_path(&machine, &mut random, *step);
@@ -200,7 +200,7 @@ fn no_other_sequence_is_cheaper() {
 
 #[test]
 fn a_path_and_its_reverse_cost_the_same() {
-    let mut random = Random::new(42);
+    let mut random = Random(42);
     let mut n = 0;
     for machine in families() {
         let machine = with_range(&machine, &["A", "B", "C"], Some((-210.0, 250.0)));

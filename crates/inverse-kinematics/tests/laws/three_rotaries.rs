@@ -7,11 +7,11 @@ const TOOL: f64 = 137.0;
 
 #[test]
 fn every_solution_reaches_the_pose_and_one_is_the_pose_it_came_from() {
-    let mut r = Random::new(2);
+    let mut r = Random(2);
     let mut counts = [0_usize; MAX_SOLUTIONS + 1];
     for machine in families_of_three_rotaries() {
         for _ in 0..300 {
-            let q = r.values(&machine);
+            let q = random_values(&mut r, &machine);
             let cl = cl_by_matrices(&machine, &q, TOOL);
             let solutions = machine.inverse(&cl, TOOL).unwrap_or_else(|e| panic!("{e} {q:?} {machine:?}"));
             for s in solutions.iter() {
@@ -40,7 +40,7 @@ fn along_first(machine: &Machine, r: &mut Random) -> Option<AxisValues> {
     let rotary: Vec<usize> = (0..5).filter(|&k| machine.axes()[k].kind == AxisKind::Rotary).collect();
     let tool_axis = |q: &AxisValues| *machine.cl_point(q, TOOL).axis;
     // Other values on the curve of solutions have to be within the limits of the linear axes too.
-    let mut q = r.values(machine).lerp(&machine.home(), 0.5);
+    let mut q = random_values(r, machine).lerp(&machine.home(), 0.5);
     for order in [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
         let [free, other, follows] = order.map(|k| rotary[k]);
         for (eighth, sign) in (0..8).flat_map(|k| [(k, 0.0), (k, 1.0), (k, -1.0)]) {
@@ -67,7 +67,7 @@ fn along_first(machine: &Machine, r: &mut Random) -> Option<AxisValues> {
 
 #[test]
 fn with_the_tool_along_the_first_of_parallel_rotaries_a_pose_is_reached_from_any_reference() {
-    let mut r = Random::new(5);
+    let mut r = Random(5);
     let mut machines = families_of_three_rotaries();
     let eighths = |r: &mut Random| [-90.0, 0.0, 90.0, 180.0, 45.0, -45.0][r.below(6)];
     machines.extend((0..40).map(|_| random_machine_of(&mut r, ["X", "Y", "A", "B", "C"], eighths)));
@@ -78,7 +78,7 @@ fn with_the_tool_along_the_first_of_parallel_rotaries_a_pose_is_reached_from_any
             let Some(q) = along_first(&machine, &mut r) else { break };
             is_one = true;
             let cl = machine.cl_point(&q, TOOL);
-            let reference = r.values(&machine);
+            let reference = random_values(&mut r, &machine);
             let solutions = match machine.inverse_near(&cl, TOOL, &reference) {
                 Ok(all) => all,
                 Err(e) => panic!("{e} at {q:?} from {reference:?} of {:?}", machine.to_file()),

@@ -1,6 +1,7 @@
 //! Foundations of the elimination of rotary values.
 
-use nalgebra::{Isometry3, Point3, Unit, Vector3};
+use facemill_test_kit::Random;
+use nalgebra::{Isometry3, Point3};
 
 use crate::axes::axis::AxisKind;
 use crate::axes::axis_values::AxisValues;
@@ -9,32 +10,16 @@ use crate::solver::screw_chain::{Screw, ScrewChain};
 use crate::solver::three_rotaries::ThreeRotaries;
 use crate::solver::tip_condition::{TipCondition, functions, value_and_gradient};
 
-struct Random(facemill_test_kit::Lcg);
-
-impl Random {
-    fn within_one(&mut self) -> f64 {
-        2.0 * self.0.unit() - 1.0
-    }
-
-    fn vector(&mut self) -> Vector3<f64> {
-        Vector3::from_fn(|_, _| self.within_one())
-    }
-
-    fn direction(&mut self) -> Unit<Vector3<f64>> {
-        Unit::new_normalize(self.vector())
-    }
-}
-
 /// Joints of these kinds in general position.
 fn chain(kinds: [AxisKind; 5], r: &mut Random) -> ScrewChain {
-    let screws = (0..5).map(|k| Screw::new(k, kinds[k], r.direction(), r.vector() * 300.0)).collect();
-    let nose = Isometry3::new(r.vector() * 300.0, r.vector() * 3.0);
+    let screws = (0..5).map(|k| Screw::new(k, kinds[k], r.direction(), r.vector(1.0) * 300.0)).collect();
+    let nose = Isometry3::new(r.vector(1.0) * 300.0, r.vector(1.0) * 3.0);
     ScrewChain { screws, table_from_nose: nose }
 }
 
 #[test]
 fn the_tip_condition_is_of_degree_one_in_each_rotary_value_in_every_order_of_joints() {
-    let mut r = Random(facemill_test_kit::Lcg(3));
+    let mut r = Random(3);
     for first in 0..5 {
         for second in 0..first {
             let kinds =
@@ -43,8 +28,8 @@ fn the_tip_condition_is_of_degree_one_in_each_rotary_value_in_every_order_of_joi
             let rotary: Vec<usize> = (0..5).filter(|&k| kinds[k] == AxisKind::Rotary).collect();
             let condition = TipCondition::new(&chain, [rotary[0], rotary[1], rotary[2]], [0.0; 3]);
             for _ in 0..30 {
-                let q = AxisValues::from_fn(5, |_| 3.0 * r.within_one());
-                let (tip, length) = (Point3::from(r.vector() * 1000.0), 200.0 * r.within_one());
+                let q = AxisValues::from_fn(5, |_| 3.0 * r.between(-1.0, 1.0));
+                let (tip, length) = (Point3::from(r.vector(1.0) * 1000.0), 200.0 * r.between(-1.0, 1.0));
                 let map = chain.linear_map(&q, length);
                 let meant = map.directions.column(0).cross(&map.directions.column(1)).dot(&(tip.coords - map.offset));
                 let e = [0, 1, 2].map(|k| functions(q[rotary[k]]));
@@ -64,14 +49,14 @@ fn the_tip_condition_is_of_degree_one_in_each_rotary_value_in_every_order_of_joi
 /// Random machines: the polynomials have no harmonic above the sixth, and mostly have the sixth.
 fn has_degree_six(polynomial: impl Fn(&ThreeRotaries, &Target<'_>, f64) -> f64) {
     const N: usize = 64;
-    let mut r = Random(facemill_test_kit::Lcg(4));
+    let mut r = Random(4);
     let mut n_full = 0;
     use AxisKind::{Linear, Rotary};
     let condition = TipCondition::new(&chain([Linear, Rotary, Rotary, Rotary, Linear], &mut r), [1, 2, 3], [0.0; 3]);
     for _ in 0..200 {
         let three = ThreeRotaries::new([r.direction(), r.direction(), r.direction()], &r.direction());
         // The proof needs only degree one in each value, so any coefficients will do.
-        let t = std::array::from_fn(|_| r.within_one());
+        let t = std::array::from_fn(|_| r.between(-1.0, 1.0));
         let target = Target { condition: &condition, tool_axis: r.direction().into_inner(), t, scale: 1.0 };
         let angle = |k: usize| std::f64::consts::TAU * (k as f64 + 0.5) / N as f64;
         let samples: Vec<f64> = (0..N).map(|k| polynomial(&three, &target, angle(k))).collect();

@@ -19,20 +19,11 @@ use crate::plan_settings::PlanSettings;
 /// ends, mm.
 fn wall(chord: f64, thickness: f64) -> TriMesh {
     let (n, rows) = (32, 12);
-    let vertices = (0..=rows).flat_map(|i| {
-        (0..n).map(move |j| {
-            let (s, c) = (f64::from(j) / f64::from(n) * std::f64::consts::TAU).sin_cos();
-            Point3::new(-100.0 + 200.0 * f64::from(i) / f64::from(rows), 0.5 * chord * c, 0.5 * thickness * s)
-        })
+    let (vertices, triangles) = facemill_test_kit::grid_around([rows, n], |i, j| {
+        let (s, c) = (f64::from(j) / f64::from(n) * std::f64::consts::TAU).sin_cos();
+        Point3::new(-100.0 + 200.0 * f64::from(i) / f64::from(rows), 0.5 * chord * c, -0.5 * thickness * s)
     });
-    let vertices = vertices.collect();
-    let at = |i: i32, j: i32| (i * n + j % n) as u32;
-    let quads = (0..rows).flat_map(|i| (0..n).map(move |j| (i, j)));
-    let triangles = quads.flat_map(|(i, j)| {
-        let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
-        [[a, c, b], [a, d, c]]
-    });
-    TriMesh::new(vertices, triangles.collect()).unwrap()
+    TriMesh::new(vertices, triangles).unwrap()
 }
 
 fn blade() -> TriMesh {

@@ -107,7 +107,7 @@ fn the_chord_error_covers_points_between_those_it_looks_at() {
     let resolution = resolution(20, 30);
     let (mesh, surface) = (blade(&spec, resolution), BladeSurface::new(&spec));
     let estimate = chord_error(&spec, resolution).sides;
-    let mut random = facemill_test_kit::Lcg(12_345);
+    let mut random = facemill_test_kit::Random(12_345);
     let mut uniform = || random.unit();
     let triangles = kit::TriangleRuns::of(&mesh);
     let mut worst: f64 = 0.0;

@@ -49,7 +49,7 @@ fn cut_off_files_are_errors_in_formats_that_can_tell() {
 
 #[test]
 fn changed_bytes_never_panic() {
-    let mut state = facemill_test_kit::Lcg(1);
+    let mut state = facemill_test_kit::Random(1);
     let mut random = |n: usize| (state.bits() >> 33) as usize % n;
     const PIECES: [&[u8]; 12] = [
         b"-1",

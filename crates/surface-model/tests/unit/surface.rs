@@ -1,5 +1,5 @@
 use super::*;
-use crate::test_kit::{Lcg, cuboid, sphere, torus};
+use crate::test_kit::{Random, cuboid, sphere, torus};
 
 fn surface(mesh: TriMesh) -> Surface {
     Surface::new(mesh, SurfaceSettings::default())
@@ -8,7 +8,7 @@ fn surface(mesh: TriMesh) -> Surface {
 #[test]
 fn closest_point_is_that_of_dense_sampling() {
     let s = surface(torus(20.0, 6.0, 24));
-    let mut rng = Lcg::new(3);
+    let mut rng = Random(3);
     for _ in 0..60 {
         let p = rng.point(30.0);
         let found = s.closest_point(&p, f64::INFINITY).unwrap();
@@ -41,7 +41,7 @@ fn closest_point_keeps_to_the_requested_triangles() {
 #[test]
 fn smooth_normals_are_nearer_to_the_sphere_than_facets() {
     let s = surface(sphere(10.0, 40));
-    let mut rng = Lcg::new(4);
+    let mut rng = Random(4);
     let (mut worst_smooth, mut worst_facet) = (0.0f64, 0.0f64);
     for _ in 0..400 {
         let d = rng.direction();

@@ -92,7 +92,7 @@ fn posture_deg(tilt: f64, rotate: f64) -> Posture {
 }
 
 /// Uniform numbers, always the same.
-pub(crate) use facemill_test_kit::Lcg as Random;
+pub(crate) use facemill_test_kit::Random;
 
 pub(crate) fn curve() -> SearchCurve {
     let up = Posture { tilt: 0.0, rotate: 0.0 };

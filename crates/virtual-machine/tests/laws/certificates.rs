@@ -1,7 +1,7 @@
 //! Certificates of random blocks against depths at times close together, and what they refuse to
 //! say.
 
-use facemill_test_kit::Lcg;
+use facemill_test_kit::Random;
 use std::fmt::Write;
 
 use crate::kit;
@@ -87,7 +87,7 @@ impl WalkPoint {
 /// A walk over the sheet: blocks of some millimetres, the axis turning, the cutter now in the
 /// sheet, now over it. With RTCP the linear words are the tip's. The stops are those of the rounded
 /// words.
-fn walk<'a>(shop: &'a Shop, lcg: &mut Lcg, n: usize, rtcp: bool) -> (Text<'a>, Vec<WalkPoint>) {
+fn walk<'a>(shop: &'a Shop, lcg: &mut Random, n: usize, rtcp: bool) -> (Text<'a>, Vec<WalkPoint>) {
     let mut text = Text::new(shop);
     if rtcp {
         // Controls count in the frame that the table has where RTCP is switched on.
@@ -140,7 +140,7 @@ impl Walk {
         let sheet = sheet();
         let mesh = MeshTree::new(&sheet);
         let all: Vec<Triangle> = (0..sheet.triangles().len()).map(|k| sheet.corners(k)).collect();
-        let (text, stops) = walk(shop, &mut Lcg(self.seed), self.blocks, self.rtcp);
+        let (text, stops) = walk(shop, &mut Random(self.seed), self.blocks, self.rtcp);
         let found = certified(&text, &setup(shop, &mesh), LIMIT);
         let cuts = &found.certificates[found.certificates.len() - self.blocks..];
         let (mut touching, mut slacks) = (0, Vec::new());
@@ -338,7 +338,7 @@ fn rapids_stay_out(shop: &Shop, at: impl Fn(&WalkPoint, &WalkPoint, f64) -> TipA
     let sheet = sheet_below(0.2);
     let mesh = MeshTree::new(&sheet);
     let all: Vec<Triangle> = (0..sheet.triangles().len()).map(|k| sheet.corners(k)).collect();
-    let (text, stops) = walk(shop, &mut Lcg(23), BLOCKS, true);
+    let (text, stops) = walk(shop, &mut Random(23), BLOCKS, true);
     let program = with_rapids(&text.text.replace("G1 F1000.", "G0"), RtcpRapids::TipLinear);
     let found = certify(&program, &setup(shop, &mesh), &VerifySettings::default(), &Silent).unwrap();
     let rapids = &found.certificates[found.certificates.len() - BLOCKS..];

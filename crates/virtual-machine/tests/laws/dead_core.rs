@@ -195,7 +195,7 @@ impl Heights {
 
 #[test]
 fn random_ways_agree_with_heights_of_the_stock() {
-    let mut state = facemill_test_kit::Lcg(5);
+    let mut state = facemill_test_kit::Random(5);
     let mut unit = || state.unit();
     let shop = Shop::new();
     let (mut n_clean, mut n_found) = (0, 0);

@@ -382,7 +382,7 @@ const FLUTE: f64 = 12.0;
 fn the_guard_is_reported_where_points_of_the_block_are_left_and_nowhere_else() {
     let (shop, block) = (shop_with_guard(), Block::on_the_plate());
     let (setup, settings) = (block.setup(&shop), coarse());
-    let mut state = facemill_test_kit::Lcg(5);
+    let mut state = facemill_test_kit::Random(5);
     let mut random = |low: f64, high: f64| state.between(low, high);
     let beside = outside_layer(CELL) + 4.0 * TOLERANCE;
     let (mut n_met, mut n_cleared) = (0, 0);

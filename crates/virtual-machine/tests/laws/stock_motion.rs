@@ -1,7 +1,7 @@
 //! Cuts and contacts are those of the motion which the control makes: the stock's lines against
 //! samples of the motion in time, by a formula for points in the cutter.
 
-use facemill_test_kit::Lcg;
+use facemill_test_kit::Random;
 use std::fmt::Write;
 
 use crate::kit::depth::TipAndAxis;
@@ -83,7 +83,7 @@ type Pose = ([f64; 3], [f64; 3]);
 
 /// Poses on a way over a block of ±15 mm that dips into it, the tool leaning by up to 25 degrees,
 /// otherwise at each pose but never upright, where the machines are singular.
-fn way(random: &mut Lcg) -> Vec<Pose> {
+fn way(random: &mut Random) -> Vec<Pose> {
     [-45.0, -8.0, 12.0, 45.0]
         .map(|x| {
             let tip = [x, random.between(-12.0, 12.0), random.between(6.0, 14.0)];
@@ -238,7 +238,7 @@ const ALLOWED: [f64; 2] = [2.0 * TOLERANCE + 1e-3, 2.0 * TOLERANCE + 1e-3 + 0.5 
 #[test]
 fn stock_is_cut_by_the_motion_of_the_law_within_the_tolerance() {
     for (form, other) in FORMS.into_iter().zip([Form::Tip, Form::Vector, Form::Axes]) {
-        let mut random = Lcg(3);
+        let mut random = Random(3);
         for shop in shops_of(form) {
             let poses = way(&mut random);
             let axes = axes(&shop, &poses);
@@ -258,7 +258,7 @@ const SHORT: f64 = 0.01;
 
 #[test]
 fn short_blocks_cut_the_same_stock_in_all_forms() {
-    let mut random = Lcg(5);
+    let mut random = Random(5);
     let poses = way(&mut random);
     for machine in 0..2 {
         let mut cuts = Vec::new();
@@ -296,7 +296,7 @@ const KEPT: f64 = CELL * std::f64::consts::FRAC_1_SQRT_2;
 fn rapids_meet_obstacles_on_the_way_of_their_law() {
     let laws = [(RapidLawFile::PerAxis, RapidLaw::PerAxis), (RapidLawFile::Linear, RapidLaw::Linear)];
     let shops = laws.map(|(file, _)| shops(CuttingLawFile::AxesLinear, file));
-    let mut random = Lcg(11);
+    let mut random = Random(11);
     // By machine and by the law whose way the post blocks: how often it was met by this one alone.
     let mut alone = [[0; 2]; 2];
     for (machine, _) in shops[0].iter().enumerate().flat_map(|machine| [machine; 4]) {

@@ -5,7 +5,7 @@ use facemill_cl_data::Silent;
 use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::{AxisKind, Machine};
 use facemill_nc_program::{Dialect, read_program};
-use facemill_test_kit::Lcg;
+use facemill_test_kit::Random;
 use facemill_tool_model::{AssemblyLength, Lengths, OpenAssembly, Section, ToolAssembly};
 use facemill_z_map::DexelMap;
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -291,7 +291,7 @@ fn is_free(lengths: &Lengths, more: f64, places: &[(Point3<f64>, Vector3<f64>)],
 
 #[test]
 fn random_boxes_are_cleared_by_an_oracle_that_samples_and_by_no_shorter_length() {
-    let mut rng = Lcg(41);
+    let mut rng = Random(41);
     let mut n_forced = [0; 4];
     for _ in 0..12 {
         let boxes: Boxes = (0..3)

@@ -41,7 +41,7 @@ fn with_bodies(machine: &Machine) -> Machine {
 }
 
 fn machines() -> Vec<Machine> {
-    let mut r = Random::new(77);
+    let mut r = Random(77);
     let random = std::iter::repeat_with(|| common::random_machine(&mut r)).take(16);
     common::families().into_iter().take(5).chain(random).map(|m| with_bodies(&m)).collect()
 }
@@ -54,12 +54,12 @@ fn parts(machine: &Machine, q: &AxisValues) -> Vec<Isometry3<f64>> {
 
 fn random_ends(machine: &Machine, r: &mut Random, mm: f64, rad: f64) -> [AxisValues; 2] {
     let start = AxisValues::from_fn(machine.axes().len(), |k| match machine.axes()[k].kind {
-        AxisKind::Linear => r.within(-800.0, 800.0),
-        AxisKind::Rotary => r.within(-1.5, 1.5),
+        AxisKind::Linear => r.between(-800.0, 800.0),
+        AxisKind::Rotary => r.between(-1.5, 1.5),
     });
     let end = AxisValues::from_fn(start.len(), |k| {
         let reach = if machine.axes()[k].kind == AxisKind::Linear { mm } else { rad };
-        start[k] + r.within(-reach, reach)
+        start[k] + r.between(-reach, reach)
     });
     [start, end]
 }
@@ -101,7 +101,7 @@ impl Sampled<'_> {
         let tip = Point3::from(poses[0][1].translation.vector);
         let mut largest = 0.0_f64;
         for moving in 0..poses[0].len() {
-            let point = Point3::from(r.direction().into_inner() * r.within(0.0, 400.0));
+            let point = Point3::from(r.direction().into_inner() * r.between(0.0, 400.0));
             let reach = (poses[0][moving] * point - tip).norm();
             let bound = self.rates.acceleration(reach);
             for against in 0..poses[0].len() {
@@ -119,7 +119,7 @@ impl Sampled<'_> {
     /// Under RTCP the tool against the table: at most the square of the turn times the distance
     /// from the tip.
     fn check_tool(&self, r: &mut Random, what: &str) {
-        let reach = r.within(0.0, 400.0);
+        let reach = r.between(0.0, 400.0);
         let point = Point3::from(r.direction().into_inner() * reach);
         let at: Vec<_> = self.samples.iter().map(|q| self.machine.forward(q, LENGTH) * point).collect();
         for w in at.windows(3) {
@@ -133,14 +133,14 @@ impl Sampled<'_> {
 fn interval_in(breaks: &[f64], r: &mut Random) -> [f64; 2] {
     let k = r.below(breaks.len() - 1);
     let (low, high) = (breaks[k], breaks[k + 1]);
-    let [a, b] = [r.within(0.0, 0.6), r.within(0.0, 0.4)];
+    let [a, b] = [r.between(0.0, 0.6), r.between(0.0, 0.4)];
     if r.below(3) == 0 { [low, high] } else { [low + a * (high - low), high - b * (high - low)] }
 }
 
 /// Share of the intervals that have a bound; of those the median over the intervals of the largest
 /// acceleration over its bound.
 fn judged(law: BlockLaw, mm: f64, rad: f64) -> (f64, f64) {
-    let mut r = Random::new(901);
+    let mut r = Random(901);
     let (mut n, mut shares) = (0, Vec::new());
     for (index, machine) in machines().iter().enumerate() {
         for block in 0..40 {
@@ -212,7 +212,7 @@ fn axes_at_rest_turn_nothing_and_a_pole_on_the_way_is_not_reported() {
 
 #[test]
 fn a_turned_vector_that_is_said_to_be_reached_is_reached_at_every_time() {
-    let mut r = Random::new(31);
+    let mut r = Random(31);
     let (mut reported, mut lost) = (0, 0);
     let law = BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned);
     for machine in machines() {
@@ -235,7 +235,7 @@ fn a_turned_vector_that_is_said_to_be_reached_is_reached_at_every_time() {
 
 #[test]
 fn no_rates_are_given_where_the_control_changes_branches() {
-    let mut r = Random::new(5);
+    let mut r = Random(5);
     let (mut reported, mut changes) = (0, 0);
     let law = BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned);
     for (index, machine) in machines().iter().enumerate() {
@@ -269,7 +269,7 @@ fn two_heads() -> Vec<Machine> {
 #[test]
 fn parts_of_two_heads_are_no_more_accelerated_against_each_other_than_stated() {
     let views = two_heads();
-    let mut r = Random::new(902);
+    let mut r = Random(902);
     let (mut shares, mut exceeded) = (Vec::new(), 0);
     for law in [BlockLaw::Cutting(CuttingLaw::AxesLinear), BlockLaw::Rapid(RapidLaw::Linear)] {
         for block in 0..60 {
@@ -306,7 +306,7 @@ fn parts_of_two_heads_are_no_more_accelerated_against_each_other_than_stated() {
 #[test]
 fn parts_of_two_heads_stray_against_each_other_by_no_more_than_stated() {
     let views = two_heads();
-    let mut r = Random::new(903);
+    let mut r = Random(903);
     let tolerance = ControlTolerance { path: 0.05, orientation: 1e-3 };
     let lengths = [LENGTH, 90.0];
     let mut largest = 0.0_f64;
@@ -322,11 +322,11 @@ fn parts_of_two_heads_stray_against_each_other_by_no_more_than_stated() {
             _ => 0.5 * q[k],
         });
         let turned = AxisValues::from_fn(q.len(), |k| {
-            q[k] + if rotary(k) { r.within(-1.0, 1.0) * tolerance.orientation } else { 0.0 }
+            q[k] + if rotary(k) { r.between(-1.0, 1.0) * tolerance.orientation } else { 0.0 }
         });
         let mut strayed = turned;
         for (head, view) in views.iter().enumerate() {
-            let off = r.direction().into_inner() * r.within(0.0, tolerance.path);
+            let off = r.direction().into_inner() * r.between(0.0, tolerance.path);
             let axis = view.cl_point(&turned, lengths[head]).axis;
             let cl = ClPoint { tip: view.cl_point(&q, lengths[head]).tip + off, axis };
             let is_same = |found: &AxisValues| (0..q.len()).all(|k| !rotary(k) || (found[k] - turned[k]).abs() < 1e-7);
@@ -346,7 +346,7 @@ fn parts_of_two_heads_stray_against_each_other_by_no_more_than_stated() {
         let is_other = |k: usize| k > 1 && views[0].bodies()[k - 2].carrier() == Some(Carrier::OtherHead);
         for moving in (1..before.len()).filter(|&k| !is_other(k)) {
             for against in (0..before.len()).filter(|&k| is_other(k)) {
-                let point = Point3::from(r.direction().into_inner() * r.within(0.0, 400.0));
+                let point = Point3::from(r.direction().into_inner() * r.between(0.0, 400.0));
                 let reach = (before[moving] * point - tip).norm();
                 let bound = bounds.strayed(tolerance, &q, &rates, reach, Parts::BothHeads).unwrap();
                 let at = |poses: &[Isometry3<f64>]| poses[against].inv_mul(&poses[moving]) * point;

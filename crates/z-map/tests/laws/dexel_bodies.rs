@@ -21,7 +21,7 @@ fn in_tool(pose: &ClPoint, p: &Point3<f64>) -> Point3<f64> {
 
 #[test]
 fn lines_end_on_shanks_and_holders() {
-    let mut random = Random::new(31);
+    let mut random = Random(31);
     let frusta = [
         [2.0, 9.0, 3.0, 3.0, 0.0],
         [0.0, 6.0, 2.0, 5.0, 0.5],
@@ -58,7 +58,7 @@ fn lines_end_on_shanks_and_holders() {
 
 #[test]
 fn a_holder_that_nearly_touches_is_not_met_and_one_that_does_is() {
-    let mut random = Random::new(33);
+    let mut random = Random(33);
     let map = block([-20.0, -20.0, -5.0], [20.0, 20.0, 0.0], 0.5);
     let body = TurnedBody::frustum([10.0, 30.0], [6.0, 9.0], 1.0).unwrap();
     let solid = solid([10.0, 30.0, 6.0, 9.0, 1.0]);

@@ -6,7 +6,7 @@ use crate::dexel_kit::{body, cut, pose};
 use crate::kit::Random;
 
 fn stock() -> DexelMap {
-    let mut map = DexelMap::of_box(&Random::new(1).pose(10.0), [0.0; 3], [14.0, 9.0, 5.0], 0.8).unwrap();
+    let mut map = DexelMap::of_box(&Random(1).pose(10.0), [0.0; 3], [14.0, 9.0, 5.0], 0.8).unwrap();
     let middle = map.grid().in_work(8, 5, 2.5);
     cut(
         &mut map,

@@ -1,9 +1,9 @@
 //! Stock from meshes, and meshes from stock.
 
-use std::collections::HashMap;
 use std::f64::consts::{PI, TAU};
 
 use facemill_surface_model::TriMesh;
+use facemill_test_kit::{open_edges, volume};
 use facemill_z_map::{DexelMap, MeshStockError};
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -19,45 +19,14 @@ fn cube(half: f64) -> TriMesh {
 
 /// A sphere in n × 2n patches, corners on the sphere.
 fn sphere(radius: f64, n: u32) -> TriMesh {
-    let mut vertices = vec![Point3::new(0.0, 0.0, -radius), Point3::new(0.0, 0.0, radius)];
-    for i in 1..n {
-        for j in 0..2 * n {
-            let ((sin, cos), (east, north)) =
-                ((PI * f64::from(i) / f64::from(n)).sin_cos(), (PI * f64::from(j) / f64::from(n)).sin_cos());
-            vertices.push(Point3::new(radius * sin * north, radius * sin * east, -radius * cos));
-        }
-    }
-    let at = |i: u32, j: u32| {
-        if i == 0 {
-            0
-        } else if i == n {
-            1
-        } else {
-            2 + (i - 1) * 2 * n + j % (2 * n)
-        }
-    };
-    let mut triangles = Vec::new();
-    for (i, j) in (0..n).flat_map(|i| (0..2 * n).map(move |j| (i, j))) {
-        let [a, b, c, d] = [at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)];
-        triangles.extend([[a, b, c], [a, c, d]].into_iter().filter(|t| t[0] != t[1] && t[1] != t[2] && t[2] != t[0]));
-    }
+    let (vertices, triangles) = facemill_test_kit::ball_mesh(radius, [n, 2 * n]);
     TriMesh::new(vertices, triangles).unwrap()
 }
 
 /// Volume by the divergence theorem, and whether every edge has as many triangles on one side as on
 /// the other.
 fn enclosed(mesh: &TriMesh) -> (f64, bool) {
-    let mut edges: HashMap<(u32, u32), i32> = HashMap::new();
-    let mut volume = 0.0;
-    for (index, t) in mesh.triangles().iter().enumerate() {
-        let [a, b, c] = mesh.corners(index);
-        volume += a.coords.dot(&b.coords.cross(&c.coords)) / 6.0;
-        for k in 0..3 {
-            let (from, to) = (t[k], t[(k + 1) % 3]);
-            *edges.entry((from.min(to), from.max(to))).or_default() += if from < to { 1 } else { -1 };
-        }
-    }
-    (volume, edges.values().all(|&n| n == 0))
+    (volume(mesh.vertices(), mesh.triangles()), open_edges(mesh.triangles()) == 0)
 }
 
 #[test]
@@ -85,7 +54,7 @@ fn a_cube_does_not_leak_at_edges_and_corners() {
         let of_edge: Vec<_> = map.intervals(0, k).map(|i| [i.bottom, i.top]).collect();
         assert!(of_edge.len() == 1 && (of_edge[0][1] - 2.5).abs() < 1e-9, "{of_edge:?}");
     }
-    let mut random = Random::new(4);
+    let mut random = Random(4);
     for _ in 0..5 {
         let frame = random.pose(20.0);
         let map = DexelMap::of_mesh(&cube(4.0), &frame, 0.2).unwrap();
@@ -112,7 +81,7 @@ fn a_sphere_of_triangles_has_its_volume() {
 fn an_allowance_is_all_within_it() {
     let mesh = cube(5.0);
     let volume = |d: f64| 1000.0 + 600.0 * d + 30.0 * PI * d * d + 4.0 / 3.0 * PI * d * d * d;
-    let mut random = Random::new(7);
+    let mut random = Random(7);
     for frame in [Isometry3::identity(), random.pose(10.0), random.pose(10.0)] {
         for allowance in [0.3, 2.0] {
             let map = DexelMap::of_mesh_with_allowance(&mesh, &frame, 0.2, allowance).unwrap();
@@ -152,7 +121,7 @@ fn a_mesh_that_is_open_or_inside_out_is_refused_with_the_place() {
 
 #[test]
 fn the_mesh_of_a_stock_is_closed_and_has_its_volume() {
-    let mut map = DexelMap::of_mesh(&sphere(6.0, 12), &Random::new(2).pose(30.0), 0.7).unwrap();
+    let mut map = DexelMap::of_mesh(&sphere(6.0, 12), &Random(2).pose(30.0), 0.7).unwrap();
     let tool = body(3.0, 1.0, 2.5);
     let centre = map.grid().work_from_map() * (map.grid().work_from_map().inverse() * Point3::origin());
     let at = |k: u32| {

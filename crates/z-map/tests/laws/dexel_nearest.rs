@@ -61,7 +61,7 @@ fn of_points(map: &DexelMap, solid: &Solid, work_from_solid: &Isometry3<f64>) ->
 
 #[test]
 fn the_nearest_material_is_as_near_as_the_nearest_point_of_all_lines() {
-    let mut random = Random::new(77);
+    let mut random = Random(77);
     let (mut n_met, mut n_near) = (0, 0);
     for (solid, turn) in solids().iter().zip([0.0, 0.0, 1.0, 0.7, 2.0]) {
         // Lines along z of the work, and turned ones.

@@ -29,8 +29,8 @@ const SCATTER: f64 = 0.2;
 
 /// A turn about z and a shift across it to anywhere in a cell.
 fn anywhere(random: &mut Random, cell: f64) -> Isometry3<f64> {
-    let heading = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), random.within(0.0, TAU));
-    let shift = Translation3::new(cell * random.within(-0.5, 0.5), cell * random.within(-0.5, 0.5), 0.0);
+    let heading = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), random.between(0.0, TAU));
+    let shift = Translation3::new(cell * random.between(-0.5, 0.5), cell * random.between(-0.5, 0.5), 0.0);
     Isometry3::from_parts(shift, heading)
 }
 
@@ -61,9 +61,9 @@ struct Known<'a> {
 /// it is off by falls at least with this order.
 fn assert_order(expected: f64, known: &Known<'_>, new: impl Fn(f64) -> DexelMap) {
     let &Known { what, exact, body, way } = known;
-    let mut random = Random::new(81);
+    let mut random = Random(81);
     let mut error = |mean: f64| {
-        let cell = mean * random.within(0.85, 1.15);
+        let cell = mean * random.between(0.85, 1.15);
         removed(&mut new(cell), body, way, &anywhere(&mut random, cell), TOLERANCE) - exact
     };
     let places = PLACES[usize::from(way.len() > 2)];
@@ -202,7 +202,7 @@ fn a_groove_by_a_turning_axis_is_within_its_tolerance() {
     let far = top.hypot(radius);
     let surface = 2.0 * PI * (far * far - floor * floor) + TAU * 2.0 * radius * (floor + far);
     for tolerance in [0.02, 0.005] {
-        let mut random = Random::new(82);
+        let mut random = Random(82);
         let mut volume = || {
             let place = anywhere(&mut random, 0.2);
             removed(&mut around(9.0, -3.0, 3.0)(0.2), &body(radius, 0.0, flute), &way, &place, tolerance)

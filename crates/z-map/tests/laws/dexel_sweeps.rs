@@ -48,7 +48,7 @@ fn compare_straight(cutter: [f64; 3], from: Vector3<f64>, step: Vector3<f64>, ax
 
 #[test]
 fn a_straight_sweep_is_what_stamps_tend_to() {
-    let mut random = Random::new(11);
+    let mut random = Random(11);
     for cutter in CUTTERS {
         for size in [6.0, 1.0, 0.05] {
             let axis = Vector3::from(direction(&mut random));
@@ -59,7 +59,7 @@ fn a_straight_sweep_is_what_stamps_tend_to() {
 
 #[test]
 fn upright_level_and_plunging_sweeps_are_what_stamps_tend_to() {
-    let mut random = Random::new(12);
+    let mut random = Random(12);
     let z = Vector3::z();
     for cutter in CUTTERS {
         let leaning = z + 0.2 * Vector3::x();
@@ -82,7 +82,7 @@ fn upright_level_and_plunging_sweeps_are_what_stamps_tend_to() {
 
 #[test]
 fn a_turning_sweep_is_within_its_tolerance_of_stamps() {
-    let mut random = Random::new(21);
+    let mut random = Random(21);
     for (k, cutter) in CUTTERS.into_iter().enumerate() {
         let body = body(cutter[0], cutter[1], cutter[2]);
         let axis = Vector3::from(direction(&mut random)).normalize();
@@ -104,7 +104,7 @@ fn a_turning_sweep_is_within_its_tolerance_of_stamps() {
 /// straight pieces.
 #[test]
 fn a_turning_sweep_of_a_face_mill_is_within_its_tolerance_of_stamps() {
-    let mut random = Random::new(22);
+    let mut random = Random(22);
     let tolerance = 0.05;
     for cutter in [[12.0, 0.5, 1.5], [12.0, 1.2, 1.2], [11.0, 0.0, 2.0]] {
         let body = body(cutter[0], cutter[1], cutter[2]);
@@ -127,7 +127,7 @@ fn a_turning_sweep_of_a_face_mill_is_within_its_tolerance_of_stamps() {
 /// A query that looks coarsely first has the answer of a fine one.
 #[test]
 fn meeting_a_turning_body_tells_the_depth_that_cutting_it_takes() {
-    let mut random = Random::new(23);
+    let mut random = Random(23);
     let (body, tolerance) = (body(9.0, 2.0, 14.0), 0.01);
     let (mut met, mut missed) = (0, 0);
     for _ in 0..40 {

@@ -104,7 +104,7 @@ fn an_undercut_leaves_an_overhang_that_stays() {
 }
 
 fn random_motions(seed: u64, n: u32) -> Vec<[ClPoint; 2]> {
-    let mut random = Random::new(seed);
+    let mut random = Random(seed);
     let mut motion = || {
         let (tip, axis) = (random.vector(9.0), Vector3::from(direction(&mut random)));
         let (step, turn) = (random.vector(3.0), random.vector(0.1));
@@ -161,7 +161,7 @@ fn one_thread_and_two_make_the_same_bytes() {
 #[test]
 fn a_rigid_motion_of_stock_and_tool_changes_nothing() {
     let tool = body(4.0, 1.0, 6.0);
-    let mut random = Random::new(8);
+    let mut random = Random(8);
     let motions = random_motions(9, 6);
     let volume = |frame: Isometry3<f64>| {
         let mut map = DexelMap::of_box(&frame, [-10.0; 3], [10.0; 3], 0.5).unwrap();

@@ -11,7 +11,7 @@ fn build(mesh: &TriMesh, map_from_mesh: &Isometry3<f64>, cell: f64) -> ZMap {
 }
 
 fn frames() -> Vec<Isometry3<f64>> {
-    let mut random = Random::new(5);
+    let mut random = Random(5);
     let mut frames =
         vec![Isometry3::identity(), Isometry3::rotation(Vector3::new(0.0, std::f64::consts::FRAC_PI_2, 0.0))];
     frames.extend((0..3).map(|_| random.pose(50.0)));
@@ -174,13 +174,13 @@ fn ranges_answer_for_the_cells_they_touch() {
     let map = build(&waves(), &Isometry3::identity(), 1.3);
     let [nx, ny] = map.n_cells();
     let [x0, y0] = map.node_position(0, 0);
-    let mut random = Random::new(9);
+    let mut random = Random(9);
     for _ in 0..2000 {
         let (a, b, c, d) = (
-            random.within(-10.0, 70.0),
-            random.within(-10.0, 70.0),
-            random.within(-10.0, 70.0),
-            random.within(-10.0, 70.0),
+            random.between(-10.0, 70.0),
+            random.between(-10.0, 70.0),
+            random.between(-10.0, 70.0),
+            random.between(-10.0, 70.0),
         );
         let (x, y) = ([a.min(b), a.max(b)], [c.min(d), c.max(d)]);
         let touches = |i: usize, j: usize| {
@@ -221,7 +221,7 @@ fn heights_between_nodes_are_bilinear_and_nowhere_outside() {
 #[test]
 fn one_thread_and_two_make_the_same_map() {
     let mesh = soup(7, 3000);
-    let frame = Random::new(2).pose(20.0);
+    let frame = Random(2).pose(20.0);
     let on = |n: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
         pool.install(|| build(&mesh, &frame, 0.4))
@@ -236,7 +236,7 @@ fn one_thread_and_two_make_the_same_map() {
 #[test]
 fn a_rigid_motion_of_mesh_and_frame_keeps_the_map() {
     let mesh = waves();
-    let motion = Random::new(4).pose(100.0);
+    let motion = Random(4).pose(100.0);
     let (plain, moved) =
         (build(&mesh, &Isometry3::identity(), 1.0), build(&mesh.transformed(&motion), &motion.inverse(), 1.0));
     let [nx, ny] = plain.n_cells();

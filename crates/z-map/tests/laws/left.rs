@@ -108,7 +108,7 @@ fn by_walking(cutter: &Cutter, motions: &[CutterMotion], place: &SurfacePlace) -
 
 #[test]
 fn random_motions_leave_what_a_walk_over_dense_poses_finds() {
-    let mut random = Random::new(11);
+    let mut random = Random(11);
     let mut cut = 0;
     for case in 0..60 {
         let corner = [0.0, 0.5, 3.0, 6.0][case % 4];
@@ -116,8 +116,8 @@ fn random_motions_leave_what_a_walk_over_dense_poses_finds() {
         let turning = if case % 8 < 4 { 0.0 } else { 0.03 };
         let cutter = Cutter::new(6.0, corner, 9.0).expect("a cutter");
         let mut pose = |z: f64| ClPoint {
-            tip: Point3::new(random.within(-6.0, 6.0), random.within(-6.0, 6.0), z),
-            axis: Unit::new_normalize(Vector3::new(random.within(-0.5, 0.5), random.within(-0.5, 0.5), 1.0)),
+            tip: Point3::new(random.between(-6.0, 6.0), random.between(-6.0, 6.0), z),
+            axis: Unit::new_normalize(Vector3::new(random.between(-0.5, 0.5), random.between(-0.5, 0.5), 1.0)),
         };
         let mut from = pose(0.3);
         let motions: Vec<CutterMotion> = (0..4)
@@ -131,8 +131,8 @@ fn random_motions_leave_what_a_walk_over_dense_poses_finds() {
             .collect();
         let swept = SweptCutter::new(&cutter, motions.clone());
         for _ in 0..6 {
-            let normal = Unit::new_normalize(Vector3::new(random.within(-0.4, 0.4), random.within(-0.4, 0.4), 1.0));
-            let position = Point3::new(random.within(-9.0, 9.0), random.within(-9.0, 9.0), random.within(-0.5, 0.0));
+            let normal = Unit::new_normalize(Vector3::new(random.between(-0.4, 0.4), random.between(-0.4, 0.4), 1.0));
+            let position = Point3::new(random.between(-9.0, 9.0), random.between(-9.0, 9.0), random.between(-0.5, 0.0));
             let place = SurfacePlace { position, normal, stock: 4.0 };
             let (found, walked) = (left_on(&swept, &place).height, by_walking(&cutter, &motions, &place));
             // The walk looks at some poses only, and stops up to a step too high; near a tangent a
@@ -149,9 +149,9 @@ fn random_motions_leave_what_a_walk_over_dense_poses_finds() {
 #[test]
 fn heights_do_not_depend_on_threads_or_on_the_order_of_motions() {
     let cutter = Cutter::new(12.0, 2.0, 20.0).expect("a cutter");
-    let mut random = Random::new(5);
+    let mut random = Random(5);
     let places: Vec<SurfacePlace> =
-        (0..1000).map(|_| place(random.within(-50.0, 50.0), random.within(-30.0, 30.0), 3.0)).collect();
+        (0..1000).map(|_| place(random.between(-50.0, 50.0), random.between(-30.0, 30.0), 3.0)).collect();
     let motions = passes(7.0, 0.08, 0.9);
     let heights = |threads: usize, motions: Vec<CutterMotion>| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");

@@ -34,7 +34,7 @@ fn sampled_distance(mesh: &TriMesh, solid: &Solid, mesh_from_solid: &Isometry3<f
 
 #[test]
 fn what_intersects_the_mesh_is_never_certainly_free() {
-    let mut random = Random::new(21);
+    let mut random = Random(21);
     let (mut free, mut touching, mut unknown) = (0, 0, 0);
     for mesh in [waves(), ball(Point3::new(30.0, 30.0, 0.0), 20.0, 20), soup(22, 80)] {
         for _ in 0..2 {
@@ -64,7 +64,7 @@ fn what_intersects_the_mesh_is_never_certainly_free() {
 fn what_is_above_a_plane_by_more_than_rounding_is_certainly_free() {
     // On a level plane the columns end at the plane: the answer is as sharp as the bodies are.
     let map = build(&field(6, 20.0, |_, _| 5.0), &Isometry3::identity(), 1.0);
-    let mut random = Random::new(23);
+    let mut random = Random(23);
     for solid in solids() {
         for _ in 0..50 {
             let turn = UnitQuaternion::from_scaled_axis(random.vector(3.0));

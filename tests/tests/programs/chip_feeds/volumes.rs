@@ -62,13 +62,11 @@ const HALF_ANGLE: f64 = 0.4;
 /// A part of a cylinder about a line along y, its top line at z = 0.
 fn arch() -> TriMesh {
     let (n, half_width) = (160_u32, 8.0);
-    let corner = |k: u32, y: f64| {
+    let (vertices, triangles) = facemill_test_kit::grid_by_columns([n, 1], |k, side| {
         let (sin, cos) = (HALF_ANGLE * (2.0 * f64::from(k) / f64::from(n) - 1.0)).sin_cos();
-        Point3::new(ARCH * sin, y, ARCH * (cos - 1.0))
-    };
-    let vertices = (0..=n).flat_map(|k| [corner(k, -half_width), corner(k, half_width)]).collect();
-    let strip = |k: u32| [[2 * k, 2 * k + 2, 2 * k + 3], [2 * k, 2 * k + 3, 2 * k + 1]];
-    TriMesh::new(vertices, (0..n).flat_map(strip).collect()).expect("indices are in range")
+        Point3::new(ARCH * sin, if side == 0 { -half_width } else { half_width }, ARCH * (cos - 1.0))
+    });
+    TriMesh::new(vertices, triangles).expect("indices are in range")
 }
 
 /// Along an arc the centroid of the section goes farther than the CC point (Pappus and Guldin): the

@@ -4,9 +4,9 @@
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use facemill_test_kit::Random;
 use facemill_tests::jobs::{JobFolder, copy_of};
 use facemill_tests::program::facemill;
-use facemill_tests::random::Random;
 use facemill_tests::variants::blink_patch;
 use serde_json::{Value, json};
 
@@ -178,7 +178,7 @@ fn odd_group(old: &Value, random: &mut Random) -> Value {
 fn mutants_end(seed: u64, rounds: usize) {
     let good = blink_patch();
     let folder = good.path("");
-    let mut random = Random::new(seed);
+    let mut random = Random(seed);
     let (mut failures, mut codes) = (Vec::new(), [0; 3]);
     for round in 0..rounds {
         let job = copy_of(&folder);

@@ -7,7 +7,7 @@ use super::*;
 use crate::distance::source_curve::CurveNode;
 use crate::region::Region;
 use crate::strategy::patch::Fineness;
-use crate::test_kit::{Lcg, grid, surface};
+use crate::test_kit::{Random, grid, surface};
 
 fn patch_of(surface: &Surface) -> Patch<'_> {
     let fineness = Fineness { max_edge: f64::INFINITY, max_bend: f64::INFINITY, cuts_range: false };
@@ -129,7 +129,7 @@ fn distances_on_a_stretched_torus_carry_less_noise_than_20_um() {
     let vertices = PatchVertices::of(&patch);
     let curve = [along(&patch, &vertices, (0..=160).map(|j| j * 81), false)];
     let distance = CurveDistance::new(&patch, &vertices, &curve, 25.0, |_| true);
-    let mut rng = Lcg::new(5);
+    let mut rng = Random(5);
     let (mut n, mut largest) = (0, 0.0f64);
     for (t, corners) in patch.mesh.triangles().iter().enumerate() {
         let (u, v) = (rng.unit(), rng.unit());

@@ -1,10 +1,10 @@
 use crate::harmonic::intrinsic::*;
-use crate::test_kit::{Lcg, grid};
+use crate::test_kit::{Random, grid};
 use nalgebra::Point3;
 
 /// A bumpy grid with vertices moved about, stretched four times.
 fn stretched(seed: u64) -> TriMesh {
-    let mut rng = Lcg::new(seed);
+    let mut rng = Random(seed);
     let mesh = grid(9, 9, |u, v| Point3::new(40.0 * u, 10.0 * v, (7.0 * u).sin() + (5.0 * v).cos()));
     let moved = mesh.vertices().iter().map(|p| p + rng.point(0.4).coords).collect();
     TriMesh::new(moved, mesh.triangles().to_vec()).unwrap()

@@ -1,10 +1,10 @@
 use crate::harmonic::sparse::*;
-use crate::test_kit::Lcg;
+use crate::test_kit::Random;
 use nalgebra::DMatrix;
 
-fn random(rng: &mut Lcg, rows: usize, columns: usize) -> (Sparse, DMatrix<f64>) {
+fn random(rng: &mut Random, rows: usize, columns: usize) -> (Sparse, DMatrix<f64>) {
     let mut dense = DMatrix::zeros(rows, columns);
-    let entry = |rng: &mut Lcg| {
+    let entry = |rng: &mut Random| {
         let [row, column] = [rows, columns].map(|n| (rng.unit() * n as f64) as u32);
         (row, column, rng.unit() - 0.5)
     };
@@ -29,7 +29,7 @@ fn dense(sparse: &Sparse, columns: usize) -> DMatrix<f64> {
 
 #[test]
 fn products_and_transposes_are_those_of_dense_matrices() {
-    let mut rng = Lcg::new(4);
+    let mut rng = Random(4);
     for (n, m, k) in [(1, 1, 1), (7, 5, 9), (20, 31, 12)] {
         let ((a, dense_a), (b, dense_b)) = (random(&mut rng, n, m), random(&mut rng, m, k));
         assert!((dense(&a.product(&b), k) - &dense_a * &dense_b).amax() < 1e-14);

@@ -31,7 +31,7 @@ fn length(laid: &PassLayout) -> f64 {
 /// The largest distance of a place of the surface from the nearest pass, over half the width
 /// allowed there; places are spread over all triangles by area.
 fn worst_reach(s: &Surface, laid: &PassLayout, n: usize, width: impl Fn(&Point3<f64>) -> f64) -> (f64, f64) {
-    let mut rng = Lcg::new(7);
+    let mut rng = Random(7);
     let n_triangles = s.mesh().triangles().len();
     let (mut worst, mut n_open, mut n_tried) = (0.0f64, 0, 0);
     let largest = (0..n_triangles).map(|t| s.mesh().scaled_normal(t).norm()).fold(0.0, f64::max);
@@ -347,7 +347,7 @@ fn no_place_of_an_adverse_region_is_missed_silently() {
 
 #[test]
 fn heaps_of_random_triangles_give_passes_on_them_or_a_typed_error() {
-    let mut rng = Lcg::new(31);
+    let mut rng = Random(31);
     for _ in 0..4 {
         let vertices: Vec<Point3<f64>> = (0..12).map(|_| rng.point(30.0)).collect();
         let mut index = || (rng.unit() * 12.0) as u32;

@@ -50,7 +50,7 @@ fn narrow_strips_at_an_edge_get_partial_passes_and_the_rest_wide_ones() {
         assert!(short.len() > 10, "{}", short.len());
         // They start at the narrow edge.
         assert!(short.iter().all(|p| (p.pass.points[0].position.x - side).abs() < 1e-6));
-        let mut rng = Lcg::new(3);
+        let mut rng = Random(3);
         let places: Vec<_> = (0..3000).map(|_| Point3::new(200.0 * rng.unit(), 120.0 * rng.unit(), 0.0)).collect();
         let worst = worst_reach(&layout, &places, at);
         assert!(worst < 1.02, "{worst}");
@@ -97,7 +97,7 @@ fn every_place_of_a_plate_askew_is_within_half_a_strip_of_a_pass() {
         for order in [LevelOrder::Increasing, LevelOrder::Decreasing] {
             let settings = LaySettings { order, ..filled() };
             let layout = lay_by(&s, &planes(Vector3::y_axis()), &settings, &|_| 6.0);
-            let mut rng = Lcg::new(12);
+            let mut rng = Random(12);
             let places: Vec<_> = (0..4000)
                 .map(|k| {
                     let x = 200.0 * rng.unit();
@@ -138,7 +138,7 @@ fn fronts_of_a_band_of_a_sheet_stay_in_the_band() {
         if evenly {
             assert_eq!(layout.passes.len(), 2);
         }
-        let mut rng = Lcg::new(5);
+        let mut rng = Random(5);
         let mut place = || Point3::new(80.0 * rng.unit() - 40.0, -1.0 + (to + 1.0) * rng.unit(), 0.0);
         let places: Vec<_> = (0..1000).map(|_| place()).collect();
         let worst = worst_reach(&layout, &places, |p| if evenly { 2.0 } else { at(p) });
@@ -169,8 +169,8 @@ fn strips_of_skewed_regions(leans: &[f64], patterns: &[Pattern], orders: &[Level
                 let at = |p: &Point3<f64>| 2.5 + 5.5 * ((p.x - lean * p.y) / 60.0).clamp(0.0, 1.0);
                 let settings = LaySettings { pattern, order, ..filled() };
                 let layout = lay_by(&s, &planes(Vector3::y_axis()), &settings, &|cc| at(&cc.position));
-                let mut rng = Lcg::new(3);
-                let place = |rng: &mut Lcg| {
+                let mut rng = Random(3);
+                let place = |rng: &mut Random| {
                     let y = 120.0 * rng.unit();
                     Point3::new(200.0 * rng.unit() + lean * y, y, 0.0)
                 };
@@ -221,7 +221,7 @@ fn fronts_of_planes_and_cylinders_lie_on_a_wavy_mesh_within_a_strip_of_each_othe
         for (_, [a, b]) in gaps(&layout) {
             assert!(a.feed.dot(&b.feed) > 0.5 && (b.position - a.position).dot(&a.feed) > 0.0);
         }
-        let mut rng = Lcg::new(8);
+        let mut rng = Random(8);
         for _ in 0..600 {
             let p = Point3::new(2.0 + 96.0 * rng.unit(), 2.0 + 76.0 * rng.unit(), 0.0);
             let p = s.closest_point(&p, 50.0).unwrap().position;
@@ -233,7 +233,7 @@ fn fronts_of_planes_and_cylinders_lie_on_a_wavy_mesh_within_a_strip_of_each_othe
 
 #[test]
 fn fronts_on_a_heap_of_random_triangles_lie_on_it_or_give_a_typed_error() {
-    let mut rng = Lcg::new(22);
+    let mut rng = Random(22);
     let mut n_laid = 0;
     for _ in 0..6 {
         let vertices: Vec<Point3<f64>> = (0..12).map(|_| rng.point(30.0)).collect();

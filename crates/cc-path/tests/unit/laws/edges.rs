@@ -38,7 +38,7 @@ fn assert_at(prism: &Prism, laid: &PassLayout, back: &Isometry3<f64>, line: f64,
 
 /// Every place of the strip is within half of it of a pass.
 fn assert_covered(prism: &Prism, laid: &PassLayout, line: f64, width: f64, strip: f64) {
-    let mut rng = Lcg::new(31);
+    let mut rng = Random(31);
     for _ in 0..400 {
         let p = prism.place(line + width * (2.0 * rng.unit() - 1.0), prism.depth * rng.unit());
         let d = distance_to_passes(&p, laid);
@@ -48,10 +48,10 @@ fn assert_covered(prism: &Prism, laid: &PassLayout, line: f64, width: f64, strip
 
 #[test]
 fn passes_lie_at_arc_distances_from_the_ridge_of_a_rounded_wedge_in_any_position() {
-    let mut rng = Lcg::new(7);
+    let mut rng = Random(7);
     for turn_deg in [60.0, 100.0, 140.0, 180.0f64] {
         let prism = Prism::rounded(9.0, 1.5, turn_deg.to_radians(), 30.0);
-        let motion = rng.motion();
+        let motion = rng.motion(200.0);
         let mesh = prism.mesh(&[12, 24, 12], 20, &["left", "nose", "right"]).transformed(&motion);
         let laid = lay(&surface(mesh), &edge(EdgeLine::Ridge, 6.0), &even_steps(1.0));
         assert_eq!(laid.passes.len(), 13, "{turn_deg}");
@@ -87,10 +87,10 @@ pub(super) fn requested(s: &Surface, strategy: &Strategy, corner_radius: f64) ->
 
 #[test]
 fn the_region_of_an_edge_is_the_band_of_its_width_along_the_surface() {
-    let mut rng = Lcg::new(23);
+    let mut rng = Random(23);
     for turn_deg in [60.0, 120.0, 150.0, 180.0f64] {
         let prism = Prism::rounded(9.0, 1.5, turn_deg.to_radians(), 20.0);
-        let motion = rng.motion();
+        let motion = rng.motion(200.0);
         let s = surface(prism.mesh(&[9, 24, 9], 11, &["left", "nose", "right"]).transformed(&motion));
         let back = motion.inverse();
         // On one side of a border between groups the band is as wide as on the other. From the
@@ -112,9 +112,9 @@ fn the_region_of_an_edge_is_the_band_of_its_width_along_the_surface() {
 
 #[test]
 fn the_region_of_an_edge_without_width_is_its_line_by_length() {
-    let mut rng = Lcg::new(29);
+    let mut rng = Random(29);
     let prism = Prism::rounded(9.0, 1.5, 2.0, 20.0);
-    let motion = rng.motion();
+    let motion = rng.motion(200.0);
     let s = surface(prism.mesh(&[9, 24, 9], 11, &["left", "nose", "right"]).transformed(&motion));
     let back = motion.inverse();
     for (line, way) in [(EdgeLine::Ridge, prism.middle(1)), (between("left", "nose"), 9.0)] {

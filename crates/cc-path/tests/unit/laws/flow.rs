@@ -113,7 +113,7 @@ fn every_place_beside_a_hole_is_within_half_a_strip_of_a_pass_or_counted() {
     let strategy = flow(end([0.0, 0.0, 0.0], Vector3::y_axis()), end([0.0, 60.0, 0.0], Vector3::y_axis()));
     let settings = LaySettings { max_step_over: 3.0, ..LaySettings::default() };
     let laid = lay(&s, &strategy, &settings);
-    let mut rng = Lcg::new(11);
+    let mut rng = Random(11);
     let (mut n_tried, mut n_far) = (0, 0);
     while n_tried < 3000 {
         let p = Point3::new(100.0 * rng.unit(), 60.0 * rng.unit(), 0.0);
@@ -147,7 +147,7 @@ fn flows_are_the_same_on_any_number_of_threads_and_move_with_the_part() {
     for (_, [a, b]) in gaps(&laid) {
         assert!(a.feed.dot(&b.feed) > 0.8 && (b.position - a.position).dot(&a.feed) > 0.0);
     }
-    let mut rng = Lcg::new(5);
+    let mut rng = Random(5);
     for _ in 0..800 {
         let t = (rng.unit() * 3200.0) as u32;
         let p = s.point(t, [0.2, 0.3, 0.5]).position;

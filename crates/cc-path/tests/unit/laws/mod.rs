@@ -18,7 +18,7 @@ use facemill_sample_parts::{BladeResolution, PropellerSeries, PropellerSpec, bla
 use facemill_surface_model::{Surface, TriMesh};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
-use crate::test_kit::{Lcg, cylinder, grid, irregular_grid, plane, sphere_cap, sphere_patch, surface};
+use crate::test_kit::{Random, cylinder, grid, irregular_grid, plane, sphere_cap, sphere_patch, surface};
 use crate::*;
 
 fn planes(normal: Unit<Vector3<f64>>) -> Strategy {

@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn a_rigid_motion_of_everything_moves_the_passes_with_it() {
-    let mut rng = Lcg::new(9);
+    let mut rng = Random(9);
     let mesh = waves(20);
     let settings = LaySettings { pattern: Pattern::Zigzag, ..LaySettings::default() };
     let cone = |axis| Some(NormalCone { axis, half_angle: 0.45 });
@@ -13,7 +13,7 @@ fn a_rigid_motion_of_everything_moves_the_passes_with_it() {
     for strategy in [planes(oblique()), rings(axis_origin, 20.0, 80.0)] {
         let width = |cc: &CcPoint| 2.0 + cc.normal.dot(&Vector3::z());
         let laid = lay_passes(&surface(mesh.clone()), &still, &strategy, &settings, &width, &Silent).unwrap();
-        let to_from: Isometry3<f64> = rng.motion();
+        let to_from: Isometry3<f64> = rng.motion(200.0);
         let axis = to_from * Vector3::z_axis();
         let moved_strategy = match strategy.sections().unwrap() {
             Sections::ParallelPlanes(s) => {
@@ -141,7 +141,7 @@ fn a_hundred_heaps_of_random_triangles_give_passes_or_a_typed_error() {
 }
 
 fn heaps_give_passes_or_errors(seed: u64, heaps: usize) {
-    let mut rng = Lcg::new(seed);
+    let mut rng = Random(seed);
     let mut n_laid = 0;
     for _ in 0..heaps {
         let n = 12;
@@ -184,7 +184,7 @@ fn a_region_between_cylinders_is_cut_at_them_by_passes_of_any_direction() {
         let Strategy::CylindricalSections(between) = rings(axis_origin, from, to) else { panic!("rings") };
         let region = Region { between: Some(Sections::CylindricalSections(between)), ..Region::default() };
         let requested = RequestedRegion::new(&s, &region, None).unwrap();
-        let mut rng = Lcg::new(41);
+        let mut rng = Random(41);
         let places: Vec<_> = (0..20_000).map(|_| Point3::new(100.0 * rng.unit(), 80.0 * rng.unit(), 0.0)).collect();
         let in_ring: Vec<_> = places.iter().filter(|p| (from..=to).contains(&radius(p))).collect();
         let expected = 8000.0 * in_ring.len() as f64 / places.len() as f64;

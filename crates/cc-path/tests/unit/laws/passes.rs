@@ -108,7 +108,7 @@ fn closed_passes_begin_and_end_at_the_requested_place() {
         // flatter it is.
         assert!((p.length / (std::f64::consts::TAU * ring) - 1.0).abs() < 1e-3 + 0.3 / (ring * ring));
     }
-    let mut rng = Lcg::new(3);
+    let mut rng = Random(3);
     for _ in 0..500 {
         let t = (rng.unit() * s.mesh().triangles().len() as f64) as u32;
         let p = s.point(t, [0.2, 0.5, 0.3]).position;

@@ -19,12 +19,12 @@ fn ball(corner_radius: f64) -> LaySettings {
 
 #[test]
 fn the_first_pass_is_the_track_of_the_rolling_ball_and_the_rest_in_the_corner_is_known() {
-    let mut rng = Lcg::new(9);
+    let mut rng = Random(9);
     for opening in [60.0f64, 90.0, 120.0].map(f64::to_radians) {
         let r = 3.0;
         let contact = r / (0.5 * opening).tan();
         let prism = Prism::corner(18.0, 0.0, opening, 25.0);
-        let motion = rng.motion();
+        let motion = rng.motion(200.0);
         let s = surface(prism.mesh(&[18, 18], 12, &["blade", "hub"]).transformed(&motion));
         let laid = lay(&s, &root(corner_of("blade", "hub"), 6.0), &ball(r));
         let corner = laid.corner.unwrap();
@@ -99,10 +99,10 @@ fn a_root_needs_no_common_border_and_lies_on_the_side_of_the_region() {
 
 #[test]
 fn passes_lie_at_arc_distances_from_the_middle_of_a_fillet() {
-    let mut rng = Lcg::new(3);
+    let mut rng = Random(3);
     for opening in [60.0f64, 90.0, 120.0].map(f64::to_radians) {
         let prism = Prism::corner(15.0, 4.0, opening, 30.0);
-        let motion = rng.motion();
+        let motion = rng.motion(200.0);
         let s = surface(prism.mesh(&[12, 24, 12], 16, &["blade", "fillet", "hub"]).transformed(&motion));
         let laid = lay(&s, &root(RootLine::Fillet("fillet".to_owned()), 8.0), &ball(4.0));
         assert_eq!(laid.passes.len(), 17);
@@ -111,7 +111,7 @@ fn passes_lie_at_arc_distances_from_the_middle_of_a_fillet() {
             let way = prism.way(&(motion.inverse() * cc.position)) - prism.middle(1);
             assert!((way.abs() - pass.level.abs()).abs() < 0.01, "{way} for {}", pass.level);
         }
-        let mut rng = Lcg::new(5);
+        let mut rng = Random(5);
         for _ in 0..300 {
             let way = prism.middle(1) + 8.0 * (2.0 * rng.unit() - 1.0);
             let d = distance_to_passes(&(motion * prism.place(way, 30.0 * rng.unit())), &laid);
@@ -170,10 +170,10 @@ fn the_tightest_place_of_a_fillet_decides() {
 
 #[test]
 fn a_rounded_edge_is_no_fillet() {
-    let mut rng = Lcg::new(13);
+    let mut rng = Random(13);
     for (radius, corner_radius) in [(3.0, 5.0), (8.0, 2.0)] {
         let prism = Prism::rounded(12.0, radius, 1.5, 40.0);
-        let mesh = prism.mesh(&[8, 16, 8], 12, &["side", "round", "top"]).transformed(&rng.motion());
+        let mesh = prism.mesh(&[8, 16, 8], 12, &["side", "round", "top"]).transformed(&rng.motion(200.0));
         let (s, region) = (surface(mesh), Region::default());
         let strategy = root(RootLine::Fillet("round".to_owned()), 4.0);
         let e = lay_passes(&s, &region, &strategy, &ball(corner_radius), &|_| f64::INFINITY, &Silent).unwrap_err();

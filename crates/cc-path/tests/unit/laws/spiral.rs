@@ -8,21 +8,13 @@ fn spiral(sections: Strategy) -> Strategy {
 
 /// A tube about the z axis from z = 0 to `height`, its normal outward.
 fn tube(radius: impl Fn(f64) -> f64, height: f64, around: u32, rows: u32) -> TriMesh {
-    let at = |j: u32, k: u32| (j * around) + k % around;
-    let vertices = (0..=rows).flat_map(|j| {
+    // Around against the turn about z, so that the normal points outward.
+    let (vertices, triangles) = facemill_test_kit::grid_around([rows, around], |j, k| {
         let z = height * f64::from(j) / f64::from(rows);
-        let radius = radius(z);
-        (0..around).map(move |k| {
-            let turn = std::f64::consts::TAU * f64::from(k) / f64::from(around);
-            Point3::new(radius * turn.cos(), radius * turn.sin(), z)
-        })
+        let (sin, cos) = (std::f64::consts::TAU * f64::from(k) / f64::from(around)).sin_cos();
+        Point3::new(radius(z) * cos, -radius(z) * sin, z)
     });
-    let quads = (0..rows).flat_map(|j| (0..around).map(move |k| (j, k)));
-    let triangles = quads.flat_map(|(j, k)| {
-        let [a, b, c, d] = [at(j, k), at(j, k + 1), at(j + 1, k), at(j + 1, k + 1)];
-        [[a, b, d], [a, d, c]]
-    });
-    TriMesh::new(vertices.collect(), triangles.collect()).unwrap()
+    TriMesh::new(vertices, triangles).unwrap()
 }
 
 /// Angle about the z axis along a pass, without jumps, in turns.
@@ -109,7 +101,7 @@ fn on_a_sphere_cap_a_spiral_winds_around_the_pole() {
     assert!(steps.iter().all(|s| *s <= 1.01 * step), "{steps:?}");
     let n = radius * half_angle / step;
     assert!((laid.n_levels as f64) < 1.05 * n + 4.0, "{} for {n}", laid.n_levels);
-    let mut rng = Lcg::new(3);
+    let mut rng = Random(3);
     for _ in 0..1500 {
         let t = (rng.unit() * s.mesh().triangles().len() as f64) as u32;
         let p = s.point(t, [0.2, 0.5, 0.3]).position;
@@ -135,7 +127,7 @@ fn a_spiral_flows_between_two_borders_that_are_no_levels() {
     assert_eq!(laid.passes.len(), 1);
     check_continuous(&laid, &settings);
     assert!(laid.passes[0].pass.points[0].position.x.abs() < 2.0);
-    let mut rng = Lcg::new(3);
+    let mut rng = Random(3);
     for _ in 0..1500 {
         let t = (rng.unit() * s.mesh().triangles().len() as f64) as u32;
         let p = s.point(t, [0.2, 0.5, 0.3]).position;

@@ -74,7 +74,7 @@ fn every_place_of_the_region_is_within_a_step_over_of_a_pass() {
     for strategy in [planes(oblique()), rings(Point3::new(-10.0, 20.0, 0.0), 0.0, 1e4)] {
         let laid = lay_on(&s, &region, &strategy, &settings);
         assert_eq!(laid.n_wide_strips, 0);
-        let mut rng = Lcg::new(5);
+        let mut rng = Random(5);
         let mut n_tried = 0;
         while n_tried < 1500 {
             let t = (rng.unit() * 3200.0) as u32;

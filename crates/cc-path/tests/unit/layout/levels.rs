@@ -1,10 +1,10 @@
 use crate::error::Remedy;
 use crate::layout::levels::*;
-use crate::test_kit::Lcg;
+use crate::test_kit::Random;
 
 const ANY: StepOverCause = StepOverCause { largest: 5.0, is_largest: true };
 
-fn random_bands(rng: &mut Lcg) -> Vec<Band> {
+fn random_bands(rng: &mut Random) -> Vec<Band> {
     (0..300)
         .map(|_| {
             let low = 100.0 * rng.unit();
@@ -25,7 +25,7 @@ fn allowed(bands: &[Band], from: f64, to: f64) -> bool {
 
 #[test]
 fn no_step_is_larger_than_a_band_it_reaches_into_allows_and_none_could_be_longer() {
-    let mut rng = Lcg::new(7);
+    let mut rng = Random(7);
     for _ in 0..20 {
         let bands = random_bands(&mut rng);
         let levels = plan_levels(&bands, ANY, 0.0, 100.0, false).unwrap();
@@ -45,7 +45,7 @@ fn even_levels_are_as_many_and_leave_no_rest() {
     let levels = plan_levels(&bands, ANY, 0.0, 100.0, true).unwrap();
     assert_eq!(levels.len(), 35);
     assert!(levels.windows(2).all(|w| (w[1] - w[0] - 100.0 / 34.0).abs() < 1e-9));
-    let mut rng = Lcg::new(8);
+    let mut rng = Random(8);
     let bands = random_bands(&mut rng);
     let (largest, even) =
         (plan_levels(&bands, ANY, 0.0, 100.0, false).unwrap(), plan_levels(&bands, ANY, 0.0, 100.0, true).unwrap());

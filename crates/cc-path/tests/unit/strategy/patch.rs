@@ -71,7 +71,7 @@ fn levels_of_cylinders_are_linear_on_every_edge_of_a_cut_up_plane() {
 
 #[test]
 fn weights_give_the_point_back() {
-    let mut rng = crate::test_kit::Lcg::new(5);
+    let mut rng = crate::test_kit::Random(5);
     for _ in 0..200 {
         let t = [rng.point(10.0), rng.point(10.0), rng.point(10.0)];
         let (u, v) = (rng.unit(), rng.unit());

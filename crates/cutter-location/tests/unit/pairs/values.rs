@@ -1,16 +1,5 @@
 use crate::pairs::values::*;
-
-struct Random(facemill_test_kit::Lcg);
-
-impl Random {
-    fn below(&mut self, n: u64) -> u64 {
-        (self.0.bits() >> 33) % n
-    }
-
-    fn unit(&mut self) -> f64 {
-        self.below(1_000_000) as f64 / 1e6
-    }
-}
+use facemill_test_kit::Random;
 
 fn nodes(random: &mut Random, n: usize) -> Vec<ValueNode> {
     let mut time = 0.0;
@@ -42,7 +31,7 @@ fn cost(nodes: &[ValueNode], choice: &[usize], much: f64) -> f64 {
 /// All choices of small cases, one by one.
 #[test]
 fn no_sequence_of_values_costs_less_than_the_cheapest() {
-    let mut random = Random(facemill_test_kit::Lcg(11));
+    let mut random = Random(11);
     for _ in 0..200 {
         let nodes = nodes(&mut random, 5);
         let max_velocity = 0.2 + random.unit();
@@ -69,7 +58,7 @@ fn no_sequence_of_values_costs_less_than_the_cheapest() {
 
 #[test]
 fn values_go_through_the_nodes_and_stop_where_there_are_none() {
-    let mut random = Random(facemill_test_kit::Lcg(5));
+    let mut random = Random(5);
     let mut nodes = nodes(&mut random, 9);
     nodes[4].states.clear();
     nodes[4].blocked = PairBlocked::NoCommonValue([Some([1.0, 2.0]), None]);
@@ -86,7 +75,7 @@ fn values_go_through_the_nodes_and_stop_where_there_are_none() {
 
 #[test]
 fn smoothing_takes_no_value_that_is_refused() {
-    let mut random = Random(facemill_test_kit::Lcg(7));
+    let mut random = Random(7);
     let nodes = nodes(&mut random, 40);
     let mut path = ValuePath::cheapest(&nodes, 1.0);
     let before = path.runs[0].clone();

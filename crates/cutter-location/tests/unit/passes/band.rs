@@ -12,7 +12,7 @@ fn energy(times: &[f64], targets: &[f64], weights: &[f64], tau: f64, y: &[f64]) 
 }
 
 fn uneven(n: usize, seed: u64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
-    let mut random = facemill_test_kit::Lcg(seed);
+    let mut random = facemill_test_kit::Random(seed);
     let mut next = || random.unit();
     let mut time = 0.0;
     let times = (0..n)

@@ -2,7 +2,7 @@
 
 use facemill_feedrate::*;
 use facemill_inverse_kinematics::AxisValues;
-use facemill_test_kit::Lcg;
+use facemill_test_kit::Random;
 
 use super::checks::worst_share;
 use super::closed_form::rest_to_rest;
@@ -30,7 +30,7 @@ fn block(end: AxisValues) -> ProgramBlock {
 /// Programs of all kinds by seed: sharp corners, reversals, dense curves, short blocks between long
 /// ones, blocks without motion, jagged lines, capped blocks, exact stops.
 fn program(seed: u64) -> Vec<ProgramBlock> {
-    let mut random = Lcg(seed.wrapping_mul(77) + 5);
+    let mut random = Random(seed.wrapping_mul(77) + 5);
     let kind = seed % 5;
     let mut at = start();
     let mut blocks = Vec::new();
@@ -203,7 +203,7 @@ fn asking_only_for_the_peaks_costs_hardly_anything() {
 
 #[test]
 fn stops_at_every_corner_take_the_times_of_the_closed_form() {
-    let mut random = Lcg(3);
+    let mut random = Random(3);
     let mut at = start();
     let mut least = 0.0;
     let mut blocks = Vec::new();
@@ -274,7 +274,7 @@ fn blending_takes_no_longer_than_stopping() {
 #[test]
 fn jagged_lines_take_few_parts_each_and_less_time_than_stops() {
     for (off, most_of_stopping) in [(0.02, 0.3), (0.1, 0.5), (0.3, 0.75), (1.0, 1.0)] {
-        let mut random = Lcg(3);
+        let mut random = Random(3);
         let mut at = |k: u32| {
             let turn = 0.01 * f64::from(k);
             let [x, y, c] = [random.unit(), random.unit(), random.unit()].map(|r| off * (r - 0.5));

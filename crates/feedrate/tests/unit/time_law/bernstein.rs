@@ -2,7 +2,7 @@ use super::*;
 
 #[test]
 fn bounds_hold_and_are_tight() {
-    let mut state = facemill_test_kit::Lcg(1);
+    let mut state = facemill_test_kit::Random(1);
     let mut random = || state.unit() - 0.5;
     for _ in 0..300 {
         let powers: Vec<f64> = (0..7).map(|_| random()).collect();

@@ -1,17 +1,19 @@
 use crate::body::bound::*;
 use crate::body::{Placed, for_body};
-use crate::test_kit::{Lcg, sample_solids};
+use crate::test_kit::{Random, sample_solids};
 
 #[test]
 fn bound_is_below_the_distance_of_every_point() {
-    let mut lcg = Lcg::new(21);
+    let mut lcg = Random(21);
     for solid in sample_solids() {
         for _ in 0..300 {
             let pose = lcg.pose(30.0);
             let flat = lcg.pose(30.0);
-            let thickness = lcg.range(0.0, 3.0);
+            let thickness = lcg.between(0.0, 3.0);
             let points: Vec<_> = (0..12)
-                .map(|_| flat * Point3::new(lcg.range(-9.0, 9.0), lcg.range(-9.0, 9.0), lcg.range(0.0, thickness)))
+                .map(|_| {
+                    flat * Point3::new(lcg.between(-9.0, 9.0), lcg.between(-9.0, 9.0), lcg.between(0.0, thickness))
+                })
                 .collect();
             let slab = Slab::across(least_spread(points.iter()), points.iter());
             let mut slabs = Slabs::NONE;
@@ -27,11 +29,11 @@ fn bound_is_below_the_distance_of_every_point() {
 
 #[test]
 fn slab_of_a_flat_piece_is_thin() {
-    let mut lcg = Lcg::new(22);
+    let mut lcg = Random(22);
     for _ in 0..100 {
         let flat = lcg.pose(50.0);
         let points: Vec<_> =
-            (0..20).map(|_| flat * Point3::new(lcg.range(-9.0, 9.0), lcg.range(-9.0, 9.0), 0.0)).collect();
+            (0..20).map(|_| flat * Point3::new(lcg.between(-9.0, 9.0), lcg.between(-9.0, 9.0), 0.0)).collect();
         let slab = Slab::across(least_spread(points.iter()), points.iter());
         assert!(slab.half_thickness < 1e-6 && slab.radius < 14.0);
     }

@@ -1,6 +1,6 @@
 use crate::body::facet::*;
 use crate::body::{Placed, for_body};
-use crate::test_kit::{Lcg, brute_triangle_distance, odd_triangle, sample_solids};
+use crate::test_kit::{Random, brute_triangle_distance, odd_triangle, sample_solids};
 use facemill_cl_data::Solid;
 use nalgebra::Isometry3;
 
@@ -29,7 +29,7 @@ fn assert_exact(solid: &Solid, pose: &Isometry3<f64>, corners: &[Point3<f64>; 3]
 
 #[test]
 fn distance_and_verdict_are_those_of_golden_sections() {
-    let mut lcg = Lcg::new(31);
+    let mut lcg = Random(31);
     for solid in sample_solids() {
         for k in 0..640 {
             assert_exact(&solid, &lcg.pose(25.0), &odd_triangle(&mut lcg, k));
@@ -39,7 +39,7 @@ fn distance_and_verdict_are_those_of_golden_sections() {
 
 #[test]
 fn parallel_and_coplanar_triangles_are_exact() {
-    let mut lcg = Lcg::new(32);
+    let mut lcg = Random(32);
     for solid in sample_solids() {
         let aabb = solid.dilated(-solid.rounding()).aabb();
         for k in 0..200 {
@@ -47,7 +47,7 @@ fn parallel_and_coplanar_triangles_are_exact() {
             // the body.
             let level = [aabb.min.z, aabb.max.z, aabb.min.z - 1e-7, aabb.max.z + 0.3, aabb.center().z][k % 5];
             let reach = [0.5, 5.0, 60.0][k % 3];
-            let corner = |lcg: &mut Lcg| Point3::new(lcg.range(-reach, reach), lcg.range(-reach, reach), level);
+            let corner = |lcg: &mut Random| Point3::new(lcg.between(-reach, reach), lcg.between(-reach, reach), level);
             let corners = [corner(&mut lcg), corner(&mut lcg), corner(&mut lcg)];
             assert_exact(&solid, &Isometry3::identity(), &corners);
             let pose = lcg.pose(25.0);
@@ -58,12 +58,12 @@ fn parallel_and_coplanar_triangles_are_exact() {
 
 #[test]
 fn needles_through_the_body_meet_it() {
-    let mut lcg = Lcg::new(33);
+    let mut lcg = Random(33);
     for solid in sample_solids() {
         for _ in 0..40 {
             let pose = lcg.pose(20.0);
             let inside = pose * solid.interior_point();
-            let (u, v) = (lcg.unit() * 80.0, lcg.unit() * 1e-6);
+            let (u, v) = (lcg.direction().into_inner() * 80.0, lcg.direction().into_inner() * 1e-6);
             let found = nearest(&solid, &pose, &[inside - u, inside + u + v, inside + u - v], ALL).unwrap();
             assert!(found.distance <= 1e-6, "{solid:?}: {}", found.distance);
         }

@@ -1,5 +1,5 @@
 use crate::mesh_tree::build::*;
-use crate::test_kit::{Lcg, soup, sphere};
+use crate::test_kit::{Random, soup, sphere};
 
 /// Places below a child, all of whose corners must be in the slab given for it.
 fn places(tree: &Tree, child: Child, slab: Option<&Slab>, all: &mut Vec<u32>) {
@@ -23,11 +23,11 @@ fn places(tree: &Tree, child: Child, slab: Option<&Slab>, all: &mut Vec<u32>) {
 
 #[test]
 fn every_triangle_is_in_the_tree_once_and_in_the_slabs_above_it() {
-    let mut meshes: Vec<_> = (1..140).map(|n| soup(&mut Lcg::new(n as u64), n)).collect();
-    meshes.extend([511, 512, 513, 4096, 4097, 9000].map(|n| soup(&mut Lcg::new(n as u64), n)));
+    let mut meshes: Vec<_> = (1..140).map(|n| soup(&mut Random(n as u64), n)).collect();
+    meshes.extend([511, 512, 513, 4096, 4097, 9000].map(|n| soup(&mut Random(n as u64), n)));
     meshes.push(sphere(30.0, 60));
     // All centres the same.
-    meshes.push(TriMesh::new(soup(&mut Lcg::new(1), 1).vertices().to_vec(), vec![[0, 1, 2]; 700]).unwrap());
+    meshes.push(TriMesh::new(soup(&mut Random(1), 1).vertices().to_vec(), vec![[0, 1, 2]; 700]).unwrap());
     for mesh in meshes {
         let tree = Tree::build(&mesh);
         let mut all = Vec::new();
@@ -44,7 +44,7 @@ fn every_triangle_is_in_the_tree_once_and_in_the_slabs_above_it() {
 
 #[test]
 fn any_number_of_threads_builds_the_same_tree() {
-    let mesh = soup(&mut Lcg::new(8), 40_000);
+    let mesh = soup(&mut Random(8), 40_000);
     let on = |n: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().unwrap();
         pool.install(|| Tree::build(&mesh))

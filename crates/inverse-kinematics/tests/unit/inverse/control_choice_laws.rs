@@ -1,5 +1,5 @@
 use facemill_cl_data::ClPoint;
-use facemill_test_kit::Lcg;
+use facemill_test_kit::Random;
 use nalgebra::{Point3, Unit, Vector3};
 
 use super::{POLE_CONE, UnclearChoice, smallest_angle};
@@ -31,7 +31,7 @@ fn turns(machine: &Machine, from: &AxisValues, to: &AxisValues) -> [f64; 2] {
 #[test]
 fn a_short_way_away_from_the_pole_is_taken_as_it_is_on_both_branches() {
     let machine = machine();
-    let mut random = Lcg(7);
+    let mut random = Random(7);
     for n in 0..400 {
         let side = if n % 2 == 0 { 1.0 } else { -1.0 };
         // The reach of the head ends at its limits.
@@ -52,7 +52,7 @@ fn a_short_way_away_from_the_pole_is_taken_as_it_is_on_both_branches() {
 #[test]
 fn the_same_vector_keeps_the_rotary_axes_to_the_last_bit() {
     let machines = ["head-b-table-c", "head-b-nutating-table-c", "head-head-c-a", "table-table-b-c"];
-    let mut random = Lcg(19);
+    let mut random = Random(19);
     let mut clear = 0;
     for name in machines {
         let file = format!("{}/../../assets/machines/{name}.json", env!("CARGO_MANIFEST_DIR"));
@@ -92,7 +92,7 @@ fn the_same_vector_keeps_the_rotary_axes_to_the_last_bit() {
 fn what_is_chosen_is_the_nearest_by_the_largest_turn_and_by_the_sum() {
     let machine = machine();
     let c_axis = machine.axis_index("C").unwrap();
-    let mut random = Lcg(11);
+    let mut random = Random(11);
     let (mut clear, mut open) = (0, 0);
     for _ in 0..2000 {
         let [from, meant] = [(); 2].map(|()| at(&machine, random.between(-85.0, 85.0), random.between(-200.0, 200.0)));
@@ -165,8 +165,8 @@ fn the_nearest_position_beyond_a_limit_is_reported() {
 
 #[test]
 fn the_smallest_angle_of_a_turn_is_that_of_its_samples() {
-    let mut random = Lcg(3);
-    let vector = |random: &mut Lcg| Vector3::from_fn(|_, _| random.between(-1.0, 1.0));
+    let mut random = Random(3);
+    let vector = |random: &mut Random| Vector3::from_fn(|_, _| random.between(-1.0, 1.0));
     for _ in 0..300 {
         let [a, b] = [(); 2].map(|()| Unit::new_normalize(vector(&mut random)));
         let line = vector(&mut random).normalize();

@@ -1,12 +1,7 @@
 use super::*;
 
 fn volume(mesh: &TriMesh) -> f64 {
-    (0..mesh.triangles().len())
-        .map(|t| {
-            let [a, b, c] = mesh.corners(t);
-            a.coords.dot(&b.coords.cross(&c.coords)) / 6.0
-        })
-        .sum()
+    facemill_test_kit::volume(mesh.vertices(), mesh.triangles())
 }
 
 #[test]

@@ -15,7 +15,7 @@ fn mill(rollover: Rollover) -> Machine {
 /// Words follow the planned motion when a control with the same rollover reads them.
 #[test]
 fn rolled_words_lead_where_was_planned() {
-    let mut seed = facemill_test_kit::Lcg(7);
+    let mut seed = facemill_test_kit::Random(7);
     let mut random = || seed.unit();
     for (rollover, largest) in [(Rollover::Shortest, 179.0), (Rollover::SignDirected, 359.0)] {
         let machine = mill(rollover);

@@ -38,7 +38,7 @@ fn what_no_word_can_hold_has_no_text() {
 
 #[test]
 fn written_number_is_within_half_a_unit() {
-    let mut random = facemill_test_kit::Lcg(0x1234_5678_9abc_def0);
+    let mut random = facemill_test_kit::Random(0x1234_5678_9abc_def0);
     for _ in 0..20_000 {
         let state = random.bits();
         let value = ((state >> 11) as f64 / (1u64 << 53) as f64 - 0.5) * 2e5;

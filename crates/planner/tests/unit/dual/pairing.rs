@@ -1,8 +1,8 @@
 use super::*;
-use facemill_test_kit::Lcg;
+use facemill_test_kit::Random;
 use nalgebra::{Point3, Vector3};
 
-fn pass(random: &mut Lcg, n: usize, z: f64) -> Vec<CcPoint> {
+fn pass(random: &mut Random, n: usize, z: f64) -> Vec<CcPoint> {
     let mut x = 0.0;
     (0..n)
         .map(|_| {
@@ -16,7 +16,7 @@ fn pass(random: &mut Lcg, n: usize, z: f64) -> Vec<CcPoint> {
 /// line of their neighbours.
 #[test]
 fn stations_pass_all_points_of_both() {
-    let mut random = Lcg(3);
+    let mut random = Random(3);
     for (n, m) in [(30, 30), (30, 47), (12, 40), (2, 2), (9, 3), (100, 61)] {
         let passes = [pass(&mut random, n, 0.0), pass(&mut random, m, -10.0)];
         let found = stations([&passes[0], &passes[1]], [20.0, 20.0]);
@@ -40,7 +40,7 @@ fn stations_pass_all_points_of_both() {
 /// wait.
 #[test]
 fn passes_that_do_not_go_together_have_no_stations() {
-    let mut random = Lcg(4);
+    let mut random = Random(4);
     let passes = [pass(&mut random, 40, 0.0), pass(&mut random, 3, 0.0)];
     assert!(stations([&passes[0], &passes[1]], [20.0, 20.0]).is_empty());
 }
@@ -56,7 +56,7 @@ fn best(scores: &[Vec<f64>], i: usize, j: usize) -> f64 {
 
 #[test]
 fn the_best_pairs_in_order_are_found() {
-    let mut random = Lcg(9);
+    let mut random = Random(9);
     for _ in 0..100 {
         let scores: Vec<Vec<f64>> = (0..5).map(|_| (0..4).map(|_| random.unit() - 0.2).collect()).collect();
         let found = in_order(5, 4, |i, j| scores[i][j]);

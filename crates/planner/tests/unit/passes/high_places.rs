@@ -1,13 +1,13 @@
 use facemill_cl_data::{CcPoint, Posture};
 use facemill_cutter_location::cusp::cut_point::{CutPoint, Strip};
-use facemill_test_kit::Lcg;
+use facemill_test_kit::Random;
 use nalgebra::Vector3;
 
 use super::*;
 
 #[test]
 fn places_of_a_strip_are_those_between_its_sides_and_near_the_line_across() {
-    let mut rng = Lcg(3);
+    let mut rng = Random(3);
     let mut point = |size: f64| Point3::from(Vector3::from_fn(|_, _| rng.between(-size, size)));
     let places: Vec<HighPlace> =
         (0..400).map(|k| HighPlace { position: point(10.0), height: 0.1 + f64::from(k) * 1e-4 }).collect();

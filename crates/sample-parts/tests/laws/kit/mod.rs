@@ -34,12 +34,7 @@ pub(crate) fn is_consistent(mesh: &TriMesh) -> bool {
 
 /// Volume by the divergence theorem, mm³.
 pub(crate) fn volume(mesh: &TriMesh) -> f64 {
-    (0..mesh.triangles().len())
-        .map(|t| {
-            let [a, b, c] = mesh.corners(t);
-            a.coords.dot(&b.coords.cross(&c.coords)) / 6.0
-        })
-        .sum()
+    facemill_test_kit::volume(mesh.vertices(), mesh.triangles())
 }
 
 /// Triangles of a group.

@@ -6,7 +6,7 @@ use Winding::{Inward, Outward, Undecided};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion};
 
 use super::*;
-use crate::test_kit::{Lcg, cuboid, grid, sphere, torus};
+use crate::test_kit::{Random, cuboid, grid, sphere, torus};
 
 /// Blade of lens section, chord 2, thickness `t`, span `h`, twisted, wound outward and open at both
 /// ends.
@@ -44,7 +44,7 @@ fn windings(mesh: &TriMesh) -> Vec<Winding> {
     Orientation::of(mesh).pieces.iter().map(|p| p.winding).collect()
 }
 
-fn shuffled(mesh: &TriMesh, rng: &mut Lcg) -> TriMesh {
+fn shuffled(mesh: &TriMesh, rng: &mut Random) -> TriMesh {
     let mut triangles = mesh.triangles().to_vec();
     for k in (1..triangles.len()).rev() {
         triangles.swap(k, (rng.unit() * (k + 1) as f64) as usize);
@@ -54,7 +54,7 @@ fn shuffled(mesh: &TriMesh, rng: &mut Lcg) -> TriMesh {
 
 #[test]
 fn open_blades_and_shells_are_known_by_their_winding_wherever_they_lie() {
-    let mut rng = Lcg::new(5);
+    let mut rng = Random(5);
     for (mesh, name) in [
         (blade(0.1, 3.0), "thin blade"),
         (blade(0.5, 2.0), "thick blade"),
@@ -138,7 +138,7 @@ fn the_wall_of_a_hollow_within_an_open_body_is_wound_as_it_should() {
 
 #[test]
 fn what_a_solid_angle_adds_is_a_winding_number() {
-    let mut rng = Lcg::new(11);
+    let mut rng = Random(11);
     let mesh = cuboid(Point3::origin(), Point3::from(Vector3::repeat(1.0)));
     for _ in 0..200 {
         let p = rng.point(2.0);
@@ -156,7 +156,7 @@ fn what_a_solid_angle_adds_is_a_winding_number() {
 /// Angles of many small triangles, most of them summed as factors, and of few large ones.
 #[test]
 fn solid_angles_of_small_triangles_add_up_to_the_same_winding_number() {
-    let mut rng = Lcg::new(12);
+    let mut rng = Random(12);
     let mesh = sphere(1.0, 80);
     for _ in 0..50 {
         let p = rng.point(2.0);

@@ -1,10 +1,10 @@
 use crate::mesh::triangle::*;
-use crate::test_kit::Lcg;
+use crate::test_kit::Random;
 
 /// The nearest point is the one from which no point of the triangle lies further towards `p`.
 #[test]
 fn no_corner_lies_further_towards_the_point() {
-    let mut rng = Lcg::new(5);
+    let mut rng = Random(5);
     for k in 0..20_000 {
         let mut t = [rng.point(1.0), rng.point(1.0), rng.point(1.0)];
         match k % 10 {

@@ -1,9 +1,9 @@
 use crate::mesh::weld::*;
-use crate::test_kit::Lcg;
+use crate::test_kit::Random;
 
 #[test]
 fn welding_is_that_of_a_plain_loop() {
-    let mut rng = Lcg::new(6);
+    let mut rng = Random(6);
     for tolerance in [0.0, 1e-6, 0.1, 0.5] {
         let mut points: Vec<Point3<f64>> = (0..400).map(|_| rng.point(2.0)).collect();
         for k in 0..400 {

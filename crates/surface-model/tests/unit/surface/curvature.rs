@@ -1,6 +1,6 @@
 use crate::surface::curvature::*;
 use crate::surface::{Surface, SurfaceSettings};
-use crate::test_kit::{Lcg, cuboid, grid, sphere, torus};
+use crate::test_kit::{Random, cuboid, grid, sphere, torus};
 use nalgebra::Point3;
 use std::f64::consts::TAU;
 
@@ -12,7 +12,7 @@ fn surface(mesh: TriMesh) -> Surface {
 fn a_torus_has_its_principal_curvatures_and_directions() {
     let (major, minor) = (50.0, 15.0);
     let s = surface(torus(major, minor, 120));
-    let mut rng = Lcg::new(10);
+    let mut rng = Random(10);
     for _ in 0..300 {
         let (u, v) = (rng.unit() * TAU, rng.unit() * TAU);
         let rho = major + minor * v.cos();
@@ -53,7 +53,7 @@ fn a_concave_cylinder_is_negative_across_and_flat_along() {
 fn the_error_falls_with_the_edge_length() {
     let worst = |n: usize| {
         let s = surface(sphere(10.0, n));
-        let mut rng = Lcg::new(11);
+        let mut rng = Random(11);
         let mut worst = 0.0f64;
         for _ in 0..300 {
             let d = rng.direction();

@@ -1,5 +1,5 @@
 use crate::surface::level_curves::*;
-use crate::test_kit::{Lcg, grid, torus};
+use crate::test_kit::{Random, grid, torus};
 use std::f64::consts::TAU;
 
 /// Checks the laws of every set of curves, for any values.
@@ -44,7 +44,7 @@ fn check(mesh: &TriMesh, values: &[f64], level: f64, curves: &[LevelCurve]) {
 fn random_values_give_sound_curves_that_cover_every_crossing_once() {
     let closed_mesh = torus(20.0, 6.0, 16);
     let open_mesh = grid((12, 9), (false, false), |u, v| Point3::new(9.0 * u, 7.0 * v, u * v));
-    let mut rng = Lcg::new(12);
+    let mut rng = Random(12);
     for mesh in [&closed_mesh, &open_mesh] {
         for round in 0..40 {
             // Small whole numbers put many vertices exactly on the level.

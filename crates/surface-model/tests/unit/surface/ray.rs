@@ -1,26 +1,18 @@
 use crate::mesh::tri_mesh::TriMesh;
 use crate::surface::SurfaceSettings;
 use crate::surface::ray::*;
-use crate::test_kit::{Lcg, cuboid, sphere, torus};
+use crate::test_kit::{Random, cuboid, sphere, torus};
+use facemill_test_kit::crossing_of_line;
 
 fn surface(mesh: TriMesh) -> Surface {
     Surface::new(mesh, SurfaceSettings::default())
 }
 
-/// Implements the method of Möller and Trumbore over all triangles: (distance, triangle).
+/// Crossings with all triangles: (distance, triangle).
 fn plain_hits(s: &Surface, o: &Point3<f64>, d: &Vector3<f64>) -> Vec<(f64, u32)> {
-    let mut hits = Vec::new();
-    for t in 0..s.mesh().triangles().len() {
-        let [a, b, c] = s.mesh().corners(t);
-        let (e1, e2) = (b - a, c - a);
-        let p = d.cross(&e2);
-        let det = e1.dot(&p);
-        let (u, q) = ((o - a).dot(&p) / det, (o - a).cross(&e1));
-        let (v, distance) = (d.dot(&q) / det, e2.dot(&q) / det);
-        if u >= 0.0 && v >= 0.0 && u + v <= 1.0 && distance >= 0.0 {
-            hits.push((distance, t as u32));
-        }
-    }
+    let crossing = |t: u32| Some((crossing_of_line(&s.mesh().corners(t as usize), o, d)?, t));
+    let mut hits: Vec<_> = (0..s.mesh().triangles().len() as u32).filter_map(crossing).collect();
+    hits.retain(|hit| hit.0 >= 0.0);
     hits.sort_by(|a, b| a.0.total_cmp(&b.0));
     hits
 }
@@ -28,7 +20,7 @@ fn plain_hits(s: &Surface, o: &Point3<f64>, d: &Vector3<f64>) -> Vec<(f64, u32)>
 #[test]
 fn rays_hit_what_a_plain_loop_hits() {
     let s = surface(torus(20.0, 6.0, 30));
-    let mut rng = Lcg::new(7);
+    let mut rng = Random(7);
     let mut n_hits = 0;
     for _ in 0..1000 {
         let (o, d) = (rng.point(30.0), rng.direction());
@@ -56,7 +48,7 @@ fn rays_hit_what_a_plain_loop_hits() {
 #[test]
 fn no_ray_slips_through_a_side_or_corner() {
     let s = surface(sphere(10.0, 24));
-    let mut rng = Lcg::new(8);
+    let mut rng = Random(8);
     for k in 0..4000 {
         // Aims at corners and at points of sides, from everywhere, also along the axes.
         let t = s.mesh().corners((rng.unit() * s.mesh().triangles().len() as f64) as usize);
@@ -90,7 +82,7 @@ fn axis_parallel_rays_in_the_plane_of_a_face_end_at_its_border_without_nan() {
 #[test]
 fn inside_is_what_the_shapes_say() {
     let s = surface(torus(20.0, 6.0, 60));
-    let mut rng = Lcg::new(9);
+    let mut rng = Random(9);
     for _ in 0..2000 {
         let p = rng.point(27.0);
         let depth = 6.0 - (p.x.hypot(p.y) - 20.0).hypot(p.z);

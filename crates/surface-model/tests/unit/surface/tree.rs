@@ -1,7 +1,7 @@
 use crate::surface::tree::*;
-use crate::test_kit::Lcg;
+use crate::test_kit::Random;
 
-fn random_boxes(n: usize, rng: &mut Lcg) -> Vec<Aabb> {
+fn random_boxes(n: usize, rng: &mut Random) -> Vec<Aabb> {
     (0..n)
         .map(|i| {
             let p = rng.point(10.0);
@@ -13,7 +13,7 @@ fn random_boxes(n: usize, rng: &mut Lcg) -> Vec<Aabb> {
 
 #[test]
 fn overlapping_items_are_those_of_a_plain_loop() {
-    let mut rng = Lcg::new(1);
+    let mut rng = Random(1);
     for n in [0, 1, 3, 5, 17, 400] {
         let boxes = random_boxes(n, &mut rng);
         let tree = Tree::build(&boxes);
@@ -30,7 +30,7 @@ fn overlapping_items_are_those_of_a_plain_loop() {
 
 #[test]
 fn nearest_takes_the_lowest_number_of_equal_values() {
-    let mut rng = Lcg::new(2);
+    let mut rng = Random(2);
     let mut boxes = random_boxes(100, &mut rng);
     boxes.extend(boxes.clone());
     let tree = Tree::build(&boxes);

@@ -1,21 +1,14 @@
 use crate::links::tour::*;
+use facemill_test_kit::Random;
 
-struct Lcg(facemill_test_kit::Lcg);
-
-impl Lcg {
-    fn unit(&mut self) -> f64 {
-        self.0.unit()
-    }
-
-    /// Returns asymmetric costs that follow no distance; every other set has many equal ones.
-    fn costs(&mut self, n: usize) -> TourCosts {
-        let is_coarse = self.unit() < 0.5;
-        let mut all = |n: usize| -> Vec<f64> {
-            let cost = |u: f64| if is_coarse { (4.0 * u).floor() } else { 10.0 * u };
-            (0..n).map(|_| cost(self.unit())).collect()
-        };
-        TourCosts::new(all(n * n), all(n), all(n)).unwrap()
-    }
+/// Returns asymmetric costs that follow no distance; every other set has many equal ones.
+fn random_costs(random: &mut Random, n: usize) -> TourCosts {
+    let is_coarse = random.unit() < 0.5;
+    let mut all = |n: usize| -> Vec<f64> {
+        let cost = |u: f64| if is_coarse { (4.0 * u).floor() } else { 10.0 * u };
+        (0..n).map(|_| cost(random.unit())).collect()
+    };
+    TourCosts::new(all(n * n), all(n), all(n)).unwrap()
 }
 
 /// Enumerates all orders in which no pass comes before one that has to be cut first.
@@ -42,10 +35,10 @@ fn is_permutation(order: &[usize], n: usize) -> bool {
 
 #[test]
 fn few_passes_are_in_the_best_of_all_orders_and_bounds_are_below_it() {
-    let mut rng = Lcg(facemill_test_kit::Lcg(3));
+    let mut rng = Random(3);
     for n in 0..=7 {
         for _ in 0..20 {
-            let costs = rng.costs(n);
+            let costs = random_costs(&mut rng, n);
             let tour = shortest_tour(&costs);
             let least = if n == 0 { 0.0 } else { least_of_all(&costs, &mut (0..n).collect(), 0) };
             assert!(is_permutation(&tour.order, n) && tour.is_exact);
@@ -60,13 +53,13 @@ fn few_passes_are_in_the_best_of_all_orders_and_bounds_are_below_it() {
 
 #[test]
 fn passes_that_have_to_be_cut_first_are_and_few_are_in_the_best_order_of_those() {
-    let mut rng = Lcg(facemill_test_kit::Lcg(13));
+    let mut rng = Random(13);
     for n in 2..=7 {
         for _ in 0..20 {
             let share = rng.unit();
             let pairs: Vec<(usize, usize)> =
                 (0..n).flat_map(|b| (0..b).map(move |a| (a, b))).filter(|_| rng.unit() < share).collect();
-            let costs = rng.costs(n).keeping(pairs.clone()).unwrap();
+            let costs = random_costs(&mut rng, n).keeping(pairs.clone()).unwrap();
             let least = least_of_all(&costs, &mut (0..n).collect(), 0);
             let tour = shortest_tour(&costs);
             assert!(is_permutation(&tour.order, n) && tour.is_exact && costs.allow(&tour.order));
@@ -80,7 +73,7 @@ fn passes_that_have_to_be_cut_first_are_and_few_are_in_the_best_order_of_those()
     }
     for n in [13, 40] {
         let pairs = (0..n).flat_map(|b| (0..b).map(move |a| (a, b))).filter(|(a, b)| (a + b) % 3 == 0);
-        let costs = rng.costs(n).keeping(pairs).unwrap();
+        let costs = random_costs(&mut rng, n).keeping(pairs).unwrap();
         let tour = shortest_tour(&costs);
         assert!(is_permutation(&tour.order, n) && costs.allow(&tour.order) && tour.lower_bound <= tour.cost);
         let as_is: Vec<usize> = (0..n).collect();
@@ -88,16 +81,16 @@ fn passes_that_have_to_be_cut_first_are_and_few_are_in_the_best_order_of_those()
         let turned: Vec<usize> = (0..n).rev().collect();
         assert!(!costs.allow(&turned));
     }
-    let three = || Lcg(facemill_test_kit::Lcg(1)).costs(3);
+    let three = || random_costs(&mut Random(1), 3);
     assert_eq!(three().keeping([(2, 1)]), Err(TourError::Order { first: 2, second: 1 }));
     assert_eq!(three().keeping([(0, 3)]), Err(TourError::Order { first: 0, second: 3 }));
 }
 
 #[test]
 fn many_passes_cost_no_more_than_as_they_are_and_no_less_than_the_bound() {
-    let mut rng = Lcg(facemill_test_kit::Lcg(5));
+    let mut rng = Random(5);
     for n in [13, 20, 60] {
-        let costs = rng.costs(n);
+        let costs = random_costs(&mut rng, n);
         let tour = shortest_tour(&costs);
         assert!(is_permutation(&tour.order, n) && !tour.is_exact);
         assert!((tour.cost - costs.of(&tour.order)).abs() < 1e-9);
@@ -107,7 +100,7 @@ fn many_passes_cost_no_more_than_as_they_are_and_no_less_than_the_bound() {
 
 #[test]
 fn passes_on_a_line_are_driven_along_it() {
-    let mut rng = Lcg(facemill_test_kit::Lcg(8));
+    let mut rng = Random(8);
     let mut places: Vec<f64> = (0..40).map(|_| 100.0 * rng.unit()).collect();
     let links = places.iter().flat_map(|a| places.iter().map(move |b| (b - a).abs())).collect();
     let costs = TourCosts::new(links, places.clone(), vec![0.0; 40]).unwrap();

@@ -4,6 +4,7 @@
 use facemill_cl_data::{CcPoint, Posture};
 use facemill_interference::MeshTree;
 use facemill_surface_model::TriMesh;
+use facemill_test_kit::Random;
 use facemill_tool_model::cl_from_cc;
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
@@ -12,21 +13,11 @@ use super::*;
 /// Lines before the first LN.
 const HEAD: u32 = 6;
 
-/// Uniform numbers in 0..1.
-struct Lcg(facemill_test_kit::Lcg);
-
-impl Lcg {
-    fn next(&mut self) -> f64 {
-        self.0.unit()
-    }
-
-    /// A vector turned by an angle (deg) to any side.
-    fn turned(&mut self, v: &Vector3<f64>, deg: f64) -> Vector3<f64> {
-        let side = v.cross(&Vector3::new(0.31, -0.52, 0.77)).normalize();
-        let about =
-            UnitQuaternion::from_axis_angle(&Unit::new_normalize(*v), std::f64::consts::TAU * self.next()) * side;
-        UnitQuaternion::from_axis_angle(&Unit::new_normalize(about), deg.to_radians()) * v
-    }
+/// Returns a vector turned by an angle (deg) to any side.
+fn turned(random: &mut Random, v: &Vector3<f64>, deg: f64) -> Vector3<f64> {
+    let side = v.cross(&Vector3::new(0.31, -0.52, 0.77)).normalize();
+    let about = UnitQuaternion::from_axis_angle(&Unit::new_normalize(*v), std::f64::consts::TAU * random.unit()) * side;
+    UnitQuaternion::from_axis_angle(&Unit::new_normalize(about), deg.to_radians()) * v
 }
 
 /// A surface that is cut, and cuts on it: the pose, and the normal where the cutter touches.
@@ -67,18 +58,7 @@ impl Cuts {
             let (sin, cos) = polar.sin_cos();
             Vector3::new(sin * turn.cos(), sin * turn.sin(), cos)
         };
-        let (rings, n) = (14, 72);
-        let at = |ring: usize, k: usize| normal(0.06 * ring as f64, std::f64::consts::TAU * k as f64 / n as f64);
-        let mut vertices = vec![Point3::new(0.0, 0.0, RADIUS)];
-        vertices.extend((1..=rings).flat_map(|i| (0..n).map(move |k| Point3::from(at(i, k) * RADIUS))));
-        let index = |ring: usize, k: usize| if ring == 0 { 0 } else { (1 + (ring - 1) * n + k % n) as u32 };
-        let mut triangles = Vec::new();
-        for (ring, k) in (0..rings).flat_map(|ring| (0..n).map(move |k| (ring, k))) {
-            triangles.push([index(ring, k), index(ring + 1, k), index(ring + 1, k + 1)]);
-            if ring > 0 {
-                triangles.push([index(ring, k), index(ring + 1, k + 1), index(ring, k + 1)]);
-            }
-        }
+        let (vertices, triangles) = facemill_test_kit::cap_mesh(RADIUS, 0.06 * 14.0, [14, 72]);
         let point = |k: usize| {
             let (polar, turn) = (0.5 + 0.0085 * k as f64, 0.06 * k as f64);
             let normal = normal(polar, turn);
@@ -105,10 +85,10 @@ impl Cuts {
 
 #[test]
 fn normals_of_the_surface_and_those_ten_degrees_off_are_not_reported() {
-    let mut rng = Lcg(facemill_test_kit::Lcg(5));
+    let mut rng = Random(5);
     for cuts in [Cuts::plate(0.0), Cuts::plate(0.3), Cuts::dome()] {
         assert_eq!(cuts.reported(&cuts.normals), []);
-        let off: Vec<_> = cuts.normals.iter().map(|n| rng.turned(n, 10.0)).collect();
+        let off: Vec<_> = cuts.normals.iter().map(|n| turned(&mut rng, n, 10.0)).collect();
         assert_eq!(cuts.reported(&off), []);
     }
 }
@@ -117,13 +97,13 @@ fn normals_of_the_surface_and_those_ten_degrees_off_are_not_reported() {
 /// angle.
 #[test]
 fn normals_that_are_turned_or_flipped_are_reported_each_by_its_line() {
-    let mut rng = Lcg(facemill_test_kit::Lcg(11));
+    let mut rng = Random(11);
     for cuts in [Cuts::plate(0.0), Cuts::dome()] {
         let mut normals = cuts.normals.clone();
         let mut expected = Vec::new();
         for k in (2..38).step_by(3) {
             let is_flipped = k % 2 == 0;
-            normals[k] = if is_flipped { -normals[k] } else { rng.turned(&normals[k], 45.0) };
+            normals[k] = if is_flipped { -normals[k] } else { turned(&mut rng, &normals[k], 45.0) };
             let axis = Vector3::from(unit(cuts.poses[k].1));
             let off = if is_flipped { normals[k].angle(&axis).to_degrees() } else { 45.0 };
             // LN lines begin with the second pose.
@@ -143,8 +123,8 @@ fn normals_that_are_turned_or_flipped_are_reported_each_by_its_line() {
 #[test]
 fn away_from_the_part_only_normals_that_point_away_from_the_tool_are_reported() {
     let cuts = Cuts::plate(20.0);
-    let mut rng = Lcg(facemill_test_kit::Lcg(3));
-    let mut normals: Vec<_> = cuts.normals.iter().map(|n| rng.turned(n, 45.0)).collect();
+    let mut rng = Random(3);
+    let mut normals: Vec<_> = cuts.normals.iter().map(|n| turned(&mut rng, n, 45.0)).collect();
     assert_eq!(cuts.reported(&normals), []);
     normals[7] = -normals[7];
     let reports = cuts.reported(&normals);

@@ -1,12 +1,12 @@
 use crate::motion::stepping::*;
 use facemill_cl_data::RapidLaw;
-use facemill_test_kit::Lcg;
+use facemill_test_kit::Random;
 
 const SPACING: Spacing = Spacing { max_step: 0.5, max_turn: 0.0035, max_bulge: 0.005, reach: 82.0 };
 const LENGTH: f64 = 260.0;
 
 /// Random start on the preset's table, and an end up to `mm` and `rad` away.
-fn random_ends(machine: &Machine, rng: &mut Lcg, mm: f64, rad: f64) -> [AxisValues; 2] {
+fn random_ends(machine: &Machine, rng: &mut Random, mm: f64, rad: f64) -> [AxisValues; 2] {
     let n = machine.axes().len();
     let is_linear = |k: usize| machine.axes()[k].kind == AxisKind::Linear;
     let start =
@@ -42,7 +42,7 @@ fn measure(machine: &Machine, law: BlockLaw, [start, end]: [&AxisValues; 2]) -> 
 #[test]
 fn positions_are_never_farther_apart_than_requested_and_not_many_more_than_needed() {
     let machine = Machine::head_b_table_c().unwrap();
-    let mut rng = Lcg(5);
+    let mut rng = Random(5);
     for (mm, rad) in [(5.0, 0.003), (5.0, 0.05), (0.0, 0.3), (300.0, 0.0), (400.0, 2.5), (0.001, 0.0)] {
         for law in [
             BlockLaw::Cutting(CuttingLaw::AxesLinear),

@@ -1,5 +1,5 @@
 use facemill_inverse_kinematics::Axis;
-use facemill_test_kit::Lcg;
+use facemill_test_kit::Random;
 
 use crate::program_time::tolerance::*;
 
@@ -11,7 +11,7 @@ fn machines() -> Vec<Vec<Machine>> {
     files.iter().map(|f| Machine::heads_from_json(&std::fs::read(f).unwrap()).unwrap()).collect()
 }
 
-fn position(random: &mut Lcg, axes: &[Axis]) -> AxisValues {
+fn position(random: &mut Random, axes: &[Axis]) -> AxisValues {
     AxisValues::from_fn(axes.len(), |k| {
         let free = axes[k].endless || axes[k].max - axes[k].min > 1e9;
         let (low, high) = if free { (-3.0, 3.0) } else { (axes[k].min, axes[k].max) };
@@ -27,7 +27,7 @@ fn run(positions: &[AxisValues]) -> MotionRun {
 
 #[test]
 fn axes_within_the_tolerance_take_no_tip_and_no_tool_axis_farther_than_the_control_may() {
-    let mut random = Lcg(11);
+    let mut random = Random(11);
     let given = ControlTolerance { path: 0.02, orientation: 3e-4 };
     for heads in machines() {
         let axes = heads[0].axes();
@@ -81,7 +81,7 @@ fn linear_axes_have_the_whole_tolerance_where_no_rotary_axis_moves() {
 
 #[test]
 fn levers_between_positions_are_never_longer_than_stated() {
-    let mut random = Lcg(5);
+    let mut random = Random(5);
     for heads in machines() {
         let view = (&heads[0], 180.0);
         let ends = [position(&mut random, heads[0].axes()), position(&mut random, heads[0].axes())];

@@ -3,7 +3,7 @@
 use facemill_cl_data::RoundFrustum;
 use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::{AxisKind, Machine};
-use facemill_test_kit::Lcg;
+use facemill_test_kit::Random;
 use nalgebra::Vector3;
 
 use super::*;
@@ -13,7 +13,7 @@ use crate::rates_laws::common;
 
 /// Largest departure of points of a rod along the tool axis from what the interval tells, over its
 /// deviation.
-fn farthest(law: BlockLaw, rng: &mut Lcg) -> Vec<f64> {
+fn farthest(law: BlockLaw, rng: &mut Random) -> Vec<f64> {
     let shop = kit::Shop::with_machine(Machine::head_b_table_c().unwrap());
     let (setup, settings) = (shop.setup(), VerifySettings::default());
     let scene = RunScene::new(&setup, &settings).unwrap();
@@ -55,7 +55,7 @@ fn farthest(law: BlockLaw, rng: &mut Lcg) -> Vec<f64> {
 fn no_point_of_the_tool_departs_farther_from_its_interval_than_stated() {
     let cutting = [CuttingLaw::AxesLinear, CuttingLaw::TipAndRotariesLinear, CuttingLaw::TipLinearVectorTurned];
     for (law, tight) in cutting.into_iter().zip([0.02, 0.1, 0.5]) {
-        let mut shares = farthest(BlockLaw::Cutting(law), &mut Lcg(8));
+        let mut shares = farthest(BlockLaw::Cutting(law), &mut Random(8));
         shares.sort_by(f64::total_cmp);
         assert!(
             shares.len() > 30 && shares[shares.len() / 2] >= tight,
@@ -98,7 +98,7 @@ fn the_sharp_upper_rim_is_part_of_what_stays_above() {
 
 #[test]
 fn no_interval_is_proven_where_the_axes_lose_a_turned_vector_on_the_way() {
-    let mut r = common::Random::new(41);
+    let mut r = common::Random(41);
     let law = BlockLaw::Cutting(CuttingLaw::TipLinearVectorTurned);
     let rod =
         Solid::Frustum(RoundFrustum { z_low: 0.0, z_high: 90.0, radius_low: 1.0, radius_high: 1.0, rounding: 0.0 });
@@ -110,10 +110,10 @@ fn no_interval_is_proven_where_the_axes_lose_a_turned_vector_on_the_way() {
         let scene = RunScene::new(&setup, &settings).unwrap();
         for _ in 0..250 {
             let start = AxisValues::from_fn(5, |k| match shop.machine.axes()[k].kind {
-                AxisKind::Linear => r.within(-300.0, 300.0),
-                AxisKind::Rotary => r.within(-2.5, 2.5),
+                AxisKind::Linear => r.between(-300.0, 300.0),
+                AxisKind::Rotary => r.between(-2.5, 2.5),
             });
-            let end = AxisValues::from_fn(5, |k| start[k] + r.within(-1.2, 1.2));
+            let end = AxisValues::from_fn(5, |k| start[k] + r.between(-1.2, 1.2));
             let m = Move { block: 0, section: 0, law, is_rapid: false, start, end, feed: None, moves_tool: true };
             let Some(prover) = Prover::new(&scene, &m) else { continue };
             let tool = Mount::Tool(Isometry3::identity());

@@ -3,7 +3,7 @@
 use facemill_cl_data::{CuttingLaw, RapidLaw};
 use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::BlockLaw;
-use facemill_test_kit::Lcg;
+use facemill_test_kit::Random;
 use nalgebra::Vector3;
 
 use super::*;
@@ -15,7 +15,7 @@ const TIMES: u32 = 3000;
 
 const BETWEEN_TIMES: f64 = 0.15;
 
-fn random_move(shop: &kit::Shop, law: BlockLaw, rng: &mut Lcg) -> Move {
+fn random_move(shop: &kit::Shop, law: BlockLaw, rng: &mut Random) -> Move {
     let mut pose = |axis: [f64; 2]| {
         let tip = [rng.between(-150.0, 150.0), rng.between(-150.0, 150.0), rng.between(0.0, 150.0)];
         shop.axes_at(tip, [axis[0] + rng.between(0.0, 0.2), axis[1] + rng.between(-0.1, 0.1), 1.0])
@@ -36,7 +36,7 @@ fn pose_of(scene: &RunScene<'_>, mount: Mount, axes: &AxisValues) -> Isometry3<f
 
 /// A small post beside the way of a body: at a random time, and a random distance from where the
 /// body is then.
-fn post(shop: &kit::Shop, m: &Move, rng: &mut Lcg) -> MeshTree {
+fn post(shop: &kit::Shop, m: &Move, rng: &mut Random) -> MeshTree {
     let (machine, length) = (&shop.machine, shop.tool.gauge_length());
     let motion = Motion::new(machine, m.law, &m.start, &m.end, length).unwrap();
     let work_from_tool =
@@ -87,7 +87,7 @@ fn bodies_that_come_too_near_at_any_time_are_reported_and_others_are_not() {
         BlockLaw::Rapid(RapidLaw::Linear),
         BlockLaw::Rapid(RapidLaw::PerAxis),
     ];
-    let (mut rng, between) = (Lcg(3), VerifySettings::default().between);
+    let (mut rng, between) = (Random(3), VerifySettings::default().between);
     let mut counts = [0; 2];
     for law in laws {
         for _ in 0..12 {

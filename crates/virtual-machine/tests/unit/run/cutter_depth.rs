@@ -2,11 +2,11 @@ use crate::kit;
 use crate::run::cutter_depth::*;
 use facemill_interference::MeshTree;
 use facemill_surface_model::TriMesh;
-use facemill_test_kit::{Lcg, grid_by_rows};
+use facemill_test_kit::{Random, grid_by_rows};
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 
 /// Bumpy open patch of 2·n² triangles, 100 mm square, about z = 0.
-fn patch(n: u32, rng: &mut Lcg) -> TriMesh {
+fn patch(n: u32, rng: &mut Random) -> TriMesh {
     let (vertices, triangles) = grid_by_rows([n, n], |i, j| {
         let [x, y] = [i, j].map(|k| 100.0 * (f64::from(k) / f64::from(n) - 0.5));
         Point3::new(x, y, rng.between(-2.0, 2.0))
@@ -48,7 +48,7 @@ fn depth_in_cutter(c: &Cutter, p: &Point3<f64>) -> f64 {
 
 #[test]
 fn depth_of_random_poses_is_that_of_a_dense_cloud_of_mesh_points() {
-    let mut rng = Lcg(3);
+    let mut rng = Random(3);
     let mesh = patch(6, &mut rng);
     let (tree, spacing) = (MeshTree::new(&mesh), 0.5);
     let cloud = samples(&mesh, spacing);

@@ -2,20 +2,9 @@ use crate::run::track::*;
 use facemill_cl_data::{ConvexPolyhedron, RoundBox, RoundFrustum, RoundHull};
 use facemill_interference::MeshTree;
 use facemill_surface_model::TriMesh;
+use facemill_test_kit::Random;
 use nalgebra::{Translation3, UnitQuaternion};
 use std::sync::Arc;
-
-struct Lcg(facemill_test_kit::Lcg);
-
-impl Lcg {
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.0.between(low, high)
-    }
-
-    fn vector(&mut self, half: f64) -> Vector3<f64> {
-        Vector3::from_fn(|_, _| self.between(-half, half))
-    }
-}
 
 fn octahedron(size: f64) -> MeshTree {
     let tips = [Vector3::x(), Vector3::y(), Vector3::z()].map(|v: Vector3<f64>| v * size);
@@ -41,7 +30,7 @@ fn shapes() -> [Shape; 3] {
 
 #[test]
 fn displacement_is_never_below_the_way_of_a_point_of_the_body() {
-    let mut rng = Lcg(facemill_test_kit::Lcg(9));
+    let mut rng = Random(9);
     for shape in shapes() {
         for _ in 0..300 {
             let mut pose = || {
@@ -69,7 +58,7 @@ fn spin_of_a_turned_body_moves_nothing() {
 
 #[test]
 fn answers_on_a_random_walk_are_those_of_fresh_queries() {
-    let (mesh, mut rng) = (octahedron(25.0), Lcg(facemill_test_kit::Lcg(1)));
+    let (mesh, mut rng) = (octahedron(25.0), Random(1));
     let (mut n_near, mut n_inside) = (0, 0);
     for shape in shapes() {
         let mut track = Track::default();

@@ -1,31 +1,19 @@
 use crate::map::heights::*;
 use crate::raster::height_over;
-
-/// Numbers in −1..1, always the same.
-struct Lcg(facemill_test_kit::Lcg);
-
-impl Lcg {
-    fn next(&mut self) -> f64 {
-        2.0 * self.0.unit() - 1.0
-    }
-
-    fn point(&mut self, size: f64) -> Point3<f64> {
-        Point3::new(size * self.next(), size * self.next(), size * self.next())
-    }
-}
+use facemill_test_kit::Random;
 
 /// Triangles from tiny to as large as the map, of both senses: any, needles, slivers without area,
 /// vertical ones, points, and some with corners on nodes.
 fn odd_triangles(seed: u64, n: usize) -> TriMesh {
-    let mut random = Lcg(facemill_test_kit::Lcg(seed));
+    let mut random = Random(seed);
     let mut vertices = Vec::new();
     for k in 0..n {
         let size = [0.1, 0.6, 4.0, 30.0][k % 4];
         let a = random.point(30.0);
         let (u, v) = (random.point(size).coords, random.point(size).coords);
         let (u, v) = match k / 4 % 8 {
-            0 => (u, u * random.next() + v * 1e-13),
-            1 => (u, u * random.next() + v * 1e-4),
+            0 => (u, u * random.between(-1.0, 1.0) + v * 1e-13),
+            1 => (u, u * random.between(-1.0, 1.0) + v * 1e-4),
             2 => (u, nalgebra::Vector3::new(0.0, 0.0, v.z)),
             3 => (u, u * 0.5),
             4 if k % 3 == 0 => (u * 0.0, v * 0.0),
@@ -91,13 +79,13 @@ fn any_number_of_threads_makes_the_same_heights() {
 fn a_node_on_an_edge_belongs_to_a_triangle_at_it() {
     // Fans around nodes and off them, with edges along rows, columns and diagonals: no hole
     // anywhere inside.
-    let mut random = Lcg(facemill_test_kit::Lcg(5));
+    let mut random = Random(5);
     for k in 0..200 {
         let center = if k % 2 == 0 { Point3::new(0.0, 0.0, 1.0) } else { random.point(0.9) };
         let rim: Vec<_> = (0..8)
             .map(|i| {
                 let (sin, cos) = (f64::from(i) * std::f64::consts::FRAC_PI_4).sin_cos();
-                let far = if k % 3 == 0 { 10.0 } else { 10.0 + random.next() };
+                let far = if k % 3 == 0 { 10.0 } else { 10.0 + random.between(-1.0, 1.0) };
                 Point3::new((far * cos).round(), (far * sin).round(), 0.0)
             })
             .collect();

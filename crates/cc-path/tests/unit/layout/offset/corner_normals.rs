@@ -3,7 +3,7 @@ use facemill_cl_data::Aabb;
 use super::*;
 use crate::region::Region;
 use crate::strategy::patch::Fineness;
-use crate::test_kit::{Lcg, irregular_grid, surface};
+use crate::test_kit::{Random, irregular_grid, surface};
 
 #[test]
 fn normals_on_edges_are_those_of_the_smooth_surface_on_both_sides_of_creases() {
@@ -18,7 +18,7 @@ fn normals_on_edges_are_those_of_the_smooth_surface_on_both_sides_of_creases() {
     let fineness = Fineness { max_edge: 0.3, max_bend: f64::INFINITY, cuts_range: false };
     let patch = Patch::new(&s, &region, None, &fineness).unwrap();
     let normals = CornerNormals::of(&patch);
-    let mut rng = Lcg::new(5);
+    let mut rng = Random(5);
     for (t, corners) in patch.mesh.triangles().iter().enumerate() {
         for k in 0..3 {
             let (edge, share) = ([corners[k], corners[(k + 1) % 3]], rng.unit());

@@ -5,7 +5,7 @@ use nalgebra::Isometry3;
 use super::*;
 use crate::region::Region;
 use crate::strategy::patch::Fineness;
-use crate::test_kit::{Lcg, cylinder, surface};
+use crate::test_kit::{Random, cylinder, surface};
 
 /// A blade, whose edges are sharper and blunter than the round bar beside it.
 fn blade_beside_a_bar() -> Surface {
@@ -40,7 +40,7 @@ fn batches_find_the_ridges_that_one_candidate_after_the_other_finds() {
 
 #[test]
 fn a_place_is_near_a_ridge_as_by_all_of_its_parts() {
-    let mut rng = Lcg::new(3);
+    let mut rng = Random(3);
     let nodes: Vec<Point3<f64>> = (0..100).map(|k| rng.point(3.0) + Vector3::x() * f64::from(k)).collect();
     for closed in [false, true] {
         let ends = nodes.windows(2).map(|w| [w[0], w[1]]);

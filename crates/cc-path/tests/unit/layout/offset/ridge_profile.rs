@@ -1,7 +1,7 @@
 use super::*;
 use crate::region::Region;
 use crate::strategy::patch::{Fineness, Patch};
-use crate::test_kit::{Lcg, irregular_grid, surface};
+use crate::test_kit::{Random, irregular_grid, surface};
 
 /// Profiles of a wavy sheet with a crease along x = 3, at places near it and far from it.
 fn for_profiles(check: impl Fn(RidgeProfile<'_>, RidgeProfile<'_>, f64)) {
@@ -13,7 +13,7 @@ fn for_profiles(check: impl Fn(RidgeProfile<'_>, RidgeProfile<'_>, f64)) {
     let fineness = Fineness { max_edge: 10.0, max_bend: f64::INFINITY, cuts_range: false };
     let patch = Patch::new(&s, &Region::default(), None, &fineness).unwrap();
     let normals = CornerNormals::of(&patch);
-    let mut rng = Lcg::new(9);
+    let mut rng = Random(9);
     for triangle in (0..patch.mesh.triangles().len() as u32).step_by(97) {
         let [a, b, c] = patch.mesh.corners(triangle as usize);
         let place = Point3::from((a.coords + b.coords + c.coords) / 3.0);

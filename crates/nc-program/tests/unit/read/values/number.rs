@@ -2,7 +2,7 @@ use crate::read::values::number::*;
 
 #[test]
 fn numbers_are_those_of_the_standard_library() {
-    let mut random = facemill_test_kit::Lcg(0x1234_5678_9abc_def0);
+    let mut random = facemill_test_kit::Random(0x1234_5678_9abc_def0);
     for _ in 0..200_000 {
         let state = random.bits();
         let digits = format!("{}", state >> (state % 60));

@@ -57,12 +57,11 @@ fn changed(bytes: &[u8], values: &[(&str, Value)]) -> Vec<u8> {
 
 /// Returns a sheet of 20 mm by 20 mm.
 fn sheet(z: fn(f64) -> f64) -> TriMesh {
-    let (n, m) = (160u32, 4u32);
+    let [n, m] = [160, 4];
     let at = |k: u32, n: u32| 20.0 * f64::from(k) / f64::from(n) - 10.0;
-    let vertices = (0..=m).flat_map(|j| (0..=n).map(move |i| Point3::new(at(i, n), at(j, m), z(at(i, n))))).collect();
-    let id = |i: u32, j: u32| j * (n + 1) + i;
-    let quads = (0..m).flat_map(|j| (0..n).map(move |i| [id(i, j), id(i + 1, j), id(i + 1, j + 1), id(i, j + 1)]));
-    TriMesh::new(vertices, quads.flat_map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).collect()).unwrap()
+    let (vertices, triangles) =
+        facemill_test_kit::grid_by_rows([n, m], |i, j| Point3::new(at(i, n), at(j, m), z(at(i, n))));
+    TriMesh::new(vertices, triangles).unwrap()
 }
 
 /// Returns a surface that is flat to x = 0, then a fillet of 3 mm into a slope of 60°.
