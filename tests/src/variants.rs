@@ -10,10 +10,10 @@ use facemill::sample_parts::{PatchSpec, patch};
 use facemill::surface_model::{NamedNode, write_obj};
 use nalgebra::Isometry3;
 
-use crate::interpreter::{self, Motion};
 use crate::jobs::JobFolder;
+use crate::oracles::interpreter::{self, Motion};
+use crate::oracles::read_back::{ReadBack, TipAndAxis, apt_feeds, number};
 use crate::program::{code_and_errors, faults, run};
-use crate::read_back::{ReadBack, TipAndAxis, apt_feeds, number};
 
 /// A wavy patch of 80 mm, six passes along x about its middle, a face mill of 8 mm. The tilt is so
 /// large that the tool is never upright, where the machine is singular.

@@ -6,10 +6,10 @@ use std::process::ExitCode;
 
 use facemill::inverse_kinematics::CuttingLawFile;
 use facemill::{Job, PlanSettings, SilentStages, plan_setup};
-use facemill_tests::interpreter::run;
 use facemill_tests::jobs::copy_of;
-use facemill_tests::read_back::ReadBack;
-use facemill_tests::slack::{Slacks, sample};
+use facemill_tests::oracles::interpreter::run;
+use facemill_tests::oracles::read_back::ReadBack;
+use facemill_tests::oracles::slack::{Slacks, sample};
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

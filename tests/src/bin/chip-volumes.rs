@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use facemill::StockRegion;
-use facemill_tests::chip_trial::{plan_and_cut, request, summary, trial};
+use facemill_tests::oracles::chip_trial::{plan_and_cut, request, summary, trial};
 
 /// How far from the truth what is cut may be, mm.
 const TOLERANCE: f64 = 0.005;

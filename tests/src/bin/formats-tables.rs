@@ -2,8 +2,8 @@
 
 use std::process::ExitCode;
 
-use facemill_tests::key_tables::KeyTables;
 use facemill_tests::shared::workspace;
+use facemill_tests::tables::key_tables::KeyTables;
 
 fn main() -> ExitCode {
     let docs = workspace().join("docs");

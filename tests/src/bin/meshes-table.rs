@@ -3,11 +3,12 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let outcomes = facemill_tests::meshes::outcomes(&facemill_tests::meshes::CASES.map(|c| c.file), 1.0);
+    let outcomes =
+        facemill_tests::tables::meshes::outcomes(&facemill_tests::tables::meshes::CASES.map(|c| c.file), 1.0);
     if outcomes.is_empty() {
         return ExitCode::FAILURE;
     }
-    print!("{}", facemill_tests::meshes::markdown(&outcomes));
+    print!("{}", facemill_tests::tables::meshes::markdown(&outcomes));
     for o in &outcomes {
         let Ok(planned) = &o.result else { continue };
         for why in &planned.report.infeasible {

@@ -8,8 +8,8 @@
 
 use std::process::ExitCode;
 
-use facemill_tests::sample_figures::{PAGES, RECORD, SampleFigures};
 use facemill_tests::shared::workspace;
+use facemill_tests::tables::sample_figures::{PAGES, RECORD, SampleFigures};
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

@@ -3,7 +3,7 @@
 
 use std::process::ExitCode;
 
-use facemill_tests::strategy_table::{compare, heading, parts, rows};
+use facemill_tests::tables::strategy_table::{compare, heading, parts, rows};
 
 fn main() -> ExitCode {
     let wanted: Vec<String> = std::env::args().skip(1).collect();

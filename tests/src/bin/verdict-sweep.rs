@@ -3,7 +3,7 @@
 
 use std::process::ExitCode;
 
-use facemill_tests::sweep::{Kind, parts, sweep};
+use facemill_tests::tables::sweep::{Kind, parts, sweep};
 
 fn main() -> ExitCode {
     let mut arguments = std::env::args().skip(1).map(|a| a.parse().unwrap_or_else(|_| panic!("{a} is no number")));

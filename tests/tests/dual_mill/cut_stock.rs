@@ -6,10 +6,10 @@ use facemill::virtual_machine::{Finding, FindingKind};
 use facemill::{
     CutRequest, Job, PlanSettings, Planned, SilentStages, StockRegion, VerifyRequest, plan_job, verify_program,
 };
-use facemill_tests::brute::{RoundedCylinder, in_tool};
 use facemill_tests::jobs::{JobFolder, text_of};
-use facemill_tests::read_back::{TipAndAxis, number};
-use facemill_tests::two_heads::DualBlock;
+use facemill_tests::oracles::brute::{RoundedCylinder, in_tool};
+use facemill_tests::oracles::read_back::{TipAndAxis, number};
+use facemill_tests::oracles::two_heads::DualBlock;
 use nalgebra::{Point3, Unit, Vector3};
 
 use super::{ReadPlan, between};

@@ -1,7 +1,7 @@
 //! Feeds that an axis of both heads cannot follow: lowered in the blocks of both, as the text alone
 //! shows.
 
-use facemill_tests::two_heads::{DualBlock, TwoHeads, dual_blocks};
+use facemill_tests::oracles::two_heads::{DualBlock, TwoHeads, dual_blocks};
 
 use super::*;
 

@@ -12,11 +12,11 @@ use facemill::new_job::NewJob;
 use facemill::rapids::RetractStrategy;
 use facemill::report::SpreadReport;
 use facemill::{Job, PlanSettings, Planned, SilentStages, plan_job, plan_setup};
-use facemill_tests::craig::Words;
 use facemill_tests::jobs::{JobFolder, text_of, write_coarse_propeller};
-use facemill_tests::read_back::{ReadBack, TipAndAxis, apt_feeds, number};
+use facemill_tests::oracles::craig::Words;
+use facemill_tests::oracles::read_back::{ReadBack, TipAndAxis, apt_feeds, number};
+use facemill_tests::oracles::two_heads::{DualBlock, ToolShape, TwoHeads, bodies_apart, dual_blocks, tools_apart};
 use facemill_tests::shared::workspace;
-use facemill_tests::two_heads::{DualBlock, ToolShape, TwoHeads, bodies_apart, dual_blocks, tools_apart};
 use serde_json::{Value, json};
 
 /// A narrow band of one blade, from a radius on, with few points and facets.

@@ -13,7 +13,7 @@ use facemill::sample_parts::{AnalyticPart, AnalyticShape, MaterialSide, PatchSpe
 use facemill::surface_model::TriMesh;
 use facemill::tool_model::{Cutter, ToolAssembly};
 use facemill_test_kit::{Random, golden_least};
-use facemill_tests::brute::{Bins, RoundedCylinder, SECTIONS, in_tool};
+use facemill_tests::oracles::brute::{Bins, RoundedCylinder, SECTIONS, in_tool};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use serde_json::json;
 

@@ -7,7 +7,7 @@ use facemill::surface_model::TriMesh;
 use facemill::tool_model::Cutter;
 use facemill::z_map::{ZMap, ZMapSettings};
 use facemill_test_kit::Random;
-use facemill_tests::onset::{RoundDisc, Touch, onset, saddle_distance, torus_distance};
+use facemill_tests::oracles::onset::{RoundDisc, Touch, onset, saddle_distance, torus_distance};
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 
 /// The lower half of a mesh: of a sphere the inside is then free.

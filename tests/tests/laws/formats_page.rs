@@ -1,7 +1,7 @@
 //! Tables of keys in `docs/formats.md` against the schemas that they are generated from.
 
-use facemill_tests::key_tables::KeyTables;
 use facemill_tests::shared::workspace;
+use facemill_tests::tables::key_tables::KeyTables;
 
 #[test]
 fn tables_of_the_formats_page_are_those_of_the_schemas() {

@@ -2,8 +2,8 @@
 //! compares that with a plan.
 
 use facemill::virtual_machine::FindingKind;
-use facemill_tests::sample_figures::{PAGES, SampleFigures};
 use facemill_tests::shared::workspace;
+use facemill_tests::tables::sample_figures::{PAGES, SampleFigures};
 
 #[test]
 fn figures_of_the_sample_in_the_pages_are_those_of_its_plan() {

@@ -1,6 +1,6 @@
 //! Verdicts of the mesh tree are those of brute force over all triangles.
 
-use facemill_tests::sweep::{Kind, parts, sweep};
+use facemill_tests::tables::sweep::{Kind, parts, sweep};
 
 /// Postures per kind of body and mesh.
 const POSTURES: usize = 400;

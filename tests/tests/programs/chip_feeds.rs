@@ -8,9 +8,9 @@ use facemill::chip_area::{
 };
 use facemill::sample_parts::{PatchSpec, patch};
 use facemill::surface_model::{NamedNode, write_obj};
-use facemill_tests::interpreter::Motion;
 use facemill_tests::jobs::JobFolder;
-use facemill_tests::read_back::number;
+use facemill_tests::oracles::interpreter::Motion;
+use facemill_tests::oracles::read_back::number;
 use facemill_tests::variants::{CUTTING, Written, tiny_patch, written};
 use nalgebra::{Isometry3, Vector3};
 use serde_json::{Value, json};

@@ -1,9 +1,9 @@
 //! Feed modes, RTCP and operations with tolerances of their own: programs of one small job, planned
 //! by the command, held to what every clean program is held to and to a law of its own.
 
-use facemill_tests::interpreter::{Axes, Motion};
 use facemill_tests::jobs::JobFolder;
-use facemill_tests::read_back::{TipAndAxis, number};
+use facemill_tests::oracles::interpreter::{Axes, Motion};
+use facemill_tests::oracles::read_back::{TipAndAxis, number};
 use facemill_tests::variants::{APPROACH, CUTTING, Written, planned, strays, tiny_patch, variant};
 use serde_json::{Value, json};
 

@@ -3,10 +3,10 @@
 //! program is held to and to a law of its own.
 
 use facemill::surface_model::TriMesh;
-use facemill_tests::brute::in_tool;
-use facemill_tests::interpreter::Motion;
 use facemill_tests::jobs::{JobFolder, unfinished};
-use facemill_tests::read_back::{TipAndAxis, number};
+use facemill_tests::oracles::brute::in_tool;
+use facemill_tests::oracles::interpreter::Motion;
+use facemill_tests::oracles::read_back::{TipAndAxis, number};
 use facemill_tests::variants::{APPROACH, CUTTING, Written, planned, strays, tiny_patch, tiny_patch_planned, variant};
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use serde_json::{Value, json};

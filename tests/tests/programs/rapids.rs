@@ -4,9 +4,9 @@
 use facemill::nc_program::Dialect;
 use facemill::rapids::{Rapids, RapidsFile, RapidsRequest, RetractStrategy, faster_rapids};
 use facemill::{CutRequest, Failure, Job, SilentStages};
-use facemill_tests::interpreter;
 use facemill_tests::jobs::{JobFolder, text_of};
-use facemill_tests::read_back::ReadBack;
+use facemill_tests::oracles::interpreter;
+use facemill_tests::oracles::read_back::ReadBack;
 use facemill_tests::variants::{tiny_patch, variant};
 use serde_json::json;
 

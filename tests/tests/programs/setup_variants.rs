@@ -5,10 +5,10 @@
 use std::f64::consts::TAU;
 
 use facemill::surface_model::TriMesh;
-use facemill_tests::brute::Bins;
-use facemill_tests::interpreter::Motion;
 use facemill_tests::jobs::{JobFolder, unfinished};
-use facemill_tests::read_back::{KeepOutMesh, TipAndAxis, number};
+use facemill_tests::oracles::brute::Bins;
+use facemill_tests::oracles::interpreter::Motion;
+use facemill_tests::oracles::read_back::{KeepOutMesh, TipAndAxis, number};
 use facemill_tests::variants::{
     Written, box_obj, plan, planned, tiny_patch, tiny_patch_planned, with_long_flute, written,
 };

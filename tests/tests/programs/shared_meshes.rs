@@ -2,8 +2,8 @@
 //! too far apart to finish it.
 
 use facemill::Outcome;
-use facemill_tests::meshes::{CASES, SAME, markdown, outcomes};
 use facemill_tests::shared::shared;
+use facemill_tests::tables::meshes::{CASES, SAME, markdown, outcomes};
 
 /// A blade by planes and a propeller by cylinders; all meshes are for the sweep.
 #[test]

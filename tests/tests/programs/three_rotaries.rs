@@ -4,9 +4,9 @@
 use facemill::cl_file::read_apt;
 use facemill::new_job::NewJob;
 use facemill::{Job, PlanSettings, SilentStages, plan_setup};
-use facemill_tests::craig::{Words, end_of};
 use facemill_tests::jobs::{JobFolder, text_of};
-use facemill_tests::read_back::{ReadBack, TipAndAxis, number};
+use facemill_tests::oracles::craig::{Words, end_of};
+use facemill_tests::oracles::read_back::{ReadBack, TipAndAxis, number};
 use facemill_tests::shared::workspace;
 use nalgebra::{Point3, Unit, Vector3};
 use serde_json::{Value, json};

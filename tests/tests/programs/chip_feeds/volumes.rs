@@ -3,8 +3,8 @@
 
 use facemill::StockRegion;
 use facemill::surface_model::{NamedNode, TriMesh, write_obj};
-use facemill_tests::chip_trial::{PieceTrial, Step, Volumes, plan_and_cut, request, summary, trial};
 use facemill_tests::jobs::JobFolder;
+use facemill_tests::oracles::chip_trial::{PieceTrial, Step, Volumes, plan_and_cut, request, summary, trial};
 use facemill_tests::shared::workspace;
 use facemill_tests::variants::with_long_flute;
 use nalgebra::{Isometry3, Point3};

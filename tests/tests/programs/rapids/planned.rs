@@ -3,9 +3,9 @@
 
 use facemill::rapids::{RetractStrategy, ShortenedLinks};
 use facemill::{Job, PlanSettings, Planned, SilentStages, plan_job};
-use facemill_tests::interpreter::{self, Motion};
 use facemill_tests::jobs::{JobFolder, text_of};
-use facemill_tests::read_back::ReadBack;
+use facemill_tests::oracles::interpreter::{self, Motion};
+use facemill_tests::oracles::read_back::ReadBack;
 use facemill_tests::variants::variant;
 use serde_json::{Value, json};
 

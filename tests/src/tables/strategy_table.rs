@@ -8,7 +8,7 @@ use facemill::{
 use serde_json::json;
 
 use crate::jobs::JobFolder;
-use crate::meshes::{CASES, shared_mesh_job};
+use crate::tables::meshes::{CASES, shared_mesh_job};
 
 /// A part with its job; `None` where its data is absent.
 type PartOfTable = (String, Box<dyn Fn() -> Option<JobFolder>>);
@@ -31,7 +31,7 @@ pub fn parts() -> Vec<PartOfTable> {
         one_blade("VP1304, 3048 mm, one blade", Series::Vp1304),
         example("NASA Rotor 37, 8 : 1", NewJob::Rotor37 { scale: 8.0 }),
     ];
-    let of_case = |case: &'static crate::meshes::MeshCase| -> PartOfTable {
+    let of_case = |case: &'static crate::tables::meshes::MeshCase| -> PartOfTable {
         (case.file.to_owned(), Box::new(|| shared_mesh_job(case.file)))
     };
     parts.extend(CASES.iter().map(of_case));

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use facemill_test_kit::golden_least;
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
-use crate::brute::SECTIONS;
+use crate::oracles::brute::SECTIONS;
 
 /// Signed distance of a point from the torus about z with material inside, mm: positive outside the
 /// material.
@@ -144,7 +144,7 @@ mod tests {
 
     #[test]
     fn a_ball_about_any_point_of_the_eroded_disc_is_in_the_cutter() {
-        use crate::brute::RoundedCylinder;
+        use crate::oracles::brute::RoundedCylinder;
         let mut random = Random(4);
         for corner in [0.0, 0.3, 2.0, 12.0] {
             let cutter = RoundedCylinder { radius: 25.0, corner, height: 60.0 };

@@ -1,14 +1,14 @@
 //! Programs that must not be run, and feeds in the stock.
 
 use facemill_tests::jobs::JobFolder;
+use facemill_tests::oracles::read_back::{TipAndAxis, number};
 use facemill_tests::program::{code_and_errors, run};
-use facemill_tests::read_back::{TipAndAxis, number};
 use facemill_tests::variants::{CUTTING, planned, tiny_patch, variant};
 use serde_json::json;
 
 /// The header's template without the line that switches length compensation on.
 fn without_length_compensation() -> String {
-    let template = include_str!("../../../crates/nc-program/templates/fanuc.j2");
+    let template = include_str!("../../../../crates/nc-program/templates/fanuc.j2");
     let kept: Vec<&str> = template.lines().filter(|l| !l.starts_with("G0 G90 G43 ")).collect();
     assert!(kept.len() < template.lines().count());
     kept.join("\n") + "\n"

@@ -2,7 +2,7 @@
 
 use facemill::{Job, PlanSettings, Planned, SilentStages, plan_setup};
 use facemill_tests::jobs::{JobFolder, text_of};
-use facemill_tests::read_back::apt_feeds;
+use facemill_tests::oracles::read_back::apt_feeds;
 use facemill_tests::variants::{CUTTING, tiny_patch, tiny_patch_planned};
 use serde_json::{Value, json};
 

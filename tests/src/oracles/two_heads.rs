@@ -7,9 +7,9 @@
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use serde_json::Value;
 
-use crate::brute::{Frustum, RoundedCylinder, in_tool};
-use crate::craig::{Words, end_of};
-use crate::read_back::{TipAndAxis, number};
+use crate::oracles::brute::{Frustum, RoundedCylinder, in_tool};
+use crate::oracles::craig::{Words, end_of};
+use crate::oracles::read_back::{TipAndAxis, number};
 
 /// A motion of the program's body.
 #[derive(Clone, Debug)]

@@ -8,10 +8,10 @@ use facemill::tool_model::ToolAssembly;
 use facemill::virtual_machine::{
     Finding, FindingKind, Measure, ObstacleKind, Verification, VerifySettings, VirtualObstacle, VirtualSetup, verify,
 };
-use facemill_tests::brute::{Bins, Frustum, RoundedCylinder};
-use facemill_tests::interpreter::{self, Axes, Motion, with_word};
 use facemill_tests::jobs::{JobFolder, small_patch, small_patch_planned, text_of};
-use facemill_tests::paper_machine::{PIVOT_TO_FACE, tool_on_table};
+use facemill_tests::oracles::brute::{Bins, Frustum, RoundedCylinder};
+use facemill_tests::oracles::interpreter::{self, Axes, Motion, with_word};
+use facemill_tests::oracles::paper_machine::{PIVOT_TO_FACE, tool_on_table};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 use serde_json::{Value, json};
 

@@ -5,10 +5,10 @@ use facemill::Planned;
 use facemill::cl_data::CuttingLaw;
 use facemill::cl_file::read_apt;
 use facemill::inverse_kinematics::{AxisValues, Machine, deviation_bound};
-use facemill_tests::interpreter::{self, Motion};
 use facemill_tests::jobs::{JobFolder, small_patch, small_patch_planned, small_propeller, text_of};
-use facemill_tests::paper_machine::{PIVOT_TO_FACE, tool_on_table};
-use facemill_tests::read_back::{KeepOutMesh, ReadBack};
+use facemill_tests::oracles::interpreter::{self, Motion};
+use facemill_tests::oracles::paper_machine::{PIVOT_TO_FACE, tool_on_table};
+use facemill_tests::oracles::read_back::{KeepOutMesh, ReadBack};
 use nalgebra::{Unit, Vector3};
 
 /// `strides`: of how many motions one is looked at, for the cutter and for the bodies.

@@ -9,8 +9,8 @@ use facemill::surface_model::TriMesh;
 use facemill_test_kit::{Random, soup_mesh};
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 
+use crate::oracles::touch::Touchable;
 use crate::shared::shared;
-use crate::touch::Touchable;
 
 /// The kinds of bodies that are swept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix4, Rotation3, Translation3, Vector3};
 use serde_json::Value;
 
-use crate::read_back::number;
+use crate::oracles::read_back::number;
 
 /// Value of every axis, mm and deg, by its name.
 pub type Words = BTreeMap<String, f64>;

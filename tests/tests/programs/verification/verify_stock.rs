@@ -21,7 +21,7 @@ use facemill::{
     Verified, VerifyRequest, verify_program,
 };
 use facemill_tests::jobs::JobFolder;
-use facemill_tests::paper_machine::PIVOT_TO_FACE;
+use facemill_tests::oracles::paper_machine::PIVOT_TO_FACE;
 use serde_json::{Value, json};
 
 const RADIUS: f64 = 10.0;

@@ -9,8 +9,8 @@ use facemill::interference::{Interference, MeshTree};
 use facemill::tool_model::Cutter;
 use serde_json::Value;
 
-use crate::interpreter::Motion;
-use crate::read_back::{ReadBack, TipAndAxis};
+use crate::oracles::interpreter::Motion;
+use crate::oracles::read_back::{ReadBack, TipAndAxis};
 
 /// One block that cuts.
 #[derive(Clone, Copy, Debug, PartialEq)]

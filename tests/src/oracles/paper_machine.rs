@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Unit, Vector3};
 
-use crate::interpreter::Axes;
+use crate::oracles::interpreter::Axes;
 
 /// Distance from the B pivot to the spindle's face of the preset machine, mm.
 pub const PIVOT_TO_FACE: f64 = 350.0;

@@ -1,10 +1,10 @@
 //! Certificates of planned jobs under every motion law, held to depths and distances by brute force
 //! over all triangles at times close together.
 
-use facemill_tests::interpreter::{Axes, Motion};
 use facemill_tests::jobs::JobFolder;
+use facemill_tests::oracles::interpreter::{Axes, Motion};
+use facemill_tests::oracles::read_back::TipAndAxis;
 use facemill_tests::program::{code_and_errors, run};
-use facemill_tests::read_back::TipAndAxis;
 use facemill_tests::variants::{Written, variant, written};
 use nalgebra::{Rotation3, Unit, Vector3};
 use serde_json::{Value, json};
@@ -28,7 +28,7 @@ fn job(feed_mode: &str, cutting: &str, rapid: &str) -> JobFolder {
 }
 
 /// Words of the axes themselves, where those of X, Y and Z are the tip's: the other way round than
-/// [`tool_on_table`](facemill_tests::paper_machine::tool_on_table).
+/// [`tool_on_table`](facemill_tests::oracles::paper_machine::tool_on_table).
 fn axis_words(w: &Written, at: &Axes, rtcp: bool) -> Axes {
     if !rtcp {
         return *at;
@@ -150,7 +150,7 @@ fn rapids_with_each_axis_at_its_own_speed_keep_their_certificates() {
 #[test]
 fn the_words_of_the_axes_are_those_that_bring_the_tip_back() {
     let job = job("rtcp", "tip_and_rotaries_linear", "linear");
-    let back = facemill_tests::read_back::ReadBack::of(&job, 0);
+    let back = facemill_tests::oracles::read_back::ReadBack::of(&job, 0);
     let w =
         Written { report: Value::Null, nc: String::new(), apt: String::new(), motions: vec![], feeds: vec![], back };
     let at = Axes { x: 12.0, y: -30.0, z: 4.0, b: 17.0, c: 71.0 };

@@ -4,10 +4,10 @@
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 use serde_json::Value;
 
-use crate::brute::{Bins, Frustum, RoundedCylinder};
-use crate::interpreter::{Axes, Motion};
 use crate::jobs::JobFolder;
-use crate::paper_machine::{PIVOT_TO_FACE, tool_on_table};
+use crate::oracles::brute::{Bins, Frustum, RoundedCylinder};
+use crate::oracles::interpreter::{Axes, Motion};
+use crate::oracles::paper_machine::{PIVOT_TO_FACE, tool_on_table};
 
 /// A mesh that must not be cut.
 pub struct KeepOutMesh {

@@ -1,0 +1,9 @@
+//! Passes by all strategies: planned, compared, pictured.
+
+pub(crate) mod constant_scallop;
+pub(crate) mod edges_and_roots;
+pub(crate) mod flow_and_spiral;
+pub(crate) mod left_above;
+pub(crate) mod paths;
+pub(crate) mod solution_space;
+pub(crate) mod turns;
