@@ -177,7 +177,22 @@ fn clean(value: f64) -> f64 {
 
 fn move_body(body: &mut BodyFile, frame_from_bed: &Isometry3<f64>) {
     let pose = frame_from_bed * crate::machine::bodies::pose_of(body);
-    let (x, y, z) = pose.rotation.euler_angles();
     body.position_mm = pose.translation.vector.map(clean).into();
-    body.rotation_xyz_deg = [x, y, z].map(|angle| clean(angle.to_degrees()));
+    body.rotation_xyz_deg = angles_xyz(&pose.rotation).map(|angle| clean(angle.to_degrees()));
+}
+
+/// Angles about the fixed axes x, y and z, one after the other, that make a rotation.
+///
+/// Near ±90° about y, where x and z turn about one line, the angle about x takes what the rounded
+/// one about z leaves, so that the product keeps all digits; an arc sine would lose half of them.
+fn angles_xyz(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
+    let m = rotation.to_rotation_matrix();
+    let level = m[(0, 0)].hypot(m[(1, 0)]);
+    // Below, its direction is rounding alone. Larger: the rotation is off by as much. Smaller: bodies
+    // along an axis get odd angles.
+    let z = if level < 1e-12 { 0.0 } else { m[(1, 0)].atan2(m[(0, 0)]) };
+    let y = (-m[(2, 0)]).atan2(level);
+    let (sin, cos) = z.sin_cos();
+    let x = (sin * m[(0, 2)] - cos * m[(1, 2)]).atan2(cos * m[(1, 1)] - sin * m[(0, 1)]);
+    [x, y, z]
 }

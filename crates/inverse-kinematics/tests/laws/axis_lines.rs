@@ -114,36 +114,58 @@ fn a_chain_has_no_more_rows_than_it_needs() {
     assert!(rows.len() <= 4, "{rows:?}");
 }
 
+/// Asserts that a body on a line of an axis, put at a pose of the bed's frame, is there in its row.
+fn assert_stays(mut lines: Vec<AxisLine>, k: usize, pose: &Isometry3<f64>) {
+    let (x, y, z) = pose.rotation.euler_angles();
+    let body = BodyFile {
+        name: "probe".to_owned(),
+        shape: ShapeFile::Box { size_mm: [1.0, 2.0, 3.0] },
+        position_mm: pose.translation.vector.into(),
+        rotation_xyz_deg: [x, y, z].map(f64::to_degrees),
+        clearance_mm: 0.0,
+    };
+    lines[k].bodies.push(body);
+    let rows = rows_from_axes(&lines, &Isometry3::identity());
+    let holder = rows.iter().position(|row| !row.bodies.is_empty()).unwrap();
+    assert_eq!(rows[holder].joint.as_ref(), Some(&lines[k].joint));
+    let [position, turns] = [rows[holder].bodies[0].position_mm, rows[holder].bodies[0].rotation_xyz_deg];
+    let [x, y, z] = turns.map(f64::to_radians);
+    let in_row = Isometry3::from_parts(position.into(), UnitQuaternion::from_euler_angles(x, y, z));
+    let frame = rows[..=holder].iter().fold(Matrix4::<f64>::identity(), |m, row| m * craig(row, &|_| 0.0));
+    let difference: Matrix4<f64> = frame * in_row.to_homogeneous() - pose.to_homogeneous();
+    assert!(difference.abs().max() < 1e-9, "{difference}");
+}
+
 #[test]
 fn bodies_stay_where_they_were_put() {
     let mut r = Random(7);
     for _ in 0..50 {
-        let machine_lines = loop {
+        let lines = loop {
             let lines = random_lines(&mut r);
             if !lines.is_empty() {
                 break lines;
             }
         };
-        let mut lines = machine_lines;
         let pose = random_end(&mut r, &[]);
-        let (x, y, z) = pose.rotation.euler_angles();
-        let body = BodyFile {
-            name: "probe".to_owned(),
-            shape: ShapeFile::Box { size_mm: [1.0, 2.0, 3.0] },
-            position_mm: pose.translation.vector.into(),
-            rotation_xyz_deg: [x, y, z].map(f64::to_degrees),
-            clearance_mm: 0.0,
-        };
         let k = r.below(lines.len());
-        lines[k].bodies.push(body);
-        let rows = rows_from_axes(&lines, &Isometry3::identity());
-        let holder = rows.iter().position(|row| !row.bodies.is_empty()).unwrap();
-        assert_eq!(rows[holder].joint.as_ref(), Some(&lines[k].joint));
-        let [position, turns] = [rows[holder].bodies[0].position_mm, rows[holder].bodies[0].rotation_xyz_deg];
-        let [x, y, z] = turns.map(f64::to_radians);
-        let in_row = Isometry3::from_parts(position.into(), UnitQuaternion::from_euler_angles(x, y, z));
-        let frame = rows[..=holder].iter().fold(Matrix4::<f64>::identity(), |m, row| m * craig(row, &|_| 0.0));
-        let difference: Matrix4<f64> = frame * in_row.to_homogeneous() - pose.to_homogeneous();
-        assert!(difference.abs().max() < 1e-9, "{difference}");
+        assert_stays(lines, k, &pose);
+    }
+}
+
+/// The angle about y is then next to 90°, where its arc sine has lost half of the digits.
+#[test]
+fn bodies_on_an_axis_that_is_nearly_level_stay_where_they_were_put() {
+    for exponent in 1..17 {
+        let off = 10_f64.powi(-exponent);
+        for direction in [Vector3::new(1.0, 0.3 * off, off), Vector3::new(off, 1.0, off), Vector3::new(-1.0, off, 0.0)]
+        {
+            let line = AxisLine {
+                joint: joint_of("B", AxisKind::Rotary, Sense::Positive),
+                direction: Unit::new_normalize(direction),
+                point: Point3::new(300.0, 0.0, 110.0),
+                bodies: Vec::new(),
+            };
+            assert_stays(vec![line], 0, &Isometry3::translation(10.0, 20.0, 30.0));
+        }
     }
 }
