@@ -78,7 +78,7 @@ fn what_the_other_head_is_in_the_way_of_is_no_pose() {
             let machine = view.with_tool_in_other_head(&whole(&others), others.gauge_length());
             let cell = workcell(&machine, &own, vec![]);
             let test = PoseTest::new(&cell);
-            for _ in 0..60 {
+            for _ in 0..150 {
                 let q = meeting(&machine, &mut random);
                 let table_from_tool = machine.forward(&q, own.gauge_length());
                 let of_head = |c| {

@@ -293,7 +293,7 @@ fn is_free(lengths: &Lengths, more: f64, places: &[(Point3<f64>, Vector3<f64>)],
 fn random_boxes_are_cleared_by_an_oracle_that_samples_and_by_no_shorter_length() {
     let mut rng = Random(41);
     let mut n_forced = [0; 4];
-    for _ in 0..12 {
+    for _ in 0..24 {
         let boxes: Boxes = (0..3)
             .map(|_| {
                 let (x, y, side) = (rng.between(20.0, 90.0), rng.between(-40.0, 40.0), rng.between(4.0, 12.0));
