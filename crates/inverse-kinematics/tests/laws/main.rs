@@ -6,17 +6,14 @@ mod common;
 mod meant;
 
 mod axis_lines;
+mod axis_paths;
 mod axis_ranges;
 mod deviation;
 mod family;
 mod heads;
 mod import;
 mod inverse;
-mod linearise;
-mod linearise_poles;
 mod machine_file;
 mod motion;
-mod path;
 mod published;
 mod three_rotaries;
-mod windings;

@@ -10,7 +10,7 @@ use nalgebra::Isometry3;
 use super::pairs::{Outcome, Row, ran, row};
 use crate::kit::stock::cut_stock;
 use crate::kit::{HEAD, RADIUS, Shop, Text};
-use crate::machine_stock::{BEHIND, Block, IN_SLOT, NEEDED, both, pass, shop_with_guard, slot};
+use crate::stock::machine_stock::{BEHIND, Block, IN_SLOT, NEEDED, both, pass, shop_with_guard, slot};
 
 /// That of the cut stock, mm.
 const TOLERANCE: f64 = 0.01;

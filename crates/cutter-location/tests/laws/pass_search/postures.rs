@@ -12,7 +12,7 @@ use facemill_tool_model::cl_from_cc;
 use nalgebra::{Point3, Unit, Vector3};
 
 use crate::kit::{Ball, Random, cc_on_patch, cc_on_plane, curve_deg, machine, obstacle, plane, stand, tool, workcell};
-use crate::pass_costs::{Cost, SMOOTH, seen};
+use crate::pass_search::pass_costs::{Cost, SMOOTH, seen};
 
 /// A feed at which the rotary axes cannot follow everywhere, mm/s.
 const FAST: f64 = 60.0;

@@ -215,6 +215,14 @@ fn cut(shop: &Shop, form: Form, poses: &[Pose], axes: &[AxisValues]) -> (DexelMa
     (stock, run.removed_mm3)
 }
 
+/// Whether the axes can follow all blocks.
+fn is_followed(shop: &Shop, form: Form, poses: &[Pose]) -> bool {
+    let program = program(shop, form, poses, &axes(shop, poses));
+    let settings = VerifySettings::default();
+    let run = cut_stock(&program, &setup(shop, form), &settings, &mut block(), TOLERANCE);
+    run.findings.iter().all(|f| f.kind != FindingKind::ReachFailure)
+}
+
 /// Samples of a whole way.
 fn sweep(shop: &Shop, form: Form, axes: &[AxisValues]) -> Vec<TipAndAxis> {
     axes.windows(2).flat_map(|w| places(shop, form.law().into(), &w[0], &w[1])).collect()
@@ -240,7 +248,9 @@ fn stock_is_cut_by_the_motion_of_the_law_within_the_tolerance() {
     for (form, other) in FORMS.into_iter().zip([Form::Tip, Form::Vector, Form::Axes]) {
         let mut random = Random(3);
         for shop in shops_of(form) {
-            let poses = way(&mut random);
+            // Of vectors 5 of 80 ways are not followed: the control says so, and cuts nothing there.
+            let poses = std::iter::repeat_with(|| way(&mut random)).take(4).find(|w| is_followed(&shop, form, w));
+            let poses = poses.expect("most ways are followed");
             let axes = axes(&shop, &poses);
             let (stock, removed) = cut(&shop, form, &poses, &axes);
             assert!(removed > 500.0 && removed < 0.95 * 900.0 * HEIGHT, "{form:?}: {removed}");

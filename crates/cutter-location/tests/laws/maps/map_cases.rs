@@ -11,7 +11,7 @@ use facemill_tool_model::{Section, Stack, ToolAssembly, cl_from_cc};
 use nalgebra::{Isometry3, Point3, UnitQuaternion, Vector3};
 
 use crate::kit::{Ball, Random, cc_on_plane, machine, obstacle, plane, posture_deg, tool, workcell};
-use crate::map::{Tested, assert_true, range_deg};
+use crate::maps::map::{Tested, assert_true, range_deg};
 
 /// The bottom half of a hollow ball about the origin, open toward +z.
 fn bowl(radius: f64, n: usize) -> TriMesh {

@@ -13,7 +13,7 @@ use facemill_tool_model::cl_from_cc;
 use nalgebra::{Point3, Vector3};
 
 use crate::kit::{Ball, Random, curve_deg, machine, obstacle, plane, posture_deg, tool, workcell};
-use crate::pass_costs::{Cost, SMOOTH, Stood};
+use crate::pass_search::pass_costs::{Cost, SMOOTH, Stood};
 
 /// How far the table turns to either side, rad.
 const C_LIMIT: f64 = 400.0 * TAU / 360.0;

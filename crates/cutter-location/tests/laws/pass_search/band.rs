@@ -13,7 +13,7 @@ use facemill_tool_model::{Cutter, ToolAssembly};
 use nalgebra::{Point3, Vector3};
 
 use crate::kit::{Ball, Random, cc_on_plane, curve_deg, machine, obstacle, plane, posture_deg, tool, workcell};
-use crate::pass_costs::SMOOTH;
+use crate::pass_search::pass_costs::SMOOTH;
 use crate::rods::beside;
 
 /// Distance of neighbours in the lattice of the graph's nodes, deg of axis turn (docs/method.md).
