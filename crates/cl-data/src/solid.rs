@@ -49,7 +49,8 @@ pub struct RoundHull {
 
 /// A convex body in its own frame.
 ///
-/// Exhaustive, so that a new one is handled everywhere: a body that is passed over would be a collision unseen.
+/// Exhaustive, so that a new one is handled everywhere: a body that is passed over would be a
+/// collision unseen.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Solid {
     /// Turned body.

@@ -30,8 +30,9 @@ impl SplitMix64 {
     }
 }
 
-/// Returns bits that all depend on all bits of a number, so that neighbouring numbers give unrelated
-/// ones: those of [`SplitMix64`] with the number as its seed. Different numbers stay different.
+/// Returns bits that all depend on all bits of a number, so that neighbouring numbers give
+/// unrelated ones: those of [`SplitMix64`] with the number as its seed. Different numbers stay
+/// different.
 pub fn mixed_bits(number: u64) -> u64 {
     SplitMix64(number).bits()
 }

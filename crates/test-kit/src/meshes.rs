@@ -74,8 +74,8 @@ pub fn ball_mesh(radius: f64, [rows, around]: [u32; 2]) -> Mesh {
     (vertices, triangles)
 }
 
-/// Cap of a ball about the origin around the pole +z, up to the polar angle `half_angle` (rad), open
-/// and wound outward: `rings` rings of `around` patches, the vertex at the pole first.
+/// Cap of a ball about the origin around the pole +z, up to the polar angle `half_angle` (rad),
+/// open and wound outward: `rings` rings of `around` patches, the vertex at the pole first.
 pub fn cap_mesh(radius: f64, half_angle: f64, [rings, around]: [u32; 2]) -> Mesh {
     let mut vertices = vec![Point3::new(0.0, 0.0, radius)];
     for (ring, k) in (1..=rings).flat_map(|ring| (0..around).map(move |k| (ring, k))) {
@@ -119,8 +119,8 @@ fn other_halves_of([a, b, c, d]: [u32; 4]) -> [[u32; 3]; 2] {
     [[a, b, d], [b, c, d]]
 }
 
-/// `n` unconnected triangles, one of each kind of [`odd_triangle`] after the other; every seventh is
-/// there twice.
+/// `n` unconnected triangles, one of each kind of [`odd_triangle`] after the other; every seventh
+/// is there twice.
 pub fn soup_mesh(random: &mut Random, n: u32, size: [f64; 2]) -> Mesh {
     let (mut vertices, mut triangles) = (Vec::new(), Vec::new());
     for k in 0..n {
@@ -132,8 +132,8 @@ pub fn soup_mesh(random: &mut Random, n: u32, size: [f64; 2]) -> Mesh {
     (vertices, triangles)
 }
 
-/// Triangle of the awkward kind `kind` % 8: slivers of two widths, one without area, a point with an
-/// edge, a level one, a large one, and two of any shape.
+/// Triangle of the awkward kind `kind` % 8: slivers of two widths, one without area, a point with
+/// an edge, a level one, a large one, and two of any shape.
 ///
 /// Its first corner is within `reach` (mm) of the origin along each axis, and its edges from there
 /// are up to `edge` long, those of the large one four times as long.

@@ -68,8 +68,8 @@ impl Random {
         Unit::new_normalize(Vector3::new(r * cos, r * sin, z))
     }
 
-    /// Rigid motion: a turn by up to 3 rad about any direction, and a translation by [`Self::vector`]
-    /// of `reach`.
+    /// Rigid motion: a turn by up to 3 rad about any direction, and a translation by
+    /// [`Self::vector`] of `reach`.
     pub fn motion(&mut self, reach: f64) -> Isometry3<f64> {
         let angle = self.between(-3.0, 3.0);
         let turn = UnitQuaternion::from_axis_angle(&self.direction(), angle);

@@ -40,7 +40,8 @@ pub struct ProgramLink {
 
 /// Why a link stays as it is.
 ///
-/// Exhaustive, so that a new one is handled everywhere: a link must not be moved for want of a reason.
+/// Exhaustive, so that a new one is handled everywhere: a link must not be moved for want of a
+/// reason.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LinkHold {
     /// Nothing is cut before it: it is the way to the part.

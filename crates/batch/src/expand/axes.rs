@@ -218,8 +218,8 @@ fn check_key(key: &str) -> Result<(), String> {
     JobSetting::from_str(&format!("{key}=null")).map(drop)
 }
 
-/// Returns a random number of a seed for a variant and an axis: every place has a number of its own,
-/// whatever is drawn before.
+/// Returns a random number of a seed for a variant and an axis: every place has a number of its
+/// own, whatever is drawn before.
 fn draw(seed: u64, variant: u64, axis: u64) -> u64 {
     mixed_bits(mixed_bits(mixed_bits(seed) ^ variant) ^ axis)
 }

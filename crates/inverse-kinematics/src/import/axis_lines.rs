@@ -188,8 +188,8 @@ fn move_body(body: &mut BodyFile, frame_from_bed: &Isometry3<f64>) {
 fn angles_xyz(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
     let m = rotation.to_rotation_matrix();
     let level = m[(0, 0)].hypot(m[(1, 0)]);
-    // Below, its direction is rounding alone. Larger: the rotation is off by as much. Smaller: bodies
-    // along an axis get odd angles.
+    // Below, its direction is rounding alone. Larger: the rotation is off by as much. Smaller:
+    // bodies along an axis get odd angles.
     let z = if level < 1e-12 { 0.0 } else { m[(1, 0)].atan2(m[(0, 0)]) };
     let y = (-m[(2, 0)]).atan2(level);
     let (sin, cos) = z.sin_cos();

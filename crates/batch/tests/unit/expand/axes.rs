@@ -67,8 +67,8 @@ fn a_sample_is_reproducible_begins_alike_and_is_uniform() {
     assert!(both.abs() < 4.0 * (4.0 / 12f64.sqrt()) * 1.25f64.sqrt() / (n as f64).sqrt(), "correlated: {both}");
 }
 
-/// Of the seed 0 and the first place, three times over what the reference code of SplitMix64 makes of
-/// 0 (Vigna, splitmix64.c), so that samples stay what they are from version to version.
+/// Of the seed 0 and the first place, three times over what the reference code of SplitMix64 makes
+/// of 0 (Vigna, splitmix64.c), so that samples stay what they are from version to version.
 #[test]
 fn draws_are_those_of_the_published_generator_and_differ_by_place() {
     assert_eq!(draw(0, 0, 0), 0x2382_75bc_38fc_be91);

@@ -248,7 +248,8 @@ fn stock_is_cut_by_the_motion_of_the_law_within_the_tolerance() {
     for (form, other) in FORMS.into_iter().zip([Form::Tip, Form::Vector, Form::Axes]) {
         let mut random = Random(3);
         for shop in shops_of(form) {
-            // Of vectors 5 of 80 ways are not followed: the control says so, and cuts nothing there.
+            // Of vectors 5 of 80 ways are not followed: the control says so, and cuts nothing
+            // there.
             let poses = std::iter::repeat_with(|| way(&mut random)).take(4).find(|w| is_followed(&shop, form, w));
             let poses = poses.expect("most ways are followed");
             let axes = axes(&shop, &poses);
