@@ -9,10 +9,10 @@ use std::time::{Duration, Instant};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use facemill_benches::{machine, table_poses};
 use facemill_cl_data::{ClPoint, CuttingLaw};
-use facemill_inverse_kinematics::{
-    AxisValues, BranchPreference, DhRow, Joint, Machine, PathSettings, PrismaticJoint, RevoluteJoint, RevoluteRange,
-    SegmentKind, Sense, choose_along, deviation_bound,
-};
+use facemill_inverse_kinematics::machine_file::{DhRow, Joint, PrismaticJoint, RevoluteJoint, RevoluteRange, Sense};
+use facemill_inverse_kinematics::motion::deviation_bound;
+use facemill_inverse_kinematics::path::{PathSettings, SegmentKind, choose_along};
+use facemill_inverse_kinematics::{AxisValues, BranchPreference, Machine};
 use nalgebra::{Point3, Unit, Vector3};
 
 const TOOL_LENGTH: f64 = 300.0;

@@ -10,10 +10,11 @@ use std::f64::consts::TAU;
 use std::time::Duration;
 
 use criterion::{BenchmarkGroup, Criterion, Throughput, criterion_group, criterion_main, measurement::WallTime};
-use facemill::cc_path::{
-    ConstantScallop, Edge, EdgeLine, Flow, FlowEnd, LaySettings, ParallelPlanes, Region, Root, RootLine, Sections,
-    Seed, Spiral, SpiralLevels, Strategy, lay_passes,
+use facemill::cc_path::strategies::{
+    ConstantScallop, Edge, EdgeLine, Flow, FlowEnd, ParallelPlanes, Region, Root, RootLine, Sections, Seed, Spiral,
+    SpiralLevels,
 };
+use facemill::cc_path::{LaySettings, Strategy, lay_passes};
 use facemill_cl_data::{CcPoint, Silent};
 use facemill_sample_parts::{PatchSpec, patch};
 use facemill_surface_model::{Group, Surface, SurfaceSettings, TriMesh};

@@ -7,10 +7,9 @@ use std::time::Duration;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use facemill_benches::machine;
 use facemill_cl_data::{ClPoint, CuttingLaw};
-use facemill_inverse_kinematics::linearise;
-use facemill_inverse_kinematics::{
-    AxisValues, BranchPreference, Linearisation, Machine, MotionTolerance, deviation_bound,
-};
+use facemill_inverse_kinematics::motion::linearise;
+use facemill_inverse_kinematics::motion::{Linearisation, MotionTolerance, deviation_bound};
+use facemill_inverse_kinematics::{AxisValues, BranchPreference, Machine};
 use nalgebra::{Point3, Unit, Vector3};
 
 const TOOL_LENGTH: f64 = 300.0;

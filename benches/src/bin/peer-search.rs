@@ -12,7 +12,8 @@ use facemill_cutter_location::{
     Hints, PassSettings, PassTask, PoseTest, PostureMode, SearchSettings, SmoothSettings, plan_passes, search,
 };
 use facemill_interference::MeshTree;
-use facemill_inverse_kinematics::{BodyFile, Machine, ShapeFile};
+use facemill_inverse_kinematics::Machine;
+use facemill_inverse_kinematics::machine_file::{BodyFile, ShapeFile};
 use facemill_surface_model::{Surface, SurfaceSettings, TriMesh};
 use facemill_tool_model::{FormatTag, Section, SpindleRotation, Stack, ToolAssembly, ToolFile};
 use nalgebra::{Point3, Vector3};

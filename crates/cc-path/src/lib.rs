@@ -13,7 +13,8 @@
 //!   or [`Root`] has passes at distances from a line on the surface.
 //!
 //! ```
-//! use facemill_cc_path::{LaySettings, ParallelPlanes, PathError, Region, Strategy, UncutSide, lay_passes};
+//! use facemill_cc_path::{LaySettings, PathError, Strategy, lay_passes};
+//! use facemill_cc_path::strategies::{ParallelPlanes, Region, UncutSide};
 //! use facemill_cl_data::Silent;
 //! use facemill_surface_model::{Surface, SurfaceSettings, TriMesh};
 //! use nalgebra::{Point3, Vector3};
@@ -64,6 +65,14 @@
 //! the curves, `resample` puts points on them, `order` puts them in order; `samples` spreads
 //! points over a region, one in each cell of a `lattice`, whatever is laid on it, or along the
 //! lines of a `line_band`; `size` bounds all of them.
+//!
+//! [`Edge`]: strategies::Edge
+//! [`Flow`]: strategies::Flow
+//! [`Region`]: strategies::Region
+//! [`Root`]: strategies::Root
+//! [`Sections`]: strategies::Sections
+//! [`Spiral`]: strategies::Spiral
+//! [`read_path_file`]: files::read_path_file
 
 mod distance;
 mod error;
@@ -83,27 +92,40 @@ mod strategy;
 #[path = "../tests/unit/test_kit.rs"]
 mod test_kit;
 
+pub use crate::error::{PathError, Remedy};
 pub use crate::layout::generate_passes::{LaidPass, PassLayout, lay_passes};
 pub use crate::layout::offset::rolling_ball::CornerRest;
-pub use crate::strategy::edge::{Edge, EdgeLine, Root, RootLine};
-pub use crate::strategy::edge_file::{EdgeFile, EdgeLineFile, RootFile, RootLineFile};
-pub use crate::strategy::field::{Flow, FlowEnd, Spiral, SpiralLevels};
-pub use crate::strategy::field_file::{
-    FlowCurveFile, FlowCylinderFile, FlowEndFile, FlowFile, FlowPlaneFile, SpiralFile,
-};
-pub use crate::strategy::file::{
-    BoxFile, CylindricalSectionsFile, NormalConeFile, ParallelPlanesFile, RegionFile, StrategyFile,
-};
-pub use crate::strategy::left_above_file::{LeftAboveFile, LeftOfFile, ProgramWithToolFile};
-pub use crate::strategy::scallop::{ConstantScallop, Seed};
-pub use crate::strategy::scallop_file::{ConstantScallopFile, SectionsFile, SeedCylinderFile, SeedFile, SeedPlaneFile};
-pub use crate::strategy::settings::{Direction, LaySettings, LevelOrder, Pattern, UncutSide};
+pub use crate::left_region::{LeftIsland, LeftRegion, StockHeight, StripPoint};
+pub use crate::project::{ProjectSettings, project};
+pub use crate::samples::{RegionSample, RequestedRegion, RequestedStrategy};
+pub use crate::strategy::Strategy;
+pub use crate::strategy::settings::LaySettings;
 pub use crate::strategy::size::MAX_POINTS;
-pub use error::{PathError, Remedy};
-pub use left_region::{LeftIsland, LeftRegion, StockHeight, StripPoint};
-pub use path_file::{PassFile, PathFile, PathFileError, PathFormat, PathFrame, read_path_file, write_path_file};
-pub use project::{ProjectSettings, project};
-pub use region::{NormalCone, Region};
-pub use samples::{RegionSample, RequestedRegion, RequestedStrategy};
-pub use sections::{CylindricalSections, ParallelPlanes, Sections};
-pub use strategy::Strategy;
+
+/// Files of paths and strategies.
+pub mod files {
+    pub use crate::path_file::{
+        PassFile, PathFile, PathFileError, PathFormat, PathFrame, read_path_file, write_path_file,
+    };
+    pub use crate::strategy::edge_file::{EdgeFile, EdgeLineFile, RootFile, RootLineFile};
+    pub use crate::strategy::field_file::{
+        FlowCurveFile, FlowCylinderFile, FlowEndFile, FlowFile, FlowPlaneFile, SpiralFile,
+    };
+    pub use crate::strategy::file::{
+        BoxFile, CylindricalSectionsFile, NormalConeFile, ParallelPlanesFile, RegionFile, StrategyFile,
+    };
+    pub use crate::strategy::left_above_file::{LeftAboveFile, LeftOfFile, ProgramWithToolFile};
+    pub use crate::strategy::scallop_file::{
+        ConstantScallopFile, SectionsFile, SeedCylinderFile, SeedFile, SeedPlaneFile,
+    };
+}
+
+/// Strategies, the sections that they lie in, and what limits them.
+pub mod strategies {
+    pub use crate::region::{NormalCone, Region};
+    pub use crate::sections::{CylindricalSections, ParallelPlanes, Sections};
+    pub use crate::strategy::edge::{Edge, EdgeLine, Root, RootLine};
+    pub use crate::strategy::field::{Flow, FlowEnd, Spiral, SpiralLevels};
+    pub use crate::strategy::scallop::{ConstantScallop, Seed};
+    pub use crate::strategy::settings::{Direction, LevelOrder, Pattern, UncutSide};
+}

@@ -1,8 +1,8 @@
 //! Axes of a channel, and their words.
 
-use facemill_nc_program::{
-    AxisKind, AxisLetter, AxisSpec, AxisWords, Decimals, HeadSpec, ProgramSpec, WriteError, number_text,
-};
+use facemill_nc_program::dialect::Decimals;
+use facemill_nc_program::words::{AxisKind, number_text};
+use facemill_nc_program::{AxisLetter, AxisSpec, AxisWords, HeadSpec, ProgramSpec, WriteError};
 
 /// Axes of one channel.
 pub(crate) struct Channel<'a> {

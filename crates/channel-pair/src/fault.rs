@@ -42,7 +42,7 @@ pub enum SiemensFault {
     UnknownAxis(AxisLetter),
     /// More axes than a position can hold.
     #[error(transparent)]
-    TooManyAxes(#[from] facemill_nc_program::TooManyAxes),
+    TooManyAxes(#[from] facemill_nc_program::words::TooManyAxes),
     /// Mark whose number does not follow that of the mark before.
     #[error("mark {found} behind mark {before}: they count up and start again at 1")]
     MarkOrder {

@@ -1,6 +1,7 @@
 //! Settings of a pair, and a pair that was read.
 
-use facemill_nc_program::{AxisWords, BlockNumbers, Decimals, FeedMode};
+use facemill_nc_program::dialect::{BlockNumbers, Decimals};
+use facemill_nc_program::{AxisWords, FeedMode};
 
 /// How two channel programs are written.
 #[derive(Clone, Copy, Debug, PartialEq)]

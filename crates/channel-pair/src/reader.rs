@@ -4,7 +4,8 @@ use crate::fault::{SiemensFault, SiemensReadError};
 use crate::pair::{ReadPair, ReadPairBlock};
 use crate::statement::Statement;
 use crate::statements::Statements;
-use facemill_nc_program::{AxisKind, AxisLetter, AxisWords};
+use facemill_nc_program::words::AxisKind;
+use facemill_nc_program::{AxisLetter, AxisWords};
 
 /// Reads the programs that [`write_siemens_pair`](crate::write_siemens_pair) writes, and no others.
 ///

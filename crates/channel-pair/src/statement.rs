@@ -1,7 +1,8 @@
 //! Lines of a channel program, each of which says one thing.
 
 use crate::fault::SiemensFault;
-use facemill_nc_program::{AxisLetter, AxisWords, number_text};
+use facemill_nc_program::words::number_text;
+use facemill_nc_program::{AxisLetter, AxisWords};
 
 /// Metric, XY plane, no radius compensation, absolute, feed per minute.
 pub(crate) const SAFE_START: &str = "G710 G17 G40 G90 G94";

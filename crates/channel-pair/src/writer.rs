@@ -5,9 +5,11 @@ use std::fmt::Write;
 use crate::channel::{Channel, Group, WordPositions, channels, norm};
 use crate::pair::{SiemensFeed, SiemensPair, SiemensSettings};
 use crate::statement::{ALARM, CHECK_TOLERANCE, FGREF, LABEL, SAFE_START};
+use facemill_nc_program::dialect::{BlockNumbers, Decimals};
+use facemill_nc_program::words::{AxisKind, number_text};
 use facemill_nc_program::{
-    AxisKind, AxisLetter, AxisWords, Block, BlockNumbers, Coolant, Decimals, FeedMode, HeadSpec, ProgramSpec,
-    WorkOffset, WriteError, check_heads, clean_fanuc_comment as clean_comment, number_text, spindle_speed,
+    AxisLetter, AxisWords, Block, Coolant, FeedMode, HeadSpec, ProgramSpec, WorkOffset, WriteError, check_heads,
+    clean_fanuc_comment as clean_comment, spindle_speed,
 };
 
 /// Decimals of the seconds of a dwell.

@@ -3,7 +3,7 @@ use nalgebra::{Point3, Unit, Vector3};
 
 use crate::apt_file::{AptFile, AptMeaning, AptPoint, AptPointKind, AptStatement, AptUnknownWord};
 use crate::statement::{RawStatement, Statements, parse};
-use facemill_nc_program::{ReadError, ReadFault};
+use facemill_nc_program::read::{ReadError, ReadFault};
 
 /// mm per inch.
 const INCH: f64 = 25.4;

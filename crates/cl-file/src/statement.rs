@@ -1,6 +1,6 @@
 //! From lines to statements: continuation, comments, major word and values.
 
-use facemill_nc_program::{ReadError, ReadFault};
+use facemill_nc_program::read::{ReadError, ReadFault};
 
 /// One statement, continuation lines joined.
 #[derive(Debug)]

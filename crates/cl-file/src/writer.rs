@@ -5,7 +5,7 @@ use facemill_cl_data::ClPoint;
 use crate::apt_file::{AptMove, AptSpec};
 use facemill_nc_program::Coolant;
 use facemill_nc_program::WriteError;
-use facemill_nc_program::number_text;
+use facemill_nc_program::words::number_text;
 
 /// Decimals of tip coordinates, mm.
 const TIP_DECIMALS: u8 = 5;

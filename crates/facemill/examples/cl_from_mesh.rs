@@ -4,7 +4,8 @@
 
 use std::error::Error;
 
-use facemill::cc_path::{LaySettings, ParallelPlanes, Region, Strategy, UncutSide, lay_passes};
+use facemill::cc_path::strategies::{ParallelPlanes, Region, UncutSide};
+use facemill::cc_path::{LaySettings, Strategy, lay_passes};
 use facemill::cl_data::{Posture, Silent};
 use facemill::cutter_location::{
     Obstacle, PassSettings, PassTask, PoseTest, PostureMode, SearchCurve, SearchOrder, SearchSettings, Workcell,

@@ -5,9 +5,10 @@
 
 use std::error::Error;
 
+use facemill::feeds::{FeedLaw, FeedRewriteSettings, TipFeed};
 use facemill::inverse_kinematics::{Machine, preset};
 use facemill::nc_program::Dialect;
-use facemill::{FeedLaw, FeedRewriteSettings, TipFeed, rewrite_feeds};
+use facemill::rewrite_feeds;
 
 /// A cut with the table turning, as some post-processor wrote it: the same F in every block.
 const PROGRAM: &str = "\

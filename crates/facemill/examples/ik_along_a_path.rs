@@ -6,9 +6,9 @@
 use std::error::Error;
 
 use facemill::cl_data::ClPoint;
-use facemill::inverse_kinematics::{
-    Linearisation, Machine, MotionTolerance, PathSettings, SegmentKind, choose_along, linearise, preset,
-};
+use facemill::inverse_kinematics::motion::{Linearisation, MotionTolerance, linearise};
+use facemill::inverse_kinematics::path::{PathSettings, SegmentKind, choose_along};
+use facemill::inverse_kinematics::{Machine, preset};
 use nalgebra::{Point3, Unit, Vector3};
 
 /// Distance from the gauge line to the tip, mm.

@@ -6,7 +6,7 @@ use std::error::Error;
 
 use facemill::cl_data::CcPoint;
 use facemill::file_format::from_json;
-use facemill::inverse_kinematics::MachineFile;
+use facemill::inverse_kinematics::machine_file::MachineFile;
 use facemill::job_file::{FixedPostureFile, JobFile, PostureModeFile};
 use facemill::nc_program::Dialect;
 use facemill::new_job::{NewJob, new_job};

@@ -33,10 +33,11 @@ use rapids_command::RapidsArguments;
 use verify_command::VerifyArguments;
 
 use crate::cli::output::{default_out, say};
+use facemill::formats::VerificationFile;
 use facemill::job_file::JobFile;
 use facemill::report::{CertificatesFile, Report};
 use facemill::solution_space_file::SolutionSpaceFile;
-use facemill::{Failure, Job, JobSetting, SolutionSpaceRequest, VerificationFile, files};
+use facemill::{Failure, Job, JobSetting, SolutionSpaceRequest, files};
 
 /// Plans five-axis face milling of sculptured surfaces: mesh and path in, machine NC out.
 #[derive(Parser)]
@@ -237,21 +238,21 @@ fn schema(format: Format) -> String {
     match format {
         Format::Job => facemill::file_format::schema::<JobFile>(),
         Format::Tool => facemill::file_format::schema::<facemill::tool_model::ToolFile>(),
-        Format::Machine => facemill::inverse_kinematics::machine_schema(),
-        Format::Path => facemill::file_format::schema::<facemill::cc_path::PathFile>(),
-        Format::Paths => facemill::file_format::schema::<facemill::PathsFile>(),
-        Format::Strategies => facemill::file_format::schema::<facemill::StrategiesFile>(),
+        Format::Machine => facemill::inverse_kinematics::machine_file::machine_schema(),
+        Format::Path => facemill::file_format::schema::<facemill::cc_path::files::PathFile>(),
+        Format::Paths => facemill::file_format::schema::<facemill::formats::PathsFile>(),
+        Format::Strategies => facemill::file_format::schema::<facemill::formats::StrategiesFile>(),
         Format::Batch => facemill::file_format::schema::<facemill::batch::format::batch_file::BatchFile>(),
         Format::BatchReport => facemill::file_format::schema::<facemill::batch::format::report_file::BatchReport>(),
         Format::BatchTasks => facemill::file_format::schema::<facemill::batch::format::task_file::TasksFile>(),
-        Format::Dialect => facemill::file_format::schema::<facemill::nc_program::DialectFile>(),
+        Format::Dialect => facemill::file_format::schema::<facemill::nc_program::dialect::DialectFile>(),
         Format::Report => facemill::file_format::schema::<Report>(),
         Format::Certificates => facemill::file_format::schema::<CertificatesFile>(),
         Format::SolutionSpace => facemill::file_format::schema::<SolutionSpaceFile>(),
         Format::Verification => facemill::file_format::schema::<VerificationFile>(),
         Format::Holders => facemill::file_format::schema::<facemill::tool_model::HoldersFile>(),
         Format::Lengths => facemill::file_format::schema::<facemill::lengths::LengthsFile>(),
-        Format::Summary => facemill::file_format::schema::<facemill::SummaryFile>(),
+        Format::Summary => facemill::file_format::schema::<facemill::formats::SummaryFile>(),
         Format::Rapids => facemill::file_format::schema::<facemill::rapids::RapidsFile>(),
     }
 }

@@ -56,44 +56,18 @@ mod pages {
 
 pub use crate::scene::UseScene;
 pub use facemill_job::check::describe_setup;
-pub use facemill_job::check::machine_check::{MachineCheck, describe_heads, describe_hulls, describe_machine};
 pub use facemill_job::duration_text::clock;
 pub use facemill_job::examples::new_job;
 pub use facemill_job::examples::new_machine::new_job_for;
 pub use facemill_job::failure::Failure;
 pub use facemill_job::files;
 pub use facemill_job::files::REJECTED;
-pub use facemill_job::format::incomplete::incomplete_because;
 pub use facemill_job::format::job_settings::JobSetting;
-pub use facemill_job::format::made_from::{InputFile, MadeFrom};
-pub use facemill_job::format::moved_job::moved_job;
-pub use facemill_job::format::paths_file::{
-    ComparedStrategy, FastestStrategy, LaidPasses, PATHS_FORMAT, PassedOverStrategy, PathsFile, PlannedPasses,
-};
-pub use facemill_job::format::program_stamp::{ProgramStamp, checksum};
-pub use facemill_job::format::program_times::ProgramTimes;
-pub use facemill_job::format::report::deviation::{CuspRatios, CuspReport, CuspsNotCompared};
-pub use facemill_job::format::report::deviation::{
-    DeviationAreas, DeviationBin, DeviationFigures, DeviationPlace, DeviationReport,
-};
-pub use facemill_job::format::report::efficiency::EfficiencyReport;
-pub use facemill_job::format::report::left_above::{LeftAboveReport, NotReachedReport};
-pub use facemill_job::format::report::outcome::Outcome;
-pub use facemill_job::format::report::pairs::{PairReport, PairSplit};
-pub use facemill_job::format::report::remaining::{
-    RemainingOnRegion, RemainingOnSlope, RemainingPlace, RemainingReport,
-};
-pub use facemill_job::format::report::stock::PlannedStockReport;
-pub use facemill_job::format::report::stock::StockReport;
-pub use facemill_job::format::strategies_file::StrategiesFile;
-pub use facemill_job::format::summary_file::{SUMMARY_FORMAT, SetupSummary, SummaryFile};
-pub use facemill_job::format::verification_file::{VERIFICATION_FORMAT, VerificationFile};
 pub use facemill_job::format::{job_file, report, solution_space_file};
 pub use facemill_job::load::ad_hoc_setup::{AD_HOC_GOUGE_LIMIT, AdHocSetup, AdHocStock};
 pub use facemill_job::load::job::{Job, Setup};
 pub use facemill_job::load::job_files::JobFiles;
 pub use facemill_job::load::job_source::{job_path, no_program};
-pub use facemill_job::load::machine_load::{BodyHull, ReadMachine, read_machine};
 pub use facemill_job::load::mesh_files::read_mesh;
 pub use facemill_job::load::post_load::read_dialect_file;
 pub use facemill_job::setup::scene::Scene;
@@ -101,17 +75,11 @@ pub use facemill_job::stages::{SilentStages, Stages};
 pub use facemill_job::stock::map::StockRegion;
 pub use facemill_job::stock::rest::read_rest;
 pub use facemill_job::validate::limits::STOCK_TOLERANCES;
-pub use facemill_nc_rewrite::feed_rewrite::law::{BLEND_TOLERANCES, FeedLaw, FeedLawTimes};
-pub use facemill_nc_rewrite::feed_rewrite::{
-    FeedRewriteError, FeedRewriteSettings, FeedRewriteSummary, MAX_TOOL_LENGTH, RewrittenFeeds, TipFeed,
-    rewrite_feed_lines, rewrite_feeds,
-};
+pub use facemill_nc_rewrite::feed_rewrite::rewrite_feeds;
 pub use facemill_nc_rewrite::{lengths, rapids};
-pub use facemill_planner::summary;
 pub use facemill_planner::{
-    CompareRequest, ComparisonSteps, LaidPaths, NamedStrategy, PlanSettings, Planned, SolutionSpace,
-    SolutionSpaceRequest, compare_paths, default_strategies, fastest, lay_paths, listed_strategies, plan_job,
-    plan_setup, replan_with_shorter_tools, solution_space,
+    PlanSettings, Planned, SolutionSpace, SolutionSpaceRequest, plan_job, plan_setup, replan_with_shorter_tools,
+    solution_space, summary,
 };
 pub use facemill_tool_path::moves::order::PassOrderReport;
 pub use facemill_verification::deviation::DeviationRequest;
@@ -140,3 +108,41 @@ pub use facemill_tool_path as tool_path;
 pub use facemill_verification as verification;
 pub use facemill_virtual_machine as virtual_machine;
 pub use facemill_z_map as z_map;
+
+/// Machines: read, described and checked.
+pub mod machines {
+    pub use facemill_job::check::machine_check::{MachineCheck, describe_heads, describe_hulls, describe_machine};
+    pub use facemill_job::load::machine_load::{BodyHull, ReadMachine, read_machine};
+}
+
+/// Files that jobs, plans and verifications leave.
+pub mod formats {
+    pub use facemill_job::format::incomplete::incomplete_because;
+    pub use facemill_job::format::made_from::{InputFile, MadeFrom};
+    pub use facemill_job::format::moved_job::moved_job;
+    pub use facemill_job::format::paths_file::{
+        ComparedStrategy, FastestStrategy, LaidPasses, PATHS_FORMAT, PassedOverStrategy, PathsFile, PlannedPasses,
+    };
+    pub use facemill_job::format::program_stamp::{ProgramStamp, checksum};
+    pub use facemill_job::format::program_times::ProgramTimes;
+    pub use facemill_job::format::strategies_file::StrategiesFile;
+    pub use facemill_job::format::summary_file::{SUMMARY_FORMAT, SetupSummary, SummaryFile};
+    pub use facemill_job::format::verification_file::{VERIFICATION_FORMAT, VerificationFile};
+}
+
+/// Feeds of programs that exist.
+pub mod feeds {
+    pub use facemill_nc_rewrite::feed_rewrite::law::{BLEND_TOLERANCES, FeedLaw, FeedLawTimes};
+    pub use facemill_nc_rewrite::feed_rewrite::{
+        FeedRewriteError, FeedRewriteSettings, FeedRewriteSummary, MAX_TOOL_LENGTH, RewrittenFeeds, TipFeed,
+        rewrite_feed_lines,
+    };
+}
+
+/// Strategies of a job: laid, listed and compared.
+pub mod strategies {
+    pub use facemill_planner::{
+        CompareRequest, ComparisonSteps, LaidPaths, NamedStrategy, compare_paths, default_strategies, fastest,
+        lay_paths, listed_strategies,
+    };
+}

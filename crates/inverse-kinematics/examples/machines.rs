@@ -10,6 +10,12 @@ mod dual;
 
 use std::path::Path;
 
+use facemill_inverse_kinematics::import::{AxisLine, rows_from_axes};
+use facemill_inverse_kinematics::machine_file::{
+    AssumedFile, AssumedValue, BodyFile, ControlToleranceFile, CuttingLawFile, FeedFile, Joint, MachineFile,
+    MachineFormat, MotionFile, PrismaticJoint, RapidLawFile, RevoluteJoint, RevoluteRange, Sense, ShapeFile, ToolChain,
+    WorkpieceChain,
+};
 use facemill_inverse_kinematics::*;
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 

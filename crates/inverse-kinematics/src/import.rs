@@ -5,11 +5,14 @@ pub(crate) mod family;
 pub(crate) mod joint_lines;
 pub(crate) mod value;
 
+pub use crate::import::axis_lines::{AxisLine, rows_from_axes};
+pub use crate::import::family::{Family, RotaryRole};
+pub use crate::import::joint_lines::JointLine;
+
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
 
 use crate::axes::axis::Carrier;
-use crate::import::axis_lines::{AxisLine, rows_from_axes};
 use crate::import::value::{Unit as UnitOf, direction, number, numbers};
 use crate::machine_file::assumed::{AssumedFile, AssumedValue};
 use crate::machine_file::{

@@ -9,6 +9,9 @@ pub(crate) mod tip_held;
 pub(crate) mod ways_on_bed;
 pub(crate) mod windings;
 
+pub use crate::inverse::axis_ranges::{AxisRange, AxisRanges, LimitVerdict, PoseSet};
+pub use crate::inverse::axis_reach::{AxisReach, SingularDirection};
+
 use std::f64::consts::{PI, TAU};
 
 use facemill_cl_data::ClPoint;

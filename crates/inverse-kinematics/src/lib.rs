@@ -47,50 +47,33 @@
 //! | `path` | solutions along a path: branch and winding of every pose |
 //!
 //! It must not know cutting: no part, no tool but its length.
+//!
+//! [`deviation_bound`]: motion::deviation_bound
+//! [`import_autodesk_machine`]: import::import_autodesk_machine
+//! [`linearise`]: motion::linearise
+//! [`rows_from_axes`]: import::rows_from_axes
 
 mod axes;
 #[cfg(test)]
 #[path = "../tests/unit/elimination_laws.rs"]
 mod elimination_laws;
-mod import;
-mod inverse;
+pub mod import;
+pub mod inverse;
 mod machine;
-mod machine_file;
-mod motion;
-mod path;
+pub mod machine_file;
+pub mod motion;
+pub mod path;
 mod solver;
 
-pub use crate::axes::axis::Rollover;
-pub use crate::axes::axis::{Axis, AxisKind, AxisLetter, Carrier};
+pub use crate::axes::axis::{Axis, AxisKind, AxisLetter, Carrier, Rollover};
 pub use crate::axes::axis_values::{AxisValues, MAX_AXES};
-pub use crate::import::axis_lines::{AxisLine, rows_from_axes};
-pub use crate::import::family::{Family, RotaryRole};
-pub use crate::import::joint_lines::JointLine;
-pub use crate::inverse::axis_ranges::{AxisRange, AxisRanges, LimitVerdict, PoseSet};
-pub use crate::inverse::axis_reach::{AxisReach, SingularDirection};
 pub use crate::inverse::control_choice::{POLE_CONE, UnclearChoice};
 pub use crate::machine::bodies::{BodyPose, LinkId, MachineBody};
 pub use crate::machine::limits::MACHINE_LIMITS;
 pub use crate::machine::preset::{preset, preset_dual_xyzb, preset_head_b_table_c, preset_names};
-pub use crate::machine_file::assumed::{AssumedFile, AssumedValue};
-pub use crate::machine_file::error::{FieldProblem, MachineError};
-pub use crate::machine_file::mesh_shape::{BodyMesh, MeshShapeFile, MeshUnitFile};
-pub use crate::motion::deviation::{Deviation, deviation_bound};
-pub use crate::motion::linearise::{
-    Linearisation, LineariseError, Linearised, MotionTolerance, PoseFraction, linearise,
-};
-pub use crate::path::choice::{
-    Change, FreeTurn, PathChange, PathChoice, PathError, PathSettings, SegmentKind, SingularStretch,
-};
+pub use crate::machine::{FeedRange, Machine};
+pub use crate::machine_file::error::MachineError;
+pub use crate::motion::{BlockLaw, Motion, MotionError};
 pub use crate::solver::inverse_solution::{
     Branch, BranchPreference, InverseSolution, InverseSolutions, MAX_SOLUTIONS, Unreachable,
 };
-pub use import::{ImportError, import_autodesk_machine};
-pub use machine::{FeedRange, Machine};
-pub use machine_file::{
-    BodyFile, ControlToleranceFile, CuttingLawFile, DhRow, FeedFile, Joint, MachineFile, MachineFormat, MotionFile,
-    PrismaticJoint, RapidLawFile, RevoluteJoint, RevoluteRange, Sense, ShapeFile, ToolChain, WorkpieceChain,
-    machine_schema,
-};
-pub use motion::{BlockLaw, Motion, MotionError};
-pub use path::choose_along;

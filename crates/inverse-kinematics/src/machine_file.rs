@@ -4,13 +4,15 @@ pub(crate) mod assumed;
 pub(crate) mod error;
 pub(crate) mod mesh_shape;
 
+pub use crate::machine_file::assumed::{AssumedFile, AssumedValue};
+pub use crate::machine_file::error::FieldProblem;
+pub use crate::machine_file::mesh_shape::{BodyMesh, MeshShapeFile, MeshUnitFile};
+
 use facemill_cl_data::{ControlTolerance, CuttingLaw, MotionLaw, RapidLaw};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::axes::axis::Rollover;
-use crate::machine_file::assumed::AssumedFile;
-use crate::machine_file::mesh_shape::MeshShapeFile;
 
 /// Machine file: kinematic chains, axes, bodies and motion laws of a machine tool.
 ///

@@ -3,6 +3,11 @@
 pub(crate) mod deviation;
 pub(crate) mod linearise;
 
+pub use crate::motion::deviation::{Deviation, deviation_bound};
+pub use crate::motion::linearise::{
+    Linearisation, LineariseError, Linearised, MotionTolerance, PoseFraction, linearise,
+};
+
 use facemill_cl_data::{ClPoint, CuttingLaw, RapidLaw};
 use nalgebra::{Unit, Vector3};
 

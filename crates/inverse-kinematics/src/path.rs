@@ -6,12 +6,15 @@ pub(crate) mod follow;
 pub(crate) mod result;
 pub(crate) mod station;
 
+pub use crate::path::choice::{
+    Change, FreeTurn, PathChange, PathChoice, PathError, PathSettings, SegmentKind, SingularStretch,
+};
+
 use facemill_cl_data::ClPoint;
 
 use crate::axes::axis::AxisKind;
 use crate::axes::axis_values::AxisValues;
 use crate::machine::Machine;
-use crate::path::choice::{PathChoice, PathError, PathSettings, SegmentKind};
 use crate::path::edges::Edges;
 use crate::path::result::Choosing;
 use crate::path::station::{Poses, Station, Stations};

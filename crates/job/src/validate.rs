@@ -6,7 +6,8 @@ pub mod limits;
 pub mod tip_feed;
 
 use facemill_inverse_kinematics::FeedRange;
-use facemill_nc_program::{FeedMode, RoundingBound};
+use facemill_nc_program::FeedMode;
+use facemill_nc_program::dialect::RoundingBound;
 
 use crate::format::job_file::{
     AxisTargetFile, ClearanceFile, DirectionFile, InfeasibleFile, JOB_FORMAT, JobFile, LinkStockFile, LinkingFile,

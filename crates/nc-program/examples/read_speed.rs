@@ -9,7 +9,10 @@
 
 use std::fmt::Write;
 
-use facemill_nc_program::*;
+use facemill_nc_program::read::{
+    FanucReader, HeidenhainReader, ReadBlock, ReadMotion, SiemensReader, read_fanuc, read_heidenhain, read_linuxcnc,
+    read_siemens,
+};
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

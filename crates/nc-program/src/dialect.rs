@@ -7,13 +7,19 @@ pub(crate) mod post_law;
 pub(crate) mod post_vectors;
 pub(crate) mod word_rule;
 
+pub use crate::dialect::file::{
+    BlendingRule, CommentRule, ControlMotion, CornerRule, CuttingRule, DIALECT_FORMAT, Decimals, DialectFile, FeedRule,
+    LimitedBy, LineRule, MotionRule, NumberRule, Numbering, ProgramRule, RapidRule, RotaryBlocks, RtcpLaw, RtcpRapids,
+    RtcpRule, Switch, VectorRule,
+};
+pub use crate::dialect::post_file::{
+    BlockNumbers, LAST_PROGRAM_NUMBER, Orientation, PostError, PostFile, RoundingBound, Template,
+};
+pub use crate::dialect::word_rule::{CoolantRule, HomeRule, HomeWords, LengthRule, OffsetRule, WordRule};
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::dialect::file::{
-    ControlMotion, CornerRule, DIALECT_FORMAT, DialectFile, LimitedBy, RapidRule, RotaryBlocks,
-};
-use crate::dialect::post_file::{PostError, Template};
 use crate::program::FeedMode;
 
 /// Control a program is written for or was written for.

@@ -8,6 +8,8 @@
 //!
 //! ```
 //! use facemill_nc_program::*;
+//! use facemill_nc_program::dialect::PostFile;
+//! use facemill_nc_program::read::{AxisAt, MotionKind};
 //!
 //! let at = |x, b| AxisWords::from_words([(AxisLetter::X, x), (AxisLetter::Z, 50.0), (AxisLetter::B, b)]).unwrap();
 //! let axis = |letter| AxisSpec {
@@ -77,48 +79,31 @@
 //! | `write` | programs as text: the template of a dialect around a body of blocks, both by the rules of the dialect's file |
 //!
 //! It must not know surfaces, and of machines only axis letters, offsets and the tool length.
+//!
+//! [`FeedPlace`]: read::FeedPlace
+//! [`read_haas`]: read::read_haas
+//! [`read_heidenhain`]: read::read_heidenhain
+//! [`read_linuxcnc`]: read::read_linuxcnc
+//! [`read_mazak`]: read::read_mazak
+//! [`read_siemens`]: read::read_siemens
 
-mod dialect;
+pub mod dialect;
 mod program;
-mod read;
+pub mod read;
 mod word_map;
-mod words;
+pub mod words;
 mod write;
 
-pub use crate::dialect::file::Decimals;
-pub use crate::dialect::file::{
-    BlendingRule, CommentRule, ControlMotion, CornerRule, CuttingRule, DIALECT_FORMAT, DialectFile, FeedRule,
-    LimitedBy, LineRule, MotionRule, NumberRule, Numbering, ProgramRule, RapidRule, RotaryBlocks, RtcpLaw, RtcpRapids,
-    RtcpRule, Switch, VectorRule,
-};
-pub use crate::dialect::post_file::{
-    BlockNumbers, LAST_PROGRAM_NUMBER, Orientation, PostError, PostFile, PostSettings, RoundingBound, Template,
-};
-pub use crate::dialect::word_rule::{CoolantRule, HomeRule, HomeWords, LengthRule, OffsetRule, WordRule};
-pub use crate::program::heads::MappedAxis;
-pub use crate::program::heads::{HeadError, HeadSpec, MappedHead, check_heads};
+pub use crate::dialect::Dialect;
+pub use crate::dialect::post_file::PostSettings;
+pub use crate::program::heads::{HeadError, HeadSpec, MappedAxis, MappedHead, check_heads};
 pub use crate::program::spec::{AxisSpec, ProgramSpec, SpindleSpec, ToolSpec};
 pub use crate::program::write_error::WriteError;
-pub use crate::read::error::{ReadError, ReadFault};
-pub use crate::read::fanuc::{FanucReader, read_fanuc, read_haas, read_linuxcnc, read_mazak};
-pub use crate::read::feed_place::FeedPlace;
-pub use crate::read::heidenhain::{HeidenhainReader, read_heidenhain};
-pub use crate::read::length_check::LengthRelation;
-pub use crate::read::position::{AxisAt, ReadPosition};
-pub use crate::read::program::{
-    ArcWords, CallKind, Compensation, Feed, MacroKind, MotionKind, NoteKind, Plane, ReadBlock, ReadCall, ReadCommand,
-    ReadMotion, ReadNote, ReadProgram, ToolLengthNote, ToolVectors,
-};
+pub use crate::program::{Block, Coolant, CutVectors, FeedMode, NcProgram, WorkOffset};
+pub use crate::read::program::ReadProgram;
 pub use crate::read::read_program;
-pub use crate::read::reader::ProgramReader;
-pub use crate::read::siemens::{SiemensReader, read_siemens};
-pub use crate::words::axis_lengths::AxisLengths;
-pub use crate::words::axis_words::{AxisKind, AxisLetter, AxisNameError, AxisWord, AxisWords, TooManyAxes};
-pub use crate::words::number_text;
-pub use crate::words::said_words::{SaidWords, StateWord};
+pub use crate::word_map::{WordMap, WordMapError};
+pub use crate::words::axis_words::{AxisLetter, AxisWords};
 pub use crate::write::codes::spindle_speed;
 pub use crate::write::text::clean_fanuc_comment;
 pub use crate::write::{WrittenProgram, write_program, write_program_of_heads, write_program_with_lines};
-pub use dialect::Dialect;
-pub use program::{Block, Coolant, CutVectors, FeedMode, NcProgram, WorkOffset};
-pub use word_map::{WordMap, WordMapError};

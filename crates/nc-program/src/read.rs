@@ -15,12 +15,21 @@ pub(crate) mod source;
 pub(crate) mod unfollowed;
 pub(crate) mod values;
 
+pub use crate::read::error::{ReadError, ReadFault};
+pub use crate::read::fanuc::{FanucReader, read_fanuc, read_haas, read_linuxcnc, read_mazak};
+pub use crate::read::feed_place::FeedPlace;
+pub use crate::read::heidenhain::{HeidenhainReader, read_heidenhain};
+pub use crate::read::length_check::LengthRelation;
+pub use crate::read::position::{AxisAt, ReadPosition};
+pub use crate::read::program::{
+    ArcWords, CallKind, Compensation, Feed, MacroKind, MotionKind, NoteKind, Plane, ReadBlock, ReadCall, ReadCommand,
+    ReadMotion, ReadNote, ToolLengthNote, ToolVectors,
+};
+pub use crate::read::reader::ProgramReader;
+pub use crate::read::siemens::{SiemensReader, read_siemens};
+
 use crate::dialect::Dialect;
-use crate::read::error::ReadError;
-use crate::read::fanuc::{read_fanuc, read_haas, read_linuxcnc, read_mazak};
-use crate::read::heidenhain::read_heidenhain;
 use crate::read::program::ReadProgram;
-use crate::read::siemens::read_siemens;
 
 /// Reads a program of a dialect.
 ///

@@ -74,7 +74,7 @@ pub struct WrittenProgram {
 }
 
 /// [`write_program`], with the line at which each block begins: what a reader of the text calls
-/// [`ReadBlock::line`](crate::ReadBlock::line).
+/// [`ReadBlock::line`](crate::read::ReadBlock::line).
 ///
 /// # Errors
 /// As [`write_program`].

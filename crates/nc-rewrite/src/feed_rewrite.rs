@@ -11,10 +11,9 @@ use facemill_inverse_kinematics::{AxisKind, AxisValues, FeedRange, Machine};
 use facemill_job::failure::Failure;
 use facemill_job::load::letter;
 use facemill_job::setup::word_map::word_frame;
-use facemill_nc_program::{
-    Dialect, DialectFile, Feed, FeedMode, MappedAxis, MotionKind, NumberRule, ProgramReader, ReadBlock, ReadMotion,
-    WordMap, WorkOffset,
-};
+use facemill_nc_program::dialect::{DialectFile, NumberRule};
+use facemill_nc_program::read::{Feed, MotionKind, ProgramReader, ReadBlock, ReadMotion};
+use facemill_nc_program::{Dialect, FeedMode, MappedAxis, WordMap, WorkOffset};
 use facemill_virtual_machine::motion::axis_motion::{AxisMotion, MotionContext, MotionReader, StraightCut, legs};
 use facemill_virtual_machine::program_time::program_moves::{MoveRuns, is_standstill};
 use serde::Serialize;

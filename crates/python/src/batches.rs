@@ -36,7 +36,7 @@ pub fn bound_memory(py: Python<'_>, mib: u64) -> PyResult<()> {
 /// Returns the checksum of bytes, by which files and keys are named.
 #[pyfunction]
 pub fn checksum(bytes: &[u8]) -> String {
-    facemill::checksum(bytes)
+    facemill::formats::checksum(bytes)
 }
 
 /// Returns the tasks of a batch with their keys, as `facemill batch expand --json` lists them.

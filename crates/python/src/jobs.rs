@@ -3,14 +3,15 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use facemill::feeds::{FeedLaw, FeedRewriteSettings, TipFeed};
 use facemill::file_format::{from_json, to_json};
 use facemill::job_file::{JobFile, STOCK_TOLERANCE};
 use facemill::nc_program::Dialect;
 use facemill::new_job::{NewJob, Series};
 use facemill::planner::plan_job_setup;
 use facemill::{
-    CutRequest, Failure, FeedLaw, FeedRewriteSettings, Job, JobFiles, JobSetting, PlanSettings, TipFeed, VerifyRequest,
-    files, rewrite_feeds, summary, verify_program,
+    CutRequest, Failure, Job, JobFiles, JobSetting, PlanSettings, VerifyRequest, files, rewrite_feeds, summary,
+    verify_program,
 };
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
@@ -155,8 +156,8 @@ pub fn feedrate<'py>(
     blend_tolerance_mm: Option<f64>,
     work_offset: BTreeMap<String, f64>,
 ) -> PyResult<(Bound<'py, PyBytes>, String)> {
-    if !(tool_length_mm > 0.0 && tool_length_mm <= facemill::MAX_TOOL_LENGTH) {
-        let most = facemill::MAX_TOOL_LENGTH;
+    if !(tool_length_mm > 0.0 && tool_length_mm <= facemill::feeds::MAX_TOOL_LENGTH) {
+        let most = facemill::feeds::MAX_TOOL_LENGTH;
         return Err(wrong(format!("tool_length_mm: must be above 0, at most {most}, is {tool_length_mm}")));
     }
     let settings = FeedRewriteSettings {

@@ -60,7 +60,7 @@ impl Machine {
         let mut heads = match known {
             Some(text) => inverse_kinematics::Machine::heads_from_json(text.as_bytes()).map_err(wrong)?,
             None if path_or_name.exists() => {
-                facemill::read_machine(&path_or_name).map_err(|failure| raised(py, &failure))?.heads
+                facemill::machines::read_machine(&path_or_name).map_err(|failure| raised(py, &failure))?.heads
             }
             None => {
                 let names = inverse_kinematics::preset_names().join(", ");

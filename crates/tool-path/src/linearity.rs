@@ -2,8 +2,9 @@
 
 use facemill_cl_data::CuttingLaw;
 use facemill_cutter_location::{PoseTest, limited_rotaries};
-use facemill_inverse_kinematics::{AxisKind, AxisValues, deviation_bound};
-use facemill_nc_program::RoundingBound;
+use facemill_inverse_kinematics::motion::deviation_bound;
+use facemill_inverse_kinematics::{AxisKind, AxisValues};
+use facemill_nc_program::dialect::RoundingBound;
 
 /// Tolerance of motion between blocks, and its contributions.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,7 @@
 //! Regions that operations are to cut, and samples spread over them.
 
-use facemill_cc_path::{Region, RegionSample, RequestedRegion, RequestedStrategy, Strategy};
+use facemill_cc_path::strategies::Region;
+use facemill_cc_path::{RegionSample, RequestedRegion, RequestedStrategy, Strategy};
 use facemill_cl_data::CcPoint;
 use facemill_cutter_location::cusp::expected_strip_width;
 use facemill_job::failure::Failure;

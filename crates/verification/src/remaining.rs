@@ -1,7 +1,8 @@
 //! Material that a program leaves on the surface that its operations are to cut, measured on its
 //! text.
 
-use facemill_cc_path::{Region, RegionSample, RequestedRegion};
+use facemill_cc_path::strategies::Region;
+use facemill_cc_path::{RegionSample, RequestedRegion};
 use facemill_cl_data::{CcPoint, Silent};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::OperationFile;

@@ -3,7 +3,8 @@
 use facemill_cl_data::{CcPoint, ClPoint};
 use facemill_cutter_location::cusp::cut_point::CutPoint;
 use facemill_inverse_kinematics::AxisKind;
-use facemill_nc_program::{AxisAt, Compensation, MotionKind, ReadMotion, ReadProgram};
+use facemill_nc_program::ReadProgram;
+use facemill_nc_program::read::{AxisAt, Compensation, MotionKind, ReadMotion};
 use facemill_surface_model::Surface;
 use facemill_tool_model::Cutter;
 use facemill_virtual_machine::VirtualSetup;

@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use facemill::inverse_kinematics::CuttingLawFile;
+use facemill::inverse_kinematics::machine_file::CuttingLawFile;
 use facemill::{Job, PlanSettings, SilentStages, plan_setup};
 use facemill_tests::jobs::copy_of;
 use facemill_tests::oracles::interpreter::run;

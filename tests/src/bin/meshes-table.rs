@@ -14,7 +14,7 @@ fn main() -> ExitCode {
         for why in &planned.report.infeasible {
             eprintln!("{}: {} points, {}", o.file, why.points, why.reason);
         }
-        for why in facemill::incomplete_because(&planned.report) {
+        for why in facemill::formats::incomplete_because(&planned.report) {
             eprintln!("{}: not finished: {why}", o.file);
         }
         for finding in planned.report.findings.iter().take(3) {

@@ -1,10 +1,9 @@
 //! Table of strategies × parts as Markdown.
 
+use facemill::formats::ComparedStrategy;
 use facemill::new_job::{NewJob, Series};
-use facemill::{
-    CompareRequest, ComparedStrategy, ComparisonSteps, Failure, Job, PlanSettings, SilentStages, compare_paths,
-    default_strategies,
-};
+use facemill::strategies::{CompareRequest, ComparisonSteps, compare_paths, default_strategies};
+use facemill::{Failure, Job, PlanSettings, SilentStages};
 use serde_json::json;
 
 use crate::jobs::JobFolder;

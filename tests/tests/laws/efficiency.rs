@@ -3,7 +3,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use facemill::cc_path::{Region, RequestedRegion};
+use facemill::cc_path::RequestedRegion;
+use facemill::cc_path::strategies::Region;
 use facemill::cl_data::{CcPoint, Posture};
 use facemill::cutter_location::cusp::cut_point::CutPoint;
 use facemill::cutter_location::cusp::strips::{LengthFloors, NearestCuts, StripWidths};

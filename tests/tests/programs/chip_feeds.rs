@@ -218,9 +218,9 @@ fn the_table_of_points_has_every_point_with_the_chip_of_the_plate() {
     let (name, bytes) = &planned.chip_table;
     assert_eq!(name, "chips.csv");
     let program = &planned.files.iter().find(|(name, _)| name == "program.nc").expect("a program").1;
-    let stamp = format!("# program.nc blake3 {}\n", facemill::checksum(program));
+    let stamp = format!("# program.nc blake3 {}\n", facemill::formats::checksum(program));
     assert!(bytes.starts_with(stamp.as_bytes()), "{stamp}");
-    assert_eq!(planned.report.programs, [facemill::ProgramStamp::new("program.nc".as_ref(), program)]);
+    assert_eq!(planned.report.programs, [facemill::formats::ProgramStamp::new("program.nc".as_ref(), program)]);
     let text = String::from_utf8(bytes.clone()).expect("text");
     let rows: Vec<Vec<&str>> = text.lines().filter(|l| !l.starts_with('#')).map(|l| l.split(',').collect()).collect();
     let column = |name: &str| rows[0].iter().position(|n| *n == name).expect("a column");

@@ -1,7 +1,9 @@
 //! The machine files of `assets/machines` and the commands about machine files.
 
 use facemill::cl_data::{ClPoint, PlacedSolid, RoundFrustum, Solid};
-use facemill::inverse_kinematics::{AssumedValue, AxisKind, AxisValues, Carrier, Machine, import_autodesk_machine};
+use facemill::inverse_kinematics::import::import_autodesk_machine;
+use facemill::inverse_kinematics::machine_file::AssumedValue;
+use facemill::inverse_kinematics::{AxisKind, AxisValues, Carrier, Machine};
 use facemill_test_kit::Random;
 use facemill_tests::program::{code_and_errors, run};
 use facemill_tests::shared::{shared, workspace};

@@ -2,10 +2,12 @@
 //! change, and the tip then moves at the requested speed, by matrices made from the rows of the
 //! machine file.
 
+use facemill::feeds::{FeedRewriteSettings, TipFeed};
 use facemill::inverse_kinematics::Machine;
-use facemill::nc_program::{AxisAt, Dialect, FeedMode, MotionKind, read_program};
+use facemill::nc_program::read::{AxisAt, MotionKind};
+use facemill::nc_program::{Dialect, FeedMode, read_program};
 use facemill::virtual_machine::FindingKind;
-use facemill::{FeedRewriteSettings, Job, PlanSettings, Planned, SilentStages, TipFeed, plan_job, rewrite_feeds};
+use facemill::{Job, PlanSettings, Planned, SilentStages, plan_job, rewrite_feeds};
 use facemill_test_kit::Random;
 use facemill_tests::jobs::{JobFolder, small_patch, small_patch_planned, text_of, unfinished};
 use facemill_tests::oracles::craig::{Words, end_of};
@@ -336,7 +338,7 @@ fn plan_for(dialect: &str, mode: &str, cutting: &str, words: &[&str]) {
 /// The program's own speeds of the tip change no byte, whatever its F counts; another speed is that
 /// of the tip.
 fn new_feeds_are_understood(job: &JobFolder, dialect: &str, mode: &str, text: &str, planned: &Planned) {
-    let read = facemill::read_machine(&job.path("machine.json")).unwrap();
+    let read = facemill::machines::read_machine(&job.path("machine.json")).unwrap();
     let tool_length = job.json("tool.json")["gauge_length_mm"].as_f64().unwrap();
     let rewritten = |tip_feed: TipFeed| {
         let settings = FeedRewriteSettings {

@@ -1,7 +1,7 @@
 //! Every mesh of the shared data gets a sound plan with at least 95 % of its CC points; passes are
 //! too far apart to finish it.
 
-use facemill::Outcome;
+use facemill::report::outcome::Outcome;
 use facemill_tests::shared::shared;
 use facemill_tests::tables::meshes::{CASES, SAME, markdown, outcomes};
 

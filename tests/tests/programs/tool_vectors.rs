@@ -1,13 +1,12 @@
 //! Programs that name the tool's axis, and the surface's normal, as vectors; and a shop's own
 //! dialect file.
 
+use facemill::feeds::{FeedLaw, FeedRewriteSettings, TipFeed};
 use facemill::inverse_kinematics::{AxisValues, Machine};
 use facemill::nc_program::Dialect;
 use facemill::surface_model::{Surface, SurfaceSettings};
 use facemill::virtual_machine::FindingKind;
-use facemill::{
-    FeedLaw, FeedRewriteSettings, Job, PlanSettings, Planned, SilentStages, TipFeed, plan_setup, rewrite_feeds, summary,
-};
+use facemill::{Job, PlanSettings, Planned, SilentStages, plan_setup, rewrite_feeds, summary};
 use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::variants::{CUTTING, variant, write_patch};
 use nalgebra::{Isometry3, Point3, Translation3, Unit, UnitQuaternion, Vector3};

@@ -9,7 +9,8 @@
 
 use facemill_cl_data::{CcPoint, ClPoint, Posture, Solid};
 use facemill_interference::{Interference, SweepVerdict, TurnRange, Verdict, penetration};
-use facemill_inverse_kinematics::{AxisValues, PoseSet};
+use facemill_inverse_kinematics::AxisValues;
+use facemill_inverse_kinematics::inverse::PoseSet;
 use facemill_tool_model::cl_from_cc;
 use nalgebra::{Isometry3, Point3};
 

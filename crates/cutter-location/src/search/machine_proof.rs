@@ -2,7 +2,7 @@
 
 use facemill_cl_data::Solid;
 use facemill_interference::{Interference, Verdict, penetration};
-use facemill_inverse_kinematics::{AxisRange, AxisRanges, LimitVerdict, PoseSet};
+use facemill_inverse_kinematics::inverse::{AxisRange, AxisRanges, LimitVerdict, PoseSet};
 use nalgebra::{Isometry3, Point3};
 
 use crate::pose::pose_test::PoseTest;

@@ -3,7 +3,8 @@
 use facemill_cl_data::{ClPoint, RapidLaw, Solid};
 use facemill_cutter_location::links::link::{ClearanceSurface, LinkSettings, Linker};
 use facemill_cutter_location::{Body, Hints, Infeasible, PoseTest};
-use facemill_inverse_kinematics::{AxisValues, BodyFile, Carrier, Machine, ShapeFile};
+use facemill_inverse_kinematics::machine_file::{BodyFile, ShapeFile};
+use facemill_inverse_kinematics::{AxisValues, Carrier, Machine};
 use facemill_tool_model::ToolAssembly;
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 

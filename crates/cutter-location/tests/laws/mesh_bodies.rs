@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use facemill_cl_data::{ClPoint, ConvexPolyhedron};
 use facemill_cutter_location::{Hints, Infeasible, PoseTest};
-use facemill_inverse_kinematics::{BodyFile, Machine, MachineFile, MeshShapeFile, ShapeFile};
+use facemill_inverse_kinematics::Machine;
+use facemill_inverse_kinematics::machine_file::{BodyFile, MachineFile, MeshShapeFile, ShapeFile};
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 
 use crate::kit::{MOUNT, Random, machine, stand, tool, workcell};

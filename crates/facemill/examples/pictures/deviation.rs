@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use facemill::new_job::{NewJob, new_job};
+use facemill::report::deviation::DeviationReport;
 use facemill::{
-    CutRequest, DeviationReport, DeviationRequest, Job, PlanSettings, SilentStages, VerifyRequest, files, plan_setup,
-    verify_program,
+    CutRequest, DeviationRequest, Job, PlanSettings, SilentStages, VerifyRequest, files, plan_setup, verify_program,
 };
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
@@ -118,8 +118,9 @@ fn drawn(cells: &[Option<[u8; 3]>], report: &DeviationReport) -> Result<String> 
     }
     let figures = &report.part;
     let area = &figures.area_mm2;
-    let reported =
-        |place: &Option<facemill::DeviationPlace>| place.map_or("none".to_owned(), |p| format!("{:.3} mm", p.value_mm));
+    let reported = |place: &Option<facemill::report::deviation::DeviationPlace>| {
+        place.map_or("none".to_owned(), |p| format!("{:.3} mm", p.value_mm))
+    };
     let limit = report.tolerance_mm;
     let rows = [
         ("#3caa50", format!("within {limit:.2} mm: {:.0} mm²", area.within)),

@@ -2,7 +2,8 @@
 
 use facemill::cl_data::ClPoint;
 use facemill::inverse_kinematics::{AxisKind, AxisValues, Machine};
-use facemill::nc_program::{MotionKind, read_program};
+use facemill::nc_program::read::MotionKind;
+use facemill::nc_program::read_program;
 use facemill::new_job::{NewJob, new_job};
 use facemill::surface_model::{Surface, SurfaceSettings};
 use facemill::tool_model::{Cutter, ToolAssembly};

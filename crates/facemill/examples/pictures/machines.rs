@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use facemill::cl_data::Solid;
-use facemill::inverse_kinematics::{AxisKind, AxisValues, BodyPose, Carrier, JointLine, Machine};
+use facemill::inverse_kinematics::import::JointLine;
+use facemill::inverse_kinematics::{AxisKind, AxisValues, BodyPose, Carrier, Machine};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::figure::{Figure, GRAY, GREEN, INK, Mm, RED};

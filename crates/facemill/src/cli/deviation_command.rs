@@ -2,9 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use facemill::Failure;
+use facemill::report::deviation::{CuspReport, CuspsNotCompared, DeviationFigures, DeviationPlace, DeviationReport};
 use facemill::surface_model::{NamedNode, write_glb, write_obj, write_stl_binary};
 use facemill::z_map::DexelMap;
-use facemill::{CuspReport, CuspsNotCompared, DeviationFigures, DeviationPlace, DeviationReport, Failure};
 use nalgebra::Isometry3;
 
 /// Writer of a scene.

@@ -5,11 +5,14 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use facemill::nc_program::{ControlMotion, Dialect};
-use facemill::{
-    BLEND_TOLERANCES, Failure, FeedLaw, FeedLawTimes, FeedRewriteError, FeedRewriteSettings, FeedRewriteSummary,
-    MAX_TOOL_LENGTH, TipFeed, files, read_dialect_file, read_machine, rewrite_feed_lines,
+use facemill::feeds::{
+    BLEND_TOLERANCES, FeedLaw, FeedLawTimes, FeedRewriteError, FeedRewriteSettings, FeedRewriteSummary,
+    MAX_TOOL_LENGTH, TipFeed, rewrite_feed_lines,
 };
+use facemill::machines::read_machine;
+use facemill::nc_program::Dialect;
+use facemill::nc_program::dialect::ControlMotion;
+use facemill::{Failure, files, read_dialect_file};
 
 use crate::cli::arguments::dialect::dialect;
 use crate::cli::arguments::program::open_nc;

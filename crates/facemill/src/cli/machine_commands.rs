@@ -4,8 +4,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Subcommand;
-use facemill::inverse_kinematics::{Machine, import_autodesk_machine};
-use facemill::{Failure, describe_heads, describe_hulls, files, read_machine};
+use facemill::inverse_kinematics::Machine;
+use facemill::inverse_kinematics::import::import_autodesk_machine;
+use facemill::machines::{describe_heads, describe_hulls, read_machine};
+use facemill::{Failure, files};
 
 use crate::cli::output::say;
 

@@ -4,10 +4,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use facemill::{
-    CompareRequest, ComparisonSteps, Failure, Job, JobSetting, NamedStrategy, PathsFile, PlanSettings, Planned,
-    compare_paths, default_strategies, fastest, files, lay_paths, listed_strategies, moved_job,
+use facemill::formats::{PathsFile, moved_job};
+use facemill::strategies::{
+    CompareRequest, ComparisonSteps, NamedStrategy, compare_paths, default_strategies, fastest, lay_paths,
+    listed_strategies,
 };
+use facemill::{Failure, Job, JobSetting, PlanSettings, Planned, files};
 
 use crate::cli::option_lengths::above_zero;
 use crate::cli::output::{default_out, say};

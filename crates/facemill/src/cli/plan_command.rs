@@ -4,10 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use facemill::{
-    Failure, Job, JobSetting, Outcome, PlanSettings, SUMMARY_FORMAT, SetupSummary, SummaryFile, files, plan_job,
-    summary,
-};
+use facemill::formats::{SUMMARY_FORMAT, SetupSummary, SummaryFile};
+use facemill::report::outcome::Outcome;
+use facemill::{Failure, Job, JobSetting, PlanSettings, files, plan_job, summary};
 
 use crate::cli::option_lengths::above_zero;
 use crate::cli::output::{default_out, say};

@@ -4,12 +4,14 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{ArgGroup, Args};
+use facemill::formats::VerificationFile;
 use facemill::job_file::STOCK_TOLERANCE;
+use facemill::report::remaining::RemainingReport;
+use facemill::report::stock::StockReport;
 use facemill::virtual_machine::{BetweenPositions, EstimatedPositions, Verification};
 use facemill::z_map::DexelMap;
 use facemill::{
-    CutRequest, DeviationRequest, Failure, RemainingReport, StockRegion, StockReport, VerificationFile, Verified,
-    VerifyRequest, files, read_rest, verify_program,
+    CutRequest, DeviationRequest, Failure, StockRegion, Verified, VerifyRequest, files, read_rest, verify_program,
 };
 
 use crate::cli::arguments::ad_hoc_setup::StandArguments;

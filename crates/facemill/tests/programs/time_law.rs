@@ -10,12 +10,11 @@ mod vectors;
 use std::path::Path;
 
 use facemill::feedrate::{AxisBounds, ProgramBlock, ProgramSettings, machine_bounds, program_law};
+use facemill::feeds::{FeedLaw, FeedRewriteSettings, TipFeed};
 use facemill::inverse_kinematics::{AxisValues, Machine};
 use facemill::nc_program::Dialect;
 use facemill::new_job::{NewJob, new_job};
-use facemill::{
-    FeedLaw, FeedRewriteSettings, Job, PlanSettings, Planned, SilentStages, TipFeed, plan_setup, rewrite_feeds, summary,
-};
+use facemill::{Job, PlanSettings, Planned, SilentStages, plan_setup, rewrite_feeds, summary};
 use serde_json::{Value, json};
 
 /// Plans the example patch with two passes, and values of job and machine set; `null` removes.

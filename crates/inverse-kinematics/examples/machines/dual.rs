@@ -6,7 +6,8 @@
 
 use std::f64::consts::PI;
 
-use facemill_inverse_kinematics::*;
+use facemill_inverse_kinematics::import::{AxisLine, rows_from_axes};
+use facemill_inverse_kinematics::machine_file::{BodyFile, Joint, MachineFile, ShapeFile, ToolChain};
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::{LARGE, MEDIUM, ROTARY, UNKNOWN, assuming, block, body, file, linear, nose, rotary, round};

@@ -77,7 +77,8 @@ impl MachineFile {
     /// ```
     /// use std::sync::Arc;
     /// use facemill_cl_data::{ConvexPolyhedron, PolyhedronError};
-    /// use facemill_inverse_kinematics::{BodyFile, Machine, MeshShapeFile, ShapeFile};
+    /// use facemill_inverse_kinematics::machine_file::{BodyFile, MeshShapeFile, ShapeFile};
+    /// use facemill_inverse_kinematics::Machine;
     /// use nalgebra::Point3;
     ///
     /// let mut file = Machine::head_b_table_c().unwrap().to_file();

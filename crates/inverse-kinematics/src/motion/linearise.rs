@@ -142,7 +142,8 @@ pub struct Linearised {
 ///
 /// ```
 /// use facemill_cl_data::{ClPoint, CuttingLaw};
-/// use facemill_inverse_kinematics::{Linearisation, Machine, MotionTolerance, linearise};
+/// use facemill_inverse_kinematics::motion::{Linearisation, MotionTolerance, linearise};
+/// use facemill_inverse_kinematics::Machine;
 /// use nalgebra::{Point3, Unit, Vector3};
 ///
 /// let machine = Machine::head_b_table_c()?;

@@ -4,6 +4,10 @@
 pub mod oracle;
 
 use facemill_cl_data::ClPoint;
+use facemill_inverse_kinematics::machine_file::{
+    ControlToleranceFile, CuttingLawFile, DhRow, FeedFile, Joint, MachineFile, MachineFormat, MotionFile,
+    PrismaticJoint, RapidLawFile, RevoluteJoint, RevoluteRange, Sense, ToolChain, WorkpieceChain,
+};
 use facemill_inverse_kinematics::*;
 pub use facemill_test_kit::Random;
 use nalgebra::{Matrix4, Point3, Unit, Vector3, Vector4};

@@ -2,6 +2,7 @@
 //! seeds.
 
 use facemill_cl_data::ClPoint;
+use facemill_inverse_kinematics::machine_file::{DhRow, MachineFile};
 use facemill_inverse_kinematics::*;
 use nalgebra::{Matrix4, Point3, SMatrix, SVector, Unit, Vector3};
 

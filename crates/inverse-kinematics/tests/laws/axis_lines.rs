@@ -1,6 +1,8 @@
 //! Rows made from lines: forward kinematics by screws and by Craig's matrices agree.
 
 use crate::common::*;
+use facemill_inverse_kinematics::import::{AxisLine, rows_from_axes};
+use facemill_inverse_kinematics::machine_file::{BodyFile, Joint, PrismaticJoint, Sense, ShapeFile};
 use facemill_inverse_kinematics::*;
 use nalgebra::{Isometry3, Matrix4, Point3, Translation3, Unit, UnitQuaternion, Vector3};
 

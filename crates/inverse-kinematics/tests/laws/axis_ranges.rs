@@ -2,6 +2,8 @@
 
 use crate::common::*;
 use facemill_cl_data::{ClPoint, ConvexPolyhedron, Solid};
+use facemill_inverse_kinematics::inverse::{AxisRanges, LimitVerdict, PoseSet};
+use facemill_inverse_kinematics::machine_file::{BodyFile, MeshShapeFile, ShapeFile};
 use facemill_inverse_kinematics::*;
 use nalgebra::{Point3, Unit, UnitQuaternion, Vector3};
 

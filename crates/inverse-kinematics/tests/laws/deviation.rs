@@ -3,6 +3,7 @@
 use crate::common::*;
 use crate::meant::*;
 use facemill_cl_data::{ClPoint, CuttingLaw, RapidLaw};
+use facemill_inverse_kinematics::motion::{Deviation, deviation_bound};
 use facemill_inverse_kinematics::*;
 use nalgebra::{Unit, Vector3};
 use std::f64::consts::PI;

@@ -1,6 +1,8 @@
 //! Kind of a machine, directions of its axes, and directions that its tool axis can take.
 
 use crate::common::*;
+use facemill_inverse_kinematics::import::JointLine;
+use facemill_inverse_kinematics::machine_file::{DhRow, Joint, RevoluteRange, Sense};
 use facemill_inverse_kinematics::*;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
 

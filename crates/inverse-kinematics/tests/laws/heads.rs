@@ -2,6 +2,10 @@
 
 use crate::common::*;
 use facemill_cl_data::{PlacedSolid, RoundBox, Solid};
+use facemill_inverse_kinematics::inverse::{AxisRanges, PoseSet};
+use facemill_inverse_kinematics::machine_file::{DhRow, Joint, MachineFile};
+use facemill_inverse_kinematics::motion::{Linearisation, MotionTolerance, linearise};
+use facemill_inverse_kinematics::path::{PathSettings, SegmentKind, choose_along};
 use facemill_inverse_kinematics::*;
 use nalgebra::{Isometry3, Matrix4, Vector3};
 

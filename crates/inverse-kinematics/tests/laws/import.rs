@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::common::*;
+use facemill_inverse_kinematics::import::{RotaryRole, import_autodesk_machine};
+use facemill_inverse_kinematics::machine_file::AssumedValue;
 use facemill_inverse_kinematics::*;
 use nalgebra::{Isometry3, Translation3, Unit, UnitQuaternion, Vector3};
 

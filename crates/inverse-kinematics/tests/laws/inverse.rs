@@ -2,6 +2,7 @@
 
 use crate::common::*;
 use facemill_cl_data::ClPoint;
+use facemill_inverse_kinematics::machine_file::{Joint, Sense};
 use facemill_inverse_kinematics::*;
 use nalgebra::{Point3, Unit, Vector3};
 

@@ -2,6 +2,10 @@
 
 use crate::common::*;
 use facemill_cl_data::{CuttingLaw, RapidLaw, Solid};
+use facemill_inverse_kinematics::machine_file::{
+    AssumedFile, AssumedValue, BodyFile, DhRow, Joint, MachineFile, PrismaticJoint, RevoluteJoint, Sense, ShapeFile,
+    machine_schema,
+};
 use facemill_inverse_kinematics::*;
 use nalgebra::{Matrix4, Point3, Vector3};
 use serde_json::{Value, json};

@@ -2,6 +2,7 @@
 
 use crate::common::*;
 use facemill_cl_data::{CuttingLaw, RapidLaw};
+use facemill_inverse_kinematics::motion::{Deviation, deviation_bound};
 use facemill_inverse_kinematics::*;
 use nalgebra::Vector3;
 

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use crate::common::*;
 use facemill_cl_data::ClPoint;
+use facemill_inverse_kinematics::machine_file::Sense;
 use facemill_inverse_kinematics::*;
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
 

@@ -1,6 +1,7 @@
 //! Laws of the inverse solution with two linear and three rotary joints.
 
 use crate::common::*;
+use facemill_inverse_kinematics::machine_file::{DhRow, Sense};
 use facemill_inverse_kinematics::*;
 
 const TOOL: f64 = 137.0;

@@ -1,9 +1,9 @@
 //! Description of a machine, as `machine check` prints it.
 
 use facemill_cl_data::SplitMix64;
-use facemill_inverse_kinematics::{
-    AssumedValue, Axis, AxisKind, AxisReach, AxisValues, Carrier, DhRow, LinkId, Machine, MachineFile, Rollover,
-};
+use facemill_inverse_kinematics::inverse::AxisReach;
+use facemill_inverse_kinematics::machine_file::{AssumedValue, DhRow, MachineFile};
+use facemill_inverse_kinematics::{Axis, AxisKind, AxisValues, Carrier, LinkId, Machine, Rollover};
 use nalgebra::{Point3, Vector3};
 
 use crate::load::machine_load::BodyHull;
@@ -298,11 +298,12 @@ fn assumed_line(file: &MachineFile) -> String {
     if file.assumed.is_empty() {
         return "assumed values: none are marked".to_owned();
     }
-    let one = |a: &facemill_inverse_kinematics::AssumedFile| match (a.value.is_of_axes(), a.axes.is_empty()) {
-        (false, _) => a.value.as_str().to_owned(),
-        (true, true) => format!("{} of all axes", a.value.as_str()),
-        (true, false) => format!("{} of {}", a.value.as_str(), a.axes.join(" ")),
-    };
+    let one =
+        |a: &facemill_inverse_kinematics::machine_file::AssumedFile| match (a.value.is_of_axes(), a.axes.is_empty()) {
+            (false, _) => a.value.as_str().to_owned(),
+            (true, true) => format!("{} of all axes", a.value.as_str()),
+            (true, false) => format!("{} of {}", a.value.as_str(), a.axes.join(" ")),
+        };
     let all: Vec<String> = file.assumed.iter().map(one).collect();
     format!("assumed values, to be replaced by those of the machine before a program is run: {}", all.join(", "))
 }

@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use facemill_nc_program::{
-    AxisLengths, Block, Compensation, DialectFile, MacroKind, ProgramSpec, ReadBlock, ReadCommand, SaidWords,
-    StateWord, WorkOffset, read_program, write_program_with_lines,
-};
+use facemill_nc_program::dialect::DialectFile;
+use facemill_nc_program::read::{Compensation, MacroKind, ReadBlock, ReadCommand};
+use facemill_nc_program::words::{AxisLengths, SaidWords, StateWord};
+use facemill_nc_program::{Block, ProgramSpec, WorkOffset, read_program, write_program_with_lines};
 
 use crate::failure::Failure;
 use crate::load::job::Job;

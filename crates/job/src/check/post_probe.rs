@@ -1,8 +1,11 @@
 //! Check that the reader of the dialect reads what a shop's own dialect file writes.
 
+use facemill_nc_program::dialect::{DialectFile, LengthRule};
+use facemill_nc_program::read::{AxisAt, ReadBlock, ReadCommand};
+use facemill_nc_program::words::{AxisKind, AxisWord};
 use facemill_nc_program::{
-    AxisAt, AxisKind, AxisWord, Block, Coolant, CutVectors, DialectFile, FeedMode, LengthRule, NcProgram, ProgramSpec,
-    ReadBlock, ReadCommand, WordMap, read_program, write_program, write_program_with_lines,
+    Block, Coolant, CutVectors, FeedMode, NcProgram, ProgramSpec, WordMap, read_program, write_program,
+    write_program_with_lines,
 };
 use nalgebra::{Unit, Vector3};
 

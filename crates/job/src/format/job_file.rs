@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use facemill_cc_path::{RegionFile, StrategyFile};
-use facemill_nc_program::PostFile;
+use facemill_cc_path::files::{RegionFile, StrategyFile};
+use facemill_nc_program::dialect::PostFile;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 

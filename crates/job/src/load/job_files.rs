@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use facemill_file_format::to_json;
-use facemill_inverse_kinematics::MachineFile;
+use facemill_inverse_kinematics::machine_file::MachineFile;
 use facemill_tool_model::ToolFile;
 
 use crate::failure::Failure;

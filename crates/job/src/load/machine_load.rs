@@ -5,7 +5,8 @@ use std::path::Path;
 use std::sync::Arc;
 
 use facemill_cl_data::ConvexPolyhedron;
-use facemill_inverse_kinematics::{BodyMesh, Machine, MachineFile, MeshUnitFile};
+use facemill_inverse_kinematics::Machine;
+use facemill_inverse_kinematics::machine_file::{BodyMesh, MachineFile, MeshUnitFile};
 use facemill_surface_model::{Edges, Topology, TriMesh};
 
 use crate::failure::Failure;

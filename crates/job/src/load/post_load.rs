@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use facemill_nc_program::{
-    Dialect, DialectFile, PostError, PostSettings, ReadError, ReadProgram, Template, read_program,
-};
+use facemill_nc_program::dialect::{DialectFile, PostError, Template};
+use facemill_nc_program::read::ReadError;
+use facemill_nc_program::{Dialect, PostSettings, ReadProgram, read_program};
 
 use crate::failure::Failure;
 use crate::format::job_file::JobFile;

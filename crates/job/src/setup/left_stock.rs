@@ -3,10 +3,9 @@
 
 use std::sync::{Arc, PoisonError};
 
-use facemill_cc_path::{
-    LeftAboveFile, LeftOfFile, LeftRegion, ProgramWithToolFile, Region, RegionFile, RegionSample, RequestedRegion,
-    RequestedStrategy, StockHeight, Strategy,
-};
+use facemill_cc_path::files::{LeftAboveFile, LeftOfFile, ProgramWithToolFile, RegionFile};
+use facemill_cc_path::strategies::Region;
+use facemill_cc_path::{LeftRegion, RegionSample, RequestedRegion, RequestedStrategy, StockHeight, Strategy};
 use facemill_cl_data::{Aabb, CcPoint, Silent};
 use facemill_tool_model::{ToolAssembly, ToolFile};
 use facemill_virtual_machine::{VerifySettings, swept_by_cuts};

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use facemill_cutter_location::Workcell;
 use facemill_inverse_kinematics::Machine;
-use facemill_nc_program::{Compensation, Dialect, ReadProgram, WordMap};
+use facemill_nc_program::read::Compensation;
+use facemill_nc_program::{Dialect, ReadProgram, WordMap};
 use facemill_tool_model::ToolAssembly;
 use facemill_tool_path::links::LinkScene;
 use facemill_virtual_machine::motion::axis_motion::MotionContext;

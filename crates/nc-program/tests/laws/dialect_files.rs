@@ -1,6 +1,7 @@
 //! Differences of dialects, their refusals, and their files.
 
 use facemill_cl_data::{CuttingLaw, MotionLaw, RapidLaw};
+use facemill_nc_program::dialect::{Decimals, DialectFile, Orientation, PostFile, Template};
 use facemill_nc_program::*;
 
 use crate::dialects::{home, law, on_machine, write};

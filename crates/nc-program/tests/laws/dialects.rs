@@ -1,6 +1,7 @@
 //! Laws of all dialects' writers.
 
 use facemill_cl_data::{ControlTolerance, CuttingLaw, MotionLaw, RapidLaw};
+use facemill_nc_program::dialect::{BlockNumbers, Decimals, PostFile, Template};
 use facemill_nc_program::*;
 
 use crate::kit::{AXES, Random, random_blocks, spec, words};

@@ -1,6 +1,9 @@
 //! Laws of the FANUC writer and reader together.
 
 use crate::kit::{AXES, Random, post_file, random_blocks, settings, spec, words};
+use facemill_nc_program::dialect::{BlockNumbers, Decimals, PostFile, Template};
+use facemill_nc_program::read::{AxisAt, Feed, MotionKind, ReadMotion, read_fanuc};
+use facemill_nc_program::words::AxisKind;
 use facemill_nc_program::*;
 
 const MODES: [FeedMode; 3] = [FeedMode::G94, FeedMode::G93, FeedMode::Rtcp];

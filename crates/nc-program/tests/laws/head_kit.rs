@@ -1,6 +1,7 @@
 //! A machine of two heads and one table in one channel, for tests.
 
 use crate::kit::{Random, spec, words};
+use facemill_nc_program::words::AxisKind;
 use facemill_nc_program::*;
 
 pub(crate) const LENGTHS: [f64; 2] = [420.125, 231.5];

@@ -2,6 +2,9 @@
 
 use crate::head_kit::{LENGTHS, axis, heads, letters, map, map_of, nine_axis_spec, random_joints, words_of};
 use crate::kit::{Random, post_file, words};
+use facemill_nc_program::dialect::PostFile;
+use facemill_nc_program::read::{AxisAt, Compensation, MotionKind, ReadCommand, ReadMotion, read_fanuc};
+use facemill_nc_program::words::{AxisKind, AxisLengths};
 use facemill_nc_program::*;
 
 /// Half a unit of the third decimal, with what a sum of numbers of this size may lose.

@@ -1,8 +1,10 @@
 //! Programs for the tests: seeded, with values that sit on rounding borders and repeat often.
 
+use facemill_nc_program::dialect::PostFile;
+use facemill_nc_program::read::{AxisAt, ReadMotion};
 use facemill_nc_program::{
-    AxisAt, AxisLetter, AxisSpec, AxisWords, Block, Coolant, FeedMode, NcProgram, PostFile, PostSettings, ProgramSpec,
-    ReadMotion, SpindleSpec, ToolSpec, WorkOffset,
+    AxisLetter, AxisSpec, AxisWords, Block, Coolant, FeedMode, NcProgram, PostSettings, ProgramSpec, SpindleSpec,
+    ToolSpec, WorkOffset,
 };
 
 pub(crate) use facemill_test_kit::Random;

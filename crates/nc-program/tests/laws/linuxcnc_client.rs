@@ -6,6 +6,7 @@
 
 use std::{collections::BTreeMap, path::PathBuf, process::Command};
 
+use facemill_nc_program::dialect::PostFile;
 use facemill_nc_program::*;
 
 use crate::dialects::{WORD_ADDRESS, home, law};

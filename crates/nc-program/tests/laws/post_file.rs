@@ -1,6 +1,7 @@
 //! The `post` section of a job file.
 
 use facemill_file_format::{from_json, schema, to_json};
+use facemill_nc_program::dialect::{Decimals, PostFile};
 use facemill_nc_program::*;
 
 #[test]

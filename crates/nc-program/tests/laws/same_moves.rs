@@ -4,6 +4,9 @@
 use std::fmt::Write;
 
 use crate::kit::Random;
+use facemill_nc_program::read::{
+    MotionKind, ReadError, read_fanuc, read_haas, read_heidenhain, read_linuxcnc, read_mazak, read_siemens,
+};
 use facemill_nc_program::*;
 
 const LETTERS: [char; 5] = ['X', 'Y', 'Z', 'B', 'C'];

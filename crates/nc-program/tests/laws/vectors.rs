@@ -1,6 +1,8 @@
 //! Laws of programs that name the tool's axis in place of rotary words.
 
 use facemill_cl_data::{CuttingLaw, MotionLaw};
+use facemill_nc_program::dialect::{Orientation, PostFile, RtcpRapids};
+use facemill_nc_program::words::AxisKind;
 use facemill_nc_program::*;
 use nalgebra::{Unit, Vector3};
 

@@ -1,6 +1,7 @@
 //! Checks of a program's F before it gets new ones, and the format of F.
 
-use facemill_nc_program::{Dialect, Feed, FeedMode, MacroKind, NoteKind, ReadBlock, ReadCommand, ReadMotion, ReadNote};
+use facemill_nc_program::read::{Feed, MacroKind, NoteKind, ReadBlock, ReadCommand, ReadMotion, ReadNote};
+use facemill_nc_program::{Dialect, FeedMode};
 use facemill_virtual_machine::motion::axis_motion::StraightCut;
 use facemill_virtual_machine::not_unit;
 

@@ -4,7 +4,7 @@
 use facemill_cl_data::ControlTolerance;
 use facemill_feedrate::BlockFeed;
 use facemill_inverse_kinematics::{AxisValues, BlockLaw, FeedRange, Machine};
-use facemill_nc_program::ControlMotion;
+use facemill_nc_program::dialect::ControlMotion;
 use facemill_virtual_machine::motion::axis_motion::StraightCut;
 use facemill_virtual_machine::program_time::program_moves::MoveRuns;
 use facemill_virtual_machine::program_time::reachable;

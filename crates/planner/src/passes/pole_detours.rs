@@ -18,7 +18,7 @@ use facemill_feedrate::ProgramBlock;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
 use facemill_job::failure::Failure;
 use facemill_job::stages::{DETOURS, Stages};
-use facemill_nc_program::ControlMotion;
+use facemill_nc_program::dialect::ControlMotion;
 use facemill_tool_model::{Cusp, Outline, cusp_height_between};
 use facemill_tool_path::segments::LaidTask;
 use facemill_tool_path::segments::pole::Tests;

@@ -1,6 +1,6 @@
 //! Directions of parallel planes for a region: by its extent, and by the motion of the rotary axes.
 
-use facemill_cc_path::ParallelPlanesFile;
+use facemill_cc_path::files::ParallelPlanesFile;
 use facemill_cl_data::{CcPoint, ClPoint};
 use facemill_cutter_location::cusp::expected_posture;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, BranchPreference};

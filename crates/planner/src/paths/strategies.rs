@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use facemill_cc_path::{ConstantScallopFile, SectionsFile, SeedFile, SeedPlaneFile, StrategyFile};
+use facemill_cc_path::files::{ConstantScallopFile, SectionsFile, SeedFile, SeedPlaneFile, StrategyFile};
 use facemill_file_format::{FormatError, from_json, from_value};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{DirectionFile, JobFile, LevelOrderFile, LinkingFile, PathFile, PathFromStrategy};

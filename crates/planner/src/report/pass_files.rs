@@ -1,6 +1,6 @@
 //! Files of the passes of a plan: path files, and pictures of how they use their strips.
 
-use facemill_cc_path::{PathFile, write_path_file};
+use facemill_cc_path::files::{PathFile, write_path_file};
 use facemill_cl_data::{CcPoint, Pass};
 use facemill_cutter_location::cusp::strips::strip_width;
 use facemill_job::format::report::Report;

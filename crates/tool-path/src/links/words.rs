@@ -1,10 +1,10 @@
 //! Lines of a link: whether they hold only positions, and the lines of another way.
 
 use facemill_inverse_kinematics::{AxisValues, Machine, Rollover};
-use facemill_nc_program::{
-    AxisAt, AxisKind, AxisLetter, AxisWords, Compensation, Decimals, Dialect, MotionKind, Numbering, ReadBlock,
-    ReadCommand, ReadMotion, ReadProgram, WordMap,
-};
+use facemill_nc_program::dialect::{Decimals, Numbering};
+use facemill_nc_program::read::{AxisAt, Compensation, MotionKind, ReadBlock, ReadCommand, ReadMotion};
+use facemill_nc_program::words::AxisKind;
+use facemill_nc_program::{AxisLetter, AxisWords, Dialect, ReadProgram, WordMap};
 use facemill_virtual_machine::ProgramLink;
 use nalgebra::{Isometry3, Point3};
 

@@ -8,7 +8,7 @@ use facemill_cutter_location::{
 };
 use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::{Branch, BranchPreference, Machine};
-use facemill_nc_program::RoundingBound;
+use facemill_nc_program::dialect::RoundingBound;
 use facemill_sample_parts::{AnalyticPart, AnalyticShape, MaterialSide};
 use facemill_surface_model::TriMesh;
 use facemill_tool_model::{FormatTag, Section, SpindleRotation, Stack, ToolAssembly, ToolFile, cl_from_cc};

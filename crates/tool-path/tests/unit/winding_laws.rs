@@ -5,7 +5,8 @@ use std::f64::consts::{PI, TAU};
 use facemill_cl_data::{CcPoint, Posture, Silent};
 use facemill_cutter_location::{Hints, PoseTest, SearchSettings};
 use facemill_interference::MeshTree;
-use facemill_inverse_kinematics::{AxisValues, Joint, Machine, RevoluteRange};
+use facemill_inverse_kinematics::machine_file::{Joint, RevoluteRange};
+use facemill_inverse_kinematics::{AxisValues, Machine};
 use nalgebra::{Point3, Vector3};
 
 use crate::move_laws::{Random, cell, curve, linearity, move_settings, plane_with_bump, tool};

@@ -3,7 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use facemill_nc_program::{MotionKind, ReadProgram};
+use facemill_nc_program::ReadProgram;
+use facemill_nc_program::read::MotionKind;
 
 use crate::finding::{Finding, FindingKind};
 

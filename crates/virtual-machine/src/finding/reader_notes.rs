@@ -1,6 +1,8 @@
 //! Undecided places of the reader, as findings.
 
-use facemill_nc_program::{Compensation, NoteKind, ReadBlock, ReadCommand, ReadNote, ReadProgram, StateWord};
+use facemill_nc_program::ReadProgram;
+use facemill_nc_program::read::{Compensation, NoteKind, ReadBlock, ReadCommand, ReadNote};
+use facemill_nc_program::words::StateWord;
 
 use crate::finding::{Finding, FindingKind};
 

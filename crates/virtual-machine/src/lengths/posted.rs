@@ -1,6 +1,7 @@
 //! A program for a tool of another length.
 
-use facemill_nc_program::{AxisAt, AxisWords, Compensation, ReadMotion, ReadProgram, WordMap, WordMapError};
+use facemill_nc_program::read::{AxisAt, Compensation, ReadMotion};
+use facemill_nc_program::{AxisWords, ReadProgram, WordMap, WordMapError};
 
 use crate::motion::setup::VirtualSetup;
 

@@ -5,10 +5,10 @@ use std::fmt;
 
 use facemill_cl_data::{CuttingLaw, MotionLaw, RapidLaw};
 use facemill_inverse_kinematics::{Machine, Rollover};
-use facemill_nc_program::{
-    AxisAt, AxisKind, AxisLetter, Compensation, Dialect, FeedMode, MotionKind, ReadBlock, ReadCommand, ReadMotion,
-    ReadProgram, RtcpRapids, SaidWords, StateWord,
-};
+use facemill_nc_program::dialect::RtcpRapids;
+use facemill_nc_program::read::{AxisAt, Compensation, MotionKind, ReadBlock, ReadCommand, ReadMotion};
+use facemill_nc_program::words::{AxisKind, SaidWords, StateWord};
+use facemill_nc_program::{AxisLetter, Dialect, FeedMode, ReadProgram};
 use schemars::JsonSchema;
 use serde::Serialize;
 

@@ -1,9 +1,9 @@
 //! Motions of a program line by line, and the times of its cuts by their F.
 
 use facemill_inverse_kinematics::{AxisValues, BlockLaw};
-use facemill_nc_program::{
-    Compensation, Dialect, FeedMode, MotionKind, ReadBlock, ReadCommand, ReadMotion, RtcpRapids, WordMapError,
-};
+use facemill_nc_program::dialect::RtcpRapids;
+use facemill_nc_program::read::{Compensation, MotionKind, ReadBlock, ReadCommand, ReadMotion};
+use facemill_nc_program::{Dialect, FeedMode, WordMapError};
 
 pub use crate::motion::positions::resolver::MotionContext;
 

@@ -2,10 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use facemill_nc_program::{
-    AxisKind, AxisLengths, AxisLetter, Compensation, Dialect, LengthRelation, MappedHead, ReadBlock, ReadCommand,
-    ReadProgram, StateWord, ToolLengthNote,
-};
+use facemill_nc_program::read::{Compensation, LengthRelation, ReadBlock, ReadCommand, ToolLengthNote};
+use facemill_nc_program::words::{AxisKind, AxisLengths, StateWord};
+use facemill_nc_program::{AxisLetter, Dialect, MappedHead, ReadProgram};
 use facemill_tool_model::SpindleRotation;
 
 use crate::finding::{FindingKind, TextFault};

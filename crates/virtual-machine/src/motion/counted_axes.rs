@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
-use facemill_nc_program::{Compensation, Dialect, ReadBlock, ReadCommand};
+use facemill_nc_program::Dialect;
+use facemill_nc_program::read::{Compensation, ReadBlock, ReadCommand};
 
 /// Reference radius at which 1 deg of a rotary axis is 1 mm: FGREF.
 const DEGREE_IS_A_MM: f64 = 180.0 / std::f64::consts::PI;

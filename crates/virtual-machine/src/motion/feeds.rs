@@ -1,7 +1,8 @@
 //! Meaning of F in a block, by control and by the program's earlier statements.
 
 use facemill_inverse_kinematics::{AxisValues, Machine};
-use facemill_nc_program::{Dialect, Feed, FeedMode, ReadBlock};
+use facemill_nc_program::read::{Feed, ReadBlock};
+use facemill_nc_program::{Dialect, FeedMode};
 
 use crate::motion::counted_axes::{CountedAxes, norm_of_all};
 

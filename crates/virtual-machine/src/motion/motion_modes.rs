@@ -1,7 +1,8 @@
 //! Words of a program that choose another motion between positions than the one that is simulated.
 
 use facemill_cl_data::{CuttingLaw, MotionLaw, RapidLaw};
-use facemill_nc_program::{Dialect, ReadBlock, ReadCall, ReadCommand, ReadProgram};
+use facemill_nc_program::read::{ReadBlock, ReadCall, ReadCommand};
+use facemill_nc_program::{Dialect, ReadProgram};
 
 /// Laws that the machine file states, and the control whose words are read.
 #[derive(Clone, Copy)]

@@ -1,10 +1,9 @@
 //! Motions of a program for verification, with the faults of their text.
 
 use facemill_inverse_kinematics::{AxisKind as JointKind, AxisValues, BlockLaw, Machine};
-use facemill_nc_program::{
-    AxisKind, AxisLengths, AxisLetter, Compensation, Feed, MacroKind, MotionKind, ReadBlock, ReadCommand, ReadMotion,
-    ReadProgram,
-};
+use facemill_nc_program::read::{Compensation, Feed, MacroKind, MotionKind, ReadBlock, ReadCommand, ReadMotion};
+use facemill_nc_program::words::{AxisKind, AxisLengths};
+use facemill_nc_program::{AxisLetter, ReadProgram};
 
 use crate::finding::{FindingKind, Measure, TextFault};
 use crate::motion::control::Control;

@@ -1,6 +1,7 @@
 //! Whether a program says how far the control may leave the path where it cuts.
 
-use facemill_nc_program::{Dialect, ReadBlock, ReadCommand};
+use facemill_nc_program::Dialect;
+use facemill_nc_program::read::{ReadBlock, ReadCommand};
 
 /// State of the smoothing that the text has set so far.
 #[derive(Clone, Debug, Default)]

@@ -2,7 +2,7 @@
 
 use facemill_feedrate::{ProgramBlock, rapid_time};
 use facemill_inverse_kinematics::{AxisValues, BlockLaw};
-use facemill_nc_program::{MacroKind, ReadBlock, ReadCommand};
+use facemill_nc_program::read::{MacroKind, ReadBlock, ReadCommand};
 use nalgebra::Isometry3;
 
 use crate::motion::axis_motion::StraightCut;

@@ -6,7 +6,7 @@ use facemill_feedrate::{
     program_law, program_law_of, trapezoid_law, within_look_ahead,
 };
 use facemill_inverse_kinematics::{Axis, AxisKind, AxisValues, Machine};
-use facemill_nc_program::{ControlMotion, LimitedBy, RotaryBlocks};
+use facemill_nc_program::dialect::{ControlMotion, LimitedBy, RotaryBlocks};
 
 use crate::program_time::tolerance::{Levers, MachineView, blend_tolerance, moving};
 use crate::program_time::vectors::{Evened, VectorRounding, evened};

@@ -4,7 +4,8 @@
 use std::collections::BTreeMap;
 
 use facemill_cl_data::{Cancelled, Monitor};
-use facemill_nc_program::{ReadBlock, ReadProgram};
+use facemill_nc_program::ReadProgram;
+use facemill_nc_program::read::ReadBlock;
 use rayon::prelude::*;
 use schemars::JsonSchema;
 use serde::Serialize;

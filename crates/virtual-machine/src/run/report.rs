@@ -2,7 +2,8 @@ use std::collections::BTreeMap;
 
 use facemill_cl_data::ClPoint;
 use facemill_inverse_kinematics::AxisValues;
-use facemill_nc_program::{ReadBlock, ReadProgram};
+use facemill_nc_program::ReadProgram;
+use facemill_nc_program::read::ReadBlock;
 
 use crate::finding::episodes::{Contact, Episode, Episodes, Key};
 use crate::finding::{

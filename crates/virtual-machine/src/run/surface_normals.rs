@@ -2,7 +2,8 @@
 //! whether it is the part's.
 
 use facemill_cl_data::{ClPoint, RoundFrustum, Solid};
-use facemill_nc_program::{Compensation, Dialect, ReadProgram};
+use facemill_nc_program::read::Compensation;
+use facemill_nc_program::{Dialect, ReadProgram};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::finding::episodes::{Contact, Episodes, Key};

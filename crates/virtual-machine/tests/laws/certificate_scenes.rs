@@ -3,7 +3,8 @@
 use crate::kit::{HEAD, Shop, Text, box_mesh};
 use facemill_cl_data::Silent;
 use facemill_interference::MeshTree;
-use facemill_inverse_kinematics::{BodyFile, Machine, ShapeFile};
+use facemill_inverse_kinematics::Machine;
+use facemill_inverse_kinematics::machine_file::{BodyFile, ShapeFile};
 use facemill_nc_program::Dialect;
 use facemill_nc_program::read_program;
 use facemill_virtual_machine::{

@@ -9,9 +9,11 @@ use crate::kit::depth::{TipAndAxis, Triangle};
 use crate::kit::{Shop, Text};
 use facemill_cl_data::Silent;
 use facemill_interference::MeshTree;
-use facemill_inverse_kinematics::{AxisValues, CuttingLawFile, Joint, Machine, RapidLawFile};
+use facemill_inverse_kinematics::machine_file::{CuttingLawFile, Joint, RapidLawFile};
+use facemill_inverse_kinematics::{AxisValues, Machine};
+use facemill_nc_program::dialect::RtcpRapids;
 use facemill_nc_program::read_program;
-use facemill_nc_program::{AxisLetter, AxisWords, Dialect, ReadProgram, RtcpRapids};
+use facemill_nc_program::{AxisLetter, AxisWords, Dialect, ReadProgram};
 use facemill_surface_model::TriMesh;
 use facemill_virtual_machine::verify;
 use facemill_virtual_machine::{

@@ -2,7 +2,8 @@
 //! found, and the position behind it is unknown until the program names it.
 
 use facemill_cl_data::Silent;
-use facemill_nc_program::{Dialect, MacroKind, ReadCommand, read_program};
+use facemill_nc_program::read::{MacroKind, ReadCommand};
+use facemill_nc_program::{Dialect, read_program};
 use facemill_virtual_machine::{FindingKind, VerifySettings, VirtualSetup, verify};
 
 use crate::kit::Shop;

@@ -2,6 +2,9 @@
 
 use crate::kit::{HEAD, Shop, Text, box_mesh, only};
 use facemill_interference::MeshTree;
+use facemill_inverse_kinematics::machine_file::{
+    BodyFile, DhRow, Joint, RevoluteJoint, RevoluteRange, Sense, ShapeFile,
+};
 use facemill_inverse_kinematics::*;
 use facemill_virtual_machine::{Finding, FindingKind, Measure, Verification};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use crate::kit::{Shop, Text};
 use facemill_cl_data::{ConvexPolyhedron, Silent};
-use facemill_inverse_kinematics::{BodyFile, Machine, MeshShapeFile, ShapeFile};
+use facemill_inverse_kinematics::Machine;
+use facemill_inverse_kinematics::machine_file::{BodyFile, MeshShapeFile, ShapeFile};
 use facemill_nc_program::Dialect;
 use facemill_nc_program::read_program;
 use facemill_virtual_machine::{Certificate, Finding, FindingKind, Measure, VerifySettings, VirtualSetup, certify};

@@ -303,7 +303,7 @@ fn rtcp_words_are_the_tip_and_run_like_the_axes_they_stand_for() {
     let words = shop.words.words(q.as_slice()).unwrap();
     let rotary: String = words
         .iter()
-        .filter(|w| w.letter.kind() == facemill_nc_program::AxisKind::Rotary)
+        .filter(|w| w.letter.kind() == facemill_nc_program::words::AxisKind::Rotary)
         .map(|w| format!(" {}{:.4}", w.letter, w.value))
         .collect();
     let rtcp = Text::new(&shop)

@@ -1,7 +1,8 @@
 //! Words of axes that count to 360 deg, as each kind of control takes them.
 
 use crate::kit::{HEAD, Shop, Text};
-use facemill_inverse_kinematics::{Joint, Machine, Rollover};
+use facemill_inverse_kinematics::machine_file::Joint;
+use facemill_inverse_kinematics::{Machine, Rollover};
 use facemill_nc_program::Dialect;
 use facemill_nc_program::read_program;
 use facemill_virtual_machine::assumptions;
@@ -134,7 +135,7 @@ fn wind_up_is_reported_and_a_limit_to_it_held() {
 
 #[test]
 fn keys_of_endless_axes_are_refused_where_they_mean_nothing() {
-    let refused = |change: &dyn Fn(&mut facemill_inverse_kinematics::RevoluteJoint)| {
+    let refused = |change: &dyn Fn(&mut facemill_inverse_kinematics::machine_file::RevoluteJoint)| {
         let mut file = Machine::head_b_table_c().unwrap().to_file();
         let rows = file.workpiece_chain.rows.iter_mut().chain(&mut file.tool_chains[0].rows);
         for row in rows {

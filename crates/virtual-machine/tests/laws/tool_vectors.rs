@@ -8,9 +8,11 @@ use std::fmt::Write;
 use crate::kit;
 use crate::kit::Shop;
 use facemill_cl_data::Silent;
-use facemill_inverse_kinematics::{AxisValues, CuttingLawFile, Machine, RapidLawFile};
+use facemill_inverse_kinematics::machine_file::{CuttingLawFile, RapidLawFile};
+use facemill_inverse_kinematics::{AxisValues, Machine};
+use facemill_nc_program::Dialect;
 use facemill_nc_program::read_program;
-use facemill_nc_program::{AxisKind, Dialect};
+use facemill_nc_program::words::AxisKind;
 use facemill_virtual_machine::verify;
 use facemill_virtual_machine::{Certificates, FindingKind, Verification, VerifySettings, VirtualSetup, certify};
 

@@ -4,7 +4,8 @@ use crate::kit;
 use crate::kit::dual::{FACES, LENGTHS, Program, Shop};
 use facemill_cl_data::{PlacedSolid, RoundFrustum, Silent, Solid};
 use facemill_inverse_kinematics::AxisValues;
-use facemill_nc_program::{WordMap, WorkOffset, read_fanuc};
+use facemill_nc_program::read::read_fanuc;
+use facemill_nc_program::{WordMap, WorkOffset};
 use facemill_virtual_machine::verify;
 use facemill_virtual_machine::{
     Finding, FindingKind, LinkDistances, LinkStage, Measure, ProgramLink, Verification, VerifyError, VerifySettings,

@@ -399,7 +399,7 @@ fn a_posted_program_holds_the_tip_and_goes_home_as_before() {
     let longer = with_tool(scene.shop.tool.longer_by(77.0).unwrap(), true);
     let program = read_program(way(&scene.shop), Dialect::Fanuc).unwrap();
     let posted = crate::lengths::posted_for_length(&program, &scene.setup(&scene.shop), &longer.words);
-    let tip = |block: &facemill_nc_program::ReadBlock, shop: &Shop| {
+    let tip = |block: &facemill_nc_program::read::ReadBlock, shop: &Shop| {
         let joints = shop.words.joints_at(block.motion.as_ref()?, shop.machine.home().as_slice()).ok()?;
         let mut axes = shop.machine.home();
         joints.iter().enumerate().for_each(|(k, joint)| axes[k] = *joint);

@@ -5,7 +5,8 @@
 pub(crate) mod common;
 
 use facemill_cl_data::{ClPoint, ControlTolerance, CuttingLaw, RapidLaw};
-use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, BodyFile, Carrier, Machine, Motion, ShapeFile};
+use facemill_inverse_kinematics::machine_file::{BodyFile, ShapeFile};
+use facemill_inverse_kinematics::{AxisKind, AxisValues, BlockLaw, Carrier, Machine, Motion};
 use nalgebra::{Isometry3, Point3};
 
 use self::common::Random;

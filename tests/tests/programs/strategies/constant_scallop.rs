@@ -1,6 +1,6 @@
 //! Plans by constant scallop.
 
-use facemill::Outcome;
+use facemill::report::outcome::Outcome;
 use facemill_tests::variants::variant;
 use serde_json::json;
 

@@ -1,6 +1,8 @@
 //! Programs along the rounded edge of a plate and in the fillet and corner between two planes.
 
-use facemill::{Outcome, Planned, incomplete_because};
+use facemill::Planned;
+use facemill::formats::incomplete_because;
+use facemill::report::outcome::Outcome;
 use facemill_tests::jobs::JobFolder;
 use serde_json::{Value, json};
 

@@ -2,8 +2,9 @@
 
 use std::f64::consts::TAU;
 
+use facemill::Planned;
+use facemill::report::outcome::Outcome;
 use facemill::surface_model::{NamedNode, TriMesh, write_obj};
-use facemill::{Outcome, Planned};
 use facemill_tests::variants::tiny_patch;
 use nalgebra::{Isometry3, Point3};
 use serde_json::json;

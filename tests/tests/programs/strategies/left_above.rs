@@ -6,9 +6,10 @@ use std::path::Path;
 use facemill::job_file::JobFile;
 use facemill::nc_program::Dialect;
 use facemill::new_job::NewJob;
+use facemill::report::left_above::LeftAboveReport;
+use facemill::report::outcome::Outcome;
 use facemill::{
-    CutRequest, Failure, Job, LeftAboveReport, Outcome, PlanSettings, Planned, SilentStages, VerifyRequest, plan_setup,
-    summary, verify_program,
+    CutRequest, Failure, Job, PlanSettings, Planned, SilentStages, VerifyRequest, plan_setup, summary, verify_program,
 };
 use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::variants::{box_obj, variant};

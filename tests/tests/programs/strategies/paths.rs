@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use facemill::cc_path::read_path_file;
+use facemill::cc_path::files::read_path_file;
 use facemill::job::setup::path::lay_operation;
 use facemill::nc_program::Dialect;
 use facemill::{Job, Planned, Setup, SilentStages, VerifyRequest, verify_program};
@@ -18,7 +18,7 @@ type Points = Vec<Vec<(Point3<f64>, Vector3<f64>)>>;
 
 fn points_of_file(text: &str) -> Points {
     let file = read_path_file(text.as_bytes()).expect("a path file");
-    let of = |pass: &facemill::cc_path::PassFile| {
+    let of = |pass: &facemill::cc_path::files::PassFile| {
         let normals = pass.normals.clone().expect("normals");
         pass.points_mm.iter().zip(normals).map(|(p, n)| (Point3::from(*p), Vector3::from(n))).collect()
     };

@@ -4,7 +4,8 @@
 use facemill::Planned;
 use facemill::cl_data::CuttingLaw;
 use facemill::cl_file::read_apt;
-use facemill::inverse_kinematics::{AxisValues, Machine, deviation_bound};
+use facemill::inverse_kinematics::motion::deviation_bound;
+use facemill::inverse_kinematics::{AxisValues, Machine};
 use facemill_tests::jobs::{JobFolder, small_patch, small_patch_planned, small_propeller, text_of};
 use facemill_tests::oracles::interpreter::{self, Motion};
 use facemill_tests::oracles::paper_machine::{PIVOT_TO_FACE, tool_on_table};

@@ -4,9 +4,11 @@
 use std::{collections::BTreeSet, path::Path};
 
 use facemill::cl_file::{AptFile, AptMeaning, AptPointKind, read_apt};
-use facemill::nc_program::{
-    AxisKind, CallKind, MacroKind, MotionKind, ReadCommand, ReadError, ReadProgram, read_linuxcnc, read_siemens,
+use facemill::nc_program::ReadProgram;
+use facemill::nc_program::read::{
+    CallKind, MacroKind, MotionKind, ReadCommand, ReadError, read_linuxcnc, read_siemens,
 };
+use facemill::nc_program::words::AxisKind;
 use facemill_test_kit::SHARED_NC;
 
 type Reader = fn(&[u8]) -> Result<ReadProgram, ReadError>;

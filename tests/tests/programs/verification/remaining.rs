@@ -2,13 +2,16 @@
 
 use std::path::Path;
 
+use facemill::formats::{SetupSummary, VerificationFile};
 use facemill::nc_program::Dialect;
 use facemill::new_job::NewJob;
+use facemill::report::outcome::Outcome;
+use facemill::report::remaining::RemainingOnRegion;
 use facemill::surface_model::{NamedNode, TriMesh, write_obj};
 use facemill::virtual_machine::FindingKind;
 use facemill::{
-    CutRequest, DeviationRequest, Job, Outcome, PlanSettings, Planned, RemainingOnRegion, SetupSummary, SilentStages,
-    VerificationFile, VerifyRequest, plan_setup, summary, verify_program,
+    CutRequest, DeviationRequest, Job, PlanSettings, Planned, SilentStages, VerifyRequest, plan_setup, summary,
+    verify_program,
 };
 use facemill_tests::jobs::{JobFolder, unfinished};
 use facemill_tests::variants::{blink_patch, tiny_patch};
@@ -46,7 +49,7 @@ fn a_finished_plan_says_so_and_a_deleted_pass_is_found_by_the_same_measure() {
     let whole = verified(&text);
     assert_eq!(whole.remaining, plan.report.remaining);
     let totals = &plan.report.totals;
-    let constant = |times: &facemill::ProgramTimes| [times.constant_cutting_s, times.constant_rapid_s];
+    let constant = |times: &facemill::formats::ProgramTimes| [times.constant_cutting_s, times.constant_rapid_s];
     assert_eq!(
         (totals.blocks, totals.cutting_length_mm, constant(&plan.report.times)),
         (whole.verification.n_blocks, whole.verification.cutting_length_mm, constant(&whole.times)),

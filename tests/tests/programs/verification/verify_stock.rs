@@ -16,10 +16,8 @@ use std::path::Path;
 
 use facemill::nc_program::Dialect;
 use facemill::new_job::NewJob;
-use facemill::{
-    CuspsNotCompared, CutRequest, DeviationFigures, DeviationReport, DeviationRequest, Failure, Job, SilentStages,
-    Verified, VerifyRequest, verify_program,
-};
+use facemill::report::deviation::{CuspsNotCompared, DeviationFigures, DeviationReport};
+use facemill::{CutRequest, DeviationRequest, Failure, Job, SilentStages, Verified, VerifyRequest, verify_program};
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::oracles::paper_machine::PIVOT_TO_FACE;
 use serde_json::{Value, json};

@@ -18,6 +18,8 @@ use facemill_sample_parts::{BladeResolution, PropellerSeries, PropellerSpec, bla
 use facemill_surface_model::{Surface, TriMesh};
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
+use crate::files::*;
+use crate::strategies::*;
 use crate::test_kit::{Random, cylinder, grid, irregular_grid, plane, sphere_cap, sphere_patch, surface};
 use crate::*;
 

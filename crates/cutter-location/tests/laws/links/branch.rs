@@ -5,7 +5,8 @@ use facemill_cutter_location::links::approach::{ApproachSettings, ApproachShape,
 use facemill_cutter_location::links::link::{ClearanceSurface, LinkSettings, Linker, Waypoint};
 use facemill_cutter_location::{Configuration, Hints, Infeasible, PoseTest};
 use facemill_interference::{Interference, MeshTree};
-use facemill_inverse_kinematics::{Branch, Joint, Machine, RevoluteRange};
+use facemill_inverse_kinematics::machine_file::{Joint, RevoluteRange};
+use facemill_inverse_kinematics::{Branch, Machine};
 use facemill_tool_model::cl_from_cc;
 use nalgebra::{Point3, Unit, Vector3};
 

@@ -5,7 +5,8 @@ use facemill_cl_data::{ClPoint, CuttingLaw, RapidLaw};
 use facemill_cutter_location::links::link::{ClearanceSurface, LinkSettings, Linker};
 use facemill_cutter_location::{Infeasible, PoseTest};
 use facemill_interference::{Interference, MeshTree};
-use facemill_inverse_kinematics::{AxisValues, BlockLaw, Joint, Machine, Unreachable};
+use facemill_inverse_kinematics::machine_file::Joint;
+use facemill_inverse_kinematics::{AxisValues, BlockLaw, Machine, Unreachable};
 use nalgebra::{Point3, Unit, Vector3};
 
 use crate::kit::{Ball, Random, distance_at, machine, obstacle, stand, tool, workcell};

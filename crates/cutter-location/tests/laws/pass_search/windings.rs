@@ -8,7 +8,8 @@ use facemill_cutter_location::{
     plan_passes, search,
 };
 use facemill_interference::MeshTree;
-use facemill_inverse_kinematics::{BranchPreference, Joint, Machine, RevoluteRange};
+use facemill_inverse_kinematics::machine_file::{Joint, RevoluteRange};
+use facemill_inverse_kinematics::{BranchPreference, Machine};
 use facemill_tool_model::cl_from_cc;
 use nalgebra::{Point3, Vector3};
 

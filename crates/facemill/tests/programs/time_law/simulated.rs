@@ -1,8 +1,9 @@
 //! Times of new feeds for LinuxCNC, against its own planner.
 
+use facemill::feeds::{FeedLaw, FeedRewriteSettings, TipFeed};
 use facemill::inverse_kinematics::Machine;
 use facemill::nc_program::Dialect;
-use facemill::{FeedLaw, FeedRewriteSettings, TipFeed, rewrite_feeds};
+use facemill::rewrite_feeds;
 
 use super::control_programs::{ControlProgram, control_programs};
 use super::linuxcnc;

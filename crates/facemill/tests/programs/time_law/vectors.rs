@@ -3,9 +3,10 @@
 use std::fmt::Write;
 
 use facemill::feedrate::machine_bounds;
+use facemill::feeds::{FeedLawTimes, FeedRewriteSettings, TipFeed};
 use facemill::inverse_kinematics::{AxisValues, Machine};
 use facemill::nc_program::Dialect;
-use facemill::{FeedLawTimes, FeedRewriteSettings, TipFeed, rewrite_feeds};
+use facemill::rewrite_feeds;
 
 use super::within_the_law;
 

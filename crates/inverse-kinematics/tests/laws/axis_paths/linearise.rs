@@ -4,6 +4,7 @@
 use crate::common::*;
 use crate::meant::*;
 use facemill_cl_data::{ClPoint, CuttingLaw, RapidLaw};
+use facemill_inverse_kinematics::motion::{Deviation, Linearisation, MotionTolerance, deviation_bound, linearise};
 use facemill_inverse_kinematics::*;
 use nalgebra::{Point3, Unit, Vector3};
 

@@ -3,6 +3,8 @@
 use crate::common::*;
 use crate::meant::*;
 use facemill_cl_data::{ClPoint, CuttingLaw};
+use facemill_inverse_kinematics::machine_file::Sense;
+use facemill_inverse_kinematics::motion::{Linearisation, LineariseError, MotionTolerance, PoseFraction, linearise};
 use facemill_inverse_kinematics::*;
 use nalgebra::{Point3, Unit, Vector3};
 

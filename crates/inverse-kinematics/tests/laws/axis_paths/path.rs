@@ -4,6 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use crate::common::*;
 use facemill_cl_data::ClPoint;
+use facemill_inverse_kinematics::machine_file::{Joint, RevoluteRange};
+use facemill_inverse_kinematics::path::{Change, PathChoice, PathError, PathSettings, SegmentKind, choose_along};
 use facemill_inverse_kinematics::*;
 use nalgebra::{Point3, Unit, Vector3};
 

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::common::*;
+use facemill_inverse_kinematics::machine_file::{Joint, RevoluteRange};
 use facemill_inverse_kinematics::*;
 
 /// Head C and A, C wound up to `turns` and a little to both sides.

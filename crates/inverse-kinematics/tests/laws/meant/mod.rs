@@ -4,6 +4,7 @@
 
 use crate::common::cl_by_matrices;
 use facemill_cl_data::ClPoint;
+use facemill_inverse_kinematics::motion::{Deviation, Linearised, PoseFraction};
 use facemill_inverse_kinematics::*;
 use nalgebra::{Unit, Vector3};
 

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use facemill_cl_data::Solid;
-use facemill_inverse_kinematics::{BodyFile, Machine, MachineFile, MeshShapeFile, MeshUnitFile, ShapeFile};
+use facemill_inverse_kinematics::Machine;
+use facemill_inverse_kinematics::machine_file::{BodyFile, MachineFile, MeshShapeFile, MeshUnitFile, ShapeFile};
 use nalgebra::{Point3, Vector3};
 
 use crate::check::machine_check::describe_hulls;

@@ -1,4 +1,5 @@
-use facemill_inverse_kinematics::{Joint, Machine};
+use facemill_inverse_kinematics::Machine;
+use facemill_inverse_kinematics::machine_file::Joint;
 
 use crate::setup::rolled::*;
 

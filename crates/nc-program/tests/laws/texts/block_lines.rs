@@ -1,5 +1,7 @@
 //! Where the blocks of a program are in its text.
 
+use facemill_nc_program::dialect::PostFile;
+use facemill_nc_program::read::ReadCommand;
 use facemill_nc_program::*;
 
 use crate::kit::{Random, post_file, settings, spec, words};

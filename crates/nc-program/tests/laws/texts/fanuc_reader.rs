@@ -3,6 +3,10 @@
 use std::path::Path;
 
 use crate::kit::{Random, random_blocks, settings, spec};
+use facemill_nc_program::read::{
+    ArcWords, AxisAt, CallKind, Compensation, Feed, LengthRelation, MacroKind, MotionKind, NoteKind, Plane,
+    ReadCommand, ReadFault, ReadMotion, ReadNote, ToolLengthNote, read_fanuc,
+};
 use facemill_nc_program::*;
 use facemill_test_kit::SHARED_NC;
 

@@ -1,5 +1,9 @@
 //! Codes of Haas, Mazak and LinuxCNC besides FANUC's.
 
+use facemill_nc_program::read::{
+    AxisAt, CallKind, Compensation, MotionKind, ReadCall, ReadCommand, ReadError, ReadMotion, read_fanuc, read_haas,
+    read_linuxcnc, read_mazak,
+};
 use facemill_nc_program::*;
 
 fn motions(read: Result<ReadProgram, ReadError>) -> Vec<ReadMotion> {

@@ -1,10 +1,9 @@
 //! Every F word of every dialect can be cut out, put back and changed, and nothing else of the
 //! program changes.
 
-use crate::{
-    kit::{Random, random_blocks, settings, spec},
-    samples::{self, Sample},
-};
+use super::samples::{self, Sample};
+use crate::kit::{Random, random_blocks, settings, spec};
+use facemill_nc_program::read::{FeedPlace, MacroKind, ReadBlock, ReadCommand, read_fanuc};
 use facemill_nc_program::*;
 
 #[test]

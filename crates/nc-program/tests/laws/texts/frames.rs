@@ -1,5 +1,6 @@
 //! Words that set the frame of words are reported, and words that switch it off are silent.
 
+use facemill_nc_program::read::{AxisAt, MacroKind, ReadCommand};
 use facemill_nc_program::*;
 
 /// Whether the last line sets something that words depend on, and whether X is still known behind

@@ -1,5 +1,6 @@
 //! Checks that raise an alarm or go on are no branches; whatever may skip or repeat blocks is one.
 
+use facemill_nc_program::read::{AxisAt, LengthRelation, NoteKind};
 use facemill_nc_program::*;
 
 fn branches(text: &str, dialect: Dialect) -> usize {

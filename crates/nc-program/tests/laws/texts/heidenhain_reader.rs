@@ -1,5 +1,8 @@
 //! Texts that the Heidenhain reader understands, refuses and keeps.
 
+use facemill_nc_program::read::{
+    AxisAt, CallKind, Compensation, Feed, MacroKind, MotionKind, ReadCommand, ReadMotion, ToolVectors, read_heidenhain,
+};
 use facemill_nc_program::*;
 
 use crate::kit::{at, word};

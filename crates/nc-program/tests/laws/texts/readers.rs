@@ -3,9 +3,10 @@
 
 use std::collections::BTreeSet;
 
-use crate::{
-    kit::Random,
-    samples::{self, Sample},
+use super::samples::{self, Sample};
+use crate::kit::Random;
+use facemill_nc_program::read::{
+    FanucReader, FeedPlace, HeidenhainReader, ReadBlock, ReadCommand, ReadError, ReadFault, SiemensReader,
 };
 use facemill_nc_program::*;
 

@@ -1,5 +1,8 @@
 //! Short programs of every dialect, with the features of real ones.
 
+use facemill_nc_program::read::{
+    ReadError, read_fanuc, read_haas, read_heidenhain, read_linuxcnc, read_mazak, read_siemens,
+};
 use facemill_nc_program::*;
 
 /// A program and its reader.

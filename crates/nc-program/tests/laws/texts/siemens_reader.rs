@@ -1,5 +1,9 @@
 //! Texts that the Siemens reader understands, refuses and keeps.
 
+use facemill_nc_program::read::{
+    AxisAt, CallKind, Compensation, Feed, MacroKind, MotionKind, Plane, ReadCall, ReadCommand, ReadMotion, ToolVectors,
+    read_siemens,
+};
 use facemill_nc_program::*;
 
 use crate::kit::{at, word};

@@ -1,5 +1,7 @@
 //! Words that set the state of a control and its path mode: their blocks report them.
 
+use facemill_nc_program::read::ReadCommand;
+use facemill_nc_program::words::StateWord;
 use facemill_nc_program::*;
 
 /// Blocks report the statements of a text on a control's state, and nothing that it leaves out.

@@ -1,6 +1,11 @@
 //! Words that controls accept and the readers do not follow: from there on nothing is known, until
 //! the text ends it.
 
+use facemill_nc_program::read::{
+    AxisAt, MacroKind, MotionKind, NoteKind, ProgramReader, ReadBlock, ReadCommand, read_fanuc, read_haas,
+    read_linuxcnc, read_siemens,
+};
+use facemill_nc_program::words::StateWord;
 use facemill_nc_program::*;
 
 const HEAD: &str = "G90 G94 G54\nG0 X1. Y2. Z3.\n";

@@ -1,7 +1,7 @@
 use std::f64::consts::PI;
 
 use facemill_inverse_kinematics::Machine;
-use facemill_nc_program::RtcpRapids;
+use facemill_nc_program::dialect::RtcpRapids;
 
 use crate::feed_rewrite::checks::*;
 use crate::feed_rewrite::{FeedRewriteSettings, TipFeed, rewrite_feed_lines, rewrite_feeds};

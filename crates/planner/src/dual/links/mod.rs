@@ -13,7 +13,7 @@ use facemill_inverse_kinematics::AxisValues;
 use facemill_job::failure::Failure;
 use facemill_job::format::report::links::ShortenedLinks;
 use facemill_job::stages::Stages;
-use facemill_nc_program::Compensation;
+use facemill_nc_program::read::Compensation;
 use facemill_tool_path::links::clock::LinkClock;
 use facemill_virtual_machine::program_time::tolerance::MachineView;
 use facemill_virtual_machine::{Finding, VirtualSetup};

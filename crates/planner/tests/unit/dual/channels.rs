@@ -1,8 +1,9 @@
 use super::*;
 use facemill_channel_pair::{ReadPair, read_siemens_pair};
 use facemill_job::files::REJECTED;
+use facemill_nc_program::dialect::PostFile;
 use facemill_nc_program::{
-    AxisLetter, AxisSpec, AxisWords, Block, Coolant, FeedMode, NcProgram, PostFile, SpindleSpec, ToolSpec, WorkOffset,
+    AxisLetter, AxisSpec, AxisWords, Block, Coolant, FeedMode, NcProgram, SpindleSpec, ToolSpec, WorkOffset,
 };
 
 const AXES: [&str; 9] = ["C", "X1", "Y1", "Z1", "B1", "X2", "Y2", "Z2", "B2"];

@@ -4,7 +4,8 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use facemill_cutter_location::links::link::ClearanceSurface;
-use facemill_inverse_kinematics::{AxisKind, AxisValues, BranchPreference, DhRow, Joint, Machine, Sense};
+use facemill_inverse_kinematics::machine_file::{DhRow, Joint, Sense};
+use facemill_inverse_kinematics::{AxisKind, AxisValues, BranchPreference, Machine};
 use nalgebra::{Isometry3, Matrix4, Point3, Translation3, Unit, UnitQuaternion, Vector3, Vector4};
 
 use crate::links::link_paths::{LinkEnds, RetractStrategy};

@@ -6,9 +6,9 @@ use facemill_cl_data::{ClPoint, Silent};
 use facemill_cutter_location::links::link::ClearanceSurface;
 use facemill_interference::MeshTree;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, BranchPreference, Machine};
-use facemill_nc_program::{
-    Compensation, Decimals, Dialect, MappedAxis, ReadProgram, WordMap, WorkOffset, read_program,
-};
+use facemill_nc_program::dialect::Decimals;
+use facemill_nc_program::read::Compensation;
+use facemill_nc_program::{Dialect, MappedAxis, ReadProgram, WordMap, WorkOffset, read_program};
 use facemill_surface_model::TriMesh;
 use facemill_tool_model::ToolAssembly;
 use facemill_virtual_machine::{

@@ -5,10 +5,10 @@ use std::f64::consts::TAU;
 
 use facemill_cl_data::CuttingLaw;
 use facemill_inverse_kinematics::{AxisValues, BlockLaw, Carrier, Machine};
-use facemill_nc_program::{
-    AxisAt, AxisKind, AxisLetter, Compensation, MacroKind, MotionKind, ReadBlock, ReadCommand, ReadMotion, RtcpRapids,
-    WordMap, WorkOffset,
-};
+use facemill_nc_program::dialect::RtcpRapids;
+use facemill_nc_program::read::{AxisAt, Compensation, MacroKind, MotionKind, ReadBlock, ReadCommand, ReadMotion};
+use facemill_nc_program::words::AxisKind;
+use facemill_nc_program::{AxisLetter, WordMap, WorkOffset};
 use nalgebra::Isometry3;
 
 use crate::motion::positions::rolled_words::RolledWords;

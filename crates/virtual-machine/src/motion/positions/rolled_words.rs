@@ -3,7 +3,8 @@
 use std::f64::consts::TAU;
 
 use facemill_inverse_kinematics::{Axis, AxisKind};
-use facemill_nc_program::{AxisLetter, AxisWords, ReadMotion};
+use facemill_nc_program::read::ReadMotion;
+use facemill_nc_program::{AxisLetter, AxisWords};
 
 /// Follows the words of a program, so that those of axes with
 /// [rollover](facemill_inverse_kinematics::Rollover) lead where the control takes them. Those of

@@ -2,7 +2,8 @@
 
 use facemill_cl_data::ClPoint;
 use facemill_inverse_kinematics::{AxisValues, Machine, UnclearChoice};
-use facemill_nc_program::{AxisLetter, ToolVectors};
+use facemill_nc_program::AxisLetter;
+use facemill_nc_program::read::ToolVectors;
 use nalgebra::{Isometry3, Point3, Unit, Vector3};
 
 use crate::finding::FindingKind;

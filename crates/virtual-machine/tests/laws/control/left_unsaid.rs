@@ -2,7 +2,8 @@
 //! that has it.
 
 use facemill_cl_data::Silent;
-use facemill_inverse_kinematics::{CuttingLawFile, Machine, RapidLawFile};
+use facemill_inverse_kinematics::Machine;
+use facemill_inverse_kinematics::machine_file::{CuttingLawFile, RapidLawFile};
 use facemill_nc_program::Dialect;
 use facemill_nc_program::read_program;
 use facemill_virtual_machine::assumptions;

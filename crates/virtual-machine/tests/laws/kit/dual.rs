@@ -2,7 +2,10 @@
 
 use facemill_cl_data::Silent;
 use facemill_interference::MeshTree;
-use facemill_inverse_kinematics::{AxisKind, AxisValues, Joint, Machine};
+use facemill_inverse_kinematics::machine_file::Joint;
+use facemill_inverse_kinematics::{AxisKind, AxisValues, Machine};
+use facemill_nc_program::dialect::PostFile;
+use facemill_nc_program::read::read_fanuc;
 use facemill_nc_program::*;
 use facemill_tool_model::ToolAssembly;
 use facemill_virtual_machine::verify;

@@ -2,8 +2,9 @@
 
 use facemill_cl_data::{PlacedSolid, RoundFrustum, Silent, Solid};
 use facemill_interference::MeshTree;
-use facemill_inverse_kinematics::{BodyFile, Machine, ShapeFile};
-use facemill_nc_program::{ReadBlock, read_fanuc};
+use facemill_inverse_kinematics::Machine;
+use facemill_inverse_kinematics::machine_file::{BodyFile, ShapeFile};
+use facemill_nc_program::read::{ReadBlock, read_fanuc};
 use facemill_tool_model::ToolAssembly;
 use facemill_virtual_machine::verify;
 use facemill_virtual_machine::{FindingKind, ObstacleKind, VerifySettings, VirtualSetup};

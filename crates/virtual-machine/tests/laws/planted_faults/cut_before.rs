@@ -5,8 +5,9 @@
 //! comes later is measured from that line.
 
 use facemill_cl_data::Silent;
+use facemill_nc_program::Dialect;
+use facemill_nc_program::read::read_fanuc;
 use facemill_nc_program::read_program;
-use facemill_nc_program::{Dialect, read_fanuc};
 use facemill_tool_model::ToolAssembly;
 use facemill_virtual_machine::{FindingKind, HeldAsCut, VerifySettings, VirtualSetup, run_stock_of_heads};
 use facemill_z_map::DexelMap;

@@ -1,7 +1,7 @@
 //! The cutter in what it must not cut.
 
 use facemill_interference::MeshTree;
-use facemill_nc_program::AxisKind;
+use facemill_nc_program::words::AxisKind;
 use facemill_virtual_machine::{FindingKind, ObstacleKind, VerifySettings};
 use nalgebra::{Point3, Unit, Vector3};
 

@@ -1,6 +1,7 @@
 //! Motions that axes cannot make, or should not be sent on.
 
-use facemill_inverse_kinematics::{CuttingLawFile, Machine};
+use facemill_inverse_kinematics::Machine;
+use facemill_inverse_kinematics::machine_file::CuttingLawFile;
 use facemill_virtual_machine::{FindingKind, ObstacleKind};
 
 use super::pairs::{Outcome, Row, ran, row};

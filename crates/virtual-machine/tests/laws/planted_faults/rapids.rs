@@ -1,7 +1,8 @@
 //! The cutter at rapid rate in obstacles on its way.
 
 use facemill_interference::MeshTree;
-use facemill_inverse_kinematics::{Machine, RapidLawFile};
+use facemill_inverse_kinematics::Machine;
+use facemill_inverse_kinematics::machine_file::RapidLawFile;
 use facemill_virtual_machine::{FindingKind, ObstacleKind};
 use nalgebra::Isometry3;
 

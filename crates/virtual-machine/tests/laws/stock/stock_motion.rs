@@ -8,11 +8,11 @@ use crate::kit::depth::TipAndAxis;
 use crate::kit::stock::cut_stock;
 use crate::kit::{CUTTER, Shop, Text};
 use facemill_cl_data::{CuttingLaw, RapidLaw};
-use facemill_inverse_kinematics::{
-    AxisValues, BlockLaw, CuttingLawFile, Joint, Machine, Motion, RapidLawFile, preset_head_b_table_c,
-};
+use facemill_inverse_kinematics::machine_file::{CuttingLawFile, Joint, RapidLawFile};
+use facemill_inverse_kinematics::{AxisValues, BlockLaw, Machine, Motion, preset_head_b_table_c};
 use facemill_nc_program::read_program;
-use facemill_nc_program::{AxisKind, Dialect, ReadProgram};
+use facemill_nc_program::words::AxisKind;
+use facemill_nc_program::{Dialect, ReadProgram};
 use facemill_virtual_machine::{Finding, FindingKind, VerifySettings, VirtualSetup};
 use facemill_z_map::DexelMap;
 use nalgebra::{Isometry3, Point3, Unit, Vector3};

@@ -2,8 +2,10 @@
 //! first.
 
 use facemill_cl_data::Silent;
-use facemill_inverse_kinematics::{Joint, Machine};
-use facemill_nc_program::{ReadProgram, read_fanuc};
+use facemill_inverse_kinematics::Machine;
+use facemill_inverse_kinematics::machine_file::Joint;
+use facemill_nc_program::ReadProgram;
+use facemill_nc_program::read::read_fanuc;
 use facemill_virtual_machine::{
     FindingKind, StockRun, VerifyError, VerifySettings, VirtualSetup, run_stock, run_stock_of_heads,
 };

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
+use facemill::formats::VerificationFile;
 use facemill::nc_program::Dialect;
 use facemill::virtual_machine::FindingKind;
-use facemill::{CutRequest, Job, SilentStages, VerificationFile, VerifyRequest, verify_program};
+use facemill::{CutRequest, Job, SilentStages, VerifyRequest, verify_program};
 
 use super::{RADIUS, plate, program};
 

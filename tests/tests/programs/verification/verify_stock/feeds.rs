@@ -4,9 +4,10 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use facemill::formats::VerificationFile;
 use facemill::nc_program::Dialect;
 use facemill::virtual_machine::{Finding, FindingKind};
-use facemill::{CutRequest, Job, SilentStages, StockRegion, VerificationFile, VerifyRequest, verify_program};
+use facemill::{CutRequest, Job, SilentStages, StockRegion, VerifyRequest, verify_program};
 use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::variants::variant;
 use serde_json::json;

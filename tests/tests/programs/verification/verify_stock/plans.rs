@@ -3,10 +3,9 @@
 use std::path::Path;
 
 use facemill::nc_program::Dialect;
+use facemill::report::stock::StockReport;
 use facemill::virtual_machine::FindingKind;
-use facemill::{
-    CutRequest, Job, PlanSettings, Planned, SilentStages, StockReport, VerifyRequest, plan_job, verify_program,
-};
+use facemill::{CutRequest, Job, PlanSettings, Planned, SilentStages, VerifyRequest, plan_job, verify_program};
 use facemill_tests::jobs::{JobFolder, text_of};
 use facemill_tests::variants::{tiny_patch, variant};
 use serde_json::{Value, json};

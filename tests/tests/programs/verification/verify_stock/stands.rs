@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
+use facemill::formats::VerificationFile;
 use facemill::nc_program::Dialect;
 use facemill::virtual_machine::FindingKind;
 use facemill::{
-    AD_HOC_GOUGE_LIMIT, AdHocSetup, AdHocStock, CutRequest, Job, SilentStages, VerificationFile, VerifyRequest,
-    verify_program,
+    AD_HOC_GOUGE_LIMIT, AdHocSetup, AdHocStock, CutRequest, Job, SilentStages, VerifyRequest, verify_program,
 };
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::shared::workspace;
