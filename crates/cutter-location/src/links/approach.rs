@@ -4,8 +4,8 @@ use facemill_cl_data::{CcPoint, ClPoint};
 use nalgebra::{Unit, Vector3};
 
 use crate::links::link::between;
-use crate::pose::pose_test::PoseTest;
-use crate::pose::workcell::{Configuration, Hints, Infeasible};
+use crate::pose::pose_test::{PoseTest, hint_at};
+use crate::pose::workcell::{Configuration, Hints, Infeasible, RefusedAt};
 
 /// Shape of an entry or exit. Angles in rad, lengths in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -231,6 +231,14 @@ impl ApproachSettings {
         self.still_across.map_or(motion, |across| motion - across.into_inner() * motion.dot(&across))
     }
 
+    /// Returns a pose without its motion from the end of a pass in the direction without motion.
+    fn kept_across(&self, at: &PassEndPose<'_>, pose: &ClPoint) -> ClPoint {
+        match self.still_across {
+            Some(_) => at.cl.translated(self.allowed(pose.tip - at.cl.tip)),
+            None => *pose,
+        }
+    }
+
     /// Returns the same arc with another radius, and poses in proportion.
     #[must_use]
     pub fn scaled(&self, share: f64) -> Self {
@@ -354,33 +362,25 @@ pub fn approach(
         std::f64::consts::FRAC_PI_2
     };
     let shorter = settings.shorter(steepest);
+    let mut search = WaySearch { test, at, hints, tried: 0 };
     let leads = LEADS.iter().filter(|(share, _)| settings.straight > 0.0 || *share == 0.0);
     for &(share, bent) in leads.filter(|_| !shorter.is_empty()) {
         // All shapes continue the same line.
-        let bent = ApproachSettings { bend: settings.bend * bent, ..settings.with_line(share) };
-        let Ok(line) = walked(test, &bent, at, hints) else { continue };
-        let of_shape = |shape: &ApproachSettings| {
-            let settings = ApproachSettings { straight: bent.straight, bend: bent.bend, ..*shape };
-            Outward { test, settings: &settings, hints, near: line.near }.way(at, &line).ok()
-        };
-        if let Some(approach) = shorter.iter().find_map(of_shape) {
+        let line = ApproachSettings { bend: settings.bend * bent, ..settings.with_line(share) };
+        if let Some(approach) = search.first_of(&line, &shorter) {
             return Ok(approach);
         }
     }
-    let mut way = |settings: &ApproachSettings| {
-        let line = walked(test, settings, at, hints)?;
-        Outward { test, settings, hints, near: line.near }.way(at, &line)
-    };
     let settings = &settings.at_most();
     // On a surface that rises beyond the pass a straight line gouges, and the arc may not.
-    let lines = LINES.iter().filter(|_| settings.straight > 0.0);
-    if let Some(approach) = lines.map(|share| settings.with_line(*share)).find_map(|settings| way(&settings).ok()) {
+    let mut lines = LINES.iter().filter(|_| settings.straight > 0.0).map(|share| settings.with_line(*share));
+    if let Some(approach) = lines.find_map(|settings| search.first_of(&settings, &[settings])) {
         return Ok(approach);
     }
     let arc = ApproachSettings { straight: 0.0, ..*settings };
-    let refused = match way(&arc) {
+    let refused = match search.walked(&arc).and_then(|line| search.way(&arc, &line)) {
         Ok(approach) => return Ok(approach),
-        Err(why) => why,
+        Err((why, _)) => why,
     };
     let ramps: Vec<ApproachSettings> = arc.ramps(steepest).collect();
     let smaller = SMALLER.map(|share| arc.scaled(share));
@@ -390,8 +390,66 @@ pub fn approach(
     } else {
         [smaller.as_slice(), &ramps].concat()
     };
-    others.iter().find_map(|settings| way(settings).ok()).ok_or(refused)
+    search.first_of(&arc, &others).ok_or(refused)
 }
+
+/// Search among the ways from one end of a pass.
+struct WaySearch<'t, 'a> {
+    test: &'t PoseTest<'a>,
+    at: &'t PassEndPose<'t>,
+    hints: &'t mut Hints,
+    /// Number of ways tried.
+    tried: usize,
+}
+
+impl WaySearch<'_, '_> {
+    /// Returns the first of several shapes that the tool can take behind the line of `line`.
+    ///
+    /// A shape was usually refused at the point before for the same obstacle: it is looked at first
+    /// where it was then, and walked only if the tool can be there, and the line only before the
+    /// first shape that is walked.
+    fn first_of(&mut self, line: &ApproachSettings, shapes: &[ApproachSettings]) -> Option<Approach> {
+        let mut walked: Option<WalkedLine> = None;
+        for shape in shapes {
+            let settings = ApproachSettings { straight: line.straight, bend: line.bend, ..*shape };
+            let number = self.tried;
+            self.tried += 1;
+            let (at, before) = (self.at, *hint_at(&mut self.hints.refused, number));
+            if self.outward(&settings, *at.configuration).is_refused(at, before) {
+                continue;
+            }
+            let line = match walked.take() {
+                Some(line) => line,
+                None => self.walked(line).ok()?,
+            };
+            match self.way(&settings, &line) {
+                Ok(approach) => return Some(approach),
+                Err((_, place)) => *hint_at(&mut self.hints.refused, number) = place,
+            }
+            walked = Some(line);
+        }
+        None
+    }
+
+    fn outward<'s>(&'s mut self, settings: &'s ApproachSettings, near: Configuration) -> Outward<'s, 's> {
+        Outward { test: self.test, settings, hints: self.hints, near, share: 0.0 }
+    }
+
+    /// Walks the line at the end of the pass.
+    fn walked(&mut self, settings: &ApproachSettings) -> Result<WalkedLine, Refused> {
+        let (at, near) = (self.at, *self.at.configuration);
+        self.outward(settings, near).line(at)
+    }
+
+    /// Walks from the end of the line over the arc and away.
+    fn way(&mut self, settings: &ApproachSettings, line: &WalkedLine) -> Result<Approach, Refused> {
+        let at = self.at;
+        self.outward(settings, line.near).way(at, line)
+    }
+}
+
+/// Reason why a way cannot be taken, and the place, where it is one of the arc or the retract.
+type Refused = (Infeasible, Option<RefusedAt>);
 
 /// Returns the slope of an outward line over the tangent plane on which the tool descends by a ramp
 /// angle relative to its bottom; negative where every outward line descends more steeply.
@@ -426,16 +484,6 @@ const RAMPS: [(f64, f64); 6] = [(1.0, 0.5), (1.0, 1.0), (0.25, 0.5), (0.25, 1.0)
 /// Least slope of a ramp, rad: on flatter ones the end is too far away.
 const LEAST_SLOPE: f64 = 0.005;
 
-/// Walks the line at the end of a pass.
-fn walked(
-    test: &PoseTest<'_>,
-    settings: &ApproachSettings,
-    at: &PassEndPose<'_>,
-    hints: &mut Hints,
-) -> Result<WalkedLine, Infeasible> {
-    Outward { test, settings, hints, near: *at.configuration }.line(at)
-}
-
 /// The line at the end of a pass as the tool can take it.
 struct WalkedLine {
     line: LeadLine,
@@ -454,15 +502,17 @@ struct Outward<'t, 'a> {
     hints: &'t mut Hints,
     /// Configuration of the machine at the last tested pose.
     near: Configuration,
+    /// Fraction of the last straight move at which it was refused.
+    share: f64,
 }
 
 impl Outward<'_, '_> {
     /// Walks the line.
-    fn line(mut self, at: &PassEndPose<'_>) -> Result<WalkedLine, Infeasible> {
+    fn line(mut self, at: &PassEndPose<'_>) -> Result<WalkedLine, Refused> {
         let line = LeadLine::of(self.settings, at);
         let mut poses = line.poses(at.cl, self.settings.line_step);
         let mut lift = 0.0;
-        self.walk(at, at.cl, &mut poses, &mut lift)?;
+        self.walk(at, at.cl, &mut poses, &mut lift).map_err(|(why, _)| (why, None))?;
         Ok(WalkedLine { line, poses, lift, near: self.near })
     }
 
@@ -473,50 +523,118 @@ impl Outward<'_, '_> {
         from: &ClPoint,
         poses: &mut [ClPoint],
         lift: &mut f64,
-    ) -> Result<(), Infeasible> {
+    ) -> Result<(), Refused> {
         let normal = self.settings.allowed(at.cc.normal.into_inner());
         let mut from = *from;
-        for pose in poses {
-            if self.settings.still_across.is_some() {
-                *pose = at.cl.translated(self.settings.allowed(pose.tip - at.cl.tip));
-            }
-            from = self.go_lifted(&from, pose, normal, lift)?;
+        for (k, pose) in poses.iter_mut().enumerate() {
+            *pose = self.settings.kept_across(at, pose);
+            let lifted = self.go_lifted(&from, pose, normal, lift);
+            from = lifted.map_err(|why| (why, Some(RefusedAt::Arc { pose: k, share: self.share })))?;
             *pose = from;
         }
         Ok(())
     }
 
-    /// Moves from the end of a line over the arc and away.
-    fn way(mut self, at: &PassEndPose<'_>, walked: &WalkedLine) -> Result<Approach, Infeasible> {
-        let (settings, line) = (self.settings, &walked.line);
+    /// Returns the poses of the arc behind the line, not lifted.
+    fn arc(&self, at: &PassEndPose<'_>, line: &LeadLine) -> Vec<ClPoint> {
+        let settings = self.settings;
         let start = line.poses(at.cl, settings.line_step).last().copied().unwrap_or(*at.cl);
-        let (cc, steps) = (line.turned(at.end, at.cc), [settings.step, settings.line_step]);
-        let mut arc = shape_poses(settings.shape, at.end, &cc, &start, at.uncut_left, steps);
+        let steps = [settings.step, settings.line_step];
+        shape_poses(settings.shape, at.end, &line.turned(at.end, at.cc), &start, at.uncut_left, steps)
+    }
+
+    /// Returns whether the tool would plunge into stock at the end of the arc, or cannot be at the
+    /// place where the way was refused before, or, if it was not, at the end of the arc; each
+    /// whatever its lift there: neither as low as the pass nor lifted as far as a way may be. A way
+    /// that is not refused here has yet to be walked.
+    fn is_refused(&mut self, at: &PassEndPose<'_>, before: Option<RefusedAt>) -> bool {
+        let line = LeadLine::of(self.settings, at);
+        let arc = self.arc(at, &line);
+        let Some(last) = arc.len().checked_sub(1) else { return false };
+        let begin = line.poses(at.cl, self.settings.line_step).last().copied().unwrap_or(*at.cl);
+        let (settings, near) = (self.settings, self.near);
+        let on_arc = |k: usize| settings.kept_across(at, &arc[k.min(last)]);
+        if self.plunges(at, &on_arc(last)) {
+            return true;
+        }
+        match before.unwrap_or(RefusedAt::Arc { pose: last, share: 1.0 }) {
+            RefusedAt::Arc { pose, share } => {
+                let to = on_arc(pose);
+                let from = if pose == 0 { settings.kept_across(at, &begin) } else { on_arc(pose - 1) };
+                self.is_blocked(at, &between(&from, &to, share), &near)
+            }
+            RefusedAt::Retract { step, share } => {
+                let top = on_arc(last);
+                let out = settings.allowed(top.axis.into_inner());
+                let heights: Vec<f64> = self.retract_heights().take(step + 1).collect();
+                let Some(&[.., below, above]) = heights.as_slice().last_chunk::<2>() else { return false };
+                self.is_blocked(at, &top.translated(out * (below + (above - below) * share)), &near)
+                    && heights.iter().rev().skip(1).all(|height| self.goes_on(&top.translated(out * *height)))
+            }
+        }
+    }
+
+    /// Returns whether the tool is in the stock at the end of an arc, and at the largest lift there,
+    /// and would descend from the retract too steeply: in stock, it is not clear without one.
+    fn plunges(&mut self, at: &PassEndPose<'_>, top: &ClPoint) -> bool {
+        let (test, normal) = (self.test, self.settings.allowed(at.cc.normal.into_inner()));
+        let out = top.translated(self.settings.allowed(top.axis.into_inner()));
+        at.end == PassEnd::Entry
+            && self.settings.rapid_clearance > 0.0
+            && descent(&out, top) > test.cell.tool.max_ramp_angle() + RAMP_SLACK
+            && [test.cell.max_lift, 0.0].iter().all(|lift| {
+                let lifted = top.translated(normal * *lift);
+                test.cutter_in_stock(&lifted, self.hints)
+            })
+    }
+
+    /// Returns whether the tool can be neither at a pose nor lifted above it by the largest lift.
+    fn is_blocked(&mut self, at: &PassEndPose<'_>, pose: &ClPoint, near: &Configuration) -> bool {
+        let normal = self.settings.allowed(at.cc.normal.into_inner());
+        let (test, max_lift) = (self.test, self.test.cell.max_lift);
+        [max_lift, 0.0].iter().all(|lift| test.try_pose(&pose.translated(normal * *lift), near, self.hints).is_err())
+    }
+
+    /// Returns whether the retract goes on from a pose, and from those above it by up to the
+    /// largest lift: nowhere would the tool be clear.
+    fn goes_on(&mut self, pose: &ClPoint) -> bool {
+        let Ok(configuration) = self.test.configuration_like(pose, &self.near) else { return false };
+        let clearance = self.settings.rapid_clearance;
+        let (distance, _) = self.test.rapid_distance(&configuration.axes, clearance, self.hints);
+        distance + self.test.cell.max_lift < clearance
+    }
+
+    /// Heights above the end of the arc at which the retract looks whether the tool is clear, from
+    /// 0 up.
+    fn retract_heights(&self) -> impl Iterator<Item = f64> + use<> {
+        let (step, most) = (self.settings.step.max(self.settings.test_step), self.settings.max_retract);
+        let up = move |height: &f64| (*height < most).then(|| (height + step).min(most));
+        std::iter::successors(Some(0.0), up).take(MAX_RETRACT_STEPS)
+    }
+
+    /// Moves from the end of a line over the arc and away.
+    fn way(mut self, at: &PassEndPose<'_>, walked: &WalkedLine) -> Result<Approach, Refused> {
+        let (settings, line) = (self.settings, &walked.line);
+        let mut arc = self.arc(at, line);
         let mut lift = walked.lift;
         self.walk(at, walked.poses.last().unwrap_or(at.cl), &mut arc, &mut lift)?;
         let on_line = walked.poses.len();
         let mut outward = [walked.poses.as_slice(), &arc].concat();
         let mut from = *outward.last().unwrap_or(at.cl);
         let top = from;
-        let mut height = 0.0;
-        let mut steps = 0;
+        let mut is_retracted = false;
+        let mut heights = self.retract_heights().enumerate().skip(1);
         while let Some(why) = self.rapid_blocked() {
-            steps += 1;
-            // Written so that a NaN length ends it, too.
-            let may_go_on = height < settings.max_retract && steps < MAX_RETRACT_STEPS;
-            if !may_go_on {
-                return Err(why);
-            }
-            height = (height + settings.step.max(settings.test_step)).min(settings.max_retract);
+            let Some((step, height)) = heights.next() else { return Err((why, None)) };
             let pose = top.translated(settings.allowed(top.axis.into_inner()) * height);
-            self.go(&from, &pose)?;
-            from = pose;
+            self.go(&from, &pose).map_err(|why| (why, Some(RefusedAt::Retract { step, share: self.share })))?;
+            (from, is_retracted) = (pose, true);
         }
-        if height > 0.0 {
+        if is_retracted {
             outward.push(from);
         }
-        self.check_ramp(at, &outward)?;
-        let ahead = Unit::new_unchecked(outward_feed(at.end, &cc));
+        self.check_ramp(at, &outward).map_err(|why| (why, None))?;
+        let ahead = Unit::new_unchecked(outward_feed(at.end, &line.turned(at.end, at.cc)));
         Ok(Approach { outward, outer: self.near, on_line, ahead })
     }
 
@@ -549,7 +667,8 @@ impl Outward<'_, '_> {
         let steps = ((to.tip - from.tip).norm() / self.settings.test_step).ceil();
         let n = if steps.is_finite() { steps.clamp(1.0, MAX_TESTS) as usize } else { 1 };
         for k in 1..=n {
-            self.near = self.test.try_pose(&between(from, to, k as f64 / n as f64), &self.near, self.hints)?;
+            self.share = k as f64 / n as f64;
+            self.near = self.test.try_pose(&between(from, to, self.share), &self.near, self.hints)?;
         }
         Ok(())
     }

@@ -538,7 +538,7 @@ fn on_branch(all: &InverseSolutions, branch: facemill_inverse_kinematics::Branch
     all.on_branch(branch).or_else(at_pole).map(|s| Configuration { axes: s.values, branch })
 }
 
-fn hint_at(hints: &mut Vec<Option<u32>>, slot: usize) -> &mut Option<u32> {
+pub(crate) fn hint_at<T: Clone>(hints: &mut Vec<Option<T>>, slot: usize) -> &mut Option<T> {
     if hints.len() <= slot {
         hints.resize(slot + 1, None);
     }

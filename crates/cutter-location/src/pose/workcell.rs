@@ -209,13 +209,35 @@ impl fmt::Display for Body {
     }
 }
 
-/// Triangles of the last hits, one per pair of body and obstacle: neighbouring poses are usually
-/// blocked by the same.
+/// Triangles of the last hits, one per pair of body and obstacle, and the places at which ways from
+/// the end of a pass were refused last: neighbouring poses are usually blocked by the same.
 #[derive(Clone, Debug, Default)]
 pub struct Hints {
     pub(crate) gouge: Vec<Option<u32>>,
     pub(crate) collision: Vec<Option<u32>>,
     pub(crate) distance: Vec<Option<u32>>,
+    /// By the number of the way, in the order in which they are tried.
+    pub(crate) refused: Vec<Option<RefusedAt>>,
+}
+
+/// Place on a way from the end of a pass that the tool cannot take: a fraction of the straight move
+/// to a pose of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum RefusedAt {
+    /// On the move to a pose of the arc or of the line behind it.
+    Arc {
+        /// Number of the pose.
+        pose: usize,
+        /// Fraction of the move.
+        share: f64,
+    },
+    /// On a step of the retract.
+    Retract {
+        /// Number of the step, from 1.
+        step: usize,
+        /// Fraction of the step.
+        share: f64,
+    },
 }
 
 /// Returns a tool frame at a pose: origin at the tip, z along the axis, x anywhere. For bodies of

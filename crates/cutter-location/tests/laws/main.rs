@@ -11,6 +11,7 @@ mod mesh_bodies;
 mod pairs;
 mod pass_search;
 mod reasons;
+mod refused_ways;
 mod relief;
 mod rods;
 mod search;
