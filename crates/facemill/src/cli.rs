@@ -8,8 +8,8 @@ mod feedrate_command;
 mod lengths_command;
 mod machine_commands;
 mod new_command;
-mod option_lengths;
 pub(crate) mod output;
+mod page_commands;
 mod paths_command;
 mod plan_command;
 mod progress;
@@ -26,6 +26,7 @@ use feedrate_command::FeedrateArguments;
 use lengths_command::LengthsArguments;
 use machine_commands::MachineCommand;
 use new_command::NewArguments;
+use page_commands::{ReportArguments, ViewArguments};
 use paths_command::PathsArguments;
 use plan_command::PlanArguments;
 use progress::Progress;
@@ -94,6 +95,10 @@ enum Command {
     Feedrate(FeedrateArguments),
     /// Runs a program from any source on the virtual machine in a job's setup, and reports faults
     Verify(Box<VerifyArguments>),
+    /// Writes a page (HTML) that shows a program from any source on the machine, with its faults
+    View(Box<ViewArguments>),
+    /// Writes the pages (HTML) of a plan again, from the files of its folder
+    Report(ReportArguments),
     /// Gives an existing program faster links: each the fastest path that is free of stock, part,
     /// fixtures and machine
     Rapids(RapidsArguments),
@@ -163,6 +168,8 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         }
         Command::Feedrate(arguments) => feedrate_command::run(&arguments),
         Command::Verify(arguments) => verify_command::run(&arguments),
+        Command::View(arguments) => page_commands::view(&arguments),
+        Command::Report(arguments) => page_commands::report(&arguments),
         Command::Rapids(arguments) => rapids_command::run(&arguments),
         Command::Lengths(arguments) => lengths_command::run(&arguments),
         Command::ChipArea(arguments) => chip_area_command::run(&arguments),

@@ -101,6 +101,7 @@ pub use facemill_job as job;
 pub use facemill_nc_program as nc_program;
 pub use facemill_nc_rewrite as nc_rewrite;
 pub use facemill_planner as planner;
+pub use facemill_report_page as report_page;
 pub use facemill_sample_parts as sample_parts;
 pub use facemill_surface_model as surface_model;
 pub use facemill_tool_model as tool_model;

@@ -86,7 +86,7 @@ def test_wrong_arrays_are_refused() -> None:
 def test_a_plan_has_the_bytes_of_the_command(tmp_path: Path, command: Path) -> None:
     job = write_job(tmp_path / "job")
     out = tmp_path / "out"
-    done = run_command(command, "plan", job, "--out", out, "--quiet", "--certificates")
+    done = run_command(command, "plan", job, "--out", out, "--quiet", "--certificates", "--no-html")
     report = facemill.plan(job, certificates=True)
     assert report.exit_code == done.returncode
     written = {file.name: file.read_bytes() for file in out.iterdir() if file.name != "timings.json"}

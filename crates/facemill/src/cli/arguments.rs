@@ -2,4 +2,5 @@
 
 pub(crate) mod ad_hoc_setup;
 pub(crate) mod dialect;
+pub(crate) mod option_lengths;
 pub(crate) mod program;

@@ -12,8 +12,8 @@ use facemill::tool_model::HolderLibrary;
 use facemill::z_map::DexelMap;
 use facemill::{CutRequest, Failure, files, read_rest, replan_with_shorter_tools};
 
+use crate::cli::arguments::option_lengths::{above_zero, from_zero, stock_tolerance};
 use crate::cli::arguments::program::{ProgramArguments, ProgramOfJob};
-use crate::cli::option_lengths::{above_zero, from_zero, stock_tolerance};
 use crate::cli::output::say;
 use crate::cli::progress::Progress;
 

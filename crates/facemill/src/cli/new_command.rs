@@ -9,7 +9,7 @@ use facemill::new_job::{NewJob, Series};
 use facemill::{Failure, files, new_job_for};
 
 use crate::cli::arguments::dialect::dialect;
-use crate::cli::option_lengths::{above_zero, rotor_scale};
+use crate::cli::arguments::option_lengths::{above_zero, rotor_scale};
 use crate::cli::output::say;
 
 #[derive(Args)]

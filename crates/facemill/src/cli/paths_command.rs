@@ -11,7 +11,7 @@ use facemill::strategies::{
 };
 use facemill::{Failure, Job, JobSetting, PlanSettings, Planned, files};
 
-use crate::cli::option_lengths::above_zero;
+use crate::cli::arguments::option_lengths::above_zero;
 use crate::cli::output::{default_out, say};
 use crate::cli::progress::Progress;
 

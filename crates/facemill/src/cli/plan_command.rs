@@ -8,8 +8,9 @@ use facemill::formats::{SUMMARY_FORMAT, SetupSummary, SummaryFile};
 use facemill::report::outcome::Outcome;
 use facemill::{Failure, Job, JobSetting, PlanSettings, files, plan_job, summary};
 
-use crate::cli::option_lengths::above_zero;
+use crate::cli::arguments::option_lengths::above_zero;
 use crate::cli::output::{default_out, say};
+use crate::cli::page_commands::pages_of_plan;
 use crate::cli::progress::Progress;
 
 /// Text on exit codes behind the options.
@@ -52,6 +53,9 @@ pub(crate) struct PlanArguments {
     /// Write chips.csv: chip area, tip feed and removal rate at every CC point
     #[arg(long)]
     chips: bool,
+    /// Do not write report.html and setup-sheet.html
+    #[arg(long)]
+    no_html: bool,
     /// Print errors only
     #[arg(short, long)]
     quiet: bool,
@@ -98,6 +102,7 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
             "programs": planned.report.programs,
             "stages_s": planned.timings.iter().map(|(name, s)| ((*name).to_owned(), serde_json::json!(s))).collect::<serde_json::Map<_, _>>(),
         }));
+        all_files.extend(if arguments.no_html { Vec::new() } else { pages_of_plan(job, &planned) });
         all_files.extend(planned.files);
         all_files.extend(arguments.chips.then_some(planned.chip_table));
     }

@@ -15,9 +15,9 @@ use facemill::{
 };
 
 use crate::cli::arguments::ad_hoc_setup::StandArguments;
+use crate::cli::arguments::option_lengths::{above_zero, from_zero, stock_tolerance};
 use crate::cli::arguments::program::{ProgramArguments, ProgramOfJob};
 use crate::cli::deviation_command::{deviation_lines, mesh_bytes, painted_mesh, rest_mesh};
-use crate::cli::option_lengths::{above_zero, from_zero, stock_tolerance};
 use crate::cli::output::findings_table::findings_table;
 use crate::cli::output::say;
 use crate::cli::progress::Progress;

@@ -81,7 +81,7 @@ impl Kin {
         if let Some(suffix) = stem.strip_prefix("report").filter(|_| ending == "json") {
             self.suffixes.push(suffix.to_owned());
         }
-        if stem.starts_with("program") && !["json", "svg", "csv"].contains(&ending) {
+        if stem.starts_with("program") && !["json", "svg", "csv", "html"].contains(&ending) {
             self.endings.push(ending.to_owned());
         }
     }
@@ -104,6 +104,7 @@ impl Kin {
         match ending {
             "json" => is_of("report") || is_of("certificates") || is_passes() || stem == "timings",
             "csv" => is_of("chips"),
+            "html" => is_of("report") || is_of("setup-sheet"),
             "svg" => is_of("chips") || is_of("solution-space") || is_passes(),
             _ => is_program(),
         }

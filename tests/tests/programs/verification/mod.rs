@@ -8,4 +8,5 @@ pub(crate) mod read_back;
 pub(crate) mod real_programs;
 pub(crate) mod rejected;
 pub(crate) mod remaining;
+pub(crate) mod report_page;
 pub(crate) mod verify_stock;

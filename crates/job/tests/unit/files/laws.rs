@@ -40,7 +40,9 @@ fn nothing_that_speaks_of_another_program_stays_beside_a_new_one() {
         "passes.svg",
         "program.apt",
         "program.nc",
+        "report.html",
         "report.json",
+        "setup-sheet.html",
         "timings.json",
     ];
     let rejected = ["program.rejected.apt", "program.rejected.h", "report.json"];

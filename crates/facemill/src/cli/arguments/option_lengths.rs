@@ -29,5 +29,5 @@ pub(crate) fn rotor_scale(text: &str) -> Result<f64, String> {
 }
 
 #[cfg(test)]
-#[path = "../../tests/unit/cli/option_lengths.rs"]
+#[path = "../../../tests/unit/cli/arguments/option_lengths.rs"]
 mod tests;

@@ -1,0 +1,285 @@
+//! `facemill view` and `facemill report`, and the pages of a plan.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{ArgGroup, Args};
+use facemill::job_file::STOCK_TOLERANCE;
+use facemill::report_page::animation::animation_glb;
+use facemill::report_page::document::{PageData, PageSource, page_data};
+use facemill::report_page::html::{report_html, sheet_html};
+use facemill::{
+    CutRequest, DeviationRequest, Failure, Job, JobSetting, MadeFrom, Planned, ProgramStamp, VerifyRequest, files,
+    verify_program,
+};
+use serde_json::Value;
+
+use crate::cli::arguments::ad_hoc_setup::StandArguments;
+use crate::cli::arguments::option_lengths::above_zero;
+use crate::cli::arguments::program::{ProgramArguments, ProgramOfJob};
+use crate::cli::output::say;
+use crate::cli::progress::Progress;
+
+#[derive(Args)]
+#[command(group = ArgGroup::new("run on").args(["job", "part"]).required(true))]
+pub(crate) struct ViewArguments {
+    #[command(flatten)]
+    program: ProgramArguments,
+    #[command(flatten)]
+    stand: StandArguments,
+    /// Prove the motion of every block between its ends, and colour the path by it
+    #[arg(long)]
+    certificates: bool,
+    /// Cut the stock on lines so far apart, and test against the stock of every moment; without it
+    /// faults are those against the initial stock
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
+    stock_cell_mm: Option<f64>,
+    /// Output file; default: the program's name with .html
+    #[arg(short, long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Output file for the setup sheet alone
+    #[arg(long, value_name = "FILE")]
+    sheet: Option<PathBuf>,
+    /// Output file for machine, part and tool in motion, for other viewers
+    #[arg(long, value_name = "FILE.glb")]
+    animation: Option<PathBuf>,
+}
+
+#[derive(Args)]
+pub(crate) struct ReportArguments {
+    /// Folder that `facemill plan` wrote
+    out: PathBuf,
+    /// Job file, or a folder with job.json, of the plan; default: job.json in the folder or above
+    #[arg(long, value_name = "FILE")]
+    job: Option<PathBuf>,
+    /// Output file for machine, part and tool in motion, for other viewers; of a plan with one
+    /// setup
+    #[arg(long, value_name = "FILE.glb")]
+    animation: Option<PathBuf>,
+}
+
+/// Writes the page of a program.
+///
+/// # Errors
+/// If job or program cannot be read, or the page cannot be written; faults are exit code 1.
+pub(crate) fn view(arguments: &ViewArguments) -> Result<ExitCode, Failure> {
+    crate::cli::progress::watch_interrupts().map_err(Failure::Internal)?;
+    let ProgramOfJob { job, setup, dialect, text } = arguments.program.read_with(&arguments.stand)?;
+    let program = &arguments.program.program;
+    let deviation =
+        Some(DeviationRequest::default()).filter(|_| job.operations_of(&job.file.setups[setup]).count() > 0);
+    let cut =
+        arguments.stock_cell_mm.map(|cell| CutRequest { deviation, ..CutRequest::on_lines(cell, STOCK_TOLERANCE) });
+    let request = VerifyRequest {
+        setup,
+        gouge_limit: arguments.stand.gouge_limit(),
+        certificates: arguments.certificates,
+        time_law: true,
+        cut,
+        ..VerifyRequest::new(program, dialect)
+    };
+    let out = arguments.out.clone().unwrap_or_else(|| program.with_extension("html"));
+    let paths = [Some(&out), arguments.sheet.as_ref(), arguments.animation.as_ref()];
+    files::check_outputs(paths.into_iter().flatten().map(PathBuf::as_path))?;
+    let mut verified = verify_program(&job, &text, &request, &Progress::new(false))?;
+    verified.complete(arguments.stand.assumptions(arguments.program.dialect));
+    let clean = verified.file.verification.faults().next().is_none();
+    let result = value(&verified.file)?;
+    let certificates = result.get("certificates").cloned();
+    let source = PageSource {
+        job: &job,
+        setup,
+        dialect,
+        program,
+        text: &text,
+        result,
+        certificates,
+        chips: None,
+        pictures: Vec::new(),
+    };
+    let data = page_data(source)?;
+    let mut outputs: Vec<(&Path, Vec<u8>)> = vec![(&out, report_html(&data))];
+    outputs.extend(arguments.sheet.as_ref().map(|sheet| (sheet.as_path(), sheet_html(&data))));
+    outputs.extend(arguments.animation.as_ref().map(|file| (file.as_path(), animation_glb(&data, &job.machine))));
+    if !crate::cli::progress::start_writing() {
+        return Err(Failure::Interrupted);
+    }
+    files::write_each(&outputs)?;
+    let faults = verified.file.verification.faults().count();
+    say(&format!("{faults} fault(s); written to {}\n", out.display()))?;
+    Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+/// Writes the pages of a plan again.
+///
+/// # Errors
+/// If the folder has no report, the job is not found or not that of the plan, or a file cannot be
+/// read or written.
+pub(crate) fn report(arguments: &ReportArguments) -> Result<ExitCode, Failure> {
+    let folder = &arguments.out;
+    let reports = reports_in(folder)?;
+    if arguments.animation.is_some() && reports.len() > 1 {
+        return Err(Failure::input(
+            folder,
+            "has several setups: use `facemill view --animation` for the program of one",
+        ));
+    }
+    let mut outputs: Vec<(PathBuf, Vec<u8>)> = Vec::new();
+    for (suffix, result) in reports {
+        let path = folder.join(format!("report{suffix}.json"));
+        let wrong = |what: String| Failure::input(&path, what);
+        let settings = settings_of(&result).map_err(&wrong)?;
+        let job = Job::read_with(&job_of(arguments, folder)?, &settings)?;
+        check_inputs(&job, &result).map_err(&wrong)?;
+        let name = program_of(&result).ok_or_else(|| wrong("names no program".to_owned()))?;
+        let text = files::read(&folder.join(name))?;
+        check_program(&result, name, &text).map_err(&wrong)?;
+        let beside = |name: String| folder.join(&name).is_file().then(|| files::read(&folder.join(name)));
+        let certificates = beside(format!("certificates{suffix}.json")).transpose()?;
+        let certificates = certificates.map(|bytes| serde_json::from_slice(&bytes)).transpose();
+        let certificates = certificates.map_err(|e| wrong(format!("its certificates are no JSON: {e}")))?;
+        let chips = beside(format!("chips{suffix}.csv")).transpose()?;
+        let picture = format!("solution-space{suffix}.svg");
+        let svg = beside(picture.clone()).transpose()?;
+        let setup = result.get("setup").and_then(Value::as_str).unwrap_or_default();
+        let index = job.file.setups.iter().position(|s| s.name == setup);
+        let source = PageSource {
+            job: &job,
+            setup: index.ok_or_else(|| wrong(format!("the job has no setup \"{setup}\"")))?,
+            dialect: job.post.dialect(),
+            program: Path::new(name),
+            text: &text,
+            result: result.clone(),
+            certificates,
+            chips: chips.as_deref(),
+            pictures: svg.iter().map(|svg| (picture.clone(), svg.as_slice())).collect(),
+        };
+        let data = page_data(source)?;
+        outputs.extend(pages(&suffix, &data).map(|(name, bytes)| (folder.join(name), bytes)));
+        outputs.extend(arguments.animation.as_ref().map(|file| (file.clone(), animation_glb(&data, &job.machine))));
+    }
+    let outputs: Vec<(&Path, Vec<u8>)> = outputs.iter().map(|(path, bytes)| (path.as_path(), bytes.clone())).collect();
+    files::write_each(&outputs)?;
+    let names: Vec<String> = outputs.iter().map(|(path, _)| path.display().to_string()).collect();
+    say(&format!("written: {}\n", names.join(", ")))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Returns the pages of a planned setup; none, with a note on standard error, if they cannot be
+/// made: a plan is not lost for want of a picture.
+pub(crate) fn pages_of_plan(job: &Job, planned: &Planned) -> Vec<(String, Vec<u8>)> {
+    match data_of_plan(job, planned) {
+        Ok((suffix, data)) => pages(&suffix, &data).into(),
+        Err(why) => {
+            eprintln!("facemill: no report.html for setup \"{}\": {why}", planned.report.setup);
+            Vec::new()
+        }
+    }
+}
+
+fn data_of_plan(job: &Job, planned: &Planned) -> Result<(String, PageData), Failure> {
+    let missing = |what: &str| Failure::Internal(format!("the plan has no {what}"));
+    let file = |begin: &str, end: &str| planned.files.iter().find(|(n, _)| n.starts_with(begin) && n.ends_with(end));
+    let (name, report) = file("report", ".json").ok_or_else(|| missing("report"))?;
+    let suffix = name.trim_start_matches("report").trim_end_matches(".json").to_owned();
+    let result: Value = serde_json::from_slice(report).map_err(|e| Failure::Internal(e.to_string()))?;
+    let program = planned.report.programs.first().ok_or_else(|| missing("program"))?;
+    let (_, text) = file(&program.file, "").ok_or_else(|| missing("program"))?;
+    let certificates = file("certificates", ".json").map(|(_, bytes)| serde_json::from_slice(bytes)).transpose();
+    let pictures = file("solution-space", ".svg").map(|(name, svg)| (name.clone(), svg.as_slice()));
+    let setup = job.file.setups.iter().position(|s| s.name == planned.report.setup);
+    let source = PageSource {
+        job,
+        setup: setup.ok_or_else(|| missing("setup"))?,
+        dialect: job.post.dialect(),
+        program: Path::new(&program.file),
+        text,
+        result,
+        certificates: certificates.map_err(|e| Failure::Internal(e.to_string()))?,
+        chips: Some(&planned.chip_table.1),
+        pictures: pictures.into_iter().collect(),
+    };
+    Ok((suffix, page_data(source)?))
+}
+
+fn pages(suffix: &str, data: &PageData) -> [(String, Vec<u8>); 2] {
+    [(format!("report{suffix}.html"), report_html(data)), (format!("setup-sheet{suffix}.html"), sheet_html(data))]
+}
+
+/// Returns the reports of a folder with the parts of their names behind `report`, in order.
+fn reports_in(folder: &Path) -> Result<Vec<(String, Value)>, Failure> {
+    let entries = std::fs::read_dir(folder).map_err(|source| Failure::Read { file: folder.to_owned(), source })?;
+    let mut names: Vec<String> = entries.flatten().filter_map(|e| e.file_name().into_string().ok()).collect();
+    names.sort();
+    let mut reports = Vec::new();
+    for name in names {
+        let Some(suffix) = name.strip_prefix("report").and_then(|n| n.strip_suffix(".json")) else { continue };
+        let Ok(report) = serde_json::from_slice::<Value>(&files::read(&folder.join(&name))?) else { continue };
+        let is_ours = report.get("format").and_then(Value::as_str) == Some(facemill::report::REPORT_FORMAT);
+        if is_ours && !suffix.contains(".earlier") {
+            reports.push((suffix.to_owned(), report));
+        }
+    }
+    if reports.is_empty() {
+        return Err(Failure::input(folder, "has no report.json: give the folder that `facemill plan` wrote"));
+    }
+    Ok(reports)
+}
+
+fn job_of(arguments: &ReportArguments, folder: &Path) -> Result<PathBuf, Failure> {
+    if let Some(job) = &arguments.job {
+        return Ok(job.clone());
+    }
+    let folder = folder.canonicalize().map_err(|source| Failure::Read { file: folder.to_owned(), source })?;
+    let found = folder.ancestors().map(|above| above.join("job.json")).find(|job| job.is_file());
+    found.ok_or_else(|| Failure::input(&arguments.out, "no job.json is in it or above: name the plan's job with --job"))
+}
+
+/// Returns the settings that replaced values of the job.
+fn settings_of(result: &Value) -> Result<Vec<JobSetting>, String> {
+    let listed = result.get("settings").and_then(Value::as_array).into_iter().flatten();
+    let setting = |s: &Value| {
+        let key = s.get("key").and_then(Value::as_str).ok_or("a setting has no key")?;
+        format!("{key}={}", s.get("value").unwrap_or(&Value::Null)).parse::<JobSetting>().map_err(|e| e.to_string())
+    };
+    listed.map(setting).collect()
+}
+
+/// Checks that the files of a job are those that a plan was made from: another part would show
+/// what the program was not planned for.
+fn check_inputs(job: &Job, result: &Value) -> Result<(), String> {
+    let now = MadeFrom::of(job).inputs;
+    let then: Vec<(&str, &str)> = result
+        .pointer("/made_from/inputs")
+        .and_then(Value::as_array)
+        .into_iter()
+        .flatten()
+        .filter_map(|i| Some((i.get("file")?.as_str()?, i.get("blake3")?.as_str()?)))
+        .collect();
+    let other = now.iter().find(|n| !then.contains(&(n.file.as_str(), n.blake3.as_str())));
+    match other {
+        None => Ok(()),
+        Some(file) => Err(format!(
+            "the plan was not made from {} as it is now ({}): plan again, or name the plan's job with --job",
+            file.file,
+            job.path.display()
+        )),
+    }
+}
+
+fn program_of(result: &Value) -> Option<&str> {
+    result.pointer("/programs/0/file")?.as_str()
+}
+
+fn check_program(result: &Value, name: &str, text: &[u8]) -> Result<(), String> {
+    let stamp = ProgramStamp::new(Path::new(name), text);
+    let listed = result.pointer("/programs/0/blake3").and_then(Value::as_str);
+    if listed == Some(stamp.blake3.as_str()) {
+        return Ok(());
+    }
+    Err(format!("describes another {name} than the one in the folder: the program was changed; use `facemill view`"))
+}
+
+fn value<T: serde::Serialize>(file: &T) -> Result<Value, Failure> {
+    serde_json::to_value(file).map_err(|e| Failure::Internal(e.to_string()))
+}

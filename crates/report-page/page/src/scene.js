@@ -1,0 +1,611 @@
+// The 3-D scene: part, fixtures, stock, machine and tool, the tip's path, frames.
+
+import {
+  AmbientLight, AxesHelper, BoxGeometry, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, Group,
+  HemisphereLight, LatheGeometry, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshLambertMaterial, PerspectiveCamera,
+  Plane, Raycaster, Scene, SphereGeometry, Vector2, Vector3, WebGLRenderer,
+} from 'three';
+import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
+import { triples, numbers } from './data.js';
+import { IDENTITY, inverse, multiply, transformed } from './kinematics.js';
+
+/** Colours of the scene by theme. */
+const THEMES = {
+  light: { background: 0xeef1f4, part: 0x9fb0be, stock: 0xc9a86a, cutStock: 0xdcc8a0, fixture: 0x7b6f8f, check: 0x8fa08a, table: 0x8d949b, head: 0xb9c0c7, bed: 0x6f767d, tool: 0x4d5760, cutter: 0xd88a1f, holder: 0x79828b, rapid: 0x6b7a86, ahead: 0x9aa5af, grid: 0xc9d0d6 },
+  dark: { background: 0x14191e, part: 0x8496a5, stock: 0xb08f52, cutStock: 0xcdb88c, fixture: 0x83749c, check: 0x7f937a, table: 0x5b636b, head: 0x8a929a, bed: 0x474e55, tool: 0xa7b0b8, cutter: 0xe8a33d, holder: 0x6c757d, rapid: 0x8fa0ad, ahead: 0x4d5760, grid: 0x2b333a },
+};
+
+const matrix4 = (m) => new Matrix4().set(...m, 0, 0, 0, 1);
+
+function place(object, m) {
+  object.matrixAutoUpdate = false;
+  object.matrix.copy(matrix4(m));
+  object.matrixWorldNeedsUpdate = true;
+}
+
+/** Splits vertices where a face is turned from the mean of its neighbours: edges stay sharp. */
+function creased(positions, normals, triangles) {
+  const vertices = [];
+  const out = [];
+  const origin = [];
+  const known = new Map();
+  const n = new Vector3();
+  const [a, b, c] = [new Vector3(), new Vector3(), new Vector3()];
+  for (let t = 0; t < triangles.length; t += 3) {
+    a.fromArray(positions, 3 * triangles[t]);
+    b.fromArray(positions, 3 * triangles[t + 1]);
+    c.fromArray(positions, 3 * triangles[t + 2]);
+    n.copy(b).sub(a).cross(c.sub(a)).normalize();
+    for (let k = 0; k < 3; k++) {
+      const v = triangles[t + k];
+      const smooth = n.x * normals[3 * v] + n.y * normals[3 * v + 1] + n.z * normals[3 * v + 2] > 0.8;
+      const key = smooth ? v : v + positions.length * (1 + Math.round(4 * (n.x + 1)) + 9 * Math.round(4 * (n.y + 1)) + 81 * Math.round(4 * (n.z + 1)));
+      let at = known.get(key);
+      if (at === undefined) {
+        at = origin.length;
+        known.set(key, at);
+        origin.push(v);
+        out.push(...(smooth ? [normals[3 * v], normals[3 * v + 1], normals[3 * v + 2]] : [n.x, n.y, n.z]));
+      }
+      vertices.push(at);
+    }
+  }
+  const split = new Float32Array(3 * origin.length);
+  origin.forEach((v, k) => split.set(positions.subarray(3 * v, 3 * v + 3), 3 * k));
+  const geometry = new BufferGeometry();
+  geometry.setAttribute('position', new BufferAttribute(split, 3));
+  geometry.setAttribute('normal', new BufferAttribute(new Float32Array(out), 3));
+  geometry.setIndex(new BufferAttribute(new Uint32Array(vertices), 1));
+  return { geometry, origin: new Uint32Array(origin) };
+}
+
+function bodyGeometry(shape) {
+  if (shape.box) return new BoxGeometry(...shape.box.map((half) => 2 * half));
+  if (shape.frustum) {
+    const [low, high, radiusLow, radiusHigh] = shape.frustum;
+    return turnedBody([[0, low], [radiusLow, low], [radiusHigh, high], [0, high]]);
+  }
+  const { vertices, triangles } = shape.hull;
+  const flat = new BufferGeometry();
+  flat.setAttribute('position', new BufferAttribute(new Float32Array(triangles.flat().flatMap((v) => vertices[v])), 3));
+  flat.computeVertexNormals();
+  return flat;
+}
+
+/** A body of revolution about z from its profile of radius and height. */
+function turnedBody(profile) {
+  const edges = [];
+  for (let k = 0; k + 1 < profile.length; k++) {
+    const [from, to] = [profile[k], profile[k + 1]];
+    if (from[0] === to[0] && from[1] === to[1]) continue;
+    // Each stretch by itself, so that edges are sharp.
+    const lathe = new LatheGeometry([new Vector2(from[0], from[1]), new Vector2(to[0], to[1])], 48);
+    lathe.rotateX(Math.PI / 2);
+    edges.push(lathe);
+  }
+  return joined(edges);
+}
+
+function joined(geometries) {
+  const all = { position: [], normal: [], index: [] };
+  let base = 0;
+  for (const geometry of geometries) {
+    all.position.push(...geometry.attributes.position.array);
+    all.normal.push(...geometry.attributes.normal.array);
+    all.index.push(...[...geometry.index.array].map((k) => k + base));
+    base += geometry.attributes.position.count;
+  }
+  const geometry = new BufferGeometry();
+  geometry.setAttribute('position', new BufferAttribute(new Float32Array(all.position), 3));
+  geometry.setAttribute('normal', new BufferAttribute(new Float32Array(all.normal), 3));
+  geometry.setIndex(all.index);
+  return geometry;
+}
+
+/** Profile of the cutter from the middle of its bottom up to the end of its flute. */
+export function cutterProfile(tool) {
+  const [R, r] = [tool.radius_mm, tool.corner_radius_mm];
+  const profile = [[0, 0], [R - r, 0]];
+  for (let k = 1; k <= 12 && r > 0; k++) {
+    const turn = ((k / 12) * Math.PI) / 2;
+    profile.push([R - r + r * Math.sin(turn), r - r * Math.cos(turn)]);
+  }
+  profile.push([R, Math.max(tool.flute_length_mm, r)], [0, Math.max(tool.flute_length_mm, r)]);
+  return profile;
+}
+
+/** Sections of a tool's body and holder with their names in findings. */
+export function toolSections(tool) {
+  const stack = (name, sections, from) => {
+    let z = from;
+    return sections.map((section, k) => {
+      const low = z;
+      z += section.length_mm;
+      return { name: `${name} section ${k + 1}`, low, high: z, radiusLow: section.diameter_low_mm / 2, radiusHigh: section.diameter_high_mm / 2 };
+    });
+  };
+  return [...stack('cutter body', tool.body.sections, tool.flute_length_mm), ...stack('holder', tool.holder.sections, tool.stick_out_mm)];
+}
+
+export class View {
+  constructor(doc, machine, canvasParent) {
+    this.doc = doc;
+    this.machine = machine;
+    this.parent = canvasParent;
+    const probe = document.createElement('canvas').getContext('webgl2');
+    const info = probe && probe.getExtension('WEBGL_debug_renderer_info');
+    const name = info ? String(probe.getParameter(info.UNMASKED_RENDERER_WEBGL)) : '';
+    this.isSoftware = /swiftshader|llvmpipe|software|basic render/i.test(name);
+    this.renderer = new WebGLRenderer({ antialias: !this.isSoftware, preserveDrawingBuffer: true, powerPreference: 'high-performance' });
+    this.renderer.setPixelRatio(this.isSoftware ? 1 : Math.min(window.devicePixelRatio, 2));
+    this.renderer.localClippingEnabled = true;
+    canvasParent.append(this.renderer.domElement);
+    this.scene = new Scene();
+    this.root = new Group();
+    this.scene.add(this.root);
+    this.camera = new PerspectiveCamera(35, 1, 1, 1e5);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, this.renderer.domElement);
+    this.controls.screenSpacePanning = true;
+    this.controls.zoomToCursor = true;
+    this.controls.addEventListener('change', () => this.draw());
+    this.scene.add(new HemisphereLight(0xffffff, 0x8d98a3, 1.4), new AmbientLight(0xffffff, 0.35));
+    this.sun = new DirectionalLight(0xffffff, 1.6);
+    this.camera.add(this.sun);
+    this.sun.position.set(0.4, 0.6, 1);
+    this.scene.add(this.camera);
+    this.clip = new Plane(new Vector3(-1, 0, 0), 0);
+    this.clipping = [];
+    this.groups = {};
+    this.named = new Map();
+    this.materials = {};
+    this.frameMode = 'part';
+    this.theme = 'light';
+    this.bed = new Group();
+    this.table = new Group();
+    this.work = new Group();
+    this.table.add(this.work);
+    this.root.add(this.bed, this.table);
+    place(this.work, doc.setup.table_from_work);
+    new ResizeObserver(() => this.resize()).observe(canvasParent);
+  }
+
+  material(name, options = {}) {
+    if (!this.materials[name]) {
+      this.materials[name] = new MeshLambertMaterial({ side: DoubleSide, clippingPlanes: this.clipping, ...options });
+      this.materials[name].userData.name = name;
+    }
+    return this.materials[name];
+  }
+
+  group(name, label, parent, isShown = true) {
+    const group = new Group();
+    group.visible = isShown;
+    parent.add(group);
+    const known = this.groups[name];
+    if (known) known.objects.push(group);
+    else this.groups[name] = { label, objects: [group], isShown };
+    return group;
+  }
+
+  setVisible(name, isShown) {
+    this.groups[name].isShown = isShown;
+    for (const object of this.groups[name].objects) object.visible = isShown;
+    this.draw();
+  }
+
+  name(mesh, name) {
+    mesh.userData.name = name;
+    if (!this.named.has(name)) this.named.set(name, []);
+    this.named.get(name).push(mesh);
+  }
+
+  async build(motion, stock) {
+    this.motion = motion;
+    this.stock = stock;
+    await this.buildMeshes();
+    this.buildMachine();
+    this.buildTools();
+    if (stock) {
+      const group = this.group('stockNow', 'stock now', this.work, !this.doc.meshes.length || stockIsSolid(this.doc));
+      const mesh = new Mesh(stock.geometry, this.material('stockNow', { vertexColors: true, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
+      mesh.frustumCulled = false;
+      group.add(mesh);
+      this.stockMesh = mesh;
+    }
+    await this.buildPaths();
+    this.buildFrames();
+    this.marks = this.group('marks', 'marks', this.work);
+    this.setTheme(this.theme);
+    this.setPosition(motion.end(-1), -1);
+    this.resize();
+    this.look('iso');
+  }
+
+  async buildMeshes() {
+    for (const data of this.doc.meshes) {
+      const [positions, normals, triangles] = await Promise.all([triples(data.positions), triples(data.normals), numbers(data.triangles, Uint32Array)]);
+      const { geometry, origin } = creased(positions, normals, triangles);
+      const isStock = data.role === 'stock';
+      const options = isStock ? { transparent: true, opacity: 0.25, depthWrite: false } : {};
+      const mesh = new Mesh(geometry, this.material(isStock ? 'stockBefore' : data.role, options));
+      const labels = { part: ['part', 'part'], check: ['check', 'check surfaces'], fixture: ['fixtures', 'fixtures'], stock: ['stockBefore', 'stock before'] };
+      const [name, label] = labels[data.role];
+      this.group(name, label, this.work, !isStock).add(mesh);
+      this.name(mesh, data.name);
+      if (data.role === 'part') {
+        this.part = { mesh, origin, positions };
+      }
+    }
+  }
+
+  buildMachine() {
+    const { machine, doc } = this;
+    this.links = [];
+    for (const body of doc.machine.bodies) {
+      const mesh = new Mesh(bodyGeometry(body.shape), this.material(body.carrier === 'table' ? 'table' : body.carrier === 'bed' ? 'bed' : 'head', body.carrier === 'table' || body.carrier === 'bed' ? {} : { transparent: true, opacity: 0.55 }));
+      const isTable = body.carrier === 'table';
+      const label = isTable ? 'machine: table' : body.carrier === 'bed' ? 'machine: bed' : 'machine: head';
+      const holder = this.group(isTable ? 'table' : body.carrier === 'bed' ? 'bed' : 'head', label, this.bed);
+      place(mesh, body.pose);
+      const link = new Group();
+      link.add(mesh);
+      holder.add(link);
+      this.name(mesh, body.name);
+      const chain = isTable ? machine.table : body.carrier === 'bed' ? [] : machine.heads[body.carrier === 'head' ? 0 : 1] || [];
+      this.links.push({ link, chain, row: body.row });
+    }
+  }
+
+  buildTools() {
+    this.tools = this.doc.tools.map((tool, head) => {
+      const group = this.group('tool', 'tool and holder', this.table);
+      const frame = new Group();
+      group.add(frame);
+      const cutter = new Mesh(turnedBody(cutterProfile(tool)), this.material('cutter'));
+      frame.add(cutter);
+      this.name(cutter, 'cutter');
+      for (const section of toolSections(tool)) {
+        const { low, high, radiusLow, radiusHigh, name } = section;
+        const mesh = new Mesh(turnedBody([[0, low], [radiusLow, low], [radiusHigh, high], [0, high]]), this.material(name.startsWith('holder') ? 'holder' : 'tool'));
+        frame.add(mesh);
+        this.name(mesh, name);
+      }
+      return { frame, head };
+    });
+  }
+
+  async buildPaths() {
+    this.paths = [];
+    for (const data of this.doc.motion.paths) {
+      const [points, motions] = await Promise.all([triples(data.points), numbers(data.motions, Uint32Array)]);
+      const split = { cut: [], rapid: [] };
+      for (let k = 1; k < motions.length; k++) {
+        split[this.motion.kinds[motions[k]] === 0 ? 'rapid' : 'cut'].push(k);
+      }
+      const lines = {};
+      for (const [kind, label, isShown] of [['cut', 'path at a feed', true], ['rapid', 'rapids', true]]) {
+        const list = split[kind];
+        const positions = new Float32Array(6 * list.length);
+        list.forEach((k, at) => {
+          positions.set(points.subarray(3 * k - 3, 3 * k), 6 * at);
+          positions.set(points.subarray(3 * k, 3 * k + 3), 6 * at + 3);
+        });
+        const geometry = new BufferGeometry();
+        geometry.setAttribute('position', new BufferAttribute(positions, 3));
+        geometry.setAttribute('color', new BufferAttribute(new Float32Array(positions.length).fill(0.5), 3));
+        const material = new LineBasicMaterial(kind === 'cut' ? { vertexColors: true, clippingPlanes: this.clipping } : { transparent: true, opacity: 0.6, clippingPlanes: this.clipping });
+        const object = new LineSegments(geometry, material);
+        object.frustumCulled = false;
+        this.group(kind === 'cut' ? 'path' : 'rapids', label, this.work, isShown).add(object);
+        lines[kind] = { object, motions: Uint32Array.from(list, (k) => motions[k]) };
+      }
+      this.paths.push({ points, motions, lines });
+    }
+    this.pathDone = 'all';
+  }
+
+  buildFrames() {
+    const size = this.size() * 0.12;
+    const axes = (parent, m, name) => {
+      const helper = new AxesHelper(size);
+      helper.setColors(0xc8442e, 0x2f8f4e, 0x2f6fd0);
+      helper.material.depthTest = false;
+      helper.material.transparent = true;
+      helper.renderOrder = 5;
+      place(helper, m);
+      this.group('frames', 'frames', parent).add(helper);
+      this.frames = this.frames || [];
+      this.frames.push({ helper, name });
+    };
+    axes(this.work, IDENTITY, 'workpiece');
+    axes(this.table, IDENTITY, 'table');
+    axes(this.bed, IDENTITY, 'machine bed');
+    if (this.doc.setup.table_from_words) axes(this.table, this.doc.setup.table_from_words, 'words');
+  }
+
+  /** Largest extent of what stands in the workpiece frame, mm. */
+  size() {
+    const box = this.doc.setup.part_box || this.doc.setup.stock_box;
+    if (!box) return 500;
+    return Math.max(...box[0].map((low, k) => box[1][k] - low), 1);
+  }
+
+  centre() {
+    const box = this.doc.setup.part_box || this.doc.setup.stock_box || [[0, 0, 0], [0, 0, 0]];
+    return box[0].map((low, k) => 0.5 * (low + box[1][k]));
+  }
+
+  /** Places machine and tool at a position; `done` motions are behind it. */
+  setPosition(q, k) {
+    const { machine } = this;
+    const bedFromTable = machine.bedFromTable(q);
+    place(this.table, bedFromTable);
+    for (const { link, chain, row } of this.links) {
+      place(link, chain.length ? machine.frames(chain, q)[row] || IDENTITY : IDENTITY);
+    }
+    for (const { frame, head } of this.tools) place(frame, machine.tableFromTool(q, head));
+    const base = this.frameMode === 'part' ? inverse(multiply(bedFromTable, this.doc.setup.table_from_work)) : IDENTITY;
+    place(this.root, base);
+    this.q = q;
+    this.k = k;
+    this.updateDone();
+    if (this.stock && this.groups.stockNow.isShown) this.stock.show(k);
+    this.draw();
+  }
+
+  setFrameMode(mode) {
+    this.frameMode = mode;
+    this.setPosition(this.q, this.k);
+    this.look('iso');
+  }
+
+  /** Shows all of the path, or what is done. */
+  setPathDone(mode) {
+    this.pathDone = mode;
+    this.updateDone();
+    this.draw();
+  }
+
+  updateDone() {
+    for (const path of this.paths || []) {
+      for (const { object, motions } of Object.values(path.lines)) {
+        const n = this.pathDone === 'all' ? motions.length : countUpTo(motions, this.k);
+        object.geometry.setDrawRange(0, 2 * n);
+      }
+    }
+  }
+
+  /** Colours the path at a feed: `colour(k)` of motion k. */
+  colourPath(colour) {
+    for (const { lines } of this.paths) {
+      const { object, motions } = lines.cut;
+      const colours = object.geometry.attributes.color;
+      motions.forEach((k, at) => {
+        const rgb = colour(k);
+        colours.array.set(rgb, 6 * at);
+        colours.array.set(rgb, 6 * at + 3);
+      });
+      colours.needsUpdate = true;
+    }
+    this.draw();
+  }
+
+  /** Colours the part: `colour(vertex)`, or none for its plain colour. */
+  colourPart(colour) {
+    if (!this.part) return;
+    const { mesh, origin } = this.part;
+    if (!colour) {
+      mesh.material = this.material('part');
+    } else {
+      const colours = new Float32Array(3 * origin.length);
+      origin.forEach((v, k) => colours.set(colour(v), 3 * k));
+      mesh.geometry.setAttribute('color', new BufferAttribute(colours, 3));
+      mesh.material = this.material('partColoured', { vertexColors: true });
+      mesh.material.color.set(0xffffff);
+    }
+    this.draw();
+  }
+
+  setTheme(theme) {
+    this.theme = theme;
+    const colours = THEMES[theme];
+    this.scene.background = new Color(colours.background);
+    const set = (name, colour) => this.materials[name] && this.materials[name].color.set(colour);
+    for (const name of ['part', 'check', 'fixture', 'table', 'head', 'bed', 'tool', 'cutter', 'holder']) set(name, colours[name]);
+    set('stockBefore', colours.stock);
+    set('stockNow', 0xffffff);
+    for (const { lines } of this.paths || []) lines.rapid.object.material.color.set(colours.rapid);
+    if (this.stock) this.stock.setColours(new Color(colours.stock).toArray(), new Color(colours.cutStock).toArray());
+    this.draw();
+  }
+
+  /** Section along x, y or z of the workpiece (−1: none) at a share of the part's box. */
+  setSection(axis, share, flip) {
+    this.clipping.length = 0;
+    if (axis >= 0) {
+      const box = this.doc.setup.stock_box || this.doc.setup.part_box || [[-1, -1, -1], [1, 1, 1]];
+      const at = box[0][axis] + (box[1][axis] - box[0][axis]) * share;
+      this.section = { axis, at, flip };
+      this.clipping.push(this.clip);
+    } else {
+      this.section = null;
+    }
+    for (const material of Object.values(this.materials)) material.needsUpdate = true;
+    for (const { lines } of this.paths) for (const { object } of Object.values(lines)) object.material.needsUpdate = true;
+    this.draw();
+  }
+
+  updateSection() {
+    if (!this.section) return;
+    const { axis, at, flip } = this.section;
+    const normal = new Vector3().setComponent(axis, flip ? 1 : -1);
+    this.work.updateWorldMatrix(true, false);
+    this.clip.setFromNormalAndCoplanarPoint(normal, new Vector3().setComponent(axis, at)).applyMatrix4(this.work.matrixWorld);
+  }
+
+  /** Looks from a side: `iso`, `top`, `bottom`, `front`, `back`, `left`, `right`, `tool`, `place`. */
+  look(from, target) {
+    this.root.updateMatrixWorld(true);
+    const isMachine = this.frameMode === 'machine';
+    const centre = target ? new Vector3(...target) : new Vector3(...this.centre());
+    this.work.localToWorld(centre);
+    const radius = target ? this.toolSize() * 2.2 : this.size() * (isMachine ? 1.0 : 0.62);
+    const distance = (radius / Math.sin((0.5 * this.camera.fov * Math.PI) / 180)) * Math.max(1, 1 / this.camera.aspect);
+    const sides = { iso: [0.9, -1.25, 0.85], top: [0, -1e-4, 1], bottom: [0, -1e-4, -1], front: [0, -1, 0], back: [0, 1, 0], left: [-1, 0, 0], right: [1, 0, 0] };
+    let direction = new Vector3(...(sides[from] || sides.iso));
+    if (from === 'place') direction = this.camera.position.clone().sub(this.controls.target);
+    if (from === 'tool') {
+      const frame = this.tools[0].frame;
+      frame.updateWorldMatrix(true, false);
+      direction = new Vector3().setFromMatrixColumn(frame.matrixWorld, 2);
+      centre.setFromMatrixPosition(frame.matrixWorld);
+    }
+    direction.normalize();
+    this.camera.position.copy(centre).addScaledVector(direction, from === 'tool' ? this.toolSize() * 9 : distance);
+    this.controls.target.copy(centre);
+    this.camera.near = distance / 200;
+    this.camera.far = distance * 40;
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+    this.draw();
+  }
+
+  toolSize() {
+    const tool = this.doc.tools[0];
+    return Math.max(tool.radius_mm * 2, tool.gauge_length_mm * 0.5);
+  }
+
+  resize() {
+    const { clientWidth: width, clientHeight: height } = this.parent;
+    if (!width || !height) return;
+    this.renderer.setSize(width, height);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    this.draw();
+  }
+
+  /** Draws before the next picture of the screen. */
+  draw() {
+    if (this.isWaiting) return;
+    this.isWaiting = true;
+    requestAnimationFrame(() => {
+      this.isWaiting = false;
+      this.drawNow();
+    });
+  }
+
+  drawNow() {
+    if (!this.tools) return;
+    this.updateSection();
+    this.renderer.render(this.scene, this.camera);
+    if (this.ondraw) this.ondraw();
+  }
+
+  /** Place of a point of the workpiece frame on the canvas, px; depth in front of the camera. */
+  onScreen(point) {
+    const p = new Vector3(...point);
+    this.work.localToWorld(p);
+    p.project(this.camera);
+    const { clientWidth: width, clientHeight: height } = this.parent;
+    return { x: (0.5 + 0.5 * p.x) * width, y: (0.5 - 0.5 * p.y) * height, isVisible: p.z > -1 && p.z < 1 };
+  }
+
+  /** Motion whose path is nearest to a place of the canvas within `within` px; −1: none. */
+  motionAt(x, y, within = 9) {
+    this.root.updateMatrixWorld(true);
+    const m = new Matrix4().multiplyMatrices(this.camera.projectionMatrix, this.camera.matrixWorldInverse).multiply(this.work.matrixWorld).elements;
+    const { clientWidth: width, clientHeight: height } = this.parent;
+    let best = { distance: within, depth: Infinity, k: -1 };
+    for (const { points, motions, lines } of this.paths) {
+      const isShown = [this.groups.rapids.isShown, this.groups.path.isShown, this.groups.path.isShown];
+      let last = null;
+      for (let p = 0; p < motions.length; p++) {
+        const [px, py, pz] = [points[3 * p], points[3 * p + 1], points[3 * p + 2]];
+        const w = m[3] * px + m[7] * py + m[11] * pz + m[15];
+        const here = { x: (0.5 + (0.5 * (m[0] * px + m[4] * py + m[8] * pz + m[12])) / w) * width, y: (0.5 - (0.5 * (m[1] * px + m[5] * py + m[9] * pz + m[13])) / w) * height, w };
+        if (last && w > 0 && last.w > 0 && isShown[this.motion.kinds[motions[p]]]) {
+          const [dx, dy] = [here.x - last.x, here.y - last.y];
+          const share = Math.min(Math.max(((x - last.x) * dx + (y - last.y) * dy) / (dx * dx + dy * dy || 1), 0), 1);
+          const distance = Math.hypot(last.x + share * dx - x, last.y + share * dy - y);
+          if (distance < best.distance - 1 || (distance < best.distance + 1 && distance < within && w < best.depth)) best = { distance: Math.min(distance, best.distance), depth: w, k: motions[p] };
+        }
+        last = here;
+      }
+      void lines;
+    }
+    return best.k;
+  }
+
+  /** Point of a shown surface at a place of the canvas, workpiece frame. */
+  pointAt(x, y) {
+    const { clientWidth: width, clientHeight: height } = this.parent;
+    const ray = new Raycaster();
+    ray.setFromCamera(new Vector2((2 * x) / width - 1, 1 - (2 * y) / height), this.camera);
+    const targets = [];
+    this.root.traverseVisible((object) => object.isMesh && targets.push(object));
+    const hits = ray.intersectObjects(targets, false).filter((hit) => !this.section || this.clip.distanceToPoint(hit.point) >= 0);
+    if (!hits.length) return null;
+    const at = this.work.worldToLocal(hits[0].point.clone());
+    return { at: at.toArray(), name: hits[0].object.userData.name };
+  }
+
+  /** Marks places of the workpiece frame by small balls. */
+  setMarks(places) {
+    this.marks.clear();
+    for (const { at, colour, size } of places) {
+      const mesh = new Mesh(new SphereGeometry((size || 1) * this.size() * 0.006, 16, 12), new MeshLambertMaterial({ color: colour, emissive: colour, emissiveIntensity: 0.4, depthTest: false, transparent: true }));
+      mesh.renderOrder = 4;
+      mesh.position.set(...at);
+      this.marks.add(mesh);
+    }
+    this.draw();
+  }
+
+  /** Shows bodies of these names in red. */
+  highlight(names) {
+    for (const mesh of this.lit || []) mesh.material = mesh.userData.plain;
+    this.lit = [];
+    const bare = (name) => name.replace(/ \(.*\)$/, '');
+    for (const [name, meshes] of this.named) {
+      if (!names.some((wanted) => wanted === name || bare(wanted) === bare(name))) continue;
+      for (const mesh of meshes) {
+        mesh.userData.plain = mesh.material;
+        mesh.material = mesh.material.clone();
+        mesh.material.emissive = new Color(0xd00020);
+        mesh.material.emissiveIntensity = 0.55;
+        mesh.material.opacity = Math.max(mesh.material.opacity, 0.8);
+        this.lit.push(mesh);
+      }
+    }
+    this.draw();
+  }
+
+  /** Frames with their origins, workpiece frame. */
+  frameLabels() {
+    if (!this.groups.frames.isShown) return [];
+    return this.frames.map(({ helper, name }) => {
+      const p = new Vector3().setFromMatrixPosition(helper.matrixWorld);
+      return { name, at: this.work.worldToLocal(p).toArray() };
+    });
+  }
+
+  toolTip(head = 0) {
+    return transformed(inverse(this.doc.setup.table_from_work), [3, 7, 11].map((c) => this.machine.tableFromTool(this.q, head)[c]));
+  }
+}
+
+function stockIsSolid(doc) {
+  return !doc.setup.file.stock.offset;
+}
+
+/** Number of leading values not above k in an ascending array. */
+function countUpTo(array, k) {
+  let [low, high] = [0, array.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (array[middle] <= k) low = middle + 1;
+    else high = middle;
+  }
+  return low;
+}

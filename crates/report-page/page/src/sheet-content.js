@@ -1,0 +1,268 @@
+// The setup sheet: what an operator needs at the machine, for A4.
+
+import { h, svg } from './dom.js';
+import { axisValue, clock, fixed, length, lengthUnit, speed } from './units.js';
+
+const VERDICTS = {
+  good: ['VERIFIED: NO FAULT FOUND', 'ok'],
+  incomplete: ['NO FAULT, BUT THE JOB IS NOT MET', 'warn'],
+  not_verified: ['NOT VERIFIED', 'warn'],
+  faulty: ['REJECTED: DO NOT RUN', 'bad'],
+};
+
+export const verdictText = (verdict) => VERDICTS[verdict.state];
+
+const row = (name, ...value) => h('tr', h('th', name), h('td', ...value));
+const section = (title, ...content) => h('section', h('h2', title), ...content);
+const table = (head, rows, kind = 'table') => h(kind, head && h('thead', h('tr', head.map((cell) => h('th', cell)))), h('tbody', rows));
+
+/** Lists of a finding's numbers: `0.123 mm`, `12 deg`. */
+export function measureText(measure) {
+  if (!measure) return '';
+  const [key, value] = Object.entries(measure)[0];
+  if (key.endsWith('_mm')) return `${key.slice(0, -3).replaceAll('_', ' ')} ${length(value)}`;
+  if (key.endsWith('_deg')) return `${key.slice(0, -4).replaceAll('_', ' ')} ${fixed(value, 3)}°`;
+  if (key.endsWith('ratio')) return `${key.replaceAll('_', ' ')} ${fixed(value, 3)}`;
+  return `${key.replaceAll('_', ' ')} ${fixed(value, 3)}`;
+}
+
+export const kindText = (kind) => kind.replaceAll('_', ' ');
+
+const NO_FAULT = ['near_miss', 'singularity', 'link_rewind'];
+export const isFault = (finding) => !NO_FAULT.includes(finding.kind);
+
+/** Fills an element with the sheet. */
+export function sheet(doc) {
+  const { setup, machine, tools, program, result, verdict } = doc;
+  const [text, kind] = verdictText(verdict);
+  const [number, of] = setup.number;
+  return h('article.sheet',
+    h('header',
+      h('div', h('h1', 'Setup sheet'), h('p.sheet-job', doc.job), h('p', `Setup ${number} of ${of}: ${setup.file.name}`)),
+      h(`div.stamp.${kind}`, text, verdict.because.map((why) => h('small', why)))),
+    section('Program', programs(doc)),
+    section('Control and machine', control(doc)),
+    section('Work offset', offset(doc)),
+    section('How the part stands', h('div.drawings', drawing(doc, 'top'), drawing(doc, 'front')), standing(doc)),
+    section('Tools', tools.map((tool, k) => toolBlock(tool, k, tools.length, doc))),
+    section('Axis travel', travel(machine)),
+    section('Times', times(doc)),
+    section('Spindle, feeds and coolant', feeds(setup)),
+    section('First motion', firstMotion(doc)),
+    section('Findings', findings(result)),
+    section('Assumptions to check at the control', assumptions(doc)),
+    h('footer', h('p', `Checksum of the report's program: ${program.blake3}`), h('table.signatures', h('tbody', h('tr', ['Set up by', 'Checked by', 'Date'].map((who) => h('td', who)))))));
+}
+
+function programs(doc) {
+  const listed = doc.result.programs || (doc.result.program ? [doc.result.program] : [doc.program]);
+  const rows = listed.map((p) => h('tr', h('td', p.file), h('td.mono', p.blake3)));
+  return [table(['File', 'BLAKE3 checksum'], rows), h('p.note', `${doc.program.lines} lines, played on this page: ${doc.program.file}. Compare the checksum (b3sum FILE) before the first run.`)];
+}
+
+function control(doc) {
+  const { machine, setup, result } = doc;
+  return table(null, [
+    row('Control', doc.program.dialect),
+    row('Machine', machine.name),
+    row('Axes', machine.axes.map((a) => a.letter).join(' ')),
+    row('Machine values that are typical, not measured', machine.assumed.length ? machine.assumed.map((a) => a.replaceAll('_', ' ')).join(', ') : 'none'),
+    row('Rapids keep from part, stock and fixtures', length(setup.file.rapid_clearance_mm ?? 5)),
+    row('Made by', `facemill ${doc.facemill}`, result.made_from && result.made_from.inputs ? ` from ${result.made_from.inputs.map((i) => i.file).join(', ')}` : ''),
+  ], 'table.pairs');
+}
+
+function offset(doc) {
+  const { setup, machine } = doc;
+  const { register = 'G54', linear_mm: linear = {}, rotary_deg: rotary = {} } = setup.file.work_offset || {};
+  const rows = machine.axes.map((axis) => h('tr', h('td', axis.letter), h('td.number', axis.is_rotary ? `${fixed(rotary[axis.letter] ?? 0, 4)}°` : length(linear[axis.letter] ?? 0)), h('td', how(axis))));
+  return [h('p', 'Register ', h('b', register), '. Machine positions at which the words of the program are 0:'), table(['Axis', 'Value', 'How to measure'], rows)];
+}
+
+const how = (axis) => (axis.is_rotary
+  ? 'Zero of the scale; set the value, then check that the part lies as drawn with a dial along an edge.'
+  : `Probe the datum of the workpiece frame along ${axis.letter} with all rotary axes at their offsets; compare with the value.`);
+
+/** Box around points of the outlines of a role, table frame. */
+function boxOf(outlines, roles) {
+  const of = outlines.filter((o) => roles.includes(o.role));
+  const x = of.flatMap((o) => o.top.map((p) => p[0]));
+  const y = of.flatMap((o) => o.top.map((p) => p[1]));
+  const z = of.flatMap((o) => o.front.map((p) => p[1]));
+  const range = (all) => [Math.min(...all), Math.max(...all)];
+  return x.length ? [range(x), range(y), range(z)] : null;
+}
+
+function standing(doc) {
+  const { setup } = doc;
+  const m = setup.table_from_work;
+  const part = boxOf(setup.outlines, ['part']);
+  const stock = setup.stock_box;
+  const others = setup.outlines.filter((o) => o.role === 'fixture' || o.role === 'check');
+  const span = ([low, high]) => `${length(low)} to ${length(high)}`;
+  return table(null, [
+    row('Origin of the workpiece frame on the table', `X ${length(m[3])}, Y ${length(m[7])}, Z ${length(m[11])}`),
+    row('Turn of the workpiece frame on the table', turnText(m)),
+    part && row('Part on the table, to measure', h('span', `X ${span(part[0])}`), h('br'), `Y ${span(part[1])}`, h('br'), `Z ${span(part[2])} (above the table's frame)`),
+    stock && row('Stock box, workpiece frame', stock[0].map((low, k) => `${'XYZ'[k]} ${length(low)} to ${length(stock[1][k])} (${length(stock[1][k] - low)})`).join('; ')),
+    row('Stock', stockText(setup.file.stock)),
+    row('Clamps and surfaces to keep off', others.length ? others.map((o) => o.name).join(', ') : 'none named in the job'),
+  ].filter(Boolean), 'table.pairs');
+}
+
+function turnText(m) {
+  const angle = Math.acos(Math.min(Math.max((m[0] + m[5] + m[10] - 1) / 2, -1), 1));
+  if (angle < 1e-9) return 'none';
+  const axis = [m[9] - m[6], m[2] - m[8], m[4] - m[1]].map((x) => x / (2 * Math.sin(angle) || 1));
+  return `${fixed((angle * 180) / Math.PI, 4)}° about (${axis.map((x) => fixed(x, 4)).join(', ')})`;
+}
+
+function stockText(stock) {
+  const [kind, value] = Object.entries(stock)[0];
+  if (kind === 'offset') return `layer of ${length(value.allowance_mm)} on the part`;
+  return kind === 'mesh' ? `mesh ${value.file || ''}` : kind;
+}
+
+/** Drawing of what stands on the table, from above or from the front. */
+function drawing(doc, side) {
+  const { outlines, table_from_work: m } = doc.setup;
+  const key = side === 'top' ? 'top' : 'front';
+  const shown = outlines.filter((o) => o[key].length > 2);
+  const near = shown.filter((o) => o.role !== 'table');
+  const points = (near.length ? near : shown).flatMap((o) => o[key]).concat([[0, 0], [m[3], side === 'top' ? m[7] : m[11]]]);
+  const low = [0, 1].map((k) => Math.min(...points.map((p) => p[k])));
+  const high = [0, 1].map((k) => Math.max(...points.map((p) => p[k])));
+  const span = Math.max(high[0] - low[0], high[1] - low[1], 1);
+  const [W, H] = [330, side === 'top' ? 300 : 300];
+  const scale = 210 / span;
+  const middle = [0, 1].map((k) => (low[k] + high[k]) / 2);
+  const x = (value) => W / 2 + (value - middle[0]) * scale;
+  const y = (value) => H / 2 - (value - middle[1]) * scale - 6;
+  const path = (o) => svg('polygon', { points: o[key].map((p) => `${x(p[0]).toFixed(1)},${y(p[1]).toFixed(1)}`).join(' '), class: `outline ${o.role}` }, svg('title', o.name));
+  const ordered = ['table', 'stock', 'part', 'check', 'fixture'].flatMap((role) => shown.filter((o) => o.role === role));
+  const part = boxOf(outlines, ['part']) || [[low[0], high[0]], [low[1], high[1]], [low[1], high[1]]];
+  const [h0, v0] = [part[0], side === 'top' ? part[1] : part[2]];
+  const axis2 = side === 'top' ? 'Y' : 'Z';
+  const origin = (px, py, name, kind) => [
+    svg('circle', { cx: x(px), cy: y(py), r: 4, class: `origin ${kind}` }),
+    svg('path', { d: `M${x(px) - 9} ${y(py)}h18M${x(px)} ${y(py) - 9}v18`, class: `origin ${kind}` }),
+    svg('text', { x: x(px) + 7, y: y(py) - 7, class: 'label' }, name),
+  ];
+  const across = (a, b, at, name) => {
+    const [x1, x2] = [x(a), x(b)];
+    return [
+      svg('path', { d: `M${x1} ${at}H${x2}M${x1} ${at - 4}v8M${x2} ${at - 4}v8`, class: 'dimension' }),
+      svg('text', { x: (x1 + x2) / 2, y: at - 4, class: 'value', 'text-anchor': 'middle' }, name),
+    ];
+  };
+  const up = (a, b, at, name) => {
+    const [y1, y2] = [y(a), y(b)];
+    return [
+      svg('path', { d: `M${at} ${y1}V${y2}M${at - 4} ${y1}h8M${at - 4} ${y2}h8`, class: 'dimension' }),
+      svg('text', { transform: `translate(${at - 5} ${(y1 + y2) / 2}) rotate(-90)`, class: 'value', 'text-anchor': 'middle' }, name),
+    ];
+  };
+  const clip = `clip-${side}`;
+  const isSame = Math.hypot(m[3], side === 'top' ? m[7] : m[11]) * scale < 3;
+  return h('figure',
+    svg('svg', { viewBox: `0 0 ${W} ${H}`, width: W, height: H, role: 'img', 'aria-label': `part on the table from the ${side}` },
+      svg('defs', svg('clipPath', { id: clip }, svg('rect', { x: 0, y: 0, width: W, height: H - 14 }))),
+      svg('g', { 'clip-path': `url(#${clip})` }, ordered.map(path)),
+      across(h0[0], h0[1], H - 22, length(h0[1] - h0[0], 1)), up(v0[0], v0[1], 22, length(v0[1] - v0[0], 1)),
+      origin(0, 0, isSame ? 'table = workpiece' : 'table', 'of-table'), isSame ? [] : origin(m[3], side === 'top' ? m[7] : m[11], 'workpiece', 'of-work'),
+      svg('text', { x: W - 6, y: 14, class: 'label', 'text-anchor': 'end' }, side === 'top' ? 'from above: X right, Y up' : `from the front: X right, ${axis2} up`)),
+    h('figcaption', `Hulls of what stands on the table, ${side === 'top' ? 'from above' : 'from the front'}; ${lengthUnit()}.`));
+}
+
+/** Drawing of a tool assembly, in scale. */
+export function toolDrawing(tool) {
+  const stack = (sections, from) => {
+    let z = from;
+    return sections.map((s) => [z, (z += s.length_mm), s.diameter_low_mm / 2, s.diameter_high_mm / 2]);
+  };
+  const body = stack(tool.body.sections, tool.flute_length_mm);
+  const holder = stack(tool.holder.sections, tool.stick_out_mm);
+  const [R, r, flute] = [tool.radius_mm, tool.corner_radius_mm, tool.flute_length_mm];
+  const widest = Math.max(R, ...[...body, ...holder].map((s) => Math.max(s[2], s[3])));
+  const tall = Math.max(tool.gauge_length_mm, ...holder.map((s) => s[1]), ...body.map((s) => s[1]));
+  const [W, H] = [250, 250];
+  const scale = Math.min((H - 36) / tall, 120 / (2 * widest));
+  const x = (radius) => 80 + radius * scale;
+  const y = (z) => H - 18 - z * scale;
+  const frustum = ([z1, z2, r1, r2], kind) => svg('polygon', { points: [[-r1, z1], [r1, z1], [r2, z2], [-r2, z2]].map(([a, b]) => `${x(a)},${y(b)}`).join(' '), class: kind });
+  const corner = r * scale;
+  const cutter = svg('path', { class: 'tool-cutter', d: `M${x(-R)} ${y(flute)}V${y(r)}a${corner} ${corner} 0 0 0 ${corner} ${corner}H${x(R - r)}a${corner} ${corner} 0 0 0 ${corner} ${-corner}V${y(flute)}Z` });
+  const dimension = (z, at, name) => [
+    svg('path', { d: `M${at} ${y(0)}V${y(z)}M${at - 3} ${y(0)}h6M${at - 3} ${y(z)}h6M${x(widest * 0.2)} ${y(z)}H${at}`, class: 'dimension' }),
+    svg('text', { x: at + 4, y: (y(0) + y(z)) / 2, class: 'value' }, name),
+  ];
+  return svg('svg', { viewBox: `0 0 ${W} ${H}`, width: W, height: H, role: 'img', 'aria-label': `tool ${tool.number}` },
+    holder.map((s) => frustum(s, 'tool-holder')), body.map((s) => frustum(s, 'tool-body')), cutter,
+    svg('path', { d: `M${x(0)} ${y(0) + 10}V${y(tall) - 8}`, class: 'centre' }),
+    svg('path', { d: `M${x(-widest) - 6} ${y(tool.gauge_length_mm)}H${x(widest) + 6}`, class: 'gauge' }),
+    dimension(tool.stick_out_mm, 162, length(tool.stick_out_mm, 1, true)), dimension(tool.gauge_length_mm, 205, length(tool.gauge_length_mm, 1, true)),
+    svg('text', { x: 158, y: 12, class: 'label' }, 'stick-out · gauge'));
+}
+
+function toolBlock(tool, k, n, doc) {
+  const operations = doc.setup.operations.filter((o) => n === 1 || (o.head ?? 1) === k + 1);
+  return h('div.tool', toolDrawing(tool), table(null, [
+    row('Tool', h('b', `T${tool.number}`), ` ${tool.name}`, n > 1 ? ` (head ${k + 1})` : ''),
+    row('Length register', `H${tool.length_register ?? tool.number}`),
+    row('Diameter D, radius R, corner r', `${length(2 * tool.radius_mm)}, ${length(tool.radius_mm)}, ${length(tool.corner_radius_mm)}`),
+    row('Gauge length to enter', h('b', length(tool.gauge_length_mm))),
+    row('Stick-out from the holder', length(tool.stick_out_mm)),
+    row('Flute length, teeth', `${length(tool.flute_length_mm)}, ${tool.n_inserts}`),
+    row('Spindle', tool.spindle_rotation === 'clockwise' ? 'clockwise (M3)' : 'counterclockwise (M4)'),
+    row('Largest ramp; dead core', `${fixed(tool.max_ramp_angle_deg, 1)}°; radius ${length(tool.dead_core_radius_mm || 0)}`),
+    row('Operations', operations.map((o) => o.name).join(', ') || '–'),
+    row('Time in cut; in rapids', `${clock(tool.times[0])}; ${clock(tool.times[1])}`),
+  ], 'table.pairs'));
+}
+
+function travel(machine) {
+  const rows = machine.axes.map((axis) => {
+    const [low, high] = axis.limits;
+    const at = axis.travel;
+    const margins = at ? [low === null ? Infinity : at[0] - low, high === null ? Infinity : high - at[1]] : [NaN, NaN];
+    const margin = Math.min(...margins);
+    const value = (v) => (v === null || v === undefined ? '–' : axisValue(axis, v));
+    const marginText = margin === Infinity ? 'no stops' : Number.isFinite(margin) ? axisValue(axis, margin) : '–';
+    return h('tr', h('td', axis.letter), h('td.number', at ? value(at[0]) : '–'), h('td.number', at ? value(at[1]) : '–'), h('td.number', low === null ? 'no stop' : value(low)), h('td.number', high === null ? 'no stop' : value(high)), h(`td.number${margin < 0 ? '.bad' : ''}`, marginText));
+  });
+  return [table(['Axis', 'Least', 'Greatest', 'Lower limit', 'Upper limit', 'Margin'], rows), h('p.note', 'Positions of the scales at ends of blocks, home positions included.')];
+}
+
+function times(doc) {
+  const { times: t } = doc.result;
+  const rows = [];
+  for (const part of doc.operation_times || []) rows.push(h('tr', h('td', part.operation || 'before the first operation'), h('td.number', clock(part.cut)), h('td.number', clock(part.rapid))));
+  const law = t && t.cutting_s !== null && t.cutting_s !== undefined;
+  if (t) rows.push(h('tr.sum', h('td', 'Program'), h('td.number', clock(law ? t.cutting_s : t.constant_cutting_s)), h('td.number', clock(law ? t.rapid_s : t.constant_rapid_s))));
+  const note = law ? 'Within velocity, acceleration and jerk of every axis; without tool change and spindle.' : `At constant speed: the real times are longer. ${t && t.no_law_because ? t.no_law_because.join('; ') : ''}`;
+  return [table(['Part', 'At a feed', 'At rapid rate'], rows), h('p.note', note)];
+}
+
+function feeds(setup) {
+  const rows = setup.operations.map((o) => h('tr', h('td', o.name), h('td.number', fixed(o.feeds.spindle_rpm, 0)), h('td.number', speed(o.feeds.cutting_mm_min)), h('td.number', speed(o.feeds.approach_mm_min)), h('td', o.feeds.coolant ?? '–')));
+  return rows.length ? table(['Operation', 'S (1/min)', 'Feed in passes', 'Feed of entries', 'Coolant'], rows) : h('p', 'The job has no operations: speeds are those of the program.');
+}
+
+function firstMotion(doc) {
+  const first = doc.first_motion;
+  if (!first) return h('p', 'The program moves no axis.');
+  return [h('p', `Line ${first.line} moves to: `, first.position.map((value, k) => `${doc.machine.axes[k].letter} ${axisValue(doc.machine.axes[k], value)}`).join(', '), '.'), h('p.note', 'Run every new program in the air first, whatever this sheet says: block by block, with the feed override low.')];
+}
+
+export function findings(result) {
+  const list = result.findings || [];
+  if (!list.length) return h('p', result.verified === false ? 'The program was not run: faults are not known.' : 'None.');
+  const rows = list.map((f) => h(`tr${isFault(f) ? '.bad' : ''}`, h('td', kindText(f.kind)), h('td.number', f.first_line === f.last_line ? f.first_line : `${f.first_line}–${f.last_line}`), h('td', measureText(f.measure)), h('td', [f.axis, f.body, f.obstacle].filter(Boolean).join(' / ')), h('td', f.note || '')));
+  return table(['Kind', 'Lines', 'Measure', 'Bodies', 'Note'], rows);
+}
+
+function assumptions(doc) {
+  const list = doc.result.assumptions || [];
+  if (!list.length) return h('p', 'None.');
+  return h('ul', list.map((a) => h('li', a.line ? `Line ${a.line}: ` : '', a.text)));
+}

@@ -1,0 +1,569 @@
+//! The data of a page from job, program and report.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use facemill_cl_data::Solid;
+use facemill_feedrate::MotionLimit;
+use facemill_inverse_kinematics::{AxisKind, AxisValues, Carrier, Machine, MachineBody};
+use facemill_job::failure::Failure;
+use facemill_job::format::program_stamp::ProgramStamp;
+use facemill_job::load::HEADS_APART;
+use facemill_job::load::job::{Job, Setup};
+use facemill_job::load::obstacle_meshes::ObstacleRole;
+use facemill_job::setup::cell::largest_left;
+use facemill_job::setup::scene::Scene;
+use facemill_nc_program::Dialect;
+use facemill_surface_model::TriMesh;
+use facemill_tool_model::ToolAssembly;
+use nalgebra::{Isometry3, Point3};
+use rayon::prelude::*;
+use serde_json::Value;
+
+use crate::clearance::{FARTHEST, end_clearances};
+use crate::format::{
+    AxisData, BodyData, DeviationData, FigureData, FirstMotion, MachineData, Matrix, MeshData, MotionData,
+    OperationLines, OperationTimes, OutlineData, PAGE_FORMAT, PageDocument, PathData, PictureData, ProgramData,
+    SetupData, ShapeData, StockData, ToolData, WorstPlace,
+};
+use crate::line_figures::{LineChip, LineProof, chips, proofs};
+use crate::meshes::{ScreenMesh, joined_once, outline, points_around, thinned};
+use crate::motion::{Poses, ProgramMotion, Segment, SegmentKind, law_code, program_motion, tip_path};
+use crate::packed::{Arrays, NumberArray};
+use crate::program_text::{operation_lines, pass_lines};
+use crate::stock::{KeyedStock, keyed_stock, part_deviation};
+use crate::verdict::verdict;
+
+/// Sources of a page.
+pub struct PageSource<'a> {
+    /// The job.
+    pub job: &'a Job,
+    /// Index of the setup.
+    pub setup: usize,
+    /// Control that the program is read for.
+    pub dialect: Dialect,
+    /// Name of the program's file.
+    pub program: &'a Path,
+    /// Its bytes.
+    pub text: &'a [u8],
+    /// Report of the plan, or the verification, as its file says it.
+    pub result: Value,
+    /// File of certificates, if there is one.
+    pub certificates: Option<Value>,
+    /// Table of chips (`chips.csv`), if there is one.
+    pub chips: Option<&'a [u8]>,
+    /// Names and bytes of pictures (SVG).
+    pub pictures: Vec<(String, &'a [u8])>,
+}
+
+/// Data of a page.
+#[derive(Clone, Debug)]
+pub struct PageData {
+    /// The document.
+    pub document: PageDocument,
+    /// Its arrays.
+    pub arrays: Arrays,
+    /// Motions of the program, from which `document.motion` is.
+    pub motion: ProgramMotion,
+    /// Surfaces as they are shown, from which `document.meshes` is.
+    pub(crate) surfaces: Vec<ShownSurface>,
+}
+
+/// Most triangles of all surfaces, points of a path, and motions with clearances.
+const MOST: Most = Most { triangles: 120_000, points: 150_000, clearances: 200_000 };
+
+struct Most {
+    triangles: usize,
+    points: usize,
+    clearances: usize,
+}
+
+/// Returns the data of a page: the program is read back and its axes followed, the stock is cut on
+/// coarse lines, surfaces are thinned for the screen.
+///
+/// # Errors
+/// If a file of the job is wrong, the setup does not exist, or the program is not understood.
+pub fn page_data(source: PageSource<'_>) -> Result<PageData, Failure> {
+    let job = source.job;
+    let setups = &job.file.setups;
+    if source.setup >= setups.len() {
+        return Err(job.wrong(format!("setup {} was requested, but the job has {}", source.setup + 1, setups.len())));
+    }
+    if job.second.is_none() {
+        let setup = Setup::read(job, source.setup)?;
+        let scene = Scene::new(job, &setup, source.setup)?;
+        return PageScene { scene: &scene, heads: vec![(&job.machine, &job.tool)] }.data(source);
+    }
+    let seen = [0, 1].map(|head| job.seen_by(head, HEADS_APART));
+    let machines = [0, 1].map(|head| job.seen_by(head, 0.0).machine);
+    let read = [Setup::read(&seen[0], source.setup)?, Setup::read(&seen[1], source.setup)?];
+    let [scene, _] = Scene::of_heads(seen.each_ref(), read.each_ref(), machines.each_ref(), source.setup)?;
+    let heads = vec![(&machines[0], &seen[0].tool), (&machines[1], &seen[1].tool)];
+    PageScene { scene: &scene, heads }.data(source)
+}
+
+/// A setup with the heads that work in it.
+struct PageScene<'a> {
+    scene: &'a Scene<'a>,
+    /// Machine as each head sees it, and its tool.
+    heads: Vec<(&'a Machine, &'a ToolAssembly)>,
+}
+
+impl PageScene<'_> {
+    fn data(&self, source: PageSource<'_>) -> Result<PageData, Failure> {
+        let (job, setup) = (source.job, self.scene.setup);
+        let program = job.read_program(source.text, source.dialect).map_err(|e| Failure::input(source.program, e))?;
+        self.scene.check_frame_of(&program, source.program)?;
+        let views: Vec<(&Machine, f64)> = self.heads.iter().map(|(m, tool)| (*m, tool.gauge_length())).collect();
+        let motion = program_motion(self.scene, &views, &program, source.text, source.dialect);
+        let (mut arrays, mut thin, mut not_shown) = (Arrays::default(), Vec::new(), Vec::new());
+        let text = String::from_utf8_lossy(source.text);
+        let operations: Vec<_> = job.operations_of(setup.file).map(|(_, o)| o.clone()).collect();
+        let program = ProgramData {
+            stamp: ProgramStamp::new(source.program, source.text),
+            dialect: source.dialect.name().to_owned(),
+            text: arrays.bytes(source.text),
+            lines: text.lines().count(),
+            operations: operation_lines(&text, operations.iter().map(|o| o.name.as_str())),
+            passes: pass_lines(&text),
+        };
+        let meshes = self.meshes(&mut thin);
+        let stock = keyed_stock(job, setup, &motion, &self.poses());
+        if let Err(why) = &stock {
+            not_shown.push(format!("stock and deviation: {why}"));
+        }
+        let stock = stock.ok();
+        let deviation = stock.as_ref().and_then(|stock| self.deviation(stock, &meshes, &mut arrays, &mut not_shown));
+        let outlines = self.outlines(&meshes);
+        let corners = |b: facemill_cl_data::Aabb| [[b.min.x, b.min.y, b.min.z], [b.max.x, b.max.y, b.max.z]];
+        let part_box = meshes.iter().find(|m| m.role == "part").map(|m| corners(m.full.aabb()));
+        let stock_box = {
+            let of_stock = facemill_job::stock::map::StockMeshes::of(setup).extents();
+            (of_stock.min.x <= of_stock.max.x).then(|| corners(of_stock))
+        };
+        let document = PageDocument {
+            format: PAGE_FORMAT,
+            facemill: env!("CARGO_PKG_VERSION"),
+            job: job.file.name.clone(),
+            verdict: verdict(&source.result),
+            machine: self.machine(&motion),
+            setup: SetupData {
+                file: setup.file.clone(),
+                number: [source.setup + 1, job.file.setups.len()],
+                operations,
+                table_from_work: matrix(&setup.table_from_work),
+                table_from_words: self.scene.rtcp_frame.as_ref().map(matrix),
+                part_box,
+                stock_box,
+                outlines,
+            },
+            operation_times: operation_times(&motion, &program.operations),
+            first_motion: first_motion(&motion),
+            tools: self.tools(&motion),
+            motion: self.motion(&motion, &source, &mut arrays, (&mut thin, &mut not_shown)),
+            program,
+            meshes: meshes.iter().map(|mesh| mesh.packed(&mut arrays)).collect(),
+            stock: stock.as_ref().map(|stock| stock_data(stock, &mut arrays)),
+            deviation,
+            pictures: source
+                .pictures
+                .iter()
+                .map(|(name, svg)| PictureData { name: name.clone(), svg: arrays.bytes(svg) })
+                .collect(),
+            thinned: thin,
+            not_shown,
+            result: source.result,
+        };
+        Ok(PageData { document, arrays, motion, surfaces: meshes })
+    }
+
+    fn poses(&self) -> Vec<(Poses<'_>, &ToolAssembly)> {
+        let work_from_table = self.scene.setup.table_from_work.inverse();
+        self.heads
+            .iter()
+            .map(|&(machine, tool)| (Poses { machine, tool_length: tool.gauge_length(), work_from_table }, tool))
+            .collect()
+    }
+
+    /// Returns the surfaces of the setup, the part first.
+    fn meshes(&self, thin: &mut Vec<String>) -> Vec<ShownSurface> {
+        let setup = self.scene.setup;
+        let of_role = |role: ObstacleRole| setup.obstacles.iter().filter(move |o| o.role == role);
+        let mut full = Vec::new();
+        let part = joined_once(of_role(ObstacleRole::Part).map(|o| &o.mesh));
+        full.push(("part".to_owned(), "part", part));
+        for (role, name) in [(ObstacleRole::Check, "check"), (ObstacleRole::Fixture, "fixture")] {
+            full.extend(of_role(role).map(|o| (o.name.clone(), name, o.mesh.clone())));
+        }
+        full.extend(setup.stock_solid.as_ref().map(|solid| ("stock before".to_owned(), "stock", solid.mesh().clone())));
+        full.retain(|(_, _, mesh)| !mesh.triangles().is_empty());
+        let total: usize = full.iter().map(|(_, _, mesh)| mesh.triangles().len()).sum();
+        let share = |n: usize| if total <= MOST.triangles { n } else { (n * MOST.triangles / total).max(200) };
+        let meshes: Vec<ShownSurface> = full
+            .into_iter()
+            .map(|(name, role, full)| {
+                let shown = thinned(&full, share(full.triangles().len()));
+                ShownSurface { name, role, full, shown }
+            })
+            .collect();
+        let shown: usize = meshes.iter().map(|m| m.shown.triangles.len()).sum();
+        if shown < total {
+            thin.push(format!("surfaces: {shown} of {total} triangles are shown; tests and figures use all of them"));
+        }
+        meshes
+    }
+
+    fn deviation(
+        &self,
+        stock: &KeyedStock,
+        meshes: &[ShownSurface],
+        arrays: &mut Arrays,
+        not_shown: &mut Vec<String>,
+    ) -> Option<DeviationData> {
+        let job = self.scene.job;
+        let mesh = meshes.iter().position(|m| m.role == "part")?;
+        let ShownSurface { full, shown, .. } = &meshes[mesh];
+        let of_operations = job.operations_of(self.scene.setup.file).map(|(_, o)| largest_left(job, o));
+        let tolerance = of_operations.reduce(f64::max).filter(|t| *t > 0.0).unwrap_or(0.1);
+        let at = (&shown.vertices[..], &shown.normals[..]);
+        let allowance = self.scene.setup.drive_allowance;
+        let found = part_deviation(stock, full.clone(), allowance, at, tolerance);
+        let found = found.map_err(|why| not_shown.push(format!("deviation: {why}"))).ok()?;
+        let values: Vec<Option<f64>> = found.vertices.iter().map(|v| v.map(|v| v.value)).collect();
+        let cut = found.vertices.iter().map(|v| i64::from(v.is_some_and(|v| v.is_cut)));
+        Some(DeviationData {
+            mesh,
+            values: arrays.numbers_with_gaps(&values, 1e-3),
+            cut: arrays.integers(cut),
+            tolerance,
+            worst: found.worst.iter().map(|w| WorstPlace { at: w.position.into(), value: w.value }).collect(),
+            histogram: found.histogram,
+        })
+    }
+
+    fn machine(&self, motion: &ProgramMotion) -> MachineData {
+        let machine = self.scene.machine;
+        let file = machine.to_file();
+        let (workpiece_rows, tool_rows) = MachineData::rows(&file);
+        let travel = |k: usize| {
+            let values = motion.segments.iter().map(|s| s.to[k]);
+            let [low, high] = values.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], x| [a.min(x), b.max(x)]);
+            (low <= high).then_some([low, high])
+        };
+        let axes = machine.axes().iter().enumerate().map(|(k, axis)| AxisData {
+            letter: axis.letter.as_str().to_owned(),
+            is_rotary: axis.kind == AxisKind::Rotary,
+            limits: [axis.min, axis.max].map(|limit| (limit.is_finite() && !axis.has_no_stops()).then_some(limit)),
+            home: axis.home,
+            max_velocity: axis.max_velocity,
+            max_acceleration: axis.max_acceleration,
+            travel: travel(k),
+        });
+        // Bodies of the view of the first head, without the other head's tool.
+        let bodies = self.scene.machine.bodies().iter().filter(|body| !is_tool(body, &file));
+        MachineData {
+            name: machine.name().to_owned(),
+            axes: axes.collect(),
+            workpiece_rows,
+            tool_rows,
+            bodies: bodies.map(body_data).collect(),
+            assumed: file
+                .assumed
+                .iter()
+                .filter_map(|a| serde_json::to_value(a).ok()?.get("value")?.as_str().map(str::to_owned))
+                .collect(),
+        }
+    }
+
+    fn tools(&self, motion: &ProgramMotion) -> Vec<ToolData> {
+        let mut times = [0.0; 2];
+        for segment in &motion.segments {
+            times[usize::from(segment.kind == SegmentKind::Rapid)] += segment.time;
+        }
+        self.heads.iter().map(|(_, tool)| ToolData { file: tool.to_file(), times }).collect()
+    }
+
+    fn motion(
+        &self,
+        motion: &ProgramMotion,
+        source: &PageSource<'_>,
+        arrays: &mut Arrays,
+        (thin, not_shown): (&mut Vec<String>, &mut Vec<String>),
+    ) -> MotionData {
+        let segments = &motion.segments;
+        let axes = self.scene.machine.axes();
+        let ends = (0..axes.len()).map(|k| {
+            let value = |q: &AxisValues| if axes[k].kind == AxisKind::Rotary { q[k].to_degrees() } else { q[k] };
+            let values: Vec<f64> = segments.iter().map(|s| value(&s.to)).collect();
+            let unit = decimal_unit(&values, value(&motion.start));
+            arrays.numbers(values, (unit, value(&motion.start)))
+        });
+        let ends = ends.collect();
+        let mut limit_names: Vec<String> = Vec::new();
+        let limits: Vec<i64> = segments
+            .iter()
+            .map(|s| {
+                let Some(name) = s.limit.map(|limit| limit_name(limit, self.scene.machine)) else { return 0 };
+                let place = limit_names.iter().position(|known| *known == name).unwrap_or_else(|| {
+                    limit_names.push(name);
+                    limit_names.len() - 1
+                });
+                place as i64 + 1
+            })
+            .collect();
+        let feeds: Vec<Option<f64>> = segments.iter().map(|s| s.feed).collect();
+        let poses = self.poses();
+        let paths = poses.iter().map(|(poses, _)| {
+            let path = tip_path(poses, motion, MOST.points);
+            if path.points.len() <= segments.len() && segments.len() > MOST.points {
+                thin.push(format!(
+                    "path of the tip: {} points are shown of {} motions",
+                    path.points.len(),
+                    segments.len()
+                ));
+            }
+            PathData {
+                points: [0, 1, 2].map(|k| arrays.numbers(path.points.iter().map(|p| p[k]), (1e-3, 0.0))),
+                motions: arrays.integers(path.segments.iter().map(|s| i64::from(*s))),
+            }
+        });
+        let paths = paths.collect();
+        MotionData {
+            n: segments.len(),
+            start: motion.start.iter().collect(),
+            ends,
+            lines: arrays.integers(segments.iter().map(|s| i64::from(s.line))),
+            kinds: arrays.integers(segments.iter().map(|s| kind_code(s.kind))),
+            laws: arrays.integers(segments.iter().map(|s| law_code(s.law))),
+            rtcp: arrays.integers(segments.iter().map(|s| i64::from(s.is_rtcp))),
+            times: arrays.numbers(segments.iter().map(|s| s.time), (1e-5, 0.0)),
+            by_law: motion.by_law,
+            feeds: arrays.numbers_with_gaps(&feeds, 1e-3),
+            figures: self.figures(segments, source, arrays, not_shown),
+            limits: arrays.integers(limits),
+            limit_names,
+            paths,
+            not_followed: motion.not_followed.clone(),
+        }
+    }
+
+    fn figures(
+        &self,
+        segments: &[Segment],
+        source: &PageSource<'_>,
+        arrays: &mut Arrays,
+        not_shown: &mut Vec<String>,
+    ) -> Vec<FigureData> {
+        let proofs: HashMap<u32, LineProof> = source.certificates.as_ref().map(proofs).unwrap_or_default();
+        let chips: HashMap<u32, LineChip> =
+            source.chips.map(|csv| chips(&String::from_utf8_lossy(csv))).unwrap_or_default();
+        let mut figures = Vec::new();
+        let mut add = |(key, name, unit, low_is_critical): (&'static str, &'static str, &'static str, bool),
+                       note: String,
+                       (values, step): (Vec<Option<f64>>, f64)| {
+            if let Some(values) = arrays.numbers_with_gaps(&values, step) {
+                figures.push(FigureData { key, name, unit, low_is_critical, note, values });
+            }
+        };
+        let of_line = |value: &dyn Fn(u32) -> Option<f64>| segments.iter().map(|s| value(s.line)).collect::<Vec<_>>();
+        if proofs.is_empty() {
+            not_shown.push(
+                "certified depths and clearances of blocks: plan or view with --certificates to have them".to_owned(),
+            );
+            if segments.len() <= MOST.clearances {
+                let note = format!(
+                    "nearest of tool body, holder and head to part, check surfaces and fixtures, up to {FARTHEST} mm, measured at \
+                     the ends of blocks alone"
+                );
+                let values = end_clearances(segments, self.scene.setup, &self.heads);
+                add(("clearance", "clearance at block end", "mm", true), note, (values, 1e-3));
+            } else {
+                not_shown.push(format!("clearances at block ends: there are more than {} blocks", MOST.clearances));
+            }
+        } else {
+            let depth = of_line(&|line| proofs.get(&line)?.depth);
+            let note = "no point of the cutter is ever deeper in the block, proven".to_owned();
+            add(("depth", "certified gouge depth", "mm", false), note, (depth, 1e-4));
+            let clearance = of_line(&|line| proofs.get(&line)?.clearance);
+            let note = "no body ever comes nearer in the block, proven".to_owned();
+            add(("clearance", "certified clearance", "mm", true), note, (clearance, 1e-3));
+        }
+        let poses = self.poses();
+        let speed = |s: &Segment| {
+            let ways = poses.iter().map(|(poses, _)| (poses.at(&s.to).tip - poses.at(&s.from).tip).norm());
+            let way = ways.fold(0.0, f64::max);
+            (s.kind == SegmentKind::Cut && s.time > 1e-6 && way > 1e-6).then(|| 60.0 * way / s.time)
+        };
+        let note = "straight distance of the tip over the time of the block".to_owned();
+        let speeds: Vec<Option<f64>> = segments.par_iter().map(speed).collect();
+        add(("tip", "tip speed", "mm/min", false), note, (speeds, 0.1));
+        let note = "section of the chip across the feed, the largest of the line".to_owned();
+        add(("chip", "chip section", "mm²", false), note, (of_line(&|line| chips.get(&line)?.area), 1e-3));
+        let note = "at the written feed".to_owned();
+        let rate = of_line(&|line| chips.get(&line)?.removal_rate);
+        add(("removal", "removal rate", "cm³/min", false), note, (rate, 1e-3));
+        figures
+    }
+
+    /// Returns outlines of what is on the table, table frame.
+    fn outlines(&self, meshes: &[ShownSurface]) -> Vec<OutlineData> {
+        let setup = self.scene.setup;
+        let of = |name: &str, role: &'static str, points: Vec<Point3<f64>>| OutlineData {
+            name: name.to_owned(),
+            role,
+            top: outline(points.iter().map(|p| [p.x, p.y]).collect()),
+            front: outline(points.iter().map(|p| [p.x, p.z]).collect()),
+        };
+        let at_home = self.scene.machine.home();
+        let on_table = self.scene.machine.body_poses(&at_home).filter(|at| at.body.joints_from_table() == 0);
+        let mut outlines: Vec<OutlineData> = on_table
+            .map(|at| of(at.body.name(), "table", points_around(&at.body.body.solid, &at.table_from_solid)))
+            .collect();
+        outlines.extend(meshes.iter().map(|mesh| {
+            let points = mesh.shown.vertices.iter().map(|p| setup.table_from_work * p).collect();
+            of(&mesh.name, mesh.role, points)
+        }));
+        outlines
+    }
+}
+
+/// Returns the times of the parts of a program, with what is before the first.
+fn operation_times(motion: &ProgramMotion, starts: &[OperationLines]) -> Vec<OperationTimes> {
+    let names = std::iter::once(String::new()).chain(starts.iter().map(|s| s.operation.clone()));
+    let mut times: Vec<OperationTimes> =
+        names.map(|operation| OperationTimes { operation, cut: 0.0, rapid: 0.0 }).collect();
+    for segment in &motion.segments {
+        let part = &mut times[starts.partition_point(|s| s.first_line <= segment.line)];
+        *(if segment.kind == SegmentKind::Rapid { &mut part.rapid } else { &mut part.cut }) += segment.time;
+    }
+    times.retain(|t| t.cut + t.rapid > 0.0);
+    times
+}
+
+/// Returns the end of the first motion that leads away from home.
+fn first_motion(motion: &ProgramMotion) -> Option<FirstMotion> {
+    let first = motion.segments.iter().find(|s| s.to != motion.start)?;
+    Some(FirstMotion { line: first.line, position: first.to.iter().collect() })
+}
+
+/// A surface, whole and thinned.
+#[derive(Clone, Debug)]
+pub(crate) struct ShownSurface {
+    pub(crate) name: String,
+    pub(crate) role: &'static str,
+    full: TriMesh,
+    pub(crate) shown: ScreenMesh,
+}
+
+impl ShownSurface {
+    fn packed(&self, arrays: &mut Arrays) -> MeshData {
+        let ScreenMesh { vertices, normals, triangles } = &self.shown;
+        MeshData {
+            name: self.name.clone(),
+            role: self.role,
+            positions: [0, 1, 2].map(|k| arrays.numbers(vertices.iter().map(|p| p[k]), (1e-3, 0.0))),
+            normals: [0, 1, 2].map(|k| arrays.numbers(normals.iter().map(|n| n[k]), (1.0 / 127.0, 0.0))),
+            triangles: arrays.integers(triangles.iter().flatten().map(|v| i64::from(*v))),
+        }
+    }
+}
+
+fn stock_data(stock: &KeyedStock, arrays: &mut Arrays) -> StockData {
+    let grid = stock.before.grid();
+    let [nx, ny] = grid.n_lines();
+    let lines = || (0..ny).flat_map(move |j| (0..nx).map(move |i| (i, j)));
+    let of_line = |(i, j): (usize, usize)| stock.before.intervals(i, j);
+    let mut height = |values: Vec<f64>| arrays.numbers(values, (0.01, 0.0));
+    let first_ends = height(lines().flat_map(of_line).flat_map(|v| [v.bottom, v.top]).collect());
+    let changes = || stock.changes.iter().flatten();
+    let ends = height(changes().flat_map(|c| c.intervals.iter().flatten().copied()).collect());
+    let mut counts = |values: Vec<usize>| -> NumberArray { arrays.integers(values.into_iter().map(|n| n as i64)) };
+    StockData {
+        origin: grid.origin(),
+        cell: grid.cell(),
+        n_lines: [nx, ny],
+        first_counts: counts(lines().map(|at| of_line(at).count()).collect()),
+        first_ends,
+        keys: counts(stock.keys.iter().map(|k| *k as usize).collect()),
+        change_counts: counts(stock.changes.iter().map(Vec::len).collect()),
+        change_keys: counts(changes().map(|c| c.key as usize).collect()),
+        interval_counts: counts(changes().map(|c| c.intervals.len()).collect()),
+        ends,
+    }
+}
+
+/// Returns whether a body of a head's view is the tool of the other head: no body of the file.
+fn is_tool(body: &MachineBody, file: &facemill_inverse_kinematics::MachineFile) -> bool {
+    let rows = file.tool_chains.iter().flat_map(|c| &c.rows).chain(&file.workpiece_chain.rows);
+    let mut named = rows.flat_map(|r| &r.bodies).chain(&file.bed_bodies).map(|b| b.name.as_str());
+    !named.any(|name| name == body.name())
+}
+
+fn body_data(body: &MachineBody) -> BodyData {
+    let (carrier, row) = match body.link {
+        facemill_inverse_kinematics::LinkId::Bed => ("bed", 0),
+        facemill_inverse_kinematics::LinkId::Row { carrier, row } => {
+            let name = match carrier {
+                Carrier::Head => "head",
+                Carrier::Table => "table",
+                Carrier::OtherHead => "other_head",
+            };
+            (name, row)
+        }
+    };
+    let shape = match &body.body.solid {
+        Solid::Frustum(f) => ShapeData::Frustum([f.z_low, f.z_high, f.radius_low, f.radius_high]),
+        Solid::Box(b) => ShapeData::Box(b.half_extents.into()),
+        Solid::Hull(hull) => ShapeData::Hull {
+            vertices: hull.core.vertices().iter().map(|p| [p.x, p.y, p.z]).collect(),
+            triangles: hull.core.triangles().collect(),
+        },
+    };
+    BodyData {
+        name: body.name().to_owned(),
+        carrier,
+        row,
+        pose: matrix(&body.body.frame_from_solid),
+        shape,
+        clearance: body.clearance,
+    }
+}
+
+fn matrix(pose: &Isometry3<f64>) -> Matrix {
+    let m = pose.to_homogeneous();
+    std::array::from_fn(|k| m[(k / 4, k % 4)])
+}
+
+/// Returns the largest of a few decimal units in which values are, from an offset, whole numbers;
+/// without one 10⁻⁸, which with degrees is 2·10⁻⁷ mm at a lever of a metre.
+fn decimal_unit(values: &[f64], offset: f64) -> f64 {
+    let fits = |unit: &f64| {
+        values.iter().all(|v| {
+            let steps = (v - offset) / unit;
+            // Rounding of values in radians; relative to the unit it is small.
+            (steps - steps.round()).abs() * unit < 5e-10
+        })
+    };
+    [1e-3, 1e-4, 1e-5, 1e-6].into_iter().find(fits).unwrap_or(1e-9)
+}
+
+fn kind_code(kind: SegmentKind) -> i64 {
+    match kind {
+        SegmentKind::Rapid => 0,
+        SegmentKind::Cut => 1,
+        SegmentKind::Other => 2,
+    }
+}
+
+fn limit_name(limit: MotionLimit, machine: &Machine) -> String {
+    let of_axis = |what: &str, axis: usize| {
+        let letter = machine.axes().get(axis).map_or_else(|| axis.to_string(), |a| a.letter.to_string());
+        format!("{what} of axis {letter}")
+    };
+    match limit {
+        MotionLimit::Velocity(axis) => of_axis("velocity", axis),
+        MotionLimit::Acceleration(axis) => of_axis("acceleration", axis),
+        MotionLimit::Jerk(axis) => of_axis("jerk", axis),
+        MotionLimit::TipFeed => "tip feed".to_owned(),
+    }
+}

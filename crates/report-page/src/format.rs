@@ -1,0 +1,401 @@
+//! Data document of a page, `"format": "facemill-page/1"` (docs/report-page.md#data).
+
+use facemill_inverse_kinematics::{DhRow, MachineFile};
+use facemill_job::format::job_file::{OperationFile, SetupFile};
+use facemill_job::format::program_stamp::ProgramStamp;
+use facemill_tool_model::ToolFile;
+use serde::Serialize;
+use serde_json::Value;
+
+use crate::packed::{ByteArray, NumberArray};
+
+/// Value of the key `format`.
+pub const PAGE_FORMAT: &str = "facemill-page/1";
+
+/// All that a page shows, but for the arrays.
+#[derive(Clone, Debug, Serialize)]
+pub struct PageDocument {
+    /// Always `"facemill-page/1"`.
+    pub format: &'static str,
+    /// Version of facemill that wrote the page.
+    pub facemill: &'static str,
+    /// Name of the job.
+    pub job: String,
+    /// Verdict on the program.
+    pub verdict: Verdict,
+    /// The report of the plan or the verification, as its file says it.
+    pub result: Value,
+    /// The program that is played.
+    pub program: ProgramData,
+    /// The machine.
+    pub machine: MachineData,
+    /// The setup.
+    pub setup: SetupData,
+    /// Tool of each head.
+    pub tools: Vec<ToolData>,
+    /// Times of each part of the program that cuts an operation, as far as comments tell.
+    pub operation_times: Vec<OperationTimes>,
+    /// End of the first motion; `null` without any.
+    pub first_motion: Option<FirstMotion>,
+    /// Surfaces in the workpiece frame.
+    pub meshes: Vec<MeshData>,
+    /// Motions of the program.
+    pub motion: MotionData,
+    /// The stock; `null` with a reason in `not_shown`.
+    pub stock: Option<StockData>,
+    /// Deviation of the part from the cut stock; `null` without stock.
+    pub deviation: Option<DeviationData>,
+    /// Pictures of the plan, such as the map of feasible postures: SVG text.
+    pub pictures: Vec<PictureData>,
+    /// Items shown with less detail than they have.
+    pub thinned: Vec<String>,
+    /// Items that are not shown, with reasons.
+    pub not_shown: Vec<String>,
+}
+
+/// Verdict on a program.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Verdict {
+    /// `good`, `incomplete`, `not_verified` or `faulty`.
+    pub state: VerdictState,
+    /// Reasons, one sentence each.
+    pub because: Vec<String>,
+}
+
+/// State of a program, the worst last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum VerdictState {
+    /// Run on the virtual machine without a fault.
+    Good,
+    /// Without a fault, but the job is not met.
+    Incomplete,
+    /// Not run on the virtual machine.
+    NotVerified,
+    /// With faults: must not be run.
+    Faulty,
+}
+
+/// The program that is played.
+#[derive(Clone, Debug, Serialize)]
+pub struct ProgramData {
+    /// Name and checksum.
+    #[serde(flatten)]
+    pub stamp: ProgramStamp,
+    /// Control that it is read for.
+    pub dialect: String,
+    /// Its bytes.
+    pub text: ByteArray,
+    /// Lines.
+    pub lines: usize,
+    /// Parts of the program that cut an operation, as far as its comments say so.
+    pub operations: Vec<OperationLines>,
+    /// First lines of passes with their numbers, from 1, as far as comments say so.
+    pub passes: Vec<PassLine>,
+}
+
+/// Part of a program that cuts an operation.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct OperationLines {
+    /// Name of the operation.
+    pub operation: String,
+    /// First line, from 1.
+    pub first_line: u32,
+}
+
+/// Begin of a pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct PassLine {
+    /// Line of its comment, from 1.
+    pub line: u32,
+    /// Pass, from 1.
+    pub pass: u32,
+    /// Place of the pattern, from 1.
+    pub place: u32,
+}
+
+/// The machine.
+#[derive(Clone, Debug, Serialize)]
+pub struct MachineData {
+    /// Its name.
+    pub name: String,
+    /// Axes in the order of values.
+    pub axes: Vec<AxisData>,
+    /// Transforms from the bed to the table.
+    pub workpiece_rows: Vec<DhRow>,
+    /// Transforms from the bed to the spindle nose of each head.
+    pub tool_rows: Vec<Vec<DhRow>>,
+    /// Bodies.
+    pub bodies: Vec<BodyData>,
+    /// Values of its file that are typical and not the machine's.
+    pub assumed: Vec<String>,
+}
+
+impl MachineData {
+    /// Returns the transforms of a machine file.
+    pub(crate) fn rows(file: &MachineFile) -> (Vec<DhRow>, Vec<Vec<DhRow>>) {
+        let bare = |rows: &[DhRow]| rows.iter().map(|r| DhRow { bodies: Vec::new(), ..r.clone() }).collect();
+        (bare(&file.workpiece_chain.rows), file.tool_chains.iter().map(|c| bare(&c.rows)).collect())
+    }
+}
+
+/// An axis. Values are mm and s, or rad and s.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AxisData {
+    /// Its address.
+    pub letter: String,
+    /// Whether it turns.
+    pub is_rotary: bool,
+    /// Limits; `null` of an axis without stops.
+    pub limits: [Option<f64>; 2],
+    /// Home position.
+    pub home: f64,
+    /// Largest speed.
+    pub max_velocity: f64,
+    /// Largest acceleration, if the machine file has one.
+    pub max_acceleration: Option<f64>,
+    /// Least and greatest value at ends of blocks, from the first block of the program that names
+    /// a position to the last; `null` without motion.
+    pub travel: Option<[f64; 2]>,
+}
+
+/// A body of the machine, without its clearance.
+#[derive(Clone, Debug, Serialize)]
+pub struct BodyData {
+    /// Its name.
+    pub name: String,
+    /// Chain that carries it: `bed`, `table`, `head` or `other_head`.
+    pub carrier: &'static str,
+    /// Row of the chain that it moves with, from 0.
+    pub row: usize,
+    /// Pose in the row's frame.
+    pub pose: Matrix,
+    /// Shape.
+    pub shape: ShapeData,
+    /// Distance that everything keeps from it, mm.
+    pub clearance: f64,
+}
+
+/// Rows of the upper 3 × 4 part of a transform, one after the other, mm.
+pub type Matrix = [f64; 12];
+
+/// A shape in its own frame, mm.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ShapeData {
+    /// Frustum about z: lower and upper end, radii there.
+    Frustum([f64; 4]),
+    /// Box about the origin: half of its edges.
+    Box([f64; 3]),
+    /// Vertices and triangles of a hull.
+    Hull {
+        /// Coordinates.
+        vertices: Vec<[f64; 3]>,
+        /// Corners.
+        triangles: Vec<[u32; 3]>,
+    },
+}
+
+/// The setup.
+#[derive(Clone, Debug, Serialize)]
+pub struct SetupData {
+    /// Its content in the job file.
+    pub file: SetupFile,
+    /// Number in the job, from 1, and number of setups.
+    pub number: [usize; 2],
+    /// Its operations.
+    pub operations: Vec<OperationFile>,
+    /// Pose of the workpiece frame on the table.
+    pub table_from_work: Matrix,
+    /// Frame of X, Y and Z words under RTCP on the table; `null` if the machine has none.
+    pub table_from_words: Option<Matrix>,
+    /// Box around the part, workpiece frame: low and high corner.
+    pub part_box: Option<[[f64; 3]; 2]>,
+    /// Box around the stock, workpiece frame.
+    pub stock_box: Option<[[f64; 3]; 2]>,
+    /// Outlines for the drawing of the setup, table frame.
+    pub outlines: Vec<OutlineData>,
+}
+
+/// Outline of something on the table: hulls of its projections.
+#[derive(Clone, Debug, Serialize)]
+pub struct OutlineData {
+    /// Its name.
+    pub name: String,
+    /// `table`, `part`, `check`, `fixture` or `stock`.
+    pub role: &'static str,
+    /// From above: x and y.
+    pub top: Vec<[f64; 2]>,
+    /// From the front: x and z.
+    pub front: Vec<[f64; 2]>,
+}
+
+/// Times of a part of a program.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct OperationTimes {
+    /// Name of the operation; empty before the first.
+    pub operation: String,
+    /// Time at a feed, s.
+    pub cut: f64,
+    /// Time at rapid rate, s.
+    pub rapid: f64,
+}
+
+/// End of the first motion of a program.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FirstMotion {
+    /// Line of the program, from 1.
+    pub line: u32,
+    /// Values of the axes, mm or rad.
+    pub position: Vec<f64>,
+}
+
+/// A tool.
+#[derive(Clone, Debug, Serialize)]
+pub struct ToolData {
+    /// Its file.
+    #[serde(flatten)]
+    pub file: ToolFile,
+    /// Time at a feed and at rapid rate while it is in the spindle, s.
+    pub times: [f64; 2],
+}
+
+/// A surface in the workpiece frame.
+#[derive(Clone, Debug, Serialize)]
+pub struct MeshData {
+    /// Its name.
+    pub name: String,
+    /// `part`, `check`, `fixture` or `stock`.
+    pub role: &'static str,
+    /// x, y and z of its vertices, mm.
+    pub positions: [NumberArray; 3],
+    /// x, y and z of unit normals.
+    pub normals: [NumberArray; 3],
+    /// Corners of its triangles.
+    pub triangles: NumberArray,
+}
+
+/// Motions of the program, one for each straight motion of the axes. All arrays but `path` have one
+/// value for each.
+#[derive(Clone, Debug, Serialize)]
+pub struct MotionData {
+    /// Number of motions.
+    pub n: usize,
+    /// Values of the axes at the start, mm or rad.
+    pub start: Vec<f64>,
+    /// Values of each axis at the ends of motions: mm, or degrees of a rotary axis.
+    pub ends: Vec<NumberArray>,
+    /// Lines of the program, from 1.
+    pub lines: NumberArray,
+    /// Kinds: 0 rapid, 1 cut, 2 other.
+    pub kinds: NumberArray,
+    /// Laws: 0 axes in proportion, 1 each axis at its largest speed, 2 tip straight and rotary axes
+    /// in proportion, 3 tip straight and tool axis turned evenly.
+    pub laws: NumberArray,
+    /// Whether words are the tip's (RTCP), 0 or 1.
+    pub rtcp: NumberArray,
+    /// Times, s.
+    pub times: NumberArray,
+    /// Whether times are within velocity, acceleration and jerk of every axis.
+    pub by_law: bool,
+    /// F in force.
+    pub feeds: Option<NumberArray>,
+    /// Figures of each motion for colours, plots and the readout.
+    pub figures: Vec<FigureData>,
+    /// Limiting factor of each motion by the law of motion: 0 none, else its place in
+    /// `limit_names` from 1.
+    pub limits: NumberArray,
+    /// Names of limiting factors.
+    pub limit_names: Vec<String>,
+    /// Path of each head's tip, workpiece frame.
+    pub paths: Vec<PathData>,
+    /// The first motion of unknown path, with its reason.
+    pub not_followed: Option<String>,
+}
+
+/// A figure of each motion.
+#[derive(Clone, Debug, Serialize)]
+pub struct FigureData {
+    /// Key.
+    pub key: &'static str,
+    /// Name for a person.
+    pub name: &'static str,
+    /// Unit.
+    pub unit: &'static str,
+    /// Whether small values are the critical ones.
+    pub low_is_critical: bool,
+    /// Explanation.
+    pub note: String,
+    /// Values.
+    pub values: NumberArray,
+}
+
+/// Path of a tip.
+#[derive(Clone, Debug, Serialize)]
+pub struct PathData {
+    /// x, y and z of its points, mm.
+    pub points: [NumberArray; 3],
+    /// Index of the motion that leads to each point.
+    pub motions: NumberArray,
+}
+
+/// The stock: lines along z of the workpiece frame with the changes of each.
+#[derive(Clone, Debug, Serialize)]
+pub struct StockData {
+    /// x and y of the corner of the first cell, mm.
+    pub origin: [f64; 2],
+    /// Distance of the lines, mm.
+    pub cell: f64,
+    /// Numbers of lines along x and y; lines are in rows along x.
+    pub n_lines: [usize; 2],
+    /// Number of intervals of each line before the program.
+    pub first_counts: NumberArray,
+    /// Bottoms and tops of these, mm.
+    pub first_ends: NumberArray,
+    /// Number of motions done at each key.
+    pub keys: NumberArray,
+    /// Number of changes of each line.
+    pub change_counts: NumberArray,
+    /// Key of each change.
+    pub change_keys: NumberArray,
+    /// Number of intervals behind each change.
+    pub interval_counts: NumberArray,
+    /// Bottoms and tops of these, mm.
+    pub ends: NumberArray,
+}
+
+/// Deviation of the part's surface from the cut stock.
+#[derive(Clone, Debug, Serialize)]
+pub struct DeviationData {
+    /// Index of the mesh of the part.
+    pub mesh: usize,
+    /// Deviation at each vertex, mm: material too much is positive.
+    pub values: Option<NumberArray>,
+    /// Whether the program has cut at each vertex, 0 or 1.
+    pub cut: NumberArray,
+    /// Largest deviation that the job permits, mm.
+    pub tolerance: f64,
+    /// Five deepest gouges, then the five highest excesses, where the program has cut, each some
+    /// cells from the others.
+    pub worst: Vec<WorstPlace>,
+    /// Cut area by deviation: from, to (mm), area (mm²); the outer ones hold all that is beyond.
+    pub histogram: Vec<[f64; 3]>,
+}
+
+/// A place and its deviation.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct WorstPlace {
+    /// Workpiece frame, mm.
+    pub at: [f64; 3],
+    /// Deviation, mm.
+    pub value: f64,
+}
+
+/// A picture.
+#[derive(Clone, Debug, Serialize)]
+pub struct PictureData {
+    /// Name of its file.
+    pub name: String,
+    /// SVG.
+    pub svg: ByteArray,
+}

@@ -1,0 +1,57 @@
+//! Figures of lines from other files of a plan: certificates and chips.
+
+use std::collections::HashMap;
+
+use serde_json::Value;
+
+/// Proven figures of a line, mm.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct LineProof {
+    pub(crate) depth: Option<f64>,
+    pub(crate) clearance: Option<f64>,
+}
+
+/// Returns the proofs of lines in a file of certificates, or in a verification that has them.
+pub(crate) fn proofs(file: &Value) -> HashMap<u32, LineProof> {
+    let list = file.get("certificates").or_else(|| file.pointer("/certificates/certificates"));
+    let list = list.and_then(|c| c.as_array().or_else(|| c.get("certificates")?.as_array()));
+    let mut proofs = HashMap::new();
+    for certificate in list.into_iter().flatten() {
+        let Some(line) = certificate.get("line").and_then(Value::as_u64) else { continue };
+        let number = |key: &str| certificate.get(key).and_then(Value::as_f64);
+        let proof = LineProof { depth: number("depth_mm"), clearance: number("clearance_mm") };
+        proofs.insert(line as u32, proof);
+    }
+    proofs
+}
+
+/// Chip of a line.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct LineChip {
+    /// Section across the feed, mm².
+    pub(crate) area: Option<f64>,
+    /// Removal rate at the written feed, cm³/min.
+    pub(crate) removal_rate: Option<f64>,
+}
+
+/// Returns the largest chip of each line in a table of chips (`chips.csv`).
+pub(crate) fn chips(csv: &str) -> HashMap<u32, LineChip> {
+    let mut chips: HashMap<u32, LineChip> = HashMap::new();
+    // From the end: the first column, a name, may hold commas.
+    for row in csv.lines().filter(|row| !row.starts_with(['#'])) {
+        let cells: Vec<&str> = row.rsplitn(10, ',').collect();
+        let [line, _, _, rate, _, _, _, _, area, _] = cells[..] else { continue };
+        let Ok(line) = line.parse() else { continue };
+        let larger = |known: Option<f64>, new: &str| match (known, new.parse::<f64>().ok()) {
+            (Some(known), Some(new)) => Some(known.max(new)),
+            (known, new) => known.or(new),
+        };
+        let chip = chips.entry(line).or_default();
+        *chip = LineChip { area: larger(chip.area, area), removal_rate: larger(chip.removal_rate, rate) };
+    }
+    chips
+}
+
+#[cfg(test)]
+#[path = "../tests/unit/line_figures.rs"]
+mod tests;

@@ -1,0 +1,111 @@
+// Opens a page in Chromium and prints what a test asks of it, as JSON:
+// `node measure.mjs CHROMIUM PAGE.html [LINES]`, with lines of the program apart by commas.
+import { writeFileSync } from 'node:fs';
+import { pathToFileURL } from 'node:url';
+import { Browser } from './chromium.mjs';
+
+const [executable, file, lines = '', pictures = ''] = process.argv.slice(2);
+const browser = Browser.start(executable);
+try {
+  const page = await browser.page(1440, 900);
+  const began = Date.now();
+  await page.open(pathToFileURL(file).href);
+  const measured = { ready_ms: Date.now() - began };
+  const isReport = await page.run('Boolean(window.facemill)');
+  if (isReport) {
+    measured.motions = await page.run('facemill.motion.n');
+    measured.poses = await page.run(`[${lines}].map((line) => facemill.poseOfLine(line).tip)`);
+    measured.axes = await page.run(`[${lines}].map((line) => facemill.poseOfLine(line).axis)`);
+    measured.lines = await page.run(`[${lines}].map((line) => facemill.program.text(line))`);
+    // Two moments, as the picture of the scene shows them.
+    const shown = (share) => page.run(`(async () => {
+      facemill.seek(facemill.motion.total * ${share});
+      facemill.view.drawNow();
+      const gl = facemill.view.renderer.getContext();
+      const [w, h] = [gl.drawingBufferWidth, gl.drawingBufferHeight];
+      const bytes = new Uint8Array(w * h * 4);
+      gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
+      const colours = new Map();
+      let sum = 0;
+      for (let k = 0; k < bytes.length; k += 4) {
+        const colour = bytes[k] * 65536 + bytes[k + 1] * 256 + bytes[k + 2];
+        colours.set(colour, (colours.get(colour) || 0) + 1);
+        sum = (sum * 31 + colour) % 4294967291;
+      }
+      return { colours: colours.size, background: Math.max(...colours.values()) / (w * h), sum };
+    })()`);
+    measured.shown = [await shown(0.25), await shown(0.6)];
+    measured.scrub_ms = await page.run(`(async () => {
+      const all = [];
+      for (let k = 1; k <= 30; k++) {
+        const began = performance.now();
+        facemill.seek((facemill.motion.total * ((k * 7) % 31)) / 31);
+        facemill.view.drawNow();
+        // Reading a pixel waits for the picture.
+        facemill.view.renderer.getContext().readPixels(0, 0, 1, 1, 6408, 5121, new Uint8Array(4));
+        all.push(performance.now() - began);
+        await new Promise((resolve) => requestAnimationFrame(resolve));
+      }
+      return all;
+    })()`);
+    // A click on the first finding, and on the path where the tool is.
+    measured.finding = await page.run(`(() => {
+      const button = document.querySelector('[data-finding]');
+      if (!button) return null;
+      button.click();
+      const finding = facemill.doc.result.findings[Number(button.dataset.finding)];
+      return { worst: finding.worst_line, line: facemill.line, shown: document.querySelector('.readout .block').textContent, marked: document.querySelector('.nc-row.now')?.dataset.line };
+    })()`);
+    measured.clicked = await clickOnPath(page);
+    measured.banner = await page.run('document.querySelector(".alarm").textContent');
+    measured.labels = await page.run('document.querySelector(".bar h1").textContent + " | " + document.querySelector(".bar .where").textContent');
+  }
+  await page.send('Emulation.setEmulatedMedia', { media: 'print' });
+  measured.sheet = await page.run(`(() => {
+    const sheet = document.querySelector('#printed .sheet') || document.querySelector('.sheet');
+    const isShown = (element) => element.getClientRects().length > 0;
+    return {
+      headings: [...sheet.querySelectorAll('h2')].filter(isShown).map((e) => e.textContent),
+      rows: [...sheet.querySelectorAll('tr')].filter(isShown).length,
+      all_rows: sheet.querySelectorAll('tr').length,
+      stamp: sheet.querySelector('.stamp').firstChild.textContent,
+      app_hidden: !document.querySelector('.page') || !isShown(document.querySelector('.page')),
+      text: sheet.textContent,
+    };
+  })()`);
+  const { data } = await page.send('Page.printToPDF', { paperWidth: 8.27, paperHeight: 11.69, printBackground: true });
+  const pdf = Buffer.from(data, 'base64');
+  measured.pdf_pages = (pdf.toString('latin1').match(/\/Type\s*\/Page[^s]/g) || []).length;
+  if (pictures) writeFileSync(`${pictures}.pdf`, pdf);
+  measured.scripts_run = await page.run('window.hostile === undefined ? [] : window.hostile');
+  // Waits for a picture that was read are the test's own.
+  measured.problems = page.problems.filter((text) => !text.includes('GPU stall due to ReadPixels'));
+  measured.requests = page.requests.filter((url) => !url.startsWith('data:') && !url.startsWith('blob:'));
+  process.stdout.write(`${JSON.stringify(measured)}\n`);
+} finally {
+  await browser.close();
+}
+
+/** Clicks where the tip is in the middle of the program; returns its line and the line shown then. */
+async function clickOnPath(page) {
+  const places = await page.run(`(() => {
+    const { motion, view } = facemill;
+    document.querySelector('.cover.open')?.classList.remove('open');
+    facemill.view.look('top');
+    view.drawNow();
+    const box = view.renderer.domElement.getBoundingClientRect();
+    const found = [];
+    for (let k = 1; k < motion.n; k += Math.max(1, Math.floor(motion.n / 400))) {
+      if (!motion.kinds[k]) continue;
+      const { tip } = facemill.machine.pose(motion.position(k, 0.5));
+      const at = view.onScreen(tip);
+      const [x, y] = [at.x + box.left, at.y + box.top];
+      if (document.elementFromPoint(x, y) === view.renderer.domElement && view.motionAt(at.x, at.y, 2) === k) found.push({ x, y, line: motion.lines[k] });
+    }
+    return found;
+  })()`);
+  if (!places.length) return null;
+  const { x, y, line } = places[Math.floor(places.length / 2)];
+  await page.click(x, y);
+  return { line, shown: await page.run('facemill.line') };
+}

@@ -1,0 +1,3 @@
+//! Laws of the page: the scripts that it holds.
+
+mod bundle;

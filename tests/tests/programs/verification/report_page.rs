@@ -1,0 +1,271 @@
+//! Pages that `plan`, `view` and `report` write: their data against report and program, and the
+//! page itself in a real browser.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use facemill_tests::interpreter;
+use facemill_tests::jobs::JobFolder;
+use facemill_tests::program::{code_and_errors, run};
+use facemill_tests::random::Random;
+use facemill_tests::read_back::ReadBack;
+use facemill_tests::variants::{blink_patch, tiny_patch};
+use flate2::read::GzDecoder;
+use serde_json::{Value, json};
+
+/// Runs a command in a job's folder; returns its exit code.
+fn facemill(job: &JobFolder, command: &str) -> i32 {
+    let root = job.path("");
+    let arguments: Vec<String> = command
+        .split(' ')
+        .map(|word| {
+            if root.join(word).exists() || word.contains('/') {
+                root.join(word).display().to_string()
+            } else {
+                word.to_owned()
+            }
+        })
+        .collect();
+    let (code, errors) = code_and_errors(&run(&arguments));
+    assert!([0, 1, 4].contains(&code), "{command}: {code}: {errors}");
+    code
+}
+
+fn text(job: &JobFolder, name: &str) -> String {
+    std::fs::read_to_string(job.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+/// Content of an element of a page.
+fn element<'p>(page: &'p str, id: &str) -> &'p str {
+    let begin = page.find(&format!("id=\"{id}\">")).unwrap_or_else(|| panic!("no element {id}"));
+    let content = &page[begin..];
+    let content = &content[content.find('>').expect("its tag") + 1..];
+    &content[..content.find("</script>").expect("its end")]
+}
+
+fn document(page: &str) -> Value {
+    serde_json::from_str(element(page, "document")).expect("JSON")
+}
+
+/// Bytes of an array of a page.
+fn array(page: &str, number: &Value) -> Vec<u8> {
+    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let text = element(page, &format!("array-{number}"));
+    let digits: Vec<u32> = text.bytes().filter_map(|b| DIGITS.iter().position(|d| *d == b)).map(|d| d as u32).collect();
+    let bytes = digits.chunks(4).flat_map(|group| {
+        let bits = group.iter().fold(0, |bits, d| bits << 6 | d) << (6 * (4 - group.len()));
+        (0..group.len() - 1).map(move |k| (bits >> (16 - 8 * k)) as u8).collect::<Vec<_>>()
+    });
+    let mut out = Vec::new();
+    GzDecoder::new(&bytes.collect::<Vec<_>>()[..]).read_to_end(&mut out).expect("gzip");
+    out
+}
+
+/// The patch, planned with certificates and chips into `out`.
+fn planned() -> JobFolder {
+    let job = tiny_patch();
+    assert_eq!(facemill(&job, "plan job.json --out ./out --certificates --chips"), 0);
+    job
+}
+
+#[test]
+fn a_page_holds_the_report_and_the_program_as_their_files_say_and_report_writes_it_again() {
+    let job = planned();
+    let page = text(&job, "out/report.html");
+    let held = document(&page);
+    assert_eq!(held["result"], job.json("out/report.json"));
+    assert_eq!(held["verdict"]["state"], "good");
+    assert_eq!(array(&page, &held["program"]["text"]["array"]), text(&job, "out/program.nc").into_bytes());
+    assert_eq!(held["motion"]["n"], job.json("out/report.json")["totals"]["blocks"]);
+    let keys: Vec<&str> =
+        held["motion"]["figures"].as_array().expect("figures").iter().filter_map(|f| f["key"].as_str()).collect();
+    assert_eq!(keys, ["depth", "clearance", "tip", "chip", "removal"]);
+
+    let sheet = text(&job, "out/setup-sheet.html");
+    for name in ["report.html", "setup-sheet.html"] {
+        std::fs::remove_file(job.path("out").join(name)).expect("it was there");
+    }
+    assert_eq!(facemill(&job, "report ./out --job job.json"), 0);
+    assert!(text(&job, "out/report.html") == page, "report.html of `report` is not that of `plan`");
+    assert!(text(&job, "out/setup-sheet.html") == sheet, "setup-sheet.html of `report` is not that of `plan`");
+}
+
+#[test]
+fn report_refuses_a_program_or_a_part_that_the_plan_did_not_have() {
+    let job = blink_patch();
+    assert_eq!(facemill(&job, "plan job.json --out ./out --no-verify --no-html"), 0);
+    assert!(!job.path("out/report.html").exists() && !job.path("out/setup-sheet.html").exists());
+    let refused = |job: &JobFolder| {
+        let (out, file) = (job.path("out"), job.job());
+        let (code, errors) =
+            code_and_errors(&run(&["report".as_ref(), out.as_os_str(), "--job".as_ref(), file.as_os_str()]));
+        assert_eq!(code, 2, "{errors}");
+        errors
+    };
+    let nc = text(&job, "out/program.nc");
+    job.write("out/program.nc", nc.replacen("G1", "G01", 1).as_bytes());
+    assert!(refused(&job).contains("program was changed"));
+    job.write("out/program.nc", nc.as_bytes());
+    facemill_tests::variants::write_patch(&job, 20);
+    assert!(refused(&job).contains("patch.obj"));
+}
+
+/// Path of Chromium, which node drives; `None` with a printed reason where one is absent.
+fn browser() -> Option<PathBuf> {
+    let found = |names: &[&str]| {
+        let folders: Vec<PathBuf> = std::env::split_paths(&std::env::var_os("PATH")?).collect();
+        names.iter().find_map(|name| folders.iter().map(|f| f.join(name)).find(|path| path.is_file()))
+    };
+    if found(&["node"]).is_none() {
+        println!("skipped: node is not installed");
+        return None;
+    }
+    let chromium = found(&["chromium", "chromium-browser", "google-chrome"]);
+    if chromium.is_none() {
+        println!("skipped: Chromium is not installed");
+    }
+    chromium
+}
+
+/// Opens a page in a browser; `None` where there is none.
+fn measured(page: &Path, lines: &[usize]) -> Option<Value> {
+    let chromium = browser()?;
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../crates/report-page/tests/browser/measure.mjs");
+    let lines: Vec<String> = lines.iter().map(usize::to_string).collect();
+    let output = Command::new("node").arg(script).arg(chromium).arg(page).arg(lines.join(",")).output().expect("node");
+    assert!(output.status.success(), "{}: {}", page.display(), String::from_utf8_lossy(&output.stderr));
+    let measured: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    // No page may complain, reach for a network, or run what it only holds.
+    assert_eq!(measured["problems"], json!([]), "{}", page.display());
+    assert_eq!(measured["scripts_run"], json!([]), "{}", page.display());
+    let requests = measured["requests"].as_array().expect("requests");
+    assert!(requests.len() == 1 && requests[0].as_str().is_some_and(|url| url.starts_with("file://")), "{requests:?}");
+    Some(measured)
+}
+
+/// Checks that the scene shows something, and another thing at another time.
+fn assert_shown(measured: &Value) {
+    let [a, b] = [0, 1].map(|k| &measured["shown"][k]);
+    for shown in [a, b] {
+        assert!(shown["colours"].as_u64() > Some(50), "{shown}");
+        assert!(shown["background"].as_f64() < Some(0.97), "{shown}");
+    }
+    assert_ne!(a["sum"], b["sum"], "the same picture at two times");
+}
+
+#[test]
+fn a_browser_shows_the_pose_of_every_line_and_a_click_leads_to_it() {
+    let job = planned();
+    let nc = text(&job, "out/program.nc");
+    let motions = interpreter::run(&nc);
+    let read_back = ReadBack::of(&job, 0);
+    let mut random = Random::new(21);
+    let mut chosen: Vec<usize> = (0..200).map(|_| random.below(motions.len())).collect();
+    chosen.sort_unstable();
+    chosen.dedup_by_key(|k| motions[*k].line);
+    // Of a line with several motions, the last one.
+    let last = |k: usize| motions.iter().rposition(|m| m.line == motions[k].line).expect("itself");
+    let lines: Vec<usize> = chosen.iter().map(|&k| motions[k].line).collect();
+    let Some(measured) = measured(&job.path("out/report.html"), &lines) else { return };
+    let mut compared = 0;
+    for (at, &k) in chosen.iter().enumerate() {
+        let (tip, axis) = read_back.end(&motions[last(k)]);
+        for c in 0..3 {
+            let shown = |key: &str| measured[key][at][c].as_f64().expect("a number");
+            assert!((shown("poses") - tip[c]).abs() < 1e-6, "line {}: {} for {tip}", lines[at], measured["poses"][at]);
+            assert!((shown("axes") - axis[c]).abs() < 1e-9, "line {}", lines[at]);
+        }
+        let text = nc.lines().nth(lines[at] - 1).expect("a line");
+        assert_eq!(measured["lines"][at], text);
+        compared += 1;
+    }
+    assert!(compared > 100, "{compared}");
+    assert_shown(&measured);
+    let clicked = &measured["clicked"];
+    assert!(clicked["line"].is_u64() && clicked["line"] == clicked["shown"], "{clicked}");
+    assert_eq!(measured["banner"], "");
+    let sheet = &measured["sheet"];
+    assert_eq!(sheet["rows"], sheet["all_rows"], "rows are missing in print");
+    assert!(sheet["rows"].as_u64() > Some(40) && sheet["app_hidden"] == true, "{sheet}");
+    assert!(measured["pdf_pages"].as_u64() <= Some(5), "{}", measured["pdf_pages"]);
+    let stamp = job.json("out/report.json")["programs"][0]["blake3"].clone();
+    assert!(sheet["text"].as_str().expect("text").contains(stamp.as_str().expect("a checksum")));
+
+    let alone = self::measured(&job.path("out/setup-sheet.html"), &[]).expect("as before");
+    assert_eq!(alone["sheet"]["text"], sheet["text"]);
+}
+
+#[test]
+fn a_browser_shows_a_rejected_program_in_red_and_leads_from_a_finding_to_its_block() {
+    let job = tiny_patch();
+    let template = include_str!("../../../crates/nc-program/templates/fanuc.j2");
+    let kept: Vec<&str> = template.lines().filter(|l| !l.starts_with("G0 G90 G43 ")).collect();
+    job.write("post.j2", (kept.join("\n") + "\n").as_bytes());
+    job.set("job.json", &[("/post/template", json!("post.j2"))]);
+    assert_eq!(facemill(&job, "plan job.json --out ./out"), 4);
+    let held = document(&text(&job, "out/report.html"));
+    assert_eq!(held["verdict"]["state"], "faulty");
+    assert_eq!(held["program"]["file"], "program.rejected.nc");
+    let Some(measured) = measured(&job.path("out/report.html"), &[]) else { return };
+    let banner = measured["banner"].as_str().expect("text");
+    assert!(banner.starts_with("REJECTED: this program has faults and must not be run."), "{banner}");
+    assert_eq!(measured["sheet"]["stamp"], "REJECTED: DO NOT RUN");
+    let finding = &measured["finding"];
+    assert_eq!(finding["line"], finding["worst"]);
+    assert_eq!(finding["marked"], finding["worst"].to_string());
+    let line = finding["worst"].as_u64().expect("a line") as usize;
+    let block = text(&job, "out/program.rejected.nc").lines().nth(line - 1).expect("it").to_owned();
+    assert!(finding["shown"].as_str().expect("text").contains(&block), "{finding} for {block}");
+}
+
+#[test]
+fn hostile_names_are_shown_and_not_run() {
+    let job = blink_patch();
+    let script = "<script>hostile=1</script>";
+    let name = format!("</title></script>{script}");
+    let operation = "</script><img src=x onerror=hostile=2>";
+    let names = [("/name", json!(name)), ("/setups/0/name", json!(script)), ("/operations/0/name", json!(operation))];
+    job.set("job.json", &names);
+    let setup = job.json("job.json")["operations"][0].get("setup").cloned();
+    if setup.is_some_and(|s| s.is_string()) {
+        job.set("job.json", &[("/operations/0/setup", json!(script))]);
+    }
+    assert_eq!(facemill(&job, "plan job.json --out ./out --no-verify"), 0);
+    let nc = text(&job, "out/program.nc");
+    job.write("foreign.nc", nc.replacen("N1 ", &format!("({script})\n(]]>-->{script})\nN1 "), 1).as_bytes());
+    facemill(&job, "view ./foreign.nc --job job.json");
+    for page in ["out/report.html", "foreign.html", "out/setup-sheet.html"] {
+        assert!(!text(&job, page).contains("<script>hostile"), "{page}");
+        let Some(measured) = measured(&job.path(page), &[]) else { return };
+        assert!(measured["sheet"]["text"].as_str().expect("text").contains(&name), "{page}");
+        if page != "out/setup-sheet.html" {
+            assert!(measured["labels"].as_str().expect("text").contains(script), "{page}");
+        }
+    }
+}
+
+#[test]
+fn foreign_and_empty_programs_have_pages() {
+    let job = blink_patch();
+    // Cuts 3 mm below the surface, and an arc that is not simulated.
+    let program = "G21 G17 G90 G94 G54\nT1 M6\nG0 G43 Z300. H1\nS1000 M3\nG0 X-30. Y0. B0. C0.\nG1 Z-3. F500.\nX30.\nG2 X40. Y10. I0. J10.\nG0 Z300.\nM30\n";
+    job.write("foreign.nc", program.as_bytes());
+    assert_eq!(facemill(&job, "view ./foreign.nc --job job.json --stock-cell-mm 2 -o ./foreign.html"), 1);
+    let held = document(&text(&job, "foreign.html"));
+    assert_eq!(held["verdict"]["state"], "faulty");
+    assert!(
+        held["motion"]["not_followed"].as_str().expect("a reason").contains("line 8"),
+        "{}",
+        held["motion"]["not_followed"]
+    );
+    job.write("empty.nc", b"%\n(NOTHING)\nM30\n%\n");
+    facemill(&job, "view ./empty.nc --job job.json");
+    let empty = document(&text(&job, "empty.html"));
+    assert_eq!(empty["motion"]["n"], 0);
+    let Some(foreign) = measured(&job.path("foreign.html"), &[]) else { return };
+    assert_shown(&foreign);
+    assert_eq!(foreign["finding"]["line"], foreign["finding"]["worst"]);
+    let empty = measured(&job.path("empty.html"), &[]).expect("as before");
+    assert_eq!(empty["motions"], 0);
+}
