@@ -2,7 +2,7 @@
 
 import { ticks } from './scales.js';
 
-const PAD = { left: 64, right: 10, top: 5, bottom: 3 };
+const PAD = { left: 132, right: 10, top: 5, bottom: 3 };
 
 /**
  * Rows of plots with one cursor. A row has `label`, `unit`, `value(k)` of a motion, `atEnds` where the value is
@@ -147,9 +147,11 @@ export class Plots {
       context.fillStyle = colour('--ink');
       context.font = '600 11px system-ui, sans-serif';
       context.fillText(row.label, 6, top + 8);
+      // In low rows the unit is beside the name.
+      const [x, below] = rowHeight < 34 ? [12 + context.measureText(row.label).width, 8] : [6, 21];
       context.font = '11px system-ui, sans-serif';
       context.fillStyle = colour('--muted');
-      context.fillText(row.unit, 6, top + 21);
+      context.fillText(row.unit, x, top + below);
     });
     this.drawCursor();
   }

@@ -17,6 +17,9 @@ import { axisValue, clock, figure, fixed, isInch, length, setInch, speed } from 
 const app = document.getElementById('app');
 put(app, h('.loading', 'Opening …'));
 
+/** Names of figures where there is little room. */
+const SHORT = { clearance: 'clearance', depth: 'gouge depth', tip: 'tip speed', chip: 'chip', removal: 'removal', feed: 'feed F', load: 'axis load' };
+
 /** The page and its state. Tests and scripts reach it as `window.facemill`. */
 class Page {
   constructor(doc) {
@@ -297,7 +300,7 @@ class Page {
       position: () => axes.map(({ axis, i }) => ({ label: axis.letter, unit: unit(axis), atEnds: true, showLimits, limits: axis.limits.map((l) => (l === null ? NaN : l * degrees(axis))), value: (k) => (k < 0 ? motion.start[i] : motion.ends[i][k]) * degrees(axis) })),
       speed: () => axes.map(({ axis, i }) => ({ label: axis.letter, unit: axis.is_rotary ? '°/s' : 'mm/min', showLimits, limits: [-1, 1].map((s) => s * axis.max_velocity * perMinute(axis)), value: (k) => motion.axisSpeed(i, k) * perMinute(axis) })),
       acceleration: () => axes.map(({ axis, i }) => ({ label: axis.letter, unit: `${unit(axis)}/s²`, showLimits, limits: axis.max_acceleration ? [-1, 1].map((s) => s * axis.max_acceleration * degrees(axis)) : [], value: (k) => motion.axisAcceleration(i, k) * degrees(axis) })),
-      figures: () => figures.filter((f) => !f.kinds && ['clearance', 'depth', 'tip', 'feed', 'chip', 'removal', 'load'].includes(f.key) && this.hasValues(f)).map((f) => ({ label: f.name, unit: f.unit, limits: [], value: f.value })),
+      figures: () => figures.filter((f) => !f.kinds && ['clearance', 'depth', 'tip', 'feed', 'chip', 'removal', 'load'].includes(f.key) && this.hasValues(f)).map((f) => ({ label: SHORT[f.key] || f.name, unit: f.unit, limits: [], value: f.value })),
     }[name]();
     this.plots.setRows(rows);
   }
@@ -367,7 +370,6 @@ class Page {
 
   showReadout() {
     const { motion, machine, k } = this;
-    const pose = machine.pose(this.q);
     const text = this.line >= 1 && this.line <= this.program.n ? this.program.text(this.line) : '';
     const rows = machine.axes.map((axis, i) => {
       const [low, high] = axis.limits;
@@ -381,13 +383,15 @@ class Page {
     add('motion', k < 0 ? 'start' : kinds[motion.kinds[k]]);
     add('feed F', k >= 0 && motion.kinds[k] ? speed(motion.feeds[k]) : '–');
     add('RTCP', k >= 0 && motion.rtcp[k] ? 'on' : 'off');
-    const names = { clearance: 'clearance', depth: 'gouge depth', tip: 'tip speed', chip: 'chip', removal: 'removal' };
-    for (const f of motion.figures) add(names[f.key] || f.key, k >= 0 && Number.isFinite(f.values[k]) ? figure(f.values[k], f.unit) : '–');
+    for (const f of motion.figures) add(SHORT[f.key] || f.key, k >= 0 && Number.isFinite(f.values[k]) ? figure(f.values[k], f.unit) : '–');
     if (motion.limitNames.length) add('limited by', k >= 0 && motion.limits[k] ? motion.limitNames[motion.limits[k] - 1] : '–');
     const pass = this.passOf(this.line);
     if (pass) add('pass', `${pass.pass}, place ${pass.place}`);
-    add('tip', pose.tip.map((x) => length(x, 3, true)).join('  '));
-    add('tool axis', pose.axis.map((x) => fixed(x, 5)).join('  '));
+    machine.heads.forEach((_, head) => {
+      const { tip, axis } = machine.pose(this.q, head);
+      const of = machine.heads.length > 1 ? ` ${head + 1}` : '';
+      facts.push(h('dt.wide', `tip${of}`), h('dd.wide', tip.map((x) => length(x, 3, true)).join('   ')), h('dt.wide', `tool axis${of}`), h('dd.wide', axis.map((x) => fixed(x, 5)).join('   ')));
+    });
     put(this.readout, h('.block', h('b', `${this.line}  `), text), h('table', h('tbody', rows)), h('dl.facts2', facts));
   }
 

@@ -1,7 +1,7 @@
 // The 3-D scene: part, fixtures, stock, machine and tool, the tip's path, frames.
 
 import {
-  AmbientLight, AxesHelper, BoxGeometry, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, Group,
+  AmbientLight, AxesHelper, Box3, BoxGeometry, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, Group,
   HemisphereLight, LatheGeometry, LineBasicMaterial, LineSegments, Matrix4, Mesh, MeshLambertMaterial, PerspectiveCamera,
   Plane, Raycaster, Scene, SphereGeometry, Vector2, Vector3, WebGLRenderer,
 } from 'three';
@@ -11,8 +11,8 @@ import { IDENTITY, inverse, multiply, transformed } from './kinematics.js';
 
 /** Colours of the scene by theme. */
 const THEMES = {
-  light: { background: 0xeef1f4, part: 0x9fb0be, stock: 0xc9a86a, cutStock: 0xdcc8a0, fixture: 0x7b6f8f, check: 0x8fa08a, table: 0x8d949b, head: 0xb9c0c7, bed: 0x6f767d, tool: 0x4d5760, cutter: 0xd88a1f, holder: 0x79828b, rapid: 0x6b7a86, ahead: 0x9aa5af, grid: 0xc9d0d6 },
-  dark: { background: 0x14191e, part: 0x8496a5, stock: 0xb08f52, cutStock: 0xcdb88c, fixture: 0x83749c, check: 0x7f937a, table: 0x5b636b, head: 0x8a929a, bed: 0x474e55, tool: 0xa7b0b8, cutter: 0xe8a33d, holder: 0x6c757d, rapid: 0x8fa0ad, ahead: 0x4d5760, grid: 0x2b333a },
+  light: { background: 0xeef1f4, part: 0x9fb0be, stock: 0xc9a86a, cutStock: 0xdcc8a0, fixture: 0x7b6f8f, check: 0x8fa08a, table: 0xc3cad0, head: 0xaab3bb, bed: 0xb0b8be, tool: 0x4d5760, cutter: 0xd88a1f, holder: 0x79828b, rapid: 0x6b7a86, ahead: 0x9aa5af, grid: 0xc9d0d6 },
+  dark: { background: 0x14191e, part: 0x8496a5, stock: 0xb08f52, cutStock: 0xcdb88c, fixture: 0x83749c, check: 0x7f937a, table: 0x39424a, head: 0x7d868e, bed: 0x30383f, tool: 0xa7b0b8, cutter: 0xe8a33d, holder: 0x6c757d, rapid: 0x8fa0ad, ahead: 0x4d5760, grid: 0x2b333a },
 };
 
 const matrix4 = (m) => new Matrix4().set(...m, 0, 0, 0, 1);
@@ -450,19 +450,19 @@ export class View {
     const isMachine = this.frameMode === 'machine';
     const centre = target ? new Vector3(...target) : new Vector3(...this.centre());
     this.work.localToWorld(centre);
-    const radius = target ? this.toolSize() * 2.2 : this.size() * (isMachine ? 1.0 : 0.62);
+    const radius = target || from === 'tool' ? this.doc.tools[0].radius_mm * 4 : isMachine ? this.machineSize() : this.size() * 0.62;
     const distance = (radius / Math.sin((0.5 * this.camera.fov * Math.PI) / 180)) * Math.max(1, 1 / this.camera.aspect);
     const sides = { iso: [0.9, -1.25, 0.85], top: [0, -1e-4, 1], bottom: [0, -1e-4, -1], front: [0, -1, 0], back: [0, 1, 0], left: [-1, 0, 0], right: [1, 0, 0] };
     let direction = new Vector3(...(sides[from] || sides.iso));
     if (from === 'place') direction = this.camera.position.clone().sub(this.controls.target);
     if (from === 'tool') {
-      const frame = this.tools[0].frame;
+      const { frame } = this.tools[0];
       frame.updateWorldMatrix(true, false);
-      direction = new Vector3().setFromMatrixColumn(frame.matrixWorld, 2);
       centre.setFromMatrixPosition(frame.matrixWorld);
+      direction.set(0.9, -1.25, 0.35);
     }
     direction.normalize();
-    this.camera.position.copy(centre).addScaledVector(direction, from === 'tool' ? this.toolSize() * 9 : distance);
+    this.camera.position.copy(centre).addScaledVector(direction, distance);
     this.controls.target.copy(centre);
     this.camera.near = distance / 200;
     this.camera.far = distance * 40;
@@ -471,9 +471,12 @@ export class View {
     this.draw();
   }
 
-  toolSize() {
-    const tool = this.doc.tools[0];
-    return Math.max(tool.radius_mm * 2, tool.gauge_length_mm * 0.5);
+  /** Radius of what is shown around the part, with the machine's bodies, mm. */
+  machineSize() {
+    const box = new Box3();
+    for (const { link } of this.links) if (link.parent.visible) box.expandByObject(link);
+    const half = box.isEmpty() ? 0 : 0.5 * box.getSize(new Vector3()).length();
+    return Math.min(Math.max(this.size(), 0.75 * half), 8 * this.size());
   }
 
   resize() {

@@ -269,3 +269,85 @@ fn foreign_and_empty_programs_have_pages() {
     let empty = measured(&job.path("empty.html"), &[]).expect("as before");
     assert_eq!(empty["motions"], 0);
 }
+
+/// Numbers of an array of a page; NaN where they are not known.
+fn numbers(page: &str, described: &Value) -> Vec<f64> {
+    let number = |key: &str| described[key].as_f64().expect("a number");
+    let (mut values, mut whole, mut raw, mut shift) = (Vec::new(), 0_i64, 0_u64, 0);
+    for byte in array(page, &described["array"]) {
+        raw |= u64::from(byte & 0x7f) << shift;
+        shift += 7;
+        if byte < 0x80 {
+            whole += (raw >> 1) as i64 ^ -((raw & 1) as i64);
+            let is_gap = described["gaps"] == true && whole == 0;
+            values.push(if is_gap { f64::NAN } else { number("offset") + whole as f64 * number("unit") });
+            (raw, shift) = (0, 0);
+        }
+    }
+    assert_eq!(values.len() as f64, number("n"));
+    values
+}
+
+#[test]
+fn without_certificates_clearances_at_block_ends_are_no_less_than_verification_found() {
+    let job = blink_patch();
+    facemill(&job, "plan job.json --out ./out");
+    let page = text(&job, "out/report.html");
+    let held = document(&page);
+    let figures = held["motion"]["figures"].as_array().expect("figures");
+    let clearance = figures.iter().find(|f| f["key"] == "clearance").expect("clearances");
+    let least = numbers(&page, &clearance["values"]).into_iter().fold(f64::INFINITY, f64::min);
+    let worst = held["result"]["worst"]["clearance_mm"].as_f64().expect("a clearance");
+    // Positions between ends may be nearer, by little along so short blocks.
+    assert!(least >= worst - 1e-3 && least <= worst + 1.0, "{least} at ends, {worst} anywhere");
+    let n = held["motion"]["n"].as_u64().expect("a number") as usize;
+    let times: f64 = numbers(&page, &held["motion"]["times"]).iter().sum();
+    let program = &held["result"]["times"];
+    let total = program["cutting_s"].as_f64().expect("a time") + program["rapid_s"].as_f64().expect("a time");
+    assert!((times - total).abs() <= 1e-5 * n as f64, "{times} s in the page, {total} s in the report");
+}
+
+#[test]
+fn the_animation_is_gltf_with_a_track_for_each_axis() {
+    let job = blink_patch();
+    facemill(&job, "plan job.json --out ./out --no-verify --no-html");
+    facemill(&job, "report ./out --job job.json --animation ./motion.glb");
+    let bytes = std::fs::read(job.path("motion.glb")).expect("an animation");
+    let word = |at: usize| u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]) as usize;
+    assert_eq!((&bytes[..4], word(4), word(8)), (&b"glTF"[..], 2, bytes.len()));
+    let text = &bytes[20..20 + word(12)];
+    let binary = &bytes[28 + word(12)..];
+    assert_eq!((&bytes[16..20], word(20 + word(12))), (&b"JSON"[..], binary.len()));
+    let file: Value = serde_json::from_slice(text).expect("JSON");
+    let index = |v: &Value| v.as_u64().expect("an index") as usize;
+    let floats = |accessor: &Value| -> Vec<f32> {
+        let accessor = &file["accessors"][index(accessor)];
+        let view = &file["bufferViews"][index(&accessor["bufferView"])];
+        let from = index(&view["byteOffset"]);
+        let bytes = &binary[from..from + index(&view["byteLength"])];
+        bytes.chunks(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
+    };
+    let animation = &file["animations"][0];
+    let channels = animation["channels"].as_array().expect("channels");
+    assert_eq!(channels.len(), 5);
+    for channel in channels {
+        let sampler = &animation["samplers"][index(&channel["sampler"])];
+        let (times, values) = (floats(&sampler["input"]), floats(&sampler["output"]));
+        assert!(times.windows(2).all(|pair| pair[0] < pair[1]), "times go on");
+        let bounds = &file["accessors"][index(&sampler["input"])];
+        assert_eq!(bounds["max"][0].as_f64().map(|t| t as f32), times.last().copied());
+        let width = if channel["target"]["path"] == "rotation" { 4 } else { 3 };
+        assert_eq!(values.len(), width * times.len());
+        if width == 4 {
+            let quaternions: Vec<&[f32]> = values.chunks(4).collect();
+            assert!(quaternions.iter().all(|q| (q.iter().map(|c| c * c).sum::<f32>() - 1.0).abs() < 1e-5));
+            // Viewers turn the short way: no step may be long.
+            let dot = |p: &[f32], q: &[f32]| p.iter().zip(q).map(|(a, b)| a * b).sum::<f32>().abs();
+            assert!(quaternions.windows(2).all(|pair| dot(pair[0], pair[1]) > 0.9));
+        }
+    }
+    let part = file["nodes"].as_array().expect("nodes").iter().find(|n| n["name"] == "part").expect("the part");
+    let primitive = &file["meshes"][index(&part["mesh"])]["primitives"][0];
+    let [low, high] = ["min", "max"].map(|key| &file["accessors"][index(&primitive["attributes"]["POSITION"])][key]);
+    assert!((high[0].as_f64().expect("x") - low[0].as_f64().expect("x") - 80.0).abs() < 0.01);
+}
