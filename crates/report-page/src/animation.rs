@@ -1,6 +1,7 @@
 //! Machine, part and tool in motion as binary glTF 2.0, for other viewers.
 
-use facemill_inverse_kinematics::{DhRow, Joint, Machine, Motion, Sense};
+use facemill_inverse_kinematics::machine_file::{DhRow, Joint, Sense};
+use facemill_inverse_kinematics::{Machine, Motion};
 use nalgebra::{UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 

@@ -493,7 +493,7 @@ fn stock_data(stock: &KeyedStock, arrays: &mut Arrays) -> StockData {
 }
 
 /// Returns whether a body of a head's view is the tool of the other head: no body of the file.
-fn is_tool(body: &MachineBody, file: &facemill_inverse_kinematics::MachineFile) -> bool {
+fn is_tool(body: &MachineBody, file: &facemill_inverse_kinematics::machine_file::MachineFile) -> bool {
     let rows = file.tool_chains.iter().flat_map(|c| &c.rows).chain(&file.workpiece_chain.rows);
     let mut named = rows.flat_map(|r| &r.bodies).chain(&file.bed_bodies).map(|b| b.name.as_str());
     !named.any(|name| name == body.name())

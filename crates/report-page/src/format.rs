@@ -1,6 +1,6 @@
 //! Data document of a page, `"format": "facemill-page/1"` (docs/report-page.md#data).
 
-use facemill_inverse_kinematics::{DhRow, MachineFile};
+use facemill_inverse_kinematics::machine_file::{DhRow, MachineFile};
 use facemill_job::format::job_file::{OperationFile, SetupFile};
 use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_tool_model::ToolFile;

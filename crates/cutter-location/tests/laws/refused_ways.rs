@@ -58,7 +58,7 @@ fn what_was_refused_before_changes_no_way() {
     let tool = tool(25.0, 2.0, 20.0);
     let (mut n_found, mut n_none, mut n_tests) = (0, 0, 0);
     for seed in 0..12 {
-        let mut random = Random::new(seed);
+        let mut random = Random(seed);
         let mesh = walls(&mut random).iter().fold(plane(900.0), |mesh, ball| mesh.joined(&ball.mesh()));
         let tree = MeshTree::new(&mesh);
         let counted = Counted { mesh: &tree, verdicts: AtomicUsize::new(0) };

@@ -4,14 +4,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{ArgGroup, Args};
+use facemill::formats::{MadeFrom, ProgramStamp};
 use facemill::job_file::STOCK_TOLERANCE;
 use facemill::report_page::animation::animation_glb;
 use facemill::report_page::document::{PageData, PageSource, page_data};
 use facemill::report_page::html::{report_html, sheet_html};
-use facemill::{
-    CutRequest, DeviationRequest, Failure, Job, JobSetting, MadeFrom, Planned, ProgramStamp, VerifyRequest, files,
-    verify_program,
-};
+use facemill::{CutRequest, DeviationRequest, Failure, Job, JobSetting, Planned, VerifyRequest, files, verify_program};
 use serde_json::Value;
 
 use crate::cli::arguments::ad_hoc_setup::StandArguments;

@@ -5,11 +5,11 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use facemill_tests::interpreter;
+use facemill_test_kit::Random;
 use facemill_tests::jobs::JobFolder;
+use facemill_tests::oracles::interpreter;
+use facemill_tests::oracles::read_back::ReadBack;
 use facemill_tests::program::{code_and_errors, run};
-use facemill_tests::random::Random;
-use facemill_tests::read_back::ReadBack;
 use facemill_tests::variants::{blink_patch, tiny_patch};
 use flate2::read::GzDecoder;
 use serde_json::{Value, json};
@@ -160,7 +160,7 @@ fn a_browser_shows_the_pose_of_every_line_and_a_click_leads_to_it() {
     let nc = text(&job, "out/program.nc");
     let motions = interpreter::run(&nc);
     let read_back = ReadBack::of(&job, 0);
-    let mut random = Random::new(21);
+    let mut random = Random(21);
     let mut chosen: Vec<usize> = (0..200).map(|_| random.below(motions.len())).collect();
     chosen.sort_unstable();
     chosen.dedup_by_key(|k| motions[*k].line);
@@ -199,7 +199,7 @@ fn a_browser_shows_the_pose_of_every_line_and_a_click_leads_to_it() {
 #[test]
 fn a_browser_shows_a_rejected_program_in_red_and_leads_from_a_finding_to_its_block() {
     let job = tiny_patch();
-    let template = include_str!("../../../crates/nc-program/templates/fanuc.j2");
+    let template = include_str!("../../../../crates/nc-program/templates/fanuc.j2");
     let kept: Vec<&str> = template.lines().filter(|l| !l.starts_with("G0 G90 G43 ")).collect();
     job.write("post.j2", (kept.join("\n") + "\n").as_bytes());
     job.set("job.json", &[("/post/template", json!("post.j2"))]);
