@@ -1,7 +1,7 @@
 //! Plan of a setup that has been read, for any number of heads, and its stages in their order.
 
 use facemill_job::failure::Failure;
-use facemill_job::format::job_file::{LinkingFile, OperationFile, PathFile};
+use facemill_job::format::job_file::{LinkingFile, OperationFile, PairFile, PathFile, SetupFile};
 use facemill_job::format::made_from::MadeFrom;
 use facemill_job::format::report::links::LinksReport;
 use facemill_job::format::report::stock::not_requested;
@@ -111,11 +111,11 @@ impl PlanRun<'_> {
     }
 }
 
-/// Returns whether turns of both heads are sought in a setup.
-fn turns_by_both(job: &Job, index: usize) -> bool {
-    let setup = &job.file.setups[index];
+/// Returns whether turns of both heads are sought between the passes of a pair.
+fn turns_by_both(job: &Job, setup: &SetupFile, pair: &PairFile) -> bool {
     let is_zigzag = |o: &OperationFile| matches!(&o.path, PathFile::Strategy(s) if s.linking == LinkingFile::Zigzag);
-    setup.links.turns && job.operations_of(setup).all(|(_, o)| is_zigzag(o))
+    let mut of_pair = job.operations_of(setup).filter(|(_, o)| o.name == pair.first || o.name == pair.second);
+    setup.links.turns && of_pair.all(|(_, o)| is_zigzag(o))
 }
 
 /// Returns the stages of one setup's plan, without those of further rounds of laying.
@@ -133,9 +133,9 @@ pub(crate) fn stages_of(job: &Job, index: usize, settings: PlanSettings, has_sto
         stages.push(BETWEEN);
         stages.extend((k == 0).then_some(PICTURE));
         stages.extend([LINKS, CHIPS, HELP]);
-        if job.file.pairs.iter().any(|pair| pair.second == operation.name) {
+        if let Some(pair) = job.file.pairs.iter().find(|pair| pair.second == operation.name) {
             stages.extend(["both heads", "left beside both heads", "left for both heads"]);
-            stages.extend(turns_by_both(job, index).then_some("turns of both heads"));
+            stages.extend(turns_by_both(job, setup, pair).then_some("turns of both heads"));
             stages.extend([ADDED, BETWEEN, "left for both heads"]);
             stages.extend(["left for one head", CHIPS, "left for one head", CHIPS]);
         }

@@ -27,7 +27,7 @@ use crate::dual::parts::{
 };
 use crate::dual::run_trimming::{Remains, paired_left};
 use crate::dual::turns::pair_turns::{PairTurns, add_turns};
-use crate::passes::engagement::engagement_of_passes;
+use crate::passes::engagement::{PointEngagement, engagement_of_passes};
 use crate::passes::move_settings::{move_settings, turn_settings};
 use crate::passes::operation::PlannedOperation;
 use crate::passes::turn_chips::give_turn_chips;
@@ -97,7 +97,8 @@ impl<'a> PairPlanner<'_, 'a> {
         clock.lap("passes between");
         let mut sections = std::mem::take(&mut both.sections);
         *at = both.at;
-        let linearisation = both.runs.iter().map(|r| planner.linearisation(&r.stops)).fold(0.0, f64::max);
+        let linearisation = both.runs.iter().map(|r| planner.linearisation(&r.stops));
+        let linearisation = linearisation.fold(both.turns_linearisation, f64::max);
         for (h, requested) in points.into_iter().enumerate() {
             let left = both.left[h].clone();
             let (mut alone, mut lost_alone) = (OperationMoves::default(), Vec::new());
@@ -132,7 +133,7 @@ impl<'a> PairPlanner<'_, 'a> {
             let Scene { job, setup, .. } = context.scenes[h];
             give_turn_chips(job, setup, &files[h].feeds, &mut moves.pieces, &own.along)?;
             let (of_runs, of_alone) = moves.pieces.split_at(both.runs.len());
-            give_run_chips(&mut sections, h, of_runs);
+            give_run_chips(&mut sections, h, of_runs, &own.along);
             if is_alone {
                 sections.extend(alone_sections(h, of_alone, &moves.retract));
             }
@@ -221,17 +222,19 @@ impl<'a> PairPlanner<'_, 'a> {
             match linked_in_order(mover, &all, order, from) {
                 Ok(Linked { mut sections, at, order }) => {
                     let in_order = order.clone().unwrap_or_else(|| (0..all.len()).collect());
+                    let mut turns_linearisation = 0.0;
                     if let Some(turns) = PairTurns::new(self.context, mover, files) {
                         let monitor = self.stages.start("turns of both heads", in_order.len());
-                        let runs: Vec<&PairRun> = in_order.iter().map(|&k| &all[k].0.run).collect();
-                        turns.join(&runs, &mut sections, &*monitor)?;
+                        let run = |&k: &usize| (&all[k].0.run, all[k].1[0].copy);
+                        let runs: Vec<(&PairRun, u32)> = in_order.iter().map(run).collect();
+                        turns_linearisation = turns.join(&runs, &mut sections, &*monitor)?;
                     }
                     let more: Vec<&PairRun> = more.iter().map(|r| &r.run).collect();
                     let left = [0, 1].map(|h| left_over(left_slices[h], h, &more));
                     let report = report.filter(|_| order.is_some());
                     let runs = in_order.iter().map(|&k| all[k].0.run.clone()).collect();
                     let passes = in_order.iter().map(|&k| all[k].1.clone()).collect();
-                    return Ok(Both { runs, passes, left, sections, at, order: report });
+                    return Ok(Both { runs, passes, left, sections, at, order: report, turns_linearisation });
                 }
                 Err((k, _)) if k >= reached.len() => {
                     apart.insert(more[k - reached.len()].run.pieces);
@@ -365,6 +368,8 @@ struct Both {
     at: Option<AxisValues>,
     /// Report on the order, if it is not as laid.
     order: Option<PassOrderReport>,
+    /// Largest deviation of the cutters between blocks of turns, mm.
+    turns_linearisation: f64,
 }
 
 impl Both {
@@ -519,15 +524,16 @@ pub(crate) fn as_piece(head: usize, run: &PairRun, piece: &PassSegment) -> Piece
 
 /// Sets the chips of a head's cutter in the moves of runs; `pieces` are the head's parts of the
 /// runs.
-fn give_run_chips(sections: &mut [Section], head: usize, pieces: &[PieceMoves]) {
-    let mut pieces = pieces.iter();
+/// `along` has their chips at every point.
+fn give_run_chips(sections: &mut [Section], head: usize, pieces: &[PieceMoves], along: &[Vec<PointEngagement>]) {
+    let mut pieces = pieces.iter().zip(along);
     // Chip at the end of the run before.
     let mut before = None;
     for k in 0..sections.len() {
         if sections[k].run.is_none() {
             continue;
         }
-        let Some(piece) = pieces.next() else { return };
+        let Some((piece, along)) = pieces.next() else { return };
         // Each run is between its entry, or the turn to it, and its exit.
         let [Some(lead), up] = [k.checked_sub(1), Some(k + 1)] else { continue };
         let n_turn = sections[lead].turn_moves();
@@ -537,8 +543,8 @@ fn give_run_chips(sections: &mut [Section], head: usize, pieces: &[PieceMoves]) 
         };
         of_turn(sections, lead, &piece.moves[..n_turn]);
         of_turn(sections, k, &piece.moves[n_turn..]);
-        let chip_of = |m: Option<&Move>| m.and_then(|m| m.chip);
-        let ends = [(Some(lead), chip_of(piece.moves.get(n_turn))), (up, chip_of(piece.moves.last()))];
+        // Behind a turn the first stop has the turn's chip.
+        let ends = [(Some(lead), along.first()), (up, along.last())].map(|(s, end)| (s, end.map(|end| end.chip)));
         for (beside, chip) in ends {
             let Some(section) = beside.and_then(|beside| sections.get_mut(beside)) else { continue };
             give_engaged_chips(&mut section.moves, head, chip);

@@ -39,8 +39,9 @@ pub(crate) struct PassesBetween {
 
 impl PassesBetween {
     /// Adds passes between those of an operation; `cut` has all cuts of its head, in cutting order,
-    /// with their postures, and `high` the places where the text of such cuts has left too much. Each place of the pattern is treated by itself, because both heads may
-    /// part there at other points.
+    /// with their postures, and `high` the places where the text of such cuts has left too much.
+    /// Each place of the pattern is treated by itself, because both heads may part there at other
+    /// points.
     ///
     /// The passes are planned as the operation's own, with the other head at home. Passes of a path
     /// file get none between.

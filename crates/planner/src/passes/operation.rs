@@ -149,7 +149,7 @@ impl<'a> PlannedOperation<'a> {
         // With two heads the moves of one head alone are only a step on the way.
         let is_alone = context.added == AddedPasses::All;
         settings.shortest_order &= is_alone;
-        settings.turns = turn_settings(job, setup, operation).filter(|_| is_alone);
+        settings.turns = turn_settings(job, setup, operation);
         // The search for postures avoids the pole; tests of given postures do not.
         let choosing = PoseTest::new(&cell).avoiding_pole(operation.search.singular_cone_deg.to_radians());
         let tests = Tests { choosing: &choosing, plain: &test };

@@ -60,7 +60,7 @@ pub(crate) trait Heads<'a, const N: usize> {
     /// If a block has no feed that axes and control permit, or the post has no words for it.
     fn write(&self, moves: &Self::Moves, verify: bool) -> Result<Self::Texts, Failure>;
 
-    /// Writes the text for questions on its path: feeds are those before any motion law.
+    /// Writes the text for questions on its path: its feeds may be those before any motion law.
     ///
     /// # Errors
     /// As [`Heads::write`].

@@ -9,12 +9,11 @@
 
 use facemill_cl_data::{CcPoint, ClPoint, Posture};
 use facemill_cutter_location::links::approach::{RAMP_SLACK, descent};
-use facemill_cutter_location::links::link::between;
 use facemill_cutter_location::{Configuration, Hints, Infeasible, PairPose, PairTest, rewound_axis};
 use facemill_inverse_kinematics::{AxisKind, AxisValues};
 use nalgebra::Vector4;
 
-use crate::linearity::endless_near;
+use crate::linearity::{Linearity, endless_near};
 use crate::moves::turn::{
     BODY_STEP, LARGEST_STEP, LIFTS, MAX_TESTS, NoTurn, SAME_AXES, SIZES, UPRIGHT, is_beside, rotary_turn,
 };
@@ -40,12 +39,23 @@ pub struct PairWaypoint {
     pub axes: AxisValues,
 }
 
+/// Turn of both heads.
+#[derive(Clone, Debug)]
+pub struct PairTurn {
+    /// Places between the last cut of both passes and the first one of the next, both excluded.
+    pub places: Vec<PairWaypoint>,
+    /// Largest deviation of either cutter between two of them, mm.
+    pub linearisation: f64,
+}
+
 /// Search for turns of both heads.
 pub struct PairTurnSearch<'t, 'a> {
     /// Both heads.
     pub test: PairTest<'t, 'a>,
     /// Distance between tested poses, mm.
     pub test_step: f64,
+    /// Permitted deviation of each head's motion between two places.
+    pub linearity: [Linearity; 2],
 }
 
 /// Largest change of a posture for the common value of the shared axis, rad.
@@ -72,21 +82,31 @@ struct Place {
 }
 
 impl PairTurnSearch<'_, '_> {
-    /// Returns the poses of the first feasible turn from one pass of both heads to their next, with
-    /// the lowest height above the surface; the first cut of the next pass comes behind them. The
-    /// straight lines at its ends are parts of it.
+    /// Returns the first feasible turn from one pass of both heads to their next that is not slower
+    /// than a link, with the lowest height above the surface. The straight lines at its ends are
+    /// parts of it.
     ///
-    /// Poses no farther apart than the test step are tested as those of one head are, and both heads
-    /// against each other.
+    /// Positions no farther apart than the test step are tested as the axes take them: each head as
+    /// one head is, and both heads against each other.
     ///
     /// # Errors
     /// The reason why there is none.
-    pub fn find(&self, from: &PairTurnEnd, to: &PairTurnEnd) -> Result<Vec<PairWaypoint>, String> {
+    pub fn find(
+        &self,
+        from: &PairTurnEnd,
+        to: &PairTurnEnd,
+        is_slower: &dyn Fn(&PairTurn) -> bool,
+    ) -> Result<PairTurn, String> {
         let of_head = |(head, why): (usize, NoTurn)| format!("head {}: {}", head + 1, why.text(self.test.tests[head]));
-        self.found(from, to).map_err(of_head)
+        self.found(from, to, is_slower).map_err(of_head)
     }
 
-    fn found(&self, from: &PairTurnEnd, to: &PairTurnEnd) -> Result<Vec<PairWaypoint>, (usize, NoTurn)> {
+    fn found(
+        &self,
+        from: &PairTurnEnd,
+        to: &PairTurnEnd,
+        is_slower: &dyn Fn(&PairTurn) -> bool,
+    ) -> Result<PairTurn, (usize, NoTurn)> {
         for head in 0..2 {
             let radius = self.test.tests[head].cell.tool.cutter().radius();
             if !is_beside(&from.cc[head], &to.cc[head], radius) {
@@ -95,11 +115,12 @@ impl PairTurnSearch<'_, '_> {
         }
         let leads = [self.lead(from, 1.0)?, self.lead(to, -1.0)?];
         let ends = [self.ends([from, to], &leads, 0)?, self.ends([from, to], &leads, 1)?];
-        let mut refused = None;
+        let (mut refused, mut slower) = (None, false);
         for of_first in swings(&ends[0]) {
             for of_second in swings(&ends[1]) {
                 for size in SIZES {
                     match self.lowest((&ends, [of_first, of_second], size), &leads, to) {
+                        Ok(turn) if is_slower(&turn) => slower = true,
                         Ok(turn) => return Ok(turn),
                         Err((head, why)) => {
                             let is_blocked = why.may_be_lifted();
@@ -112,7 +133,7 @@ impl PairTurnSearch<'_, '_> {
                 }
             }
         }
-        Err(refused.unwrap_or((0, NoTurn::Postures)))
+        if slower { Err((0, NoTurn::Slower)) } else { Err(refused.unwrap_or((0, NoTurn::Postures))) }
     }
 
     /// Returns the turn of these swings with the lowest height at which it is feasible.
@@ -121,7 +142,7 @@ impl PairTurnSearch<'_, '_> {
         (ends, swing, size): (&[[CurveEnd; 2]; 2], [f64; 2], f64),
         leads: &[Vec<Place>; 2],
         to: &PairTurnEnd,
-    ) -> Result<Vec<PairWaypoint>, (usize, NoTurn)> {
+    ) -> Result<PairTurn, (usize, NoTurn)> {
         let mut refused = None;
         for lift in LIFTS {
             let curve = |h: usize| TurnCurve::new(self.test.tests[h], &ends[h], swing[h], size, lift);
@@ -195,15 +216,15 @@ impl PairTurnSearch<'_, '_> {
         curves: &[TurnCurve<'_>; 2],
         leads: &[Vec<Place>; 2],
         to: &PairTurnEnd,
-    ) -> Result<Vec<PairWaypoint>, (usize, NoTurn)> {
+    ) -> Result<PairTurn, (usize, NoTurn)> {
         let n = curves[0].poses(self.test_step).max(curves[1].poses(self.test_step));
         let mut hints = [Hints::default(), Hints::default()];
         let (Some(first), Some(goal)) = (leads[0].first(), leads[1].first()) else {
             return Err((0, NoTurn::NotBeside));
         };
-        let (mut at, mut turn) = (*first, Vec::new());
+        let (mut at, mut turn, mut worst) = (*first, Vec::new(), 0.0f64);
         let mut go = |place: Place, at: &mut Place| {
-            self.check_step(at, &place, &mut hints)?;
+            worst = worst.max(self.check_step(at, &place, &mut hints)?);
             turn.push(PairWaypoint { poses: place.poses, axes: place.axes });
             *at = place;
             Ok::<_, (usize, NoTurn)>(())
@@ -222,6 +243,9 @@ impl PairTurnSearch<'_, '_> {
                 heels[h] = heel;
             }
         }
+        for (h, curve) in curves.iter().enumerate() {
+            self.check_ramp(h, (&heels[h], &curve.heel(1.0, AS_PLANNED)), &curve.at(1.0))?;
+        }
         for place in leads[1].iter().rev() {
             // On the winding of the way there.
             let place = self.place(place.poses, &at)?;
@@ -232,7 +256,7 @@ impl PairTurnSearch<'_, '_> {
             && (0..2).all(|h| at.configurations[h].branch == goal.configurations[h].branch);
         // The last one is the first cut.
         turn.pop();
-        if is_there { Ok(turn) } else { Err((0, NoTurn::Postures)) }
+        if is_there { Ok(PairTurn { places: turn, linearisation: worst }) } else { Err((0, NoTurn::Postures)) }
     }
 
     /// Returns both heads at a parameter of their curves, with postures moved so that the shared
@@ -291,8 +315,8 @@ impl PairTurnSearch<'_, '_> {
 
     /// Tests the way of both heads to the next place, all axes evenly, at positions between which
     /// neither tip moves by more than the test step, and no point of a tool or the table by more
-    /// than 5 mm.
-    fn check_step(&self, from: &Place, to: &Place, hints: &mut [Hints; 2]) -> Result<(), (usize, NoTurn)> {
+    /// than 5 mm. Returns the largest deviation of either head from the straight way of its tip.
+    fn check_step(&self, from: &Place, to: &Place, hints: &mut [Hints; 2]) -> Result<f64, (usize, NoTurn)> {
         let machine = |h: usize| self.test.tests[h].cell.machine;
         let turned = rotary_turn(machine(0), &from.axes, &to.axes);
         let steps = |h: usize| {
@@ -308,18 +332,26 @@ impl PairTurnSearch<'_, '_> {
         if rewound_axis(machine(0), &from.axes, &to.axes).is_some() {
             return Err((0, NoTurn::Postures));
         }
+        let mut worst = 0.0f64;
+        for h in 0..2 {
+            let (deviation, is_too_far) = self.linearity[h].judge(self.test.tests[h], &from.axes, &to.axes);
+            if is_too_far {
+                return Err((h, NoTurn::Postures));
+            }
+            worst = worst.max(deviation);
+        }
         let n = steps.ceil().clamp(1.0, MAX_TESTS) as usize;
         for k in 1..=n {
-            let share = k as f64 / n as f64;
+            let axes = from.axes.lerp(&to.axes, k as f64 / n as f64);
             for (h, hints) in hints.iter_mut().enumerate() {
                 let test = self.test.tests[h];
                 let blocked = |why: Infeasible| (h, NoTurn::Blocked(why));
                 let near = &from.configurations[h];
-                let cl = between(&from.poses[h], &to.poses[h], share);
+                let on_table = test.cell.machine.cl_point(&axes, test.cell.tool.gauge_length());
+                let cl = on_table.transformed(test.work_from_table());
                 test.within_cone(&cl).map_err(blocked)?;
                 test.try_pose(&cl, near, hints).map_err(blocked)?;
             }
-            let axes = from.axes.lerp(&to.axes, share);
             if let Some((head, why)) = self.test.blocked(&axes, hints) {
                 return Err((head, NoTurn::Blocked(why)));
             }
@@ -327,7 +359,7 @@ impl PairTurnSearch<'_, '_> {
         for h in 0..2 {
             self.check_ramp(h, (&from.poses[h], &to.poses[h]), &to.poses[h])?;
         }
-        Ok(())
+        Ok(worst)
     }
 
     /// Checks that a head descends, relative to its cutter's bottom, by at most its ramp angle where

@@ -7,7 +7,7 @@
 mod rapid_runs;
 pub(crate) mod run_order;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use facemill_inverse_kinematics::AxisValues;
 use facemill_job::failure::Failure;
@@ -23,6 +23,7 @@ use self::rapid_runs::{PairRapidRun, rapid_runs};
 use crate::dual::moves::DualMove;
 use crate::dual::output::DualTexts;
 use crate::dual::parts::ProgramPart;
+use crate::dual::program::DualTimes;
 use crate::program::link_search::{FasterPath, LineMatch, LinkSearch, RapidLines, RunLines, SearchedLinks, link_words};
 use crate::program::run_program::RunProgram;
 
@@ -35,6 +36,8 @@ pub(crate) struct DualLinks {
     first: BTreeMap<[usize; 2], Vec<DualMove>>,
     /// Time of the rapids of each part before the search, s.
     rapid_times: Vec<f64>,
+    /// Parts in which a turn has become a link since.
+    without_turns: BTreeSet<usize>,
 }
 
 impl DualLinks {
@@ -73,7 +76,7 @@ impl DualLinks {
         let sections = runs.iter().flat_map(|run| &run.places).map(|at| [at.part, at.section]);
         let first = sections.map(|[p, s]| ([p, s], parts[p].sections[s].moves.clone())).collect();
         let rapid_times = texts.times.iter().map(|part| part.rapid).collect();
-        Ok(Self { searched, runs, first, rapid_times })
+        Ok(Self { searched, runs, first, rapid_times, without_turns: BTreeSet::new() })
     }
 
     /// Writes the faster paths into the moves, and the initial ones where there are none.
@@ -115,16 +118,22 @@ impl DualLinks {
         true
     }
 
-    /// Appends moves to a section, by part and section, where a turn behind it becomes a link.
+    /// Appends moves to a section, by part and section, where a turn behind it becomes a link. From
+    /// then on nothing counts as saved in the part.
     pub(crate) fn extend_first(&mut self, section: [usize; 2], moves: &[DualMove]) {
         if let Some(first) = self.first.get_mut(&section) {
             first.extend(moves);
         }
+        self.without_turns.insert(section[0]);
     }
 
-    /// Returns the time by which the links shorten each part at constant speeds, s.
+    /// Returns the time by which the links shorten each part at constant speeds, s; 0 where a turn
+    /// has become a link since.
     pub(crate) fn saved(&self, texts: &DualTexts) -> Vec<f64> {
-        self.rapid_times.iter().zip(&texts.times).map(|(before, now)| before - now.rapid).collect()
+        let of_part = |(part, (before, now)): (usize, (&f64, &DualTimes))| {
+            if self.without_turns.contains(&part) { 0.0 } else { before - now.rapid }
+        };
+        self.rapid_times.iter().zip(&texts.times).enumerate().map(of_part).collect()
     }
 
     /// Returns the report on the links, with their lines in the written program.

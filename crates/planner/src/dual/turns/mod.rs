@@ -12,6 +12,7 @@ use facemill_job::setup::scene::Scene;
 use facemill_tool_path::moves::MoveKind;
 
 use crate::dual::links::DualLinks;
+use crate::dual::moves::DualMove;
 use crate::dual::output::{BlockPlace, DualTexts};
 use crate::dual::parts::{ProgramPart, SectionTurn, TwoHeadContext};
 use crate::program::heads::Doubts;
@@ -69,9 +70,12 @@ pub(crate) fn replace_by_links(
         let n_moves = sections[section].turn_moves();
         let state = std::mem::replace(&mut sections[section].turn, SectionTurn::Refused(why));
         let SectionTurn::Made { exit, lead } = state else { continue };
+        // The first stop has the chip of the turn, and gets that of the entry.
+        let chips = lead.iter().rev().find(|m| m.kind == MoveKind::Engage).map(|m| m.chips);
         sections[section].moves.splice(..n_moves, lead);
-        if let Some(run) = sections.get_mut(section + 1).filter(|next| next.run.is_some()) {
-            run.moves.iter_mut().take(1).for_each(|m| m.kind = MoveKind::Engage);
+        if let Some(first) = sections.get_mut(section + 1).filter(|s| s.run.is_some()).and_then(|s| s.moves.first_mut())
+        {
+            *first = DualMove { kind: MoveKind::Engage, chips: chips.unwrap_or(first.chips), ..*first };
         }
         let Some(before) = section.checked_sub(1) else { continue };
         if let Some(links) = &mut links {
@@ -82,7 +86,8 @@ pub(crate) fn replace_by_links(
     any
 }
 
-/// Returns the report on turns; `None` where none were sought.
+/// Returns the report on turns, with the lengths of both tips where both heads turn; `None` where none
+/// were sought.
 pub(crate) fn turns_report(
     parts: &[ProgramPart<'_>],
     texts: &DualTexts,
@@ -95,8 +100,9 @@ pub(crate) fn turns_report(
                 SectionTurn::NotSought => {}
                 SectionTurn::Refused(why) => turns.push(Err(why.as_str())),
                 SectionTurn::Made { .. } => {
-                    let before = k.checked_sub(1).and_then(|k| sections[k].moves.last());
-                    let moves = before.into_iter().chain(&section.moves[..section.turn_moves()]);
+                    let before = sections[..k].iter().rev().find_map(|s| s.moves.last());
+                    let to_run = sections.get(k + 1).filter(|next| next.run.is_some()).and_then(|s| s.moves.first());
+                    let moves = before.into_iter().chain(&section.moves[..section.turn_moves()]).chain(to_run);
                     let axes: Vec<&AxisValues> = moves.map(|m| &m.axes).collect();
                     let working = section.moves.first().map_or([false; 2], |m| m.working);
                     let of_head = |scene: &Scene<'_>| -> f64 {

@@ -5,7 +5,7 @@ use facemill_inverse_kinematics::AxisValues;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::OperationFile;
 use facemill_tool_path::links::clock::LinkClock;
-use facemill_tool_path::moves::pair_turn::{PairTurnEnd, PairTurnSearch};
+use facemill_tool_path::moves::pair_turn::{PairTurn, PairTurnEnd, PairTurnSearch};
 use facemill_tool_path::moves::turn::TurnSettings;
 use facemill_tool_path::moves::{LinkInstead, Move, MoveKind, PieceMoves, TurnState};
 use facemill_virtual_machine::program_time::tolerance::MachineView;
@@ -16,8 +16,9 @@ use crate::dual::parts::{Section, SectionTurn, TwoHeadContext};
 use crate::dual::runs::PairRun;
 use crate::passes::move_settings::turn_settings;
 
-/// Turn to a run, or the reason why there is none.
-pub(crate) type TurnToRun = Result<Vec<DualMove>, String>;
+/// Moves of a turn to a run, and its largest deviation between blocks, mm; or the reason why there is
+/// none.
+type TurnToRun = Result<(Vec<DualMove>, f64), String>;
 
 /// Search for turns between the runs of a pair.
 pub(crate) struct PairTurns<'m, 'r, 'a> {
@@ -43,33 +44,41 @@ impl<'m, 'r, 'a> PairTurns<'m, 'r, 'a> {
         Some(Self { mover, settings: [of(0)?, of(1)?], views })
     }
 
-    /// Joins consecutive runs by turns. `sections` has three of each run in this order: link and
-    /// entry, cuts, exit.
+    /// Joins consecutive runs by turns; each run has its place in the pattern. `sections` has three
+    /// of each run in this order: link and entry, cuts, exit. Returns the largest deviation between
+    /// blocks of turns, mm.
     ///
     /// # Errors
     /// If the monitor cancels.
     pub(crate) fn join(
         &self,
-        runs: &[&PairRun],
+        runs: &[(&PairRun, u32)],
         sections: &mut [Section],
         monitor: &dyn Monitor,
-    ) -> Result<(), Failure> {
+    ) -> Result<f64, Failure> {
         let joined: &[Section] = sections;
         let found: Vec<TurnToRun> = (1..runs.len())
             .into_par_iter()
             .map(|k| {
                 monitor.checkpoint()?;
                 let of_runs = &joined[3 * (k - 1)..3 * (k + 1)];
-                let turn = self.turn([runs[k - 1], runs[k]], of_runs);
+                let [(before, place), (run, next)] = [runs[k - 1], runs[k]];
+                let turn = if place == next {
+                    self.turn([before, run], of_runs)
+                } else {
+                    Err("the next pass is in another place of the pattern".to_owned())
+                };
                 monitor.advance(1);
                 Ok(turn)
             })
             .collect::<Result<_, Failure>>()?;
+        let mut worst = 0.0f64;
         for (k, turn) in (1..).zip(found) {
             let (before, of_run) = sections.split_at_mut(3 * k);
             let (Some(up), [lead, cuts, ..]) = (before.last_mut(), of_run) else { continue };
             match turn {
-                Ok(moves) => {
+                Ok((moves, linearisation)) => {
+                    worst = worst.max(linearisation);
                     let exit = std::mem::take(&mut up.moves);
                     let link = std::mem::replace(&mut lead.moves, moves);
                     lead.turn = SectionTurn::Made { exit, lead: link };
@@ -78,7 +87,7 @@ impl<'m, 'r, 'a> PairTurns<'m, 'r, 'a> {
                 Err(why) => lead.turn = SectionTurn::Refused(why),
             }
         }
-        Ok(())
+        Ok(worst)
     }
 
     /// Returns the moves of the turn from one run to the next, without that to its first stop.
@@ -92,25 +101,31 @@ impl<'m, 'r, 'a> PairTurns<'m, 'r, 'a> {
             PairTurnEnd { cc: to.cc, pose: to.pose, straight: settings.map(|s| s.entry.straight) },
         ];
         let test_step = self.settings[0].test_step.min(self.settings[1].test_step);
-        let found = PairTurnSearch { test: self.mover.test, test_step }.find(&ends[0], &ends[1])?;
-        let mut at = last.axes;
-        let mut turn_to = |axes: &AxisValues| {
-            at = self.mover.turned(axes, &at);
-            DualMove { kind: MoveKind::Turn, axes: at, working: [true; 2], chips: [None; 2] }
-        };
-        let moves: Vec<DualMove> = found.iter().map(|place| turn_to(&place.axes)).collect();
-        let end = turn_to(&to.pose.axes);
-        let is_same = (0..end.axes.len()).all(|k| (end.axes[k] - first.axes[k]).abs() <= SAME_AXES);
-        if !is_same {
-            return Err("the rotary axes would end a full turn away from where the link leaves them".to_owned());
-        }
-        let turn: Vec<DualMove> = moves.iter().copied().chain([end]).collect();
+        let linearity = settings.map(|s| s.linearity);
+        let search = PairTurnSearch { test: self.mover.test, test_step, linearity };
         let entry = DualMove { kind: MoveKind::Engage, ..*first };
         let link: Vec<DualMove> = up.moves.iter().chain(&lead.moves).copied().chain([entry]).collect();
-        match (self.time(&last.axes, &turn), self.time(&last.axes, &link)) {
-            (Some(by_turn), Some(by_link)) if by_turn < by_link => Ok(moves),
-            _ => Err("a link is not slower".to_owned()),
+        let by_link = self.time(&last.axes, &link);
+        let moves_of = |turn: &PairTurn| -> Vec<DualMove> {
+            let mut at = last.axes;
+            let places = turn.places.iter().map(|place| &place.axes).chain([&to.pose.axes]);
+            let turn_to = |axes: &AxisValues| {
+                at = self.mover.turned(axes, &at);
+                DualMove { kind: MoveKind::Turn, axes: at, working: [true; 2], chips: [None; 2] }
+            };
+            places.map(turn_to).collect()
+        };
+        let is_slower = |turn: &PairTurn| match (self.time(&last.axes, &moves_of(turn)), by_link) {
+            (Some(by_turn), Some(by_link)) => by_turn >= by_link,
+            _ => true,
+        };
+        let turn = search.find(&ends[0], &ends[1], &is_slower)?;
+        let mut moves = moves_of(&turn);
+        let end = moves.pop().map_or(last.axes, |m| m.axes);
+        if (0..end.len()).any(|k| (end[k] - first.axes[k]).abs() > SAME_AXES) {
+            return Err("the rotary axes would end a full turn away from where the link leaves them".to_owned());
         }
+        Ok((moves, turn.linearisation))
     }
 
     /// Returns the time of moves, rapids and others each from rest to rest, s; `None` if it is
