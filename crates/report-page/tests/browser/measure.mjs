@@ -78,7 +78,7 @@ try {
   measured.pdf_pages = (pdf.toString('latin1').match(/\/Type\s*\/Page[^s]/g) || []).length;
   if (pictures) writeFileSync(`${pictures}.pdf`, pdf);
   measured.scripts_run = await page.run('window.hostile === undefined ? [] : window.hostile');
-  // Waits for a picture that was read are the test's own.
+  // Chromium that draws by the processor warns that it copies each picture.
   measured.problems = page.problems.filter((text) => !text.includes('GPU stall due to ReadPixels'));
   measured.requests = page.requests.filter((url) => !url.startsWith('data:') && !url.startsWith('blob:'));
   process.stdout.write(`${JSON.stringify(measured)}\n`);

@@ -351,3 +351,39 @@ fn the_animation_is_gltf_with_a_track_for_each_axis() {
     let [low, high] = ["min", "max"].map(|key| &file["accessors"][index(&primitive["attributes"]["POSITION"])][key]);
     assert!((high[0].as_f64().expect("x") - low[0].as_f64().expect("x") - 80.0).abs() < 0.01);
 }
+
+#[test]
+fn every_control_has_a_page_that_follows_its_program() {
+    let controls = [
+        ("fanuc", "g94", "nc"),
+        ("haas", "g94", "nc"),
+        ("mazak", "rtcp", "nc"),
+        ("linuxcnc", "g93", "ngc"),
+        ("siemens_840d", "rtcp", "mpf"),
+        ("heidenhain", "rtcp", "h"),
+    ];
+    for (control, mode, ending) in controls {
+        let job = blink_patch();
+        job.set("job.json", &[("/post/dialect", json!(control)), ("/post/feed_mode", json!(mode))]);
+        if mode == "rtcp" {
+            job.set("machine.json", &[("/motion/cutting", json!("tip_and_rotaries_linear"))]);
+        }
+        facemill(&job, "plan job.json --out ./out --no-verify");
+        let page = text(&job, "out/report.html");
+        let held = document(&page);
+        let motion = &held["motion"];
+        assert_eq!(held["program"]["file"], format!("program.{ending}"), "{control}");
+        assert_eq!(motion["not_followed"], Value::Null, "{control}");
+        assert_eq!((&motion["by_law"], &held["verdict"]["state"]), (&json!(true), &json!("not_verified")), "{control}");
+        assert_eq!(held["program"]["operations"].as_array().map(Vec::len), Some(1), "{control}");
+        let passes = held["result"]["passes"].as_array().map(Vec::len);
+        assert_eq!(held["program"]["passes"].as_array().map(Vec::len), passes, "{control}");
+        let under_rtcp = numbers(&page, &motion["rtcp"]).iter().any(|on| *on == 1.0);
+        assert_eq!(under_rtcp, mode == "rtcp", "{control}");
+        if control == "siemens_840d" {
+            let Some(measured) = measured(&job.path("out/report.html"), &[]) else { continue };
+            assert_shown(&measured);
+            assert!(measured["banner"].as_str().expect("text").starts_with("Not verified"), "{}", measured["banner"]);
+        }
+    }
+}
