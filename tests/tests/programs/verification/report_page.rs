@@ -378,7 +378,7 @@ fn every_control_has_a_page_that_follows_its_program() {
         assert_eq!(held["program"]["operations"].as_array().map(Vec::len), Some(1), "{control}");
         let passes = held["result"]["passes"].as_array().map(Vec::len);
         assert_eq!(held["program"]["passes"].as_array().map(Vec::len), passes, "{control}");
-        let under_rtcp = numbers(&page, &motion["rtcp"]).iter().any(|on| *on == 1.0);
+        let under_rtcp = numbers(&page, &motion["rtcp"]).contains(&1.0);
         assert_eq!(under_rtcp, mode == "rtcp", "{control}");
         if control == "siemens_840d" {
             let Some(measured) = measured(&job.path("out/report.html"), &[]) else { continue };
