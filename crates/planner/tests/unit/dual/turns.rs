@@ -7,6 +7,7 @@ use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::cell::z_map;
 use facemill_job::stages::SilentStages;
 use facemill_virtual_machine::{Finding, FindingKind};
+use nalgebra::{Point3, Vector3};
 use serde_json::{Value, json};
 
 use super::*;
@@ -144,4 +145,52 @@ fn turns_of_a_head_alone_are_taken_back_one_by_one() {
 #[test]
 fn turns_of_both_heads_are_taken_back_one_by_one() {
     with_heads(true, a_doubted_turn_becomes_its_link);
+}
+
+/// Height of the lowest point of a cutter over a face of the plate, mm, by its closed form: a ring of
+/// balls at the rim.
+fn height(scene: &Scene<'_>, axes: &AxisValues, normal: &Vector3<f64>) -> f64 {
+    let table_from_work = scene.setup.table_from_work;
+    let cl = scene.job.machine.cl_point(axes, scene.job.tool.gauge_length()).transformed(&table_from_work.inverse());
+    let cutter = scene.job.tool.cutter();
+    let (corner, axis) = (cutter.corner_radius(), cl.axis.into_inner());
+    let ring = cl.tip + axis * corner;
+    let fall = (1.0 - normal.dot(&axis).powi(2)).max(0.0).sqrt() * (cutter.radius() - corner);
+    let center = Point3::new(380.0, 0.0, 0.0) + normal * 6.0;
+    normal.dot(&(ring - center)) - fall - corner
+}
+
+/// Between all places of turns of both heads, as the axes move, neither cutter is deeper in its side
+/// of the plate than the job's tolerances, and C moves evenly with both.
+#[test]
+fn turns_of_both_heads_stay_off_both_sides_as_the_axes_move() {
+    with_heads(true, |heads| {
+        let (planned, _) = heads.plan(&RoundTasks::default(), &SilentStages, &mut Clock::new()).unwrap();
+        let top = Vector3::new(0.0, -FRAC_1_SQRT_2, FRAC_1_SQRT_2);
+        let (mut deepest, mut n_blocks) = ([f64::INFINITY; 2], 0);
+        for [part, section] in made(&planned.parts) {
+            let sections = &planned.parts[part].sections;
+            if sections[section].moves[0].working != [true; 2] {
+                continue;
+            }
+            let before = sections[..section].iter().rev().find_map(|s| s.moves.last()).unwrap();
+            let turn: Vec<AxisValues> = [before]
+                .into_iter()
+                .chain(&sections[section].moves)
+                .chain(&sections[section + 1].moves[..1])
+                .map(|m| m.axes)
+                .collect();
+            for w in turn.windows(2) {
+                n_blocks += 1;
+                for k in 0..=8 {
+                    let axes = w[0].lerp(&w[1], f64::from(k) / 8.0);
+                    for (h, normal) in [top, -top].iter().enumerate() {
+                        deepest[h] = deepest[h].min(height(&heads.context.scenes[h], &axes, normal));
+                    }
+                }
+            }
+        }
+        assert!(n_blocks > 100, "{n_blocks} blocks");
+        assert!(deepest.iter().all(|height| (-0.03..0.5).contains(height)), "{deepest:?}");
+    });
 }
