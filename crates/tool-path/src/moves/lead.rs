@@ -67,11 +67,11 @@ pub(crate) fn leads(
             let to_border = region.and_then(|region| end.lead_to_border(&beside, (region, pieces[k].copy), radius));
             let bend = end_curvature(&pieces[k], which);
             if is_shortest {
-                let lead = to_border.unwrap_or_else(|| end.lead_to_beside(&beside, radius));
+                let lead = to_border.map_or_else(|| end.lead_to_beside(&beside, radius), |border| border.lead);
                 return ApproachSettings { straight: lead.min(settings.straight), bend, ..*settings };
             }
-            match to_border.filter(|lead| *lead > settings.straight) {
-                Some(straight) => ApproachSettings { straight, bend, ..*settings },
+            match to_border.filter(|border| border.is_aslant && border.lead > settings.straight) {
+                Some(border) => ApproachSettings { straight: border.lead, bend, ..*settings },
                 None => *settings,
             }
         })
@@ -148,7 +148,12 @@ impl<'p> SegmentEnd<'p> {
     /// Returns the length over which the region goes on beside the way outward, within half of the
     /// strips to the ends beside it, given by distances aside and ahead; `None` where it goes on
     /// straight ahead, so that the end is not at its border.
-    fn lead_to_border(&self, found: &[(f64, f64)], (region, copy): (&dyn CutRegion, u32), radius: f64) -> Option<f64> {
+    fn lead_to_border(
+        &self,
+        found: &[(f64, f64)],
+        (region, copy): (&dyn CutRegion, u32),
+        radius: f64,
+    ) -> Option<BorderLead> {
         let half = |side: f64| {
             let of_side = found.iter().filter(|(aside, _)| side * aside > 0.0);
             of_side.map(|(aside, _)| 0.5 * aside.abs()).fold(region.half_strip(), f64::min)
@@ -161,14 +166,16 @@ impl<'p> SegmentEnd<'p> {
         if border(0.0).is_some_and(|ahead| ahead > AT_BORDER * unit) {
             return None;
         }
-        let lead = |aside: f64| {
-            // The rim cuts a place aside behind the contact.
-            let behind = if self.which == PassEnd::Exit { aside * aside / (2.0 * radius) } else { 0.0 };
-            border(aside).map_or(0.0, |ahead| (ahead - aside * self.slant).max(0.0) + behind)
-        };
         let n = i32::from(ACROSS);
         let asides = (-n..=n).map(|k| f64::from(k) / f64::from(n) * halves[usize::from(k > 0)]);
-        Some(asides.map(lead).fold(0.0, f64::max))
+        let mut found = BorderLead { lead: 0.0, is_aslant: false };
+        for (aside, ahead) in asides.filter_map(|aside| Some((aside, border(aside)?))) {
+            // The rim cuts a place aside behind the contact.
+            let behind = if self.which == PassEnd::Exit { aside * aside / (2.0 * radius) } else { 0.0 };
+            found.lead = found.lead.max((ahead - aside * self.slant).max(0.0) + behind);
+            found.is_aslant |= ahead > ASLANT * unit;
+        }
+        Some(found)
     }
 
     /// Returns the length that the ends on one side require, by distances aside and ahead. Beside
@@ -196,6 +203,18 @@ impl<'p> SegmentEnd<'p> {
         ends.into_iter().map(lead).fold(0.0, f64::max)
     }
 }
+
+/// Line that leads over the border of a region.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct BorderLead {
+    /// Its length, mm.
+    lead: f64,
+    /// Whether the region goes on beside it: else it is for the rim alone.
+    is_aslant: bool,
+}
+
+/// Way that a region goes on beside the end of a pass, in half strips, from which its border leans.
+const ASLANT: f64 = 0.1;
 
 /// Distance of an end from the border straight ahead, in half strips, up to which it is at the
 /// border.
