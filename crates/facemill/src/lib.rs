@@ -35,6 +35,9 @@ mod pages {
     #[doc = include_str!("../../cl-file/README.md")]
     struct ClFile;
 
+    #[doc = include_str!("../../drawing/README.md")]
+    struct Drawing;
+
     #[doc = include_str!("../../file-format/README.md")]
     struct FileFormat;
 
@@ -93,6 +96,7 @@ pub use facemill_chip_area as chip_area;
 pub use facemill_cl_data as cl_data;
 pub use facemill_cl_file as cl_file;
 pub use facemill_cutter_location as cutter_location;
+pub use facemill_drawing as drawing;
 pub use facemill_feedrate as feedrate;
 pub use facemill_file_format as file_format;
 pub use facemill_interference as interference;

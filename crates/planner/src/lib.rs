@@ -15,7 +15,6 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | `drawing` | pictures of plans: SVG text and the map of the feasible postures |
 //! | `plan_stock` | the stock of a plan: cut by each setup's own program, from one setup to the next |
 //! | `plan_settings` | options of a planning run |
 //! | `stage_clock` | wall times of stages |
@@ -33,7 +32,6 @@
 //!
 //! It must not know the command line, nor formulas: those belong to the stage crates.
 
-mod drawing;
 mod dual;
 #[cfg(test)]
 #[path = "../tests/unit/mesh_winding_laws.rs"]

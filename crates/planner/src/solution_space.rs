@@ -15,8 +15,8 @@ use facemill_job::stages::Stages;
 use facemill_job::validate::belongs;
 use facemill_tool_path::segments::LaidTask;
 
-use crate::drawing::solution_svg::map_svg;
 use crate::passes::operation::{mapped_range, settle_branch};
+use facemill_drawing::solution_svg::map_svg;
 
 /// CC point to map, and the resolution.
 #[derive(Clone, Debug)]

@@ -9,17 +9,20 @@
 //! |---|---|
 //! | `random` | seeded numbers, vectors, directions and motions |
 //! | `meshes` | boxes, grids, balls, caps, rings and soups as vertices and triangles |
+//! | `svg` | texts of pictures in the widest font |
 //! | `oracles` | volumes, open edges, crossings and least values by their definition |
 
 mod meshes;
 mod oracles;
 mod random;
+mod svg;
 
 pub use meshes::{
     Mesh, ball_mesh, box_mesh, cap_mesh, grid_around, grid_by_columns, grid_by_rows, odd_triangle, ring_mesh, soup_mesh,
 };
 pub use oracles::{crossing_of_line, golden_least, least_over_triangle, open_edges, volume};
 pub use random::Random;
+pub use svg::{drawn_width, texts_outside};
 
 /// Folder of NC programs from public sources, beside the workspace; tests that read them say that
 /// they are skipped where it is absent.

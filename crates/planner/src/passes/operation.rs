@@ -26,7 +26,6 @@ use facemill_tool_path::winding::wound;
 use facemill_verification::operation_region::OperationRegion;
 use rayon::prelude::*;
 
-use crate::drawing::solution_svg::map_svg;
 use crate::passes::engagement::{PointEngagement, engagement_of_passes};
 use crate::passes::extra_passes::{AddedPasses, ExtraPasses, PlannedPath};
 use crate::passes::high_places::HighPlaces;
@@ -37,6 +36,7 @@ use crate::passes::setup_context::SetupContext;
 use crate::passes::turn_chips::give_turn_chips;
 use crate::passes::width_field::WidthField;
 use crate::stage_clock::Clock;
+use facemill_drawing::solution_svg::map_svg;
 
 /// Corrections of an operation's passes by what a text has left.
 pub(crate) struct Corrections {

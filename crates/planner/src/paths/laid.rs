@@ -16,9 +16,9 @@ use facemill_tool_path::segments::LaidTask;
 use facemill_verification::efficiency::{OperationCuts, efficiency};
 use rayon::prelude::*;
 
-use crate::drawing::passes_svg::{DrawnPoint, passes_svg};
 use crate::passes::engagement::neighbour_reach;
 use crate::report::pass_files::path_text;
+use facemill_drawing::passes_svg::{DrawnPoint, passes_svg};
 
 /// Passes of all operations of a job.
 #[non_exhaustive]

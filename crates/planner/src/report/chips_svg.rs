@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use crate::drawing::svg_text::{LEADING, draw_lines, flow, lines, more_lines, text_width};
 use crate::report::chip_points::ChipPoint;
+use facemill_drawing::svg_text::{LEADING, draw_lines, flow, lines, more_lines, text_width};
 
 /// Panels of an operation.
 pub(crate) struct Row<'r> {

@@ -9,8 +9,8 @@ use facemill_job::load::job::{Job, Setup};
 use facemill_tool_path::moves::PieceMoves;
 use nalgebra::Isometry3;
 
-use crate::drawing::passes_svg::{DrawnPoint, passes_svg};
 use crate::passes::operation::PlannedOperation;
+use facemill_drawing::passes_svg::{DrawnPoint, passes_svg};
 
 /// Path file and picture of an operation, by the ends of their names.
 pub(crate) struct PassFiles {

@@ -1,5 +1,5 @@
-use crate::drawing::svg_text::tests::texts_outside;
 use crate::report::chips_svg::*;
+use facemill_test_kit::texts_outside;
 
 #[test]
 fn steps_are_round_and_not_below() {

@@ -4,11 +4,11 @@ use std::fmt::Write;
 
 use nalgebra::{Matrix3, Point2, Point3, SymmetricEigen, Unit, Vector3};
 
-use crate::drawing::svg_text::{LEADING, draw_lines, escape, flow, lines, more_lines, text_width};
+use crate::svg_text::{LEADING, draw_lines, escape, flow, lines, more_lines, text_width};
 
 /// Point of a drawn pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct DrawnPoint {
+pub struct DrawnPoint {
     /// Position.
     pub position: Point3<f64>,
     /// Outward normal.
@@ -75,7 +75,7 @@ fn style(class: usize) -> (&'static str, &'static str) {
 
 /// Returns the picture of passes: seen against their mean normal, and from behind where some face
 /// away. `figures` is the text below the title.
-pub(crate) fn passes_svg(title: &str, figures: &str, passes: &[Vec<DrawnPoint>]) -> String {
+pub fn passes_svg(title: &str, figures: &str, passes: &[Vec<DrawnPoint>]) -> String {
     let View { across, up, toward } = View::of(passes);
     let flat = |p: &DrawnPoint| Point2::new(p.position.coords.dot(&across), p.position.coords.dot(&up));
     let faces = |p: &DrawnPoint| p.normal.dot(&toward) >= 0.0;
@@ -272,5 +272,5 @@ fn legend(svg: &mut String, shares: &[f64], top: f64) -> f64 {
 }
 
 #[cfg(test)]
-#[path = "../../tests/unit/drawing/passes_svg.rs"]
+#[path = "../tests/unit/passes_svg.rs"]
 mod tests;

@@ -1,4 +1,4 @@
-use crate::drawing::svg_text::*;
+//! Texts of pictures, drawn with the widest font that renderers fall back to.
 
 /// Advances of the letters from space to tilde in DejaVu Sans and its bold face, thousandths of the
 /// size: the widest font that renderers fall back to.
@@ -21,7 +21,7 @@ const DEJAVU: [[u16; 95]; 2] = [
 
 /// Returns the width of a text in DejaVu Sans; other letters count as wide as their size, since °
 /// and Greek ones are narrower.
-fn drawn_width(text: &str, size: f64, bold: bool) -> f64 {
+pub fn drawn_width(text: &str, size: f64, bold: bool) -> f64 {
     let of = |letter: char| match (letter as usize).checked_sub(32).filter(|k| *k < 95) {
         Some(k) => f64::from(DEJAVU[usize::from(bold)][k]) / 1000.0,
         None if letter == '°' || letter == '²' || letter == '³' => 0.5,
@@ -42,7 +42,7 @@ fn number(tag: &str, name: &str) -> Option<f64> {
 
 /// Returns the texts of a picture that are not wholly in it, drawn with a wide font. Groups may
 /// only move their content down.
-pub(crate) fn texts_outside(svg: &str) -> Vec<String> {
+pub fn texts_outside(svg: &str) -> Vec<String> {
     let head = &svg[svg.find("<svg").expect("a picture")..];
     let frame: Vec<f64> =
         attribute(head, "viewBox").expect("a view box").split(' ').map(|v| v.parse().expect("a number")).collect();
@@ -80,47 +80,4 @@ pub(crate) fn texts_outside(svg: &str) -> Vec<String> {
         }
     }
     outside
-}
-
-#[test]
-fn no_text_is_wider_than_it_is_taken_to_be() {
-    let all: String = (' '..='~').collect();
-    for bold in [false, true] {
-        for letter in all.chars() {
-            let text = letter.to_string();
-            let (taken, drawn) = (text_width(&text, 13.0, bold), drawn_width(&text, 13.0, bold));
-            assert!(taken >= drawn, "{letter:?} bold {bold}: {taken} for {drawn}");
-        }
-    }
-}
-
-#[test]
-fn lines_fit_and_hold_all_of_the_text() {
-    let text = "a propeller of 3048 mm, operation suction-side-with-a-very-long-name-that-has-no-space-in-it, done";
-    for width in [20.0, 90.0, 300.0, 3000.0] {
-        let broken = lines(text, 13.0, false, width);
-        assert!(broken.iter().all(|line| text_width(line, 13.0, false) <= width), "{width}: {broken:?}");
-        let letters = |text: &str| text.chars().filter(|c| *c != ' ').collect::<String>();
-        assert_eq!(letters(&broken.concat()), letters(text));
-    }
-    assert_eq!(lines(text, 13.0, false, 3000.0), [text]);
-    assert_eq!(lines("", 13.0, false, 10.0), [""]);
-}
-
-#[test]
-fn entries_that_do_not_fit_go_to_the_next_line() {
-    assert_eq!(flow(&[40.0, 50.0, 20.0, 200.0, 5.0], 100.0), [(0.0, 0), (40.0, 0), (0.0, 1), (0.0, 2), (0.0, 3)]);
-}
-
-/// The test itself detects text outside.
-#[test]
-fn a_text_beyond_the_edge_is_seen() {
-    let svg = |x: f64| {
-        format!(
-            r#"<svg viewBox="0 0 100 50" font-size="10"><g transform="translate(0 8)"><text x="{x}" y="20">wide text</text></g></svg>"#
-        )
-    };
-    assert_eq!(texts_outside(&svg(10.0)), Vec::<String>::new());
-    assert_eq!(texts_outside(&svg(70.0)), ["wide text"]);
-    assert_eq!(texts_outside(&svg(-1.0)), ["wide text"]);
 }

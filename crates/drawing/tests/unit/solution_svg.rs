@@ -1,5 +1,6 @@
-use crate::drawing::solution_svg::*;
-use crate::drawing::svg_text::tests::texts_outside;
+use facemill_test_kit::texts_outside;
+
+use crate::solution_svg::*;
 
 #[test]
 fn every_text_is_in_the_picture_in_a_wide_font() {

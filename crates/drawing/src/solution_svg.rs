@@ -6,7 +6,7 @@ use facemill_cl_data::Posture;
 use facemill_cutter_location::search::map::{CellState, SolutionMap};
 use facemill_cutter_location::{Infeasible, SearchCurve};
 
-use crate::drawing::svg_text::{LEADING, draw_lines, flow, lines, more_lines, text_width};
+use crate::svg_text::{LEADING, draw_lines, flow, lines, more_lines, text_width};
 
 /// State of a cell of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,7 +67,7 @@ const MARK: f64 = 20.0;
 /// Returns the picture: tilt to the right, amount of rotate upward; cells in the colour of the
 /// proven state, without a proof paler, in that of the posture in the middle; the search curve as a
 /// line, the posture taken as a ring.
-pub(crate) fn map_svg(map: &SolutionMap, curve: &SearchCurve, taken: Option<Posture>, title: &str) -> String {
+pub fn map_svg(map: &SolutionMap, curve: &SearchCurve, taken: Option<Posture>, title: &str) -> String {
     let plot = Plot::of_map(map);
     let kinds: Vec<Kind> = map.cells.iter().map(|c| kind_of(&c.state)).collect();
     let area = map.fractions();
@@ -272,5 +272,5 @@ impl Legend {
 }
 
 #[cfg(test)]
-#[path = "../../tests/unit/drawing/solution_svg.rs"]
+#[path = "../tests/unit/solution_svg.rs"]
 mod tests;

@@ -6,10 +6,10 @@
 use std::fmt::Write;
 
 /// Distance of the lines of a text, in sizes of its font.
-pub(crate) const LEADING: f64 = 1.4;
+pub const LEADING: f64 = 1.4;
 
 /// Returns an upper bound of a text's width for usual fonts without serifs, in the unit of `size`.
-pub(crate) fn text_width(text: &str, size: f64, bold: bool) -> f64 {
+pub fn text_width(text: &str, size: f64, bold: bool) -> f64 {
     let wider = if bold { 1.2 } else { 1.0 };
     text.chars().map(advance).sum::<f64>() * size * wider
 }
@@ -31,7 +31,7 @@ fn advance(letter: char) -> f64 {
 
 /// Breaks a text into lines no wider than this: between words, and within a word that is wider
 /// alone.
-pub(crate) fn lines(text: &str, size: f64, bold: bool, width: f64) -> Vec<String> {
+pub fn lines(text: &str, size: f64, bold: bool, width: f64) -> Vec<String> {
     let fits = |line: &str| text_width(line, size, bold) <= width;
     let mut lines: Vec<String> = vec![String::new()];
     for word in text.split_whitespace() {
@@ -59,7 +59,7 @@ pub(crate) fn lines(text: &str, size: f64, bold: bool, width: f64) -> Vec<String
 
 /// Draws a text in lines from a position on, with `attributes`; returns the additional height
 /// compared with one line.
-pub(crate) fn draw_lines(svg: &mut String, lines: &[String], [x, y]: [f64; 2], size: f64, attributes: &str) -> f64 {
+pub fn draw_lines(svg: &mut String, lines: &[String], [x, y]: [f64; 2], size: f64, attributes: &str) -> f64 {
     for (k, line) in lines.iter().enumerate() {
         let y = y + LEADING * size * k as f64;
         // Writing to a string does not fail.
@@ -69,13 +69,13 @@ pub(crate) fn draw_lines(svg: &mut String, lines: &[String], [x, y]: [f64; 2], s
 }
 
 /// Returns the additional height of lines compared with one line.
-pub(crate) fn more_lines(lines: &[String], size: f64) -> f64 {
+pub fn more_lines(lines: &[String], size: f64) -> f64 {
     LEADING * size * lines.len().saturating_sub(1) as f64
 }
 
 /// Returns the positions of consecutive entries of these widths from 0 to `width`: each with its
 /// line from 0.
-pub(crate) fn flow(widths: &[f64], width: f64) -> Vec<(f64, usize)> {
+pub fn flow(widths: &[f64], width: f64) -> Vec<(f64, usize)> {
     let (mut x, mut line) = (0.0, 0);
     let mut places = Vec::with_capacity(widths.len());
     for &own in widths {
@@ -89,10 +89,10 @@ pub(crate) fn flow(widths: &[f64], width: f64) -> Vec<(f64, usize)> {
 }
 
 /// Escapes a text for XML.
-pub(crate) fn escape(text: &str) -> String {
+pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 #[cfg(test)]
-#[path = "../../tests/unit/drawing/svg_text.rs"]
-pub(crate) mod tests;
+#[path = "../tests/unit/svg_text.rs"]
+mod tests;
