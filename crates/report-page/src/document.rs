@@ -312,6 +312,7 @@ impl PageScene<'_> {
             })
             .collect();
         let feeds: Vec<Option<f64>> = segments.iter().map(|s| s.feed).collect();
+        let inverse_feeds: Vec<Option<f64>> = segments.iter().map(|s| s.inverse_feed).collect();
         let poses = self.poses();
         let paths = poses.iter().map(|(poses, _)| {
             let path = tip_path(poses, motion, MOST.points);
@@ -339,6 +340,7 @@ impl PageScene<'_> {
             times: arrays.numbers(segments.iter().map(|s| s.time), (1e-5, 0.0)),
             by_law: motion.by_law,
             feeds: arrays.numbers_with_gaps(&feeds, 1e-3),
+            inverse_feeds: arrays.numbers_with_gaps(&inverse_feeds, 1e-3),
             figures: self.figures(segments, source, arrays, not_shown),
             limits: arrays.integers(limits),
             limit_names,
@@ -408,22 +410,22 @@ impl PageScene<'_> {
     /// Returns outlines of what is on the table, table frame.
     fn outlines(&self, meshes: &[ShownSurface]) -> Vec<OutlineData> {
         let setup = self.scene.setup;
-        let of = |name: &str, role: &'static str, points: Vec<Point3<f64>>| OutlineData {
-            name: name.to_owned(),
-            role,
-            top: outline(points.iter().map(|p| [p.x, p.y]).collect()),
-            front: outline(points.iter().map(|p| [p.x, p.z]).collect()),
-        };
         let at_home = self.scene.machine.home();
         let on_table = self.scene.machine.body_poses(&at_home).filter(|at| at.body.joints_from_table() == 0);
         let mut outlines: Vec<OutlineData> = on_table
-            .map(|at| of(at.body.name(), "table", points_around(&at.body.body.solid, &at.table_from_solid)))
+            .map(|at| outline_of(at.body.name(), "table", &points_around(&at.body.body.solid, &at.table_from_solid)))
             .collect();
-        outlines.extend(meshes.iter().map(|mesh| {
-            let points = mesh.shown.vertices.iter().map(|p| setup.table_from_work * p).collect();
-            of(&mesh.name, mesh.role, points)
-        }));
+        outlines.extend(meshes.iter().map(|mesh| mesh.outline(&setup.table_from_work)));
         outlines
+    }
+}
+
+fn outline_of(name: &str, role: &'static str, points: &[Point3<f64>]) -> OutlineData {
+    OutlineData {
+        name: name.to_owned(),
+        role,
+        top: outline(points.iter().map(|p| [p.x, p.y]).collect()),
+        front: outline(points.iter().map(|p| [p.x, p.z]).collect()),
     }
 }
 
@@ -456,6 +458,15 @@ pub(crate) struct ShownSurface {
 }
 
 impl ShownSurface {
+    /// Returns the outline of the whole surface: a person measures by it.
+    fn outline(&self, table_from_work: &Isometry3<f64>) -> OutlineData {
+        let mut is_used = vec![false; self.full.vertices().len()];
+        self.full.triangles().iter().flatten().for_each(|&v| is_used[v as usize] = true);
+        let used = self.full.vertices().iter().zip(is_used).filter(|(_, is_used)| *is_used);
+        let points: Vec<Point3<f64>> = used.map(|(p, _)| table_from_work * p).collect();
+        outline_of(&self.name, self.role, &points)
+    }
+
     fn packed(&self, arrays: &mut Arrays) -> MeshData {
         let ScreenMesh { vertices, normals, triangles } = &self.shown;
         MeshData {
@@ -567,3 +578,7 @@ fn limit_name(limit: MotionLimit, machine: &Machine) -> String {
         MotionLimit::TipFeed => "tip feed".to_owned(),
     }
 }
+
+#[cfg(test)]
+#[path = "../tests/unit/document.rs"]
+mod tests;

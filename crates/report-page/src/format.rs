@@ -298,8 +298,10 @@ pub struct MotionData {
     pub times: NumberArray,
     /// Whether times are within velocity, acceleration and jerk of every axis.
     pub by_law: bool,
-    /// F in force.
+    /// F in force, mm/min; not known in rapids and in inverse time.
     pub feeds: Option<NumberArray>,
+    /// F in inverse time (G93), 1/min; `null` of a program without.
+    pub inverse_feeds: Option<NumberArray>,
     /// Figures of each motion for colours, plots and the readout.
     pub figures: Vec<FigureData>,
     /// Limiting factor of each motion by the law of motion: 0 none, else its place in

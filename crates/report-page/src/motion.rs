@@ -41,8 +41,10 @@ pub struct Segment {
     pub to: AxisValues,
     /// Time, s: by the law of motion if the machine's limits give one, else at constant speed.
     pub time: f64,
-    /// F in force, in mm/min (1/min in inverse time); `None` in rapids and without any.
+    /// F in force, in mm/min; `None` in rapids, in inverse time and without any.
     pub feed: Option<f64>,
+    /// F in inverse time (G93), in 1/min; `None` elsewhere.
+    pub inverse_feed: Option<f64>,
     /// Limiting factor by the law of motion.
     pub limit: Option<MotionLimit>,
     /// Whether words are the tip's.
@@ -111,13 +113,26 @@ fn segments(at: MotionContext<'_>, program: &ReadProgram) -> ProgramMotion {
         let motion = reader.block(block);
         let read = block.motion.as_ref();
         let is_rtcp = read.is_some_and(|m| matches!(m.compensation, Compensation::Rtcp(_)));
-        let feed =
-            read.and_then(|m| m.feed.map(|f| if f.mode == FeedMode::G93 { f.value } else { f.value * m.feed_unit }));
+        let written = read.and_then(|m| m.feed.map(|f| (f, m.feed_unit)));
+        let is_inverse = written.is_some_and(|(f, _)| f.mode == FeedMode::G93);
         let here = all.segments.last().map_or(all.start, |s| s.to);
         let mut add = |kind: SegmentKind, law: BlockLaw, [from, to]: [AxisValues; 2], time: f64| {
-            let feed = feed.filter(|_| kind != SegmentKind::Rapid);
+            let at_feed = written.filter(|_| kind != SegmentKind::Rapid);
+            let feed = at_feed.filter(|_| !is_inverse).map(|(f, unit)| f.value * unit);
+            let inverse_feed = at_feed.filter(|_| is_inverse).map(|(f, _)| f.value);
             let limit = None;
-            all.segments.push(Segment { line: block.line, kind, law, from, to, time, feed, limit, is_rtcp });
+            all.segments.push(Segment {
+                line: block.line,
+                kind,
+                law,
+                from,
+                to,
+                time,
+                feed,
+                inverse_feed,
+                limit,
+                is_rtcp,
+            });
         };
         let unknown = |why: String| format!("line {}: {why}", block.line);
         match motion {

@@ -35,6 +35,7 @@ export class Motion {
     for (let k = 0; k < data.n; k++) m.endTimes[k] = sum += times[k];
     m.total = sum;
     m.feeds = (await numbers(data.feeds, Float32Array)) || new Float32Array(data.n).fill(NaN);
+    m.inverseFeeds = (await numbers(data.inverse_feeds, Float32Array)) || new Float32Array(data.n).fill(NaN);
     m.figures = await Promise.all(data.figures.map(async (f) => ({ ...f, values: await numbers(f.values, Float32Array) })));
     m.isAscending = m.lines.every((line, k) => !k || m.lines[k - 1] <= line);
     return m;

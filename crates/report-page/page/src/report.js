@@ -18,7 +18,7 @@ const app = document.getElementById('app');
 put(app, h('.loading', 'Opening …'));
 
 /** Names of figures where there is little room. */
-const SHORT = { clearance: 'clearance', depth: 'gouge depth', tip: 'tip speed', chip: 'chip', removal: 'removal', feed: 'feed F', load: 'axis load' };
+const SHORT = { clearance: 'clearance', depth: 'gouge depth', tip: 'tip speed', chip: 'chip', removal: 'removal', feed: 'feed F', inverse: 'feed F, G93', load: 'axis load' };
 
 /** The page and its state. Tests and scripts reach it as `window.facemill`. */
 class Page {
@@ -69,6 +69,7 @@ class Page {
     const has = (key) => own.some((f) => f.key === key);
     const computed = [
       { key: 'feed', name: 'feed F', unit: 'mm/min', value: (k) => motion.feeds[k], note: 'as the block says it, or the last one before' },
+      ...(this.doc.motion.inverse_feeds ? [{ key: 'inverse', name: 'feed F in inverse time', unit: '1/min', value: (k) => motion.inverseFeeds[k], note: 'G93: the reciprocal of the time of the block' }] : []),
       { key: 'load', name: 'axis load', unit: '', value: (k) => (motion.kinds[k] ? motion.axisLoad(k) : NaN), note: 'mean speed of the axis nearest to its largest, as a share of it' },
       { key: 'tilt', name: 'angle of the tool to z', unit: '°', value: (k) => this.toolAngle(k), note: 'between tool axis and z of the workpiece at the end of the block' },
     ];
@@ -162,7 +163,7 @@ class Page {
     const rows = Object.entries(view.groups).filter(([name]) => name !== 'marks').map(([name, group]) => {
       const box = h('input', { type: 'checkbox', 'data-group': name, onchange: () => {
         view.setVisible(name, box.checked);
-        if (name === 'stockNow' && this.stock) this.stock.show(view.k);
+        if (name === 'stockNow' && this.stock) this.stock.show(view.k + 1);
       } });
       box.checked = group.isShown;
       return h('label', box, group.label);
@@ -300,7 +301,7 @@ class Page {
       position: () => axes.map(({ axis, i }) => ({ label: axis.letter, unit: unit(axis), atEnds: true, showLimits, limits: axis.limits.map((l) => (l === null ? NaN : l * degrees(axis))), value: (k) => (k < 0 ? motion.start[i] : motion.ends[i][k]) * degrees(axis) })),
       speed: () => axes.map(({ axis, i }) => ({ label: axis.letter, unit: axis.is_rotary ? '°/s' : 'mm/min', showLimits, limits: [-1, 1].map((s) => s * axis.max_velocity * perMinute(axis)), value: (k) => motion.axisSpeed(i, k) * perMinute(axis) })),
       acceleration: () => axes.map(({ axis, i }) => ({ label: axis.letter, unit: `${unit(axis)}/s²`, showLimits, limits: axis.max_acceleration ? [-1, 1].map((s) => s * axis.max_acceleration * degrees(axis)) : [], value: (k) => motion.axisAcceleration(i, k) * degrees(axis) })),
-      figures: () => figures.filter((f) => !f.kinds && ['clearance', 'depth', 'tip', 'feed', 'chip', 'removal', 'load'].includes(f.key) && this.hasValues(f)).map((f) => ({ label: SHORT[f.key] || f.name, unit: f.unit, limits: [], value: f.value })),
+      figures: () => figures.filter((f) => !f.kinds && ['clearance', 'depth', 'tip', 'feed', 'inverse', 'chip', 'removal', 'load'].includes(f.key) && this.hasValues(f)).map((f) => ({ label: SHORT[f.key] || f.name, unit: f.unit, limits: [], value: f.value })),
     }[name]();
     this.plots.setRows(rows);
   }
@@ -381,7 +382,7 @@ class Page {
     const facts = [];
     const add = (name, value) => value !== null && facts.push(h('dt', name), h('dd', value));
     add('motion', k < 0 ? 'start' : kinds[motion.kinds[k]]);
-    add('feed F', k >= 0 && motion.kinds[k] ? speed(motion.feeds[k]) : '–');
+    add('feed F', k < 0 || !motion.kinds[k] ? '–' : Number.isFinite(motion.inverseFeeds[k]) ? `${fixed(motion.inverseFeeds[k], 3)} 1/min` : speed(motion.feeds[k]));
     add('RTCP', k >= 0 && motion.rtcp[k] ? 'on' : 'off');
     for (const f of motion.figures) add(SHORT[f.key] || f.key, k >= 0 && Number.isFinite(f.values[k]) ? figure(f.values[k], f.unit) : '–');
     if (motion.limitNames.length) add('limited by', k >= 0 && motion.limits[k] ? motion.limitNames[motion.limits[k] - 1] : '–');

@@ -336,7 +336,7 @@ export class View {
     return box[0].map((low, k) => 0.5 * (low + box[1][k]));
   }
 
-  /** Places machine and tool at a position; `done` motions are behind it. */
+  /** Places machine and tool at a position; motion `k` is the last one done, −1: none. */
   setPosition(q, k) {
     const { machine } = this;
     const bedFromTable = machine.bedFromTable(q);
@@ -350,7 +350,7 @@ export class View {
     this.q = q;
     this.k = k;
     this.updateDone();
-    if (this.stock && this.groups.stockNow.isShown) this.stock.show(k);
+    if (this.stock && this.groups.stockNow.isShown) this.stock.show(k + 1);
     this.draw();
   }
 

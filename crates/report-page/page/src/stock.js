@@ -57,7 +57,7 @@ export class Stock {
     return lastUpTo(this.keys, motions);
   }
 
-  /** Shows the stock when so many motions are done; −1: all before the program. */
+  /** Shows the stock when so many motions are done; 0: as it is before the program. */
   show(motions) {
     const key = motions < 0 ? -1 : this.keyOf(motions);
     if (key === this.shownKey) return false;

@@ -48,6 +48,15 @@ try {
       }
       return all;
     })()`);
+    // The stock before the first motion, at its end and at the end of the last one.
+    measured.stock = await page.run(`(() => {
+      const { stock, view } = facemill;
+      if (!stock) return null;
+      facemill.toggleGroup('stockNow', true);
+      const keyAt = (k) => (facemill.seekMotion(k), stock.shownKey);
+      const first = stock.keys[0];
+      return { keys: stock.keys.length, start: keyAt(-1), before_first: keyAt(first - 2), first: keyAt(first - 1), end: keyAt(facemill.motion.n - 1) };
+    })()`);
     // A click on the first finding, and on the path where the tool is.
     measured.finding = await page.run(`(() => {
       const button = document.querySelector('[data-finding]');

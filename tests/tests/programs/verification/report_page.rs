@@ -185,6 +185,10 @@ fn a_browser_shows_the_pose_of_every_line_and_a_click_leads_to_it() {
     let clicked = &measured["clicked"];
     assert!(clicked["line"].is_u64() && clicked["line"] == clicked["shown"], "{clicked}");
     assert_eq!(measured["banner"], "");
+    let stock = &measured["stock"];
+    let keys = stock["keys"].as_i64().expect("a number");
+    assert!(keys > 1, "{stock}");
+    assert_eq!([&stock["start"], &stock["before_first"], &stock["first"], &stock["end"]], [-1, -1, 0, keys - 1]);
     let sheet = &measured["sheet"];
     assert_eq!(sheet["rows"], sheet["all_rows"], "rows are missing in print");
     assert!(sheet["rows"].as_u64() > Some(40) && sheet["app_hidden"] == true, "{sheet}");
@@ -378,6 +382,8 @@ fn every_control_has_a_page_that_follows_its_program() {
         assert_eq!(held["program"]["operations"].as_array().map(Vec::len), Some(1), "{control}");
         let passes = held["result"]["passes"].as_array().map(Vec::len);
         assert_eq!(held["program"]["passes"].as_array().map(Vec::len), passes, "{control}");
+        let [by_length, by_time] = ["feeds", "inverse_feeds"].map(|key| !motion[key].is_null());
+        assert_eq!((by_length, by_time), (mode != "g93", mode == "g93"), "{control}");
         let under_rtcp = numbers(&page, &motion["rtcp"]).contains(&1.0);
         assert_eq!(under_rtcp, mode == "rtcp", "{control}");
         if control == "siemens_840d" {
