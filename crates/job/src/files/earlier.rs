@@ -42,7 +42,8 @@ pub(super) fn replaced_by(folder: &Path, written: &[(String, Vec<u8>)]) -> Vec<P
 
 /// Returns the names of the files in a folder that a plan writes: those of a job with one setup,
 /// those that our reports in the folder list, and those now written. Names alone decide, so that a
-/// program of another name is not touched.
+/// program of another name is not touched; but of pages their content, too: `report.html` is also a
+/// name that other programs give.
 fn of_plans(folder: &Path, written: &[(String, Vec<u8>)]) -> Vec<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let is_file = |e: &std::fs::DirEntry| e.file_type().is_ok_and(|t| t.is_file() || t.is_symlink());
@@ -54,7 +55,7 @@ fn of_plans(folder: &Path, written: &[(String, Vec<u8>)]) -> Vec<String> {
         kin.learn(name);
         programs_of(&report).for_each(|program| kin.learn(program));
     }
-    there.retain(|name| kin.has(name));
+    there.retain(|name| kin.has(name) && (!name.ends_with(".html") || is_page(&folder.join(name))));
     there
 }
 
@@ -119,6 +120,15 @@ fn clean(stem: &str) -> &str {
 
 /// Largest report that is read, bytes.
 const LARGEST_REPORT: u64 = 1 << 28;
+
+/// Mark in every page of this program, of any version.
+const PAGE: &[u8] = b"facemill-page/";
+
+/// Returns whether a file is a page of this program.
+fn is_page(file: &Path) -> bool {
+    let bytes = super::input::read_at_most(file, LARGEST_REPORT);
+    bytes.is_ok_and(|bytes| bytes.windows(PAGE.len()).any(|part| part == PAGE))
+}
 
 /// Returns a report of a plan of this program, of any version.
 fn our_report(file: &Path) -> Option<serde_json::Value> {

@@ -21,7 +21,8 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 fn of(names: &[&str]) -> Vec<(String, Vec<u8>)> {
-    names.iter().map(|name| ((*name).to_owned(), vec![1])).collect()
+    let content = |name: &str| if name.ends_with(".html") { b"facemill-page/1".to_vec() } else { vec![1] };
+    names.iter().map(|name| ((*name).to_owned(), content(name))).collect()
 }
 
 #[test]
@@ -67,6 +68,16 @@ fn files_of_setups_go_where_a_report_of_ours_speaks_of_them_and_no_others() {
     write_plan(folder.path(), &of(&["program.nc", "report.json"])).unwrap();
     let left = ["certificates-mine.json", "program-of-mine.nc", "program.nc", "report-of-mine.json", "report.json"];
     assert_eq!(names(folder.path()), left);
+}
+
+#[test]
+fn a_page_of_another_program_under_the_name_of_ours_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    write_plan(folder.path(), &of(&["report.html", "report.json", "setup-sheet.html"])).unwrap();
+    std::fs::write(folder.path().join("report.html"), "<html>of another program</html>").unwrap();
+    assert_eq!(set_aside_earlier(folder.path()).unwrap(), ["report.json", "setup-sheet.html"]);
+    write_plan(folder.path(), &of(&["program.nc", "report.json"])).unwrap();
+    assert_eq!(names(folder.path()), ["program.nc", "report.html", "report.json"]);
 }
 
 #[test]
