@@ -91,6 +91,7 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
     let mut all_files = Vec::new();
     let mut timings = Vec::new();
     let mut setups = Vec::new();
+    let mut all_planned = Vec::new();
     let mut texts = Vec::new();
     let progress = if arguments.json_progress { Progress::json() } else { Progress::new(arguments.quiet) };
     for planned in plan_job(job, settings, arguments.stock_cell_mm, &progress)? {
@@ -102,9 +103,9 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
             "programs": planned.report.programs,
             "stages_s": planned.timings.iter().map(|(name, s)| ((*name).to_owned(), serde_json::json!(s))).collect::<serde_json::Map<_, _>>(),
         }));
-        all_files.extend(if arguments.no_html { Vec::new() } else { pages_of_plan(job, &planned) });
-        all_files.extend(planned.files);
-        all_files.extend(arguments.chips.then_some(planned.chip_table));
+        all_files.extend(planned.files.iter().cloned());
+        all_files.extend(arguments.chips.then(|| planned.chip_table.clone()));
+        all_planned.push(planned);
     }
     let timings = serde_json::json!({ "format": "facemill-timings/1", "setups": timings });
     all_files.push(("timings.json".to_owned(), facemill::file_format::to_json(&timings).into_bytes()));
@@ -112,7 +113,20 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
         return Err(Failure::Interrupted);
     }
     files::write_plan(out, &all_files)?;
-    let names: Vec<String> = all_files.into_iter().map(|(name, _)| name).collect();
+    // Program and report are safe before pages are made: these can be made again.
+    let planned = all_planned.iter().filter(|_| !arguments.no_html);
+    let pages: Vec<(String, Vec<u8>)> = planned.flat_map(|planned| pages_of_plan(job, planned)).collect();
+    let paths: Vec<PathBuf> = pages.iter().map(|(name, _)| out.join(name)).collect();
+    let placed: Vec<(&Path, Vec<u8>)> =
+        paths.iter().zip(&pages).map(|(path, (_, page))| (path.as_path(), page.clone())).collect();
+    let pages = match files::write_each(&placed) {
+        Ok(()) => pages,
+        Err(why) => {
+            eprintln!("facemill: the plan is written, but not its pages: {why}");
+            Vec::new()
+        }
+    };
+    let names: Vec<String> = all_files.into_iter().chain(pages).map(|(name, _)| name).collect();
     let output = match (arguments.json, arguments.quiet) {
         (true, _) => json(outcome, out, names, setups),
         (false, true) => String::new(),
