@@ -8,6 +8,7 @@ use facemill_feedrate::MotionLimit;
 use facemill_inverse_kinematics::{AxisKind, AxisValues, Carrier, Machine, MachineBody};
 use facemill_job::failure::Failure;
 use facemill_job::format::program_stamp::ProgramStamp;
+use facemill_job::format::verification_file::VERIFICATION_FORMAT;
 use facemill_job::load::HEADS_APART;
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::load::obstacle_meshes::ObstacleRole;
@@ -28,11 +29,11 @@ use crate::format::{
 };
 use crate::line_figures::{LineChip, LineProof, chips, proofs};
 use crate::meshes::{ScreenMesh, joined_once, outline, points_around, thinned};
-use crate::motion::{Poses, ProgramMotion, Segment, SegmentKind, law_code, program_motion, tip_path};
+use crate::motion::{Poses, ProgramMotion, SHOWN_WITHIN, Segment, SegmentKind, law_code, program_motion, tip_path};
 use crate::packed::{Arrays, NumberArray};
 use crate::program_text::{operation_lines, pass_lines};
 use crate::stock::{KeyedStock, keyed_stock, part_deviation};
-use crate::verdict::verdict;
+use crate::verdict::{finding_faults, verdict};
 
 /// Sources of a page.
 pub struct PageSource<'a> {
@@ -48,7 +49,7 @@ pub struct PageSource<'a> {
     pub text: &'a [u8],
     /// Report of the plan, or the verification, as its file says it.
     pub result: Value,
-    /// File of certificates, if there is one.
+    /// File of certificates, or those of the verification, if there are any.
     pub certificates: Option<Value>,
     /// Table of chips (`chips.csv`), if there is one.
     pub chips: Option<&'a [u8]>,
@@ -133,6 +134,15 @@ impl PageScene<'_> {
             not_shown.push(format!("stock and deviation: {why}"));
         }
         let stock = stock.ok();
+        thin.extend(stock.iter().flat_map(|stock| stock_thinned(stock, motion.segments.len())));
+        let is_verification = source.result.get("format").and_then(Value::as_str) == Some(VERIFICATION_FORMAT);
+        if is_verification && source.certificates.is_some() {
+            thin.push(
+                "certificates: the page has figures, sums and the blocks that are not certified; `facemill verify \
+                 --certificates` writes all of them"
+                    .to_owned(),
+            );
+        }
         let deviation = stock.as_ref().and_then(|stock| self.deviation(stock, &meshes, &mut arrays, &mut not_shown));
         let outlines = self.outlines(&meshes);
         let corners = |b: facemill_cl_data::Aabb| [[b.min.x, b.min.y, b.min.z], [b.max.x, b.max.y, b.max.z]];
@@ -146,6 +156,7 @@ impl PageScene<'_> {
             facemill: env!("CARGO_PKG_VERSION"),
             job: job.file.name.clone(),
             verdict: verdict(&source.result),
+            finding_faults: finding_faults(&source.result),
             machine: self.machine(&motion),
             setup: SetupData {
                 file: setup.file.clone(),
@@ -224,7 +235,8 @@ impl PageScene<'_> {
         let mesh = meshes.iter().position(|m| m.role == "part")?;
         let ShownSurface { full, shown, .. } = &meshes[mesh];
         let of_operations = job.operations_of(self.scene.setup.file).map(|(_, o)| largest_left(job, o));
-        let tolerance = of_operations.reduce(f64::max).filter(|t| *t > 0.0).unwrap_or(0.1);
+        let permitted = of_operations.filter(|t| *t > 0.0).reduce(f64::min);
+        let tolerance = permitted.unwrap_or(0.1);
         let at = (&shown.vertices[..], &shown.normals[..]);
         let allowance = self.scene.setup.drive_allowance;
         let found = part_deviation(stock, full.clone(), allowance, at, tolerance);
@@ -236,6 +248,7 @@ impl PageScene<'_> {
             values: arrays.numbers_with_gaps(&values, 1e-3),
             cut: arrays.integers(cut),
             tolerance,
+            permitted,
             worst: found.worst.iter().map(|w| WorstPlace { at: w.position.into(), value: w.value }).collect(),
             histogram: found.histogram,
         })
@@ -277,7 +290,7 @@ impl PageScene<'_> {
 
     fn tools(&self, motion: &ProgramMotion) -> Vec<ToolData> {
         let mut times = [0.0; 2];
-        for segment in &motion.segments {
+        for segment in motion.segments.iter().filter(|s| s.is_timed) {
             times[usize::from(segment.kind == SegmentKind::Rapid)] += segment.time;
         }
         self.heads.iter().map(|(_, tool)| ToolData { file: tool.to_file(), times }).collect()
@@ -316,12 +329,15 @@ impl PageScene<'_> {
         let poses = self.poses();
         let paths = poses.iter().map(|(poses, _)| {
             let path = tip_path(poses, motion, MOST.points);
-            if path.points.len() <= segments.len() && segments.len() > MOST.points {
+            let n = path.points.len();
+            if path.left_out_within > 0.0 {
+                let within = SHOWN_WITHIN[0] + path.left_out_within;
                 thin.push(format!(
-                    "path of the tip: {} points are shown of {} motions",
-                    path.points.len(),
+                    "path of the tip: {n} points are shown of {} motions, within {within:.3} mm of it",
                     segments.len()
                 ));
+            } else if n > segments.len() + 1 {
+                thin.push(format!("path of the tip: straight lines within {} mm of it", SHOWN_WITHIN[0]));
             }
             PathData {
                 points: [0, 1, 2].map(|k| arrays.numbers(path.points.iter().map(|p| p[k]), (1e-3, 0.0))),
@@ -329,6 +345,13 @@ impl PageScene<'_> {
             }
         });
         let paths = paths.collect();
+        let proofs: Option<HashMap<u32, LineProof>> =
+            source.certificates.as_ref().map(proofs).filter(|proofs| !proofs.is_empty());
+        let uncertified = proofs.as_ref().map(|proofs| {
+            let is_certified = |s: &Segment| proofs.get(&s.line).is_some_and(|proof| proof.is_certified);
+            arrays.integers(segments.iter().map(|s| i64::from(!is_certified(s))))
+        });
+        let n_untimed = segments.iter().filter(|s| !s.is_timed).count();
         MotionData {
             n: segments.len(),
             start: motion.start.iter().collect(),
@@ -339,9 +362,12 @@ impl PageScene<'_> {
             rtcp: arrays.integers(segments.iter().map(|s| i64::from(s.is_rtcp))),
             times: arrays.numbers(segments.iter().map(|s| s.time), (1e-5, 0.0)),
             by_law: motion.by_law,
+            n_untimed,
+            untimed: (n_untimed > 0).then(|| arrays.integers(segments.iter().map(|s| i64::from(!s.is_timed)))),
+            uncertified,
             feeds: arrays.numbers_with_gaps(&feeds, 1e-3),
             inverse_feeds: arrays.numbers_with_gaps(&inverse_feeds, 1e-3),
-            figures: self.figures(segments, source, arrays, not_shown),
+            figures: self.figures(segments, (source, proofs.unwrap_or_default()), arrays, not_shown),
             limits: arrays.integers(limits),
             limit_names,
             paths,
@@ -352,11 +378,10 @@ impl PageScene<'_> {
     fn figures(
         &self,
         segments: &[Segment],
-        source: &PageSource<'_>,
+        (source, proofs): (&PageSource<'_>, HashMap<u32, LineProof>),
         arrays: &mut Arrays,
         not_shown: &mut Vec<String>,
     ) -> Vec<FigureData> {
-        let proofs: HashMap<u32, LineProof> = source.certificates.as_ref().map(proofs).unwrap_or_default();
         let chips: HashMap<u32, LineChip> =
             source.chips.map(|csv| chips(&String::from_utf8_lossy(csv))).unwrap_or_default();
         let mut figures = Vec::new();
@@ -383,8 +408,15 @@ impl PageScene<'_> {
                 not_shown.push(format!("clearances at block ends: there are more than {} blocks", MOST.clearances));
             }
         } else {
-            let depth = of_line(&|line| proofs.get(&line)?.depth);
-            let note = "no point of the cutter is ever deeper in the block, proven".to_owned();
+            let depth = of_line(&|line| proofs.get(&line).and_then(|p| p.depth_with_control.or(p.depth)));
+            let has_control = proofs.values().all(|p| p.depth.is_none() || p.depth_with_control.is_some());
+            let note = if has_control {
+                "no point of the cutter is ever deeper in the block, the tolerance of the control included, proven"
+            } else {
+                "no point of the cutter is ever deeper in the block, proven; of some blocks without the tolerance of the \
+                 control"
+            }
+            .to_owned();
             add(("depth", "certified gouge depth", "mm", false), note, (depth, 1e-4));
             let clearance = of_line(&|line| proofs.get(&line)?.clearance);
             let note = "no body ever comes nearer in the block, proven".to_owned();
@@ -434,7 +466,7 @@ fn operation_times(motion: &ProgramMotion, starts: &[OperationLines]) -> Vec<Ope
     let names = std::iter::once(String::new()).chain(starts.iter().map(|s| s.operation.clone()));
     let mut times: Vec<OperationTimes> =
         names.map(|operation| OperationTimes { operation, cut: 0.0, rapid: 0.0 }).collect();
-    for segment in &motion.segments {
+    for segment in motion.segments.iter().filter(|s| s.is_timed) {
         let part = &mut times[starts.partition_point(|s| s.first_line <= segment.line)];
         *(if segment.kind == SegmentKind::Rapid { &mut part.rapid } else { &mut part.cut }) += segment.time;
     }
@@ -501,6 +533,28 @@ fn stock_data(stock: &KeyedStock, arrays: &mut Arrays) -> StockData {
         interval_counts: counts(changes().map(|c| c.intervals.len()).collect()),
         ends,
     }
+}
+
+/// Returns how the stock is coarser than it is.
+fn stock_thinned(stock: &KeyedStock, n_motions: usize) -> Vec<String> {
+    let grid = stock.before.grid();
+    let mut thin = vec![format!(
+        "stock: lines along z {:.2} mm apart, cut within 0.1 mm, {} states of {n_motions} motions",
+        grid.cell(),
+        stock.keys.len()
+    )];
+    let [nx, ny] = grid.n_lines();
+    let mut lines = (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j)));
+    let has_gap = lines.any(|(i, j)| stock.before.intervals(i, j).count() > 1)
+        || stock.changes.iter().flatten().any(|change| change.intervals.len() > 1);
+    if has_gap {
+        thin.push(
+            "stock: of a line with several pieces of material the lowest bottom and the highest top are drawn, as if it \
+             were one; deviations are those of all pieces"
+                .to_owned(),
+        );
+    }
+    thin
 }
 
 /// Returns whether a body of a head's view is the tool of the other head: no body of the file.

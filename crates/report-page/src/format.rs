@@ -24,7 +24,12 @@ pub struct PageDocument {
     /// Verdict on the program.
     pub verdict: Verdict,
     /// The report of the plan or the verification, as its file says it.
+    ///
+    /// Of a verification with certificates, their list is left out: `certified` has their sums and
+    /// the blocks that are not certified, as in a report.
     pub result: Value,
+    /// Whether each finding of `result` is a fault.
+    pub finding_faults: Vec<bool>,
     /// The program that is played.
     pub program: ProgramData,
     /// The machine.
@@ -56,7 +61,7 @@ pub struct PageDocument {
 /// Verdict on a program.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verdict {
-    /// `good`, `incomplete`, `not_verified` or `faulty`.
+    /// `good`, `partly_tested`, `incomplete`, `not_verified` or `faulty`.
     pub state: VerdictState,
     /// Reasons, one sentence each.
     pub because: Vec<String>,
@@ -68,6 +73,8 @@ pub struct Verdict {
 pub enum VerdictState {
     /// Run on the virtual machine without a fault.
     Good,
+    /// Run without a fault, but a test was not made, or a block not proven.
+    PartlyTested,
     /// Without a fault, but the job is not met.
     Incomplete,
     /// Not run on the virtual machine.
@@ -298,6 +305,12 @@ pub struct MotionData {
     pub times: NumberArray,
     /// Whether times are within velocity, acceleration and jerk of every axis.
     pub by_law: bool,
+    /// Number of motions of which no time is known; `times` has 0.1 s for each of them.
+    pub n_untimed: usize,
+    /// Whether a motion is one of these, 0 or 1; `null` without any.
+    pub untimed: Option<NumberArray>,
+    /// Whether its block is not certified, 0 or 1; `null` without certificates.
+    pub uncertified: Option<NumberArray>,
     /// F in force, mm/min; not known in rapids and in inverse time.
     pub feeds: Option<NumberArray>,
     /// F in inverse time (G93), 1/min; `null` of a program without.
@@ -375,8 +388,10 @@ pub struct DeviationData {
     pub values: Option<NumberArray>,
     /// Whether the program has cut at each vertex, 0 or 1.
     pub cut: NumberArray,
-    /// Largest deviation that the job permits, mm.
+    /// Deviation of the scale's middle, mm: `permitted`, or 0.1.
     pub tolerance: f64,
+    /// Smallest of the deviations that the operations permit, mm; `null` without operations.
+    pub permitted: Option<f64>,
     /// Five deepest gouges, then the five highest excesses, where the program has cut, each some
     /// cells from the others.
     pub worst: Vec<WorstPlace>,

@@ -8,19 +8,41 @@ use serde_json::Value;
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct LineProof {
     pub(crate) depth: Option<f64>,
+    /// With the control's tolerance.
+    pub(crate) depth_with_control: Option<f64>,
     pub(crate) clearance: Option<f64>,
+    /// Whether all of the block is proven.
+    pub(crate) is_certified: bool,
+}
+
+impl LineProof {
+    /// Returns the proof of two motions of a line: what is not proven of one is not of both.
+    fn and(self, other: Self) -> Self {
+        let both = |a: Option<f64>, b: Option<f64>, worse: fn(f64, f64) -> f64| Some(worse(a?, b?));
+        Self {
+            depth: both(self.depth, other.depth, f64::max),
+            depth_with_control: both(self.depth_with_control, other.depth_with_control, f64::max),
+            clearance: both(self.clearance, other.clearance, f64::min),
+            is_certified: self.is_certified && other.is_certified,
+        }
+    }
 }
 
 /// Returns the proofs of lines in a file of certificates, or in a verification that has them.
 pub(crate) fn proofs(file: &Value) -> HashMap<u32, LineProof> {
     let list = file.get("certificates").or_else(|| file.pointer("/certificates/certificates"));
     let list = list.and_then(|c| c.as_array().or_else(|| c.get("certificates")?.as_array()));
-    let mut proofs = HashMap::new();
+    let mut proofs: HashMap<u32, LineProof> = HashMap::new();
     for certificate in list.into_iter().flatten() {
         let Some(line) = certificate.get("line").and_then(Value::as_u64) else { continue };
         let number = |key: &str| certificate.get(key).and_then(Value::as_f64);
-        let proof = LineProof { depth: number("depth_mm"), clearance: number("clearance_mm") };
-        proofs.insert(line as u32, proof);
+        let proof = LineProof {
+            depth: number("depth_mm"),
+            depth_with_control: number("depth_with_control_mm"),
+            clearance: number("clearance_mm"),
+            is_certified: certificate.get("certified") == Some(&Value::Bool(true)),
+        };
+        proofs.entry(line as u32).and_modify(|known| *known = known.and(proof)).or_insert(proof);
     }
     proofs
 }

@@ -41,6 +41,8 @@ pub struct Segment {
     pub to: AxisValues,
     /// Time, s: by the law of motion if the machine's limits give one, else at constant speed.
     pub time: f64,
+    /// Whether that time is known; else it is one to be shown for.
+    pub is_timed: bool,
     /// F in force, in mm/min; `None` in rapids, in inverse time and without any.
     pub feed: Option<f64>,
     /// F in inverse time (G93), in 1/min; `None` elsewhere.
@@ -93,6 +95,7 @@ pub(crate) fn program_motion(
     });
     for (segment, (time, limit)) in all.segments.iter_mut().filter(followed).zip(times) {
         (segment.time, segment.limit) = (time, limit.filter(|_| segment.kind == SegmentKind::Cut));
+        segment.is_timed = true;
     }
     all.by_law = true;
     all
@@ -116,11 +119,11 @@ fn segments(at: MotionContext<'_>, program: &ReadProgram) -> ProgramMotion {
         let written = read.and_then(|m| m.feed.map(|f| (f, m.feed_unit)));
         let is_inverse = written.is_some_and(|(f, _)| f.mode == FeedMode::G93);
         let here = all.segments.last().map_or(all.start, |s| s.to);
-        let mut add = |kind: SegmentKind, law: BlockLaw, [from, to]: [AxisValues; 2], time: f64| {
+        let mut add = |kind: SegmentKind, law: BlockLaw, [from, to]: [AxisValues; 2], time: Option<f64>| {
             let at_feed = written.filter(|_| kind != SegmentKind::Rapid);
             let feed = at_feed.filter(|_| !is_inverse).map(|(f, unit)| f.value * unit);
             let inverse_feed = at_feed.filter(|_| is_inverse).map(|(f, _)| f.value);
-            let limit = None;
+            let (limit, is_timed, time) = (None, time.is_some(), time.unwrap_or(UNTIMED));
             all.segments.push(Segment {
                 line: block.line,
                 kind,
@@ -128,6 +131,7 @@ fn segments(at: MotionContext<'_>, program: &ReadProgram) -> ProgramMotion {
                 from,
                 to,
                 time,
+                is_timed,
                 feed,
                 inverse_feed,
                 limit,
@@ -140,19 +144,19 @@ fn segments(at: MotionContext<'_>, program: &ReadProgram) -> ProgramMotion {
             Ok(AxisMotion::Rapid { positions, law }) => {
                 for [from, to] in legs(&positions) {
                     let time = rapid_time(machine, law, from, to, at.tool_length);
-                    add(SegmentKind::Rapid, law, [*from, *to], time);
+                    add(SegmentKind::Rapid, law, [*from, *to], Some(time));
                 }
             }
             Ok(AxisMotion::Cut(cut)) => {
                 let law = cut_law(machine, is_rtcp);
-                let time = cut.time.filter(|t| t.is_finite()).unwrap_or(if cut.is_free() { 0.0 } else { UNTIMED });
+                let time = cut.time.filter(|t| t.is_finite()).or(cut.is_free().then_some(0.0));
                 add(SegmentKind::Cut, law, [cut.from, cut.to], time);
             }
             Ok(AxisMotion::Other(Some(to))) => {
                 let is_rapid = read.is_some_and(|m| m.kind.is_rapid());
                 let law = BlockLaw::Cutting(CuttingLaw::AxesLinear);
                 let from = here;
-                add(if is_rapid { SegmentKind::Rapid } else { SegmentKind::Other }, law, [from, to], UNTIMED);
+                add(if is_rapid { SegmentKind::Rapid } else { SegmentKind::Other }, law, [from, to], None);
                 let arc = read.is_some_and(|m| !matches!(m.kind, MotionKind::Linear | MotionKind::Rapid));
                 let why = if arc {
                     "arcs and cycles are shown as straight motions"
@@ -272,10 +276,12 @@ pub(crate) struct TipPath {
     pub(crate) points: Vec<Point3<f64>>,
     /// Index of the segment that leads to each point; 0 of the first.
     pub(crate) segments: Vec<u32>,
+    /// Distance from the tip's path within which points were left out, mm.
+    pub(crate) left_out_within: f64,
 }
 
 /// Deviation of the shown path from the tip's, mm, and largest turn between two of its points, rad.
-const SHOWN_WITHIN: [f64; 2] = [0.2, 0.35];
+pub(crate) const SHOWN_WITHIN: [f64; 2] = [0.2, 0.35];
 
 /// Returns the path of a tip with at most about `most` points: of those in a row that a straight
 /// line runs past within a tolerance, the last one stays.
@@ -285,7 +291,7 @@ pub(crate) fn tip_path(poses: &Poses<'_>, motion: &ProgramMotion, most: usize) -
         .par_iter()
         .map(|s| poses.along(s, SHOWN_WITHIN).into_iter().map(|(_, pose)| pose.tip).collect())
         .collect();
-    let mut path = TipPath { points: vec![poses.at(&motion.start).tip], segments: vec![0] };
+    let mut path = TipPath { points: vec![poses.at(&motion.start).tip], segments: vec![0], left_out_within: 0.0 };
     for (k, points) in along.iter().enumerate() {
         path.points.extend(points);
         path.segments.resize(path.points.len(), k as u32);
@@ -293,6 +299,7 @@ pub(crate) fn tip_path(poses: &Poses<'_>, motion: &ProgramMotion, most: usize) -
     let mut within = 0.002;
     while path.points.len() > most && within < 1e3 {
         path = path.thinned(within, &motion.segments);
+        path.left_out_within += within;
         within *= 2.0;
     }
     path
@@ -303,7 +310,7 @@ impl TipPath {
     /// points where the kind of motion changes stay.
     fn thinned(&self, within: f64, segments: &[Segment]) -> Self {
         let kind = |k: usize| segments.get(self.segments[k] as usize).map(|s| s.kind);
-        let mut kept = Self { points: vec![self.points[0]], segments: vec![0] };
+        let mut kept = Self { points: vec![self.points[0]], segments: vec![0], left_out_within: self.left_out_within };
         let mut since: Vec<Point3<f64>> = Vec::new();
         for k in 1..self.points.len() {
             let last = kept.points[kept.points.len() - 1];

@@ -1,5 +1,6 @@
 //! Verdict on a program by its report or verification.
 
+use facemill_job::format::verification_file::VERIFICATION_FORMAT;
 use facemill_virtual_machine::FindingKind;
 use serde_json::Value;
 
@@ -7,32 +8,58 @@ use crate::format::{Verdict, VerdictState};
 
 /// Returns the verdict that a report or a verification gives, as its file says it.
 pub(crate) fn verdict(result: &Value) -> Verdict {
-    let kinds = list(result, "/findings").filter_map(|f| serde_json::from_value(f.get("kind")?.clone()).ok());
-    let faults = kinds.filter(|kind: &FindingKind| kind.is_fault()).count();
+    let faults = finding_faults(result).into_iter().filter(|is_fault| *is_fault).count();
     let exceeds_gouge = result.pointer("/deviation/exceeds_gouge_limit") == Some(&Value::Bool(true));
     let mut because = Vec::new();
     if faults > 0 {
-        because.push(format!("{faults} faults were found in the program"));
+        let were = if faults == 1 { "fault was" } else { "faults were" };
+        because.push(format!("{faults} {were} found in the program"));
     }
     if exceeds_gouge {
         because.push("the cut stock is deeper than the gouge limit permits".to_owned());
     }
-    let incomplete = incomplete(result);
-    let is_verified = result.get("verified") != Some(&Value::Bool(false));
+    let (incomplete, untested) = (incomplete(result), untested(result));
+    let has_findings = result.get("findings").is_some_and(Value::is_array);
+    let is_verified = has_findings && result.get("verified") != Some(&Value::Bool(false));
     let state = match () {
         () if !because.is_empty() => VerdictState::Faulty,
         () if !is_verified => VerdictState::NotVerified,
         () if !incomplete.is_empty() => VerdictState::Incomplete,
+        () if !untested.is_empty() => VerdictState::PartlyTested,
         () => VerdictState::Good,
     };
     if !is_verified {
         because.push("the program was not run on the virtual machine".to_owned());
     }
-    if result.get("estimate").is_some() {
-        because.push("collisions are only estimated: nothing is proven between positions".to_owned());
-    }
     because.extend(incomplete);
+    because.extend(untested);
     Verdict { state, because }
+}
+
+/// Returns whether each finding of a report or a verification is a fault; one without a kind, or of
+/// a kind that this version does not know, is one.
+pub(crate) fn finding_faults(result: &Value) -> Vec<bool> {
+    let kind = |f: &Value| serde_json::from_value::<FindingKind>(f.get("kind")?.clone()).ok();
+    list(result, "/findings").map(|f| kind(f).is_none_or(FindingKind::is_fault)).collect()
+}
+
+/// Returns tests that were not made, and blocks that were requested to be proven and are not.
+fn untested(result: &Value) -> Vec<String> {
+    let mut missing = Vec::new();
+    if result.get("estimate").is_some_and(|e| !e.is_null()) {
+        missing.push("collisions are only estimated: nothing is proven between positions".to_owned());
+    }
+    let count = |key: &str| result.pointer(&format!("/certified/{key}")).and_then(Value::as_u64);
+    if let (Some(blocks), Some(certified)) = (count("blocks"), count("certified"))
+        && certified < blocks
+    {
+        missing.push(format!("{} of {blocks} blocks are not proven", blocks - certified));
+    }
+    let is_verification = result.get("format").and_then(Value::as_str) == Some(VERIFICATION_FORMAT);
+    if is_verification && result.get("stock").is_none_or(Value::is_null) {
+        missing.push("the stock was not cut: the program is tested against the initial stock alone".to_owned());
+    }
+    missing
 }
 
 /// Returns why a program without faults does less than its job requires.

@@ -6,8 +6,10 @@ use std::process::ExitCode;
 use clap::{ArgGroup, Args};
 use facemill::formats::{MadeFrom, ProgramStamp};
 use facemill::job_file::STOCK_TOLERANCE;
+use facemill::report::CertifiedReport;
 use facemill::report_page::animation::animation_glb;
 use facemill::report_page::document::{PageData, PageSource, page_data};
+use facemill::report_page::format::VerdictState;
 use facemill::report_page::html::{report_html, sheet_html};
 use facemill::{CutRequest, DeviationRequest, Failure, Job, JobSetting, Planned, VerifyRequest, files, verify_program};
 use serde_json::Value;
@@ -81,9 +83,12 @@ pub(crate) fn view(arguments: &ViewArguments) -> Result<ExitCode, Failure> {
     files::check_outputs(paths.into_iter().flatten().map(PathBuf::as_path))?;
     let mut verified = verify_program(&job, &text, &request, &Progress::new(false))?;
     verified.complete(arguments.stand.assumptions(arguments.program.dialect));
-    let clean = verified.file.verification.faults().next().is_none();
-    let result = value(&verified.file)?;
-    let certificates = result.get("certificates").cloned();
+    let mut result = value(&verified.file)?;
+    // A page has the sums; a million certificates would fill it.
+    let certificates = result.as_object_mut().and_then(|file| file.remove("certificates"));
+    if let Some(certificates) = &verified.file.certificates {
+        result["certified"] = value(&CertifiedReport::new(certificates))?;
+    }
     let source = PageSource {
         job: &job,
         setup,
@@ -103,9 +108,13 @@ pub(crate) fn view(arguments: &ViewArguments) -> Result<ExitCode, Failure> {
         return Err(Failure::Interrupted);
     }
     files::write_each(&outputs)?;
-    let faults = verified.file.verification.faults().count();
-    say(&format!("{faults} fault(s); written to {}\n", out.display()))?;
-    Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
+    // What the page says, and no other count.
+    let verdict = &data.document.verdict;
+    let is_faulty = verdict.state == VerdictState::Faulty;
+    let stamp = if is_faulty { "REJECTED" } else { "no fault was found" };
+    let because: String = verdict.because.iter().map(|why| format!("; {why}")).collect();
+    say(&format!("{stamp}{because}; written to {}\n", out.display()))?;
+    Ok(if is_faulty { ExitCode::from(1) } else { ExitCode::SUCCESS })
 }
 
 /// Writes the pages of a plan again.
@@ -122,6 +131,9 @@ pub(crate) fn report(arguments: &ReportArguments) -> Result<ExitCode, Failure> {
             "has several setups: use `facemill view --animation` for the program of one",
         ));
     }
+    let names = reports.iter().flat_map(|(suffix, _)| page_names(suffix)).map(|name| folder.join(name));
+    let written: Vec<PathBuf> = names.chain(arguments.animation.clone()).collect();
+    files::check_outputs(written.iter().map(PathBuf::as_path))?;
     let mut outputs: Vec<(PathBuf, Vec<u8>)> = Vec::new();
     for (suffix, result) in reports {
         let path = folder.join(format!("report{suffix}.json"));
@@ -133,9 +145,13 @@ pub(crate) fn report(arguments: &ReportArguments) -> Result<ExitCode, Failure> {
         let text = files::read(&folder.join(name))?;
         check_program(&result, name, &text).map_err(&wrong)?;
         let beside = |name: String| folder.join(&name).is_file().then(|| files::read(&folder.join(name)));
-        let certificates = beside(format!("certificates{suffix}.json")).transpose()?;
+        let of_blocks = format!("certificates{suffix}.json");
+        let certificates = beside(of_blocks.clone()).transpose()?;
         let certificates = certificates.map(|bytes| serde_json::from_slice(&bytes)).transpose();
         let certificates = certificates.map_err(|e| wrong(format!("its certificates are no JSON: {e}")))?;
+        if let Some(certificates) = &certificates {
+            check_certificates(certificates, name, &text).map_err(|e| Failure::input(&folder.join(of_blocks), e))?;
+        }
         let chips = beside(format!("chips{suffix}.csv")).transpose()?;
         let picture = format!("solution-space{suffix}.svg");
         let svg = beside(picture.clone()).transpose()?;
@@ -201,7 +217,12 @@ fn data_of_plan(job: &Job, planned: &Planned) -> Result<(String, PageData), Fail
 }
 
 fn pages(suffix: &str, data: &PageData) -> [(String, Vec<u8>); 2] {
-    [(format!("report{suffix}.html"), report_html(data)), (format!("setup-sheet{suffix}.html"), sheet_html(data))]
+    let [report, sheet] = page_names(suffix);
+    [(report, report_html(data)), (sheet, sheet_html(data))]
+}
+
+fn page_names(suffix: &str) -> [String; 2] {
+    [format!("report{suffix}.html"), format!("setup-sheet{suffix}.html")]
 }
 
 /// Returns the reports of a folder with the parts of their names behind `report`, in order.
@@ -210,13 +231,33 @@ fn reports_in(folder: &Path) -> Result<Vec<(String, Value)>, Failure> {
     let mut names: Vec<String> = entries.flatten().filter_map(|e| e.file_name().into_string().ok()).collect();
     names.sort();
     let mut reports = Vec::new();
-    for name in names {
+    let mut others = Vec::new();
+    for name in names.into_iter().filter(|name| !name.contains(".earlier")) {
         let Some(suffix) = name.strip_prefix("report").and_then(|n| n.strip_suffix(".json")) else { continue };
-        let Ok(report) = serde_json::from_slice::<Value>(&files::read(&folder.join(&name))?) else { continue };
-        let is_ours = report.get("format").and_then(Value::as_str) == Some(facemill::report::REPORT_FORMAT);
-        if is_ours && !suffix.contains(".earlier") {
-            reports.push((suffix.to_owned(), report));
+        let report = match serde_json::from_slice::<Value>(&files::read(&folder.join(&name))?) {
+            Ok(report) => report,
+            Err(why) => {
+                others.push((name, format!("is no JSON: {why}: plan again")));
+                continue;
+            }
+        };
+        match report.get("format").and_then(Value::as_str) {
+            Some(facemill::report::REPORT_FORMAT) => reports.push((suffix.to_owned(), report)),
+            Some(other) if other.starts_with("facemill-report/") => {
+                let ours = facemill::report::REPORT_FORMAT;
+                others.push((name, format!("format is \"{other}\", and this version reads \"{ours}\": plan again")));
+            }
+            // A report of another program; but under this name it is missed.
+            _ if suffix.is_empty() => others.push((name, "format is not that of a report of a plan".to_owned())),
+            _ => {}
         }
+    }
+    let of_ours = |(name, _): &&(String, String)| name == "report.json" || reports.is_empty();
+    if let Some((name, why)) = others.iter().find(of_ours) {
+        return Err(Failure::input(&folder.join(name), why.clone()));
+    }
+    for (name, why) in others {
+        eprintln!("facemill: no page of {}: {why}", folder.join(name).display());
     }
     if reports.is_empty() {
         return Err(Failure::input(folder, "has no report.json: give the folder that `facemill plan` wrote"));
@@ -276,6 +317,17 @@ fn check_program(result: &Value, name: &str, text: &[u8]) -> Result<(), String> 
         return Ok(());
     }
     Err(format!("describes another {name} than the one in the folder: the program was changed; use `facemill view`"))
+}
+
+/// Checks that certificates are those of a program: others would prove what it does not do.
+fn check_certificates(certificates: &Value, name: &str, text: &[u8]) -> Result<(), String> {
+    let stamp = ProgramStamp::new(Path::new(name), text);
+    let listed = certificates.get("programs").and_then(Value::as_array).into_iter().flatten();
+    let mut checksums = listed.filter_map(|p| p.get("blake3")?.as_str());
+    if checksums.any(|blake3| blake3 == stamp.blake3) {
+        return Ok(());
+    }
+    Err(format!("describes another program than {name}: plan again with --certificates, or remove this file"))
 }
 
 fn value<T: serde::Serialize>(file: &T) -> Result<Value, Failure> {

@@ -1,7 +1,11 @@
 // Document and arrays of the page.
 
 /** Reads the document. */
-export const readDocument = () => JSON.parse(document.getElementById('document').textContent);
+export function readDocument() {
+  const doc = JSON.parse(document.getElementById('document').textContent);
+  (doc.result.findings || []).forEach((finding, k) => (finding.isFault = doc.finding_faults[k] !== false));
+  return doc;
+}
 
 function bytesOf(index) {
   const element = document.getElementById(`array-${index}`);

@@ -36,6 +36,8 @@ export class Motion {
     m.total = sum;
     m.feeds = (await numbers(data.feeds, Float32Array)) || new Float32Array(data.n).fill(NaN);
     m.inverseFeeds = (await numbers(data.inverse_feeds, Float32Array)) || new Float32Array(data.n).fill(NaN);
+    m.nUntimed = data.n_untimed;
+    [m.untimed, m.uncertified] = await Promise.all([numbers(data.untimed, Uint8Array), numbers(data.uncertified, Uint8Array)]);
     m.figures = await Promise.all(data.figures.map(async (f) => ({ ...f, values: await numbers(f.values, Float32Array) })));
     m.isAscending = m.lines.every((line, k) => !k || m.lines[k - 1] <= line);
     return m;

@@ -3,14 +3,14 @@
 import { bytes } from './data.js';
 import { h, put, svg } from './dom.js';
 import { css, diverging } from './scales.js';
-import { isFault, kindText, measureText } from './sheet-content.js';
+import { kindText, measureText, untimedText } from './sheet-content.js';
 import { clock, figure, fixed, length } from './units.js';
 
 /** Fills the panels; again when the unit changes. */
 export function panels(page) {
   const { doc } = page;
   const list = doc.result.findings || [];
-  const faults = list.filter(isFault).length;
+  const faults = list.filter((f) => f.isFault).length;
   const panel = (label, name, count) => {
     if (page.panels[name]) {
       put(page.panels[name].panel);
@@ -60,7 +60,7 @@ function findingsPanel(page, panel, list) {
   if (!list.length) panel.append(h('p', result.verified === false ? 'The program was not run on the virtual machine: faults are not known.' : 'None.'));
   list.forEach((f, index) => {
     const bodies = [f.axis, f.body, f.obstacle].filter(Boolean).join(' – ');
-    const button = entry(isFault(f) ? 'bad' : 'warn', `${kindText(f.kind)}${f.measure ? `: ${measureText(f.measure)}` : ''}`, [range(f), bodies, f.note, f.time_s !== undefined ? `at ${clock(f.time_s)} of constant speed` : ''], () => showFinding(page, f));
+    const button = entry(f.isFault ? 'bad' : 'warn', `${kindText(f.kind)}${f.measure ? `: ${measureText(f.measure)}` : ''}`, [range(f), bodies, f.note, f.time_s !== undefined ? `at ${clock(f.time_s)} of constant speed` : ''], () => showFinding(page, f));
     button.dataset.finding = index;
     panel.append(button);
   });
@@ -95,7 +95,8 @@ function surfacePanel(page, panel) {
   } }, h('b', `${k + 1}: ${place.value < 0 ? 'gouge' : 'excess'} ${length(Math.abs(place.value))}`), h('span', `at ${place.at.map((x) => length(x, 1, true)).join(', ')}`)));
   panel.append(
     h('h2', 'Deviation of the cut stock from the part'),
-    h('p', `Computed for this page on lines ${length(page.doc.stock.cell, 2)} apart along z, each within 0.1 mm; the job permits ${length(deviation.tolerance)}. Between lines nothing is known here. Excess is high where passes end: at the border of what is cut.`),
+    h('p', `Computed for this page on lines ${length(page.doc.stock.cell, 2)} apart along z, each within 0.1 mm. ${deviation.permitted === null ? `There are no operations that permit a deviation: ${length(deviation.tolerance)} is only that of the scale.` : `Of the operations, the strictest permits ${length(deviation.permitted)}.`} Between lines nothing is known here. Excess is high where passes end: at the border of what is cut.`),
+    ...(page.doc.motion.not_followed ? [h('p.bad', `From there on the program is not followed as it is, and stock and deviation are not known: ${page.doc.motion.not_followed}.`)] : []),
     h('p', h('button', { onclick: () => page.setSurface(page.surface === 'plain' ? 'deviation' : 'plain') }, 'Colours on or off (D)')),
     h('h2', 'Cut area by deviation'), histogram(deviation),
     h('h2', 'Worst places'), ...(buttons.length ? buttons : [h('p', 'The program cuts nothing of the part.')]),
@@ -170,6 +171,6 @@ function factsPanel(page, panel) {
   panel.append(h('h2', `Machine: ${machine.name}`), h('table', h('tbody', axes)));
   if (machine.assumed.length) panel.append(h('p', `Typical values, not the machine's: ${machine.assumed.join(', ').replaceAll('_', ' ')}.`));
   panel.append(h('h2', 'About this page'), h('p', `Positions are those of the text, read back line by line. ${motion.by_law ? 'Times are within velocity, acceleration and jerk of every axis.' : 'Times are at constant speed.'} Speeds and accelerations in the plots are means of blocks.`));
-  const notes = [...thinned, ...notShown, ...(motion.not_followed ? [`not followed: ${motion.not_followed}`] : [])];
+  const notes = [...thinned, ...notShown, ...(motion.n_untimed ? [`${untimedText(motion.n_untimed)}: 0.1 s is shown for each`] : []), ...(motion.not_followed ? [`not followed: ${motion.not_followed}`] : [])];
   panel.append(h('ul', notes.map((note) => h('li', note))));
 }

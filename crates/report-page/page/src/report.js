@@ -6,10 +6,11 @@ import { Machine } from './kinematics.js';
 import { Motion, lastUpTo } from './motion.js';
 import { ProgramList } from './nc.js';
 import { panels } from './panels.js';
+import { NoView } from './no-view.js';
 import { Plots } from './plots.js';
 import { css, diverging, gradient, kind, sequential } from './scales.js';
 import { View } from './scene.js';
-import { sheet, verdictText } from './sheet-content.js';
+import { kindText, sheet, untimedText, verdictText } from './sheet-content.js';
 import { Stock } from './stock.js';
 import { Timeline } from './timeline.js';
 import { axisValue, clock, figure, fixed, isInch, length, setInch, speed } from './units.js';
@@ -18,7 +19,8 @@ const app = document.getElementById('app');
 put(app, h('.loading', 'Opening …'));
 
 /** Names of figures where there is little room. */
-const SHORT = { clearance: 'clearance', depth: 'gouge depth', tip: 'tip speed', chip: 'chip', removal: 'removal', feed: 'feed F', inverse: 'feed F, G93', load: 'axis load' };
+const SHORT = { depth: 'gouge depth', tip: 'tip speed', chip: 'chip', removal: 'removal', feed: 'feed F', inverse: 'feed F, G93', load: 'axis load' };
+const shortName = (f) => SHORT[f.key] || f.name;
 
 /** The page and its state. Tests and scripts reach it as `window.facemill`. */
 class Page {
@@ -40,9 +42,14 @@ class Page {
     this.stock = await Stock.read(doc.stock);
     this.figures = this.allFigures();
     this.layout();
-    this.view = new View(doc, this.machine, this.viewElement);
-    this.view.isReady = false;
-    await this.view.build(this.motion, this.stock);
+    try {
+      this.view = new View(doc, this.machine, this.viewElement);
+      this.view.isReady = false;
+      await this.view.build(this.motion, this.stock);
+    } catch (error) {
+      // Program, findings and sheet need no picture.
+      this.view = new NoView(this.viewElement, error);
+    }
     this.view.ondraw = () => this.placeLabels();
     if (doc.deviation) {
       this.deviation = { values: await numbers(doc.deviation.values, Float32Array), cut: await numbers(doc.deviation.cut, Uint8Array) };
@@ -73,6 +80,7 @@ class Page {
       { key: 'load', name: 'axis load', unit: '', value: (k) => (motion.kinds[k] ? motion.axisLoad(k) : NaN), note: 'mean speed of the axis nearest to its largest, as a share of it' },
       { key: 'tilt', name: 'angle of the tool to z', unit: '°', value: (k) => this.toolAngle(k), note: 'between tool axis and z of the workpiece at the end of the block' },
     ];
+    if (motion.uncertified) computed.push({ key: 'proof', name: 'proof of the block', kinds: ['certified', 'not certified'], value: (k) => motion.uncertified[k], note: '' });
     if (motion.limitNames.length) computed.push({ key: 'limit', name: 'limiting factor', kinds: ['none', ...motion.limitNames], value: (k) => motion.limits[k], note: 'which limit holds the feed back, by the law of motion' });
     if (this.doc.program.operations.length > 1) {
       const starts = this.doc.program.operations.map((o) => o.first_line);
@@ -105,7 +113,7 @@ class Page {
     const bar = h('header.bar', h('h1', doc.job), h('span.where', `${doc.setup.file.name} · ${doc.program.file} · ${doc.machine.name}`), h('span.grow'), h(`span.chip.${state}`, text), this.unitButton, this.themeButton, button('Setup sheet', 'Setup sheet, for print (P)', () => this.openSheet()), button('?', 'Keys', () => this.openHelp()));
     const alarm = h('.alarm', { role: 'alert', class: `alarm ${state}` });
     if (state === 'bad') put(alarm, 'REJECTED: this program has faults and must not be run.', h('small', doc.verdict.because.join('; ')));
-    else if (state === 'warn') put(alarm, doc.verdict.state === 'not_verified' ? 'Not verified: faults of this program are not known.' : 'No fault, but the job is not met.', h('small', doc.verdict.because.join('; ')));
+    else if (state === 'warn') put(alarm, { not_verified: 'Not verified: faults of this program are not known.', partly_tested: 'No fault was found, but not all is tested.', incomplete: 'No fault, but the job is not met.' }[doc.verdict.state], h('small', doc.verdict.because.join('; ')));
     this.viewElement = h('.view');
     this.labels = h('.labels');
     this.hint = h('.hint', { role: 'status' });
@@ -213,8 +221,7 @@ class Page {
   /** Range of a figure over cuts, without the outermost hundredth. */
   rangeOf(f) {
     const values = [];
-    const stride = Math.max(1, Math.floor(this.motion.n / 20000));
-    for (let k = 0; k < this.motion.n; k += stride) {
+    for (let k = 0; k < this.motion.n; k++) {
       const value = this.motion.kinds[k] ? f.value(k) : NaN;
       if (Number.isFinite(value)) values.push(value);
     }
@@ -301,7 +308,7 @@ class Page {
       position: () => axes.map(({ axis, i }) => ({ label: axis.letter, unit: unit(axis), atEnds: true, showLimits, limits: axis.limits.map((l) => (l === null ? NaN : l * degrees(axis))), value: (k) => (k < 0 ? motion.start[i] : motion.ends[i][k]) * degrees(axis) })),
       speed: () => axes.map(({ axis, i }) => ({ label: axis.letter, unit: axis.is_rotary ? '°/s' : 'mm/min', showLimits, limits: [-1, 1].map((s) => s * axis.max_velocity * perMinute(axis)), value: (k) => motion.axisSpeed(i, k) * perMinute(axis) })),
       acceleration: () => axes.map(({ axis, i }) => ({ label: axis.letter, unit: `${unit(axis)}/s²`, showLimits, limits: axis.max_acceleration ? [-1, 1].map((s) => s * axis.max_acceleration * degrees(axis)) : [], value: (k) => motion.axisAcceleration(i, k) * degrees(axis) })),
-      figures: () => figures.filter((f) => !f.kinds && ['clearance', 'depth', 'tip', 'feed', 'inverse', 'chip', 'removal', 'load'].includes(f.key) && this.hasValues(f)).map((f) => ({ label: SHORT[f.key] || f.name, unit: f.unit, limits: [], value: f.value })),
+      figures: () => figures.filter((f) => !f.kinds && ['clearance', 'depth', 'tip', 'feed', 'inverse', 'chip', 'removal', 'load'].includes(f.key) && this.hasValues(f)).map((f) => ({ label: shortName(f), unit: f.unit, limits: [], value: f.value })),
     }[name]();
     this.plots.setRows(rows);
   }
@@ -310,11 +317,15 @@ class Page {
   lineMarks() {
     const marks = new Map();
     for (const finding of this.doc.result.findings || []) {
-      const isFault = !['near_miss', 'singularity', 'link_rewind'].includes(finding.kind);
+      const { isFault } = finding;
       const last = Math.min(finding.last_line, finding.first_line + 5000);
       for (let line = finding.first_line; line <= last; line++) {
-        if (!marks.has(line) || isFault) marks.set(line, { kind: isFault ? 'fault' : 'note', title: finding.kind.replaceAll('_', ' ') });
+        if (!marks.has(line) || isFault) marks.set(line, { kind: isFault ? 'fault' : 'note', title: kindText(finding.kind) });
       }
+    }
+    const { uncertified } = this.motion;
+    for (let k = 0; uncertified && k < this.motion.n; k++) {
+      if (uncertified[k] && !marks.has(this.motion.lines[k])) marks.set(this.motion.lines[k], { kind: 'note', title: 'not certified' });
     }
     return marks;
   }
@@ -361,7 +372,7 @@ class Page {
   show() {
     const { view, motion, time, k } = this;
     view.setPosition(this.q, this.t < 1 ? k - 1 : k);
-    this.clockElement.textContent = `${clock(time)} / ${clock(motion.total)}`;
+    this.clockElement.textContent = `${clock(time)} / ${clock(motion.total)}${motion.nUntimed ? ` · ${untimedText(motion.nUntimed)}` : ''}`;
     this.program.show(this.line);
     this.timeline.setTime(time);
     this.timelineElement.setAttribute('aria-valuenow', Math.round(time));
@@ -384,7 +395,9 @@ class Page {
     add('motion', k < 0 ? 'start' : kinds[motion.kinds[k]]);
     add('feed F', k < 0 || !motion.kinds[k] ? '–' : Number.isFinite(motion.inverseFeeds[k]) ? `${fixed(motion.inverseFeeds[k], 3)} 1/min` : speed(motion.feeds[k]));
     add('RTCP', k >= 0 && motion.rtcp[k] ? 'on' : 'off');
-    for (const f of motion.figures) add(SHORT[f.key] || f.key, k >= 0 && Number.isFinite(f.values[k]) ? figure(f.values[k], f.unit) : '–');
+    if (k >= 0 && motion.untimed && motion.untimed[k]) add('time', 'not timed');
+    if (motion.uncertified) add('proof', k < 0 ? '–' : motion.uncertified[k] ? 'not certified' : 'certified');
+    for (const f of motion.figures) add(shortName(f), k >= 0 && Number.isFinite(f.values[k]) ? figure(f.values[k], f.unit) : '–');
     if (motion.limitNames.length) add('limited by', k >= 0 && motion.limits[k] ? motion.limitNames[motion.limits[k] - 1] : '–');
     const pass = this.passOf(this.line);
     if (pass) add('pass', `${pass.pass}, place ${pass.place}`);

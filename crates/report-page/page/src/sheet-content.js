@@ -5,6 +5,7 @@ import { axisValue, clock, fixed, length, lengthUnit, speed } from './units.js';
 
 const VERDICTS = {
   good: ['VERIFIED: NO FAULT FOUND', 'ok'],
+  partly_tested: ['NO FAULT FOUND, BUT NOT ALL IS TESTED', 'warn'],
   incomplete: ['NO FAULT, BUT THE JOB IS NOT MET', 'warn'],
   not_verified: ['NOT VERIFIED', 'warn'],
   faulty: ['REJECTED: DO NOT RUN', 'bad'],
@@ -26,10 +27,10 @@ export function measureText(measure) {
   return `${key.replaceAll('_', ' ')} ${fixed(value, 3)}`;
 }
 
-export const kindText = (kind) => kind.replaceAll('_', ' ');
+export const kindText = (kind) => String(kind ?? 'of no kind').replaceAll('_', ' ');
 
-const NO_FAULT = ['near_miss', 'singularity', 'link_rewind'];
-export const isFault = (finding) => !NO_FAULT.includes(finding.kind);
+/** Whether the page is that of a program from anywhere: what the job says need not be the program's. */
+const isForeign = (doc) => doc.result.format === 'facemill-verification/1';
 
 /** Fills an element with the sheet. */
 export function sheet(doc) {
@@ -47,17 +48,17 @@ export function sheet(doc) {
     section('Tools', tools.map((tool, k) => toolBlock(tool, k, tools.length, doc))),
     section('Axis travel', travel(machine)),
     section('Times', times(doc)),
-    section('Spindle, feeds and coolant', feeds(setup)),
+    section(isForeign(doc) ? 'Spindle, feeds and coolant of the job, not of the program' : 'Spindle, feeds and coolant', feeds(doc)),
     section('First motion', firstMotion(doc)),
     section('Findings', findings(result)),
     section('Assumptions to check at the control', assumptions(doc)),
-    h('footer', h('p', `Checksum of the report's program: ${program.blake3}`), h('table.signatures', h('tbody', h('tr', ['Set up by', 'Checked by', 'Date'].map((who) => h('td', who)))))));
+    h('footer', h('p', `Checksum of ${program.file}: ${program.blake3}`), h('table.signatures', h('tbody', h('tr', ['Set up by', 'Checked by', 'Date'].map((who) => h('td', who)))))));
 }
 
 function programs(doc) {
   const listed = doc.result.programs || (doc.result.program ? [doc.result.program] : [doc.program]);
   const rows = listed.map((p) => h('tr', h('td', p.file), h('td.mono', p.blake3)));
-  return [table(['File', 'BLAKE3 checksum'], rows), h('p.note', `${doc.program.lines} lines, played on this page: ${doc.program.file}. Compare the checksum (b3sum FILE) before the first run.`)];
+  return [table(['File', 'BLAKE3 checksum'], rows), h('p.note', `${doc.program.lines} lines, played on this page: ${doc.program.file}. Compare the checksum (b3sum and the name of the file) before the first run.`)];
 }
 
 function control(doc) {
@@ -67,9 +68,9 @@ function control(doc) {
     row('Machine', machine.name),
     row('Axes', machine.axes.map((a) => a.letter).join(' ')),
     row('Machine values that are typical, not measured', machine.assumed.length ? machine.assumed.map((a) => a.replaceAll('_', ' ')).join(', ') : 'none'),
-    row('Rapids keep from part, stock and fixtures', length(setup.file.rapid_clearance_mm ?? 5)),
-    row('Made by', `facemill ${doc.facemill}`, result.made_from && result.made_from.inputs ? ` from ${result.made_from.inputs.map((i) => i.file).join(', ')}` : ''),
-  ], 'table.pairs');
+    !isForeign(doc) && row('Rapids keep from part, stock and fixtures', length(setup.file.rapid_clearance_mm ?? 5)),
+    row(isForeign(doc) ? 'Sheet made by' : 'Made by', `facemill ${doc.facemill}`, result.made_from && result.made_from.inputs ? ` from ${result.made_from.inputs.map((i) => i.file).join(', ')}` : ''),
+  ].filter(Boolean), 'table.pairs');
 }
 
 function offset(doc) {
@@ -213,9 +214,9 @@ function toolBlock(tool, k, n, doc) {
     row('Gauge length to enter', h('b', length(tool.gauge_length_mm))),
     row('Stick-out from the holder', length(tool.stick_out_mm)),
     row('Flute length, teeth', `${length(tool.flute_length_mm)}, ${tool.n_inserts}`),
-    row('Spindle', tool.spindle_rotation === 'clockwise' ? 'clockwise (M3)' : 'counterclockwise (M4)'),
+    row(isForeign(doc) ? 'Spindle, as the tool needs it' : 'Spindle', tool.spindle_rotation === 'clockwise' ? 'clockwise (M3)' : 'counterclockwise (M4)'),
     row('Largest ramp; dead core', `${fixed(tool.max_ramp_angle_deg, 1)}°; radius ${length(tool.dead_core_radius_mm || 0)}`),
-    row('Operations', operations.map((o) => o.name).join(', ') || '–'),
+    row(isForeign(doc) ? 'Operations of the job' : 'Operations', operations.map((o) => o.name).join(', ') || '–'),
     row('Time in cut; in rapids', `${clock(tool.times[0])}; ${clock(tool.times[1])}`),
   ], 'table.pairs'));
 }
@@ -230,7 +231,7 @@ function travel(machine) {
     const marginText = margin === Infinity ? 'no stops' : Number.isFinite(margin) ? axisValue(axis, margin) : '–';
     return h('tr', h('td', axis.letter), h('td.number', at ? value(at[0]) : '–'), h('td.number', at ? value(at[1]) : '–'), h('td.number', low === null ? 'no stop' : value(low)), h('td.number', high === null ? 'no stop' : value(high)), h(`td.number${margin < 0 ? '.bad' : ''}`, marginText));
   });
-  return [table(['Axis', 'Least', 'Greatest', 'Lower limit', 'Upper limit', 'Margin'], rows), h('p.note', 'Positions of the scales at ends of blocks, home positions included.')];
+  return [table(['Axis', 'Least', 'Greatest', 'Lower limit', 'Upper limit', 'Margin'], rows), h('p.note', 'Positions of the scales at ends of blocks, as far as the program is followed. The start, the home position, is not among them.')];
 }
 
 function times(doc) {
@@ -240,12 +241,17 @@ function times(doc) {
   const law = t && t.cutting_s !== null && t.cutting_s !== undefined;
   if (t) rows.push(h('tr.sum', h('td', 'Program'), h('td.number', clock(law ? t.cutting_s : t.constant_cutting_s)), h('td.number', clock(law ? t.rapid_s : t.constant_rapid_s))));
   const note = law ? 'Within velocity, acceleration and jerk of every axis; without tool change and spindle.' : `At constant speed: the real times are longer. ${t && t.no_law_because ? t.no_law_because.join('; ') : ''}`;
-  return [table(['Part', 'At a feed', 'At rapid rate'], rows), h('p.note', note)];
+  const untimed = doc.motion.n_untimed ? ` ${untimedText(doc.motion.n_untimed)}: their times are not in the table.` : '';
+  return [table(['Part', 'At a feed', 'At rapid rate'], rows), h('p.note', note, untimed)];
 }
 
-function feeds(setup) {
+export const untimedText = (n) => (n === 1 ? '1 motion is not timed' : `${n} motions are not timed`);
+
+function feeds(doc) {
+  const { setup } = doc;
   const rows = setup.operations.map((o) => h('tr', h('td', o.name), h('td.number', fixed(o.feeds.spindle_rpm, 0)), h('td.number', speed(o.feeds.cutting_mm_min)), h('td.number', speed(o.feeds.approach_mm_min)), h('td', o.feeds.coolant ?? '–')));
-  return rows.length ? table(['Operation', 'S (1/min)', 'Feed in passes', 'Feed of entries', 'Coolant'], rows) : h('p', 'The job has no operations: speeds are those of the program.');
+  if (rows.length) return [table(['Operation', 'S (1/min)', 'Feed in passes', 'Feed of entries', 'Coolant'], rows), isForeign(doc) ? h('p.note', 'Speeds and coolant of the program are in its text alone: read them there.') : null];
+  return h('p', 'The job has no operations: speeds are those of the program.');
 }
 
 function firstMotion(doc) {
@@ -257,7 +263,7 @@ function firstMotion(doc) {
 export function findings(result) {
   const list = result.findings || [];
   if (!list.length) return h('p', result.verified === false ? 'The program was not run: faults are not known.' : 'None.');
-  const rows = list.map((f) => h(`tr${isFault(f) ? '.bad' : ''}`, h('td', kindText(f.kind)), h('td.number', f.first_line === f.last_line ? f.first_line : `${f.first_line}–${f.last_line}`), h('td', measureText(f.measure)), h('td', [f.axis, f.body, f.obstacle].filter(Boolean).join(' / ')), h('td', f.note || '')));
+  const rows = list.map((f) => h(`tr${f.isFault ? '.bad' : ''}`, h('td', kindText(f.kind)), h('td.number', f.first_line === f.last_line ? f.first_line : `${f.first_line}–${f.last_line}`), h('td', measureText(f.measure)), h('td', [f.axis, f.body, f.obstacle].filter(Boolean).join(' / ')), h('td', f.note || '')));
   return table(['Kind', 'Lines', 'Measure', 'Bodies', 'Note'], rows);
 }
 

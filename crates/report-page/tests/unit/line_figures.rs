@@ -4,14 +4,40 @@ use super::*;
 
 #[test]
 fn certificates_are_read_from_both_files_that_have_them() {
-    let list = json!([{ "line": 7, "depth_mm": 0.01, "clearance_mm": null }, { "line": 9, "depth_mm": null }]);
+    let seven =
+        json!({ "line": 7, "depth_mm": 0.01, "depth_with_control_mm": 0.02, "clearance_mm": null, "certified": true });
+    let list = json!([seven, { "line": 9, "depth_mm": null }]);
     let of_plan = json!({ "certified": 1, "certificates": list });
     let of_verification = json!({ "certificates": { "certified": 1, "certificates": list } });
     for file in [of_plan.clone(), of_verification["certificates"].clone(), of_verification] {
         let proofs = proofs(&file);
-        assert_eq!(proofs[&7], LineProof { depth: Some(0.01), clearance: None });
+        assert_eq!(
+            proofs[&7],
+            LineProof { depth: Some(0.01), depth_with_control: Some(0.02), clearance: None, is_certified: true }
+        );
         assert_eq!(proofs[&9], LineProof::default());
         assert_eq!(proofs.len(), 2);
+    }
+}
+
+#[test]
+fn of_several_motions_of_a_line_the_worst_proof_counts_in_any_order() {
+    let proof = |depth: Value, clearance: f64, certified: bool| {
+        json!({
+            "line": 7, "depth_mm": depth, "depth_with_control_mm": depth, "clearance_mm": clearance, "certified": certified
+        })
+    };
+    let deep = proof(json!(0.03), 5.0, true);
+    let near = proof(json!(0.01), 2.0, true);
+    let unknown = proof(Value::Null, 9.0, false);
+    for list in [[&deep, &near], [&near, &deep]] {
+        let found = proofs(&json!({ "certificates": list }))[&7];
+        assert_eq!((found.depth, found.clearance, found.is_certified), (Some(0.03), Some(2.0), true));
+        assert_eq!(found.depth_with_control, Some(0.03));
+    }
+    for list in [[&deep, &unknown], [&unknown, &deep]] {
+        let found = proofs(&json!({ "certificates": list }))[&7];
+        assert_eq!((found.depth, found.clearance, found.is_certified), (None, Some(5.0), false));
     }
 }
 

@@ -11,6 +11,36 @@ fn a_fault_makes_a_program_faulty_and_a_near_miss_does_not() {
 }
 
 #[test]
+fn a_finding_without_a_kind_or_of_an_unknown_one_is_a_fault() {
+    let result = json!({ "findings": [{ "kind": "near_miss" }, { "kind": "of_a_later_version" }, {}, { "kind": 3 }] });
+    assert_eq!(finding_faults(&result), [false, true, true, true]);
+    assert_eq!(verdict(&result).because, ["3 faults were found in the program"]);
+    let one = verdict(&json!({ "findings": [{}] }));
+    assert_eq!(
+        (one.state, &one.because[..]),
+        (VerdictState::Faulty, &["1 fault was found in the program".to_owned()][..])
+    );
+    assert_eq!(verdict(&json!({ "verified": true })).state, VerdictState::NotVerified);
+}
+
+#[test]
+fn a_program_with_less_than_all_tests_is_partly_tested_and_says_which_are_missing() {
+    let of = |result: Value| {
+        let verdict = verdict(&result);
+        (verdict.state, verdict.because.join("; "))
+    };
+    let (state, because) = of(json!({ "findings": [], "certified": { "blocks": 9, "certified": 7 } }));
+    assert_eq!((state, because.as_str()), (VerdictState::PartlyTested, "2 of 9 blocks are not proven"));
+    assert_eq!(of(json!({ "findings": [], "certified": { "blocks": 9, "certified": 9 } })).0, VerdictState::Good);
+    let (state, because) = of(json!({ "findings": [], "estimate": { "positions": 3 } }));
+    assert!(state == VerdictState::PartlyTested && because.contains("only estimated"), "{because}");
+    let verification = |stock: Value| json!({ "format": VERIFICATION_FORMAT, "findings": [], "stock": stock });
+    let (state, because) = of(verification(Value::Null));
+    assert!(state == VerdictState::PartlyTested && because.contains("stock was not cut"), "{because}");
+    assert_eq!(of(verification(json!({}))).0, VerdictState::Good);
+}
+
+#[test]
 fn a_program_that_was_not_run_is_not_good_and_one_that_misses_the_job_is_incomplete() {
     let state = |result: Value| verdict(&result).state;
     assert_eq!(state(json!({ "verified": false, "findings": [] })), VerdictState::NotVerified);
