@@ -92,6 +92,31 @@ fn a_page_holds_the_report_and_the_program_as_their_files_say_and_report_writes_
 }
 
 #[test]
+fn certificates_of_another_program_are_refused_and_view_keeps_their_list_out_of_the_page() {
+    let job = planned();
+    let path = job.path("out/certificates.json");
+    let mut file: Value = job.json("out/certificates.json");
+    file["programs"][0]["blake3"] = json!("00");
+    std::fs::write(&path, file.to_string()).expect("it is written");
+    let out = job.path("out");
+    let (code, errors) =
+        code_and_errors(&run(&["report".as_ref(), out.as_os_str(), "--job".as_ref(), job.job().as_os_str()]));
+    assert!(code == 2 && errors.contains("certificates.json") && errors.contains("another program"), "{code}: {errors}");
+    std::fs::write(job.path("out/report.json"), r#"{"format": "facemill-report/9"}"#).expect("it is written");
+    let (code, errors) =
+        code_and_errors(&run(&["report".as_ref(), out.as_os_str(), "--job".as_ref(), job.job().as_os_str()]));
+    assert!(code == 2 && errors.contains("facemill-report/9"), "{code}: {errors}");
+
+    assert_eq!(facemill(&job, "view out/program.nc --job job.json --certificates -o ./seen.html"), 0);
+    let seen = document(&text(&job, "seen.html"));
+    assert_eq!(seen["result"]["certificates"], Value::Null);
+    assert_eq!(seen["result"]["certified"]["blocks"], file["blocks"]);
+    assert_eq!(seen["verdict"]["state"], "partly_tested");
+    assert!(seen["verdict"]["because"].to_string().contains("stock was not cut"), "{}", seen["verdict"]);
+    assert!(seen["thinned"].to_string().contains("facemill verify --certificates"), "{}", seen["thinned"]);
+}
+
+#[test]
 fn report_refuses_a_program_or_a_part_that_the_plan_did_not_have() {
     let job = blink_patch();
     assert_eq!(facemill(&job, "plan job.json --out ./out --no-verify --no-html"), 0);
