@@ -348,8 +348,8 @@ impl PageScene<'_> {
         let proofs: Option<HashMap<u32, LineProof>> =
             source.certificates.as_ref().map(proofs).filter(|proofs| !proofs.is_empty());
         let uncertified = proofs.as_ref().map(|proofs| {
-            let is_certified = |s: &Segment| proofs.get(&s.line).is_some_and(|proof| proof.is_certified);
-            arrays.integers(segments.iter().map(|s| i64::from(!is_certified(s))))
+            let of_line = |s: &Segment| proofs.get(&s.line).map_or(2, |proof| i64::from(!proof.is_certified));
+            arrays.integers(segments.iter().map(of_line))
         });
         let n_untimed = segments.iter().filter(|s| !s.is_timed).count();
         MotionData {

@@ -309,7 +309,8 @@ pub struct MotionData {
     pub n_untimed: usize,
     /// Whether a motion is one of these, 0 or 1; `null` without any.
     pub untimed: Option<NumberArray>,
-    /// Whether its block is not certified, 0 or 1; `null` without certificates.
+    /// Whether its block is not certified, 0 or 1, or 2 of a block that has no certificate, as one
+    /// from where the program has named no position; `null` without certificates.
     pub uncertified: Option<NumberArray>,
     /// F in force, mm/min; not known in rapids and in inverse time.
     pub feeds: Option<NumberArray>,

@@ -20,6 +20,8 @@ put(app, h('.loading', 'Opening …'));
 
 /** Names of figures where there is little room. */
 const SHORT = { depth: 'gouge depth', tip: 'tip speed', chip: 'chip', removal: 'removal', feed: 'feed F', inverse: 'feed F, G93', load: 'axis load' };
+/** Names of `uncertified` of a motion. */
+const PROOF = ['certified', 'not certified', 'without a certificate'];
 const shortName = (f) => SHORT[f.key] || f.name;
 
 /** The page and its state. Tests and scripts reach it as `window.facemill`. */
@@ -80,7 +82,7 @@ class Page {
       { key: 'load', name: 'axis load', unit: '', value: (k) => (motion.kinds[k] ? motion.axisLoad(k) : NaN), note: 'mean speed of the axis nearest to its largest, as a share of it' },
       { key: 'tilt', name: 'angle of the tool to z', unit: '°', value: (k) => this.toolAngle(k), note: 'between tool axis and z of the workpiece at the end of the block' },
     ];
-    if (motion.uncertified) computed.push({ key: 'proof', name: 'proof of the block', kinds: ['certified', 'not certified'], value: (k) => motion.uncertified[k], note: '' });
+    if (motion.uncertified) computed.push({ key: 'proof', name: 'proof of the block', kinds: PROOF, value: (k) => motion.uncertified[k], note: '' });
     if (motion.limitNames.length) computed.push({ key: 'limit', name: 'limiting factor', kinds: ['none', ...motion.limitNames], value: (k) => motion.limits[k], note: 'which limit holds the feed back, by the law of motion' });
     if (this.doc.program.operations.length > 1) {
       const starts = this.doc.program.operations.map((o) => o.first_line);
@@ -325,7 +327,7 @@ class Page {
     }
     const { uncertified } = this.motion;
     for (let k = 0; uncertified && k < this.motion.n; k++) {
-      if (uncertified[k] && !marks.has(this.motion.lines[k])) marks.set(this.motion.lines[k], { kind: 'note', title: 'not certified' });
+      if (uncertified[k] && !marks.has(this.motion.lines[k])) marks.set(this.motion.lines[k], { kind: 'note', title: PROOF[uncertified[k]] });
     }
     return marks;
   }
@@ -396,7 +398,7 @@ class Page {
     add('feed F', k < 0 || !motion.kinds[k] ? '–' : Number.isFinite(motion.inverseFeeds[k]) ? `${fixed(motion.inverseFeeds[k], 3)} 1/min` : speed(motion.feeds[k]));
     add('RTCP', k >= 0 && motion.rtcp[k] ? 'on' : 'off');
     if (k >= 0 && motion.untimed && motion.untimed[k]) add('time', 'not timed');
-    if (motion.uncertified) add('proof', k < 0 ? '–' : motion.uncertified[k] ? 'not certified' : 'certified');
+    if (motion.uncertified) add('proof', k < 0 ? '–' : PROOF[motion.uncertified[k]]);
     for (const f of motion.figures) add(shortName(f), k >= 0 && Number.isFinite(f.values[k]) ? figure(f.values[k], f.unit) : '–');
     if (motion.limitNames.length) add('limited by', k >= 0 && motion.limits[k] ? motion.limitNames[motion.limits[k] - 1] : '–');
     const pass = this.passOf(this.line);

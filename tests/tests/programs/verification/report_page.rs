@@ -101,7 +101,10 @@ fn certificates_of_another_program_are_refused_and_view_keeps_their_list_out_of_
     let out = job.path("out");
     let (code, errors) =
         code_and_errors(&run(&["report".as_ref(), out.as_os_str(), "--job".as_ref(), job.job().as_os_str()]));
-    assert!(code == 2 && errors.contains("certificates.json") && errors.contains("another program"), "{code}: {errors}");
+    assert!(
+        code == 2 && errors.contains("certificates.json") && errors.contains("another program"),
+        "{code}: {errors}"
+    );
     std::fs::write(job.path("out/report.json"), r#"{"format": "facemill-report/9"}"#).expect("it is written");
     let (code, errors) =
         code_and_errors(&run(&["report".as_ref(), out.as_os_str(), "--job".as_ref(), job.job().as_os_str()]));
