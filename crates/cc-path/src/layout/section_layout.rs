@@ -137,8 +137,8 @@ pub(crate) fn border_levels(patch: &Patch, (low, high): (f64, f64)) -> Result<(f
     Ok((first, last))
 }
 
-/// Moves the first and the last level half a step inside where the region ends in a corner there: the
-/// pass on the border would be a crumb, and the next one a whole step away from the corner.
+/// Moves the first and the last level half a step inside where the region ends in a corner there:
+/// the pass on the border would be a crumb, and the next one a whole step away from the corner.
 fn beside_crumbs(patch: &Patch, bands: &[Band], [first, last]: [f64; 2], settings: &LaySettings) -> [f64; 2] {
     let shortest = settings.min_pass_length + 2.0 * settings.edge_margin;
     let inside = |level: f64, up: f64| {

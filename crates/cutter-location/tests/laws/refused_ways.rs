@@ -50,7 +50,7 @@ fn walls(random: &mut Random) -> Vec<Ball> {
     (-4..=4).flat_map(|row| of_row(12.0 * f64::from(row))).collect()
 }
 
-/// Whatever was refused before, the same ways are found. Points without one cost no more than a few
+/// Ways found do not depend on what was refused before. Points without one cost no more than a few
 /// tests of each way: where walls are ahead, and where the tool would plunge into stock.
 #[test]
 fn what_was_refused_before_changes_no_way() {

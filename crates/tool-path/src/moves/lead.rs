@@ -47,8 +47,8 @@ const BESIDE: f64 = 1.5;
 const MOST_ASIDE: f64 = 1.0;
 
 /// Returns settings of entry and exit of each piece. The straight line is as long as the strips
-/// beside the end need, up to the border of the region if it is known: of the shortest shape at most
-/// as long as given, of others at least so long.
+/// beside the end need, up to the border of the region if it is known: of the shortest shape at
+/// most as long as given, of others at least so long.
 pub(crate) fn leads(
     pieces: &[PassSegment],
     shapes: [&ApproachSettings; 2],
@@ -139,8 +139,8 @@ impl<'p> SegmentEnd<'p> {
         Some(Self { cc, outward, which, slant })
     }
 
-    /// Returns the length beyond the end over which the cutter has to stay down: to the middle of the
-    /// line between this end and that of the piece beside.
+    /// Returns the length beyond the end over which the cutter has to stay down: to the middle of
+    /// the line between this end and that of the piece beside.
     fn lead_to_beside(&self, found: &[(f64, f64)], radius: f64) -> f64 {
         [-1.0, 1.0].map(|side| self.lead_of_side(found, side, radius)).into_iter().fold(0.0, f64::max)
     }
@@ -229,8 +229,8 @@ const STEPS: i32 = 8;
 /// Halvings between two steps.
 const HALVINGS: usize = 5;
 
-/// Returns how far ahead of an end places are held, one after the other from just behind it, at most
-/// [`MOST_AHEAD`] half strips; `None` if not even that behind it is.
+/// Returns how far ahead of an end places are held, one after the other from just behind it, at
+/// most [`MOST_AHEAD`] half strips; `None` if not even that behind it is.
 fn border_ahead(holds: impl Fn(f64) -> bool, half_strip: f64) -> Option<f64> {
     let at = |step: i32| half_strip * f64::from(step) / f64::from(STEPS);
     let last = (MOST_AHEAD * f64::from(STEPS)) as i32;

@@ -1,11 +1,11 @@
 //! Turns of two heads at once, from the end of one pass of each to the start of its next, with both
 //! tools down.
 //!
-//! Each head goes along the curve of a turn of its own ([`TurnCurve`]). The axis that both share has
-//! one value, so at every place of the curves both postures are moved by the least change of tilt
-//! and rotate with which it is the same for both: along the gradient of the difference of the values
-//! that the heads need. Where the value of one head is largest over its rotates, its tilt makes up
-//! for the difference.
+//! Each head goes along the curve of a turn of its own ([`TurnCurve`]). The axis that both share
+//! has one value, so at every place of the curves both postures are moved by the least change of
+//! tilt and rotate with which it is the same for both: along the gradient of the difference of the
+//! values that the heads need. Where the value of one head is largest over its rotates, its tilt
+//! makes up for the difference.
 
 use facemill_cl_data::{CcPoint, ClPoint, Posture};
 use facemill_cutter_location::links::approach::{RAMP_SLACK, descent};
@@ -75,7 +75,7 @@ const SECANTS: usize = 20;
 
 /// Both heads on the way, each with the configuration that it has alone.
 #[derive(Clone, Copy)]
-struct Place {
+struct PairPlace {
     poses: [ClPoint; 2],
     configurations: [Configuration; 2],
     axes: AxisValues,
@@ -140,7 +140,7 @@ impl PairTurnSearch<'_, '_> {
     fn lowest(
         &self,
         (ends, swing, size): (&[[CurveEnd; 2]; 2], [f64; 2], f64),
-        leads: &[Vec<Place>; 2],
+        leads: &[Vec<PairPlace>; 2],
         to: &PairTurnEnd,
     ) -> Result<PairTurn, (usize, NoTurn)> {
         let mut refused = None;
@@ -159,8 +159,8 @@ impl PairTurnSearch<'_, '_> {
 
     /// Returns the places along the straight lines at an end, from the pass outward, the cut itself
     /// first; the rotary axes rest. `sign` is 1 behind a pass, −1 before one.
-    fn lead(&self, end: &PairTurnEnd, sign: f64) -> Result<Vec<Place>, (usize, NoTurn)> {
-        let cut = Place {
+    fn lead(&self, end: &PairTurnEnd, sign: f64) -> Result<Vec<PairPlace>, (usize, NoTurn)> {
+        let cut = PairPlace {
             poses: end.pose.poses.map(|pose| pose.cl),
             configurations: end.pose.poses.map(|pose| pose.configuration),
             axes: end.pose.axes,
@@ -189,7 +189,7 @@ impl PairTurnSearch<'_, '_> {
     fn ends(
         &self,
         ends: [&PairTurnEnd; 2],
-        leads: &[Vec<Place>; 2],
+        leads: &[Vec<PairPlace>; 2],
         head: usize,
     ) -> Result<[CurveEnd; 2], (usize, NoTurn)> {
         let end = |k: usize| {
@@ -214,7 +214,7 @@ impl PairTurnSearch<'_, '_> {
     fn tested(
         &self,
         curves: &[TurnCurve<'_>; 2],
-        leads: &[Vec<Place>; 2],
+        leads: &[Vec<PairPlace>; 2],
         to: &PairTurnEnd,
     ) -> Result<PairTurn, (usize, NoTurn)> {
         let n = curves[0].poses(self.test_step).max(curves[1].poses(self.test_step));
@@ -223,7 +223,7 @@ impl PairTurnSearch<'_, '_> {
             return Err((0, NoTurn::NotBeside));
         };
         let (mut at, mut turn, mut worst) = (*first, Vec::new(), 0.0f64);
-        let mut go = |place: Place, at: &mut Place| {
+        let mut go = |place: PairPlace, at: &mut PairPlace| {
             worst = worst.max(self.check_step(at, &place, &mut hints)?);
             turn.push(PairWaypoint { poses: place.poses, axes: place.axes });
             *at = place;
@@ -265,8 +265,8 @@ impl PairTurnSearch<'_, '_> {
         &self,
         curves: &[TurnCurve<'_>; 2],
         s: f64,
-        near: &Place,
-    ) -> Result<(Place, [Posture; 2]), (usize, NoTurn)> {
+        near: &PairPlace,
+    ) -> Result<(PairPlace, [Posture; 2]), (usize, NoTurn)> {
         let shared = self.test.shared;
         let moved = |x: &Vector4<f64>| [Posture { tilt: x[0], rotate: x[1] }, Posture { tilt: x[2], rotate: x[3] }];
         let value = |h: usize, by: Posture| {
@@ -316,7 +316,7 @@ impl PairTurnSearch<'_, '_> {
     /// Tests the way of both heads to the next place, all axes evenly, at positions between which
     /// neither tip moves by more than the test step, and no point of a tool or the table by more
     /// than 5 mm. Returns the largest deviation of either head from the straight way of its tip.
-    fn check_step(&self, from: &Place, to: &Place, hints: &mut [Hints; 2]) -> Result<f64, (usize, NoTurn)> {
+    fn check_step(&self, from: &PairPlace, to: &PairPlace, hints: &mut [Hints; 2]) -> Result<f64, (usize, NoTurn)> {
         let machine = |h: usize| self.test.tests[h].cell.machine;
         let turned = rotary_turn(machine(0), &from.axes, &to.axes);
         let steps = |h: usize| {
@@ -362,8 +362,8 @@ impl PairTurnSearch<'_, '_> {
         Ok(worst)
     }
 
-    /// Checks that a head descends, relative to its cutter's bottom, by at most its ramp angle where
-    /// its cutter is in the stock.
+    /// Checks that a head descends, relative to its cutter's bottom, by at most its ramp angle
+    /// where its cutter is in the stock.
     fn check_ramp(&self, head: usize, (from, to): (&ClPoint, &ClPoint), at: &ClPoint) -> Result<(), (usize, NoTurn)> {
         let test = self.test.tests[head];
         let angle = descent(from, to);
@@ -375,7 +375,7 @@ impl PairTurnSearch<'_, '_> {
     }
 
     /// Returns the axes of both heads at poses, near another place.
-    fn place(&self, poses: [ClPoint; 2], near: &Place) -> Result<Place, (usize, NoTurn)> {
+    fn place(&self, poses: [ClPoint; 2], near: &PairPlace) -> Result<PairPlace, (usize, NoTurn)> {
         let stand = |h: usize| {
             let found = self.test.tests[h].configuration_like(&poses[h], &near.configurations[h]);
             found.map_err(|why| (h, NoTurn::Blocked(why)))
@@ -387,6 +387,6 @@ impl PairTurnSearch<'_, '_> {
         }
         configurations[1].axes[shared] = configurations[0].axes[shared];
         let axes = self.test.joined([&configurations[0].axes, &configurations[1].axes]);
-        Ok(Place { poses, configurations, axes })
+        Ok(PairPlace { poses, configurations, axes })
     }
 }

@@ -113,8 +113,8 @@ fn every_place_of_a_plate_askew_is_within_half_a_strip_of_a_pass() {
     }
 }
 
-/// Levels of a plate askew, whose first and last corners would be cut in crumbs, begin and end half a
-/// strip inside.
+/// Levels of a plate askew, whose first and last corners would be cut in crumbs, begin and end half
+/// a strip inside.
 #[test]
 fn levels_of_a_plate_askew_begin_half_a_strip_from_its_corners() {
     for degrees in [2.0_f64, 20.0, -45.0, 60.0] {

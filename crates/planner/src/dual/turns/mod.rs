@@ -86,8 +86,8 @@ pub(crate) fn replace_by_links(
     any
 }
 
-/// Returns the report on turns, with the lengths of both tips where both heads turn; `None` where none
-/// were sought.
+/// Returns the report on turns, with the lengths of both tips where both heads turn; `None` where
+/// none were sought.
 pub(crate) fn turns_report(
     parts: &[ProgramPart<'_>],
     texts: &DualTexts,

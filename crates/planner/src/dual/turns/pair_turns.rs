@@ -16,8 +16,8 @@ use crate::dual::parts::{Section, SectionTurn, TwoHeadContext};
 use crate::dual::runs::PairRun;
 use crate::passes::move_settings::turn_settings;
 
-/// Moves of a turn to a run, and its largest deviation between blocks, mm; or the reason why there is
-/// none.
+/// Moves of a turn to a run, and its largest deviation between blocks, mm; or the reason why there
+/// is none.
 type TurnToRun = Result<(Vec<DualMove>, f64), String>;
 
 /// Search for turns between the runs of a pair.

@@ -147,8 +147,8 @@ fn turns_of_both_heads_are_taken_back_one_by_one() {
     with_heads(true, a_doubted_turn_becomes_its_link);
 }
 
-/// Height of the lowest point of a cutter over a face of the plate, mm, by its closed form: a ring of
-/// balls at the rim.
+/// Height of the lowest point of a cutter over a face of the plate, mm, by its closed form: a ring
+/// of balls at the rim.
 fn height(scene: &Scene<'_>, axes: &AxisValues, normal: &Vector3<f64>) -> f64 {
     let table_from_work = scene.setup.table_from_work;
     let cl = scene.job.machine.cl_point(axes, scene.job.tool.gauge_length()).transformed(&table_from_work.inverse());
@@ -160,8 +160,8 @@ fn height(scene: &Scene<'_>, axes: &AxisValues, normal: &Vector3<f64>) -> f64 {
     normal.dot(&(ring - center)) - fall - corner
 }
 
-/// Between all places of turns of both heads, as the axes move, neither cutter is deeper in its side
-/// of the plate than the job's tolerances, and C moves evenly with both.
+/// Between all places of turns of both heads, as the axes move, neither cutter is deeper in its
+/// side of the plate than the job's tolerances, and C moves evenly with both.
 #[test]
 fn turns_of_both_heads_stay_off_both_sides_as_the_axes_move() {
     with_heads(true, |heads| {
