@@ -65,7 +65,7 @@ fn tasks_of_two_setups_have_the_bytes_of_the_plan_of_both() {
     job.write("batch.json", batch.to_string().as_bytes());
     facemill_tests::batches::batch(&job, "run", "out", &["--quiet"]);
     let (place, folder) = (job.job(), job.path("plan"));
-    let plan = ["plan", place.to_str().unwrap(), "--out", folder.to_str().unwrap(), "--quiet"];
+    let plan = ["plan", place.to_str().unwrap(), "--out", folder.to_str().unwrap(), "--quiet", "--no-html"];
     let (code, errors) = code_and_errors(&run(&plan));
     assert!(code == 0 || code == 1, "{errors}");
     let tasks = json_of(&facemill_tests::batches::batch(&job, "expand", "out", &["--json"]));

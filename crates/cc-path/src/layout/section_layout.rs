@@ -149,13 +149,17 @@ fn beside_crumbs(patch: &Patch, bands: &[Band], [first, last]: [f64; 2], setting
         };
         let half_step = 0.5 * least(least(0.0).min(last - first));
         let moved = level + up * half_step;
-        let lengths = [level, moved].map(|level| length_of_level(patch, level));
+        // On a border along the levels itself no triangle is crossed.
+        let lengths = [level + up * JUST_INSIDE * half_step, moved].map(|level| length_of_level(patch, level));
         let is_crumb = lengths[0] < shortest.max(CRUMB * half_step) && lengths[1] > lengths[0];
         if is_crumb { moved } else { level }
     };
     let moved = [inside(first, 1.0), inside(last, -1.0)];
     if moved[0] < moved[1] { moved } else { [first, last] }
 }
+
+/// Distance from a border, in half steps, at which the length of its pass is measured.
+const JUST_INSIDE: f64 = 1e-3;
 
 /// Length of a pass, in half steps, below which it is a crumb.
 const CRUMB: f64 = 0.5;
