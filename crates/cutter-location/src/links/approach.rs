@@ -373,11 +373,7 @@ pub fn approach(
     }
     let settings = &settings.at_most();
     // On a surface that rises beyond the pass a straight line gouges, and the arc may not.
-    let bends = if settings.bend == 0.0 { &[1.0][..] } else { &[1.0, 0.0] };
-    let lines = LINES.iter().filter(|_| settings.straight > 0.0);
-    let mut lines = lines.flat_map(|share| {
-        bends.iter().map(|bent| ApproachSettings { bend: settings.bend * bent, ..settings.with_line(*share) })
-    });
+    let mut lines = LINES.iter().filter(|_| settings.straight > 0.0).map(|share| settings.with_line(*share));
     if let Some(approach) = lines.find_map(|settings| search.first_of(&settings, &[settings])) {
         return Ok(approach);
     }
@@ -466,8 +462,7 @@ fn slope_for_ramp(ramp: f64, at: &PassEndPose<'_>) -> f64 {
     (ramp.sin() / along.hypot(up)).min(1.0).asin() - along.atan2(up)
 }
 
-/// Fractions of the straight line that are tried, as bent as the surface and straight, with the
-/// whole arc, before the arc alone.
+/// Fractions of the straight line that are tried, with the whole arc, before the arc alone.
 const LINES: [f64; 3] = [1.0, 0.5, 0.25];
 
 /// Fractions of the largest radius and height among which the shortest way is sought.
@@ -579,9 +574,8 @@ impl Outward<'_, '_> {
         }
     }
 
-    /// Returns whether the tool is in the stock at the end of an arc, and at the largest lift
-    /// there, and would descend from the retract too steeply: in stock, it is not clear without
-    /// one.
+    /// Returns whether the tool is in the stock at the end of an arc, and at the largest lift there,
+    /// and would descend from the retract too steeply: in stock, it is not clear without one.
     fn plunges(&mut self, at: &PassEndPose<'_>, top: &ClPoint) -> bool {
         let (test, normal) = (self.test, self.settings.allowed(at.cc.normal.into_inner()));
         let out = top.translated(self.settings.allowed(top.axis.into_inner()));

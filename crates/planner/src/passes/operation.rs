@@ -18,25 +18,22 @@ use facemill_job::setup::path::{LaidPath, lay_by_widths};
 use facemill_job::setup::scene::Scene;
 use facemill_job::stages::{BETWEEN, HELP, LAY, LINKS, PICTURE, PLACES, Stages};
 use facemill_tool_model::cl_from_cc;
-use facemill_tool_path::moves::lead::CutRegion;
-use facemill_tool_path::moves::{Move, OperationMoves, region_moves};
+use facemill_tool_path::moves::{Move, OperationMoves, operation_moves};
 use facemill_tool_path::segments::pole::Tests;
 use facemill_tool_path::segments::{LaidTask, LeftOut, PassSegment, copy_outcomes, filled, split};
 use facemill_tool_path::winding::wound;
-use facemill_verification::operation_region::OperationRegion;
 use rayon::prelude::*;
 
+use facemill_drawing::solution_svg::map_svg;
 use crate::passes::engagement::{PointEngagement, engagement_of_passes};
 use crate::passes::extra_passes::{AddedPasses, ExtraPasses, PlannedPath};
 use crate::passes::high_places::HighPlaces;
 use crate::passes::move_settings::{move_settings, turn_settings};
 use crate::passes::path_planner::{PathPlanner, strategy_of};
-use crate::passes::planned_region::PlannedRegion;
 use crate::passes::setup_context::SetupContext;
 use crate::passes::turn_chips::give_turn_chips;
 use crate::passes::width_field::WidthField;
 use crate::stage_clock::Clock;
-use facemill_drawing::solution_svg::map_svg;
 
 /// Corrections of an operation's passes by what a text has left.
 pub(crate) struct Corrections {
@@ -187,11 +184,7 @@ impl<'a> PlannedOperation<'a> {
         clock.lap("search");
         let picture = if task.picture { picture_of(&test, operation, &path.tasks, stages)? } else { None };
         let monitor = stages.start(LINKS, 2 * pieces.len());
-        let requested = OperationRegion::of(job, setup, operation)?;
-        let region = if requested.has_nothing_left() { None } else { Some(requested.region(job, setup)?) };
-        let region = region.as_ref().map(|region| PlannedRegion::new(region, setup, operation));
-        let region = region.as_ref().map(|region| region as &dyn CutRegion);
-        let mut moves = region_moves(&test, &settings, region, pieces, from, &mut left_out, &*monitor)?;
+        let mut moves = operation_moves(&test, &settings, pieces, from, &mut left_out, &*monitor)?;
         drop(monitor);
         clock.lap("moves");
         let along = engagement_of_passes(job, setup, operation, &mut moves.pieces, stages)?;
