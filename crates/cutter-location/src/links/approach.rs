@@ -574,8 +574,9 @@ impl Outward<'_, '_> {
         }
     }
 
-    /// Returns whether the tool is in the stock at the end of an arc, and at the largest lift there,
-    /// and would descend from the retract too steeply: in stock, it is not clear without one.
+    /// Returns whether the tool is in the stock at the end of an arc, and at the largest lift
+    /// there, and would descend from the retract too steeply: in stock, it is not clear without
+    /// one.
     fn plunges(&mut self, at: &PassEndPose<'_>, top: &ClPoint) -> bool {
         let (test, normal) = (self.test, self.settings.allowed(at.cc.normal.into_inner()));
         let out = top.translated(self.settings.allowed(top.axis.into_inner()));
