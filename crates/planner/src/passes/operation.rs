@@ -24,7 +24,6 @@ use facemill_tool_path::segments::{LaidTask, LeftOut, PassSegment, copy_outcomes
 use facemill_tool_path::winding::wound;
 use rayon::prelude::*;
 
-use facemill_drawing::solution_svg::map_svg;
 use crate::passes::engagement::{PointEngagement, engagement_of_passes};
 use crate::passes::extra_passes::{AddedPasses, ExtraPasses, PlannedPath};
 use crate::passes::high_places::HighPlaces;
@@ -34,6 +33,7 @@ use crate::passes::setup_context::SetupContext;
 use crate::passes::turn_chips::give_turn_chips;
 use crate::passes::width_field::WidthField;
 use crate::stage_clock::Clock;
+use facemill_drawing::solution_svg::map_svg;
 
 /// Corrections of an operation's passes by what a text has left.
 pub(crate) struct Corrections {

@@ -30,20 +30,12 @@ pub struct PairTurnEnd {
     pub straight: [f64; 2],
 }
 
-/// Pose of both heads on a turn.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PairWaypoint {
-    /// Pose of each head's tool in the workpiece frame.
-    pub poses: [ClPoint; 2],
-    /// Values of all axes.
-    pub axes: AxisValues,
-}
-
 /// Turn of both heads.
 #[derive(Clone, Debug)]
 pub struct PairTurn {
-    /// Places between the last cut of both passes and the first one of the next, both excluded.
-    pub places: Vec<PairWaypoint>,
+    /// Values of all axes at places between the last cut of both passes and the first one of the
+    /// next, both excluded.
+    pub places: Vec<AxisValues>,
     /// Largest deviation of either cutter between two of them, mm.
     pub linearisation: f64,
 }
@@ -225,7 +217,7 @@ impl PairTurnSearch<'_, '_> {
         let (mut at, mut turn, mut worst) = (*first, Vec::new(), 0.0f64);
         let mut go = |place: PairPlace, at: &mut PairPlace| {
             worst = worst.max(self.check_step(at, &place, &mut hints)?);
-            turn.push(PairWaypoint { poses: place.poses, axes: place.axes });
+            turn.push(place.axes);
             *at = place;
             Ok::<_, (usize, NoTurn)>(())
         };

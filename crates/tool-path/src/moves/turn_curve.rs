@@ -20,6 +20,9 @@ const MOST_SWUNG: f64 = 1.5 * PI;
 const SWING_STEP: f64 = 0.012;
 const POSES: [f64; 2] = [64.0, 600.0];
 
+/// Largest turn of the tip's direction from one block to the next, rad.
+const MOST_CORNER: f64 = 0.4;
+
 /// One end of the curve of a turn.
 pub(crate) struct CurveEnd {
     pub(crate) cc: CcPoint,
@@ -86,12 +89,23 @@ impl<'e> TurnCurve<'e> {
         curve
     }
 
-    /// Returns the number of blocks.
+    /// Returns the number of blocks, none longer than a step; more where the tip turns within a few of
+    /// them, as it does between passes that are close to each other.
     pub(crate) fn poses(&self, step: f64) -> usize {
         let rough: Vec<Point3<f64>> = (0..=16).map(|k| self.at(f64::from(k) / 16.0).tip).collect();
         let length: f64 = rough.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
         let swung = FASTEST * self.swing.abs() / SWING_STEP;
-        (length / step).max(swung).ceil().clamp(POSES[0], POSES[1]) as usize
+        let mut n = (length / step).max(swung).ceil().clamp(POSES[0], POSES[1]);
+        while n < POSES[1] && self.corner(n as usize) > MOST_CORNER {
+            n = (2.0 * n).min(POSES[1]);
+        }
+        n as usize
+    }
+
+    /// Returns the largest turn of the tip's direction from one of so many blocks to the next, rad.
+    fn corner(&self, n: usize) -> f64 {
+        let tips: Vec<Point3<f64>> = (0..=n).map(|k| self.at(k as f64 / n as f64).tip).collect();
+        tips.windows(3).map(|w| (w[1] - w[0]).angle(&(w[2] - w[1]))).fold(0.0, f64::max)
     }
 
     /// Returns the pose in contact with the surface at a parameter, with its posture moved.

@@ -108,7 +108,7 @@ impl<'m, 'r, 'a> PairTurns<'m, 'r, 'a> {
         let by_link = self.time(&last.axes, &link);
         let moves_of = |turn: &PairTurn| -> Vec<DualMove> {
             let mut at = last.axes;
-            let places = turn.places.iter().map(|place| &place.axes).chain([&to.pose.axes]);
+            let places = turn.places.iter().chain([&to.pose.axes]);
             let turn_to = |axes: &AxisValues| {
                 at = self.mover.turned(axes, &at);
                 DualMove { kind: MoveKind::Turn, axes: at, working: [true; 2], chips: [None; 2] }

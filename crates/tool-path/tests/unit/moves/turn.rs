@@ -89,13 +89,10 @@ fn turns_on_a_plane_keep_contact_and_leave_and_arrive_along_the_passes() {
             way(0, 1),
             way(n - 2, n - 1)
         );
-        // No corner between two blocks. Between passes closer than 2.5 mm the tip turns within a
-        // few of the at least 64 blocks: by up to 0.56 from one to the next in 500 scenes, by up to
-        // 0.44 between others.
-        let most = if step < 2.5 { 0.6 } else { 0.45 };
+        // No corner between two blocks.
         for k in 2..n {
             let turned = way(k - 2, k - 1).angle(&way(k - 1, k));
-            assert!(turned < most, "scene {scene}: corner of {turned} at {k} of {n}, passes {step} apart");
+            assert!(turned < 0.45, "scene {scene}: corner of {turned} at {k} of {n}, passes {step} apart");
         }
         let branch = ends[0].configuration.branch;
         assert!(turn.poses.iter().all(|w| w.configuration.branch == branch));
