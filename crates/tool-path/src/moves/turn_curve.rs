@@ -89,8 +89,8 @@ impl<'e> TurnCurve<'e> {
         curve
     }
 
-    /// Returns the number of blocks, none longer than a step; more where the tip turns within a few of
-    /// them, as it does between passes that are close to each other.
+    /// Returns the number of blocks, none longer than a step; more where the tip turns within a few
+    /// of them, as it does between passes that are close to each other.
     pub(crate) fn poses(&self, step: f64) -> usize {
         let rough: Vec<Point3<f64>> = (0..=16).map(|k| self.at(f64::from(k) / 16.0).tip).collect();
         let length: f64 = rough.windows(2).map(|w| (w[1] - w[0]).norm()).sum();
