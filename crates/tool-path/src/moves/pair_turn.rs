@@ -1,7 +1,7 @@
 //! Turns of two heads at once, from the end of one pass of each to the start of its next, with both
 //! tools down.
 //!
-//! Each head goes along the curve of a turn of its own ([`TurnCurve`]). The axis that both share
+//! Each head goes along the curve of a turn of its own (`TurnCurve`). The axis that both share
 //! has one value, so at every place of the curves both postures are moved by the least change of
 //! tilt and rotate with which it is the same for both: along the gradient of the difference of the
 //! values that the heads need. Where the value of one head is largest over its rotates, its tilt
