@@ -30,13 +30,12 @@ use crate::path::station::{Poses, Station, Stations};
 /// From one pose to the next a solution continues to a definite one, followed along the ideal
 /// motion: tip straight, tool axis turning evenly. With two rotary axes that is proven, see the
 /// manual's method; with three it is followed in steps of less than 10°. Everything else is a
-/// [`Change`](crate::path::choice::Change). `start` is the position of the axes before; of the way
+/// [`Change`]. `start` is the position of the axes before; of the way
 /// from there only the time counts. Each position of the result is within the limits and at its
 /// pose to 1e-9 mm and 1e-12 rad; limits between poses are not tested. Axes that do not move the
 /// tool cost nothing and stay where `start` has them, at home without it.
 ///
 /// # Errors
-/// See [`PathError`].
 /// See [`PathError`].
 pub fn choose_along(
     machine: &Machine,
