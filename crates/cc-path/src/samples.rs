@@ -121,6 +121,21 @@ impl<'a> RequestedRegion<'a> {
         in_box && self.in_levels(point, within) && is_on()
     }
 
+    /// Whether the region holds the foot of a point, at most `within` (mm) from it. At the foot the
+    /// way to the point is across the facet: of a point beside the border of the surface, whose
+    /// nearest place is on that border, it leans by more than `along` of its length.
+    pub fn holds_foot(&self, point: &Point3<f64>, within: f64, along: f64) -> bool {
+        let foot = self.surface.closest_point_where(point, within, |t| self.is_in[t as usize]);
+        foot.is_some_and(|foot| {
+            let way = point - foot.position;
+            let is_across = self.surface.facet_normal(foot.triangle).is_some_and(|normal| {
+                let beside = way - normal.into_inner() * way.dot(&normal);
+                beside.norm() <= along * way.norm() + ON_FACET
+            });
+            is_across && self.contains(foot.triangle, &foot.position)
+        })
+    }
+
     /// Area of its facets, mm², before box and levels bound them.
     pub fn facet_area(&self) -> f64 {
         self.triangles.iter().fold(0.0, |sum, &t| sum + self.area(t))
@@ -190,6 +205,9 @@ impl<'a> RequestedRegion<'a> {
         offsets.filter_map(on_surface).collect()
     }
 }
+
+/// Distance of a point from its facet that is rounding, mm.
+const ON_FACET: f64 = 1e-6;
 
 #[cfg(test)]
 #[path = "../tests/unit/samples.rs"]

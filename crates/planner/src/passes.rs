@@ -6,6 +6,7 @@ pub(crate) mod high_places;
 pub(crate) mod move_settings;
 pub(crate) mod operation;
 pub(crate) mod path_planner;
+pub(crate) mod planned_region;
 pub(crate) mod pole_detours;
 pub(crate) mod setup_context;
 pub(crate) mod turn_chips;

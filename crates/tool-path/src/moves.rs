@@ -1,7 +1,7 @@
 //! From pieces to the sequence of moves of an operation: entries, cuts, exits, links, with axis
 //! values.
 
-pub(crate) mod lead;
+pub mod lead;
 pub mod order;
 pub mod pair_turn;
 pub mod reached;
@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use crate::chips::Chip;
 use crate::linearity::Linearity;
-use crate::moves::lead::leads;
+use crate::moves::lead::{CutRegion, leads};
 use crate::moves::order::{PassOrderReport, ordered};
 use crate::moves::reached::Reached;
 use crate::moves::sequencer::Sequencer;
@@ -184,7 +184,25 @@ pub fn operation_moves(
     left_out: &mut Vec<LeftOut>,
     monitor: &dyn Monitor,
 ) -> Result<OperationMoves, PathError> {
-    let leads = leads(&pieces, [&settings.entry, &settings.exit], test.cell.tool.cutter().radius());
+    region_moves(test, settings, None, pieces, from, left_out, monitor)
+}
+
+/// Returns the moves of an operation, as [`operation_moves`] does. Entries and exits lead over the
+/// border of the region that it is to cut, where one is given: as far as the region goes on in the
+/// half strips beside their way.
+///
+/// # Errors
+/// As [`operation_moves`].
+pub fn region_moves(
+    test: &PoseTest<'_>,
+    settings: &MoveSettings,
+    region: Option<&dyn CutRegion>,
+    pieces: Vec<PassSegment>,
+    from: Option<Move>,
+    left_out: &mut Vec<LeftOut>,
+    monitor: &dyn Monitor,
+) -> Result<OperationMoves, PathError> {
+    let leads = leads(&pieces, [&settings.entry, &settings.exit], region, test.cell.tool.cutter().radius());
     let reached: Vec<(Option<Reached>, Vec<LeftOut>)> = pieces
         .into_par_iter()
         .zip(leads)

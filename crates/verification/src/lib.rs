@@ -22,7 +22,7 @@
 //! | [`mod@merged_heads`] | runs and proofs of two heads, merged into one |
 //! | [`mod@text_times`] | times of a program by its text |
 //! | [`mod@named_results`] | failures of runs, and the names of files and groups in their results |
-//! | `operation_region` | regions that operations are to cut, and samples spread over them |
+//! | [`mod@operation_region`] | regions that operations are to cut, and samples spread over them |
 //! | [`mod@efficiency`] | length of passes over the least length that the strip widths permit |
 //! | [`mod@remaining`] | material that a program leaves on the surface that its operations are to cut, measured on its text |
 //! | [`mod@stock_run`] | the stock of a job's setup, cut by a program from any source |
@@ -37,7 +37,7 @@ pub mod efficiency;
 pub mod feeds;
 pub mod merged_heads;
 pub mod named_results;
-mod operation_region;
+pub mod operation_region;
 pub mod program;
 pub mod remaining;
 pub mod stock_run;

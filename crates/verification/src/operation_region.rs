@@ -21,7 +21,7 @@ const ROUNDS: usize = 4;
 
 /// Region that an operation is to cut: groups, cone, box and levels of the strategy as the job
 /// states them, in all places of the pattern.
-pub(crate) struct OperationRegion<'a> {
+pub struct OperationRegion<'a> {
     pub(crate) operation: &'a OperationFile,
     pub(crate) region: Region,
     pub(crate) strategy: Option<Strategy>,
@@ -32,7 +32,11 @@ pub(crate) struct OperationRegion<'a> {
 }
 
 impl<'a> OperationRegion<'a> {
-    pub(crate) fn of(job: &Job, setup: &Setup<'_>, operation: &'a OperationFile) -> Result<Self, Failure> {
+    /// Reads the region of an operation.
+    ///
+    /// # Errors
+    /// If region or strategy are wrong.
+    pub fn of(job: &Job, setup: &Setup<'_>, operation: &'a OperationFile) -> Result<Self, Failure> {
         let wrong = |e: facemill_cc_path::PathError| job.wrong(format!("operation \"{}\": {e}", operation.name));
         let (file, strategy) = match &operation.path {
             PathFile::Strategy(s) => (s.region.clone(), Some(s.strategy.to_strategy().map_err(wrong)?)),
@@ -46,12 +50,15 @@ impl<'a> OperationRegion<'a> {
     }
 
     /// Returns whether the region is limited to what is left, and nothing is.
-    pub(crate) fn has_nothing_left(&self) -> bool {
+    pub fn has_nothing_left(&self) -> bool {
         self.region.left.as_ref().is_some_and(|left| left.is_empty())
     }
 
     /// Returns the region on the drive surface, in the first place of the pattern.
-    pub(crate) fn region<'s>(&'s self, job: &Job, setup: &'s Setup<'_>) -> Result<RequestedRegion<'s>, Failure> {
+    ///
+    /// # Errors
+    /// If the region holds no facet, or names an unknown group.
+    pub fn region<'s>(&'s self, job: &Job, setup: &'s Setup<'_>) -> Result<RequestedRegion<'s>, Failure> {
         let corner_radius = corner_on_drive(job, setup);
         let strategy = self.strategy.as_ref().map(|strategy| RequestedStrategy { strategy, corner_radius });
         RequestedRegion::new(&setup.around_drive, &self.region, strategy)

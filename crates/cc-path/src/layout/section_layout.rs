@@ -54,6 +54,12 @@ impl<'a> SectionLayout<'a> {
             let strips = fronts.strips();
             return Ok(Self { sections, kind: Kind::Fronts(Box::new(fronts)), strips });
         }
+        let rising = if settings.edge_fill {
+            rising
+        } else {
+            let [first, last] = beside_crumbs(patch, &bands, [first, last], settings);
+            rising_levels(&bands, cause, first, last, settings)?
+        };
         let strips = Strips { n_wide: count_wide(&bands, &rising), widest: widest_strip(&bands, &rising) };
         let triangles = triangles_at(&bands, &rising);
         let mut levels: Vec<_> = rising.into_iter().zip(triangles).collect();
@@ -129,6 +135,48 @@ pub(crate) fn border_levels(patch: &Patch, (low, high): (f64, f64)) -> Result<(f
         return Err(PathError::EmptyRegion { reason: "none lies within the levels to be cut" });
     }
     Ok((first, last))
+}
+
+/// Moves the first and the last level half a step inside where the region ends in a corner there:
+/// the pass on the border would be a crumb, and the next one a whole step away from the corner.
+fn beside_crumbs(patch: &Patch, bands: &[Band], [first, last]: [f64; 2], settings: &LaySettings) -> [f64; 2] {
+    let shortest = settings.min_pass_length + 2.0 * settings.edge_margin;
+    let inside = |level: f64, up: f64| {
+        // A step of the bands on the border reaches further ones.
+        let least = |reach: f64| {
+            let near = |b: &&Band| b.low <= level.max(level + up * reach) && b.high >= level.min(level + up * reach);
+            bands.iter().filter(near).map(|b| b.limit).fold(f64::INFINITY, f64::min)
+        };
+        let half_step = 0.5 * least(least(0.0).min(last - first));
+        let moved = level + up * half_step;
+        // On a border along the levels itself no triangle is crossed.
+        let lengths = [level + up * JUST_INSIDE * half_step, moved].map(|level| length_of_level(patch, level));
+        let is_crumb = lengths[0] < shortest.max(CRUMB * half_step) && lengths[1] > lengths[0];
+        if is_crumb { moved } else { level }
+    };
+    let moved = [inside(first, 1.0), inside(last, -1.0)];
+    if moved[0] < moved[1] { moved } else { [first, last] }
+}
+
+/// Distance from a border, in half steps, at which the length of its pass is measured.
+const JUST_INSIDE: f64 = 1e-3;
+
+/// Length of a pass, in half steps, below which it is a crumb.
+const CRUMB: f64 = 0.5;
+
+/// Returns the length of the section of a patch at a level, mm.
+fn length_of_level(patch: &Patch, level: f64) -> f64 {
+    let of_triangle = |corners: &[u32; 3]| {
+        let crossing = |k: usize| {
+            let [a, b] = [corners[k], corners[(k + 1) % 3]].map(|v| v as usize);
+            let (low, high) = (patch.levels[a] - level, patch.levels[b] - level);
+            let [from, to] = [a, b].map(|v| patch.mesh.vertices()[v]);
+            ((low < 0.0) != (high < 0.0)).then(|| from + (to - from) * (low / (low - high)))
+        };
+        let mut ends = (0..3).filter_map(crossing);
+        ends.next().zip(ends.next()).map_or(0.0, |(a, b)| nalgebra::distance(&a, &b))
+    };
+    patch.mesh.triangles().iter().map(of_triangle).sum()
 }
 
 /// The levels in rising order. They are planned from the side where cutting begins.

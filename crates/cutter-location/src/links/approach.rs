@@ -373,7 +373,11 @@ pub fn approach(
     }
     let settings = &settings.at_most();
     // On a surface that rises beyond the pass a straight line gouges, and the arc may not.
-    let mut lines = LINES.iter().filter(|_| settings.straight > 0.0).map(|share| settings.with_line(*share));
+    let bends = if settings.bend == 0.0 { &[1.0][..] } else { &[1.0, 0.0] };
+    let lines = LINES.iter().filter(|_| settings.straight > 0.0);
+    let mut lines = lines.flat_map(|share| {
+        bends.iter().map(|bent| ApproachSettings { bend: settings.bend * bent, ..settings.with_line(*share) })
+    });
     if let Some(approach) = lines.find_map(|settings| search.first_of(&settings, &[settings])) {
         return Ok(approach);
     }
@@ -462,7 +466,8 @@ fn slope_for_ramp(ramp: f64, at: &PassEndPose<'_>) -> f64 {
     (ramp.sin() / along.hypot(up)).min(1.0).asin() - along.atan2(up)
 }
 
-/// Fractions of the straight line that are tried, with the whole arc, before the arc alone.
+/// Fractions of the straight line that are tried, as bent as the surface and straight, with the
+/// whole arc, before the arc alone.
 const LINES: [f64; 3] = [1.0, 0.5, 0.25];
 
 /// Fractions of the largest radius and height among which the shortest way is sought.

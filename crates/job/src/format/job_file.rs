@@ -621,7 +621,7 @@ pub enum ApproachFile {
     RollIn(ArcFile),
     /// The shortest way in the plane of feed and normal up to this arc: smaller arcs, continued by
     /// lines, as steep as the tool may go down (exits: as the end of the arc). The straight line
-    /// before it is as long as the passes beside end farther out, at most `straight_mm`.
+    /// before it is as long as the region goes on beside it, at most `straight_mm`.
     Shortest(ArcFile),
 }
 
@@ -635,8 +635,10 @@ pub struct ArcFile {
     /// Angle that the arc runs through.
     #[schemars(range(min = 1, max = 90))]
     pub angle_deg: f64,
-    /// Straight line along the feed between the pass and the arc. Where the border of the surface
-    /// leans, it cuts the strip beside the end of the pass down to the cusp before the arc rises.
+    /// Straight line along the feed between the pass and the arc. Where the border of the region
+    /// leans, it cuts the strip beside the end of the pass down to the cusp before the arc rises:
+    /// `shortest` takes no more of it than that needs, other arcs take more where the border asks
+    /// for it.
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0, max = 1_000))]
     pub straight_mm: f64,

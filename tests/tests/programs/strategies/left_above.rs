@@ -106,10 +106,12 @@ fn a_small_mill_cuts_what_a_large_one_left_and_nothing_more() {
     limit_to(&job, json!({ "programs": [large(), { "file": "small.nc" }] }));
     let nothing = planned(&job, true).err().expect("no program");
     assert!(matches!(&nothing, Failure::NothingToCut(why) if why.contains("left above 0.12 mm")), "{nothing}");
-    // The small program alone leaves the rest: the measure is not of the last program.
+    // The small program alone leaves both sides of its band, less the overlap and half a cutter on
+    // each: the measure is not of the last program.
     limit_to(&job, json!({ "programs": [{ "file": "small.nc" }] }));
     let other = planned(&job, false).expect("a plan");
-    assert!(found(&other).area_mm2 > 80.0 * 10.0, "{:?}", found(&other));
+    let least = 80.0 * 20.0 - left.area_mm2 - 80.0 * 2.0 * (OVERLAP + 3.0);
+    assert!(found(&other).islands == 2 && found(&other).area_mm2 > least, "{least}: {:?}", found(&other));
 }
 
 #[test]

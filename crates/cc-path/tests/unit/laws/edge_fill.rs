@@ -113,6 +113,37 @@ fn every_place_of_a_plate_askew_is_within_half_a_strip_of_a_pass() {
     }
 }
 
+/// Levels of a plate askew, whose first and last corners would be cut in crumbs, begin and end half
+/// a strip inside.
+#[test]
+fn levels_of_an_even_plate_begin_on_its_border() {
+    let s = surface(grid(40, 24, |u, v| Point3::new(200.0 * u, 120.0 * v, 0.0)));
+    let settings = LaySettings { edge_fill: false, min_pass_length: 2.0, ..filled() };
+    let layout = lay_by(&s, &planes(Vector3::y_axis()), &settings, &|_| 6.0);
+    let levels = || layout.passes.iter().map(|p| p.level);
+    let (low, high) = (levels().fold(f64::INFINITY, f64::min), levels().fold(f64::NEG_INFINITY, f64::max));
+    assert!(low.abs() < 1e-3 && (high - 120.0).abs() < 1e-3, "{low} {high}");
+}
+
+#[test]
+fn levels_of_a_plate_askew_begin_half_a_strip_from_its_corners() {
+    for degrees in [2.0_f64, 20.0, -45.0, 60.0] {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        let at = |x: f64, y: f64| Point3::new(cos * x - sin * y, sin * x + cos * y, 0.0);
+        let s = surface(grid(40, 24, |u, v| at(200.0 * u, 120.0 * v)));
+        for order in [LevelOrder::Increasing, LevelOrder::Decreasing] {
+            let settings = LaySettings { order, edge_fill: false, min_pass_length: 2.0, ..filled() };
+            let layout = lay_by(&s, &planes(Vector3::y_axis()), &settings, &|_| 6.0);
+            let corners = [[0.0, 0.0], [200.0, 0.0], [0.0, 120.0], [200.0, 120.0]].map(|[x, y]| at(x, y).y);
+            let levels = || layout.passes.iter().map(|p| p.level);
+            let (low, high) = (levels().fold(f64::INFINITY, f64::min), levels().fold(f64::NEG_INFINITY, f64::max));
+            let least = corners.into_iter().fold(f64::INFINITY, f64::min);
+            let most = corners.into_iter().fold(f64::NEG_INFINITY, f64::max);
+            assert!(low - least < 3.03 && most - high < 3.03, "{degrees}° {order:?}: {low} {high} of {least} {most}");
+        }
+    }
+}
+
 /// A sheet that goes on beyond the levels to be cut: the first pass lies on the first level, none
 /// beyond the last, and nothing between them is farther than half a strip from a pass.
 #[test]

@@ -38,3 +38,48 @@ fn beside_the_last_pass_the_border_runs_on_as_on_the_other_side() {
     assert_eq!(leads(&[(26.8, -16.0)]), [0.0, 8.0]);
     assert_eq!(leads(&[(26.8, 16.0)]), [8.0, 0.0]);
 }
+
+/// Plane region by the places that it holds.
+struct PlaneRegion<F>(F);
+
+impl<F: Fn(f64, f64) -> bool + Sync> CutRegion for PlaneRegion<F> {
+    fn holds(&self, _: u32, p: &Point3<f64>) -> bool {
+        self.0(p.x, p.y)
+    }
+
+    fn half_strip(&self) -> f64 {
+        10.0
+    }
+}
+
+/// Half a strip times the slope of the border, whether it leans to one side or the region ends in a
+/// corner ahead; nothing more is needed where it lies across.
+#[test]
+fn a_line_reaches_as_far_as_the_region_goes_on_in_the_half_strips_beside_it() {
+    let cc = CcPoint::new(Point3::origin(), Vector3::z(), Vector3::x()).unwrap();
+    let end = |which| SegmentEnd { cc: &cc, outward: Vector3::x(), which, slant: 0.0 };
+    let lead =
+        |region: &dyn CutRegion, found: &[(f64, f64)]| end(PassEnd::Entry).lead_to_border(found, (region, 0), 80.0);
+    let length = |region: &dyn CutRegion, found: &[(f64, f64)]| lead(region, found).unwrap().lead;
+    let beside = [(12.0, 12.0), (-12.0, -12.0)];
+    for slope in [0.0, 0.3, 1.0, 1.7] {
+        let leaning = PlaneRegion(move |x, y| x <= slope * y);
+        assert_eq!(lead(&leaning, &beside).unwrap().is_aslant, slope > 0.0);
+        let found = length(&leaning, &beside);
+        assert!((found - 6.0 * slope).abs() < 0.05, "{slope}: {found}");
+    }
+    // The end beside is as far out, and the corner of the region is between both.
+    let corner = PlaneRegion(|x: f64, y: f64| x <= y.min(12.0 - y));
+    let found = length(&corner, &[(12.0, 0.0), (-12.0, -12.0)]);
+    assert!((found - 6.0).abs() < 0.05, "{found}");
+    // Beside the last pass the strip is as wide as any may be.
+    let found = length(&PlaneRegion(|x, y| x <= y), &[(-12.0, -12.0)]);
+    assert!((found - 10.0).abs() < 0.1, "{found}");
+    let exit = end(PassEnd::Exit).lead_to_border(&beside, (&PlaneRegion(|x, _| x <= 0.0), 0), 80.0).unwrap();
+    assert!(
+        (exit.lead - 36.0 / 160.0).abs() < 0.05 && !exit.is_aslant,
+        "{exit:?}: the rim cuts the side of the strip later"
+    );
+    let inside = PlaneRegion(|x, _| x <= 50.0);
+    assert_eq!(lead(&inside, &beside), None, "the end is not at the border");
+}
