@@ -41,6 +41,10 @@ pub(crate) struct ExtraPasses {
     pub moved: usize,
     /// Number of passes where the chosen postures left too much.
     pub between: usize,
+    /// Number of passes over high places that are in no strip.
+    pub over: usize,
+    /// Passes that the last call of [`Interposer::keep_cusp`] has inserted.
+    pub put_in: Vec<Vec<CutPoint>>,
     /// Places where no pass could be inserted, with reasons.
     pub refused: Vec<(Point3<f64>, String)>,
 }
@@ -105,18 +109,41 @@ pub(crate) enum CutOrder {
 }
 
 /// Pass to insert before a pass, by number; behind the last, the number after it.
-struct Extra {
-    before: usize,
-    task: LaidTask,
+pub(crate) struct Extra {
+    pub(crate) before: usize,
+    pub(crate) task: LaidTask,
+    /// Strip that it cuts; `None` if that is the one between the passes beside it.
+    pub(crate) strip: Option<Strip>,
 }
 
 /// Inserted pass with the poses of its points.
-struct PlannedExtra {
+pub(crate) struct PlannedExtra {
     /// Number of the pass before which it is cut.
     before: usize,
     /// Its feasible runs.
     runs: Vec<(LaidTask, Pass<Outcome>)>,
     optimum: Option<Optimum>,
+}
+
+impl PlannedExtra {
+    /// Returns the number of feasible points.
+    pub(crate) fn n_points(&self) -> usize {
+        self.runs.iter().map(|(task, _)| task.pass.points.len()).sum()
+    }
+
+    /// Returns the feasible runs with their postures.
+    fn cuts(&self) -> impl Iterator<Item = Vec<CutPoint>> {
+        let cut =
+            |(cc, outcome): (&CcPoint, &Outcome)| Some(CutPoint { cc: *cc, posture: outcome.as_ref().ok()?.posture });
+        self.runs
+            .iter()
+            .map(move |(task, outcomes)| task.pass.points.iter().zip(&outcomes.points).filter_map(cut).collect())
+    }
+
+    /// Returns the number of feasible runs.
+    pub(crate) fn n_runs(&self) -> usize {
+        self.runs.len()
+    }
 }
 
 impl<'a> Interposer<'_, 'a> {
@@ -155,6 +182,7 @@ impl<'a> Interposer<'_, 'a> {
         extra: &mut ExtraPasses,
         stages: &dyn Stages,
     ) -> Result<(), Failure> {
+        extra.put_in.clear();
         for _ in 0..ROUNDS {
             let mut between = self.between(path);
             if between.is_empty() {
@@ -176,12 +204,13 @@ impl<'a> Interposer<'_, 'a> {
             }
             *path = best;
             extra.between += n;
+            extra.put_in.extend(kept.iter().flat_map(PlannedExtra::cuts));
         }
         Ok(())
     }
 
     /// Returns passes with the feasible runs of their points.
-    fn plan(
+    pub(crate) fn plan(
         &self,
         path: &PlannedPath,
         extras: Vec<Extra>,
@@ -194,7 +223,8 @@ impl<'a> Interposer<'_, 'a> {
         let n_points = extras.iter().map(|e| e.task.pass.points.len()).sum();
         let monitor = stages.start(ADDED, n_points);
         let laid: Vec<LaidTask> = extras.iter().map(|e| e.task.clone()).collect();
-        let strips: Vec<PassTask> = self.tasks_beside(path, &laid);
+        let own: Vec<Option<Strip>> = extras.iter().map(|e| e.strip).collect();
+        let strips: Vec<PassTask> = self.tasks_beside(path, &laid, &own);
         let mut planned = plan_passes(self.tests.of(self.settings), &strips, self.settings, &*monitor)?;
         drop(monitor);
         self.detours.take(&strips, &mut planned, stages)?;
@@ -219,10 +249,11 @@ impl<'a> Interposer<'_, 'a> {
         Ok(found)
     }
 
-    /// Returns new passes with the strips to those beside them.
-    fn tasks_beside(&self, path: &PlannedPath, laid: &[LaidTask]) -> Vec<PassTask> {
+    /// Returns new passes with their own strips, or those to the passes beside them.
+    fn tasks_beside(&self, path: &PlannedPath, laid: &[LaidTask], own: &[Option<Strip>]) -> Vec<PassTask> {
         let neighbours = Neighbours::new(path.tasks.iter().map(as_laid).collect(), self.reach);
-        pass_tasks(laid, |pass, point| neighbours.beside(&unposed(&laid[pass].pass.points[point])).strip())
+        let beside = |pass: usize, point: usize| neighbours.beside(&unposed(&laid[pass].pass.points[point])).strip();
+        pass_tasks(laid, |pass, point| own[pass].or_else(|| beside(pass, point)))
     }
 
     /// Returns passes for places where the ridges are too high.
@@ -248,7 +279,7 @@ impl<'a> Interposer<'_, 'a> {
                         let places = stretch.clone().filter_map(|p| Some((&points[p].cc, wanted[p]?.0, share)));
                         let task = &path.tasks[planned.task[run]];
                         let laid = self.laid(places, task).filter(|t| !neighbours.is_crossed_by(&t.pass.points));
-                        extras.extend(laid.map(|task| Extra { before: planned.task[run], task }));
+                        extras.extend(laid.map(|task| Extra { before: planned.task[run], task, strip: None }));
                     }
                 }
             }
@@ -376,7 +407,7 @@ impl<'a> Interposer<'_, 'a> {
                     let places = part.clone().filter_map(|k| shares[k].map(|(n, share)| (&points[k], n, share)));
                     let is_before = shares[part.start].is_some_and(|(n, _)| n.is_left != task.uncut_left);
                     let before = if is_before { pass } else { pass + 1 };
-                    Some(Extra { before, task: self.laid(places, task)? })
+                    Some(Extra { before, task: self.laid(places, task)?, strip: None })
                 })
                 .collect()
         };
@@ -523,7 +554,7 @@ impl PlannedRuns {
 impl PlannedPath {
     /// Returns the path with passes inserted, and for each of its passes the number of the strip
     /// that it is in: that of the pass itself, or of the pass before which it is inserted.
-    fn with(&self, extras: &[PlannedExtra]) -> (Self, Vec<usize>) {
+    pub(crate) fn with(&self, extras: &[PlannedExtra]) -> (Self, Vec<usize>) {
         let mut by_strip: BTreeMap<usize, Vec<&(LaidTask, Pass<Outcome>)>> = BTreeMap::new();
         for extra in extras {
             by_strip.entry(extra.before).or_default().extend(&extra.runs);

@@ -4,13 +4,16 @@ use facemill_cl_data::Aabb;
 use facemill_cutter_location::cusp::cut_point::CutPoint;
 use facemill_cutter_location::cusp::neighbours::Neighbour;
 use facemill_surface_model::Tree;
-use nalgebra::Point3;
+use nalgebra::{Point3, Unit, Vector3};
 
 /// A place on the surface that passes leave, with the measured height, mm.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct HighPlace {
     pub(crate) position: Point3<f64>,
+    pub(crate) normal: Unit<Vector3<f64>>,
     pub(crate) height: f64,
+    /// Number of the round of widths that has measured it.
+    pub(crate) round: u32,
 }
 
 /// Places with too much left, to look up by strip.
@@ -27,6 +30,10 @@ impl HighPlaces {
     pub(crate) fn new(places: Vec<HighPlace>) -> Self {
         let boxes: Vec<Aabb> = places.iter().map(|p| Aabb::of_points([&p.position])).collect();
         Self { tree: Tree::build(&boxes), places }
+    }
+
+    pub(crate) fn places(&self) -> &[HighPlace] {
+        &self.places
     }
 
     /// Returns the largest height measured in the strip between a point and the pass beside it, mm;

@@ -156,9 +156,13 @@ impl<'a> PlannedOperation<'a> {
         // The search for postures avoids the pole; tests of given postures do not.
         let choosing = PoseTest::new(&cell).avoiding_pole(operation.search.singular_cone_deg.to_radians());
         let tests = Tests { choosing: &choosing, plain: &test };
+        let requested = OperationRegion::of(job, setup, operation)?;
+        let region = if requested.has_nothing_left() { None } else { Some(requested.region(job, setup)?) };
+        let region = region.as_ref().map(|region| PlannedRegion::new(region, setup, operation));
+        let region = region.as_ref().map(|region| region as &dyn CutRegion);
         let high = task.corrections.map(|c| &c.high);
         let planner = PathPlanner { tests: &tests, context, operation, stages, high };
-        let (poses, extra) = match posed {
+        let (mut poses, mut extra) = match posed {
             Some((mut poses, mut extra)) => {
                 if is_alone {
                     planner.keep_cusp(&mut poses, &mut extra)?;
@@ -171,12 +175,15 @@ impl<'a> PlannedOperation<'a> {
                 (poses, extra)
             }
         };
-        let laid = planner.figures(&path, &poses);
         let kept = may_be_corrected(operation).then(|| KeptPath {
             path: path.clone(),
             poses: poses.clone(),
             extra: extra.clone(),
         });
+        if let Some(region) = region.filter(|_| is_alone) {
+            planner.add_over_islands(region, &mut poses, &mut extra)?;
+        }
+        let laid = planner.figures(&path, &poses);
         let Placed { pieces, cc_points, optimum } = place_pieces(&tests, operation, poses, &mut left_out, stages)?;
         let widened = tests.widened();
         let passes = pass_settings(operation);
@@ -187,10 +194,6 @@ impl<'a> PlannedOperation<'a> {
         clock.lap("search");
         let picture = if task.picture { picture_of(&test, operation, &path.tasks, stages)? } else { None };
         let monitor = stages.start(LINKS, 2 * pieces.len());
-        let requested = OperationRegion::of(job, setup, operation)?;
-        let region = if requested.has_nothing_left() { None } else { Some(requested.region(job, setup)?) };
-        let region = region.as_ref().map(|region| PlannedRegion::new(region, setup, operation));
-        let region = region.as_ref().map(|region| region as &dyn CutRegion);
         let mut moves = region_moves(&test, &settings, region, pieces, from, &mut left_out, &*monitor)?;
         drop(monitor);
         clock.lap("moves");

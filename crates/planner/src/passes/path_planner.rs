@@ -8,12 +8,14 @@ use facemill_job::format::job_file::{LinkingFile, OperationFile, PathFile, PathF
 use facemill_job::setup::cell::{LEAST_STEP, pass_settings};
 use facemill_job::setup::path::LaidPath;
 use facemill_job::stages::{POSTURES, Stages};
+use facemill_tool_path::moves::lead::CutRegion;
 use facemill_tool_path::segments::LaidTask;
 use facemill_tool_path::segments::pole::Tests;
 
 use crate::passes::engagement::neighbour_reach;
 use crate::passes::extra_passes::{AddedPasses, CutOrder, ExtraPasses, Interposer, PlannedPath, as_laid, pass_tasks};
 use crate::passes::high_places::HighPlaces;
+use crate::passes::island_passes::IslandSettings;
 use crate::passes::operation::{LaidFigures, may_be_corrected};
 use crate::passes::pole_detours::Detours;
 use crate::passes::setup_context::SetupContext;
@@ -71,6 +73,30 @@ impl PathPlanner<'_, '_> {
         let detours = self.detours(&settings);
         let interposer = Interposer { high: self.high, ..interposer(&detours, self.context, self.operation, strategy) };
         interposer.keep_cusp(path, CutOrder::InStrip, extra, self.stages)
+    }
+
+    /// Adds passes, to be cut last, over the high places that lie in no strip between two others.
+    ///
+    /// # Errors
+    /// If the stages are cancelled.
+    pub(crate) fn add_over_islands(
+        &self,
+        region: &dyn CutRegion,
+        path: &mut PlannedPath,
+        extra: &mut ExtraPasses,
+    ) -> Result<(), Failure> {
+        let Some(strategy) = strategy_of(self.operation) else { return Ok(()) };
+        let settings = pass_settings(self.operation);
+        let detours = self.detours(&settings);
+        let interposer = Interposer { high: self.high, ..interposer(&detours, self.context, self.operation, strategy) };
+        let tolerances = &self.operation.tolerances;
+        let (step, most_step_over) = (tolerances.max_step_mm, tolerances.max_step_over_mm);
+        let islands = IslandSettings { region, step, most_step_over };
+        let over = interposer.over_islands(path, islands, extra, self.stages)?;
+        if extra.over > 0 {
+            *path = path.with(&over).0;
+        }
+        Ok(())
     }
 
     /// Returns the figures of passes as laid and as planned; times are estimated only where rounds

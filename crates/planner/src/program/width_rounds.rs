@@ -76,7 +76,7 @@ pub(crate) fn best_round<'a, H: Heads<'a, N>, const N: usize>(
         corrected.iter_mut().for_each(|c| c.is_laid_anew = false);
         for (k, operation) in files.iter().enumerate() {
             if rounds_of(operation) >= number && !is_within(&last.reports[k], operation) {
-                corrected[k].add(operation, (&last.left[k], &last.reports[k]), allowance);
+                corrected[k].add(operation, (&last.left[k], &last.reports[k]), (allowance, number));
                 is_again = true;
             }
         }
@@ -137,15 +137,22 @@ impl Corrected {
 
     /// Adds the places of an operation's region where a round leaves more than the permitted cusp.
     /// Those that no cut reaches have other reasons.
-    /// `allowance` is the height of the passes above the drive surface, mm.
-    fn add(&mut self, operation: &OperationFile, (left, report): (&[LeftPlace], &WidthRoundReport), allowance: f64) {
+    /// `allowance` is the height of the passes above the drive surface, mm; `round` counts from 1.
+    fn add(
+        &mut self,
+        operation: &OperationFile,
+        (left, report): (&[LeftPlace], &WidthRoundReport),
+        (allowance, round): (f64, u32),
+    ) {
         let cusp = operation.tolerances.cusp_mm;
         let high = || left.iter().filter(|place| place.is_cut && place.height > cusp);
         self.is_laid_anew = report.above_fraction > WIDESPREAD;
         if !self.is_laid_anew {
             let raised = |place: &LeftPlace| HighPlace {
                 position: place.position + place.normal.into_inner() * allowance,
+                normal: place.normal,
                 height: place.height,
+                round,
             };
             self.high.extend(high().map(raised));
             return;
@@ -224,7 +231,7 @@ fn round_report(operation: &PlannedOperation<'_>, left: &[LeftPlace]) -> WidthRo
     let area = |places: &mut dyn Iterator<Item = &LeftPlace>| places.fold(0.0, |sum, place| sum + place.weight);
     WidthRoundReport {
         passes: operation.laid.passes,
-        passes_added: operation.extra.moved + operation.extra.between,
+        passes_added: operation.extra.moved + operation.extra.between + operation.extra.over,
         length_mm: operation.laid.length,
         time_s: operation.laid.time,
         largest_mm: cut().map(|place| place.height).fold(0.0, f64::max),

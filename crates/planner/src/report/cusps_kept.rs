@@ -42,7 +42,7 @@ pub(crate) fn cusps_kept(planned: &PlannedOperation<'_>) -> CuspsKeptReport {
     CuspsKeptReport {
         operation: operation.name.clone(),
         moved_passes: extra.moved,
-        passes_between: extra.between,
+        passes_between: extra.between + extra.over,
         points_beyond: reasons.iter().map(|r| r.points).sum(),
         reasons,
         width_rounds: planned.width_rounds.clone(),

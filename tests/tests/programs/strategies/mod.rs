@@ -3,6 +3,7 @@
 pub(crate) mod constant_scallop;
 pub(crate) mod edges_and_roots;
 pub(crate) mod flow_and_spiral;
+pub(crate) mod islands;
 pub(crate) mod leaning_borders;
 pub(crate) mod left_above;
 pub(crate) mod paths;

@@ -9,8 +9,14 @@ use super::*;
 fn places_of_a_strip_are_those_between_its_sides_and_near_the_line_across() {
     let mut rng = Random(3);
     let mut point = |size: f64| Point3::from(Vector3::from_fn(|_, _| rng.between(-size, size)));
-    let places: Vec<HighPlace> =
-        (0..400).map(|k| HighPlace { position: point(10.0), height: 0.1 + f64::from(k) * 1e-4 }).collect();
+    let places: Vec<HighPlace> = (0..400)
+        .map(|k| HighPlace {
+            position: point(10.0),
+            normal: Vector3::z_axis(),
+            height: 0.1 + f64::from(k) * 1e-4,
+            round: 1,
+        })
+        .collect();
     let high = HighPlaces::new(places.clone());
     let mut n_found = 0;
     for _ in 0..200 {
