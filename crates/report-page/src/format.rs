@@ -50,6 +50,8 @@ pub struct PageDocument {
     pub stock: Option<StockData>,
     /// Deviation of the part from the cut stock; `null` without stock.
     pub deviation: Option<DeviationData>,
+    /// Maps of feasible postures along the passes; `null` without them.
+    pub postures: Option<PosturesData>,
     /// Pictures of the plan, such as the map of feasible postures: SVG text.
     pub pictures: Vec<PictureData>,
     /// Items shown with less detail than they have.
@@ -407,6 +409,47 @@ pub struct WorstPlace {
     pub at: [f64; 3],
     /// Deviation, mm.
     pub value: f64,
+}
+
+/// Maps of feasible postures, each where a pass has the narrowest choice.
+#[derive(Clone, Debug, Serialize)]
+pub struct PosturesData {
+    /// Number of pieces of passes in the program; fewer have maps if there are many.
+    pub n_passes: usize,
+    /// The maps.
+    pub maps: Vec<PostureMapData>,
+    /// Letters of the cells of all maps, one map after the other, each in rows along tilt: `f`
+    /// feasible, `g` the cutter gouges, `c` a body collides, `l` an axis cannot be there, `a`
+    /// outside the cone of the tool axis; in upper case proven for the whole cell, in lower case
+    /// tested in its middle.
+    pub cells: ByteArray,
+}
+
+/// A map of feasible postures at a point of a pass.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PostureMapData {
+    /// Index of the motion that ends there; `null` if none does.
+    pub motion: Option<u32>,
+    /// Name of the operation.
+    pub operation: String,
+    /// Pass, from 1.
+    pub pass: usize,
+    /// Place of the pattern, from 1.
+    pub place: usize,
+    /// Tip of the tool, workpiece frame, mm.
+    pub tip: [f64; 3],
+    /// Smallest and largest tilt.
+    pub tilt_deg: [f64; 2],
+    /// Smallest and largest rotate.
+    pub rotate_deg: [f64; 2],
+    /// Tilt and rotate that the program has there.
+    pub taken_deg: [f64; 2],
+    /// Points of the curve along which postures are sought: tilt and rotate.
+    pub curve_deg: Vec<[f64; 2]>,
+    /// Number of cells along tilt and rotate.
+    pub n_cells: [usize; 2],
+    /// Fractions of the area that are proven feasible and proven blocked.
+    pub proven: [f64; 2],
 }
 
 /// A picture.

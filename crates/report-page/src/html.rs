@@ -1,7 +1,6 @@
 //! Files of a page: one document with data, style and script.
 
 use crate::document::PageData;
-use crate::packed::base64;
 
 /// Script of the page, made from `page/src` by `npm run build` there.
 const SCRIPT: &str = include_str!("../page/dist/report.js");
@@ -17,8 +16,7 @@ const SHEET_SHA256: &str = include_str!("../page/dist/sheet.js.sha256");
 /// Returns the page as a file that opens from disk, without any access to a network.
 #[must_use]
 pub fn report_html(data: &PageData) -> Vec<u8> {
-    let all: Vec<usize> = (0..data.arrays.gz.len()).collect();
-    html(data, &all, ("report", SCRIPT, SCRIPT_SHA256))
+    html(data, &data.arrays.texts(), ("report", SCRIPT, SCRIPT_SHA256))
 }
 
 /// Returns the setup sheet alone, as a file that opens from disk and prints on A4.
@@ -27,7 +25,7 @@ pub fn sheet_html(data: &PageData) -> Vec<u8> {
     html(data, &[], ("setup sheet", SHEET_SCRIPT, SHEET_SHA256))
 }
 
-fn html(data: &PageData, arrays: &[usize], (what, script, sha256): (&str, &str, &str)) -> Vec<u8> {
+fn html(data: &PageData, arrays: &[String], (what, script, sha256): (&str, &str, &str)) -> Vec<u8> {
     let title = escaped(&format!("{} - {} - {what}", data.document.job, data.document.setup.file.name));
     let policy = format!(
         "default-src 'none'; script-src 'sha256-{}'; style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'",
@@ -41,8 +39,8 @@ fn html(data: &PageData, arrays: &[usize], (what, script, sha256): (&str, &str, 
          <style>{STYLE}</style>\n</head>\n<body>\n<noscript>This page needs scripts.</noscript>\n<div id=\"app\"></div>\n\
          <script type=\"application/json\" id=\"document\">{document}</script>\n"
     );
-    for &k in arrays {
-        out += &format!("<script type=\"text/plain\" id=\"array-{k}\">{}</script>\n", base64(&data.arrays.gz[k]));
+    for (k, array) in arrays.iter().enumerate() {
+        out += &format!("<script type=\"text/plain\" id=\"array-{k}\">{array}</script>\n");
     }
     out += &format!("<script>{script}</script>\n</body>\n</html>\n");
     out.into_bytes()
