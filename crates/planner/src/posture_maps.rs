@@ -2,9 +2,10 @@
 
 use facemill_cl_data::{CcPoint, Posture, Silent};
 use facemill_cutter_location::search::map::{CellState, MapRange, SolutionMap, map};
-use facemill_cutter_location::{Hints, Infeasible, PoseTest, SearchCurve, search};
+use facemill_cutter_location::{Hints, Infeasible, PoseTest, SearchCurve, Workcell, search};
 use facemill_inverse_kinematics::{Branch, BranchPreference};
 use facemill_job::failure::Failure;
+use facemill_job::format::job_file::OperationFile;
 use facemill_job::format::solution_space_file::{POSTURE_MAPS_FORMAT, PostureMap, PostureMapsFile};
 use facemill_job::load::job::Job;
 use facemill_job::setup::cell::{search_settings, workcell};
@@ -16,14 +17,14 @@ use crate::plan::ReadSetup;
 use crate::planned::Planned;
 use crate::posed_passes::PosedPass;
 
-/// Most passes that are mapped: a map takes some hundred tests of postures.
-const MOST_MAPS: usize = 400;
+/// Most passes that are mapped: a map takes some 25 ms.
+const MOST_MAPS: usize = 100;
 
 /// CC points of a pass among which the narrowest is sought.
-const CANDIDATES: usize = 12;
+const CANDIDATES: usize = 8;
 
 /// Finest cells, rad; coarser where a range has more than [`MOST_CELLS`] of them.
-const RESOLUTION: f64 = 1.5 * std::f64::consts::PI / 180.0;
+const RESOLUTION: f64 = 2.0 * std::f64::consts::PI / 180.0;
 
 /// Most cells along tilt and along rotate, before their number is rounded up to a power of two.
 const MOST_CELLS: f64 = 64.0;
@@ -32,39 +33,63 @@ const MOST_CELLS: f64 = 64.0;
 const CURVE_POINTS: u32 = 24;
 
 /// Maps tilt and rotate at the narrowest of some points of each pass: the first whose smallest
-/// feasible posture has the largest tilt. With more than 400 passes, maps some of them.
+/// feasible posture has the largest tilt. Of passes in several places of a pattern maps those in the
+/// first place, and of more than 100 some.
 ///
 /// # Errors
 /// If a range of postures cannot be mapped.
 pub fn posture_maps(job: &Job, read: &ReadSetup<'_>, planned: &Planned) -> Result<PostureMapsFile, Failure> {
-    let step = planned.posed.len().div_ceil(MOST_MAPS).max(1);
-    let some: Vec<&PosedPass> = planned.posed.iter().step_by(step).collect();
-    let maps = some.into_par_iter().map(|pass| map_of_pass(job, read, pass)).collect::<Result<Vec<_>, _>>()?;
+    let is_first = |pass: &&PosedPass| pass.piece.copy == 0;
+    let n_first = planned.posed.iter().filter(is_first).count();
+    let step = n_first.div_ceil(MOST_MAPS).max(1);
+    let some: Vec<&PosedPass> = planned.posed.iter().filter(is_first).step_by(step).collect();
+    let ReadSetup { setup, map: z_map } = read;
+    let operations: Vec<&OperationFile> = job.operations_of(setup.file).map(|(_, operation)| operation).collect();
+    // A cell and its test take longer to prepare than a map to make.
+    let cell = |operation: &OperationFile, branch: BranchPreference| Workcell {
+        preferred_branch: branch,
+        ..workcell(job, setup, operation, z_map)
+    };
+    let branches = [BranchPreference::Positive, BranchPreference::Negative];
+    let cells: Vec<[Workcell<'_>; 2]> = operations.iter().map(|o| branches.map(|branch| cell(o, branch))).collect();
+    let tests: Vec<[PoseTest<'_>; 2]> = cells.iter().map(|of| of.each_ref().map(PoseTest::new)).collect();
+    let of_pass = |pass: &&PosedPass| {
+        let Some(k) = operations.iter().position(|o| o.name == pass.operation) else { return Ok(None) };
+        map_of_pass((operations[k], &tests[k]), pass)
+    };
+    let maps = some.par_iter().map(of_pass).collect::<Result<Vec<_>, Failure>>()?;
+    let mut curves_deg: Vec<Vec<[f64; 2]>> = Vec::new();
+    let mut place = |curve: &SearchCurve| {
+        let points: Vec<[f64; 2]> = curve_points(curve).map(|p| degrees([p.tilt, p.rotate])).collect();
+        curves_deg.iter().position(|known| *known == points).unwrap_or_else(|| {
+            curves_deg.push(points);
+            curves_deg.len() - 1
+        })
+    };
+    let with_curve =
+        |(map, pass): (Option<PostureMap>, &&PosedPass)| Some(PostureMap { curve: place(&pass.piece.curve), ..map? });
+    let maps = maps.into_iter().zip(&some).filter_map(with_curve).collect();
     Ok(PostureMapsFile {
         format: POSTURE_MAPS_FORMAT,
         programs: planned.report.programs.clone(),
         n_passes: planned.posed.len(),
-        maps: maps.into_iter().flatten().collect(),
+        curves_deg,
+        maps,
     })
 }
 
-/// Returns the map of a pass; `None` of a pass of no operation or without points of the path.
-fn map_of_pass(job: &Job, read: &ReadSetup<'_>, pass: &PosedPass) -> Result<Option<PostureMap>, Failure> {
-    let ReadSetup { setup, map: z_map } = read;
-    let mut operations = job.operations_of(setup.file).map(|(_, operation)| operation);
-    let Some(operation) = operations.find(|o| o.name == pass.operation) else { return Ok(None) };
+/// Returns the map of a pass of an operation, with the tests of both branches; `None` without points
+/// of the path.
+fn map_of_pass(
+    (operation, [positive, negative]): (&OperationFile, &[PoseTest<'_>; 2]),
+    pass: &PosedPass,
+) -> Result<Option<PostureMap>, Failure> {
     let PassSegment { cuts, curve, .. } = &pass.piece;
-    let mut cell = workcell(job, setup, operation, z_map);
-    if let Some(cut) = cuts.first() {
-        cell.preferred_branch = match cut.pose.configuration.branch {
-            Branch::Positive => BranchPreference::Positive,
-            Branch::Negative => BranchPreference::Negative,
-        };
-    }
-    let test = PoseTest::new(&cell);
+    let is_negative = cuts.first().is_some_and(|cut| cut.pose.configuration.branch == Branch::Negative);
+    let test = if is_negative { negative } else { positive };
     let settings = search_settings(operation);
     let smallest = |cc: &CcPoint| {
-        let found = search(&test, cc, curve, &settings, 0.0, None, &mut Hints::default());
+        let found = search(test, cc, curve, &settings, 0.0, None, &mut Hints::default());
         found.map_or(f64::INFINITY, |f| f.pose.posture.tilt)
     };
     let points: Vec<&Cut> = cuts.iter().filter(|cut| !cut.inserted).collect();
@@ -74,7 +99,7 @@ fn map_of_pass(job: &Job, read: &ReadSetup<'_>, pass: &PosedPass) -> Result<Opti
     let range = mapped_range(curve);
     let widths = [range.tilt, range.rotate].map(|[from, to]| to - from);
     let resolution = widths.iter().fold(RESOLUTION, |finest, width| finest.max(width / MOST_CELLS));
-    let found = map(&test, &cut.cc, range, resolution, &Silent);
+    let found = map(test, &cut.cc, range, resolution, &Silent);
     let found = found.map_err(|e| Failure::Internal(format!("map of postures: {e}")))?;
     Ok(Some(file_of_map(&pass.operation, &pass.piece, cut, &found)))
 }
@@ -82,8 +107,6 @@ fn map_of_pass(job: &Job, read: &ReadSetup<'_>, pass: &PosedPass) -> Result<Opti
 fn file_of_map(operation: &str, piece: &PassSegment, cut: &Cut, map: &SolutionMap) -> PostureMap {
     let (n_cells, cells) = raster(map);
     let area = map.fractions();
-    let degrees = |range: [f64; 2]| range.map(|angle| rounded(angle.to_degrees(), 1e4));
-    let posture = |p: Posture| degrees([p.tilt, p.rotate]);
     PostureMap {
         operation: operation.to_owned(),
         pass: piece.pass + 1,
@@ -92,12 +115,17 @@ fn file_of_map(operation: &str, piece: &PassSegment, cut: &Cut, map: &SolutionMa
         axis: cut.pose.cl.axis.into_inner().map(|x| rounded(x, 1e9)).into(),
         tilt_deg: degrees(map.range.tilt),
         rotate_deg: degrees(map.range.rotate),
-        taken_deg: posture(cut.pose.posture),
-        curve_deg: curve_points(&piece.curve).map(posture).collect(),
+        taken_deg: degrees([cut.pose.posture.tilt, cut.pose.posture.rotate]),
+        curve: 0,
         n_cells,
         proven: [area.free, area.blocked].map(|share| rounded(share, 1e6)),
         cells,
     }
+}
+
+/// Returns angles in degrees, rounded for a picture.
+fn degrees(angles: [f64; 2]) -> [f64; 2] {
+    angles.map(|angle| rounded(angle.to_degrees(), 1e4))
 }
 
 fn curve_points(curve: &SearchCurve) -> impl Iterator<Item = Posture> + '_ {

@@ -1,5 +1,6 @@
 //! The data of a page from job, program and report.
 
+mod control_settings;
 mod motion_figures;
 
 use std::collections::HashMap;
@@ -159,7 +160,7 @@ impl PageScene<'_> {
             not_shown.push(format!("stock and deviation: {why}"));
         }
         let stock = stock.ok();
-        thin.extend(stock.iter().flat_map(|stock| stock_thinned(stock, motion.segments.len())));
+        thin.extend(stock.iter().map(|stock| stock_thinned(stock, motion.segments.len())));
         let is_verification = source.result.get("format").and_then(Value::as_str) == Some(VERIFICATION_FORMAT);
         if is_verification && source.certificates.is_some() {
             thin.push(
@@ -196,6 +197,7 @@ impl PageScene<'_> {
             },
             operation_times: operation_times(&motion, &program.operations),
             first_motion: first_motion(&motion),
+            control_settings: self.control_settings(&source, &motion),
             tools: self.tools(&motion),
             motion: self.motion(&motion, (&source, &measured), &mut arrays, (&mut thin, &mut not_shown)),
             program,
@@ -306,7 +308,11 @@ impl PageScene<'_> {
         let data = data.map_err(|why| not_shown.push(format!("feasible postures of passes: postures.json: {why}")));
         let data = data.ok()?;
         if data.maps.len() < data.n_passes {
-            thin.push(format!("feasible postures: maps of {} of {} passes", data.maps.len(), data.n_passes));
+            thin.push(format!(
+                "feasible postures: maps of {} of {} passes, those in the first place of a pattern",
+                data.maps.len(),
+                data.n_passes
+            ));
         }
         Some(data)
     }
@@ -545,25 +551,13 @@ fn stock_data(stock: &KeyedStock, arrays: &mut Arrays) -> StockData {
 }
 
 /// Returns how the stock is coarser than it is.
-fn stock_thinned(stock: &KeyedStock, n_motions: usize) -> Vec<String> {
+fn stock_thinned(stock: &KeyedStock, n_motions: usize) -> String {
     let grid = stock.before.grid();
-    let mut thin = vec![format!(
+    format!(
         "stock: lines along z {:.2} mm apart, cut within 0.1 mm, {} states of {n_motions} motions",
         grid.cell(),
         stock.keys.len()
-    )];
-    let [nx, ny] = grid.n_lines();
-    let mut lines = (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j)));
-    let has_gap = lines.any(|(i, j)| stock.before.intervals(i, j).count() > 1)
-        || stock.changes.iter().flatten().any(|change| change.intervals.len() > 1);
-    if has_gap {
-        thin.push(
-            "stock: of a line with several pieces of material the lowest bottom and the highest top are drawn, as if it \
-             were one; deviations are those of all pieces"
-                .to_owned(),
-        );
-    }
-    thin
+    )
 }
 
 /// Returns whether a body of a head's view is the tool of the other head: no body of the file.

@@ -36,6 +36,8 @@ pub struct PageDocument {
     pub machine: MachineData,
     /// The setup.
     pub setup: SetupData,
+    /// Settings of the control that the program relies on, besides the work offset.
+    pub control_settings: Vec<ControlSetting>,
     /// Tool of each head.
     pub tools: Vec<ToolData>,
     /// Times of each part of the program that cuts an operation, as far as comments tell.
@@ -239,6 +241,15 @@ pub struct OutlineData {
     pub front: Vec<[f64; 2]>,
 }
 
+/// Something that a control must be set to.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ControlSetting {
+    /// What is set.
+    pub name: &'static str,
+    /// To what, and who sets or checks it.
+    pub value: String,
+}
+
 /// Times of a part of a program.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OperationTimes {
@@ -416,6 +427,8 @@ pub struct WorstPlace {
 pub struct PosturesData {
     /// Number of pieces of passes in the program; fewer have maps if there are many.
     pub n_passes: usize,
+    /// Curves along which postures are sought: points with tilt and rotate.
+    pub curves_deg: Vec<Vec<[f64; 2]>>,
     /// The maps.
     pub maps: Vec<PostureMapData>,
     /// Letters of the cells of all maps, one map after the other, each in rows along tilt: `f`
@@ -444,8 +457,8 @@ pub struct PostureMapData {
     pub rotate_deg: [f64; 2],
     /// Tilt and rotate that the program has there.
     pub taken_deg: [f64; 2],
-    /// Points of the curve along which postures are sought: tilt and rotate.
-    pub curve_deg: Vec<[f64; 2]>,
+    /// Place of its curve among `curves_deg`, from 0.
+    pub curve: usize,
     /// Number of cells along tilt and rotate.
     pub n_cells: [usize; 2],
     /// Fractions of the area that are proven feasible and proven blocked.

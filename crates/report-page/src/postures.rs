@@ -24,6 +24,11 @@ pub(crate) fn postures(file: &Value, poses: &[(u32, ClPoint)], arrays: &mut Arra
     if let Some(map) = maps.iter().find(|map| map.cells.len() != map.n_cells[0] * map.n_cells[1]) {
         return Err(format!("the map of pass {} has not as many cells as it says", map.pass));
     }
+    let curves = file.get("curves_deg").cloned().unwrap_or_default();
+    let curves_deg: Vec<Vec<[f64; 2]>> = serde_json::from_value(curves).map_err(|e| e.to_string())?;
+    if let Some(map) = maps.iter().find(|map| map.curve >= curves_deg.len()) {
+        return Err(format!("the map of pass {} has no curve", map.pass));
+    }
     let motions: Vec<Option<u32>> = maps.par_iter().map(|map| motion_of(map, poses)).collect();
     let cells: String = maps.iter().map(|map| map.cells.as_str()).collect();
     let n_passes = file.get("n_passes").and_then(Value::as_u64).unwrap_or(0) as usize;
@@ -36,12 +41,13 @@ pub(crate) fn postures(file: &Value, poses: &[(u32, ClPoint)], arrays: &mut Arra
         tilt_deg: map.tilt_deg,
         rotate_deg: map.rotate_deg,
         taken_deg: map.taken_deg,
-        curve_deg: map.curve_deg,
+        curve: map.curve,
         n_cells: map.n_cells,
         proven: map.proven,
     };
     Ok(PosturesData {
         n_passes,
+        curves_deg,
         maps: maps.into_iter().zip(motions).map(data).collect(),
         cells: arrays.bytes(cells.as_bytes()),
     })

@@ -149,6 +149,8 @@ pub struct PostureMapsFile {
     pub programs: Vec<ProgramStamp>,
     /// Number of pieces of passes; fewer are mapped if there are many.
     pub n_passes: usize,
+    /// Curves along which postures are sought: points with tilt and rotate.
+    pub curves_deg: Vec<Vec<[f64; 2]>>,
     /// Maps, in the order of the program.
     pub maps: Vec<PostureMap>,
 }
@@ -172,8 +174,8 @@ pub struct PostureMap {
     pub rotate_deg: [f64; 2],
     /// Tilt and rotate that the program has there.
     pub taken_deg: [f64; 2],
-    /// Points of the search's curve: tilt and rotate.
-    pub curve_deg: Vec<[f64; 2]>,
+    /// Curve of the search: its place among `curves_deg`, from 0.
+    pub curve: usize,
     /// Number of cells along tilt and rotate.
     pub n_cells: [usize; 2],
     /// Fractions of the area that are proven feasible and proven blocked.

@@ -77,12 +77,13 @@ impl PageScene<'_> {
         };
         let cuts = (0_u32..).zip(segments).filter(|(_, s)| s.kind == SegmentKind::Cut);
         let cut_poses = poses.first().map(|(poses, _)| cuts.map(|(k, s)| (k, poses.at(&s.to))).collect());
+        let tilts = are_few.then(|| segments.par_iter().map(tilt).collect());
         Ok(Measured {
             paths: poses.iter().map(|(poses, _)| tip_path(poses, motion, MOST.points)).collect(),
             cut_poses: cut_poses.unwrap_or_default(),
             ways: segments.par_iter().map(way).collect(),
             clearances,
-            tilts: are_few.then(|| segments.par_iter().map(tilt).collect()),
+            tilts,
             left: self.left(source, program)?,
         })
     }
