@@ -19,7 +19,7 @@ const app = document.getElementById('app');
 put(app, h('.loading', 'Opening …'));
 
 /** Names of figures where there is little room. */
-const SHORT = { left: 'cusp left', surface_tilt: 'tilt', depth: 'gouge depth', tip: 'tip speed', chip: 'chip', removal: 'removal', feed: 'feed F', inverse: 'feed F, G93', load: 'axis load' };
+const SHORT = { clearance: 'clearance', left: 'cusp left', surface_tilt: 'tilt', depth: 'gouge depth', tip: 'tip speed', chip: 'chip', removal: 'removal', feed: 'feed F', inverse: 'feed F, G93', load: 'axis load' };
 /** Names of `uncertified` of a motion. */
 const PROOF = ['certified', 'not certified', 'without a certificate'];
 /** Whether a figure's thousandths count, and its greatest value. */

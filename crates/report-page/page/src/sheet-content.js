@@ -72,14 +72,14 @@ function distances(doc) {
   const add = (from, name, ...values) => rows.push(h('tr', h('td', from), h('td', name), values.map((value) => h('td.number', value))));
   const sides = [0, 1, 2].map((k) => part[k]);
   const origin = [3, 7, 11].map((k) => setup.table_from_work[k]);
-  add('origin of the table', 'lowest face of the part', ...sides.map(([low]) => length(low, 2)));
-  add('origin of the table', 'highest face of the part', ...sides.map(([, high]) => length(high, 2)));
-  add('origin of the workpiece frame', 'lowest face of the part', ...sides.map(([low], k) => length(low - origin[k], 2)));
-  add('origin of the workpiece frame', 'highest face of the part', ...sides.map(([, high], k) => length(high - origin[k], 2)));
+  add('origin of the table', 'low side of the part', ...sides.map(([low]) => length(low, 2)));
+  add('origin of the table', 'high side of the part', ...sides.map(([, high]) => length(high, 2)));
+  add('origin of the workpiece frame', 'low side of the part', ...sides.map(([low], k) => length(low - origin[k], 2)));
+  add('origin of the workpiece frame', 'high side of the part', ...sides.map(([, high], k) => length(high - origin[k], 2)));
   for (const body of setup.outlines.filter((o) => o.role === 'table')) {
     const box = boxOf([body], ['table']);
-    add(`low edge of ${body.name}`, 'lowest face of the part', ...sides.map(([low], k) => length(low - box[k][0], 2)));
-    add('highest face of the part', `high edge of ${body.name}`, ...sides.map(([, high], k) => length(box[k][1] - high, 2)));
+    add(`low side of ${body.name}`, 'low side of the part', ...sides.map(([low], k) => length(low - box[k][0], 2)));
+    add('high side of the part', `high side of ${body.name}`, ...sides.map(([, high], k) => length(box[k][1] - high, 2)));
   }
   const others = setup.outlines.filter((o) => o.role === 'fixture' || o.role === 'check');
   const outline = setup.outlines.find((o) => o.role === 'part');
@@ -92,7 +92,7 @@ function distances(doc) {
   return [
     table(['From', 'To', 'X', 'Y', 'Z'], rows),
     others.length ? table([`Clamp or check surface (${lengthUnit()}, from the origin of the table)`, 'X', 'Y', 'Z', 'Gap to the part'], held) : h('p', 'The job names no clamps: nothing has been tested against any. Add them to the job before clamping where tool or head pass.'),
-    h('p.note', `Along the axes of the table, with ${machine.axes.filter((a) => a.is_rotary).map((a) => a.letter).join(' and ')} at home. Faces are the extremes of the part's mesh; a gap is seen from above, between hulls.`),
+    h('p.note', `Along the axes of the table, with ${machine.axes.filter((a) => a.is_rotary).map((a) => a.letter).join(' and ')} at home. Low and high sides are the extremes along each axis, of the part those of its mesh; a gap is seen from above, between hulls.`),
   ];
 }
 
@@ -235,7 +235,7 @@ function drawing(doc, side) {
       svg('g', { 'clip-path': `url(#${clip})` }, ordered.map(path)),
       across(h0[0], h0[1], H - 22, length(h0[1] - h0[0], 1)), up(v0[0], v0[1], 22, length(v0[1] - v0[0], 1)),
       // From the origin of the table to the nearer faces of the part.
-      fromOrigin(h0) && across(0, fromOrigin(h0), H - 42, length(fromOrigin(h0), 1)), fromOrigin(v0) && up(0, fromOrigin(v0), 44, length(fromOrigin(v0), 1)),
+      fromOrigin(h0) && across(0, fromOrigin(h0), H - 42, length(Math.abs(fromOrigin(h0)), 1)), fromOrigin(v0) && up(0, fromOrigin(v0), 44, length(Math.abs(fromOrigin(v0)), 1)),
       origin(0, 0, isSame ? 'table = workpiece' : 'table', 'of-table'), isSame ? [] : origin(m[3], side === 'top' ? m[7] : m[11], 'workpiece', 'of-work'),
       svg('text', { x: W - 6, y: 14, class: 'label', 'text-anchor': 'end' }, side === 'top' ? 'from above: X right, Y up' : `from the front: X right, ${axis2} up`)),
     h('figcaption', `Hulls of what stands on the table, ${side === 'top' ? 'from above' : 'from the front'}; ${lengthUnit()}.`));

@@ -11,7 +11,7 @@ use facemill_tests::jobs::JobFolder;
 use facemill_tests::oracles::interpreter;
 use facemill_tests::oracles::read_back::ReadBack;
 use facemill_tests::program::{code_and_errors, run};
-use facemill_tests::variants::{blink_patch, tiny_patch};
+use facemill_tests::variants::{blink_patch, box_obj, tiny_patch};
 use flate2::read::GzDecoder;
 use serde_json::{Value, json};
 
@@ -496,6 +496,29 @@ fn both_tools_of_a_machine_with_two_heads_are_on_its_page() {
     let Some(measured) = measured(&job.path("out/report.html"), &[]) else { return };
     assert_shown(&measured);
     assert_usable_by_keyboard_and_tablet(&measured);
+}
+
+#[test]
+fn all_pieces_of_the_stock_are_drawn_and_the_gap_between_them() {
+    let job = blink_patch();
+    // A plate over another, 4 mm apart.
+    let [lower, upper] =
+        [[-12.0, -8.0], [-4.0, 3.0]].map(|[low, high]| box_obj([-45.0, -45.0, low], [45.0, 45.0, high]));
+    let face = |line: &str| line.split(' ').map(|w| w.parse::<u32>().map_or(w.to_owned(), |v| (v + 8).to_string()));
+    let moved =
+        |line: &str| if line.starts_with('f') { face(line).collect::<Vec<_>>().join(" ") } else { line.to_owned() };
+    let upper: Vec<String> = upper.lines().map(moved).collect();
+    job.write("stock.obj", (lower + &upper.join("\n") + "\n").as_bytes());
+    let stock = json!({ "mesh": { "file": "stock.obj", "unit": "millimetre", "up_axis": "z" } });
+    job.set("job.json", &[("/setups/0/stock", stock)]);
+    job.write("still.nc", b"G21 G17 G90 G94 G54\nT1 M6\nG0 G43 Z300. H1\nX20. Y10. B0. C0.\nM30\n");
+    facemill(&job, "view ./still.nc --job job.json -o ./still.html");
+    let page = text(&job, "still.html");
+    assert!(numbers(&page, &document(&page)["stock"]["first_counts"]).contains(&2.0));
+    let Some(measured) = measured(&job.path("still.html"), &[]) else { return };
+    let stock = &measured["stock"];
+    assert_eq!((&stock["pieces"], &stock["levels"]), (&json!(2), &json!([-12, -8, -4, 3])), "{stock}");
+    assert_eq!(stock["highest"].as_f64().map(f64::round), Some(7.0), "{stock}");
 }
 
 /// Numbers of an array of a page; NaN where they are not known.
