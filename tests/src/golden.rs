@@ -145,8 +145,8 @@ pub fn golden_bytes(keep: Option<&Path>) -> Vec<String> {
             if name.ends_with("timings.json") {
                 continue;
             }
-            // A page is made from the files compared, with maps that it alone shows: a change of them
-            // is none of a plan.
+            // A page is made from the files compared, with maps that it alone shows: a change of
+            // them is none of a plan.
             let is_for_pages = name.file_name().is_some_and(|n| n.to_string_lossy().starts_with("postures"));
             if is_for_pages || name.extension().is_some_and(|e| e == "html") {
                 continue;

@@ -21,8 +21,7 @@
 //! | `passes` | passes with tested postures, chips and ridges at every point, passes beside them |
 //! | `program` | from moves to timed blocks and text |
 //! | `report` | figures of a plan for its reader: report, summary, chips, rotary motion, lost time |
-//! | `posed_passes` | postures of the passes of a plan, for maps of some of them |
-//! | `planned` | result of a planning run |
+//! | `planned` | result of a planning run, with the postures of its passes |
 //! | `plan_run` | the plan of a setup that has been read, for any number of heads, and its stages |
 //! | `dual` | setups of a machine with two heads |
 //! | `plan` | the complete plan of one setup |
@@ -46,7 +45,6 @@ mod plan_run;
 mod plan_settings;
 mod plan_stock;
 mod planned;
-mod posed_passes;
 mod posture_maps;
 mod program;
 mod replan_lengths;
@@ -61,8 +59,7 @@ pub use crate::paths::strategies::{NamedStrategy, default_strategies, listed_str
 pub use crate::plan::ReadSetup;
 pub use crate::plan_job::{PlannedSetup, plan_job, plan_job_setup, plan_job_with_setups};
 pub use crate::plan_settings::PlanSettings;
-pub use crate::planned::Planned;
-pub use crate::posed_passes::PosedPass;
+pub use crate::planned::{Planned, PosedPass};
 pub use crate::posture_maps::posture_maps;
 pub use crate::report::summary::summary;
 pub use plan::plan_setup;

@@ -16,8 +16,7 @@ use facemill_virtual_machine::{Assumption, HeldAsCut, merge_findings, rapid_line
 use crate::passes::operation::PlannedOperation;
 use crate::plan_settings::PlanSettings;
 use crate::plan_stock::StockToCut;
-use crate::planned::{Planned, name_parts, planned_files};
-use crate::posed_passes::posed_passes;
+use crate::planned::{Planned, name_parts, planned_files, posed_passes};
 use crate::program::rounds::{HeadsProgram, VerifiedProgram, shorten_links};
 use crate::program::run_program::{CERTIFY_STAGES, VERIFY_STAGES};
 use crate::program::timing::control_assumption;

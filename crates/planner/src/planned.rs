@@ -7,11 +7,12 @@ use facemill_job::format::report::Report;
 use facemill_job::format::report::outcome::Outcome;
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::validate::file_stem;
+use facemill_tool_path::segments::PassSegment;
 use facemill_verification::remaining::LeftByLine;
 use facemill_virtual_machine::Certificates;
 use facemill_z_map::DexelMap;
 
-use crate::posed_passes::PosedPass;
+use crate::passes::operation::PlannedOperation;
 use crate::program::output::certificates_json;
 use crate::report::chip_files::ChipFiles;
 use crate::report::pass_files::PassFiles;
@@ -33,6 +34,15 @@ pub struct Planned {
     pub posed: Vec<PosedPass>,
     /// Wall time of each stage, s; not deterministic.
     pub timings: Vec<(&'static str, f64)>,
+}
+
+/// Piece of a pass in a place of the pattern, with its tested postures.
+#[derive(Clone, Debug)]
+pub struct PosedPass {
+    /// Name of the operation.
+    pub operation: String,
+    /// The piece.
+    pub(crate) piece: PassSegment,
 }
 
 impl Planned {
@@ -86,4 +96,13 @@ pub(crate) fn planned_files(
     }
     let chip_table = (format!("chips{suffix}.csv"), chips.csv.into_bytes());
     Planned { files, chip_table, report, rest: None, left: None, posed: Vec::new(), timings: clock.laps }
+}
+
+/// Returns the pieces of all operations, in the order of the program.
+pub(crate) fn posed_passes(operations: &[PlannedOperation<'_>]) -> Vec<PosedPass> {
+    let of = |o: &PlannedOperation<'_>| {
+        let pieces = o.moves.pieces.iter().map(|moves| moves.piece.clone());
+        pieces.map(|piece| PosedPass { operation: o.operation.name.clone(), piece }).collect::<Vec<_>>()
+    };
+    operations.iter().flat_map(of).collect()
 }

@@ -14,8 +14,7 @@ use rayon::prelude::*;
 
 use crate::passes::operation::mapped_range;
 use crate::plan::ReadSetup;
-use crate::planned::Planned;
-use crate::posed_passes::PosedPass;
+use crate::planned::{Planned, PosedPass};
 
 /// Most passes that are mapped: a map takes some 25 ms.
 const MOST_MAPS: usize = 100;
@@ -33,8 +32,8 @@ const MOST_CELLS: f64 = 64.0;
 const CURVE_POINTS: u32 = 24;
 
 /// Maps tilt and rotate at the narrowest of some points of each pass: the first whose smallest
-/// feasible posture has the largest tilt. Of passes in several places of a pattern maps those in the
-/// first place, and of more than 100 some.
+/// feasible posture has the largest tilt. Of passes in several places of a pattern maps those in
+/// the first place, and of more than 100 some.
 ///
 /// # Errors
 /// If a range of postures cannot be mapped.
@@ -78,8 +77,8 @@ pub fn posture_maps(job: &Job, read: &ReadSetup<'_>, planned: &Planned) -> Resul
     })
 }
 
-/// Returns the map of a pass of an operation, with the tests of both branches; `None` without points
-/// of the path.
+/// Returns the map of a pass of an operation, with the tests of both branches; `None` without
+/// points of the path.
 fn map_of_pass(
     (operation, [positive, negative]): (&OperationFile, &[PoseTest<'_>; 2]),
     pass: &PosedPass,

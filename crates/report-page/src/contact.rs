@@ -21,8 +21,8 @@ const MAX_STEP: f64 = 0.5;
 /// Returns the angle between tool axis and the surface's normal at the point that the cutter
 /// touches, deg; `None` if it touches nothing. The surface is raised by `allowance`, mm.
 ///
-/// The point is where the circle in the middle of the edge's torus is nearest to the surface, as far
-/// as steps about the axis find it: one of several on a surface that bends back.
+/// The point is where the circle in the middle of the edge's torus is nearest to the surface, as
+/// far as steps about the axis find it: one of several on a surface that bends back.
 pub(crate) fn tilt_to_surface(pose: &ClPoint, tool: &ToolAssembly, surface: &Surface, allowance: f64) -> Option<f64> {
     let cutter = tool.cutter();
     let (across, r) = (cutter.radius() - cutter.corner_radius(), cutter.corner_radius());

@@ -244,7 +244,7 @@ pub struct OutlineData {
 /// Something that a control must be set to.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ControlSetting {
-    /// What is set.
+    /// Name of the setting.
     pub name: &'static str,
     /// To what, and who sets or checks it.
     pub value: String,

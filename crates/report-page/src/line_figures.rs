@@ -1,5 +1,5 @@
-//! Figures of lines from other files of a plan and from its measurements: certificates, chips, heights
-//! that are left.
+//! Figures of lines from other files of a plan and from its measurements: certificates, chips,
+//! heights that are left.
 
 use std::collections::HashMap;
 

@@ -26,6 +26,8 @@ const PROOF = ['certified', 'not certified', 'without a certificate'];
 const isFine = (f) => f.key === 'depth' || f.key === 'left';
 const shortName = (f) => SHORT[f.key] || f.name;
 
+const nextPicture = () => new Promise((resolve) => requestAnimationFrame(resolve));
+
 /** The page and its state. Tests and scripts reach it as `window.facemill`. */
 class Page {
   constructor(doc) {
@@ -56,9 +58,10 @@ class Page {
     document.documentElement.dataset.theme = this.theme;
     this.setFigure(this.figureKey);
     this.view.drawNow();
+    // The picture is on the screen before the rest is read; a page in the background has none.
+    await Promise.race([nextPicture().then(nextPicture), new Promise((resolve) => setTimeout(resolve, 1500))]);
     this.firstPicture = performance.now();
-    // The picture is on the screen before the rest is read.
-    await new Promise((resolve) => setTimeout(resolve));
+    this.view.isHeld = true;
     const { deviation, postures } = doc;
     [this.text, this.stock] = await Promise.all([bytes(doc.program.text), Stock.read(doc.stock)]);
     if (deviation) this.deviation = { values: await numbers(deviation.values, Float32Array), cut: await numbers(deviation.cut, Uint8Array) };
@@ -77,6 +80,7 @@ class Page {
     this.keys();
     this.pointer();
     this.seek(0);
+    this.view.isHeld = false;
     this.view.drawNow();
     this.isReady = true;
   }

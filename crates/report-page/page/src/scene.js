@@ -540,7 +540,7 @@ export class View {
 
   /** Draws before the next picture of the screen. */
   draw() {
-    if (this.isWaiting) return;
+    if (this.isWaiting || this.isHeld) return;
     this.isWaiting = true;
     requestAnimationFrame(() => {
       this.isWaiting = false;

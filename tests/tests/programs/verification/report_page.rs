@@ -504,9 +504,11 @@ fn all_pieces_of_the_stock_are_drawn_and_the_gap_between_them() {
     // A plate over another, 4 mm apart.
     let [lower, upper] =
         [[-12.0, -8.0], [-4.0, 3.0]].map(|[low, high]| box_obj([-45.0, -45.0, low], [45.0, 45.0, high]));
-    let face = |line: &str| line.split(' ').map(|w| w.parse::<u32>().map_or(w.to_owned(), |v| (v + 8).to_string()));
-    let moved =
-        |line: &str| if line.starts_with('f') { face(line).collect::<Vec<_>>().join(" ") } else { line.to_owned() };
+    let corner = |word: &str| word.parse::<u32>().map_or(word.to_owned(), |v| (v + 8).to_string());
+    let moved = |line: &str| {
+        let words = line.split(' ').map(|word| if line.starts_with('f') { corner(word) } else { word.to_owned() });
+        words.collect::<Vec<_>>().join(" ")
+    };
     let upper: Vec<String> = upper.lines().map(moved).collect();
     job.write("stock.obj", (lower + &upper.join("\n") + "\n").as_bytes());
     let stock = json!({ "mesh": { "file": "stock.obj", "unit": "millimetre", "up_axis": "z" } });
