@@ -2,7 +2,7 @@
 
 use facemill_cl_data::{CcPoint, Posture, Silent};
 use facemill_cutter_location::search::map::{CellState, MapRange, SolutionMap, map};
-use facemill_cutter_location::{Hints, Infeasible, PoseTest, SearchCurve, Workcell, search};
+use facemill_cutter_location::{Hints, Infeasible, PoseTest, SearchCurve, SearchSettings, Workcell, search};
 use facemill_inverse_kinematics::{Branch, BranchPreference};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::OperationFile;
@@ -21,6 +21,9 @@ const MOST_MAPS: usize = 100;
 
 /// CC points of a pass among which the narrowest is sought.
 const CANDIDATES: usize = 8;
+
+/// Accuracy of the smallest feasible postures that are compared, as a share of the search curve.
+const COARSE: f64 = 0.02;
 
 /// Finest cells, rad; coarser where a range has more than [`MOST_CELLS`] of them.
 const RESOLUTION: f64 = 2.0 * std::f64::consts::PI / 180.0;
@@ -86,7 +89,8 @@ fn map_of_pass(
     let PassSegment { cuts, curve, .. } = &pass.piece;
     let is_negative = cuts.first().is_some_and(|cut| cut.pose.configuration.branch == Branch::Negative);
     let test = if is_negative { negative } else { positive };
-    let settings = search_settings(operation);
+    // Only a choice among points: nothing is proven by it.
+    let settings = SearchSettings { u_tolerance: COARSE, certified: None, ..search_settings(operation) };
     let smallest = |cc: &CcPoint| {
         let found = search(test, cc, curve, &settings, 0.0, None, &mut Hints::default());
         found.map_or(f64::INFINITY, |f| f.pose.posture.tilt)

@@ -96,8 +96,8 @@ pub(crate) fn left_along(ways: &[Option<f64>], lines: &[u32], left: &LeftByLine)
             add(other);
         }
         way = 0.0;
-        for other in k + 1..ways.len() {
-            way += ways[other].unwrap_or(f64::INFINITY);
+        for (other, next) in ways.iter().enumerate().skip(k + 1) {
+            way += next.unwrap_or(f64::INFINITY);
             if way > left.spacing_mm {
                 break;
             }

@@ -150,7 +150,8 @@ fn pages(arguments: &PlanArguments, job: &Job, out: &Path, mut planned: Vec<Plan
         placed.extend(animation.map(|(file, bytes)| (file.display().to_string(), file.clone(), bytes)));
     }
     // Someone may have put a page of another program there meanwhile.
-    let is_free = files::check_pages(out, &page_names_of(job));
+    let names = if arguments.no_html { Vec::new() } else { page_names_of(job) };
+    let is_free = files::check_pages(out, &names);
     let files: Vec<(&Path, Vec<u8>)> =
         placed.iter_mut().map(|(_, path, bytes)| (path.as_path(), std::mem::take(bytes))).collect();
     match is_free.and_then(|()| files::write_each(&files)) {
