@@ -24,7 +24,7 @@ use facemill_verification::remaining::LeftByLine;
 use nalgebra::{Isometry3, Point3};
 use serde_json::Value;
 
-use crate::document::motion_figures::Measured;
+use crate::document::motion_figures::MotionMeasures;
 use crate::format::{
     AxisData, BodyData, DeviationData, FirstMotion, MachineData, Matrix, MeshData, MotionData, OperationLines,
     OperationTimes, OutlineData, PAGE_FORMAT, PageDocument, PathData, PictureData, PosturesData, ProgramData,
@@ -296,7 +296,7 @@ impl PageScene<'_> {
     fn postures(
         &self,
         source: &PageSource<'_>,
-        measured: &Measured,
+        measured: &MotionMeasures,
         arrays: &mut Arrays,
         (thin, not_shown): (&mut Vec<String>, &mut Vec<String>),
     ) -> Option<PosturesData> {
@@ -362,7 +362,7 @@ impl PageScene<'_> {
     fn motion(
         &self,
         motion: &ProgramMotion,
-        (source, measured): (&PageSource<'_>, &Measured),
+        (source, measured): (&PageSource<'_>, &MotionMeasures),
         arrays: &mut Arrays,
         (thin, not_shown): (&mut Vec<String>, &mut Vec<String>),
     ) -> MotionData {

@@ -20,7 +20,7 @@ use crate::motion::{ProgramMotion, Segment, SegmentKind, TipPath, tip_path};
 use crate::packed::Arrays;
 
 /// Measurements of motions.
-pub(super) struct Measured {
+pub(super) struct MotionMeasures {
     /// Path of each head's tip.
     pub(super) paths: Vec<TipPath>,
     /// Poses of the first head at the ends of cuts, with the indices of their motions.
@@ -35,7 +35,7 @@ pub(super) struct Measured {
     left: Option<LeftByLine>,
 }
 
-impl Measured {
+impl MotionMeasures {
     /// Returns the speed of the tip in each cut, mm/min.
     fn speeds(&self, segments: &[Segment]) -> Vec<Option<f64>> {
         let speed = |(s, way): (&Segment, &Option<f64>)| {
@@ -56,7 +56,7 @@ impl PageScene<'_> {
         motion: &ProgramMotion,
         source: &PageSource<'_>,
         program: &ReadProgram,
-    ) -> Result<Measured, Failure> {
+    ) -> Result<MotionMeasures, Failure> {
         let (setup, segments, poses) = (self.scene.setup, &motion.segments, self.poses());
         let way = |s: &Segment| {
             let ways = poses.iter().map(|(poses, _)| (poses.at(&s.to).tip - poses.at(&s.from).tip).norm());
@@ -78,7 +78,7 @@ impl PageScene<'_> {
         let cuts = (0_u32..).zip(segments).filter(|(_, s)| s.kind == SegmentKind::Cut);
         let cut_poses = poses.first().map(|(poses, _)| cuts.map(|(k, s)| (k, poses.at(&s.to))).collect());
         let tilts = are_few.then(|| segments.par_iter().map(tilt).collect());
-        Ok(Measured {
+        Ok(MotionMeasures {
             paths: poses.iter().map(|(poses, _)| tip_path(poses, motion, MOST.points)).collect(),
             cut_poses: cut_poses.unwrap_or_default(),
             ways: segments.par_iter().map(way).collect(),
@@ -104,7 +104,7 @@ impl PageScene<'_> {
     pub(super) fn figures(
         &self,
         segments: &[Segment],
-        (source, measured, of_lines): (&PageSource<'_>, &Measured, HashMap<u32, LineProof>),
+        (source, measured, of_lines): (&PageSource<'_>, &MotionMeasures, HashMap<u32, LineProof>),
         arrays: &mut Arrays,
         not_shown: &mut Vec<String>,
     ) -> Vec<FigureData> {
