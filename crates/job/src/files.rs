@@ -162,6 +162,22 @@ pub fn check_outputs<'a>(files: impl IntoIterator<Item = &'a Path>) -> Result<()
     Ok(())
 }
 
+/// Refuses names of pages of a plan (`report.html`) where a file is that is no page of this
+/// program: other programs write files of these names, too.
+///
+/// # Errors
+/// [`Failure::Input`], naming the file.
+pub fn check_pages(folder: &Path, names: &[String]) -> Result<(), Failure> {
+    let mut there = names.iter().map(|name| folder.join(name)).filter(|path| path.symlink_metadata().is_ok());
+    match there.find(|path| !earlier::is_page(path)) {
+        Some(foreign) => Err(Failure::input(
+            &foreign,
+            "was not written by facemill and would be replaced: move it, give another folder, or plan with --no-html",
+        )),
+        None => Ok(()),
+    }
+}
+
 /// Writes one file, as [`write_each`] does.
 ///
 /// # Errors

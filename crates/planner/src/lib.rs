@@ -21,13 +21,14 @@
 //! | `passes` | passes with tested postures, chips and ridges at every point, passes beside them |
 //! | `program` | from moves to timed blocks and text |
 //! | `report` | figures of a plan for its reader: report, summary, chips, rotary motion, lost time |
-//! | `planned` | result of a planning run |
+//! | `planned` | result of a planning run, with the postures of its passes |
 //! | `plan_run` | the plan of a setup that has been read, for any number of heads, and its stages |
 //! | `dual` | setups of a machine with two heads |
 //! | `plan` | the complete plan of one setup |
 //! | `plan_job` | all setups of a job, each on the stock that earlier ones leave |
 //! | `paths` | passes of a job without its program: laid, or planned by several strategies to compare them |
 //! | `replan_lengths` | the job planned again with shorter tools |
+//! | `posture_maps` | maps of the feasible postures where each pass has the narrowest choice |
 //! | `solution_space` | the proven map of one CC point |
 //!
 //! It must not know the command line, nor formulas: those belong to the stage crates.
@@ -44,6 +45,7 @@ mod plan_run;
 mod plan_settings;
 mod plan_stock;
 mod planned;
+mod posture_maps;
 mod program;
 mod replan_lengths;
 mod report;
@@ -54,9 +56,11 @@ pub use crate::paths::compared::{CompareRequest, ComparisonSteps, compare_paths}
 pub use crate::paths::fastest::fastest;
 pub use crate::paths::laid::{LaidPaths, lay_paths};
 pub use crate::paths::strategies::{NamedStrategy, default_strategies, listed_strategies};
-pub use crate::plan_job::{plan_job, plan_job_setup};
+pub use crate::plan::ReadSetup;
+pub use crate::plan_job::{PlannedSetup, plan_job, plan_job_setup, plan_job_with_setups};
 pub use crate::plan_settings::PlanSettings;
-pub use crate::planned::Planned;
+pub use crate::planned::{Planned, PosedPass};
+pub use crate::posture_maps::posture_maps;
 pub use crate::report::summary::summary;
 pub use plan::plan_setup;
 pub use replan_lengths::replan_with_shorter_tools;

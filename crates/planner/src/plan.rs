@@ -8,6 +8,7 @@ use facemill_job::load::mesh_winding::check_winding;
 use facemill_job::setup::cell::z_map;
 use facemill_job::setup::scene::Scene;
 use facemill_job::stages::{READ, Stages};
+use facemill_z_map::ZMap;
 
 use crate::dual::two_heads::with_two_heads;
 use crate::passes::extra_passes::AddedPasses;
@@ -26,23 +27,32 @@ use crate::stage_clock::Clock;
 /// If the input is wrong, the job cannot be planned under its own terms, or the stages are
 /// cancelled.
 pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn Stages) -> Result<Planned, Failure> {
-    planned_setup(job, index, settings, None, stages)
+    planned_setup(job, index, settings, None, stages).map(|(planned, _)| planned)
+}
+
+/// Setup as a plan has read it, for pages and maps that are made of the plan.
+pub struct ReadSetup<'j> {
+    /// The setup.
+    pub setup: Setup<'j>,
+    /// Map by which its postures were tested.
+    pub(crate) map: ZMap,
 }
 
 /// Plans one setup of a job, and cuts its stock if the program is verified and there is stock.
-pub(crate) fn planned_setup(
-    job: &Job,
+/// Returns the setup, too; of a machine with two heads, which each have their own, none.
+pub(crate) fn planned_setup<'j>(
+    job: &'j Job,
     index: usize,
     settings: PlanSettings,
     stock: Option<&StockToCut<'_>>,
     stages: &dyn Stages,
-) -> Result<Planned, Failure> {
+) -> Result<(Planned, Option<ReadSetup<'j>>), Failure> {
     let clock = Clock::new();
     stages.expect(stages_of(job, index, settings, stock.is_some()));
     let made_from = MadeFrom::of(job);
     let mut run = PlanRun { settings, stock, stages, made_from, clock };
     if job.second.is_some() {
-        return with_two_heads(job, index, run);
+        return Ok((with_two_heads(job, index, run)?, None));
     }
     let reading = stages.start(READ, 0);
     let setup = Setup::read(job, index)?;
@@ -52,5 +62,8 @@ pub(crate) fn planned_setup(
     try_template(job, &setup, &scene.words)?;
     drop(reading);
     run.clock.lap("read");
-    run.plan(&OneHead { context: SetupContext { scene: &scene, map: &map, added: AddedPasses::All } })
+    let context = SetupContext { scene: &scene, map: &map, added: AddedPasses::All };
+    let planned = run.plan(&OneHead { context })?;
+    drop(scene);
+    Ok((planned, Some(ReadSetup { setup, map })))
 }

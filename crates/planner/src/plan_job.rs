@@ -7,7 +7,7 @@ use facemill_job::load::job::Job;
 use facemill_job::stages::Stages;
 use facemill_job::stock::setup_order::follows;
 
-use crate::plan::planned_setup;
+use crate::plan::{ReadSetup, planned_setup};
 use crate::plan_settings::PlanSettings;
 use crate::plan_stock::StockToCut;
 use crate::planned::Planned;
@@ -33,6 +33,21 @@ pub fn plan_job(
     cell: Option<f64>,
     stages: &dyn Stages,
 ) -> Result<Vec<Planned>, Failure> {
+    let planned = plan_job_with_setups(job, settings, cell, stages)?;
+    Ok(planned.into_iter().map(|(planned, _)| planned).collect())
+}
+
+/// Plans all setups of a job as [`plan_job`] does; returns each with the setup as it was read, of a
+/// machine with two heads without.
+///
+/// # Errors
+/// As [`plan_job`].
+pub fn plan_job_with_setups<'j>(
+    job: &'j Job,
+    settings: PlanSettings,
+    cell: Option<f64>,
+    stages: &dyn Stages,
+) -> Result<Vec<PlannedSetup<'j>>, Failure> {
     let planned = planned_setups(job, 0..job.file.setups.len(), settings, cell, stages)?;
     let (planned, nothing): (Vec<_>, Vec<_>) = planned.into_iter().partition(Result::is_ok);
     match nothing.into_iter().filter_map(Result::err).next_back() {
@@ -59,24 +74,29 @@ pub fn plan_job_setup(
     let continues = |k: &usize| begins_with_rest && follows(&setups[k - 1], &setups[*k]).is_ok();
     let first = (1..=index).rev().take_while(continues).last().map_or(index, |k| k - 1);
     let last = planned_setups(job, first..index + 1, settings, cell, stages)?.pop();
-    last.unwrap_or_else(|| Err("there is no such setup".to_owned())).map_err(Failure::NothingToCut)
+    let (planned, _) =
+        last.unwrap_or_else(|| Err("there is no such setup".to_owned())).map_err(Failure::NothingToCut)?;
+    Ok(planned)
 }
 
+/// A planned setup, with the setup as it was read.
+pub type PlannedSetup<'j> = (Planned, Option<ReadSetup<'j>>);
+
 /// Plans setups in their order; an error within the list is the reason why there is nothing to cut.
-fn planned_setups(
-    job: &Job,
+fn planned_setups<'j>(
+    job: &'j Job,
     setups: Range<usize>,
     settings: PlanSettings,
     cell: Option<f64>,
     stages: &dyn Stages,
-) -> Result<Vec<Result<Planned, String>>, Failure> {
+) -> Result<Vec<Result<PlannedSetup<'j>, String>>, Failure> {
     if cell.is_some_and(|c| !(c > 0.0 && c.is_finite())) {
         return Err(job.wrong("the distance of the stock's lines must be a length above 0 mm"));
     }
-    let mut all: Vec<Result<Planned, String>> = Vec::new();
+    let mut all: Vec<Result<PlannedSetup<'j>, String>> = Vec::new();
     for index in setups {
         // The rest of an earlier setup may be in another frame.
-        let before = all.last().and_then(|planned| planned.as_ref().ok()?.rest.as_ref());
+        let before = all.last().and_then(|planned| planned.as_ref().ok()?.0.rest.as_ref());
         let stock = StockToCut { cell: cell.or(job.file.verification.stock_cell_mm), index, before };
         match planned_setup(job, index, settings, Some(&stock), stages) {
             Err(Failure::NothingToCut(why)) => all.push(Err(why)),

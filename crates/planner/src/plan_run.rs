@@ -16,7 +16,7 @@ use facemill_virtual_machine::{Assumption, HeldAsCut, merge_findings, rapid_line
 use crate::passes::operation::PlannedOperation;
 use crate::plan_settings::PlanSettings;
 use crate::plan_stock::StockToCut;
-use crate::planned::{Planned, name_parts, planned_files};
+use crate::planned::{Planned, name_parts, planned_files, posed_passes};
 use crate::program::rounds::{HeadsProgram, VerifiedProgram, shorten_links};
 use crate::program::run_program::{CERTIFY_STAGES, VERIFY_STAGES};
 use crate::program::timing::control_assumption;
@@ -98,7 +98,8 @@ impl PlanRun<'_> {
         report.findings = merge_findings(report.findings, &rapid_lines(&program.read()?));
         // Also for a program that is not run: meeting the job and doing no harm are different
         // questions.
-        report.remaining = program.remaining(stages)?;
+        let (remaining, left) = program.remaining(stages)?.map(|r| (r.report, r.by_line)).unzip();
+        report.remaining = remaining;
         report.efficiency = efficiencies(&jobs, setup, operations)?;
         let of_heads = operations.iter().zip(&heads_of);
         report.left_above = of_heads.filter_map(|(o, &h)| left_above(scenes[h].job, scenes[h].setup, o)).collect();
@@ -107,7 +108,13 @@ impl PlanRun<'_> {
         let passes = pass_files(&jobs, setup, operations, &report);
         let (suffix, state) = name_parts(job, setup, &report);
         let files = heads.files(texts, &suffix, state)?;
-        Ok(Planned { rest, ..planned_files(&suffix, (report, certificates), files, picture, (chips, passes), clock) })
+        let posed = posed_passes(operations);
+        Ok(Planned {
+            rest,
+            left,
+            posed,
+            ..planned_files(&suffix, (report, certificates), files, picture, (chips, passes), clock)
+        })
     }
 }
 

@@ -7,9 +7,12 @@ use facemill_job::format::report::Report;
 use facemill_job::format::report::outcome::Outcome;
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::validate::file_stem;
+use facemill_tool_path::segments::PassSegment;
+use facemill_verification::remaining::LeftByLine;
 use facemill_virtual_machine::Certificates;
 use facemill_z_map::DexelMap;
 
+use crate::passes::operation::PlannedOperation;
 use crate::program::output::certificates_json;
 use crate::report::chip_files::ChipFiles;
 use crate::report::pass_files::PassFiles;
@@ -25,8 +28,21 @@ pub struct Planned {
     pub report: Report,
     /// Rest of the stock after the program, if the stock was cut.
     pub rest: Option<DexelMap>,
+    /// Heights that the written program leaves beside its blocks, if they were measured.
+    pub left: Option<LeftByLine>,
+    /// Postures of the passes, of which maps can be made ([`posture_maps`](crate::posture_maps)).
+    pub posed: Vec<PosedPass>,
     /// Wall time of each stage, s; not deterministic.
     pub timings: Vec<(&'static str, f64)>,
+}
+
+/// Piece of a pass in a place of the pattern, with its tested postures.
+#[derive(Clone, Debug)]
+pub struct PosedPass {
+    /// Name of the operation.
+    pub operation: String,
+    /// The piece.
+    pub(crate) piece: PassSegment,
 }
 
 impl Planned {
@@ -79,5 +95,14 @@ pub(crate) fn planned_files(
         files.push((format!("passes{suffix}{number}.svg"), stamped_svg(picture, &programs).into_bytes()));
     }
     let chip_table = (format!("chips{suffix}.csv"), chips.csv.into_bytes());
-    Planned { files, chip_table, report, rest: None, timings: clock.laps }
+    Planned { files, chip_table, report, rest: None, left: None, posed: Vec::new(), timings: clock.laps }
+}
+
+/// Returns the pieces of all operations, in the order of the program.
+pub(crate) fn posed_passes(operations: &[PlannedOperation<'_>]) -> Vec<PosedPass> {
+    let of = |o: &PlannedOperation<'_>| {
+        let pieces = o.moves.pieces.iter().map(|moves| moves.piece.clone());
+        pieces.map(|piece| PosedPass { operation: o.operation.name.clone(), piece }).collect::<Vec<_>>()
+    };
+    operations.iter().flat_map(of).collect()
 }

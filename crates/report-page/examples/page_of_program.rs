@@ -25,7 +25,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         result: json!({ "verified": false, "findings": [] }),
         certificates: None,
         chips: None,
+        postures: None,
         pictures: Vec::new(),
+        read: None,
+        left: None,
     };
     let data = page_data(source)?;
     let read = began.elapsed();

@@ -1,5 +1,8 @@
 //! The data of a page from job, program and report.
 
+mod control_settings;
+mod motion_figures;
+
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -15,24 +18,25 @@ use facemill_job::load::obstacle_meshes::ObstacleRole;
 use facemill_job::setup::cell::largest_left;
 use facemill_job::setup::scene::Scene;
 use facemill_nc_program::Dialect;
-use facemill_surface_model::TriMesh;
+use facemill_surface_model::{Surface, SurfaceSettings, TriMesh};
 use facemill_tool_model::ToolAssembly;
+use facemill_verification::remaining::LeftByLine;
 use nalgebra::{Isometry3, Point3};
-use rayon::prelude::*;
 use serde_json::Value;
 
-use crate::clearance::{FARTHEST, end_clearances};
+use crate::document::motion_figures::MotionMeasures;
 use crate::format::{
-    AxisData, BodyData, DeviationData, FigureData, FirstMotion, MachineData, Matrix, MeshData, MotionData,
-    OperationLines, OperationTimes, OutlineData, PAGE_FORMAT, PageDocument, PathData, PictureData, ProgramData,
+    AxisData, BodyData, DeviationData, FirstMotion, MachineData, Matrix, MeshData, MotionData, OperationLines,
+    OperationTimes, OutlineData, PAGE_FORMAT, PageDocument, PathData, PictureData, PosturesData, ProgramData,
     SetupData, ShapeData, StockData, ToolData, WorstPlace,
 };
-use crate::line_figures::{LineChip, LineProof, chips, proofs};
-use crate::meshes::{ScreenMesh, joined_once, outline, points_around, thinned};
-use crate::motion::{Poses, ProgramMotion, SHOWN_WITHIN, Segment, SegmentKind, law_code, program_motion, tip_path};
+use crate::line_figures::{LineProof, proofs};
+use crate::meshes::{ScreenMesh, has_same_triangles, joined_once, outline, points_around, thinned};
+use crate::motion::{Poses, ProgramMotion, SHOWN_WITHIN, Segment, SegmentKind, law_code, program_motion};
 use crate::packed::{Arrays, NumberArray};
+use crate::postures::postures;
 use crate::program_text::{operation_lines, pass_lines};
-use crate::stock::{KeyedStock, keyed_stock, part_deviation};
+use crate::stock::{KeyedStock, PartDeviation, keyed_stock, part_deviation};
 use crate::verdict::{finding_faults, verdict};
 
 /// Sources of a page.
@@ -53,8 +57,15 @@ pub struct PageSource<'a> {
     pub certificates: Option<Value>,
     /// Table of chips (`chips.csv`), if there is one.
     pub chips: Option<&'a [u8]>,
+    /// Maps of feasible postures of a plan (`postures.json`), if there are any.
+    pub postures: Option<Value>,
     /// Names and bytes of pictures (SVG).
     pub pictures: Vec<(String, &'a [u8])>,
+    /// The setup, if it has been read already, of a machine with one head.
+    pub read: Option<&'a Setup<'a>>,
+    /// Heights that the program leaves beside its blocks, if they have been measured already; else
+    /// they are measured if `result` says what the program leaves.
+    pub left: Option<LeftByLine>,
 }
 
 /// Data of a page.
@@ -69,6 +80,9 @@ pub struct PageData {
     /// Surfaces as they are shown, from which `document.meshes` is.
     pub(crate) surfaces: Vec<ShownSurface>,
 }
+
+/// Deviation of the scale's middle without operations, mm.
+const SCALE: f64 = 0.1;
 
 /// Most triangles of all surfaces, points of a path, and motions with clearances.
 const MOST: Most = Most { triangles: 120_000, points: 150_000, clearances: 200_000 };
@@ -91,20 +105,30 @@ pub fn page_data(source: PageSource<'_>) -> Result<PageData, Failure> {
         return Err(job.wrong(format!("setup {} was requested, but the job has {}", source.setup + 1, setups.len())));
     }
     if job.second.is_none() {
-        let setup = Setup::read(job, source.setup)?;
-        let scene = Scene::new(job, &setup, source.setup)?;
-        return PageScene { scene: &scene, heads: vec![(&job.machine, &job.tool)] }.data(source);
+        let own;
+        let setup = match source.read {
+            Some(setup) => setup,
+            None => {
+                own = Setup::read(job, source.setup)?;
+                &own
+            }
+        };
+        let scene = Scene::new(job, setup, source.setup)?;
+        return PageScene { scenes: &[&scene], scene: &scene, heads: vec![(&job.machine, &job.tool)] }.data(source);
     }
     let seen = [0, 1].map(|head| job.seen_by(head, HEADS_APART));
     let machines = [0, 1].map(|head| job.seen_by(head, 0.0).machine);
     let read = [Setup::read(&seen[0], source.setup)?, Setup::read(&seen[1], source.setup)?];
-    let [scene, _] = Scene::of_heads(seen.each_ref(), read.each_ref(), machines.each_ref(), source.setup)?;
+    let scenes = Scene::of_heads(seen.each_ref(), read.each_ref(), machines.each_ref(), source.setup)?;
     let heads = vec![(&machines[0], &seen[0].tool), (&machines[1], &seen[1].tool)];
-    PageScene { scene: &scene, heads }.data(source)
+    PageScene { scenes: &[&scenes[0], &scenes[1]], scene: &scenes[0], heads }.data(source)
 }
 
 /// A setup with the heads that work in it.
 struct PageScene<'a> {
+    /// Scene of each head.
+    scenes: &'a [&'a Scene<'a>],
+    /// That of the first one.
     scene: &'a Scene<'a>,
     /// Machine as each head sees it, and its tool.
     heads: Vec<(&'a Machine, &'a ToolAssembly)>,
@@ -118,6 +142,9 @@ impl PageScene<'_> {
         let views: Vec<(&Machine, f64)> = self.heads.iter().map(|(m, tool)| (*m, tool.gauge_length())).collect();
         let motion = program_motion(self.scene, &views, &program, source.text, source.dialect);
         let (mut arrays, mut thin, mut not_shown) = (Arrays::default(), Vec::new(), Vec::new());
+        // Neither is parallel throughout, and neither needs the other.
+        let (shapes, measured) = rayon::join(|| self.shapes(&motion), || self.measured(&motion, &source, &program));
+        let (Shapes { meshes, stock, deviation, outlines }, measured) = (shapes, measured?);
         let text = String::from_utf8_lossy(source.text);
         let operations: Vec<_> = job.operations_of(setup.file).map(|(_, o)| o.clone()).collect();
         let program = ProgramData {
@@ -128,13 +155,12 @@ impl PageScene<'_> {
             operations: operation_lines(&text, operations.iter().map(|o| o.name.as_str())),
             passes: pass_lines(&text),
         };
-        let meshes = self.meshes(&mut thin);
-        let stock = keyed_stock(job, setup, &motion, &self.poses());
+        thin.extend(surfaces_thinned(&meshes));
         if let Err(why) = &stock {
             not_shown.push(format!("stock and deviation: {why}"));
         }
         let stock = stock.ok();
-        thin.extend(stock.iter().flat_map(|stock| stock_thinned(stock, motion.segments.len())));
+        thin.extend(stock.iter().map(|stock| stock_thinned(stock, motion.segments.len())));
         let is_verification = source.result.get("format").and_then(Value::as_str) == Some(VERIFICATION_FORMAT);
         if is_verification && source.certificates.is_some() {
             thin.push(
@@ -143,8 +169,9 @@ impl PageScene<'_> {
                     .to_owned(),
             );
         }
-        let deviation = stock.as_ref().and_then(|stock| self.deviation(stock, &meshes, &mut arrays, &mut not_shown));
-        let outlines = self.outlines(&meshes);
+        let deviation = deviation.map(|found| found.map(|found| self.deviation_data(&found, &meshes, &mut arrays)));
+        let deviation = deviation.and_then(|d| d.map_err(|why| not_shown.push(format!("deviation: {why}"))).ok());
+        let postures = self.postures(&source, &measured, &mut arrays, (&mut thin, &mut not_shown));
         let corners = |b: facemill_cl_data::Aabb| [[b.min.x, b.min.y, b.min.z], [b.max.x, b.max.y, b.max.z]];
         let part_box = meshes.iter().find(|m| m.role == "part").map(|m| corners(m.full.aabb()));
         let stock_box = {
@@ -170,12 +197,14 @@ impl PageScene<'_> {
             },
             operation_times: operation_times(&motion, &program.operations),
             first_motion: first_motion(&motion),
+            control_settings: self.control_settings(&source, &motion),
             tools: self.tools(&motion),
-            motion: self.motion(&motion, &source, &mut arrays, (&mut thin, &mut not_shown)),
+            motion: self.motion(&motion, (&source, &measured), &mut arrays, (&mut thin, &mut not_shown)),
             program,
             meshes: meshes.iter().map(|mesh| mesh.packed(&mut arrays)).collect(),
             stock: stock.as_ref().map(|stock| stock_data(stock, &mut arrays)),
             deviation,
+            postures,
             pictures: source
                 .pictures
                 .iter()
@@ -196,8 +225,19 @@ impl PageScene<'_> {
             .collect()
     }
 
+    /// Returns surfaces and stock with their comparison.
+    fn shapes(&self, motion: &ProgramMotion) -> Shapes {
+        let setup = self.scene.setup;
+        let (stock, meshes) =
+            rayon::join(|| keyed_stock(self.scene.job, setup, motion, &self.poses()), || self.meshes());
+        let part = meshes.iter().find(|m| m.role == "part");
+        let deviation = stock.as_ref().ok().zip(part).map(|(stock, part)| self.deviation(stock, part));
+        let outlines = self.outlines(&meshes);
+        Shapes { meshes, stock, deviation, outlines }
+    }
+
     /// Returns the surfaces of the setup, the part first.
-    fn meshes(&self, thin: &mut Vec<String>) -> Vec<ShownSurface> {
+    fn meshes(&self) -> Vec<ShownSurface> {
         let setup = self.scene.setup;
         let of_role = |role: ObstacleRole| setup.obstacles.iter().filter(move |o| o.role == role);
         let mut full = Vec::new();
@@ -210,48 +250,71 @@ impl PageScene<'_> {
         full.retain(|(_, _, mesh)| !mesh.triangles().is_empty());
         let total: usize = full.iter().map(|(_, _, mesh)| mesh.triangles().len()).sum();
         let share = |n: usize| if total <= MOST.triangles { n } else { (n * MOST.triangles / total).max(200) };
-        let meshes: Vec<ShownSurface> = full
-            .into_iter()
-            .map(|(name, role, full)| {
-                let shown = thinned(&full, share(full.triangles().len()));
-                ShownSurface { name, role, full, shown }
-            })
-            .collect();
-        let shown: usize = meshes.iter().map(|m| m.shown.triangles.len()).sum();
-        if shown < total {
-            thin.push(format!("surfaces: {shown} of {total} triangles are shown; tests and figures use all of them"));
-        }
-        meshes
+        let surface = |(name, role, full): (String, &'static str, TriMesh)| {
+            let shown = thinned(&full, share(full.triangles().len()));
+            ShownSurface { name, role, full, shown }
+        };
+        full.into_iter().map(surface).collect()
     }
 
-    fn deviation(
-        &self,
-        stock: &KeyedStock,
-        meshes: &[ShownSurface],
-        arrays: &mut Arrays,
-        not_shown: &mut Vec<String>,
-    ) -> Option<DeviationData> {
+    /// Compares the cut stock with the part.
+    fn deviation(&self, stock: &KeyedStock, part: &ShownSurface) -> Result<PartDeviation, String> {
+        let setup = self.scene.setup;
+        let own;
+        let surface = if has_same_triangles(&part.full, setup.around_drive.mesh()) {
+            &setup.around_drive
+        } else {
+            own = Surface::new(part.full.clone(), SurfaceSettings::default());
+            &own
+        };
+        let at = (&part.shown.vertices[..], &part.shown.normals[..]);
+        part_deviation(stock, surface, setup.drive_allowance, at, self.permitted().unwrap_or(SCALE))
+    }
+
+    /// Returns the smallest deviation that an operation permits, mm.
+    fn permitted(&self) -> Option<f64> {
         let job = self.scene.job;
-        let mesh = meshes.iter().position(|m| m.role == "part")?;
-        let ShownSurface { full, shown, .. } = &meshes[mesh];
         let of_operations = job.operations_of(self.scene.setup.file).map(|(_, o)| largest_left(job, o));
-        let permitted = of_operations.filter(|t| *t > 0.0).reduce(f64::min);
-        let tolerance = permitted.unwrap_or(0.1);
-        let at = (&shown.vertices[..], &shown.normals[..]);
-        let allowance = self.scene.setup.drive_allowance;
-        let found = part_deviation(stock, full.clone(), allowance, at, tolerance);
-        let found = found.map_err(|why| not_shown.push(format!("deviation: {why}"))).ok()?;
+        of_operations.filter(|t| *t > 0.0).reduce(f64::min)
+    }
+
+    fn deviation_data(&self, found: &PartDeviation, meshes: &[ShownSurface], arrays: &mut Arrays) -> DeviationData {
+        let permitted = self.permitted();
         let values: Vec<Option<f64>> = found.vertices.iter().map(|v| v.map(|v| v.value)).collect();
         let cut = found.vertices.iter().map(|v| i64::from(v.is_some_and(|v| v.is_cut)));
-        Some(DeviationData {
-            mesh,
+        DeviationData {
+            mesh: meshes.iter().position(|m| m.role == "part").unwrap_or(0),
             values: arrays.numbers_with_gaps(&values, 1e-3),
             cut: arrays.integers(cut),
-            tolerance,
+            tolerance: permitted.unwrap_or(SCALE),
             permitted,
             worst: found.worst.iter().map(|w| WorstPlace { at: w.position.into(), value: w.value }).collect(),
-            histogram: found.histogram,
-        })
+            histogram: found.histogram.clone(),
+        }
+    }
+
+    fn postures(
+        &self,
+        source: &PageSource<'_>,
+        measured: &MotionMeasures,
+        arrays: &mut Arrays,
+        (thin, not_shown): (&mut Vec<String>, &mut Vec<String>),
+    ) -> Option<PosturesData> {
+        let Some(file) = &source.postures else {
+            not_shown.push("feasible postures of passes: there is no postures.json of a plan".to_owned());
+            return None;
+        };
+        let data = postures(file, &measured.cut_poses, arrays);
+        let data = data.map_err(|why| not_shown.push(format!("feasible postures of passes: postures.json: {why}")));
+        let data = data.ok()?;
+        if data.maps.len() < data.n_passes {
+            thin.push(format!(
+                "feasible postures: maps of {} of {} passes, those in the first place of a pattern",
+                data.maps.len(),
+                data.n_passes
+            ));
+        }
+        Some(data)
     }
 
     fn machine(&self, motion: &ProgramMotion) -> MachineData {
@@ -299,7 +362,7 @@ impl PageScene<'_> {
     fn motion(
         &self,
         motion: &ProgramMotion,
-        source: &PageSource<'_>,
+        (source, measured): (&PageSource<'_>, &MotionMeasures),
         arrays: &mut Arrays,
         (thin, not_shown): (&mut Vec<String>, &mut Vec<String>),
     ) -> MotionData {
@@ -326,9 +389,7 @@ impl PageScene<'_> {
             .collect();
         let feeds: Vec<Option<f64>> = segments.iter().map(|s| s.feed).collect();
         let inverse_feeds: Vec<Option<f64>> = segments.iter().map(|s| s.inverse_feed).collect();
-        let poses = self.poses();
-        let paths = poses.iter().map(|(poses, _)| {
-            let path = tip_path(poses, motion, MOST.points);
+        let paths = measured.paths.iter().map(|path| {
             let n = path.points.len();
             if path.left_out_within > 0.0 {
                 let within = SHOWN_WITHIN[0] + path.left_out_within;
@@ -367,76 +428,12 @@ impl PageScene<'_> {
             uncertified,
             feeds: arrays.numbers_with_gaps(&feeds, 1e-3),
             inverse_feeds: arrays.numbers_with_gaps(&inverse_feeds, 1e-3),
-            figures: self.figures(segments, (source, proofs.unwrap_or_default()), arrays, not_shown),
+            figures: self.figures(segments, (source, measured, proofs.unwrap_or_default()), arrays, not_shown),
             limits: arrays.integers(limits),
             limit_names,
             paths,
             not_followed: motion.not_followed.clone(),
         }
-    }
-
-    fn figures(
-        &self,
-        segments: &[Segment],
-        (source, proofs): (&PageSource<'_>, HashMap<u32, LineProof>),
-        arrays: &mut Arrays,
-        not_shown: &mut Vec<String>,
-    ) -> Vec<FigureData> {
-        let chips: HashMap<u32, LineChip> =
-            source.chips.map(|csv| chips(&String::from_utf8_lossy(csv))).unwrap_or_default();
-        let mut figures = Vec::new();
-        let mut add = |(key, name, unit, low_is_critical): (&'static str, &'static str, &'static str, bool),
-                       note: String,
-                       (values, step): (Vec<Option<f64>>, f64)| {
-            if let Some(values) = arrays.numbers_with_gaps(&values, step) {
-                figures.push(FigureData { key, name, unit, low_is_critical, note, values });
-            }
-        };
-        let of_line = |value: &dyn Fn(u32) -> Option<f64>| segments.iter().map(|s| value(s.line)).collect::<Vec<_>>();
-        if proofs.is_empty() {
-            not_shown.push(
-                "certified depths and clearances of blocks: plan or view with --certificates to have them".to_owned(),
-            );
-            if segments.len() <= MOST.clearances {
-                let note = format!(
-                    "nearest of tool body, holder and head to part, check surfaces and fixtures, up to {FARTHEST} mm, measured at \
-                     the ends of blocks alone"
-                );
-                let values = end_clearances(segments, self.scene.setup, &self.heads);
-                add(("clearance", "clearance at block end", "mm", true), note, (values, 1e-3));
-            } else {
-                not_shown.push(format!("clearances at block ends: there are more than {} blocks", MOST.clearances));
-            }
-        } else {
-            let depth = of_line(&|line| proofs.get(&line).and_then(|p| p.depth_with_control.or(p.depth)));
-            let has_control = proofs.values().all(|p| p.depth.is_none() || p.depth_with_control.is_some());
-            let note = if has_control {
-                "no point of the cutter is ever deeper in the block, the tolerance of the control included, proven"
-            } else {
-                "no point of the cutter is ever deeper in the block, proven; of some blocks without the tolerance of the \
-                 control"
-            }
-            .to_owned();
-            add(("depth", "certified gouge depth", "mm", false), note, (depth, 1e-4));
-            let clearance = of_line(&|line| proofs.get(&line)?.clearance);
-            let note = "no body ever comes nearer in the block, proven".to_owned();
-            add(("clearance", "certified clearance", "mm", true), note, (clearance, 1e-3));
-        }
-        let poses = self.poses();
-        let speed = |s: &Segment| {
-            let ways = poses.iter().map(|(poses, _)| (poses.at(&s.to).tip - poses.at(&s.from).tip).norm());
-            let way = ways.fold(0.0, f64::max);
-            (s.kind == SegmentKind::Cut && s.time > 1e-6 && way > 1e-6).then(|| 60.0 * way / s.time)
-        };
-        let note = "straight distance of the tip over the time of the block".to_owned();
-        let speeds: Vec<Option<f64>> = segments.par_iter().map(speed).collect();
-        add(("tip", "tip speed", "mm/min", false), note, (speeds, 0.1));
-        let note = "section of the chip across the feed, the largest of the line".to_owned();
-        add(("chip", "chip section", "mm²", false), note, (of_line(&|line| chips.get(&line)?.area), 1e-3));
-        let note = "at the written feed".to_owned();
-        let rate = of_line(&|line| chips.get(&line)?.removal_rate);
-        add(("removal", "removal rate", "cm³/min", false), note, (rate, 1e-3));
-        figures
     }
 
     /// Returns outlines of what is on the table, table frame.
@@ -450,6 +447,24 @@ impl PageScene<'_> {
         outlines.extend(meshes.iter().map(|mesh| mesh.outline(&setup.table_from_work)));
         outlines
     }
+}
+
+/// Surfaces and stock of a page.
+struct Shapes {
+    meshes: Vec<ShownSurface>,
+    /// The stock, or why there is none.
+    stock: Result<KeyedStock, String>,
+    /// Deviation of the part, if there are part and stock.
+    deviation: Option<Result<PartDeviation, String>>,
+    outlines: Vec<OutlineData>,
+}
+
+/// Returns how surfaces are coarser than they are.
+fn surfaces_thinned(meshes: &[ShownSurface]) -> Option<String> {
+    let sum = |n: fn(&ShownSurface) -> usize| meshes.iter().map(n).sum::<usize>();
+    let (total, shown) = (sum(|m| m.full.triangles().len()), sum(|m| m.shown.triangles.len()));
+    (shown < total)
+        .then(|| format!("surfaces: {shown} of {total} triangles are shown; tests and figures use all of them"))
 }
 
 fn outline_of(name: &str, role: &'static str, points: &[Point3<f64>]) -> OutlineData {
@@ -536,25 +551,13 @@ fn stock_data(stock: &KeyedStock, arrays: &mut Arrays) -> StockData {
 }
 
 /// Returns how the stock is coarser than it is.
-fn stock_thinned(stock: &KeyedStock, n_motions: usize) -> Vec<String> {
+fn stock_thinned(stock: &KeyedStock, n_motions: usize) -> String {
     let grid = stock.before.grid();
-    let mut thin = vec![format!(
+    format!(
         "stock: lines along z {:.2} mm apart, cut within 0.1 mm, {} states of {n_motions} motions",
         grid.cell(),
         stock.keys.len()
-    )];
-    let [nx, ny] = grid.n_lines();
-    let mut lines = (0..ny).flat_map(|j| (0..nx).map(move |i| (i, j)));
-    let has_gap = lines.any(|(i, j)| stock.before.intervals(i, j).count() > 1)
-        || stock.changes.iter().flatten().any(|change| change.intervals.len() > 1);
-    if has_gap {
-        thin.push(
-            "stock: of a line with several pieces of material the lowest bottom and the highest top are drawn, as if it \
-             were one; deviations are those of all pieces"
-                .to_owned(),
-        );
-    }
-    thin
+    )
 }
 
 /// Returns whether a body of a head's view is the tool of the other head: no body of the file.

@@ -36,6 +36,8 @@ pub struct PageDocument {
     pub machine: MachineData,
     /// The setup.
     pub setup: SetupData,
+    /// Settings of the control that the program relies on, besides the work offset.
+    pub control_settings: Vec<ControlSetting>,
     /// Tool of each head.
     pub tools: Vec<ToolData>,
     /// Times of each part of the program that cuts an operation, as far as comments tell.
@@ -50,6 +52,8 @@ pub struct PageDocument {
     pub stock: Option<StockData>,
     /// Deviation of the part from the cut stock; `null` without stock.
     pub deviation: Option<DeviationData>,
+    /// Maps of feasible postures along the passes; `null` without them.
+    pub postures: Option<PosturesData>,
     /// Pictures of the plan, such as the map of feasible postures: SVG text.
     pub pictures: Vec<PictureData>,
     /// Items shown with less detail than they have.
@@ -237,6 +241,15 @@ pub struct OutlineData {
     pub front: Vec<[f64; 2]>,
 }
 
+/// Something that a control must be set to.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ControlSetting {
+    /// Name of the setting.
+    pub name: &'static str,
+    /// To what, and who sets or checks it.
+    pub value: String,
+}
+
 /// Times of a part of a program.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct OperationTimes {
@@ -407,6 +420,49 @@ pub struct WorstPlace {
     pub at: [f64; 3],
     /// Deviation, mm.
     pub value: f64,
+}
+
+/// Maps of feasible postures, each where a pass has the narrowest choice.
+#[derive(Clone, Debug, Serialize)]
+pub struct PosturesData {
+    /// Number of pieces of passes in the program; fewer have maps if there are many.
+    pub n_passes: usize,
+    /// Curves along which postures are sought: points with tilt and rotate.
+    pub curves_deg: Vec<Vec<[f64; 2]>>,
+    /// The maps.
+    pub maps: Vec<PostureMapData>,
+    /// Letters of the cells of all maps, one map after the other, each in rows along tilt: `f`
+    /// feasible, `g` the cutter gouges, `c` a body collides, `l` an axis cannot be there, `a`
+    /// outside the cone of the tool axis; in upper case proven for the whole cell, in lower case
+    /// tested in its middle.
+    pub cells: ByteArray,
+}
+
+/// A map of feasible postures at a point of a pass.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PostureMapData {
+    /// Index of the motion that ends there; `null` if none does.
+    pub motion: Option<u32>,
+    /// Name of the operation.
+    pub operation: String,
+    /// Pass, from 1.
+    pub pass: usize,
+    /// Place of the pattern, from 1.
+    pub place: usize,
+    /// Tip of the tool, workpiece frame, mm.
+    pub tip: [f64; 3],
+    /// Smallest and largest tilt.
+    pub tilt_deg: [f64; 2],
+    /// Smallest and largest rotate.
+    pub rotate_deg: [f64; 2],
+    /// Tilt and rotate that the program has there.
+    pub taken_deg: [f64; 2],
+    /// Place of its curve among `curves_deg`, from 0.
+    pub curve: usize,
+    /// Number of cells along tilt and rotate.
+    pub n_cells: [usize; 2],
+    /// Fractions of the area that are proven feasible and proven blocked.
+    pub proven: [f64; 2],
 }
 
 /// A picture.

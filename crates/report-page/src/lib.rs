@@ -18,9 +18,11 @@
 //! | `meshes` | triangles for the screen: surfaces with fewer triangles, and shapes of bodies |
 //! | [`mod@motion`] | motions of a program for replay: positions of all axes, times, the tip's path |
 //! | `clearance` | clearances at the ends of blocks |
+//! | `contact` | angle between tool and surface where the cutter touches it |
 //! | `stock` | stock as the program cuts it, and the deviation that is left |
 //! | `program_text` | comments of a program that say which operation and pass follows |
-//! | `line_figures` | figures of lines from certificates and chips |
+//! | `line_figures` | figures of lines from certificates, chips and heights that are left |
+//! | `postures` | maps of feasible postures of a plan, at their motions |
 //! | `verdict` | verdict on a program by its report or verification |
 //! | [`mod@document`] | the data of a page from job, program and report |
 //! | [`mod@html`] | files of a page |
@@ -30,6 +32,7 @@
 
 pub mod animation;
 mod clearance;
+mod contact;
 pub mod document;
 pub mod format;
 pub mod html;
@@ -37,6 +40,7 @@ mod line_figures;
 mod meshes;
 pub mod motion;
 mod packed;
+mod postures;
 mod program_text;
 mod stock;
 mod verdict;

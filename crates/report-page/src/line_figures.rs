@@ -1,7 +1,9 @@
-//! Figures of lines from other files of a plan: certificates and chips.
+//! Figures of lines from other files of a plan and from its measurements: certificates, chips,
+//! heights that are left.
 
 use std::collections::HashMap;
 
+use facemill_verification::remaining::LeftByLine;
 use serde_json::Value;
 
 /// Proven figures of a line, mm.
@@ -72,6 +74,38 @@ pub(crate) fn chips(csv: &str) -> HashMap<u32, LineChip> {
         *chip = LineChip { area: larger(chip.area, area), removal_rate: larger(chip.removal_rate, rate) };
     }
     chips
+}
+
+/// Returns the height that is left beside each motion: the greatest of those of its own block and
+/// of the cuts before and behind it, without another motion between, whose ends are at most
+/// `left.spacing_mm` along the tip's path from its own. `ways` are the tip's ways in motions, mm,
+/// `None` of motions that do not cut.
+pub(crate) fn left_along(ways: &[Option<f64>], lines: &[u32], left: &LeftByLine) -> Vec<Option<f64>> {
+    let height = |k: usize| left.heights_mm.get(&lines[k]).copied();
+    let around = |k: usize| {
+        ways[k]?;
+        let mut most = height(k);
+        let mut add = |other: usize| most = most.into_iter().chain(height(other)).reduce(f64::max);
+        let mut way = 0.0;
+        for other in (0..k).rev() {
+            // From the end of one to the end of the other.
+            way += ways[other + 1].unwrap_or(f64::INFINITY);
+            if way > left.spacing_mm || ways[other].is_none() {
+                break;
+            }
+            add(other);
+        }
+        way = 0.0;
+        for (other, next) in ways.iter().enumerate().skip(k + 1) {
+            way += next.unwrap_or(f64::INFINITY);
+            if way > left.spacing_mm {
+                break;
+            }
+            add(other);
+        }
+        most
+    };
+    (0..ways.len()).map(around).collect()
 }
 
 #[cfg(test)]

@@ -113,18 +113,33 @@ impl ScreenMesh {
 /// Triangles that are in several meshes are kept once; the order is that of the meshes.
 pub(crate) fn joined_once<'a>(meshes: impl Iterator<Item = &'a TriMesh>) -> TriMesh {
     let all = meshes.fold(TriMesh::default(), |all, mesh| all.joined(mesh));
-    let mut known = HashSet::new();
-    let key = |p: Point3<f64>| [p.x, p.y, p.z].map(f64::to_bits);
-    let mut triangles = Vec::new();
-    for (k, triangle) in all.triangles().iter().enumerate() {
-        let mut corners = all.corners(k).map(key);
+    let keys = sorted_keys(&all);
+    let mut is_again = vec![false; keys.len()];
+    for pair in keys.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+        is_again[pair[1].1 as usize] = true;
+    }
+    let kept = all.triangles().iter().zip(is_again).filter(|(_, is_again)| !is_again);
+    let triangles = kept.map(|(corners, _)| *corners).collect();
+    TriMesh::new(all.vertices().to_vec(), triangles).unwrap_or_default()
+}
+
+/// Returns whether two meshes have the same triangles, in any order.
+pub(crate) fn has_same_triangles(a: &TriMesh, b: &TriMesh) -> bool {
+    let has_as_many = a.triangles().len() == b.triangles().len();
+    has_as_many && sorted_keys(a).iter().map(|k| k.0).eq(sorted_keys(b).iter().map(|k| k.0))
+}
+
+/// Returns the corners of all triangles, from the lowest one on, with their places in the mesh.
+fn sorted_keys(mesh: &TriMesh) -> Vec<([[u64; 3]; 3], u32)> {
+    let key = |k: usize| {
+        let mut corners = mesh.corners(k).map(|p| [p.x, p.y, p.z].map(f64::to_bits));
         let lowest = (0..3).min_by_key(|&c| corners[c]).unwrap_or(0);
         corners.rotate_left(lowest);
-        if known.insert(corners) {
-            triangles.push(*triangle);
-        }
-    }
-    TriMesh::new(all.vertices().to_vec(), triangles).unwrap_or_default()
+        (corners, k as u32)
+    };
+    let mut keys: Vec<_> = (0..mesh.triangles().len()).into_par_iter().map(key).collect();
+    keys.par_sort_unstable();
+    keys
 }
 
 /// Corners of a circle in meshes of turned bodies.

@@ -4,6 +4,7 @@ use std::io::Write;
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
+use rayon::prelude::*;
 use serde::Serialize;
 
 /// Numbers in an array of the page: `offset + unit × q`, with whole numbers q.
@@ -34,11 +35,11 @@ pub struct ByteArray {
     pub n: usize,
 }
 
-/// Compressed arrays of a page, in the order of their numbers.
+/// Arrays of a page, in the order of their numbers.
 #[derive(Clone, Debug, Default)]
 pub struct Arrays {
-    /// Gzip of each.
-    pub gz: Vec<Vec<u8>>,
+    /// Bytes of each, before they are compressed.
+    bytes: Vec<Vec<u8>>,
 }
 
 impl Arrays {
@@ -68,8 +69,13 @@ impl Arrays {
 
     /// Adds bytes as they are.
     pub(crate) fn bytes(&mut self, bytes: &[u8]) -> ByteArray {
-        self.gz.push(gzip(bytes));
-        ByteArray { array: self.gz.len() - 1, n: bytes.len() }
+        self.bytes.push(bytes.to_vec());
+        ByteArray { array: self.bytes.len() - 1, n: bytes.len() }
+    }
+
+    /// Returns all of them as they are in the page: gzip, then base64.
+    pub(crate) fn texts(&self) -> Vec<String> {
+        self.bytes.par_iter().map(|bytes| base64(&gzip(bytes))).collect()
     }
 
     fn add_whole(&mut self, values: impl Iterator<Item = i64>) -> (usize, usize) {
@@ -79,8 +85,8 @@ impl Arrays {
             before = value;
             n += 1;
         }
-        self.gz.push(gzip(&bytes));
-        (self.gz.len() - 1, n)
+        self.bytes.push(bytes);
+        (self.bytes.len() - 1, n)
     }
 }
 

@@ -3,7 +3,7 @@
 use facemill_cl_data::{ClPoint, Silent};
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::stock::map::{StockMeshes, StockRegion};
-use facemill_surface_model::{Surface, SurfaceSettings, TriMesh};
+use facemill_surface_model::Surface;
 use facemill_tool_model::ToolAssembly;
 use facemill_z_map::{DexelMap, Step, Sweep, TurnedBody};
 use nalgebra::{Point3, Vector3};
@@ -62,6 +62,7 @@ pub(crate) fn keyed_stock(
     let [nx, ny] = rest.grid().n_lines();
     let mut changes: Vec<Vec<LineChange>> = (0..nx * ny).map(|_| Vec::new()).collect();
     let bodies: Vec<TurnedBody> = heads.iter().map(|(_, tool)| TurnedBody::of_cutter(tool.cutter())).collect();
+    let reach = heads.iter().map(|(_, tool)| reach(tool)).fold(0.0, f64::max);
     let cuts = motion.segments.iter().filter(|s| s.kind != SegmentKind::Rapid).count();
     let per_key = cuts.div_ceil(KEYS).max(1);
     let mut keys = Vec::new();
@@ -73,6 +74,7 @@ pub(crate) fn keyed_stock(
             end += 1;
         }
         let sweeps = sweeps(&motion.segments[at..end], heads, &bodies);
+        let near = lines_near(&sweeps, reach, &rest);
         at = end;
         if sweeps.is_empty() {
             continue;
@@ -82,7 +84,7 @@ pub(crate) fn keyed_stock(
         if done.iter().any(|step| step.lines > 0) {
             let key = keys.len() as u32;
             keys.push(end as u32);
-            note_changes(&rest, &before, key, &mut changes);
+            note_changes(&rest, (&before, near), key, &mut changes);
         }
     }
     Ok(KeyedStock { before, rest, keys, changes })
@@ -110,12 +112,35 @@ fn differs(a: &ClPoint, b: &ClPoint) -> bool {
     ((a.tip - b.tip).norm() > 0.0 || turn < 1.0) && turn > -0.99
 }
 
-/// Takes note of lines that are not as they were at the last change.
-fn note_changes(now: &DexelMap, before: &DexelMap, key: u32, changes: &mut [Vec<LineChange>]) {
-    let [nx, ny] = now.grid().n_lines();
-    for j in 0..ny {
-        for i in 0..nx {
-            let line = &mut changes[j * nx + i];
+/// Returns the distance from the tip beyond which a cutter has no point, mm.
+fn reach(tool: &ToolAssembly) -> f64 {
+    let cutter = tool.cutter();
+    cutter.radius().hypot(cutter.flute_length())
+}
+
+/// Returns the lines, from and to along x and y, outside of which sweeps cut nothing.
+fn lines_near(sweeps: &[Sweep<'_>], reach: f64, map: &DexelMap) -> [[usize; 2]; 2] {
+    let (origin, cell, n_lines) = (map.grid().origin(), map.grid().cell(), map.grid().n_lines());
+    [0, 1].map(|k| {
+        // A turning tool is within its reach from a tip that is on or near the straight way.
+        let tips = || sweeps.iter().flat_map(|s| [s.from.tip[k], s.to.tip[k]]);
+        let line = |x: f64| (((x - origin[k]) / cell).floor().max(0.0) as usize).min(n_lines[k]);
+        let low = tips().fold(f64::INFINITY, f64::min) - reach - cell;
+        let high = tips().fold(f64::NEG_INFINITY, f64::max) + reach + 2.0 * cell;
+        [line(low), line(high)]
+    })
+}
+
+/// Takes note of lines in a range that are not as they were at the last change.
+fn note_changes(
+    now: &DexelMap,
+    (before, [[from, to], rows]): (&DexelMap, [[usize; 2]; 2]),
+    key: u32,
+    changes: &mut [Vec<LineChange>],
+) {
+    let [nx, _] = now.grid().n_lines();
+    let of_row = |(j, row): (usize, &mut [Vec<LineChange>])| {
+        for (i, line) in row.iter_mut().enumerate().take(to).skip(from) {
             let intervals = || now.intervals(i, j).map(|v| [v.bottom, v.top]);
             let is_same = match line.last() {
                 Some(last) => same(last.intervals.iter().copied(), intervals()),
@@ -125,7 +150,8 @@ fn note_changes(now: &DexelMap, before: &DexelMap, key: u32, changes: &mut [Vec<
                 line.push(LineChange { key, intervals: intervals().collect() });
             }
         }
-    }
+    };
+    changes.chunks_mut(nx).enumerate().take(rows[1]).skip(rows[0]).for_each(of_row);
 }
 
 fn same(mut a: impl Iterator<Item = [f64; 2]>, mut b: impl Iterator<Item = [f64; 2]>) -> bool {
@@ -174,13 +200,12 @@ const STEPS: i32 = 16;
 /// the histogram's steps, mm.
 pub(crate) fn part_deviation(
     stock: &KeyedStock,
-    part: TriMesh,
+    part: &Surface,
     allowance: f64,
     (vertices, normals): (&[Point3<f64>], &[Vector3<f64>]),
     tolerance: f64,
 ) -> Result<PartDeviation, String> {
-    let part = Surface::new(part, SurfaceSettings::default());
-    let found = stock.rest.deviation(&stock.before, &part, &Silent).map_err(|e| e.to_string())?;
+    let found = stock.rest.deviation(&stock.before, part, &Silent).map_err(|e| e.to_string())?;
     let of_vertex = |(p, n): (&Point3<f64>, &Vector3<f64>)| {
         let place = found.near(p, n)?;
         place

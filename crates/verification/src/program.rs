@@ -9,7 +9,6 @@ use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_job::format::program_times::ProgramTimes;
 use facemill_job::format::report::deviation::DeviationReport;
 use facemill_job::format::report::efficiency::EfficiencyReport;
-use facemill_job::format::report::remaining::RemainingReport;
 use facemill_job::format::report::stock::StockReport;
 use facemill_job::format::verification_file::{VERIFICATION_FORMAT, VerificationFile};
 use facemill_job::load::HEADS_APART;
@@ -35,7 +34,7 @@ use crate::efficiency::efficiencies_of_text;
 use crate::feeds::{CutFeeds, FastBlock, KnownCuts, RequiredFeeds};
 use crate::merged_heads::{merged_runs, proven_for_both};
 use crate::named_results::{name_obstacles, not_verified};
-use crate::remaining::{RunningHead, remaining};
+use crate::remaining::{LeftByLine, Remaining, RunningHead, remaining};
 use crate::stock_run::{CutRequest, HeadView, blocks_of_heads, cut_stock};
 use crate::sub_cell_check::{
     SubCellResult, add_between, held_as_cut, seen_between, seen_in_estimate, seen_of_rest, sub_cell_check,
@@ -97,6 +96,8 @@ pub struct Verified {
     pub file: VerificationFile,
     /// The stock after the program.
     pub rest: Option<DexelMap>,
+    /// Heights left beside the blocks, if they were measured.
+    pub left: Option<LeftByLine>,
     /// Removal of every block with a cutting move, in program order, with two heads both together;
     /// empty if the stock was not cut.
     pub cuts: Vec<BlockCut>,
@@ -177,6 +178,7 @@ pub fn verify_program(
         Some(_) => job.seen_by(0, 0.0).machine,
     };
     found.assumptions.extend(found.verification.estimate.as_ref().map(is_estimate));
+    let (remaining, left) = found.remaining.map(|r| (r.report, r.by_line)).unzip();
     let file = VerificationFile {
         format: VERIFICATION_FORMAT,
         job: job.file.name.clone(),
@@ -187,14 +189,14 @@ pub fn verify_program(
         times: found.times,
         verification: found.verification,
         assumptions: all_assumptions(assumptions(&program, &machine), found.assumptions),
-        remaining: found.remaining,
+        remaining,
         efficiency: found.efficiency,
         stock: found.stock,
         deviation: found.deviation,
         certificates: found.certificates,
     };
     let rapid_lines = rapid_lines(&program);
-    Ok(Verified { file, rest: found.rest, cuts: found.cuts, painted: found.painted, rapid_lines })
+    Ok(Verified { file, rest: found.rest, left, cuts: found.cuts, painted: found.painted, rapid_lines })
 }
 
 /// Program and the options of its run.
@@ -214,7 +216,7 @@ struct RunResults {
     times: ProgramTimes,
     assumptions: Vec<Assumption>,
     certificates: Option<Certificates>,
-    remaining: Option<RemainingReport>,
+    remaining: Option<Remaining>,
     efficiency: Vec<EfficiencyReport>,
     stock: Option<StockReport>,
     rest: Option<DexelMap>,
@@ -445,7 +447,7 @@ impl VerificationRun<'_> {
         found.efficiency = efficiencies_of_text(on, setup, self.program)?;
         if self.request.finishes {
             let last = self.program.blocks.last().map_or(1, |block| block.line);
-            found.verification.findings.extend(found.remaining.iter().flat_map(|r| r.findings(last)));
+            found.verification.findings.extend(found.remaining.iter().flat_map(|r| r.report.findings(last)));
         }
         Ok(())
     }

@@ -1,6 +1,8 @@
 //! Material that a program leaves on the surface that its operations are to cut, measured on its
 //! text.
 
+use std::collections::BTreeMap;
+
 use facemill_cc_path::strategies::Region;
 use facemill_cc_path::{RegionSample, RequestedRegion};
 use facemill_cl_data::{CcPoint, Silent};
@@ -51,6 +53,35 @@ pub struct RunningHead<'a> {
     pub settings: &'a VerifySettings,
 }
 
+/// Heights that are left beside the blocks of a program.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LeftByLine {
+    /// Largest distance between the places that are measured, mm.
+    pub spacing_mm: f64,
+    /// Greatest height of the places that the block of a line cuts lower than all others, mm. Lines
+    /// without such a place are missing: they may leave less, or something between the places.
+    pub heights_mm: BTreeMap<u32, f64>,
+}
+
+impl LeftByLine {
+    fn add(&mut self, measured: &MaterialLeft) {
+        self.spacing_mm = self.spacing_mm.max(measured.spacing());
+        for (line, height) in measured.left.iter().filter_map(|left| Some((left.cut_by?, left.height))) {
+            let known = self.heights_mm.entry(line).or_insert(height);
+            *known = known.max(height);
+        }
+    }
+}
+
+/// Material that a program leaves, by operations and by lines.
+#[derive(Clone, Debug)]
+pub struct Remaining {
+    /// Figures of the operations.
+    pub report: RemainingReport,
+    /// Heights beside the blocks.
+    pub by_line: LeftByLine,
+}
+
 /// Measures the material that a program leaves on the regions of a setup's operations; `None` if no
 /// operation of the setup is known, or their regions are limited to what is left and nothing is.
 ///
@@ -66,7 +97,7 @@ pub fn remaining(
     program: &ReadProgram,
     heads: &[RunningHead<'_>],
     stages: &dyn Stages,
-) -> Result<Option<RemainingReport>, Failure> {
+) -> Result<Option<Remaining>, Failure> {
     let mut requested = requested_regions(job, setup)?;
     requested.retain(|region| !region.has_nothing_left());
     if requested.is_empty() {
@@ -75,13 +106,15 @@ pub fn remaining(
     let sweeps = Sweeps::of(program, heads)?;
     let up = setup.table_from_work.inverse_transform_vector(&Vector3::z());
     let regions = requested.iter().map(|r| r.region(job, setup)).collect::<Result<Vec<_>, _>>()?;
-    let mut operations = Vec::new();
+    let (mut operations, mut by_line) = (Vec::new(), LeftByLine::default());
     for (requested, region) in requested.iter().zip(&regions) {
         let (measured, _) = measured((requested, region), (job, setup), &sweeps, stages)?;
         operations.push(remaining_on_region(requested.operation, requested.limit, &measured, &up));
+        by_line.add(&measured);
     }
     let outside_fraction = outside(setup, &requested, &regions)?;
-    Ok(Some(RemainingReport { accuracy_mm: ACCURACY, outside_fraction, operations }))
+    let report = RemainingReport { accuracy_mm: ACCURACY, outside_fraction, operations };
+    Ok(Some(Remaining { report, by_line }))
 }
 
 /// A place of an operation's region.

@@ -5,7 +5,9 @@ use std::process::ExitCode;
 
 use clap::{ArgGroup, Args};
 use facemill::formats::{MadeFrom, ProgramStamp};
+use facemill::job::validate::file_stem;
 use facemill::job_file::STOCK_TOLERANCE;
+use facemill::planner::{PlannedSetup, ReadSetup, posture_maps};
 use facemill::report::CertifiedReport;
 use facemill::report_page::animation::animation_glb;
 use facemill::report_page::document::{PageData, PageSource, page_data};
@@ -98,7 +100,10 @@ pub(crate) fn view(arguments: &ViewArguments) -> Result<ExitCode, Failure> {
         result,
         certificates,
         chips: None,
+        postures: None,
         pictures: Vec::new(),
+        read: None,
+        left: verified.left.take(),
     };
     let data = page_data(source)?;
     let mut outputs: Vec<(&Path, Vec<u8>)> = vec![(&out, report_html(&data))];
@@ -131,7 +136,9 @@ pub(crate) fn report(arguments: &ReportArguments) -> Result<ExitCode, Failure> {
             "has several setups: use `facemill view --animation` for the program of one",
         ));
     }
-    let names = reports.iter().flat_map(|(suffix, _)| page_names(suffix)).map(|name| folder.join(name));
+    let names: Vec<String> = reports.iter().flat_map(|(suffix, _)| page_names(suffix)).collect();
+    files::check_pages(folder, &names)?;
+    let names = names.iter().map(|name| folder.join(name));
     let written: Vec<PathBuf> = names.chain(arguments.animation.clone()).collect();
     files::check_outputs(written.iter().map(PathBuf::as_path))?;
     let mut outputs: Vec<(PathBuf, Vec<u8>)> = Vec::new();
@@ -150,9 +157,17 @@ pub(crate) fn report(arguments: &ReportArguments) -> Result<ExitCode, Failure> {
         let certificates = certificates.map(|bytes| serde_json::from_slice(&bytes)).transpose();
         let certificates = certificates.map_err(|e| wrong(format!("its certificates are no JSON: {e}")))?;
         if let Some(certificates) = &certificates {
-            check_certificates(certificates, name, &text).map_err(|e| Failure::input(&folder.join(of_blocks), e))?;
+            check_program_of(certificates, (name, &text), " with --certificates")
+                .map_err(|e| Failure::input(&folder.join(of_blocks), e))?;
         }
         let chips = beside(format!("chips{suffix}.csv")).transpose()?;
+        let maps = format!("postures{suffix}.json");
+        let postures = beside(maps.clone()).transpose()?;
+        let postures = postures.map(|bytes| serde_json::from_slice(&bytes)).transpose();
+        let postures = postures.map_err(|e| wrong(format!("{maps} is no JSON: {e}")))?;
+        if let Some(postures) = &postures {
+            check_program_of(postures, (name, &text), "").map_err(|e| Failure::input(&folder.join(&maps), e))?;
+        }
         let picture = format!("solution-space{suffix}.svg");
         let svg = beside(picture.clone()).transpose()?;
         let setup = result.get("setup").and_then(Value::as_str).unwrap_or_default();
@@ -166,7 +181,10 @@ pub(crate) fn report(arguments: &ReportArguments) -> Result<ExitCode, Failure> {
             result: result.clone(),
             certificates,
             chips: chips.as_deref(),
+            postures,
             pictures: svg.iter().map(|svg| (picture.clone(), svg.as_slice())).collect(),
+            read: None,
+            left: None,
         };
         let data = page_data(source)?;
         outputs.extend(pages(&suffix, &data).map(|(name, bytes)| (folder.join(name), bytes)));
@@ -179,20 +197,56 @@ pub(crate) fn report(arguments: &ReportArguments) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the pages of a planned setup; none, with a note on standard error, if they cannot be
-/// made: a plan is not lost for want of a picture.
-pub(crate) fn pages_of_plan(job: &Job, planned: &Planned) -> Vec<(String, Vec<u8>)> {
-    match data_of_plan(job, planned) {
-        Ok((suffix, data)) => pages(&suffix, &data).into(),
-        Err(why) => {
-            eprintln!("facemill: no report.html for setup \"{}\": {why}", planned.report.setup);
-            Vec::new()
-        }
-    }
+/// Returns the names of the pages of a job's setups.
+pub(crate) fn page_names_of(job: &Job) -> Vec<String> {
+    let setups = &job.file.setups;
+    let suffix = |name: &str| if setups.len() > 1 { format!("-{}", file_stem(name)) } else { String::new() };
+    setups.iter().flat_map(|setup| page_names(&suffix(&setup.name))).collect()
 }
 
-fn data_of_plan(job: &Job, planned: &Planned) -> Result<(String, PageData), Failure> {
+/// Files that are made of a plan for a person.
+#[derive(Default)]
+pub(crate) struct PagesOfPlan {
+    /// Pages, and the maps of postures that they show, by name.
+    pub(crate) files: Vec<(String, Vec<u8>)>,
+    /// Machine, part and tool in motion.
+    pub(crate) animation: Option<Vec<u8>>,
+}
+
+/// Returns the pages of a planned setup and its animation, as far as they are wanted; none, with a
+/// note on standard error, if they cannot be made: a plan is not lost for want of a picture.
+pub(crate) fn pages_of_plan(
+    job: &Job,
+    (planned, read): &mut PlannedSetup<'_>,
+    [wants_pages, wants_animation]: [bool; 2],
+) -> PagesOfPlan {
+    let mut made = PagesOfPlan::default();
+    if !wants_pages && !wants_animation {
+        return made;
+    }
+    match data_of_plan(job, planned, read.as_ref()) {
+        Ok((suffix, maps, data)) => {
+            if wants_pages {
+                made.files.extend(pages(&suffix, &data));
+                made.files.extend(maps.map(|maps| (format!("postures{suffix}.json"), maps)));
+            }
+            made.animation = wants_animation.then(|| animation_glb(&data, &job.machine));
+        }
+        Err(why) => eprintln!("facemill: no pages for setup \"{}\": {why}", planned.report.setup),
+    }
+    made
+}
+
+/// Returns the suffix of a setup's files, the file of its maps of postures, and the data of its
+/// page.
+fn data_of_plan(
+    job: &Job,
+    planned: &mut Planned,
+    read: Option<&ReadSetup<'_>>,
+) -> Result<(String, Option<Vec<u8>>, PageData), Failure> {
     let missing = |what: &str| Failure::Internal(format!("the plan has no {what}"));
+    let maps = read.map(|read| posture_maps(job, read, planned)).transpose()?;
+    let left = planned.left.take();
     let file = |begin: &str, end: &str| planned.files.iter().find(|(n, _)| n.starts_with(begin) && n.ends_with(end));
     let (name, report) = file("report", ".json").ok_or_else(|| missing("report"))?;
     let suffix = name.trim_start_matches("report").trim_end_matches(".json").to_owned();
@@ -211,9 +265,13 @@ fn data_of_plan(job: &Job, planned: &Planned) -> Result<(String, PageData), Fail
         result,
         certificates: certificates.map_err(|e| Failure::Internal(e.to_string()))?,
         chips: Some(&planned.chip_table.1),
+        postures: maps.as_ref().map(value).transpose()?,
         pictures: pictures.into_iter().collect(),
+        read: read.map(|read| &read.setup),
+        left,
     };
-    Ok((suffix, page_data(source)?))
+    let data = page_data(source)?;
+    Ok((suffix, maps.map(|maps| facemill::file_format::to_json(&maps).into_bytes()), data))
 }
 
 fn pages(suffix: &str, data: &PageData) -> [(String, Vec<u8>); 2] {
@@ -319,15 +377,15 @@ fn check_program(result: &Value, name: &str, text: &[u8]) -> Result<(), String> 
     Err(format!("describes another {name} than the one in the folder: the program was changed; use `facemill view`"))
 }
 
-/// Checks that certificates are those of a program: others would prove what it does not do.
-fn check_certificates(certificates: &Value, name: &str, text: &[u8]) -> Result<(), String> {
+/// Checks that a file beside a program is of it: another would say what it does not do.
+fn check_program_of(file: &Value, (name, text): (&str, &[u8]), option: &str) -> Result<(), String> {
     let stamp = ProgramStamp::new(Path::new(name), text);
-    let listed = certificates.get("programs").and_then(Value::as_array).into_iter().flatten();
+    let listed = file.get("programs").and_then(Value::as_array).into_iter().flatten();
     let mut checksums = listed.filter_map(|p| p.get("blake3")?.as_str());
     if checksums.any(|blake3| blake3 == stamp.blake3) {
         return Ok(());
     }
-    Err(format!("describes another program than {name}: plan again with --certificates, or remove this file"))
+    Err(format!("describes another program than {name}: plan again{option}, or remove this file"))
 }
 
 fn value<T: serde::Serialize>(file: &T) -> Result<Value, Failure> {

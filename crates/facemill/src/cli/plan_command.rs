@@ -5,12 +5,13 @@ use std::process::ExitCode;
 
 use clap::Args;
 use facemill::formats::{SUMMARY_FORMAT, SetupSummary, SummaryFile};
+use facemill::planner::{PlannedSetup, plan_job_with_setups};
 use facemill::report::outcome::Outcome;
-use facemill::{Failure, Job, JobSetting, PlanSettings, files, plan_job, summary};
+use facemill::{Failure, Job, JobSetting, PlanSettings, files, summary};
 
 use crate::cli::arguments::option_lengths::above_zero;
 use crate::cli::output::{default_out, say};
-use crate::cli::page_commands::pages_of_plan;
+use crate::cli::page_commands::{PagesOfPlan, page_names_of, pages_of_plan};
 use crate::cli::progress::Progress;
 
 /// Text on exit codes behind the options.
@@ -53,9 +54,12 @@ pub(crate) struct PlanArguments {
     /// Write chips.csv: chip area, tip feed and removal rate at every CC point
     #[arg(long)]
     chips: bool,
-    /// Do not write report.html and setup-sheet.html
+    /// Do not write report.html, setup-sheet.html and postures.json
     #[arg(long)]
     no_html: bool,
+    /// Output file for machine, part and tool in motion, for other viewers; of a job with one setup
+    #[arg(long, value_name = "FILE.glb")]
+    animation: Option<PathBuf>,
     /// Print errors only
     #[arg(short, long)]
     quiet: bool,
@@ -81,6 +85,16 @@ pub(crate) fn run(arguments: &PlanArguments) -> Result<ExitCode, Failure> {
     // A job that cannot be read leaves the folder unchanged.
     let job = Job::read_with(&arguments.job, &arguments.settings)?;
     files::check_folder(&out)?;
+    if !arguments.no_html {
+        files::check_pages(&out, &page_names_of(&job))?;
+    }
+    if let Some(animation) = &arguments.animation {
+        if job.file.setups.len() > 1 {
+            let message = "has several setups: use `facemill view --animation` for the program of one";
+            return Err(Failure::input(&job.path, message));
+        }
+        files::check_outputs([animation.as_path()])?;
+    }
     let earlier = files::set_aside_earlier(&out)?;
     plan(arguments, &job, &out).inspect_err(|_| tell_earlier(&out, &earlier))
 }
@@ -94,7 +108,7 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
     let mut all_planned = Vec::new();
     let mut texts = Vec::new();
     let progress = if arguments.json_progress { Progress::json() } else { Progress::new(arguments.quiet) };
-    for planned in plan_job(job, settings, arguments.stock_cell_mm, &progress)? {
+    for (planned, read) in plan_job_with_setups(job, settings, arguments.stock_cell_mm, &progress)? {
         outcome = outcome.max(planned.outcome());
         texts.push(summary(&planned.report));
         setups.push(SetupSummary::of(&planned.report));
@@ -105,7 +119,7 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
         }));
         all_files.extend(planned.files.iter().cloned());
         all_files.extend(arguments.chips.then(|| planned.chip_table.clone()));
-        all_planned.push(planned);
+        all_planned.push((planned, read));
     }
     let timings = serde_json::json!({ "format": "facemill-timings/1", "setups": timings });
     all_files.push(("timings.json".to_owned(), facemill::file_format::to_json(&timings).into_bytes()));
@@ -114,19 +128,8 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
     }
     files::write_plan(out, &all_files)?;
     // Program and report are safe before pages are made: these can be made again.
-    let planned = all_planned.iter().filter(|_| !arguments.no_html);
-    let pages: Vec<(String, Vec<u8>)> = planned.flat_map(|planned| pages_of_plan(job, planned)).collect();
-    let paths: Vec<PathBuf> = pages.iter().map(|(name, _)| out.join(name)).collect();
-    let placed: Vec<(&Path, Vec<u8>)> =
-        paths.iter().zip(&pages).map(|(path, (_, page))| (path.as_path(), page.clone())).collect();
-    let pages = match files::write_each(&placed) {
-        Ok(()) => pages,
-        Err(why) => {
-            eprintln!("facemill: the plan is written, but not its pages: {why}");
-            Vec::new()
-        }
-    };
-    let names: Vec<String> = all_files.into_iter().chain(pages).map(|(name, _)| name).collect();
+    let names: Vec<String> =
+        all_files.into_iter().map(|(name, _)| name).chain(pages(arguments, job, out, all_planned)).collect();
     let output = match (arguments.json, arguments.quiet) {
         (true, _) => json(outcome, out, names, setups),
         (false, true) => String::new(),
@@ -134,6 +137,30 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
     };
     say(&output)?;
     Ok(ExitCode::from(outcome.exit_code()))
+}
+
+/// Writes the pages and the animation of a plan; returns their names.
+fn pages(arguments: &PlanArguments, job: &Job, out: &Path, mut planned: Vec<PlannedSetup<'_>>) -> Vec<String> {
+    let wanted = [!arguments.no_html, arguments.animation.is_some()];
+    let mut placed: Vec<(String, PathBuf, Vec<u8>)> = Vec::new();
+    for planned in &mut planned {
+        let PagesOfPlan { files, animation } = pages_of_plan(job, planned, wanted);
+        placed.extend(files.into_iter().map(|(name, bytes)| (name.clone(), out.join(name), bytes)));
+        let animation = arguments.animation.as_ref().zip(animation);
+        placed.extend(animation.map(|(file, bytes)| (file.display().to_string(), file.clone(), bytes)));
+    }
+    // Someone may have put a page of another program there meanwhile.
+    let names = if arguments.no_html { Vec::new() } else { page_names_of(job) };
+    let is_free = files::check_pages(out, &names);
+    let files: Vec<(&Path, Vec<u8>)> =
+        placed.iter_mut().map(|(_, path, bytes)| (path.as_path(), std::mem::take(bytes))).collect();
+    match is_free.and_then(|()| files::write_each(&files)) {
+        Ok(()) => placed.into_iter().map(|(name, ..)| name).collect(),
+        Err(why) => {
+            eprintln!("facemill: the plan is written, but not its pages: {why}");
+            Vec::new()
+        }
+    }
 }
 
 /// Returns the summary as JSON.

@@ -103,7 +103,7 @@ impl Kin {
             self.endings.iter().any(|known| known == ending) && self.suffixes.iter().any(of_setup)
         };
         match ending {
-            "json" => is_of("report") || is_of("certificates") || is_passes() || stem == "timings",
+            "json" => is_of("report") || is_of("certificates") || is_of("postures") || is_passes() || stem == "timings",
             "csv" => is_of("chips"),
             "html" => is_of("report") || is_of("setup-sheet"),
             "svg" => is_of("chips") || is_of("solution-space") || is_passes(),
@@ -125,7 +125,7 @@ const LARGEST_REPORT: u64 = 1 << 28;
 const PAGE: &[u8] = b"facemill-page/";
 
 /// Returns whether a file is a page of this program.
-fn is_page(file: &Path) -> bool {
+pub(super) fn is_page(file: &Path) -> bool {
     let bytes = super::input::read_at_most(file, LARGEST_REPORT);
     bytes.is_ok_and(|bytes| bytes.windows(PAGE.len()).any(|part| part == PAGE))
 }

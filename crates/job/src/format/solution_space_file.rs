@@ -1,7 +1,10 @@
-//! Format of the file of a solution space, `"format": "facemill-solution-space/1"`.
+//! Formats of the file of a solution space, `"format": "facemill-solution-space/1"`, and of maps of
+//! feasible postures along a program, `"format": "facemill-postures/1"`.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+
+use crate::format::program_stamp::ProgramStamp;
 
 /// Feasible set over tilt × rotate at one CC point. Angles are those of the paper: rotate is
 /// positive to the left of the feed.
@@ -132,4 +135,53 @@ pub enum ReasonKind {
     AxisLimit,
     /// The tool axis is outside the job's cone.
     Cone,
+}
+
+/// Value of the key `format` of [`PostureMapsFile`].
+pub const POSTURE_MAPS_FORMAT: &str = "facemill-postures/1";
+
+/// Maps of the feasible tilt and rotate where each pass has the narrowest choice.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PostureMapsFile {
+    /// Always `"facemill-postures/1"`.
+    pub format: &'static str,
+    /// The programs that the passes are of.
+    pub programs: Vec<ProgramStamp>,
+    /// Number of pieces of passes; fewer are mapped if there are many.
+    pub n_passes: usize,
+    /// Curves along which postures are sought: points with tilt and rotate.
+    pub curves_deg: Vec<Vec<[f64; 2]>>,
+    /// Maps, in the order of the program.
+    pub maps: Vec<PostureMap>,
+}
+
+/// Map at a CC point.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PostureMap {
+    /// Name of the operation.
+    pub operation: String,
+    /// Pass, from 1 as in the program's comments.
+    pub pass: usize,
+    /// Place of the pattern, from 1.
+    pub place: usize,
+    /// Tip of the tool in the taken posture, workpiece frame.
+    pub tip_mm: [f64; 3],
+    /// Tool axis there.
+    pub axis: [f64; 3],
+    /// Smallest and largest tilt.
+    pub tilt_deg: [f64; 2],
+    /// Smallest and largest rotate.
+    pub rotate_deg: [f64; 2],
+    /// Tilt and rotate that the program has there.
+    pub taken_deg: [f64; 2],
+    /// Curve of the search: its place among `curves_deg`, from 0.
+    pub curve: usize,
+    /// Number of cells along tilt and rotate.
+    pub n_cells: [usize; 2],
+    /// Fractions of the area that are proven feasible and proven blocked.
+    pub proven: [f64; 2],
+    /// A letter for each cell, in rows along tilt: `f` feasible, `g` the cutter gouges, `c` a body
+    /// collides, `l` an axis cannot be there, `a` outside the cone of the tool axis. In upper case
+    /// it is proven for all of the cell, in lower case tested in its middle.
+    pub cells: String,
 }

@@ -1,13 +1,12 @@
 //! Text of a setup with its origin, as the virtual machine runs it once for each head.
 
 use facemill_job::failure::Failure;
-use facemill_job::format::report::remaining::RemainingReport;
 use facemill_job::setup::scene::Scene;
 use facemill_job::stages::{CERTIFY, Stages, VERIFY};
 use facemill_nc_program::ReadProgram;
 use facemill_verification::feeds::RequiredFeeds;
 use facemill_verification::named_results::{name_obstacles, not_verified};
-use facemill_verification::remaining::{LeftPlace, RunningHead, left_places, remaining};
+use facemill_verification::remaining::{LeftPlace, Remaining, RunningHead, left_places, remaining};
 use facemill_virtual_machine::{
     Assumption, Certificates, GougeSection, HeldAsCut, Verification, VerifySettings, VirtualSetup, assumptions,
     certify, verify,
@@ -74,7 +73,7 @@ impl<const N: usize> RunProgram<'_, N> {
     ///
     /// # Errors
     /// As [`remaining`].
-    pub(crate) fn remaining(&self, stages: &dyn Stages) -> Result<Option<RemainingReport>, Failure> {
+    pub(crate) fn remaining(&self, stages: &dyn Stages) -> Result<Option<Remaining>, Failure> {
         let scene = self.first();
         self.with_heads(|heads| remaining(scene.job, scene.setup, &self.read()?, heads, stages))
     }

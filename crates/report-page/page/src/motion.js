@@ -22,23 +22,23 @@ export class Motion {
     m.byLaw = data.by_law;
     m.notFollowed = data.not_followed;
     m.limitNames = data.limit_names;
-    const ends = await Promise.all(data.ends.map((array) => numbers(array)));
-    m.ends = ends.map((values, k) => (machine.axes[k].is_rotary ? values.map((v) => (v * Math.PI) / 180) : values));
-    [m.lines, m.kinds, m.laws, m.rtcp, m.limits] = await Promise.all([
-      numbers(data.lines, Uint32Array), numbers(data.kinds, Uint8Array), numbers(data.laws, Uint8Array),
-      numbers(data.rtcp, Uint8Array), numbers(data.limits, Uint8Array),
+    const unknown = () => new Float32Array(data.n).fill(NaN);
+    let ends, times;
+    [ends, times, m.lines, m.kinds, m.laws, m.rtcp, m.limits, m.untimed, m.uncertified, m.feeds, m.inverseFeeds, m.figures] = await Promise.all([
+      Promise.all(data.ends.map((array) => numbers(array))), numbers(data.times), numbers(data.lines, Uint32Array), numbers(data.kinds, Uint8Array),
+      numbers(data.laws, Uint8Array), numbers(data.rtcp, Uint8Array), numbers(data.limits, Uint8Array), numbers(data.untimed, Uint8Array),
+      numbers(data.uncertified, Uint8Array), numbers(data.feeds, Float32Array), numbers(data.inverse_feeds, Float32Array),
+      Promise.all(data.figures.map(async (f) => ({ ...f, values: await numbers(f.values, Float32Array) }))),
     ]);
-    const times = await numbers(data.times);
+    m.feeds ??= unknown();
+    m.inverseFeeds ??= unknown();
+    m.ends = ends.map((values, k) => (machine.axes[k].is_rotary ? values.map((v) => (v * Math.PI) / 180) : values));
     m.times = times;
     m.endTimes = new Float64Array(data.n);
     let sum = 0;
     for (let k = 0; k < data.n; k++) m.endTimes[k] = sum += times[k];
     m.total = sum;
-    m.feeds = (await numbers(data.feeds, Float32Array)) || new Float32Array(data.n).fill(NaN);
-    m.inverseFeeds = (await numbers(data.inverse_feeds, Float32Array)) || new Float32Array(data.n).fill(NaN);
     m.nUntimed = data.n_untimed;
-    [m.untimed, m.uncertified] = await Promise.all([numbers(data.untimed, Uint8Array), numbers(data.uncertified, Uint8Array)]);
-    m.figures = await Promise.all(data.figures.map(async (f) => ({ ...f, values: await numbers(f.values, Float32Array) })));
     m.isAscending = m.lines.every((line, k) => !k || m.lines[k - 1] <= line);
     return m;
   }

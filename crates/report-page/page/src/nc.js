@@ -22,6 +22,16 @@ export class ProgramList {
     this.space.append(this.rows);
     parent.append(this.space);
     parent.tabIndex = 0;
+    parent.setAttribute('role', 'listbox');
+    parent.addEventListener('keydown', (event) => {
+      if (event.ctrlKey || event.metaKey || event.altKey) return;
+      const page = Math.max(1, Math.floor(parent.clientHeight / ROW) - 2);
+      const steps = { ArrowDown: 1, ArrowUp: -1, PageDown: page, PageUp: -page, Home: -Infinity, End: Infinity };
+      const step = steps[event.key];
+      if (step === undefined) return;
+      event.preventDefault();
+      onpick(Math.min(Math.max(this.line + step, 1), this.n));
+    });
     parent.addEventListener('scroll', () => this.draw());
     new ResizeObserver(() => this.draw()).observe(parent);
     this.rows.addEventListener('click', (event) => {
@@ -58,9 +68,11 @@ export class ProgramList {
     for (let line = first; line <= last; line++) {
       const mark = this.marks.get(line);
       rows.push(h('.nc-row', {
-        'data-line': line, class: `nc-row${line === this.line ? ' now' : ''}${mark ? ` ${mark.kind}` : ''}`, title: mark ? mark.title : null,
+        'data-line': line, id: `nc-line-${line}`, role: 'option', 'aria-selected': line === this.line ? 'true' : 'false', class: `nc-row${line === this.line ? ' now' : ''}${mark ? ` ${mark.kind}` : ''}`, title: mark ? mark.title : null,
       }, h('span.nc-number', line), h('span.nc-text', this.text(line))));
     }
     this.rows.replaceChildren(...rows);
+    if (this.line >= first && this.line <= last) this.parent.setAttribute('aria-activedescendant', `nc-line-${this.line}`);
+    else this.parent.removeAttribute('aria-activedescendant');
   }
 }

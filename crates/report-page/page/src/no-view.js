@@ -35,6 +35,14 @@ export class NoView {
     return -1;
   }
 
+  addStock() {}
+
+  addNarrowPoints() {}
+
+  narrowPointAt() {
+    return -1;
+  }
+
   setPathDone() {}
 
   setSection() {}

@@ -2,6 +2,7 @@
 
 import { bytes } from './data.js';
 import { h, put, svg } from './dom.js';
+import { Postures } from './postures.js';
 import { css, diverging } from './scales.js';
 import { kindText, measureText, untimedText } from './sheet-content.js';
 import { clock, figure, fixed, length } from './units.js';
@@ -20,7 +21,7 @@ export function panels(page) {
   };
   findingsPanel(page, panel('Findings', 'findings', list.length ? { n: list.length, isQuiet: !faults } : null), list);
   if (doc.deviation) surfacePanel(page, panel('Surface', 'surface'));
-  if (doc.pictures.length) posturesPanel(page, panel('Postures', 'postures'));
+  if (doc.pictures.length || doc.postures) posturesPanel(page, panel('Postures', 'postures'));
   factsPanel(page, panel('Facts', 'facts'));
 }
 
@@ -117,7 +118,14 @@ function histogram({ histogram: bins, tolerance }) {
 }
 
 function posturesPanel(page, panel) {
-  panel.append(h('h2', 'Feasible tilt and rotate at the narrowest point'), h('p.muted', 'Green postures are proven feasible, red ones blocked. Click the map to see the pass.'));
+  if (page.doc.postures) {
+    const index = page.postures ? page.postures.index : -1;
+    const maps = h('div');
+    panel.append(maps);
+    page.postures = new Postures(page, maps);
+    if (index >= 0) page.postures.show(index, false);
+  }
+  if (page.doc.pictures.length) panel.append(h('h2', 'The narrowest point of the first operation, as the plan drew it'), h('p.muted', 'Green postures are feasible. Click the map to see the pass.'));
   for (const picture of page.doc.pictures) {
     const image = h('img.picture', { alt: picture.name });
     panel.append(image);

@@ -19,10 +19,14 @@ const app = document.getElementById('app');
 put(app, h('.loading', 'Opening …'));
 
 /** Names of figures where there is little room. */
-const SHORT = { depth: 'gouge depth', tip: 'tip speed', chip: 'chip', removal: 'removal', feed: 'feed F', inverse: 'feed F, G93', load: 'axis load' };
+const SHORT = { clearance: 'clearance', left: 'cusp left', surface_tilt: 'tilt', depth: 'gouge depth', tip: 'tip speed', chip: 'chip', removal: 'removal', feed: 'feed F', inverse: 'feed F, G93', load: 'axis load' };
 /** Names of `uncertified` of a motion. */
 const PROOF = ['certified', 'not certified', 'without a certificate'];
+/** Whether a figure's thousandths count, and its greatest value. */
+const isFine = (f) => f.key === 'depth' || f.key === 'left';
 const shortName = (f) => SHORT[f.key] || f.name;
+
+const nextPicture = () => new Promise((resolve) => requestAnimationFrame(resolve));
 
 /** The page and its state. Tests and scripts reach it as `window.facemill`. */
 class Page {
@@ -39,34 +43,44 @@ class Page {
   async open() {
     const { doc } = this;
     this.machine = new Machine(doc.machine, doc.setup.table_from_work, doc.tools.map((t) => t.gauge_length_mm));
+    this.theme = matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light';
     this.motion = await Motion.read(doc.motion, this.machine);
-    this.text = await bytes(doc.program.text);
-    this.stock = await Stock.read(doc.stock);
     this.figures = this.allFigures();
     this.layout();
     try {
       this.view = new View(doc, this.machine, this.viewElement);
-      this.view.isReady = false;
-      await this.view.build(this.motion, this.stock);
+      this.view.theme = this.theme;
+      await this.view.build(this.motion);
     } catch (error) {
       // Program, findings and sheet need no picture.
       this.view = new NoView(this.viewElement, error);
     }
+    document.documentElement.dataset.theme = this.theme;
+    this.setFigure(this.figureKey);
+    this.view.drawNow();
+    // The picture is on the screen before the rest is read; a page in the background has none.
+    await Promise.race([nextPicture().then(nextPicture), new Promise((resolve) => setTimeout(resolve, 1500))]);
+    this.firstPicture = performance.now();
+    this.view.isHeld = true;
+    const { deviation, postures } = doc;
+    [this.text, this.stock] = await Promise.all([bytes(doc.program.text), Stock.read(doc.stock)]);
+    if (deviation) this.deviation = { values: await numbers(deviation.values, Float32Array), cut: await numbers(deviation.cut, Uint8Array) };
+    if (postures) this.postureCells = await bytes(postures.cells);
+    if (this.stock) this.view.addStock(this.stock);
+    this.view.addNarrowPoints(postures ? postures.maps : []);
     this.view.ondraw = () => this.placeLabels();
-    if (doc.deviation) {
-      this.deviation = { values: await numbers(doc.deviation.values, Float32Array), cut: await numbers(doc.deviation.cut, Uint8Array) };
-    }
     this.groupBox();
     this.timeline = new Timeline(this.timelineElement, this, (time) => this.seek(time));
     this.plots = new Plots(this.plotArea, this.motion, (time) => this.seek(time));
     this.setPlot('position');
     this.program = new ProgramList(this.ncElement, this.text, this.lineMarks(), (line) => this.seekLine(line));
     panels(this);
-    this.setFigure(this.figureKey);
-    this.setTheme(matchMedia('(prefers-color-scheme: dark)').matches ? 'dark' : 'light');
+    this.printed.append(sheet(doc));
+    this.figureSelect.value = this.figureKey;
     this.keys();
     this.pointer();
     this.seek(0);
+    this.view.isHeld = false;
     this.view.drawNow();
     this.isReady = true;
   }
@@ -127,7 +141,7 @@ class Page {
     const tools = h('.tools', h('.set', views.map(([label, name, key]) => button(label, `View: ${label} (${key})`, () => this.view.look(name)))), h('.set', this.frameButton, this.measureButton));
     this.viewElement.append(this.labels, tools, this.groupsElement, this.legend, this.hint);
     this.plotArea = h('.plot-area');
-    this.plotSelect = h('select', { onchange: () => this.setPlot(this.plotSelect.value), 'aria-label': 'Plots' }, [['position', 'Axis positions'], ['speed', 'Axis speeds'], ['acceleration', 'Axis accelerations'], ['figures', 'Clearance, depth, speed']].map(([value, label]) => h('option', { value }, label)));
+    this.plotSelect = h('select', { onchange: () => this.setPlot(this.plotSelect.value), 'aria-label': 'Plots' }, [['position', 'Axis positions'], ['speed', 'Axis speeds'], ['acceleration', 'Axis accelerations'], ['figures', 'Clearance, cusp, tilt, speed']].map(([value, label]) => h('option', { value }, label)));
     this.limitBox = h('input', { type: 'checkbox', onchange: () => this.setPlot(this.plotSelect.value) });
     this.plotsElement = h('section.plots', h('.plot-bar', this.plotSelect, h('label', this.limitBox, ' up to limits'), h('span.grow', { style: { flex: 1 } }), button('−', 'Plot: longer time', () => this.plots.zoom(2)), button('+', 'Plot: shorter time', () => this.plots.zoom(0.5)), button('All', 'Plot: whole program', () => this.plots.zoom(1e9)), button('▾', 'Fold the plots', () => this.plotsElement.classList.toggle('closed'))), this.plotArea);
     const stage = h('.stage', this.viewElement, this.plotsElement);
@@ -145,7 +159,6 @@ class Page {
     this.cover = h('.cover', { onclick: (e) => e.target === this.cover && this.closeCover() });
     this.printed = h('.cover', { id: 'printed' });
     put(app, h('.page', bar, alarm, stage, this.side, player), this.printed, this.cover);
-    this.printed.append(sheet(doc));
     this.select('program');
   }
 
@@ -163,6 +176,7 @@ class Page {
       tab.setAttribute('aria-selected', key === name);
       panel.classList.toggle('open', key === name);
     }
+    if (name === 'postures' && this.postures) this.postures.open();
     if (name === 'surface' && this.surface === 'plain' && this.deviation) this.setSurface('deviation');
     if (this.program) this.program.draw();
   }
@@ -197,7 +211,7 @@ class Page {
     const wanted = (name) => this.figures.find((f) => f.key === name && this.hasValues(f));
     const figureOf = wanted(key) || wanted(this.fallbackKey) || this.figures.find((f) => this.hasValues(f)) || this.figures[0];
     this.figureKey = figureOf.key;
-    this.figureSelect.value = figureOf.key;
+    if (this.figureSelect) this.figureSelect.value = figureOf.key;
     this.range = figureOf.kinds ? null : this.rangeOf(figureOf);
     const missing = this.theme === 'dark' ? [0.42, 0.46, 0.5] : [0.62, 0.66, 0.7];
     const share = (value) => {
@@ -230,7 +244,7 @@ class Page {
     values.sort((a, b) => a - b);
     if (!values.length) return [0, 1];
     const at = (share) => values[Math.min(values.length - 1, Math.round(share * (values.length - 1)))];
-    return f.low_is_critical ? [values[0], at(0.95)] : [at(0.01), f.key === 'depth' ? values.at(-1) : at(0.99)];
+    return f.low_is_critical ? [values[0], at(0.95)] : [at(0.01), isFine(f) ? values.at(-1) : at(0.99)];
   }
 
   setSurface(name) {
@@ -271,7 +285,7 @@ class Page {
     }
     const [low, high] = this.range;
     const scale = f.low_is_critical ? (s) => sequential(1 - s) : sequential;
-    put(this.legend, h('b', `Path: ${f.name}`), h('.scale', { style: { background: gradient(scale, 0, 1) } }), h('.ends', h('span', figure(low, f.unit, f.key === 'depth' ? 4 : 2)), h('span', figure(high, f.unit, f.key === 'depth' ? 4 : 2))), f.note ? h('.muted', f.note) : null);
+    put(this.legend, h('b', `Path: ${f.name}`), h('.scale', { style: { background: gradient(scale, 0, 1) } }), h('.ends', h('span', figure(low, f.unit, isFine(f) ? 4 : 2)), h('span', figure(high, f.unit, isFine(f) ? 4 : 2))), f.note ? h('.muted', f.note) : null);
   }
 
   setTheme(theme) {
@@ -310,7 +324,7 @@ class Page {
       position: () => axes.map(({ axis, i }) => ({ label: axis.letter, unit: unit(axis), atEnds: true, showLimits, limits: axis.limits.map((l) => (l === null ? NaN : l * degrees(axis))), value: (k) => (k < 0 ? motion.start[i] : motion.ends[i][k]) * degrees(axis) })),
       speed: () => axes.map(({ axis, i }) => ({ label: axis.letter, unit: axis.is_rotary ? '°/s' : 'mm/min', showLimits, limits: [-1, 1].map((s) => s * axis.max_velocity * perMinute(axis)), value: (k) => motion.axisSpeed(i, k) * perMinute(axis) })),
       acceleration: () => axes.map(({ axis, i }) => ({ label: axis.letter, unit: `${unit(axis)}/s²`, showLimits, limits: axis.max_acceleration ? [-1, 1].map((s) => s * axis.max_acceleration * degrees(axis)) : [], value: (k) => motion.axisAcceleration(i, k) * degrees(axis) })),
-      figures: () => figures.filter((f) => !f.kinds && ['clearance', 'depth', 'tip', 'feed', 'inverse', 'chip', 'removal', 'load'].includes(f.key) && this.hasValues(f)).map((f) => ({ label: shortName(f), unit: f.unit, limits: [], value: f.value })),
+      figures: () => figures.filter((f) => !f.kinds && ['clearance', 'depth', 'left', 'surface_tilt', 'tip', 'feed', 'inverse', 'chip', 'removal', 'load'].includes(f.key) && this.hasValues(f)).map((f) => ({ label: shortName(f), unit: f.unit, limits: [], value: f.value })),
     }[name]();
     this.plots.setRows(rows);
   }
@@ -469,6 +483,12 @@ class Page {
       const box = canvas.getBoundingClientRect();
       const [x, y] = [e.clientX - box.left, e.clientY - box.top];
       if (this.measuring) return this.measureAt(x, y);
+      const point = this.view.narrowPointAt(x, y);
+      if (point >= 0) {
+        this.play(false);
+        this.select('postures');
+        return this.postures.show(point);
+      }
       const k = this.view.motionAt(x, y);
       if (k >= 0) {
         this.play(false);
@@ -515,8 +535,8 @@ class Page {
   }
 
   openHelp() {
-    const keys = [['space', 'play or pause'], ['← →', 'one block back or on; with shift ten'], ['PgUp PgDn', 'a pass back or on'], ['Home End', 'start, end'], ['1 – 5', 'views'], ['B', 'part or machine bed stands still'], ['D', 'deviation'], ['M', 'measure'], ['S', 'section'], ['T', 'light or dark'], ['U', 'mm or inch'], ['P', 'setup sheet'], ['Esc', 'close']];
-    put(this.cover, h('.help', h('h2', 'Keys'), h('table', keys.map(([key, what]) => h('tr', h('td', h('kbd', key)), h('td', what)))), h('p.muted', 'Drag turns, right drag or two fingers shift, wheel zooms to the pointer. A click on the path leads to its line, a click on a line to its pose.'), h('button', { onclick: () => this.closeCover() }, 'Close')));
+    const keys = [['space', 'play or pause'], ['← →', 'one block back or on; with shift ten'], ['PgUp PgDn', 'a pass back or on'], ['↑ ↓', 'in the program: a line back or on, PgUp PgDn a page'], ['Home End', 'start, end'], ['1 – 5', 'views'], ['B', 'part or machine bed stands still'], ['D', 'deviation'], ['M', 'measure'], ['S', 'section'], ['T', 'light or dark'], ['U', 'mm or inch'], ['P', 'setup sheet'], ['Esc', 'close']];
+    put(this.cover, h('.help', h('h2', 'Keys'), h('table', keys.map(([key, what]) => h('tr', h('td', h('kbd', key)), h('td', what)))), h('p.muted', 'Drag turns, right drag or two fingers shift, wheel zooms to the pointer. A click on the path leads to its line, a click on a line to its pose, a click on a point of a narrow choice to its map.'), h('button', { onclick: () => this.closeCover() }, 'Close')));
     this.cover.classList.add('open');
   }
 
@@ -543,7 +563,7 @@ class Page {
       Escape: () => this.closeCover(), '?': () => this.openHelp(),
     };
     document.addEventListener('keydown', (event) => {
-      if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest('input, select, textarea')) return;
+      if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey || event.target.closest('input, select, textarea')) return;
       if (/^[1-5]$/.test(event.key)) return this.view.look(views[Number(event.key) - 1]);
       const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
       if (!action || (event.key === ' ' && event.target.closest('button'))) return;

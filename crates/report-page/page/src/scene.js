@@ -25,38 +25,48 @@ function place(object, m) {
 
 /** Splits vertices where a face is turned from the mean of its neighbours: edges stay sharp. */
 function creased(positions, normals, triangles) {
-  const vertices = [];
-  const out = [];
-  const origin = [];
-  const known = new Map();
-  const n = new Vector3();
-  const [a, b, c] = [new Vector3(), new Vector3(), new Vector3()];
+  const n = positions.length / 3;
+  const corners = new Uint32Array(triangles.length);
+  const origin = new Uint32Array(n + triangles.length);
+  const out = new Float32Array(3 * (n + triangles.length));
+  // Vertices with a smooth face keep their place; those with sharp ones are added.
+  for (let v = 0; v < n; v++) origin[v] = v;
+  out.set(normals.subarray(0, 3 * n));
+  let used = n;
+  const sharp = new Map();
   for (let t = 0; t < triangles.length; t += 3) {
-    a.fromArray(positions, 3 * triangles[t]);
-    b.fromArray(positions, 3 * triangles[t + 1]);
-    c.fromArray(positions, 3 * triangles[t + 2]);
-    n.copy(b).sub(a).cross(c.sub(a)).normalize();
+    const [a, b, c] = [3 * triangles[t], 3 * triangles[t + 1], 3 * triangles[t + 2]];
+    const [ux, uy, uz] = [positions[b] - positions[a], positions[b + 1] - positions[a + 1], positions[b + 2] - positions[a + 2]];
+    const [vx, vy, vz] = [positions[c] - positions[a], positions[c + 1] - positions[a + 1], positions[c + 2] - positions[a + 2]];
+    let [x, y, z] = [uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx];
+    const size = Math.hypot(x, y, z) || 1;
+    [x, y, z] = [x / size, y / size, z / size];
     for (let k = 0; k < 3; k++) {
       const v = triangles[t + k];
-      const smooth = n.x * normals[3 * v] + n.y * normals[3 * v + 1] + n.z * normals[3 * v + 2] > 0.8;
-      const key = smooth ? v : v + positions.length * (1 + Math.round(4 * (n.x + 1)) + 9 * Math.round(4 * (n.y + 1)) + 81 * Math.round(4 * (n.z + 1)));
-      let at = known.get(key);
-      if (at === undefined) {
-        at = origin.length;
-        known.set(key, at);
-        origin.push(v);
-        out.push(...(smooth ? [normals[3 * v], normals[3 * v + 1], normals[3 * v + 2]] : [n.x, n.y, n.z]));
+      if (x * normals[3 * v] + y * normals[3 * v + 1] + z * normals[3 * v + 2] > 0.8) {
+        corners[t + k] = v;
+        continue;
       }
-      vertices.push(at);
+      const key = v + n * (Math.round(4 * (x + 1)) + 9 * Math.round(4 * (y + 1)) + 81 * Math.round(4 * (z + 1)));
+      let at = sharp.get(key);
+      if (at === undefined) {
+        at = used++;
+        sharp.set(key, at);
+        origin[at] = v;
+        out[3 * at] = x;
+        out[3 * at + 1] = y;
+        out[3 * at + 2] = z;
+      }
+      corners[t + k] = at;
     }
   }
-  const split = new Float32Array(3 * origin.length);
-  origin.forEach((v, k) => split.set(positions.subarray(3 * v, 3 * v + 3), 3 * k));
+  const split = new Float32Array(3 * used);
+  for (let at = 0; at < used; at++) for (let c = 0; c < 3; c++) split[3 * at + c] = positions[3 * origin[at] + c];
   const geometry = new BufferGeometry();
   geometry.setAttribute('position', new BufferAttribute(split, 3));
-  geometry.setAttribute('normal', new BufferAttribute(new Float32Array(out), 3));
-  geometry.setIndex(new BufferAttribute(new Uint32Array(vertices), 1));
-  return { geometry, origin: new Uint32Array(origin) };
+  geometry.setAttribute('normal', new BufferAttribute(out.slice(0, 3 * used), 3));
+  geometry.setIndex(new BufferAttribute(corners, 1));
+  return { geometry, origin: origin.slice(0, used) };
 }
 
 function bodyGeometry(shape) {
@@ -139,6 +149,8 @@ export class View {
     this.renderer = new WebGLRenderer({ antialias: !this.isSoftware, preserveDrawingBuffer: true, powerPreference: 'high-performance' });
     this.renderer.setPixelRatio(this.isSoftware ? 1 : Math.min(window.devicePixelRatio, 2));
     this.renderer.localClippingEnabled = true;
+    // Asking for errors waits until a shader is compiled.
+    this.renderer.debug.checkShaderErrors = false;
     canvasParent.append(this.renderer.domElement);
     this.scene = new Scene();
     this.root = new Group();
@@ -200,26 +212,56 @@ export class View {
     this.named.get(name).push(mesh);
   }
 
-  async build(motion, stock) {
+  async build(motion) {
     this.motion = motion;
-    this.stock = stock;
+    // What decodes and what prepares meshes go on side by side.
+    const paths = this.readPaths();
     await this.buildMeshes();
     this.buildMachine();
     this.buildTools();
-    if (stock) {
-      const group = this.group('stockNow', 'stock now', this.work, !this.doc.meshes.length || stockIsSolid(this.doc));
-      const mesh = new Mesh(stock.geometry, this.material('stockNow', { vertexColors: true, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
-      mesh.frustumCulled = false;
-      group.add(mesh);
-      this.stockMesh = mesh;
-    }
-    await this.buildPaths();
+    this.buildPaths(await paths);
     this.buildFrames();
     this.marks = this.group('marks', 'marks', this.work);
     this.setTheme(this.theme);
     this.setPosition(motion.end(-1), -1);
     this.resize();
     this.look('iso');
+  }
+
+  /** Adds the stock as it is at any moment. */
+  addStock(stock) {
+    this.stock = stock;
+    const group = this.group('stockNow', 'stock now', this.work, !this.doc.meshes.length || stockIsSolid(this.doc));
+    const mesh = new Mesh(stock.geometry, this.material('stockNow', { vertexColors: true, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 }));
+    mesh.frustumCulled = false;
+    group.add(mesh);
+    this.colourStock();
+  }
+
+  /** Adds marks where maps of feasible postures are. */
+  addNarrowPoints(maps) {
+    this.narrowPoints = maps.map((map) => map.tip);
+    if (!maps.length) return;
+    const group = this.group('narrow', 'narrowest points', this.work, false);
+    const material = new MeshLambertMaterial({ color: 0xcc79a7, emissive: 0xcc79a7, emissiveIntensity: 0.35, clippingPlanes: this.clipping });
+    const ball = new SphereGeometry(this.size() * 0.004, 12, 8);
+    for (const tip of this.narrowPoints) {
+      const mesh = new Mesh(ball, material);
+      mesh.position.set(...tip);
+      group.add(mesh);
+    }
+  }
+
+  /** Mark of a narrow point at a place of the canvas; −1: none, or they are hidden. */
+  narrowPointAt(x, y, within = 9) {
+    if (!this.groups.narrow || !this.groups.narrow.isShown) return -1;
+    let best = { distance: within, depth: Infinity, index: -1 };
+    this.narrowPoints.forEach((tip, index) => {
+      const at = this.onScreen(tip);
+      const distance = Math.hypot(at.x - x, at.y - y);
+      if (at.isVisible && distance < within && (distance < best.distance - 2 || at.depth < best.depth)) best = { distance, depth: at.depth, index };
+    });
+    return best.index;
   }
 
   async buildMeshes() {
@@ -275,10 +317,13 @@ export class View {
     });
   }
 
-  async buildPaths() {
+  readPaths() {
+    return Promise.all(this.doc.motion.paths.map((data) => Promise.all([triples(data.points), numbers(data.motions, Uint32Array)])));
+  }
+
+  buildPaths(read) {
     this.paths = [];
-    for (const data of this.doc.motion.paths) {
-      const [points, motions] = await Promise.all([triples(data.points), numbers(data.motions, Uint32Array)]);
+    for (const [points, motions] of read) {
       const split = { cut: [], rapid: [] };
       for (let k = 1; k < motions.length; k++) {
         split[this.motion.kinds[motions[k]] === 0 ? 'rapid' : 'cut'].push(k);
@@ -381,11 +426,11 @@ export class View {
     for (const { lines } of this.paths) {
       const { object, motions } = lines.cut;
       const colours = object.geometry.attributes.color;
-      motions.forEach((k, at) => {
-        const rgb = colour(k);
-        colours.array.set(rgb, 6 * at);
-        colours.array.set(rgb, 6 * at + 3);
-      });
+      let [last, rgb] = [-1, null];
+      for (let at = 0; at < motions.length; at++) {
+        if (motions[at] !== last) rgb = colour((last = motions[at]));
+        for (let c = 0; c < 3; c++) colours.array[6 * at + c] = colours.array[6 * at + 3 + c] = rgb[c];
+      }
       colours.needsUpdate = true;
     }
     this.draw();
@@ -416,8 +461,13 @@ export class View {
     set('stockBefore', colours.stock);
     set('stockNow', 0xffffff);
     for (const { lines } of this.paths || []) lines.rapid.object.material.color.set(colours.rapid);
-    if (this.stock) this.stock.setColours(new Color(colours.stock).toArray(), new Color(colours.cutStock).toArray());
+    this.colourStock();
     this.draw();
+  }
+
+  colourStock() {
+    const colours = THEMES[this.theme];
+    if (this.stock) this.stock.setColours(new Color(colours.stock).toArray(), new Color(colours.cutStock).toArray());
   }
 
   /** Section along x, y or z of the workpiece (−1: none) at a share of the part's box. */
@@ -490,7 +540,7 @@ export class View {
 
   /** Draws before the next picture of the screen. */
   draw() {
-    if (this.isWaiting) return;
+    if (this.isWaiting || this.isHeld) return;
     this.isWaiting = true;
     requestAnimationFrame(() => {
       this.isWaiting = false;
@@ -511,7 +561,7 @@ export class View {
     this.work.localToWorld(p);
     p.project(this.camera);
     const { clientWidth: width, clientHeight: height } = this.parent;
-    return { x: (0.5 + 0.5 * p.x) * width, y: (0.5 - 0.5 * p.y) * height, isVisible: p.z > -1 && p.z < 1 };
+    return { x: (0.5 + 0.5 * p.x) * width, y: (0.5 - 0.5 * p.y) * height, depth: p.z, isVisible: p.z > -1 && p.z < 1 };
   }
 
   /** Motion whose path is nearest to a place of the canvas within `within` px; −1: none. */

@@ -37,14 +37,17 @@ export function sheet(doc) {
   const { setup, machine, tools, program, result, verdict } = doc;
   const [text, kind] = verdictText(verdict);
   const [number, of] = setup.number;
-  return h('article.sheet',
+  // The head of a table is on every page that it is printed on.
+  return h('article.sheet', h('table.paged', h('thead', h('tr', h('td', h(`div.running.${kind}`, h('b', text), ` · ${doc.job} · ${setup.file.name} · ${program.file}`)))), h('tbody', h('tr', h('td.paper',
     h('header',
       h('div', h('h1', 'Setup sheet'), h('p.sheet-job', doc.job), h('p', `Setup ${number} of ${of}: ${setup.file.name}`)),
       h(`div.stamp.${kind}`, text, verdict.because.map((why) => h('small', why)))),
     section('Program', programs(doc)),
     section('Control and machine', control(doc)),
     section('Work offset', offset(doc)),
-    section('How the part stands', h('div.drawings', drawing(doc, 'top'), drawing(doc, 'front')), standing(doc)),
+    section('What the control must be set to', controlSettings(doc)),
+    section('How the part lies on the table', h('div.drawings', drawing(doc, 'top'), drawing(doc, 'front')), standing(doc)),
+    section('Distances to measure', distances(doc)),
     section('Tools', tools.map((tool, k) => toolBlock(tool, k, tools.length, doc))),
     section('Axis travel', travel(machine)),
     section('Times', times(doc)),
@@ -52,7 +55,66 @@ export function sheet(doc) {
     section('First motion', firstMotion(doc)),
     section('Findings', findings(result)),
     section('Assumptions to check at the control', assumptions(doc)),
-    h('footer', h('p', `Checksum of ${program.file}: ${program.blake3}`), h('table.signatures', h('tbody', h('tr', ['Set up by', 'Checked by', 'Date'].map((who) => h('td', who)))))));
+    h('footer', h('p', `Checksum of ${program.file}: ${program.blake3}`), h('table.signatures', h('tbody', h('tr', ['Set up by', 'Checked by', 'Date'].map((who) => h('td', who)))))))))));
+}
+
+/** Numbers in texts are mm and degrees, whatever the unit of the sheet. */
+function controlSettings(doc) {
+  return [table(null, doc.control_settings.map(({ name, value }) => row(name, value)), 'table.pairs'), isForeign(doc) ? h('p.note', 'From the text of the program, the machine file and the tool of the job.') : null];
+}
+
+/** Distances between the part and what can be touched on the table. */
+function distances(doc) {
+  const { setup, machine } = doc;
+  const part = boxOf(setup.outlines, ['part']);
+  if (!part) return h('p', 'The job has no part.');
+  const rows = [];
+  const add = (from, name, ...values) => rows.push(h('tr', h('td', from), h('td', name), values.map((value) => h('td.number', value))));
+  const sides = [0, 1, 2].map((k) => part[k]);
+  const origin = [3, 7, 11].map((k) => setup.table_from_work[k]);
+  add('origin of the table', 'low side of the part', ...sides.map(([low]) => length(low, 2)));
+  add('origin of the table', 'high side of the part', ...sides.map(([, high]) => length(high, 2)));
+  add('origin of the workpiece frame', 'low side of the part', ...sides.map(([low], k) => length(low - origin[k], 2)));
+  add('origin of the workpiece frame', 'high side of the part', ...sides.map(([, high], k) => length(high - origin[k], 2)));
+  for (const body of setup.outlines.filter((o) => o.role === 'table')) {
+    const box = boxOf([body], ['table']);
+    add(`low side of ${body.name}`, 'low side of the part', ...sides.map(([low], k) => length(low - box[k][0], 2)));
+    add('high side of the part', `high side of ${body.name}`, ...sides.map(([, high], k) => length(box[k][1] - high, 2)));
+  }
+  const others = setup.outlines.filter((o) => o.role === 'fixture' || o.role === 'check');
+  const outline = setup.outlines.find((o) => o.role === 'part');
+  const held = others.map((o) => {
+    const box = boxOf([o], [o.role]);
+    const gap = gapOf(outline.top, o.top);
+    const span = ([low, high]) => `${length(low, 1, true)} to ${length(high, 1, true)}`;
+    return h('tr', h('td', o.name), box.map((range) => h('td.number', span(range))), h('td.number', gap > 0 ? length(gap, 1) : 'over or under it'));
+  });
+  return [
+    table(['From', 'To', 'X', 'Y', 'Z'], rows),
+    others.length ? table([`Clamp or check surface (${lengthUnit()}, from the origin of the table)`, 'X', 'Y', 'Z', 'Gap to the part'], held) : h('p', 'The job names no clamps: nothing has been tested against any. Add them to the job before clamping where tool or head pass.'),
+    h('p.note', `Along the axes of the table, with ${machine.axes.filter((a) => a.is_rotary).map((a) => a.letter).join(' and ')} at home. Low and high sides are the extremes along each axis, of the part those of its mesh; a gap is seen from above, between hulls.`),
+  ];
+}
+
+/** Distance of two convex outlines; 0 if they overlap. */
+function gapOf(a, b) {
+  if (!a.length || !b.length) return NaN;
+  const isInside = (p, hull) => hull.length > 2 && hull.every((q, k) => {
+    const r = hull[(k + 1) % hull.length];
+    return (r[0] - q[0]) * (p[1] - q[1]) - (r[1] - q[1]) * (p[0] - q[0]) >= 0;
+  });
+  if (a.some((p) => isInside(p, b)) || b.some((p) => isInside(p, a))) return 0;
+  const edges = (hull) => hull.map((p, k) => [p, hull[(k + 1) % hull.length]]);
+  const side = (p, [q, r]) => (r[0] - q[0]) * (p[1] - q[1]) - (r[1] - q[1]) * (p[0] - q[0]);
+  const crosses = (e, f) => side(e[0], f) * side(e[1], f) < 0 && side(f[0], e) * side(f[1], e) < 0;
+  if (edges(a).some((e) => edges(b).some((f) => crosses(e, f)))) return 0;
+  const toEdge = (p, [q, r]) => {
+    const [dx, dy] = [r[0] - q[0], r[1] - q[1]];
+    const share = Math.min(Math.max(((p[0] - q[0]) * dx + (p[1] - q[1]) * dy) / (dx * dx + dy * dy || 1), 0), 1);
+    return Math.hypot(q[0] + share * dx - p[0], q[1] + share * dy - p[1]);
+  };
+  const least = (points, hull) => Math.min(...points.map((p) => Math.min(...edges(hull).map((e) => toEdge(p, e)))));
+  return Math.min(least(a, b), least(b, a));
 }
 
 function programs(doc) {
@@ -135,7 +197,7 @@ function drawing(doc, side) {
   const high = [0, 1].map((k) => Math.max(...points.map((p) => p[k])));
   const span = Math.max(high[0] - low[0], high[1] - low[1], 1);
   const [W, H] = [330, side === 'top' ? 300 : 300];
-  const scale = 210 / span;
+  const scale = 196 / span;
   const middle = [0, 1].map((k) => (low[k] + high[k]) / 2);
   const x = (value) => W / 2 + (value - middle[0]) * scale;
   const y = (value) => H / 2 - (value - middle[1]) * scale - 6;
@@ -163,6 +225,8 @@ function drawing(doc, side) {
       svg('text', { transform: `translate(${at - 5} ${(y1 + y2) / 2}) rotate(-90)`, class: 'value', 'text-anchor': 'middle' }, name),
     ];
   };
+  // Lowest face above the origin or highest below it, or the lowest where the origin is between.
+  const fromOrigin = ([a, b]) => (a > 0 || (a < 0 && b > 0) ? a : b);
   const clip = `clip-${side}`;
   const isSame = Math.hypot(m[3], side === 'top' ? m[7] : m[11]) * scale < 3;
   return h('figure',
@@ -170,6 +234,8 @@ function drawing(doc, side) {
       svg('defs', svg('clipPath', { id: clip }, svg('rect', { x: 0, y: 0, width: W, height: H - 14 }))),
       svg('g', { 'clip-path': `url(#${clip})` }, ordered.map(path)),
       across(h0[0], h0[1], H - 22, length(h0[1] - h0[0], 1)), up(v0[0], v0[1], 22, length(v0[1] - v0[0], 1)),
+      // From the origin of the table to the nearer faces of the part.
+      fromOrigin(h0) && across(0, fromOrigin(h0), H - 42, length(Math.abs(fromOrigin(h0)), 1)), fromOrigin(v0) && up(0, fromOrigin(v0), 44, length(Math.abs(fromOrigin(v0)), 1)),
       origin(0, 0, isSame ? 'table = workpiece' : 'table', 'of-table'), isSame ? [] : origin(m[3], side === 'top' ? m[7] : m[11], 'workpiece', 'of-work'),
       svg('text', { x: W - 6, y: 14, class: 'label', 'text-anchor': 'end' }, side === 'top' ? 'from above: X right, Y up' : `from the front: X right, ${axis2} up`)),
     h('figcaption', `Hulls of what stands on the table, ${side === 'top' ? 'from above' : 'from the front'}; ${lengthUnit()}.`));

@@ -13,6 +13,7 @@ try {
   const measured = { ready_ms: Date.now() - began };
   const isReport = await page.run('Boolean(window.facemill)');
   if (isReport) {
+    measured.first_picture_ms = await page.run('facemill.firstPicture');
     measured.motions = await page.run('facemill.motion.n');
     measured.poses = await page.run(`[${lines}].map((line) => facemill.poseOfLine(line).tip)`);
     measured.axes = await page.run(`[${lines}].map((line) => facemill.poseOfLine(line).axis)`);
@@ -55,7 +56,18 @@ try {
       facemill.toggleGroup('stockNow', true);
       const keyAt = (k) => (facemill.seekMotion(k), stock.shownKey);
       const first = stock.keys[0];
-      return { keys: stock.keys.length, start: keyAt(-1), before_first: keyAt(first - 2), first: keyAt(first - 1), end: keyAt(facemill.motion.n - 1) };
+      // Heights of its surface before the program, and the highest triangle: none may bridge a gap.
+      keyAt(-1);
+      const z = (corner) => stock.positions[3 * stock.indices[corner] + 2];
+      const levels = new Set();
+      let highest = 0;
+      for (let t = 0; t < stock.used; t += 3) {
+        const all = [z(t), z(t + 1), z(t + 2)];
+        for (const height of all) if (levels.size < 20) levels.add(Math.round(100 * height) / 100);
+        highest = Math.max(highest, Math.max(...all) - Math.min(...all));
+      }
+      const pieces = Math.max(...stock.counts);
+      return { levels: [...levels].sort((a, b) => a - b), highest, pieces, keys: stock.keys.length, start: keyAt(-1), before_first: keyAt(first - 2), first: keyAt(first - 1), end: keyAt(facemill.motion.n - 1) };
     })()`);
     // A click on the first finding, and on the path where the tool is.
     measured.finding = await page.run(`(() => {
@@ -66,6 +78,9 @@ try {
       return { worst: finding.worst_line, line: facemill.line, shown: document.querySelector('.readout .block').textContent, marked: document.querySelector('.nc-row.now')?.dataset.line };
     })()`);
     measured.clicked = await clickOnPath(page);
+    measured.keyboard = await keyboard(page);
+    measured.postures = await clickOnNarrowPoint(page);
+    measured.tablet = await tablet(page);
     measured.banner = await page.run('document.querySelector(".alarm").textContent');
     measured.labels = await page.run('document.querySelector(".bar h1").textContent + " | " + document.querySelector(".bar .where").textContent');
   }
@@ -77,6 +92,8 @@ try {
       headings: [...sheet.querySelectorAll('h2')].filter(isShown).map((e) => e.textContent),
       rows: [...sheet.querySelectorAll('tr')].filter(isShown).length,
       all_rows: sheet.querySelectorAll('tr').length,
+      running: sheet.querySelector('.running').textContent,
+      repeats: getComputedStyle(sheet.querySelector('.paged > thead')).display === 'table-header-group' && isShown(sheet.querySelector('.running')),
       stamp: sheet.querySelector('.stamp').firstChild.textContent,
       app_hidden: !document.querySelector('.page') || !isShown(document.querySelector('.page')),
       text: sheet.textContent,
@@ -93,6 +110,89 @@ try {
   process.stdout.write(`${JSON.stringify(measured)}\n`);
 } finally {
   await browser.close();
+}
+
+/** Presses a key where the focus is. */
+async function press(page, key) {
+  for (const type of ['keyDown', 'keyUp']) await page.send('Input.dispatchKeyEvent', { type, key, code: key });
+}
+
+/** Lines to which keys in the program's text lead. */
+async function keyboard(page) {
+  const line = () => page.run('facemill.line');
+  await page.run("facemill.select('program'); facemill.seekLine(1); document.querySelector('.nc').focus()");
+  const lines = [];
+  for (const key of ['ArrowDown', 'ArrowDown', 'ArrowUp', 'End', 'Home']) {
+    await press(page, key);
+    lines.push(await line());
+  }
+  await press(page, 'ArrowDown');
+  const now = await page.run("document.getElementById(document.querySelector('.nc').getAttribute('aria-activedescendant'))?.dataset.line");
+  return { lines, n: await page.run('facemill.program.n'), now };
+}
+
+/** Clicks on a mark of a narrow point; returns what is shown then. */
+async function clickOnNarrowPoint(page) {
+  const place = await page.run(`(() => {
+    const { doc, view } = facemill;
+    if (!doc.postures || !doc.postures.maps.length) return null;
+    facemill.select('postures');
+    view.look('top');
+    view.drawNow();
+    const box = view.renderer.domElement.getBoundingClientRect();
+    const all = doc.postures.maps.map((map, k) => ({ k, at: view.onScreen(map.tip), tip: map.tip }));
+    const free = all.filter(({ k, at }) => view.narrowPointAt(at.x, at.y) === k && document.elementFromPoint(at.x + box.left, at.y + box.top) === view.renderer.domElement);
+    facemill.select('program');
+    return free.length ? { k: free.at(-1).k, x: free.at(-1).at.x + box.left, y: free.at(-1).at.y + box.top } : null;
+  })()`);
+  if (!place) return null;
+  await page.click(place.x, place.y);
+  return page.run(`(() => {
+    const map = facemill.doc.postures.maps[${place.k}];
+    const { tip } = facemill.machine.pose(facemill.q);
+    const canvas = document.querySelector('.posture-map');
+    const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+    const colours = new Set();
+    for (let k = 0; k < data.length; k += 4) colours.add(data[k] * 65536 + data[k + 1] * 256 + data[k + 2]);
+    return {
+      wanted: ${place.k}, shown: facemill.postures.index, is_open: document.querySelector('.panel.postures').classList.contains('open'),
+      off_mm: Math.hypot(...tip.map((x, c) => x - map.tip[c])), colours: colours.size, maps: facemill.doc.postures.maps.length,
+    };
+  })()`);
+}
+
+/** Controls that are outside of a narrow window, or under something else. */
+async function tablet(page) {
+  const found = {};
+  for (const [width, height] of [[820, 1180], [1180, 820]]) {
+    await page.send('Emulation.setDeviceMetricsOverride', { width, height, deviceScaleFactor: 1, mobile: false });
+    await new Promise((resolve) => setTimeout(resolve, 150));
+    found[width] = await page.run(`(() => {
+      const root = document.documentElement;
+      const wrong = [];
+      for (const panel of Object.keys(facemill.panels)) {
+        facemill.select(panel);
+        for (const element of document.querySelectorAll('.page button, .page select, .page input, .page canvas')) {
+          if (!element.getClientRects().length) continue;
+          element.scrollIntoView({ block: 'nearest', inline: 'nearest' });
+          const box = element.getBoundingClientRect();
+          const name = panel + ': ' + (element.getAttribute('aria-label') || element.textContent || element.tagName);
+          // A map may be higher than its panel, which scrolls.
+          const isHigh = element.tagName !== 'CANVAS' && (box.top < -0.5 || box.bottom > ${height} + 0.5);
+          if (box.left < -0.5 || box.right > ${width} + 0.5 || isHigh) wrong.push(name + ' is outside');
+          else if (element.tagName !== 'CANVAS') {
+            const top = document.elementFromPoint(box.left + box.width / 2, box.top + box.height / 2);
+            if (!top || !(element.contains(top) || top.contains(element))) wrong.push(name + ' is under ' + (top && top.className));
+          }
+        }
+      }
+      facemill.select('program');
+      const view = document.querySelector('.view').getBoundingClientRect();
+      return { overflow: Math.max(0, root.scrollWidth - ${width}, document.body.scrollWidth - ${width}), wrong: [...new Set(wrong)], view: [view.width, view.height] };
+    })()`);
+  }
+  await page.send('Emulation.setDeviceMetricsOverride', { width: 1440, height: 900, deviceScaleFactor: 1, mobile: false });
+  return found;
 }
 
 /** Clicks where the tip is in the middle of the program; returns its line and the line shown then. */

@@ -10,6 +10,7 @@ const steps = [
   ['page-scene', 'facemill.seek(facemill.motion.total * 0.3)'],
   ['page-machine', `facemill.setFrameMode('machine'); facemill.seekLine(facemill.doc.result.worst?.clearance_line ?? 1); facemill.setFigure('clearance'); facemill.setPlot('figures'); facemill.plotSelect.value = 'figures'; facemill.view.look('tool')`],
   ['page-deviation', `facemill.setFrameMode('part'); facemill.select('surface'); facemill.setSurface('deviation'); facemill.toggleGroup('head', false); facemill.toggleGroup('tool', false); facemill.view.look('iso')`],
+  ['page-postures', `facemill.setSurface('plain'); facemill.setFigure('surface_tilt'); facemill.toggleGroup('tool', true); facemill.toggleGroup('head', true); facemill.select('postures'); facemill.postures.show(facemill.doc.postures.maps.reduce((best, map, k, all) => (map.proven[0] < all[best].proven[0] ? k : best), 0)); facemill.view.look('tool')`],
   ['page-sheet', `facemill.openSheet()`],
 ];
 try {

@@ -51,3 +51,12 @@ fn the_largest_chip_of_a_line_counts_whatever_the_name_of_the_operation() {
     assert_eq!(chips.len(), 1);
     assert_eq!(chips[&30], LineChip { area: Some(1.5), removal_rate: Some(3.5) });
 }
+
+#[test]
+fn a_block_shows_the_highest_place_of_the_cuts_within_the_distance_and_not_beyond_a_rapid() {
+    let left = LeftByLine { spacing_mm: 5.0, heights_mm: [(10, 0.02), (12, 0.08), (14, 0.5)].into() };
+    // Lines 10 to 13 cut 3 mm each, 14 is a rapid with a place of another pass, 15 cuts again.
+    let ways = [Some(3.0), Some(3.0), Some(3.0), Some(3.0), None, Some(3.0)];
+    let found = left_along(&ways, &[10, 11, 12, 13, 14, 15], &left);
+    assert_eq!(found, [Some(0.02), Some(0.08), Some(0.08), Some(0.08), None, None]);
+}

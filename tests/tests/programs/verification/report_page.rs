@@ -6,11 +6,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use facemill_test_kit::Random;
+use facemill_tests::golden::two_heads;
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::oracles::interpreter;
 use facemill_tests::oracles::read_back::ReadBack;
 use facemill_tests::program::{code_and_errors, run};
-use facemill_tests::variants::{blink_patch, tiny_patch};
+use facemill_tests::variants::{blink_patch, box_obj, tiny_patch};
 use flate2::read::GzDecoder;
 use serde_json::{Value, json};
 
@@ -80,7 +81,7 @@ fn a_page_holds_the_report_and_the_program_as_their_files_say_and_report_writes_
     assert_eq!(held["motion"]["n"], job.json("out/report.json")["totals"]["blocks"]);
     let keys: Vec<&str> =
         held["motion"]["figures"].as_array().expect("figures").iter().filter_map(|f| f["key"].as_str()).collect();
-    assert_eq!(keys, ["depth", "clearance", "tip", "chip", "removal"]);
+    assert_eq!(keys, ["depth", "clearance", "tip", "left", "surface_tilt", "chip", "removal"]);
 
     let sheet = text(&job, "out/setup-sheet.html");
     for name in ["report.html", "setup-sheet.html"] {
@@ -89,6 +90,84 @@ fn a_page_holds_the_report_and_the_program_as_their_files_say_and_report_writes_
     assert_eq!(facemill(&job, "report ./out --job job.json"), 0);
     assert!(text(&job, "out/report.html") == page, "report.html of `report` is not that of `plan`");
     assert!(text(&job, "out/setup-sheet.html") == sheet, "setup-sheet.html of `report` is not that of `plan`");
+}
+
+#[test]
+fn cusps_and_tilts_along_passes_are_those_of_report_and_job_and_each_pass_has_its_map() {
+    let job = planned();
+    let page = text(&job, "out/report.html");
+    let held = document(&page);
+    let figure = |key: &str| {
+        let figures = held["motion"]["figures"].as_array().expect("figures");
+        numbers(&page, &figures.iter().find(|f| f["key"] == key).expect("the figure")["values"])
+    };
+    let left: Vec<f64> = figure("left").into_iter().filter(|h| !h.is_nan()).collect();
+    let largest = held["result"]["remaining"]["operations"][0]["largest"]["height_mm"].as_f64().expect("a height");
+    let most = left.iter().copied().fold(0.0, f64::max);
+    assert!((most - largest).abs() <= 1e-4, "{most} along passes, {largest} in the report");
+    let kinds = numbers(&page, &held["motion"]["kinds"]);
+    assert!(left.len() > kinds.iter().filter(|k| **k == 1.0).count() / 2, "{} of {}", left.len(), kinds.len());
+    // The search of this job is from 14 to 20 deg.
+    let tilts: Vec<f64> = figure("surface_tilt").into_iter().filter(|t| !t.is_nan()).collect();
+    assert!(tilts.len() > kinds.len() / 3, "{} of {}", tilts.len(), kinds.len());
+    let [low, high] = tilts.iter().fold([f64::INFINITY, 0.0_f64], |[a, b], t| [a.min(*t), b.max(*t)]);
+    assert!(low > 13.5 && high < 20.5, "{low} to {high}");
+
+    let file = job.json("out/postures.json");
+    let (maps, shown) = (file["maps"].as_array().expect("maps"), &held["postures"]);
+    assert_eq!(Some(maps.len()), held["result"]["passes"].as_array().map(Vec::len));
+    assert_eq!(shown["maps"].as_array().map(Vec::len), Some(maps.len()));
+    let cells = array(&page, &shown["cells"]["array"]);
+    let listed: String = maps.iter().map(|m| m["cells"].as_str().expect("cells")).collect();
+    assert_eq!(cells, listed.into_bytes());
+    for (map, shown) in maps.iter().zip(shown["maps"].as_array().expect("maps")) {
+        let number = |key: &str, k: usize| map[key][k].as_f64().expect("a number");
+        let n = map["n_cells"].as_array().expect("numbers").iter().map(|n| n.as_u64().expect("n") as usize);
+        let n: Vec<usize> = n.collect();
+        let place = |range: &str, value: f64, n: usize| {
+            let share = (value - number(range, 0)) / (number(range, 1) - number(range, 0));
+            ((share * n as f64) as usize).min(n - 1)
+        };
+        let at =
+            place("rotate_deg", number("taken_deg", 1), n[1]) * n[0] + place("tilt_deg", number("taken_deg", 0), n[0]);
+        let letter = map["cells"].as_str().expect("cells").as_bytes()[at];
+        // A cell at the border of the feasible ones is blocked in its middle, but not proven.
+        assert!(letter != b'G' && letter != b'C' && letter != b'L' && letter != b'A', "{}", char::from(letter));
+        let motion = shown["motion"].as_u64().expect("a motion at the point");
+        assert_eq!(kinds[motion as usize], 1.0);
+    }
+}
+
+#[test]
+fn a_page_of_another_program_is_kept_and_plan_writes_an_animation() {
+    let job = blink_patch();
+    std::fs::create_dir(job.path("out")).expect("a folder");
+    let foreign = b"<html>a report of another program</html>";
+    for name in ["out/report.html", "out/setup-sheet.html"] {
+        job.write(name, foreign);
+        let (out, file) = (job.path("out"), job.job());
+        let arguments = ["plan".as_ref(), file.as_os_str(), "--no-verify".as_ref(), "--out".as_ref(), out.as_os_str()];
+        let (code, errors) = code_and_errors(&run(&arguments));
+        assert!(code == 2 && errors.contains("was not written by facemill"), "{code}: {errors}");
+        assert!(!job.path("out/program.nc").exists());
+        assert_eq!(text(&job, name).as_bytes(), foreign);
+        std::fs::remove_file(job.path(name)).expect("it is there");
+    }
+    job.write("out/report.html", foreign);
+    facemill(&job, "plan job.json --out ./out --no-verify --no-html --animation ./planned.glb");
+    assert_eq!(text(&job, "out/report.html").as_bytes(), foreign);
+    assert!(!job.path("out/postures.json").exists());
+    let (out, file) = (job.path("out"), job.job());
+    let (code, errors) =
+        code_and_errors(&run(&["report".as_ref(), out.as_os_str(), "--job".as_ref(), file.as_os_str()]));
+    assert!(code == 2 && errors.contains("was not written by facemill"), "{code}: {errors}");
+    std::fs::remove_file(job.path("out/report.html")).expect("it is there");
+    facemill(&job, "report ./out --job job.json --animation ./again.glb");
+    let glb = |name: &str| std::fs::read(job.path(name)).expect("an animation");
+    assert!(glb("planned.glb") == glb("again.glb"), "the animation of `plan` is not that of `report`");
+    // Its own pages are replaced.
+    facemill(&job, "plan job.json --out ./out --no-verify");
+    assert!(document(&text(&job, "out/report.html"))["postures"].is_object());
 }
 
 #[test]
@@ -182,6 +261,19 @@ fn assert_shown(measured: &Value) {
     assert_ne!(a["sum"], b["sum"], "the same picture at two times");
 }
 
+/// Checks that keys lead through the program's lines, and that all controls are reachable on a
+/// tablet.
+fn assert_usable_by_keyboard_and_tablet(measured: &Value) {
+    let keys = &measured["keyboard"];
+    assert_eq!(keys["lines"], json!([2, 3, 2, keys["n"], 1]));
+    assert_eq!(keys["now"], "2");
+    for width in ["820", "1180"] {
+        let on = &measured["tablet"][width];
+        assert_eq!((&on["overflow"], &on["wrong"]), (&json!(0), &json!([])), "{width} px");
+        assert!(on["view"][0].as_f64() > Some(400.0) && on["view"][1].as_f64() > Some(200.0), "{on}");
+    }
+}
+
 #[test]
 fn a_browser_shows_the_pose_of_every_line_and_a_click_leads_to_it() {
     let job = planned();
@@ -220,6 +312,14 @@ fn a_browser_shows_the_pose_of_every_line_and_a_click_leads_to_it() {
     let sheet = &measured["sheet"];
     assert_eq!(sheet["rows"], sheet["all_rows"], "rows are missing in print");
     assert!(sheet["rows"].as_u64() > Some(40) && sheet["app_hidden"] == true, "{sheet}");
+    assert!(sheet["repeats"] == true && sheet["running"].as_str().expect("text").contains("VERIFIED"), "{sheet}");
+    for heading in ["What the control must be set to", "Distances to measure"] {
+        assert!(sheet["headings"].to_string().contains(heading), "{}", sheet["headings"]);
+    }
+    assert_usable_by_keyboard_and_tablet(&measured);
+    let map = &measured["postures"];
+    assert!(map["is_open"] == true && map["wanted"] == map["shown"] && map["colours"].as_u64() > Some(3), "{map}");
+    assert!(map["off_mm"].as_f64() < Some(0.02), "{map}");
     assert!(measured["pdf_pages"].as_u64() <= Some(5), "{}", measured["pdf_pages"]);
     let stamp = job.json("out/report.json")["programs"][0]["blake3"].clone();
     assert!(sheet["text"].as_str().expect("text").contains(stamp.as_str().expect("a checksum")));
@@ -243,12 +343,38 @@ fn a_browser_shows_a_rejected_program_in_red_and_leads_from_a_finding_to_its_blo
     let banner = measured["banner"].as_str().expect("text");
     assert!(banner.starts_with("REJECTED: this program has faults and must not be run."), "{banner}");
     assert_eq!(measured["sheet"]["stamp"], "REJECTED: DO NOT RUN");
+    assert!(measured["sheet"]["running"].as_str().expect("text").starts_with("REJECTED: DO NOT RUN"));
+    assert_usable_by_keyboard_and_tablet(&measured);
     let finding = &measured["finding"];
     assert_eq!(finding["line"], finding["worst"]);
     assert_eq!(finding["marked"], finding["worst"].to_string());
     let line = finding["worst"].as_u64().expect("a line") as usize;
     let block = text(&job, "out/program.rejected.nc").lines().nth(line - 1).expect("it").to_owned();
     assert!(finding["shown"].as_str().expect("text").contains(&block), "{finding} for {block}");
+}
+
+/// Gives all bodies of a machine file a name that begins so; returns how many there are.
+fn rename_bodies(value: &mut Value, name: &str) -> usize {
+    let mut n = 0;
+    match value {
+        Value::Array(list) => list.iter_mut().for_each(|v| n += rename_bodies(v, name)),
+        Value::Object(map) => {
+            for (key, value) in map.iter_mut() {
+                let bodies = value.as_array_mut().filter(|_| key.ends_with("bodies"));
+                match bodies {
+                    Some(bodies) => {
+                        for body in bodies {
+                            body["name"] = json!(format!("{name} {}", body["name"]));
+                            n += 1;
+                        }
+                    }
+                    None => n += rename_bodies(value, name),
+                }
+            }
+        }
+        _ => {}
+    }
+    n
 }
 
 #[test]
@@ -263,7 +389,28 @@ fn hostile_names_are_shown_and_not_run() {
     if setup.is_some_and(|s| s.is_string()) {
         job.set("job.json", &[("/operations/0/setup", json!(script))]);
     }
+    // Of a group of the mesh, of a clamp's file and of bodies of the machine, too.
+    let group = "</script><script>hostile=3</script>";
+    let obj = text(&job, "patch.obj");
+    assert!(obj.contains("patch"), "the group is called otherwise");
+    let renamed = |line: &str| {
+        if line.starts_with("g ") || line.starts_with("o ") {
+            format!("{}{group}", &line[..2])
+        } else {
+            line.to_owned()
+        }
+    };
+    job.write("patch.obj", obj.lines().map(renamed).collect::<Vec<_>>().join("\n").as_bytes());
+    let body = "<img src=x onerror=hostile=4>";
+    let mut machine = job.json("machine.json");
+    let n_bodies = rename_bodies(&mut machine, body);
+    assert!(n_bodies > 0, "the machine has no bodies: this tests nothing");
+    job.write("machine.json", machine.to_string().as_bytes());
     assert_eq!(facemill(&job, "plan job.json --out ./out --no-verify"), 0);
+    let held = document(&text(&job, "out/report.html"));
+    assert!(
+        held["machine"]["bodies"].to_string().contains(body) && held["setup"]["outlines"].to_string().contains("img")
+    );
     let nc = text(&job, "out/program.nc");
     job.write("foreign.nc", nc.replacen("N1 ", &format!("({script})\n(]]>-->{script})\nN1 "), 1).as_bytes());
     facemill(&job, "view ./foreign.nc --job job.json");
@@ -300,6 +447,80 @@ fn foreign_and_empty_programs_have_pages() {
     assert_eq!(foreign["finding"]["line"], foreign["finding"]["worst"]);
     let empty = measured(&job.path("empty.html"), &[]).expect("as before");
     assert_eq!(empty["motions"], 0);
+}
+
+#[test]
+fn motions_without_a_time_are_counted_and_not_timed() {
+    let job = blink_patch();
+    // An arc, and a cut before any F.
+    let program = "G21 G17 G90 G94 G54\nT1 M6\nG0 G43 Z300. H1\nS1000 M3\nG0 X-30. Y0. B0. C0.\nG1 Z100. F500.\nX30.\nG2 X40. Y10. I0. J10.\nG1 X0.\nG0 Z300.\nM30\n";
+    job.write("untimed.nc", program.as_bytes());
+    facemill(&job, "view ./untimed.nc --job job.json -o ./untimed.html");
+    let page = text(&job, "untimed.html");
+    let held = document(&page);
+    let untimed = numbers(&page, &held["motion"]["untimed"]);
+    let n = untimed.iter().filter(|u| **u == 1.0).count();
+    assert!(n > 0 && held["motion"]["n_untimed"] == json!(n), "{n}: {}", held["motion"]["n_untimed"]);
+    let times = numbers(&page, &held["motion"]["times"]);
+    assert!(untimed.iter().zip(&times).all(|(u, t)| *u == 0.0 || (*t - 0.1).abs() < 1e-9));
+    // They are in no sum.
+    let of_parts = held["operation_times"].as_array().expect("parts").iter();
+    let sum: f64 = of_parts.map(|t| t["cut"].as_f64().expect("s") + t["rapid"].as_f64().expect("s")).sum();
+    let timed: f64 = untimed.iter().zip(&times).filter(|(u, _)| **u == 0.0).map(|(_, t)| t).sum();
+    assert!((sum - timed).abs() < 1e-4 * times.len() as f64, "{sum} for {timed}");
+    let Some(measured) = measured(&job.path("untimed.html"), &[]) else { return };
+    assert_shown(&measured);
+    let told = if n == 1 { "1 motion is not timed".to_owned() } else { format!("{n} motions are not timed") };
+    assert!(measured["sheet"]["text"].as_str().expect("text").contains(&told), "{told}");
+}
+
+#[test]
+fn both_tools_of_a_machine_with_two_heads_are_on_its_page() {
+    let job = two_heads();
+    facemill(&job, "plan job.json --out ./out");
+    let page = text(&job, "out/report.html");
+    let held = document(&page);
+    assert_eq!(held["result"], job.json("out/report.json"));
+    assert_eq!(
+        (held["tools"].as_array().map(Vec::len), held["motion"]["paths"].as_array().map(Vec::len)),
+        (Some(2), Some(2))
+    );
+    assert!(held["motion"]["n"].as_u64() > Some(20) && held["stock"].is_object(), "{}", held["not_shown"]);
+    assert!(held["not_shown"].to_string().contains("postures.json"), "{}", held["not_shown"]);
+    let sheet_rows = held["control_settings"].as_array().expect("settings").iter();
+    assert_eq!(sheet_rows.filter(|s| s["name"] == "Tool length").count(), 2);
+    std::fs::remove_file(job.path("out/report.html")).expect("it was there");
+    facemill(&job, "report ./out --job job.json");
+    let again = document(&text(&job, "out/report.html"));
+    assert_eq!((&again["motion"]["n"], &again["result"]), (&held["motion"]["n"], &held["result"]));
+    let Some(measured) = measured(&job.path("out/report.html"), &[]) else { return };
+    assert_shown(&measured);
+    assert_usable_by_keyboard_and_tablet(&measured);
+}
+
+#[test]
+fn all_pieces_of_the_stock_are_drawn_and_the_gap_between_them() {
+    let job = blink_patch();
+    // A plate over another, 4 mm apart.
+    let [lower, upper] =
+        [[-12.0, -8.0], [-4.0, 3.0]].map(|[low, high]| box_obj([-45.0, -45.0, low], [45.0, 45.0, high]));
+    let corner = |word: &str| word.parse::<u32>().map_or(word.to_owned(), |v| (v + 8).to_string());
+    let moved = |line: &str| {
+        let words = line.split(' ').map(|word| if line.starts_with('f') { corner(word) } else { word.to_owned() });
+        words.collect::<Vec<_>>().join(" ")
+    };
+    let upper: Vec<String> = upper.lines().map(moved).collect();
+    job.write("stock.obj", (lower + &upper.join("\n") + "\n").as_bytes());
+    let stock = json!({ "mesh": { "file": "stock.obj", "unit": "millimetre", "up_axis": "z" } });
+    job.set("job.json", &[("/setups/0/stock", stock)]);
+    job.write("still.nc", b"G21 G17 G90 G94 G54\nT1 M6\nG0 G43 Z300. H1\nX20. Y10. B0. C0.\nM30\n");
+    facemill(&job, "view ./still.nc --job job.json -o ./still.html");
+    let page = text(&job, "still.html");
+    assert!(numbers(&page, &document(&page)["stock"]["first_counts"]).contains(&2.0));
+    let Some(measured) = measured(&job.path("still.html"), &[]) else { return };
+    let stock = &measured["stock"];
+    assert_eq!((&stock["pieces"], &stock["levels"]), (&json!(2), &json!([-12, -8, -4, 3])), "{stock}");
+    assert_eq!(stock["highest"].as_f64().map(f64::round), Some(7.0), "{stock}");
 }
 
 /// Numbers of an array of a page; NaN where they are not known.
