@@ -37,11 +37,15 @@ pub fn parts() -> Vec<PartOfTable> {
     parts
 }
 
+/// Rounds of widths of each plan: passes go where the first text leaves more than the cusp.
+const ROUNDS: u32 = 2;
+
 /// A part with its strategies in one order, planned without a run; each row as it is there.
 ///
 /// # Panics
 /// When its job cannot be read, or lays no passes.
 pub fn compare(job: &JobFolder, row: impl Fn(&ComparedStrategy)) {
+    job.set("job.json", &[("/operations/0/path/strategy/width_rounds", json!(ROUNDS))]);
     let job = Job::read(&job.job()).expect("a job");
     let strategies = default_strategies(&job).expect("passes");
     // The order of levels and one-way or zigzag change times, and hardly passes.
