@@ -2,7 +2,6 @@
 
 pub(crate) mod chip_files;
 pub(crate) mod chip_points;
-pub(crate) mod chips_svg;
 pub(crate) mod cusps_kept;
 pub(crate) mod efficiencies;
 pub(crate) mod left_above;

@@ -82,7 +82,8 @@ impl Interposer<'_, '_> {
         Ok(kept)
     }
 
-    /// Returns the passes over an island, of all directions those with the fewest infeasible points.
+    /// Returns the passes over an island, of all directions those with the fewest infeasible
+    /// points.
     fn over(
         &self,
         path: &PlannedPath,
@@ -165,7 +166,8 @@ impl Interposer<'_, '_> {
         island.iter().all(|place| is_near(place, put_in, SERVED) || is_near(place, cuts, SERVED_BEFORE))
     }
 
-    /// Returns the width of the strip that a posture cuts down to the permitted cusp on a plane, mm.
+    /// Returns the width of the strip that a posture cuts down to the permitted cusp on a plane,
+    /// mm.
     fn strip_of(&self, posture: Posture, settings: &IslandSettings<'_>) -> f64 {
         strip_width(self.tests.plain.cell.tool.cutter(), posture, 0.0, self.cusp, settings.most_step_over)
     }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use facemill_drawing::chips_svg::{ChartPoint, Row, chips_svg};
 use facemill_job::format::program_stamp::{ProgramStamp, stamped_svg};
 use facemill_job::load::job::Job;
 use facemill_job::validate::tip_feed::teeth_per_minute;
@@ -9,7 +10,6 @@ use facemill_job::validate::tip_feed::teeth_per_minute;
 use crate::passes::operation::PlannedOperation;
 use crate::program::timed::Timed;
 use crate::report::chip_points::{ChipPoint, chip_points};
-use crate::report::chips_svg::{Row, chips_svg};
 
 /// Files of the chips of a setup.
 pub(crate) struct ChipFiles {
@@ -29,9 +29,11 @@ impl ChipFiles {
         (timed, lines): (&Timed, &[u32]),
     ) -> Self {
         let points = chip_points(operations, timed, lines);
+        let charts: Vec<Vec<ChartPoint>> =
+            points.iter().map(|points| points.iter().map(ChipPoint::charted).collect()).collect();
         let rows: Vec<Row<'_>> = operations
             .iter()
-            .zip(&points)
+            .zip(&charts)
             .map(|(o, points)| Row {
                 name: &o.operation.name,
                 points,

@@ -1,5 +1,6 @@
 //! Chip and feed at every CC point of a written program.
 
+use facemill_drawing::chips_svg::ChartPoint;
 use facemill_job::format::job_file::OperationFile;
 use facemill_job::format::report::chips::{ChipsReport, FeedsSetByReport, SpreadReport};
 use facemill_job::validate::tip_feed::{CM3, CutFeed, FeedLaw, depends_on_chips, teeth_per_minute};
@@ -82,6 +83,12 @@ impl Arrival {
 const SAME_FEED: f64 = 1e-6;
 
 impl ChipPoint {
+    /// Returns the point of a chart.
+    pub(crate) fn charted(&self) -> ChartPoint {
+        let Self { way, area, is_known, .. } = *self;
+        ChartPoint { way, area, is_known, removal_rates: self.removal_rates() }
+    }
+
     /// Returns the removal rates at the job's cutting feed and as written, cm³/min.
     pub(crate) fn removal_rates(&self) -> Option<[f64; 2]> {
         self.arrival.map(|a| [a.before, a.after].map(|feed| self.area * feed / CM3))

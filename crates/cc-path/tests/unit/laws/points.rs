@@ -68,7 +68,8 @@ fn chords_keep_to_the_tolerance_on_a_sphere_whose_facets_are_far_coarser() {
         assert!(largest <= 1.12 * tolerance, "{largest} of {tolerance}");
         assert!(largest >= 0.8 * tolerance, "points are too dense: {largest} of {tolerance}");
         // Normals on the border are those of its facets, so over half a facet they do not turn:
-        // the path is up to 2.55 times the tolerance off where its first level is half a step inside.
+        // the path is up to 2.55 times the tolerance off where its first level is half a step
+        // inside.
         assert!(at_border <= 2.6 * tolerance, "{at_border} of {tolerance}");
     }
 }

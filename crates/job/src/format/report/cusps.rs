@@ -11,9 +11,9 @@ pub struct CuspsKeptReport {
     /// Passes moved beside trimmed ones (docs/method.md#added-passes), as near to them as postures
     /// permit, in one place of the pattern; of pairs in the place with most.
     pub moved_passes: usize,
-    /// Passes inserted between others (docs/method.md#added-passes), or over high places beside them
-    /// (docs/method.md#rounds-of-widths), where the chosen postures leave more than `cusp_mm`, in one
-    /// place of the pattern; of pairs in the place with most.
+    /// Passes inserted between others (docs/method.md#added-passes), or over high places beside
+    /// them (docs/method.md#rounds-of-widths), where the chosen postures leave more than `cusp_mm`,
+    /// in one place of the pattern; of pairs in the place with most.
     pub passes_between: usize,
     /// Points with a higher ridge than permitted toward a pass cut before, or with a strip that
     /// stays uncut; with any the exit code is 1.

@@ -2,13 +2,28 @@
 
 use std::fmt::Write;
 
-use crate::report::chip_points::ChipPoint;
-use facemill_drawing::svg_text::{LEADING, draw_lines, flow, lines, more_lines, text_width};
+use crate::svg_text::{LEADING, draw_lines, flow, lines, more_lines, text_width};
+
+/// Chip at a point of an operation's passes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChartPoint {
+    /// Length of the path along the passes up to here, mm.
+    pub way: f64,
+    /// Section of the chip, mm².
+    pub area: f64,
+    /// Whether the material left by the pass before is known.
+    pub is_known: bool,
+    /// Removal rates before feeds are set and as written, cm³/min; `None` where no block arrives.
+    pub removal_rates: Option<[f64; 2]>,
+}
 
 /// Panels of an operation.
-pub(crate) struct Row<'r> {
+#[derive(Clone, Copy, Debug)]
+pub struct Row<'r> {
+    /// Name of the operation.
     pub name: &'r str,
-    pub points: &'r [ChipPoint],
+    /// Points in cutting order.
+    pub points: &'r [ChartPoint],
     /// Target of the removal rate, cm³/min.
     pub target: Option<f64>,
 }
@@ -49,7 +64,7 @@ const INK: &str = "#22282d";
 /// Returns the picture: for each operation the chip area over the cutting length, and below it the
 /// removal rate at the job's cutting feed and as written. Draws smallest and largest of the points
 /// in one column, so that no extreme is lost.
-pub(crate) fn chips_svg(title: &str, rows: &[Row<'_>]) -> String {
+pub fn chips_svg(title: &str, rows: &[Row<'_>]) -> String {
     let title = lines(title, SIZE, false, WIDTH + RIGHT - 10.0);
     let mut top = TOP + more_lines(&title, SIZE);
     let rows: Vec<Placed<'_>> = rows.iter().map(|row| Placed::new(row, &mut top)).collect();
@@ -105,7 +120,7 @@ impl<'r> Placed<'r> {
         area.frame(svg, "chip area, mm²", None);
         area.unknown(svg, row);
         area.envelope(svg, 0, AREA);
-        let rate = Panel::new(row, top + AREA_HEIGHT + GAP, RATE_HEIGHT, length, ChipPoint::removal_rates);
+        let rate = Panel::new(row, top + AREA_HEIGHT + GAP, RATE_HEIGHT, length, |p| p.removal_rates);
         rate.frame(svg, "removal rate, cm³/min", Some("cutting length, m"));
         rate.envelope(svg, 0, BEFORE);
         rate.envelope(svg, 1, AFTER);
@@ -137,7 +152,13 @@ struct Panel {
 }
 
 impl Panel {
-    fn new(row: &Row<'_>, top: f64, height: f64, length: f64, values: impl Fn(&ChipPoint) -> Option<[f64; 2]>) -> Self {
+    fn new(
+        row: &Row<'_>,
+        top: f64,
+        height: f64,
+        length: f64,
+        values: impl Fn(&ChartPoint) -> Option<[f64; 2]>,
+    ) -> Self {
         let mut columns = vec![None; COLUMNS];
         let mut most = 0.0;
         for p in row.points {
@@ -250,7 +271,7 @@ impl Panel {
     }
 }
 
-fn column_of(p: &ChipPoint, length: f64) -> usize {
+fn column_of(p: &ChartPoint, length: f64) -> usize {
     ((p.way / length * COLUMNS as f64) as usize).min(COLUMNS - 1)
 }
 
@@ -288,5 +309,5 @@ fn decimals(step: f64) -> usize {
 }
 
 #[cfg(test)]
-#[path = "../../tests/unit/report/chips_svg.rs"]
+#[path = "../tests/unit/chips_svg.rs"]
 mod tests;

@@ -1,4 +1,4 @@
-use crate::report::chips_svg::*;
+use crate::chips_svg::*;
 use facemill_test_kit::texts_outside;
 
 #[test]
@@ -9,17 +9,12 @@ fn steps_are_round_and_not_below() {
     assert_eq!([decimals(0.05), decimals(0.5), decimals(1.0), decimals(20.0)], [2, 1, 0, 0]);
 }
 
-fn point(k: usize) -> ChipPoint {
-    ChipPoint {
-        copy: 0,
-        pass: 0,
-        point: k,
+fn point(k: usize) -> ChartPoint {
+    ChartPoint {
         way: k as f64,
         area: if k == 31_007 { 40.0 } else { 10.0 },
-        thickness: 0.0,
         is_known: !k.is_multiple_of(1000),
-        line: None,
-        arrival: None,
+        removal_rates: None,
     }
 }
 
@@ -27,8 +22,8 @@ fn point(k: usize) -> ChipPoint {
 fn every_text_is_in_the_picture_in_a_wide_font() {
     let long = "a shop's very long name of an operation <and> more ".repeat(9);
     for scale in [0.0, 1e-7, 1.0, 1e5, 1e9] {
-        let points: Vec<ChipPoint> =
-            (0..3000).map(point).map(|p| ChipPoint { area: scale * p.area, way: 1e-3 * scale * p.way, ..p }).collect();
+        let points: Vec<ChartPoint> =
+            (0..3000).map(point).map(|p| ChartPoint { area: scale * p.area, way: 1e-3 * scale * p.way, ..p }).collect();
         let of = |name, target| Row { name, points: &points, target };
         let svg = chips_svg(&long, &[of("a < b", None), of(&long, Some(3.0)), of(&long.replace(' ', "-"), Some(1.0))]);
         assert_eq!(texts_outside(&svg), Vec::<String>::new(), "{scale}");
@@ -38,7 +33,7 @@ fn every_text_is_in_the_picture_in_a_wide_font() {
 
 #[test]
 fn extremes_stay_visible_among_many_points() {
-    let points: Vec<ChipPoint> = (0..100_000).map(point).collect();
+    let points: Vec<ChartPoint> = (0..100_000).map(point).collect();
     let row = Row { name: "a < b", points: &points, target: None };
     let panel = Panel::new(&row, 0.0, 100.0, 99_999.0, |p| Some([p.area; 2]));
     assert_eq!(panel.most, 40.0);
