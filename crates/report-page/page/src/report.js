@@ -134,7 +134,7 @@ class Page {
     const button = (label, title, onclick, more = {}) => h('button', { title, onclick, 'aria-label': title, ...more }, label);
     this.themeButton = button('◐', 'Light or dark (T)', () => this.setTheme(this.theme === 'dark' ? 'light' : 'dark'));
     this.unitButton = button('mm', 'Millimetre or inch (U)', () => this.setUnits(!isInch()));
-    const bar = h('header.bar', h('h1', doc.job), h('span.where', `${doc.setup.file.name} · ${doc.program.file} · ${doc.machine.name}`), h('span.grow'), h(`span.chip.${state}`, text), this.unitButton, this.themeButton, button('Setup sheet', 'Setup sheet, for print (P)', () => this.openSheet()), button('?', 'Keys', () => this.openHelp()));
+    const bar = h('header.bar', h('h1', doc.job), h('span.where', `${doc.setup.file.name} · ${doc.program.file} · ${doc.machine.name}`), h('span.grow'), h(`span.chip.${state}`, { title: doc.verdict.notes.join('; ') }, text), this.unitButton, this.themeButton, button('Setup sheet', 'Setup sheet, for print (P)', () => this.openSheet()), button('?', 'Keys', () => this.openHelp()));
     const alarm = h('.alarm', { role: 'alert', class: `alarm ${state}` });
     if (state === 'bad') put(alarm, 'REJECTED: this program has faults and must not be run.', h('small', doc.verdict.because.join('; ')));
     else if (state === 'warn') put(alarm, { not_verified: 'Not verified: faults of this program are not known.', partly_tested: 'No fault was found, but not all is tested.', incomplete: 'No fault, but the job is not met.' }[doc.verdict.state], h('small', doc.verdict.because.join('; ')));

@@ -149,7 +149,7 @@ function offset(doc) {
     h('p', 'Register ', h('b', at.register), '. Positions of the scales at which the words of the program are 0, without the length of a tool:'),
     table(head.filter(Boolean), rows),
     zero && h('p', 'Program zero on the table: ', h('b', placeText(zero)), at.is_same_frame ? ', the datum of the workpiece frame.' : '. It is not the datum of the workpiece frame: a probe at the datum reads the third column, not the register.'),
-    zero ? h('p.note', `Positions count from the gauge line of the spindle: the length of the probe is to be taken off.${at.is_same_frame ? '' : ' If a reading differs, the part lies elsewhere: put it right, or plan again with the place measured. The register keeps its values.'}`)
+    zero ? h('p.note', `Probe with all rotary axes at their offsets. Positions count from the gauge line of the spindle: take the length of the probe off.${at.is_same_frame ? '' : ' If a reading differs, the part lies elsewhere: put it right, or plan again with the place measured. The register keeps its values.'}`)
       : h('p.note', 'The words of this machine have no frame on its table: the values are those of axes, and no probe at the part reads them.'),
   ];
 }
@@ -161,8 +161,7 @@ function how(axis, at, { probe_lengths: share }) {
   if (!at.program_zero) return 'Axis value; do not probe.';
   if (!/^[XYZ]$/.test(axis.letter)) return 'Keep the axis at the value while the others are probed.';
   const off = Math.abs(share) < 1e-6 ? '' : `, less ${Math.abs(share - 1) < 1e-6 ? '' : `${fixed(share, 4)} times `}the length of the probe,`;
-  const probe = `Probe the datum of the workpiece frame along ${axis.letter} with all rotary axes at their offsets`;
-  return at.is_same_frame ? `${probe}; compare the reading${off} with the value.` : `${probe}; compare the reading${off} with the third column, not with the register.`;
+  return `Probe the datum of the workpiece frame along ${axis.letter}; compare the reading${off} with the ${at.is_same_frame ? 'value' : 'third column'}.`;
 }
 
 /** Box around points of the outlines of a role, table frame. */

@@ -742,6 +742,9 @@ fn every_control_has_a_page_that_follows_its_program() {
         ("linuxcnc", "g93", "ngc"),
         ("siemens_840d", "rtcp", "mpf"),
         ("heidenhain", "rtcp", "h"),
+        ("fanuc", "rtcp", "nc"),
+        ("haas", "rtcp", "nc"),
+        ("linuxcnc", "rtcp", "ngc"),
     ];
     for (control, mode, ending) in controls {
         let job = blink_patch();
