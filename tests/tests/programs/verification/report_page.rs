@@ -449,7 +449,8 @@ fn foreign_and_empty_programs_have_pages() {
     facemill(&job, "view ./empty.nc --job job.json");
     let empty = document(&text(&job, "empty.html"));
     assert_eq!(empty["motion"]["n"], 0);
-    assert_eq!(empty["verdict"]["state"], "not_verified");
+    // What is wrong besides, such as material left, may reject it.
+    assert!(["not_verified", "faulty"].iter().any(|state| empty["verdict"]["state"] == *state), "{}", empty["verdict"]);
     assert!(empty["verdict"]["because"].to_string().contains("moves no axis"), "{}", empty["verdict"]);
     assert!(text(&job, "foreign.html").contains("<title>REJECTED - "));
     let Some(foreign) = measured(&job.path("foreign.html"), &[]) else { return };
