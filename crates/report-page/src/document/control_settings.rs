@@ -17,6 +17,9 @@ use crate::motion::ProgramMotion;
 /// Difference of lengths that a program's check lets pass, mm: `LE 0.01`.
 const SAME_LENGTH: f64 = 0.01;
 
+/// Words of tip control of all controls.
+const TIP_CONTROL: [&str; 7] = ["G43.4", "G43.5", "G234", "M128", "M428", "TRAORI", "FUNCTION TCPM"];
+
 /// A program with what its text is read for.
 pub(super) struct ReadText<'a> {
     pub(super) program: &'a ReadProgram,
@@ -55,6 +58,12 @@ impl PageScene<'_> {
     fn tip_control(&self, read: &ReadText<'_>) -> String {
         let is_on = |b: &&ReadBlock| matches!(b.compensation, Compensation::Rtcp(_));
         let Some(on) = read.program.blocks.iter().find(is_on) else {
+            if let Some(line) = read.lines.first_with(&TIP_CONTROL) {
+                return format!(
+                    "a word of tip control is not followed here ({}): check what it does",
+                    read.lines.quoted(line)
+                );
+            }
             return "off: words are positions of the axes, for this place of the part and this length of the tool alone. With \
                     another offset, place or length plan again: entering new values does not correct the path"
                 .to_owned();

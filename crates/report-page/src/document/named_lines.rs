@@ -28,6 +28,15 @@ impl<'t> FileLines<'t> {
         Some(if is_long { text.chars().take(LONGEST - 1).chain(['…']).collect() } else { (*text).to_owned() })
     }
 
+    /// Returns the first line, from 1, that has one of these words and is no comment.
+    pub(super) fn first_with(&self, words: &[&str]) -> Option<u32> {
+        let has = |line: &&str| {
+            let code = line.split(['(', ';']).next().unwrap_or_default().to_uppercase();
+            words.iter().any(|word| code.contains(word))
+        };
+        self.lines.iter().zip(1..).find(|(line, _)| has(line)).map(|(_, number)| number)
+    }
+
     /// Returns a line as a person finds it: `file line 33: "31 L X+0"`.
     pub(super) fn quoted(&self, line: u32) -> String {
         self.text(line).map_or_else(|| format!("file line {line}"), |text| format!("file line {line}: \"{text}\""))
