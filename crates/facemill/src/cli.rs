@@ -97,7 +97,8 @@ enum Command {
     Verify(Box<VerifyArguments>),
     /// Writes a page (HTML) that shows a program from any source on the machine, with its faults
     View(Box<ViewArguments>),
-    /// Writes the pages (HTML) of a plan again, from the files of its folder
+    /// Writes the pages (HTML) of a plan again, from the files of its folder; exit code 1 if one
+    /// of them says REJECTED
     Report(ReportArguments),
     /// Gives an existing program faster links: each the fastest path that is free of stock, part,
     /// fixtures and machine

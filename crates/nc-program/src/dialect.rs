@@ -20,7 +20,7 @@ pub use crate::dialect::word_rule::{CoolantRule, HomeRule, HomeWords, LengthRule
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::program::FeedMode;
+use crate::program::{FeedMode, WorkOffset};
 
 /// Control a program is written for or was written for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize, JsonSchema)]
@@ -217,6 +217,18 @@ impl DialectFile {
             FeedMode::G93 => self.feeds.g93.as_deref(),
             FeedMode::Rtcp => self.feeds.rtcp.as_deref(),
         }
+    }
+
+    /// Returns the word of a work offset, and the lines that select it; `None` if the control does
+    /// not have so many.
+    #[must_use]
+    pub fn work_offset_words(&self, offset: WorkOffset) -> Option<(String, Vec<String>)> {
+        let number = offset.number();
+        let rule = self.words.work_offsets.iter().find(|r| (r.first..=r.last).contains(&number))?;
+        let n = (i32::from(number) + rule.plus).to_string();
+        let word = fill(&rule.word, &[("n", &n)]);
+        let lines: Vec<String> = rule.lines.iter().map(|line| fill(line, &[("n", &n)])).collect();
+        Some(if lines.is_empty() { (word.clone(), vec![word]) } else { (word, lines) })
     }
 
     /// The rule of a rapid law, `None` where the control does not move so.

@@ -23,7 +23,7 @@ pub use crate::read::length_check::LengthRelation;
 pub use crate::read::position::{AxisAt, ReadPosition};
 pub use crate::read::program::{
     ArcWords, CallKind, Compensation, Feed, MacroKind, MotionKind, NoteKind, Plane, ReadBlock, ReadCall, ReadCommand,
-    ReadMotion, ReadNote, ToolLengthNote, ToolVectors,
+    ReadMotion, ReadNote, ToolLengthCheck, ToolLengthNote, ToolVectors,
 };
 pub use crate::read::reader::ProgramReader;
 pub use crate::read::siemens::{SiemensReader, read_siemens};

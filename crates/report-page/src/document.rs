@@ -2,6 +2,8 @@
 
 mod control_settings;
 mod motion_figures;
+mod named_lines;
+mod work_offset;
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -18,13 +20,16 @@ use facemill_job::load::obstacle_meshes::ObstacleRole;
 use facemill_job::setup::cell::largest_left;
 use facemill_job::setup::scene::Scene;
 use facemill_nc_program::Dialect;
+use facemill_nc_program::dialect::DialectFile;
 use facemill_surface_model::{Surface, SurfaceSettings, TriMesh};
 use facemill_tool_model::ToolAssembly;
 use facemill_verification::remaining::LeftByLine;
 use nalgebra::{Isometry3, Point3};
 use serde_json::Value;
 
+use crate::document::control_settings::{ReadText, is_own, length_place};
 use crate::document::motion_figures::MotionMeasures;
+use crate::document::named_lines::FileLines;
 use crate::format::{
     AxisData, BodyData, DeviationData, FirstMotion, MachineData, Matrix, MeshData, MotionData, OperationLines,
     OperationTimes, OutlineData, PAGE_FORMAT, PageDocument, PathData, PictureData, PosturesData, ProgramData,
@@ -37,7 +42,7 @@ use crate::packed::{Arrays, NumberArray};
 use crate::postures::postures;
 use crate::program_text::{operation_lines, pass_lines};
 use crate::stock::{KeyedStock, PartDeviation, keyed_stock, part_deviation};
-use crate::verdict::{finding_faults, verdict};
+use crate::verdict::{Moves, finding_faults, verdict};
 
 /// Sources of a page.
 pub struct PageSource<'a> {
@@ -146,6 +151,17 @@ impl PageScene<'_> {
         let (shapes, measured) = rayon::join(|| self.shapes(&motion), || self.measured(&motion, &source, &program));
         let (Shapes { meshes, stock, deviation, outlines }, measured) = (shapes, measured?);
         let text = String::from_utf8_lossy(source.text);
+        let lines = FileLines::of(&text);
+        let rules = self.rules(source.dialect);
+        let read = ReadText { program: &program, lines: &lines, rules: &rules, is_own: is_own(&source) };
+        let control_settings = self.control_settings(&read, &motion);
+        let first_motion = first_motion(&motion);
+        let machine = self.machine(&motion);
+        let moves = match (&motion.segments[..], &motion.not_followed) {
+            ([], None) => Moves::None,
+            ([], Some(_)) => Moves::NotFollowed,
+            _ => Moves::Some,
+        };
         let operations: Vec<_> = job.operations_of(setup.file).map(|(_, o)| o.clone()).collect();
         let program = ProgramData {
             stamp: ProgramStamp::new(source.program, source.text),
@@ -182,23 +198,25 @@ impl PageScene<'_> {
             format: PAGE_FORMAT,
             facemill: env!("CARGO_PKG_VERSION"),
             job: job.file.name.clone(),
-            verdict: verdict(&source.result),
+            verdict: verdict(&source.result, moves, machine.assumed.len()),
             finding_faults: finding_faults(&source.result),
-            machine: self.machine(&motion),
+            machine,
             setup: SetupData {
                 file: setup.file.clone(),
                 number: [source.setup + 1, job.file.setups.len()],
                 operations,
                 table_from_work: matrix(&setup.table_from_work),
                 table_from_words: self.scene.rtcp_frame.as_ref().map(matrix),
+                work_offset: self.work_offset(&rules),
                 part_box,
                 stock_box,
                 outlines,
             },
             operation_times: operation_times(&motion, &program.operations),
-            first_motion: first_motion(&motion),
-            control_settings: self.control_settings(&source, &motion),
-            tools: self.tools(&motion),
+            line_texts: lines.named(&source.result, first_motion.iter().map(|first| first.line)),
+            first_motion,
+            control_settings,
+            tools: self.tools(&motion, source.dialect),
             motion: self.motion(&motion, (&source, &measured), &mut arrays, (&mut thin, &mut not_shown)),
             program,
             meshes: meshes.iter().map(|mesh| mesh.packed(&mut arrays)).collect(),
@@ -351,12 +369,19 @@ impl PageScene<'_> {
         }
     }
 
-    fn tools(&self, motion: &ProgramMotion) -> Vec<ToolData> {
+    /// Returns the words of a control; those of the job's post where it is for this one.
+    fn rules(&self, dialect: Dialect) -> DialectFile {
+        let post = &self.scene.job.post;
+        if post.dialect() == dialect { post.rules().clone() } else { dialect.file() }
+    }
+
+    fn tools(&self, motion: &ProgramMotion, dialect: Dialect) -> Vec<ToolData> {
         let mut times = [0.0; 2];
         for segment in motion.segments.iter().filter(|s| s.is_timed) {
             times[usize::from(segment.kind == SegmentKind::Rapid)] += segment.time;
         }
-        self.heads.iter().map(|(_, tool)| ToolData { file: tool.to_file(), times }).collect()
+        let files = self.heads.iter().map(|(_, tool)| tool.to_file());
+        files.map(|file| ToolData { length_place: length_place(dialect, &file), file, times }).collect()
     }
 
     fn motion(
@@ -492,7 +517,8 @@ fn operation_times(motion: &ProgramMotion, starts: &[OperationLines]) -> Vec<Ope
 /// Returns the end of the first motion that leads away from home.
 fn first_motion(motion: &ProgramMotion) -> Option<FirstMotion> {
     let first = motion.segments.iter().find(|s| s.to != motion.start)?;
-    Some(FirstMotion { line: first.line, position: first.to.iter().collect() })
+    let moves = first.to.iter().zip(first.from.iter()).map(|(to, from)| to != from);
+    Some(FirstMotion { line: first.line, position: first.to.iter().collect(), moves: moves.collect() })
 }
 
 /// A surface, whole and thinned.
@@ -603,7 +629,7 @@ fn matrix(pose: &Isometry3<f64>) -> Matrix {
 }
 
 /// Returns the largest of a few decimal units in which values are, from an offset, whole numbers;
-/// without one 10⁻⁸, which with degrees is 2·10⁻⁷ mm at a lever of a metre.
+/// without one 10⁻⁹, which with degrees is 2·10⁻⁸ mm at a lever of a metre.
 fn decimal_unit(values: &[f64], offset: f64) -> f64 {
     let fits = |unit: &f64| {
         values.iter().all(|v| {

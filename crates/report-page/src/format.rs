@@ -1,5 +1,7 @@
 //! Data document of a page, `"format": "facemill-page/1"` (docs/report-page.md#data).
 
+use std::collections::BTreeMap;
+
 use facemill_inverse_kinematics::machine_file::{DhRow, MachineFile};
 use facemill_job::format::job_file::{OperationFile, SetupFile};
 use facemill_job::format::program_stamp::ProgramStamp;
@@ -36,6 +38,8 @@ pub struct PageDocument {
     pub machine: MachineData,
     /// The setup.
     pub setup: SetupData,
+    /// Texts of the lines that findings, assumptions and the first motion name, by line from 1.
+    pub line_texts: BTreeMap<u32, String>,
     /// Settings of the control that the program relies on, besides the work offset.
     pub control_settings: Vec<ControlSetting>,
     /// Tool of each head.
@@ -67,8 +71,12 @@ pub struct PageDocument {
 pub struct Verdict {
     /// `good`, `partly_tested`, `incomplete`, `not_verified` or `faulty`.
     pub state: VerdictState,
+    /// Its words for a person.
+    pub stamp: &'static str,
     /// Reasons, one sentence each.
     pub because: Vec<String>,
+    /// What a person should know besides, such as `3 near misses`.
+    pub notes: Vec<String>,
 }
 
 /// State of a program, the worst last.
@@ -85,6 +93,20 @@ pub enum VerdictState {
     NotVerified,
     /// With faults: must not be run.
     Faulty,
+}
+
+impl VerdictState {
+    /// Returns its words for a person.
+    #[must_use]
+    pub fn stamp(self) -> &'static str {
+        match self {
+            Self::Good => "VERIFIED: NO FAULT FOUND",
+            Self::PartlyTested => "NO FAULT FOUND, BUT NOT ALL IS TESTED",
+            Self::Incomplete => "NO FAULT, BUT THE JOB IS NOT MET",
+            Self::NotVerified => "NOT VERIFIED",
+            Self::Faulty => "REJECTED: DO NOT RUN",
+        }
+    }
 }
 
 /// The program that is played.
@@ -220,12 +242,42 @@ pub struct SetupData {
     pub table_from_work: Matrix,
     /// Frame of X, Y and Z words under RTCP on the table; `null` if the machine has none.
     pub table_from_words: Option<Matrix>,
+    /// Work offset of the control.
+    pub work_offset: WorkOffsetData,
     /// Box around the part, workpiece frame: low and high corner.
     pub part_box: Option<[[f64; 3]; 2]>,
     /// Box around the stock, workpiece frame.
     pub stock_box: Option<[[f64; 3]; 2]>,
     /// Outlines for the drawing of the setup, table frame.
     pub outlines: Vec<OutlineData>,
+}
+
+/// Work offset of a setup.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WorkOffsetData {
+    /// Register as the control names it.
+    pub register: String,
+    /// Place on the table where X, Y and Z words are 0, mm; `null` of machines without X, Y and Z at
+    /// right angles and of those with two heads.
+    pub program_zero: Option<[f64; 3]>,
+    /// Whether the frame of the words is the workpiece frame.
+    pub is_same_frame: bool,
+    /// Each axis of the machine.
+    pub axes: Vec<OffsetAxis>,
+}
+
+/// Value of an axis in a work offset.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct OffsetAxis {
+    /// Its address.
+    pub letter: String,
+    /// Value in the register, mm or rad.
+    pub value: f64,
+    /// Value of its scale when the gauge line of the spindle is at the origin of the workpiece
+    /// frame, the rotary axes at their offsets, mm or rad; `null` where `program_zero` is.
+    pub reading_at_datum: Option<f64>,
+    /// Change of this value for each mm of a probe in the spindle.
+    pub probe_lengths: f64,
 }
 
 /// Outline of something on the table: hulls of its projections.
@@ -268,6 +320,8 @@ pub struct FirstMotion {
     pub line: u32,
     /// Values of the axes, mm or rad.
     pub position: Vec<f64>,
+    /// Whether each axis moves.
+    pub moves: Vec<bool>,
 }
 
 /// A tool.
@@ -276,6 +330,8 @@ pub struct ToolData {
     /// Its file.
     #[serde(flatten)]
     pub file: ToolFile,
+    /// Place of its length in the control.
+    pub length_place: String,
     /// Time at a feed and at rapid rate while it is in the spindle, s.
     pub times: [f64; 2],
 }

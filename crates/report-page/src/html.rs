@@ -1,7 +1,8 @@
 //! Files of a page: one document with data, style and script.
 
 use crate::document::PageData;
-use crate::format::PageDocument;
+use crate::format::{PageDocument, VerdictState};
+use crate::verdict::stamp_line;
 
 /// Script of the page, made from `page/src` by `npm run build` there.
 const SCRIPT: &str = include_str!("../page/dist/report.js");
@@ -29,7 +30,10 @@ pub fn sheet_html(data: &PageData) -> Vec<u8> {
 }
 
 fn html(document: &PageDocument, arrays: &[String], (what, script, sha256): (&str, &str, &str)) -> Vec<u8> {
-    let title = escaped(&format!("{} - {} - {what}", document.job, document.setup.file.name));
+    let verdict = &document.verdict;
+    let rejected = if verdict.state == VerdictState::Faulty { "REJECTED - " } else { "" };
+    let title = escaped(&format!("{rejected}{} - {} - {what}", document.job, document.setup.file.name));
+    let stamp = escaped(&stamp_line(verdict));
     let policy = format!(
         "default-src 'none'; script-src 'sha256-{}'; style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'",
         sha256.trim()
@@ -39,7 +43,7 @@ fn html(document: &PageDocument, arrays: &[String], (what, script, sha256): (&st
     let mut out = format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta http-equiv=\"Content-Security-Policy\" \
          content=\"{policy}\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>{title}</title>\n\
-         <style>{STYLE}</style>\n</head>\n<body>\n<noscript>This page needs scripts.</noscript>\n<div id=\"app\"></div>\n\
+         <style>{STYLE}</style>\n</head>\n<body>\n<noscript><p><b>{stamp}</b></p><p>This page needs scripts.</p></noscript>\n<div id=\"app\"></div>\n\
          <script type=\"application/json\" id=\"document\">{json}</script>\n"
     );
     for (k, array) in arrays.iter().enumerate() {

@@ -46,3 +46,4 @@ mod stock;
 mod verdict;
 
 pub use crate::packed::{Arrays, ByteArray, NumberArray};
+pub use crate::verdict::stamp_line;

@@ -6,8 +6,20 @@ use serde_json::Value;
 
 use crate::format::{Verdict, VerdictState};
 
-/// Returns the verdict that a report or a verification gives, as its file says it.
-pub(crate) fn verdict(result: &Value) -> Verdict {
+/// Motions of a program, as far as they can be followed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Moves {
+    /// It moves no axis.
+    None,
+    /// None can be followed.
+    NotFollowed,
+    /// It moves axes.
+    Some,
+}
+
+/// Returns the verdict that a report or a verification gives, as its file says it, on a program
+/// with these motions, for a machine with a number of assumed values.
+pub(crate) fn verdict(result: &Value, moves: Moves, n_assumed: usize) -> Verdict {
     let faults = finding_faults(result).into_iter().filter(|is_fault| *is_fault).count();
     let exceeds_gouge = result.pointer("/deviation/exceeds_gouge_limit") == Some(&Value::Bool(true));
     let mut because = Vec::new();
@@ -23,7 +35,7 @@ pub(crate) fn verdict(result: &Value) -> Verdict {
     let is_verified = has_findings && result.get("verified") != Some(&Value::Bool(false));
     let state = match () {
         () if !because.is_empty() => VerdictState::Faulty,
-        () if !is_verified => VerdictState::NotVerified,
+        () if !is_verified || moves != Moves::Some => VerdictState::NotVerified,
         () if !incomplete.is_empty() => VerdictState::Incomplete,
         () if !untested.is_empty() => VerdictState::PartlyTested,
         () => VerdictState::Good,
@@ -31,9 +43,38 @@ pub(crate) fn verdict(result: &Value) -> Verdict {
     if !is_verified {
         because.push("the program was not run on the virtual machine".to_owned());
     }
+    match moves {
+        Moves::None => because.push("the program moves no axis".to_owned()),
+        Moves::NotFollowed => because.push("no motion of the program can be followed".to_owned()),
+        Moves::Some => {}
+    }
     because.extend(incomplete);
     because.extend(untested);
-    Verdict { state, because }
+    Verdict { state, stamp: state.stamp(), because, notes: notes(result, n_assumed) }
+}
+
+/// Returns a verdict as one line for a terminal: stamp, reasons and notes.
+#[must_use]
+pub fn stamp_line(verdict: &Verdict) -> String {
+    let all = [&verdict.because[..], &verdict.notes[..]].concat();
+    std::iter::once(verdict.stamp.to_owned()).chain(all).collect::<Vec<_>>().join("; ")
+}
+
+/// Returns what is no fault and yet has to be looked at.
+fn notes(result: &Value, n_assumed: usize) -> Vec<String> {
+    let is_near_miss = |f: &&Value| f.get("kind").and_then(Value::as_str) == Some("near_miss");
+    let counted = |n: usize, one: &str, many: &str| {
+        let text = if n == 1 { format!("1 {one}") } else { format!("{n} {many}") };
+        (n > 0).then_some(text)
+    };
+    let near_misses = list(result, "/findings").filter(is_near_miss).count();
+    let assumptions = list(result, "/assumptions").count();
+    let all = [
+        counted(near_misses, "near miss", "near misses"),
+        counted(assumptions, "assumption to check", "assumptions to check"),
+        counted(n_assumed, "assumed value of the machine", "assumed values of the machine"),
+    ];
+    all.into_iter().flatten().collect()
 }
 
 /// Returns whether each finding of a report or a verification is a fault; one without a kind, or of

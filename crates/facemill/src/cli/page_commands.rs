@@ -13,6 +13,7 @@ use facemill::report_page::animation::animation_glb;
 use facemill::report_page::document::{PageData, PageSource, page_data};
 use facemill::report_page::format::VerdictState;
 use facemill::report_page::html::{report_html, sheet_html};
+use facemill::report_page::stamp_line;
 use facemill::{CutRequest, DeviationRequest, Failure, Job, JobSetting, Planned, VerifyRequest, files, verify_program};
 use serde_json::Value;
 
@@ -115,18 +116,20 @@ pub(crate) fn view(arguments: &ViewArguments) -> Result<ExitCode, Failure> {
     files::write_each(&outputs)?;
     // What the page says, and no other count.
     let verdict = &data.document.verdict;
-    let is_faulty = verdict.state == VerdictState::Faulty;
-    let stamp = if is_faulty { "REJECTED" } else { "no fault was found" };
-    let because: String = verdict.because.iter().map(|why| format!("; {why}")).collect();
-    say(&format!("{stamp}{because}; written to {}\n", out.display()))?;
-    Ok(if is_faulty { ExitCode::from(1) } else { ExitCode::SUCCESS })
+    say(&format!("{}\nwritten to {}\n", stamp_line(verdict), out.display()))?;
+    Ok(exit_code(verdict.state == VerdictState::Faulty))
 }
 
-/// Writes the pages of a plan again.
+/// Returns the exit code of a command that writes pages: 1 if one of them says `REJECTED`.
+fn exit_code(is_rejected: bool) -> ExitCode {
+    if is_rejected { ExitCode::from(1) } else { ExitCode::SUCCESS }
+}
+
+/// Writes the pages of a plan again, and says the verdict of each setup.
 ///
 /// # Errors
 /// If the folder has no report, the job is not found or not that of the plan, or a file cannot be
-/// read or written.
+/// read or written; faults are exit code 1.
 pub(crate) fn report(arguments: &ReportArguments) -> Result<ExitCode, Failure> {
     let folder = &arguments.out;
     let reports = reports_in(folder)?;
@@ -142,6 +145,7 @@ pub(crate) fn report(arguments: &ReportArguments) -> Result<ExitCode, Failure> {
     let written: Vec<PathBuf> = names.chain(arguments.animation.clone()).collect();
     files::check_outputs(written.iter().map(PathBuf::as_path))?;
     let mut outputs: Vec<(PathBuf, Vec<u8>)> = Vec::new();
+    let (mut stamps, mut is_rejected) = (String::new(), false);
     for (suffix, result) in reports {
         let path = folder.join(format!("report{suffix}.json"));
         let wrong = |what: String| Failure::input(&path, what);
@@ -187,14 +191,17 @@ pub(crate) fn report(arguments: &ReportArguments) -> Result<ExitCode, Failure> {
             left: None,
         };
         let data = page_data(source)?;
+        let verdict = &data.document.verdict;
+        stamps += &format!("{setup}: {}\n", stamp_line(verdict));
+        is_rejected |= verdict.state == VerdictState::Faulty;
         outputs.extend(pages(&suffix, &data).map(|(name, bytes)| (folder.join(name), bytes)));
         outputs.extend(arguments.animation.as_ref().map(|file| (file.clone(), animation_glb(&data, &job.machine))));
     }
     let outputs: Vec<(&Path, Vec<u8>)> = outputs.iter().map(|(path, bytes)| (path.as_path(), bytes.clone())).collect();
     files::write_each(&outputs)?;
     let names: Vec<String> = outputs.iter().map(|(path, _)| path.display().to_string()).collect();
-    say(&format!("written: {}\n", names.join(", ")))?;
-    Ok(ExitCode::SUCCESS)
+    say(&format!("{stamps}written: {}\n", names.join(", ")))?;
+    Ok(exit_code(is_rejected))
 }
 
 /// Returns the names of the pages of a job's setups.

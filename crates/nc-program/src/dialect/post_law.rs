@@ -77,6 +77,18 @@ impl PostSettings {
         rtcp.map(|r| r.rapids)
     }
 
+    /// Returns the words that switch RTCP on with this length register, in order of the text; none
+    /// of a setting without it.
+    #[must_use]
+    pub fn rtcp_on_words(&self, register: u32) -> Vec<String> {
+        let rtcp = self.rules.motion.rtcp.as_ref().filter(|_| self.feed_mode == FeedMode::Rtcp);
+        let Some(on) = rtcp.map(|rtcp| &rtcp.on) else { return Vec::new() };
+        let register = register.to_string();
+        let values = [("register", register.as_str()), ("law", self.law_code())];
+        let all = on.before.iter().chain([&on.code, &on.end]);
+        all.map(|text| fill(text, &values)).filter(|text| !text.is_empty()).collect()
+    }
+
     /// Words that select the law under RTCP.
     pub(crate) fn law_code(&self) -> &str {
         self.rtcp_law().map_or("", |rule| &rule.code)

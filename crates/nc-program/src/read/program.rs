@@ -341,20 +341,40 @@ pub struct ToolLengthNote {
     pub register: Option<u32>,
     /// How the tool's length has to be to it: an order only of a check that else raises an alarm.
     pub relation: LengthRelation,
+    /// Check of the program that compares the tool's length with it; `None` of a comment that no
+    /// check repeats.
+    pub check: Option<ToolLengthCheck>,
+}
+
+/// Place of a check of the tool's length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ToolLengthCheck {
+    /// Line, from 1.
+    pub line: u32,
+    /// Register that it reads; `None` for the length in force.
+    pub register: Option<u32>,
 }
 
 impl ToolLengthNote {
     /// Of a check in a line.
     pub(crate) fn of_check(line: u32, check: LengthCheck, is_inch: bool) -> Self {
         let length = if is_inch { check.length * MM_PER_INCH } else { check.length };
-        Self { line, length, register: check.register, relation: check.relation }
+        let at = ToolLengthCheck { line, register: check.register };
+        Self { line, length, register: check.register, relation: check.relation, check: Some(at) }
     }
 
     /// Adds a check to notes, where none before says the same.
     pub(crate) fn add_check(self, notes: &mut Vec<Self>) {
         // A comment and the check that repeats it are one cause.
-        if notes.iter().all(|n| n.length != self.length || n.relation != self.relation) {
+        let is_same = |n: &&mut Self| n.length == self.length && n.relation == self.relation;
+        let mut same = notes.iter_mut().filter(is_same).peekable();
+        if same.peek().is_none() {
             notes.push(self);
+            return;
+        }
+        let fits = |n: &&mut Self| n.register.is_none() || self.register.is_none() || n.register == self.register;
+        if let Some(repeated) = same.find(fits) {
+            repeated.check = repeated.check.or(self.check);
         }
     }
 }

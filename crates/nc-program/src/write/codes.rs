@@ -1,7 +1,6 @@
 //! Codes of spindle, coolant and work offset.
 
 use crate::dialect::file::DialectFile;
-use crate::dialect::fill;
 use crate::dialect::post_file::PostSettings;
 use crate::program::spec::SpindleSpec;
 use crate::program::write_error::WriteError;
@@ -26,14 +25,9 @@ pub(super) fn work_offset(
     rules: &DialectFile,
     place: &str,
 ) -> Result<(String, Vec<String>), WriteError> {
-    let number = offset.number();
-    let rule = rules.words.work_offsets.iter().find(|r| (r.first..=r.last).contains(&number));
-    let (what, name) = (format!("work offset {number}"), rules.name.clone());
-    let rule = rule.ok_or_else(|| WriteError::NotInDialect { place: place.to_owned(), what, name })?;
-    let n = (i32::from(number) + rule.plus).to_string();
-    let word = fill(&rule.word, &[("n", &n)]);
-    let lines: Vec<String> = rule.lines.iter().map(|line| fill(line, &[("n", &n)])).collect();
-    Ok(if lines.is_empty() { (word.clone(), vec![word]) } else { (word, lines) })
+    let (what, name) = (format!("work offset {}", offset.number()), rules.name.clone());
+    let words = rules.work_offset_words(offset);
+    words.ok_or_else(|| WriteError::NotInDialect { place: place.to_owned(), what, name })
 }
 
 /// Whole revolutions per minute; controls take no decimals there.

@@ -4,7 +4,7 @@ import { bytes } from './data.js';
 import { h, put, svg } from './dom.js';
 import { Postures } from './postures.js';
 import { css, diverging } from './scales.js';
-import { kindText, measureText, untimedText } from './sheet-content.js';
+import { fileLine, kindText, measureText, untimedText } from './sheet-content.js';
 import { clock, figure, fixed, length } from './units.js';
 
 /** Fills the panels; again when the unit changes. */
@@ -52,11 +52,11 @@ function findingsPanel(page, panel, list) {
     show();
   };
   const entry = (kind, title, lines, onclick) => {
-    const button = h(`button.row.${kind}`, { onclick: () => choose(button, onclick) }, h('b', title), lines.filter(Boolean).map((line) => h('span', line)));
+    const button = h(`button.row.${kind}`, { onclick: () => choose(button, onclick) }, h('b', title), lines.filter((line) => line && line.length).map((line) => h('span', line)));
     buttons.push(button);
     return button;
   };
-  const range = (f) => (f.first_line === f.last_line ? `line ${f.first_line}` : `lines ${f.first_line} to ${f.last_line}, worst in ${f.worst_line}`);
+  const range = (f) => (f.first_line === f.last_line ? fileLine(page.doc, f.first_line) : [`file lines ${f.first_line} to ${f.last_line}, worst in `, fileLine(page.doc, f.worst_line)]);
   panel.append(h('h2', 'Findings of the written program'));
   if (!list.length) panel.append(h('p', result.verified === false ? 'The program was not run on the virtual machine: faults are not known.' : 'None.'));
   list.forEach((f, index) => {
@@ -68,14 +68,16 @@ function findingsPanel(page, panel, list) {
   const { uncertified = [] } = result.certified || {};
   if (uncertified.length) {
     panel.append(h('h2', 'Not proven'));
-    for (const u of uncertified) panel.append(entry('warn', u.reason, [`lines ${u.first_line} to ${u.last_line}, ${u.blocks} blocks`], () => page.seekLine(u.first_line)));
+    for (const u of uncertified) panel.append(entry('warn', u.reason, [`file lines ${u.first_line} to ${u.last_line}, ${u.blocks} blocks`], () => page.seekLine(u.first_line)));
   }
   if (result.infeasible) {
     panel.append(h('h2', 'Left out'));
     if (!result.infeasible.length) panel.append(h('p', 'No CC point is left out.'));
     for (const left of result.infeasible) {
-      const help = left.would_help.map((x) => `would help: ${x.field} ${fixed(x.value, 3)}`);
+      const help = left.would_help.map((x) => `would help: ${x.field} ${fieldValue(x.field, x.value)}`);
       panel.append(entry('warn', left.reason, [`${left.points} CC points`, ...help], () => {
+        page.play(false);
+        page.seekMotion(nearestCut(page, left.first_place_mm));
         page.view.setMarks([{ at: left.first_place_mm, colour: 0xe69f00 }]);
         page.view.look('place', left.first_place_mm);
       }));
@@ -84,7 +86,34 @@ function findingsPanel(page, panel, list) {
   panel.append(h('h2', 'Assumptions'));
   const { assumptions = [] } = result;
   if (!assumptions.length) panel.append(h('p', 'None.'));
-  for (const a of assumptions) panel.append(a.line ? entry('plain', `Line ${a.line}`, [a.text], () => page.seekLine(a.line)) : h('p', a.text));
+  for (const a of assumptions) panel.append(a.line ? entry('plain', fileLine(page.doc, a.line), [a.text], () => page.seekLine(a.line)) : h('p', a.text));
+}
+
+/** Value of a field of job or tool file; its name says the unit. */
+function fieldValue(field, value) {
+  if (field.endsWith('_mm')) return length(value);
+  if (field.endsWith('_deg')) return `${fixed(value, 3)}°`;
+  return fixed(value, 3);
+}
+
+/** The cut whose end is nearest to a place of the workpiece; of many motions the nearest of some, then of those around it. */
+function nearestCut(page, place) {
+  const { motion, machine } = page;
+  const nearest = (from, to, step) => {
+    let [best, least] = [-1, Infinity];
+    for (let k = Math.max(from, 0); k < Math.min(to, motion.n); k += step) {
+      if (motion.kinds[k] !== 1) continue;
+      for (const head of machine.heads.keys()) {
+        const { tip } = machine.pose(motion.end(k), head);
+        const distance = Math.hypot(...tip.map((x, c) => x - place[c]));
+        if (distance < least) [best, least] = [k, distance];
+      }
+    }
+    return best;
+  };
+  const step = Math.max(1, Math.ceil(motion.n / 20000));
+  const about = nearest(0, motion.n, step);
+  return about < 0 ? -1 : nearest(about - step, about + step + 1, 1);
 }
 
 function surfacePanel(page, panel) {
@@ -162,7 +191,7 @@ function factsPanel(page, panel) {
   }
   add('blocks with a motion', result.n_blocks ?? (totals && totals.blocks));
   const gouge = result.largest_gouge ? { depth: result.largest_gouge.depth_mm, line: result.largest_gouge.line } : { depth: worst.gouge_mm, line: worst.gouge_line };
-  const link = (text, line) => (line ? h('span', text, ' ', h('button', { onclick: () => page.seekLine(line) }, `line ${line}`)) : text);
+  const link = (text, line) => (line ? h('span', text, ' ', h('button', { onclick: () => page.seekLine(line) }, `file line ${line}`)) : text);
   if (gouge.depth !== null && gouge.depth !== undefined) add('largest gouge', link(length(gouge.depth, 4), gouge.line));
   const near = result.smallest_clearance;
   if (near) add('smallest clearance', link(`${length(near.distance_mm)}, ${near.body} to ${near.obstacle}`, near.line));

@@ -28,6 +28,15 @@ const shortName = (f) => SHORT[f.key] || f.name;
 
 const nextPicture = () => new Promise((resolve) => requestAnimationFrame(resolve));
 
+/** Whether an element has a use of its own for a key: fields take all, a checkbox the space, a slider what moves it. */
+function takesKey(target, key) {
+  const field = target.closest('input, select, textarea');
+  if (!field) return false;
+  if (field.type === 'checkbox') return key === ' ';
+  if (field.type === 'range') return /^(Arrow|Page|Home$|End$)/.test(key);
+  return true;
+}
+
 /** The page and its state. Tests and scripts reach it as `window.facemill`. */
 class Page {
   constructor(doc) {
@@ -122,11 +131,10 @@ class Page {
     const { doc } = this;
     const [text, state] = verdictText(doc.verdict);
     document.body.classList.toggle('is-faulty', state === 'bad');
-    if (state === 'bad') document.title = `REJECTED - ${document.title}`;
     const button = (label, title, onclick, more = {}) => h('button', { title, onclick, 'aria-label': title, ...more }, label);
     this.themeButton = button('◐', 'Light or dark (T)', () => this.setTheme(this.theme === 'dark' ? 'light' : 'dark'));
     this.unitButton = button('mm', 'Millimetre or inch (U)', () => this.setUnits(!isInch()));
-    const bar = h('header.bar', h('h1', doc.job), h('span.where', `${doc.setup.file.name} · ${doc.program.file} · ${doc.machine.name}`), h('span.grow'), h(`span.chip.${state}`, text), this.unitButton, this.themeButton, button('Setup sheet', 'Setup sheet, for print (P)', () => this.openSheet()), button('?', 'Keys', () => this.openHelp()));
+    const bar = h('header.bar', h('h1', doc.job), h('span.where', `${doc.setup.file.name} · ${doc.program.file} · ${doc.machine.name}`), h('span.grow'), h(`span.chip.${state}`, { title: doc.verdict.notes.join('; ') }, text), this.unitButton, this.themeButton, button('Setup sheet', 'Setup sheet, for print (P)', () => this.openSheet()), button('?', 'Keys', () => this.openHelp()));
     const alarm = h('.alarm', { role: 'alert', class: `alarm ${state}` });
     if (state === 'bad') put(alarm, 'REJECTED: this program has faults and must not be run.', h('small', doc.verdict.because.join('; ')));
     else if (state === 'warn') put(alarm, { not_verified: 'Not verified: faults of this program are not known.', partly_tested: 'No fault was found, but not all is tested.', incomplete: 'No fault, but the job is not met.' }[doc.verdict.state], h('small', doc.verdict.because.join('; ')));
@@ -153,12 +161,13 @@ class Page {
     this.addPanel('Program', 'program', null, this.readout, h('.finder', this.finder, button('Find', 'Find next', () => this.find(this.finder.value))), this.ncElement);
     this.playButton = h('button.play', { onclick: () => this.play(!this.isPlaying), title: 'Play or pause (space)' }, '▶  Play');
     this.speedSelect = h('select', { onchange: () => (this.speed = Number(this.speedSelect.value)), 'aria-label': 'Speed' }, [1, 5, 20, 60, 200, 1000].map((s) => h('option', { value: s, selected: s === this.speed }, `${s}×`)));
-    this.timelineElement = h('.timeline', { role: 'slider', 'aria-label': 'Time in the program', tabindex: 0 });
+    this.timelineElement = h('.timeline', { role: 'slider', 'aria-label': 'Time in the program', tabindex: 0, 'aria-valuemin': 0, 'aria-valuemax': Math.round(this.motion.total), 'aria-valuenow': 0 });
     this.clockElement = h('.clock');
     const player = h('footer.player', this.playButton, h('.set', button('|◀', 'Start (Home)', () => this.seek(0)), button('◀', 'Block back (left)', () => this.step(-1)), button('▶', 'Block on (right)', () => this.step(1)), button('▶|', 'End (End)', () => this.seek(this.motion.total))), this.speedSelect, this.timelineElement, this.clockElement);
     this.cover = h('.cover', { onclick: (e) => e.target === this.cover && this.closeCover() });
     this.printed = h('.cover', { id: 'printed' });
-    put(app, h('.page', bar, alarm, stage, this.side, player), this.printed, this.cover);
+    this.pageElement = h('.page', bar, alarm, stage, this.side, player);
+    put(app, this.pageElement, this.printed, this.cover);
     this.select('program');
   }
 
@@ -392,6 +401,7 @@ class Page {
     this.program.show(this.line);
     this.timeline.setTime(time);
     this.timelineElement.setAttribute('aria-valuenow', Math.round(time));
+    this.timelineElement.setAttribute('aria-valuetext', `${clock(time)} of ${clock(motion.total)}, file line ${this.line}`);
     this.plots.setTime(time);
     this.showReadout();
   }
@@ -530,19 +540,30 @@ class Page {
 
   openSheet() {
     const bar = h('nav.sheet-bar', h('button', { onclick: () => this.setUnits(!isInch()) || this.openSheet() }, 'mm / inch'), h('button', { onclick: () => window.print() }, 'Print'), h('button', { onclick: () => this.closeCover() }, 'Close'));
-    put(this.cover, bar, sheet(this.doc));
-    this.cover.classList.add('open');
+    this.openCover('Setup sheet', bar, sheet(this.doc));
   }
 
   openHelp() {
-    const keys = [['space', 'play or pause'], ['← →', 'one block back or on; with shift ten'], ['PgUp PgDn', 'a pass back or on'], ['↑ ↓', 'in the program: a line back or on, PgUp PgDn a page'], ['Home End', 'start, end'], ['1 – 5', 'views'], ['B', 'part or machine bed stands still'], ['D', 'deviation'], ['M', 'measure'], ['S', 'section'], ['T', 'light or dark'], ['U', 'mm or inch'], ['P', 'setup sheet'], ['Esc', 'close']];
-    put(this.cover, h('.help', h('h2', 'Keys'), h('table', keys.map(([key, what]) => h('tr', h('td', h('kbd', key)), h('td', what)))), h('p.muted', 'Drag turns, right drag or two fingers shift, wheel zooms to the pointer. A click on the path leads to its line, a click on a line to its pose, a click on a point of a narrow choice to its map.'), h('button', { onclick: () => this.closeCover() }, 'Close')));
+    const keys = [['space', 'play or pause'], ['← →', 'one block back or on; with shift ten'], ['PgUp PgDn', 'a pass back or on'], ['↑ ↓', 'in the program: a line back or on, PgUp PgDn a page'], ['Home End', 'start, end'], ['1 – 5', 'views'], ['B', 'part or machine bed stands still'], ['D', 'deviation'], ['M', 'measure'], ['S', 'section'], ['T', 'light or dark'], ['U', 'mm or inch'], ['P', 'setup sheet, open and close'], ['Esc', 'close']];
+    this.openCover('Keys', h('.help', h('h2', 'Keys'), h('table', keys.map(([key, what]) => h('tr', h('td', h('kbd', key)), h('td', what)))), h('p.muted', 'Drag turns, right drag or two fingers shift, wheel zooms to the pointer. A click on the path leads to its line, a click on a line to its pose, a click on a point of a narrow choice to its map.'), h('button', { onclick: () => this.closeCover() }, 'Close')));
+  }
+
+  /** Shows something over the page, which takes no keys and no focus until it is closed. */
+  openCover(name, ...content) {
+    if (!this.cover.classList.contains('open')) this.focusBefore = document.activeElement;
+    put(this.cover, ...content);
+    for (const [key, value] of Object.entries({ role: 'dialog', 'aria-modal': 'true', 'aria-label': name, tabindex: -1 })) this.cover.setAttribute(key, value);
     this.cover.classList.add('open');
+    this.pageElement.inert = true;
+    this.cover.focus();
   }
 
   closeCover() {
+    if (!this.cover.classList.contains('open')) return;
     this.cover.classList.remove('open');
     put(this.cover);
+    this.pageElement.inert = false;
+    if (this.focusBefore) this.focusBefore.focus();
   }
 
   keys() {
@@ -555,7 +576,7 @@ class Page {
     const actions = {
       ' ': () => this.play(!this.isPlaying), ArrowLeft: (e) => this.step(e.shiftKey ? -10 : -1), ArrowRight: (e) => this.step(e.shiftKey ? 10 : 1),
       Home: () => this.seek(0), End: () => this.seek(this.motion.total), PageUp: () => passes(-1), PageDown: () => passes(1),
-      b: () => this.setFrameMode(this.view.frameMode === 'part' ? 'machine' : 'part'), d: () => this.setSurface(this.surface === 'plain' ? 'deviation' : 'plain'), m: () => this.setMeasure(!this.measuring), t: () => this.themeButton.click(), u: () => this.unitButton.click(), p: () => this.openSheet(),
+      b: () => this.setFrameMode(this.view.frameMode === 'part' ? 'machine' : 'part'), d: () => this.setSurface(this.surface === 'plain' ? 'deviation' : 'plain'), m: () => this.setMeasure(!this.measuring), t: () => this.themeButton.click(), u: () => this.unitButton.click(), p: () => (this.cover.classList.contains('open') ? this.closeCover() : this.openSheet()),
       s: () => {
         this.sectionAxis.selectedIndex = (this.sectionAxis.selectedIndex + 1) % this.sectionAxis.options.length;
         this.sectionAxis.dispatchEvent(new Event('change'));
@@ -563,7 +584,9 @@ class Page {
       Escape: () => this.closeCover(), '?': () => this.openHelp(),
     };
     document.addEventListener('keydown', (event) => {
-      if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey || event.target.closest('input, select, textarea')) return;
+      if (event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey || takesKey(event.target, event.key)) return;
+      // Beneath something open nothing moves: other keys scroll it.
+      if (this.cover.classList.contains('open') && !['Escape', 'p', 'P'].includes(event.key)) return;
       if (/^[1-5]$/.test(event.key)) return this.view.look(views[Number(event.key) - 1]);
       const action = actions[event.key.length === 1 ? event.key.toLowerCase() : event.key];
       if (!action || (event.key === ' ' && event.target.closest('button'))) return;

@@ -5,7 +5,7 @@ const SEQUENTIAL = [
   [0, 32, 76], [0, 48, 111], [57, 67, 109], [87, 86, 108], [112, 105, 111], [138, 124, 112],
   [166, 144, 108], [196, 165, 98], [227, 189, 81], [255, 217, 61],
 ];
-/** The same from light to dark, for light pages: critical values are dark. */
+/** Dark blue over near white to dark red, for values of both signs. */
 const DIVERGING = [
   [5, 48, 97], [33, 102, 172], [67, 147, 195], [146, 197, 222], [226, 236, 240], [247, 221, 196],
   [244, 165, 130], [214, 96, 77], [178, 24, 43], [103, 0, 31],

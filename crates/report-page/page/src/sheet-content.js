@@ -1,23 +1,18 @@
 // The setup sheet: what an operator needs at the machine, for A4.
 
 import { h, svg } from './dom.js';
-import { axisValue, clock, fixed, length, lengthUnit, speed } from './units.js';
+import { axisValue, clock, fixed, isInch, length, lengthUnit, speed } from './units.js';
 
-const VERDICTS = {
-  good: ['VERIFIED: NO FAULT FOUND', 'ok'],
-  partly_tested: ['NO FAULT FOUND, BUT NOT ALL IS TESTED', 'warn'],
-  incomplete: ['NO FAULT, BUT THE JOB IS NOT MET', 'warn'],
-  not_verified: ['NOT VERIFIED', 'warn'],
-  faulty: ['REJECTED: DO NOT RUN', 'bad'],
-};
+const VERDICTS = { good: 'ok', partly_tested: 'warn', incomplete: 'warn', not_verified: 'warn', faulty: 'bad' };
 
-export const verdictText = (verdict) => VERDICTS[verdict.state];
+/** Words of a verdict and the kind that it is shown in. */
+export const verdictText = (verdict) => [verdict.stamp, VERDICTS[verdict.state]];
 
 const row = (name, ...value) => h('tr', h('th', name), h('td', ...value));
 const section = (title, ...content) => h('section', h('h2', title), ...content);
 const table = (head, rows, kind = 'table') => h(kind, head && h('thead', h('tr', head.map((cell) => h('th', cell)))), h('tbody', rows));
 
-/** Lists of a finding's numbers: `0.123 mm`, `12 deg`. */
+/** The measure of a finding with its name and unit: `depth 0.123 mm`, `angle 12.000°`. */
 export function measureText(measure) {
   if (!measure) return '';
   const [key, value] = Object.entries(measure)[0];
@@ -32,16 +27,22 @@ export const kindText = (kind) => String(kind ?? 'of no kind').replaceAll('_', '
 /** Whether the page is that of a program from anywhere: what the job says need not be the program's. */
 const isForeign = (doc) => doc.result.format === 'facemill-verification/1';
 
-/** Fills an element with the sheet. */
+/** A line of the program with its text: a control counts blocks, not lines of a file. */
+export function fileLine(doc, line) {
+  const text = doc.line_texts[line];
+  return text ? [`file line ${line}: `, h('span.mono', text)] : [`file line ${line}`];
+}
+
+/** Returns the sheet as an element. */
 export function sheet(doc) {
-  const { setup, machine, tools, program, result, verdict } = doc;
+  const { setup, machine, tools, program, verdict } = doc;
   const [text, kind] = verdictText(verdict);
   const [number, of] = setup.number;
   // The head of a table is on every page that it is printed on.
   return h('article.sheet', h('table.paged', h('thead', h('tr', h('td', h(`div.running.${kind}`, h('b', text), ` · ${doc.job} · ${setup.file.name} · ${program.file}`)))), h('tbody', h('tr', h('td.paper',
     h('header',
       h('div', h('h1', 'Setup sheet'), h('p.sheet-job', doc.job), h('p', `Setup ${number} of ${of}: ${setup.file.name}`)),
-      h(`div.stamp.${kind}`, text, verdict.because.map((why) => h('small', why)))),
+      h(`div.stamp.${kind}`, text, verdict.because.concat(verdict.notes).map((why) => h('small', why)))),
     section('Program', programs(doc)),
     section('Control and machine', control(doc)),
     section('Work offset', offset(doc)),
@@ -53,14 +54,14 @@ export function sheet(doc) {
     section('Times', times(doc)),
     section(isForeign(doc) ? 'Spindle, feeds and coolant of the job, not of the program' : 'Spindle, feeds and coolant', feeds(doc)),
     section('First motion', firstMotion(doc)),
-    section('Findings', findings(result)),
+    section('Findings', findings(doc)),
     section('Assumptions to check at the control', assumptions(doc)),
     h('footer', h('p', `Checksum of ${program.file}: ${program.blake3}`), h('table.signatures', h('tbody', h('tr', ['Set up by', 'Checked by', 'Date'].map((who) => h('td', who)))))))))));
 }
 
-/** Numbers in texts are mm and degrees, whatever the unit of the sheet. */
 function controlSettings(doc) {
-  return [table(null, doc.control_settings.map(({ name, value }) => row(name, value)), 'table.pairs'), isForeign(doc) ? h('p.note', 'From the text of the program, the machine file and the tool of the job.') : null];
+  const notes = [isForeign(doc) && 'From the text of the program, the machine file and the tool of the job.', isInch() && 'Numbers in these texts are mm and degrees.'];
+  return [table(null, doc.control_settings.map(({ name, value }) => row(name, value)), 'table.pairs'), notes.filter(Boolean).map((note) => h('p.note', note))];
 }
 
 /** Distances between the part and what can be touched on the table. */
@@ -136,15 +137,32 @@ function control(doc) {
 }
 
 function offset(doc) {
-  const { setup, machine } = doc;
-  const { register = 'G54', linear_mm: linear = {}, rotary_deg: rotary = {} } = setup.file.work_offset || {};
-  const rows = machine.axes.map((axis) => h('tr', h('td', axis.letter), h('td.number', axis.is_rotary ? `${fixed(rotary[axis.letter] ?? 0, 4)}°` : length(linear[axis.letter] ?? 0)), h('td', how(axis))));
-  return [h('p', 'Register ', h('b', register), '. Machine positions at which the words of the program are 0:'), table(['Axis', 'Value', 'How to measure'], rows)];
+  const { machine } = doc;
+  const { work_offset: at } = doc.setup;
+  const zero = at.program_zero;
+  const rows = machine.axes.map((axis, k) => {
+    const value = (x) => h('td.number', axisValue(axis, x, axis.is_rotary ? 4 : 3));
+    return h('tr', h('td', axis.letter), value(at.axes[k].value), zero && value(at.axes[k].reading_at_datum), h('td', how(axis, at, at.axes[k])));
+  });
+  const head = ['Axis', 'Value in the register', zero && 'Reading expected at the workpiece datum', 'How to check'];
+  return [
+    h('p', 'Register ', h('b', at.register), '. Positions of the scales at which the words of the program are 0, without the length of a tool:'),
+    table(head.filter(Boolean), rows),
+    zero && h('p', 'Program zero on the table: ', h('b', placeText(zero)), at.is_same_frame ? ', the datum of the workpiece frame.' : '. It is not the datum of the workpiece frame: a probe at the datum reads the third column, not the register.'),
+    zero ? h('p.note', `Probe with all rotary axes at their offsets. Positions count from the gauge line of the spindle: take the length of the probe off.${at.is_same_frame ? '' : ' If a reading differs, the part lies elsewhere: put it right, or plan again with the place measured. The register keeps its values.'}`)
+      : h('p.note', 'The words of this machine have no frame on its table: the values are those of axes, and no probe at the part reads them.'),
+  ];
 }
 
-const how = (axis) => (axis.is_rotary
-  ? 'Zero of the scale; set the value, then check that the part lies as drawn with a dial along an edge.'
-  : `Probe the datum of the workpiece frame along ${axis.letter} with all rotary axes at their offsets; compare with the value.`);
+const placeText = (p) => `X ${length(p[0])}, Y ${length(p[1])}, Z ${length(p[2])}`;
+
+function how(axis, at, { probe_lengths: share }) {
+  if (axis.is_rotary) return 'Zero of the scale; set the value, then check that the part lies as drawn with a dial along an edge.';
+  if (!at.program_zero) return 'Axis value; do not probe.';
+  if (!/^[XYZ]$/.test(axis.letter)) return 'Keep the axis at the value while the others are probed.';
+  const off = Math.abs(share) < 1e-6 ? '' : `, less ${Math.abs(share - 1) < 1e-6 ? '' : `${fixed(share, 4)} times `}the length of the probe,`;
+  return `Probe the datum of the workpiece frame along ${axis.letter}; compare the reading${off} with the ${at.is_same_frame ? 'value' : 'third column'}.`;
+}
 
 /** Box around points of the outlines of a role, table frame. */
 function boxOf(outlines, roles) {
@@ -164,7 +182,8 @@ function standing(doc) {
   const others = setup.outlines.filter((o) => o.role === 'fixture' || o.role === 'check');
   const span = ([low, high]) => `${length(low)} to ${length(high)}`;
   return table(null, [
-    row('Origin of the workpiece frame on the table', `X ${length(m[3])}, Y ${length(m[7])}, Z ${length(m[11])}`),
+    row('Origin of the workpiece frame on the table', placeText([m[3], m[7], m[11]])),
+    setup.work_offset.program_zero && row('Program zero on the table', placeText(setup.work_offset.program_zero)),
     row('Turn of the workpiece frame on the table', turnText(m)),
     part && row('Part on the table, to measure', h('span', `X ${span(part[0])}`), h('br'), `Y ${span(part[1])}`, h('br'), `Z ${span(part[2])} (above the table's frame)`),
     stock && row('Stock box, workpiece frame', stock[0].map((low, k) => `${'XYZ'[k]} ${length(low)} to ${length(stock[1][k])} (${length(stock[1][k] - low)})`).join('; ')),
@@ -188,15 +207,25 @@ function stockText(stock) {
 
 /** Drawing of what stands on the table, from above or from the front. */
 function drawing(doc, side) {
-  const { outlines, table_from_work: m } = doc.setup;
+  const { outlines, table_from_work: m, work_offset: offset } = doc.setup;
   const key = side === 'top' ? 'top' : 'front';
+  const seen = ([px, py, pz]) => [px, side === 'top' ? py : pz];
+  const origins = [['table', [0, 0], 'of-table'], ['workpiece', seen([m[3], m[7], m[11]]), 'of-work']];
   const shown = outlines.filter((o) => o[key].length > 2);
   const near = shown.filter((o) => o.role !== 'table');
-  const points = (near.length ? near : shown).flatMap((o) => o[key]).concat([[0, 0], [m[3], side === 'top' ? m[7] : m[11]]]);
+  const points = (near.length ? near : shown).flatMap((o) => o[key]).concat(origins.map(([, at]) => at));
   const low = [0, 1].map((k) => Math.min(...points.map((p) => p[k])));
   const high = [0, 1].map((k) => Math.max(...points.map((p) => p[k])));
+  // Program zero may be far away: the part has to stay visible.
+  const zero = offset.program_zero && seen(offset.program_zero);
+  const reach = 1.5 * Math.max(high[0] - low[0], high[1] - low[1], 1);
+  const isOutside = Boolean(zero) && [0, 1].some((k) => zero[k] < low[k] - reach || zero[k] > high[k] + reach);
+  if (zero && !isOutside) {
+    origins.push(['program zero', zero, 'of-program']);
+    for (const k of [0, 1]) [low[k], high[k]] = [Math.min(low[k], zero[k]), Math.max(high[k], zero[k])];
+  }
   const span = Math.max(high[0] - low[0], high[1] - low[1], 1);
-  const [W, H] = [330, side === 'top' ? 300 : 300];
+  const [W, H] = [330, 300];
   const scale = 196 / span;
   const middle = [0, 1].map((k) => (low[k] + high[k]) / 2);
   const x = (value) => W / 2 + (value - middle[0]) * scale;
@@ -228,7 +257,12 @@ function drawing(doc, side) {
   // Lowest face above the origin or highest below it, or the lowest where the origin is between.
   const fromOrigin = ([a, b]) => (a > 0 || (a < 0 && b > 0) ? a : b);
   const clip = `clip-${side}`;
-  const isSame = Math.hypot(m[3], side === 'top' ? m[7] : m[11]) * scale < 3;
+  const marks = [];
+  for (const [name, at, kind] of origins) {
+    const same = marks.find((mark) => Math.hypot(mark.at[0] - at[0], mark.at[1] - at[1]) * scale < 3);
+    if (same) same.name += ` = ${name}`;
+    else marks.push({ name, at, kind });
+  }
   return h('figure',
     svg('svg', { viewBox: `0 0 ${W} ${H}`, width: W, height: H, role: 'img', 'aria-label': `part on the table from the ${side}` },
       svg('defs', svg('clipPath', { id: clip }, svg('rect', { x: 0, y: 0, width: W, height: H - 14 }))),
@@ -236,9 +270,9 @@ function drawing(doc, side) {
       across(h0[0], h0[1], H - 22, length(h0[1] - h0[0], 1)), up(v0[0], v0[1], 22, length(v0[1] - v0[0], 1)),
       // From the origin of the table to the nearer faces of the part.
       fromOrigin(h0) && across(0, fromOrigin(h0), H - 42, length(Math.abs(fromOrigin(h0)), 1)), fromOrigin(v0) && up(0, fromOrigin(v0), 44, length(Math.abs(fromOrigin(v0)), 1)),
-      origin(0, 0, isSame ? 'table = workpiece' : 'table', 'of-table'), isSame ? [] : origin(m[3], side === 'top' ? m[7] : m[11], 'workpiece', 'of-work'),
+      marks.map(({ name, at, kind }) => origin(at[0], at[1], name, kind)),
       svg('text', { x: W - 6, y: 14, class: 'label', 'text-anchor': 'end' }, side === 'top' ? 'from above: X right, Y up' : `from the front: X right, ${axis2} up`)),
-    h('figcaption', `Hulls of what stands on the table, ${side === 'top' ? 'from above' : 'from the front'}; ${lengthUnit()}.`));
+    h('figcaption', `Hulls of what stands on the table, ${side === 'top' ? 'from above' : 'from the front'}; ${lengthUnit()}.${isOutside ? ` Program zero is outside: ${placeText(offset.program_zero)}.` : ''}`));
 }
 
 /** Drawing of a tool assembly, in scale. */
@@ -275,7 +309,7 @@ function toolBlock(tool, k, n, doc) {
   const operations = doc.setup.operations.filter((o) => n === 1 || (o.head ?? 1) === k + 1);
   return h('div.tool', toolDrawing(tool), table(null, [
     row('Tool', h('b', `T${tool.number}`), ` ${tool.name}`, n > 1 ? ` (head ${k + 1})` : ''),
-    row('Length register', `H${tool.length_register ?? tool.number}`),
+    row('Place of the length', tool.length_place),
     row('Diameter D, radius R, corner r', `${length(2 * tool.radius_mm)}, ${length(tool.radius_mm)}, ${length(tool.corner_radius_mm)}`),
     row('Gauge length to enter', h('b', length(tool.gauge_length_mm))),
     row('Stick-out from the holder', length(tool.stick_out_mm)),
@@ -323,18 +357,22 @@ function feeds(doc) {
 function firstMotion(doc) {
   const first = doc.first_motion;
   if (!first) return h('p', 'The program moves no axis.');
-  return [h('p', `Line ${first.line} moves to: `, first.position.map((value, k) => `${doc.machine.axes[k].letter} ${axisValue(doc.machine.axes[k], value)}`).join(', '), '.'), h('p.note', 'Run every new program in the air first, whatever this sheet says: block by block, with the feed override low.')];
+  const { axes } = doc.machine;
+  const moving = axes.filter((_, k) => first.moves[k]).map((axis) => axis.letter);
+  const values = axes.map((axis, k) => `${axis.letter} ${axisValue(axis, first.position[k])}`);
+  return [h('p', 'In ', fileLine(doc, first.line)), h('p', `Axes that move from home: ${moving.join(', ')}. Machine positions (scales) at its end: ${values.join(', ')}.`), h('p.note', 'Run every new program in the air first, whatever this sheet says: block by block, with the feed override low.')];
 }
 
-export function findings(result) {
+function findings(doc) {
+  const { result } = doc;
   const list = result.findings || [];
   if (!list.length) return h('p', result.verified === false ? 'The program was not run: faults are not known.' : 'None.');
-  const rows = list.map((f) => h(`tr${f.isFault ? '.bad' : ''}`, h('td', kindText(f.kind)), h('td.number', f.first_line === f.last_line ? f.first_line : `${f.first_line}–${f.last_line}`), h('td', measureText(f.measure)), h('td', [f.axis, f.body, f.obstacle].filter(Boolean).join(' / ')), h('td', f.note || '')));
+  const rows = list.map((f) => h(`tr${f.isFault ? '.bad' : ''}`, h('td', kindText(f.kind)), h('td', f.first_line === f.last_line ? fileLine(doc, f.first_line) : [`file lines ${f.first_line} to ${f.last_line}, worst in `, fileLine(doc, f.worst_line)]), h('td', measureText(f.measure)), h('td', [f.axis, f.body, f.obstacle].filter(Boolean).join(' / ')), h('td', f.note || '')));
   return table(['Kind', 'Lines', 'Measure', 'Bodies', 'Note'], rows);
 }
 
 function assumptions(doc) {
   const list = doc.result.assumptions || [];
   if (!list.length) return h('p', 'None.');
-  return h('ul', list.map((a) => h('li', a.line ? `Line ${a.line}: ` : '', a.text)));
+  return h('ul', list.map((a) => h('li', a.text, a.line ? [' In ', fileLine(doc, a.line)] : null)));
 }

@@ -82,14 +82,20 @@ try {
     measured.postures = await clickOnNarrowPoint(page);
     measured.tablet = await tablet(page);
     measured.banner = await page.run('document.querySelector(".alarm").textContent');
+    measured.sliders = await page.run("[...document.querySelectorAll('[role=slider]')].every((e) => ['min', 'max', 'now'].every((key) => Number.isFinite(parseFloat(e.getAttribute('aria-value' + key)))))");
+    measured.shortcut = await shortcutBehindFields(page);
+    measured.dialog = await dialog(page);
     measured.labels = await page.run('document.querySelector(".bar h1").textContent + " | " + document.querySelector(".bar .where").textContent');
   }
+  // Printing is the same with the sheet open.
+  if (isReport) await page.run('facemill.openSheet()');
   await page.send('Emulation.setEmulatedMedia', { media: 'print' });
   measured.sheet = await page.run(`(() => {
     const sheet = document.querySelector('#printed .sheet') || document.querySelector('.sheet');
     const isShown = (element) => element.getClientRects().length > 0;
     return {
       headings: [...sheet.querySelectorAll('h2')].filter(isShown).map((e) => e.textContent),
+      sheets: [...document.querySelectorAll('.sheet')].filter(isShown).length,
       rows: [...sheet.querySelectorAll('tr')].filter(isShown).length,
       all_rows: sheet.querySelectorAll('tr').length,
       running: sheet.querySelector('.running').textContent,
@@ -115,6 +121,26 @@ try {
 /** Presses a key where the focus is. */
 async function press(page, key) {
   for (const type of ['keyDown', 'keyUp']) await page.send('Input.dispatchKeyEvent', { type, key, code: key });
+}
+
+/** Whether a shortcut works where a checkbox or a slider has the focus. */
+async function shortcutBehindFields(page) {
+  const works = {};
+  for (const type of ['checkbox', 'range']) {
+    await page.run(`facemill.setMeasure(false); document.querySelector('.groups input[type=${type}]').focus()`);
+    await press(page, 'm');
+    works[type] = await page.run('Boolean(facemill.measuring)');
+  }
+  await page.run('facemill.setMeasure(false)');
+  return works;
+}
+
+/** The sheet as a dialog: its role, where the focus is while it is open and behind that. */
+async function dialog(page) {
+  await page.run("document.querySelector('.play').focus(); facemill.openSheet()");
+  const open = await page.run("({ role: facemill.cover.getAttribute('role'), has_focus: facemill.cover.contains(document.activeElement) })");
+  await press(page, 'Escape');
+  return { ...open, is_open: await page.run("facemill.cover.classList.contains('open')"), returns: await page.run("document.activeElement.classList.contains('play')") };
 }
 
 /** Lines to which keys in the program's text lead. */
@@ -199,7 +225,7 @@ async function tablet(page) {
 async function clickOnPath(page) {
   const places = await page.run(`(() => {
     const { motion, view } = facemill;
-    document.querySelector('.cover.open')?.classList.remove('open');
+    facemill.closeCover();
     facemill.view.look('top');
     view.drawNow();
     const box = view.renderer.domElement.getBoundingClientRect();

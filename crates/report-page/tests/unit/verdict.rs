@@ -2,6 +2,11 @@ use serde_json::json;
 
 use super::*;
 
+/// The verdict on a program that moves, for a machine without assumed values.
+fn verdict(result: &Value) -> Verdict {
+    super::verdict(result, Moves::Some, 0)
+}
+
 #[test]
 fn a_fault_makes_a_program_faulty_and_a_near_miss_does_not() {
     let with = |kind: &str| verdict(&json!({ "verified": true, "findings": [{ "kind": kind }] })).state;
@@ -49,4 +54,27 @@ fn a_program_that_was_not_run_is_not_good_and_one_that_misses_the_job_is_incompl
     assert_eq!(verdict(&left).because, ["side: more material is left than the job permits"]);
     assert_eq!(state(json!({ "findings": [], "deviation": { "exceeds_gouge_limit": true } })), VerdictState::Faulty);
     assert_eq!(state(json!({ "findings": [] })), VerdictState::Good);
+}
+
+#[test]
+fn a_program_without_motion_is_not_verified_and_has_no_good_stamp() {
+    let result = json!({ "verified": true, "findings": [] });
+    for (moves, why) in [(Moves::None, "moves no axis"), (Moves::NotFollowed, "can be followed")] {
+        let found = super::verdict(&result, moves, 0);
+        assert_eq!(found.state, VerdictState::NotVerified);
+        assert!(found.because.iter().any(|b| b.contains(why)), "{:?}", found.because);
+    }
+    let faulty = json!({ "findings": [{ "kind": "gouge" }] });
+    assert_eq!(super::verdict(&faulty, Moves::None, 0).state, VerdictState::Faulty);
+}
+
+#[test]
+fn a_stamp_names_near_misses_assumptions_and_assumed_values() {
+    let near = json!({ "kind": "near_miss" });
+    let result = json!({ "findings": [near, near, near], "assumptions": [{ "text": "a" }] });
+    let found = super::verdict(&result, Moves::Some, 2);
+    assert_eq!(found.state, VerdictState::Good);
+    assert_eq!(found.notes, ["3 near misses", "1 assumption to check", "2 assumed values of the machine"]);
+    let line = "VERIFIED: NO FAULT FOUND; 3 near misses; 1 assumption to check; 2 assumed values of the machine";
+    assert_eq!(stamp_line(&found), line);
 }

@@ -267,6 +267,12 @@ fn assert_usable_by_keyboard_and_tablet(measured: &Value) {
     let keys = &measured["keyboard"];
     assert_eq!(keys["lines"], json!([2, 3, 2, keys["n"], 1]));
     assert_eq!(keys["now"], "2");
+    assert_eq!(
+        (&measured["sliders"], &measured["shortcut"]),
+        (&json!(true), &json!({ "checkbox": true, "range": true }))
+    );
+    let dialog = json!({ "role": "dialog", "has_focus": true, "is_open": false, "returns": true });
+    assert_eq!(measured["dialog"], dialog);
     for width in ["820", "1180"] {
         let on = &measured["tablet"][width];
         assert_eq!((&on["overflow"], &on["wrong"]), (&json!(0), &json!([])), "{width} px");
@@ -321,6 +327,7 @@ fn a_browser_shows_the_pose_of_every_line_and_a_click_leads_to_it() {
     assert!(map["is_open"] == true && map["wanted"] == map["shown"] && map["colours"].as_u64() > Some(3), "{map}");
     assert!(map["off_mm"].as_f64() < Some(0.02), "{map}");
     assert!(measured["pdf_pages"].as_u64() <= Some(5), "{}", measured["pdf_pages"]);
+    assert_eq!(sheet["sheets"], 1, "printed with the sheet open");
     let stamp = job.json("out/report.json")["programs"][0]["blake3"].clone();
     assert!(sheet["text"].as_str().expect("text").contains(stamp.as_str().expect("a checksum")));
 
@@ -442,6 +449,10 @@ fn foreign_and_empty_programs_have_pages() {
     facemill(&job, "view ./empty.nc --job job.json");
     let empty = document(&text(&job, "empty.html"));
     assert_eq!(empty["motion"]["n"], 0);
+    // What is wrong besides, such as material left, may reject it.
+    assert!(["not_verified", "faulty"].iter().any(|state| empty["verdict"]["state"] == *state), "{}", empty["verdict"]);
+    assert!(empty["verdict"]["because"].to_string().contains("moves no axis"), "{}", empty["verdict"]);
+    assert!(text(&job, "foreign.html").contains("<title>REJECTED - "));
     let Some(foreign) = measured(&job.path("foreign.html"), &[]) else { return };
     assert_shown(&foreign);
     assert_eq!(foreign["finding"]["line"], foreign["finding"]["worst"]);
@@ -605,6 +616,124 @@ fn the_animation_is_gltf_with_a_track_for_each_axis() {
     assert!((high[0].as_f64().expect("x") - low[0].as_f64().expect("x") - 80.0).abs() < 0.01);
 }
 
+/// Value of a setting of the control on a page.
+fn setting<'d>(held: &'d Value, name: &str) -> &'d str {
+    let mut all = held["control_settings"].as_array().expect("settings").iter();
+    let found = all.find(|s| s["name"].as_str().is_some_and(|n| n.starts_with(name)));
+    found.and_then(|s| s["value"].as_str()).unwrap_or_else(|| panic!("no {name}"))
+}
+
+/// Checks that words and lines that the sheet names are in the text, and that registers have the
+/// control's names.
+fn assert_settings_are_of_the_text(control: &str, held: &Value, program: &str) {
+    let tip = setting(held, "Tip control");
+    if let Some(words) = tip.strip_prefix("the program switches it on with ") {
+        let words = words.split(':').next().expect("words");
+        assert!(!words.trim().is_empty(), "{control}: {tip}");
+        for word in words.split(' ') {
+            assert!(program.contains(word), "{control}: {word} is not in the text");
+        }
+    } else {
+        assert!(tip.starts_with("off: "), "{control}: {tip}");
+    }
+    // The page's line is that of the file, and before the first block under the length.
+    let length = setting(held, "Tool length");
+    let (before, quoted) = length.split_once("(file line ").unwrap_or_else(|| panic!("{control}: {length}"));
+    assert!(before.contains("compares it before it moves with it"), "{control}: {length}");
+    let (line, quoted) = quoted.split_once(": \"").expect("a text");
+    let line: usize = line.parse().expect("a number");
+    let begin = quoted.trim_end_matches("\")").trim_end_matches('…');
+    assert!(program.lines().nth(line - 1).expect("a line").trim().starts_with(begin), "{control}: {length}");
+    let [register, place] = [&held["setup"]["work_offset"]["register"], &held["tools"][0]["length_place"]];
+    let (register, place) = (register.as_str().expect("text"), place.as_str().expect("text"));
+    let (wanted, in_place) = match control {
+        "heidenhain" => ("PRESET 1 (CYCL DEF 247 DATUM SETTING Q339=+1 ;DATUM NUMBER)", "tool table"),
+        "siemens_840d" => ("G54", "cutting edge D1"),
+        _ => ("G54", "H"),
+    };
+    assert!(register == wanted && place.contains(in_place), "{control}: {register}, {place}");
+    let rapids = setting(held, "Rapids");
+    let set_by = match control {
+        "heidenhain" | "linuxcnc" => "as this control always does",
+        "siemens_840d" => "selected by RTLION (file line ",
+        _ => "setting to check: ",
+    };
+    assert!(rapids.contains(set_by), "{control}: {rapids}");
+}
+
+#[test]
+fn words_that_the_sheet_names_of_a_foreign_program_are_those_of_its_text() {
+    let job = blink_patch();
+    job.set("machine.json", &[("/motion/rapid", json!("linear"))]);
+    // Inches, two meanings of F, tip control by another word than ours, and no check of a length.
+    let program = "G20 G17 G90 G94 G54\nT1 M6\nS1000 M3\n(TOOL LENGTH #11001)\nG0 G43.5 X0. Y0. Z12. B0. C0. H1\nG1 Z11. F20.\nG49\nG28 G91 Z0.\n\
+                   G90 G93 G1 G43 Z11. X1. Y1. B0. C0. H1 F2.\nM30\n";
+    job.write("foreign.nc", program.as_bytes());
+    facemill(&job, "view ./foreign.nc --job job.json -o ./foreign.html");
+    let held = document(&text(&job, "foreign.html"));
+    let tip = setting(&held, "Tip control");
+    assert!(tip.contains("G43.5") && tip.contains("file line 5"), "{tip}");
+    let length = setting(&held, "Tool length");
+    assert!(length.ends_with("the program does not compare it before it moves with it: check it by hand"), "{length}");
+    let feed = setting(&held, "Meaning of F");
+    assert!(feed.contains("inch/min") && feed.contains("inverse time"), "{feed}");
+    assert!(!feed.contains("header"), "{feed}");
+    let smoothing = setting(&held, "Smoothing");
+    assert!(smoothing.contains("no word of the program"), "{smoothing}");
+}
+
+#[test]
+fn the_sheet_says_what_a_probe_at_the_datum_reads() {
+    let job = blink_patch();
+    let offset_of = |job: &JobFolder| {
+        facemill(job, "plan job.json --out ./out --no-verify");
+        let held = document(&text(job, "out/report.html"));
+        (held["setup"]["work_offset"].clone(), held["setup"]["table_from_work"].clone())
+    };
+    let (at, table_from_work) = offset_of(&job);
+    let number = |v: &Value| v.as_f64().unwrap_or_else(|| panic!("{v}"));
+    let datum = [3, 7, 11].map(|k| number(&table_from_work[k]));
+    let axes = at["axes"].as_array().expect("axes");
+    let axis = |letter: &str| axes.iter().find(|a| a["letter"] == letter).expect("the axis");
+    // Words and table are parallel on this machine.
+    let mut readings = json!({});
+    for (c, letter) in ["X", "Y", "Z"].into_iter().enumerate() {
+        let expected = number(&axis(letter)["value"]) + datum[c] - number(&at["program_zero"][c]);
+        let reading = number(&axis(letter)["reading_at_datum"]);
+        assert!((reading - expected).abs() < 1e-9, "{letter}: {reading} for {expected}");
+        let of_probe = number(&axis(letter)["probe_lengths"]);
+        assert!((of_probe - if letter == "Z" { 1.0 } else { 0.0 }).abs() < 1e-9, "{letter}: {of_probe}");
+        readings[letter] = json!(reading);
+    }
+    let is_same = datum.iter().zip(0..).all(|(d, c)| (d - number(&at["program_zero"][c as usize])).abs() < 1e-6);
+    assert_eq!(at["is_same_frame"], json!(is_same));
+    // With these readings as its values the offset is at the datum.
+    job.set("job.json", &[("/setups/0/work_offset/linear_mm", readings)]);
+    let (at, _) = offset_of(&job);
+    assert_eq!(at["is_same_frame"], true, "{at}");
+    for axis in at["axes"].as_array().expect("axes") {
+        assert!((number(&axis["reading_at_datum"]) - number(&axis["value"])).abs() < 1e-9, "{axis}");
+    }
+}
+
+#[test]
+fn the_documentation_has_every_key_of_the_document() {
+    let job = blink_patch();
+    facemill(&job, "plan job.json --out ./out --no-verify");
+    let page = text(&job, "out/setup-sheet.html");
+    assert!(page.contains("<noscript><p><b>NOT VERIFIED; "));
+    let held = document(&page);
+    let docs = include_str!("../../../../docs/report-page.md");
+    let table = docs.split("| key | content |").nth(1).expect("a table");
+    let cells =
+        table.lines().take_while(|line| line.is_empty() || line.starts_with('|')).filter_map(|l| l.split('|').nth(1));
+    let mut documented: Vec<&str> = cells.flat_map(|cell| cell.split('`').skip(1).step_by(2)).collect();
+    let mut keys: Vec<&str> = held.as_object().expect("an object").keys().map(String::as_str).collect();
+    documented.sort_unstable();
+    keys.sort_unstable();
+    assert_eq!(documented, keys);
+}
+
 #[test]
 fn every_control_has_a_page_that_follows_its_program() {
     let controls = [
@@ -614,6 +743,9 @@ fn every_control_has_a_page_that_follows_its_program() {
         ("linuxcnc", "g93", "ngc"),
         ("siemens_840d", "rtcp", "mpf"),
         ("heidenhain", "rtcp", "h"),
+        ("fanuc", "rtcp", "nc"),
+        ("haas", "rtcp", "nc"),
+        ("linuxcnc", "rtcp", "ngc"),
     ];
     for (control, mode, ending) in controls {
         let job = blink_patch();
@@ -635,6 +767,7 @@ fn every_control_has_a_page_that_follows_its_program() {
         assert_eq!((by_length, by_time), (mode != "g93", mode == "g93"), "{control}");
         let under_rtcp = numbers(&page, &motion["rtcp"]).contains(&1.0);
         assert_eq!(under_rtcp, mode == "rtcp", "{control}");
+        assert_settings_are_of_the_text(control, &held, &text(&job, &format!("out/program.{ending}")));
         if control == "siemens_840d" {
             let Some(measured) = measured(&job.path("out/report.html"), &[]) else { continue };
             assert_shown(&measured);

@@ -416,6 +416,7 @@ impl FanucReader {
                     length,
                     register,
                     relation: LengthRelation::Same,
+                    check: None,
                 });
             }
             if let Some(block) = &mut block {

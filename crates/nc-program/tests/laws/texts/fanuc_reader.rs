@@ -204,7 +204,7 @@ fn other_words_are_kept_as_commands() {
     assert_eq!(commands, expected);
     assert_eq!(
         read.tool_lengths,
-        [ToolLengthNote { line: 10, length: 123.5, register: None, relation: LengthRelation::Same }]
+        [ToolLengthNote { line: 10, length: 123.5, register: None, relation: LengthRelation::Same, check: None }]
     );
     assert_eq!(read.motions().count(), 0);
 }
