@@ -29,6 +29,9 @@ mod pages {
     #[doc = include_str!("../../../README.md")]
     struct Repository;
 
+    #[doc = include_str!("../../blade-file/README.md")]
+    struct BladeFile;
+
     #[doc = include_str!("../../channel-pair/README.md")]
     struct ChannelPair;
 
@@ -90,6 +93,7 @@ pub use facemill_verification::program::{Verified, VerifyRequest, verify_program
 pub use facemill_verification::stock_run::CutRequest;
 
 pub use facemill_batch as batch;
+pub use facemill_blade_file as blade_file;
 pub use facemill_cc_path as cc_path;
 pub use facemill_channel_pair as channel_pair;
 pub use facemill_chip_area as chip_area;

@@ -25,11 +25,19 @@ impl GroupedMesh {
     /// Adds the quad `a, b, c, d` to a group (by its place in the list), split along the shorter
     /// diagonal. Corners that coincide make it a triangle, or nothing.
     pub(crate) fn quad(&mut self, group: usize, [a, b, c, d]: [u32; 4]) {
-        let length_sq = |p: u32, q: u32| (self.vertices[p as usize] - self.vertices[q as usize]).norm_squared();
-        let split = if length_sq(a, c) <= length_sq(b, d) { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
+        let split = if self.distance_sq(a, c) <= self.distance_sq(b, d) {
+            [[a, b, c], [a, c, d]]
+        } else {
+            [[a, b, d], [b, c, d]]
+        };
         for triangle in split {
             self.triangle(group, triangle);
         }
+    }
+
+    /// Square of the distance of two vertices.
+    pub(crate) fn distance_sq(&self, a: u32, b: u32) -> f64 {
+        (self.vertices[a as usize] - self.vertices[b as usize]).norm_squared()
     }
 
     /// Adds a triangle to a group unless two of its corners are the same vertex.

@@ -4,6 +4,7 @@
 //!   [`hub`] mesh one blade and the hub, [`blade_pose`] places the others. [`BladeSurface`] is the
 //!   smooth blade behind the mesh, [`chord_error`] their distance.
 //! - [`rotor37`]: a compressor blade.
+//! - [`BladeLoft`]: a smooth blade through sections of points, and its mesh.
 //! - [`patch`]: a wavy sculptured patch with exact normals and curvatures.
 //! - [`AnalyticPart`]: plane, sphere, cylinder, torus and saddle with exact closest points.
 //!
@@ -43,6 +44,7 @@
 //! | `spline` | cubic spline with two continuous derivatives through table values |
 //! | `propeller` | propellers: blades from published tables, and a hub |
 //! | `rotor37` | rotor 37 as a mesh, from its published table |
+//! | `blade_loft` | blades as smooth surfaces through sections of points |
 //! | `surface_point` | points of a surface with normal and curvature |
 //! | `patch` | wavy sculptured patches |
 //! | `analytic_part` | parts with closed normals and curvatures |
@@ -50,6 +52,7 @@
 //! This crate must not know machines, tools, jobs or files.
 
 mod analytic_part;
+mod blade_loft;
 mod grouped_mesh;
 mod patch;
 mod propeller;
@@ -59,6 +62,8 @@ mod spec_error;
 mod spline;
 mod surface_point;
 
+pub use crate::blade_loft::loft_mesh::LoftedBlade;
+pub use crate::blade_loft::loft_surface::{BladeLoft, BladeSections};
 pub use crate::propeller::blade::{BladeResolution, blade};
 pub use crate::propeller::blade_section::{BladeSection, BladeSide};
 pub use crate::propeller::blade_surface::BladeSurface;
@@ -68,5 +73,5 @@ pub use crate::propeller::spec::{PropellerSeries, PropellerSpec, blade_pose};
 pub use analytic_part::{AnalyticPart, AnalyticShape, MaterialSide};
 pub use patch::{PatchSpec, patch};
 pub use rotor37::{RotorResolution, rotor37};
-pub use spec_error::SpecError;
+pub use spec_error::{LoftError, SpecError};
 pub use surface_point::SurfacePoint;

@@ -26,6 +26,66 @@ pub enum SpecError {
     },
 }
 
+/// Why sections do not describe a blade; sections and points are counted from 0.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LoftError {
+    /// Fewer than two sections, or than eight points each.
+    #[error("{sections} sections with {points} points are too few for a blade; it needs 2 with 8")]
+    TooFew {
+        /// Number of sections.
+        sections: usize,
+        /// Points of the first one.
+        points: usize,
+    },
+    /// A section has another number of points than the first one.
+    #[error("section {section} has {points} points, the first one {first}")]
+    Unequal {
+        /// The section.
+        section: usize,
+        /// Its points.
+        points: usize,
+        /// Points of the first section.
+        first: usize,
+    },
+    /// A section has a number that is not finite.
+    #[error("section {section} has a coordinate that is not finite")]
+    NotFinite {
+        /// The section.
+        section: usize,
+    },
+    /// A point is where its neighbour around or across the sections is.
+    #[error("point {point} of section {section} coincides with a neighbour of it")]
+    Coincident {
+        /// The section.
+        section: usize,
+        /// The point.
+        point: usize,
+    },
+    /// Marks of an edge are no points, or both edges are one.
+    #[error("marks of the edges are no points of the sections, or the same for both edges")]
+    WrongMarks,
+    /// The surface folds, because points of equal index do not belong together.
+    #[error(
+        "the surface folds near point {point} between section {section} and the next; \
+         space the points of all sections alike"
+    )]
+    Folded {
+        /// The section.
+        section: usize,
+        /// The point.
+        point: usize,
+    },
+    /// The mesh would have too many vertices.
+    #[error("a chord tolerance of {tolerance} mm needs more than {most} vertices, or is not above zero")]
+    TooFine {
+        /// Requested tolerance, mm.
+        tolerance: f64,
+        /// Most vertices.
+        most: usize,
+    },
+}
+
 /// `value` when it is within `least..=most`.
 pub(crate) fn in_range(field: &'static str, value: f64, least: f64, most: f64) -> Result<f64, SpecError> {
     if value >= least && value <= most { Ok(value) } else { Err(SpecError::OutOfRange { field, value, least, most }) }

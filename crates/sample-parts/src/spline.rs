@@ -21,16 +21,22 @@ pub(crate) struct CubicSpline {
 }
 
 impl CubicSpline {
-    /// The spline through `(x, y)` knots with growing x; at least four of them.
+    /// The spline through `(x, y)` knots with growing x; at least four of them, or with natural ends
+    /// three.
     pub(crate) fn new(points: impl IntoIterator<Item = (f64, f64)>, start: SplineEnd, end: SplineEnd) -> Self {
         let (knots, values): (Vec<_>, Vec<_>) = points.into_iter().unzip();
-        debug_assert!(knots.len() >= 4 && knots.windows(2).all(|w| w[0] < w[1]));
+        debug_assert!(knots.len() >= 3 && knots.windows(2).all(|w| w[0] < w[1]));
         let second_derivatives = second_derivatives(&knots, &values, start, end);
         Self { knots, values, second_derivatives }
     }
 
     /// The value at `x`.
     pub(crate) fn value(&self, x: f64) -> f64 {
+        self.value_and_slope(x).0
+    }
+
+    /// The value and the first derivative at `x`.
+    pub(crate) fn value_and_slope(&self, x: f64) -> (f64, f64) {
         let (first, last) = (self.knots[0], self.knots[self.knots.len() - 1]);
         let inside = x.clamp(first, last);
         let piece = self.knots.partition_point(|&k| k <= inside).clamp(1, self.knots.len() - 1) - 1;
@@ -40,7 +46,7 @@ impl CubicSpline {
         let [m0, m1] = [self.second_derivatives[piece], self.second_derivatives[piece + 1]];
         let at_inside = a * y0 + b * y1 + (a * (a * a - 1.0) * m0 + b * (b * b - 1.0) * m1) * width * width / 6.0;
         let slope = (y1 - y0) / width + ((1.0 - 3.0 * a * a) * m0 + (3.0 * b * b - 1.0) * m1) * width / 6.0;
-        at_inside + slope * (x - inside)
+        (at_inside + slope * (x - inside), slope)
     }
 }
 

@@ -70,6 +70,17 @@ pub(crate) enum NewPart {
         #[arg(long, value_name = "FACTOR", default_value_t = 10.0, allow_negative_numbers = true, value_parser = rotor_scale)]
         scale: f64,
     },
+    /// A blade from a BladeGen or TurboGrid description, one side after the other up
+    Blade {
+        /// Folder to write to; it must be empty or not exist
+        dir: PathBuf,
+        /// Description (.inf); its hub, shroud and profile files are below its folder
+        #[arg(long, value_name = "FILE")]
+        from: PathBuf,
+        /// Scale; 1 is the size in the file
+        #[arg(long, value_name = "FACTOR", default_value_t = 1.0, allow_negative_numbers = true, value_parser = rotor_scale)]
+        scale: f64,
+    },
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -108,6 +119,7 @@ pub(crate) fn run(arguments: NewArguments) -> Result<ExitCode, Failure> {
         NewPart::PropellerDual { dir, diameter_mm } => (dir, NewJob::DualPropeller { diameter_mm }),
         NewPart::Patch { dir, size_mm } => (dir, NewJob::Patch { size_mm }),
         NewPart::Rotor37 { dir, scale } => (dir, NewJob::Rotor37 { scale }),
+        NewPart::Blade { dir, from, scale } => (dir, NewJob::Blade { from, scale }),
     };
     let written = new_job_for(&job, arguments.machine.as_deref(), arguments.dialect)
         .map_err(|message| Failure::Input { file: dir.clone(), message })?;

@@ -1,6 +1,7 @@
 //! Complete example jobs: mesh, tool, machine and job file.
 
 use std::ops::RangeInclusive;
+use std::path::PathBuf;
 
 use facemill_sample_parts::{
     BladeResolution, PatchSpec, PropellerSeries, PropellerSpec, RotorResolution, blade, blade_pose, chord_error, hub,
@@ -10,10 +11,11 @@ use facemill_surface_model::{NamedNode, TriMesh, write_glb, write_obj};
 use nalgebra::{Isometry3, Point3};
 use serde_json::{Value, json};
 
+use crate::examples::new_blade::{blade_job, groups_obj};
 use crate::examples::new_dual::dual_propeller_job;
 
 /// An example job.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum NewJob {
     /// A propeller on the B-head, C-table mill, suction side up.
@@ -36,6 +38,13 @@ pub enum NewJob {
     /// The blade of NASA Rotor 37, one side up.
     Rotor37 {
         /// Factor on the real size.
+        scale: f64,
+    },
+    /// A blade from a BladeGen description, one side after the other up.
+    Blade {
+        /// Its `.inf` file.
+        from: PathBuf,
+        /// Factor on the size in the file.
         scale: f64,
     },
 }
@@ -61,7 +70,7 @@ pub enum Series {
     },
 }
 
-/// Scales of [`NewJob::Rotor37`]: below them no cutter is small enough, above them no machine is
+/// Scales of [`NewJob::Rotor37`] and [`NewJob::Blade`]: below them no cutter is small enough, above them no machine is
 /// large enough.
 pub const ROTOR_SCALES: RangeInclusive<f64> = 0.1..=100.0;
 
@@ -69,13 +78,14 @@ pub const ROTOR_SCALES: RangeInclusive<f64> = 0.1..=100.0;
 /// same bytes.
 ///
 /// # Errors
-/// If the numbers describe no part.
+/// If numbers or files describe no part.
 pub fn new_job(job: &NewJob) -> Result<Vec<(String, Vec<u8>)>, String> {
     match *job {
         NewJob::Propeller { series, diameter_mm } => propeller_job(series, diameter_mm),
         NewJob::DualPropeller { diameter_mm } => dual_propeller_job(diameter_mm),
         NewJob::Patch { size_mm } => patch_job(size_mm),
         NewJob::Rotor37 { scale } => rotor37_job(scale),
+        NewJob::Blade { ref from, scale } => blade_job(from, scale),
     }
 }
 
@@ -214,7 +224,7 @@ pub fn propeller_glb(spec: &PropellerSpec, resolution: BladeResolution) -> Resul
 }
 
 /// Returns the mesh without vertices that no triangle uses.
-fn compact(mesh: &TriMesh) -> TriMesh {
+pub(crate) fn compact(mesh: &TriMesh) -> TriMesh {
     let mut new_index = vec![u32::MAX; mesh.vertices().len()];
     let mut vertices: Vec<Point3<f64>> = Vec::new();
     let triangles: Vec<[u32; 3]> = mesh
@@ -264,14 +274,7 @@ fn rotor37_job(scale: f64) -> Result<Vec<(String, Vec<u8>)>, String> {
     let vertices: Vec<Point3<f64>> = blade.vertices().iter().map(|p| p * scale).collect();
     let mesh = TriMesh::with_groups(vertices, blade.triangles().to_vec(), blade.groups().to_vec())
         .map_err(|e| e.to_string())?;
-    let names: Vec<String> = mesh.groups().iter().map(|g| g.name.clone()).collect();
-    let parts: Vec<TriMesh> = names.iter().map(|g| compact(&mesh.select_groups(|name| name == g))).collect();
-    let nodes: Vec<NamedNode<'_>> = names
-        .iter()
-        .enumerate()
-        .map(|(k, name)| NamedNode { name, mesh: k, transform: Isometry3::identity() })
-        .collect();
-    let obj = write_obj(&parts.iter().collect::<Vec<_>>(), &nodes).map_err(|e| e.to_string())?;
+    let (names, obj) = groups_obj(&mesh)?;
     let radius = cutter_radius(2.0 * scale);
     let suction = names.iter().find(|n| n.contains("suction")).or(names.first()).cloned().unwrap_or_default();
     // The blade points along +X at its radius; on the table it lies, its span toward the operator.
@@ -389,7 +392,8 @@ pub fn tool_file(radius: f64, reach: f64) -> Value {
     })
 }
 
-fn job_folder(mesh: (&str, Vec<u8>), job: &Value, (radius, reach): (f64, f64)) -> Vec<(String, Vec<u8>)> {
+/// Returns the files of a job: mesh, job, and a tool and a machine for it.
+pub(crate) fn job_folder(mesh: (&str, Vec<u8>), job: &Value, (radius, reach): (f64, f64)) -> Vec<(String, Vec<u8>)> {
     vec![
         (mesh.0.to_owned(), mesh.1),
         ("job.json".to_owned(), facemill_file_format::to_json(job).into_bytes()),

@@ -67,12 +67,15 @@ pub fn new_job_for(
         Job::read(folder.path()).map(drop).map_err(fault)
     })?;
     if !own_machine {
-        job["setups"][0]["table_from_work"]["translation_mm"] = json!(mounting(folder.path()).map_err(fault)?);
+        let mounting = json!(mounting(folder.path()).map_err(fault)?);
+        for setup in job["setups"].as_array_mut().into_iter().flatten() {
+            setup["table_from_work"]["translation_mm"] = mounting.clone();
+        }
         write(&job, &mut written)?;
         try_postures(folder.path()).map_err(fault)?;
     }
     let read = Job::read(folder.path()).map_err(fault)?;
-    describe_setup(&read, 0).map_err(fault)?;
+    (0..read.file.setups.len()).try_for_each(|setup| describe_setup(&read, setup).map(drop)).map_err(fault)?;
     Ok(written)
 }
 

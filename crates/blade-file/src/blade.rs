@@ -1,0 +1,86 @@
+//! A blade from all of its files.
+
+use nalgebra::{Point2, Point3};
+
+use crate::curves::{CurveReader, ProfileSection};
+use crate::fault::{BladeFault, BladeFileError};
+use crate::info::{BladeInfo, RotationAxis};
+use crate::section_checks::check_sections;
+
+/// A blade as its files describe it, mm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BladeFile {
+    /// Axis of rotation.
+    pub axis: RotationAxis,
+    /// Number of blades around the axis.
+    pub n_blades: Option<u32>,
+    /// Sections from hub to shroud, all with the same number of points and the same marks.
+    pub sections: Vec<ProfileSection>,
+    /// Hub from inlet to outlet; empty without a file.
+    pub hub: Vec<Point3<f64>>,
+    /// Shroud from inlet to outlet; empty without a file.
+    pub shroud: Vec<Point3<f64>>,
+}
+
+impl BladeFile {
+    /// How far downstream a point is, mm: along the hub from its inlet to the place nearest to the
+    /// point in the meridional plane; without a hub, along the axis of rotation.
+    pub fn downstream(&self, point: &Point3<f64>) -> f64 {
+        let seen = self.meridional(point);
+        let (mut best, mut length) = ((f64::INFINITY, seen.x), 0.0);
+        for pair in self.hub.windows(2) {
+            let [a, b] = [&pair[0], &pair[1]].map(|p| self.meridional(p));
+            let side = b - a;
+            let share = ((seen - a).dot(&side) / side.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+            let distance = (seen - (a + side * share)).norm();
+            if distance < best.0 {
+                best = (distance, length + share * side.norm());
+            }
+            length += side.norm();
+        }
+        best.1
+    }
+
+    /// Place along the axis, and distance from it.
+    fn meridional(&self, point: &Point3<f64>) -> Point2<f64> {
+        let axis = self.axis.direction();
+        let along = axis.dot(&point.coords);
+        Point2::new(along, (point.coords - axis * along).norm())
+    }
+}
+
+/// Reads a blade: `name` and `bytes` are those of the `.inf` file; `open` returns the bytes of the
+/// files that it names, relative to its folder, or why it cannot.
+///
+/// # Errors
+/// If a file is missing or describes no blade.
+///
+/// ```
+/// use facemill_blade_file::read_blade;
+///
+/// let info = b"Geometry Units: MM\nProfile Data File: profile.curve\n";
+/// let wrong = read_blade("blade.inf", info, |_| Ok(b"# Profile 1\n0 0 nan\n".to_vec())).unwrap_err();
+/// assert!(wrong.to_string().starts_with("profile.curve, line 2: "));
+/// ```
+pub fn read_blade(
+    name: &str,
+    bytes: &[u8],
+    mut open: impl FnMut(&str) -> Result<Vec<u8>, String>,
+) -> Result<BladeFile, BladeFileError> {
+    let info = BladeInfo::read(name, bytes)?;
+    let mut content = |(file, line): &(String, usize)| {
+        open(file).map_err(|why| BladeFileError::at(name, *line, BladeFault::Unread(why)))
+    };
+    let (mm_per_unit, mut n_points) = (info.mm_per_unit, 0);
+    let mut polyline = |entry: &Option<(String, usize)>, n_points: &mut usize| match entry {
+        None => Ok(Vec::new()),
+        Some(entry) => CurveReader { file: &entry.0, mm_per_unit, n_points }.polyline(&content(entry)?),
+    };
+    let hub = polyline(&info.hub_file, &mut n_points)?;
+    let shroud = polyline(&info.shroud_file, &mut n_points)?;
+    let file = &info.profile_file.0;
+    let profile = content(&info.profile_file)?;
+    let sections = CurveReader { file, mm_per_unit, n_points: &mut n_points }.sections(&profile)?;
+    check_sections(file, &sections)?;
+    Ok(BladeFile { axis: info.axis, n_blades: info.n_blades, sections, hub, shroud })
+}

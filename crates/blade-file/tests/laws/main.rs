@@ -1,0 +1,4 @@
+//! Laws of the reader of blade descriptions.
+
+mod hostile_files;
+mod read_blades;

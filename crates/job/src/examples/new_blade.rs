@@ -1,0 +1,172 @@
+//! Example jobs for blades from files of others.
+
+use std::path::Path;
+
+use facemill_blade_file::{BladeFile, ProfileSection, read_blade};
+use facemill_sample_parts::{BladeLoft, BladeSections, LoftedBlade};
+use facemill_surface_model::{NamedNode, TriMesh, write_obj};
+use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Unit, UnitQuaternion, Vector3};
+use serde_json::{Value, json};
+
+use crate::examples::new_job::{
+    ROTOR_SCALES, compact, cutter_radius, job_file, job_folder, operation, round_to, stock_for,
+};
+use crate::files;
+
+/// Chord tolerance of a blade's mesh as a share of its size, and its limits, mm.
+const CHORD_SHARE: f64 = 1e-4;
+const CHORD_LIMITS: [f64; 2] = [0.002, 0.02];
+
+/// Height of the lowest place of a blade above the table, mm, and what is added for its size: the
+/// spindle nose comes down beside it where the tool leans.
+const HEIGHT: f64 = 100.0;
+const HEIGHT_SHARE: f64 = 0.5;
+
+/// A side of a blade, which is cut in a setup of its own: its group, and the name of both.
+const SIDES: [(&str, &str); 2] = [("suction", "suction side"), ("pressure", "pressure side")];
+
+/// Returns the job of a blade by its `.inf` file: both sides, each in a setup in which it lies with
+/// that side up.
+pub(crate) fn blade_job(file: &Path, scale: f64) -> Result<Vec<(String, Vec<u8>)>, String> {
+    if !ROTOR_SCALES.contains(&scale) {
+        return Err(format!("scale must be from {} to {}, is {scale}", ROTOR_SCALES.start(), ROTOR_SCALES.end()));
+    }
+    let described = read_blade_file(file)?;
+    let blade = loft(&described, scale)?;
+    let chord = leading_to_trailing(&blade.mesh);
+    let (names, obj) = groups_obj(&blade.mesh)?;
+    let radius = cutter_radius(0.04 * chord);
+    let (mut setups, mut operations) = (Vec::new(), Vec::new());
+    for (group, name) in SIDES {
+        if !names.iter().any(|n| n == group) {
+            return Err(format!("{}: the blade has no {name}", file.display()));
+        }
+        setups.push(setup(&blade.mesh, group, name, radius)?);
+        // Planes across the span, which is along x.
+        let strategy = json!({ "parallel_planes": { "normal": [1.0, 0.0, 0.0] } });
+        let mut side = operation(name, radius, &strategy, chord / 2240.0);
+        side["setup"] = json!(name);
+        // Rounded up to the next thousandth.
+        side["tolerances"]["mesh_chord_mm"] = json!(round_to((1000.0 * blade.chord_mm).ceil() / 1000.0, 3));
+        operations.push(side);
+    }
+    let stem = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    let around = described.n_blades.map(|n| format!(", one of {n}")).unwrap_or_default();
+    let mut job = job_file(&format!("blade {stem}{around}, scale {scale}"), Value::Null, Value::Null);
+    job["setups"] = Value::Array(setups);
+    job["operations"] = Value::Array(operations);
+    Ok(job_folder(("blade.obj", obj), &job, (radius, 4.0 * radius)))
+}
+
+/// Reads an `.inf` file with those that it names, all below its folder.
+fn read_blade_file(file: &Path) -> Result<BladeFile, String> {
+    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let open = |name: &str| {
+        let path = folder.join(name);
+        // Links may lead out of the folder, too.
+        let real = |path: &Path| path.canonicalize().map_err(|e| format!("{}: {e}", path.display()));
+        if !real(&path)?.starts_with(real(folder)?) {
+            return Err(format!("{name} is a link out of the folder; put the file itself below it"));
+        }
+        files::read_text(&path).map_err(|e| e.to_string())
+    };
+    let bytes = files::read_text(file).map_err(|e| e.to_string())?;
+    read_blade(&file.display().to_string(), &bytes, open).map_err(|e| e.to_string())
+}
+
+/// Returns the blade, as large as requested.
+fn loft(file: &BladeFile, scale: f64) -> Result<LoftedBlade, String> {
+    let scaled = |section: &ProfileSection| section.points.iter().map(|p| p * scale).collect();
+    let first = file.sections.first().ok_or("the blade has no sections")?;
+    let given = BladeSections {
+        sections: file.sections.iter().map(scaled).collect(),
+        is_cut_off: !first.is_closed,
+        leading: first.leading,
+        trailing: first.trailing,
+    };
+    let far = given.sections.iter().flatten().map(|p| (p - given.sections[0][0]).norm()).fold(0.0, f64::max);
+    let tolerance = (CHORD_SHARE * far).clamp(CHORD_LIMITS[0], CHORD_LIMITS[1]);
+    let loft = BladeLoft::new(&given, |p| file.downstream(&(p / scale))).map_err(|e| e.to_string())?;
+    loft.mesh(tolerance).map_err(|e| e.to_string())
+}
+
+/// Returns the names of a mesh's groups, and the mesh as a file in which each is an object.
+pub(crate) fn groups_obj(mesh: &TriMesh) -> Result<(Vec<String>, Vec<u8>), String> {
+    let names: Vec<String> = mesh.groups().iter().map(|g| g.name.clone()).collect();
+    let parts: Vec<TriMesh> = names.iter().map(|g| compact(&mesh.select_groups(|name| name == g))).collect();
+    let nodes: Vec<NamedNode<'_>> = names
+        .iter()
+        .enumerate()
+        .map(|(k, name)| NamedNode { name, mesh: k, transform: Isometry3::identity() })
+        .collect();
+    let obj = write_obj(&parts.iter().collect::<Vec<_>>(), &nodes).map_err(|e| e.to_string())?;
+    Ok((names, obj))
+}
+
+/// Returns the setup in which a side faces up and the span is along x.
+fn setup(mesh: &TriMesh, group: &str, name: &str, radius: f64) -> Result<Value, String> {
+    let turn = side_up(mesh, group).ok_or_else(|| format!("the blade's {name} faces nowhere"))?;
+    let (axis, angle) = turn.axis_angle().unwrap_or((Vector3::z_axis(), 0.0));
+    let axis = axis.iter().map(|c| round_to(*c, 9)).collect::<Vec<_>>();
+    let angle = round_to(angle.to_degrees(), 6);
+    let turned: Vec<Point3<f64>> = mesh.vertices().iter().map(|p| turn * p).collect();
+    let bounds = |k: usize| {
+        let range = turned.iter().map(|p| p[k]);
+        [range.clone().fold(f64::INFINITY, f64::min), range.fold(f64::NEG_INFINITY, f64::max)]
+    };
+    let [x, y, z] = [0, 1, 2].map(bounds);
+    let middle = |[low, high]: [f64; 2]| -round_to(0.5 * (low + high), 0);
+    let down = -z[0].floor();
+    let stock = stock_for(radius);
+    let size = [x, y, z].iter().map(|[low, high]| high - low).fold(0.0, f64::max);
+    Ok(json!({
+        "name": name,
+        "work_from_part": {
+            "translation_mm": [middle(x), middle(y), down],
+            "rotation_axis": axis,
+            "rotation_deg": angle,
+        },
+        "table_from_work": { "translation_mm": [0.0, 0.0, (HEIGHT + HEIGHT_SHARE * size).ceil()] },
+        "meshes": [
+            { "file": "blade.obj", "groups": [group], "role": "drive", "unit": "millimetre", "up_axis": "z" },
+            { "file": "blade.obj", "role": "part", "unit": "millimetre", "up_axis": "z" },
+        ],
+        "stock": { "offset": { "allowance_mm": stock } },
+        "clearance": { "plane": { "origin_mm": [0.0, 0.0, (z[1] + down + stock + 10.0).ceil()] } },
+    }))
+}
+
+/// Returns the rotation after which a side's mean normal is +z and the span +x.
+fn side_up(mesh: &TriMesh, group: &str) -> Option<UnitQuaternion<f64>> {
+    let up = Unit::try_new(sum_over(mesh, group, |t| mesh.scaled_normal(t))?, 0.0)?;
+    let span = centre(mesh, "tip")? - centre(mesh, "root")?;
+    let along = Unit::try_new(span - *up * span.dot(&up), 0.0)?;
+    let across = up.cross(&along);
+    let work_from_part = Matrix3::from_rows(&[along.transpose(), across.transpose(), up.transpose()]);
+    Some(UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(work_from_part)))
+}
+
+/// Returns the distance of the middles of both edges.
+fn leading_to_trailing(mesh: &TriMesh) -> f64 {
+    let ends = [centre(mesh, "leading-edge"), centre(mesh, "trailing-edge")];
+    if let [Some(leading), Some(trailing)] = ends { (trailing - leading).norm() } else { 0.0 }
+}
+
+fn centre(mesh: &TriMesh, group: &str) -> Option<Point3<f64>> {
+    let area = |t: usize| mesh.scaled_normal(t).norm();
+    let whole = sum_over(mesh, group, |t| Vector3::repeat(area(t)))?.x;
+    let moment = sum_over(mesh, group, |t| {
+        let [a, b, c] = mesh.corners(t);
+        (a.coords + b.coords + c.coords) * (area(t) / 3.0)
+    })?;
+    (whole > 0.0).then(|| Point3::from(moment / whole))
+}
+
+fn sum_over(mesh: &TriMesh, group: &str, of: impl Fn(usize) -> Vector3<f64>) -> Option<Vector3<f64>> {
+    let triangles = mesh.groups().iter().find(|g| g.name == group)?.triangles.clone();
+    Some(triangles.map(of).sum())
+}
+
+#[cfg(test)]
+#[path = "../../tests/unit/examples/new_blade.rs"]
+mod tests;

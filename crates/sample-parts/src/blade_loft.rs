@@ -1,0 +1,7 @@
+//! Blades as smooth surfaces through sections of points.
+
+pub(crate) mod loft_caps;
+pub(crate) mod loft_edges;
+pub(crate) mod loft_mesh;
+pub(crate) mod loft_surface;
+pub(crate) mod section_curve;
