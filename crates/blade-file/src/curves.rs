@@ -58,6 +58,9 @@ const MARKS: [(&str, EdgeMark); 6] = [
     ("te2", EdgeMark { is_leading: false, corner: Some(1) }),
 ];
 
+/// Point of a line, and its mark.
+type MarkedPoint = (Point3<f64>, Option<EdgeMark>);
+
 /// Points of a section as they are read.
 struct RawSection {
     name: String,
@@ -122,7 +125,7 @@ impl CurveReader<'_> {
     }
 
     /// Point and mark of a line, if it has any.
-    fn point(&mut self, text: &str, line: usize) -> Result<Option<(Point3<f64>, Option<EdgeMark>)>, BladeFileError> {
+    fn point(&mut self, text: &str, line: usize) -> Result<Option<MarkedPoint>, BladeFileError> {
         let text = text.split(['!', '#']).next().unwrap_or_default();
         let words: Vec<&str> =
             text.split(|c: char| c.is_whitespace() || c == ',').filter(|w| !w.is_empty()).take(5).collect();
@@ -141,8 +144,7 @@ impl CurveReader<'_> {
             // Fortran writes D for the exponent of a double.
             let number: f64 = word.replace(['D', 'd'], "e").parse().map_err(|_| no_point())?;
             let value = self.mm_per_unit * number;
-            // Comparisons with NaN are false.
-            if !(value.abs() <= FARTHEST) {
+            if !value.is_finite() || value.abs() > FARTHEST {
                 return Err(BladeFileError::at(self.file, line, BladeFault::WrongCoordinate(shown(word))));
             }
             point[axis] = value;

@@ -73,14 +73,14 @@ impl BladeLoft {
         let n = self.parameters.n_columns();
         let n_spans = self.span.len() - 1;
         let (mut along, mut across) = (vec![0.0_f64; n], vec![0.0_f64; n_spans]);
-        for span in 0..n_spans {
+        for (span, across) in across.iter_mut().enumerate() {
             let rows = [0.0, 0.5, 1.0].map(|share| self.row(span, share));
-            for gap in 0..n {
+            for (gap, along) in along.iter_mut().enumerate() {
                 let [low, middle, high] = [0, 1, 2].map(|k| rows[k].at(gap, 0.0).0);
-                across[span] = across[span].max(off_line(&middle, [&low, &high]));
+                *across = across.max(off_line(&middle, [&low, &high]));
                 for row in &rows {
                     let [a, b, c] = [0.0, 0.5, 1.0].map(|share| row.at(gap, share).0);
-                    along[gap] = along[gap].max(off_line(&b, [&a, &c]));
+                    *along = along.max(off_line(&b, [&a, &c]));
                 }
             }
         }
