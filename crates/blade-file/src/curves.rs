@@ -26,7 +26,8 @@ pub struct ProfileSection {
     pub points: Vec<Point3<f64>>,
     /// Line of each point.
     pub lines: Vec<usize>,
-    /// Whether the first point is repeated at the end; otherwise a straight line closes the section.
+    /// Whether the first point is repeated at the end; otherwise a straight line closes the
+    /// section.
     pub is_closed: bool,
     /// Points of the marks `le` or `le1` and `le2`; equal for one mark.
     pub leading: Option<[usize; 2]>,

@@ -74,13 +74,13 @@ pub enum BladeFault {
     TooManyPoints {
         /// Most points.
         most: usize,
-        /// What the points are counted in.
+        /// Unit that the points are counted in, such as a file.
         per: &'static str,
     },
     /// Too few points or sections.
     #[error("{what} has {given}; it needs at least {least}")]
     TooFew {
-        /// What has too few.
+        /// Name of the thing that has too few.
         what: String,
         /// Number given.
         given: usize,

@@ -1,13 +1,14 @@
 //! BladeGen and TurboGrid blade descriptions: an `.inf` file, and the curves that it names.
 //!
-//! [`read_blade`] reads a [`BladeFile`] in mm: [`ProfileSection`]s from hub to shroud with the marks
-//! of their edges, hub and shroud as polylines from inlet to outlet, axis and number of blades.
-//! [`BladeInfo`] is the `.inf` file alone. A [`BladeFileError`] names file and line, and the remedy.
+//! [`read_blade`] reads a [`BladeFile`] in mm: [`ProfileSection`]s from hub to shroud with the
+//! marks of their edges, hub and shroud as polylines from inlet to outlet, axis and number of
+//! blades. [`BladeInfo`] is the `.inf` file alone. A [`BladeFileError`] names file and line, and
+//! the remedy.
 //!
 //! In an `.inf` file each line is `key: value`; keys that describe no geometry are skipped. In a
-//! curve file each line has x, y and z of a point, and may have a mark: `le`, `te`, or for a cut-off
-//! edge `le1`, `le2`, `te1`, `te2` at its two corners. Lines with `#` are comments that begin a new
-//! section, lines with `!` are comments.
+//! curve file each line has x, y and z of a point, and may have a mark: `le`, `te`, or for a
+//! cut-off edge `le1`, `le2`, `te1`, `te2` at its two corners. Lines with `#` are comments that
+//! begin a new section, lines with `!` are comments.
 //!
 //! It assumes without a test that the sections of a profile file are those of one blade: what files
 //! with splitter blades hold more is refused where it is out of order.

@@ -75,7 +75,7 @@ pub struct Verdict {
     pub stamp: &'static str,
     /// Reasons, one sentence each.
     pub because: Vec<String>,
-    /// What a person should know besides, such as `3 near misses`.
+    /// Facts that a person should know besides, such as `3 near misses`.
     pub notes: Vec<String>,
 }
 
@@ -257,8 +257,8 @@ pub struct SetupData {
 pub struct WorkOffsetData {
     /// Register as the control names it.
     pub register: String,
-    /// Place on the table where X, Y and Z words are 0, mm; `null` of machines without X, Y and Z at
-    /// right angles and of those with two heads.
+    /// Place on the table where X, Y and Z words are 0, mm; `null` of machines without X, Y and Z
+    /// at right angles and of those with two heads.
     pub program_zero: Option<[f64; 3]>,
     /// Whether the frame of the words is the workpiece frame.
     pub is_same_frame: bool,

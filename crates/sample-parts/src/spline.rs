@@ -21,8 +21,8 @@ pub(crate) struct CubicSpline {
 }
 
 impl CubicSpline {
-    /// The spline through `(x, y)` knots with growing x; at least four of them, or with natural ends
-    /// three.
+    /// The spline through `(x, y)` knots with growing x; at least four of them, or with natural
+    /// ends three.
     pub(crate) fn new(points: impl IntoIterator<Item = (f64, f64)>, start: SplineEnd, end: SplineEnd) -> Self {
         let (knots, values): (Vec<_>, Vec<_>) = points.into_iter().unzip();
         debug_assert!(knots.len() >= 3 && knots.windows(2).all(|w| w[0] < w[1]));

@@ -113,7 +113,8 @@ fn large_files_are_refused_in_bounded_time() {
     let hundred = many(100);
     let why = read(&inf("MM"), &profile(&vec![hundred; MAX_POINTS / 100], |_| "")).expect_err("all");
     assert!(why.contains("200000 points in all curves"), "{why}");
-    // A comb whose teeth overlap along the section is the most that the search for crossings compares.
+    // A comb whose teeth overlap along the section is the most that the search for crossings
+    // compares.
     let comb = |height: f64| -> Vec<[f64; 3]> {
         let n = MAX_SECTION_POINTS / 2 - 2;
         let across = |k: usize, z: f64| [900.0 * k as f64 / n as f64, height, z];

@@ -121,7 +121,8 @@ fn samples_are_read_as_they_are() {
         assert_eq!((blade.n_blades, blade.sections.len()), (Some(n_blades), n_sections));
         assert!(blade.sections.iter().all(|s| s.points.len() == n_points && s.is_closed && s.leading.is_none()));
         assert!(blade.hub.len() > 10 && blade.shroud.len() > 10);
-        // The first section is nearer to the hub than the last one, and both are some centimetres out.
+        // The first section is nearer to the hub than the last one, and both are some centimetres
+        // out.
         let radius = |p: &Point3<f64>| p.x.hypot(p.y);
         let [root, tip] = [0, n_sections - 1].map(|k| radius(&blade.sections[k].points[0]));
         assert!(60.0 < root && root < tip && tip < 300.0);

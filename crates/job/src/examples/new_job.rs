@@ -70,8 +70,8 @@ pub enum Series {
     },
 }
 
-/// Scales of [`NewJob::Rotor37`] and [`NewJob::Blade`]: below them no cutter is small enough, above them no machine is
-/// large enough.
+/// Scales of [`NewJob::Rotor37`] and [`NewJob::Blade`]: below them no cutter is small enough, above
+/// them no machine is large enough.
 pub const ROTOR_SCALES: RangeInclusive<f64> = 0.1..=100.0;
 
 /// Returns the files of an example job, names relative to its folder. The same job always gives the

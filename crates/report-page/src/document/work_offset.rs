@@ -42,8 +42,8 @@ impl PageScene<'_> {
     }
 
     /// Returns the values of the axes at which the gauge point, with the rotary axes at their
-    /// offsets, is at the origin of the workpiece frame, and their changes for each mm of a probe in
-    /// the spindle; `None` where the words have no frame on the table.
+    /// offsets, is at the origin of the workpiece frame, and their changes for each mm of a probe
+    /// in the spindle; `None` where the words have no frame on the table.
     fn reading_at_datum(&self, offset: &AxisValues) -> Option<(AxisValues, AxisValues)> {
         let (machine, frame) = (self.scene.machine, self.scene.rtcp_frame?);
         let datum = Point3::from(self.scene.setup.table_from_work.translation.vector);

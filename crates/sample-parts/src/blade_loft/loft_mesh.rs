@@ -24,8 +24,8 @@ pub struct LoftedBlade {
     /// Closed mesh, wound outward, with the groups `suction`, `pressure`, `leading-edge`,
     /// `trailing-edge`, `tip` and `root`.
     pub mesh: TriMesh,
-    /// Outward unit normal of the smooth surface at each vertex; at a corner that of the side behind
-    /// it, in the order of the points.
+    /// Outward unit normal of the smooth surface at each vertex; at a corner that of the side
+    /// behind it, in the order of the points.
     pub normals: Vec<Unit<Vector3<f64>>>,
     /// Largest distance of the surface from the facets, measured at the middle of each facet's quad
     /// and its sides, mm.
@@ -40,8 +40,8 @@ struct Divisions {
 
 impl BladeLoft {
     /// The blade as a mesh whose facets are nearer to the surface than a tolerance, mm. Every point
-    /// of the sections is a vertex; tip and root are closed by facets between the points of the last
-    /// and first section.
+    /// of the sections is a vertex; tip and root are closed by facets between the points of the
+    /// last and first section.
     ///
     /// # Errors
     /// If the tolerance is not above zero or needs more than 2,000,000 vertices, or the surface

@@ -8,8 +8,8 @@ use crate::spec_error::LoftError;
 use crate::spline::CubicSpline;
 use crate::spline::SplineEnd::{Natural, NotAKnot};
 
-/// Angle by which all sections turn at a corner, at least. Larger: corners of flat ends that are not
-/// marked become waves. Smaller: coarse round edges become corners.
+/// Angle by which all sections turn at a corner, at least. Larger: corners of flat ends that are
+/// not marked become waves. Smaller: coarse round edges become corners.
 const CORNER: f64 = 60.0 * std::f64::consts::PI / 180.0;
 
 /// Least number of points of a section.

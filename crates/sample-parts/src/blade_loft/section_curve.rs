@@ -5,7 +5,8 @@ use nalgebra::{Point3, Vector3};
 use crate::spline::CubicSpline;
 use crate::spline::SplineEnd::{Natural, NotAKnot};
 
-/// Knots by which a curve without corners overlaps itself: an end's condition is felt by a factor of
+/// Knots by which a curve without corners overlaps itself: an end's condition is felt by a factor
+/// of
 /// 0.27 less at each knot, so 28 of them leave less than round-off.
 const OVERLAP: isize = 28;
 
