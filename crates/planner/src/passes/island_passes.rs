@@ -47,6 +47,9 @@ pub(crate) struct IslandSettings<'r> {
     pub(crate) most_step_over: f64,
 }
 
+/// Points without a posture, with the reason.
+type Refused = Vec<(Point3<f64>, String)>;
+
 /// Passes over an island in one direction.
 struct Candidate {
     extras: Vec<Extra>,
@@ -89,11 +92,11 @@ impl Interposer<'_, '_> {
         path: &PlannedPath,
         cuts: &NearestCuts,
         island: &[HighPlace],
-        (settings, refused, stages): (&IslandSettings<'_>, &mut Vec<(Point3<f64>, String)>, &dyn Stages),
+        (settings, refused, stages): (&IslandSettings<'_>, &mut Refused, &dyn Stages),
     ) -> Result<Vec<PlannedExtra>, Failure> {
-        let mut best: Option<(usize, Vec<PlannedExtra>, Vec<(Point3<f64>, String)>)> = None;
+        let mut best: Option<(usize, Vec<PlannedExtra>, Refused)> = None;
         for Candidate { extras, points } in self.candidates(path, cuts, island, settings) {
-            let mut reasons = Vec::new();
+            let mut reasons = Refused::new();
             let planned = self.plan(path, extras, &mut reasons, stages)?;
             let feasible: usize = planned.iter().map(PlannedExtra::n_points).sum();
             let missed = points - feasible;
