@@ -667,7 +667,7 @@ fn words_that_the_sheet_names_of_a_foreign_program_are_those_of_its_text() {
     job.set("machine.json", &[("/motion/rapid", json!("linear"))]);
     // Inches, two meanings of F, tip control by another word than ours, and no check of a length.
     let program = "G20 G17 G90 G94 G54\nT1 M6\nS1000 M3\n(TOOL LENGTH #11001)\nG0 G43.5 X0. Y0. Z12. B0. C0. H1\nG1 Z11. F20.\nG49\nG28 G91 Z0.\n\
-                   G90 G93 G1 G43 Z11. X1. Y1. B0. C0. H1 F2.\nM30\n";
+                   G90 G94 G1 G43 Z12. X0. Y0. B0. C0. H1 F20.\nG93 Z11. X1. Y1. F2.\nM30\n";
     job.write("foreign.nc", program.as_bytes());
     facemill(&job, "view ./foreign.nc --job job.json -o ./foreign.html");
     let held = document(&text(&job, "foreign.html"));
