@@ -187,7 +187,7 @@ impl PageScene<'_> {
         }
         let deviation = deviation.map(|found| found.map(|found| self.deviation_data(&found, &meshes, &mut arrays)));
         let deviation = deviation.and_then(|d| d.map_err(|why| not_shown.push(format!("deviation: {why}"))).ok());
-        let postures = self.postures(&source, &measured, &mut arrays, (&mut thin, &mut not_shown));
+        let postures = self.postures(&source, &measured, (&mut thin, &mut not_shown));
         let corners = |b: facemill_cl_data::Aabb| [[b.min.x, b.min.y, b.min.z], [b.max.x, b.max.y, b.max.z]];
         let part_box = meshes.iter().find(|m| m.role == "part").map(|m| corners(m.full.aabb()));
         let stock_box = {
@@ -315,14 +315,13 @@ impl PageScene<'_> {
         &self,
         source: &PageSource<'_>,
         measured: &MotionMeasures,
-        arrays: &mut Arrays,
         (thin, not_shown): (&mut Vec<String>, &mut Vec<String>),
     ) -> Option<PosturesData> {
         let Some(file) = &source.postures else {
             not_shown.push("feasible postures of passes: there is no postures.json of a plan".to_owned());
             return None;
         };
-        let data = postures(file, &measured.cut_poses, arrays);
+        let data = postures(file, &measured.cut_poses);
         let data = data.map_err(|why| not_shown.push(format!("feasible postures of passes: postures.json: {why}")));
         let data = data.ok()?;
         if data.maps.len() < data.n_passes {

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use facemill_inverse_kinematics::machine_file::{DhRow, MachineFile};
 use facemill_job::format::job_file::{OperationFile, SetupFile};
 use facemill_job::format::program_stamp::ProgramStamp;
+use facemill_job::format::solution_space_file::PostureMap;
 use facemill_tool_model::ToolFile;
 use serde::Serialize;
 use serde_json::Value;
@@ -487,11 +488,6 @@ pub struct PosturesData {
     pub curves_deg: Vec<Vec<[f64; 2]>>,
     /// The maps.
     pub maps: Vec<PostureMapData>,
-    /// Letters of the cells of all maps, one map after the other, each in rows along tilt: `f`
-    /// feasible, `g` the cutter gouges, `c` a body collides, `l` an axis cannot be there, `a`
-    /// outside the cone of the tool axis; in upper case proven for the whole cell, in lower case
-    /// tested in its middle.
-    pub cells: ByteArray,
 }
 
 /// A map of feasible postures at a point of a pass.
@@ -499,26 +495,9 @@ pub struct PosturesData {
 pub struct PostureMapData {
     /// Index of the motion that ends there; `null` if none does.
     pub motion: Option<u32>,
-    /// Name of the operation.
-    pub operation: String,
-    /// Pass, from 1.
-    pub pass: usize,
-    /// Place of the pattern, from 1.
-    pub place: usize,
-    /// Tip of the tool, workpiece frame, mm.
-    pub tip: [f64; 3],
-    /// Smallest and largest tilt.
-    pub tilt_deg: [f64; 2],
-    /// Smallest and largest rotate.
-    pub rotate_deg: [f64; 2],
-    /// Tilt and rotate that the program has there.
-    pub taken_deg: [f64; 2],
-    /// Place of its curve among `curves_deg`, from 0.
-    pub curve: usize,
-    /// Number of cells along tilt and rotate.
-    pub n_cells: [usize; 2],
-    /// Fractions of the area that are proven feasible and proven blocked.
-    pub proven: [f64; 2],
+    /// The map, as the plan's file has it.
+    #[serde(flatten)]
+    pub map: PostureMap,
 }
 
 /// A picture.

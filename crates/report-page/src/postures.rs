@@ -7,7 +7,6 @@ use rayon::prelude::*;
 use serde_json::Value;
 
 use crate::format::{PostureMapData, PosturesData};
-use crate::packed::Arrays;
 
 /// Distance of a motion's end from the tip of a map, mm, and turn of the axes, rad, within which
 /// they are the same pose.
@@ -15,7 +14,7 @@ const SAME: [f64; 2] = [0.02, 1e-3];
 
 /// Returns the maps of a file; `poses` are those at the ends of cuts, with the index of the motion.
 /// Maps at whose pose no motion ends have none.
-pub(crate) fn postures(file: &Value, poses: &[(u32, ClPoint)], arrays: &mut Arrays) -> Result<PosturesData, String> {
+pub(crate) fn postures(file: &Value, poses: &[(u32, ClPoint)]) -> Result<PosturesData, String> {
     if file.get("format").and_then(Value::as_str) != Some(POSTURE_MAPS_FORMAT) {
         return Err(format!("its format is not \"{POSTURE_MAPS_FORMAT}\""));
     }
@@ -30,27 +29,9 @@ pub(crate) fn postures(file: &Value, poses: &[(u32, ClPoint)], arrays: &mut Arra
         return Err(format!("the map of pass {} has no curve", map.pass));
     }
     let motions: Vec<Option<u32>> = maps.par_iter().map(|map| motion_of(map, poses)).collect();
-    let cells: String = maps.iter().map(|map| map.cells.as_str()).collect();
     let n_passes = file.get("n_passes").and_then(Value::as_u64).unwrap_or(0) as usize;
-    let data = |(map, motion): (PostureMap, Option<u32>)| PostureMapData {
-        motion,
-        operation: map.operation,
-        pass: map.pass,
-        place: map.place,
-        tip: map.tip_mm,
-        tilt_deg: map.tilt_deg,
-        rotate_deg: map.rotate_deg,
-        taken_deg: map.taken_deg,
-        curve: map.curve,
-        n_cells: map.n_cells,
-        proven: map.proven,
-    };
-    Ok(PosturesData {
-        n_passes,
-        curves_deg,
-        maps: maps.into_iter().zip(motions).map(data).collect(),
-        cells: arrays.bytes(cells.as_bytes()),
-    })
+    let data = |(map, motion)| PostureMapData { motion, map };
+    Ok(PosturesData { n_passes, curves_deg, maps: maps.into_iter().zip(motions).map(data).collect() })
 }
 
 fn motion_of(map: &PostureMap, poses: &[(u32, ClPoint)]) -> Option<u32> {

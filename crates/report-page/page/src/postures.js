@@ -20,13 +20,6 @@ export class Postures {
     this.page = page;
     this.data = page.doc.postures;
     this.index = -1;
-    const starts = [];
-    let start = 0;
-    for (const map of this.data.maps) {
-      starts.push(start);
-      start += map.n_cells[0] * map.n_cells[1];
-    }
-    this.starts = starts;
     const name = (map) => `pass ${map.pass}, place ${map.place}${page.doc.setup.operations.length > 1 ? ` of ${map.operation}` : ''}`;
     this.select = h('select', { 'aria-label': 'Pass', onchange: () => this.show(Number(this.select.value)) }, this.data.maps.map((map, k) => h('option', { value: k }, name(map))));
     const step = (label, title, by) => h('button', { title, 'aria-label': title, onclick: () => this.show(this.index + by) }, label);
@@ -57,17 +50,17 @@ export class Postures {
     this.select.value = this.index;
     const map = data.maps[this.index];
     if (moves && map.motion !== null) page.seekMotion(map.motion);
-    page.view.setMarks([{ at: map.tip, colour: 0xcc79a7, size: 1 }]);
+    page.view.setMarks([{ at: map.tip_mm, colour: 0xcc79a7, size: 1 }]);
     const [free, blocked] = map.proven.map((share) => fixed(100 * share, 1));
     const line = map.motion === null ? null : page.motion.lines[map.motion];
     put(this.facts,
       h('b', `Tilt ${fixed(map.taken_deg[0], 3)}°, rotate ${fixed(map.taken_deg[1], 3)}°`), ` in the program. Proven feasible ${free} %, proven blocked ${blocked} % of the map. `,
-      line === null ? 'No block ends at this point.' : h('button', { onclick: () => { page.seekMotion(map.motion); page.view.look('place', map.tip); } }, `line ${line}: look there`));
+      line === null ? 'No block ends at this point.' : h('button', { onclick: () => { page.seekMotion(map.motion); page.view.look('place', map.tip_mm); } }, `line ${line}: look there`));
     this.draw(map);
   }
 
   draw(map) {
-    const { canvas, page } = this;
+    const { canvas } = this;
     const ratio = Math.min(window.devicePixelRatio || 1, 2);
     canvas.width = W * ratio;
     canvas.height = H * ratio;
@@ -88,12 +81,11 @@ export class Postures {
       const share = (rotate - from) / (to - from);
       return TOP + (isDown ? share : 1 - share) * height;
     };
-    const cells = page.postureCells.subarray(this.starts[this.index], this.starts[this.index] + n * m);
     const found = new Set();
     for (let row = 0; row < m; row++) {
       const [y0, y1] = [y(from + ((to - from) * row) / m), y(from + ((to - from) * (row + 1)) / m)].sort((a, b) => a - b).map(Math.round);
       for (let column = 0; column < n; column++) {
-        const letter = String.fromCharCode(cells[row * n + column]);
+        const letter = map.cells[row * n + column];
         const [name, rgb] = KINDS.find(([known]) => known === letter.toLowerCase()) || KINDS.at(-1);
         found.add(name);
         const [x0, x1] = [LEFT + (column * width) / n, LEFT + ((column + 1) * width) / n].map(Math.round);

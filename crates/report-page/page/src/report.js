@@ -74,7 +74,6 @@ class Page {
     const { deviation, postures } = doc;
     [this.text, this.stock] = await Promise.all([bytes(doc.program.text), Stock.read(doc.stock)]);
     if (deviation) this.deviation = { values: await numbers(deviation.values, Float32Array), cut: await numbers(deviation.cut, Uint8Array) };
-    if (postures) this.postureCells = await bytes(postures.cells);
     if (this.stock) this.view.addStock(this.stock);
     this.view.addNarrowPoints(postures ? postures.maps : []);
     this.view.ondraw = () => this.placeLabels();

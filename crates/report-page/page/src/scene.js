@@ -240,7 +240,7 @@ export class View {
 
   /** Adds marks where maps of feasible postures are. */
   addNarrowPoints(maps) {
-    this.narrowPoints = maps.map((map) => map.tip);
+    this.narrowPoints = maps.map((map) => map.tip_mm);
     if (!maps.length) return;
     const group = this.group('narrow', 'narrowest points', this.work, false);
     const material = new MeshLambertMaterial({ color: 0xcc79a7, emissive: 0xcc79a7, emissiveIntensity: 0.35, clippingPlanes: this.clipping });

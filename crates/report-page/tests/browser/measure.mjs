@@ -166,7 +166,7 @@ async function clickOnNarrowPoint(page) {
     view.look('top');
     view.drawNow();
     const box = view.renderer.domElement.getBoundingClientRect();
-    const all = doc.postures.maps.map((map, k) => ({ k, at: view.onScreen(map.tip), tip: map.tip }));
+    const all = doc.postures.maps.map((map, k) => ({ k, at: view.onScreen(map.tip_mm), tip: map.tip_mm }));
     const free = all.filter(({ k, at }) => view.narrowPointAt(at.x, at.y) === k && document.elementFromPoint(at.x + box.left, at.y + box.top) === view.renderer.domElement);
     facemill.select('program');
     return free.length ? { k: free.at(-1).k, x: free.at(-1).at.x + box.left, y: free.at(-1).at.y + box.top } : null;
@@ -182,7 +182,7 @@ async function clickOnNarrowPoint(page) {
     for (let k = 0; k < data.length; k += 4) colours.add(data[k] * 65536 + data[k + 1] * 256 + data[k + 2]);
     return {
       wanted: ${place.k}, shown: facemill.postures.index, is_open: document.querySelector('.panel.postures').classList.contains('open'),
-      off_mm: Math.hypot(...tip.map((x, c) => x - map.tip[c])), colours: colours.size, maps: facemill.doc.postures.maps.length,
+      off_mm: Math.hypot(...tip.map((x, c) => x - map.tip_mm[c])), colours: colours.size, maps: facemill.doc.postures.maps.length,
     };
   })()`);
 }

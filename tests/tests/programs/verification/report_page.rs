@@ -117,10 +117,8 @@ fn cusps_and_tilts_along_passes_are_those_of_report_and_job_and_each_pass_has_it
     let (maps, shown) = (file["maps"].as_array().expect("maps"), &held["postures"]);
     assert_eq!(Some(maps.len()), held["result"]["passes"].as_array().map(Vec::len));
     assert_eq!(shown["maps"].as_array().map(Vec::len), Some(maps.len()));
-    let cells = array(&page, &shown["cells"]["array"]);
-    let listed: String = maps.iter().map(|m| m["cells"].as_str().expect("cells")).collect();
-    assert_eq!(cells, listed.into_bytes());
     for (map, shown) in maps.iter().zip(shown["maps"].as_array().expect("maps")) {
+        assert!(map.as_object().expect("a map").iter().all(|(key, value)| &shown[key] == value), "{shown}");
         let number = |key: &str, k: usize| map[key][k].as_f64().expect("a number");
         let n = map["n_cells"].as_array().expect("numbers").iter().map(|n| n.as_u64().expect("n") as usize);
         let n: Vec<usize> = n.collect();
