@@ -50,12 +50,6 @@ pub(crate) struct IslandSettings<'r> {
 /// Points without a posture, with the reason.
 type Refused = Vec<(Point3<f64>, String)>;
 
-/// Passes over an island in one direction.
-struct Candidate {
-    extras: Vec<Extra>,
-    points: usize,
-}
-
 impl Interposer<'_, '_> {
     /// Returns passes over the islands of high places that the passes of a path do not serve, to be
     /// cut behind all others. An island that a further round finds high again gets passes in
@@ -95,7 +89,8 @@ impl Interposer<'_, '_> {
         (settings, refused, stages): (&IslandSettings<'_>, &mut Refused, &dyn Stages),
     ) -> Result<Vec<PlannedExtra>, Failure> {
         let mut best: Option<(usize, Vec<PlannedExtra>, Refused)> = None;
-        for Candidate { extras, points } in self.candidates(path, cuts, island, settings) {
+        for extras in self.candidates(path, cuts, island, settings) {
+            let points: usize = extras.iter().map(|e| e.task.pass.points.len()).sum();
             let mut reasons = Refused::new();
             let planned = self.plan(path, extras, &mut reasons, stages)?;
             let feasible: usize = planned.iter().map(PlannedExtra::n_points).sum();
@@ -116,7 +111,7 @@ impl Interposer<'_, '_> {
         cuts: &NearestCuts,
         island: &[HighPlace],
         settings: &IslandSettings<'_>,
-    ) -> Vec<Candidate> {
+    ) -> Vec<Vec<Extra>> {
         let weight: f64 = island.iter().map(|p| p.height).sum();
         let middle = island.iter().fold(Vector3::zeros(), |sum, p| sum + p.position.coords * p.height) / weight;
         let sum = island.iter().fold(Vector3::zeros(), |sum, p| sum + p.normal.into_inner() * p.height);
@@ -134,23 +129,15 @@ impl Interposer<'_, '_> {
             let frame = IslandFrame { middle: middle.into(), normal, along };
             let lines = frame.lines(island, wide, self.least_length);
             let strip = Strip { step_over: lines.apart, curvature: 0.0 };
-            let extras: Vec<Extra> = lines
-                .asides
-                .iter()
-                .filter_map(|aside| {
-                    let points = self.line(&frame, *aside, lines.reach, settings);
-                    let pass = Pass::new(points);
-                    let task = LaidTask { pass, ..like.clone() };
-                    (task.pass.points.len() >= 2).then_some(Extra {
-                        before: path.tasks.len(),
-                        task,
-                        strip: Some(strip),
-                    })
-                })
-                .collect();
-            Candidate { points: extras.iter().map(|e| e.task.pass.points.len()).sum(), extras }
+            let extra = |aside: &f64| {
+                let points = self.line(&frame, *aside, lines.reach, (island, settings));
+                let task = LaidTask { pass: Pass::new(points), ..like.clone() };
+                let is_pass = task.pass.points.len() >= 2;
+                is_pass.then_some(Extra { before: path.tasks.len(), task, strip: Some(strip) })
+            };
+            lines.asides.iter().filter_map(extra).collect::<Vec<_>>()
         };
-        ways.into_iter().map(of_way).filter(|c| !c.extras.is_empty()).collect()
+        ways.into_iter().map(of_way).filter(|extras| !extras.is_empty()).collect()
     }
 
     /// Returns whether all places of an island are near enough to cuts and passes put in.
@@ -177,12 +164,19 @@ impl Interposer<'_, '_> {
 
     /// Returns points of the surface in a plane along the normal of an island, at a distance aside
     /// of its middle, as far as given before and behind it and at most to the border of the region.
-    fn line(&self, frame: &IslandFrame, aside: f64, reach: [f64; 2], settings: &IslandSettings<'_>) -> Vec<CcPoint> {
+    fn line(
+        &self,
+        frame: &IslandFrame,
+        aside: f64,
+        reach: [f64; 2],
+        (island, settings): (&[HighPlace], &IslandSettings<'_>),
+    ) -> Vec<CcPoint> {
         let plane = Plane { through: frame.middle + frame.across() * aside, across: frame.across() };
         let walk = Walk { surface: self.surface, allowance: self.allowance, plane, settings };
-        let Some(start) = walk.start() else { return Vec::new() };
-        let before = walk.walked(start, -frame.along.into_inner(), -reach[0]);
-        let behind = walk.walked(start, frame.along.into_inner(), reach[1]);
+        let Some(start) = walk.start(island) else { return Vec::new() };
+        let ahead = (start.0 - frame.middle).dot(&frame.along);
+        let before = walk.walked(start, -frame.along.into_inner(), ahead - reach[0]);
+        let behind = walk.walked(start, frame.along.into_inner(), reach[1] - ahead);
         let points: Vec<(Point3<f64>, Vector3<f64>)> = before.into_iter().rev().chain([start]).chain(behind).collect();
         let last = points.len() - 1;
         let feed = |k: usize| points[(k + 1).min(last)].0 - points[k.saturating_sub(1)].0;
@@ -213,8 +207,12 @@ struct Walk<'w> {
 type Step = (Point3<f64>, Vector3<f64>);
 
 impl Walk<'_> {
-    fn start(&self) -> Option<Step> {
-        self.at(&self.plane.through)
+    /// Returns the place where a pass begins in both directions: at the middle of an island, or
+    /// where the region does not go on there, at the nearest of its places to the pass.
+    fn start(&self, island: &[HighPlace]) -> Option<Step> {
+        let off = |p: &HighPlace| (p.position - self.plane.through).dot(&self.plane.across).abs();
+        let nearest = || island.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+        self.at(&self.plane.through).or_else(|| self.at(&nearest()?.position))
     }
 
     /// Returns the place of a pass near a point, in the plane up to a share of the way; `None` off

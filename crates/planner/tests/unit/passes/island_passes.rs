@@ -95,7 +95,7 @@ fn a_pass_lies_on_the_surface_in_its_plane_up_to_the_border_of_the_region() {
         let (along, across) = (Vector3::new(cos, sin, 0.0), Vector3::new(-sin, cos, 0.0));
         let plane = Plane { through: Point3::new(0.0, 1.0, allowance), across };
         let walk = Walk { surface: &surface, allowance, plane, settings: &settings };
-        let start = walk.start().unwrap();
+        let start = walk.start(&[]).unwrap();
         let mut last = start.0;
         let walked = walk.walked(start, along, 30.0);
         for (on, normal) in &walked {
@@ -107,6 +107,12 @@ fn a_pass_lies_on_the_surface_in_its_plane_up_to_the_border_of_the_region() {
             last = *on;
         }
         assert!(last.x <= 12.0 && last.x > 12.0 - 0.2, "{degrees}: {last}");
+        // The middle of an island beside a border may be off the region.
+        let beyond = Walk { plane: Plane { through: Point3::new(14.0, 1.0, 0.0), across }, ..walk };
+        assert!(beyond.start(&[]).is_none());
+        let on_it = place(Point3::new(8.0, 2.0, 0.0), Vector3::z(), 0.2);
+        let inside = beyond.start(&[on_it]).unwrap().0;
+        assert!(inside.x <= 12.0 && (inside - beyond.plane.through).dot(&across).abs() <= IN_PLANE, "{inside}");
         let short = walk.walked(start, along, 5.0);
         let length: f64 = short.windows(2).map(|w| (w[1].0 - w[0].0).norm()).sum();
         assert!(length < 5.0, "{length}");
