@@ -113,8 +113,6 @@ fn every_place_of_a_plate_askew_is_within_half_a_strip_of_a_pass() {
     }
 }
 
-/// Levels of a plate askew, whose first and last corners would be cut in crumbs, begin and end half
-/// a strip inside.
 #[test]
 fn levels_of_an_even_plate_begin_on_its_border() {
     let s = surface(grid(40, 24, |u, v| Point3::new(200.0 * u, 120.0 * v, 0.0)));
@@ -125,6 +123,8 @@ fn levels_of_an_even_plate_begin_on_its_border() {
     assert!(low.abs() < 1e-3 && (high - 120.0).abs() < 1e-3, "{low} {high}");
 }
 
+/// Levels of a plate askew, whose first and last corners would be cut in crumbs, begin and end half
+/// a strip inside.
 #[test]
 fn levels_of_a_plate_askew_begin_half_a_strip_from_its_corners() {
     for degrees in [2.0_f64, 20.0, -45.0, 60.0] {
