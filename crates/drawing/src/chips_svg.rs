@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::svg_text::{LEADING, draw_lines, flow, lines, more_lines, text_width};
+use crate::svg_text::{INK, LEADING, SIZE, draw_lines, flow, lines, more_lines, text_width};
 
 /// Chip at a point of an operation's passes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,9 +44,6 @@ const GAP: f64 = 26.0;
 /// Room right of the plots.
 const RIGHT: f64 = 30.0;
 
-/// Size of all letters except those of the heading.
-const SIZE: f64 = 13.0;
-
 /// Distance from a mark of the legend to its text.
 const MARK: f64 = 20.0;
 
@@ -58,8 +55,6 @@ const AREA: &str = "#2f6f5e";
 const BEFORE: &str = "#d98a3d";
 
 const AFTER: &str = "#2f5f9e";
-
-const INK: &str = "#22282d";
 
 /// Returns the picture: for each operation the chip area over the cutting length, and below it the
 /// removal rate at the job's cutting feed and as written. Draws smallest and largest of the points

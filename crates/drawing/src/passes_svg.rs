@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use nalgebra::{Matrix3, Point2, Point3, SymmetricEigen, Unit, Vector3};
 
-use crate::svg_text::{LEADING, draw_lines, escape, flow, lines, more_lines, text_width};
+use crate::svg_text::{INK, LEADING, SIZE, draw_lines, escape, flow, lines, more_lines, text_width};
 
 /// Point of a drawn pass.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,11 +30,6 @@ const HEIGHT: f64 = 620.0;
 
 /// Room between views, and right of them.
 const GAP: f64 = 40.0;
-
-/// Size of all letters except those of the heading.
-const SIZE: f64 = 13.0;
-
-const INK: &str = "#22282d";
 
 /// Points nearer than this in the picture are one, pixels.
 const SAME_PIXEL: f64 = 0.4;

@@ -6,7 +6,7 @@ use facemill_cl_data::Posture;
 use facemill_cutter_location::search::map::{CellState, SolutionMap};
 use facemill_cutter_location::{Infeasible, SearchCurve};
 
-use crate::svg_text::{LEADING, draw_lines, flow, lines, more_lines, text_width};
+use crate::svg_text::{LEADING, SIZE, draw_lines, flow, lines, more_lines, text_width};
 
 /// State of a cell of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,9 +54,6 @@ const HEIGHT: f64 = 380.0;
 
 /// Room right of the plot.
 const RIGHT: f64 = 30.0;
-
-/// Size of all letters except those of the heading.
-const SIZE: f64 = 13.0;
 
 /// Width of texts below the plot from their mark on.
 const TEXT_WIDTH: f64 = WIDTH + RIGHT - 10.0 - MARK;

@@ -8,6 +8,12 @@ use std::fmt::Write;
 /// Distance of the lines of a text, in sizes of its font.
 pub const LEADING: f64 = 1.4;
 
+/// Size of all letters of a picture except those of its heading.
+pub(crate) const SIZE: f64 = 13.0;
+
+/// Colour of letters and lines.
+pub(crate) const INK: &str = "#22282d";
+
 /// Returns an upper bound of a text's width for usual fonts without serifs, in the unit of `size`.
 pub fn text_width(text: &str, size: f64, bold: bool) -> f64 {
     let wider = if bold { 1.2 } else { 1.0 };

@@ -3,6 +3,7 @@
 use facemill_cl_data::CcPoint;
 use facemill_cutter_location::search::map::{CellState, MapCell, MapError, SolutionMap, map, n_steps};
 use facemill_cutter_location::{Body, Hints, Infeasible, PoseTest, search};
+use facemill_drawing::solution_svg::map_svg;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::OperationFile;
 use facemill_job::format::solution_space_file::{
@@ -16,7 +17,6 @@ use facemill_job::validate::belongs;
 use facemill_tool_path::segments::LaidTask;
 
 use crate::passes::operation::{mapped_range, settle_branch};
-use facemill_drawing::solution_svg::map_svg;
 
 /// CC point to map, and the resolution.
 #[derive(Clone, Debug)]

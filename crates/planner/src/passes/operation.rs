@@ -7,6 +7,7 @@ use facemill_cutter_location::search::map::{MapRange, map};
 use facemill_cutter_location::{
     Hints, Optimum, PoseTest, Remedy, SearchCurve, SearchSettings, Widened, Workcell, reliefs, search,
 };
+use facemill_drawing::solution_svg::map_svg;
 use facemill_inverse_kinematics::{Branch, BranchPreference};
 use facemill_job::check::reach::check_reach;
 use facemill_job::failure::Failure;
@@ -36,7 +37,6 @@ use crate::passes::setup_context::SetupContext;
 use crate::passes::turn_chips::give_turn_chips;
 use crate::passes::width_field::WidthField;
 use crate::stage_clock::Clock;
-use facemill_drawing::solution_svg::map_svg;
 
 /// Corrections of an operation's passes by what a text has left.
 pub(crate) struct Corrections {

@@ -5,6 +5,7 @@ use facemill_cutter_location::cusp::cut_point::CutPoint;
 use facemill_cutter_location::cusp::expected_posture;
 use facemill_cutter_location::cusp::neighbours::{CutPass, Neighbours, OwnPlace};
 use facemill_cutter_location::cusp::strips::strip_width;
+use facemill_drawing::passes_svg::{DrawnPoint, passes_svg};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::OperationFile;
 use facemill_job::format::paths_file::LaidPasses;
@@ -18,7 +19,6 @@ use rayon::prelude::*;
 
 use crate::passes::engagement::neighbour_reach;
 use crate::report::pass_files::path_text;
-use facemill_drawing::passes_svg::{DrawnPoint, passes_svg};
 
 /// Passes of all operations of a job.
 #[non_exhaustive]
