@@ -39,6 +39,9 @@ export class Motion {
     for (let k = 0; k < data.n; k++) m.endTimes[k] = sum += times[k];
     m.total = sum;
     m.nUntimed = data.n_untimed;
+    const known = ['chip', 'surface_tilt'].map((key) => m.figures.find((f) => f.key === key)).find((f) => f && f.values.some(Number.isFinite));
+    /** Whether a motion at a feed cuts along the surface, if anything of the page says so. */
+    m.isCut = known ? (k) => Number.isFinite(known.values[k]) : null;
     m.isAscending = m.lines.every((line, k) => !k || m.lines[k - 1] <= line);
     return m;
   }

@@ -61,5 +61,7 @@ export class NoView {
 
   draw() {}
 
+  prepareMotion() {}
+
   drawNow() {}
 }

@@ -18,6 +18,8 @@ import { axisValue, clock, figure, fixed, isInch, length, setInch, speed } from 
 const app = document.getElementById('app');
 put(app, h('.loading', 'Opening …'));
 
+/** Groups of the path. */
+const PATHS = ['path', 'links', 'rapids'];
 /** Names of figures where there is little room. */
 const SHORT = { clearance: 'clearance', left: 'cusp left', surface_tilt: 'tilt', depth: 'gouge depth', tip: 'tip speed', chip: 'chip', removal: 'removal', feed: 'feed F', inverse: 'feed F, G93', load: 'axis load' };
 /** Names of `uncertified` of a motion. */
@@ -90,6 +92,7 @@ class Page {
     this.seek(0);
     this.view.isHeld = false;
     this.view.drawNow();
+    this.view.prepareMotion();
     this.isReady = true;
   }
 
@@ -97,7 +100,6 @@ class Page {
   allFigures() {
     const { motion } = this;
     const own = motion.figures.map((f) => ({ ...f, value: (k) => f.values[k] }));
-    const has = (key) => own.some((f) => f.key === key);
     const computed = [
       { key: 'feed', name: 'feed F', unit: 'mm/min', value: (k) => motion.feeds[k], note: 'as the block says it, or the last one before' },
       ...(this.doc.motion.inverse_feeds ? [{ key: 'inverse', name: 'feed F in inverse time', unit: '1/min', value: (k) => motion.inverseFeeds[k], note: 'G93: the reciprocal of the time of the block' }] : []),
@@ -110,10 +112,7 @@ class Page {
       const starts = this.doc.program.operations.map((o) => o.first_line);
       computed.push({ key: 'operation', name: 'operation', kinds: this.doc.program.operations.map((o) => o.operation), value: (k) => Math.max(0, lastUpTo(starts, motion.lines[k])), note: '' });
     }
-    if (has('chip')) {
-      const chip = own.find((f) => f.key === 'chip');
-      computed.push({ key: 'kind', name: 'pass, or entry and exit', kinds: ['pass', 'entry, exit, link at a feed'], value: (k) => (Number.isNaN(chip.values[k]) ? 1 : 0), note: '' });
-    }
+    if (motion.isCut) computed.push({ key: 'kind', name: 'pass, or entry and exit', kinds: ['pass', 'entry, exit, link at a feed'], value: (k) => (motion.isCut(k) ? 0 : 1), note: '' });
     return [...own, ...computed];
   }
 
@@ -262,13 +261,11 @@ class Page {
       const { values, cut } = this.deviation;
       const full = 2 * this.doc.deviation.tolerance;
       this.view.colourPart((v) => (values && Number.isFinite(values[v]) && cut[v] ? diverging(values[v] / full) : [0.55, 0.55, 0.56]));
-      if (this.view.groups.path.isShown) this.toggleGroup('path', false);
-      if (this.view.groups.rapids.isShown) this.toggleGroup('rapids', false);
+      for (const name of PATHS) if (this.view.groups[name]?.isShown) this.toggleGroup(name, false);
       if (this.view.groups.stockNow && this.view.groups.stockNow.isShown) this.toggleGroup('stockNow', false);
     } else {
       this.view.colourPart(null);
-      this.toggleGroup('path', true);
-      this.toggleGroup('rapids', true);
+      for (const name of PATHS) if (this.view.groups[name]) this.toggleGroup(name, true);
     }
     this.showLegend();
   }

@@ -6,14 +6,25 @@ import {
   Plane, Raycaster, Scene, SphereGeometry, Vector2, Vector3, WebGLRenderer,
 } from 'three';
 import { OrbitControls } from 'three/examples/jsm/controls/OrbitControls.js';
+import { coarseSegments, coarseTriangles } from './coarse.js';
 import { triples, numbers } from './data.js';
 import { IDENTITY, inverse, multiply, transformed } from './kinematics.js';
+import { lastUpTo } from './motion.js';
 
 /** Colours of the scene by theme. */
 const THEMES = {
   light: { background: 0xeef1f4, part: 0x9fb0be, stock: 0xc9a86a, cutStock: 0xdcc8a0, fixture: 0x7b6f8f, check: 0x8fa08a, table: 0xc3cad0, head: 0xaab3bb, bed: 0xb0b8be, tool: 0x4d5760, cutter: 0xd88a1f, holder: 0x79828b, rapid: 0x6b7a86, ahead: 0x9aa5af, grid: 0xc9d0d6 },
   dark: { background: 0x14191e, part: 0x8496a5, stock: 0xb08f52, cutStock: 0xcdb88c, fixture: 0x83749c, check: 0x7f937a, table: 0x39424a, head: 0x7d868e, bed: 0x30383f, tool: 0xa7b0b8, cutter: 0xe8a33d, holder: 0x6c757d, rapid: 0x8fa0ad, ahead: 0x4d5760, grid: 0x2b333a },
 };
+
+/** Triangles of meshes in a picture in motion that the processor draws. */
+const MOST_IN_MOTION = 12000;
+/** Segments of the path in such a picture, as far as it can be drawn with so few. */
+const MOST_SEGMENTS_IN_MOTION = 8000;
+/** Pixels of such a picture, as a share along each side. */
+const PIXELS_IN_MOTION = 0.75;
+/** Time without motion after which all is drawn, ms. */
+const REST = 250;
 
 const matrix4 = (m) => new Matrix4().set(...m, 0, 0, 0, 1);
 
@@ -160,7 +171,7 @@ export class View {
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.screenSpacePanning = true;
     this.controls.zoomToCursor = true;
-    this.controls.addEventListener('change', () => this.draw());
+    this.controls.addEventListener('change', () => this.drawInMotion());
     this.scene.add(new HemisphereLight(0xffffff, 0x8d98a3, 1.4), new AmbientLight(0xffffff, 0.35));
     this.sun = new DirectionalLight(0xffffff, 1.6);
     this.camera.add(this.sun);
@@ -171,6 +182,7 @@ export class View {
     this.groups = {};
     this.named = new Map();
     this.materials = {};
+    this.meshes = [];
     this.frameMode = 'part';
     this.theme = 'light';
     this.bed = new Group();
@@ -275,6 +287,7 @@ export class View {
       const [name, label] = labels[data.role];
       this.group(name, label, this.work, !isStock).add(mesh);
       this.name(mesh, data.name);
+      this.meshes.push(mesh);
       if (data.role === 'part') {
         this.part = { mesh, origin, positions };
       }
@@ -321,16 +334,27 @@ export class View {
     return Promise.all(this.doc.motion.paths.map((data) => Promise.all([triples(data.points), numbers(data.motions, Uint32Array)])));
   }
 
+  /** Groups of the path: what is at a feed in one, or apart by whether it cuts where the page knows it. */
+  pathGroups() {
+    const { isCut } = this.motion;
+    const cut = isCut ? [['path', 'path at the surface'], ['links', 'entries, exits and links']] : [['path', 'path at a feed']];
+    return [...cut, ['rapids', 'rapids']];
+  }
+
+  /** Group of a motion. */
+  pathGroupOf(motion) {
+    if (this.motion.kinds[motion] === 0) return 'rapids';
+    return this.motion.isCut && !this.motion.isCut(motion) ? 'links' : 'path';
+  }
+
   buildPaths(read) {
     this.paths = [];
     for (const [points, motions] of read) {
-      const split = { cut: [], rapid: [] };
-      for (let k = 1; k < motions.length; k++) {
-        split[this.motion.kinds[motions[k]] === 0 ? 'rapid' : 'cut'].push(k);
-      }
+      const split = { path: [], links: [], rapids: [] };
+      for (let k = 1; k < motions.length; k++) split[this.pathGroupOf(motions[k])].push(k);
       const lines = {};
-      for (const [kind, label, isShown] of [['cut', 'path at a feed', true], ['rapid', 'rapids', true]]) {
-        const list = split[kind];
+      for (const [name, label] of this.pathGroups()) {
+        const list = split[name];
         const positions = new Float32Array(6 * list.length);
         list.forEach((k, at) => {
           positions.set(points.subarray(3 * k - 3, 3 * k), 6 * at);
@@ -339,15 +363,62 @@ export class View {
         const geometry = new BufferGeometry();
         geometry.setAttribute('position', new BufferAttribute(positions, 3));
         geometry.setAttribute('color', new BufferAttribute(new Float32Array(positions.length).fill(0.5), 3));
-        const material = new LineBasicMaterial(kind === 'cut' ? { vertexColors: true, clippingPlanes: this.clipping } : { transparent: true, opacity: 0.6, clippingPlanes: this.clipping });
+        const material = new LineBasicMaterial(name === 'rapids' ? { transparent: true, opacity: 0.6, clippingPlanes: this.clipping } : { vertexColors: true, clippingPlanes: this.clipping });
         const object = new LineSegments(geometry, material);
         object.frustumCulled = false;
-        this.group(kind === 'cut' ? 'path' : 'rapids', label, this.work, isShown).add(object);
-        lines[kind] = { object, motions: Uint32Array.from(list, (k) => motions[k]) };
+        this.group(name, label, this.work).add(object);
+        lines[name] = { object, motions: Uint32Array.from(list, (k) => motions[k]) };
       }
       this.paths.push({ points, motions, lines });
     }
     this.pathDone = 'all';
+  }
+
+  /** Makes what is drawn in motion, where the processor draws. */
+  prepareMotion() {
+    if (!this.isSoftware) return;
+    const all = this.meshes.reduce((sum, mesh) => sum + mesh.geometry.index.count, 0) / 3;
+    for (const mesh of this.meshes) {
+      const { position, normal } = mesh.geometry.attributes;
+      const fine = mesh.geometry.index;
+      const coarse = coarseTriangles(position.array, normal.array, fine.array, Math.ceil((MOST_IN_MOTION * fine.count) / 3 / Math.max(all, 1)));
+      if (all > MOST_IN_MOTION && coarse) mesh.userData.indices = [fine, new BufferAttribute(coarse, 1)];
+    }
+    const lines = this.paths.flatMap((path) => Object.values(path.lines));
+    for (let within = 0.001 * this.size(), n = Infinity; n > MOST_SEGMENTS_IN_MOTION && within < 0.05 * this.size(); within *= 2) {
+      n = 0;
+      for (const line of lines) {
+        const { index, motions } = coarseSegments(line.object.geometry.attributes.position.array, line.motions, within);
+        line.coarse = { index: new BufferAttribute(index, 1), motions };
+        n += motions.length;
+      }
+    }
+    this.isPrepared = true;
+  }
+
+  /** Takes coarse shapes, or all. */
+  setCoarse(isCoarse) {
+    if (!this.isPrepared || this.isCoarse === isCoarse) return;
+    this.isCoarse = isCoarse;
+    this.renderer.setPixelRatio(isCoarse ? PIXELS_IN_MOTION : 1);
+    for (const mesh of this.meshes) if (mesh.userData.indices) mesh.geometry.setIndex(mesh.userData.indices[isCoarse ? 1 : 0]);
+    for (const path of this.paths) {
+      for (const { object, coarse } of Object.values(path.lines)) object.geometry.setIndex(isCoarse ? coarse.index : null);
+    }
+    this.updateDone();
+  }
+
+  /** Draws soon, with coarse shapes where the processor draws; all of them when it rests. */
+  drawInMotion() {
+    if (this.isPrepared) {
+      this.setCoarse(true);
+      clearTimeout(this.rest);
+      this.rest = setTimeout(() => {
+        this.setCoarse(false);
+        this.draw();
+      }, REST);
+    }
+    this.draw();
   }
 
   buildFrames() {
@@ -396,7 +467,7 @@ export class View {
     this.k = k;
     this.updateDone();
     if (this.stock && this.groups.stockNow.isShown) this.stock.show(k + 1);
-    this.draw();
+    this.drawInMotion();
   }
 
   setFrameMode(mode) {
@@ -414,8 +485,9 @@ export class View {
 
   updateDone() {
     for (const path of this.paths || []) {
-      for (const { object, motions } of Object.values(path.lines)) {
-        const n = this.pathDone === 'all' ? motions.length : countUpTo(motions, this.k);
+      for (const { object, motions: fine, coarse } of Object.values(path.lines)) {
+        const motions = this.isCoarse ? coarse.motions : fine;
+        const n = this.pathDone === 'all' ? motions.length : lastUpTo(motions, this.k) + 1;
         object.geometry.setDrawRange(0, 2 * n);
       }
     }
@@ -423,8 +495,8 @@ export class View {
 
   /** Colours the path at a feed: `colour(k)` of motion k. */
   colourPath(colour) {
-    for (const { lines } of this.paths) {
-      const { object, motions } = lines.cut;
+    const feeds = this.paths.flatMap(({ lines }) => [lines.path, lines.links]).filter((line) => line);
+    for (const { object, motions } of feeds) {
       const colours = object.geometry.attributes.color;
       let [last, rgb] = [-1, null];
       for (let at = 0; at < motions.length; at++) {
@@ -460,7 +532,7 @@ export class View {
     for (const name of ['part', 'check', 'fixture', 'table', 'head', 'bed', 'tool', 'cutter', 'holder']) set(name, colours[name]);
     set('stockBefore', colours.stock);
     set('stockNow', 0xffffff);
-    for (const { lines } of this.paths || []) lines.rapid.object.material.color.set(colours.rapid);
+    for (const { lines } of this.paths || []) lines.rapids.object.material.color.set(colours.rapid);
     this.colourStock();
     this.draw();
   }
@@ -570,14 +642,13 @@ export class View {
     const m = new Matrix4().multiplyMatrices(this.camera.projectionMatrix, this.camera.matrixWorldInverse).multiply(this.work.matrixWorld).elements;
     const { clientWidth: width, clientHeight: height } = this.parent;
     let best = { distance: within, depth: Infinity, k: -1 };
-    for (const { points, motions, lines } of this.paths) {
-      const isShown = [this.groups.rapids.isShown, this.groups.path.isShown, this.groups.path.isShown];
+    for (const { points, motions } of this.paths) {
       let last = null;
       for (let p = 0; p < motions.length; p++) {
         const [px, py, pz] = [points[3 * p], points[3 * p + 1], points[3 * p + 2]];
         const w = m[3] * px + m[7] * py + m[11] * pz + m[15];
         const here = { x: (0.5 + (0.5 * (m[0] * px + m[4] * py + m[8] * pz + m[12])) / w) * width, y: (0.5 - (0.5 * (m[1] * px + m[5] * py + m[9] * pz + m[13])) / w) * height, w };
-        if (last && w > 0 && last.w > 0 && isShown[this.motion.kinds[motions[p]]]) {
+        if (last && w > 0 && last.w > 0 && this.groups[this.pathGroupOf(motions[p])].isShown) {
           const [dx, dy] = [here.x - last.x, here.y - last.y];
           const share = Math.min(Math.max(((x - last.x) * dx + (y - last.y) * dy) / (dx * dx + dy * dy || 1), 0), 1);
           const distance = Math.hypot(last.x + share * dx - x, last.y + share * dy - y);
@@ -585,13 +656,13 @@ export class View {
         }
         last = here;
       }
-      void lines;
     }
     return best.k;
   }
 
   /** Point of a shown surface at a place of the canvas, workpiece frame. */
   pointAt(x, y) {
+    this.setCoarse(false);
     const { clientWidth: width, clientHeight: height } = this.parent;
     const ray = new Raycaster();
     ray.setFromCamera(new Vector2((2 * x) / width - 1, 1 - (2 * y) / height), this.camera);
@@ -650,15 +721,4 @@ export class View {
 
 function stockIsSolid(doc) {
   return !doc.setup.file.stock.offset;
-}
-
-/** Number of leading values not above k in an ascending array. */
-function countUpTo(array, k) {
-  let [low, high] = [0, array.length];
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (array[middle] <= k) low = middle + 1;
-    else high = middle;
-  }
-  return low;
 }

@@ -49,6 +49,27 @@ try {
       }
       return all;
     })()`);
+    // Shapes of a picture in motion, and of the same one at rest.
+    measured.motion_shapes = await page.run(`(async () => {
+      const { view, motion } = facemill;
+      const shapes = () => (view.drawNow(), { triangles: view.renderer.info.render.triangles, segments: view.renderer.info.render.lines, pixels: view.renderer.getPixelRatio() });
+      const rested = () => new Promise((resolve) => setTimeout(resolve, 600));
+      facemill.seekMotion(motion.n >> 1);
+      const moving = shapes();
+      await rested();
+      const resting = shapes();
+      // Of the path that is done, both show the same motions.
+      view.setPathDone('done');
+      const lastOf = (motions, n) => (n ? motions[n - 1] : -1);
+      const done = () => view.paths.map(({ lines }) => Object.values(lines).map(({ object, motions, coarse }) => lastOf(view.isCoarse ? coarse.motions : motions, object.geometry.drawRange.count / 2)));
+      const fineDone = done();
+      facemill.seekMotion(motion.n >> 1);
+      const coarseDone = done();
+      const isCoarse = Boolean(view.isCoarse);
+      view.setPathDone('all');
+      await rested();
+      return { isCoarse, moving, resting, fineDone, coarseDone };
+    })()`);
     // The stock before the first motion, at its end and at the end of the last one.
     measured.stock = await page.run(`(() => {
       const { stock, view } = facemill;

@@ -309,6 +309,21 @@ fn a_browser_shows_the_pose_of_every_line_and_a_click_leads_to_it() {
     let clicked = &measured["clicked"];
     assert!(clicked["line"].is_u64() && clicked["line"] == clicked["shown"], "{clicked}");
     assert_eq!(measured["banner"], "");
+    // In motion fewer shapes are drawn, and no motion of the path that is not done.
+    let shapes = &measured["motion_shapes"];
+    let drawn = |when: &str, what: &str| shapes[when][what].as_u64().expect("a number");
+    assert!(
+        shapes["isCoarse"] == true && shapes["moving"]["pixels"].as_f64() < shapes["resting"]["pixels"].as_f64(),
+        "{shapes}"
+    );
+    assert!(drawn("moving", "triangles") <= drawn("resting", "triangles").min(16_000), "{shapes}");
+    assert!(0 < drawn("moving", "segments") && drawn("moving", "segments") < drawn("resting", "segments"), "{shapes}");
+    let last = |which: &str| -> Vec<i64> {
+        let paths = shapes[which].as_array().expect("paths").iter();
+        paths.flat_map(|lines| lines.as_array().expect("lines")).map(|k| k.as_i64().expect("a motion")).collect()
+    };
+    let pairs: Vec<_> = last("fineDone").into_iter().zip(last("coarseDone")).collect();
+    assert!(pairs.iter().all(|(fine, coarse)| coarse <= fine && fine - coarse <= 64), "{pairs:?}");
     let stock = &measured["stock"];
     let keys = stock["keys"].as_i64().expect("a number");
     assert!(keys > 1, "{stock}");
