@@ -150,7 +150,7 @@ pub mod feeds {
 
 /// Strategies of a job: laid, listed and compared.
 pub mod strategies {
-    pub use facemill_planner::{
+    pub use facemill_path_strategies::{
         CompareRequest, ComparisonSteps, LaidPaths, NamedStrategy, compare_paths, default_strategies, fastest,
         lay_paths, listed_strategies,
     };

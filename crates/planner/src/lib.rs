@@ -26,7 +26,6 @@
 //! | `dual` | setups of a machine with two heads |
 //! | `plan` | the complete plan of one setup |
 //! | `plan_job` | all setups of a job, each on the stock that earlier ones leave |
-//! | `paths` | passes of a job without its program: laid, or planned by several strategies to compare them |
 //! | `replan_lengths` | the job planned again with shorter tools |
 //! | `posture_maps` | maps of the feasible postures where each pass has the narrowest choice |
 //! | `solution_space` | the proven map of one CC point |
@@ -38,7 +37,6 @@ mod dual;
 #[path = "../tests/unit/mesh_winding_laws.rs"]
 mod mesh_winding_laws;
 mod passes;
-mod paths;
 mod plan;
 mod plan_job;
 mod plan_run;
@@ -52,15 +50,13 @@ mod report;
 mod solution_space;
 mod stage_clock;
 
-pub use crate::paths::compared::{CompareRequest, ComparisonSteps, compare_paths};
-pub use crate::paths::fastest::fastest;
-pub use crate::paths::laid::{LaidPaths, lay_paths};
-pub use crate::paths::strategies::{NamedStrategy, default_strategies, listed_strategies};
+pub use crate::passes::engagement::neighbour_reach;
 pub use crate::plan::ReadSetup;
 pub use crate::plan_job::{PlannedSetup, plan_job, plan_job_setup, plan_job_with_setups};
 pub use crate::plan_settings::PlanSettings;
 pub use crate::planned::{Planned, PosedPass};
 pub use crate::posture_maps::posture_maps;
+pub use crate::report::pass_files::path_text;
 pub use crate::report::summary::summary;
 pub use plan::plan_setup;
 pub use replan_lengths::replan_with_shorter_tools;

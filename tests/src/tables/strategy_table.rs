@@ -7,12 +7,14 @@ use facemill::{Failure, Job, PlanSettings, SilentStages};
 use serde_json::json;
 
 use crate::jobs::JobFolder;
+use crate::shared::shared;
 use crate::tables::meshes::{CASES, shared_mesh_job};
 
 /// A part with its job; `None` where its data is absent.
 type PartOfTable = (String, Box<dyn Fn() -> Option<JobFolder>>);
 
-/// Parts of the table: those of the product, one blade of each propeller, and all shared meshes.
+/// Parts of the table: those of the product, one blade of each propeller, blades of shared files, and
+/// all shared meshes.
 pub fn parts() -> Vec<PartOfTable> {
     let example =
         |name: &str, job: NewJob| -> PartOfTable { (name.to_owned(), Box::new(move || Some(JobFolder::new(&job)))) };
@@ -30,6 +32,14 @@ pub fn parts() -> Vec<PartOfTable> {
         one_blade("VP1304, 3048 mm, one blade", Series::Vp1304),
         example("NASA Rotor 37, 8 : 1", NewJob::Rotor37 { scale: 8.0 }),
     ];
+    let blade = |file: &'static str, scale: f64| -> PartOfTable {
+        let job = move || {
+            let from = shared(&format!("data/blades/{file}"))?;
+            Some(JobFolder::new(&NewJob::Blade { from, scale }))
+        };
+        (format!("{file}, {scale} : 1, first side"), Box::new(job))
+    };
+    parts.extend([blade("rotor37/BladeGen.inf", 8.0), blade("hannover_rotor1/1_Rotor1_Blade.inf", 1.0)]);
     let of_case = |case: &'static crate::tables::meshes::MeshCase| -> PartOfTable {
         (case.file.to_owned(), Box::new(|| shared_mesh_job(case.file)))
     };

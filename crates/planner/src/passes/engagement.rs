@@ -312,7 +312,7 @@ pub(crate) fn carried_on<T: Copy>(mut along: Vec<Option<T>>) -> Vec<Option<T>> {
 
 /// Returns the search range for the neighbouring pass: as far as the cutter could reach lying flat,
 /// and beyond, to detect a strip that stays uncut.
-pub(crate) fn neighbour_reach(cutter: &Cutter, operation: &OperationFile) -> NeighbourReach {
+pub fn neighbour_reach(cutter: &Cutter, operation: &OperationFile) -> NeighbourReach {
     let step_over = operation.tolerances.max_step_over_mm;
     NeighbourReach { far: 3.0 * step_over.max(cutter.radius()), opposed: step_over }
 }

@@ -111,7 +111,7 @@ impl<'o> Drawn<'o> {
 
 /// Returns a path file that a job can read back: points on the surface, without the allowance.
 /// Coordinates are rounded to a nanometre.
-pub(crate) fn path_text(passes: &[Pass<CcPoint>], allowance: f64) -> String {
+pub fn path_text(passes: &[Pass<CcPoint>], allowance: f64) -> String {
     let on_surface = |cc: &CcPoint| CcPoint { position: cc.position - cc.normal.into_inner() * allowance, ..*cc };
     let passes: Vec<Pass<CcPoint>> = passes.iter().map(|pass| pass.map(on_surface)).collect();
     let mut file = PathFile::from_passes(&passes);

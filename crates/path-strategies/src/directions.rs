@@ -275,5 +275,5 @@ impl RotaryMotion<'_, '_> {
 const ON_SURFACE: f64 = 0.1;
 
 #[cfg(test)]
-#[path = "../../tests/unit/paths/directions.rs"]
+#[path = "../tests/unit/directions.rs"]
 mod tests;

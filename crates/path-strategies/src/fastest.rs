@@ -6,7 +6,7 @@ use facemill_job::format::report::outcome::Outcome;
 use facemill_job::load::job::Job;
 use facemill_job::validate::belongs;
 
-use crate::paths::compared::CompareRequest;
+use crate::compared::CompareRequest;
 
 /// Fraction of the CC points by which a plan may leave out more than the job's own: rounding of a
 /// count of other points.
@@ -164,5 +164,5 @@ fn smallest_tolerance(job: &JobFile, setup: usize) -> f64 {
 }
 
 #[cfg(test)]
-#[path = "../../tests/unit/paths/fastest.rs"]
+#[path = "../tests/unit/fastest.rs"]
 mod tests;

@@ -13,12 +13,10 @@ use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::path::lay_operation;
 use facemill_job::stages::{LAY, READ, Stages};
 use facemill_job::validate::file_stem;
+use facemill_planner::{neighbour_reach, path_text};
 use facemill_tool_path::segments::LaidTask;
 use facemill_verification::efficiency::{OperationCuts, efficiency};
 use rayon::prelude::*;
-
-use crate::passes::engagement::neighbour_reach;
-use crate::report::pass_files::path_text;
 
 /// Passes of all operations of a job.
 #[non_exhaustive]

@@ -11,7 +11,7 @@ use facemill_job::format::strategies_file::StrategiesFile;
 use facemill_job::load::job::Job;
 use serde_json::Value;
 
-use crate::paths::directions::{DIRECTIONS, planes_of_operations};
+use crate::directions::{DIRECTIONS, planes_of_operations};
 
 /// A strategy for all operations of a job.
 #[derive(Clone, Debug)]
@@ -171,5 +171,5 @@ fn range_of(strategy: &StrategyFile) -> Option<SectionsFile> {
 }
 
 #[cfg(test)]
-#[path = "../../tests/unit/paths/strategies.rs"]
+#[path = "../tests/unit/strategies.rs"]
 mod tests;

@@ -8,12 +8,10 @@ use facemill_job::frames::pose;
 use facemill_job::load::job::Job;
 use facemill_job::stages::Stages;
 use facemill_job::validate::validate;
+use facemill_planner::{PlanSettings, Planned, plan_job};
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::paths::strategies::NamedStrategy;
-use crate::plan_job::plan_job;
-use crate::plan_settings::PlanSettings;
-use crate::planned::Planned;
+use crate::strategies::NamedStrategy;
 
 /// Options of a comparison.
 #[derive(Clone, Debug)]

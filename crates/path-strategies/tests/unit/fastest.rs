@@ -1,9 +1,9 @@
 use facemill_job::examples::new_job::{NewJob, new_job};
 use facemill_job::format::job_settings::JobSetting;
+use facemill_planner::PlanSettings;
 
 use super::*;
-use crate::paths::strategies::NamedStrategy;
-use crate::plan_settings::PlanSettings;
+use crate::strategies::NamedStrategy;
 
 /// Returns a job, and a comparison of it with two other strategies.
 fn request() -> (Job, CompareRequest) {

@@ -1,0 +1,23 @@
+//! Passes of a job without its program: laid by its own strategies, or planned by several ones to
+//! compare them.
+//!
+//! Modules, each of which imports those above it alone:
+//!
+//! | module | holds |
+//! |---|---|
+//! | `directions` | directions of parallel planes for a region: by its extent, and by the motion of the rotary axes |
+//! | `strategies` | strategies that a job can be planned by |
+//! | `compared` | plans of a job by several strategies, one after the other |
+//! | `fastest` | the compared plan of least time among the complete ones |
+//! | `laid` | passes as the job's own strategies lay them, before any posture is planned |
+
+mod compared;
+mod directions;
+mod fastest;
+mod laid;
+mod strategies;
+
+pub use crate::compared::{CompareRequest, ComparisonSteps, compare_paths};
+pub use crate::fastest::fastest;
+pub use crate::laid::{LaidPaths, lay_paths};
+pub use crate::strategies::{NamedStrategy, default_strategies, listed_strategies};
