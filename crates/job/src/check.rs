@@ -10,16 +10,19 @@ pub mod post_probe;
 pub mod reach;
 
 use facemill_surface_model::UpAxis;
+use facemill_tool_model::ToolAssembly;
 
 use crate::check::post_probe::try_template;
 use crate::check::reach::check_reach;
 use crate::failure::Failure;
+use crate::format::job_file::StockFile;
 use crate::frames::pose;
 use crate::load::job::{Job, Setup};
 use crate::load::mesh_winding::check_winding;
 use crate::load::part_size::{part_box, unit_advice, units};
 use crate::setup::path::lay_operation;
 use crate::setup::word_map::word_map;
+use crate::stock::setup_order::follows;
 
 fn up(axis: UpAxis) -> &'static str {
     match axis {
@@ -34,11 +37,14 @@ fn up(axis: UpAxis) -> &'static str {
 /// # Errors
 /// As planning, for reading the setup and generating its passes.
 pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
+    let job = &job.for_setup(index);
     let setup = Setup::read(job, index)?;
     let words = word_map(job, &setup, index)?;
     try_template(job, &setup, &words)?;
     let undecided = check_winding(job, &setup, index)?;
     let mut lines = vec![format!("setup \"{}\"", setup.file.name)];
+    lines.extend([Some(&job.tool), job.second.as_ref().map(|s| &s.tool)].into_iter().flatten().map(tool_line));
+    lines.push(stock_line(job, index));
     for mesh in &setup.reports {
         let taken = format!("in {}, {} up", units(mesh.unit), up(mesh.up_axis));
         lines.push(format!("mesh {} {taken}: {}", mesh.file, mesh.summary_line()));
@@ -65,6 +71,41 @@ pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
         ));
     }
     Ok(lines)
+}
+
+/// Returns the line with number and cutter of a tool.
+fn tool_line(tool: &ToolAssembly) -> String {
+    let cutter = tool.cutter();
+    format!(
+        "tool T{} \"{}\": R {} mm, r {} mm, {} insert(s), {:.1} mm from gauge line to tip",
+        tool.number(),
+        tool.name(),
+        cutter.radius(),
+        cutter.corner_radius(),
+        tool.n_inserts(),
+        tool.gauge_length()
+    )
+}
+
+/// Returns the line with the stock that a setup's program meets.
+fn stock_line(job: &Job, index: usize) -> String {
+    let setups = &job.file.setups;
+    let own = match &setups[index].stock {
+        StockFile::Offset(offset) => format!("{} mm on part and check surfaces", offset.allowance_mm),
+        StockFile::Box(_) => "a box".to_owned(),
+        StockFile::Cylinder(_) => "a cylinder".to_owned(),
+        StockFile::Mesh(mesh) => format!("mesh {}", mesh.file),
+    };
+    let before = index.checked_sub(1).filter(|_| job.file.verification.cut_stock).map(|k| &setups[k]);
+    match before.map(|before| (before, follows(before, &setups[index]))) {
+        None => format!("stock: {own}"),
+        Some((before, Ok(()))) => format!(
+            "stock: what \"{}\" leaves of {own}; the program is verified on it, postures, entries and links are planned on all \
+             of it",
+            before.name
+        ),
+        Some((_, Err(why))) => format!("stock: {own}; not what the setup before leaves: {why}"),
+    }
 }
 
 /// Returns the line with size and position of the part in its own frame.

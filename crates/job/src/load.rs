@@ -19,6 +19,7 @@ pub(crate) mod part_size;
 pub mod post_load;
 pub(crate) mod stock_solid;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Mutex;
 
@@ -33,13 +34,13 @@ use nalgebra::Isometry3;
 
 use crate::failure::Failure;
 use crate::files;
-use crate::format::job_file::{JobFile, RoleFile, SetupFile, StockFile};
+use crate::format::job_file::{JobFile, OperationFile, RoleFile, SetupFile, StockFile};
 use crate::format::job_settings::JobSetting;
 use crate::format::made_from::InputFile;
 use crate::frames::pose;
 use crate::load::clearance_surface::clearance_surface;
 use crate::load::enclosure::check_enclosure;
-use crate::load::job::{Job, SecondHead, Setup};
+use crate::load::job::{Job, NamedTools, SecondHead, Setup};
 use crate::load::job_files::JobFiles;
 use crate::load::job_source::{JOB_NAME, blamed, job_of_text, job_path, read_job_file};
 use crate::load::machine_load::read_machine_of;
@@ -54,6 +55,7 @@ use crate::load::post_load::read_post;
 use crate::load::stock_solid::stock_mesh;
 use crate::validate::feeds::check_chip_thickness;
 use crate::validate::limits::check_cutter_width;
+use crate::validate::tools::{JobByTool, setups_by_tool, tool_of, tool_of_setup};
 use crate::validate::{check_feeds, check_gouge_tolerances, check_heads, check_rounding, validate};
 
 /// Returns the values of the axes at the reference position, in the unit of words.
@@ -184,28 +186,45 @@ impl Job {
     pub(crate) fn of_files(path: &Path, file: JobFile, files: JobFiles) -> Result<Self, Failure> {
         let beside = |name: &str| path.parent().unwrap_or(Path::new("")).join(name);
         mesh_names(&file).for_each(|name| files.note_input(&beside(name)));
-        let tool_path = beside(&file.tool);
-        let tool = ToolAssembly::from_json(&files.text(&tool_path)?).map_err(|e| Failure::input(&tool_path, e))?;
-        check_gouge_tolerances(&file, 1, tool.cutter().radius()).map_err(|e| Failure::input(path, e))?;
+        let JobByTool { file, written } = setups_by_tool(file);
+        let read_tool = |name: &str| -> Result<ToolAssembly, Failure> {
+            let tool_path = beside(name);
+            ToolAssembly::from_json(&files.text(&tool_path)?).map_err(|e| Failure::input(&tool_path, e))
+        };
+        let by_name: BTreeMap<String, ToolAssembly> = (file.tools.iter())
+            .map(|(name, tool_file)| Ok((name.clone(), read_tool(tool_file)?)))
+            .collect::<Result<_, Failure>>()?;
+        let first = || file.setups.first().and_then(|setup| by_name.get(tool_of_setup(&file, setup)?));
+        let tool = match &file.tool {
+            Some(name) => read_tool(name)?,
+            None => first().cloned().ok_or_else(|| Failure::input(path, "tool: no operation has one"))?,
+        };
+        check_registers(&by_name).map_err(|e| Failure::input(path, e))?;
         let machine_path = beside(&file.machine);
         let mut heads = read_machine_of(&files, &machine_path)?.heads;
         check_heads(&file, heads.len()).map_err(|e| Failure::input(path, e))?;
         let mut second = None;
         if let (2, Some(name)) = (heads.len(), &file.second_tool) {
-            let tool_path = beside(name);
-            let tool = ToolAssembly::from_json(&files.text(&tool_path)?).map_err(|e| Failure::input(&tool_path, e))?;
-            check_gouge_tolerances(&file, 2, tool.cutter().radius()).map_err(|e| Failure::input(path, e))?;
-            second = Some(SecondHead { tool, machine: heads.swap_remove(1) });
+            second = Some(SecondHead { tool: read_tool(name)?, machine: heads.swap_remove(1) });
         }
         let machine = heads.swap_remove(0);
         check_feeds(&file, &machine.feed_range()).map_err(|e| Failure::input(path, e))?;
-        let tools = std::iter::once(&tool).chain(second.iter().map(|s| &s.tool));
-        for (head, tool) in (1..).zip(tools) {
-            check_chip_thickness(&file, head, tool.n_inserts(), &machine.feed_range())
+        // Each tool with its file and its operations.
+        type ToolUse<'t> = (&'t ToolAssembly, &'t str, Box<dyn Fn(&OperationFile) -> bool + 't>);
+        let of_head = |head: u32| move |o: &OperationFile| o.head == head;
+        let alone = file.tool.iter().map(|name| -> ToolUse<'_> { (&tool, name, Box::new(of_head(1))) });
+        let of_second = second.iter().zip(&file.second_tool);
+        let of_second = of_second.map(|(second, name)| -> ToolUse<'_> { (&second.tool, name, Box::new(of_head(2))) });
+        let named = by_name.iter().zip(file.tools.values()).map(|((name, tool), tool_file)| -> ToolUse<'_> {
+            (tool, tool_file, Box::new(|o| tool_of(&file, o) == Some(name)))
+        });
+        for (tool, tool_file, is_of) in alone.chain(of_second).chain(named) {
+            check_gouge_tolerances(&file, &is_of, tool.cutter().radius()).map_err(|e| Failure::input(path, e))?;
+            check_chip_thickness(&file, &is_of, tool.n_inserts(), &machine.feed_range())
                 .map_err(|e| Failure::input(path, e))?;
-            let name = if head == 1 { Some(&file.tool) } else { file.second_tool.as_ref() };
-            check_cutter_width(&machine, tool).map_err(|e| Failure::input(&beside(name.map_or("", |n| n)), e))?;
+            check_cutter_width(&machine, tool).map_err(|e| Failure::input(&beside(tool_file), e))?;
         }
+        let tools = NamedTools::new(by_name, written);
         let post = read_post(path, &file, &files)?;
         if let (Some(_), Some(name)) = (&second, &file.post.dialect_file) {
             let message =
@@ -219,7 +238,17 @@ impl Job {
         check_rounding(&file, &post.rounding_bound()).map_err(|e| Failure::input(path, e))?;
         if file.operations.is_empty() {
             // Nothing is written, so the control need not move as the machine file says.
-            return Ok(Self { path: path.to_owned(), file, tool, machine, post, second, settings: Vec::new(), files });
+            return Ok(Self {
+                path: path.to_owned(),
+                file,
+                tool,
+                tools,
+                machine,
+                post,
+                second,
+                settings: Vec::new(),
+                files,
+            });
         }
         if post.feed_mode() == FeedMode::Rtcp && machine.motion_law().cutting == CuttingLaw::AxesLinear {
             let message = "post.feed_mode: rtcp needs a machine whose motion.cutting is tip_and_rotaries_linear or \
@@ -229,7 +258,7 @@ impl Job {
         let home = home_words(&machine)?;
         let post =
             post.on_machine(machine.motion_law(), home).map_err(|e| Failure::input(path, format!("post.{e}")))?;
-        Ok(Self { path: path.to_owned(), file, tool, machine, post, second, settings: Vec::new(), files })
+        Ok(Self { path: path.to_owned(), file, tool, tools, machine, post, second, settings: Vec::new(), files })
     }
 }
 
@@ -245,7 +274,7 @@ impl<'a> Setup<'a> {
         let mut drive: Option<TriMesh> = None;
         let mut selections: Vec<Selection> = Vec::new();
         for (k, entry) in file.meshes.iter().enumerate() {
-            let at = format!("setups[{index}].meshes[{k}]");
+            let at = format!("{}.meshes[{k}]", job.setup_key(index));
             let file = FileKey::from(entry);
             let mesh = &read_files.get(&file)?.mesh;
             let selected = selected_groups(job, &at, entry, mesh)?;
@@ -263,7 +292,7 @@ impl<'a> Setup<'a> {
             };
             select_also(&mut selections, Selection { role, allowance: entry.allowance_mm, file, groups: selected });
         }
-        let drive = drive.ok_or_else(|| job.wrong(format!("setups[{index}].meshes: no drive surface")))?;
+        let drive = drive.ok_or_else(|| job.wrong(format!("{}.meshes: no drive surface", job.setup_key(index))))?;
         let (around_drive, drive_groups, drive_files) = around_drive(file, &read_files, &work_from_part);
         let mut obstacles = joined_obstacles(&selections, &read_files, &work_from_part);
         let mut stock_solid = None;
@@ -280,7 +309,7 @@ impl<'a> Setup<'a> {
             }
         };
         let reports = read_files.reports();
-        check_enclosure(&format!("setups[{index}]"), file, stock_thickness, &obstacles).map_err(|e| {
+        check_enclosure(&job.setup_key(index), file, stock_thickness, &obstacles).map_err(|e| {
             let clearance = clearance_surface(&file.clearance);
             let unit = reports.first().map(|r| r.unit);
             let advice = unit.and_then(|unit| unit_inside(job, unit, &obstacles, &work_from_part, &clearance));
@@ -302,13 +331,36 @@ impl<'a> Setup<'a> {
             table_from_work,
             work_offset: work_offset(&file.work_offset.register).ok_or_else(|| {
                 job.wrong(format!(
-                    "setups[{index}].work_offset.register: must be G54 to G59 or G54.1 P1 to P300, is \"{}\"",
+                    "{}.work_offset.register: must be G54 to G59 or G54.1 P1 to P300, is \"{}\"",
+                    job.setup_key(index),
                     file.work_offset.register
                 ))
             })?,
             reports,
         })
     }
+}
+
+/// Refuses tools that a control would take for one another.
+fn check_registers(tools: &BTreeMap<String, ToolAssembly>) -> Result<(), String> {
+    let all: Vec<(&String, &ToolAssembly)> = tools.iter().collect();
+    for (k, (name, tool)) in all.iter().enumerate() {
+        for (other, before) in &all[..k] {
+            let same = if tool.number() == before.number() {
+                ("number", tool.number())
+            } else if tool.length_register() == before.length_register() {
+                ("length_register", tool.length_register())
+            } else {
+                continue;
+            };
+            return Err(format!(
+                "tools: \"{other}\" and \"{name}\" both have the {} {}: the control would take one for the other; give each \
+                 its own in its tool file",
+                same.0, same.1
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Returns the letter of an axis in NC text.

@@ -4,6 +4,7 @@
 pub mod feeds;
 pub mod limits;
 pub mod tip_feed;
+pub(crate) mod tools;
 
 use facemill_inverse_kinematics::FeedRange;
 use facemill_nc_program::FeedMode;
@@ -15,6 +16,7 @@ use crate::format::job_file::{
 };
 use crate::validate::feeds::{check_feed_laws, check_stock_to_cut, feeds_of_chips};
 use crate::validate::limits::{JOB_LIMITS, OPERATION_LIMITS, SETUP_LIMITS, SMALLEST_TOLERANCE, check_limits};
+use crate::validate::tools::check_tool_names;
 
 /// Returns the first fault of a job as `field: what it must be`.
 ///
@@ -32,6 +34,7 @@ pub fn validate(job: &JobFile) -> Result<(), String> {
     }
     check_operations(job)?;
     check_setups(job)?;
+    check_tool_names(job)?;
     check_links(job)?;
     check_limits(&Field("verification".to_owned()), &JOB_LIMITS, job)?;
     let unused = job.setups.iter().position(|s| !job.operations.iter().any(|o| belongs(o, s, job)));
@@ -105,12 +108,17 @@ pub fn check_heads(job: &JobFile, n_heads: usize) -> Result<(), String> {
         if !job.pairs.is_empty() {
             return only_two("pairs");
         }
-    } else if job.second_tool.is_none() {
+    } else if job.second_tool.is_none() && job.tools.is_empty() {
         return Err(
             "second_tool: is needed, because the machine has two heads, and each has a tool of its own".to_owned()
         );
     }
     if n_heads >= 2 {
+        if !job.tools.is_empty() {
+            return Err(
+                "tools: are for machines with one head; of two each has one tool, `tool` and `second_tool`".to_owned()
+            );
+        }
         check_one_coolant(job)?;
         if job.post.feed_mode == FeedMode::Rtcp {
             return Err(
@@ -160,9 +168,15 @@ fn check_pair(job: &JobFile, k: usize, pair: &PairFile) -> Result<(), String> {
     Ok(())
 }
 
-/// Returns a setup's name as part of a file name.
+/// Returns a setup's name as part of a file name: its letters and digits, and one hyphen for what is
+/// between them.
 pub fn file_stem(name: &str) -> String {
-    name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' }).collect()
+    let mut stem: String =
+        name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' }).collect();
+    while let Some(at) = stem.find("--") {
+        stem.remove(at);
+    }
+    stem
 }
 
 /// Returns whether an operation is machined in a setup.
@@ -328,14 +342,18 @@ fn check_operation(at: &Field, o: &OperationFile) -> Result<(), String> {
 /// resembles the cutter.
 const LARGEST_GOUGE: f64 = 0.1;
 
-/// Returns the first tolerance of a head's operations that does not fit its cutter, as `field: what
+/// Returns the first tolerance of a tool's operations that does not fit its cutter, as `field: what
 /// it must be`.
 ///
 /// # Errors
 /// If there is one.
-pub fn check_gouge_tolerances(job: &JobFile, head: u32, cutter_radius: f64) -> Result<(), String> {
-    let mut of_head = job.operations.iter().enumerate().filter(|(_, o)| o.head == head);
-    of_head.try_for_each(|(k, o)| {
+pub fn check_gouge_tolerances(
+    job: &JobFile,
+    is_of: &dyn Fn(&OperationFile) -> bool,
+    cutter_radius: f64,
+) -> Result<(), String> {
+    let mut of_tool = job.operations.iter().enumerate().filter(|(_, o)| is_of(o));
+    of_tool.try_for_each(|(k, o)| {
         let at = Field(format!("operations[{k}]"));
         at.within("tolerances.gouge_mm", o.tolerances.gouge_mm, SMALLEST_TOLERANCE, LARGEST_GOUGE * cutter_radius)
             .map_err(|e| format!("{e} (at most a tenth of the cutter's radius)"))

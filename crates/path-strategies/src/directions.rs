@@ -54,6 +54,7 @@ const UNREACHED: f64 = 10.0;
 pub(crate) fn planes_of_operations(job: &Job) -> Result<Vec<Vec<DirectedPlanes>>, Failure> {
     let mut found = vec![Vec::new(); job.file.operations.len()];
     for index in 0..job.file.setups.len() {
+        let job = job.for_setup(index);
         for (k, operation) in job.operations_of(&job.file.setups[index]) {
             if matches!(operation.path, PathFile::Strategy(_)) {
                 let seen = job.seen_by(operation.head.saturating_sub(1) as usize, 0.0);

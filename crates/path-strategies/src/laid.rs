@@ -33,9 +33,11 @@ pub struct LaidPaths {
 /// # Errors
 /// If the input is wrong, or a strategy lays no pass.
 pub fn lay_paths(job: &Job, stages: &dyn Stages) -> Result<LaidPaths, Failure> {
-    let heads: Vec<Job> = (0..if job.second.is_some() { 2 } else { 1 }).map(|h| job.seen_by(h, 0.0)).collect();
+    let n_heads = if job.second.is_some() { 2 } else { 1 };
     let mut laid = LaidPaths { passes: Vec::new(), files: Vec::new() };
     for index in 0..job.file.setups.len() {
+        let job = job.for_setup(index);
+        let heads: Vec<Job> = (0..n_heads).map(|h| job.seen_by(h, 0.0)).collect();
         let reading = stages.start(READ, 0);
         let setup = Setup::read(&heads[0], index)?;
         drop(reading);

@@ -48,6 +48,8 @@ pub(crate) fn planned_setup<'j>(
     stages: &dyn Stages,
 ) -> Result<(Planned, Option<ReadSetup<'j>>), Failure> {
     let clock = Clock::new();
+    let of_job = job;
+    let job = &of_job.for_setup(index);
     stages.expect(stages_of(job, index, settings, stock.is_some()));
     let made_from = MadeFrom::of(job);
     let mut run = PlanRun { settings, stock, stages, made_from, clock };
@@ -55,7 +57,7 @@ pub(crate) fn planned_setup<'j>(
         return Ok((with_two_heads(job, index, run)?, None));
     }
     let reading = stages.start(READ, 0);
-    let setup = Setup::read(job, index)?;
+    let setup = Setup::read(of_job, index)?;
     check_winding(job, &setup, index)?;
     let map = z_map(&setup)?;
     let scene = Scene::new(job, &setup, index)?;

@@ -92,7 +92,8 @@ impl StockToCut<'_> {
         let mut region = rectangle(job, setup, StockRegion::Operations);
         for k in going_on.clone() {
             let next = Setup::read(job, k)?;
-            region = region.zip(rectangle(job, &next, StockRegion::Operations)).map(|(a, b)| around(a, b));
+            region =
+                region.zip(rectangle(&job.for_setup(k), &next, StockRegion::Operations)).map(|(a, b)| around(a, b));
         }
         let Some([low, high]) = region else { return Ok(Err("no operation cuts it".to_owned())) };
         let clearance = going_on.clone().map(|k| &setups[k]).chain([setup.file]).map(|s| s.rapid_clearance_mm);

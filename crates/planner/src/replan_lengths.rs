@@ -27,6 +27,7 @@ pub fn replan_with_shorter_tools(
     report: &mut FoundLengths,
     stages: &dyn Stages,
 ) -> Result<(), Failure> {
+    let job = &job.for_setup(setup);
     let found = report.tool.clone().map(ToolAssembly::new).transpose();
     let found = found.map_err(|e| Failure::Internal(e.to_string()))?.unwrap_or_else(|| job.tool.clone());
     let base = planned(job, &found, setup, stages)?;

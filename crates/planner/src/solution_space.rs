@@ -51,6 +51,7 @@ pub fn solution_space(
     let (index, operation) = operation_of(job, &request.operation)?;
     let setup_index = job.file.setups.iter().position(|s| belongs(operation, s, &job.file));
     let setup_index = setup_index.ok_or_else(|| job.wrong(format!("operations[{index}]: has no setup")))?;
+    let job = &job.for_setup(setup_index);
     let setup = Setup::read(job, setup_index)?;
     let z_map = z_map(&setup)?;
     let mut cell = workcell(job, &setup, operation, &z_map);

@@ -99,6 +99,7 @@ fn served(
     if job.second.is_some() {
         return Err(job.wrong("second_tool: poses are tested for machines with one head alone"));
     }
+    let job = job.for_setup(setup);
     let read = Setup::read(&job, setup)?;
     let scene = Scene::new(&job, &read, setup)?;
     let found = job.operations_of(read.file).map(|(_, o)| o).find(|o| operation.is_none_or(|name| o.name == name));

@@ -109,6 +109,7 @@ pub fn page_data(source: PageSource<'_>) -> Result<PageData, Failure> {
     if source.setup >= setups.len() {
         return Err(job.wrong(format!("setup {} was requested, but the job has {}", source.setup + 1, setups.len())));
     }
+    let job = &job.for_setup(source.setup);
     if job.second.is_none() {
         let own;
         let setup = match source.read {
@@ -141,7 +142,7 @@ struct PageScene<'a> {
 
 impl PageScene<'_> {
     fn data(&self, source: PageSource<'_>) -> Result<PageData, Failure> {
-        let (job, setup) = (source.job, self.scene.setup);
+        let (job, setup) = (self.scene.job, self.scene.setup);
         let program = job.read_program(source.text, source.dialect).map_err(|e| Failure::input(source.program, e))?;
         self.scene.check_frame_of(&program, source.program)?;
         let views: Vec<(&Machine, f64)> = self.heads.iter().map(|(m, tool)| (*m, tool.gauge_length())).collect();

@@ -277,6 +277,7 @@ impl RunResults {
 
 impl VerificationRun<'_> {
     fn one_head(&self, job: &Job) -> Result<RunResults, Failure> {
+        let job = &job.for_setup(self.request.setup);
         let setup = Setup::read(job, self.request.setup)?;
         check_winding(job, &setup, self.request.setup)?;
         let scene = Scene::new(job, &setup, self.request.setup)?;

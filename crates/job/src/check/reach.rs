@@ -117,7 +117,8 @@ fn lesser(known: Option<Barrier>, new: Barrier) -> Barrier {
 }
 
 fn message(job: &Job, setup: &Setup<'_>, operation: &OperationFile, n: usize, barrier: &Barrier) -> String {
-    let at = job.file.setups.iter().position(|s| s.name == setup.file.name).unwrap_or(0);
+    let index = job.file.setups.iter().position(|s| s.name == setup.file.name).unwrap_or(0);
+    let at = job.setup_key(index);
     let why = match barrier {
         Barrier::Axis(why @ Unreachable::AxisLimit { axis, kind, .. }, by) => {
             let by = match kind {
@@ -131,7 +132,7 @@ fn message(job: &Job, setup: &Setup<'_>, operation: &OperationFile, n: usize, ba
     };
     let unit = unit_advice(job, setup).map_or_else(String::new, |advice| format!("; {advice}"));
     format!(
-        "setups[{at}].table_from_work: operation \"{}\" reaches none of {n} points of its region in any posture: {why} \
+        "{at}.table_from_work: operation \"{}\" reaches none of {n} points of its region in any posture: {why} \
          (table_from_work){unit}",
         operation.name
     )

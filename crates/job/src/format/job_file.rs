@@ -18,8 +18,16 @@ pub struct JobFile {
     pub format: String,
     /// Name of the job; the program carries it as a comment.
     pub name: String,
-    /// Tool file, relative to the job file; on a machine with two heads that of head 1.
-    pub tool: String,
+    /// Tool file of all operations, relative to the job file; on a machine with two heads that of
+    /// head 1. Leave it out where there are `tools`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tool: Option<String>,
+    /// Tool files by name, relative to the job file, in place of `tool`: each operation names one of
+    /// them. Operations of a setup that follow each other with one tool have a program of their own
+    /// (docs/cookbook.md#several-tools). Not on a machine with two heads. The numbers and length
+    /// registers of the tools must differ.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub tools: BTreeMap<String, String>,
     /// Tool file of head 2, relative to the job file: required on a machine with two heads, refused
     /// on any other. Its `number` and `length_register` must not be those of the first tool.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -436,6 +444,9 @@ pub struct OperationFile {
     /// Setup of the operation; required if there are several. Default: the only one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setup: Option<String>,
+    /// Its tool, by its name in `tools`; required if there are several. Default: the only one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tool: Option<String>,
     /// Head that machines it, 1 or 2: the number of its chain in the machine file. Default: 1.
     #[schemars(range(min = 1, max = 2))]
     #[serde(default = "first_head", skip_serializing_if = "is_first_head")]

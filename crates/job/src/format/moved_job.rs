@@ -42,8 +42,13 @@ fn way_between(from: &Path, to: &Path) -> String {
 
 /// Returns the names of files in a job file.
 fn names_mut(file: &mut JobFile) -> Vec<&mut String> {
-    let mut names = vec![&mut file.tool, &mut file.machine];
-    names.extend([&mut file.second_tool, &mut file.post.template, &mut file.post.dialect_file].into_iter().flatten());
+    let mut names = vec![&mut file.machine];
+    names.extend(file.tools.values_mut());
+    names.extend(
+        [&mut file.tool, &mut file.second_tool, &mut file.post.template, &mut file.post.dialect_file]
+            .into_iter()
+            .flatten(),
+    );
     for setup in &mut file.setups {
         names.extend(setup.meshes.iter_mut().map(|mesh| &mut mesh.file));
         if let StockFile::Mesh(mesh) = &mut setup.stock {

@@ -22,16 +22,20 @@ use crate::load::job_files::JobFiles;
 use crate::load::mesh_files::FileKey;
 use crate::load::obstacle_meshes::ObstacleMesh;
 use crate::validate::belongs;
+use crate::validate::tools::tool_of_setup;
 
 /// Job with its tool, machine and post.
 #[derive(Clone)]
 pub struct Job {
     /// The job file.
     pub path: PathBuf,
-    /// Its content.
+    /// Its content, with one tool in each setup: a setup with several is one for each.
     pub file: JobFile,
-    /// Its tool.
+    /// Its tool; of a job with several, that of the setup that this view is of
+    /// ([`for_setup`](Self::for_setup)).
     pub tool: ToolAssembly,
+    /// Its tools by name, if it has several.
+    pub tools: NamedTools,
     /// Its machine; of a machine with two heads, the view of the first head.
     pub machine: Machine,
     /// Its post.
@@ -42,6 +46,23 @@ pub struct Job {
     pub settings: Vec<JobSetting>,
     /// The files that it names.
     pub files: JobFiles,
+}
+
+/// Tools of a job by name, and the setup whose tool a view of the job has.
+#[derive(Clone, Default)]
+pub struct NamedTools {
+    /// Tools by name; none in a job with one tool file.
+    by_name: Arc<BTreeMap<String, ToolAssembly>>,
+    /// Index of the setup that the view is of, if it is of one.
+    seen_from: Option<usize>,
+    /// Index of each setup in the job file as it is written, if it is another one.
+    written: Arc<Vec<usize>>,
+}
+
+impl NamedTools {
+    pub(crate) fn new(by_name: BTreeMap<String, ToolAssembly>, written: Vec<usize>) -> Self {
+        Self { by_name: Arc::new(by_name), seen_from: None, written: Arc::new(written) }
+    }
 }
 
 /// Tool and machine view of the second head of a machine.
@@ -91,6 +112,41 @@ impl Job {
             .with_more_clearance(|body| if body.carrier() == Some(Carrier::Head) { straying } else { 0.0 })
             .with_tool_in_other_head(&other_tool, other.gauge_length());
         Self { file, tool: tool.clone(), machine, ..self.clone() }
+    }
+
+    /// Returns the job as one of its setups sees it: with the tool of this setup. A view of the same
+    /// setup keeps its tool, also one that was put in its place; with one tool, returns the job
+    /// itself.
+    pub fn for_setup(&self, index: usize) -> Self {
+        let mut view = self.clone();
+        if self.tools.by_name.len() > 1 && self.tools.seen_from != Some(index) {
+            let name = self.file.setups.get(index).and_then(|setup| tool_of_setup(&self.file, setup));
+            if let Some(tool) = name.and_then(|name| self.tools.by_name.get(name)) {
+                view.tool = tool.clone();
+                view.tools.seen_from = Some(index);
+            }
+        }
+        view
+    }
+
+    /// Checks that this view has the tool of a setup.
+    pub(crate) fn check_tool_of(&self, index: usize) -> Result<(), Failure> {
+        if self.tools.by_name.len() < 2 || self.tools.seen_from == Some(index) {
+            return Ok(());
+        }
+        Err(Failure::Internal(format!("the tool of setup {} was not chosen among the tools of the job", index + 1)))
+    }
+
+    /// Returns the key of a setup in the job file as it is written: `setups[0]`.
+    pub(crate) fn setup_key(&self, index: usize) -> String {
+        format!("setups[{}]", self.tools.written.get(index).unwrap_or(&index))
+    }
+
+    /// Returns all tools of the job: of both heads, or by name.
+    pub fn all_tools(&self) -> impl Iterator<Item = &ToolAssembly> {
+        let named = self.tools.by_name.values();
+        let own = Some(&self.tool).filter(|_| self.tools.by_name.is_empty());
+        own.into_iter().chain(named).chain(self.second.iter().map(|second| &second.tool))
     }
 
     /// Returns an error about the job file.

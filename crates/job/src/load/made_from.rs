@@ -130,7 +130,9 @@ pub(crate) fn named(file: &JobFile) -> impl Iterator<Item = &str> {
         path.into_iter().chain(region.left_above.iter().flat_map(|left| left.of.files()))
     });
     let others = [&file.second_tool, &file.post.template, &file.post.dialect_file].into_iter().flatten();
-    [&file.tool, &file.machine].into_iter().chain(others).map(String::as_str).chain(of_setups).chain(of_operations)
+    let tools = file.tool.iter().chain(file.tools.values());
+    let own = tools.chain([&file.machine]).chain(others).map(String::as_str);
+    own.chain(of_setups).chain(of_operations)
 }
 
 /// Returns the files beside a file that it names, as the readers of meshes and machines open them.

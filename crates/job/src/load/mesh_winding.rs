@@ -32,8 +32,7 @@ struct ToolRoom {
 impl ToolRoom {
     /// Returns the room of the smallest of a job's tools.
     fn of(job: &Job) -> Self {
-        let tools = || std::iter::once(&job.tool).chain(job.second.iter().map(|s| &s.tool));
-        let least = |of: &dyn Fn(&ToolAssembly) -> f64| tools().map(of).fold(f64::INFINITY, f64::min);
+        let least = |of: &dyn Fn(&ToolAssembly) -> f64| job.all_tools().map(of).fold(f64::INFINITY, f64::min);
         let length = least(&ToolAssembly::gauge_length);
         Self { across: length.min(2.0 * least(&|tool| tool.cutter().radius())), length }
     }
@@ -63,7 +62,7 @@ pub fn check_winding(job: &Job, setup: &Setup<'_>, index: usize) -> Result<Vec<S
     let found = windings(&setup.around_drive, &setup.drive_files, ToolRoom::of(job));
     for ((key, _), winding) in setup.drive_files.iter().zip(&found) {
         if winding.n_inward > 0 {
-            let text = inward(&entries(setup, key, index), key, winding);
+            let text = inward(&entries(setup, key, &job.setup_key(index)), key, winding);
             // A part named on the command line has no such entry.
             let remedy = if job.file.operations.is_empty() { ", or where the file comes from" } else { "" };
             return Err(job.wrong(format!("{text}{remedy}")));
@@ -79,17 +78,18 @@ fn check_stock(job: &Job, setup: &Setup<'_>, index: usize) -> Result<(), Failure
     let volume: f64 = components.iter().filter_map(|c| c.volume_mm3).sum();
     if components.iter().all(|c| c.closed) && volume < 0.0 {
         return Err(job.wrong(format!(
-            "setups[{index}].stock.mesh: the stock is wound inside out (its volume is {volume:.0} mm3); turn it with \
-             \"reverse_winding\": true"
+            "{}.stock.mesh: the stock is wound inside out (its volume is {volume:.0} mm3); turn it with \
+             \"reverse_winding\": true",
+            job.setup_key(index)
         )));
     }
     Ok(())
 }
 
 /// Returns the entries of a job that name a file, as keys.
-fn entries(setup: &Setup<'_>, key: &FileKey, index: usize) -> String {
+fn entries(setup: &Setup<'_>, key: &FileKey, at: &str) -> String {
     let of_file = setup.file.meshes.iter().enumerate().filter(|(_, entry)| FileKey::from(*entry) == *key);
-    of_file.map(|(k, _)| format!("setups[{index}].meshes[{k}]")).collect::<Vec<_>>().join(", ")
+    of_file.map(|(k, _)| format!("{at}.meshes[{k}]")).collect::<Vec<_>>().join(", ")
 }
 
 fn windings(surface: &Surface, files: &[(FileKey, usize)], room: ToolRoom) -> Vec<FileWinding> {

@@ -27,10 +27,9 @@ struct Suitable {
 
 impl Suitable {
     fn of(job: &Job) -> Self {
-        let tools = std::iter::once(&job.tool).chain(job.second.iter().map(|s| &s.tool));
         let linear = job.machine.axes().iter().filter(|a| a.kind == AxisKind::Linear);
         Self {
-            diameter: tools.map(|t| 2.0 * t.cutter().radius()).fold(f64::INFINITY, f64::min),
+            diameter: job.all_tools().map(|t| 2.0 * t.cutter().radius()).fold(f64::INFINITY, f64::min),
             travel: linear.map(|a| a.max - a.min).fold(0.0, f64::max),
         }
     }

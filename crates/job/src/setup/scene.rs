@@ -44,11 +44,14 @@ pub struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
-    /// Returns the scene of a machine with one head. `index` is the index of the setup in the job.
+    /// Returns the scene of a machine with one head. `index` is the index of the setup in the job;
+    /// a job with several tools must be the view of this setup ([`Job::for_setup`]).
     ///
     /// # Errors
-    /// If the work offset names an axis that the machine does not have.
+    /// If the work offset names an axis that the machine does not have, or the job has the tool of
+    /// another setup.
     pub fn new(job: &'a Job, setup: &'a Setup<'a>, index: usize) -> Result<Self, Failure> {
+        job.check_tool_of(index)?;
         let words = word_map(job, setup, index)?;
         let rtcp_frame = rtcp_frame(job, &words);
         Ok(Self { job, index, setup, machine: &job.machine, words, rtcp_frame })

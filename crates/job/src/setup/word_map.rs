@@ -44,7 +44,8 @@ pub fn check_offset_axes(job: &Job, setup: &Setup<'_>, setup_index: usize) -> Re
             let axis = machine.axis_index(letter).map(|k| &machine.axes()[k]);
             if axis.is_none_or(|a| a.kind != kind) {
                 return Err(job.wrong(format!(
-                    "setups[{setup_index}].work_offset.{key}: the machine has no such axis \"{letter}\""
+                    "{}.work_offset.{key}: the machine has no such axis \"{letter}\"",
+                    job.setup_key(setup_index)
                 )));
             }
         }

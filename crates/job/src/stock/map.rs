@@ -132,7 +132,7 @@ pub fn rectangle(job: &Job, setup: &Setup<'_>, region: StockRegion) -> Option<[[
             let drive = setup.drive.mesh();
             let of_operation = job.operations_of(setup.file).flat_map(|(_, o)| places(o.pattern.as_ref()));
             let of_place = of_operation.map(|place| drive.transformed(&place).aabb());
-            let tools = std::iter::once(&job.tool).chain(job.second.iter().map(|second| &second.tool));
+            let tools = [&job.tool].into_iter().chain(job.second.iter().map(|second| &second.tool));
             let margin = tools.map(|tool| 2.0 * tool.cutter().radius()).fold(0.0, f64::max);
             let Aabb { min, max } = of_place.reduce(|a, b| a.union(&b))?.dilated(margin);
             Some([[min.x, min.y], [max.x, max.y]])

@@ -45,15 +45,20 @@ pub fn check_feed_laws(at: &Field, feeds: &FeedsFile) -> Result<(), String> {
 /// Smallest feed that a program or an APT file can express, mm/min.
 const SMALLEST_FEED: f64 = 1e-3;
 
-/// Checks the chip thicknesses of a head's operations against the smallest F of the control, with
+/// Checks the chip thicknesses of a tool's operations against the smallest F of the control, with
 /// the inserts of its tool: the chip thickness never exceeds the feed per tooth, so at equality the
 /// control must accept the feed.
 ///
 /// # Errors
 /// If a thickness requires less; the message has the least that works.
-pub fn check_chip_thickness(job: &JobFile, head: u32, teeth: u32, range: &FeedRange) -> Result<(), String> {
+pub fn check_chip_thickness(
+    job: &JobFile,
+    is_of: &dyn Fn(&OperationFile) -> bool,
+    teeth: u32,
+    range: &FeedRange,
+) -> Result<(), String> {
     let slowest = range.min.max(SMALLEST_FEED);
-    for (k, o) in job.operations.iter().enumerate().filter(|(_, o)| o.head == head) {
+    for (k, o) in job.operations.iter().enumerate().filter(|(_, o)| is_of(o)) {
         let Some(thickness) = &o.feeds.chip_thickness else { continue };
         let least = slowest / teeth_per_minute(&o.feeds, teeth);
         if thickness.max_mm < least {

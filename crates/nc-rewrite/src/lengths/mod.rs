@@ -79,6 +79,7 @@ pub fn lengths_of_program(
             return Err(job.wrong(format!("the {what} must be a length of at least 0 mm, is {value}")));
         }
     }
+    let job = &job.for_setup(request.setup);
     let program: ReadProgram =
         job.read_program(text, request.dialect).map_err(|e| Failure::input(request.program, e))?;
     let setup = Setup::read(job, request.setup)?;

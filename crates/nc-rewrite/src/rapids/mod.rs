@@ -83,6 +83,7 @@ pub fn faster_rapids(
             "second_tool: links of programs for two heads are not replaced; `facemill verify` runs them as they are";
         return Err(job.wrong(why));
     }
+    let job = &job.for_setup(request.setup);
     let program = job.read_program(text, request.dialect).map_err(|e| Failure::input(request.program, e))?;
     let before = verified(job, text, request, stages)?;
     let setup = Setup::read(job, request.setup)?;

@@ -9,6 +9,7 @@ fn full_job() -> JobFile {
     let (_, bytes) = all.into_iter().find(|(name, _)| name == "job.json").unwrap();
     let mut job: Value = serde_json::from_slice(&bytes).unwrap();
     job["second_tool"] = json!("second.json");
+    job["tools"] = json!({ "mill": "tools/mill.json" });
     job["post"]["template"] = json!("own.j2");
     job["post"]["dialect_file"] = json!("own/dialect.json");
     job["setups"][0]["stock"] = json!({ "mesh": { "file": "../castings/stock.stl" } });
@@ -30,7 +31,7 @@ fn every_name_leads_to_the_same_file_from_another_folder() {
     let file = full_job();
     let all = |file: &JobFile| names_mut(&mut file.clone()).into_iter().map(|n| n.clone()).collect::<Vec<String>>();
     let given = all(&file);
-    assert_eq!(given.len(), 11, "{given:?}");
+    assert_eq!(given.len(), 12, "{given:?}");
     // The folder of the moved job need not exist.
     let moved = moved_job(&file, &own.join("job.json"), &beside.join("deep/best.json"));
     for (before, after) in given.iter().zip(all(&moved)) {
@@ -39,7 +40,7 @@ fn every_name_leads_to_the_same_file_from_another_folder() {
     let same = moved_job(&file, &own.join("job.json"), &own.join("best.json"));
     assert_eq!(all(&same), given);
     let mut absolute = file;
-    absolute.tool = root.path().join("tool.json").to_string_lossy().into_owned();
+    absolute.tool = Some(root.path().join("tool.json").to_string_lossy().into_owned());
     let moved = moved_job(&absolute, &own.join("job.json"), &beside.join("best.json"));
     assert_eq!(moved.tool, absolute.tool);
 }

@@ -1,0 +1,111 @@
+//! Tools of a job by name: which operation has which, and a setup for each of them.
+
+use std::collections::BTreeSet;
+
+use crate::format::job_file::{JobFile, OperationFile, SetupFile};
+use crate::validate::{belongs, file_stem};
+
+/// Returns the first fault of the names of a job's tools as `field: what it must be`.
+///
+/// # Errors
+/// If there is one.
+pub(crate) fn check_tool_names(job: &JobFile) -> Result<(), String> {
+    let names = || job.tools.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+    match (&job.tool, job.tools.is_empty()) {
+        (None, true) => return Err("tool: is needed, a tool file, or several of them by name in `tools`".to_owned()),
+        (Some(_), false) => {
+            return Err(format!("tool: leave it out beside `tools` ({}): each operation names one of these", names()));
+        }
+        _ => {}
+    }
+    if job.tools.contains_key("") {
+        return Err("tools: a tool has no name; give it one".to_owned());
+    }
+    for (k, operation) in job.operations.iter().enumerate() {
+        match &operation.tool {
+            Some(name) if job.tools.is_empty() => {
+                return Err(format!(
+                    "operations[{k}].tool: names \"{name}\", but the job has one tool file (`tool`); put it into `tools` \
+                     under this name, or leave the name out"
+                ));
+            }
+            Some(name) if !job.tools.contains_key(name) => {
+                return Err(format!("operations[{k}].tool: there is no tool \"{name}\" in `tools`: {}", names()));
+            }
+            None if job.tools.len() > 1 => {
+                return Err(format!("operations[{k}].tool: is needed because there are several tools: {}", names()));
+            }
+            _ => {}
+        }
+    }
+    check_names_by_tool(job)
+}
+
+/// Refuses setups whose names and tools give one name twice.
+fn check_names_by_tool(job: &JobFile) -> Result<(), String> {
+    let setups = setups_by_tool(job.clone()).file.setups;
+    let mut known = BTreeSet::new();
+    match setups.iter().find(|setup| !known.insert(file_stem(&setup.name))) {
+        None => Ok(()),
+        Some(setup) => Err(format!(
+            "setups: the programs of a setup with several tools are named by setup and tool, and \"{}\" is named twice; name \
+             a setup or a tool otherwise",
+            setup.name
+        )),
+    }
+}
+
+/// Returns the name of an operation's tool; `None` in a job with one tool file.
+pub(crate) fn tool_of<'f>(job: &'f JobFile, operation: &'f OperationFile) -> Option<&'f str> {
+    let only = job.tools.keys().next().filter(|_| job.tools.len() == 1);
+    operation.tool.as_ref().or(only).map(String::as_str)
+}
+
+/// Returns the name of the tool of a setup's operations, which all have one after
+/// [`setups_by_tool`].
+pub(crate) fn tool_of_setup<'f>(job: &'f JobFile, setup: &SetupFile) -> Option<&'f str> {
+    job.operations.iter().find(|o| belongs(o, setup, job)).and_then(|o| tool_of(job, o))
+}
+
+/// A job with one tool in each setup, and where its setups come from.
+pub(crate) struct JobByTool {
+    pub(crate) file: JobFile,
+    /// Index of each setup in the job as it is written.
+    pub(crate) written: Vec<usize>,
+}
+
+/// Returns a job in which each setup has operations of one tool, so that each has a program of one
+/// tool: a setup with several becomes one for each row of operations with the same tool, in their
+/// order, all with its meshes, mounting, stock and offsets. Its name gets number and tool behind:
+/// `"up"` becomes `"up, 1 mill"` and `"up, 2 ball"`. A job that is so already stays as it is.
+pub(crate) fn setups_by_tool(job: JobFile) -> JobByTool {
+    let mut all = JobFile { setups: Vec::new(), ..job.clone() };
+    let mut written = Vec::new();
+    for (k, setup) in job.setups.iter().enumerate() {
+        let of_setup: Vec<usize> =
+            (0..job.operations.len()).filter(|&o| belongs(&job.operations[o], setup, &job)).collect();
+        let tool = |o: &usize| tool_of(&job, &job.operations[*o]);
+        let rows: Vec<&[usize]> = of_setup.chunk_by(|a, b| tool(a) == tool(b)).collect();
+        if rows.len() < 2 {
+            all.setups.push(setup.clone());
+            written.push(k);
+            // With more setups than before, each operation says which it is of.
+            of_setup.iter().for_each(|&o| all.operations[o].setup = Some(setup.name.clone()));
+            continue;
+        }
+        for (number, row) in (1..).zip(rows) {
+            let name = format!("{}, {number} {}", setup.name, tool(&row[0]).unwrap_or_default());
+            row.iter().for_each(|&o| all.operations[o].setup = Some(name.clone()));
+            all.setups.push(SetupFile { name, ..setup.clone() });
+            written.push(k);
+        }
+    }
+    if all.setups.len() == job.setups.len() {
+        return JobByTool { file: job, written };
+    }
+    JobByTool { file: all, written }
+}
+
+#[cfg(test)]
+#[path = "../../tests/unit/validate/tools.rs"]
+mod tests;

@@ -1,0 +1,112 @@
+use serde_json::{Value, json};
+
+use super::*;
+use crate::examples::new_job::{NewJob, new_job};
+use crate::validate::validate;
+
+/// Returns the example patch's job with these tools, setups and operations, each as setup and tool.
+fn job(tools: &[&str], setups: &[&str], operations: &[[Option<&str>; 2]]) -> JobFile {
+    let files = new_job(&NewJob::Patch { size_mm: 80.0 }).unwrap();
+    let (_, bytes) = files.iter().find(|(name, _)| name == "job.json").unwrap();
+    let mut job: Value = serde_json::from_slice(bytes).unwrap();
+    let (setup, operation) = (job["setups"][0].clone(), job["operations"][0].clone());
+    let named = |value: &Value, name: &str| {
+        let mut value = value.clone();
+        value["name"] = json!(name);
+        value
+    };
+    job["setups"] = setups.iter().map(|name| named(&setup, name)).collect();
+    let of = |(k, [setup, tool]): (usize, &[Option<&str>; 2])| {
+        let mut value = named(&operation, &format!("op {k}"));
+        (value["setup"], value["tool"]) = (json!(setup), json!(tool));
+        value
+    };
+    job["operations"] = operations.iter().enumerate().map(of).collect();
+    if !tools.is_empty() {
+        job.as_object_mut().unwrap().remove("tool");
+        job["tools"] = tools.iter().map(|name| ((*name).to_owned(), json!(format!("{name}.json")))).collect();
+    }
+    serde_json::from_value(job).unwrap()
+}
+
+fn names(job: &JobFile) -> Vec<&str> {
+    job.setups.iter().map(|s| s.name.as_str()).collect()
+}
+
+/// Returns the names of the operations of each setup.
+fn members(job: &JobFile) -> Vec<Vec<&str>> {
+    let of = |setup| job.operations.iter().filter(|o| belongs(o, setup, job)).map(|o| o.name.as_str()).collect();
+    job.setups.iter().map(of).collect()
+}
+
+#[test]
+fn a_setup_with_several_tools_becomes_one_for_each_row_of_operations_with_one_tool() {
+    let up = Some("up");
+    let (mill, ball) = (Some("mill"), Some("ball"));
+    let file = job(
+        &["mill", "ball"],
+        &["up", "down"],
+        &[[up, mill], [Some("down"), ball], [up, mill], [up, ball], [up, mill]],
+    );
+    validate(&file).unwrap();
+    let by_tool = setups_by_tool(file);
+    assert_eq!(names(&by_tool.file), ["up, 1 mill", "up, 2 ball", "up, 3 mill", "down"]);
+    assert_eq!(members(&by_tool.file), [vec!["op 0", "op 2"], vec!["op 3"], vec!["op 4"], vec!["op 1"]]);
+    assert_eq!(by_tool.written, [0, 0, 0, 1]);
+    // Operations keep their order and their keys.
+    let order: Vec<&str> = by_tool.file.operations.iter().map(|o| o.name.as_str()).collect();
+    assert_eq!(order, ["op 0", "op 1", "op 2", "op 3", "op 4"]);
+    let tools: Vec<Option<&str>> = by_tool.file.setups.iter().map(|s| tool_of_setup(&by_tool.file, s)).collect();
+    assert_eq!(tools, [mill, ball, mill, ball]);
+    // What is so already stays, byte for byte.
+    validate(&by_tool.file).unwrap();
+    let text = serde_json::to_string(&by_tool.file).unwrap();
+    let again = setups_by_tool(by_tool.file);
+    assert_eq!(serde_json::to_string(&again.file).unwrap(), text);
+    assert_eq!(again.written, [0, 1, 2, 3]);
+}
+
+#[test]
+fn the_only_setup_need_not_be_named() {
+    let (mill, ball) = (Some("mill"), Some("ball"));
+    let by_tool = setups_by_tool(job(&["mill", "ball"], &["up"], &[[None, ball], [None, mill], [None, mill]]));
+    assert_eq!(names(&by_tool.file), ["up, 1 ball", "up, 2 mill"]);
+    assert_eq!(members(&by_tool.file), [vec!["op 0"], vec!["op 1", "op 2"]]);
+    validate(&by_tool.file).unwrap();
+}
+
+#[test]
+fn a_job_with_one_tool_stays_as_it_is() {
+    for file in [
+        job(&[], &["up"], &[[None, None], [None, None]]),
+        job(&["mill"], &["up", "down"], &[[Some("down"), None], [Some("up"), Some("mill")]]),
+    ] {
+        validate(&file).unwrap();
+        let text = serde_json::to_string(&file).unwrap();
+        assert_eq!(serde_json::to_string(&setups_by_tool(file).file).unwrap(), text);
+    }
+}
+
+#[test]
+fn wrong_names_of_tools_are_told_apart_by_their_keys() {
+    let fault = |file: &JobFile| validate(file).unwrap_err();
+    let mut none = job(&["mill"], &["up"], &[[None, None]]);
+    none.tools.clear();
+    assert!(fault(&none).starts_with("tool: is needed"), "{}", fault(&none));
+    let mut both = job(&["mill"], &["up"], &[[None, None]]);
+    both.tool = Some("tool.json".to_owned());
+    assert!(fault(&both).starts_with("tool: leave it out beside `tools` (mill)"), "{}", fault(&both));
+    let missing = job(&["mill", "ball"], &["up"], &[[None, Some("mill")], [None, None]]);
+    assert_eq!(fault(&missing), "operations[1].tool: is needed because there are several tools: ball, mill");
+    let unknown = job(&["mill", "ball"], &["up"], &[[None, Some("bull")]]);
+    assert_eq!(fault(&unknown), "operations[0].tool: there is no tool \"bull\" in `tools`: ball, mill");
+    let alone = job(&[], &["up"], &[[None, Some("mill")]]);
+    assert!(fault(&alone).starts_with("operations[0].tool: names \"mill\", but the job has one tool file"));
+    let (mill, ball) = (Some("mill"), Some("ball"));
+    let twice = job(
+        &["mill", "ball"],
+        &["up", "up, 1 mill"],
+        &[[Some("up"), mill], [Some("up"), ball], [Some("up, 1 mill"), ball]],
+    );
+    assert!(fault(&twice).contains("\"up, 1 mill\" is named twice"), "{}", fault(&twice));
+}
