@@ -22,7 +22,7 @@ use crate::load::mesh_winding::check_winding;
 use crate::load::part_size::{part_box, unit_advice, units};
 use crate::setup::path::lay_operation;
 use crate::setup::word_map::word_map;
-use crate::stock::setup_order::follows;
+use crate::stock::setup_order::{follows, is_after_others};
 
 fn up(axis: UpAxis) -> &'static str {
     match axis {
@@ -58,6 +58,13 @@ pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
         b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z
     ));
     for (k, operation) in job.operations_of(setup.file) {
+        if is_after_others(operation) {
+            lines.push(format!(
+                "operation \"{}\": its passes go where the programs before it leave material, and are laid when these are planned",
+                operation.name
+            ));
+            continue;
+        }
         let path = lay_operation(job, &setup, k, operation)?;
         let head = job.seen_by(operation.head.saturating_sub(1) as usize, 0.0);
         check_reach(&head, &setup, operation, &path.tasks).map_err(|e| job.wrong(e))?;

@@ -40,7 +40,7 @@ use crate::format::made_from::InputFile;
 use crate::frames::pose;
 use crate::load::clearance_surface::clearance_surface;
 use crate::load::enclosure::check_enclosure;
-use crate::load::job::{Job, NamedTools, SecondHead, Setup};
+use crate::load::job::{Job, NamedTools, SecondHead, Setup, WrittenPrograms};
 use crate::load::job_files::JobFiles;
 use crate::load::job_source::{JOB_NAME, blamed, job_of_text, job_path, read_job_file};
 use crate::load::machine_load::read_machine_of;
@@ -236,29 +236,30 @@ impl Job {
             return Err(Failure::input(path, message));
         }
         check_rounding(&file, &post.rounding_bound()).map_err(|e| Failure::input(path, e))?;
-        if file.operations.is_empty() {
-            // Nothing is written, so the control need not move as the machine file says.
-            return Ok(Self {
-                path: path.to_owned(),
-                file,
-                tool,
-                tools,
-                machine,
-                post,
-                second,
-                settings: Vec::new(),
-                files,
-            });
-        }
-        if post.feed_mode() == FeedMode::Rtcp && machine.motion_law().cutting == CuttingLaw::AxesLinear {
-            let message = "post.feed_mode: rtcp needs a machine whose motion.cutting is tip_and_rotaries_linear or \
-                           tip_linear_vector_turned, because that is what the control then does; its is axes_linear";
-            return Err(Failure::input(path, message));
-        }
-        let home = home_words(&machine)?;
-        let post =
-            post.on_machine(machine.motion_law(), home).map_err(|e| Failure::input(path, format!("post.{e}")))?;
-        Ok(Self { path: path.to_owned(), file, tool, tools, machine, post, second, settings: Vec::new(), files })
+        // Where nothing is written, the control need not move as the machine file says.
+        let post = if file.operations.is_empty() {
+            post
+        } else {
+            if post.feed_mode() == FeedMode::Rtcp && machine.motion_law().cutting == CuttingLaw::AxesLinear {
+                let message = "post.feed_mode: rtcp needs a machine whose motion.cutting is tip_and_rotaries_linear or \
+                               tip_linear_vector_turned, because that is what the control then does; its is axes_linear";
+                return Err(Failure::input(path, message));
+            }
+            let home = home_words(&machine)?;
+            post.on_machine(machine.motion_law(), home).map_err(|e| Failure::input(path, format!("post.{e}")))?
+        };
+        Ok(Self {
+            path: path.to_owned(),
+            file,
+            tool,
+            tools,
+            machine,
+            post,
+            second,
+            settings: Vec::new(),
+            files,
+            programs: WrittenPrograms::default(),
+        })
     }
 }
 

@@ -8,6 +8,7 @@ use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{OperationFile, PathFile};
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::path::lay_operation;
+use facemill_job::stock::setup_order::is_after_others;
 use facemill_surface_model::CurvatureTensor;
 use facemill_tool_model::cl_from_cc;
 use facemill_tool_path::segments::LaidTask;
@@ -56,7 +57,8 @@ pub(crate) fn planes_of_operations(job: &Job) -> Result<Vec<Vec<DirectedPlanes>>
     for index in 0..job.file.setups.len() {
         let job = job.for_setup(index);
         for (k, operation) in job.operations_of(&job.file.setups[index]) {
-            if matches!(operation.path, PathFile::Strategy(_)) {
+            // Where the programs before leave material is known once they are planned.
+            if matches!(operation.path, PathFile::Strategy(_)) && !is_after_others(operation) {
                 let seen = job.seen_by(operation.head.saturating_sub(1) as usize, 0.0);
                 let setup = Setup::read(&seen, index)?;
                 let tasks = lay_operation(&seen, &setup, k, operation)?.tasks;

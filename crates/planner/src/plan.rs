@@ -3,7 +3,7 @@
 use facemill_job::check::post_probe::try_template;
 use facemill_job::failure::Failure;
 use facemill_job::format::made_from::MadeFrom;
-use facemill_job::load::job::{Job, Setup};
+use facemill_job::load::job::{Job, Setup, WrittenPrograms};
 use facemill_job::load::mesh_winding::check_winding;
 use facemill_job::setup::cell::z_map;
 use facemill_job::setup::scene::Scene;
@@ -27,7 +27,7 @@ use crate::stage_clock::Clock;
 /// If the input is wrong, the job cannot be planned under its own terms, or the stages are
 /// cancelled.
 pub fn plan_setup(job: &Job, index: usize, settings: PlanSettings, stages: &dyn Stages) -> Result<Planned, Failure> {
-    planned_setup(job, index, settings, None, stages).map(|(planned, _)| planned)
+    planned_setup(job, (index, &job.programs), settings, None, stages).map(|(planned, _)| planned)
 }
 
 /// Setup as a plan has read it, for pages and maps that are made of the plan.
@@ -38,18 +38,19 @@ pub struct ReadSetup<'j> {
     pub(crate) map: ZMap,
 }
 
-/// Plans one setup of a job, and cuts its stock if the program is verified and there is stock.
-/// Returns the setup, too; of a machine with two heads, which each have their own, none.
+/// Plans one setup of a job, and cuts its stock if the program is verified and there is stock;
+/// `programs` are those that are written so far. Returns the setup, too; of a machine with two
+/// heads, which each have their own, none.
 pub(crate) fn planned_setup<'j>(
     job: &'j Job,
-    index: usize,
+    (index, programs): (usize, &WrittenPrograms),
     settings: PlanSettings,
     stock: Option<&StockToCut<'_>>,
     stages: &dyn Stages,
 ) -> Result<(Planned, Option<ReadSetup<'j>>), Failure> {
     let clock = Clock::new();
     let of_job = job;
-    let job = &of_job.for_setup(index);
+    let job = &Job { programs: programs.clone(), ..of_job.for_setup(index) };
     stages.expect(stages_of(job, index, settings, stock.is_some()));
     let made_from = MadeFrom::of(job);
     let mut run = PlanRun { settings, stock, stages, made_from, clock };

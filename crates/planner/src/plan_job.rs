@@ -5,7 +5,7 @@ use std::ops::Range;
 use facemill_job::failure::Failure;
 use facemill_job::load::job::Job;
 use facemill_job::stages::Stages;
-use facemill_job::stock::setup_order::follows;
+use facemill_job::stock::setup_order::{needs_programs_before, programs_before};
 
 use crate::plan::{ReadSetup, planned_setup};
 use crate::plan_settings::PlanSettings;
@@ -71,8 +71,9 @@ pub fn plan_job_setup(
 ) -> Result<Planned, Failure> {
     let setups = &job.file.setups;
     let begins_with_rest = settings.verify && job.file.verification.cut_stock;
-    let continues = |k: &usize| begins_with_rest && follows(&setups[k - 1], &setups[*k]).is_ok();
-    let first = (1..=index).rev().take_while(continues).last().map_or(index, |k| k - 1);
+    let is_after_others = setups.get(index).is_some_and(|setup| needs_programs_before(&job.file, setup));
+    let (before, _) = programs_before(setups, index);
+    let first = before.first().filter(|_| begins_with_rest || is_after_others).copied().unwrap_or(index);
     let last = planned_setups(job, first..index + 1, settings, cell, stages)?.pop();
     let (planned, _) =
         last.unwrap_or_else(|| Err("there is no such setup".to_owned())).map_err(Failure::NothingToCut)?;
@@ -94,13 +95,25 @@ fn planned_setups<'j>(
         return Err(job.wrong("the distance of the stock's lines must be a length above 0 mm"));
     }
     let mut all: Vec<Result<PlannedSetup<'j>, String>> = Vec::new();
+    let mut programs = job.programs.clone();
+    let first = setups.start;
     for index in setups {
-        // The rest of an earlier setup may be in another frame.
-        let before = all.last().and_then(|planned| planned.as_ref().ok()?.0.rest.as_ref());
+        // Setups in which nothing is to be cut leave the rest of those before them.
+        let (chain, _) = programs_before(&job.file.setups, index);
+        let mut made = chain.iter().rev().filter(|k| **k >= first).map(|&k| (k, &all[k - first]));
+        let last = made.find_map(|(k, planned)| planned.as_ref().ok().map(|(planned, _)| (k, planned)));
+        let before = last.and_then(|(k, planned)| planned.rest.as_ref().map(|rest| (k, rest)));
         let stock = StockToCut { cell: cell.or(job.file.verification.stock_cell_mm), index, before };
-        match planned_setup(job, index, settings, Some(&stock), stages) {
-            Err(Failure::NothingToCut(why)) => all.push(Err(why)),
-            planned => all.push(Ok(planned?)),
+        match planned_setup(job, (index, &programs), settings, Some(&stock), stages) {
+            Err(Failure::NothingToCut(why)) => {
+                programs.add(index, None);
+                all.push(Err(why));
+            }
+            planned => {
+                let planned = planned?;
+                programs.add(index, planned.0.program().map(|(name, text)| (name.into(), text.to_vec())));
+                all.push(Ok(planned));
+            }
         }
     }
     Ok(all)

@@ -19,8 +19,8 @@ pub(crate) struct StockToCut<'a> {
     pub cell: Option<f64>,
     /// Index of the setup.
     pub index: usize,
-    /// Rest that the program of the setup before has left.
-    pub before: Option<&'a DexelMap>,
+    /// Rest that the last program before has left, and the index of its setup.
+    pub before: Option<(usize, &'a DexelMap)>,
 }
 
 /// Report on the cut stock, and its rest.
@@ -78,8 +78,8 @@ impl StockToCut<'_> {
     fn rest_before<'j>(&'j self, job: &'j Job) -> Result<(&'j DexelMap, &'j str), Option<String>> {
         let Some(of) = self.index.checked_sub(1).map(|k| &job.file.setups[k]) else { return Err(None) };
         follows(of, &job.file.setups[self.index]).map_err(Some)?;
-        let rest = self.before.ok_or_else(|| Some(format!("that of setup \"{}\" was not cut", of.name)))?;
-        Ok((rest, &of.name))
+        let (k, rest) = self.before.ok_or_else(|| Some(format!("that of setup \"{}\" was not cut", of.name)))?;
+        Ok((rest, &job.file.setups[k].name))
     }
 
     /// Returns the setup's own stock as lines over the region that its operations cut, and those of

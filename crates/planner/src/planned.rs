@@ -57,6 +57,12 @@ impl Planned {
         }
     }
 
+    /// Returns name and text of its program, the first one of two heads.
+    pub fn program(&self) -> Option<(&str, &[u8])> {
+        let name = &self.report.programs.first()?.file;
+        self.files.iter().find(|(file, _)| file == name).map(|(name, text)| (name.as_str(), text.as_slice()))
+    }
+
     /// Returns whether the program can be run as it is and meets the job.
     pub fn is_clean(&self) -> bool {
         self.outcome() == Outcome::Done

@@ -22,13 +22,19 @@ pub struct LeftAboveFile {
     pub of: LeftOfFile,
 }
 
-/// Stock that is measured: `"initial_stock"`, `{"rest": "FILE"}` or `{"programs": […]}`.
+/// Stock that is measured: `"initial_stock"`, `"operations_before"`, `{"rest": "FILE"}` or
+/// `{"programs": […]}`.
 // Exhaustive for callers: each is read in its own way.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LeftOfFile {
     /// The stock that the setup states, before any cut.
     InitialStock,
+    /// The rest of the setup's stock that the job's own programs before this operation's leave
+    /// together: of the setups and tools before it in the same workpiece frame with the same stock.
+    /// Operations with the same tool in one setup are in one program, of which none is before the
+    /// other.
+    OperationsBefore,
     /// Rest that a program left of the setup's stock (`verify --rest-out`), relative to the job
     /// file. It is known on its lines; surface within 10° of upright counts as left.
     Rest(String),
@@ -65,7 +71,7 @@ impl LeftOfFile {
     /// Files that it names.
     pub fn files(&self) -> Vec<&str> {
         match self {
-            Self::InitialStock => Vec::new(),
+            Self::InitialStock | Self::OperationsBefore => Vec::new(),
             Self::Rest(file) => vec![file],
             Self::Programs(programs) => {
                 programs.iter().flat_map(|p| [Some(&p.file), p.tool.as_ref()]).flatten().map(String::as_str).collect()
@@ -76,7 +82,7 @@ impl LeftOfFile {
     /// Files that it names, to be renamed.
     pub fn files_mut(&mut self) -> Vec<&mut String> {
         match self {
-            Self::InitialStock => Vec::new(),
+            Self::InitialStock | Self::OperationsBefore => Vec::new(),
             Self::Rest(file) => vec![file],
             Self::Programs(programs) => {
                 programs.iter_mut().flat_map(|p| [Some(&mut p.file), p.tool.as_mut()]).flatten().collect()

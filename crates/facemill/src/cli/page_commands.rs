@@ -1,5 +1,6 @@
 //! `facemill view` and `facemill report`, and the pages of a plan.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -145,6 +146,7 @@ pub(crate) fn report(arguments: &ReportArguments) -> Result<ExitCode, Failure> {
     let written: Vec<PathBuf> = names.chain(arguments.animation.clone()).collect();
     files::check_outputs(written.iter().map(PathBuf::as_path))?;
     let mut outputs: Vec<(PathBuf, Vec<u8>)> = Vec::new();
+    let programs = programs_of(folder, &reports)?;
     let (mut stamps, mut is_rejected) = (String::new(), false);
     for (suffix, result) in reports {
         let path = folder.join(format!("report{suffix}.json"));
@@ -152,6 +154,10 @@ pub(crate) fn report(arguments: &ReportArguments) -> Result<ExitCode, Failure> {
         let settings = settings_of(&result).map_err(&wrong)?;
         let job = Job::read_with(&job_of(arguments, folder)?, &settings)?;
         check_inputs(&job, &result).map_err(&wrong)?;
+        let mut job = job;
+        for index in 0..job.file.setups.len() {
+            job.programs.add(index, programs.get(&job.file.setups[index].name).cloned());
+        }
         let name = program_of(&result).ok_or_else(|| wrong("names no program".to_owned()))?;
         let text = files::read(&folder.join(name))?;
         check_program(&result, name, &text).map_err(&wrong)?;
@@ -202,6 +208,16 @@ pub(crate) fn report(arguments: &ReportArguments) -> Result<ExitCode, Failure> {
     let names: Vec<String> = outputs.iter().map(|(path, _)| path.display().to_string()).collect();
     say(&format!("{stamps}written: {}\n", names.join(", ")))?;
     Ok(exit_code(is_rejected))
+}
+
+/// Returns the programs that reports in a folder are of, by their setups.
+fn programs_of(folder: &Path, reports: &[(String, Value)]) -> Result<BTreeMap<String, (PathBuf, Vec<u8>)>, Failure> {
+    let of = |(_, result): &(String, Value)| {
+        let setup = result.get("setup").and_then(Value::as_str)?;
+        let path = folder.join(program_of(result)?);
+        Some(files::read(&path).map(|text| (setup.to_owned(), (path, text))))
+    };
+    reports.iter().filter_map(of).collect()
 }
 
 /// Returns the names of the pages of a job's setups.

@@ -141,6 +141,13 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
 
 /// Writes the pages and the animation of a plan; returns their names.
 fn pages(arguments: &PlanArguments, job: &Job, out: &Path, mut planned: Vec<PlannedSetup<'_>>) -> Vec<String> {
+    let mut job = job.clone();
+    for (planned, _) in &planned {
+        let setup = job.file.setups.iter().position(|setup| setup.name == planned.report.setup);
+        let program = planned.program().map(|(name, text)| (name.into(), text.to_vec()));
+        setup.into_iter().for_each(|setup| job.programs.add(setup, program.clone()));
+    }
+    let job = &job;
     let wanted = [!arguments.no_html, arguments.animation.is_some()];
     let mut placed: Vec<(String, PathBuf, Vec<u8>)> = Vec::new();
     for planned in &mut planned {

@@ -476,6 +476,16 @@ pub struct OperationFile {
     pub infeasible: InfeasibleFile,
 }
 
+impl OperationFile {
+    /// Returns the region of its strategy or path file.
+    pub fn region(&self) -> &RegionFile {
+        match &self.path {
+            PathFile::Strategy(strategy) => &strategy.region,
+            PathFile::File(file) => &file.region,
+        }
+    }
+}
+
 fn first_head() -> u32 {
     1
 }

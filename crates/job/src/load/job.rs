@@ -46,6 +46,30 @@ pub struct Job {
     pub settings: Vec<JobSetting>,
     /// The files that it names.
     pub files: JobFiles,
+    /// Programs of its setups, as far as they are written.
+    pub programs: WrittenPrograms,
+}
+
+/// Programs of a job's setups, as far as they are written: for operations on what those before them
+/// leave.
+#[derive(Clone, Default)]
+pub struct WrittenPrograms {
+    /// Name and text by the index of the setup; `None` of a setup without a program.
+    by_setup: BTreeMap<usize, Option<Arc<(PathBuf, Vec<u8>)>>>,
+}
+
+impl WrittenPrograms {
+    /// Adds the program of a setup, in the place of one that it has; `None` where nothing is to be
+    /// cut in it.
+    pub fn add(&mut self, setup: usize, program: Option<(PathBuf, Vec<u8>)>) {
+        self.by_setup.insert(setup, program.map(Arc::new));
+    }
+
+    /// Returns name and text of the program of a setup; `None` if it is not known, `Some(None)` if
+    /// the setup has none.
+    pub(crate) fn of(&self, setup: usize) -> Option<Option<&(PathBuf, Vec<u8>)>> {
+        self.by_setup.get(&setup).map(|program| program.as_deref())
+    }
 }
 
 /// Tools of a job by name, and the setup whose tool a view of the job has.

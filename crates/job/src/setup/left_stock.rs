@@ -1,9 +1,10 @@
 //! Places of an operation's region where stock is left, and the heights of stock above its drive
 //! surface.
 
+use std::path::Path;
 use std::sync::{Arc, PoisonError};
 
-use facemill_cc_path::files::{LeftAboveFile, LeftOfFile, ProgramWithToolFile, RegionFile};
+use facemill_cc_path::files::{LeftAboveFile, LeftOfFile, ProgramWithToolFile};
 use facemill_cc_path::strategies::Region;
 use facemill_cc_path::{LeftRegion, RegionSample, RequestedRegion, RequestedStrategy, StockHeight, Strategy};
 use facemill_cl_data::{Aabb, CcPoint, Silent};
@@ -20,6 +21,7 @@ use crate::setup::cell::corner_on_drive;
 use crate::setup::scene::Scene;
 use crate::stock::map::StockMeshes;
 use crate::stock::rest::read_named_rest;
+use crate::stock::setup_order::programs_before;
 
 /// Largest number of samples of a region, in all places of its pattern: 100,000 take a second of
 /// processor time on a program of 100,000 blocks.
@@ -57,7 +59,7 @@ pub fn left_region(
     operation: &OperationFile,
     region: &Region,
 ) -> Result<Option<Arc<LeftRegion>>, Failure> {
-    let Some(file) = &region_file(operation).left_above else { return Ok(None) };
+    let Some(file) = &operation.region().left_above else { return Ok(None) };
     let known = || setup.left_regions.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(found) = known().get(&operation.name) {
         return Ok(Some(found.clone()));
@@ -82,14 +84,6 @@ pub fn left_region(
     Ok(Some(found))
 }
 
-/// Returns the region of an operation, as the job states it.
-pub fn region_file(operation: &OperationFile) -> &RegionFile {
-    match &operation.path {
-        PathFile::Strategy(s) => &s.region,
-        PathFile::File(f) => &f.region,
-    }
-}
-
 /// Region on which heights of stock are measured.
 struct RegionMeasurement<'m> {
     job: &'m Job,
@@ -107,7 +101,10 @@ impl RegionMeasurement<'_> {
         let heights = match &file.of {
             LeftOfFile::InitialStock => self.of_initial_stock()?,
             LeftOfFile::Rest(name) => self.of_rest(name)?,
-            LeftOfFile::Programs(programs) => self.of_programs(programs)?,
+            LeftOfFile::OperationsBefore => self.of_operations_before()?,
+            LeftOfFile::Programs(programs) => {
+                self.of_programs(programs.iter().map(|program| self.swept_by_file(program)))?
+            }
         };
         Ok(LeftRegion::new(&heights, file.height_mm, file.overlap_mm))
     }
@@ -160,9 +157,48 @@ impl RegionMeasurement<'_> {
         SurfacePlace { position, normal, stock: if is_stated { above.min(MAX_HEIGHT) } else { reach } }
     }
 
-    fn of_programs(&self, programs: &[ProgramWithToolFile]) -> Result<Vec<StockHeight>, Failure> {
-        let swept: Vec<(SweptCutter, f64)> =
-            programs.iter().map(|program| self.swept_by(program)).collect::<Result<_, _>>()?;
+    /// Returns the heights that the programs of the setups before leave.
+    fn of_operations_before(&self) -> Result<Vec<StockHeight>, Failure> {
+        let index = self.index();
+        let (before, why) = programs_before(&self.job.file.setups, index);
+        if before.is_empty() {
+            let message = format!("of: operations_before: setup \"{}\" has none: {why}", self.setup.file.name);
+            return Err((self.wrong)(message));
+        }
+        let mut swept = Vec::new();
+        for k in before {
+            match self.job.programs.of(k) {
+                Some(None) => {}
+                Some(Some((name, text))) => {
+                    let job = self.job.for_setup(k);
+                    let own;
+                    let setup = if job.setup_key(k) == job.setup_key(index) {
+                        self.setup
+                    } else {
+                        own = Setup::read(&job, k)?;
+                        &own
+                    };
+                    swept.push(self.swept_by(&Scene::new(&job, setup, k)?, name, text));
+                }
+                None => {
+                    let message = format!(
+                        "of: operations_before: the program of setup \"{}\" is not known; give it with --after {}=FILE, or plan \
+                         the whole job",
+                        self.job.file.setups[k].name,
+                        k + 1
+                    );
+                    return Err((self.wrong)(message));
+                }
+            }
+        }
+        if swept.is_empty() { self.of_initial_stock() } else { self.of_programs(swept.into_iter()) }
+    }
+
+    fn of_programs(
+        &self,
+        swept: impl Iterator<Item = Result<(SweptCutter, f64), Failure>>,
+    ) -> Result<Vec<StockHeight>, Failure> {
+        let swept: Vec<(SweptCutter, f64)> = swept.collect::<Result<_, _>>()?;
         let reach = swept.iter().map(|(_, radius)| *radius).fold(0.0, f64::max);
         let sweeps: Vec<SweptCutter> = swept.into_iter().map(|(sweep, _)| sweep).collect();
         let (samples, spacing) = self.samples()?;
@@ -176,32 +212,37 @@ impl RegionMeasurement<'_> {
         Ok(samples.iter().zip(highest).map(height).collect())
     }
 
-    /// Returns all that a program sweeps in this setup, and the radius of its cutter.
-    fn swept_by(&self, program: &ProgramWithToolFile) -> Result<(SweptCutter, f64), Failure> {
-        if self.job.second.is_some() {
-            let message = "of.programs: programs of machines with two heads are not measured; cut the stock with them \
-                           (verify --rest-out), and give the rest";
-            return Err((self.wrong)(message.to_owned()));
-        }
+    /// Returns all that a program of a file sweeps in this setup, and the radius of its cutter.
+    fn swept_by_file(&self, program: &ProgramWithToolFile) -> Result<(SweptCutter, f64), Failure> {
         let tool = match &program.tool {
             Some(name) => read_tool(self.job, name)?,
             None => self.job.tool.clone(),
         };
-        let (path, radius) = (self.job.beside(&program.file), tool.cutter().radius());
+        let path = self.job.beside(&program.file);
         let job = Job { tool, ..self.job.clone() };
         let text = self.job.files.bytes(&path)?;
+        self.swept_by(&Scene::new(&job, self.setup, self.index())?, &path, &text)
+    }
+
+    /// Returns all that a program sweeps in a scene, and the radius of its cutter.
+    fn swept_by(&self, scene: &Scene<'_>, path: &Path, text: &[u8]) -> Result<(SweptCutter, f64), Failure> {
+        let job = scene.job;
+        if job.second.is_some() {
+            let message = "of.programs: programs of machines with two heads are not measured; cut the stock with them \
+                           (verify --rest-out), and give the rest";
+            return Err((self.wrong)(message.to_owned()));
+        }
         let dialect = job.post.dialect();
-        let read = job.read_program(&text, dialect).map_err(|e| Failure::input(&path, e))?;
-        let scene = Scene::new(&job, self.setup, self.index())?;
+        let read = job.read_program(text, dialect).map_err(|e| Failure::input(path, e))?;
         let at = scene.virtual_setup(dialect);
         let swept = swept_by_cuts(&read, &at, &VerifySettings::default(), MOTION_TOLERANCE, &Silent)
-            .map_err(|e| Failure::input(&path, e))?;
+            .map_err(|e| Failure::input(path, e))?;
         if swept.n_motions() == 0 {
             let message =
                 format!("has no cutting move of tool \"{}\" on this machine, so it leaves all stock", job.tool.name());
-            return Err(Failure::input(&path, message));
+            return Err(Failure::input(path, message));
         }
-        Ok((swept, radius))
+        Ok((swept, job.tool.cutter().radius()))
     }
 
     /// Returns the index of the setup in the job.

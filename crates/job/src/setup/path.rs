@@ -17,7 +17,7 @@ use crate::format::job_file::{
 use crate::load::job::{Job, Setup};
 use crate::load::part_size::unit_advice;
 use crate::setup::cell::{LEAST_STEP, corner_on_drive, search_curve, wanted_uncut_left};
-use crate::setup::left_stock::{left_region, region_file};
+use crate::setup::left_stock::left_region;
 
 /// Length of cutting that takes as long as entry, exit and link of a pass, in radii of the cutter:
 /// two arcs of 8° about 12.5 radii take 3.5 and a link 0.7; the shortest entry and exit take 0.8.
@@ -150,7 +150,7 @@ fn laid_path(
             Ok(LaidTask { pass, uncut_left, curve: search_curve(job, operation, uncut_left)? })
         })
         .collect::<Result<Vec<_>, Failure>>()?;
-    let is_limited = region_file(operation).left_above.is_some();
+    let is_limited = operation.region().left_above.is_some();
     if tasks.is_empty() && !is_limited {
         return Err(
             job.wrong(format!("{at}: no pass lies on the drive surface; widen the region or the strategy's range"))

@@ -1,7 +1,10 @@
 //! Check that a setup continues with the stock of the one before it.
 
-use crate::format::job_file::SetupFile;
+use facemill_cc_path::files::LeftOfFile;
+
+use crate::format::job_file::{JobFile, OperationFile, SetupFile};
 use crate::frames::pose;
+use crate::validate::belongs;
 
 /// Checks that a setup begins with the stock that another one leaves: both in one workpiece frame,
 /// with one stock stated for both.
@@ -18,6 +21,31 @@ pub fn follows(before: &SetupFile, setup: &SetupFile) -> Result<(), String> {
         return Err(format!("it is not stated as for setup \"{}\"", before.name));
     }
     Ok(())
+}
+
+/// Returns the setups before one that cut the same stock in one workpiece frame, in their order, and
+/// the reason why there are no more.
+pub fn programs_before(setups: &[SetupFile], index: usize) -> (Vec<usize>, String) {
+    let mut before = Vec::new();
+    for k in (0..index).rev() {
+        if let Err(why) = follows(&setups[k], &setups[k + 1]) {
+            before.reverse();
+            return (before, why);
+        }
+        before.push(k);
+    }
+    before.reverse();
+    (before, "its program is the first one".to_owned())
+}
+
+/// Returns whether an operation of a setup is laid where the programs before it leave material.
+pub fn needs_programs_before(job: &JobFile, setup: &SetupFile) -> bool {
+    job.operations.iter().filter(|o| belongs(o, setup, job)).any(is_after_others)
+}
+
+/// Returns whether an operation is laid where the programs before it leave material.
+pub fn is_after_others(operation: &OperationFile) -> bool {
+    operation.region().left_above.as_ref().is_some_and(|left| left.of == LeftOfFile::OperationsBefore)
 }
 
 /// Tolerance for one frame that is written in two ways: mm, and rad.

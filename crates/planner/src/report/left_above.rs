@@ -9,7 +9,6 @@ use facemill_cutter_location::cusp::expected_strip_width;
 use facemill_job::failure::Failure;
 use facemill_job::format::report::left_above::{LeftAboveReport, NotReachedReport};
 use facemill_job::load::job::{Job, Setup};
-use facemill_job::setup::left_stock::region_file;
 use facemill_tool_path::segments::PassSegment;
 use nalgebra::Point3;
 
@@ -25,7 +24,7 @@ const SLACK: f64 = 0.02;
 /// Returns the report of an operation whose region is limited to what is left; `None` for others.
 pub(crate) fn left_above(job: &Job, setup: &Setup<'_>, planned: &PlannedOperation<'_>) -> Option<LeftAboveReport> {
     let operation = planned.operation;
-    let file = region_file(operation).left_above.as_ref()?;
+    let file = operation.region().left_above.as_ref()?;
     let left = setup.left_regions.lock().ok()?.get(&operation.name)?.clone();
     let passes: Vec<Vec<StripPoint>> = planned
         .moves

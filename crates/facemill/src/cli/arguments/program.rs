@@ -23,6 +23,10 @@ pub(crate) struct ProgramArguments {
     /// Name of the job's setup, or its number from 1; may be omitted if the job has only one
     #[arg(long, value_name = "SETUP")]
     setup: Option<String>,
+    /// Program of a setup before, as its name or number and the file: of operations on what the
+    /// operations before them leave, every one is needed
+    #[arg(long, value_name = "SETUP=FILE")]
+    after: Vec<String>,
     /// Control of the program: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; default: the
     /// job's
     #[arg(long, value_name = "NAME", value_parser = dialect)]
@@ -58,6 +62,14 @@ impl ProgramArguments {
 
     fn read_on(&self, job: Job) -> Result<ProgramOfJob, Failure> {
         let setup = setup_of(&job, self.setup.as_deref())?;
+        let mut job = job;
+        for after in &self.after {
+            let Some((of, file)) = after.rsplit_once('=') else {
+                return Err(job.wrong(format!("--after {after}: give the setup and its program, as SETUP=FILE")));
+            };
+            let of = setup_of(&job, Some(of))?;
+            job.programs.add(of, Some((file.into(), read_nc(Path::new(file))?)));
+        }
         let text = read_nc(&self.program)?;
         let dialect = self.dialect.unwrap_or_else(|| job.post.dialect());
         Ok(ProgramOfJob { job, setup, dialect, text })
