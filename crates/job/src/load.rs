@@ -21,7 +21,7 @@ pub(crate) mod stock_solid;
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Mutex;
+use std::sync::{Mutex, OnceLock};
 
 use facemill_cl_data::CuttingLaw;
 use facemill_file_format::{from_json, to_json};
@@ -324,6 +324,7 @@ impl<'a> Setup<'a> {
             around_drive: Surface::new(around_drive, SurfaceSettings::default()),
             drive_groups,
             left_regions: Mutex::default(),
+            swept_before: OnceLock::new(),
             drive_files,
             obstacles,
             stock_thickness,

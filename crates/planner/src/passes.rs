@@ -4,6 +4,7 @@ pub(crate) mod engagement;
 pub(crate) mod extra_passes;
 pub(crate) mod high_places;
 pub(crate) mod island_passes;
+pub(crate) mod left_gaps;
 pub(crate) mod move_settings;
 pub(crate) mod operation;
 pub(crate) mod path_planner;

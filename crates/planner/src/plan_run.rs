@@ -23,7 +23,7 @@ use crate::program::timing::control_assumption;
 use crate::program::width_rounds::best_round;
 use crate::report::chip_files::ChipFiles;
 use crate::report::efficiencies::efficiencies;
-use crate::report::left_above::{left_above, something_to_cut};
+use crate::report::left_above::{left_above, settle_by_measurement, something_to_cut};
 use crate::report::pass_files::pass_files;
 use crate::report::reported_heads::ReportedHeads;
 use crate::report::reporting::report;
@@ -100,6 +100,7 @@ impl PlanRun<'_> {
         // questions.
         let (remaining, left) = program.remaining(stages)?.map(|r| (r.report, r.by_line)).unzip();
         report.remaining = remaining;
+        settle_by_measurement(&mut report, operations);
         report.efficiency = efficiencies(&jobs, setup, operations)?;
         let of_heads = operations.iter().zip(&heads_of);
         report.left_above = of_heads.filter_map(|(o, &h)| left_above(scenes[h].job, scenes[h].setup, o)).collect();

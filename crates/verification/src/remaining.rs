@@ -2,6 +2,7 @@
 //! text.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use facemill_cc_path::strategies::Region;
 use facemill_cc_path::{RegionSample, RequestedRegion};
@@ -10,6 +11,7 @@ use facemill_job::failure::Failure;
 use facemill_job::format::job_file::OperationFile;
 use facemill_job::format::report::remaining::{RemainingOnRegion, RemainingOnSlope, RemainingPlace, RemainingReport};
 use facemill_job::load::job::{Job, Setup};
+use facemill_job::setup::left_stock::swept_before;
 use facemill_job::stages::{MATERIAL, Stages};
 use facemill_nc_program::ReadProgram;
 use facemill_virtual_machine::{VerifySettings, VirtualSetup, swept_by_cuts};
@@ -85,7 +87,9 @@ pub struct Remaining {
 /// Measures the material that a program leaves on the regions of a setup's operations; `None` if no
 /// operation of the setup is known, or their regions are limited to what is left and nothing is.
 ///
-/// Every cut of the program counts, regardless of its operation. The region is the surface that the
+/// Every cut of the program counts, regardless of its operation, and every one of the programs before
+/// it as far as these are known ([`swept_before`]); without them the stock of the setup is there. The
+/// region is the surface that the
 /// job states: groups, cone, box and levels of the strategy, in all places of the pattern,
 /// regardless of the generated passes.
 ///
@@ -103,7 +107,7 @@ pub fn remaining(
     if requested.is_empty() {
         return Ok(None);
     }
-    let sweeps = Sweeps::of(program, heads)?;
+    let sweeps = Sweeps::of((job, setup), program, heads)?;
     let up = setup.table_from_work.inverse_transform_vector(&Vector3::z());
     let regions = requested.iter().map(|r| r.region(job, setup)).collect::<Result<Vec<_>, _>>()?;
     let (mut operations, mut by_line) = (Vec::new(), LeftByLine::default());
@@ -145,7 +149,7 @@ pub fn left_places(
     heads: &[RunningHead<'_>],
     stages: &dyn Stages,
 ) -> Result<Vec<Vec<LeftPlace>>, Failure> {
-    let sweeps = Sweeps::of(program, heads)?;
+    let sweeps = Sweeps::of((job, setup), program, heads)?;
     let of_region = |requested: OperationRegion<'_>| {
         if requested.has_nothing_left() {
             return Ok(Vec::new());
@@ -157,7 +161,7 @@ pub fn left_places(
             normal: s.sample.normal,
             weight: s.sample.weight(),
             height: left.height,
-            is_cut: left.cut_by.is_some() || s.on.stock <= ACCURACY,
+            is_cut: left.cut_by.is_some() || s.was_cut || s.on.stock <= ACCURACY,
         };
         Ok(samples.iter().zip(&measured.left).map(place).collect())
     };
@@ -172,15 +176,20 @@ fn requested_regions<'a>(job: &'a Job, setup: &Setup<'a>) -> Result<Vec<Operatio
 /// Everything that the heads of a machine sweep.
 struct Sweeps {
     sweeps: Vec<SweptCutter>,
+    /// Those of the programs before.
+    before: Arc<Vec<SweptCutter>>,
     /// Radius of the largest cutter, mm.
     reach: f64,
 }
 
 impl Sweeps {
-    fn of(program: &ReadProgram, heads: &[RunningHead<'_>]) -> Result<Self, Failure> {
+    fn of((job, setup): (&Job, &Setup<'_>), program: &ReadProgram, heads: &[RunningHead<'_>]) -> Result<Self, Failure> {
+        let before = swept_before(job, setup)?;
+        let radii = heads.iter().map(|h| h.at.tool.cutter().radius()).chain(before.iter().map(SweptCutter::radius));
+        let reach = radii.fold(0.0, f64::max);
         let sweep = |h: &RunningHead<'_>| swept_by_cuts(program, h.at, h.settings, MOTION_TOLERANCE, &Silent);
         let sweeps = heads.iter().map(sweep).collect::<Result<_, _>>().map_err(not_verified)?;
-        Ok(Self { sweeps, reach: heads.iter().map(|h| h.at.tool.cutter().radius()).fold(0.0, f64::max) })
+        Ok(Self { sweeps, before, reach })
     }
 }
 
@@ -188,7 +197,7 @@ impl Sweeps {
 fn measured(
     (requested, region): (&OperationRegion<'_>, &RequestedRegion<'_>),
     (job, setup): (&Job, &Setup<'_>),
-    Sweeps { sweeps, reach }: &Sweeps,
+    Sweeps { sweeps, before, reach }: &Sweeps,
     stages: &dyn Stages,
 ) -> Result<(MaterialLeft, Vec<Sampled>), Failure> {
     let samples = requested.samples(job, region, [MIN_SAMPLES, MAX_SAMPLES])?;
@@ -196,10 +205,24 @@ fn measured(
         place,
         sample,
         on: surface_place(setup, &requested.places[place], &sample, *reach),
+        was_cut: false,
     };
     let mut all: Vec<Sampled> =
         (0..requested.places.len()).flat_map(|k| samples.iter().map(move |s| (k, *s))).map(on).collect();
     let monitor = stages.start(MATERIAL, all.len());
+    // The stock of the program is what those before it leave.
+    let before = |of: &mut [Sampled]| -> Result<(), Failure> {
+        if before.is_empty() {
+            return Ok(());
+        }
+        let on: Vec<SurfacePlace> = of.iter().map(|s| s.on).collect();
+        let left = left_heights(before, &on, &Silent).map_err(|_| Failure::Interrupted)?;
+        of.iter_mut().zip(left).for_each(|(s, left)| {
+            (s.on.stock, s.was_cut) = (left.height, left.cut_by.is_some());
+        });
+        Ok(())
+    };
+    before(&mut all)?;
     let heights = |of: &[Sampled]| {
         let on: Vec<SurfacePlace> = of.iter().map(|s| s.on).collect();
         left_heights(sweeps, &on, &*monitor).map_err(|_| Failure::Interrupted)
@@ -210,7 +233,8 @@ fn measured(
         let Sampled { place, sample, .. } = all[*k];
         region.around(&sample, spacing / FINER).into_iter().map(move |s| (place, s)).map(on)
     };
-    let finer: Vec<Sampled> = measured.highest(LARGEST_PLACES).iter().flat_map(near).collect();
+    let mut finer: Vec<Sampled> = measured.highest(LARGEST_PLACES).iter().flat_map(near).collect();
+    before(&mut finer)?;
     measured.add(&finer, &heights(&finer)?);
     all.extend(finer);
     Ok((measured, all))
@@ -222,6 +246,8 @@ struct Sampled {
     place: usize,
     sample: RegionSample,
     on: SurfacePlace,
+    /// Whether a program before has cut it.
+    was_cut: bool,
 }
 
 /// Material left on samples.
@@ -236,6 +262,8 @@ pub struct MaterialLeft {
     pub on: Vec<SurfacePlace>,
     /// Heights left on them.
     pub left: Vec<LeftHeight>,
+    /// Whether programs before have cut them.
+    pub was_cut: Vec<bool>,
 }
 
 impl MaterialLeft {
@@ -250,6 +278,7 @@ impl MaterialLeft {
         self.weights.extend(of.iter().map(|s| s.sample.weight()));
         self.on.extend(of.iter().map(|s| s.on));
         self.left.extend(left);
+        self.was_cut.extend(of.iter().map(|s| s.was_cut));
     }
 
     /// Returns the number of samples with an area, or on a line with a length.
@@ -363,7 +392,7 @@ impl SomeSamples<'_> {
 
     /// Returns the share without a cut. Stock unchanged by the cut is not finished, however thin.
     fn never_cut(&self) -> f64 {
-        self.share(|k| self.of.left[k].cut_by.is_none() && self.of.on[k].stock > ACCURACY)
+        self.share(|k| self.of.left[k].cut_by.is_none() && !self.of.was_cut[k] && self.of.on[k].stock > ACCURACY)
     }
 
     /// Returns the highest one, of equal ones the first.
@@ -391,6 +420,7 @@ pub fn remaining_on_region(
         height_mm: measured.left[k].height,
         at_mm: measured.on[k].position.into(),
         line: measured.left[k].cut_by,
+        was_cut: measured.was_cut[k] && measured.left[k].cut_by.is_none(),
     });
     let [p50_mm, p90_mm, p99_mm] = all.quantiles([0.5, 0.9, 0.99]);
     let (above_fraction, never_cut_fraction) = (all.above(limit_mm), all.never_cut());

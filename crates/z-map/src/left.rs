@@ -63,6 +63,7 @@ pub fn left_heights(
 /// times the cutter's size small against its radius of curvature), and the same holds as an
 /// estimate.
 pub struct SweptCutter {
+    radius: f64,
     gauge: Gauge,
     motions: Vec<CutterMotion>,
     tree: Tree,
@@ -79,7 +80,12 @@ impl SweptCutter {
     pub fn new(cutter: &Cutter, motions: Vec<CutterMotion>) -> Self {
         let gauge = Gauge::of(cutter);
         let tree = Tree::over(&gauge, &motions);
-        Self { gauge, motions, tree }
+        Self { radius: cutter.radius(), gauge, motions, tree }
+    }
+
+    /// Radius of the cutter, mm.
+    pub fn radius(&self) -> f64 {
+        self.radius
     }
 
     /// Number of its motions.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use facemill_cc_path::LeftRegion;
 use facemill_cl_data::{Aabb, CcPoint, PlacedSolid};
@@ -12,6 +12,7 @@ use facemill_nc_program::read::ReadError;
 use facemill_nc_program::{PostSettings, WorkOffset};
 use facemill_surface_model::Surface;
 use facemill_tool_model::ToolAssembly;
+use facemill_z_map::SweptCutter;
 use nalgebra::Isometry3;
 
 use crate::failure::Failure;
@@ -226,6 +227,9 @@ pub struct Setup<'a> {
     /// Regions of operations by what is left, as far as they are measured
     /// ([`left_region`](crate::setup::left_stock::left_region)), by the operations' names.
     pub left_regions: Mutex<BTreeMap<String, Arc<LeftRegion>>>,
+    /// Everything that the programs before this setup's sweep, once it is needed
+    /// ([`swept_before`](crate::setup::left_stock::swept_before)).
+    pub swept_before: OnceLock<Arc<Vec<SweptCutter>>>,
 }
 
 impl<'a> Setup<'a> {

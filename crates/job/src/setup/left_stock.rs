@@ -102,9 +102,7 @@ impl RegionMeasurement<'_> {
             LeftOfFile::InitialStock => self.of_initial_stock()?,
             LeftOfFile::Rest(name) => self.of_rest(name)?,
             LeftOfFile::OperationsBefore => self.of_operations_before()?,
-            LeftOfFile::Programs(programs) => {
-                self.of_programs(programs.iter().map(|program| self.swept_by_file(program)))?
-            }
+            LeftOfFile::Programs(programs) => self.of_programs(programs)?,
         };
         Ok(LeftRegion::new(&heights, file.height_mm, file.overlap_mm))
     }
@@ -165,55 +163,45 @@ impl RegionMeasurement<'_> {
             let message = format!("of: operations_before: setup \"{}\" has none: {why}", self.setup.file.name);
             return Err((self.wrong)(message));
         }
-        let mut swept = Vec::new();
-        for k in before {
-            match self.job.programs.of(k) {
-                Some(None) => {}
-                Some(Some((name, text))) => {
-                    let job = self.job.for_setup(k);
-                    let own;
-                    let setup = if job.setup_key(k) == job.setup_key(index) {
-                        self.setup
-                    } else {
-                        own = Setup::read(&job, k)?;
-                        &own
-                    };
-                    swept.push(self.swept_by(&Scene::new(&job, setup, k)?, name, text));
-                }
-                None => {
-                    let message = format!(
-                        "of: operations_before: the program of setup \"{}\" is not known; give it with --after {}=FILE, or plan \
-                         the whole job",
-                        self.job.file.setups[k].name,
-                        k + 1
-                    );
-                    return Err((self.wrong)(message));
-                }
-            }
+        if let Some(k) = before.into_iter().find(|k| self.job.programs.of(*k).is_none()) {
+            let message = format!(
+                "of: operations_before: the program of setup \"{}\" is not known; give it with --after {}=FILE, or plan the \
+                 whole job",
+                self.job.file.setups[k].name,
+                k + 1
+            );
+            return Err((self.wrong)(message));
         }
-        if swept.is_empty() { self.of_initial_stock() } else { self.of_programs(swept.into_iter()) }
+        let swept = swept_before(self.job, self.setup)?;
+        if swept.is_empty() { self.of_initial_stock() } else { self.heights_under(&swept) }
     }
 
-    fn of_programs(
-        &self,
-        swept: impl Iterator<Item = Result<(SweptCutter, f64), Failure>>,
-    ) -> Result<Vec<StockHeight>, Failure> {
-        let swept: Vec<(SweptCutter, f64)> = swept.collect::<Result<_, _>>()?;
-        let reach = swept.iter().map(|(_, radius)| *radius).fold(0.0, f64::max);
-        let sweeps: Vec<SweptCutter> = swept.into_iter().map(|(sweep, _)| sweep).collect();
+    fn of_programs(&self, programs: &[ProgramWithToolFile]) -> Result<Vec<StockHeight>, Failure> {
+        let swept = programs.iter().map(|program| self.swept_by_file(program)).collect::<Result<Vec<_>, _>>()?;
+        self.heights_under(&swept)
+    }
+
+    /// Returns the heights that these cutters leave.
+    fn heights_under(&self, sweeps: &[SweptCutter]) -> Result<Vec<StockHeight>, Failure> {
+        let reach = sweeps.iter().map(SweptCutter::radius).fold(0.0, f64::max);
         let (samples, spacing) = self.samples()?;
         let mut highest = vec![0.0_f64; samples.len()];
         for place in &self.places {
             let on: Vec<SurfacePlace> = samples.iter().map(|s| self.surface_place(place, s, reach)).collect();
-            let left = left_heights(&sweeps, &on, &Silent).map_err(|_| Failure::Interrupted)?;
+            let left = left_heights(sweeps, &on, &Silent).map_err(|_| Failure::Interrupted)?;
             highest.iter_mut().zip(left).for_each(|(most, left)| *most = most.max(left.height));
         }
         let height = |(s, height): (&RegionSample, f64)| stock_height(s, height, SAMPLE_REACH * spacing);
         Ok(samples.iter().zip(highest).map(height).collect())
     }
 
-    /// Returns all that a program of a file sweeps in this setup, and the radius of its cutter.
-    fn swept_by_file(&self, program: &ProgramWithToolFile) -> Result<(SweptCutter, f64), Failure> {
+    /// Returns all that a program of a file sweeps in this setup.
+    fn swept_by_file(&self, program: &ProgramWithToolFile) -> Result<SweptCutter, Failure> {
+        if self.job.second.is_some() {
+            let message = "of.programs: programs of machines with two heads are not measured; cut the stock with them \
+                           (verify --rest-out), and give the rest";
+            return Err((self.wrong)(message.to_owned()));
+        }
         let tool = match &program.tool {
             Some(name) => read_tool(self.job, name)?,
             None => self.job.tool.clone(),
@@ -221,28 +209,13 @@ impl RegionMeasurement<'_> {
         let path = self.job.beside(&program.file);
         let job = Job { tool, ..self.job.clone() };
         let text = self.job.files.bytes(&path)?;
-        self.swept_by(&Scene::new(&job, self.setup, self.index())?, &path, &text)
-    }
-
-    /// Returns all that a program sweeps in a scene, and the radius of its cutter.
-    fn swept_by(&self, scene: &Scene<'_>, path: &Path, text: &[u8]) -> Result<(SweptCutter, f64), Failure> {
-        let job = scene.job;
-        if job.second.is_some() {
-            let message = "of.programs: programs of machines with two heads are not measured; cut the stock with them \
-                           (verify --rest-out), and give the rest";
-            return Err((self.wrong)(message.to_owned()));
-        }
-        let dialect = job.post.dialect();
-        let read = job.read_program(text, dialect).map_err(|e| Failure::input(path, e))?;
-        let at = scene.virtual_setup(dialect);
-        let swept = swept_by_cuts(&read, &at, &VerifySettings::default(), MOTION_TOLERANCE, &Silent)
-            .map_err(|e| Failure::input(path, e))?;
+        let swept = swept_by(&Scene::new(&job, self.setup, self.index())?, &path, &text)?;
         if swept.n_motions() == 0 {
             let message =
                 format!("has no cutting move of tool \"{}\" on this machine, so it leaves all stock", job.tool.name());
-            return Err(Failure::input(path, message));
+            return Err(Failure::input(&path, message));
         }
-        Ok((swept, job.tool.cutter().radius()))
+        Ok(swept)
     }
 
     /// Returns the index of the setup in the job.
@@ -320,6 +293,45 @@ impl RegionMeasurement<'_> {
             }
         }
     }
+}
+
+/// Returns everything that the programs before a setup's sweep, as far as they are known
+/// ([`Job::programs`]): of setups with the same stock in the same workpiece frame. None on a machine
+/// with two heads.
+///
+/// # Errors
+/// If a program is not understood, or cannot be run in its setup.
+pub fn swept_before(job: &Job, setup: &Setup<'_>) -> Result<Arc<Vec<SweptCutter>>, Failure> {
+    if let Some(known) = setup.swept_before.get() {
+        return Ok(known.clone());
+    }
+    let setups = &job.file.setups;
+    let index = setups.iter().position(|s| s.name == setup.file.name).unwrap_or(0);
+    let (before, _) = programs_before(setups, index);
+    let mut swept = Vec::new();
+    for k in before.into_iter().filter(|_| job.second.is_none()) {
+        let Some(Some((name, text))) = job.programs.of(k) else { continue };
+        let job = job.for_setup(k);
+        let own;
+        // Setups of one clamping differ in their tools alone.
+        let setup = if job.setup_key(k) == job.setup_key(index) {
+            setup
+        } else {
+            own = Setup::read(&job, k)?;
+            &own
+        };
+        swept.push(swept_by(&Scene::new(&job, setup, k)?, name, text)?);
+    }
+    Ok(setup.swept_before.get_or_init(|| Arc::new(swept)).clone())
+}
+
+/// Returns all that a program sweeps in a scene.
+fn swept_by(scene: &Scene<'_>, path: &Path, text: &[u8]) -> Result<SweptCutter, Failure> {
+    let dialect = scene.job.post.dialect();
+    let read = scene.job.read_program(text, dialect).map_err(|e| Failure::input(path, e))?;
+    let at = scene.virtual_setup(dialect);
+    swept_by_cuts(&read, &at, &VerifySettings::default(), MOTION_TOLERANCE, &Silent)
+        .map_err(|e| Failure::input(path, e))
 }
 
 fn stock_height(sample: &RegionSample, height: f64, reach: f64) -> StockHeight {

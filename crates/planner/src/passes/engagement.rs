@@ -3,7 +3,7 @@
 use facemill_cl_data::{Aabb, CcPoint, Posture};
 use facemill_cutter_location::cusp::Ridge;
 use facemill_cutter_location::cusp::cut_point::CutPoint;
-use facemill_cutter_location::cusp::neighbours::{Beside, CutPass, NeighbourReach, Neighbours, OwnPlace};
+use facemill_cutter_location::cusp::neighbours::{Beside, CutPass, Neighbour, NeighbourReach, Neighbours, OwnPlace};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{FeedsFile, OperationFile};
 use facemill_job::frames::places;
@@ -15,6 +15,8 @@ use facemill_tool_path::moves::{MoveKind, PieceMoves};
 use facemill_tool_path::segments::PassSegment;
 use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
+
+use crate::passes::left_gaps::LeftGaps;
 
 /// Ridge and chip at a cut of a piece.
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +47,7 @@ pub(crate) fn engagement_of_passes(
     let all: Vec<&PassSegment> = pieces.iter().map(|p| &p.piece).collect();
     let reach = neighbour_reach(job.tool.cutter(), operation);
     let twins = Twins::of(&all, operation, setup, reach.far);
-    let surroundings = EngagementContext::new(job, setup, &operation.feeds, &all, reach);
+    let surroundings = EngagementContext::new(job, setup, operation, &all, reach);
     let monitor = stages.start(CHIPS, all.len());
     let found: Vec<Option<Vec<PointEngagement>>> = (0..all.len())
         .into_par_iter()
@@ -84,16 +86,18 @@ struct EngagementContext<'s> {
     places: Vec<Neighbours>,
     /// Number of each piece in its place.
     numbers: Vec<usize>,
+    gaps: LeftGaps,
 }
 
 impl<'s> EngagementContext<'s> {
     fn new(
         job: &'s Job,
         setup: &'s Setup<'s>,
-        feeds: &'s FeedsFile,
+        operation: &'s OperationFile,
         pieces: &'s [&'s PassSegment],
         reach: NeighbourReach,
     ) -> Self {
+        let (feeds, gaps) = (&operation.feeds, LeftGaps::of(setup, operation));
         let n_places = pieces.iter().map(|p| p.copy as usize + 1).max().unwrap_or(0);
         let mut passes: Vec<Vec<CutPass>> = vec![Vec::new(); n_places];
         let mut numbers = Vec::with_capacity(pieces.len());
@@ -104,7 +108,7 @@ impl<'s> EngagementContext<'s> {
             of_place.push(CutPass { points, uncut_left: piece.uncut_left });
         }
         let places = passes.into_iter().map(|of_place| Neighbours::new(of_place, reach)).collect();
-        Self { job, setup, feeds, pieces, places, numbers }
+        Self { job, setup, feeds, pieces, places, numbers, gaps }
     }
 
     /// Returns ridges and chips of a piece.
@@ -136,7 +140,9 @@ impl<'s> EngagementContext<'s> {
                     beside[k].earlier[side].is_some() || !neighbours.is_near_earlier(at, 2.0 * cutter.radius());
                 let chip = Chip { area, thickness, is_known, is_air };
                 let cut = stations[k];
-                let ridges = beside[k].before().map(|n| Ridge::toward(cutter, &own[k], n));
+                let ends_in_gap = |n: &&Neighbour| self.gaps.is_between(piece.copy as usize, &own[k], n);
+                let ridges = beside[k].before().filter(|n| !ends_in_gap(n));
+                let ridges = ridges.map(|n| Ridge::toward(cutter, &own[k], n));
                 Ok(PointEngagement { cut, is_point: !piece.cuts[cut].inserted, ridge: ridges.reduce(higher), chip })
             })
             .collect()

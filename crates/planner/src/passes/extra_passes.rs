@@ -23,6 +23,7 @@ use rayon::prelude::*;
 
 use crate::passes::engagement::carried_on;
 use crate::passes::high_places::HighPlaces;
+use crate::passes::left_gaps::LeftGaps;
 use crate::passes::pole_detours::Detours;
 
 /// Passes with the poses of their points, in cutting order.
@@ -60,6 +61,8 @@ pub(crate) struct Interposer<'i, 'a> {
     pub(crate) allowance: f64,
     /// Permitted cusp, mm.
     pub(crate) cusp: f64,
+    /// Gaps in the region: no pass is inserted in them.
+    pub(crate) gaps: LeftGaps,
     /// Places where a text with these passes has left more than that.
     pub(crate) high: Option<&'i HighPlaces>,
     /// Step-over below which no pass is inserted, mm.
@@ -323,6 +326,9 @@ impl<'a> Interposer<'_, 'a> {
     /// Returns what a point and the pass beside it leave between them: the expected ridge, or what
     /// is measured there if it is more. A strip that has become much narrower since leaves less.
     fn left_toward(&self, cutter: &Cutter, own: &CutPoint, beside: &Neighbour) -> Cusp {
+        if self.gaps.is_between(0, own, beside) {
+            return Cusp::Height(0.0);
+        }
         match (Ridge::toward(cutter, own, beside).cusp, self.high) {
             (Cusp::Height(height), Some(high)) if height > EXPECTED * self.cusp => {
                 Cusp::Height(high.in_strip(own, beside).map_or(height, |measured| height.max(measured)))

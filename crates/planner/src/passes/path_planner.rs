@@ -16,6 +16,7 @@ use crate::passes::engagement::neighbour_reach;
 use crate::passes::extra_passes::{AddedPasses, CutOrder, ExtraPasses, Interposer, PlannedPath, as_laid, pass_tasks};
 use crate::passes::high_places::HighPlaces;
 use crate::passes::island_passes::IslandSettings;
+use crate::passes::left_gaps::LeftGaps;
 use crate::passes::operation::{LaidFigures, may_be_corrected};
 use crate::passes::pole_detours::Detours;
 use crate::passes::setup_context::SetupContext;
@@ -161,6 +162,7 @@ pub(crate) fn interposer<'d, 'a>(
         surface: &context.scene.setup.around_drive,
         allowance: context.scene.setup.drive_allowance,
         cusp: operation.tolerances.cusp_mm,
+        gaps: LeftGaps::of(context.scene.setup, operation),
         high: None,
         least_step: LEAST_STEP * operation.tolerances.max_step_over_mm,
         least_length: strategy.min_pass_length_mm,

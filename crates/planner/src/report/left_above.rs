@@ -7,6 +7,7 @@ use facemill_cl_data::CcPoint;
 use facemill_cutter_location::SearchCurve;
 use facemill_cutter_location::cusp::expected_strip_width;
 use facemill_job::failure::Failure;
+use facemill_job::format::report::Report;
 use facemill_job::format::report::left_above::{LeftAboveReport, NotReachedReport};
 use facemill_job::load::job::{Job, Setup};
 use facemill_tool_path::segments::PassSegment;
@@ -52,6 +53,23 @@ pub(crate) fn left_above(job: &Job, setup: &Setup<'_>, planned: &PlannedOperatio
         islands_not_reached: parts.len(),
         not_reached: listed.collect(),
     })
+}
+
+/// Lets a predicted cusp be no excess where the written text is measured to leave no more than the
+/// permitted one on a region that is limited to what is left. Passes beside its islands have
+/// neighbours across surface that is not to be cut, and the prediction takes strips between them for
+/// full of stock.
+pub(crate) fn settle_by_measurement(report: &mut Report, operations: &[PlannedOperation<'_>]) {
+    let is_measured = |name: &str| {
+        let operation = operations.iter().map(|o| o.operation).find(|o| o.name == name);
+        let of_region = report.remaining.iter().flat_map(|r| &r.operations).find(|r| r.operation == name);
+        let largest = of_region.and_then(|r| r.largest);
+        operation.zip(largest).is_some_and(|(operation, largest)| {
+            operation.region().left_above.is_some() && largest.height_mm <= operation.tolerances.cusp_mm
+        })
+    };
+    let is_beyond = report.cusps.iter().any(|c| c.points_beyond > 0 && !is_measured(&c.operation));
+    report.worst.cusp_exceeded &= is_beyond;
 }
 
 /// Refuses to write a program without any pass.

@@ -16,12 +16,12 @@ use facemill_tests::variants::{box_obj, variant};
 use serde_json::{Value, json};
 
 /// Height above which stock is to be cut; the stock is 0.2 mm high, and cusps are a third of this.
-const LIMIT: f64 = 0.12;
-const OVERLAP: f64 = 1.5;
+pub(crate) const LIMIT: f64 = 0.12;
+pub(crate) const OVERLAP: f64 = 1.5;
 
 /// A wavy patch of 80 mm between y = -10 and 10, and the program of a mill of 8 mm that left out a
 /// band about its middle.
-fn half_cut() -> JobFolder {
+pub(crate) fn half_cut() -> JobFolder {
     let job = variant(&[
         ("/operations/0/tolerances/cusp_mm", json!(0.04)),
         ("/operations/0/tolerances/max_step_mm", json!(4.0)),
@@ -53,7 +53,7 @@ fn planned(job: &JobFolder, verify: bool) -> Result<Planned, Failure> {
 }
 
 /// Limits the region to what is left of a stock, for the small mill.
-fn limit_to(job: &JobFolder, of: Value) {
+pub(crate) fn limit_to(job: &JobFolder, of: Value) {
     let left_above = json!({ "height_mm": LIMIT, "overlap_mm": OVERLAP, "of": of });
     job.set(
         "job.json",
@@ -65,7 +65,7 @@ fn found(planned: &Planned) -> &LeftAboveReport {
     &planned.report.left_above[0]
 }
 
-fn large() -> Value {
+pub(crate) fn large() -> Value {
     json!({ "file": "large.nc", "tool": "tool.json" })
 }
 

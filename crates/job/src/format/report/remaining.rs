@@ -102,6 +102,9 @@ pub struct RemainingPlace {
     /// Line of the block that cuts there lowest; absent if none does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub line: Option<u32>,
+    /// Whether a program before has cut there, and no block of this one cuts lower.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub was_cut: bool,
 }
 
 impl RemainingOnRegion {
@@ -165,7 +168,8 @@ impl RemainingOnRegion {
 
 fn place(p: &RemainingPlace) -> String {
     let [x, y, z] = p.at_mm;
-    let line = p.line.map_or("never cut".to_owned(), |line| format!("line {line}"));
+    let uncut = if p.was_cut { "cut by a program before" } else { "never cut" };
+    let line = p.line.map_or_else(|| uncut.to_owned(), |line| format!("line {line}"));
     format!(" at ({x:.2}, {y:.2}, {z:.2}), {line}")
 }
 

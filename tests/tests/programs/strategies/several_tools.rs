@@ -1,0 +1,169 @@
+//! Jobs with several tools: a program for each, one after the other on one stock.
+
+use std::ffi::OsString;
+
+use facemill::{Job, Scene, Setup};
+use facemill_tests::commands::{CommandOutput, facemill_in};
+use facemill_tests::jobs::JobFolder;
+use facemill_tests::program::{code_and_errors, run};
+use facemill_tests::variants::{blink_patch, plan};
+use serde_json::{Value, json};
+
+use crate::strategies::left_above::{LIMIT, OVERLAP, half_cut, large, limit_to};
+
+/// Returns the job in which a large mill leaves out a band, and a small one cuts it: both in one job.
+fn both_mills() -> JobFolder {
+    let job = half_cut();
+    let whole = job.json("job.json")["operations"][0].clone();
+    let operation = |name: &str, tool: &str| {
+        let mut operation = whole.clone();
+        (operation["name"], operation["tool"]) = (json!(name), json!(tool));
+        operation
+    };
+    let range = |mut operation: Value, from: f64, to: f64| {
+        let planes = operation.pointer_mut("/path/strategy/strategy/parallel_planes").expect("planes");
+        (planes["from_mm"], planes["to_mm"]) = (json!(from), json!(to));
+        operation
+    };
+    let mut rest = operation("whole", "small");
+    rest["path"]["strategy"]["region"] =
+        json!({ "left_above": { "height_mm": LIMIT, "overlap_mm": OVERLAP, "of": "operations_before" } });
+    let [low, high] = [range(operation("low", "large"), -10.0, -4.0), range(operation("high", "large"), 4.0, 10.0)];
+    let mut file = job.json("job.json");
+    file.as_object_mut().expect("an object").remove("tool");
+    file["tools"] = json!({ "large": "tool.json", "small": "small.json" });
+    file["operations"] = json!([low, high, rest]);
+    // Each mill has a number of its own.
+    let mut small = job.json("small.json");
+    small["number"] = json!(2);
+    job.write("small.json", small.to_string().as_bytes());
+    job.write("job.json", file.to_string().as_bytes());
+    job
+}
+
+/// Returns the blocks of a program: without its name and comments.
+fn blocks(text: &str) -> Vec<&str> {
+    text.lines().filter(|line| !line.starts_with(['(', 'O'])).collect()
+}
+
+fn read(job: &JobFolder, name: &str) -> String {
+    std::fs::read_to_string(job.path(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+#[test]
+fn operations_of_two_tools_in_one_job_are_those_of_two_jobs() {
+    let together = both_mills();
+    plan(&together);
+    let [large_text, small_text] = ["large", "small"]
+        .map(|tool| (tool, if tool == "large" { 1 } else { 2 }))
+        .map(|(tool, number)| read(&together, &format!("out/program-top-{number}-{tool}.nc")));
+    let same = |a: &str, b: &str| assert!(blocks(a) == blocks(b), "{} and {} blocks", blocks(a).len(), blocks(b).len());
+    // The job of the first tool leaves the same program.
+    let apart = half_cut();
+    apart.write("small.json", read(&together, "small.json").as_bytes());
+    let whole = apart.json("job.json")["operations"].clone();
+    let mut of_large = together.json("job.json")["operations"].clone();
+    of_large.as_array_mut().expect("operations").truncate(2);
+    for operation in of_large.as_array_mut().expect("operations") {
+        operation.as_object_mut().expect("an operation").remove("tool");
+    }
+    apart.set("job.json", &[("/operations", of_large)]);
+    plan(&apart);
+    same(&large_text, &read(&apart, "out/program.nc"));
+    // So does that of the second tool, on what the first program leaves.
+    apart.write("large.nc", large_text.as_bytes());
+    apart.set("job.json", &[("/operations", whole)]);
+    limit_to(&apart, json!({ "programs": [large()] }));
+    plan(&apart);
+    same(&small_text, &read(&apart, "out/program.nc"));
+
+    // Each program calls its own tool, and is verified on what the one before leaves.
+    assert!(large_text.contains("T1 M6") && small_text.contains("T2 M6"));
+    let report: Value = serde_json::from_str(&read(&together, "out/report-top-2-small.json")).expect("JSON");
+    assert_eq!(report["stock"]["began_as"], "the rest of setup \"top, 1 large\"");
+    // What is left counts both programs: nothing is above the limit or never cut.
+    let left = &report["remaining"]["operations"][0];
+    assert!(left["largest"]["height_mm"].as_f64() <= Some(LIMIT), "{left}");
+    assert_eq!((left["never_cut_fraction"].as_f64(), left["exceeded"].as_bool()), (Some(0.0), Some(false)));
+
+    // Verified again, each program in its own place; the second one with the first.
+    let (job, first) = (together.job(), together.path("out/program-top-1-large.nc"));
+    let verify = |program: &str, setup: &str, after: bool| {
+        let program = together.path(program);
+        let mut words: Vec<OsString> = vec!["verify".into(), program.into(), "--job".into(), job.clone().into()];
+        words.extend(["--setup".into(), setup.into()]);
+        words.extend(
+            after.then(|| [OsString::from("--after"), format!("1={}", first.display()).into()]).into_iter().flatten(),
+        );
+        let output = run(&words);
+        let (code, errors) = code_and_errors(&output);
+        CommandOutput { code, printed: String::from_utf8(output.stdout).expect("text"), errors }
+    };
+    let second = "out/program-top-2-small.nc";
+    assert_eq!(verify("out/program-top-1-large.nc", "1", false).code, 0);
+    let refused = verify(second, "2", false);
+    assert!(refused.is_refused_for(&["operations_before", "\"top, 1 large\"", "--after 1=FILE"]), "{}", refused.errors);
+    let done = verify(second, "top, 2 small", true);
+    assert!(done.code == 0, "{}{}", done.printed, done.errors);
+
+    // A program in the place of the other has the wrong tool, and so has one that calls the other.
+    let wrong = verify("out/program-top-1-large.nc", "2", true);
+    assert!(wrong.code == 1 && wrong.prints(&["tool", "T1"]), "{}{}", wrong.printed, wrong.errors);
+    let changed = small_text.replacen("T2 M6", "T1 M6", 1);
+    together.write("out/wrong.nc", changed.as_bytes());
+    let wrong = verify("out/wrong.nc", "2", true);
+    let line = 1 + changed.lines().position(|line| line.contains("T1 M6")).expect("a tool change");
+    assert!(wrong.code == 1 && wrong.prints(&[&line.to_string(), "T1"]), "{}{}", wrong.printed, wrong.errors);
+
+    // Its pages are written again from its folder.
+    let again = facemill_in(&together, &format!("report {} --job job.json", together.path("out").display()));
+    assert_eq!(again.code, 0, "{}{}", again.printed, again.errors);
+}
+
+#[test]
+fn a_setup_is_never_seen_with_the_tool_of_another() {
+    let folder = both_mills();
+    let job = Job::read(&folder.job()).expect("a job");
+    assert_eq!([0, 1].map(|k| job.for_setup(k).tool.number()), [1, 2]);
+    assert_eq!(job.tool.number(), 1);
+    // A view of a setup keeps a tool that is put in the place of its own.
+    let view = job.for_setup(1);
+    let other = Job { tool: job.tool.clone(), ..view };
+    assert_eq!(other.for_setup(1).tool.number(), 1);
+    let setup = Setup::read(&job, 1).expect("a setup");
+    assert!(Scene::new(&job.for_setup(1), &setup, 1).is_ok());
+    for wrong in [&job, &job.for_setup(0)] {
+        let why = Scene::new(wrong, &setup, 1).err().expect("an error").to_string();
+        assert!(why.contains("the tool of setup 2 was not chosen"), "{why}");
+    }
+}
+
+#[test]
+fn wrong_tools_of_a_job_are_refused_by_name() {
+    let job = blink_patch();
+    let mut file = job.json("job.json");
+    file.as_object_mut().expect("an object").remove("tool");
+    file["tools"] = json!({ "a": "tool.json", "b": "other.json" });
+    file["operations"][0]["tool"] = json!("b");
+    job.write("job.json", file.to_string().as_bytes());
+    let check = || facemill_in(&job, "check job.json");
+    assert!(check().is_refused_for(&["other.json"]), "{}", check().errors);
+    job.write("other.json", job.json("tool.json").to_string().as_bytes());
+    assert!(check().is_refused_for(&["tools", "\"a\" and \"b\"", "number 1"]), "{}", check().errors);
+    let mut other = job.json("tool.json");
+    other["number"] = json!(5);
+    job.write("other.json", other.to_string().as_bytes());
+    assert!(check().code == 0 && check().prints(&["tool T5"]), "{}", check().errors);
+    other["length_register"] = json!(1);
+    job.write("other.json", other.to_string().as_bytes());
+    assert!(check().is_refused_for(&["\"a\" and \"b\"", "length_register 1"]), "{}", check().errors);
+    job.set("other.json", &[("/length_register", json!(5))]);
+    job.set("job.json", &[("/operations/0/tool", json!("c"))]);
+    assert!(check().is_refused_for(&["operations[0].tool", "there is no tool \"c\"", "a, b"]), "{}", check().errors);
+
+    // Nothing is before the first program.
+    let region = json!({ "left_above": { "height_mm": 0.1, "overlap_mm": 1.0, "of": "operations_before" } });
+    job.set("job.json", &[("/operations/0/tool", json!("a")), ("/operations/0/path/strategy/region", region)]);
+    let planned = facemill_in(&job, &format!("plan job.json --out {}", job.path("out").display()));
+    assert!(planned.is_refused_for(&["operations_before", "its program is the first one"]), "{}", planned.errors);
+}
