@@ -135,7 +135,9 @@ pub mod formats {
     pub use facemill_job::format::program_stamp::{ProgramStamp, checksum};
     pub use facemill_job::format::program_times::ProgramTimes;
     pub use facemill_job::format::strategies_file::StrategiesFile;
-    pub use facemill_job::format::summary_file::{SUMMARY_FORMAT, SetupSummary, SummaryFile};
+    pub use facemill_job::format::summary_file::{
+        JoinedProgramSummary, JoinedSectionSummary, SUMMARY_FORMAT, SetupSummary, SummaryFile,
+    };
     pub use facemill_job::format::verification_file::{VERIFICATION_FORMAT, VerificationFile};
 }
 

@@ -19,7 +19,7 @@ pub(crate) mod part_size;
 pub mod post_load;
 pub(crate) mod stock_solid;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::{Mutex, OnceLock};
 
@@ -224,17 +224,20 @@ impl Job {
                 .map_err(|e| Failure::input(path, e))?;
             check_cutter_width(&machine, tool).map_err(|e| Failure::input(&beside(tool_file), e))?;
         }
-        let tools = NamedTools::new(by_name, written);
         let post = read_post(path, &file, &files)?;
         if let (Some(_), Some(name)) = (&second, &file.post.dialect_file) {
             let message =
                 format!("post.dialect_file: {name}: two heads are programmed by the dialect's own file alone");
             return Err(Failure::input(path, message));
         }
-        if post.program_number() as usize + file.setups.len() - 1 > LAST_PROGRAM_NUMBER as usize {
+        // Programs that change tools come behind those of one.
+        let changing = (1..written.len()).filter(|&k| written[k - 1] == written[k]).map(|k| written[k]);
+        let n_programs = file.setups.len() + changing.collect::<BTreeSet<usize>>().len();
+        if post.program_number() as usize + n_programs - 1 > LAST_PROGRAM_NUMBER as usize {
             let message = format!("post.program_number: {} leaves no numbers for all setups", post.program_number());
             return Err(Failure::input(path, message));
         }
+        let tools = NamedTools::new(by_name, written);
         check_rounding(&file, &post.rounding_bound()).map_err(|e| Failure::input(path, e))?;
         // Where nothing is written, the control need not move as the machine file says.
         let post = if file.operations.is_empty() {

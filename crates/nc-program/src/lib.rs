@@ -106,4 +106,6 @@ pub use crate::word_map::{WordMap, WordMapError};
 pub use crate::words::axis_words::{AxisLetter, AxisWords};
 pub use crate::write::codes::spindle_speed;
 pub use crate::write::text::clean_fanuc_comment;
-pub use crate::write::{WrittenProgram, write_program, write_program_of_heads, write_program_with_lines};
+pub use crate::write::{
+    WrittenProgram, WrittenSections, write_program, write_program_of_heads, write_program_with_lines, write_sections,
+};

@@ -12,6 +12,7 @@ pub(crate) mod program;
 pub(crate) mod reader;
 pub(crate) mod siemens;
 pub(crate) mod source;
+mod tool_sections;
 pub(crate) mod unfollowed;
 pub(crate) mod values;
 

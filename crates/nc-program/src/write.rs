@@ -17,6 +17,7 @@ use crate::program::heads::{HeadError, HeadSpec};
 use crate::program::spec::ProgramSpec;
 use crate::program::write_error::WriteError;
 use crate::write::body::BodyWriter;
+use crate::write::context::SectionContext;
 use crate::write::lines::LineSink;
 
 /// The program, with `\n` line ends. `heads` is empty for a machine of one head.
@@ -25,18 +26,57 @@ pub(crate) fn write(
     heads: &[HeadSpec],
     settings: &PostSettings,
 ) -> Result<WrittenProgram, WriteError> {
-    let lines = template::render(spec, heads, settings)?;
-    let labels: BTreeSet<u32> = lines.iter().filter_map(|line| label(line)).collect();
-    let mut sink = LineSink::new(settings, labels, spec.program.blocks.len());
+    let mut written = write_each(&[spec], heads, settings)?;
+    let block_lines = written.block_lines.pop().unwrap_or_default();
+    Ok(WrittenProgram { text: written.text, block_lines })
+}
+
+/// The sections of a program, one for each spec.
+fn write_each(
+    specs: &[&ProgramSpec],
+    heads: &[HeadSpec],
+    settings: &PostSettings,
+) -> Result<WrittenSections, WriteError> {
+    let section = |(k, spec): (usize, &&ProgramSpec)| {
+        template::render(spec, heads, settings, SectionContext::new(k, specs.len()))
+    };
+    let rendered: Vec<Vec<String>> = specs.iter().enumerate().map(section).collect::<Result<_, _>>()?;
+    let labels: BTreeSet<u32> = rendered.iter().flatten().filter_map(|line| label(line)).collect();
+    let mut sink = LineSink::new(settings, labels, specs.iter().map(|spec| spec.program.blocks.len()).sum());
     let mut block_lines = Vec::new();
-    for line in &lines {
-        if line == template::BODY {
-            block_lines = BodyWriter::new(spec, heads, settings, &mut sink).write(&spec.program.blocks)?;
-        } else {
-            sink.push_template_line(line)?;
+    for (spec, lines) in specs.iter().zip(&rendered) {
+        for line in lines {
+            if line == template::BODY {
+                block_lines.push(BodyWriter::new(spec, heads, settings, &mut sink).write(&spec.program.blocks)?);
+            } else {
+                sink.push_template_line(line)?;
+            }
         }
     }
-    Ok(WrittenProgram { text: sink.into_text(), block_lines })
+    Ok(WrittenSections { text: sink.into_text(), block_lines })
+}
+
+/// A program that changes tools, as [`write_program`] writes it: one section for each spec, in
+/// their order. A section ends with the tool away from the work and spindle and coolant off, and
+/// the next one begins with its tool, the check of its length, and the way to its first position as
+/// at the start of a program.
+///
+/// # Errors
+/// As [`write_program`], of the first section at fault; [`WriteError::NoSection`] without any.
+pub fn write_sections(specs: &[&ProgramSpec], settings: &PostSettings) -> Result<WrittenSections, WriteError> {
+    if specs.is_empty() {
+        return Err(WriteError::NoSection);
+    }
+    write_each(specs, &[], settings)
+}
+
+/// The text of a program that changes tools, and where the blocks of each section are in it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WrittenSections {
+    /// The text.
+    pub text: String,
+    /// For each section the lines of its blocks, as [`WrittenProgram::block_lines`].
+    pub block_lines: Vec<Vec<u32>>,
 }
 
 /// Block number that a line of the template has already.

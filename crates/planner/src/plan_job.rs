@@ -106,12 +106,13 @@ fn planned_setups<'j>(
         let stock = StockToCut { cell: cell.or(job.file.verification.stock_cell_mm), index, before };
         match planned_setup(job, (index, &programs), settings, Some(&stock), stages) {
             Err(Failure::NothingToCut(why)) => {
-                programs.add(index, None);
+                programs.add(index, None, job.post.dialect());
                 all.push(Err(why));
             }
             planned => {
                 let planned = planned?;
-                programs.add(index, planned.0.program().map(|(name, text)| (name.into(), text.to_vec())));
+                let program = planned.0.program().map(|(name, text)| (name.into(), text.to_vec()));
+                programs.add(index, program, job.post.dialect());
                 all.push(Ok(planned));
             }
         }

@@ -108,12 +108,14 @@ impl PlanRun<'_> {
         let chips = ChipFiles::new(&jobs, &setup.file.name, operations, (timed, &H::cut_lines(&moves, &texts)));
         let passes = pass_files(&jobs, setup, operations, &report);
         let (suffix, state) = name_parts(job, setup, &report);
+        let spec = H::spec(&texts).filter(|_| job.all_tools().count() > 1).cloned();
         let files = heads.files(texts, &suffix, state)?;
         let posed = posed_passes(operations);
         Ok(Planned {
             rest,
             left,
             posed,
+            spec,
             ..planned_files(&suffix, (report, certificates), files, picture, (chips, passes), clock)
         })
     }

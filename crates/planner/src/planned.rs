@@ -7,6 +7,7 @@ use facemill_job::format::report::Report;
 use facemill_job::format::report::outcome::Outcome;
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::validate::file_stem;
+use facemill_nc_program::ProgramSpec;
 use facemill_tool_path::segments::PassSegment;
 use facemill_verification::remaining::LeftByLine;
 use facemill_virtual_machine::Certificates;
@@ -32,6 +33,8 @@ pub struct Planned {
     pub left: Option<LeftByLine>,
     /// Postures of the passes, of which maps can be made ([`posture_maps`](crate::posture_maps)).
     pub posed: Vec<PosedPass>,
+    /// Specification that the program is written from, of a job with several tools.
+    pub(crate) spec: Option<ProgramSpec>,
     /// Wall time of each stage, s; not deterministic.
     pub timings: Vec<(&'static str, f64)>,
 }
@@ -101,7 +104,7 @@ pub(crate) fn planned_files(
         files.push((format!("passes{suffix}{number}.svg"), stamped_svg(picture, &programs).into_bytes()));
     }
     let chip_table = (format!("chips{suffix}.csv"), chips.csv.into_bytes());
-    Planned { files, chip_table, report, rest: None, left: None, posed: Vec::new(), timings: clock.laps }
+    Planned { files, chip_table, report, rest: None, left: None, posed: Vec::new(), spec: None, timings: clock.laps }
 }
 
 /// Returns the pieces of all operations, in the order of the program.

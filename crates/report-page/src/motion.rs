@@ -9,7 +9,7 @@ use facemill_job::setup::scene::Scene;
 use facemill_nc_program::dialect::ControlMotion;
 use facemill_nc_program::read::{Compensation, MotionKind};
 use facemill_nc_program::{Dialect, FeedMode, ReadProgram};
-use facemill_verification::text_times::{TimedText, motions};
+use facemill_verification::text_times::{ALL_LINES, TimedText, motions};
 use facemill_virtual_machine::motion::axis_motion::{AxisMotion, MotionContext, MotionReader, legs};
 use nalgebra::{Isometry3, Point3};
 use rayon::prelude::*;
@@ -81,7 +81,8 @@ pub(crate) fn program_motion(
     let at = scene.motion_context();
     let mut all = segments(at, program);
     let control = control_motion(scene, dialect);
-    let written = TimedText { text, dialect, control: &control, rapids: program.rtcp_rapids, block_lines: &[] };
+    let written =
+        TimedText { text, dialect, control: &control, rapids: program.rtcp_rapids, block_lines: &[], lines: ALL_LINES };
     let Ok(timed) = motions(at, &written, &BTreeMap::new()) else { return all };
     let followed = |s: &&mut Segment| s.kind != SegmentKind::Other;
     let n_followed = all.segments.iter().filter(|s| s.kind != SegmentKind::Other).count();

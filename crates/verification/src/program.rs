@@ -39,7 +39,7 @@ use crate::stock_run::{CutRequest, HeadView, blocks_of_heads, cut_stock};
 use crate::sub_cell_check::{
     SubCellResult, add_between, held_as_cut, seen_between, seen_in_estimate, seen_of_rest, sub_cell_check,
 };
-use crate::text_times::{TimedText, times_of_text};
+use crate::text_times::{ALL_LINES, TimedText, times_of_text};
 
 /// Options of a program's run.
 #[derive(Clone, Debug)]
@@ -50,6 +50,9 @@ pub struct VerifyRequest<'a> {
     pub dialect: Dialect,
     /// Index of the job's setup.
     pub setup: usize,
+    /// Number of the tool change, from 0, whose part of the program is run
+    /// ([`ReadProgram::tool_sections`]); `None`: all of it, with one tool.
+    pub section: Option<usize>,
     /// Depth of the cutter below an allowance beyond which it is a finding, mm; `None`: the
     /// smallest permitted by one of the setup's operations.
     pub gouge_limit: Option<f64>,
@@ -79,6 +82,7 @@ impl<'a> VerifyRequest<'a> {
             program,
             dialect,
             setup: 0,
+            section: None,
             gouge_limit: None,
             certificates: false,
             time_law: false,
@@ -159,7 +163,16 @@ pub fn verify_program(
     if request.cut.as_ref().is_some_and(|c| c.across && (c.rest.is_some() || c.region != StockRegion::Whole)) {
         return Err(job.wrong("lines along x and y are cut of all of the job's stock, not of a region or a rest of it"));
     }
-    let program = job.read_program(text, request.dialect).map_err(|e| Failure::input(request.program, e))?;
+    let mut program = job.read_program(text, request.dialect).map_err(|e| Failure::input(request.program, e))?;
+    if let Some(k) = request.section {
+        let mut sections = program.tool_sections();
+        if k >= sections.len() {
+            let message =
+                format!("has {} tool change(s), and the part behind number {} was requested", sections.len(), k + 1);
+            return Err(Failure::input(request.program, message));
+        }
+        program = sections.swap_remove(k);
+    }
     let gouge_limit = request.gouge_limit.unwrap_or_else(|| {
         let limits = job.operations_of(setup).map(|(_, o)| budget(job, o).simulated());
         limits.reduce(f64::min).unwrap_or(0.0)
@@ -422,7 +435,11 @@ impl VerificationRun<'_> {
         } else {
             dialect.file().control_motion
         };
-        let written = TimedText { text: self.text, dialect, control, rapids, block_lines: &[] };
+        let lines = match (self.request.section, self.program.blocks.first(), self.program.blocks.last()) {
+            (Some(_), Some(first), Some(last)) => first.line..last.line + 1,
+            _ => ALL_LINES,
+        };
+        let written = TimedText { text: self.text, dialect, control, rapids, block_lines: &[], lines };
         let times = times_of_text(views, scene.motion_context(), &written, constant);
         let text = control.assumption().filter(|_| times.no_law_because.is_empty());
         found.assumptions.extend(text.map(|text| Assumption { line: None, text }));

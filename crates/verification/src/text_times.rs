@@ -1,6 +1,7 @@
 //! Times of a program by its text.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use facemill_feedrate::{FeedLimit, rapid_time};
 use facemill_inverse_kinematics::Machine;
@@ -28,7 +29,12 @@ pub struct TimedText<'a> {
     pub rapids: RtcpRapids,
     /// Line of the text of every block of the program.
     pub block_lines: &'a [u32],
+    /// Lines that are timed; all others are only followed.
+    pub lines: Range<u32>,
 }
+
+/// All lines of a text.
+pub const ALL_LINES: Range<u32> = 0..u32::MAX;
 
 /// Meaning of a motion of the text: its kind, and the origin of its feed.
 #[derive(Clone, Copy)]
@@ -111,6 +117,12 @@ pub fn motions(
     for line in written.text.split_inclusive(|byte| *byte == b'\n') {
         // Text that is not understood is a finding of the run.
         let Ok(Some(block)) = reader.read_line(line) else { continue };
+        if !written.lines.contains(&block.line) {
+            if follower.block(&block).is_err() {
+                follower.forget();
+            }
+            continue;
+        }
         let stops = is_standstill(&block);
         if stops {
             all.moves.stop();

@@ -77,7 +77,7 @@ pub(crate) fn run(arguments: &LengthsArguments) -> Result<ExitCode, Failure> {
         Some(path) => Some(HolderLibrary::from_json(&files::read(path)?).map_err(|e| Failure::input(path, e))?),
         None => None,
     };
-    let ProgramOfJob { job, setup, dialect, text } = arguments.program.read()?;
+    let ProgramOfJob { job, setup, dialect, text, .. } = arguments.program.read()?.of_one_tool()?;
     let rest = arguments.rest.as_ref().map(|path| read_rest(&job, setup, path)).transpose()?;
     let request = LengthsRequest {
         program: &arguments.program.program,

@@ -68,7 +68,8 @@ pub(crate) struct ReportArguments {
 /// If job or program cannot be read, or the page cannot be written; faults are exit code 1.
 pub(crate) fn view(arguments: &ViewArguments) -> Result<ExitCode, Failure> {
     crate::cli::progress::watch_interrupts().map_err(Failure::Internal)?;
-    let ProgramOfJob { job, setup, dialect, text } = arguments.program.read_with(&arguments.stand)?;
+    let ProgramOfJob { job, setup, dialect, text, .. } =
+        arguments.program.read_with(&arguments.stand)?.of_one_tool()?;
     let program = &arguments.program.program;
     let deviation =
         Some(DeviationRequest::default()).filter(|_| job.operations_of(&job.file.setups[setup]).count() > 0);
@@ -156,7 +157,8 @@ pub(crate) fn report(arguments: &ReportArguments) -> Result<ExitCode, Failure> {
         check_inputs(&job, &result).map_err(&wrong)?;
         let mut job = job;
         for index in 0..job.file.setups.len() {
-            job.programs.add(index, programs.get(&job.file.setups[index].name).cloned());
+            let program = programs.get(&job.file.setups[index].name).cloned();
+            job.programs.add(index, program, job.post.dialect());
         }
         let name = program_of(&result).ok_or_else(|| wrong("names no program".to_owned()))?;
         let text = files::read(&folder.join(name))?;

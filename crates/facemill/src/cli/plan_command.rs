@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use facemill::formats::{SUMMARY_FORMAT, SetupSummary, SummaryFile};
-use facemill::planner::{PlannedSetup, plan_job_with_setups};
+use facemill::formats::{JoinedProgramSummary, JoinedSectionSummary, SUMMARY_FORMAT, SetupSummary, SummaryFile};
+use facemill::planner::{JoinedProgram, JoinedSection, PlannedSetup, joined_programs, plan_job_with_setups};
+use facemill::report::Report;
 use facemill::report::outcome::Outcome;
 use facemill::{Failure, Job, JobSetting, PlanSettings, files, summary};
 
@@ -121,6 +122,8 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
         all_files.extend(arguments.chips.then(|| planned.chip_table.clone()));
         all_planned.push((planned, read));
     }
+    let joined = joined_summaries(job, &all_planned, &mut all_files)?;
+    texts.extend(joined.iter().map(|joined| joined.lines().join("\n")));
     let timings = serde_json::json!({ "format": "facemill-timings/1", "setups": timings });
     all_files.push(("timings.json".to_owned(), facemill::file_format::to_json(&timings).into_bytes()));
     if !crate::cli::progress::start_writing() {
@@ -131,7 +134,7 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
     let names: Vec<String> =
         all_files.into_iter().map(|(name, _)| name).chain(pages(arguments, job, out, all_planned)).collect();
     let output = match (arguments.json, arguments.quiet) {
-        (true, _) => json(outcome, out, names, setups),
+        (true, _) => json(outcome, out, names, (setups, joined)),
         (false, true) => String::new(),
         (false, false) => format!("{}\n  written to {}: {}\n", texts.join("\n"), out.display(), names.join(", ")),
     };
@@ -145,7 +148,10 @@ fn pages(arguments: &PlanArguments, job: &Job, out: &Path, mut planned: Vec<Plan
     for (planned, _) in &planned {
         let setup = job.file.setups.iter().position(|setup| setup.name == planned.report.setup);
         let program = planned.program().map(|(name, text)| (name.into(), text.to_vec()));
-        setup.into_iter().for_each(|setup| job.programs.add(setup, program.clone()));
+        if let Some(setup) = setup {
+            let dialect = job.post.dialect();
+            job.programs.add(setup, program, dialect);
+        }
     }
     let job = &job;
     let wanted = [!arguments.no_html, arguments.animation.is_some()];
@@ -171,9 +177,45 @@ fn pages(arguments: &PlanArguments, job: &Job, out: &Path, mut planned: Vec<Plan
 }
 
 /// Returns the summary as JSON.
-fn json(outcome: Outcome, out: &Path, files: Vec<String>, setups: Vec<SetupSummary>) -> String {
+fn json(
+    outcome: Outcome,
+    out: &Path,
+    files: Vec<String>,
+    (setups, joined_programs): (Vec<SetupSummary>, Vec<JoinedProgramSummary>),
+) -> String {
     let (out, exit_code) = (out.display().to_string(), outcome.exit_code());
-    facemill::file_format::to_json(&SummaryFile { format: SUMMARY_FORMAT, outcome, exit_code, out, files, setups })
+    let format = SUMMARY_FORMAT;
+    facemill::file_format::to_json(&SummaryFile { format, outcome, exit_code, out, files, setups, joined_programs })
+}
+
+/// Returns the summaries of programs that change tools, and adds the programs to the files.
+fn joined_summaries(
+    job: &Job,
+    planned: &[PlannedSetup<'_>],
+    files: &mut Vec<(String, Vec<u8>)>,
+) -> Result<Vec<JoinedProgramSummary>, Failure> {
+    let mut summaries = Vec::new();
+    for JoinedProgram { setup, setups, name, joined } in joined_programs(job, planned)? {
+        let of = planned.iter().map(|(planned, _)| &planned.report).filter(|report| setups.contains(&report.setup));
+        let time = |r: &Report| r.totals.passes_time_s + r.totals.approach_time_s + r.totals.rapid_time_s;
+        let total_time_s = of.map(time).sum();
+        let (file, not_written_because, sections) = match joined {
+            Ok((text, sections)) => {
+                files.push((name.clone(), text));
+                (Some(name), None, sections)
+            }
+            Err(why) => (None, Some(why), Vec::new()),
+        };
+        let section = |s: JoinedSection| JoinedSectionSummary {
+            setup: s.setup,
+            program: s.program,
+            tool: s.tool,
+            first_line: s.first_line,
+        };
+        let sections = sections.into_iter().map(section).collect();
+        summaries.push(JoinedProgramSummary { setup, file, not_written_because, total_time_s, sections });
+    }
+    Ok(summaries)
 }
 
 /// Lists the files of an earlier plan that were set aside for a plan that failed.

@@ -54,7 +54,7 @@ fn cut_of(arguments: &RapidsArguments, rest: Option<DexelMap>) -> CutRequest {
 pub(crate) fn run(arguments: &RapidsArguments) -> Result<ExitCode, Failure> {
     crate::cli::progress::watch_interrupts().map_err(Failure::Internal)?;
     let program = &arguments.program.program;
-    let ProgramOfJob { job, setup, dialect, text } = arguments.program.read()?;
+    let ProgramOfJob { job, setup, dialect, text, .. } = arguments.program.read()?.of_one_tool()?;
     let rest = arguments.rest.as_ref().map(|path| read_rest(&job, setup, path)).transpose()?;
     let request = RapidsRequest {
         program,

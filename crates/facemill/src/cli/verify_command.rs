@@ -93,7 +93,11 @@ const SHOWN: usize = 50;
 
 pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     crate::cli::progress::watch_interrupts().map_err(Failure::Internal)?;
-    let ProgramOfJob { job, setup, dialect, text } = arguments.program.read_with(&arguments.stand)?;
+    let read = arguments.program.read_with(&arguments.stand)?;
+    if read.setups.len() > 1 {
+        return run_sections(arguments, read);
+    }
+    let ProgramOfJob { job, setup, dialect, text, .. } = read;
     let rest = arguments.rest.as_ref().map(|path| read_rest(&job, setup, path)).transpose()?;
     let request = VerifyRequest {
         setup,
@@ -118,6 +122,60 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     }
     files::write_each(&outputs)?;
     say(&text)?;
+    Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+/// Verifies a program that changes tools: the part behind each change with its tool, on what the
+/// parts before it leave.
+fn run_sections(arguments: &VerifyArguments, read: ProgramOfJob) -> Result<ExitCode, Failure> {
+    let ProgramOfJob { mut job, setups, dialect, text, .. } = read;
+    let path = &arguments.program.program;
+    let of_one = [("--deviation", &arguments.deviation), ("--rest-mesh", &arguments.rest_mesh)];
+    if let Some((option, _)) = of_one.into_iter().find(|(_, file)| file.is_some()) {
+        let message = format!("{option} is for the program of one tool; choose it with --setup");
+        return Err(Failure::input(path, message));
+    }
+    let outputs = [&arguments.out, &arguments.rest_out];
+    files::check_outputs(outputs.into_iter().flatten().map(PathBuf::as_path))?;
+    let program = job.read_program(&text, dialect).map_err(|e| Failure::input(path, e))?;
+    let n_sections = program.tool_sections().len();
+    let mut rest = arguments.rest.as_ref().map(|rest| read_rest(&job, setups.start, rest)).transpose()?;
+    let (mut texts, mut results, mut clean) = (String::new(), Vec::new(), n_sections == setups.len());
+    if !clean {
+        texts +=
+            &format!("{n_sections} tool change(s) for {} tools: A TOOL IS MISSING, OR ONE TOO MANY\n", setups.len());
+    }
+    for (k, setup) in setups.take(n_sections).enumerate() {
+        let request = VerifyRequest {
+            setup,
+            section: Some(k),
+            gouge_limit: arguments.gouge_mm.or_else(|| arguments.stand.gouge_limit()),
+            certificates: arguments.certificates,
+            time_law: !arguments.fast,
+            fast: arguments.fast,
+            cut: cut_of(arguments, rest.take())?,
+            ..VerifyRequest::new(path, dialect)
+        };
+        let mut verified = verify_program(&job, &text, &request, &Progress::new(false))?;
+        verified.complete(arguments.stand.assumptions(arguments.program.dialect));
+        clean &= verified.file.verification.faults().next().is_none();
+        texts += &verification_text(&verified.file);
+        results.push(verified.file);
+        rest = verified.rest;
+        job.programs.add_section(setup, (path.clone(), text.clone()), dialect, k);
+    }
+    let mut made: Vec<(&Path, Vec<u8>)> = Vec::new();
+    if let Some(out) = &arguments.out {
+        made.push((out, facemill::file_format::to_json(&results).into_bytes()));
+    }
+    if let (Some(out), Some(rest)) = (&arguments.rest_out, rest) {
+        made.push((out, rest.to_bytes()));
+    }
+    if !crate::cli::progress::start_writing() {
+        return Err(Failure::Interrupted);
+    }
+    files::write_each(&made)?;
+    say(&texts)?;
     Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 

@@ -4,6 +4,7 @@ use facemill_virtual_machine::WindUp;
 use schemars::JsonSchema;
 use serde::Serialize;
 
+use crate::duration_text::clock;
 use crate::format::incomplete::incomplete_because;
 use crate::format::program_times::ProgramTimes;
 use crate::format::report::efficiency::EfficiencyReport;
@@ -29,6 +30,64 @@ pub struct SummaryFile {
     pub files: Vec<String>,
     /// The setups, in the order of the job.
     pub setups: Vec<SetupSummary>,
+    /// Programs that change tools: one for each setup of the job file with several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub joined_programs: Vec<JoinedProgramSummary>,
+}
+
+/// Program that changes tools, with the programs of all tools of a setup of the job file.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct JoinedProgramSummary {
+    /// Name of the setup in the job file.
+    pub setup: String,
+    /// Its file; absent if it is not written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// Why it is not written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub not_written_because: Option<String>,
+    /// Machine time of all programs, s; tool changes are not counted.
+    pub total_time_s: f64,
+    /// The programs of the tools in it, in their order.
+    pub sections: Vec<JoinedSectionSummary>,
+}
+
+/// Part of a program that changes tools.
+#[derive(Clone, Debug, Serialize, JsonSchema)]
+pub struct JoinedSectionSummary {
+    /// Name of the setup with this tool, as in `setups`.
+    pub setup: String,
+    /// File of the program of this tool alone, whose blocks these are.
+    pub program: String,
+    /// Number of the tool.
+    pub tool: u32,
+    /// Line of the tool change.
+    pub first_line: u32,
+}
+
+impl JoinedProgramSummary {
+    /// Returns the lines of the summary for a reader.
+    pub fn lines(&self) -> Vec<String> {
+        let clock = clock(self.total_time_s);
+        let n = self.sections.len().max(1);
+        let mut lines = vec![
+            format!("{}: all tools", self.setup),
+            format!("  machine time      {clock} in all programs, {} tool change(s) not counted", n - 1),
+        ];
+        match (&self.file, &self.not_written_because) {
+            (Some(file), _) => {
+                let of = |s: &JoinedSectionSummary| format!("T{} from line {} as {}", s.tool, s.first_line, s.program);
+                lines.push(format!(
+                    "  one program       {file}: {}",
+                    self.sections.iter().map(of).collect::<Vec<_>>().join(", ")
+                ));
+            }
+            (None, why) => {
+                lines.push(format!("  one program       not written: {}", why.as_deref().unwrap_or("unknown")));
+            }
+        }
+        lines
+    }
 }
 
 /// Outcome of a setup: its report without the lists of passes and findings.

@@ -1,6 +1,7 @@
 //! Jobs as read, and their setups.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock};
 
@@ -9,7 +10,7 @@ use facemill_cl_data::{Aabb, CcPoint, PlacedSolid};
 use facemill_inverse_kinematics::{AxisKind, BlockLaw, BodyPose, Carrier, Machine};
 use facemill_nc_program::dialect::RtcpRapids;
 use facemill_nc_program::read::ReadError;
-use facemill_nc_program::{PostSettings, WorkOffset};
+use facemill_nc_program::{Dialect, PostSettings, WorkOffset};
 use facemill_surface_model::Surface;
 use facemill_tool_model::ToolAssembly;
 use facemill_z_map::SweptCutter;
@@ -55,20 +56,38 @@ pub struct Job {
 /// leave.
 #[derive(Clone, Default)]
 pub struct WrittenPrograms {
-    /// Name and text by the index of the setup; `None` of a setup without a program.
-    by_setup: BTreeMap<usize, Option<Arc<(PathBuf, Vec<u8>)>>>,
+    /// Programs by the index of the setup; `None` of a setup without one.
+    by_setup: BTreeMap<usize, Option<Arc<KnownProgram>>>,
+}
+
+/// Program of a setup.
+pub(crate) struct KnownProgram {
+    /// File, for errors.
+    pub(crate) path: PathBuf,
+    pub(crate) text: Vec<u8>,
+    /// Control that it is for.
+    pub(crate) dialect: Dialect,
+    /// Number of the tool change, from 0, whose part it is; `None`: all of it.
+    pub(crate) section: Option<usize>,
 }
 
 impl WrittenPrograms {
-    /// Adds the program of a setup, in the place of one that it has; `None` where nothing is to be
-    /// cut in it.
-    pub fn add(&mut self, setup: usize, program: Option<(PathBuf, Vec<u8>)>) {
-        self.by_setup.insert(setup, program.map(Arc::new));
+    /// Adds the program of a setup, for a control, in the place of one that it has; `None` where
+    /// nothing is to be cut in it.
+    pub fn add(&mut self, setup: usize, program: Option<(PathBuf, Vec<u8>)>, dialect: Dialect) {
+        let program = program.map(|(path, text)| Arc::new(KnownProgram { path, text, dialect, section: None }));
+        self.by_setup.insert(setup, program);
     }
 
-    /// Returns name and text of the program of a setup; `None` if it is not known, `Some(None)` if
-    /// the setup has none.
-    pub(crate) fn of(&self, setup: usize) -> Option<Option<&(PathBuf, Vec<u8>)>> {
+    /// Adds the program of a setup as the part of a program that changes tools: that of the tool
+    /// change of this number, from 0.
+    pub fn add_section(&mut self, setup: usize, (path, text): (PathBuf, Vec<u8>), dialect: Dialect, section: usize) {
+        let program = KnownProgram { path, text, dialect, section: Some(section) };
+        self.by_setup.insert(setup, Some(Arc::new(program)));
+    }
+
+    /// Returns the program of a setup; `None` if it is not known, `Some(None)` if the setup has none.
+    pub(crate) fn of(&self, setup: usize) -> Option<Option<&KnownProgram>> {
         self.by_setup.get(&setup).map(|program| program.as_deref())
     }
 }
@@ -160,6 +179,26 @@ impl Job {
             return Ok(());
         }
         Err(Failure::Internal(format!("the tool of setup {} was not chosen among the tools of the job", index + 1)))
+    }
+
+    /// Returns the setups of the job file as it is written, each with its name there and the indices
+    /// of its setups with one tool.
+    pub fn clampings(&self) -> Vec<(String, Range<usize>)> {
+        let written = |k: usize| self.tools.written.get(k).copied().unwrap_or(k);
+        let mut all: Vec<(String, Range<usize>)> = Vec::new();
+        for (k, setup) in self.file.setups.iter().enumerate() {
+            match all.last_mut() {
+                Some((_, of)) if written(of.start) == written(k) => of.end = k + 1,
+                _ => all.push((setup.name.clone(), k..k + 1)),
+            }
+        }
+        for (name, of) in all.iter_mut().filter(|(_, of)| of.len() > 1) {
+            // Behind the name as it is written are the number and the tool.
+            let first = &self.file.setups[of.start];
+            let tool = tool_of_setup(&self.file, first).unwrap_or_default();
+            *name = first.name.strip_suffix(&format!(", 1 {tool}")).unwrap_or(name).to_owned();
+        }
+        all
     }
 
     /// Returns the key of a setup in the job file as it is written: `setups[0]`.

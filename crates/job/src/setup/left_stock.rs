@@ -8,6 +8,7 @@ use facemill_cc_path::files::{LeftAboveFile, LeftOfFile, ProgramWithToolFile};
 use facemill_cc_path::strategies::Region;
 use facemill_cc_path::{LeftRegion, RegionSample, RequestedRegion, RequestedStrategy, StockHeight, Strategy};
 use facemill_cl_data::{Aabb, CcPoint, Silent};
+use facemill_nc_program::Dialect;
 use facemill_tool_model::{ToolAssembly, ToolFile};
 use facemill_virtual_machine::{VerifySettings, swept_by_cuts};
 use facemill_z_map::{DexelMap, SurfacePlace, SweptCutter, left_heights};
@@ -16,7 +17,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use crate::failure::Failure;
 use crate::format::job_file::{OperationFile, PathFile};
 use crate::frames::places;
-use crate::load::job::{Job, Setup};
+use crate::load::job::{Job, KnownProgram, Setup};
 use crate::setup::cell::corner_on_drive;
 use crate::setup::scene::Scene;
 use crate::stock::map::StockMeshes;
@@ -209,7 +210,8 @@ impl RegionMeasurement<'_> {
         let path = self.job.beside(&program.file);
         let job = Job { tool, ..self.job.clone() };
         let text = self.job.files.bytes(&path)?;
-        let swept = swept_by(&Scene::new(&job, self.setup, self.index())?, &path, &text)?;
+        let swept =
+            swept_by(&Scene::new(&job, self.setup, self.index())?, &path, (&text, self.job.post.dialect(), None))?;
         if swept.n_motions() == 0 {
             let message =
                 format!("has no cutting move of tool \"{}\" on this machine, so it leaves all stock", job.tool.name());
@@ -310,7 +312,7 @@ pub fn swept_before(job: &Job, setup: &Setup<'_>) -> Result<Arc<Vec<SweptCutter>
     let (before, _) = programs_before(setups, index);
     let mut swept = Vec::new();
     for k in before.into_iter().filter(|_| job.second.is_none()) {
-        let Some(Some((name, text))) = job.programs.of(k) else { continue };
+        let Some(Some(program)) = job.programs.of(k) else { continue };
         let job = job.for_setup(k);
         let own;
         // Setups of one clamping differ in their tools alone.
@@ -320,15 +322,23 @@ pub fn swept_before(job: &Job, setup: &Setup<'_>) -> Result<Arc<Vec<SweptCutter>
             own = Setup::read(&job, k)?;
             &own
         };
-        swept.push(swept_by(&Scene::new(&job, setup, k)?, name, text)?);
+        let KnownProgram { path, text, dialect, section } = program;
+        swept.push(swept_by(&Scene::new(&job, setup, k)?, path, (text, *dialect, *section))?);
     }
     Ok(setup.swept_before.get_or_init(|| Arc::new(swept)).clone())
 }
 
-/// Returns all that a program sweeps in a scene.
-fn swept_by(scene: &Scene<'_>, path: &Path, text: &[u8]) -> Result<SweptCutter, Failure> {
-    let dialect = scene.job.post.dialect();
-    let read = scene.job.read_program(text, dialect).map_err(|e| Failure::input(path, e))?;
+/// Returns all that a program, or its part behind a tool change, sweeps in a scene.
+fn swept_by(
+    scene: &Scene<'_>,
+    path: &Path,
+    (text, dialect, section): (&[u8], Dialect, Option<usize>),
+) -> Result<SweptCutter, Failure> {
+    let mut read = scene.job.read_program(text, dialect).map_err(|e| Failure::input(path, e))?;
+    if let Some(k) = section {
+        let of_tool = read.tool_sections().into_iter().nth(k);
+        read = of_tool.ok_or_else(|| Failure::input(path, format!("has no tool change number {}", k + 1)))?;
+    }
     let at = scene.virtual_setup(dialect);
     swept_by_cuts(&read, &at, &VerifySettings::default(), MOTION_TOLERANCE, &Silent)
         .map_err(|e| Failure::input(path, e))

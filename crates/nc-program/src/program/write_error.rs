@@ -25,6 +25,9 @@ pub enum WriteError {
     /// The first motion is a cut, or there is none: the template would go there at rapid rate.
     #[error("the first motion must be a rapid")]
     FirstMotion,
+    /// There is nothing to write.
+    #[error("a program that changes tools needs at least one section")]
+    NoSection,
     /// RTCP words say nothing about where the axes are before RTCP is on.
     #[error("under RTCP the program needs the words of the place where it is switched on (`approach`)")]
     NoApproach,

@@ -30,6 +30,9 @@ pub struct ReadProgram {
     /// M functions ([`ReadCommand::Function`]) that change nothing which is simulated: those of the
     /// dialect file.
     pub harmless_functions: Vec<u32>,
+    /// Whether it is a part of a program that goes on behind it with a tool change
+    /// ([`tool_sections`](Self::tool_sections)), and so needs no end of its own.
+    pub goes_on: bool,
 }
 
 /// One line of a program.
@@ -367,7 +370,8 @@ impl ToolLengthNote {
     pub(crate) fn add_check(self, notes: &mut Vec<Self>) {
         // A comment and the check that repeats it are one cause.
         let is_same = |n: &&mut Self| n.length == self.length && n.relation == self.relation;
-        let mut same = notes.iter_mut().filter(is_same).peekable();
+        // The latest one comes first: each section of a program names the length of its own tool.
+        let mut same = notes.iter_mut().rev().filter(is_same).peekable();
         if same.peek().is_none() {
             notes.push(self);
             return;

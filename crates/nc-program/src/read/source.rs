@@ -114,5 +114,5 @@ pub(crate) fn read_all<R>(
     let (tool_lengths, notes) = finish(reader);
     let file = dialect.file();
     let (rtcp_rapids, harmless_functions) = (file.rtcp_rapids(), file.harmless_functions);
-    Ok(ReadProgram { dialect, blocks, tool_lengths, notes, rtcp_rapids, harmless_functions })
+    Ok(ReadProgram { dialect, blocks, tool_lengths, notes, rtcp_rapids, harmless_functions, goes_on: false })
 }

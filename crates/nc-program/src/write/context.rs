@@ -11,6 +11,7 @@ use crate::words::axis_words::AxisLetter;
 pub(super) struct Context {
     pub(super) program: ProgramContext,
     pub(super) job: JobContext,
+    pub(super) section: SectionContext,
     pub(super) tool: ToolContext,
     pub(super) spindle: SpindleContext,
     /// Empty for one head.
@@ -46,6 +47,25 @@ pub(super) struct ProgramContext {
 #[derive(Serialize)]
 pub(super) struct JobContext {
     pub(super) name: String,
+}
+
+/// Part of a program with one tool.
+#[derive(Clone, Serialize)]
+pub(super) struct SectionContext {
+    /// From 1.
+    pub(super) number: usize,
+    pub(super) first: bool,
+    pub(super) last: bool,
+    /// For labels: empty in the first one, `_2` in the second.
+    pub(super) suffix: String,
+}
+
+impl SectionContext {
+    /// Returns the section of this index among so many.
+    pub(super) fn new(index: usize, n: usize) -> Self {
+        let suffix = if index == 0 { String::new() } else { format!("_{}", index + 1) };
+        Self { number: index + 1, first: index == 0, last: index + 1 == n, suffix }
+    }
 }
 
 #[derive(Serialize)]

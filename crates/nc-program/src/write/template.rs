@@ -15,7 +15,7 @@ use crate::words::number_text;
 use crate::write::codes::{coolant_code, spindle_code, spindle_speed, work_offset};
 use crate::write::context::{
     AxisContext, CodeContext, Context, FeedContext, HeadContext, JobContext, ProgramContext, RapidContext, RtcpContext,
-    SpindleContext, ToleranceContext, ToolContext, WordsContext,
+    SectionContext, SpindleContext, ToleranceContext, ToolContext, WordsContext,
 };
 use crate::write::template_bounds::{SourceFault, bound, check_source};
 use crate::write::text::{clean_comment, program_id, push_axis_word};
@@ -36,8 +36,9 @@ pub(super) fn render(
     spec: &ProgramSpec,
     heads: &[HeadSpec],
     settings: &PostSettings,
+    section: SectionContext,
 ) -> Result<Vec<String>, WriteError> {
-    let context = context(spec, heads, settings)?;
+    let context = context(spec, heads, settings, section)?;
     let template = &settings.template;
     check_source(&template.text).map_err(|SourceFault { line, message }| WriteError::Template {
         name: template.name.clone(),
@@ -101,7 +102,12 @@ fn fixed(value: f64, decimals: u8) -> Result<String, Error> {
     text.ok_or_else(|| Error::new(ErrorKind::InvalidOperation, format!("{value} with {decimals} decimals")))
 }
 
-fn context(spec: &ProgramSpec, heads: &[HeadSpec], settings: &PostSettings) -> Result<Context, WriteError> {
+fn context(
+    spec: &ProgramSpec,
+    heads: &[HeadSpec],
+    settings: &PostSettings,
+    section: SectionContext,
+) -> Result<Context, WriteError> {
     let Some((first, true)) = spec.program.first_motion() else {
         return Err(WriteError::FirstMotion);
     };
@@ -124,6 +130,7 @@ fn context(spec: &ProgramSpec, heads: &[HeadSpec], settings: &PostSettings) -> R
             id: program_id(name, settings.program_number, rules.program.name_length.into()),
         },
         job: JobContext { name: clean(&spec.job_name) },
+        section,
         tool: tool(&spec.tool, "tool", rules)?,
         spindle: spindle(&spec.spindle, "spindle.rpm", settings)?,
         heads: heads.iter().map(|head| head_context(head, first, settings)).collect::<Result<_, _>>()?,

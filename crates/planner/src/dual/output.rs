@@ -9,7 +9,7 @@ use facemill_job::validate::tip_feed::programmed_feed;
 use facemill_nc_program::{HeadSpec, PostSettings, ProgramSpec, write_program_of_heads};
 use facemill_tool_path::moves::MoveKind;
 use facemill_verification::merged_heads::merged_runs;
-use facemill_verification::text_times::TimedText;
+use facemill_verification::text_times::{ALL_LINES, TimedText};
 use facemill_virtual_machine::program_time::tolerance::MachineView;
 use facemill_virtual_machine::{GougeSection, SectionGouge, Verification};
 
@@ -214,7 +214,14 @@ impl DualTexts {
         let views: [MachineView<'_>; 2] = std::array::from_fn(|h| (&jobs[h].machine, jobs[h].tool.gauge_length()));
         let (dialect, rapids) = (self.post.dialect(), self.post.rtcp_rapids().unwrap_or_default());
         let control = &self.post.rules().control_motion;
-        let written = TimedText { text: self.nc.as_bytes(), dialect, control, rapids, block_lines: &self.block_lines };
+        let written = TimedText {
+            text: self.nc.as_bytes(),
+            dialect,
+            control,
+            rapids,
+            block_lines: &self.block_lines,
+            lines: ALL_LINES,
+        };
         time_text(&views, context.scenes[0].motion_context(), &written, &mut self.timed)
     }
 

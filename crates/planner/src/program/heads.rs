@@ -8,6 +8,7 @@ use facemill_job::format::job_file::OperationFile;
 use facemill_job::format::report::links::ShortenedLinks;
 use facemill_job::setup::scene::Scene;
 use facemill_job::stages::Stages;
+use facemill_nc_program::ProgramSpec;
 use facemill_tool_path::moves::Move;
 use facemill_virtual_machine::{Finding, HeldAsCut};
 use facemill_z_map::DexelMap;
@@ -68,6 +69,12 @@ pub(crate) trait Heads<'a, const N: usize> {
 
     /// Returns the timed blocks of texts.
     fn timed(texts: &Self::Texts) -> &Timed;
+
+    /// Returns the specification that a text is written from, if a program with other tools can be
+    /// written from it.
+    fn spec(_: &Self::Texts) -> Option<&ProgramSpec> {
+        None
+    }
 
     /// Returns the text as the virtual machine runs it.
     fn program<'p>(&'p self, moves: &Self::Moves, texts: &'p Self::Texts, as_cut: HeldAsCut) -> RunProgram<'p, N>

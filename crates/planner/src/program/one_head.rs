@@ -6,6 +6,7 @@ use facemill_job::failure::Failure;
 use facemill_job::format::report::links::ShortenedLinks;
 use facemill_job::setup::scene::Scene;
 use facemill_job::stages::Stages;
+use facemill_nc_program::ProgramSpec;
 use facemill_virtual_machine::HeldAsCut;
 use facemill_z_map::DexelMap;
 
@@ -71,6 +72,10 @@ impl<'a> Heads<'a, 1> for OneHead<'a> {
 
     fn timed(texts: &Texts) -> &Timed {
         &texts.timed
+    }
+
+    fn spec(texts: &Texts) -> Option<&ProgramSpec> {
+        Some(&texts.spec)
     }
 
     fn program<'p>(&'p self, moves: &Self::Moves, texts: &'p Texts, as_cut: HeldAsCut) -> RunProgram<'p, 1>

@@ -14,7 +14,7 @@ use facemill_job::setup::scene::Scene;
 use facemill_job::validate::tip_feed::programmed_feed;
 use facemill_nc_program::{ProgramSpec, WrittenProgram, write_program_with_lines};
 use facemill_tool_path::moves::MoveKind;
-use facemill_verification::text_times::TimedText;
+use facemill_verification::text_times::{ALL_LINES, TimedText};
 use facemill_virtual_machine::{Certificates, GougeSection, Verification};
 
 use crate::passes::operation::PlannedOperation;
@@ -28,8 +28,10 @@ pub(crate) const NOT_VERIFIED: &str = "NOT VERIFIED";
 
 /// Texts of a setup.
 pub(crate) struct Texts {
-    /// Timed blocks; the program itself is in the text.
+    /// Timed blocks; the program itself is in the specification.
     pub timed: Timed,
+    /// Specification that the text is written from.
+    pub spec: ProgramSpec,
     /// NC text.
     pub nc: String,
     /// APT text.
@@ -41,9 +43,9 @@ pub(crate) struct Texts {
 }
 
 impl Texts {
-    fn new(timed: Timed, written: WrittenProgram, apt: String) -> Self {
+    fn new(timed: Timed, (spec, written): (ProgramSpec, WrittenProgram), apt: String) -> Self {
         let operation_lines = timed.operation_starts.iter().map(|&block| written.block_lines[block]).collect();
-        Self { timed, nc: written.text, apt, operation_lines, block_lines: written.block_lines }
+        Self { timed, spec, nc: written.text, apt, operation_lines, block_lines: written.block_lines }
     }
 
     /// Returns the first and last line of a run of moves, each by its index among all.
@@ -97,15 +99,15 @@ pub(crate) fn write_texts(
         moves: apt_moves(operations, job.tool.n_inserts(), verify),
     };
     let apt = write_apt(&apt).map_err(|e| Failure::Internal(e.to_string()))?;
-    Ok(Texts::new(timed, written, apt))
+    Ok(Texts::new(timed, (spec, written), apt))
 }
 
 /// Returns the NC text with feeds that no motion law has lowered, without APT text: for questions
 /// on its path.
 pub(crate) fn write_draft(scene: &Scene<'_>, operations: &[PlannedOperation<'_>]) -> Result<Texts, Failure> {
     let mut timed = blocks(scene, operations, true)?;
-    let (_, written) = nc_text(scene, operations, &mut timed)?;
-    Ok(Texts::new(timed, written, String::new()))
+    let text = nc_text(scene, operations, &mut timed)?;
+    Ok(Texts::new(timed, text, String::new()))
 }
 
 fn blocks(scene: &Scene<'_>, operations: &[PlannedOperation<'_>], verify: bool) -> Result<Timed, Failure> {
@@ -142,6 +144,7 @@ pub(crate) fn time_texts(scene: &Scene<'_>, texts: &mut Texts) -> Result<(), Fai
         control: &job.post.rules().control_motion,
         rapids: job.post.rtcp_rapids().unwrap_or_default(),
         block_lines: &texts.block_lines,
+        lines: ALL_LINES,
     };
     time_text(&[(scene.machine, scene.tool_length())], scene.motion_context(), &written, &mut texts.timed)
 }

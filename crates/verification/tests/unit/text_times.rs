@@ -4,7 +4,7 @@ use facemill_inverse_kinematics::Machine;
 use facemill_nc_program::{Dialect, MappedAxis, WordMap, WorkOffset};
 use facemill_virtual_machine::motion::axis_motion::MotionContext;
 
-use crate::text_times::{TimedText, motions};
+use crate::text_times::{ALL_LINES, TimedText, motions};
 
 /// Returns why a text has no time by the law of motion.
 fn unknown(text: &str) -> Option<String> {
@@ -19,7 +19,7 @@ fn unknown(text: &str) -> Option<String> {
     let dialect = Dialect::Fanuc;
     let file = dialect.file();
     let (control, rapids) = (&file.control_motion, file.rtcp_rapids());
-    let written = TimedText { text: text.as_bytes(), dialect, control, rapids, block_lines: &[] };
+    let written = TimedText { text: text.as_bytes(), dialect, control, rapids, block_lines: &[], lines: ALL_LINES };
     motions(at, &written, &BTreeMap::new()).unwrap().not_followed
 }
 

@@ -41,7 +41,7 @@ fn finding(program: &ReadProgram, note: &ReadNote, kind: FindingKind) -> Finding
 /// lines taken away.
 pub(crate) fn no_end(program: &ReadProgram) -> Option<Finding> {
     let ends = |b: &ReadBlock| b.commands.contains(&ReadCommand::End) || b.said.has(StateWord::Return);
-    if program.blocks.iter().any(ends) {
+    if program.goes_on || program.blocks.iter().any(ends) {
         return None;
     }
     let last = program.blocks.last();

@@ -51,7 +51,8 @@ pub(crate) struct ResolvedMoves {
     pub(crate) axes_before: Vec<Option<AxisValues>>,
 }
 
-/// Resolves every block. At the start all axes are at home.
+/// Resolves every block. At the start all axes are at home; so they have to be where the program
+/// goes on with another tool.
 pub(crate) fn resolve(program: &ReadProgram, setup: &VirtualSetup<'_>, settings: &VerifySettings) -> ResolvedMoves {
     let mut state = State::new(setup, program);
     let mut control = Control::new(setup, program);
@@ -63,6 +64,9 @@ pub(crate) fn resolve(program: &ReadProgram, setup: &VirtualSetup<'_>, settings:
         state.block(index, block);
         let is_home = was_home && state.is_spindle_home();
         control.block(index, block, is_home, state.may_cut(is_home, before.as_ref()));
+    }
+    if program.goes_on {
+        state.at_tool_change(program);
     }
     let mut out = state.out;
     out.faults.extend(control.into_faults());
@@ -197,6 +201,23 @@ impl<'a> State<'a> {
         match self.spindle_axis {
             Some(k) => self.is_home(k),
             None => self.lengthened(Compensation::Length(0)).all(|k| self.is_home(k)),
+        }
+    }
+
+    /// Reports axes away from home, and RTCP, behind the last block of a part of a program that a
+    /// tool change follows: the part behind it is run from there.
+    fn at_tool_change(&mut self, program: &ReadProgram) {
+        let Some(last) = program.blocks.len().checked_sub(1) else { return };
+        if let Some(k) = (0..self.setup.machine.axes().len()).find(|&k| !self.is_home(k)) {
+            let letter = self.setup.machine.axes()[k].letter.to_string();
+            let note = format!(
+                "axis {letter} is not at its reference position at the tool change behind: send all axes home before"
+            );
+            self.fault(FindingKind::UnsafeToolChange, last, None, note);
+        }
+        if matches!(program.blocks[last].compensation, Compensation::Rtcp(_)) {
+            let note = "RTCP is on at the tool change behind: switch it off on the way home".to_owned();
+            self.fault(FindingKind::RtcpLeftOn, last, None, note);
         }
     }
 

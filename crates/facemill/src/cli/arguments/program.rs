@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io::Read;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -20,7 +21,8 @@ pub(crate) struct ProgramArguments {
     /// fixtures and stock
     #[arg(long, value_name = "FILE")]
     job: Option<PathBuf>,
-    /// Name of the job's setup, or its number from 1; may be omitted if the job has only one
+    /// Name of the job's setup, or its number from 1; may be omitted if the job has only one. Of a
+    /// setup with several tools the program of all of them, or of one: "up, 1 mill"
     #[arg(long, value_name = "SETUP")]
     setup: Option<String>,
     /// Program of a setup before, as its name or number and the file: of operations on what the
@@ -36,8 +38,10 @@ pub(crate) struct ProgramArguments {
 /// Job, setup, control and text that the arguments name.
 pub(crate) struct ProgramOfJob {
     pub(crate) job: Job,
-    /// Index of the setup.
+    /// Index of the setup; of a program that changes tools the first one's.
     pub(crate) setup: usize,
+    /// Indices of the setups of all of its tools; one if it has one tool.
+    pub(crate) setups: Range<usize>,
     pub(crate) dialect: Dialect,
     /// Text of the program.
     pub(crate) text: Vec<u8>,
@@ -61,18 +65,19 @@ impl ProgramArguments {
     }
 
     fn read_on(&self, job: Job) -> Result<ProgramOfJob, Failure> {
-        let setup = setup_of(&job, self.setup.as_deref())?;
+        let setups = setups_of(&job, self.setup.as_deref())?;
         let mut job = job;
         for after in &self.after {
             let Some((of, file)) = after.rsplit_once('=') else {
                 return Err(job.wrong(format!("--after {after}: give the setup and its program, as SETUP=FILE")));
             };
             let of = setup_of(&job, Some(of))?;
-            job.programs.add(of, Some((file.into(), read_nc(Path::new(file))?)));
+            let dialect = self.dialect.unwrap_or_else(|| job.post.dialect());
+            job.programs.add(of, Some((file.into(), read_nc(Path::new(file))?)), dialect);
         }
         let text = read_nc(&self.program)?;
         let dialect = self.dialect.unwrap_or_else(|| job.post.dialect());
-        Ok(ProgramOfJob { job, setup, dialect, text })
+        Ok(ProgramOfJob { job, setup: setups.start, setups, dialect, text })
     }
 }
 
@@ -108,6 +113,36 @@ fn no_other_format(path: &Path, head: &[u8]) -> Result<(), Failure> {
         return Err(Failure::input(path, what));
     }
     no_program(path, head).map_or(Ok(()), |what| Err(Failure::input(path, what)))
+}
+
+impl ProgramOfJob {
+    /// Returns the same for a command on a program with one tool.
+    ///
+    /// # Errors
+    /// If it is to be that of several tools.
+    pub(crate) fn of_one_tool(self) -> Result<Self, Failure> {
+        if self.setups.len() < 2 {
+            return Ok(self);
+        }
+        let names: Vec<String> = self.job.file.setups[self.setups].iter().map(|s| format!("\"{}\"", s.name)).collect();
+        Err(self
+            .job
+            .wrong(format!("has several tools there; choose the program of one with --setup: {}", names.join(", "))))
+    }
+}
+
+/// Returns the indices of the setups of a setup of the job file: of its tools, or the one of this
+/// name or number.
+fn setups_of(job: &Job, requested: Option<&str>) -> Result<Range<usize>, Failure> {
+    let clampings = job.clampings();
+    let of_all = match requested {
+        Some(name) => clampings.into_iter().find(|(n, of)| n == name && of.len() > 1),
+        None => Some(clampings).filter(|all| all.len() == 1).and_then(|mut all| all.pop()),
+    };
+    match of_all {
+        Some((_, of)) => Ok(of),
+        None => setup_of(job, requested).map(|k| k..k + 1),
+    }
 }
 
 /// Returns the index of the setup of this name or number.

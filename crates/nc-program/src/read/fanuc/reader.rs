@@ -104,7 +104,7 @@ impl FanucReader {
         let (tool_lengths, notes) = self.finish();
         let file = dialect.file();
         let (rtcp_rapids, harmless_functions) = (file.rtcp_rapids(), file.harmless_functions);
-        Ok(ReadProgram { dialect, blocks, tool_lengths, notes, rtcp_rapids, harmless_functions })
+        Ok(ReadProgram { dialect, blocks, tool_lengths, notes, rtcp_rapids, harmless_functions, goes_on: false })
     }
 
     /// Reads the next line (with or without its line end): its block, or `None` where it is empty,
