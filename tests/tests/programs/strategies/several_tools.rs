@@ -6,6 +6,7 @@ use facemill::{Job, Scene, Setup};
 use facemill_tests::commands::{CommandOutput, facemill_in};
 use facemill_tests::jobs::JobFolder;
 use facemill_tests::program::{code_and_errors, run};
+use facemill_tests::shared::workspace;
 use facemill_tests::variants::{blink_patch, plan};
 use serde_json::{Value, json};
 
@@ -118,6 +119,142 @@ fn operations_of_two_tools_in_one_job_are_those_of_two_jobs() {
     // Its pages are written again from its folder.
     let again = facemill_in(&together, &format!("report {} --job job.json", together.path("out").display()));
     assert_eq!(again.code, 0, "{}{}", again.printed, again.errors);
+}
+
+/// Returns a job with two tools on a few passes, for a control.
+fn two_tools(dialect: &str) -> JobFolder {
+    let job = blink_patch();
+    let mut file = job.json("job.json");
+    file.as_object_mut().expect("an object").remove("tool");
+    file["tools"] = json!({ "mill": "tool.json", "finer": "finer.json" });
+    let mut first = file["operations"][0].clone();
+    first["tool"] = json!("mill");
+    let mut second = first.clone();
+    (second["tool"], second["name"]) = (json!("finer"), json!("again"));
+    file["operations"] = json!([first, second]);
+    file["post"]["dialect"] = json!(dialect);
+    if dialect == "linuxcnc" {
+        file["post"]["feed_mode"] = json!("g93");
+    }
+    job.write("job.json", file.to_string().as_bytes());
+    let mut finer = job.json("tool.json");
+    // Longer, so that the length of one is not that of the other.
+    let [arbor, gauge] = ["/holder/sections/0/length_mm", "/gauge_length_mm"]
+        .map(|key| finer.pointer(key).and_then(Value::as_f64).expect("a length"));
+    (finer["number"], finer["name"]) = (json!(7), json!("finer mill"));
+    (finer["holder"]["sections"][0]["length_mm"], finer["gauge_length_mm"]) =
+        (json!(arbor + 20.0), json!(gauge + 20.0));
+    job.write("finer.json", finer.to_string().as_bytes());
+    job
+}
+
+/// Verifies a program of all tools; returns its exit code, what it printed, and its errors.
+fn verified(job: &JobFolder, program: &str) -> CommandOutput {
+    let words = ["verify".into(), job.path(program).into_os_string(), "--job".into(), job.job().into()];
+    let output = run::<OsString>(&words);
+    let (code, errors) = code_and_errors(&output);
+    CommandOutput { code, printed: String::from_utf8(output.stdout).expect("text"), errors }
+}
+
+#[test]
+fn a_program_that_changes_tools_is_those_of_its_tools_on_every_control() {
+    for (dialect, ending) in [
+        ("fanuc", "nc"),
+        ("haas", "nc"),
+        ("mazak", "nc"),
+        ("linuxcnc", "ngc"),
+        ("siemens_840d", "mpf"),
+        ("heidenhain", "h"),
+    ] {
+        let job = two_tools(dialect);
+        let out = job.path("out");
+        let planned = facemill_in(&job, &format!("plan job.json --no-html --json --out {}", out.display()));
+        assert_eq!(planned.code, 0, "{dialect}: {}", planned.errors);
+        let summary: Value = serde_json::from_str(&planned.printed).expect("JSON");
+        let joined = &summary["joined_programs"][0];
+        assert_eq!(joined["file"], format!("program.{ending}"), "{dialect}: {joined}");
+        let tools: Vec<u64> =
+            joined["sections"].as_array().expect("sections").iter().filter_map(|s| s["tool"].as_u64()).collect();
+        assert_eq!(tools, [1, 7], "{dialect}");
+        let text = read(&job, &format!("out/program.{ending}"));
+        // Each motion of both programs is in it, in their order; the numbers of blocks go on.
+        let words = |text: &str| -> Vec<String> {
+            let number = |word: &str| word.trim_start_matches('N').bytes().all(|b| b.is_ascii_digit());
+            let blocks = text
+                .lines()
+                .map(|line| line.split_whitespace().skip_while(|w| number(w)).collect::<Vec<_>>().join(" "));
+            blocks.filter(|b| b.contains('X') && b.contains('Y') && !b.contains(';') && !b.starts_with('(')).collect()
+        };
+        let of_each = ["1-mill", "2-finer"].map(|of| words(&read(&job, &format!("out/program-top-{of}.{ending}"))));
+        assert!(of_each.iter().all(|words| words.len() > 10), "{dialect}");
+        assert_eq!(words(&text), of_each.concat(), "{dialect}");
+        let again = verified(&job, &format!("out/program.{ending}"));
+        assert_eq!(again.code, 0, "{dialect}: {}{}", again.printed, again.errors);
+        assert!(again.prints(&["top, 1 mill"]) && again.prints(&["top, 2 finer"]), "{dialect}: {}", again.printed);
+    }
+}
+
+#[test]
+fn faults_of_a_tool_change_are_found_at_their_blocks() {
+    let job = two_tools("fanuc");
+    let planned = facemill_in(&job, &format!("plan job.json --no-html --out {}", job.path("out").display()));
+    assert_eq!(planned.code, 0, "{}{}", planned.printed, planned.errors);
+    let text = read(&job, "out/program.nc");
+    let lines: Vec<&str> = text.lines().collect();
+    let change = lines.iter().position(|line| line.ends_with("T7 M6")).expect("a tool change");
+    let line_of =
+        |begin: usize, what: &str| begin + lines[begin..].iter().position(|l| l.contains(what)).expect("a line");
+    let with = |change: &dyn Fn(&mut Vec<String>)| {
+        let mut changed: Vec<String> = lines.iter().map(|line| (*line).to_owned()).collect();
+        change(&mut changed);
+        job.write("changed.nc", (changed.join("\n") + "\n").as_bytes());
+        verified(&job, "changed.nc")
+    };
+    let found = |result: &CommandOutput, words: &[&str]| {
+        assert!(result.code == 1 && result.prints(words), "{words:?}: {}{}", result.printed, result.errors);
+    };
+    assert_eq!(with(&|_| {}).code, 0);
+    let at = |line: usize| (line + 1).to_string();
+    // Another tool; the length register of another; its length unchecked and other.
+    found(&with(&|l| l[change] = "N900 T1 M6".to_owned()), &[&at(change), "calls another tool than T7"]);
+    let compensation = line_of(change, "G43");
+    found(&with(&|l| l[compensation] = l[compensation].replace("H7", "H1")), &[&at(compensation), "H1", "H7"]);
+    // No change at all.
+    let missing = with(&|l| l[change] = "N900 M5".to_owned());
+    assert!(missing.code == 1 && missing.printed.contains("A TOOL IS MISSING"), "{}", missing.printed);
+    // A change over the work: without the ways home before it.
+    let last_cut = lines[..change].iter().rposition(|l| l.contains("M9")).expect("coolant off");
+    let over_work = with(&|l| {
+        for line in &mut l[last_cut..change] {
+            if line.contains("G28") {
+                *line = "N900 M5".to_owned();
+            }
+        }
+    });
+    found(&over_work, &["tool change away from the reference position"]);
+    // The spindle axis home alone: the next part begins where no one knows.
+    let rotary = line_of(last_cut, "G28 B0. C0.");
+    let turned = with(&|l| {
+        for k in [rotary, line_of(rotary + 1, "G28 B0. C0.")] {
+            l[k] = "N900 M5".to_owned();
+        }
+    });
+    found(&turned, &["tool change away from the reference position", "axis B"]);
+
+    // A template of one's own that begins and ends each part as a program.
+    let template =
+        std::fs::read_to_string(workspace().join("crates/nc-program/templates/fanuc.j2")).expect("a template");
+    let template =
+        template.replace("section.first", "true").replace("section.last", "true").replace("section.number", "1");
+    job.write("own.j2", template.as_bytes());
+    job.set("job.json", &[("/post/template", json!("own.j2"))]);
+    let planned = facemill_in(&job, &format!("plan job.json --no-html --out {}", job.path("own").display()));
+    assert!(
+        planned.code == 0 && planned.prints(&["one program", "not written", "needs `section`"]),
+        "{}",
+        planned.printed
+    );
+    assert!(!job.path("own/program.nc").exists());
 }
 
 #[test]
