@@ -3,6 +3,7 @@
 
 pub mod feeds;
 pub mod limits;
+pub mod setup_names;
 pub mod tip_feed;
 pub(crate) mod tools;
 
@@ -16,6 +17,7 @@ use crate::format::job_file::{
 };
 use crate::validate::feeds::{check_feed_laws, check_stock_to_cut, feeds_of_chips};
 use crate::validate::limits::{JOB_LIMITS, OPERATION_LIMITS, SETUP_LIMITS, SMALLEST_TOLERANCE, check_limits};
+use crate::validate::setup_names::{belongs, file_stem};
 use crate::validate::tools::check_tool_names;
 
 /// Returns the first fault of a job as `field: what it must be`.
@@ -166,22 +168,6 @@ fn check_pair(job: &JobFile, k: usize, pair: &PairFile) -> Result<(), String> {
         return Err(format!("pairs[{k}]: both operations must be of one setup"));
     }
     Ok(())
-}
-
-/// Returns a setup's name as part of a file name: its letters and digits, and one hyphen for what is
-/// between them.
-pub fn file_stem(name: &str) -> String {
-    let mut stem: String =
-        name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' }).collect();
-    while let Some(at) = stem.find("--") {
-        stem.remove(at);
-    }
-    stem
-}
-
-/// Returns whether an operation is machined in a setup.
-pub fn belongs(operation: &OperationFile, setup: &SetupFile, job: &JobFile) -> bool {
-    operation.setup.as_ref().map_or(job.setups.len() == 1, |name| *name == setup.name)
 }
 
 fn check_setup_name(k: usize, operation: &OperationFile, job: &JobFile) -> Result<(), String> {

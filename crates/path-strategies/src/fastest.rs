@@ -4,7 +4,7 @@ use facemill_job::format::job_file::JobFile;
 use facemill_job::format::paths_file::{ComparedStrategy, FastestStrategy, PassedOverStrategy, PlannedPasses};
 use facemill_job::format::report::outcome::Outcome;
 use facemill_job::load::job::Job;
-use facemill_job::validate::belongs;
+use facemill_job::validate::setup_names::belongs;
 
 use crate::compared::CompareRequest;
 

@@ -12,7 +12,7 @@ use facemill_job::format::paths_file::LaidPasses;
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::path::lay_operation;
 use facemill_job::stages::{LAY, READ, Stages};
-use facemill_job::validate::file_stem;
+use facemill_job::validate::setup_names::file_stem;
 use facemill_planner::{neighbour_reach, path_text};
 use facemill_tool_path::segments::LaidTask;
 use facemill_verification::efficiency::{OperationCuts, efficiency};

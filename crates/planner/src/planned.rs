@@ -6,7 +6,7 @@ use facemill_job::format::program_stamp::{programs_among, stamp_apt, stamped_svg
 use facemill_job::format::report::Report;
 use facemill_job::format::report::outcome::Outcome;
 use facemill_job::load::job::{Job, Setup};
-use facemill_job::validate::file_stem;
+use facemill_job::validate::setup_names::file_stem;
 use facemill_nc_program::ProgramSpec;
 use facemill_tool_path::segments::PassSegment;
 use facemill_verification::remaining::LeftByLine;

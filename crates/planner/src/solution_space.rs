@@ -13,7 +13,7 @@ use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::cell::{search_settings, workcell, z_map};
 use facemill_job::setup::path::lay_operation;
 use facemill_job::stages::Stages;
-use facemill_job::validate::belongs;
+use facemill_job::validate::setup_names::belongs;
 use facemill_tool_path::segments::LaidTask;
 
 use crate::passes::operation::{mapped_range, settle_branch};

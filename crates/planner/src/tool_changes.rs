@@ -1,12 +1,12 @@
-//! Programs of a clamping that change tools: the verified programs of its tools, one after the other
-//! in one text.
+//! Programs of a clamping that change tools: the verified programs of its tools, one after the
+//! other in one text.
 
 use std::ops::Range;
 
 use facemill_job::failure::Failure;
 use facemill_job::files::REJECTED;
 use facemill_job::load::job::Job;
-use facemill_job::validate::file_stem;
+use facemill_job::validate::setup_names::file_stem;
 use facemill_nc_program::read::{CallKind, ReadBlock, ReadCall, ReadCommand};
 use facemill_nc_program::{ProgramSpec, ReadProgram, write_sections};
 

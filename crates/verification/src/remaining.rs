@@ -87,11 +87,10 @@ pub struct Remaining {
 /// Measures the material that a program leaves on the regions of a setup's operations; `None` if no
 /// operation of the setup is known, or their regions are limited to what is left and nothing is.
 ///
-/// Every cut of the program counts, regardless of its operation, and every one of the programs before
-/// it as far as these are known ([`swept_before`]); without them the stock of the setup is there. The
-/// region is the surface that the
-/// job states: groups, cone, box and levels of the strategy, in all places of the pattern,
-/// regardless of the generated passes.
+/// Every cut of the program counts, regardless of its operation, and every one of the programs
+/// before it as far as these are known ([`swept_before`]); without them the stock of the setup is
+/// there. The region is the surface that the job states: groups, cone, box and levels of the
+/// strategy, in all places of the pattern, regardless of the generated passes.
 ///
 /// # Errors
 /// If a region is wrong, or the stages are cancelled.

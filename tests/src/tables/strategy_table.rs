@@ -13,8 +13,8 @@ use crate::tables::meshes::{CASES, shared_mesh_job};
 /// A part with its job; `None` where its data is absent.
 type PartOfTable = (String, Box<dyn Fn() -> Option<JobFolder>>);
 
-/// Parts of the table: those of the product, one blade of each propeller, blades of shared files, and
-/// all shared meshes.
+/// Parts of the table: those of the product, one blade of each propeller, blades of shared files,
+/// and all shared meshes.
 pub fn parts() -> Vec<PartOfTable> {
     let example =
         |name: &str, job: NewJob| -> PartOfTable { (name.to_owned(), Box::new(move || Some(JobFolder::new(&job)))) };

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::{ArgGroup, Args};
 use facemill::formats::{MadeFrom, ProgramStamp};
-use facemill::job::validate::file_stem;
+use facemill::job::validate::setup_names::file_stem;
 use facemill::job_file::STOCK_TOLERANCE;
 use facemill::planner::{PlannedSetup, ReadSetup, posture_maps};
 use facemill::report::CertifiedReport;

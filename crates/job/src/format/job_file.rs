@@ -22,10 +22,10 @@ pub struct JobFile {
     /// head 1. Leave it out where there are `tools`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tool: Option<String>,
-    /// Tool files by name, relative to the job file, in place of `tool`: each operation names one of
-    /// them. Operations of a setup that follow each other with one tool have a program of their own
-    /// (docs/cookbook.md#several-tools). Not on a machine with two heads. The numbers and length
-    /// registers of the tools must differ.
+    /// Tool files by name, relative to the job file, in place of `tool`: each operation names one
+    /// of them. Operations of a setup that follow each other with one tool have a program of their
+    /// own (docs/cookbook.md#several-tools). Not on a machine with two heads. The numbers and
+    /// length registers of the tools must differ.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub tools: BTreeMap<String, String>,
     /// Tool file of head 2, relative to the job file: required on a machine with two heads, refused

@@ -23,7 +23,7 @@ use crate::format::report::MeshReport;
 use crate::load::job_files::JobFiles;
 use crate::load::mesh_files::FileKey;
 use crate::load::obstacle_meshes::ObstacleMesh;
-use crate::validate::belongs;
+use crate::validate::setup_names::belongs;
 use crate::validate::tools::tool_of_setup;
 
 /// Job with its tool, machine and post.
@@ -86,7 +86,8 @@ impl WrittenPrograms {
         self.by_setup.insert(setup, Some(Arc::new(program)));
     }
 
-    /// Returns the program of a setup; `None` if it is not known, `Some(None)` if the setup has none.
+    /// Returns the program of a setup; `None` if it is not known, `Some(None)` if the setup has
+    /// none.
     pub(crate) fn of(&self, setup: usize) -> Option<Option<&KnownProgram>> {
         self.by_setup.get(&setup).map(|program| program.as_deref())
     }
@@ -158,9 +159,9 @@ impl Job {
         Self { file, tool: tool.clone(), machine, ..self.clone() }
     }
 
-    /// Returns the job as one of its setups sees it: with the tool of this setup. A view of the same
-    /// setup keeps its tool, also one that was put in its place; with one tool, returns the job
-    /// itself.
+    /// Returns the job as one of its setups sees it: with the tool of this setup. A view of the
+    /// same setup keeps its tool, also one that was put in its place; with one tool, returns the
+    /// job itself.
     pub fn for_setup(&self, index: usize) -> Self {
         let mut view = self.clone();
         if self.tools.by_name.len() > 1 && self.tools.seen_from != Some(index) {
@@ -181,8 +182,8 @@ impl Job {
         Err(Failure::Internal(format!("the tool of setup {} was not chosen among the tools of the job", index + 1)))
     }
 
-    /// Returns the setups of the job file as it is written, each with its name there and the indices
-    /// of its setups with one tool.
+    /// Returns the setups of the job file as it is written, each with its name there and the
+    /// indices of its setups with one tool.
     pub fn clampings(&self) -> Vec<(String, Range<usize>)> {
         let written = |k: usize| self.tools.written.get(k).copied().unwrap_or(k);
         let mut all: Vec<(String, Range<usize>)> = Vec::new();

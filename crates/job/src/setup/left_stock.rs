@@ -298,8 +298,8 @@ impl RegionMeasurement<'_> {
 }
 
 /// Returns everything that the programs before a setup's sweep, as far as they are known
-/// ([`Job::programs`]): of setups with the same stock in the same workpiece frame. None on a machine
-/// with two heads.
+/// ([`Job::programs`]): of setups with the same stock in the same workpiece frame. None on a
+/// machine with two heads.
 ///
 /// # Errors
 /// If a program is not understood, or cannot be run in its setup.

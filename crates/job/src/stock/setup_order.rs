@@ -4,7 +4,7 @@ use facemill_cc_path::files::LeftOfFile;
 
 use crate::format::job_file::{JobFile, OperationFile, SetupFile};
 use crate::frames::pose;
-use crate::validate::belongs;
+use crate::validate::setup_names::belongs;
 
 /// Checks that a setup begins with the stock that another one leaves: both in one workpiece frame,
 /// with one stock stated for both.
@@ -23,8 +23,8 @@ pub fn follows(before: &SetupFile, setup: &SetupFile) -> Result<(), String> {
     Ok(())
 }
 
-/// Returns the setups before one that cut the same stock in one workpiece frame, in their order, and
-/// the reason why there are no more.
+/// Returns the setups before one that cut the same stock in one workpiece frame, in their order,
+/// and the reason why there are no more.
 pub fn programs_before(setups: &[SetupFile], index: usize) -> (Vec<usize>, String) {
     let mut before = Vec::new();
     for k in (0..index).rev() {

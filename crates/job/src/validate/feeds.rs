@@ -3,8 +3,9 @@
 use facemill_inverse_kinematics::FeedRange;
 
 use crate::format::job_file::{FeedsFile, JobFile, OperationFile, RoleFile, StockFile};
+use crate::validate::Field;
+use crate::validate::setup_names::belongs;
 use crate::validate::tip_feed::{depends_on_chips, teeth_per_minute};
-use crate::validate::{Field, belongs};
 
 /// Checks the chip-dependent feeds of an operation against each other.
 ///

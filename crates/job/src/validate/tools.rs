@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::format::job_file::{JobFile, OperationFile, SetupFile};
-use crate::validate::{belongs, file_stem};
+use crate::validate::setup_names::{belongs, file_stem};
 
 /// Returns the first fault of the names of a job's tools as `field: what it must be`.
 ///

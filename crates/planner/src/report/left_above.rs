@@ -57,8 +57,8 @@ pub(crate) fn left_above(job: &Job, setup: &Setup<'_>, planned: &PlannedOperatio
 
 /// Lets a predicted cusp be no excess where the written text is measured to leave no more than the
 /// permitted one on a region that is limited to what is left. Passes beside its islands have
-/// neighbours across surface that is not to be cut, and the prediction takes strips between them for
-/// full of stock.
+/// neighbours across surface that is not to be cut, and the prediction takes strips between them
+/// for full of stock.
 pub(crate) fn settle_by_measurement(report: &mut Report, operations: &[PlannedOperation<'_>]) {
     let is_measured = |name: &str| {
         let operation = operations.iter().map(|o| o.operation).find(|o| o.name == name);

@@ -12,7 +12,8 @@ use serde_json::{Value, json};
 
 use crate::strategies::left_above::{LIMIT, OVERLAP, half_cut, large, limit_to};
 
-/// Returns the job in which a large mill leaves out a band, and a small one cuts it: both in one job.
+/// Returns the job in which a large mill leaves out a band, and a small one cuts it: both in one
+/// job.
 fn both_mills() -> JobFolder {
     let job = half_cut();
     let whole = job.json("job.json")["operations"][0].clone();

@@ -1,0 +1,19 @@
+//! Names of setups: in files, and in the operations that are machined in them.
+
+use crate::format::job_file::{JobFile, OperationFile, SetupFile};
+
+/// Returns a setup's name as part of a file name: its letters and digits, and one hyphen for what
+/// is between them.
+pub fn file_stem(name: &str) -> String {
+    let mut stem: String =
+        name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' }).collect();
+    while let Some(at) = stem.find("--") {
+        stem.remove(at);
+    }
+    stem
+}
+
+/// Returns whether an operation is machined in a setup.
+pub fn belongs(operation: &OperationFile, setup: &SetupFile, job: &JobFile) -> bool {
+    operation.setup.as_ref().map_or(job.setups.len() == 1, |name| *name == setup.name)
+}
