@@ -37,7 +37,7 @@ pub fn parts() -> Vec<PartOfTable> {
             let from = shared(&format!("data/blades/{file}"))?;
             Some(JobFolder::new(&NewJob::Blade { from, scale }))
         };
-        (format!("{file}, {scale} : 1, first side"), Box::new(job))
+        (format!("{file}, {scale} : 1"), Box::new(job))
     };
     parts.extend([blade("rotor37/BladeGen.inf", 8.0), blade("hannover_rotor1/1_Rotor1_Blade.inf", 1.0)]);
     let of_case = |case: &'static crate::tables::meshes::MeshCase| -> PartOfTable {
@@ -55,7 +55,9 @@ const ROUNDS: u32 = 2;
 /// # Panics
 /// When its job cannot be read, or lays no passes.
 pub fn compare(job: &JobFolder, row: impl Fn(&ComparedStrategy)) {
-    job.set("job.json", &[("/operations/0/path/strategy/width_rounds", json!(ROUNDS))]);
+    for k in 0..job.file().operations.len() {
+        job.set("job.json", &[(&format!("/operations/{k}/path/strategy/width_rounds"), json!(ROUNDS))]);
+    }
     let job = Job::read(&job.job()).expect("a job");
     let strategies = default_strategies(&job).expect("passes");
     // The order of levels and one-way or zigzag change times, and hardly passes.
@@ -97,12 +99,13 @@ pub fn rows(part: &str, compared: &ComparedStrategy) -> String {
     let mut text = String::new();
     if let Some(why) = &compared.failed {
         // The folder the job was in is of no interest.
-        let why = why.rsplit('/').next().unwrap_or_default().replace(['|', '\n'], " ");
+        let why = why.rsplit_once("job.json: ").map_or(why.as_str(), |(_, why)| why).replace(['|', '\n'], " ");
         text += &format!("| {part} | {} | no plan: {why} | | | | | | | | |\n", compared.strategy);
     }
     for s in &compared.setups {
+        let of_setup = if compared.setups.len() > 1 { format!(", {}", s.setup) } else { String::new() };
         text += &format!(
-            "| {part} | {} | {} | {:.2} | {} | {} | {} | {} | {} % | {:.1} % | {:.1} |\n",
+            "| {part} | {}{of_setup} | {} | {:.2} | {} | {} | {} | {} | {} % | {:.1} % | {:.1} |\n",
             compared.strategy,
             s.passes,
             s.passes_length_mm / 1000.0,
