@@ -8,7 +8,9 @@ use std::path::{Component, Path, PathBuf};
 use facemill_file_format::from_json;
 use facemill_job::failure::Failure;
 use facemill_job::files;
+use facemill_job::format::job_file::JobFile;
 use facemill_job::load::job_source::job_path;
+use facemill_job::validate::tools::n_programs;
 use serde_json::Value;
 
 use crate::expand::axes::{Variants, axis_names, variants};
@@ -227,11 +229,12 @@ fn check_inside(batch: &Path, field: &str, name: &str, bounds: BatchBounds) -> R
     Err(Failure::input(batch, what))
 }
 
-/// Returns the number of setups of a job; 1 if it cannot be read, which its task reports.
+/// Returns the number of setups of a job, each with one tool; 1 if it cannot be read, which its
+/// task reports.
 fn n_setups(job: &Path) -> usize {
-    let text = files::read_text(job).ok();
-    let json = text.and_then(|text| from_json::<Value>(&text).ok());
-    json.and_then(|json| Some(json.get("setups")?.as_array()?.len())).unwrap_or(1).max(1)
+    let Ok(text) = files::read_text(job) else { return 1 };
+    let of_value = || Some(from_json::<Value>(&text).ok()?.get("setups")?.as_array()?.len());
+    from_json::<JobFile>(&text).ok().map(n_programs).or_else(of_value).unwrap_or(1).max(1)
 }
 
 #[cfg(test)]

@@ -22,7 +22,7 @@ use crate::load::mesh_winding::check_winding;
 use crate::load::part_size::{part_box, unit_advice, units};
 use crate::setup::path::lay_operation;
 use crate::setup::word_map::word_map;
-use crate::stock::setup_order::{follows, is_after_others};
+use crate::stock::setup_order::{check_before, follows, is_after_others};
 
 fn up(axis: UpAxis) -> &'static str {
     match axis {
@@ -59,6 +59,7 @@ pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
     ));
     for (k, operation) in job.operations_of(setup.file) {
         if is_after_others(operation) {
+            check_before(job, index)?;
             lines.push(format!(
                 "operation \"{}\": its passes go where the programs before it leave material, and are laid when these are planned",
                 operation.name

@@ -5,7 +5,7 @@ pub mod feeds;
 pub mod limits;
 pub mod setup_names;
 pub mod tip_feed;
-pub(crate) mod tools;
+pub mod tools;
 
 use facemill_inverse_kinematics::FeedRange;
 use facemill_nc_program::FeedMode;

@@ -41,6 +41,7 @@ fn write_each(
         template::render(spec, heads, settings, SectionContext::new(k, specs.len()))
     };
     let rendered: Vec<Vec<String>> = specs.iter().enumerate().map(section).collect::<Result<_, _>>()?;
+    check_sections(&rendered)?;
     let labels: BTreeSet<u32> = rendered.iter().flatten().filter_map(|line| label(line)).collect();
     let mut sink = LineSink::new(settings, labels, specs.iter().map(|spec| spec.program.blocks.len()).sum());
     let mut block_lines = Vec::new();
@@ -54,6 +55,39 @@ fn write_each(
         }
     }
     Ok(WrittenSections { text: sink.into_text(), block_lines })
+}
+
+/// Refuses sections that begin as the first one does, or share a label: a control would take the
+/// second one for the begin of a program, or jump from one into the other.
+fn check_sections(rendered: &[Vec<String>]) -> Result<(), WriteError> {
+    let mut labels = BTreeSet::new();
+    for (k, lines) in rendered.iter().enumerate() {
+        if k > 0 && lines.first() == rendered[0].first() {
+            return Err(WriteError::SectionBegins { line: lines.first().cloned().unwrap_or_default() });
+        }
+        let own: BTreeSet<&str> = lines.iter().filter_map(|line| jump_label(line)).collect();
+        if let Some(label) = own.iter().find(|label| labels.contains(**label)) {
+            return Err(WriteError::RepeatedLabel { label: (*label).to_owned() });
+        }
+        labels.extend(own);
+    }
+    Ok(())
+}
+
+/// Label that a line is: `N9001`, `LBL 99`, `LENGTH_OK:`, or that of a block such as `O100 IF`.
+fn jump_label(line: &str) -> Option<&str> {
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_digit());
+    let is_name = |text: &str| !text.is_empty() && text.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
+    let (first, rest) = line.split_once(' ').unwrap_or((line, ""));
+    let is_block =
+        first.starts_with(['O', 'o']) && is_number(&first[1..]) && !rest.starts_with('(') && !rest.is_empty();
+    if is_block {
+        return Some(first);
+    }
+    let is_alone = first.starts_with(['N', 'n']) && is_number(&first[1..]) && rest.is_empty()
+        || first.eq_ignore_ascii_case("lbl") && is_number(rest)
+        || line.strip_suffix(':').is_some_and(is_name);
+    is_alone.then_some(line)
 }
 
 /// A program that changes tools, as [`write_program`] writes it: one section for each spec, in

@@ -5,7 +5,7 @@ use std::ops::Range;
 use facemill_job::failure::Failure;
 use facemill_job::load::job::Job;
 use facemill_job::stages::Stages;
-use facemill_job::stock::setup_order::{needs_programs_before, programs_before};
+use facemill_job::stock::setup_order::{check_before, needs_programs_before, programs_before};
 
 use crate::plan::{ReadSetup, planned_setup};
 use crate::plan_settings::PlanSettings;
@@ -94,6 +94,7 @@ fn planned_setups<'j>(
     if cell.is_some_and(|c| !(c > 0.0 && c.is_finite())) {
         return Err(job.wrong("the distance of the stock's lines must be a length above 0 mm"));
     }
+    setups.clone().try_for_each(|k| check_before(job, k))?;
     let mut all: Vec<Result<PlannedSetup<'j>, String>> = Vec::new();
     let mut programs = job.programs.clone();
     let first = setups.start;

@@ -7,8 +7,8 @@ use facemill_job::failure::Failure;
 use facemill_job::files::REJECTED;
 use facemill_job::load::job::Job;
 use facemill_job::validate::setup_names::file_stem;
-use facemill_nc_program::read::{CallKind, ReadBlock, ReadCall, ReadCommand};
-use facemill_nc_program::{ProgramSpec, ReadProgram, write_sections};
+use facemill_nc_program::read::{AxisAt, CallKind, ReadBlock, ReadCall, ReadCommand};
+use facemill_nc_program::{AxisLetter, ProgramSpec, ReadProgram, write_sections};
 
 use crate::plan_job::PlannedSetup;
 use crate::planned::Planned;
@@ -38,6 +38,9 @@ pub struct JoinedSection {
     /// Line of the tool change.
     pub first_line: u32,
 }
+
+/// Largest distance of two places that are the same, mm or deg.
+const SAME_PLACE: f64 = 1e-3;
 
 /// Returns the programs that change tools of a planned job: one for each setup of the job file with
 /// several tools, if all of its programs are planned.
@@ -75,16 +78,23 @@ fn joined(
     made: &[&Planned],
     of: Range<usize>,
 ) -> Result<Result<(Vec<u8>, Vec<JoinedSection>), String>, Failure> {
-    if made.len() < 2 {
-        return Ok(Err(format!("{} of {} tools have a program", made.len(), of.len())));
+    if made.len() < of.len() {
+        return Ok(Err(format!(
+            "{} of {} tools have something to cut; run their programs one by one",
+            made.len(),
+            of.len()
+        )));
     }
     if let Some(rejected) = made.iter().find(|p| p.program().is_none_or(|(name, _)| name.contains(REJECTED))) {
         return Ok(Err(format!("the program of \"{}\" has faults", rejected.report.setup)));
     }
     let specs: Option<Vec<&ProgramSpec>> = made.iter().map(|planned| planned.spec.as_ref()).collect();
     let Some(specs) = specs else { return Ok(Err("a program has no specification".to_owned())) };
-    let first = ProgramSpec { job_name: format!("{} - {name}", job.file.name), ..specs[0].clone() };
-    let specs: Vec<&ProgramSpec> = std::iter::once(&first).chain(specs[1..].iter().copied()).collect();
+    // Every part has the name of the whole.
+    let job_name = format!("{} - {name}", job.file.name);
+    let named = |spec: &&ProgramSpec| ProgramSpec { job_name: job_name.clone(), ..(*spec).clone() };
+    let named: Vec<ProgramSpec> = specs.iter().map(named).collect();
+    let specs: Vec<&ProgramSpec> = named.iter().collect();
     let text = match write_sections(&specs, &job.post.with_number_after(number)) {
         Ok(written) => written.text,
         Err(why) => return Ok(Err(format!("post: {why}"))),
@@ -93,6 +103,10 @@ fn joined(
     let read = match job.read_program(text.as_bytes(), dialect) {
         Ok(read) => read,
         Err(why) => return Ok(Err(format!("its text cannot be read back: {why}"))),
+    };
+    let home = |letter: AxisLetter| {
+        let axis = job.machine.axes().iter().find(|axis| axis.letter.as_str() == letter.to_string())?;
+        Some(axis.in_word_unit(axis.home))
     };
     let sections = read.tool_sections();
     let mut found = Vec::new();
@@ -109,7 +123,7 @@ fn joined(
             );
             return Ok(Err(what));
         };
-        if let Err(line) = is_same(section, &own, next.as_ref()) {
+        if let Err(line) = is_same(section, &own, next.as_ref(), &home) {
             let what = format!(
                 "line {line} is not as in {program}: a template of your own needs `section` (docs/dialects.md)"
             );
@@ -134,7 +148,12 @@ fn is_change(block: &ReadBlock) -> bool {
 ///
 /// # Errors
 /// With the first line of the section that differs.
-fn is_same(section: &ReadProgram, own: &ReadProgram, next: Option<&ReadProgram>) -> Result<(), u32> {
+fn is_same(
+    section: &ReadProgram,
+    own: &ReadProgram,
+    next: Option<&ReadProgram>,
+    home: &dyn Fn(AxisLetter) -> Option<f64>,
+) -> Result<(), u32> {
     let says_something = |b: &&ReadBlock| b.motion.is_some() || !commands(b).is_empty();
     let from_change = |program: &ReadProgram| -> Vec<ReadBlock> {
         let blocks = program.blocks.iter().skip_while(|b| !is_change(b));
@@ -153,9 +172,18 @@ fn is_same(section: &ReadProgram, own: &ReadProgram, next: Option<&ReadProgram>)
     let before = next.into_iter().flat_map(|next| next.blocks.iter().take_while(|b| !is_change(b)));
     let before: Vec<&ReadBlock> = before.filter(says_something).collect();
     let rest = &here[there.len()..];
+    // It is run with the tool before, so it may move no axis: all are at home already.
+    let is_way_home = |b: &ReadBlock| {
+        let home = |(letter, at): (AxisLetter, AxisAt)| match at {
+            AxisAt::Reference(number) => number == 1,
+            AxisAt::Machine(value) => home(letter).is_some_and(|home| (value - home).abs() < SAME_PLACE),
+            AxisAt::Word(_) => false,
+        };
+        b.motion.as_ref().is_none_or(|m| m.via.as_ref().is_none_or(|via| via.is_empty()) && m.position.iter().all(home))
+    };
     let same_way = |(a, b): (&ReadBlock, &&ReadBlock)| {
         let kind = |b: &ReadBlock| b.motion.as_ref().map(|m| m.kind);
-        kind(a) == kind(b) && commands(a) == commands(b)
+        kind(a) == kind(b) && commands(a) == commands(b) && is_way_home(a)
     };
     match rest.iter().zip(&before).position(|pair| !same_way(pair)) {
         Some(k) => Err(line(there.len() + k)),

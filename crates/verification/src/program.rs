@@ -142,6 +142,7 @@ pub fn verify_program(
     request: &VerifyRequest<'_>,
     stages: &dyn Stages,
 ) -> Result<Verified, Failure> {
+    let job = &job.for_setup(request.setup);
     let setups = &job.file.setups;
     let setup = setups.get(request.setup).ok_or_else(|| {
         job.wrong(format!("setup {} was requested, but the job has {}", request.setup + 1, setups.len()))
@@ -290,7 +291,6 @@ impl RunResults {
 
 impl VerificationRun<'_> {
     fn one_head(&self, job: &Job) -> Result<RunResults, Failure> {
-        let job = &job.for_setup(self.request.setup);
         let setup = Setup::read(job, self.request.setup)?;
         check_winding(job, &setup, self.request.setup)?;
         let scene = Scene::new(job, &setup, self.request.setup)?;

@@ -197,7 +197,11 @@ fn joined_summaries(
     let mut summaries = Vec::new();
     for JoinedProgram { setup, setups, name, joined } in joined_programs(job, planned)? {
         let of = planned.iter().map(|(planned, _)| &planned.report).filter(|report| setups.contains(&report.setup));
-        let time = |r: &Report| r.totals.passes_time_s + r.totals.approach_time_s + r.totals.rapid_time_s;
+        let time = |r: &Report| {
+            let times = &r.times;
+            let by_law = times.cutting_s.zip(times.rapid_s).map(|(cutting, rapid)| cutting + rapid);
+            by_law.unwrap_or(times.constant_cutting_s + times.constant_rapid_s)
+        };
         let total_time_s = of.map(time).sum();
         let (file, not_written_because, sections) = match joined {
             Ok((text, sections)) => {

@@ -1,17 +1,22 @@
 //! `facemill verify`.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{ArgGroup, Args};
 use facemill::formats::VerificationFile;
+use facemill::job::stock::map::rectangle;
 use facemill::job_file::STOCK_TOLERANCE;
+use facemill::nc_program::ReadProgram;
+use facemill::nc_program::read::ReadCommand;
 use facemill::report::remaining::RemainingReport;
 use facemill::report::stock::StockReport;
 use facemill::virtual_machine::{BetweenPositions, EstimatedPositions, Verification};
 use facemill::z_map::DexelMap;
 use facemill::{
-    CutRequest, DeviationRequest, Failure, StockRegion, Verified, VerifyRequest, files, read_rest, verify_program,
+    CutRequest, DeviationRequest, Failure, Job, Setup, StockRegion, Verified, VerifyRequest, files, read_rest,
+    verify_program,
 };
 
 use crate::cli::arguments::ad_hoc_setup::StandArguments;
@@ -113,8 +118,7 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     let mut verified = verify_program(&job, &text, &request, &Progress::new(false))?;
     verified.complete(arguments.stand.assumptions(arguments.program.dialect));
     let file = &verified.file;
-    let gouged = file.deviation.as_ref().is_some_and(|d| d.exceeds_gouge_limit);
-    let clean = file.verification.faults().next().is_none() && !gouged;
+    let clean = is_clean(file);
     let text = verification_text(file);
     let outputs = outputs(arguments, verified)?;
     if !crate::cli::progress::start_writing() {
@@ -123,6 +127,12 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     files::write_each(&outputs)?;
     say(&text)?;
     Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+/// Returns whether a verified program has no fault.
+fn is_clean(file: &VerificationFile) -> bool {
+    let gouged = file.deviation.as_ref().is_some_and(|d| d.exceeds_gouge_limit);
+    file.verification.faults().next().is_none() && !gouged
 }
 
 /// Verifies a program that changes tools: the part behind each change with its tool, on what the
@@ -137,15 +147,38 @@ fn run_sections(arguments: &VerifyArguments, read: ProgramOfJob) -> Result<ExitC
     }
     let outputs = [&arguments.out, &arguments.rest_out];
     files::check_outputs(outputs.into_iter().flatten().map(PathBuf::as_path))?;
-    let program = job.read_program(&text, dialect).map_err(|e| Failure::input(path, e))?;
-    let n_sections = program.tool_sections().len();
-    let mut rest = arguments.rest.as_ref().map(|rest| read_rest(&job, setups.start, rest)).transpose()?;
-    let (mut texts, mut results, mut clean) = (String::new(), Vec::new(), n_sections == setups.len());
-    if !clean {
-        texts +=
-            &format!("{n_sections} tool change(s) for {} tools: A TOOL IS MISSING, OR ONE TOO MANY\n", setups.len());
+    if arguments.stock_across {
+        return Err(Failure::input(path, "--stock-across is for the program of one tool; choose it with --setup"));
     }
-    for (k, setup) in setups.take(n_sections).enumerate() {
+    let program = job.read_program(&text, dialect).map_err(|e| Failure::input(path, e))?;
+    let sections = program.tool_sections();
+    let region = match arguments.stock_region {
+        StockRegion::Operations => region_of_all(&job, setups.clone())?,
+        region => region,
+    };
+    let mut rest = arguments.rest.as_ref().map(|rest| read_rest(&job, setups.start, rest)).transpose()?;
+    let (mut texts, mut results, mut clean) = (String::new(), Vec::new(), true);
+    let mut next = setups.start;
+    for (k, section) in sections.iter().enumerate() {
+        // Without a setup of its tool the part is run as that of the next one, and its tool is a
+        // finding.
+        let tool = called_tool(section);
+        let of_tool = (next..setups.end).find(|&s| Some(job.for_setup(s).tool.number()) == tool);
+        let Some(setup) = of_tool.or(Some(next).filter(|&s| s < setups.end)) else {
+            texts += &format!("tool change {} of {}: A TOOL TOO MANY, T{}\n", k + 1, sections.len(), tool.unwrap_or(0));
+            clean = false;
+            break;
+        };
+        for skipped in next..setup {
+            texts += &format!("no tool change for \"{}\": A TOOL IS MISSING\n", job.file.setups[skipped].name);
+            clean = false;
+            job.programs.add(skipped, None, dialect);
+        }
+        next = setup + 1;
+        let mut cut = cut_of(arguments, rest.take())?;
+        if let Some(cut) = cut.as_mut().filter(|cut| cut.rest.is_none()) {
+            cut.region = region;
+        }
         let request = VerifyRequest {
             setup,
             section: Some(k),
@@ -153,16 +186,20 @@ fn run_sections(arguments: &VerifyArguments, read: ProgramOfJob) -> Result<ExitC
             certificates: arguments.certificates,
             time_law: !arguments.fast,
             fast: arguments.fast,
-            cut: cut_of(arguments, rest.take())?,
+            cut,
             ..VerifyRequest::new(path, dialect)
         };
         let mut verified = verify_program(&job, &text, &request, &Progress::new(false))?;
         verified.complete(arguments.stand.assumptions(arguments.program.dialect));
-        clean &= verified.file.verification.faults().next().is_none();
+        clean &= is_clean(&verified.file);
         texts += &verification_text(&verified.file);
         results.push(verified.file);
         rest = verified.rest;
         job.programs.add_section(setup, (path.clone(), text.clone()), dialect, k);
+    }
+    for missing in next..setups.end {
+        texts += &format!("no tool change for \"{}\": A TOOL IS MISSING\n", job.file.setups[missing].name);
+        clean = false;
     }
     let mut made: Vec<(&Path, Vec<u8>)> = Vec::new();
     if let Some(out) = &arguments.out {
@@ -177,6 +214,25 @@ fn run_sections(arguments: &VerifyArguments, read: ProgramOfJob) -> Result<ExitC
     files::write_each(&made)?;
     say(&texts)?;
     Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
+}
+
+/// Returns the number of the tool that a part of a program calls.
+fn called_tool(section: &ReadProgram) -> Option<u32> {
+    let mut commands = section.blocks.iter().flat_map(|block| &block.commands);
+    commands.find_map(|c| if let ReadCommand::Tool(number) = c { Some(*number) } else { None })
+}
+
+/// Returns the rectangle around what the operations of all these setups cut.
+fn region_of_all(job: &Job, setups: Range<usize>) -> Result<StockRegion, Failure> {
+    let mut all: Option<[[f64; 2]; 2]> = None;
+    for k in setups {
+        let job = job.for_setup(k);
+        let setup = Setup::read(&job, k)?;
+        let Some([low, high]) = rectangle(&job, &setup, StockRegion::Operations) else { continue };
+        let [known_low, known_high] = all.unwrap_or([low, high]);
+        all = Some([[0, 1].map(|c| low[c].min(known_low[c])), [0, 1].map(|c| high[c].max(known_high[c]))]);
+    }
+    Ok(all.map_or(StockRegion::Operations, StockRegion::Rectangle))
 }
 
 /// Returns all requested files in full: one that cannot be made must not leave others behind.

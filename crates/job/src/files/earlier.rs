@@ -81,6 +81,7 @@ impl Kin {
         let stem = clean(stem);
         if let Some(suffix) = stem.strip_prefix("report").filter(|_| ending == "json") {
             self.suffixes.push(suffix.to_owned());
+            self.suffixes.extend(before_tool(suffix).map(str::to_owned));
         }
         if stem.starts_with("program") && !["json", "svg", "csv", "html"].contains(&ending) {
             self.endings.push(ending.to_owned());
@@ -110,6 +111,15 @@ impl Kin {
             _ => is_program(),
         }
     }
+}
+
+/// Returns the suffix of the program that changes tools from that of one of its tools: `-up` from
+/// `-up-1-mill`.
+fn before_tool(suffix: &str) -> Option<&str> {
+    let parts: Vec<(usize, &str)> = suffix.match_indices('-').map(|(at, _)| (at, &suffix[at + 1..])).collect();
+    let number =
+        |rest: &str| rest.split('-').next().is_some_and(|n| !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()));
+    parts.iter().rev().find(|(at, rest)| *at > 0 && number(rest)).map(|(at, _)| &suffix[..*at])
 }
 
 /// Returns a name without the marks of an earlier plan and of faults.

@@ -43,7 +43,7 @@ pub struct JoinedProgramSummary {
     /// Its file; absent if it is not written.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<String>,
-    /// Why it is not written.
+    /// Reason why it is not written.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub not_written_because: Option<String>,
     /// Machine time of all programs, s; tool changes are not counted.

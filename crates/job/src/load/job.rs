@@ -197,7 +197,7 @@ impl Job {
             // Behind the name as it is written are the number and the tool.
             let first = &self.file.setups[of.start];
             let tool = tool_of_setup(&self.file, first).unwrap_or_default();
-            *name = first.name.strip_suffix(&format!(", 1 {tool}")).unwrap_or(name).to_owned();
+            *name = first.name.strip_suffix(&format!(" 1 {tool}")).unwrap_or(name).to_owned();
         }
         all
     }

@@ -166,8 +166,8 @@ impl RegionMeasurement<'_> {
         }
         if let Some(k) = before.into_iter().find(|k| self.job.programs.of(*k).is_none()) {
             let message = format!(
-                "of: operations_before: the program of setup \"{}\" is not known; give it with --after {}=FILE, or plan the \
-                 whole job",
+                "of: operations_before: the program of setup \"{}\" is not known; plan the whole job, or give it to \
+                 verify or view with --after {}=FILE",
                 self.job.file.setups[k].name,
                 k + 1
             );
@@ -205,6 +205,11 @@ impl RegionMeasurement<'_> {
         }
         let tool = match &program.tool {
             Some(name) => read_tool(self.job, name)?,
+            None if self.job.all_tools().count() > 1 => {
+                let message =
+                    format!("of.programs: {}: the job has several tools; name the file of its tool", program.file);
+                return Err((self.wrong)(message));
+            }
             None => self.job.tool.clone(),
         };
         let path = self.job.beside(&program.file);
@@ -335,9 +340,15 @@ fn swept_by(
     (text, dialect, section): (&[u8], Dialect, Option<usize>),
 ) -> Result<SweptCutter, Failure> {
     let mut read = scene.job.read_program(text, dialect).map_err(|e| Failure::input(path, e))?;
-    if let Some(k) = section {
-        let of_tool = read.tool_sections().into_iter().nth(k);
-        read = of_tool.ok_or_else(|| Failure::input(path, format!("has no tool change number {}", k + 1)))?;
+    let mut sections = read.tool_sections();
+    match section {
+        Some(k) if k < sections.len() => read = sections.swap_remove(k),
+        Some(k) => return Err(Failure::input(path, format!("has no tool change number {}", k + 1))),
+        None if sections.len() > 1 => {
+            let message = format!("changes tools {} times; give the program of each tool", sections.len());
+            return Err(Failure::input(path, message));
+        }
+        None => {}
     }
     let at = scene.virtual_setup(dialect);
     swept_by_cuts(&read, &at, &VerifySettings::default(), MOTION_TOLERANCE, &Silent)

@@ -2,8 +2,10 @@
 
 use facemill_cc_path::files::LeftOfFile;
 
+use crate::failure::Failure;
 use crate::format::job_file::{JobFile, OperationFile, SetupFile};
 use crate::frames::pose;
+use crate::load::job::Job;
 use crate::validate::setup_names::belongs;
 
 /// Checks that a setup begins with the stock that another one leaves: both in one workpiece frame,
@@ -36,6 +38,26 @@ pub fn programs_before(setups: &[SetupFile], index: usize) -> (Vec<usize>, Strin
     }
     before.reverse();
     (before, "its program is the first one".to_owned())
+}
+
+/// Checks that operations of a setup that are laid where the programs before it leave material have
+/// such programs.
+///
+/// # Errors
+/// If none is before it; with the reason.
+pub fn check_before(job: &Job, index: usize) -> Result<(), Failure> {
+    let setup = &job.file.setups[index];
+    let mut waiting = job.file.operations.iter().enumerate().filter(|(_, o)| belongs(o, setup, &job.file));
+    let Some((k, operation)) = waiting.find(|(_, o)| is_after_others(o)) else { return Ok(()) };
+    let (before, why) = programs_before(&job.file.setups, index);
+    if !before.is_empty() {
+        return Ok(());
+    }
+    Err(job.wrong(format!(
+        "operations[{k}] (\"{}\"): region.left_above.of: operations_before: no program is before that of setup \"{}\": {why}; \
+         operations of one tool in one setup are one program",
+        operation.name, setup.name
+    )))
 }
 
 /// Returns whether an operation of a setup is laid where the programs before it leave material.

@@ -2,15 +2,9 @@
 
 use crate::format::job_file::{JobFile, OperationFile, SetupFile};
 
-/// Returns a setup's name as part of a file name: its letters and digits, and one hyphen for what
-/// is between them.
+/// Returns a setup's name as part of a file name.
 pub fn file_stem(name: &str) -> String {
-    let mut stem: String =
-        name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' }).collect();
-    while let Some(at) = stem.find("--") {
-        stem.remove(at);
-    }
-    stem
+    name.chars().map(|c| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' }).collect()
 }
 
 /// Returns whether an operation is machined in a setup.

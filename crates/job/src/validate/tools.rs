@@ -43,9 +43,12 @@ pub(crate) fn check_tool_names(job: &JobFile) -> Result<(), String> {
 
 /// Refuses setups whose names and tools give one name twice.
 fn check_names_by_tool(job: &JobFile) -> Result<(), String> {
-    let setups = setups_by_tool(job.clone()).file.setups;
+    let by_tool = setups_by_tool(job.clone());
+    // The program that changes tools has the name of its setup.
+    let several = |k: &usize| by_tool.written.iter().filter(|written| *written == k).count() > 1;
+    let joined = (0..job.setups.len()).filter(several).map(|k| &job.setups[k]);
     let mut known = BTreeSet::new();
-    match setups.iter().find(|setup| !known.insert(file_stem(&setup.name))) {
+    match by_tool.file.setups.iter().chain(joined).find(|setup| !known.insert(file_stem(&setup.name))) {
         None => Ok(()),
         Some(setup) => Err(format!(
             "setups: the programs of a setup with several tools are named by setup and tool, and \"{}\" is named twice; name \
@@ -75,9 +78,9 @@ pub(crate) struct JobByTool {
 }
 
 /// Returns a job in which each setup has operations of one tool, so that each has a program of one
-/// tool: a setup with several becomes one for each row of operations with the same tool, in their
-/// order, all with its meshes, mounting, stock and offsets. Its name gets number and tool behind:
-/// `"up"` becomes `"up, 1 mill"` and `"up, 2 ball"`. A job that is so already stays as it is.
+/// tool: a setup with several becomes one for each sequence of operations with the same tool, in
+/// their order, all with its meshes, mounting, stock and offsets. Its name gets number and tool
+/// behind: `"up"` becomes `"up 1 mill"` and `"up 2 ball"`. A job that is so already stays as it is.
 pub(crate) fn setups_by_tool(job: JobFile) -> JobByTool {
     let mut all = JobFile { setups: Vec::new(), ..job.clone() };
     let mut written = Vec::new();
@@ -94,7 +97,7 @@ pub(crate) fn setups_by_tool(job: JobFile) -> JobByTool {
             continue;
         }
         for (number, row) in (1..).zip(rows) {
-            let name = format!("{}, {number} {}", setup.name, tool(&row[0]).unwrap_or_default());
+            let name = format!("{} {number} {}", setup.name, tool(&row[0]).unwrap_or_default());
             row.iter().for_each(|&o| all.operations[o].setup = Some(name.clone()));
             all.setups.push(SetupFile { name, ..setup.clone() });
             written.push(k);
@@ -104,6 +107,12 @@ pub(crate) fn setups_by_tool(job: JobFile) -> JobByTool {
         return JobByTool { file: job, written };
     }
     JobByTool { file: all, written }
+}
+
+/// Returns the number of programs of a job: one for each tool of each setup, in the order of its
+/// operations.
+pub fn n_programs(job: JobFile) -> usize {
+    setups_by_tool(job).file.setups.len()
 }
 
 #[cfg(test)]

@@ -28,6 +28,20 @@ pub enum WriteError {
     /// There is nothing to write.
     #[error("a program that changes tools needs at least one section")]
     NoSection,
+    /// A template begins every section as a program.
+    #[error(
+        "the section of the second tool begins with `{line}`, as the program does: the template needs `section.first`"
+    )]
+    SectionBegins {
+        /// Its first line.
+        line: String,
+    },
+    /// Two sections have one label.
+    #[error("the label `{label}` is in the sections of two tools: the template needs `section.number` in it")]
+    RepeatedLabel {
+        /// The label.
+        label: String,
+    },
     /// RTCP words say nothing about where the axes are before RTCP is on.
     #[error("under RTCP the program needs the words of the place where it is switched on (`approach`)")]
     NoApproach,

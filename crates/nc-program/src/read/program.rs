@@ -366,19 +366,23 @@ impl ToolLengthNote {
         Self { line, length, register: check.register, relation: check.relation, check: Some(at) }
     }
 
-    /// Adds a check to notes, where none before says the same.
+    /// Adds a check to notes: to the comment that it repeats, or as a note of its own where none
+    /// says the same. A check of another register is another tool's.
     pub(crate) fn add_check(self, notes: &mut Vec<Self>) {
-        // A comment and the check that repeats it are one cause.
-        let is_same = |n: &&mut Self| n.length == self.length && n.relation == self.relation;
-        // The latest one comes first: each section of a program names the length of its own tool.
-        let mut same = notes.iter_mut().rev().filter(is_same).peekable();
-        if same.peek().is_none() {
-            notes.push(self);
-            return;
-        }
-        let fits = |n: &&mut Self| n.register.is_none() || self.register.is_none() || n.register == self.register;
-        if let Some(repeated) = same.find(fits) {
-            repeated.check = repeated.check.or(self.check);
+        let fits = |n: &Self| n.register.is_none() || self.register.is_none() || n.register == self.register;
+        // A comment and the check that repeats it are one cause. The latest comes first: each part
+        // of a program that changes tools names the length of its own.
+        let is_same = |n: &&mut Self| n.length == self.length && n.relation == self.relation && fits(n);
+        match notes.iter_mut().rev().find(is_same) {
+            Some(repeated) if repeated.check.is_none() => repeated.check = self.check,
+            Some(repeated) if repeated.check.map(|c| c.register) == self.check.map(|c| c.register) => {
+                // Without a register the length in force is compared: behind another change it is
+                // another tool's.
+                if self.register.is_none() {
+                    notes.push(self);
+                }
+            }
+            _ => notes.push(self),
         }
     }
 }
@@ -431,8 +435,8 @@ impl ReadProgram {
     /// ```
     /// use facemill_nc_program::read::read_fanuc;
     ///
-    /// assert!(read_fanuc("G90 G1 X10. F500.\nX20.\n")?.is_evaluated());
-    /// assert!(!read_fanuc("IF [#4012 EQ 54] GOTO 20\nG90 G1 X10. F500.\nN20 X20.\n")?.is_evaluated());
+    /// assert!(read_fanuc("G90 G1 X10. F500.\nX20.\n")?.is_evaluated()); assert!(!read_fanuc("IF
+    /// [#4012 EQ 54] GOTO 20\nG90 G1 X10. F500.\nN20 X20.\n")?.is_evaluated());
     /// # Ok::<(), facemill_nc_program::read::ReadError>(())
     /// ```
     #[must_use]

@@ -1,50 +1,83 @@
 //! Parts of a program with one tool each.
 
-use crate::read::program::{MotionKind, ReadBlock, ReadCommand, ReadProgram};
+use crate::read::program::{MotionKind, ReadBlock, ReadCommand, ReadProgram, ToolLengthNote};
 
 impl ReadProgram {
     /// Returns the parts of a program that changes tools, each as a program with the lines that it
-    /// has in the whole: from one tool change to the next, the first with all before its own. A
-    /// program with at most one change is its only part.
+    /// has in the whole: from one change to another tool to the next, the first with all before its
+    /// own change. A program of one tool is its only part; a call of the tool in the spindle, as
+    /// for another speed, is no change.
     ///
     /// The way from the last cut of a tool to the change belongs to this tool. A comment that names
     /// the length of a tool belongs to the change behind it where the tool before has cut already.
-    /// A change to a tool that was chosen in an earlier block says its number again.
+    /// A tool that is made ready in an earlier block is called at its change alone.
     #[must_use]
     pub fn tool_sections(&self) -> Vec<Self> {
-        let is_change = |b: &ReadBlock| b.commands.iter().any(|c| matches!(c, ReadCommand::ToolChange));
-        let changes: Vec<usize> = (0..self.blocks.len()).filter(|&k| is_change(&self.blocks[k])).collect();
+        let changes = self.changes_to_other_tools();
         if changes.len() < 2 {
             return vec![self.clone()];
         }
-        let starts: Vec<usize> = std::iter::once(0).chain(changes[1..].iter().copied()).collect();
+        let starts: Vec<usize> = std::iter::once(0).chain(changes[1..].iter().map(|(k, _)| *k)).collect();
         let mut sections: Vec<Self> = Vec::with_capacity(starts.len());
         for (k, &start) in starts.iter().enumerate() {
             let end = starts.get(k + 1).copied().unwrap_or(self.blocks.len());
             let mut blocks = self.blocks[start..end].to_vec();
-            if let Some(first) = blocks.first_mut().filter(|_| k > 0) {
-                self.name_tool(first, start);
+            let goes_on = k + 1 < starts.len() || self.goes_on;
+            for block in blocks.iter_mut().filter(|b| goes_on && !is_change(b)) {
+                block.commands.retain(|c| !is_tool(c));
             }
-            sections.push(Self { blocks, goes_on: k + 1 < starts.len() || self.goes_on, ..self.of_no_block() });
+            let (change, tool) = &changes[k];
+            if let (Some(block), Some(tool)) = (blocks.get_mut(change - start), tool)
+                && !block.commands.iter().any(is_tool)
+            {
+                block.commands.insert(0, tool.clone());
+            }
+            sections.push(Self { blocks, goes_on, ..self.of_no_block() });
         }
         let section_at = |line: u32| {
             let behind = starts.partition_point(|&start| self.blocks[start].line <= line);
             behind.saturating_sub(1)
         };
         for note in &self.tool_lengths {
-            let at = section_at(note.check.map_or(note.line, |check| check.line));
-            let own_change = self.blocks[changes[at]].line;
+            let at = section_at(note.line);
+            let own_change = self.blocks[changes[at].0].line;
             let has_cut = self.blocks.iter().any(|b| {
                 (own_change..note.line).contains(&b.line)
                     && b.motion.as_ref().is_some_and(|m| matches!(m.kind, MotionKind::Linear | MotionKind::Arc { .. }))
             });
-            let of_next = note.check.is_none() && has_cut && at + 1 < sections.len();
-            sections[at + usize::from(of_next)].tool_lengths.push(*note);
+            let is_comment = note.check.is_none_or(|check| check.line != note.line);
+            let of_comment = at + usize::from(is_comment && has_cut && at + 1 < sections.len());
+            match note.check.map(|check| (section_at(check.line), check.line)) {
+                // A check of another tool that compares with the length of this one.
+                Some((of_check, line)) if of_check != of_comment => {
+                    sections[of_comment].tool_lengths.push(ToolLengthNote { check: None, ..*note });
+                    sections[of_check].tool_lengths.push(ToolLengthNote { line, ..*note });
+                }
+                _ => sections[of_comment].tool_lengths.push(*note),
+            }
         }
         for note in &self.notes {
             sections[section_at(note.line)].notes.push(note.clone());
         }
         sections
+    }
+
+    /// Returns the blocks of changes to another tool than that in the spindle, with the tool where
+    /// it is known.
+    fn changes_to_other_tools(&self) -> Vec<(usize, Option<ReadCommand>)> {
+        let mut changes: Vec<(usize, Option<ReadCommand>)> = Vec::new();
+        let mut called = None;
+        for (k, block) in self.blocks.iter().enumerate() {
+            called = block.commands.iter().rev().find(|c| is_tool(c)).cloned().or(called);
+            if !is_change(block) {
+                continue;
+            }
+            let is_same = changes.last().is_some_and(|(_, tool)| tool.is_some() && *tool == called);
+            if !is_same {
+                changes.push((k, called.clone()));
+            }
+        }
+        changes
     }
 
     /// Returns the program without its blocks and what its lines say.
@@ -59,16 +92,16 @@ impl ReadProgram {
             goes_on: false,
         }
     }
-
-    /// Adds the number of the tool that was chosen before to a change that does not name it.
-    fn name_tool(&self, change: &mut ReadBlock, index: usize) {
-        let chosen = |b: &ReadBlock| {
-            b.commands.iter().rev().find(|c| matches!(c, ReadCommand::Tool(_) | ReadCommand::ToolName(_))).cloned()
-        };
-        if chosen(change).is_none()
-            && let Some(tool) = self.blocks[..index].iter().rev().find_map(chosen)
-        {
-            change.commands.insert(0, tool);
-        }
-    }
 }
+
+fn is_change(block: &ReadBlock) -> bool {
+    block.commands.iter().any(|c| matches!(c, ReadCommand::ToolChange))
+}
+
+fn is_tool(command: &ReadCommand) -> bool {
+    matches!(command, ReadCommand::Tool(_) | ReadCommand::ToolName(_))
+}
+
+#[cfg(test)]
+#[path = "../../tests/unit/read/tool_sections.rs"]
+mod tests;

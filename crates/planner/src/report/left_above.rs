@@ -7,8 +7,8 @@ use facemill_cl_data::CcPoint;
 use facemill_cutter_location::SearchCurve;
 use facemill_cutter_location::cusp::expected_strip_width;
 use facemill_job::failure::Failure;
-use facemill_job::format::report::Report;
 use facemill_job::format::report::left_above::{LeftAboveReport, NotReachedReport};
+use facemill_job::format::report::{CuspsKeptReport, Report};
 use facemill_job::load::job::{Job, Setup};
 use facemill_tool_path::segments::PassSegment;
 use nalgebra::Point3;
@@ -18,6 +18,9 @@ use crate::passes::path_planner::strategy_of;
 
 /// Largest number of parts that are listed.
 const LISTED: usize = 16;
+
+/// Least width of a strip whose measurement counts, as a multiple of the distance of its places.
+const STRIP_PER_SPACING: f64 = 2.0;
 
 /// Share by which half a strip may be exceeded: strips of passes laid with chords on facets.
 const SLACK: f64 = 0.02;
@@ -55,8 +58,8 @@ pub(crate) fn left_above(job: &Job, setup: &Setup<'_>, planned: &PlannedOperatio
     })
 }
 
-/// Lets a predicted cusp be no excess where the written text is measured to leave no more than the
-/// permitted one on a region that is limited to what is left. Passes beside its islands have
+/// Clears the excess of a predicted cusp where the written text is measured to leave no more than
+/// the permitted one on a region that is limited to what is left. Passes beside its islands have
 /// neighbours across surface that is not to be cut, and the prediction takes strips between them
 /// for full of stock.
 pub(crate) fn settle_by_measurement(report: &mut Report, operations: &[PlannedOperation<'_>]) {
@@ -68,7 +71,15 @@ pub(crate) fn settle_by_measurement(report: &mut Report, operations: &[PlannedOp
             operation.region().left_above.is_some() && largest.height_mm <= operation.tolerances.cusp_mm
         })
     };
-    let is_beyond = report.cusps.iter().any(|c| c.points_beyond > 0 && !is_measured(&c.operation));
+    // Strips that places of the measurement may miss keep their prediction.
+    let spacing = |name: &str| {
+        let of_region = report.remaining.iter().flat_map(|r| &r.operations).find(|r| r.operation == name);
+        of_region.map_or(f64::INFINITY, |r| r.spacing_mm)
+    };
+    let is_wide =
+        |c: &CuspsKeptReport| c.reasons.iter().all(|r| r.step_over_mm >= STRIP_PER_SPACING * spacing(&c.operation));
+    let settled = |c: &CuspsKeptReport| is_wide(c) && is_measured(&c.operation);
+    let is_beyond = report.cusps.iter().any(|c| c.points_beyond > 0 && !settled(c));
     report.worst.cusp_exceeded &= is_beyond;
 }
 

@@ -2,7 +2,7 @@
 
 use facemill_inverse_kinematics::{AxisKind as JointKind, AxisValues, BlockLaw, Machine};
 use facemill_nc_program::read::{Compensation, Feed, MacroKind, MotionKind, ReadBlock, ReadCommand, ReadMotion};
-use facemill_nc_program::words::{AxisKind, AxisLengths};
+use facemill_nc_program::words::{AxisKind, AxisLengths, StateWord};
 use facemill_nc_program::{AxisLetter, ReadProgram};
 
 use crate::finding::{FindingKind, Measure, TextFault};
@@ -51,8 +51,8 @@ pub(crate) struct ResolvedMoves {
     pub(crate) axes_before: Vec<Option<AxisValues>>,
 }
 
-/// Resolves every block. At the start all axes are at home; so they have to be where the program
-/// goes on with another tool.
+/// Resolves every block. At the start all axes are at home, and they have to be there again where a
+/// tool change follows.
 pub(crate) fn resolve(program: &ReadProgram, setup: &VirtualSetup<'_>, settings: &VerifySettings) -> ResolvedMoves {
     let mut state = State::new(setup, program);
     let mut control = Control::new(setup, program);
@@ -204,19 +204,24 @@ impl<'a> State<'a> {
         }
     }
 
-    /// Reports axes away from home, and RTCP, behind the last block of a part of a program that a
-    /// tool change follows: the part behind it is run from there.
+    /// Reports axes away from home, RTCP, and an end of the program in a part that a tool change
+    /// follows: the part behind it is run from the reference position.
     fn at_tool_change(&mut self, program: &ReadProgram) {
         let Some(last) = program.blocks.len().checked_sub(1) else { return };
         if let Some(k) = (0..self.setup.machine.axes().len()).find(|&k| !self.is_home(k)) {
             let letter = self.setup.machine.axes()[k].letter.to_string();
             let note = format!(
-                "axis {letter} is not at its reference position at the tool change behind: send all axes home before"
+                "axis {letter} is not at its reference position where a tool change follows: send all axes home before it"
             );
             self.fault(FindingKind::UnsafeToolChange, last, None, note);
         }
+        let ends = |b: &ReadBlock| b.commands.contains(&ReadCommand::End) && !b.said.has(StateWord::Return);
+        if let Some(end) = program.blocks.iter().position(ends) {
+            let note = "the program ends here, and a tool change follows: nothing behind it is run".to_owned();
+            self.fault(FindingKind::BehindEnd, end, None, note);
+        }
         if matches!(program.blocks[last].compensation, Compensation::Rtcp(_)) {
-            let note = "RTCP is on at the tool change behind: switch it off on the way home".to_owned();
+            let note = "RTCP is on where a tool change follows: switch it off on the way home".to_owned();
             self.fault(FindingKind::RtcpLeftOn, last, None, note);
         }
     }

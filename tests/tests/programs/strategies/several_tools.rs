@@ -82,7 +82,7 @@ fn operations_of_two_tools_in_one_job_are_those_of_two_jobs() {
     // Each program calls its own tool, and is verified on what the one before leaves.
     assert!(large_text.contains("T1 M6") && small_text.contains("T2 M6"));
     let report: Value = serde_json::from_str(&read(&together, "out/report-top-2-small.json")).expect("JSON");
-    assert_eq!(report["stock"]["began_as"], "the rest of setup \"top, 1 large\"");
+    assert_eq!(report["stock"]["began_as"], "the rest of setup \"top 1 large\"");
     // What is left counts both programs: nothing is above the limit or never cut.
     let left = &report["remaining"]["operations"][0];
     assert!(left["largest"]["height_mm"].as_f64() <= Some(LIMIT), "{left}");
@@ -104,8 +104,8 @@ fn operations_of_two_tools_in_one_job_are_those_of_two_jobs() {
     let second = "out/program-top-2-small.nc";
     assert_eq!(verify("out/program-top-1-large.nc", "1", false).code, 0);
     let refused = verify(second, "2", false);
-    assert!(refused.is_refused_for(&["operations_before", "\"top, 1 large\"", "--after 1=FILE"]), "{}", refused.errors);
-    let done = verify(second, "top, 2 small", true);
+    assert!(refused.is_refused_for(&["operations_before", "\"top 1 large\"", "--after 1=FILE"]), "{}", refused.errors);
+    let done = verify(second, "top 2 small", true);
     assert!(done.code == 0, "{}{}", done.printed, done.errors);
 
     // A program in the place of the other has the wrong tool, and so has one that calls the other.
@@ -191,8 +191,100 @@ fn a_program_that_changes_tools_is_those_of_its_tools_on_every_control() {
         assert_eq!(words(&text), of_each.concat(), "{dialect}");
         let again = verified(&job, &format!("out/program.{ending}"));
         assert_eq!(again.code, 0, "{dialect}: {}{}", again.printed, again.errors);
-        assert!(again.prints(&["top, 1 mill"]) && again.prints(&["top, 2 finer"]), "{dialect}: {}", again.printed);
+        assert!(again.prints(&["top 1 mill"]) && again.prints(&["top 2 finer"]), "{dialect}: {}", again.printed);
     }
+}
+
+#[test]
+fn a_length_of_the_other_tool_and_an_early_end_are_found_on_every_control() {
+    for (dialect, ending) in [
+        ("fanuc", "nc"),
+        ("haas", "nc"),
+        ("mazak", "nc"),
+        ("linuxcnc", "ngc"),
+        ("siemens_840d", "mpf"),
+        ("heidenhain", "h"),
+    ] {
+        let job = two_tools(dialect);
+        let planned = facemill_in(&job, &format!("plan job.json --no-html --out {}", job.path("out").display()));
+        assert_eq!(planned.code, 0, "{dialect}: {}", planned.errors);
+        let text = read(&job, &format!("out/program.{ending}"));
+        let length = |tool: &str| {
+            let mm = job.json(tool)["gauge_length_mm"].as_f64().expect("a length");
+            format!("{mm:.3}")
+        };
+        let (own, others) = (length("finer.json"), length("tool.json"));
+        let lines: Vec<&str> = text.lines().collect();
+        let is_comment = |line: &str| line.contains("(TOOL LENGTH") || line.contains("; TOOL LENGTH");
+        // The check of the second tool compares with the length of the first.
+        let check = lines.iter().position(|line| line.contains(&own) && !is_comment(line)).expect("a check");
+        let mut changed: Vec<String> = lines.iter().map(|line| (*line).to_owned()).collect();
+        changed[check] = changed[check].replace(&own, &others);
+        job.write(&format!("changed.{ending}"), (changed.join("\n") + "\n").as_bytes());
+        let result = verified(&job, &format!("changed.{ending}"));
+        let found = result.prints(&["tool length", &others]);
+        assert!(result.code == 1 && found, "{dialect}: {}{}", result.printed, result.errors);
+        // An end of the program before the change: nothing behind it is run.
+        let home = lines[..check].iter().rposition(|line| line.ends_with("M5")).expect("spindle off");
+        let end = if dialect == "linuxcnc" { "M2" } else { "M30" };
+        let mut changed: Vec<String> = lines.iter().map(|line| (*line).to_owned()).collect();
+        changed[home] = changed[home].replace("M5", end);
+        job.write(&format!("changed.{ending}"), (changed.join("\n") + "\n").as_bytes());
+        let result = verified(&job, &format!("changed.{ending}"));
+        assert!(result.code == 1, "{dialect}: {}{}", result.printed, result.errors);
+        assert!(result.prints(&["a tool change follows"]), "{dialect}: {}", result.printed);
+    }
+}
+
+#[test]
+fn the_first_tool_comes_again_and_each_clamping_has_its_program() {
+    let job = two_tools("heidenhain");
+    let mut file = job.json("job.json");
+    let operation = |name: &str, setup: &str, tool: &str| {
+        let mut operation = file["operations"][0].clone();
+        (operation["name"], operation["setup"], operation["tool"]) = (json!(name), json!(setup), json!(tool));
+        operation
+    };
+    let operations = json!([
+        operation("a", "top", "mill"),
+        operation("b", "top", "finer"),
+        operation("c", "top", "mill"),
+        operation("d", "again", "mill"),
+        operation("e", "again", "finer"),
+    ]);
+    let mut second = file["setups"][0].clone();
+    second["name"] = json!("again");
+    file["setups"].as_array_mut().expect("setups").push(second);
+    file["operations"] = operations;
+    job.write("job.json", file.to_string().as_bytes());
+    let out = job.path("out");
+    let planned = facemill_in(&job, &format!("plan job.json --no-html --out {}", out.display()));
+    assert_eq!(planned.code, 0, "{}{}", planned.printed, planned.errors);
+    for (name, setup, calls) in [("program-top.h", "top", vec![1, 7, 1]), ("program-again.h", "again", vec![1, 7])] {
+        let text = read(&job, &format!("out/{name}"));
+        let called = text.lines().filter_map(|line| line.split("TOOL CALL ").nth(1)?.split(' ').next()?.parse().ok());
+        assert_eq!(called.collect::<Vec<u32>>(), calls, "{name}");
+        // Begin and end have one name.
+        let names: Vec<&str> = text.lines().filter_map(|line| line.split(" PGM ").nth(1)).collect();
+        assert!(names.len() == 2 && names[0] == names[1], "{names:?}");
+        let words: [OsString; 6] =
+            ["verify".into(), out.join(name).into(), "--job".into(), job.job().into(), "--setup".into(), setup.into()];
+        let output = run(&words);
+        assert_eq!(code_and_errors(&output).0, 0, "{}", String::from_utf8_lossy(&output.stdout));
+    }
+    // A batch has a task for each tool of each setup.
+    let batch = json!({ "format": "facemill-batch/1", "jobs": { "list": ["job.json"] } });
+    job.write("batch.json", batch.to_string().as_bytes());
+    let tasks = facemill_in(&job, "batch expand batch.json");
+    assert_eq!(tasks.code, 0, "{}", tasks.errors);
+    // The next plan leaves none of these programs behind as if it were current.
+    job.set("job.json", &[("/post/template", json!("own.j2"))]);
+    let template =
+        std::fs::read_to_string(workspace().join("crates/nc-program/templates/heidenhain.j2")).expect("a template");
+    job.write("own.j2", template.replace("section.number", "1").as_bytes());
+    let planned = facemill_in(&job, &format!("plan job.json --no-html --out {}", out.display()));
+    assert!(planned.code == 0 && planned.prints(&["not written", "LBL 99"]), "{}{}", planned.printed, planned.errors);
+    assert!(!out.join("program-top.h").exists() && !out.join("program-again.h").exists());
 }
 
 #[test]
@@ -216,7 +308,7 @@ fn faults_of_a_tool_change_are_found_at_their_blocks() {
     };
     assert_eq!(with(&|_| {}).code, 0);
     let at = |line: usize| (line + 1).to_string();
-    // Another tool; the length register of another; its length unchecked and other.
+    // Another tool; the length register of another.
     found(&with(&|l| l[change] = "N900 T1 M6".to_owned()), &[&at(change), "calls another tool than T7"]);
     let compensation = line_of(change, "G43");
     found(&with(&|l| l[compensation] = l[compensation].replace("H7", "H1")), &[&at(compensation), "H1", "H7"]);
@@ -251,7 +343,7 @@ fn faults_of_a_tool_change_are_found_at_their_blocks() {
     job.set("job.json", &[("/post/template", json!("own.j2"))]);
     let planned = facemill_in(&job, &format!("plan job.json --no-html --out {}", job.path("own").display()));
     assert!(
-        planned.code == 0 && planned.prints(&["one program", "not written", "needs `section`"]),
+        planned.code == 0 && planned.prints(&["one program", "not written", "section.first"]),
         "{}",
         planned.printed
     );

@@ -21,12 +21,13 @@ pub(crate) struct ProgramArguments {
     /// fixtures and stock
     #[arg(long, value_name = "FILE")]
     job: Option<PathBuf>,
-    /// Name of the job's setup, or its number from 1; may be omitted if the job has only one. Of a
-    /// setup with several tools the program of all of them, or of one: "up, 1 mill"
+    /// Setup of the program: its name, or its number in the list of `facemill check`; may be
+    /// omitted if the job has only one. For a setup with several tools: its name for the program
+    /// with all of them, a name such as "up 1 mill" for that of one
     #[arg(long, value_name = "SETUP")]
     setup: Option<String>,
-    /// Program of a setup before, as its name or number and the file: of operations on what the
-    /// operations before them leave, every one is needed
+    /// Program that runs before this one, as the name or number of its setup and the file. Regions
+    /// of `operations_before` need all of them
     #[arg(long, value_name = "SETUP=FILE")]
     after: Vec<String>,
     /// Control of the program: fanuc, haas, mazak, linuxcnc, siemens_840d, heidenhain; default: the
@@ -68,7 +69,7 @@ impl ProgramArguments {
         let setups = setups_of(&job, self.setup.as_deref())?;
         let mut job = job;
         for after in &self.after {
-            let Some((of, file)) = after.rsplit_once('=') else {
+            let Some((of, file)) = after.split_once('=') else {
                 return Err(job.wrong(format!("--after {after}: give the setup and its program, as SETUP=FILE")));
             };
             let of = setup_of(&job, Some(of))?;
@@ -116,10 +117,10 @@ fn no_other_format(path: &Path, head: &[u8]) -> Result<(), Failure> {
 }
 
 impl ProgramOfJob {
-    /// Returns the same for a command on a program with one tool.
+    /// Returns it for a command that takes the program of one tool.
     ///
     /// # Errors
-    /// If it is to be that of several tools.
+    /// If the arguments name a setup with several tools.
     pub(crate) fn of_one_tool(self) -> Result<Self, Failure> {
         if self.setups.len() < 2 {
             return Ok(self);

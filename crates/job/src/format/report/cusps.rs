@@ -16,7 +16,8 @@ pub struct CuspsKeptReport {
     /// in one place of the pattern; of pairs in the place with most.
     pub passes_between: usize,
     /// Points with a higher ridge than permitted toward a pass cut before, or with a strip that
-    /// stays uncut; with any the exit code is 1.
+    /// stays uncut. With any the exit code is 1, unless the region is limited to what is left and
+    /// is measured to keep the cusp.
     pub points_beyond: usize,
     /// Reasons why no pass was inserted there.
     pub reasons: Vec<CuspReasonReport>,

@@ -50,7 +50,7 @@ fn a_setup_with_several_tools_becomes_one_for_each_row_of_operations_with_one_to
     );
     validate(&file).unwrap();
     let by_tool = setups_by_tool(file);
-    assert_eq!(names(&by_tool.file), ["up, 1 mill", "up, 2 ball", "up, 3 mill", "down"]);
+    assert_eq!(names(&by_tool.file), ["up 1 mill", "up 2 ball", "up 3 mill", "down"]);
     assert_eq!(members(&by_tool.file), [vec!["op 0", "op 2"], vec!["op 3"], vec!["op 4"], vec!["op 1"]]);
     assert_eq!(by_tool.written, [0, 0, 0, 1]);
     // Operations keep their order and their keys.
@@ -70,7 +70,7 @@ fn a_setup_with_several_tools_becomes_one_for_each_row_of_operations_with_one_to
 fn the_only_setup_need_not_be_named() {
     let (mill, ball) = (Some("mill"), Some("ball"));
     let by_tool = setups_by_tool(job(&["mill", "ball"], &["up"], &[[None, ball], [None, mill], [None, mill]]));
-    assert_eq!(names(&by_tool.file), ["up, 1 ball", "up, 2 mill"]);
+    assert_eq!(names(&by_tool.file), ["up 1 ball", "up 2 mill"]);
     assert_eq!(members(&by_tool.file), [vec!["op 0"], vec!["op 1", "op 2"]]);
     validate(&by_tool.file).unwrap();
 }
@@ -88,7 +88,7 @@ fn a_job_with_one_tool_stays_as_it_is() {
 }
 
 #[test]
-fn wrong_names_of_tools_are_told_apart_by_their_keys() {
+fn wrong_names_of_tools_are_refused_with_their_keys() {
     let fault = |file: &JobFile| validate(file).unwrap_err();
     let mut none = job(&["mill"], &["up"], &[[None, None]]);
     none.tools.clear();
@@ -105,8 +105,8 @@ fn wrong_names_of_tools_are_told_apart_by_their_keys() {
     let (mill, ball) = (Some("mill"), Some("ball"));
     let twice = job(
         &["mill", "ball"],
-        &["up", "up, 1 mill"],
-        &[[Some("up"), mill], [Some("up"), ball], [Some("up, 1 mill"), ball]],
+        &["up", "up 1 mill"],
+        &[[Some("up"), mill], [Some("up"), ball], [Some("up 1 mill"), ball]],
     );
-    assert!(fault(&twice).contains("\"up, 1 mill\" is named twice"), "{}", fault(&twice));
+    assert!(fault(&twice).contains("\"up 1 mill\" is named twice"), "{}", fault(&twice));
 }
