@@ -60,7 +60,7 @@ pub use crate::planned::{Planned, PosedPass};
 pub use crate::posture_maps::posture_maps;
 pub use crate::report::pass_files::path_text;
 pub use crate::report::summary::summary;
-pub use crate::tool_changes::{JoinedProgram, JoinedSection, joined_programs};
+pub use crate::tool_changes::{JoinedProgram, JoinedSection, JoinedText, joined_programs};
 pub use plan::plan_setup;
 pub use replan_lengths::replan_with_shorter_tools;
 pub use solution_space::{SolutionSpace, SolutionSpaceRequest, solution_space};

@@ -23,8 +23,11 @@ pub struct JoinedProgram {
     /// Name of the file.
     pub name: String,
     /// Its text, and the program of each tool in it; or the reason why there is none.
-    pub joined: Result<(Vec<u8>, Vec<JoinedSection>), String>,
+    pub joined: JoinedText,
 }
+
+/// Text with the parts of all tools, or the reason why there is none.
+pub type JoinedText = Result<(Vec<u8>, Vec<JoinedSection>), String>;
 
 /// Part of a joined program with one tool.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -72,12 +75,7 @@ pub fn joined_programs(job: &Job, planned: &[PlannedSetup<'_>]) -> Result<Vec<Jo
     Ok(all)
 }
 
-fn joined(
-    job: &Job,
-    (name, number): (&str, u32),
-    made: &[&Planned],
-    of: Range<usize>,
-) -> Result<Result<(Vec<u8>, Vec<JoinedSection>), String>, Failure> {
+fn joined(job: &Job, (name, number): (&str, u32), made: &[&Planned], of: Range<usize>) -> Result<JoinedText, Failure> {
     if made.len() < of.len() {
         return Ok(Err(format!(
             "{} of {} tools have something to cut; run their programs one by one",

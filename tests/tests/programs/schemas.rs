@@ -132,7 +132,7 @@ fn a_report_obeys_its_schema_and_a_wrong_job_does_not() {
         ("/operations/0/tolerances/gauge_mm", json!(1.0)),
         ("/operations/0/direction", json!("sideways")),
         ("/setups/0/meshes/0/role", json!(7)),
-        ("/tool", Value::Null),
+        ("/tool", json!(7)),
     ] {
         let mut wrong = job.json("job.json");
         facemill_tests::jobs::set(&mut wrong, pointer, value);

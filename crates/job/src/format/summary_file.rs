@@ -31,7 +31,7 @@ pub struct SummaryFile {
     /// The setups, in the order of the job.
     pub setups: Vec<SetupSummary>,
     /// Programs that change tools: one for each setup of the job file with several.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub joined_programs: Vec<JoinedProgramSummary>,
 }
 

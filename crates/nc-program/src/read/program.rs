@@ -435,8 +435,8 @@ impl ReadProgram {
     /// ```
     /// use facemill_nc_program::read::read_fanuc;
     ///
-    /// assert!(read_fanuc("G90 G1 X10. F500.\nX20.\n")?.is_evaluated()); assert!(!read_fanuc("IF
-    /// [#4012 EQ 54] GOTO 20\nG90 G1 X10. F500.\nN20 X20.\n")?.is_evaluated());
+    /// assert!(read_fanuc("G90 G1 X10. F500.\nX20.\n")?.is_evaluated());
+    /// assert!(!read_fanuc("IF [#4012 EQ 54] GOTO 20\nG90 G1 X10. F500.\nN20 X20.\n")?.is_evaluated());
     /// # Ok::<(), facemill_nc_program::read::ReadError>(())
     /// ```
     #[must_use]

@@ -65,8 +65,8 @@ fn open_blades_that_are_wound_inward_are_refused_with_file_count_and_key() {
         assert!(wrong.contains(part), "{part}: {wrong}");
     }
     let mended = verdict(&two.clone().reversed(), &[TURNED]).unwrap();
-    assert!(mended[1].contains("turned all of them (reverse_winding)"), "{mended:?}");
-    assert_eq!(mended[2..], right[2..], "the same passes as of the mesh that is wound well");
+    assert!(mended[3].contains("turned all of them (reverse_winding)"), "{mended:?}");
+    assert_eq!(mended[4..], right[4..], "the same passes as of the mesh that is wound well");
     let wrong = verdict(&two, &[TURNED]).unwrap_err();
     assert!(wrong.contains("\"reverse_winding\": false"), "{wrong}");
 }

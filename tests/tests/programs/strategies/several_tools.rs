@@ -158,7 +158,7 @@ fn verified(job: &JobFolder, program: &str) -> CommandOutput {
 }
 
 #[test]
-fn a_program_that_changes_tools_is_those_of_its_tools_on_every_control() {
+fn a_program_that_changes_tools_is_those_of_its_tools_and_its_faults_are_found_on_every_control() {
     for (dialect, ending) in [
         ("fanuc", "nc"),
         ("haas", "nc"),
@@ -192,48 +192,37 @@ fn a_program_that_changes_tools_is_those_of_its_tools_on_every_control() {
         let again = verified(&job, &format!("out/program.{ending}"));
         assert_eq!(again.code, 0, "{dialect}: {}{}", again.printed, again.errors);
         assert!(again.prints(&["top 1 mill"]) && again.prints(&["top 2 finer"]), "{dialect}: {}", again.printed);
+        assert_faults_are_found(&job, dialect, ending, &text);
     }
 }
 
-#[test]
-fn a_length_of_the_other_tool_and_an_early_end_are_found_on_every_control() {
-    for (dialect, ending) in [
-        ("fanuc", "nc"),
-        ("haas", "nc"),
-        ("mazak", "nc"),
-        ("linuxcnc", "ngc"),
-        ("siemens_840d", "mpf"),
-        ("heidenhain", "h"),
-    ] {
-        let job = two_tools(dialect);
-        let planned = facemill_in(&job, &format!("plan job.json --no-html --out {}", job.path("out").display()));
-        assert_eq!(planned.code, 0, "{dialect}: {}", planned.errors);
-        let text = read(&job, &format!("out/program.{ending}"));
-        let length = |tool: &str| {
-            let mm = job.json(tool)["gauge_length_mm"].as_f64().expect("a length");
-            format!("{mm:.3}")
-        };
-        let (own, others) = (length("finer.json"), length("tool.json"));
-        let lines: Vec<&str> = text.lines().collect();
-        let is_comment = |line: &str| line.contains("(TOOL LENGTH") || line.contains("; TOOL LENGTH");
-        // The check of the second tool compares with the length of the first.
-        let check = lines.iter().position(|line| line.contains(&own) && !is_comment(line)).expect("a check");
-        let mut changed: Vec<String> = lines.iter().map(|line| (*line).to_owned()).collect();
-        changed[check] = changed[check].replace(&own, &others);
-        job.write(&format!("changed.{ending}"), (changed.join("\n") + "\n").as_bytes());
-        let result = verified(&job, &format!("changed.{ending}"));
-        let found = result.prints(&["tool length", &others]);
-        assert!(result.code == 1 && found, "{dialect}: {}{}", result.printed, result.errors);
-        // An end of the program before the change: nothing behind it is run.
-        let home = lines[..check].iter().rposition(|line| line.ends_with("M5")).expect("spindle off");
-        let end = if dialect == "linuxcnc" { "M2" } else { "M30" };
-        let mut changed: Vec<String> = lines.iter().map(|line| (*line).to_owned()).collect();
-        changed[home] = changed[home].replace("M5", end);
-        job.write(&format!("changed.{ending}"), (changed.join("\n") + "\n").as_bytes());
-        let result = verified(&job, &format!("changed.{ending}"));
-        assert!(result.code == 1, "{dialect}: {}{}", result.printed, result.errors);
-        assert!(result.prints(&["a tool change follows"]), "{dialect}: {}", result.printed);
-    }
+/// Asserts that a check that compares with the length of the other tool, and an end of the program
+/// before the change, are found in a program with all tools.
+fn assert_faults_are_found(job: &JobFolder, dialect: &str, ending: &str, text: &str) {
+    let length = |tool: &str| {
+        let mm = job.json(tool)["gauge_length_mm"].as_f64().expect("a length");
+        format!("{mm:.3}")
+    };
+    let (own, others) = (length("finer.json"), length("tool.json"));
+    let lines: Vec<&str> = text.lines().collect();
+    let is_comment = |line: &str| line.contains("(TOOL LENGTH") || line.contains("; TOOL LENGTH");
+    // The check of the second tool compares with the length of the first.
+    let check = lines.iter().position(|line| line.contains(&own) && !is_comment(line)).expect("a check");
+    let mut changed: Vec<String> = lines.iter().map(|line| (*line).to_owned()).collect();
+    changed[check] = changed[check].replace(&own, &others);
+    job.write(&format!("changed.{ending}"), (changed.join("\n") + "\n").as_bytes());
+    let result = verified(job, &format!("changed.{ending}"));
+    let found = result.prints(&["tool length", &others]);
+    assert!(result.code == 1 && found, "{dialect}: {}{}", result.printed, result.errors);
+    // An end of the program before the change: nothing behind it is run.
+    let home = lines[..check].iter().rposition(|line| line.ends_with("M5")).expect("spindle off");
+    let end = if dialect == "linuxcnc" { "M2" } else { "M30" };
+    let mut changed: Vec<String> = lines.iter().map(|line| (*line).to_owned()).collect();
+    changed[home] = changed[home].replace("M5", end);
+    job.write(&format!("changed.{ending}"), (changed.join("\n") + "\n").as_bytes());
+    let result = verified(job, &format!("changed.{ending}"));
+    assert!(result.code == 1, "{dialect}: {}{}", result.printed, result.errors);
+    assert!(result.prints(&["a tool change follows"]), "{dialect}: {}", result.printed);
 }
 
 #[test]
@@ -309,8 +298,12 @@ fn faults_of_a_tool_change_are_found_at_their_blocks() {
     assert_eq!(with(&|_| {}).code, 0);
     let at = |line: usize| (line + 1).to_string();
     // Another tool; the length register of another.
-    found(&with(&|l| l[change] = "N900 T1 M6".to_owned()), &[&at(change), "calls another tool than T7"]);
+    found(&with(&|l| l[change] = "N900 T9 M6".to_owned()), &[&at(change), "calls another tool than T7"]);
     let compensation = line_of(change, "G43");
+    // The tool before again is no change: its successor is missing, and so is its length.
+    let before = with(&|l| l[change] = "N900 T1 M6".to_owned());
+    found(&before, &[&at(compensation), "H7", "H1"]);
+    assert!(before.printed.contains("A TOOL IS MISSING"), "{}", before.printed);
     found(&with(&|l| l[compensation] = l[compensation].replace("H7", "H1")), &[&at(compensation), "H1", "H7"]);
     // No change at all.
     let missing = with(&|l| l[change] = "N900 M5".to_owned());

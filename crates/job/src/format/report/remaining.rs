@@ -103,7 +103,7 @@ pub struct RemainingPlace {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub line: Option<u32>,
     /// Whether a program before has cut there, and no block of this one cuts lower.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub was_cut: bool,
 }
 
