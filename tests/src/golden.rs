@@ -19,7 +19,7 @@ struct GoldenJob {
 }
 
 /// Controls of the golden jobs, and the ending of their programs.
-const CONTROLS: [(&str, &str); 6] = [
+pub const CONTROLS: [(&str, &str); 6] = [
     ("fanuc", "nc"),
     ("haas", "nc"),
     ("mazak", "nc"),

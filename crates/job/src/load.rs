@@ -322,6 +322,7 @@ impl<'a> Setup<'a> {
         let table_from_work = pose(&file.table_from_work);
         obstacles.extend(table_bodies(&job.machine, &table_from_work));
         Ok(Self {
+            index,
             file,
             drive: Surface::new(drive, SurfaceSettings::default()),
             around_drive: Surface::new(around_drive, SurfaceSettings::default()),

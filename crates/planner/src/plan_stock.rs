@@ -6,7 +6,7 @@ use facemill_job::failure::Failure;
 use facemill_job::format::job_file::LinkStockFile;
 use facemill_job::format::report::stock::{OWN_STOCK, PlannedStockReport};
 use facemill_job::load::job::{Job, Setup};
-use facemill_job::stock::map::{StockMeshes, StockRegion, rectangle};
+use facemill_job::stock::map::{StockMeshes, StockRegion, rectangle, rectangle_with};
 use facemill_job::stock::setup_order::follows;
 use facemill_job::stock::walls::has_walls;
 use facemill_verification::stock_run::{CutDone, CutRequest};
@@ -89,12 +89,10 @@ impl StockToCut<'_> {
         let setups = &job.file.setups;
         let last = (self.index + 1..setups.len()).take_while(|&k| follows(&setups[k - 1], &setups[k]).is_ok()).last();
         let going_on = self.index + 1..=last.unwrap_or(self.index);
-        let mut region = rectangle(job, setup, StockRegion::Operations);
-        for k in going_on.clone() {
-            let next = Setup::read(job, k)?;
-            region =
-                region.zip(rectangle(&job.for_setup(k), &next, StockRegion::Operations)).map(|(a, b)| around(a, b));
-        }
+        let region = match rectangle(job, setup, StockRegion::Operations) {
+            Some(own) => rectangle_with(job, Some(own), going_on.clone())?,
+            None => None,
+        };
         let Some([low, high]) = region else { return Ok(Err("no operation cuts it".to_owned())) };
         let clearance = going_on.clone().map(|k| &setups[k]).chain([setup.file]).map(|s| s.rapid_clearance_mm);
         let clearance = clearance.fold(f64::INFINITY, f64::min);
@@ -192,11 +190,6 @@ fn default_cell(lengths: [f64; 2], clearance: f64, tolerance: f64) -> Result<f64
         within_clearance.max(0.0),
         LINES[1]
     ))
-}
-
-/// Returns the rectangle around two.
-fn around(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
-    [[0, 1].map(|k| a[0][k].min(b[0][k])), [0, 1].map(|k| a[1][k].max(b[1][k]))]
 }
 
 /// Adds new findings, in the order of lines.

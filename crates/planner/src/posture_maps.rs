@@ -46,8 +46,7 @@ pub fn posture_maps(job: &Job, read: &ReadSetup<'_>, planned: &Planned) -> Resul
     let step = n_first.div_ceil(MOST_MAPS).max(1);
     let some: Vec<&PosedPass> = planned.posed.iter().filter(is_first).step_by(step).collect();
     let ReadSetup { setup, map: z_map } = read;
-    let index = job.file.setups.iter().position(|s| s.name == setup.file.name).unwrap_or(0);
-    let job = &job.for_setup(index);
+    let job = &job.for_setup(setup.index);
     let operations: Vec<&OperationFile> = job.operations_of(setup.file).map(|(_, operation)| operation).collect();
     // A cell and its test take longer to prepare than a map to make.
     let cell = |operation: &OperationFile, branch: BranchPreference| Workcell {

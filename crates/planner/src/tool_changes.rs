@@ -131,14 +131,10 @@ fn joined(job: &Job, (name, number): (&str, u32), made: &[&Planned], of: Range<u
             setup: planned.report.setup.clone(),
             program: program.to_owned(),
             tool: specs[k].tool.number,
-            first_line: section.blocks.iter().find(|b| is_change(b)).map_or(1, |b| b.line),
+            first_line: section.blocks.iter().find(|b| b.changes_tool()).map_or(1, |b| b.line),
         });
     }
     Ok(Ok((text.into_bytes(), found)))
-}
-
-fn is_change(block: &ReadBlock) -> bool {
-    block.commands.iter().any(|c| matches!(c, ReadCommand::ToolChange))
 }
 
 /// Compares a section with the program of its tool: from the tool change on its blocks are those of
@@ -154,7 +150,7 @@ fn is_same(
 ) -> Result<(), u32> {
     let says_something = |b: &&ReadBlock| b.motion.is_some() || !commands(b).is_empty();
     let from_change = |program: &ReadProgram| -> Vec<ReadBlock> {
-        let blocks = program.blocks.iter().skip_while(|b| !is_change(b));
+        let blocks = program.blocks.iter().skip_while(|b| !b.changes_tool());
         blocks.filter(says_something).cloned().collect()
     };
     let here = from_change(section);
@@ -167,7 +163,7 @@ fn is_same(
         }
     }
     // The way home of the next program, which begins there.
-    let before = next.into_iter().flat_map(|next| next.blocks.iter().take_while(|b| !is_change(b)));
+    let before = next.into_iter().flat_map(|next| next.blocks.iter().take_while(|b| !b.changes_tool()));
     let before: Vec<&ReadBlock> = before.filter(says_something).collect();
     let rest = &here[there.len()..];
     // It is run with the tool before, so it may move no axis: all are at home already.

@@ -28,9 +28,8 @@ pub fn animation_glb(data: &PageData, machine: &Machine) -> Vec<u8> {
     let input = glb.floats(keys.iter().map(|k| [k.time as f32]).collect(), "SCALAR", true);
     let document = &data.document;
     let work = data.surfaces.iter().map(|surface| glb.surface_node(surface)).collect();
-    let work = glb.node(
-        json!({ "name": "workpiece", "matrix": columns(&document.setup.table_from_work), "children": list(work) }),
-    );
+    let work =
+        glb.node(placed(json!({ "name": "workpiece", "children": list(work) }), &document.setup.table_from_work));
     let mut tracks = Tracks { keys: &keys, machine, input, samplers: Vec::new(), channels: Vec::new() };
     let bodies = |carrier: &'static str| document.machine.bodies.iter().filter(move |b| b.carrier == carrier);
     let table =
@@ -159,7 +158,7 @@ impl Glb {
         let grey =
             if body.carrier == "table" || body.carrier == "bed" { [0.30, 0.33, 0.36] } else { [0.55, 0.58, 0.61] };
         let mesh = self.flat_mesh(&body.name, &triangles, grey);
-        self.node(json!({ "name": body.name, "matrix": columns(&body.pose), "mesh": mesh }))
+        self.node(placed(json!({ "name": body.name, "mesh": mesh }), &body.pose))
     }
 
     fn tool_node(&mut self, tool: &crate::format::ToolData) -> usize {
@@ -339,6 +338,15 @@ fn about_z(turn: f64) -> [f64; 4] {
 }
 
 /// Columns of a transform.
+/// Returns a node at a pose; at the identity none is written.
+fn placed(mut node: Value, pose: &Matrix) -> Value {
+    const IDENTITY: Matrix = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0];
+    if *pose != IDENTITY {
+        node["matrix"] = json!(columns(pose));
+    }
+    node
+}
+
 fn columns(m: &Matrix) -> Vec<f64> {
     (0..16).map(|k| if k % 4 == 3 { f64::from(k / 4 == 3) } else { m[4 * (k % 4) + k / 4] }).collect()
 }

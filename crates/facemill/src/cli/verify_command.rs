@@ -1,22 +1,19 @@
 //! `facemill verify`.
 
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{ArgGroup, Args};
 use facemill::formats::VerificationFile;
-use facemill::job::stock::map::rectangle;
+use facemill::job::stock::map::rectangle_with;
 use facemill::job_file::STOCK_TOLERANCE;
-use facemill::nc_program::ReadProgram;
-use facemill::nc_program::read::ReadCommand;
+use facemill::nc_program::Dialect;
 use facemill::report::remaining::RemainingReport;
 use facemill::report::stock::StockReport;
 use facemill::virtual_machine::{BetweenPositions, EstimatedPositions, Verification};
 use facemill::z_map::DexelMap;
 use facemill::{
-    CutRequest, DeviationRequest, Failure, Job, Setup, StockRegion, Verified, VerifyRequest, files, read_rest,
-    verify_program,
+    CutRequest, DeviationRequest, Failure, StockRegion, Verified, VerifyRequest, files, read_rest, verify_program,
 };
 
 use crate::cli::arguments::ad_hoc_setup::StandArguments;
@@ -104,15 +101,7 @@ pub(crate) fn run(arguments: &VerifyArguments) -> Result<ExitCode, Failure> {
     }
     let ProgramOfJob { job, setup, dialect, text, .. } = read;
     let rest = arguments.rest.as_ref().map(|path| read_rest(&job, setup, path)).transpose()?;
-    let request = VerifyRequest {
-        setup,
-        gouge_limit: arguments.gouge_mm.or_else(|| arguments.stand.gouge_limit()),
-        certificates: arguments.certificates,
-        time_law: !arguments.fast,
-        fast: arguments.fast,
-        cut: cut_of(arguments, rest)?,
-        ..VerifyRequest::new(&arguments.program.program, dialect)
-    };
+    let request = request_of(arguments, (setup, None), cut_of(arguments, rest)?, dialect);
     let paths = [&arguments.out, &arguments.rest_mesh, &arguments.rest_out, &arguments.deviation];
     files::check_outputs(paths.into_iter().flatten().map(PathBuf::as_path))?;
     let mut verified = verify_program(&job, &text, &request, &Progress::new(false))?;
@@ -153,7 +142,9 @@ fn run_sections(arguments: &VerifyArguments, read: ProgramOfJob) -> Result<ExitC
     let program = job.read_program(&text, dialect).map_err(|e| Failure::input(path, e))?;
     let sections = program.tool_sections();
     let region = match arguments.stock_region {
-        StockRegion::Operations => region_of_all(&job, setups.clone())?,
+        StockRegion::Operations => {
+            rectangle_with(&job, None, setups.clone())?.map_or(StockRegion::Operations, StockRegion::Rectangle)
+        }
         region => region,
     };
     let mut rest = arguments.rest.as_ref().map(|rest| read_rest(&job, setups.start, rest)).transpose()?;
@@ -162,7 +153,7 @@ fn run_sections(arguments: &VerifyArguments, read: ProgramOfJob) -> Result<ExitC
     for (k, section) in sections.iter().enumerate() {
         // Without a setup of its tool the part is run as that of the next one, and its tool is a
         // finding.
-        let tool = called_tool(section);
+        let tool = section.called_tool();
         let of_tool = (next..setups.end).find(|&s| Some(job.for_setup(s).tool.number()) == tool);
         let Some(setup) = of_tool.or(Some(next).filter(|&s| s < setups.end)) else {
             texts += &format!("tool change {} of {}: A TOOL TOO MANY, T{}\n", k + 1, sections.len(), tool.unwrap_or(0));
@@ -179,16 +170,7 @@ fn run_sections(arguments: &VerifyArguments, read: ProgramOfJob) -> Result<ExitC
         if let Some(cut) = cut.as_mut().filter(|cut| cut.rest.is_none()) {
             cut.region = region;
         }
-        let request = VerifyRequest {
-            setup,
-            section: Some(k),
-            gouge_limit: arguments.gouge_mm.or_else(|| arguments.stand.gouge_limit()),
-            certificates: arguments.certificates,
-            time_law: !arguments.fast,
-            fast: arguments.fast,
-            cut,
-            ..VerifyRequest::new(path, dialect)
-        };
+        let request = request_of(arguments, (setup, Some(k)), cut, dialect);
         let mut verified = verify_program(&job, &text, &request, &Progress::new(false))?;
         verified.complete(arguments.stand.assumptions(arguments.program.dialect));
         clean &= is_clean(&verified.file);
@@ -216,23 +198,23 @@ fn run_sections(arguments: &VerifyArguments, read: ProgramOfJob) -> Result<ExitC
     Ok(if clean { ExitCode::SUCCESS } else { ExitCode::from(1) })
 }
 
-/// Returns the number of the tool that a part of a program calls.
-fn called_tool(section: &ReadProgram) -> Option<u32> {
-    let mut commands = section.blocks.iter().flat_map(|block| &block.commands);
-    commands.find_map(|c| if let ReadCommand::Tool(number) = c { Some(*number) } else { None })
-}
-
-/// Returns the rectangle around what the operations of all these setups cut.
-fn region_of_all(job: &Job, setups: Range<usize>) -> Result<StockRegion, Failure> {
-    let mut all: Option<[[f64; 2]; 2]> = None;
-    for k in setups {
-        let job = job.for_setup(k);
-        let setup = Setup::read(&job, k)?;
-        let Some([low, high]) = rectangle(&job, &setup, StockRegion::Operations) else { continue };
-        let [known_low, known_high] = all.unwrap_or([low, high]);
-        all = Some([[0, 1].map(|c| low[c].min(known_low[c])), [0, 1].map(|c| high[c].max(known_high[c]))]);
+/// Returns the request for the program of a setup, or for its part behind a tool change.
+fn request_of<'a>(
+    arguments: &'a VerifyArguments,
+    (setup, section): (usize, Option<usize>),
+    cut: Option<CutRequest>,
+    dialect: Dialect,
+) -> VerifyRequest<'a> {
+    VerifyRequest {
+        setup,
+        section,
+        gouge_limit: arguments.gouge_mm.or_else(|| arguments.stand.gouge_limit()),
+        certificates: arguments.certificates,
+        time_law: !arguments.fast,
+        fast: arguments.fast,
+        cut,
+        ..VerifyRequest::new(&arguments.program.program, dialect)
     }
-    Ok(all.map_or(StockRegion::Operations, StockRegion::Rectangle))
 }
 
 /// Returns all requested files in full: one that cannot be made must not leave others behind.

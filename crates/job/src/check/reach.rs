@@ -117,8 +117,7 @@ fn lesser(known: Option<Barrier>, new: Barrier) -> Barrier {
 }
 
 fn message(job: &Job, setup: &Setup<'_>, operation: &OperationFile, n: usize, barrier: &Barrier) -> String {
-    let index = job.file.setups.iter().position(|s| s.name == setup.file.name).unwrap_or(0);
-    let at = job.setup_key(index);
+    let at = job.setup_key(setup.index);
     let why = match barrier {
         Barrier::Axis(why @ Unreachable::AxisLimit { axis, kind, .. }, by) => {
             let by = match kind {

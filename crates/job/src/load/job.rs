@@ -239,6 +239,8 @@ impl Job {
 
 /// A setup with its meshes read, in the workpiece frame.
 pub struct Setup<'a> {
+    /// Its index among the setups of the job.
+    pub index: usize,
     /// Its content in the job file.
     pub file: &'a SetupFile,
     /// Surface that the passes cut, alone: for paths that are projected on it.

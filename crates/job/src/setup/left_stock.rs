@@ -158,7 +158,7 @@ impl RegionMeasurement<'_> {
 
     /// Returns the heights that the programs of the setups before leave.
     fn of_operations_before(&self) -> Result<Vec<StockHeight>, Failure> {
-        let index = self.index();
+        let index = self.setup.index;
         let (before, why) = programs_before(&self.job.file.setups, index);
         if before.is_empty() {
             let message = format!("of: operations_before: setup \"{}\" has none: {why}", self.setup.file.name);
@@ -216,7 +216,7 @@ impl RegionMeasurement<'_> {
         let job = Job { tool, ..self.job.clone() };
         let text = self.job.files.bytes(&path)?;
         let swept =
-            swept_by(&Scene::new(&job, self.setup, self.index())?, &path, (&text, self.job.post.dialect(), None))?;
+            swept_by(&Scene::new(&job, self.setup, self.setup.index)?, &path, (&text, self.job.post.dialect(), None))?;
         if swept.n_motions() == 0 {
             let message =
                 format!("has no cutting move of tool \"{}\" on this machine, so it leaves all stock", job.tool.name());
@@ -225,16 +225,10 @@ impl RegionMeasurement<'_> {
         Ok(swept)
     }
 
-    /// Returns the index of the setup in the job.
-    fn index(&self) -> usize {
-        let name = &self.setup.file.name;
-        self.job.file.setups.iter().position(|s| s.name == *name).unwrap_or(0)
-    }
-
     /// Returns the heights where lines of a rest meet the region, and unknown ones on walls along
     /// the lines.
     fn of_rest(&self, name: &str) -> Result<Vec<StockHeight>, Failure> {
-        let rest = read_named_rest(self.job, self.index(), name)?;
+        let rest = read_named_rest(self.job, self.setup.index, name)?;
         let requested = self.requested()?;
         let mut heights = Vec::new();
         for place in &self.places {
@@ -313,7 +307,7 @@ pub fn swept_before(job: &Job, setup: &Setup<'_>) -> Result<Arc<Vec<SweptCutter>
         return Ok(known.clone());
     }
     let setups = &job.file.setups;
-    let index = setups.iter().position(|s| s.name == setup.file.name).unwrap_or(0);
+    let index = setup.index;
     let (before, _) = programs_before(setups, index);
     let mut swept = Vec::new();
     for k in before.into_iter().filter(|_| job.second.is_none()) {

@@ -82,8 +82,7 @@ pub fn lay_by_widths(
     (index, operation): (usize, &OperationFile),
     factor: WidthFactor<'_>,
 ) -> Result<LaidPath, Failure> {
-    let at = job.file.setups.iter().position(|s| s.name == setup.file.name).unwrap_or(0);
-    job.check_tool_of(at)?;
+    job.check_tool_of(setup.index)?;
     laid_path(job, setup, (index, operation), factor).map_err(|e| match unit_advice(job, setup) {
         Some(advice) => job.wrong(format!("{advice} As it is, no passes can be laid for \"{}\"", operation.name)),
         None => e,

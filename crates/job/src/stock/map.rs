@@ -123,6 +123,30 @@ impl StockMeshes {
 /// Options that set the distance of the lines.
 const OF_CELL: &str = " (--stock-cell-mm, in a plan verification.stock_cell_mm)";
 
+/// Returns the rectangle around a known one and what the operations of further setups cut, each with
+/// its own tool, in one workpiece frame; `None` if one of them cuts nothing.
+///
+/// # Errors
+/// If a setup cannot be read.
+pub fn rectangle_with(
+    job: &Job,
+    known: Option<[[f64; 2]; 2]>,
+    setups: impl IntoIterator<Item = usize>,
+) -> Result<Option<[[f64; 2]; 2]>, Failure> {
+    let mut all = known;
+    for k in setups {
+        let job = job.for_setup(k);
+        let Some(own) = rectangle(&job, &Setup::read(&job, k)?, StockRegion::Operations) else { return Ok(None) };
+        all = Some(all.map_or(own, |all| around(all, own)));
+    }
+    Ok(all)
+}
+
+/// Returns the rectangle around two.
+fn around(a: [[f64; 2]; 2], b: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
+    [[0, 1].map(|k| a[0][k].min(b[0][k])), [0, 1].map(|k| a[1][k].max(b[1][k]))]
+}
+
 /// Returns the low and high corner of a region; `None` for all of the stock.
 pub fn rectangle(job: &Job, setup: &Setup<'_>, region: StockRegion) -> Option<[[f64; 2]; 2]> {
     match region {

@@ -66,6 +66,12 @@ pub struct ReadBlock {
 }
 
 impl ReadBlock {
+    /// Whether it puts a tool into the spindle (M6, TOOL CALL).
+    #[must_use]
+    pub fn changes_tool(&self) -> bool {
+        self.commands.contains(&ReadCommand::ToolChange)
+    }
+
     /// Bytes of the source that are the F word: [`FeedPlace::span`].
     #[must_use]
     pub fn feed_span(&self) -> Option<Range<usize>> {

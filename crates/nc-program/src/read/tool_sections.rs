@@ -1,6 +1,6 @@
 //! Parts of a program with one tool each.
 
-use crate::read::program::{MotionKind, ReadBlock, ReadCommand, ReadProgram, ToolLengthNote};
+use crate::read::program::{MotionKind, ReadCommand, ReadProgram, ToolLengthNote};
 
 impl ReadProgram {
     /// Returns the parts of a program that changes tools, each as a program with the lines that it
@@ -23,7 +23,7 @@ impl ReadProgram {
             let end = starts.get(k + 1).copied().unwrap_or(self.blocks.len());
             let mut blocks = self.blocks[start..end].to_vec();
             let goes_on = k + 1 < starts.len() || self.goes_on;
-            for block in blocks.iter_mut().filter(|b| goes_on && !is_change(b)) {
+            for block in blocks.iter_mut().filter(|b| goes_on && !b.changes_tool()) {
                 block.commands.retain(|c| !is_tool(c));
             }
             let (change, tool) = &changes[k];
@@ -62,6 +62,14 @@ impl ReadProgram {
         sections
     }
 
+    /// Returns the number of the tool that it calls first; `None` where it calls none, or one by a
+    /// name.
+    #[must_use]
+    pub fn called_tool(&self) -> Option<u32> {
+        let mut called = self.blocks.iter().flat_map(|b| &b.commands).filter(|c| is_tool(c));
+        if let Some(ReadCommand::Tool(number)) = called.next() { Some(*number) } else { None }
+    }
+
     /// Returns the blocks of changes to another tool than that in the spindle, with the tool where
     /// it is known.
     fn changes_to_other_tools(&self) -> Vec<(usize, Option<ReadCommand>)> {
@@ -69,7 +77,7 @@ impl ReadProgram {
         let mut called = None;
         for (k, block) in self.blocks.iter().enumerate() {
             called = block.commands.iter().rev().find(|c| is_tool(c)).cloned().or(called);
-            if !is_change(block) {
+            if !block.changes_tool() {
                 continue;
             }
             let is_same = changes.last().is_some_and(|(_, tool)| tool.is_some() && *tool == called);
@@ -92,10 +100,6 @@ impl ReadProgram {
             goes_on: false,
         }
     }
-}
-
-fn is_change(block: &ReadBlock) -> bool {
-    block.commands.iter().any(|c| matches!(c, ReadCommand::ToolChange))
 }
 
 fn is_tool(command: &ReadCommand) -> bool {

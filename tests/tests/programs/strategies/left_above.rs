@@ -5,7 +5,6 @@ use std::path::Path;
 
 use facemill::job_file::JobFile;
 use facemill::nc_program::Dialect;
-use facemill::new_job::NewJob;
 use facemill::report::left_above::LeftAboveReport;
 use facemill::report::outcome::Outcome;
 use facemill::{
@@ -42,7 +41,14 @@ pub(crate) fn half_cut() -> JobFolder {
     let text = text_of(&planned(&job, true).expect("a plan"), "program.nc");
     job.write("large.nc", text.as_bytes());
     // The same with a mill of 6 mm, of all of it.
-    let small = JobFolder::new(&NewJob::Patch { size_mm: 60.0 }).json("tool.json");
+    let mut small = job.json("tool.json");
+    for (key, value) in [("radius_mm", 3.0), ("dead_core_radius_mm", 2.0)] {
+        small[key] = json!(value);
+    }
+    small["name"] = json!("face mill D6 r0.3");
+    for (key, value) in [("diameter_low_mm", 5.2), ("diameter_high_mm", 4.8)] {
+        small["body"]["sections"][0][key] = json!(value);
+    }
     job.write("small.json", small.to_string().as_bytes());
     job.set("job.json", &[("/operations", json!([whole]))]);
     job

@@ -11,6 +11,7 @@ use facemill_tests::jobs::JobFolder;
 use facemill_tests::oracles::interpreter;
 use facemill_tests::oracles::read_back::ReadBack;
 use facemill_tests::program::{code_and_errors, run};
+use facemill_tests::shared::workspace;
 use facemill_tests::variants::{blink_patch, box_obj, tiny_patch};
 use flate2::read::GzDecoder;
 use serde_json::{Value, json};
@@ -231,6 +232,21 @@ fn browser() -> Option<PathBuf> {
         println!("skipped: Chromium is not installed");
     }
     chromium
+}
+
+/// Asserts that the Khronos validator finds nothing in a glTF file; where it is not installed
+/// (`npm install --prefix target/ci-node gltf-validator`), prints that it is not run.
+fn assert_valid_gltf(file: &Path) {
+    let modules = workspace().join("target/ci-node");
+    let script = workspace().join("crates/report-page/tests/browser/validate.mjs");
+    if !modules.join("node_modules/gltf-validator").is_dir() {
+        println!("skipped: gltf-validator is not installed");
+        return;
+    }
+    let output = Command::new("node").arg(script).arg(modules).arg(file).output().expect("node");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let issues: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(issues["messages"], json!([]), "{}", file.display());
 }
 
 /// Opens a page in a browser; `None` where there is none.
@@ -501,7 +517,8 @@ fn motions_without_a_time_are_counted_and_not_timed() {
 #[test]
 fn both_tools_of_a_machine_with_two_heads_are_on_its_page() {
     let job = two_heads();
-    facemill(&job, "plan job.json --out ./out");
+    facemill(&job, "plan job.json --out ./out --animation ./motion.glb");
+    assert_valid_gltf(&job.path("motion.glb"));
     let page = text(&job, "out/report.html");
     let held = document(&page);
     assert_eq!(held["result"], job.json("out/report.json"));
@@ -589,6 +606,7 @@ fn the_animation_is_gltf_with_a_track_for_each_axis() {
     let job = blink_patch();
     facemill(&job, "plan job.json --out ./out --no-verify --no-html");
     facemill(&job, "report ./out --job job.json --animation ./motion.glb");
+    assert_valid_gltf(&job.path("motion.glb"));
     let bytes = std::fs::read(job.path("motion.glb")).expect("an animation");
     let word = |at: usize| u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]]) as usize;
     assert_eq!((&bytes[..4], word(4), word(8)), (&b"glTF"[..], 2, bytes.len()));
