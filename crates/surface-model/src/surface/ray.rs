@@ -57,7 +57,8 @@ impl Surface {
         let ray = Ray::new(*origin, *direction);
         let mut hits = Vec::new();
         self.tree().visit_boxes(
-            |b| ray.enters(b) <= max_distance,
+            // Boxes that the ray misses are at infinity.
+            |b| ray.enters(b) <= max_distance.min(f64::MAX),
             |t| hits.extend(ray.crossing(self, t).map(|c| c.hit).filter(|h| h.point.distance <= max_distance)),
         );
         hits.sort_by(|a, b| {
