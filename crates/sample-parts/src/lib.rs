@@ -6,6 +6,7 @@
 //! - [`rotor37`]: a compressor blade.
 //! - [`BladeLoft`]: a smooth blade through sections of points, and its mesh.
 //! - [`patch`]: a wavy sculptured patch with exact normals and curvatures.
+//! - [`casting`]: any of these solids with uneven material on it.
 //! - [`AnalyticPart`]: plane, sphere, cylinder, torus and saddle with exact closest points.
 //!
 //! Lengths are in mm. Blades and hub are closed, wound outward, and separate: as solids they
@@ -48,11 +49,13 @@
 //! | `surface_point` | points of a surface with normal and curvature |
 //! | `patch` | wavy sculptured patches |
 //! | `analytic_part` | parts with closed normals and curvatures |
+//! | `casting` | parts with uneven material on them |
 //!
 //! This crate must not know machines, tools, jobs or files.
 
 mod analytic_part;
 mod blade_loft;
+mod casting;
 mod grouped_mesh;
 mod patch;
 mod propeller;
@@ -71,6 +74,7 @@ pub use crate::propeller::chord_error::{ChordError, chord_error};
 pub use crate::propeller::hub::hub;
 pub use crate::propeller::spec::{PropellerSeries, PropellerSpec, blade_pose};
 pub use analytic_part::{AnalyticPart, AnalyticShape, MaterialSide};
+pub use casting::{CastingAllowance, casting};
 pub use patch::{PatchSpec, patch};
 pub use rotor37::{RotorResolution, rotor37};
 pub use spec_error::{LoftError, SpecError};

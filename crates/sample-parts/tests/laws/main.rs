@@ -4,6 +4,7 @@ mod kit;
 
 mod analytic_laws;
 mod blade_laws;
+mod casting_laws;
 mod loft_laws;
 mod rotor37_laws;
 mod vp1304_reference;
