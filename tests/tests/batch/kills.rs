@@ -91,7 +91,9 @@ fn stopped_with_lock(run: &BatchAtWork, job: &JobFolder) -> String {
             && send_signal("STOP", &worker)
         {
             std::thread::sleep(Duration::from_millis(50));
-            if locks() > 0 {
+            // It may have been stopped before the lock had its name.
+            let status = batch(job, "status", "out", &[]);
+            if locks() > 0 && String::from_utf8_lossy(&status.stdout).contains(&format!("process {worker} on ")) {
                 return worker;
             }
             send_signal("CONT", &worker);
