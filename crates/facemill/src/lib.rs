@@ -129,16 +129,16 @@ pub mod formats {
     pub use facemill_job::format::incomplete::incomplete_because;
     pub use facemill_job::format::made_from::{InputFile, MadeFrom};
     pub use facemill_job::format::moved_job::moved_job;
-    pub use facemill_job::format::paths_file::{
-        ComparedStrategy, FastestStrategy, LaidPasses, PATHS_FORMAT, PassedOverStrategy, PathsFile, PlannedPasses,
-    };
     pub use facemill_job::format::program_stamp::{ProgramStamp, checksum};
     pub use facemill_job::format::program_times::ProgramTimes;
-    pub use facemill_job::format::strategies_file::StrategiesFile;
     pub use facemill_job::format::summary_file::{
         JoinedProgramSummary, JoinedSectionSummary, SUMMARY_FORMAT, SetupSummary, SummaryFile,
     };
     pub use facemill_job::format::verification_file::{VERIFICATION_FORMAT, VerificationFile};
+    pub use facemill_path_strategies::{
+        ComparedStrategy, FastestStrategy, LaidPasses, PATHS_FORMAT, PassedOverStrategy, PathsFile, PlannedPasses,
+        StrategiesFile,
+    };
 }
 
 /// Feeds of programs that exist.

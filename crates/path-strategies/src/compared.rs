@@ -2,7 +2,6 @@
 
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{JobFile, PoseFile};
-use facemill_job::format::paths_file::{ComparedStrategy, PlannedPasses};
 use facemill_job::format::report::Report;
 use facemill_job::frames::pose;
 use facemill_job::load::job::Job;
@@ -11,6 +10,7 @@ use facemill_job::validate::validate;
 use facemill_planner::{PlanSettings, Planned, plan_job};
 use nalgebra::{UnitQuaternion, Vector3};
 
+use crate::paths_file::{ComparedStrategy, PlannedPasses};
 use crate::strategies::NamedStrategy;
 
 /// Options of a comparison.

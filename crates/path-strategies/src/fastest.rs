@@ -1,12 +1,12 @@
 //! The compared plan of least time among the complete ones.
 
 use facemill_job::format::job_file::JobFile;
-use facemill_job::format::paths_file::{ComparedStrategy, FastestStrategy, PassedOverStrategy, PlannedPasses};
 use facemill_job::format::report::outcome::Outcome;
 use facemill_job::load::job::Job;
 use facemill_job::validate::setup_names::belongs;
 
 use crate::compared::CompareRequest;
+use crate::paths_file::{ComparedStrategy, FastestStrategy, PassedOverStrategy, PlannedPasses};
 
 /// Fraction of the CC points by which a plan may leave out more than the job's own: rounding of a
 /// count of other points.

@@ -8,7 +8,6 @@ use facemill_cutter_location::cusp::strips::strip_width;
 use facemill_drawing::passes_svg::{DrawnPoint, passes_svg};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::OperationFile;
-use facemill_job::format::paths_file::LaidPasses;
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::path::lay_operation;
 use facemill_job::stages::{LAY, READ, Stages};
@@ -17,6 +16,8 @@ use facemill_planner::{neighbour_reach, path_text};
 use facemill_tool_path::segments::LaidTask;
 use facemill_verification::efficiency::{OperationCuts, efficiency};
 use rayon::prelude::*;
+
+use crate::paths_file::LaidPasses;
 
 /// Passes of all operations of a job.
 #[non_exhaustive]

@@ -5,6 +5,8 @@
 //!
 //! | module | holds |
 //! |---|---|
+//! | `paths_file` | format of laid and compared passes |
+//! | `strategies_file` | format of a list of strategies to compare |
 //! | `directions` | directions of parallel planes for a region: by its extent, and by the motion of the rotary axes |
 //! | `strategies` | strategies that a job can be planned by |
 //! | `compared` | plans of a job by several strategies, one after the other |
@@ -15,9 +17,15 @@ mod compared;
 mod directions;
 mod fastest;
 mod laid;
+mod paths_file;
 mod strategies;
+mod strategies_file;
 
 pub use crate::compared::{CompareRequest, ComparisonSteps, compare_paths};
 pub use crate::fastest::fastest;
 pub use crate::laid::{LaidPaths, lay_paths};
+pub use crate::paths_file::{
+    ComparedStrategy, FastestStrategy, LaidPasses, PATHS_FORMAT, PassedOverStrategy, PathsFile, PlannedPasses,
+};
 pub use crate::strategies::{NamedStrategy, default_strategies, listed_strategies};
+pub use crate::strategies_file::StrategiesFile;

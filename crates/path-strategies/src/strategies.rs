@@ -7,11 +7,11 @@ use facemill_file_format::{FormatError, from_json, from_value};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{DirectionFile, JobFile, LevelOrderFile, LinkingFile, PathFile, PathFromStrategy};
 use facemill_job::format::job_settings::JobSetting;
-use facemill_job::format::strategies_file::StrategiesFile;
 use facemill_job::load::job::Job;
 use serde_json::Value;
 
 use crate::directions::{DIRECTIONS, planes_of_operations};
+use crate::strategies_file::StrategiesFile;
 
 /// A strategy for all operations of a job.
 #[derive(Clone, Debug)]

@@ -1,10 +1,9 @@
 //! Passes of a job by its strategies, laid or planned, for comparison.
 
+use facemill_job::duration_text::clock;
+use facemill_job::format::report::outcome::Outcome;
 use schemars::JsonSchema;
 use serde::Serialize;
-
-use crate::duration_text::clock;
-use crate::format::report::outcome::Outcome;
 
 /// Value of the key `format` in the file.
 pub const PATHS_FORMAT: &str = "facemill-paths/1";
@@ -314,5 +313,5 @@ fn aligned(rows: &[Vec<String>]) -> Vec<String> {
 }
 
 #[cfg(test)]
-#[path = "../../tests/unit/format/paths_file.rs"]
+#[path = "../tests/unit/paths_file.rs"]
 mod tests;
