@@ -10,6 +10,7 @@
 //! - [`craig`]: where the rows of a machine file put its links;
 //! - [`two_heads`]: a program of two heads in one channel, both tools' places, and how far these
 //!   are apart;
+//! - [`rest_points`]: stock as points, cut by a program, and met by its bodies;
 //! - [`slack`]: how much more certificates say than there is, at its places, with the mesh tree's
 //!   distance;
 //! - [`chip_trial`]: what chips say that passes take, and what their program takes out of the
@@ -22,6 +23,7 @@ pub mod interpreter;
 pub mod onset;
 pub mod paper_machine;
 pub mod read_back;
+pub mod rest_points;
 pub mod slack;
 pub mod touch;
 pub mod two_heads;

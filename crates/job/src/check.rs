@@ -21,8 +21,10 @@ use crate::load::job::{Job, Setup};
 use crate::load::mesh_winding::check_winding;
 use crate::load::part_size::{part_box, unit_advice, units};
 use crate::setup::path::lay_operation;
+use crate::setup::programs_before::each_program_before;
 use crate::setup::word_map::word_map;
-use crate::stock::setup_order::{check_before, follows, is_after_others};
+use crate::stock::setup_order::check_before;
+use crate::validate::setup_chain::{follows, is_after_others};
 
 fn up(axis: UpAxis) -> &'static str {
     match axis {
@@ -42,6 +44,7 @@ pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
     let words = word_map(job, &setup, index)?;
     try_template(job, &setup, &words)?;
     let undecided = check_winding(job, &setup, index)?;
+    each_program_before(job, &setup, 0, |_| Ok(()))?;
     let mut lines = vec![format!("setup \"{}\"", setup.file.name)];
     lines.extend([Some(&job.tool), job.second.as_ref().map(|s| &s.tool)].into_iter().flatten().map(tool_line));
     lines.push(stock_line(job, index));
@@ -104,14 +107,20 @@ fn stock_line(job: &Job, index: usize) -> String {
         StockFile::Cylinder(_) => "a cylinder".to_owned(),
         StockFile::Mesh(mesh) => format!("mesh {}", mesh.file),
     };
-    let before = index.checked_sub(1).filter(|_| job.file.verification.cut_stock).map(|k| &setups[k]);
+    let by_others = &setups[index].programs_before;
+    let own =
+        if by_others.is_empty() { own } else { format!("{own}, cut by {} program(s) of other jobs", by_others.len()) };
+    let is_counted = job.second.is_none() || job.file.verification.cut_stock;
+    let before = index.checked_sub(1).filter(|_| is_counted).map(|k| &setups[k]);
+    let planned = "postures, entries and links are planned on all that may be left of it";
+    let what = match (job.second.is_none(), job.file.verification.cut_stock) {
+        (true, true) => format!("{planned}, and the program is verified on it"),
+        (true, false) => planned.to_owned(),
+        (false, _) => "the program is verified on it, postures, entries and links are planned on all of it".to_owned(),
+    };
     match before.map(|before| (before, follows(before, &setups[index]))) {
         None => format!("stock: {own}"),
-        Some((before, Ok(()))) => format!(
-            "stock: what \"{}\" leaves of {own}; the program is verified on it, postures, entries and links are planned on all \
-             of it",
-            before.name
-        ),
+        Some((before, Ok(()))) => format!("stock: what \"{}\" leaves of {own}; {what}", before.name),
         Some((_, Err(why))) => format!("stock: {own}; not what the setup before leaves: {why}"),
     }
 }

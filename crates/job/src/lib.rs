@@ -11,6 +11,7 @@
 //! | [`mod@format`] | files as they are written: jobs, reports, verifications, links, lengths, summaries |
 //! | [`mod@frames`] | poses and directions of files, places of a pattern |
 //! | [`mod@stages`] | stages of a long computation, and their monitors |
+//! | [`mod@planning_stock`] | the stock on which a setup is planned: its own, or what programs before may leave |
 //! | [`mod@validate`] | limits of numbers ([`validate::limits`]), feeds and names of a job file |
 //! | [`mod@load`] | a job with all files that it names: tool, machine, meshes, post; [`load::job::Setup`] with drive surface, obstacles and stock; setups without a job file ([`load::ad_hoc_setup`]) |
 //! | [`mod@stock`] | solid stock, its map of lines, rests of setups before |
@@ -28,6 +29,7 @@ pub mod files;
 pub mod format;
 pub mod frames;
 pub mod load;
+pub mod planning_stock;
 pub mod setup;
 pub mod stages;
 pub mod stock;

@@ -53,7 +53,9 @@ use crate::load::obstacle_meshes::{
 use crate::load::part_size::unit_inside;
 use crate::load::post_load::read_post;
 use crate::load::stock_solid::stock_mesh;
+use crate::planning_stock::PlanningStock;
 use crate::validate::feeds::check_chip_thickness;
+use crate::validate::layers::check_flute;
 use crate::validate::limits::check_cutter_width;
 use crate::validate::tools::{JobByTool, setups_by_tool, tool_of, tool_of_setup};
 use crate::validate::{check_feeds, check_gouge_tolerances, check_heads, check_rounding, validate};
@@ -186,7 +188,9 @@ impl Job {
     pub(crate) fn of_files(path: &Path, file: JobFile, files: JobFiles) -> Result<Self, Failure> {
         let beside = |name: &str| path.parent().unwrap_or(Path::new("")).join(name);
         mesh_names(&file).for_each(|name| files.note_input(&beside(name)));
-        let JobByTool { file, written } = setups_by_tool(file);
+        // Faults are named by the place in the file.
+        let as_written = file;
+        let JobByTool { file, written } = setups_by_tool(as_written.clone());
         let read_tool = |name: &str| -> Result<ToolAssembly, Failure> {
             let tool_path = beside(name);
             ToolAssembly::from_json(&files.text(&tool_path)?).map_err(|e| Failure::input(&tool_path, e))
@@ -202,13 +206,13 @@ impl Job {
         check_registers(&by_name).map_err(|e| Failure::input(path, e))?;
         let machine_path = beside(&file.machine);
         let mut heads = read_machine_of(&files, &machine_path)?.heads;
-        check_heads(&file, heads.len()).map_err(|e| Failure::input(path, e))?;
+        check_heads(&as_written, heads.len()).map_err(|e| Failure::input(path, e))?;
         let mut second = None;
         if let (2, Some(name)) = (heads.len(), &file.second_tool) {
             second = Some(SecondHead { tool: read_tool(name)?, machine: heads.swap_remove(1) });
         }
         let machine = heads.swap_remove(0);
-        check_feeds(&file, &machine.feed_range()).map_err(|e| Failure::input(path, e))?;
+        check_feeds(&as_written, &machine.feed_range()).map_err(|e| Failure::input(path, e))?;
         // Each tool with its file and its operations.
         type ToolUse<'t> = (&'t ToolAssembly, &'t str, Box<dyn Fn(&OperationFile) -> bool + 't>);
         let of_head = |head: u32| move |o: &OperationFile| o.head == head;
@@ -216,11 +220,12 @@ impl Job {
         let of_second = second.iter().zip(&file.second_tool);
         let of_second = of_second.map(|(second, name)| -> ToolUse<'_> { (&second.tool, name, Box::new(of_head(2))) });
         let named = by_name.iter().zip(file.tools.values()).map(|((name, tool), tool_file)| -> ToolUse<'_> {
-            (tool, tool_file, Box::new(|o| tool_of(&file, o) == Some(name)))
+            (tool, tool_file, Box::new(|o| tool_of(&as_written, o) == Some(name)))
         });
         for (tool, tool_file, is_of) in alone.chain(of_second).chain(named) {
-            check_gouge_tolerances(&file, &is_of, tool.cutter().radius()).map_err(|e| Failure::input(path, e))?;
-            check_chip_thickness(&file, &is_of, tool.n_inserts(), &machine.feed_range())
+            check_gouge_tolerances(&as_written, &is_of, tool.cutter().radius()).map_err(|e| Failure::input(path, e))?;
+            check_flute(&as_written, &is_of, tool).map_err(|e| Failure::input(path, e))?;
+            check_chip_thickness(&as_written, &is_of, tool.n_inserts(), &machine.feed_range())
                 .map_err(|e| Failure::input(path, e))?;
             check_cutter_width(&machine, tool).map_err(|e| Failure::input(&beside(tool_file), e))?;
         }
@@ -237,8 +242,8 @@ impl Job {
             let message = format!("post.program_number: {} leaves no numbers for all setups", post.program_number());
             return Err(Failure::input(path, message));
         }
-        let tools = NamedTools::new(by_name, written);
-        check_rounding(&file, &post.rounding_bound()).map_err(|e| Failure::input(path, e))?;
+        let tools = NamedTools::new(by_name, written, tool.clone());
+        check_rounding(&as_written, &post.rounding_bound()).map_err(|e| Failure::input(path, e))?;
         // Where nothing is written, the control need not move as the machine file says.
         let post = if file.operations.is_empty() {
             post
@@ -333,6 +338,8 @@ impl<'a> Setup<'a> {
             obstacles,
             stock_thickness,
             stock_solid,
+            planning_stock: PlanningStock::Own { why: None },
+            own_stock: None,
             drive_allowance: file.meshes.iter().find(|m| m.role == RoleFile::Drive).map_or(0.0, |m| m.allowance_mm),
             table_from_work,
             work_offset: work_offset(&file.work_offset.register).ok_or_else(|| {

@@ -1,9 +1,11 @@
 //! Operations of a setup as the stages need them: workcell, words, passes, feeds.
 
+pub(crate) mod after_programs;
 pub mod cell;
 pub mod left_stock;
 pub mod path;
 pub mod program_spec;
+pub mod programs_before;
 pub mod rolled;
 pub mod word_map;
 

@@ -23,6 +23,9 @@ impl Stages for SilentStages {
 /// Reading of meshes.
 pub const READ: &str = "read the meshes";
 
+/// Bound of the stock that the programs before leave.
+pub const STOCK_BEFORE: &str = "stock before";
+
 /// Generation of the passes of an operation.
 pub const LAY: &str = "lay the passes";
 

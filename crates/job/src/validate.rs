@@ -2,7 +2,9 @@
 //! its permitted values.
 
 pub mod feeds;
+pub(crate) mod layers;
 pub mod limits;
+pub mod setup_chain;
 pub mod setup_names;
 pub mod tip_feed;
 pub mod tools;
@@ -16,6 +18,7 @@ use crate::format::job_file::{
     OperationFile, PairFile, PathFile, PatternFile, PoseFile, PostureModeFile, RoleFile, SetupFile, StockFile,
 };
 use crate::validate::feeds::{check_feed_laws, check_stock_to_cut, feeds_of_chips};
+use crate::validate::layers::check_layers;
 use crate::validate::limits::{JOB_LIMITS, OPERATION_LIMITS, SETUP_LIMITS, SMALLEST_TOLERANCE, check_limits};
 use crate::validate::setup_names::{belongs, file_stem};
 use crate::validate::tools::check_tool_names;
@@ -61,6 +64,7 @@ fn check_links(job: &JobFile) -> Result<(), String> {
 fn check_operations(job: &JobFile) -> Result<(), String> {
     for (k, operation) in job.operations.iter().enumerate() {
         check_operation(&Field::new("operations", k), operation)?;
+        check_layers(k, operation)?;
         check_setup_name(k, operation, job)?;
         check_stock_to_cut(k, operation, job)?;
     }
@@ -116,6 +120,15 @@ pub fn check_heads(job: &JobFile, n_heads: usize) -> Result<(), String> {
         );
     }
     if n_heads >= 2 {
+        if let Some(k) = job.operations.iter().position(|o| o.layers.is_some() || o.allowance_mm > 0.0) {
+            return Err(format!(
+                "operations[{k}]: layers and allowance_mm are for machines with one head; of two give the drive surface an \
+                 allowance_mm"
+            ));
+        }
+        if let Some(k) = job.setups.iter().position(|s| !s.programs_before.is_empty() || s.rest_cell_mm.is_some()) {
+            return Err(format!("setups[{k}]: programs_before and rest_cell_mm are for machines with one head"));
+        }
         if !job.tools.is_empty() {
             return Err(
                 "tools: are for machines with one head; of two each has one tool, `tool` and `second_tool`".to_owned()

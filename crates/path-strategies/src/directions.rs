@@ -8,7 +8,7 @@ use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{OperationFile, PathFile};
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::setup::path::lay_operation;
-use facemill_job::stock::setup_order::is_after_others;
+use facemill_job::validate::setup_chain::is_after_others;
 use facemill_surface_model::CurvatureTensor;
 use facemill_tool_model::cl_from_cc;
 use facemill_tool_path::segments::LaidTask;

@@ -7,7 +7,7 @@ use facemill_job::load::job::{Job, Setup, WrittenPrograms};
 use facemill_job::load::mesh_winding::check_winding;
 use facemill_job::setup::cell::z_map;
 use facemill_job::setup::scene::Scene;
-use facemill_job::stages::{READ, Stages};
+use facemill_job::stages::{READ, STOCK_BEFORE, Stages};
 use facemill_z_map::ZMap;
 
 use crate::dual::two_heads::with_two_heads;
@@ -60,10 +60,13 @@ pub(crate) fn planned_setup<'j>(
     let reading = stages.start(READ, 0);
     let setup = Setup::read(of_job, index)?;
     check_winding(job, &setup, index)?;
+    drop(reading);
+    let bounding = stages.start(STOCK_BEFORE, 0);
+    let setup = setup.after_programs(job, &*bounding)?;
     let map = z_map(&setup)?;
     let scene = Scene::new(job, &setup, index)?;
     try_template(job, &setup, &scene.words)?;
-    drop(reading);
+    drop(bounding);
     run.clock.lap("read");
     let context = SetupContext { scene: &scene, map: &map, added: AddedPasses::All };
     let planned = run.plan(&OneHead { context })?;

@@ -3,9 +3,11 @@
 use std::ops::Range;
 
 use facemill_job::failure::Failure;
+use facemill_job::files::REJECTED;
 use facemill_job::load::job::Job;
 use facemill_job::stages::Stages;
-use facemill_job::stock::setup_order::{check_before, needs_programs_before, programs_before};
+use facemill_job::stock::setup_order::check_before;
+use facemill_job::validate::setup_chain::programs_before;
 
 use crate::plan::{ReadSetup, planned_setup};
 use crate::plan_settings::PlanSettings;
@@ -14,8 +16,8 @@ use crate::planned::Planned;
 
 /// Plans all setups of a job in their order, and cuts the stock of each by its own verified
 /// program: on lines `cell` mm apart, or as the job's `verification` says. A setup begins with the
-/// rest that the one before leaves if both have the same workpiece frame and state the same stock;
-/// each report says what its stock began as, or why none was cut.
+/// rest that the one before leaves if both state the same stock, in one workpiece frame or as a
+/// mesh; each report says what its stock began as, or why none was cut.
 ///
 /// Guarantees, besides the guarantees of [`plan_setup`](crate::plan::plan_setup): on every line of
 /// the stock, no body that must not meet the material left at that moment does so by more than
@@ -57,8 +59,7 @@ pub fn plan_job_with_setups<'j>(
 }
 
 /// Plans one setup of a job: its files and report are those that [`plan_job`] makes of it, whatever
-/// the job's other setups are. Where the setup begins with the rest of setups before it, plans
-/// these, too.
+/// the job's other setups are. Where setups before it cut the same stock, plans these, too.
 ///
 /// # Errors
 /// As [`plan_job`]; [`Failure::NothingToCut`] if this setup gets no program.
@@ -69,11 +70,8 @@ pub fn plan_job_setup(
     cell: Option<f64>,
     stages: &dyn Stages,
 ) -> Result<Planned, Failure> {
-    let setups = &job.file.setups;
-    let begins_with_rest = settings.verify && job.file.verification.cut_stock;
-    let is_after_others = setups.get(index).is_some_and(|setup| needs_programs_before(&job.file, setup));
-    let (before, _) = programs_before(setups, index);
-    let first = before.first().filter(|_| begins_with_rest || is_after_others).copied().unwrap_or(index);
+    let (before, _) = programs_before(&job.file.setups, index);
+    let first = before.first().copied().unwrap_or(index);
     let last = planned_setups(job, first..index + 1, settings, cell, stages)?.pop();
     let (planned, _) =
         last.unwrap_or_else(|| Err("there is no such setup".to_owned())).map_err(Failure::NothingToCut)?;
@@ -102,7 +100,8 @@ fn planned_setups<'j>(
         // Setups in which nothing is to be cut leave the rest of those before them.
         let (chain, _) = programs_before(&job.file.setups, index);
         let mut made = chain.iter().rev().filter(|k| **k >= first).map(|&k| (k, &all[k - first]));
-        let last = made.find_map(|(k, planned)| planned.as_ref().ok().map(|(planned, _)| (k, planned)));
+        let is_run = |planned: &Planned| planned.program().is_some_and(|(name, _)| !name.contains(REJECTED));
+        let last = made.find_map(|(k, planned)| Some((k, &planned.as_ref().ok().filter(|(p, _)| is_run(p))?.0)));
         let before = last.and_then(|(k, planned)| planned.rest.as_ref().map(|rest| (k, rest)));
         let stock = StockToCut { cell: cell.or(job.file.verification.stock_cell_mm), index, before };
         match planned_setup(job, (index, &programs), settings, Some(&stock), stages) {
@@ -112,7 +111,10 @@ fn planned_setups<'j>(
             }
             planned => {
                 let planned = planned?;
-                let program = planned.0.program().map(|(name, text)| (name.into(), text.to_vec()));
+                // Nobody runs a program with faults: what comes behind it meets the stock that it
+                // would cut.
+                let program = planned.0.program().filter(|(name, _)| !name.contains(REJECTED));
+                let program = program.map(|(name, text)| (name.into(), text.to_vec()));
                 programs.add(index, program, job.post.dialect());
                 all.push(Ok(planned));
             }

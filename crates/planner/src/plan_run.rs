@@ -9,7 +9,7 @@ use facemill_job::load::job::Job;
 use facemill_job::load::open_meshes::open_stock;
 use facemill_job::stages::{
     ADDED, BETWEEN, CHIPS, CUT, DETOURS, HELP, LAY, LINKS, LOOK, MATERIAL, PICTURE, PLACES, POSTURES, READ, SHORTEN,
-    Stages, TIMES, WRITE,
+    STOCK_BEFORE, Stages, TIMES, WRITE,
 };
 use facemill_virtual_machine::{Assumption, HeldAsCut, merge_findings, rapid_lines};
 
@@ -89,6 +89,7 @@ impl PlanRun<'_> {
         report.made_from = made_from;
         report.totals.mended_blocks = added_poses;
         report.stock = of_stock;
+        report.stock.planned_on = setup.planning_stock.to_string();
         report.links = links_report;
         let program = heads.program(&moves, &texts, HeldAsCut::NOTHING);
         report.assumptions = program.assumptions()?;
@@ -108,7 +109,7 @@ impl PlanRun<'_> {
         let chips = ChipFiles::new(&jobs, &setup.file.name, operations, (timed, &H::cut_lines(&moves, &texts)));
         let passes = pass_files(&jobs, setup, operations, &report);
         let (suffix, state) = name_parts(job, setup, &report);
-        let spec = H::spec(&texts).filter(|_| job.all_tools().count() > 1).cloned();
+        let spec = H::spec(&texts).filter(|_| job.clampings().iter().any(|(_, of)| of.len() > 1)).cloned();
         let files = heads.files(texts, &suffix, state)?;
         let posed = posed_passes(operations);
         Ok(Planned {
@@ -135,6 +136,7 @@ pub(crate) fn stages_of(job: &Job, index: usize, settings: PlanSettings, has_sto
     // Of one head alone, or of each of two.
     let of_heads = |names: [&'static str; 3]| if job.second.is_some() { names[1..].to_vec() } else { vec![names[0]] };
     let mut stages = vec![READ];
+    stages.extend((job.second.is_none()).then_some(STOCK_BEFORE));
     for (k, (_, operation)) in job.operations_of(setup).enumerate() {
         stages.extend([LAY, POSTURES, DETOURS]);
         // Passes of a file are cut unchanged.

@@ -7,9 +7,9 @@ use facemill_job::format::job_file::LinkStockFile;
 use facemill_job::format::report::stock::{OWN_STOCK, PlannedStockReport};
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::stock::map::{StockMeshes, StockRegion, rectangle, rectangle_with};
-use facemill_job::stock::setup_order::follows;
 use facemill_job::stock::walls::has_walls;
-use facemill_verification::stock_run::{CutDone, CutRequest};
+use facemill_job::validate::setup_chain::{follows, work_from_work};
+use facemill_verification::stock_run::{CutDone, CutRequest, stock_before};
 use facemill_virtual_machine::{Finding, FindingKind, Verification};
 use facemill_z_map::DexelMap;
 
@@ -65,21 +65,28 @@ impl StockToCut<'_> {
         if !job.file.verification.cut_stock {
             return Ok(Err("the job says so (verification.cut_stock)".to_owned()));
         }
-        let why = match self.rest_before(job) {
-            Ok((rest, of)) => return Ok(Ok((rest.clone(), BeganAs::RestOf(of.to_owned())))),
+        let why = match self.rest_before(job, setup) {
+            Ok((rest, of)) => return Ok(Ok((rest, BeganAs::RestOf(of.to_owned())))),
             Err(why) => why,
         };
+        let by_others = (!setup.file.programs_before.is_empty()).then(|| "cut by the programs before it".to_owned());
+        let why = [why, by_others].into_iter().flatten().reduce(|a, b| format!("{a}; {b}"));
         let own = self.own(job, setup, job.file.verification.stock_tolerance_mm)?;
         Ok(own.map(|stock| (stock, BeganAs::Own { why })))
     }
 
     /// Returns the rest of the setup before and its name, or the reason why this setup does not
     /// begin with it; `None` as reason for the first setup.
-    fn rest_before<'j>(&'j self, job: &'j Job) -> Result<(&'j DexelMap, &'j str), Option<String>> {
+    fn rest_before<'j>(&self, job: &'j Job, setup: &Setup<'_>) -> Result<(DexelMap, &'j str), Option<String>> {
         let Some(of) = self.index.checked_sub(1).map(|k| &job.file.setups[k]) else { return Err(None) };
         follows(of, &job.file.setups[self.index]).map_err(Some)?;
         let (k, rest) = self.before.ok_or_else(|| Some(format!("that of setup \"{}\" was not cut", of.name)))?;
-        Ok((rest, &job.file.setups[k].name))
+        let (of, own) = (&job.file.setups[k], &job.file.setups[self.index]);
+        let rest = match work_from_work(of, own) {
+            Some(motion) => rest.clone().moved(&motion).with_origin(StockMeshes::of(setup).origin().to_bytes()),
+            None => rest.clone(),
+        };
+        Ok((rest, &of.name))
     }
 
     /// Returns the setup's own stock as lines over the region that its operations cut, and those of
@@ -100,19 +107,21 @@ impl StockToCut<'_> {
         let of_stock = meshes.extents();
         // Links that avoid nothing but these lines must see all of the stock; and lines across show
         // all of it.
-        let sees_all =
-            has_walls(&[setup]) || going_on.chain([self.index]).any(|k| setups[k].links.stock == LinkStockFile::AsCut);
+        // What setups in other frames cut is not in this rectangle.
+        let is_turned = going_on.clone().any(|k| work_from_work(&setups[k], setup.file).is_some());
+        let is_as_cut = |k: usize| setups[k].links.stock == LinkStockFile::AsCut;
+        let sees_all = is_turned || has_walls(&[setup]) || going_on.chain([self.index]).any(is_as_cut);
         let (part, [low, high]) = if sees_all {
             (StockRegion::Whole, [[of_stock.min.x, of_stock.min.y], [of_stock.max.x, of_stock.max.y]])
         } else {
             (StockRegion::Rectangle([low, high]), [low, high])
         };
         if let Some(cell) = self.cell {
-            return meshes.map(job, setup, cell, part).map(Ok);
+            return stock_before(job, setup, cell, part, tolerance).map(Ok);
         }
         let lengths = [0, 1].map(|k| high[k].min(of_stock.max[k]) - low[k].max(of_stock.min[k]));
         Ok(match default_cell(lengths, clearance, tolerance) {
-            Ok(cell) => meshes.map(job, setup, cell, part).map_err(|e| e.to_string()),
+            Ok(cell) => stock_before(job, setup, cell, part, tolerance).map_err(|e| e.to_string()),
             Err(why) => Err(why),
         })
     }
@@ -148,6 +157,7 @@ pub(crate) fn cut_by_plan<const N: usize>(
         add_new(&mut verification.findings, run.findings.into_iter().filter(is_news).collect());
     }
     let report = PlannedStockReport {
+        planned_on: String::new(),
         not_cut_because: None,
         began_as: Some(began_as.to_string()),
         cut: Some(done.report),

@@ -106,7 +106,7 @@ fn joined(job: &Job, (name, number): (&str, u32), made: &[&Planned], of: Range<u
         let axis = job.machine.axes().iter().find(|axis| axis.letter.as_str() == letter.to_string())?;
         Some(axis.in_word_unit(axis.home))
     };
-    let sections = read.tool_sections();
+    let sections = job.parts_of(&read, of.start);
     let mut found = Vec::new();
     for (k, planned) in made.iter().enumerate() {
         let (program, own) = planned.program().unwrap_or_default();

@@ -19,6 +19,7 @@ use facemill_job::load::job::{Job, Setup};
 use facemill_job::load::obstacle_meshes::ObstacleRole;
 use facemill_job::setup::cell::largest_left;
 use facemill_job::setup::scene::Scene;
+use facemill_job::stock::map::StockMeshes;
 use facemill_nc_program::Dialect;
 use facemill_nc_program::dialect::DialectFile;
 use facemill_surface_model::{Surface, SurfaceSettings, TriMesh};
@@ -192,7 +193,7 @@ impl PageScene<'_> {
         let corners = |b: facemill_cl_data::Aabb| [[b.min.x, b.min.y, b.min.z], [b.max.x, b.max.y, b.max.z]];
         let part_box = meshes.iter().find(|m| m.role == "part").map(|m| corners(m.full.aabb()));
         let stock_box = {
-            let of_stock = facemill_job::stock::map::StockMeshes::of(setup).extents();
+            let of_stock = StockMeshes::of(setup).extents();
             (of_stock.min.x <= of_stock.max.x).then(|| corners(of_stock))
         };
         let document = PageDocument {
@@ -265,7 +266,8 @@ impl PageScene<'_> {
         for (role, name) in [(ObstacleRole::Check, "check"), (ObstacleRole::Fixture, "fixture")] {
             full.extend(of_role(role).map(|o| (o.name.clone(), name, o.mesh.clone())));
         }
-        full.extend(setup.stock_solid.as_ref().map(|solid| ("stock before".to_owned(), "stock", solid.mesh().clone())));
+        let own = StockMeshes::of(setup);
+        full.extend(own.solid().map(|solid| ("stock before".to_owned(), "stock", solid.clone())));
         full.retain(|(_, _, mesh)| !mesh.triangles().is_empty());
         let total: usize = full.iter().map(|(_, _, mesh)| mesh.triangles().len()).sum();
         let share = |n: usize| if total <= MOST.triangles { n } else { (n * MOST.triangles / total).max(200) };

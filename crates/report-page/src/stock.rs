@@ -5,6 +5,7 @@ use facemill_job::load::job::{Job, Setup};
 use facemill_job::stock::map::{StockMeshes, StockRegion};
 use facemill_surface_model::Surface;
 use facemill_tool_model::ToolAssembly;
+use facemill_verification::stock_run::stock_before;
 use facemill_z_map::{DexelMap, Step, Sweep, TurnedBody};
 use nalgebra::{Point3, Vector3};
 
@@ -57,7 +58,7 @@ pub(crate) fn keyed_stock(
     if !(length > 0.0 && length.is_finite()) {
         return Err("there is no stock".to_owned());
     }
-    let before = meshes.map(job, setup, length / LINES, StockRegion::Whole).map_err(|e| e.to_string())?;
+    let before = stock_before(job, setup, length / LINES, StockRegion::Whole, TOLERANCE).map_err(|e| e.to_string())?;
     let mut rest = before.clone();
     let [nx, ny] = rest.grid().n_lines();
     let mut changes: Vec<Vec<LineChange>> = (0..nx * ny).map(|_| Vec::new()).collect();

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use facemill_cl_data::Silent;
 use facemill_inverse_kinematics::Machine;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{OperationFile, SetupFile};
@@ -15,6 +16,7 @@ use facemill_job::load::HEADS_APART;
 use facemill_job::load::job::{Job, Setup};
 use facemill_job::load::mesh_winding::check_winding;
 use facemill_job::load::open_meshes::{open_files, open_stock};
+use facemill_job::planning_stock::PlanningStock;
 use facemill_job::setup::cell::budget;
 use facemill_job::setup::scene::{Scene, uses_rtcp};
 use facemill_job::stages::{Stages, TIMES};
@@ -166,7 +168,7 @@ pub fn verify_program(
     }
     let mut program = job.read_program(text, request.dialect).map_err(|e| Failure::input(request.program, e))?;
     if let Some(k) = request.section {
-        let mut sections = program.tool_sections();
+        let mut sections = job.parts_of(&program, request.setup);
         if k >= sections.len() {
             let message =
                 format!("has {} tool change(s), and the part behind number {} was requested", sections.len(), k + 1);
@@ -293,6 +295,7 @@ impl VerificationRun<'_> {
     fn one_head(&self, job: &Job) -> Result<RunResults, Failure> {
         let setup = Setup::read(job, self.request.setup)?;
         check_winding(job, &setup, self.request.setup)?;
+        let setup = setup.after_programs(job, &Silent)?;
         let scene = Scene::new(job, &setup, self.request.setup)?;
         scene.check_frame_of(self.program, self.request.program)?;
         let at = scene.virtual_setup(self.request.dialect);
@@ -310,6 +313,10 @@ impl VerificationRun<'_> {
         self.measure(&[(job, &at)], &setup, &mut found)?;
         self.place(&at, &mut found.verification)?;
         found.assumptions.extend(open_files(&setup).chain(open_stock(&setup)));
+        if setup.planning_stock != (PlanningStock::Own { why: None }) {
+            let text = format!("before the program the stock is taken as {}", setup.planning_stock);
+            found.assumptions.push(Assumption { line: None, text });
+        }
         Ok(found)
     }
 

@@ -3,8 +3,11 @@
 mod tri_dexel_run;
 use std::collections::BTreeSet;
 
+use facemill_cl_data::Silent;
 use facemill_job::failure::Failure;
 use facemill_job::format::report::stock::StockReport;
+use facemill_job::load::job::{Job, Setup};
+use facemill_job::setup::programs_before::{each_program_before, not_run};
 use facemill_job::setup::scene::Scene;
 use facemill_job::stages::{CUT, Stages};
 use facemill_job::stock::map::{StockMeshes, StockRegion};
@@ -56,6 +59,35 @@ impl CutRequest {
     }
 }
 
+/// Returns a setup's stock on lines, cut by the known programs before its own
+/// ([`each_program_before`]).
+///
+/// # Errors
+/// As [`StockMeshes::map`]; if a program before is not understood.
+pub fn stock_before(
+    job: &Job,
+    setup: &Setup<'_>,
+    cell: f64,
+    region: StockRegion,
+    tolerance: f64,
+) -> Result<DexelMap, Failure> {
+    let mut stock = StockMeshes::of(setup).map(job, setup, cell, region)?;
+    cut_by_programs_before(job, setup, &mut stock, tolerance)?;
+    Ok(stock)
+}
+
+fn cut_by_programs_before(job: &Job, setup: &Setup<'_>, stock: &mut DexelMap, tolerance: f64) -> Result<(), Failure> {
+    let settings = VerifySettings::default();
+    each_program_before(job, setup, 0, |before| {
+        // Nothing is known to be cut by a program with a fault.
+        if before.fault.is_none() {
+            run_stock_of_heads(&before.text, [(&before.at, &settings)], stock, tolerance, &Silent)
+                .map_err(|e| not_run(before.path, e))?;
+        }
+        Ok(())
+    })
+}
+
 /// Setup of a program's run, as a head sees it.
 pub struct HeadView<'a> {
     /// Scene of the head.
@@ -96,12 +128,19 @@ pub fn cut_stock<const N: usize>(
     let meshes = StockMeshes::of(on.scene.setup);
     let mut rest = match &cut.rest {
         Some(rest) => rest.clone(),
-        None => meshes.map(on.scene.job, on.scene.setup, cut.cell, cut.region)?,
+        None => stock_before(on.scene.job, on.scene.setup, cut.cell, cut.region, cut.tolerance)?,
     };
     let setups = heads.map(|(stand, _)| stand.scene.setup);
     let has_walls = has_walls(&setups);
     let for_walls = !cut.across && cut.across_walls && has_walls;
-    let maps_across = (cut.across || for_walls).then(|| meshes.across(on.scene.job, on.scene.setup, cut.cell));
+    let across_before = || {
+        let mut maps = meshes.across(on.scene.job, on.scene.setup, cut.cell)?;
+        for map in &mut maps {
+            cut_by_programs_before(on.scene.job, on.scene.setup, map, cut.tolerance)?;
+        }
+        Ok(maps)
+    };
+    let maps_across: Option<Result<[DexelMap; 2], Failure>> = (cut.across || for_walls).then(across_before);
     let mut across = match maps_across {
         Some(Ok(maps)) => maps.to_vec(),
         Some(Err(why)) if cut.across => return Err(why),

@@ -2,6 +2,7 @@
 
 use facemill_job::failure::Failure;
 use facemill_job::load::job::Job;
+use facemill_job::setup::programs_before::{each_program_before, not_run};
 use facemill_job::stages::{LOOK, Stages};
 use facemill_job::stock::map::StockMeshes;
 use facemill_nc_program::ReadProgram;
@@ -137,6 +138,14 @@ fn left_between<const N: usize>(
     let Some((on, _)) = heads.first().filter(|_| is_queried) else { return Ok([const { Vec::new() }; N]) };
     let monitor = stages.start(LOOK, program.blocks.len());
     let mut outside = StockMeshes::of(on.scene.setup).outside(on.scene.job, on.scene.setup, cut.cell, cut.region)?;
+    each_program_before(on.scene.job, on.scene.setup, 0, |before| {
+        if before.fault.is_none() && is_known_to_cut(before.at.tool.cutter(), cut.cell, cut.tolerance) {
+            let head = [(&before.at, &VerifySettings::default(), Vec::new())];
+            remaining_collisions(&before.text, head, &mut outside, cut.tolerance, &*monitor)
+                .map_err(|e| not_run(before.path, e))?;
+        }
+        Ok(())
+    })?;
     let mut queried = queried.into_iter();
     let views = heads.map(|(on, settings)| (on.at, settings, queried.next().unwrap_or_default()));
     remaining_collisions(program, views, &mut outside, cut.tolerance, &*monitor).map_err(not_verified)

@@ -103,6 +103,7 @@ mod stock;
 pub use crate::finding::merge::{merge_findings, rapid_lines};
 pub use crate::motion::assumptions::{Assumption, assumptions};
 pub use crate::motion::counted_axes::CountedAxes;
+pub use crate::motion::moves::first_text_fault;
 pub use crate::motion::positions::rolled_words::RolledWords;
 pub use crate::motion::positions::tool_vectors::not_unit;
 pub use crate::motion::setup::{

@@ -31,9 +31,9 @@ pub enum LeftOfFile {
     /// The stock that the setup states, before any cut.
     InitialStock,
     /// The rest of the setup's stock that the job's own programs before this operation's leave
-    /// together: of the setups and tools before it in the same workpiece frame with the same stock.
-    /// Operations with the same tool in one setup are in one program, of which none is before the
-    /// other.
+    /// together: of the setups and tools before it with the same stock, and of its
+    /// `programs_before`. Operations with the same tool in one setup are in one program, of which
+    /// none is before the other.
     OperationsBefore,
     /// Rest that a program left of the setup's stock (`verify --rest-out`), relative to the job
     /// file. It is known on its lines; surface within 10° of upright counts as left.
@@ -67,15 +67,25 @@ impl LeftAboveFile {
     }
 }
 
+impl ProgramWithToolFile {
+    /// Files that it names.
+    pub fn files(&self) -> impl Iterator<Item = &str> {
+        [Some(&self.file), self.tool.as_ref()].into_iter().flatten().map(String::as_str)
+    }
+
+    /// Files that it names, to be renamed.
+    pub fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
+        [Some(&mut self.file), self.tool.as_mut()].into_iter().flatten()
+    }
+}
+
 impl LeftOfFile {
     /// Files that it names.
     pub fn files(&self) -> Vec<&str> {
         match self {
             Self::InitialStock | Self::OperationsBefore => Vec::new(),
             Self::Rest(file) => vec![file],
-            Self::Programs(programs) => {
-                programs.iter().flat_map(|p| [Some(&p.file), p.tool.as_ref()]).flatten().map(String::as_str).collect()
-            }
+            Self::Programs(programs) => programs.iter().flat_map(ProgramWithToolFile::files).collect(),
         }
     }
 
@@ -84,9 +94,7 @@ impl LeftOfFile {
         match self {
             Self::InitialStock | Self::OperationsBefore => Vec::new(),
             Self::Rest(file) => vec![file],
-            Self::Programs(programs) => {
-                programs.iter_mut().flat_map(|p| [Some(&mut p.file), p.tool.as_mut()]).flatten().collect()
-            }
+            Self::Programs(programs) => programs.iter_mut().flat_map(ProgramWithToolFile::files_mut).collect(),
         }
     }
 }

@@ -216,7 +216,7 @@ pub(crate) fn report(arguments: &ReportArguments) -> Result<ExitCode, Failure> {
 fn programs_of(folder: &Path, reports: &[(String, Value)]) -> Result<BTreeMap<String, (PathBuf, Vec<u8>)>, Failure> {
     let of = |(_, result): &(String, Value)| {
         let setup = result.get("setup").and_then(Value::as_str)?;
-        let path = folder.join(program_of(result)?);
+        let path = folder.join(program_of(result).filter(|name| !name.contains(files::REJECTED))?);
         Some(files::read(&path).map(|text| (setup.to_owned(), (path, text))))
     };
     reports.iter().filter_map(of).collect()

@@ -140,7 +140,7 @@ fn run_sections(arguments: &VerifyArguments, read: ProgramOfJob) -> Result<ExitC
         return Err(Failure::input(path, "--stock-across is for the program of one tool; choose it with --setup"));
     }
     let program = job.read_program(&text, dialect).map_err(|e| Failure::input(path, e))?;
-    let sections = program.tool_sections();
+    let sections = job.parts_of(&program, setups.start);
     let region = match arguments.stock_region {
         StockRegion::Operations => {
             rectangle_with(&job, None, setups.clone())?.map_or(StockRegion::Operations, StockRegion::Rectangle)

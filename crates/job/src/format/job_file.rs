@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use facemill_cc_path::files::{RegionFile, StrategyFile};
+use facemill_cc_path::files::{ProgramWithToolFile, RegionFile, StrategyFile};
 use facemill_nc_program::dialect::PostFile;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -120,6 +120,20 @@ pub struct SetupFile {
     pub meshes: Vec<MeshFile>,
     /// Material on the part before machining.
     pub stock: StockFile,
+    /// Programs of other jobs that have cut this stock before, in this setup's mounting on the
+    /// job's machine, each with its tool, in their order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub programs_before: Vec<ProgramWithToolFile>,
+    /// Distance of the lines on which what the programs before leave is bounded from outside:
+    /// postures, entries, links and chips are planned on this bound
+    /// (docs/dexel.md#a-bound-of-what-is-left). Default: 200 lines along the longer side of the
+    /// stock, or a sixth of the shortest flute of the job's tools if that is less, and so close
+    /// that
+    /// `layers` are known to be cut; but no less than 0.1 mm, and so far apart that no more than
+    /// 200,000 lines meet stock.
+    #[schemars(range(min = 0.05, max = 100))]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rest_cell_mm: Option<f64>,
     /// Surface outside of which rapids are free; the whole workpiece must lie inside.
     pub clearance: ClearanceFile,
     /// Clearance surface of head 2 of a machine with two; refused on any other. Default: as
@@ -453,6 +467,17 @@ pub struct OperationFile {
     pub head: u32,
     /// Source of the cutter-contact (CC) points.
     pub path: PathFile,
+    /// Material that the operation leaves on the drive surface, besides the allowance of its
+    /// meshes. Operations of a setup that follow each other with one tool and leave the same have a
+    /// program of their own (docs/cookbook.md#roughing).
+    #[schemars(range(min = 0, max = 1_000))]
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub allowance_mm: f64,
+    /// Cuts the region in layers parallel to it, from the outermost to the one that leaves
+    /// `allowance_mm`: each an operation of its own, with passes only where there is material more
+    /// than `cusp_mm` above its layer (docs/cookbook.md#roughing). Not on a machine with two heads.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub layers: Option<LayersFile>,
     /// Cutting direction (docs/formats.md#climb-and-the-sign-of-rotate).
     pub direction: DirectionFile,
     /// Entry of every pass.
@@ -485,6 +510,35 @@ impl OperationFile {
         }
     }
 }
+
+/// Layers of roughing, parallel to the drive surface and equally thick.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LayersFile {
+    /// Largest height of material above the drive surface with its meshes' allowance. Where there
+    /// is more, the job is refused: the first layer would be thicker than the others.
+    #[schemars(range(min = 0.01, max = 1_000))]
+    pub from_mm: f64,
+    /// Largest thickness of a layer; with `cusp_mm` less than the length of the tool's flute.
+    #[schemars(range(min = 0.01, max = 1_000))]
+    pub depth_mm: f64,
+}
+
+impl LayersFile {
+    /// Returns what each layer leaves, mm, from the outermost; the last one leaves `allowance`. Of
+    /// more than [`MOST_LAYERS`] returns one more than that.
+    pub fn allowances(&self, allowance: f64) -> Vec<f64> {
+        let all = self.from_mm - allowance;
+        let n = (all / self.depth_mm - LAYER_ROUNDING).ceil().clamp(1.0, MOST_LAYERS + 1.0);
+        (1..=n as usize).rev().map(|k| allowance + all * (k - 1) as f64 / n).collect()
+    }
+}
+
+/// Largest number of layers of an operation: more are a depth in the wrong unit.
+pub const MOST_LAYERS: f64 = 200.0;
+
+/// Share of a layer's thickness that counts as rounding in the number of layers.
+const LAYER_ROUNDING: f64 = 1e-9;
 
 fn first_head() -> u32 {
     1

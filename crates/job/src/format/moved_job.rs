@@ -2,6 +2,8 @@
 
 use std::path::{Component, Path, PathBuf};
 
+use facemill_cc_path::files::ProgramWithToolFile;
+
 use crate::files::output_place::folder_of;
 use crate::format::job_file::{JobFile, PathFile, StockFile};
 
@@ -54,6 +56,7 @@ fn names_mut(file: &mut JobFile) -> Vec<&mut String> {
         if let StockFile::Mesh(mesh) = &mut setup.stock {
             names.push(&mut mesh.file);
         }
+        names.extend(setup.programs_before.iter_mut().flat_map(ProgramWithToolFile::files_mut));
     }
     for operation in &mut file.operations {
         let region = match &mut operation.path {

@@ -10,8 +10,8 @@ use facemill_cl_data::{Aabb, CcPoint, PlacedSolid};
 use facemill_inverse_kinematics::{AxisKind, BlockLaw, BodyPose, Carrier, Machine};
 use facemill_nc_program::dialect::RtcpRapids;
 use facemill_nc_program::read::ReadError;
-use facemill_nc_program::{Dialect, PostSettings, WorkOffset};
-use facemill_surface_model::Surface;
+use facemill_nc_program::{Dialect, PostSettings, ReadProgram, WorkOffset};
+use facemill_surface_model::{RayHit, Surface};
 use facemill_tool_model::ToolAssembly;
 use facemill_z_map::SweptCutter;
 use nalgebra::Isometry3;
@@ -23,8 +23,9 @@ use crate::format::report::MeshReport;
 use crate::load::job_files::JobFiles;
 use crate::load::mesh_files::FileKey;
 use crate::load::obstacle_meshes::ObstacleMesh;
+use crate::planning_stock::{CutStock, OwnStock, PlanningStock};
 use crate::validate::setup_names::belongs;
-use crate::validate::tools::tool_of_setup;
+use crate::validate::tools::{ONLY_TOOL, tool_of, tool_of_setup};
 
 /// Job with its tool, machine and post.
 #[derive(Clone)]
@@ -58,6 +59,8 @@ pub struct Job {
 pub struct WrittenPrograms {
     /// Programs by the index of the setup; `None` of a setup without one.
     by_setup: BTreeMap<usize, Option<Arc<KnownProgram>>>,
+    /// Bound of the stock that some first programs leave, so that each program cuts it once.
+    pub(crate) cut: Arc<Mutex<Option<CutStock>>>,
 }
 
 /// Program of a setup.
@@ -102,11 +105,14 @@ pub struct NamedTools {
     seen_from: Option<usize>,
     /// Index of each setup in the job file as it is written, if it is another one.
     written: Arc<Vec<usize>>,
+    /// The job's own tool, or its first one.
+    as_read: Option<Arc<ToolAssembly>>,
 }
 
 impl NamedTools {
-    pub(crate) fn new(by_name: BTreeMap<String, ToolAssembly>, written: Vec<usize>) -> Self {
-        Self { by_name: Arc::new(by_name), seen_from: None, written: Arc::new(written) }
+    pub(crate) fn new(by_name: BTreeMap<String, ToolAssembly>, written: Vec<usize>, first: ToolAssembly) -> Self {
+        let as_read = Some(Arc::new(first));
+        Self { by_name: Arc::new(by_name), seen_from: None, written: Arc::new(written), as_read }
     }
 }
 
@@ -174,6 +180,16 @@ impl Job {
         view
     }
 
+    /// Returns the job with the tool that it was read with: of several, with the first one.
+    pub(crate) fn as_read(&self) -> Self {
+        let mut view = self.clone();
+        if let Some(tool) = &self.tools.as_read {
+            view.tool = (**tool).clone();
+        }
+        view.tools.seen_from = None;
+        view
+    }
+
     /// Checks that this view has the tool of a setup.
     pub(crate) fn check_tool_of(&self, index: usize) -> Result<(), Failure> {
         if self.tools.by_name.len() < 2 || self.tools.seen_from == Some(index) {
@@ -196,15 +212,34 @@ impl Job {
         for (name, of) in all.iter_mut().filter(|(_, of)| of.len() > 1) {
             // Behind the name as it is written are the number and the tool.
             let first = &self.file.setups[of.start];
-            let tool = tool_of_setup(&self.file, first).unwrap_or_default();
+            let tool = tool_of_setup(&self.file, first).unwrap_or(ONLY_TOOL);
             *name = first.name.strip_suffix(&format!(" 1 {tool}")).unwrap_or(name).to_owned();
         }
         all
     }
 
+    /// Returns the parts of a program of the clamping that a setup belongs to: one for each tool,
+    /// or, where setups follow each other with one tool, one for each tool change.
+    pub fn parts_of(&self, program: &ReadProgram, setup: usize) -> Vec<ReadProgram> {
+        let of_clamping = self.clampings().into_iter().map(|(_, of)| of).find(|of| of.contains(&setup));
+        let of_clamping = of_clamping.unwrap_or(setup..setup + 1);
+        let tools: Vec<Option<&str>> =
+            self.file.setups[of_clamping].iter().map(|setup| tool_of_setup(&self.file, setup)).collect();
+        if tools.windows(2).any(|pair| pair[0] == pair[1]) {
+            program.change_sections()
+        } else {
+            program.tool_sections()
+        }
+    }
+
     /// Returns the key of a setup in the job file as it is written: `setups[0]`.
     pub(crate) fn setup_key(&self, index: usize) -> String {
         format!("setups[{}]", self.tools.written.get(index).unwrap_or(&index))
+    }
+
+    /// Returns the tool of an operation; on a machine with two heads that of head 1.
+    pub(crate) fn tool_of(&self, operation: &OperationFile) -> &ToolAssembly {
+        tool_of(&self.file, operation).and_then(|name| self.tools.by_name.get(name)).unwrap_or(&self.tool)
     }
 
     /// Returns all tools of the job: of both heads, or by name.
@@ -258,6 +293,10 @@ pub struct Setup<'a> {
     pub stock_thickness: f64,
     /// The stock, if it is a solid of its own.
     pub stock_solid: Option<Surface>,
+    /// The stock that `stock_thickness` and `stock_solid` are of.
+    pub planning_stock: PlanningStock,
+    /// The setup's own stock, where these are of another one.
+    pub(crate) own_stock: Option<OwnStock>,
     /// Material to leave on the drive surface, mm.
     pub drive_allowance: f64,
     /// Pose of the workpiece frame on the table.
@@ -274,6 +313,9 @@ pub struct Setup<'a> {
     pub swept_before: OnceLock<Arc<Vec<SweptCutter>>>,
 }
 
+/// Largest distance of a ray's crossings of triangles that have a side or corner in common, mm.
+const SAME_CROSSING: f64 = 1e-9;
+
 impl<'a> Setup<'a> {
     /// Returns the settings for the setup's program: numbers continue from the job's number, setup
     /// by setup.
@@ -282,16 +324,31 @@ impl<'a> Setup<'a> {
         job.post.with_number_after(before as u32)
     }
 
-    /// Returns the thickness of the stock along the normal at a CC point, mm, before anything is
-    /// cut; 0 if there is none.
+    /// Returns the thickness of the stock along the normal at a CC point, mm, before the setup's
+    /// program: to where the normal leaves it. 0 at a place outside of it.
     pub fn stock_above(&self, cc: &CcPoint) -> f64 {
         match &self.stock_solid {
             None => (self.stock_thickness - self.drive_allowance).max(0.0),
-            Some(solid) => solid
-                .ray_all(&cc.position, &cc.normal, f64::INFINITY)
-                .iter()
-                .find(|hit| !hit.from_outside)
-                .map_or(0.0, |hit| hit.point.distance),
+            Some(solid) => {
+                let mut hits = solid.ray_all(&cc.position, &cc.normal, f64::INFINITY);
+                // Through a side or a corner the normal meets all triangles there.
+                hits.dedup_by(|b, a| {
+                    a.from_outside == b.from_outside && b.point.distance - a.point.distance <= SAME_CROSSING
+                });
+                let sense = |hit: &RayHit| if hit.from_outside { -1 } else { 1 };
+                // Solids that the place lies in.
+                let by_normal: i32 = hits.iter().map(sense).sum();
+                let mut around = solid.winding(&cc.position).map_or(by_normal, |winding| winding.max(by_normal));
+                if around <= 0 {
+                    return 0.0;
+                }
+                let left = hits.iter().find(|hit| {
+                    around -= sense(hit);
+                    around <= 0
+                });
+                let left = left.or_else(|| hits.iter().rfind(|hit| !hit.from_outside));
+                left.map_or(0.0, |hit| hit.point.distance)
+            }
         }
     }
 

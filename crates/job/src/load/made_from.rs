@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use facemill_cc_path::files::ProgramWithToolFile;
 use facemill_surface_model::{MeshFormat, external_files};
 use serde_json::Value;
 
@@ -120,7 +121,8 @@ pub(crate) fn inputs_of(
 pub(crate) fn named(file: &JobFile) -> impl Iterator<Item = &str> {
     let of_setups = file.setups.iter().flat_map(|setup| {
         let stock = if let StockFile::Mesh(mesh) = &setup.stock { Some(mesh.file.as_str()) } else { None };
-        setup.meshes.iter().map(|mesh| mesh.file.as_str()).chain(stock)
+        let before = setup.programs_before.iter().flat_map(ProgramWithToolFile::files);
+        setup.meshes.iter().map(|mesh| mesh.file.as_str()).chain(stock).chain(before)
     });
     let of_operations = file.operations.iter().flat_map(|operation| {
         let (path, region) = match &operation.path {

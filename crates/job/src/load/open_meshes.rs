@@ -12,10 +12,10 @@ use crate::load::obstacle_meshes::ObstacleRole;
 /// Returns the assumption that stock given as an allowance is on both sides of part and check
 /// surfaces; `None` if these are closed together, if the stock is a solid, or if there is no stock.
 pub fn open_stock(setup: &Setup<'_>) -> Option<Assumption> {
-    let allowance = setup.stock_thickness;
+    let allowance = setup.own_stock.as_ref().map_or(setup.stock_thickness, |own| own.allowance);
     let is_surface = |role: ObstacleRole| matches!(role, ObstacleRole::Part | ObstacleRole::Check);
     let surfaces = setup.obstacles.iter().filter(|o| is_surface(o.role));
-    if setup.stock_solid.is_some() || allowance <= 0.0 || is_closed(surfaces.map(|o| &o.mesh)) {
+    if allowance <= 0.0 || is_closed(surfaces.map(|o| &o.mesh)) {
         return None;
     }
     let text = format!(

@@ -16,6 +16,7 @@ use crate::format::job_file::{AxisTargetFile, BranchFile, DirectionFile, Operati
 use crate::frames::direction;
 use crate::load::job::{Job, Setup};
 use crate::load::obstacle_meshes::ObstacleRole;
+use crate::planning_stock::PlanningStock;
 
 /// Least step-over as a fraction of the largest that the user allows: a surface that needs less
 /// needs another tool.
@@ -24,6 +25,10 @@ pub const LEAST_STEP: f64 = 0.01;
 /// Cells along the longer side of the Z-map: fine enough to follow a part, coarse enough to cost
 /// nothing.
 const Z_MAP_CELLS: f64 = 200.0;
+
+/// Distance that planned bodies keep from a bound of what is left, besides their clearance, mm:
+/// the text, which is tested against it between its blocks, too, is rounded.
+const BOUND_MARGIN: f64 = 0.05;
 
 /// Returns the Z-map of everything on the table, seen along +Z of the workpiece frame.
 ///
@@ -39,24 +44,27 @@ pub fn z_map(setup: &Setup<'_>) -> Result<ZMap, Failure> {
 
 /// Returns the workcell of an operation.
 pub fn workcell<'a>(job: &'a Job, setup: &'a Setup<'_>, operation: &OperationFile, z_map: &'a ZMap) -> Workcell<'a> {
+    let is_own = matches!(setup.planning_stock, PlanningStock::Own { .. });
+    let margin = if is_own { 0.0 } else { BOUND_MARGIN };
     let obstacles = setup
         .obstacles
         .iter()
-        .map(|o| {
-            let cut = matches!(o.role, ObstacleRole::Part | ObstacleRole::Check);
-            Obstacle {
-                name: o.name.clone(),
-                mesh: (&o.tree).into(),
-                gouge_allowance: match o.role {
-                    ObstacleRole::Part | ObstacleRole::Check | ObstacleRole::Fixture | ObstacleRole::Table => {
-                        Some(o.allowance)
-                    }
-                    ObstacleRole::Stock => None,
-                },
-                collision_allowance: if cut { setup.stock_thickness.max(o.allowance) } else { o.allowance },
-                machine_body: o.machine_body,
-                pieces: Some(o),
-            }
+        .map(|o| Obstacle {
+            name: o.name.clone(),
+            mesh: (&o.tree).into(),
+            gouge_allowance: match o.role {
+                ObstacleRole::Part | ObstacleRole::Check | ObstacleRole::Fixture | ObstacleRole::Table => {
+                    Some(o.allowance)
+                }
+                ObstacleRole::Stock => None,
+            },
+            collision_allowance: match o.role {
+                ObstacleRole::Part | ObstacleRole::Check => setup.stock_thickness.max(o.allowance),
+                ObstacleRole::Stock => o.allowance + margin,
+                ObstacleRole::Fixture | ObstacleRole::Table => o.allowance,
+            },
+            machine_body: o.machine_body,
+            pieces: Some(o),
         })
         .collect();
     let tolerances = &operation.tolerances;

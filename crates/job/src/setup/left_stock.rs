@@ -8,21 +8,22 @@ use facemill_cc_path::files::{LeftAboveFile, LeftOfFile, ProgramWithToolFile};
 use facemill_cc_path::strategies::Region;
 use facemill_cc_path::{LeftRegion, RegionSample, RequestedRegion, RequestedStrategy, StockHeight, Strategy};
 use facemill_cl_data::{Aabb, CcPoint, Silent};
-use facemill_nc_program::Dialect;
-use facemill_tool_model::{ToolAssembly, ToolFile};
-use facemill_virtual_machine::{VerifySettings, swept_by_cuts};
+use facemill_nc_program::ReadProgram;
+use facemill_virtual_machine::{VerifySettings, VirtualSetup, swept_by_cuts};
 use facemill_z_map::{DexelMap, SurfacePlace, SweptCutter, left_heights};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use crate::failure::Failure;
 use crate::format::job_file::{OperationFile, PathFile};
 use crate::frames::places;
-use crate::load::job::{Job, KnownProgram, Setup};
+use crate::load::job::{Job, Setup};
+use crate::planning_stock::PlanningStock;
 use crate::setup::cell::corner_on_drive;
+use crate::setup::programs_before::{NOT_NAMED, WrongTool, each_program_before, read_part, tool_of_program};
 use crate::setup::scene::Scene;
 use crate::stock::map::StockMeshes;
 use crate::stock::rest::read_named_rest;
-use crate::stock::setup_order::programs_before;
+use crate::validate::setup_chain::programs_before;
 
 /// Largest number of samples of a region, in all places of its pattern: 100,000 take a second of
 /// processor time on a program of 100,000 blocks.
@@ -44,6 +45,9 @@ const COVERED_SAMPLES: f64 = 2_000.0;
 
 /// Largest error of a point of the cutter in the measurement of heights, mm.
 const MOTION_TOLERANCE: f64 = 0.002;
+
+/// Height above a layer that counts as rounding, mm: meshes of castings have single precision.
+const LAYER_ROUNDING: f64 = 0.01;
 
 /// Largest measured height, mm.
 const MAX_HEIGHT: f64 = 1000.0;
@@ -78,6 +82,8 @@ pub fn left_region(
         region,
         strategy: strategy.as_ref(),
         places: places(operation.pattern.as_ref()),
+        name: &operation.name,
+        first_layer: operation.layers.map(|layers| layers.from_mm),
         wrong: &wrong,
     };
     let found = Arc::new(measured.left(file)?);
@@ -93,6 +99,10 @@ struct RegionMeasurement<'m> {
     strategy: Option<&'m Strategy>,
     /// Places of the pattern.
     places: Vec<Isometry3<f64>>,
+    /// Name of the operation.
+    name: &'m str,
+    /// Thickness of its layer, mm, if it is the first one of several.
+    first_layer: Option<f64>,
     /// Makes an error of a message.
     wrong: &'m dyn Fn(String) -> Failure,
 }
@@ -105,7 +115,35 @@ impl RegionMeasurement<'_> {
             LeftOfFile::OperationsBefore => self.of_operations_before()?,
             LeftOfFile::Programs(programs) => self.of_programs(programs)?,
         };
+        if let Some(layer) = self.first_layer {
+            self.check_layer(&heights, layer)?;
+        }
         Ok(LeftRegion::new(&heights, file.height_mm, file.overlap_mm))
+    }
+
+    /// Refuses stock that is higher above the first of several layers than that is thick; behind
+    /// other programs of the stock, by more than the layer of its bound.
+    fn check_layer(&self, heights: &[StockHeight], layer: f64) -> Result<(), Failure> {
+        let of_bound = match self.setup.planning_stock {
+            PlanningStock::Own { .. } => 0.0,
+            PlanningStock::LeftByPrograms { cell, layer, .. } => cell + 2.0 * layer,
+        };
+        let known = heights.iter().filter(|h| h.height.is_finite());
+        let Some(highest) = known.max_by(|a, b| a.height.total_cmp(&b.height)) else { return Ok(()) };
+        if highest.height <= layer + LAYER_ROUNDING + of_bound {
+            return Ok(());
+        }
+        let p = highest.position;
+        let from = layer + self.setup.drive_allowance;
+        Err(self.job.wrong(format!(
+            "operation \"{}\": layers.from_mm: at ({:.1}, {:.1}, {:.1}) the stock is {:.2} mm above the drive surface, more than the \
+             {from:.2} mm from which the layers begin (with the allowance of its meshes); begin higher",
+            self.name,
+            p.x,
+            p.y,
+            p.z,
+            highest.height + self.setup.drive_allowance
+        )))
     }
 
     fn requested(&self) -> Result<RequestedRegion<'_>, Failure> {
@@ -122,7 +160,10 @@ impl RegionMeasurement<'_> {
     }
 
     fn of_initial_stock(&self) -> Result<Vec<StockHeight>, Failure> {
-        self.check_stock()?;
+        // The outermost layers may be above all stock.
+        if self.first_layer.is_none() {
+            self.check_stock()?;
+        }
         let (samples, spacing) = self.samples()?;
         let highest = |sample: &RegionSample| {
             let above = |place| self.surface_place(place, sample, 0.0).stock;
@@ -160,7 +201,7 @@ impl RegionMeasurement<'_> {
     fn of_operations_before(&self) -> Result<Vec<StockHeight>, Failure> {
         let index = self.setup.index;
         let (before, why) = programs_before(&self.job.file.setups, index);
-        if before.is_empty() {
+        if before.is_empty() && self.setup.file.programs_before.is_empty() {
             let message = format!("of: operations_before: setup \"{}\" has none: {why}", self.setup.file.name);
             return Err((self.wrong)(message));
         }
@@ -203,20 +244,16 @@ impl RegionMeasurement<'_> {
                            (verify --rest-out), and give the rest";
             return Err((self.wrong)(message.to_owned()));
         }
-        let tool = match &program.tool {
-            Some(name) => read_tool(self.job, name)?,
-            None if self.job.all_tools().count() > 1 => {
-                let message =
-                    format!("of.programs: {}: the job has several tools; name the file of its tool", program.file);
-                return Err((self.wrong)(message));
-            }
-            None => self.job.tool.clone(),
-        };
+        let tool = tool_of_program(self.job, program).map_err(|e| match e {
+            WrongTool::NotNamed => (self.wrong)(format!("of.programs: {}: {NOT_NAMED}", program.file)),
+            WrongTool::Failed(failure) => failure,
+        })?;
         let path = self.job.beside(&program.file);
         let job = Job { tool, ..self.job.clone() };
         let text = self.job.files.bytes(&path)?;
-        let swept =
-            swept_by(&Scene::new(&job, self.setup, self.setup.index)?, &path, (&text, self.job.post.dialect(), None))?;
+        let dialect = self.job.post.dialect();
+        let scene = Scene::new(&job, self.setup, self.setup.index)?;
+        let swept = swept_by(&read_part(&job, &path, (&text, dialect, None))?, &scene.virtual_setup(dialect), &path)?;
         if swept.n_motions() == 0 {
             let message =
                 format!("has no cutting move of tool \"{}\" on this machine, so it leaves all stock", job.tool.name());
@@ -297,8 +334,7 @@ impl RegionMeasurement<'_> {
 }
 
 /// Returns everything that the programs before a setup's sweep, as far as they are known
-/// ([`Job::programs`]): of setups with the same stock in the same workpiece frame. None on a
-/// machine with two heads.
+/// ([`Job::programs`]): of setups with the same stock. None on a machine with two heads.
 ///
 /// # Errors
 /// If a program is not understood, or cannot be run in its setup.
@@ -306,56 +342,23 @@ pub fn swept_before(job: &Job, setup: &Setup<'_>) -> Result<Arc<Vec<SweptCutter>
     if let Some(known) = setup.swept_before.get() {
         return Ok(known.clone());
     }
-    let setups = &job.file.setups;
-    let index = setup.index;
-    let (before, _) = programs_before(setups, index);
     let mut swept = Vec::new();
-    for k in before.into_iter().filter(|_| job.second.is_none()) {
-        let Some(Some(program)) = job.programs.of(k) else { continue };
-        let job = job.for_setup(k);
-        let own;
-        // Setups of one clamping differ in their tools alone.
-        let setup = if job.setup_key(k) == job.setup_key(index) {
-            setup
-        } else {
-            own = Setup::read(&job, k)?;
-            &own
-        };
-        let KnownProgram { path, text, dialect, section } = program;
-        swept.push(swept_by(&Scene::new(&job, setup, k)?, path, (text, *dialect, *section))?);
-    }
+    each_program_before(job, setup, 0, |before| {
+        // Nothing is known to be cut by a program with a fault.
+        if before.fault.is_none() {
+            swept.push(swept_by(&before.text, &before.at, before.path)?);
+        }
+        Ok(())
+    })?;
     Ok(setup.swept_before.get_or_init(|| Arc::new(swept)).clone())
 }
 
-/// Returns all that a program, or its part behind a tool change, sweeps in a scene.
-fn swept_by(
-    scene: &Scene<'_>,
-    path: &Path,
-    (text, dialect, section): (&[u8], Dialect, Option<usize>),
-) -> Result<SweptCutter, Failure> {
-    let mut read = scene.job.read_program(text, dialect).map_err(|e| Failure::input(path, e))?;
-    let mut sections = read.tool_sections();
-    match section {
-        Some(k) if k < sections.len() => read = sections.swap_remove(k),
-        Some(k) => return Err(Failure::input(path, format!("has no tool change number {}", k + 1))),
-        None if sections.len() > 1 => {
-            let message = format!("changes tools {} times; give the program of each tool", sections.len());
-            return Err(Failure::input(path, message));
-        }
-        None => {}
-    }
-    let at = scene.virtual_setup(dialect);
-    swept_by_cuts(&read, &at, &VerifySettings::default(), MOTION_TOLERANCE, &Silent)
+/// Returns all that a program sweeps.
+fn swept_by(program: &ReadProgram, at: &VirtualSetup<'_>, path: &Path) -> Result<SweptCutter, Failure> {
+    swept_by_cuts(program, at, &VerifySettings::default(), MOTION_TOLERANCE, &Silent)
         .map_err(|e| Failure::input(path, e))
 }
 
 fn stock_height(sample: &RegionSample, height: f64, reach: f64) -> StockHeight {
     StockHeight { position: sample.position, normal: sample.normal, height, reach, area: sample.area }
-}
-
-fn read_tool(job: &Job, name: &str) -> Result<ToolAssembly, Failure> {
-    let path = job.beside(name);
-    let file: ToolFile =
-        facemill_file_format::from_json(&job.files.text(&path)?).map_err(|e| Failure::input(&path, e))?;
-    ToolAssembly::new(file).map_err(|e| Failure::input(&path, e))
 }

@@ -10,6 +10,7 @@ use crate::failure::Failure;
 use crate::frames::places;
 use crate::load::job::{Job, Setup};
 use crate::load::obstacle_meshes::ObstacleRole;
+use crate::planning_stock::OwnStock;
 use crate::stock::rest::Origin;
 
 /// Region of the stock that has lines.
@@ -26,26 +27,40 @@ pub enum StockRegion {
     Rectangle([[f64; 2]; 2]),
 }
 
-/// A setup's stock as meshes with an allowance around them.
+/// A setup's stock before any program, as meshes with an allowance around them.
 pub struct StockMeshes {
     mesh: TriMesh,
     allowance: f64,
+    is_solid: bool,
 }
 
 impl StockMeshes {
     /// Returns the stock; stock given as an allowance is part and check surfaces with the allowance
     /// around them.
     pub fn of(setup: &Setup<'_>) -> Self {
+        if let Some(own) = &setup.own_stock {
+            return Self { mesh: own.mesh.clone(), allowance: own.allowance, is_solid: own.is_solid };
+        }
         let meshes = |roles: &[ObstacleRole]| {
             let of_role = setup.obstacles.iter().filter(|o| roles.contains(&o.role));
             of_role.fold(TriMesh::default(), |all, o| all.joined(&o.mesh))
         };
         if setup.stock_solid.is_some() {
-            Self { mesh: meshes(&[ObstacleRole::Stock]), allowance: 0.0 }
+            Self { mesh: meshes(&[ObstacleRole::Stock]), allowance: 0.0, is_solid: true }
         } else {
             let allowance = setup.stock_thickness;
-            Self { mesh: meshes(&[ObstacleRole::Part, ObstacleRole::Check]), allowance }
+            Self { mesh: meshes(&[ObstacleRole::Part, ObstacleRole::Check]), allowance, is_solid: false }
         }
+    }
+
+    /// Returns the same as what a setup keeps of it.
+    pub(crate) fn own(self) -> OwnStock {
+        OwnStock { mesh: self.mesh, allowance: self.allowance, is_solid: self.is_solid }
+    }
+
+    /// Returns the mesh of a solid; `None` of a layer on part and check surfaces.
+    pub fn solid(&self) -> Option<&TriMesh> {
+        self.is_solid.then_some(&self.mesh)
     }
 
     /// Returns the identity of the stock, which marks its maps.
@@ -104,7 +119,8 @@ impl StockMeshes {
             None => DexelMap::of_layer(mesh, frame, cell, allowance),
         };
         let found = match made(true) {
-            Err(MeshStockError::NotClosed { .. }) if allowance > 0.0 => made(false),
+            // A layer on open surfaces; of a solid that is not closed the inside is not known.
+            Err(MeshStockError::NotClosed { .. }) if self.allowance > 0.0 => made(false),
             found => found,
         };
         let wrong = |why: String| job.wrong(format!("setup \"{}\": stock: {why}", setup.file.name));
@@ -123,8 +139,8 @@ impl StockMeshes {
 /// Options that set the distance of the lines.
 const OF_CELL: &str = " (--stock-cell-mm, in a plan verification.stock_cell_mm)";
 
-/// Returns the rectangle around a known one and what the operations of further setups cut, each with
-/// its own tool, in one workpiece frame; `None` if one of them cuts nothing.
+/// Returns the rectangle around a known one and what the operations of further setups cut, each
+/// with its own tool, in one workpiece frame; `None` if one of them cuts nothing.
 ///
 /// # Errors
 /// If a setup cannot be read.

@@ -9,10 +9,10 @@ use crate::failure::Failure;
 use crate::files;
 use crate::load::job::{Job, Setup};
 use crate::stock::map::StockMeshes;
-use crate::stock::setup_order::follows;
+use crate::validate::setup_chain::{follows, work_from_work};
 
 /// Reads the rest that a program left of the stock of a job's setup (`verify --rest-out`), or of
-/// another setup of the job with the same workpiece frame and stock.
+/// another setup of the job with the same stock ([`follows`]), in the workpiece frame of the setup.
 ///
 /// # Errors
 /// If the file cannot be read, is not a stock file, is damaged, or holds the rest of other stock:
@@ -43,12 +43,14 @@ fn rest_of_bytes(job: &Job, setup: usize, path: &Path, bytes: &[u8]) -> Result<D
     let setups = &job.file.setups;
     for k in (0..setups.len()).filter(|&k| k != setup && follows(&setups[k], &setups[setup]).is_ok()) {
         if Origin::of_setup(job, k)? == began_as {
-            return Ok(rest);
+            let motion = work_from_work(&setups[k], &setups[setup]);
+            // It is now a rest of this setup's stock, in its frame.
+            return Ok(motion.map_or(rest.clone(), |motion| rest.moved(&motion).with_origin(own.to_bytes())));
         }
     }
     let (name, differs) = (&setups[setup].name, began_as.differs_from(&own));
     let message = format!(
-        "is not a rest of the stock of setup \"{name}\": {differs}. Give the rest of a program that cut this stock, in this workpiece frame, \
+        "is not a rest of the stock of setup \"{name}\": {differs}. Give the rest of a program that cut this stock, \
          or cut the setup's own stock (--stock-cell-mm in place of --rest)"
     );
     Err(Failure::input(path, message))

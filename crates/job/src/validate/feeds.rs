@@ -100,6 +100,7 @@ pub fn check_stock_to_cut(k: usize, operation: &OperationFile, job: &JobFile) ->
     }
     for (j, setup) in job.setups.iter().enumerate().filter(|(_, s)| belongs(operation, s, job)) {
         let left = setup.meshes.iter().find(|m| m.role == RoleFile::Drive).map_or(0.0, |m| m.allowance_mm);
+        let left = left + operation.allowance_mm;
         if let StockFile::Offset(stock) = &setup.stock
             && stock.allowance_mm <= left
         {

@@ -63,7 +63,7 @@ const LARGEST_STRAIGHT: f64 = 1000.0;
 ///
 /// Fineness: below the smallest steps and tolerances a program has more blocks than a control can
 /// read; the generation of passes counts the resulting points.
-pub const OPERATION_LIMITS: [JobLimit<OperationFile>; 41] = [
+pub const OPERATION_LIMITS: [JobLimit<OperationFile>; 44] = [
     limit("path.file.max_distance_mm", |o| path_file(o).map(|f| f.max_distance_mm), 0.0, FARTHEST),
     limit("path.strategy.edge_margin_mm", |o| strategy(o).map(|s| s.edge_margin_mm), 0.0, FARTHEST),
     limit("path.strategy.min_pass_length_mm", |o| strategy(o).map(|s| s.min_pass_length_mm), 0.0, FARTHEST),
@@ -108,13 +108,18 @@ pub const OPERATION_LIMITS: [JobLimit<OperationFile>; 41] = [
     limit("tolerances.gouge_mm", |o| Some(o.tolerances.gouge_mm), SMALLEST_TOLERANCE, LARGEST_TOLERANCE),
     limit("tolerances.max_lift_mm", |o| Some(o.tolerances.max_lift_mm), 0.0, LARGEST_TOLERANCE),
     limit("tolerances.cusp_mm", |o| Some(o.tolerances.cusp_mm), SMALLEST_TOLERANCE, LARGEST_HEIGHT),
+    limit("allowance_mm", |o| Some(o.allowance_mm), 0.0, 1000.0),
+    limit("layers.from_mm", |o| o.layers.map(|l| l.from_mm), 0.01, 1000.0),
+    limit("layers.depth_mm", |o| o.layers.map(|l| l.depth_mm), 0.01, 1000.0),
     limit("finish.max_above_fraction", |o| Some(o.finish.max_above_fraction), 0.0, 1.0),
     limit("finish.max_never_cut_fraction", |o| Some(o.finish.max_never_cut_fraction), 0.0, 1.0),
 ];
 
 /// Limits of the numbers of a setup.
-pub const SETUP_LIMITS: [JobLimit<SetupFile>; 1] =
-    [limit("rapid_clearance_mm", |s| Some(s.rapid_clearance_mm), SMALLEST_STEP, 1000.0)];
+pub const SETUP_LIMITS: [JobLimit<SetupFile>; 2] = [
+    limit("rapid_clearance_mm", |s| Some(s.rapid_clearance_mm), SMALLEST_STEP, 1000.0),
+    limit("rest_cell_mm", |s| s.rest_cell_mm, 0.05, 100.0),
+];
 
 /// Limits of the numbers of a whole job.
 pub const JOB_LIMITS: [JobLimit<JobFile>; 2] = [

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use crate::format::job_file::{JobFile, OperationFile, SetupFile};
+use crate::format::job_file::{JobFile, OperationFile, RoleFile, SetupFile};
+use crate::validate::layers::{measure_behind_programs, with_layers};
 use crate::validate::setup_names::{belongs, file_stem};
 
 /// Returns the first fault of the names of a job's tools as `field: what it must be`.
@@ -70,6 +71,9 @@ pub(crate) fn tool_of_setup<'f>(job: &'f JobFile, setup: &SetupFile) -> Option<&
     job.operations.iter().find(|o| belongs(o, setup, job)).and_then(|o| tool_of(job, o))
 }
 
+/// Name of the tool of a job with one tool file, in the names of programs.
+pub(crate) const ONLY_TOOL: &str = "tool";
+
 /// A job with one tool in each setup, and where its setups come from.
 pub(crate) struct JobByTool {
     pub(crate) file: JobFile,
@@ -77,18 +81,39 @@ pub(crate) struct JobByTool {
     pub(crate) written: Vec<usize>,
 }
 
-/// Returns a job in which each setup has operations of one tool, so that each has a program of one
-/// tool: a setup with several becomes one for each sequence of operations with the same tool, in
-/// their order, all with its meshes, mounting, stock and offsets. Its name gets number and tool
-/// behind: `"up"` becomes `"up 1 mill"` and `"up 2 ball"`. A job that is so already stays as it is.
+/// Returns a job in which each setup has operations of one tool that leave the same, so that each
+/// has a program of one tool and one surface: layers become operations, and a setup becomes one for
+/// each sequence of operations with the same tool and allowance, in their order, all with its
+/// meshes, mounting, stock and offsets; the allowance becomes that of the drive surface. Its name
+/// gets number and tool behind: `"up"` becomes `"up 1 mill"` and `"up 2 ball"`. A job that is so
+/// already stays as it is.
 pub(crate) fn setups_by_tool(job: JobFile) -> JobByTool {
+    let (job, is_layer) = with_layers(job);
+    let mut by_tool = partitioned(job);
+    for setup in &mut by_tool.file.setups {
+        let operations = &mut by_tool.file.operations;
+        let n_setups = by_tool.written.len();
+        let is_of = |o: &OperationFile| n_setups == 1 || o.setup.as_ref() == Some(&setup.name);
+        let mut allowance = 0.0;
+        for operation in operations.iter_mut().filter(|o| is_of(o)) {
+            allowance = std::mem::take(&mut operation.allowance_mm);
+        }
+        let drive = setup.meshes.iter_mut().filter(|mesh| mesh.role == RoleFile::Drive);
+        drive.for_each(|mesh| mesh.allowance_mm += allowance);
+    }
+    measure_behind_programs(&mut by_tool.file, &is_layer);
+    by_tool
+}
+
+fn partitioned(job: JobFile) -> JobByTool {
     let mut all = JobFile { setups: Vec::new(), ..job.clone() };
     let mut written = Vec::new();
     for (k, setup) in job.setups.iter().enumerate() {
         let of_setup: Vec<usize> =
             (0..job.operations.len()).filter(|&o| belongs(&job.operations[o], setup, &job)).collect();
         let tool = |o: &usize| tool_of(&job, &job.operations[*o]);
-        let rows: Vec<&[usize]> = of_setup.chunk_by(|a, b| tool(a) == tool(b)).collect();
+        let key = |o: &usize| (tool(o), job.operations[*o].allowance_mm.to_bits());
+        let rows: Vec<&[usize]> = of_setup.chunk_by(|a, b| key(a) == key(b)).collect();
         if rows.len() < 2 {
             all.setups.push(setup.clone());
             written.push(k);
@@ -97,7 +122,7 @@ pub(crate) fn setups_by_tool(job: JobFile) -> JobByTool {
             continue;
         }
         for (number, row) in (1..).zip(rows) {
-            let name = format!("{} {number} {}", setup.name, tool(&row[0]).unwrap_or_default());
+            let name = format!("{} {number} {}", setup.name, tool(&row[0]).unwrap_or(ONLY_TOOL));
             row.iter().for_each(|&o| all.operations[o].setup = Some(name.clone()));
             all.setups.push(SetupFile { name, ..setup.clone() });
             written.push(k);

@@ -13,7 +13,18 @@ impl ReadProgram {
     /// A tool that is made ready in an earlier block is called at its change alone.
     #[must_use]
     pub fn tool_sections(&self) -> Vec<Self> {
-        let changes = self.changes_to_other_tools();
+        self.sections_at(&self.tool_changes(false))
+    }
+
+    /// Returns the parts of a program as [`tool_sections`](Self::tool_sections) does, but begins
+    /// one at every tool change (M6, TOOL CALL with a tool), also to the tool in the spindle: for a
+    /// program whose parts follow each other with one tool.
+    #[must_use]
+    pub fn change_sections(&self) -> Vec<Self> {
+        self.sections_at(&self.tool_changes(true))
+    }
+
+    fn sections_at(&self, changes: &[(usize, Option<ReadCommand>)]) -> Vec<Self> {
         if changes.len() < 2 {
             return vec![self.clone()];
         }
@@ -70,9 +81,9 @@ impl ReadProgram {
         if let Some(ReadCommand::Tool(number)) = called.next() { Some(*number) } else { None }
     }
 
-    /// Returns the blocks of changes to another tool than that in the spindle, with the tool where
-    /// it is known.
-    fn changes_to_other_tools(&self) -> Vec<(usize, Option<ReadCommand>)> {
+    /// Returns the blocks of tool changes, with the tool where it is known: of all, or of those to
+    /// another tool than that in the spindle.
+    fn tool_changes(&self, also_to_same: bool) -> Vec<(usize, Option<ReadCommand>)> {
         let mut changes: Vec<(usize, Option<ReadCommand>)> = Vec::new();
         let mut called = None;
         for (k, block) in self.blocks.iter().enumerate() {
@@ -81,7 +92,7 @@ impl ReadProgram {
                 continue;
             }
             let is_same = changes.last().is_some_and(|(_, tool)| tool.is_some() && *tool == called);
-            if !is_same {
+            if also_to_same || !is_same {
                 changes.push((k, called.clone()));
             }
         }

@@ -229,6 +229,7 @@ fn stock(of: &PlannedStockReport) -> Vec<String> {
     lines.extend(of.cut.iter().flat_map(StockReport::summary_lines));
     // A single setup obviously begins with its own stock.
     lines.extend(of.began_as.iter().filter(|of| *of != OWN_STOCK).map(|of| format!("  stock before      {of}")));
+    lines.extend(Some(&of.planned_on).filter(|of| *of != OWN_STOCK).map(|of| format!("  planned on        {of}")));
     lines
 }
 

@@ -73,6 +73,15 @@ pub(crate) fn resolve(program: &ReadProgram, setup: &VirtualSetup<'_>, settings:
     out
 }
 
+/// Returns the first fault of a program's text in a setup, with its line: a wrong tool or length,
+/// an unknown position or block. `None` if it has none.
+#[must_use]
+pub fn first_text_fault(program: &ReadProgram, setup: &VirtualSetup<'_>) -> Option<(u32, String)> {
+    let faults = resolve(program, setup, &VerifySettings::default()).faults;
+    let first = faults.into_iter().filter(|fault| fault.kind.is_fault()).min_by_key(|fault| fault.block)?;
+    Some((program.blocks.get(first.block)?.line, first.note))
+}
+
 /// How far from its reference position an axis is at it, mm.
 const AT_HOME: f64 = 1e-6;
 

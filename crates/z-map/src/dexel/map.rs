@@ -159,6 +159,21 @@ impl DexelMap {
         (j / SIDE * self.tiles_x() + i / SIDE, j % SIDE * SIDE + i % SIDE)
     }
 
+    /// The material between two heights of the map's frame, mm.
+    #[must_use]
+    pub fn between(mut self, low: f64, high: f64) -> Self {
+        for tile in &mut self.tiles {
+            for line in 0..LINES {
+                let clipped = |i: Interval| Interval { bottom: i.bottom.max(low), top: i.top.min(high) };
+                let kept: Vec<Interval> = tile.intervals(line).map(clipped).filter(|i| i.bottom < i.top).collect();
+                tile.set(line, &kept);
+            }
+            (0..SIDE).for_each(|row| tile.refresh_row(row));
+            tile.refresh();
+        }
+        self
+    }
+
     /// Where the lines are.
     pub fn grid(&self) -> &DexelGrid {
         &self.grid

@@ -7,6 +7,7 @@ pub(crate) mod islands;
 pub(crate) mod leaning_borders;
 pub(crate) mod left_above;
 pub(crate) mod paths;
+mod roughing;
 pub(crate) mod several_tools;
 pub(crate) mod solution_space;
 pub(crate) mod turns;

@@ -35,6 +35,7 @@ fn both_mills() -> JobFolder {
     let mut file = job.json("job.json");
     file.as_object_mut().expect("an object").remove("tool");
     file["tools"] = json!({ "large": "tool.json", "small": "small.json" });
+    file["setups"][0]["rest_cell_mm"] = json!(0.3);
     file["operations"] = json!([low, high, rest]);
     // Each mill has a number of its own.
     let mut small = job.json("small.json");
@@ -74,15 +75,26 @@ fn operations_of_two_tools_in_one_job_are_those_of_two_jobs() {
     same(&large_text, &read(&apart, "out/program.nc"));
     // So does that of the second tool, on what the first program leaves.
     apart.write("large.nc", large_text.as_bytes());
-    apart.set("job.json", &[("/operations", whole)]);
-    limit_to(&apart, json!({ "programs": [large()] }));
+    apart.set(
+        "job.json",
+        &[
+            ("/operations", whole),
+            ("/setups/0/programs_before", json!([large()])),
+            ("/setups/0/rest_cell_mm", json!(0.3)),
+        ],
+    );
+    limit_to(&apart, json!("operations_before"));
     plan(&apart);
     same(&small_text, &read(&apart, "out/program.nc"));
+    let report_apart: Value = serde_json::from_str(&read(&apart, "out/report.json")).expect("JSON");
 
     // Each program calls its own tool, and is verified on what the one before leaves.
     assert!(large_text.contains("T1 M6") && small_text.contains("T2 M6"));
     let report: Value = serde_json::from_str(&read(&together, "out/report-top-2-small.json")).expect("JSON");
     assert_eq!(report["stock"]["began_as"], "the rest of setup \"top 1 large\"");
+    let on = |report: &Value| report["stock"]["planned_on"].as_str().expect("a text").to_owned();
+    assert_eq!(on(&report).replace("top 1 large", "large.nc"), on(&report_apart));
+    assert!(on(&report).starts_with("all that \"top 1 large\" may leave"), "{}", on(&report));
     // What is left counts both programs: nothing is above the limit or never cut.
     let left = &report["remaining"]["operations"][0];
     assert!(left["largest"]["height_mm"].as_f64() <= Some(LIMIT), "{left}");

@@ -6,6 +6,9 @@ use serde::Serialize;
 /// Stock that the program of a setup cuts.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct PlannedStockReport {
+    /// Stock on which postures, entries, links and chips are planned: the setup's own, or all that
+    /// the programs before it may leave (docs/dexel.md#a-bound-of-what-is-left).
+    pub planned_on: String,
     /// Reason why the stock was not cut; `null` if it was.
     pub not_cut_because: Option<String>,
     /// Stock at the beginning: the setup's own stock, with the reason why it is not the rest of the
@@ -28,7 +31,13 @@ impl PlannedStockReport {
 
     /// Returns the report on stock that was not cut.
     pub fn not_cut(why: impl Into<String>) -> Self {
-        Self { not_cut_because: Some(why.into()), began_as: None, cut: None, began_as_own: false }
+        Self {
+            planned_on: String::new(),
+            not_cut_because: Some(why.into()),
+            began_as: None,
+            cut: None,
+            began_as_own: false,
+        }
     }
 
     /// Returns the report on a program whose positions and certificates alone were requested.

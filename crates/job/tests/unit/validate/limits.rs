@@ -6,7 +6,7 @@ use crate::validate::limits::*;
 use crate::validate::validate;
 
 /// Returns example jobs with all keys that have limits between them.
-fn jobs() -> [Value; 3] {
+fn jobs() -> [Value; 4] {
     let files = new_job(&NewJob::Patch { size_mm: 100.0 }).unwrap();
     let mut laid: Value =
         serde_json::from_slice(&files.iter().find(|(name, _)| name == "job.json").unwrap().1).unwrap();
@@ -24,7 +24,10 @@ fn jobs() -> [Value; 3] {
         short["operations"][0][key] =
             json!({ "shortest": { "radius_mm": 30.0, "angle_deg": 20.0, "straight_mm": 5.0 } });
     }
-    [laid, read, short]
+    let mut layers = laid.clone();
+    layers["operations"][0]["layers"] = json!({ "from_mm": 5.0, "depth_mm": 2.0 });
+    layers["setups"][0]["rest_cell_mm"] = json!(1.0);
+    [laid, read, short, layers]
 }
 
 /// Replaces a value and returns the result of the whole check of the job.
