@@ -130,7 +130,7 @@ pub struct SetupFile {
     /// stock, or a sixth of the shortest flute of the job's tools if that is less, and so close
     /// that
     /// `layers` are known to be cut; but no less than 0.1 mm, and so far apart that no more than
-    /// 200,000 lines meet stock.
+    /// 60,000 lines meet stock.
     #[schemars(range(min = 0.05, max = 100))]
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rest_cell_mm: Option<f64>,

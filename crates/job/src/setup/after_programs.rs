@@ -33,7 +33,7 @@ const STEPS_PER_MM: f64 = 100.0;
 
 /// Largest number of lines with material of a bound, which is a mesh of some ten triangles for each
 /// of them: more would take most of a plan's memory.
-const MOST_LINES: f64 = 200_000.0;
+const MOST_LINES: f64 = 60_000.0;
 
 /// Error of the cut stock on a line as a share of the distance of lines; the largest one, mm.
 const TOLERANCE_OF_CELL: f64 = 0.05;
