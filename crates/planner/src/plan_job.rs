@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use facemill_job::failure::Failure;
-use facemill_job::files::REJECTED;
 use facemill_job::load::job::Job;
 use facemill_job::stages::Stages;
 use facemill_job::stock::setup_order::check_before;
@@ -100,8 +99,10 @@ fn planned_setups<'j>(
         // Setups in which nothing is to be cut leave the rest of those before them.
         let (chain, _) = programs_before(&job.file.setups, index);
         let mut made = chain.iter().rev().filter(|k| **k >= first).map(|&k| (k, &all[k - first]));
-        let is_run = |planned: &Planned| planned.program().is_some_and(|(name, _)| !name.contains(REJECTED));
-        let last = made.find_map(|(k, planned)| Some((k, &planned.as_ref().ok().filter(|(p, _)| is_run(p))?.0)));
+        let last = made.find_map(|(k, planned)| {
+            let (planned, _) = planned.as_ref().ok().filter(|(planned, _)| planned.program_to_run().is_some())?;
+            Some((k, planned))
+        });
         let before = last.and_then(|(k, planned)| planned.rest.as_ref().map(|rest| (k, rest)));
         let stock = StockToCut { cell: cell.or(job.file.verification.stock_cell_mm), index, before };
         match planned_setup(job, (index, &programs), settings, Some(&stock), stages) {
@@ -111,10 +112,7 @@ fn planned_setups<'j>(
             }
             planned => {
                 let planned = planned?;
-                // Nobody runs a program with faults: what comes behind it meets the stock that it
-                // would cut.
-                let program = planned.0.program().filter(|(name, _)| !name.contains(REJECTED));
-                let program = program.map(|(name, text)| (name.into(), text.to_vec()));
+                let program = planned.0.program_to_run().map(|(name, text)| (name.into(), text.to_vec()));
                 programs.add(index, program, job.post.dialect());
                 all.push(Ok(planned));
             }

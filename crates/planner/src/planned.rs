@@ -66,6 +66,12 @@ impl Planned {
         self.files.iter().find(|(file, _)| file == name).map(|(name, text)| (name.as_str(), text.as_slice()))
     }
 
+    /// Returns the program with its file, if it has no faults: nobody runs another one, and setups
+    /// behind it meet the stock that it would cut.
+    pub fn program_to_run(&self) -> Option<(&str, &[u8])> {
+        self.program().filter(|(name, _)| !name.contains(REJECTED))
+    }
+
     /// Returns whether the program can be run as it is and meets the job.
     pub fn is_clean(&self) -> bool {
         self.outcome() == Outcome::Done

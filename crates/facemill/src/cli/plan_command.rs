@@ -147,8 +147,7 @@ fn pages(arguments: &PlanArguments, job: &Job, out: &Path, mut planned: Vec<Plan
     let mut job = job.clone();
     for (planned, _) in &planned {
         let setup = job.file.setups.iter().position(|setup| setup.name == planned.report.setup);
-        let program = planned.program().filter(|(name, _)| !name.contains(files::REJECTED));
-        let program = program.map(|(name, text)| (name.into(), text.to_vec()));
+        let program = planned.program_to_run().map(|(name, text)| (name.into(), text.to_vec()));
         if let Some(setup) = setup {
             let dialect = job.post.dialect();
             job.programs.add(setup, program, dialect);

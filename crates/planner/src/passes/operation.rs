@@ -14,6 +14,7 @@ use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{InfeasibleFile, OperationFile};
 use facemill_job::format::report::WidthRoundReport;
 use facemill_job::frames::places;
+use facemill_job::planning_stock::PlanningStock;
 use facemill_job::setup::cell::{pass_settings, search_settings};
 use facemill_job::setup::path::{LaidPath, lay_by_widths};
 use facemill_job::setup::scene::Scene;
@@ -200,7 +201,8 @@ impl<'a> PlannedOperation<'a> {
         let along = engagement_of_passes(job, setup, operation, &mut moves.pieces, stages)?;
         give_turn_chips(job, setup, &operation.feeds, &mut moves.pieces, &along)?;
         clock.lap("cusps and chips");
-        if setup.stock_solid.is_some() {
+        let is_own = matches!(setup.planning_stock, PlanningStock::Own { .. });
+        if setup.stock_solid.is_some() && is_own {
             left_out.iter_mut().for_each(LeftOut::explain_stock);
         }
         let reliefs = reliefs_by_reason(&cell, &left_out, &search_settings(operation), stages)?;

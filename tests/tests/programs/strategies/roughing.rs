@@ -220,6 +220,15 @@ fn a_turned_setup_begins_with_what_the_one_before_leaves_of_a_casting() {
     assert_eq!(outside, 0, "of {} points", points.left.len());
     // The band that the first program has cut is along y here.
     assert!(!bound.is_inside(&Point3::new(0.0, 20.0, 3.0)) && bound.is_inside(&Point3::new(20.0, 0.0, 3.0)));
+    // Of a casting that is not closed the inside is not known: there is no bound.
+    let open: Vec<String> = box_obj([-41.0, -41.0, -6.0], [41.0, 41.0, top]).lines().map(str::to_owned).collect();
+    let last = open.iter().rposition(|line| line.starts_with('f')).expect("a face");
+    job.write("box.obj", (open[..last].join("\n") + "\n").as_bytes());
+    let mut open = Job::read(&job.job()).expect("a job");
+    open.programs = known.programs.clone();
+    let own = Setup::read(&open, 1).expect("a setup").after_programs(&open.for_setup(1), &Silent).expect("a setup");
+    let why = own.planning_stock.to_string();
+    assert!(why.starts_with("the setup's stock, because") && why.contains("closed"), "{why}");
     let second = text(&job, "out/program-turned.nc");
     let met = points.cut(&ReadBack::of(&job, 1), &interpreter::run(&second), STEP);
     assert!(met.is_empty(), "{} points, first {:?}", met.len(), met[0]);
@@ -255,7 +264,7 @@ fn programs_of_other_jobs_count_with_their_tool_and_without_faults() {
     assert!(wrong.code == 2 && wrong.errors.contains("calls another tool than T4"), "{}", wrong.errors);
     let nothing: Vec<&str> = first.lines().filter(|line| !line.contains('X') && !line.contains('Z')).collect();
     let wrong = alone(&nothing.join("\n"), None);
-    assert!(wrong.code == 2 && wrong.errors.contains("before.nc"), "{}{}", wrong.printed, wrong.errors);
+    assert!(wrong.code == 2 && wrong.errors.contains("no move at a feed"), "{}{}", wrong.printed, wrong.errors);
 }
 
 #[test]
