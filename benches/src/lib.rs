@@ -191,6 +191,7 @@ pub fn tool(radius: f64, corner_radius: f64) -> ToolAssembly {
         gauge_length_mm: flute + 40.0 + 4.0 * radius,
         body: Stack { clearance_mm: 1.0, sections: vec![section(40.0, 1.8 * radius)] },
         holder: Stack { clearance_mm: 2.0, sections: vec![section(4.0 * radius, 1.2 * radius)] },
+        assumed: Vec::new(),
     })
     .expect("lengths fit together")
 }

@@ -125,6 +125,7 @@ fn tool() -> ToolAssembly {
         gauge_length_mm: 150.0,
         body: Stack { clearance_mm: 0.0, sections: Vec::new() },
         holder: Stack { clearance_mm: 0.0, sections: vec![holder] },
+        assumed: Vec::new(),
     })
     .expect("lengths fit together")
 }

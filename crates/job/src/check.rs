@@ -84,11 +84,13 @@ pub fn describe_setup(job: &Job, index: usize) -> Result<Vec<String>, Failure> {
     Ok(lines)
 }
 
-/// Returns the line with number and cutter of a tool.
+/// Returns the line with number and cutter of a tool, and the keys of values that are assumed.
 fn tool_line(tool: &ToolAssembly) -> String {
     let cutter = tool.cutter();
+    let assumed: Vec<String> = tool.to_file().assumed.into_iter().map(|assumed| assumed.key).collect();
+    let assumed = if assumed.is_empty() { String::new() } else { format!("; assumed: {}", assumed.join(", ")) };
     format!(
-        "tool T{} \"{}\": R {} mm, r {} mm, {} insert(s), {:.1} mm from gauge line to tip",
+        "tool T{} \"{}\": R {} mm, r {} mm, {} insert(s), {:.1} mm from gauge line to tip{assumed}",
         tool.number(),
         tool.name(),
         cutter.radius(),

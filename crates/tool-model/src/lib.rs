@@ -64,4 +64,4 @@ pub use holder_library::{HolderError, HolderFile, HolderLibrary, HoldersFile, Ho
 pub use open_assembly::{AssemblyLength, BuiltAssembly, Lengths, OpenAssembly};
 pub use outline::Outline;
 pub use silhouette::{SilhouetteCurvature, silhouette_curvature};
-pub use tool_file::{FORMAT, FormatTag, Section, SpindleRotation, Stack, ToolFile};
+pub use tool_file::{AssumedMeasure, FORMAT, FormatTag, Section, SpindleRotation, Stack, ToolFile};

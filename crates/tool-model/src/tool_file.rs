@@ -68,6 +68,20 @@ pub struct ToolFile {
     pub body: Stack,
     /// Holder: from its nose upward, at least to the gauge line.
     pub holder: Stack,
+    /// Values that nobody measured: keys of this file, each with its reason. They are on the safe
+    /// side; replace them by those of the tool.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub assumed: Vec<AssumedMeasure>,
+}
+
+/// Value of a tool file that nobody measured.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AssumedMeasure {
+    /// Key of the value in the tool file.
+    pub key: String,
+    /// Reason for the value.
+    pub reason: String,
 }
 
 /// Sense of the spindle, seen from the spindle toward the tip.

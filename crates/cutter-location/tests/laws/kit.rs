@@ -35,6 +35,7 @@ pub(crate) fn tool(radius: f64, corner_radius: f64, flute: f64) -> ToolAssembly 
         gauge_length_mm: flute + 140.0,
         body: Stack { clearance_mm: 1.0, sections: vec![section(40.0, 1.5 * radius)] },
         holder: Stack { clearance_mm: 2.0, sections: vec![section(100.0, 60.0)] },
+        assumed: Vec::new(),
     })
     .unwrap()
 }

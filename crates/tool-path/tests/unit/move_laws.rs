@@ -38,6 +38,7 @@ pub(crate) fn tool() -> ToolAssembly {
         gauge_length_mm: 160.0,
         body: Stack { clearance_mm: 1.0, sections: vec![section(40.0, 36.0)] },
         holder: Stack { clearance_mm: 2.0, sections: vec![section(100.0, 60.0)] },
+        assumed: Vec::new(),
     })
     .unwrap()
 }
