@@ -1,17 +1,19 @@
-//! Pictures of plans as SVG: passes by the use of their strips, chips along them, and the map of
-//! the feasible postures of one CC point.
+//! Pictures of plans as SVG: passes by the use of their strips, chips along them, the map of the
+//! feasible postures of one CC point, and tool assemblies with their dimensions.
 //!
 //! Modules, each of which imports those above it alone:
 //!
 //! | module | holds |
 //! |---|---|
 //! | [`svg_text`] | texts that fit: widths, broken lines, entries in rows |
+//! | [`mod@assembly_svg`] | a tool assembly with its dimensions |
 //! | [`mod@chips_svg`] | chip area and removal rate along passes |
 //! | [`mod@passes_svg`] | passes, coloured by the use of their strips |
 //! | [`solution_svg`] | map of the feasible postures of one CC point |
 //!
 //! It must not know jobs, nor how a plan was made.
 
+pub mod assembly_svg;
 pub mod chips_svg;
 pub mod passes_svg;
 pub mod solution_svg;
