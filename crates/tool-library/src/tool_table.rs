@@ -1,0 +1,188 @@
+//! Tool tables of controls: what a control must know of a tool to run its programs.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+use facemill_tool_model::ToolAssembly;
+
+/// Unit of the lengths of a table: that of the control's own configuration.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TableUnit {
+    /// mm.
+    #[default]
+    Millimetre,
+    /// Inch.
+    Inch,
+}
+
+impl TableUnit {
+    /// Returns a length, mm, in this unit: to a tenth of a micrometre.
+    fn text(self, mm: f64) -> String {
+        match self {
+            Self::Millimetre => format!("{mm:.4}"),
+            Self::Inch => format!("{:.6}", mm / 25.4),
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Millimetre => "mm",
+            Self::Inch => "inch",
+        }
+    }
+}
+
+/// Why tools have no table.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TableError {
+    /// There is nothing to write.
+    #[error("there is no tool")]
+    Empty,
+    /// A number is larger than the control has.
+    #[error("tool {number} \"{name}\": {control} has tool numbers up to {most}; give it another number")]
+    Number {
+        /// The number.
+        number: u32,
+        /// Name of the tool.
+        name: String,
+        /// The control.
+        control: &'static str,
+        /// Largest number.
+        most: u32,
+    },
+    /// Two tools have one number.
+    #[error("tools \"{first}\" and \"{second}\" both have number {number}; give one of them another")]
+    SameNumber {
+        /// The number.
+        number: u32,
+        /// Name of one.
+        first: String,
+        /// Name of the other.
+        second: String,
+    },
+    /// The row of a length register is that of another tool.
+    #[error(
+        "tool {number} \"{name}\" has its length in register {register}, which in LinuxCNC is the row of \"{other}\"; give \
+         it another length_register"
+    )]
+    Register {
+        /// Number of the tool.
+        number: u32,
+        /// Its name.
+        name: String,
+        /// The register.
+        register: u32,
+        /// Name of the tool that has this row.
+        other: String,
+    },
+}
+
+/// Largest numbers of tools: LinuxCNC reads five digits, 840D numbers up to 32000.
+const MOST_LINUXCNC: u32 = 99_999;
+const MOST_SIEMENS: u32 = 32_000;
+
+/// Longest comment of a row of LinuxCNC's table and longest name of a tool of 840D.
+const MOST_COMMENT: usize = 39;
+const MOST_NAME: usize = 32;
+
+/// Writes the tool table of LinuxCNC (`tool.tbl`), a row for each tool by number: T number, P
+/// pocket (the number), Z gauge length, D diameter, comment.
+///
+/// `G43 H` takes the row of that number. A tool with a length register of its own therefore has a
+/// second row, of the register's number.
+///
+/// # Errors
+/// Without a tool, where numbers are too large or two of them the same, and where a register is
+/// another tool's row.
+pub fn linuxcnc_table(tools: &[ToolAssembly], unit: TableUnit) -> Result<String, TableError> {
+    let by_number = by_number(tools, "LinuxCNC", MOST_LINUXCNC)?;
+    let mut rows: BTreeMap<u32, (&ToolAssembly, String)> = BTreeMap::new();
+    for (&number, tool) in &by_number {
+        rows.insert(number, (tool, tool.name().to_owned()));
+    }
+    for (&number, tool) in &by_number {
+        let register = tool.length_register();
+        if register == number {
+            continue;
+        }
+        if let Some((_, other)) = rows.insert(register, (tool, format!("length of T{number}"))) {
+            return Err(TableError::Register { number, name: tool.name().to_owned(), register, other });
+        }
+    }
+    let mut text = String::new();
+    for (number, (tool, comment)) in rows {
+        let (length, diameter) = (unit.text(tool.gauge_length()), unit.text(2.0 * tool.cutter().radius()));
+        let comment = plain(&comment, MOST_COMMENT);
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "T{number} P{number} Z{length} D{diameter} ;{comment}");
+    }
+    Ok(text)
+}
+
+/// Writes a program for Siemens 840D that sets the data of tools in cutting edge D1: type, length
+/// 1 (gauge length), radius and corner radius, and the names that tool management calls them by.
+///
+/// Types are those that 3D radius compensation knows: 110 a ball, 120 sharp corners, 121 rounded
+/// ones. Wear is left as it is: it is the operator's.
+///
+/// # Errors
+/// Without a tool, where numbers are too large or two of them the same.
+pub fn siemens_tool_data(tools: &[ToolAssembly], unit: TableUnit) -> Result<String, TableError> {
+    let by_number = by_number(tools, "840D", MOST_SIEMENS)?;
+    let mut text = format!(
+        "; TOOL DATA, {} TOOL(S), LENGTHS IN {}\n; LENGTH 1 IS FROM THE GAUGE LINE TO THE TIP\n",
+        by_number.len(),
+        unit.name().to_uppercase()
+    );
+    let mut twins: BTreeMap<String, u32> = BTreeMap::new();
+    for (number, tool) in by_number {
+        let cutter = tool.cutter();
+        let (radius, corner) = (cutter.radius(), cutter.corner_radius());
+        let kind = if corner >= radius {
+            110
+        } else if corner > 0.0 {
+            121
+        } else {
+            120
+        };
+        let name = plain(tool.name(), MOST_NAME);
+        // Tools of one name are replacements of each other, which are counted.
+        let twin = twins.entry(name.clone()).or_default();
+        *twin += 1;
+        let (length, radius, corner) = (unit.text(tool.gauge_length()), unit.text(radius), unit.text(corner));
+        let _ = writeln!(
+            text,
+            "\n; T{number} {name}\n$TC_TP1[{number}]={twin}\n$TC_TP2[{number}]=\"{name}\"\n$TC_DP1[{number},1]={kind}\n\
+             $TC_DP3[{number},1]={length}\n$TC_DP6[{number},1]={radius}\n$TC_DP7[{number},1]={corner}"
+        );
+    }
+    text.push_str("\nM17\n");
+    Ok(text)
+}
+
+fn by_number<'a>(
+    tools: &'a [ToolAssembly],
+    control: &'static str,
+    most: u32,
+) -> Result<BTreeMap<u32, &'a ToolAssembly>, TableError> {
+    let mut by_number: BTreeMap<u32, &ToolAssembly> = BTreeMap::new();
+    for tool in tools {
+        let number = tool.number();
+        if number > most {
+            return Err(TableError::Number { number, name: tool.name().to_owned(), control, most });
+        }
+        if let Some(first) = by_number.insert(number, tool) {
+            let (first, second) = (first.name().to_owned(), tool.name().to_owned());
+            return Err(TableError::SameNumber { number, first, second });
+        }
+    }
+    if by_number.is_empty() { Err(TableError::Empty) } else { Ok(by_number) }
+}
+
+/// Returns a name in letters that both controls read everywhere: ASCII without quotation marks and
+/// marks of comments.
+fn plain(name: &str, most: usize) -> String {
+    let letter = |c: char| if (' '..='~').contains(&c) && !"\";()%".contains(c) { c } else { '_' };
+    name.chars().map(letter).take(most).collect::<String>().trim().to_owned()
+}

@@ -1,0 +1,118 @@
+//! Tool tables read back by readers of their own.
+
+use facemill_test_kit::Random;
+use facemill_tool_library::{TableError, TableUnit, linuxcnc_table, siemens_tool_data};
+use facemill_tool_model::{ToolAssembly, ToolFile};
+
+use crate::kit::{imported, inch_tool};
+
+fn tool(change: impl Fn(&mut ToolFile)) -> ToolAssembly {
+    let mut file = imported(&inch_tool()).file;
+    file.length_register = None;
+    change(&mut file);
+    ToolAssembly::new(file).expect("a tool")
+}
+
+fn random_tools(random: &mut Random, n: u32) -> Vec<ToolAssembly> {
+    let tools = (0..n).map(|k| {
+        let (radius, share) = (random.between(2.0, 6.0), random.below(3) as f64 / 2.0);
+        tool(|file| {
+            file.number = n - k;
+            file.name = format!("mill \"{k}\"; (r) ü");
+            file.radius_mm = radius;
+            file.corner_radius_mm = share * radius;
+            file.dead_core_radius_mm = 0.0;
+        })
+    });
+    tools.collect()
+}
+
+/// A row of LinuxCNC's table: T, P, Z, D.
+fn row(line: &str) -> [f64; 4] {
+    let (words, comment) = line.split_once(';').expect("a comment");
+    assert!(comment.is_ascii() && comment.len() <= 39 && !comment.contains(';'), "{comment}");
+    let word = |letter: char| {
+        let word = words.split_whitespace().find_map(|word| word.strip_prefix(letter));
+        word.and_then(|number| number.parse().ok()).unwrap_or_else(|| panic!("{letter} in {line}"))
+    };
+    ['T', 'P', 'Z', 'D'].map(word)
+}
+
+#[test]
+fn rows_of_linuxcnc_are_the_tools_by_number() {
+    let mut random = Random(3);
+    let mut tools = random_tools(&mut random, 20);
+    for (unit, mm) in [(TableUnit::Millimetre, 1.0), (TableUnit::Inch, 25.4)] {
+        let text = linuxcnc_table(&tools, unit).expect("a table");
+        tools.sort_by_key(ToolAssembly::number);
+        assert_eq!(text.lines().count(), tools.len());
+        for (line, tool) in text.lines().zip(&tools) {
+            let [number, pocket, length, diameter] = row(line);
+            assert_eq!((number, pocket), (f64::from(tool.number()), f64::from(tool.number())));
+            assert!((length * mm - tool.gauge_length()).abs() < 1e-4, "{line}");
+            assert!((diameter * mm - 2.0 * tool.cutter().radius()).abs() < 1e-4, "{line}");
+        }
+        // The order of the arguments is none of the table.
+        tools.reverse();
+        assert_eq!(linuxcnc_table(&tools, unit).expect("a table"), text);
+    }
+}
+
+#[test]
+fn a_length_register_has_a_row_of_its_own() {
+    let one = tool(|file| file.length_register = Some(17));
+    let text = linuxcnc_table(std::slice::from_ref(&one), TableUnit::Millimetre).expect("a table");
+    assert_eq!(text, "T7 P7 Z146.2000 D12.7000 ;1/2 r1/16 long reach\nT17 P17 Z146.2000 D12.7000 ;length of T7\n");
+    let other = tool(|file| file.number = 17);
+    let why = linuxcnc_table(&[one, other], TableUnit::Millimetre).expect_err("one row for two");
+    assert!(matches!(why, TableError::Register { number: 7, register: 17, .. }), "{why}");
+}
+
+#[test]
+fn data_of_siemens_are_the_tools_in_edge_one() {
+    let mut random = Random(4);
+    let tools = random_tools(&mut random, 12);
+    let text = siemens_tool_data(&tools, TableUnit::Millimetre).expect("a program");
+    assert!(text.is_ascii() && text.ends_with("\nM17\n"));
+    let value = |variable: String| {
+        let of = |line: &str| Some(line.strip_prefix(&variable)?.strip_prefix('=')?.to_owned());
+        text.lines().find_map(of).unwrap_or_else(|| panic!("{variable} in\n{text}"))
+    };
+    for tool in &tools {
+        let (t, cutter) = (tool.number(), tool.cutter());
+        let number = |parameter: u32| -> f64 { value(format!("$TC_DP{parameter}[{t},1]")).parse().expect("a number") };
+        let (radius, corner) = (cutter.radius(), cutter.corner_radius());
+        let kind = if corner == radius {
+            110.0
+        } else if corner > 0.0 {
+            121.0
+        } else {
+            120.0
+        };
+        assert_eq!(number(1), kind);
+        for (parameter, mm) in [(3, tool.gauge_length()), (6, radius), (7, corner)] {
+            assert!((number(parameter) - mm).abs() < 1e-4);
+        }
+        let name = value(format!("$TC_TP2[{t}]"));
+        assert!(name.len() <= 34 && name.matches('"').count() == 2 && name.starts_with("\"mill _"), "{name}");
+    }
+}
+
+#[test]
+fn tools_of_one_name_are_counted() {
+    let twins = [3, 9].map(|number| tool(|file| file.number = number));
+    let text = siemens_tool_data(&twins, TableUnit::Inch).expect("a program");
+    assert!(text.contains("$TC_TP1[3]=1\n") && text.contains("$TC_TP1[9]=2\n"), "{text}");
+    assert!(text.contains("LENGTHS IN INCH") && text.contains("$TC_DP6[3,1]=0.250000\n"), "{text}");
+}
+
+#[test]
+fn tools_that_a_control_cannot_have_are_refused() {
+    let large = [tool(|file| (file.number, file.length_register) = (100_000, Some(1)))];
+    let text = |why: TableError| why.to_string();
+    assert!(linuxcnc_table(&large, TableUnit::Millimetre).is_err_and(|why| text(why).contains("up to 99999")));
+    assert!(siemens_tool_data(&large, TableUnit::Millimetre).is_err_and(|why| text(why).contains("up to 32000")));
+    let twice = [tool(|_| ()), tool(|file| file.name = "other".to_owned())];
+    assert!(linuxcnc_table(&twice, TableUnit::Millimetre).is_err_and(|why| text(why).contains("both have number 7")));
+    assert_eq!(siemens_tool_data(&[], TableUnit::Millimetre), Err(TableError::Empty));
+}
