@@ -4,9 +4,9 @@ pub(crate) mod arguments;
 mod batch_command;
 mod chip_area_command;
 mod deviation_command;
+mod equipment;
 mod feedrate_command;
 mod lengths_command;
-mod machine_commands;
 mod new_command;
 pub(crate) mod output;
 mod page_commands;
@@ -22,9 +22,10 @@ use std::process::ExitCode;
 use batch_command::BatchArguments;
 use chip_area_command::ChipAreaArguments;
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
+use equipment::machine_commands::MachineCommand;
+use equipment::tool_commands::ToolCommand;
 use feedrate_command::FeedrateArguments;
 use lengths_command::LengthsArguments;
-use machine_commands::MachineCommand;
 use new_command::NewArguments;
 use page_commands::{ReportArguments, ViewArguments};
 use paths_command::PathsArguments;
@@ -115,6 +116,12 @@ enum Command {
         #[command(subcommand)]
         what: MachineCommand,
     },
+    /// Reads tool libraries of Fusion, lists, shows and draws tools, and writes tool tables of
+    /// controls
+    Tool {
+        #[command(subcommand)]
+        what: ToolCommand,
+    },
     /// Prints the JSON Schema of a file format
     Schema {
         /// Format
@@ -175,7 +182,8 @@ pub(crate) fn run(arguments: Arguments) -> Result<ExitCode, Failure> {
         Command::Lengths(arguments) => lengths_command::run(&arguments),
         Command::ChipArea(arguments) => chip_area_command::run(&arguments),
         Command::New(arguments) => new_command::run(arguments),
-        Command::Machine { what } => machine_commands::run(what),
+        Command::Machine { what } => equipment::machine_commands::run(what),
+        Command::Tool { what } => equipment::tool_commands::run(what),
         Command::Schema { format } => {
             say(&schema(format))?;
             Ok(ExitCode::SUCCESS)

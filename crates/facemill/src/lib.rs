@@ -112,6 +112,7 @@ pub use facemill_planner as planner;
 pub use facemill_report_page as report_page;
 pub use facemill_sample_parts as sample_parts;
 pub use facemill_surface_model as surface_model;
+pub use facemill_tool_library as tool_library;
 pub use facemill_tool_model as tool_model;
 pub use facemill_tool_path as tool_path;
 pub use facemill_verification as verification;

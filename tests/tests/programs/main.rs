@@ -16,5 +16,6 @@ mod setup_variants;
 mod shared_meshes;
 mod strategies;
 mod three_rotaries;
+mod tool_commands;
 mod tool_vectors;
 mod verification;

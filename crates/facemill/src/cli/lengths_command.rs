@@ -14,6 +14,7 @@ use facemill::{CutRequest, Failure, files, read_rest, replan_with_shorter_tools}
 
 use crate::cli::arguments::option_lengths::{above_zero, from_zero, stock_tolerance};
 use crate::cli::arguments::program::{ProgramArguments, ProgramOfJob};
+use crate::cli::equipment::tool_files::is_tool_file;
 use crate::cli::output::say;
 use crate::cli::progress::Progress;
 
@@ -144,13 +145,6 @@ fn refuse_other(out: Option<&Path>, what: &str, is_ours: impl Fn(&[u8]) -> bool)
     let message =
         format!("exists and is not a {what}, so it is not from an earlier run: name another file, or remove it");
     Err(Failure::input(out, message))
-}
-
-/// Returns whether bytes are a tool file of this program, regardless of its content.
-fn is_tool_file(bytes: &[u8]) -> bool {
-    let file: Option<serde_json::Value> = serde_json::from_slice(bytes).ok();
-    let format = file.as_ref().and_then(|file| file.get("format")?.as_str());
-    format.is_some_and(|format| format.starts_with("facemill-tool/"))
 }
 
 /// Removes the output of an earlier run under the name of a file that is not written, and says so.
