@@ -43,7 +43,7 @@ pub(crate) fn run(arguments: &ImportArguments) -> Result<ExitCode, Failure> {
     let tools = wanted(arguments, read_library_file(library)?)?;
     refuse_faults(arguments, &tools)?;
     let mut names = FileNames::default();
-    let mut outputs: Vec<(PathBuf, Vec<u8>)> = Vec::new();
+    let mut outputs: Vec<(String, Vec<u8>)> = Vec::new();
     let mut report = String::new();
     for tool in &tools {
         let read = match &tool.import {
@@ -53,10 +53,11 @@ pub(crate) fn run(arguments: &ImportArguments) -> Result<ExitCode, Failure> {
                 continue;
             }
         };
-        let path = arguments.out.join(names.next(&read.file));
+        let name = names.next(&read.file);
+        let path = arguments.out.join(&name);
         let assembly = ToolAssembly::new(read.file.clone()).map_err(|e| Failure::Internal(e.to_string()))?;
         report.push_str(&format!("{}: {}{}", path.display(), measures(&assembly, Some(read.kind)), remarks(tool)));
-        outputs.push((path, to_json(&read.file).into_bytes()));
+        outputs.push((name, to_json(&read.file).into_bytes()));
     }
     if outputs.is_empty() {
         return Err(Failure::input(
@@ -64,16 +65,18 @@ pub(crate) fn run(arguments: &ImportArguments) -> Result<ExitCode, Failure> {
             format!("has no tool that is read:\n  {}", report.trim_end().replace('\n', "\n  ")),
         ));
     }
-    outputs.iter().try_for_each(|(path, _)| check_replaced(path, arguments.force))?;
+    outputs.iter().try_for_each(|(name, _)| check_replaced(&arguments.out.join(name), arguments.force))?;
+    files::check_outputs(arguments.report.as_deref())?;
+    files::check_folder(&arguments.out)?;
     let n = outputs.len();
     report.push_str(&format!(
         "{n} tool(s) written, {} not read; replace what is assumed by the tools' own values\n",
         tools.len() - n
     ));
-    outputs.extend(arguments.report.iter().map(|path| (path.clone(), report.clone().into_bytes())));
-    let outputs: Vec<(&Path, Vec<u8>)> = outputs.iter().map(|(path, bytes)| (path.as_path(), bytes.clone())).collect();
-    files::check_folder(&arguments.out)?;
-    files::write_each(&outputs)?;
+    files::write_all(&arguments.out, &outputs)?;
+    if let Some(path) = &arguments.report {
+        files::write_one(path, report.clone().into_bytes())?;
+    }
     say(&report)?;
     Ok(ExitCode::SUCCESS)
 }
