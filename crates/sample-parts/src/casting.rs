@@ -1,8 +1,9 @@
 //! Castings: a part with material on it that is nowhere quite the same.
 
+use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-use facemill_surface_model::{MeshError, TriMesh};
+use facemill_surface_model::{Surface, SurfaceSettings, TriMesh};
 use nalgebra::{Point3, Vector3};
 
 use crate::spec_error::{SpecError, in_range};
@@ -20,10 +21,6 @@ const WAVES: f64 = 1.5;
 /// Phases of the waves along x, y and z: without them the allowance would have the symmetries of
 /// the part.
 const PHASES: [f64; 3] = [0.31, 0.77, 0.13];
-
-/// Least cosine between the normal of a vertex and those of its facets by which its way is
-/// lengthened: sharper corners have less material on their sides.
-const SHARPEST: f64 = 0.35;
 
 impl CastingAllowance {
     /// Returns an allowance of `mean` mm, which varies by up to `variation` mm over the part.
@@ -54,44 +51,167 @@ impl CastingAllowance {
     }
 }
 
-/// Returns the casting of closed solids, mm: each vertex goes outward along its normal, so far that
-/// each of its facets moves by at least the allowance there. Triangles and groups stay as they are;
-/// solids that overlap stay separate ones, so a casting has no fillet where they meet.
+/// Most nodes of the lattice that a casting is made on.
+const MOST_NODES: f64 = 2e8;
+
+/// Least share of a lattice edge between a node and the surface: facets keep an area.
+const LEAST_SHARE: f64 = 1e-3;
+
+/// Corners of a cube of the lattice, as steps along x, y and z, for the six tetrahedra around its
+/// diagonal.
+const TETRAHEDRA: [[[usize; 3]; 4]; 6] = [
+    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [1, 1, 1]],
+    [[0, 0, 0], [1, 0, 0], [1, 0, 1], [1, 1, 1]],
+    [[0, 0, 0], [0, 1, 0], [1, 1, 0], [1, 1, 1]],
+    [[0, 0, 0], [0, 1, 0], [0, 1, 1], [1, 1, 1]],
+    [[0, 0, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1]],
+    [[0, 0, 0], [0, 0, 1], [0, 1, 1], [1, 1, 1]],
+];
+
+/// Returns the casting of closed solids, which may overlap, mm: one closed surface, at the distance
+/// from the part that the allowance has there, with rounded edges.
 ///
-/// Facets move by the allowance at their corners; at edges of less than 41° between the sides these
-/// move by less.
+/// The surface is that of a function on a cubic lattice of `cell` mm. Over an edge of the part it
+/// is rounded by the allowance a there, and up to cell²/2a nearer to the part; on sides and in
+/// hollows much less.
 ///
 /// # Errors
-/// When coordinates overflow.
-pub fn casting(part: &TriMesh, allowance: CastingAllowance) -> Result<TriMesh, MeshError> {
-    let size = part.aabb().half_extents() * 2.0;
-    let length = size.max().max(f64::MIN_POSITIVE);
-    let facets: Vec<Vector3<f64>> = (0..part.triangles().len())
-        .map(|t| {
-            let [a, b, c] = part.corners(t);
-            (b - a).cross(&(c - a)).try_normalize(0.0).unwrap_or_default()
+/// When the cell is not above 0 and up to twice the least allowance, or so small that the lattice
+/// has more than 2·10⁸ nodes, or the part has no triangle.
+pub fn casting(part: &TriMesh, allowance: CastingAllowance, cell: f64) -> Result<TriMesh, SpecError> {
+    in_range("cell of a casting", cell, f64::MIN_POSITIVE, 2.0 * allowance.least())?;
+    let bounds = part.aabb();
+    let size = bounds.half_extents() * 2.0;
+    let margin = allowance.largest() + 2.0 * cell;
+    let n = [0, 1, 2].map(|k| ((size[k] + 2.0 * margin) / cell).ceil() + 1.0);
+    in_range("nodes of the lattice of a casting", n.iter().product(), 8.0, MOST_NODES)?;
+    let lattice = Lattice {
+        surface: Surface::new(part.clone(), SurfaceSettings::default()),
+        allowance,
+        length: size.max(),
+        origin: bounds.min - Vector3::repeat(margin),
+        cell,
+        n: n.map(|n| n as usize),
+    };
+    Ok(lattice.surface_of(&lattice.values()))
+}
+
+/// Lattice around a part.
+struct Lattice {
+    surface: Surface,
+    allowance: CastingAllowance,
+    /// Longest side of the part, mm.
+    length: f64,
+    origin: Point3<f64>,
+    cell: f64,
+    n: [usize; 3],
+}
+
+impl Lattice {
+    fn index(&self, [i, j, k]: [usize; 3]) -> usize {
+        (i * self.n[1] + j) * self.n[2] + k
+    }
+
+    fn node(&self, index: usize) -> Point3<f64> {
+        let (ij, k) = (index / self.n[2], index % self.n[2]);
+        let (i, j) = (ij / self.n[1], ij % self.n[1]);
+        self.origin + Vector3::new(i as f64, j as f64, k as f64) * self.cell
+    }
+
+    /// Returns the distance of each node from the casting's surface, mm, negative inside; of nodes
+    /// far from it the sign alone counts.
+    fn values(&self) -> Vec<f64> {
+        let far = self.allowance.largest() + 3.0 * self.cell;
+        let mut values = Vec::with_capacity(self.n.iter().product());
+        for column in 0..self.n[0] * self.n[1] {
+            // Columns begin outside of the part.
+            let (mut is_inside, mut crosses) = (false, false);
+            for k in 0..self.n[2] {
+                let p = self.node(column * self.n[2] + k);
+                let distance = self.surface.closest_point(&p, far).map_or(far, |foot| foot.distance);
+                crosses |= distance <= self.cell;
+                if crosses {
+                    is_inside = self.surface.is_inside(&p);
+                }
+                crosses = distance <= self.cell;
+                let out = if is_inside { -distance } else { distance };
+                values.push(out - self.allowance.at(&p, self.length));
+            }
+        }
+        values
+    }
+
+    /// Returns the surface on which values between the nodes, linear in each tetrahedron, are 0.
+    fn surface_of(&self, values: &[f64]) -> TriMesh {
+        let mut facets =
+            Facets { lattice: self, values, vertices: Vec::new(), triangles: Vec::new(), known: HashMap::new() };
+        for i in 0..self.n[0] - 1 {
+            for j in 0..self.n[1] - 1 {
+                for k in 0..self.n[2] - 1 {
+                    facets.add_cube([i, j, k]);
+                }
+            }
+        }
+        let Facets { vertices, triangles, .. } = facets;
+        TriMesh::new(vertices, triangles).unwrap_or_default()
+    }
+}
+
+/// Facets on a lattice, as far as they are found.
+struct Facets<'l> {
+    lattice: &'l Lattice,
+    values: &'l [f64],
+    vertices: Vec<Point3<f64>>,
+    triangles: Vec<[u32; 3]>,
+    /// Vertices by the nodes of their lattice edge, the one inside first.
+    known: HashMap<[usize; 2], u32>,
+}
+
+impl Facets<'_> {
+    fn add_cube(&mut self, at: [usize; 3]) {
+        let lattice = self.lattice;
+        let index = |step: [usize; 3]| lattice.index([0, 1, 2].map(|k| at[k] + step[k]));
+        let is_inside = |node: usize| self.values[node] < 0.0;
+        let first = is_inside(index([0; 3]));
+        let corners = (0..8).map(|c| index([c >> 2, (c >> 1) & 1, c & 1]));
+        if corners.into_iter().all(|c| is_inside(c) == first) {
+            return;
+        }
+        for tetrahedron in TETRAHEDRA {
+            let nodes = tetrahedron.map(index);
+            let (inside, outside): (Vec<usize>, Vec<usize>) =
+                nodes.into_iter().partition(|&node| self.values[node] < 0.0);
+            match (&*inside, &*outside) {
+                (&[a], &[p, q, r]) => self.add([[a, p], [a, q], [a, r]]),
+                (&[a, b, c], &[p]) => self.add([[a, p], [b, p], [c, p]]),
+                (&[a, b], &[p, q]) => {
+                    self.add([[a, p], [a, q], [b, q]]);
+                    self.add([[a, p], [b, q], [b, p]]);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Adds the triangle between three lattice edges, wound outward.
+    fn add(&mut self, edges: [[usize; 2]; 3]) {
+        let [a, b, c] = edges.map(|edge| self.vertex(edge));
+        let corners = [a, b, c].map(|v| self.vertices[v as usize]);
+        let normal = (corners[1] - corners[0]).cross(&(corners[2] - corners[0]));
+        let outward = edges.iter().fold(Vector3::zeros(), |sum, [inside, outside]| {
+            sum + (self.lattice.node(*outside) - self.lattice.node(*inside))
+        });
+        self.triangles.push(if normal.dot(&outward) < 0.0 { [a, c, b] } else { [a, b, c] });
+    }
+
+    fn vertex(&mut self, edge: [usize; 2]) -> u32 {
+        let [inside, outside] = edge;
+        let (low, high) = (self.values[inside], self.values[outside]);
+        let share = (low / (low - high)).clamp(LEAST_SHARE, 1.0 - LEAST_SHARE);
+        let (from, to) = (self.lattice.node(inside), self.lattice.node(outside));
+        *self.known.entry(edge).or_insert_with(|| {
+            self.vertices.push(from + (to - from) * share);
+            self.vertices.len() as u32 - 1
         })
-        .collect();
-    let mut normals = vec![Vector3::zeros(); part.vertices().len()];
-    for (t, corners) in part.triangles().iter().enumerate() {
-        let at = part.corners(t);
-        for k in 0..3 {
-            let (next, before) = (at[(k + 1) % 3] - at[k], at[(k + 2) % 3] - at[k]);
-            // By angles, so that the diagonals of quads do not matter.
-            normals[corners[k] as usize] += facets[t] * next.angle(&before);
-        }
     }
-    let normals: Vec<Vector3<f64>> =
-        normals.iter().map(|n| n.try_normalize(f64::MIN_POSITIVE).unwrap_or_default()).collect();
-    let mut least_cosine = vec![1.0_f64; normals.len()];
-    for (t, corners) in part.triangles().iter().enumerate() {
-        for &v in corners.iter().filter(|_| facets[t] != Vector3::zeros()) {
-            let cosine = &mut least_cosine[v as usize];
-            *cosine = cosine.min(normals[v as usize].dot(&facets[t]));
-        }
-    }
-    let moved =
-        |(v, p): (usize, &Point3<f64>)| p + normals[v] * (allowance.at(p, length) / least_cosine[v].max(SHARPEST));
-    let vertices = part.vertices().iter().enumerate().map(moved).collect();
-    TriMesh::with_groups(vertices, part.triangles().to_vec(), part.groups().to_vec())
 }
