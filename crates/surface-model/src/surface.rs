@@ -1,6 +1,7 @@
 //! Smooth surface over a mesh: normals, curvature, closest points, rays, sections.
 
 pub(crate) mod curvature;
+pub(crate) mod extension;
 pub(crate) mod level_curves;
 pub(crate) mod normals;
 pub(crate) mod ray;
