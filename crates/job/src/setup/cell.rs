@@ -45,7 +45,8 @@ pub fn z_map(setup: &Setup<'_>) -> Result<ZMap, Failure> {
 /// Returns the workcell of an operation.
 pub fn workcell<'a>(job: &'a Job, setup: &'a Setup<'_>, operation: &OperationFile, z_map: &'a ZMap) -> Workcell<'a> {
     let is_own = matches!(setup.planning_stock, PlanningStock::Own { .. });
-    let margin = if is_own { 0.0 } else { BOUND_MARGIN };
+    // Between planned poses the text leaves their path by the tolerance of linearisation.
+    let margin = operation.tolerances.linearisation_mm + if is_own { 0.0 } else { BOUND_MARGIN };
     let obstacles = setup
         .obstacles
         .iter()
