@@ -136,6 +136,11 @@ impl<'a> RequestedRegion<'a> {
         })
     }
 
+    /// Whether groups and cone hold a facet.
+    pub fn holds_facet(&self, triangle: u32) -> bool {
+        self.is_in[triangle as usize]
+    }
+
     /// Area of its facets, mm², before box and levels bound them.
     pub fn facet_area(&self) -> f64 {
         self.triangles.iter().fold(0.0, |sum, &t| sum + self.area(t))

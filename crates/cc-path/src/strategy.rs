@@ -14,8 +14,8 @@ pub(crate) mod size;
 
 use crate::sections::{CylindricalSections, ParallelPlanes, Sections};
 use crate::strategy::edge::{Edge, Root};
-use crate::strategy::field::{Flow, Spiral};
-use crate::strategy::scallop::ConstantScallop;
+use crate::strategy::field::{Flow, FlowEnd, Spiral, SpiralLevels};
+use crate::strategy::scallop::{ConstantScallop, Seed};
 
 /// How passes are laid.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,6 +46,19 @@ impl Strategy {
             Self::CylindricalSections(s) => Some(Sections::CylindricalSections(*s)),
             Self::Flow(_) | Self::Spiral(_) | Self::Edge(_) | Self::Root(_) => None,
             Self::ConstantScallop(s) => s.within,
+        }
+    }
+
+    /// Whether the passes follow a border between groups of the mesh, so that they need the surface
+    /// around their region.
+    pub fn follows_groups(&self) -> bool {
+        match self {
+            Self::Edge(_) | Self::Root(_) => true,
+            Self::Flow(flow) | Self::Spiral(Spiral { levels: SpiralLevels::Flow(flow) }) => {
+                [&flow.from, &flow.to].into_iter().any(|end| matches!(end, FlowEnd::Group(_)))
+            }
+            Self::ConstantScallop(s) => s.seeds.iter().any(|seed| matches!(seed, Seed::GroupBorder(_))),
+            Self::ParallelPlanes(_) | Self::CylindricalSections(_) | Self::Spiral(_) => false,
         }
     }
 }

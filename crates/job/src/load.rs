@@ -333,6 +333,7 @@ impl<'a> Setup<'a> {
             around_drive: Surface::new(around_drive, SurfaceSettings::default()),
             drive_groups,
             left_regions: Mutex::default(),
+            extended_regions: Mutex::default(),
             swept_before: OnceLock::new(),
             drive_files,
             obstacles,

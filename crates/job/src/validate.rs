@@ -18,7 +18,7 @@ use crate::format::job_file::{
     OperationFile, PairFile, PathFile, PatternFile, PoseFile, PostureModeFile, RoleFile, SetupFile, StockFile,
 };
 use crate::validate::feeds::{check_feed_laws, check_stock_to_cut, feeds_of_chips};
-use crate::validate::layers::check_layers;
+use crate::validate::layers::{check_extension, check_layers};
 use crate::validate::limits::{JOB_LIMITS, OPERATION_LIMITS, SETUP_LIMITS, SMALLEST_TOLERANCE, check_limits};
 use crate::validate::setup_names::{belongs, file_stem};
 use crate::validate::tools::check_tool_names;
@@ -65,6 +65,7 @@ fn check_operations(job: &JobFile) -> Result<(), String> {
     for (k, operation) in job.operations.iter().enumerate() {
         check_operation(&Field::new("operations", k), operation)?;
         check_layers(k, operation)?;
+        check_extension(k, operation)?;
         check_setup_name(k, operation, job)?;
         check_stock_to_cut(k, operation, job)?;
     }

@@ -7,6 +7,7 @@ use facemill_inverse_kinematics::{AxisKind, AxisValues, BranchPreference};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{OperationFile, PathFile};
 use facemill_job::load::job::{Job, Setup};
+use facemill_job::setup::pass_surface::{extended_region, surface_of};
 use facemill_job::setup::path::lay_operation;
 use facemill_job::validate::setup_chain::is_after_others;
 use facemill_surface_model::CurvatureTensor;
@@ -216,11 +217,13 @@ impl RotaryMotion<'_, '_> {
         let some: Vec<(&LaidTask, &CcPoint)> =
             all.iter().step_by(all.len().div_ceil(MOTION_POINTS).max(1)).copied().collect();
         let within = self.setup.drive_allowance.abs() + ON_SURFACE;
+        let extended = extended_region(self.job, self.setup, self.operation).ok().flatten();
+        let surface = surface_of(self.setup, extended.as_deref());
         let curved: Vec<(&LaidTask, &CcPoint, Option<CurvatureTensor>)> = some
             .into_iter()
             .map(|(task, cc)| {
-                let foot = self.setup.around_drive.closest_point(&cc.position, within);
-                (task, cc, foot.and_then(|foot| self.setup.around_drive.curvature_at(&foot)))
+                let foot = surface.closest_point(&cc.position, within);
+                (task, cc, foot.and_then(|foot| surface.curvature_at(&foot)))
             })
             .collect();
         let time = |number: usize| -> f64 {

@@ -9,6 +9,7 @@ use facemill_drawing::passes_svg::{DrawnPoint, passes_svg};
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::OperationFile;
 use facemill_job::load::job::{Job, Setup};
+use facemill_job::setup::pass_surface::{extended_region, surface_of};
 use facemill_job::setup::path::lay_operation;
 use facemill_job::stages::{LAY, READ, Stages};
 use facemill_job::validate::setup_names::file_stem;
@@ -67,7 +68,7 @@ impl LaidPaths {
         let job = heads.get(head.saturating_sub(1)).unwrap_or(&heads[0]);
         let operation = &job.file.operations[index];
         let path = lay_operation(job, setup, index, operation)?;
-        let passes = with_postures(job, setup, &path.tasks);
+        let passes = with_postures((job, setup, operation), &path.tasks);
         let cuts =
             OperationCuts { places: vec![passes.iter().map(|p| p.points.clone()).collect()], ..Default::default() };
         let measured = efficiency(job, setup, operation, cuts)?;
@@ -106,8 +107,9 @@ fn figures(row: &LaidPasses) -> String {
 }
 
 /// Returns the passes with the postures that are expected by curvature.
-fn with_postures(job: &Job, setup: &Setup<'_>, tasks: &[LaidTask]) -> Vec<CutPass> {
-    let surface = &setup.around_drive;
+fn with_postures((job, setup, operation): (&Job, &Setup<'_>, &OperationFile), tasks: &[LaidTask]) -> Vec<CutPass> {
+    let extended = extended_region(job, setup, operation).ok().flatten();
+    let surface = surface_of(setup, extended.as_deref());
     let within = setup.drive_allowance.abs() + ON_SURFACE;
     let cut = |task: &LaidTask, cc: &CcPoint| {
         let foot = surface.closest_point(&cc.position, within);

@@ -1,5 +1,7 @@
 //! Regions that operations are to cut, and samples spread over them.
 
+use std::sync::Arc;
+
 use facemill_cc_path::strategies::Region;
 use facemill_cc_path::{RegionSample, RequestedRegion, RequestedStrategy, Strategy};
 use facemill_cl_data::CcPoint;
@@ -7,9 +9,11 @@ use facemill_cutter_location::cusp::expected_strip_width;
 use facemill_job::failure::Failure;
 use facemill_job::format::job_file::{OperationFile, PathFile};
 use facemill_job::frames::places;
-use facemill_job::load::job::{Job, Setup};
+use facemill_job::load::job::{ExtendedRegion, Job, Setup};
 use facemill_job::setup::cell::{corner_on_drive, largest_left, search_curve};
 use facemill_job::setup::left_stock::left_region;
+use facemill_job::setup::pass_surface::{extended_region, pass_surface, surface_of};
+use facemill_surface_model::Surface;
 use nalgebra::{Isometry3, Point3, Vector3};
 
 /// Least number of samples across the step that the cusp permits, if the largest number permits it.
@@ -25,6 +29,8 @@ pub struct OperationRegion<'a> {
     pub(crate) operation: &'a OperationFile,
     pub(crate) region: Region,
     pub(crate) strategy: Option<Strategy>,
+    /// The region with the surface beyond its border, if the job extends it.
+    extended: Option<(Arc<ExtendedRegion>, Region)>,
     /// Places of the pattern.
     pub(crate) places: Vec<Isometry3<f64>>,
     /// Largest height of a finished region, mm.
@@ -44,9 +50,14 @@ impl<'a> OperationRegion<'a> {
         };
         let mut region = file.to_region().map_err(wrong)?;
         region.groups = region.groups.or_else(|| Some(setup.drive_groups.clone()));
+        let extended = extended_region(job, setup, operation)?;
         region.left = left_region(job, setup, operation, &region)?;
+        let extended = extended.map(|extended| {
+            let (_, region) = pass_surface(setup, Some(&extended), region.clone());
+            (extended, region)
+        });
         let limit = largest_left(job, operation);
-        Ok(Self { operation, region, strategy, places: places(operation.pattern.as_ref()), limit })
+        Ok(Self { operation, region, strategy, extended, places: places(operation.pattern.as_ref()), limit })
     }
 
     /// Returns whether the region is limited to what is left, and nothing is.
@@ -59,9 +70,35 @@ impl<'a> OperationRegion<'a> {
     /// # Errors
     /// If the region holds no facet, or names an unknown group.
     pub fn region<'s>(&'s self, job: &Job, setup: &'s Setup<'_>) -> Result<RequestedRegion<'s>, Failure> {
+        self.region_on(job, setup, (&setup.around_drive, &self.region))
+    }
+
+    /// Returns the surface that passes lie on: the region on the drive surface, with what is beyond
+    /// its border.
+    ///
+    /// # Errors
+    /// As [`OperationRegion::region`].
+    pub fn region_of_passes<'s>(&'s self, job: &Job, setup: &'s Setup<'_>) -> Result<RequestedRegion<'s>, Failure> {
+        match &self.extended {
+            None => self.region(job, setup),
+            Some((extended, region)) => self.region_on(job, setup, (&extended.surface, region)),
+        }
+    }
+
+    /// Returns the surface that passes lie on.
+    pub fn surface_of_passes<'s>(&'s self, setup: &'s Setup<'_>) -> &'s Surface {
+        surface_of(setup, self.extended.as_ref().map(|(extended, _)| &**extended))
+    }
+
+    fn region_on<'s>(
+        &'s self,
+        job: &Job,
+        setup: &Setup<'_>,
+        (surface, region): (&'s Surface, &'s Region),
+    ) -> Result<RequestedRegion<'s>, Failure> {
         let corner_radius = corner_on_drive(job, setup);
         let strategy = self.strategy.as_ref().map(|strategy| RequestedStrategy { strategy, corner_radius });
-        RequestedRegion::new(&setup.around_drive, &self.region, strategy)
+        RequestedRegion::new(surface, region, strategy)
             .map_err(|e| job.wrong(format!("operation \"{}\": {e}", self.operation.name)))
     }
 

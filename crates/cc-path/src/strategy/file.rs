@@ -90,6 +90,13 @@ pub struct RegionFile {
     /// Planes or cylinders between whose first and last level the passes must lie.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub between: Option<SectionsFile>,
+    /// Width by which the surface continues beyond the border of groups and cone, along its tangent
+    /// planes, up to 100 mm: so far passes run on, and layers take the stock there with them. Not
+    /// where this enters material, toward a fillet or a wall, and not for strategies that follow
+    /// borders between groups. Default: 0.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(range(min = 0, max = 100))]
+    pub extend_mm: f64,
     /// Limits the region to places where a stock is higher above the surface than a limit
     /// (docs/method.md#what-earlier-cuts-left). Default: no such limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -164,14 +171,15 @@ impl CylindricalSectionsFile {
 }
 
 impl RegionFile {
-    /// The region, with angles in rad, and without what `left_above` leaves of it: that has to be
-    /// measured.
+    /// The region, with angles in rad, and without what `left_above` leaves of it, which has to be
+    /// measured, and without what is beyond its border.
     ///
     /// # Errors
     /// When the cone's axis has no length, its angle is out of range, the box is empty, or the
-    /// sections are out of range; the error names the field.
+    /// sections or `extend_mm` are out of range; the error names the field.
     pub fn to_region(&self) -> Result<Region, PathError> {
         self.left_above.as_ref().map_or(Ok(()), LeftAboveFile::check)?;
+        require("region.extend_mm", self.extend_mm, "from 0 to 100", (0.0..=100.0).contains(&self.extend_mm))?;
         Ok(Region {
             groups: self.groups.clone(),
             normal_cone: self.normal_cone.as_ref().map(NormalConeFile::to_cone).transpose()?,
@@ -200,6 +208,10 @@ impl BoxFile {
         }
         Ok(Aabb { min: Point3::from(self.min_mm), max: Point3::from(self.max_mm) })
     }
+}
+
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
 }
 
 pub(crate) fn unit(what: &'static str, v: &[f64; 3]) -> Result<Unit<Vector3<f64>>, PathError> {

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, OnceLock};
 
 use facemill_cc_path::LeftRegion;
+use facemill_cc_path::strategies::Region;
 use facemill_cl_data::{Aabb, CcPoint, PlacedSolid};
 use facemill_inverse_kinematics::{AxisKind, BlockLaw, BodyPose, Carrier, Machine};
 use facemill_nc_program::dialect::RtcpRapids;
@@ -272,6 +273,16 @@ impl Job {
     }
 }
 
+/// Region of a setup's drive surface, continued beyond its border.
+pub struct ExtendedRegion {
+    /// Groups and cone of the region.
+    pub region: Region,
+    /// Width of the surface beyond its border, mm.
+    pub width: f64,
+    /// The region's triangles, with those beyond its border.
+    pub surface: Surface,
+}
+
 /// A setup with its meshes read, in the workpiece frame.
 pub struct Setup<'a> {
     /// Its index among the setups of the job.
@@ -308,6 +319,9 @@ pub struct Setup<'a> {
     /// Regions of operations by what is left, as far as they are measured
     /// ([`left_region`](crate::setup::left_stock::left_region)), by the operations' names.
     pub left_regions: Mutex<BTreeMap<String, Arc<LeftRegion>>>,
+    /// Regions of operations that are continued beyond their border
+    /// ([`extended_region`](crate::setup::pass_surface::extended_region)).
+    pub extended_regions: Mutex<Vec<Arc<ExtendedRegion>>>,
     /// Everything that the programs before this setup's sweep, once it is needed
     /// ([`swept_before`](crate::setup::left_stock::swept_before)).
     pub swept_before: OnceLock<Arc<Vec<SweptCutter>>>,

@@ -9,6 +9,7 @@ use facemill_cc_path::strategies::Region;
 use facemill_cc_path::{LeftRegion, RegionSample, RequestedRegion, RequestedStrategy, StockHeight, Strategy};
 use facemill_cl_data::{Aabb, CcPoint, Silent};
 use facemill_nc_program::ReadProgram;
+use facemill_surface_model::Surface;
 use facemill_virtual_machine::{VerifySettings, VirtualSetup, swept_by_cuts};
 use facemill_z_map::{DexelMap, SurfacePlace, SweptCutter, left_heights};
 use nalgebra::{Isometry3, Point3, Vector3};
@@ -19,6 +20,7 @@ use crate::frames::places;
 use crate::load::job::{Job, Setup};
 use crate::planning_stock::PlanningStock;
 use crate::setup::cell::corner_on_drive;
+use crate::setup::pass_surface::{extended_region, pass_surface};
 use crate::setup::programs_before::{NOT_NAMED, WrongTool, each_program_before, read_part, tool_of_program};
 use crate::setup::scene::Scene;
 use crate::stock::map::StockMeshes;
@@ -76,10 +78,13 @@ pub fn left_region(
         PathFile::Strategy(s) => Some(s.strategy.to_strategy().map_err(|e| wrong(e.to_string()))?),
         PathFile::File(_) => None,
     };
+    let extended = extended_region(job, setup, operation)?;
+    let (surface, region) = pass_surface(setup, extended.as_deref(), region.clone());
     let measured = RegionMeasurement {
         job,
         setup,
-        region,
+        surface,
+        region: &region,
         strategy: strategy.as_ref(),
         places: places(operation.pattern.as_ref()),
         name: &operation.name,
@@ -95,6 +100,8 @@ pub fn left_region(
 struct RegionMeasurement<'m> {
     job: &'m Job,
     setup: &'m Setup<'m>,
+    /// Surface that the region is of.
+    surface: &'m Surface,
     region: &'m Region,
     strategy: Option<&'m Strategy>,
     /// Places of the pattern.
@@ -149,7 +156,7 @@ impl RegionMeasurement<'_> {
     fn requested(&self) -> Result<RequestedRegion<'_>, Failure> {
         let corner_radius = corner_on_drive(self.job, self.setup);
         let strategy = self.strategy.map(|strategy| RequestedStrategy { strategy, corner_radius });
-        RequestedRegion::new(&self.setup.around_drive, self.region, strategy).map_err(|e| (self.wrong)(e.to_string()))
+        RequestedRegion::new(self.surface, self.region, strategy).map_err(|e| (self.wrong)(e.to_string()))
     }
 
     /// Returns samples of the region in one place of the pattern, and their spacing, mm.
@@ -283,7 +290,7 @@ impl RegionMeasurement<'_> {
     }
 
     fn on_lines(&self, requested: &RequestedRegion<'_>, rest: &DexelMap) -> Result<Vec<StockHeight>, Failure> {
-        let surface = &self.setup.around_drive;
+        let surface = self.surface;
         let found = rest.deviation(rest, surface, &Silent).map_err(|e| (self.wrong)(format!("of.rest: {e}")))?;
         let (cell, along) = (rest.grid().cell(), rest.grid().work_from_map().rotation * Vector3::z_axis());
         let heights = found.places().filter(|p| requested.contains(p.triangle, &p.position)).filter_map(|p| {

@@ -18,6 +18,7 @@ use crate::load::job::{Job, Setup};
 use crate::load::part_size::unit_advice;
 use crate::setup::cell::{LEAST_STEP, corner_on_drive, search_curve, wanted_uncut_left};
 use crate::setup::left_stock::left_region;
+use crate::setup::pass_surface::{extended_region, pass_surface};
 
 /// Length of cutting that takes as long as entry, exit and link of a pass, in radii of the cutter:
 /// two arcs of 8° about 12.5 radii take 3.5 and a link 0.7; the shortest entry and exit take 0.8.
@@ -102,15 +103,15 @@ struct ExpectedWidths<'e> {
 }
 
 impl<'e> ExpectedWidths<'e> {
-    /// Returns the widths on the drive surface of a setup.
+    /// Returns the widths on a surface.
     ///
     /// # Errors
     /// If the operation's search curve is wrong.
-    fn of(job: &'e Job, setup: &'e Setup<'_>, operation: &OperationFile) -> Result<Self, Failure> {
+    fn of(job: &'e Job, surface: &'e Surface, operation: &OperationFile) -> Result<Self, Failure> {
         let wanted = wanted_uncut_left(job, operation.direction);
         Ok(Self {
             cutter: job.tool.cutter(),
-            surface: &setup.around_drive,
+            surface,
             curve: search_curve(job, operation, wanted.unwrap_or(false))?,
             cusp: operation.tolerances.cusp_mm,
             most: operation.tolerances.max_step_over_mm,
@@ -213,11 +214,12 @@ fn from_strategy(
             }
         },
     });
+    let extended = extended_region(job, setup, operation)?;
     region.left = left_region(job, setup, operation, &region)?;
     if region.left.as_ref().is_some_and(|left| left.is_empty()) {
         return Ok(SidedPasses::none(0));
     }
-    let surface = &setup.around_drive;
+    let (surface, region) = pass_surface(setup, extended.as_deref(), region);
     let wanted = wanted_uncut_left(job, operation.direction);
     let settings = LaySettings {
         chord_tolerance: tolerances.path_chord_mm,
@@ -242,7 +244,7 @@ fn from_strategy(
         max_points: (MAX_POINTS / n_places(operation)).max(1),
         ..LaySettings::default()
     };
-    let widths = ExpectedWidths::of(job, setup, operation)?;
+    let widths = ExpectedWidths::of(job, surface, operation)?;
     let strip_width = |cc: &CcPoint| widths.at(cc) * factor(cc);
     let layout = match lay_passes(surface, &region, &strategy, &settings, &strip_width, &Silent) {
         // All that is left lies in islands that are smaller than a pass.

@@ -39,6 +39,28 @@ pub(crate) fn check_layers(k: usize, operation: &OperationFile) -> Result<(), St
     Ok(())
 }
 
+/// Returns why an operation's region cannot be continued beyond its border.
+///
+/// # Errors
+/// If it cannot.
+pub(crate) fn check_extension(k: usize, operation: &OperationFile) -> Result<(), String> {
+    if operation.region().extend_mm <= 0.0 {
+        return Ok(());
+    }
+    let PathFile::Strategy(strategy) = &operation.path else {
+        return Err(format!(
+            "operations[{k}].path.file.region.extend_mm: a path file has all its points; leave it out"
+        ));
+    };
+    if strategy.strategy.to_strategy().is_ok_and(|s| s.follows_groups()) {
+        return Err(format!(
+            "operations[{k}].path.strategy.region.extend_mm: passes that follow an edge, a root or the border of a group need the \
+             surface around their region; leave it out"
+        ));
+    }
+    Ok(())
+}
+
 /// Refuses layers thicker than the flute of their tool.
 ///
 /// # Errors

@@ -8,6 +8,7 @@ use facemill_job::failure::Failure;
 use facemill_job::format::job_file::OperationFile;
 use facemill_job::frames::places;
 use facemill_job::setup::cell::pass_settings;
+use facemill_job::setup::pass_surface::{extended_region, surface_of};
 use facemill_job::stages::{BETWEEN, PLACES, Stages};
 use facemill_tool_path::segments::pole::Tests;
 use facemill_tool_path::segments::{LaidTask, LeftOut, PassSegment, copy_outcomes, filled, split};
@@ -67,7 +68,9 @@ impl PassesBetween {
         let tests = Tests { choosing: &choosing, plain: &plain };
         let settings = pass_settings(operation);
         let detours = detours(&tests, context, operation, &settings, false);
-        let interposer = Interposer { high, ..interposer(&detours, context, operation, strategy) };
+        let extended = extended_region(context.scene.job, context.scene.setup, operation)?;
+        let surface = surface_of(context.scene.setup, extended.as_deref());
+        let interposer = Interposer { high, ..interposer(&detours, context, operation, strategy, surface) };
         let n_passes = cut.iter().map(|p| p.pass + 1).max().unwrap_or(0);
         let mut found = Self::default();
         for (copy, place) in places(operation.pattern.as_ref()).iter().enumerate() {

@@ -158,11 +158,18 @@ impl<'a> PlannedOperation<'a> {
         let choosing = PoseTest::new(&cell).avoiding_pole(operation.search.singular_cone_deg.to_radians());
         let tests = Tests { choosing: &choosing, plain: &test };
         let requested = OperationRegion::of(job, setup, operation)?;
-        let region = if requested.has_nothing_left() { None } else { Some(requested.region(job, setup)?) };
+        let region = if requested.has_nothing_left() { None } else { Some(requested.region_of_passes(job, setup)?) };
         let region = region.as_ref().map(|region| PlannedRegion::new(region, setup, operation));
         let region = region.as_ref().map(|region| region as &dyn CutRegion);
         let high = task.corrections.map(|c| &c.high);
-        let planner = PathPlanner { tests: &tests, context, operation, stages, high };
+        let planner = PathPlanner {
+            tests: &tests,
+            context,
+            operation,
+            stages,
+            surface: requested.surface_of_passes(setup),
+            high,
+        };
         let (mut poses, mut extra) = match posed {
             Some((mut poses, mut extra)) => {
                 if is_alone {

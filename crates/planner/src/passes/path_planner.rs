@@ -8,6 +8,7 @@ use facemill_job::format::job_file::{LinkingFile, OperationFile, PathFile, PathF
 use facemill_job::setup::cell::{LEAST_STEP, pass_settings};
 use facemill_job::setup::path::LaidPath;
 use facemill_job::stages::{POSTURES, Stages};
+use facemill_surface_model::Surface;
 use facemill_tool_path::moves::lead::CutRegion;
 use facemill_tool_path::segments::LaidTask;
 use facemill_tool_path::segments::pole::Tests;
@@ -27,6 +28,8 @@ pub(crate) struct PathPlanner<'p, 'a> {
     pub(crate) context: &'p SetupContext<'p>,
     pub(crate) operation: &'p OperationFile,
     pub(crate) stages: &'p dyn Stages,
+    /// Surface that the passes lie on.
+    pub(crate) surface: &'p Surface,
     /// Places where a text with these passes has left too much.
     pub(crate) high: Option<&'p HighPlaces>,
 }
@@ -60,7 +63,7 @@ impl PathPlanner<'_, '_> {
         let Some(strategy) = strategy_of(self.operation) else { return Ok(ExtraPasses::default()) };
         let settings = pass_settings(self.operation);
         let detours = self.detours(&settings);
-        let interposer = Interposer { high: self.high, ..interposer(&detours, self.context, self.operation, strategy) };
+        let interposer = self.interposer(&detours, strategy);
         interposer.improve(path, self.context.added, self.stages)
     }
 
@@ -72,7 +75,7 @@ impl PathPlanner<'_, '_> {
         let Some(strategy) = strategy_of(self.operation) else { return Ok(()) };
         let settings = pass_settings(self.operation);
         let detours = self.detours(&settings);
-        let interposer = Interposer { high: self.high, ..interposer(&detours, self.context, self.operation, strategy) };
+        let interposer = self.interposer(&detours, strategy);
         interposer.keep_cusp(path, CutOrder::InStrip, extra, self.stages)
     }
 
@@ -89,7 +92,7 @@ impl PathPlanner<'_, '_> {
         let Some(strategy) = strategy_of(self.operation) else { return Ok(()) };
         let settings = pass_settings(self.operation);
         let detours = self.detours(&settings);
-        let interposer = Interposer { high: self.high, ..interposer(&detours, self.context, self.operation, strategy) };
+        let interposer = self.interposer(&detours, strategy);
         let tolerances = &self.operation.tolerances;
         let (step, most_step_over) = (tolerances.max_step_mm, tolerances.max_step_over_mm);
         let islands = IslandSettings { region, step, most_step_over };
@@ -112,6 +115,11 @@ impl PathPlanner<'_, '_> {
             time: if may_be_corrected(self.operation) { time(&pass_settings(self.operation)) } else { 0.0 },
             without_posture: planned.outcomes.iter().flat_map(|o| &o.points).filter(|o| o.is_err()).count(),
         }
+    }
+
+    fn interposer<'d>(&'d self, detours: &'d Detours<'d, 'd>, strategy: &PathFromStrategy) -> Interposer<'d, 'd> {
+        let interposer = interposer(detours, self.context, self.operation, strategy, self.surface);
+        Interposer { high: self.high, ..interposer }
     }
 
     fn detours<'d>(&'d self, settings: &'d PassSettings) -> Detours<'d, 'd> {
@@ -153,13 +161,14 @@ pub(crate) fn interposer<'d, 'a>(
     context: &'d SetupContext<'_>,
     operation: &OperationFile,
     strategy: &PathFromStrategy,
+    surface: &'d Surface,
 ) -> Interposer<'d, 'a> {
     Interposer {
         tests: detours.tests,
         settings: detours.settings,
         detours,
         reach: neighbour_reach(detours.tests.plain.cell.tool.cutter(), operation),
-        surface: &context.scene.setup.around_drive,
+        surface,
         allowance: context.scene.setup.drive_allowance,
         cusp: operation.tolerances.cusp_mm,
         gaps: LeftGaps::of(context.scene.setup, operation),

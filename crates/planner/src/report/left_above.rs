@@ -10,6 +10,8 @@ use facemill_job::failure::Failure;
 use facemill_job::format::report::left_above::{LeftAboveReport, NotReachedReport};
 use facemill_job::format::report::{CuspsKeptReport, Report};
 use facemill_job::load::job::{Job, Setup};
+use facemill_job::setup::pass_surface::{extended_region, surface_of};
+use facemill_surface_model::Surface;
 use facemill_tool_path::segments::PassSegment;
 use nalgebra::Point3;
 
@@ -30,12 +32,14 @@ pub(crate) fn left_above(job: &Job, setup: &Setup<'_>, planned: &PlannedOperatio
     let operation = planned.operation;
     let file = operation.region().left_above.as_ref()?;
     let left = setup.left_regions.lock().ok()?.get(&operation.name)?.clone();
+    let extended = extended_region(job, setup, operation).ok()?;
+    let surface = surface_of(setup, extended.as_deref());
     let passes: Vec<Vec<StripPoint>> = planned
         .moves
         .pieces
         .iter()
         .filter(|p| p.piece.copy == 0)
-        .map(|p| strip_points(job, setup, planned, &p.piece))
+        .map(|p| strip_points((job, setup, surface), planned, &p.piece))
         .collect();
     let mut parts = left.not_reached(&passes);
     parts.sort_by(|a, b| b.area.total_cmp(&a.area));
@@ -105,23 +109,26 @@ pub(crate) fn something_to_cut(setup: &Setup<'_>, operations: &[PlannedOperation
     )))
 }
 
-/// Returns the points of a pass on the drive surface, with the strips that passes are laid by.
-fn strip_points(job: &Job, setup: &Setup<'_>, planned: &PlannedOperation<'_>, piece: &PassSegment) -> Vec<StripPoint> {
+/// Returns the points of a pass on its surface, with the strips that passes are laid by.
+fn strip_points(
+    (job, setup, surface): (&Job, &Setup<'_>, &Surface),
+    planned: &PlannedOperation<'_>,
+    piece: &PassSegment,
+) -> Vec<StripPoint> {
     let point = |cc: &CcPoint| {
         let position = cc.position - cc.normal.into_inner() * setup.drive_allowance;
-        let width = strip_width(job, setup, planned, (&position, cc, &piece.curve));
+        let width = strip_width((job, surface), planned, (&position, cc, &piece.curve));
         StripPoint { position, normal: cc.normal, half_width: 0.5 * (1.0 + SLACK) * width }
     };
     piece.cuts.iter().map(|cut| point(&cut.cc)).collect()
 }
 
 fn strip_width(
-    job: &Job,
-    setup: &Setup<'_>,
+    (job, surface): (&Job, &Surface),
     planned: &PlannedOperation<'_>,
     (position, cc, curve): (&Point3<f64>, &CcPoint, &SearchCurve),
 ) -> f64 {
-    let (surface, tolerances) = (&setup.around_drive, &planned.operation.tolerances);
+    let tolerances = &planned.operation.tolerances;
     let most = tolerances.max_step_over_mm;
     let curvature = surface.closest_point(position, most).and_then(|p| surface.curvature_at(&p));
     expected_strip_width(job.tool.cutter(), cc, curvature.as_ref(), curve, tolerances.cusp_mm, most)

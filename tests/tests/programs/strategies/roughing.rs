@@ -267,6 +267,68 @@ fn programs_of_other_jobs_count_with_their_tool_and_without_faults() {
     assert!(wrong.code == 2 && wrong.errors.contains("no move at a feed"), "{}{}", wrong.printed, wrong.errors);
 }
 
+/// Half sides of a plate, its casting around it on all sides, and the material on its top, mm.
+const PLATE: [f64; 2] = [22.0, 16.0];
+const AROUND: f64 = 5.0;
+
+/// Returns a job that roughs the top of a plate in two layers and finishes it, from a casting that
+/// reaches beyond its sides; passes run on by so many mm.
+fn plate(extend: f64) -> JobFolder {
+    let stock = json!({ "mesh": { "file": "casting.obj", "unit": "millimetre", "up_axis": "z" } });
+    let mesh = json!([{ "file": "plate.obj", "role": "drive", "unit": "millimetre", "up_axis": "z" }]);
+    let up = json!({ "normal_cone": { "axis": [0.0, 0.0, 1.0], "half_angle_deg": 5.0 }, "extend_mm": extend });
+    let job = variant(&[
+        ("/operations/0/path/strategy/region", up),
+        ("/operations/0/path/strategy/strategy", json!({ "parallel_planes": { "normal": [0.0, 1.0, 0.0] } })),
+        ("/operations/0/tolerances/max_step_mm", json!(4.0)),
+        ("/setups/0/meshes", mesh),
+        ("/setups/0/stock", stock),
+        ("/setups/0/clearance/plane/origin_mm/2", json!(30.0)),
+    ]);
+    let [x, y] = PLATE;
+    job.write("plate.obj", box_obj([-x, -y, -8.0], [x, y, 0.0]).as_bytes());
+    let (far_x, far_y) = (x + AROUND, y + AROUND);
+    job.write("casting.obj", box_obj([-far_x, -far_y, -8.5], [far_x, far_y, STOCK]).as_bytes());
+    with_long_flute(&job, 2.0 * FLUTE);
+    let mut file = job.json("job.json");
+    let mut finish = file["operations"][0].clone();
+    finish["name"] = json!("finish");
+    let mut rough = finish.clone();
+    rough["name"] = json!("rough");
+    rough["allowance_mm"] = json!(LEFT);
+    rough["layers"] = json!({ "from_mm": STOCK, "depth_mm": DEPTH });
+    rough["tolerances"]["cusp_mm"] = json!(0.3);
+    file["operations"] = json!([rough, finish]);
+    job.write("job.json", file.to_string().as_bytes());
+    job
+}
+
+/// Returns the points of the casting above the top of the plate that the programs of its job leave,
+/// and the heights of those that lie beyond the plate's sides.
+fn plate_cut(job: &JobFolder) -> (RestPoints, Vec<f64>) {
+    let planned = facemill_in(job, &format!("plan job.json --no-html --out {}", job.path("out").display()));
+    assert_eq!(planned.code, 0, "{}{}", planned.printed, planned.errors);
+    let far = [PLATE[0] + AROUND - 0.5, PLATE[1] + AROUND - 0.5];
+    let mut points = RestPoints::over([far.map(|f| -f), far], (1.5, 0.2), STOCK, |_, _| 0.0);
+    for k in 1..=3 {
+        let met = points.cut(&ReadBack::of(job, 0), &interpreter::run(&text(job, &program(k))), STEP);
+        assert!(met.is_empty(), "program {k}: {} points, first {:?}", met.len(), met[0]);
+    }
+    let is_beyond = |p: &&RestPoint| p.place.x.abs() > PLATE[0] || p.place.y.abs() > PLATE[1];
+    let beyond = points.left.iter().filter(is_beyond).map(|p| p.height).collect();
+    (points, beyond)
+}
+
+#[test]
+fn passes_that_run_on_beyond_the_border_take_the_casting_there() {
+    let (left, _) = plate_cut(&plate(AROUND + 1.0));
+    // The cusp of the finish, and the budget of the text.
+    let highest = left.left.iter().map(|p| p.height).fold(0.0, f64::max);
+    assert!(highest <= 0.2, "{highest} mm is left of {STOCK}");
+    let (_, beyond) = plate_cut(&plate(0.0));
+    assert!(beyond.iter().any(|height| *height > STOCK - 0.2), "passes end at the border: {beyond:?}");
+}
+
 #[test]
 fn wrong_layers_are_refused() {
     let refused = |values: &[(&str, Value)], words: &[&str]| {
@@ -292,6 +354,15 @@ fn wrong_layers_are_refused() {
             json!({ "left_above": { "height_mm": 0.1, "overlap_mm": 1.0, "of": "initial_stock" } }),
         )],
         &["operations[0].layers", "leave out path.strategy.region.left_above"],
+    );
+    let region = "/operations/0/path/strategy/region";
+    refused(&[(region, json!({ "extend_mm": 101.0 }))], &["region.extend_mm", "from 0 to 100"]);
+    refused(
+        &[
+            (region, json!({ "extend_mm": 2.0 })),
+            ("/operations/0/path/strategy/strategy", json!({ "edge": { "width_mm": 2.0 } })),
+        ],
+        &["operations[0].path.strategy.region.extend_mm", "leave it out"],
     );
     refused(&[("/setups/0/rest_cell_mm", json!(0.0))], &["setups[0].rest_cell_mm", "0.05"]);
     refused(&[("/setups/0/programs_before", json!([{ "file": "none.nc" }]))], &["none.nc"]);
