@@ -47,6 +47,13 @@ impl GroupedMesh {
         }
     }
 
+    /// Winds all triangles the other way round, as a mirror image takes it.
+    pub(crate) fn reverse(&mut self) {
+        for triangle in self.groups.iter_mut().flat_map(|(_, triangles)| triangles) {
+            triangle.swap(1, 2);
+        }
+    }
+
     /// The mesh; groups without triangles are left out.
     pub(crate) fn build(self) -> TriMesh {
         let (mut triangles, mut groups) = (Vec::new(), Vec::new());

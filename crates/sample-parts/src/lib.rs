@@ -1,6 +1,7 @@
-//! Sample parts as triangle meshes, from published tables and from formulas.
+//! Sample parts as triangle meshes, from tables and from formulas.
 //!
-//! - Propellers: [`PropellerSpec`] names a [`PropellerSeries`] and a diameter; [`blade`] and
+//! - Propellers: [`PropellerSpec`] names a [`PropellerSeries`] or has a [`PropellerTable`], and a
+//!   diameter; [`blade`] and
 //!   [`hub`] mesh one blade and the hub, [`blade_pose`] places the others. [`BladeSurface`] is the
 //!   smooth blade behind the mesh, [`chord_error`] their distance.
 //! - [`rotor37`]: a compressor blade.
@@ -12,7 +13,8 @@
 //! Lengths are in mm. Blades and hub are closed, wound outward, and separate: as solids they
 //! overlap, the blade's root reaches into the hub. Mesh vertices lie on the smooth surface. The
 //! propeller frame has the shaft as +Z, pointing ahead, so that suction sides face +Z; propellers
-//! are right-handed: driving, they turn about +Z. Blade 0 has its generator line along +X.
+//! are right-handed (driving, they turn about +Z) unless their table says otherwise. Blade 0 has
+//! its generator line along +X.
 //!
 //! ```
 //! use facemill_sample_parts::{BladeResolution, PropellerSeries, PropellerSpec, SpecError, blade, blade_pose, hub};
@@ -43,7 +45,7 @@
 //! | `sheets` | sheets of a blade: rows of vertices from root to tip |
 //! | `spec_error` | faults of a part's description |
 //! | `spline` | cubic spline with two continuous derivatives through table values |
-//! | `propeller` | propellers: blades from published tables, and a hub |
+//! | `propeller` | propellers: blades from radial tables, and a hub |
 //! | `rotor37` | rotor 37 as a mesh, from its published table |
 //! | `blade_loft` | blades as smooth surfaces through sections of points |
 //! | `surface_point` | points of a surface with normal and curvature |
@@ -73,9 +75,12 @@ pub use crate::propeller::blade_surface::BladeSurface;
 pub use crate::propeller::chord_error::{ChordError, chord_error};
 pub use crate::propeller::hub::hub;
 pub use crate::propeller::spec::{PropellerSeries, PropellerSpec, blade_pose};
+pub use crate::propeller::table::{
+    Hand, OffsetUnit, PropellerTable, SectionOffsets, TableSections, TableThickness, skew_of_leading_edge,
+};
 pub use analytic_part::{AnalyticPart, AnalyticShape, MaterialSide};
 pub use casting::{CastingAllowance, casting};
 pub use patch::{PatchSpec, patch};
 pub use rotor37::{RotorResolution, rotor37};
-pub use spec_error::{LoftError, SpecError};
+pub use spec_error::{LoftError, SpecError, TablePart};
 pub use surface_point::SurfacePoint;

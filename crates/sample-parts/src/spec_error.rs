@@ -16,6 +16,26 @@ pub enum SpecError {
         /// Greatest value allowed.
         most: f64,
     },
+    /// A number of a propeller's table does not fit.
+    #[error("row {} of the {part}: {field} {message}", .row + 1)]
+    Table {
+        /// Part of the table.
+        part: TablePart,
+        /// Row of that part, from 0: one per radius, or one per station of each section.
+        row: usize,
+        /// The column, in words of the table.
+        field: &'static str,
+        /// The fault, with its remedy.
+        message: String,
+    },
+    /// The blade that a table's numbers describe is none.
+    #[error("at r/R {radius_ratio:.4} {message}")]
+    Shape {
+        /// Radius of the fault over R.
+        radius_ratio: f64,
+        /// The fault, with its remedy.
+        message: String,
+    },
     /// The mesh would need more rows or columns than [`crate::BladeResolution`] allows.
     #[error("a chord tolerance of {tolerance} mm needs more than {most} rows or columns")]
     TooFine {
@@ -24,6 +44,24 @@ pub enum SpecError {
         /// Most rows or columns.
         most: usize,
     },
+}
+
+/// Part of a propeller's table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TablePart {
+    /// Rows by radius.
+    Radial,
+    /// Ordinates of the sections.
+    Sections,
+}
+
+impl std::fmt::Display for TablePart {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Radial => "radial table",
+            Self::Sections => "table of sections",
+        })
+    }
 }
 
 /// Why sections do not describe a blade; sections and points are counted from 0.

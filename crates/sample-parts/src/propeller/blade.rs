@@ -5,6 +5,7 @@ use crate::propeller::blade_grid::BladeGrid;
 use crate::propeller::blade_section::BladeSide;
 use crate::propeller::blade_surface::BladeSurface;
 use crate::propeller::spec::PropellerSpec;
+use crate::propeller::table::Hand;
 use crate::sheets::{BLADE_GROUPS, EDGE, ROOT, Sheet, TIP, close_sheets};
 use crate::spec_error::{SpecError, in_range};
 
@@ -57,7 +58,8 @@ impl BladeResolution {
 /// One blade, closed, in mm: shaft axis +Z, suction side facing +Z, generator line in the half
 /// plane of +X.
 ///
-/// +Z points ahead; driving, the propeller turns about +Z (right-handed). Vertices lie on
+/// +Z points ahead; driving, the propeller turns about +Z if it is right-handed. The mesh of a
+/// left-handed one is the mirror image in the plane y = 0, wound outward like the other. Vertices lie on
 /// [`BladeSurface`], on cylinders of constant radius and at constant chord fractions. Groups:
 /// - `suction`, `pressure`: structured patches of n_radial × n_chord quads from the hub's radius to
 ///   the rounding of the tip, without the bands of the edges;
@@ -82,6 +84,9 @@ pub fn blade(spec: &PropellerSpec, resolution: BladeResolution) -> TriMesh {
     let mut mesh = GroupedMesh::new(&BLADE_GROUPS);
     let sheets = sheets(&surface, &grid, &mut mesh);
     close_sheets(&mut mesh, &sheets, |row, column, side| group_of(&grid, row, column, side));
+    if spec.hand() == Hand::Left {
+        mesh.reverse();
+    }
     mesh.build()
 }
 

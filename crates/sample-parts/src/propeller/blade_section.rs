@@ -22,7 +22,8 @@ pub enum BladeSide {
 /// `θ = (s·cos φ − n·sin φ)/r`, `z = rake + s·sin φ + n·cos φ`, point `(r·cos θ, r·sin θ, z)`.
 ///
 /// So skew θs moves the middle of the chord against the rotation along the helix (it brings its own
-/// rake −r·θs·tan φ), and thickness is laid off normal to the chord.
+/// rake −r·θs·tan φ), and thickness is laid off normal to the chord. Of a left-handed propeller y
+/// has the other sign.
 #[derive(Clone, Debug)]
 pub struct BladeSection<'a> {
     pub(crate) radius: f64,
@@ -32,6 +33,8 @@ pub struct BladeSection<'a> {
     pub(crate) rake: f64,
     pub(crate) thickness: f64,
     pub(crate) tip_rounding: f64,
+    /// Whether points are mirrored in the plane y = 0.
+    pub(crate) is_left_handed: bool,
     pub(crate) profile: Profile<'a>,
 }
 
@@ -43,6 +46,8 @@ pub(crate) enum Profile<'a> {
     Naca66 { form: &'a Naca66, camber: f64 },
     /// Wageningen: V1 and V2 over the chord fraction.
     WageningenB { face: CubicSpline, thickness: CubicSpline },
+    /// Mean height and half the thickness, over the root of the chord fraction, times `length` mm.
+    Offsets { mean: CubicSpline, half: CubicSpline, length: f64 },
 }
 
 /// Thickness of both edges of a Wageningen section over its largest thickness.
@@ -93,6 +98,7 @@ impl BladeSection<'_> {
                 let edge = self.thickness * WAGENINGEN_EDGE;
                 t * face.value(chord_fraction) + 0.5 * (t * thickness.value(chord_fraction) + edge)
             }
+            Profile::Offsets { mean, length, .. } => length * mean.value(chord_fraction.max(0.0).sqrt()),
         }
     }
 
@@ -114,6 +120,11 @@ impl BladeSection<'_> {
                 let form = (half - edge) * thickness.value(chord_fraction).max(0.0) + edge;
                 form * rounding(from_trailing, edge) * rounding(self.chord * chord_fraction, edge)
             }
+            Profile::Offsets { half, length, .. } => {
+                let [leading, trailing] = [0.0, 1.0].map(|edge| length * half.value(edge));
+                let form = length * half.value(chord_fraction.max(0.0).sqrt()).max(0.0);
+                form * rounding(from_trailing, trailing) * nose_rounding(self.chord * chord_fraction, leading)
+            }
         };
         flat * self.tip_rounding
     }
@@ -129,7 +140,9 @@ impl BladeSection<'_> {
         let (sin, cos) = self.pitch_angle().sin_cos();
         let s = self.chord * (0.5 - chord_fraction) - self.radius * self.skew / cos;
         let (sin_theta, cos_theta) = ((s * cos - n * sin) / self.radius).sin_cos();
-        Point3::new(self.radius * cos_theta, self.radius * sin_theta, self.rake + s * sin + n * cos)
+        let y = self.radius * sin_theta;
+        let y = if self.is_left_handed { -y } else { y };
+        Point3::new(self.radius * cos_theta, y, self.rake + s * sin + n * cos)
     }
 }
 
@@ -143,6 +156,11 @@ pub(crate) fn rounding(from_end: f64, length: f64) -> f64 {
     } else {
         0.0
     }
+}
+
+/// As [`rounding`], and 1 where the edge has no thickness to round.
+fn nose_rounding(from_end: f64, length: f64) -> f64 {
+    if length > 0.0 { rounding(from_end, length) } else { 1.0 }
 }
 
 /// NACA 66 (DTMB modified) thickness and a = 0.8 mean line, each of largest ordinate 1, over the

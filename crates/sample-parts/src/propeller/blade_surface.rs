@@ -1,14 +1,14 @@
 use crate::propeller::blade_section::{BladeSection, Naca66, Profile, rounding};
-use crate::propeller::spec::{PropellerSeries, PropellerSpec};
-use crate::propeller::tables::{DTMB_4119, DTMB_4382, VP1304, VP1304_DIAMETER};
+use crate::propeller::offset_form::OffsetForm;
+use crate::propeller::spec::{PropellerShape, PropellerSpec};
+use crate::propeller::table::{Hand, PropellerTable, TableSections, TableThickness};
 use crate::propeller::wageningen::WageningenB;
 use crate::spline::CubicSpline;
 use crate::spline::SplineEnd::NotAKnot;
 
-/// The smooth blade that [`crate::blade`] meshes: the radial tables of a series as functions of the
-/// radius.
+/// The smooth blade that [`crate::blade`] meshes: radial tables as functions of the radius.
 ///
-/// Pitch, skew, rake, thickness and camber are cubic splines (two continuous derivatives) over r/R
+/// Pitch, skew, rake, thickness, camber and ordinates of sections are cubic splines (two continuous derivatives) over r/R
 /// through the tables. The chord is one over √(1 + 0.001 − r/R), as planforms end round; where a
 /// table gives chord 0 at the tip, it reaches 0 at 1.001 R, so that the blade ends at R with a
 /// rounded edge of a few percent of D (4.2 % for DTMB 4119) in place of a point. Below the
@@ -24,7 +24,6 @@ pub struct BladeSurface {
     skew: CubicSpline,
     /// Rake over D, negative aft.
     rake: CubicSpline,
-    thickness: ThicknessLaw,
     form: Form,
 }
 
@@ -37,15 +36,20 @@ enum ThicknessLaw {
     OfDiameter(CubicSpline),
 }
 
-/// Section form.
+/// Sections over the radius.
 #[derive(Clone, Debug)]
 enum Form {
     /// With f/c over r/R.
     Naca66 {
         form: Naca66,
+        thickness: ThicknessLaw,
         camber: CubicSpline,
     },
-    WageningenB(WageningenB),
+    WageningenB {
+        series: WageningenB,
+        thickness: ThicknessLaw,
+    },
+    Offsets(OffsetForm),
 }
 
 /// How far beyond the tip a table's chord 0 is put, over R.
@@ -76,66 +80,39 @@ pub(crate) fn table_spline(points: impl Iterator<Item = (f64, f64)>) -> CubicSpl
     CubicSpline::new(points, NotAKnot, NotAKnot)
 }
 
-/// Zero at any radius.
-fn none() -> CubicSpline {
-    table_spline([0.0, 0.4, 0.7, 1.0].into_iter().map(|r| (r, 0.0)))
-}
-
 impl BladeSurface {
     /// The blade of a propeller.
     pub fn new(spec: &PropellerSpec) -> Self {
-        match spec.series() {
-            PropellerSeries::Dtmb4119 => Self::dtmb_4119(*spec),
-            PropellerSeries::Dtmb4382 => Self::dtmb_4382(*spec),
-            PropellerSeries::Vp1304 => Self::vp1304(*spec),
-            PropellerSeries::WageningenB { n_blades, area_ratio, pitch_ratio } => {
-                Self::wageningen_b(*spec, n_blades, area_ratio, pitch_ratio)
+        match spec.shape() {
+            PropellerShape::Table(table) => Self::of_table(spec.clone(), table),
+            PropellerShape::WageningenB { n_blades, area_ratio, pitch_ratio } => {
+                Self::wageningen_b(spec.clone(), *n_blades, *area_ratio, *pitch_ratio)
             }
         }
     }
 
-    fn dtmb_4119(spec: PropellerSpec) -> Self {
-        let column = |k: usize| DTMB_4119.into_iter().map(move |row| (row[0], row[k]));
+    fn of_table(spec: PropellerSpec, table: &PropellerTable) -> Self {
+        let column = |values: &[f64]| table_spline(table.radii.iter().copied().zip(values.iter().copied()));
+        let law = |thickness: &TableThickness| match thickness {
+            TableThickness::OfChord(of_chord) => ThicknessLaw::OfChord(column(of_chord)),
+            TableThickness::OfDiameter(of_diameter) => ThicknessLaw::OfDiameter(column(of_diameter)),
+        };
+        let form = match &table.sections {
+            TableSections::Naca66A08 { thickness, camber } => {
+                Form::Naca66 { form: Naca66::new(), thickness: law(thickness), camber: column(camber) }
+            }
+            TableSections::WageningenB { thickness } => {
+                Form::WageningenB { series: WageningenB::new(table.n_blades), thickness: law(thickness) }
+            }
+            TableSections::Offsets(offsets) => Form::Offsets(OffsetForm::new(offsets)),
+        };
         Self {
             spec,
-            chord: chord_spline(column(1)),
-            pitch: table_spline(column(2)),
-            skew: none(),
-            rake: none(),
-            thickness: ThicknessLaw::OfChord(table_spline(column(3))),
-            form: Form::Naca66 { form: Naca66::new(), camber: table_spline(column(4)) },
-        }
-    }
-
-    fn dtmb_4382(spec: PropellerSpec) -> Self {
-        let column = |k: usize| DTMB_4382.into_iter().map(move |row| (row[0], row[k]));
-        Self {
-            spec,
-            chord: chord_spline(column(1)),
-            pitch: table_spline(column(2)),
-            skew: table_spline(column(5).map(|(r, degrees)| (r, degrees.to_radians()))),
-            rake: none(),
-            thickness: ThicknessLaw::OfChord(table_spline(column(3))),
-            form: Form::Naca66 { form: Naca66::new(), camber: table_spline(column(4)) },
-        }
-    }
-
-    fn vp1304(spec: PropellerSpec) -> Self {
-        let rows = || VP1304.into_iter();
-        let over_d = |k: usize| rows().map(move |row| (2.0 * row[0] / VP1304_DIAMETER, row[k] / VP1304_DIAMETER));
-        let skew = rows().map(|[r, chord, pitch, leading, ..]| {
-            let pitch_angle = pitch.atan2(std::f64::consts::TAU * r);
-            (2.0 * r / VP1304_DIAMETER, (0.5 * chord - leading) * pitch_angle.cos() / r)
-        });
-        let camber = rows().map(|row| (2.0 * row[0] / VP1304_DIAMETER, row[4] / row[1]));
-        Self {
-            spec,
-            chord: chord_spline(over_d(1).collect::<Vec<_>>().into_iter()),
-            pitch: table_spline(over_d(2)),
-            skew: table_spline(skew),
-            rake: table_spline(over_d(6)),
-            thickness: ThicknessLaw::OfDiameter(table_spline(over_d(5))),
-            form: Form::Naca66 { form: Naca66::new(), camber: table_spline(camber) },
+            chord: chord_spline(table.radii.iter().copied().zip(table.chord.iter().copied())),
+            pitch: column(&table.pitch),
+            skew: column(&table.skew),
+            rake: column(&table.rake),
+            form,
         }
     }
 
@@ -147,8 +124,10 @@ impl BladeSurface {
             pitch: laws.pitch,
             skew: laws.skew,
             rake: laws.rake,
-            thickness: ThicknessLaw::OfDiameter(laws.thickness),
-            form: Form::WageningenB(WageningenB::new(n_blades)),
+            form: Form::WageningenB {
+                series: WageningenB::new(n_blades),
+                thickness: ThicknessLaw::OfDiameter(laws.thickness),
+            },
         }
     }
 
@@ -165,8 +144,9 @@ impl BladeSurface {
         let ratio = 2.0 * radius / diameter;
         let chord = diameter * self.chord.value(chord_variable(ratio));
         let profile = match &self.form {
-            Form::Naca66 { form, camber } => Profile::Naca66 { form, camber: chord * camber.value(ratio) },
-            Form::WageningenB(series) => series.profile(ratio),
+            Form::Naca66 { form, camber, .. } => Profile::Naca66 { form, camber: chord * camber.value(ratio) },
+            Form::WageningenB { series, .. } => series.profile(ratio),
+            Form::Offsets(offsets) => offsets.profile(ratio, chord, diameter),
         };
         BladeSection {
             radius,
@@ -176,8 +156,18 @@ impl BladeSurface {
             rake: diameter * self.rake.value(ratio),
             thickness: diameter * self.thickness_ratio(ratio),
             tip_rounding: rounding(1.0 - ratio, self.tip_rounding_ratio()),
+            is_left_handed: self.spec.hand() == Hand::Left,
             profile,
         }
+    }
+
+    /// Share of the circle at a radius in mm that the chords of all blades cover, seen along the
+    /// shaft: from 1 on, they overlap.
+    pub fn covered_share(&self, radius: f64) -> f64 {
+        let section = self.section(radius);
+        #[expect(clippy::cast_precision_loss, reason = "at most 12")]
+        let n_blades = self.spec.n_blades() as f64;
+        n_blades * section.chord * section.pitch_angle().cos() / (std::f64::consts::TAU * section.radius)
     }
 
     /// Length over R on which the tip is rounded: half the thickness it would have.
@@ -187,9 +177,13 @@ impl BladeSurface {
 
     /// t/D.
     fn thickness_ratio(&self, ratio: f64) -> f64 {
-        match &self.thickness {
-            ThicknessLaw::OfChord(of_chord) => of_chord.value(ratio) * self.chord.value(chord_variable(ratio)),
-            ThicknessLaw::OfDiameter(of_diameter) => of_diameter.value(ratio),
+        let chord = || self.chord.value(chord_variable(ratio));
+        match &self.form {
+            Form::Offsets(offsets) => offsets.thickness(ratio, chord(), 1.0),
+            Form::Naca66 { thickness, .. } | Form::WageningenB { thickness, .. } => match thickness {
+                ThicknessLaw::OfChord(of_chord) => of_chord.value(ratio) * chord(),
+                ThicknessLaw::OfDiameter(of_diameter) => of_diameter.value(ratio),
+            },
         }
     }
 }

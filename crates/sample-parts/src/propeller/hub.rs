@@ -23,8 +23,8 @@ const LONGEST_QUAD: f64 = 4.0;
 /// The hub: a closed cylinder about +Z with rounded edges and flat ends, mm, in the frame of
 /// [`crate::blade`].
 ///
-/// Its cylinder (group `cylinder`) is as long as the blade's root and a little more; group `ends`
-/// is the rest. Vertices lie on the smooth hub, facets within `chord_tolerance` mm of it. A turn by
+/// Its cylinder (group `cylinder`) is as long as the blade's root and a little more, or as long as
+/// the table says; group `ends` is the rest. Vertices lie on the smooth hub, facets within `chord_tolerance` mm of it. A turn by
 /// 2π/Z maps the mesh on itself up to rounding. It is solid: blades reach into it, so hub and
 /// blades are overlapping solids.
 ///
@@ -80,8 +80,14 @@ fn ring(mesh: &mut GroupedMesh, radius: f64, z: f64, n: usize) -> Vec<u32> {
 fn profile(spec: &PropellerSpec, chord_tolerance: f64, n_around: usize) -> Vec<(f64, f64)> {
     let radius = spec.hub_radius();
     let (low, high) = root_range(spec);
-    let (low, high) = (low - MARGIN * radius, high + MARGIN * radius);
     let rounding = ROUNDING * radius;
+    let (low, high) = match spec.hub_length() {
+        None => (low - MARGIN * radius, high + MARGIN * radius),
+        Some(length) => {
+            let (middle, half) = (0.5 * (low + high), 0.5 * length - rounding);
+            (middle - half, middle + half)
+        }
+    };
     let n_arc = steps(FRAC_PI_2, rounding, chord_tolerance).max(4);
     let arc = |k: usize| (FRAC_PI_2 * k as f64 / n_arc as f64).sin_cos();
     let n_along = ((high - low) / (LONGEST_QUAD * TAU * radius / n_around as f64)).ceil().max(1.0) as usize;
@@ -89,6 +95,12 @@ fn profile(spec: &PropellerSpec, chord_tolerance: f64, n_around: usize) -> Vec<(
     let middle = (0..=n_along).map(|k| (radius, low + (high - low) * k as f64 / n_along as f64));
     let upper = (0..n_arc).rev().map(|k| (radius - rounding * (1.0 - arc(k).0), high + rounding * arc(k).1));
     lower.chain(middle).chain(upper).collect()
+}
+
+/// Length of the hub whose cylinder is as long as the blade's root, mm.
+pub(crate) fn least_hub_length(spec: &PropellerSpec) -> f64 {
+    let (low, high) = root_range(spec);
+    high - low + 2.0 * ROUNDING * spec.hub_radius()
 }
 
 /// Range of z that the blade takes up from its root to a little above the hub.

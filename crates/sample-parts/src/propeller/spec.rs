@@ -1,5 +1,8 @@
+use std::sync::Arc;
+
 use nalgebra::{Isometry3, Vector3};
 
+use crate::propeller::table::{Hand, PropellerTable, dtmb_4119, dtmb_4382, vp1304};
 use crate::spec_error::{SpecError, in_range};
 
 /// A published propeller series.
@@ -29,11 +32,32 @@ pub enum PropellerSeries {
     },
 }
 
-/// A propeller of a series at a diameter; every value in it is in range.
-#[derive(Clone, Copy, Debug, PartialEq)]
+impl PropellerSeries {
+    /// The radial table of the series; `None` for Wageningen B, whose laws are formulas.
+    pub fn table(self) -> Option<PropellerTable> {
+        match self {
+            Self::Dtmb4119 => Some(dtmb_4119()),
+            Self::Dtmb4382 => Some(dtmb_4382()),
+            Self::Vp1304 => Some(vp1304()),
+            Self::WageningenB { .. } => None,
+        }
+    }
+}
+
+/// A propeller of a series or by a table at a diameter; every value in it is in range.
+#[derive(Clone, Debug, PartialEq)]
 pub struct PropellerSpec {
-    series: PropellerSeries,
+    shape: PropellerShape,
     diameter: f64,
+}
+
+/// Shape of a propeller, whatever its diameter.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum PropellerShape {
+    /// A radial table.
+    Table(Arc<PropellerTable>),
+    /// A screw of the series by its formulas.
+    WageningenB { n_blades: usize, area_ratio: f64, pitch_ratio: f64 },
 }
 
 impl PropellerSpec {
@@ -42,19 +66,29 @@ impl PropellerSpec {
     /// # Errors
     /// When the diameter or a parameter of the series is out of its range.
     pub fn new(series: PropellerSeries, diameter: f64) -> Result<Self, SpecError> {
-        in_range("diameter", diameter, 1.0, 20_000.0)?;
-        if let PropellerSeries::WageningenB { n_blades, area_ratio, pitch_ratio } = series {
-            #[expect(clippy::cast_precision_loss, reason = "only for the message")]
-            in_range("number of blades", n_blades as f64, 2.0, 7.0)?;
-            in_range("expanded area ratio", area_ratio, 0.3, 1.05)?;
-            in_range("pitch ratio", pitch_ratio, 0.5, 1.4)?;
-        }
-        Ok(Self { series, diameter })
+        check_diameter(diameter)?;
+        let shape = match series {
+            PropellerSeries::WageningenB { n_blades, area_ratio, pitch_ratio } => {
+                #[expect(clippy::cast_precision_loss, reason = "only for the message")]
+                in_range("number of blades", n_blades as f64, 2.0, 7.0)?;
+                in_range("expanded area ratio", area_ratio, 0.3, 1.05)?;
+                in_range("pitch ratio", pitch_ratio, 0.5, 1.4)?;
+                PropellerShape::WageningenB { n_blades, area_ratio, pitch_ratio }
+            }
+            PropellerSeries::Dtmb4119 => PropellerShape::Table(Arc::new(dtmb_4119())),
+            PropellerSeries::Dtmb4382 => PropellerShape::Table(Arc::new(dtmb_4382())),
+            PropellerSeries::Vp1304 => PropellerShape::Table(Arc::new(vp1304())),
+        };
+        Ok(Self { shape, diameter })
     }
 
-    /// The series.
-    pub fn series(&self) -> PropellerSeries {
-        self.series
+    /// A propeller by a table whose numbers are in range.
+    pub(crate) fn of_checked(table: PropellerTable, diameter: f64) -> Self {
+        Self { shape: PropellerShape::Table(Arc::new(table)), diameter }
+    }
+
+    pub(crate) fn shape(&self) -> &PropellerShape {
+        &self.shape
     }
 
     /// Diameter D, mm.
@@ -64,23 +98,41 @@ impl PropellerSpec {
 
     /// Number of blades Z.
     pub fn n_blades(&self) -> usize {
-        match self.series {
-            PropellerSeries::Dtmb4119 => 3,
-            PropellerSeries::Dtmb4382 | PropellerSeries::Vp1304 => 5,
-            PropellerSeries::WageningenB { n_blades, .. } => n_blades,
+        match &self.shape {
+            PropellerShape::Table(table) => table.n_blades,
+            PropellerShape::WageningenB { n_blades, .. } => *n_blades,
+        }
+    }
+
+    /// Hand: right of all series.
+    pub fn hand(&self) -> Hand {
+        match &self.shape {
+            PropellerShape::Table(table) => table.hand,
+            PropellerShape::WageningenB { .. } => Hand::Right,
         }
     }
 
     /// Radius of the hub's cylinder, mm.
     pub fn hub_radius(&self) -> f64 {
-        let ratio = match self.series {
-            PropellerSeries::Dtmb4119 | PropellerSeries::Dtmb4382 => 0.2,
-            PropellerSeries::Vp1304 => 0.3,
-            PropellerSeries::WageningenB { n_blades: ..=3, .. } => 0.18,
-            PropellerSeries::WageningenB { .. } => 0.167,
+        let ratio = match &self.shape {
+            PropellerShape::Table(table) => table.hub_ratio,
+            PropellerShape::WageningenB { n_blades: ..=3, .. } => 0.18,
+            PropellerShape::WageningenB { .. } => 0.167,
         };
         ratio * self.diameter / 2.0
     }
+
+    /// Length of the hub with its rounded ends, mm, if the table says one.
+    pub(crate) fn hub_length(&self) -> Option<f64> {
+        match &self.shape {
+            PropellerShape::Table(table) => table.hub_length_ratio.map(|ratio| ratio * self.diameter),
+            PropellerShape::WageningenB { .. } => None,
+        }
+    }
+}
+
+pub(crate) fn check_diameter(diameter: f64) -> Result<f64, SpecError> {
+    in_range("diameter", diameter, 1.0, 20_000.0)
 }
 
 /// Where blade `blade_index` is: blade 0 turned about +Z by 2π·k/Z.
@@ -89,7 +141,7 @@ impl PropellerSpec {
 /// again up to rounding.
 pub fn blade_pose(spec: &PropellerSpec, blade_index: usize) -> Isometry3<f64> {
     let n_blades = spec.n_blades();
-    #[expect(clippy::cast_precision_loss, reason = "both are below 8")]
+    #[expect(clippy::cast_precision_loss, reason = "both are below 13")]
     let angle = std::f64::consts::TAU * (blade_index % n_blades) as f64 / n_blades as f64;
     Isometry3::rotation(Vector3::z() * angle)
 }
