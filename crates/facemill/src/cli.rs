@@ -154,6 +154,7 @@ enum Format {
     Lengths,
     Rapids,
     Summary,
+    Propeller,
 }
 
 /// Runs the command of the arguments.
@@ -269,6 +270,7 @@ fn schema(format: Format) -> String {
         Format::Holders => facemill::file_format::schema::<facemill::tool_model::HoldersFile>(),
         Format::Lengths => facemill::file_format::schema::<facemill::lengths::LengthsFile>(),
         Format::Summary => facemill::file_format::schema::<facemill::formats::SummaryFile>(),
+        Format::Propeller => facemill::file_format::schema::<facemill::propeller_file::PropellerJson>(),
         Format::Rapids => facemill::file_format::schema::<facemill::rapids::RapidsFile>(),
     }
 }

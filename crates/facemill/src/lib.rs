@@ -50,6 +50,9 @@ mod pages {
     #[doc = include_str!("../../planner/README.md")]
     struct Planner;
 
+    #[doc = include_str!("../../propeller-file/README.md")]
+    struct PropellerFile;
+
     #[doc = include_str!("../../test-kit/README.md")]
     struct TestKit;
 
@@ -109,6 +112,7 @@ pub use facemill_job as job;
 pub use facemill_nc_program as nc_program;
 pub use facemill_nc_rewrite as nc_rewrite;
 pub use facemill_planner as planner;
+pub use facemill_propeller_file as propeller_file;
 pub use facemill_report_page as report_page;
 pub use facemill_sample_parts as sample_parts;
 pub use facemill_surface_model as surface_model;

@@ -30,12 +30,15 @@ pub(crate) enum NewPart {
     Propeller {
         /// Folder to write to; it must be empty or not exist
         dir: PathBuf,
+        /// Table of a propeller of your own (CSV, JSON, or the geometry table of OpenProp)
+        #[arg(long, value_name = "FILE", conflicts_with_all = ["series", "blades", "area_ratio", "pitch_ratio"])]
+        table: Option<PathBuf>,
         /// Series
         #[arg(long, default_value = "dtmb4119")]
         series: SeriesName,
-        /// Diameter
-        #[arg(long, value_name = "MM", default_value_t = 3048.0, allow_negative_numbers = true, value_parser = above_zero)]
-        diameter_mm: f64,
+        /// Diameter; default: 3048, or that of the table
+        #[arg(long, value_name = "MM", allow_negative_numbers = true, value_parser = above_zero)]
+        diameter_mm: Option<f64>,
         /// Number of blades (Wageningen B only; default: 4)
         #[arg(long, value_name = "N")]
         blades: Option<u32>,
@@ -83,6 +86,9 @@ pub(crate) enum NewPart {
     },
 }
 
+/// Diameter of a propeller of a series.
+const DIAMETER_MM: f64 = 3048.0;
+
 #[derive(Clone, Copy, ValueEnum)]
 pub(crate) enum SeriesName {
     Dtmb4119,
@@ -97,7 +103,11 @@ pub(crate) enum SeriesName {
 /// If the numbers describe no part, or the folder is not empty or cannot be written.
 pub(crate) fn run(arguments: NewArguments) -> Result<ExitCode, Failure> {
     let (dir, job) = match arguments.part {
-        NewPart::Propeller { dir, series, diameter_mm, blades, area_ratio, pitch_ratio } => {
+        NewPart::Propeller { dir, table: Some(table), diameter_mm, .. } => {
+            (dir, NewJob::OwnPropeller { table, diameter_mm })
+        }
+        NewPart::Propeller { dir, table: None, series, diameter_mm, blades, area_ratio, pitch_ratio } => {
+            let diameter_mm = diameter_mm.unwrap_or(DIAMETER_MM);
             let series = match series {
                 SeriesName::Dtmb4119 => Series::Dtmb4119,
                 SeriesName::Dtmb4382 => Series::Dtmb4382,

@@ -1,11 +1,12 @@
 //! Complete example jobs: mesh, tool, machine and job file.
 
 use std::ops::RangeInclusive;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
+use facemill_propeller_file::read_propeller;
 use facemill_sample_parts::{
-    BladeResolution, PatchSpec, PropellerSeries, PropellerSpec, RotorResolution, blade, blade_pose, chord_error, hub,
-    patch, rotor37,
+    BladeResolution, BladeSurface, PatchSpec, PropellerSeries, PropellerSpec, RotorResolution, blade, blade_pose,
+    chord_error, hub, patch, rotor37,
 };
 use facemill_surface_model::{NamedNode, TriMesh, write_glb, write_obj};
 use nalgebra::{Isometry3, Point3};
@@ -13,6 +14,7 @@ use serde_json::{Value, json};
 
 use crate::examples::new_blade::{blade_job, groups_obj};
 use crate::examples::new_dual::dual_propeller_job;
+use crate::files;
 
 /// An example job.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,6 +26,13 @@ pub enum NewJob {
         series: Series,
         /// Its diameter, mm.
         diameter_mm: f64,
+    },
+    /// A propeller of the user's own, suction side up.
+    OwnPropeller {
+        /// Its table.
+        table: PathBuf,
+        /// Its diameter, mm, if not that of the table.
+        diameter_mm: Option<f64>,
     },
     /// DTMB 4119 on the mill with two heads, both sides at once.
     DualPropeller {
@@ -81,7 +90,8 @@ pub const ROTOR_SCALES: RangeInclusive<f64> = 0.1..=100.0;
 /// If numbers or files describe no part.
 pub fn new_job(job: &NewJob) -> Result<Vec<(String, Vec<u8>)>, String> {
     match *job {
-        NewJob::Propeller { series, diameter_mm } => propeller_job(series, diameter_mm),
+        NewJob::Propeller { series, diameter_mm } => series_job(series, diameter_mm),
+        NewJob::OwnPropeller { ref table, diameter_mm } => table_job(table, diameter_mm),
         NewJob::DualPropeller { diameter_mm } => dual_propeller_job(diameter_mm),
         NewJob::Patch { size_mm } => patch_job(size_mm),
         NewJob::Rotor37 { scale } => rotor37_job(scale),
@@ -110,7 +120,7 @@ pub fn round_to(value: f64, decimals: i32) -> f64 {
     (value * unit).round() / unit
 }
 
-fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>, String> {
+fn series_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>, String> {
     let (series, name) = match series {
         Series::Dtmb4119 => (PropellerSeries::Dtmb4119, "DTMB 4119".to_owned()),
         Series::Dtmb4382 => (PropellerSeries::Dtmb4382, "DTMB 4382".to_owned()),
@@ -120,26 +130,39 @@ fn propeller_job(series: Series, diameter: f64) -> Result<Vec<(String, Vec<u8>)>
             format!("Wageningen B{blades}-{:.0}", 100.0 * area_ratio),
         ),
     };
-    let spec = PropellerSpec::new(series, diameter).map_err(|e| e.to_string())?;
-    let resolution = BladeResolution::new(RADIAL_QUADS, CHORD_QUADS).map_err(|e| e.to_string())?;
-    let (glb, [_, top]) = propeller_glb(&spec, resolution)?;
-    let chord = chord_error(&spec, resolution).sides;
-    let n_blades = spec.n_blades();
-    let tip = 0.5 * diameter;
     // Blades of high area ratio overlap: a thin tool that reaches far comes between most of them,
     // and regions out of its reach in one setup are left out.
     let overlapping = match series {
         PropellerSeries::Dtmb4119 => false,
-        PropellerSeries::Dtmb4382 | PropellerSeries::Vp1304 => true,
         PropellerSeries::WageningenB { n_blades, area_ratio, .. } => n_blades > 4 || area_ratio > 0.6,
         // The thin tool is free for every series.
         _ => true,
     };
+    propeller_job(&PropellerSpec::new(series, diameter).map_err(|e| e.to_string())?, &name, overlapping)
+}
+
+/// Returns the job of a propeller by its table.
+fn table_job(table: &Path, diameter: Option<f64>) -> Result<Vec<(String, Vec<u8>)>, String> {
+    let bytes = files::read_text(table).map_err(|e| e.to_string())?;
+    let file = read_propeller(&table.display().to_string(), &bytes).map_err(|e| e.to_string())?;
+    let spec = file.spec(diameter).map_err(|e| e.to_string())?;
+    // Above 0.7, chords that tilt hide each other from most tools.
+    let covered = BladeSurface::new(&spec).covered_share(0.3 * spec.diameter());
+    let stem = || table.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+    propeller_job(&spec, &file.name.unwrap_or_else(stem), spec.n_blades() > 4 || covered > 0.7)
+}
+
+fn propeller_job(spec: &PropellerSpec, name: &str, overlapping: bool) -> Result<Vec<(String, Vec<u8>)>, String> {
+    let resolution = BladeResolution::new(RADIAL_QUADS, CHORD_QUADS).map_err(|e| e.to_string())?;
+    let (glb, [_, top]) = propeller_glb(spec, resolution)?;
+    let chord = chord_error(spec, resolution).sides;
+    let (diameter, n_blades) = (spec.diameter(), spec.n_blades());
+    let tip = 0.5 * diameter;
     let radius = cutter_radius(if overlapping { 0.025 } else { 0.02625 } * diameter);
     // Flange and spindle nose are as large for a small propeller as for a large one, and stay above
     // its blades.
     let reach = if overlapping { 0.3 * diameter } else { (4.0 * radius).max(140.0) };
-    let from_radius = if overlapping { 0.6 } else { 0.535 };
+    let from_radius = f64::max(if overlapping { 0.6 } else { 0.535 }, spec.hub_radius() / tip + 0.1);
     let stock = stock_for(radius);
     let meshes = json!([
         { "file": "propeller.glb", "groups": ["blade-1/suction"], "role": "drive", "unit": "metre", "up_axis": "y" },
