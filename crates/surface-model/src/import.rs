@@ -8,12 +8,13 @@ pub(crate) mod repair;
 pub(crate) mod settings;
 mod stl_ascii;
 mod stl_binary;
+mod threemf;
 mod uri;
 
 use std::io;
 
 use crate::import::repair::{RepairReport, repair};
-use crate::import::settings::{ImportFault, ImportSettings, MeshFormat};
+use crate::import::settings::{ImportFault, ImportSettings, LengthUnit, MeshFormat};
 use crate::mesh::tri_mesh::TriMesh;
 
 pub(crate) use raw_mesh::RawMesh;
@@ -48,9 +49,10 @@ pub struct ImportError {
 /// and left as they are.
 ///
 /// # Errors
-/// Names the file and the line, byte, vertex, triangle or element: for coordinates that are not
-/// finite, indices out of range, truncated or malformed files, compressed glTF, cyclic nodes, and a
-/// file without triangles.
+/// Names the file and the line, byte, vertex, triangle, element or object: for coordinates that are
+/// not finite, indices out of range, truncated or malformed files, compressed glTF, cyclic nodes
+/// and components, 3MF that unpacks or repeats to far more than its size, and a file without
+/// triangles.
 pub fn import_mesh(
     name: &str,
     bytes: &[u8],
@@ -63,6 +65,11 @@ pub fn import_mesh(
         MeshFormat::Gltf => gltf_file::read(bytes, resolve),
         MeshFormat::Stl if stl_binary::is_binary(bytes) => stl_binary::read(bytes),
         MeshFormat::Stl => stl_ascii::read(bytes),
+        MeshFormat::ThreeMf if settings.unit != LengthUnit::Millimetre => Err(ImportFault::Unsupported {
+            feature: "a unit beside that of a 3MF file, which has its own and is turned into mm,".to_owned(),
+            hint: "leave the unit out",
+        }),
+        MeshFormat::ThreeMf => threemf::read(bytes),
     };
     raw.and_then(|raw| repair(raw, settings))
         .map(|(mesh, report)| Imported { mesh, report })
@@ -74,7 +81,7 @@ pub fn import_mesh(
 pub fn external_files(bytes: &[u8], format: MeshFormat) -> Vec<String> {
     match format {
         MeshFormat::Gltf => gltf_file::external_files(bytes).unwrap_or_default(),
-        MeshFormat::Obj | MeshFormat::Stl => Vec::new(),
+        MeshFormat::Obj | MeshFormat::Stl | MeshFormat::ThreeMf => Vec::new(),
     }
 }
 

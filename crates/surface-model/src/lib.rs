@@ -1,7 +1,7 @@
 //! Triangle meshes of parts: read, mended, measured, cut and written.
 //!
-//! - [`import_mesh`] turns the bytes of an OBJ, glTF, GLB or STL file into a [`TriMesh`] in mm with
-//!   +Z up and says in a [`RepairReport`] what it mended and what it left: dirty meshes are
+//! - [`import_mesh`] turns the bytes of an OBJ, glTF, GLB, STL or 3MF file into a [`TriMesh`] in mm
+//!   with +Z up and says in a [`RepairReport`] what it mended and what it left: dirty meshes are
 //!   reported, not refused.
 //! - [`Surface`] takes a mesh as the smooth surface it represents: normals with creases,
 //!   curvature, closest point, rays, inside and outside, on a box [`Tree`] that others may walk

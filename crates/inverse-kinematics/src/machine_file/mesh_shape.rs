@@ -13,11 +13,11 @@ use crate::machine_file::{BodyFile, DhRow, MachineFile, ShapeFile};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshShapeFile {
-    /// Mesh file (OBJ, STL, glTF, GLB), relative to the machine file; glTF is turned from y up to z
-    /// up.
+    /// Mesh file (OBJ, STL, glTF, GLB, 3MF), relative to the machine file; glTF is turned from y up
+    /// to z up.
     #[schemars(length(min = 1))]
     pub file: String,
-    /// Unit of the file. Default: metre for glTF, else millimetre.
+    /// Unit of the file. Default: metre for glTF, the file's own for 3MF, else millimetre.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unit: Option<MeshUnitFile>,
     /// Groups to use, together one hull; `*` matches any run of characters. Default: all.

@@ -263,7 +263,7 @@ impl Default for WorkOffsetFile {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshFile {
-    /// Mesh file (OBJ, STL, glTF, GLB), relative to the job file (docs/formats.md#meshes).
+    /// Mesh file (OBJ, STL, glTF, GLB, 3MF), relative to the job file (docs/formats.md#meshes).
     pub file: String,
     /// Groups to use; `*` matches any run of characters, and every entry must match a group.
     /// Default: all.

@@ -129,7 +129,7 @@ pub(crate) fn read_mesh_of(
 ) -> Result<Imported, Failure> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
     let format = MeshFormat::from_extension(extension)
-        .ok_or_else(|| Failure::input(path, "unknown kind of mesh file; known are .obj, .stl, .gltf and .glb"))?;
+        .ok_or_else(|| Failure::input(path, "unknown kind of mesh file; known are .obj, .stl, .gltf, .glb and .3mf"))?;
     let settings = import_settings(format, unit, up);
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
     let bytes = files.bytes(path)?;

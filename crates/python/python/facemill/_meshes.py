@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def read_mesh(
     path: str | os.PathLike[str], unit: str | None = None, up_axis: str | None = None
 ) -> tuple[NDArray[np.float64], NDArray[np.uint32]]:
-    """Returns vertices (mm) and triangles of a mesh file: .obj, .stl, .gltf or .glb.
+    """Returns vertices (mm) and triangles of a mesh file: .obj, .stl, .gltf, .glb or .3mf.
 
     The mesh is repaired as that of a job: equal vertices are one, empty triangles are left out.
 

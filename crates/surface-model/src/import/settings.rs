@@ -17,6 +17,9 @@ pub enum MeshFormat {
     Gltf,
     /// STL, binary or ASCII. Each `solid` of an ASCII file becomes a group.
     Stl,
+    /// 3MF. Objects with a mesh become groups under their names, in each of their places; the unit
+    /// is the file's own. Colours and materials are not read, supports are left out.
+    ThreeMf,
 }
 
 impl MeshFormat {
@@ -27,6 +30,7 @@ impl MeshFormat {
             "obj" => Some(Self::Obj),
             "gltf" | "glb" => Some(Self::Gltf),
             "stl" => Some(Self::Stl),
+            "3mf" => Some(Self::ThreeMf),
             _ => None,
         }
     }
@@ -95,13 +99,14 @@ pub struct ImportSettings {
 }
 
 impl ImportSettings {
-    /// Returns the settings for a format. By its specification glTF is in metres with +Y up; OBJ
-    /// and STL specify nothing, and are taken as mm with +Z up. Vertices are welded within 1 nm,
-    /// which is above the rounding of any file and below what matters on a machine.
+    /// Returns the settings for a format. By its specification glTF is in metres with +Y up, and
+    /// 3MF has +Z up and its own unit, which reading turns into mm; OBJ and STL specify nothing,
+    /// and are taken as mm with +Z up. Vertices are welded within 1 nm, which is above the rounding
+    /// of any file and below what matters on a machine.
     pub fn default_for(format: MeshFormat) -> Self {
         let (unit, up_axis) = match format {
             MeshFormat::Gltf => (LengthUnit::Metre, UpAxis::Y),
-            MeshFormat::Obj | MeshFormat::Stl => (LengthUnit::Millimetre, UpAxis::Z),
+            MeshFormat::Obj | MeshFormat::Stl | MeshFormat::ThreeMf => (LengthUnit::Millimetre, UpAxis::Z),
         };
         Self { unit, up_axis, weld_tolerance: 1e-6 }
     }
@@ -131,7 +136,7 @@ pub enum ImportFault {
         /// Fault.
         message: String,
     },
-    /// A part of a glTF document is wrong.
+    /// A part of a glTF document or 3MF package is wrong.
     #[error("{element}: {message}")]
     Element {
         /// The part, such as `accessors[3]`.

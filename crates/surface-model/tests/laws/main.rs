@@ -6,3 +6,4 @@ mod mesh_export;
 mod mesh_files;
 mod painted;
 mod shared_meshes;
+mod threemf_files;

@@ -14,8 +14,8 @@ const WORK_REGISTER: &str = "G54";
 
 #[derive(Args)]
 pub(crate) struct StandArguments {
-    /// Mesh of the part (.obj, .stl, .gltf, .glb), in place of a job: its frame is the workpiece
-    /// frame
+    /// Mesh of the part (.obj, .stl, .gltf, .glb, .3mf), in place of a job: its frame is the
+    /// workpiece frame
     #[arg(long, value_name = "MESH", requires_all = ["stock", "machine", "tool"], conflicts_with_all = ["job", "setup"])]
     part: Option<PathBuf>,
     /// Material before the program: box (the smallest around the part), offset:MM (a layer on the

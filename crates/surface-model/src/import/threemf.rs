@@ -1,0 +1,41 @@
+//! 3MF: a ZIP package with models in XML.
+//!
+//! 3MF Core Specification 1.3 (units, objects, components, build items, matrices as row vectors),
+//! and of the production extension the models beside the main one.
+
+mod assembly;
+mod model_part;
+mod package;
+mod xml_part;
+
+use std::collections::BTreeMap;
+
+use super::RawMesh;
+use crate::import::settings::ImportFault;
+use crate::import::threemf::assembly::add_build;
+use crate::import::threemf::model_part::{ModelPart, read_model};
+use crate::import::threemf::package::Package;
+
+/// Reads a 3MF package: all meshes that the build of its main model places, in mm.
+///
+/// Each mesh object that is placed starts a group: its name, else that of the nearest object around
+/// it, else the part number of the build item, else `object` and its id. Colours, materials and
+/// textures are not read, and supports are left out.
+pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ImportFault> {
+    let mut package = Package::open(bytes)?;
+    let main = package.main_model()?;
+    let mut parts: BTreeMap<String, ModelPart> = BTreeMap::new();
+    let mut todo = vec![main.clone()];
+    while let Some(name) = todo.pop() {
+        let part = package.part(&name, |xml| read_model(&name, xml))?;
+        let placements = part.objects.values().flat_map(|object| &object.components).chain(&part.items);
+        let others: Vec<String> = placements.filter_map(|placement| placement.part.clone()).collect();
+        parts.insert(name, part);
+        for other in others {
+            if !parts.contains_key(&other) && !todo.contains(&other) {
+                todo.push(other);
+            }
+        }
+    }
+    add_build(&main, &parts)
+}
