@@ -70,7 +70,8 @@ pub enum PropellerHand {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum PropellerSection {
-    /// NACA 66 (DTMB modified) thickness about a NACA a = 0.8 mean line; takes thickness and camber.
+    /// NACA 66 (DTMB modified) thickness about a NACA a = 0.8 mean line; takes thickness and
+    /// camber.
     #[serde(rename = "naca66_a08")]
     Naca66A08,
     /// Sections of the Wageningen B series, which have their own camber; takes the thickness.
@@ -79,9 +80,9 @@ pub enum PropellerSection {
     Offsets,
 }
 
-/// Values at a radius. All rows have the same keys: radius, chord and pitch, thickness and camber as
-/// the sections take them, skew and rake (default: none). A quantity in several forms agrees within
-/// 0.2 % of its largest value, and the length is taken.
+/// Values at a radius. All rows have the same keys: radius, chord and pitch, thickness and camber
+/// as the sections take them, skew and rake (default: none). A quantity in several forms agrees
+/// within 0.2 % of its largest value, and the length is taken.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RadialRow {

@@ -52,8 +52,8 @@ pub use json_file::{PropellerFormat, PropellerHand, PropellerJson, PropellerSect
 pub use propeller::PropellerFile;
 pub use raw_table::{MAX_OFFSETS, MAX_RADII};
 
-/// Reads a propeller: JSON that begins with `{`, a geometry table of OpenProp, or CSV; `file` is the
-/// name in errors.
+/// Reads a propeller: JSON that begins with `{`, a geometry table of OpenProp, or CSV; `file` is
+/// the name in errors.
 ///
 /// # Errors
 /// If the file describes no propeller; names row and column.

@@ -19,7 +19,7 @@ use headings::Headings;
 use rows::Table;
 
 /// Formats whose files users write: their tables have a column of defaults. All others are output.
-const INPUT: [&str; 7] = ["job", "tool", "holders", "machine", "path", "dialect", "batch"];
+const INPUT: [&str; 8] = ["job", "tool", "holders", "machine", "path", "dialect", "batch", "propeller"];
 
 const END: &str = "<!-- end of table -->";
 

@@ -25,6 +25,7 @@ const FORMATS: [&str; 18] = [
     "batch",
     "batch-report",
     "batch-tasks",
+    "propeller",
 ];
 
 fn schema(format: &str) -> Value {

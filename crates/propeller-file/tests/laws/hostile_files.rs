@@ -1,4 +1,5 @@
-//! Files that describe no propeller: each fault names file, row, column and remedy, in bounded time.
+//! Files that describe no propeller: each fault names file, row, column and remedy, in bounded
+//! time.
 
 use std::time::Instant;
 

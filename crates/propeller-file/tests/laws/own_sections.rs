@@ -60,8 +60,8 @@ fn apart(a: &PropellerSpec, b: &PropellerSpec, fractions: impl Iterator<Item = f
     largest
 }
 
-/// The form of the built-in sections: half the thickness and the mean line of unit size at a station,
-/// taken from a built-in section whose edges are not rounded here.
+/// The form of the built-in sections: half the thickness and the mean line of unit size at a
+/// station, taken from a built-in section whose edges are not rounded here.
 fn form(x: f64) -> [f64; 2] {
     let spec = read(DTMB_4119).unwrap().spec(Some(1000.0)).unwrap();
     let surface = BladeSurface::new(&spec);
@@ -72,8 +72,8 @@ fn form(x: f64) -> [f64; 2] {
     [half, section.mean_height(x) / (f * chord)]
 }
 
-/// Ordinates that are the built-in's own at many stations give its surface, and the error falls with
-/// the fourth power of their spacing, as that of cubic splines does.
+/// Ordinates that are the built-in's own at many stations give its surface, and the error falls
+/// with the fourth power of their spacing, as that of cubic splines does.
 #[test]
 fn ordinates_of_the_built_in_sections_give_their_surface_within_the_error_of_splines() {
     let built_in = read(DTMB_4119).unwrap().spec(Some(1000.0)).unwrap();

@@ -59,8 +59,9 @@ impl BladeResolution {
 /// plane of +X.
 ///
 /// +Z points ahead; driving, the propeller turns about +Z if it is right-handed. The mesh of a
-/// left-handed one is the mirror image in the plane y = 0, wound outward like the other. Vertices lie on
-/// [`BladeSurface`], on cylinders of constant radius and at constant chord fractions. Groups:
+/// left-handed one is the mirror image in the plane y = 0, wound outward like the other. Vertices
+/// lie on [`BladeSurface`], on cylinders of constant radius and at constant chord fractions.
+/// Groups:
 /// - `suction`, `pressure`: structured patches of n_radial × n_chord quads from the hub's radius to
 ///   the rounding of the tip, without the bands of the edges;
 /// - `edge`: leading and trailing edge, 3 % of the chord on both sides;

@@ -8,11 +8,11 @@ use crate::spline::SplineEnd::NotAKnot;
 
 /// The smooth blade that [`crate::blade`] meshes: radial tables as functions of the radius.
 ///
-/// Pitch, skew, rake, thickness, camber and ordinates of sections are cubic splines (two continuous derivatives) over r/R
-/// through the tables. The chord is one over √(1 + 0.001 − r/R), as planforms end round; where a
-/// table gives chord 0 at the tip, it reaches 0 at 1.001 R, so that the blade ends at R with a
-/// rounded edge of a few percent of D (4.2 % for DTMB 4119) in place of a point. Below the
-/// innermost table radius, inside the hub, all go on along straight lines.
+/// Pitch, skew, rake, thickness, camber and ordinates of sections are cubic splines (two continuous
+/// derivatives) over r/R through the tables. The chord is one over √(1 + 0.001 − r/R), as planforms
+/// end round; where a table gives chord 0 at the tip, it reaches 0 at 1.001 R, so that the blade
+/// ends at R with a rounded edge of a few percent of D (4.2 % for DTMB 4119) in place of a point.
+/// Below the innermost table radius, inside the hub, all go on along straight lines.
 #[derive(Clone, Debug)]
 pub struct BladeSurface {
     spec: PropellerSpec,

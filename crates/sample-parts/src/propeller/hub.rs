@@ -24,9 +24,9 @@ const LONGEST_QUAD: f64 = 4.0;
 /// [`crate::blade`].
 ///
 /// Its cylinder (group `cylinder`) is as long as the blade's root and a little more, or as long as
-/// the table says; group `ends` is the rest. Vertices lie on the smooth hub, facets within `chord_tolerance` mm of it. A turn by
-/// 2π/Z maps the mesh on itself up to rounding. It is solid: blades reach into it, so hub and
-/// blades are overlapping solids.
+/// the table says; group `ends` is the rest. Vertices lie on the smooth hub, facets within
+/// `chord_tolerance` mm of it. A turn by 2π/Z maps the mesh on itself up to rounding. It is solid:
+/// blades reach into it, so hub and blades are overlapping solids.
 ///
 /// # Errors
 /// When the tolerance is not between 1e-6 and 1e-1 of the hub radius.

@@ -1,0 +1,148 @@
+//! Parts from files of users: propellers by their tables, and meshes as 3MF.
+
+use std::io::{Cursor, Write as _};
+
+use facemill::new_job::{NewJob, Series, new_job};
+use facemill::sample_parts::{PropellerSeries, TableSections, TableThickness};
+use facemill::surface_model::TriMesh;
+use facemill::{Failure, Job, describe_setup};
+use facemill_tests::jobs::JobFolder;
+use facemill_tests::program::{code_and_errors, run};
+use facemill_tests::variants::{tiny_patch, write_patch};
+use serde_json::json;
+
+/// The table of a series as CSV.
+fn csv_of(series: PropellerSeries, name: &str, hand: &str) -> String {
+    let table = series.table().expect("a series with a table");
+    let TableSections::Naca66A08 { thickness, camber } = &table.sections else { panic!("NACA sections") };
+    let (thickness_name, thickness) = match thickness {
+        TableThickness::OfChord(values) => ("t_c", values),
+        TableThickness::OfDiameter(values) => ("t_D", values),
+    };
+    let mut text = format!(
+        "# name: {name}\n# diameter_mm: 600\n# blades: {}\n# hand: {hand}\n# hub_ratio: {}\n# section: naca66_a08\n\
+         r_R,c_D,P_D,{thickness_name},f_c,skew_rad,rake_D\n",
+        table.n_blades, table.hub_ratio
+    );
+    for (k, radius) in table.radii.iter().enumerate() {
+        let row = [*radius, table.chord[k], table.pitch[k], thickness[k], camber[k], table.skew[k], table.rake[k]];
+        text += &(row.map(|value| value.to_string()).join(",") + "\n");
+    }
+    text
+}
+
+fn folder_with(name: &str, text: &str) -> JobFolder {
+    JobFolder::of(&[(name.to_owned(), text.as_bytes().to_vec())])
+}
+
+fn own(folder: &JobFolder, name: &str, diameter_mm: Option<f64>) -> Result<Vec<(String, Vec<u8>)>, String> {
+    new_job(&NewJob::OwnPropeller { table: folder.path(name), diameter_mm })
+}
+
+/// Mesh, tool, machine and job: all bytes.
+#[test]
+fn the_job_of_a_series_by_its_table_is_that_of_the_series() {
+    let series = [
+        (PropellerSeries::Dtmb4119, Series::Dtmb4119, "DTMB 4119"),
+        (PropellerSeries::Dtmb4382, Series::Dtmb4382, "DTMB 4382"),
+        (PropellerSeries::Vp1304, Series::Vp1304, "VP1304"),
+    ];
+    for (table, series, name) in series {
+        let folder = folder_with("own.csv", &csv_of(table, name, "right"));
+        for diameter_mm in [600.0, 900.0] {
+            let given = Some(diameter_mm).filter(|d| *d != 600.0);
+            let files = own(&folder, "own.csv", given).unwrap();
+            assert!(files == new_job(&NewJob::Propeller { series, diameter_mm }).unwrap(), "{name}, {diameter_mm} mm");
+        }
+    }
+}
+
+#[test]
+fn a_left_handed_propeller_is_a_job_that_checks() {
+    let folder = folder_with("mine.csv", &csv_of(PropellerSeries::Dtmb4119, "", "left").replace("# name: \n", ""));
+    let job = JobFolder::of(&own(&folder, "mine.csv", None).unwrap());
+    let read = Job::read(&job.job()).unwrap();
+    assert!(read.file.name.starts_with("mine, D 600 mm"), "{}", read.file.name);
+    let described = describe_setup(&read, 0).unwrap().join("\n");
+    assert!(described.contains("4 components, closed"), "{described}");
+}
+
+#[test]
+fn tables_that_describe_no_propeller_have_exit_code_2_and_write_nothing() {
+    let good = csv_of(PropellerSeries::Dtmb4119, "DTMB 4119", "right");
+    let cases = [
+        (good.replacen("0.4048", "nan", 1), vec!["own.csv, line 10, column \"c_D\"", "no number"]),
+        (good.replacen("0.4048", "-1", 1), vec!["own.csv, line 10: ", "chord"]),
+        (good.replacen("hub_ratio: 0.2", "hub_ratio: 0.1", 1), vec!["own.csv, line 8: ", "add a row at the hub"]),
+    ];
+    for (text, words) in cases {
+        let folder = folder_with("own.csv", &text);
+        let (job, table) = (folder.path("job"), folder.path("own.csv"));
+        let arguments =
+            ["new".into(), "propeller".into(), job.clone().into_os_string(), "--table".into(), table.into()];
+        let (code, errors) = code_and_errors(&run(&arguments));
+        assert!(code == 2 && words.iter().all(|word| errors.contains(word)) && !job.exists(), "{code}: {errors}");
+    }
+}
+
+/// A mesh as a 3MF package, in inches, its object placed by a shift.
+fn threemf(mesh: &TriMesh, name: &str) -> Vec<u8> {
+    let mut model =
+        "<model unit=\"inch\" xmlns=\"http://schemas.microsoft.com/3dmanufacturing/core/2015/02\"><resources>\
+                     <object id=\"1\" name=\""
+            .to_owned()
+            + name
+            + "\"><mesh><vertices>";
+    for p in mesh.vertices() {
+        let [x, y, z] = [p.x - 25.4, p.y, p.z].map(|c| c / 25.4);
+        model += &format!("<vertex x=\"{x}\" y=\"{y}\" z=\"{z}\"/>\n");
+    }
+    model += "</vertices><triangles>";
+    for [a, b, c] in mesh.triangles() {
+        model += &format!("<triangle v1=\"{a}\" v2=\"{b}\" v3=\"{c}\"/>\n");
+    }
+    model += "</triangles></mesh></object></resources><build><item objectid=\"1\" \
+              transform=\"1 0 0 0 1 0 0 0 1 1 0 0\"/></build></model>";
+    let relations = "<Relationships xmlns=\"http://schemas.openxmlformats.org/package/2006/relationships\"><Relationship \
+                     Id=\"r\" Target=\"/3D/3dmodel.model\" \
+                     Type=\"http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel\"/></Relationships>";
+    let mut writer = zip::ZipWriter::new(Cursor::new(Vec::new()));
+    for (name, text) in [("_rels/.rels", relations), ("3D/3dmodel.model", &model)] {
+        writer.start_file(name, zip::write::SimpleFileOptions::default()).expect("a file");
+        writer.write_all(text.as_bytes()).expect("bytes in memory");
+    }
+    writer.finish().expect("a package").into_inner()
+}
+
+fn mesh_of(job: &JobFolder, name: &str) -> Result<TriMesh, Failure> {
+    facemill::read_mesh(&job.path(name), None, None).map(|imported| imported.mesh)
+}
+
+#[test]
+fn a_mesh_as_3mf_takes_the_place_of_an_obj() {
+    let job = tiny_patch();
+    write_patch(&job, 12);
+    let obj = mesh_of(&job, "patch.obj").unwrap();
+    job.write("patch.3mf", &threemf(&obj, "patch"));
+    let read = mesh_of(&job, "patch.3mf").unwrap();
+    assert_eq!((read.triangles(), read.groups()), (obj.triangles(), obj.groups()));
+    for (p, q) in read.vertices().iter().zip(obj.vertices()) {
+        assert!((p - q).norm() < 1e-12);
+    }
+    let mesh = json!([{ "file": "patch.3mf", "groups": ["patch"], "role": "drive" }]);
+    job.set("job.json", &[("/setups/0/meshes", mesh)]);
+    let described = describe_setup(&Job::read(&job.job()).unwrap(), 0).unwrap().join("\n");
+    assert!(described.contains("patch.3mf in millimetres, z up"), "{described}");
+}
+
+#[test]
+fn a_3mf_that_is_none_is_named_with_its_object() {
+    let job = tiny_patch();
+    let broken = threemf(&mesh_of(&job, "patch.obj").unwrap(), "patch\" id=\"1");
+    job.write("patch.3mf", &broken);
+    job.set("job.json", &[("/setups/0/meshes/0", json!({ "file": "patch.3mf", "role": "drive" }))]);
+    let why = describe_setup(&Job::read(&job.job()).unwrap(), 0).unwrap_err();
+    assert!(why.to_string().contains("patch.3mf") && why.to_string().contains("3D/3dmodel.model"), "{why}");
+    let (code, errors) = code_and_errors(&run(&["check".into(), job.job()]));
+    assert!(code == 2 && errors.contains("patch.3mf") && errors.contains("3D/3dmodel.model"), "{code}: {errors}");
+}
