@@ -38,7 +38,7 @@ pub struct PropellerFileError {
     /// Column as the file names it, if the fault is in one.
     pub column: Option<String>,
     /// The fault.
-    pub fault: PropellerFault,
+    pub fault: Box<PropellerFault>,
 }
 
 /// Fault of a propeller file, with the remedy in its text.
@@ -154,7 +154,7 @@ pub enum PropellerFault {
 impl PropellerFault {
     /// The fault of a whole file.
     pub(crate) fn of(self, file: &str) -> PropellerFileError {
-        PropellerFileError { file: file.to_owned(), place: None, column: None, fault: self }
+        PropellerFileError { file: file.to_owned(), place: None, column: None, fault: Box::new(self) }
     }
 
     /// The fault of a row.

@@ -128,3 +128,8 @@ pub enum LoftError {
 pub(crate) fn in_range(field: &'static str, value: f64, least: f64, most: f64) -> Result<f64, SpecError> {
     if value >= least && value <= most { Ok(value) } else { Err(SpecError::OutOfRange { field, value, least, most }) }
 }
+
+/// Whether a value is not above a limit; NaN is not.
+pub(crate) fn is_not_above(value: f64, limit: f64) -> bool {
+    value.is_nan() || value <= limit
+}

@@ -4,7 +4,7 @@ use crate::propeller::blade_surface::BladeSurface;
 use crate::propeller::hub::least_hub_length;
 use crate::propeller::spec::{PropellerSpec, check_diameter};
 use crate::propeller::table::PropellerTable;
-use crate::spec_error::{SpecError, in_range};
+use crate::spec_error::{SpecError, in_range, is_not_above};
 
 /// Largest share of the radius over which the tip may be rounded: a thicker tip is no tip.
 const MOST_TIP_ROUNDING: f64 = 0.1;
@@ -41,7 +41,7 @@ fn check_shape(surface: &BladeSurface) -> Result<(), SpecError> {
     let hub = surface.spec().hub_radius() / radius;
     let rounding = surface.tip_rounding_ratio();
     let wrong = |radius_ratio: f64, message: String| Err(SpecError::Shape { radius_ratio, message });
-    if !(rounding > 0.0 && rounding <= MOST_TIP_ROUNDING.min(0.5 * (1.0 - hub))) {
+    if is_not_above(rounding, 0.0) || rounding > MOST_TIP_ROUNDING.min(0.5 * (1.0 - hub)) {
         let message = format!(
             "the tip is {rounding:.4} D thick; give the last row a thickness and a chord that make it thinner than \
              {MOST_TIP_ROUNDING} D and thicker than 0"
@@ -52,7 +52,7 @@ fn check_shape(surface: &BladeSurface) -> Result<(), SpecError> {
         let ratio = hub + (1.0 - hub) * f64::from(k) / f64::from(SECTIONS);
         let section = surface.section(ratio * radius);
         let around = section.chord() * section.pitch_angle().cos() / section.radius();
-        if !(section.chord() > 0.0 && section.pitch() > 0.0) {
+        if is_not_above(section.chord(), 0.0) || is_not_above(section.pitch(), 0.0) {
             return wrong(ratio, "chord or pitch is not above 0 between the rows; add rows here".to_owned());
         }
         if around >= std::f64::consts::TAU {
@@ -62,7 +62,7 @@ fn check_shape(surface: &BladeSurface) -> Result<(), SpecError> {
             break;
         }
         let thin = (1..STATIONS).map(|j| f64::from(j) / f64::from(STATIONS));
-        if let Some(x) = thin.into_iter().find(|x| !(section.half_thickness(*x) > 0.0)) {
+        if let Some(x) = thin.into_iter().find(|x| is_not_above(section.half_thickness(*x), 0.0)) {
             let message = format!("the thickness is not above 0 at x/c {x:.3} between the given places; add some here");
             return wrong(ratio, message);
         }

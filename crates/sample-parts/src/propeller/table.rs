@@ -1,7 +1,7 @@
 //! Propellers by radial tables: columns over the radius, and sections.
 
 use crate::propeller::tables::{DTMB_4119, DTMB_4382, VP1304, VP1304_DIAMETER};
-use crate::spec_error::{SpecError, TablePart, in_range};
+use crate::spec_error::{SpecError, TablePart, in_range, is_not_above};
 
 /// Hand of a propeller.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -256,8 +256,7 @@ impl SectionOffsets {
             let [first, last] = [self.stations[0], self.stations[n - 1]];
             return wrong(0, field, format!("runs from {first} to {last}; give both edges, 0 and 1"));
         }
-        // Sorts out NaN, too.
-        if let Some(k) = (1..n).find(|&k| !(self.stations[k] - self.stations[k - 1] >= 1e-6)) {
+        if let Some(k) = (1..n).find(|&k| is_not_above(self.stations[k] - self.stations[k - 1], 1e-6)) {
             let [before, here] = [self.stations[k - 1], self.stations[k]];
             return wrong(k, field, format!("is {here} after {before}; order the stations by x/c"));
         }

@@ -48,7 +48,7 @@ impl<'b> Package<'b> {
             return Err(package_fault(format!("it has more than {MOST_FILES} files; write the model alone")));
         }
         let archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| package_fault(zip_text(&e)))?;
-        let most = (bytes.len() as u64).saturating_mul(MOST_RATIO).max(LEAST_UNPACKED).min(MOST_UNPACKED);
+        let most = (bytes.len() as u64).saturating_mul(MOST_RATIO).clamp(LEAST_UNPACKED, MOST_UNPACKED);
         Ok(Self { archive, budget: Rc::new(Cell::new(most)) })
     }
 
