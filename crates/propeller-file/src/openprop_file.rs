@@ -39,7 +39,7 @@ pub(crate) fn is_openprop(bytes: &[u8]) -> bool {
     lines.into_iter().any(|line| String::from_utf8_lossy(line).trim() == TITLE)
 }
 
-/// What the lines above the table say, each with its line.
+/// Values of the lines above the table, each with its line.
 #[derive(Default)]
 struct HeaderLines<'t> {
     diameter: Option<(&'t str, usize)>,

@@ -44,7 +44,7 @@ impl SectionForm {
     }
 }
 
-/// What a file says besides its tables; lengths in mm.
+/// Particulars of a file, beside its tables; lengths in mm.
 #[derive(Clone, Debug)]
 pub(crate) struct Particulars {
     pub(crate) name: Option<String>,

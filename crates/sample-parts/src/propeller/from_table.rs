@@ -13,7 +13,7 @@ impl PropellerSpec {
     /// A propeller by a radial table with `diameter` in mm, 1 to 20,000.
     ///
     /// The series with tables are such propellers: the same table gives the same mesh
-    /// ([`PropellerSeries::table`]).
+    /// ([`crate::PropellerSeries::table`]).
     ///
     /// # Errors
     /// When a number of the table is out of its range, with its row, or when the blade that the

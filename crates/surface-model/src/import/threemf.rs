@@ -8,7 +8,7 @@ mod model_part;
 mod package;
 mod xml_part;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::RawMesh;
 use crate::import::settings::ImportFault;
@@ -26,16 +26,13 @@ pub(super) fn read(bytes: &[u8]) -> Result<RawMesh, ImportFault> {
     let main = package.main_model()?;
     let mut parts: BTreeMap<String, ModelPart> = BTreeMap::new();
     let mut todo = vec![main.clone()];
+    let mut named: BTreeSet<String> = todo.iter().cloned().collect();
     while let Some(name) = todo.pop() {
         let part = package.part(&name, |xml| read_model(&name, xml))?;
         let placements = part.objects.values().flat_map(|object| &object.components).chain(&part.items);
-        let others: Vec<String> = placements.filter_map(|placement| placement.part.clone()).collect();
+        let others = placements.filter_map(|placement| placement.part.clone());
+        todo.extend(others.filter(|other| named.insert(other.clone())));
         parts.insert(name, part);
-        for other in others {
-            if !parts.contains_key(&other) && !todo.contains(&other) {
-                todo.push(other);
-            }
-        }
     }
     add_build(&main, &parts)
 }

@@ -197,7 +197,7 @@ fn groups_have_the_names_of_the_file() {
     assert_eq!(groups, [("blade & hub", 12), ("rotor", 12), ("P-7", 12), ("object 2", 12)]);
 }
 
-/// What slicers and CAD write besides: other prefixes, colour groups, models beside the main one.
+/// Files of slicers and CAD have more: other prefixes, colour groups, models beside the main one.
 #[test]
 fn extensions_that_change_no_triangle_are_passed_over() {
     let (vertices, triangles) = cube();
@@ -372,6 +372,16 @@ fn components_that_repeat_without_end_are_refused_at_once() {
     };
     assert_eq!(import(&chain(1)).unwrap().mesh.triangles().len(), 12);
     assert!(refused(&chain(20_000)).contains("its components lead back to it"));
+    // Components that each name a model of their own, none of which is there.
+    let mut resources = "<object id=\"1\"><components>".to_owned();
+    for k in 0..60_000 {
+        let _ = write!(resources, "<component objectid=\"1\" p:path=\"/3D/{k}.model\"/>");
+    }
+    resources += "</components></object>";
+    let text = model("millimeter", &resources, "<item objectid=\"1\"/>");
+    let production = "xmlns:p=\"http://schemas.microsoft.com/3dmanufacturing/production/2015/06\" xml:lang";
+    let why = refused(&package(&text.replace("xml:lang", production)));
+    assert!(why.contains(".model: the package has no such file"), "{why}");
     assert!(start.elapsed().as_secs() < 10, "{:?}", start.elapsed());
 }
 

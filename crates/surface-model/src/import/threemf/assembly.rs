@@ -13,7 +13,7 @@ const MOST_REPEATED: u64 = 1 << 22;
 /// An object of any part.
 type ObjectKey<'p> = (&'p str, u32);
 
-/// What an object is when all objects within it are in their places.
+/// Size of an object when all objects within it are in their places.
 #[derive(Clone, Copy, Debug, Default)]
 struct BuiltSize {
     triangles: u64,

@@ -1,6 +1,7 @@
 //! The ZIP package of a 3MF file.
 
 use std::cell::Cell;
+use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
 use std::rc::Rc;
 
@@ -24,7 +25,7 @@ const MOST_UNPACKED: u64 = 1 << 31;
 /// tags over and over to a fiftieth, and blanks to a thousandth.
 const MOST_RATIO: u64 = 64;
 
-/// What any package may unpack to, however small it is.
+/// Bytes that any package may unpack to, however small it is.
 const LEAST_UNPACKED: u64 = 1 << 20;
 
 /// Relationship to the main model.
@@ -36,6 +37,8 @@ const RELATIONS: &str = "_rels/.rels";
 /// An open package.
 pub(super) struct Package<'b> {
     archive: ZipArchive<Cursor<&'b [u8]>>,
+    /// Names of the files by those in lower case: names of parts are the same in any case.
+    names: BTreeMap<String, String>,
     /// Bytes that may still be unpacked.
     budget: Rc<Cell<u64>>,
 }
@@ -49,7 +52,8 @@ impl<'b> Package<'b> {
         }
         let archive = ZipArchive::new(Cursor::new(bytes)).map_err(|e| package_fault(zip_text(&e)))?;
         let most = (bytes.len() as u64).saturating_mul(MOST_RATIO).clamp(LEAST_UNPACKED, MOST_UNPACKED);
-        Ok(Self { archive, budget: Rc::new(Cell::new(most)) })
+        let names = archive.file_names().map(|name| (name.to_ascii_lowercase(), name.to_owned())).collect();
+        Ok(Self { archive, names, budget: Rc::new(Cell::new(most)) })
     }
 
     /// Name of the main model, from the relations of the package.
@@ -73,11 +77,10 @@ impl<'b> Package<'b> {
         name: &str,
         read: impl FnOnce(&mut XmlPart<'_>) -> Result<T, ImportFault>,
     ) -> Result<T, ImportFault> {
-        // Names of parts are the same in any case.
-        let known = self.archive.file_names().find(|known| known.eq_ignore_ascii_case(name)).map(str::to_owned);
+        let known = self.names.get(&name.to_ascii_lowercase());
         let known = known.ok_or_else(|| part_fault(name, "the package has no such file"))?;
         let budget = Rc::clone(&self.budget);
-        let file = self.archive.by_name(&known).map_err(|e| part_fault(name, &zip_text(&e)))?;
+        let file = self.archive.by_name(known).map_err(|e| part_fault(name, &zip_text(&e)))?;
         let unpacked: Box<dyn Read + '_> = Box::new(file);
         read(&mut XmlPart::new(name, BoundedRead::new(unpacked, budget)))
     }
