@@ -6,7 +6,7 @@ use facemill_tests::program::{code_and_errors, run};
 use facemill_tests::shared::workspace;
 use serde_json::{Value, json};
 
-const FORMATS: [&str; 18] = [
+const FORMATS: [&str; 19] = [
     "job",
     "tool",
     "machine",
