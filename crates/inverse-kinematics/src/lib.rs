@@ -42,6 +42,7 @@
 //! | `solver` | closed solutions for two and three rotary axes |
 //! | `machine` | machines: forward solution, limits, bodies |
 //! | `import` | machine files from kinematics of other programs |
+//! | `measured` | machine files from measured pivots, limits and speeds |
 //! | `motion` | motion of a control between two positions, and its deviation from the planned one |
 //! | `inverse` | inverse solution: axis values of a tool pose |
 //! | `path` | solutions along a path: branch and winding of every pose |
@@ -61,6 +62,7 @@ pub mod import;
 pub mod inverse;
 mod machine;
 pub mod machine_file;
+pub mod measured;
 pub mod motion;
 pub mod path;
 mod solver;

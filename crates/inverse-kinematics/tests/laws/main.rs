@@ -14,6 +14,7 @@ mod heads;
 mod import;
 mod inverse;
 mod machine_file;
+mod measured;
 mod motion;
 mod published;
 mod three_rotaries;

@@ -5,6 +5,7 @@ use std::path::Path;
 use crate::common::*;
 use facemill_cl_data::ClPoint;
 use facemill_inverse_kinematics::machine_file::Sense;
+use facemill_inverse_kinematics::measured::{AxisMeasurement, MeasuredFamily, Measurements, machine_from_measurements};
 use facemill_inverse_kinematics::*;
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
 
@@ -82,6 +83,37 @@ fn linuxcnc_trunnion_joints_are_reproduced() {
                 mm < 1e-6 && rad < 1e-9
             };
             assert!(solutions.iter().any(agrees), "{name}: {expected:?} is not among {solutions:?}");
+        }
+    }
+}
+
+/// The same joints on a machine made from the values of LinuxCNC's pins, one by one as
+/// docs/machines.md has them.
+#[test]
+fn pins_of_linuxcnc_make_the_trunnion_that_they_describe() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/reference");
+    let rot_point = [1.0, 2.0, 3.0];
+    let [y_offset, z_offset] = [20.0, 10.0];
+    for (name, reversed) in [("lcnc_xyzac_trt.csv", true), ("lcnc_xyzac_trt_conventional.csv", false)] {
+        let Ok(text) = std::fs::read_to_string(folder.join(name)) else {
+            eprintln!("skipped: {} is not there", folder.join(name).display());
+            continue;
+        };
+        let axis = |axis: &str| AxisMeasurement { axis: axis.to_owned(), reversed, ..Default::default() };
+        let mut measured = Measurements { axes: vec![axis("A"), axis("C")], ..Default::default() };
+        measured.places.table_at = Some(rot_point);
+        measured.places.table_tilt = Some([0.0, y_offset, z_offset]);
+        let file = machine_from_measurements(MeasuredFamily::TableTableAc, &measured).unwrap().file;
+        let machine = Machine::from_file(file).unwrap();
+        let tool_length = 15.0;
+        for row in numbers(&text) {
+            let [x, y, z, a, c, jx, jy, jz] = row[..] else { panic!("{row:?}") };
+            let joints = AxisValues::from([jx, jy, jz, a.to_radians(), c.to_radians()]);
+            let tip = machine.cl_point(&joints, tool_length).tip;
+            // LinuxCNC counts the workpiece from the machine's zero, and the tip with the tool.
+            let expected = Vector3::new(x, y, z - tool_length) - Vector3::from(rot_point);
+            let error = (tip.coords - expected).norm();
+            assert!(error < 1e-6, "{name}: {error:e} mm at {row:?}");
         }
     }
 }

@@ -1,0 +1,243 @@
+//! Machines from measurements: they move as their presets, and as plain rotation matrices.
+
+use crate::common::*;
+use facemill_inverse_kinematics::machine_file::AssumedValue;
+use facemill_inverse_kinematics::measured::*;
+use facemill_inverse_kinematics::*;
+use nalgebra::{Matrix3, Vector3};
+
+fn about_x(angle: f64) -> Matrix3<f64> {
+    let (s, c) = angle.sin_cos();
+    Matrix3::new(1.0, 0.0, 0.0, 0.0, c, -s, 0.0, s, c)
+}
+
+fn about_y(angle: f64) -> Matrix3<f64> {
+    let (s, c) = angle.sin_cos();
+    Matrix3::new(c, 0.0, s, 0.0, 1.0, 0.0, -s, 0.0, c)
+}
+
+fn about_z(angle: f64) -> Matrix3<f64> {
+    let (s, c) = angle.sin_cos();
+    Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0)
+}
+
+/// Tip and tool axis in the table frame, by hand for each family: `q` is X, Y, Z, the tilting axis
+/// and C, each with the sense of ISO 841.
+fn by_hand(family: MeasuredFamily, m: &PlaceMeasurements, q: [f64; 5], length: f64) -> (Vector3<f64>, Vector3<f64>) {
+    let [x, y, z, tilt, c] = q;
+    let nose = Vector3::new(x, y, z) - Vector3::from(m.table_at.unwrap());
+    let up = Vector3::z();
+    let tilted = if family.tilting_axis() == "A" { about_x(tilt) } else { about_y(tilt) };
+    let on_trunnion = |point: [f64; 3]| {
+        let point = Vector3::from(point);
+        let tip = nose - up * length;
+        (about_z(c) * (tilted * (tip - point) + point), about_z(c) * tilted * up)
+    };
+    // From the nose to the tilting axis, and from there to the tip.
+    let beside = if family.tilting_axis() == "A" { Vector3::y() } else { Vector3::x() };
+    let to_pivot = || up * m.pivot_length.unwrap() + beside * m.pivot_offset.unwrap();
+    let from_pivot = || tilted * (-to_pivot() - up * length);
+    let in_fork = || {
+        let [cx, cy] = m.c_offset.unwrap();
+        let to_c = Vector3::new(cx, cy, 0.0);
+        (nose + to_c + about_z(c) * (to_pivot() - to_c + from_pivot()), about_z(c) * tilted * up)
+    };
+    match family {
+        MeasuredFamily::TableTableBc | MeasuredFamily::TableTableAc => on_trunnion(m.table_tilt.unwrap()),
+        MeasuredFamily::HeadTableBc => (about_z(c) * (nose + to_pivot() + from_pivot()), about_z(c) * tilted * up),
+        MeasuredFamily::HeadHeadCa | MeasuredFamily::HeadHeadCb => in_fork(),
+        other => panic!("no formula for {other}"),
+    }
+}
+
+fn random_places(r: &mut Random, family: MeasuredFamily) -> PlaceMeasurements {
+    let mut near = |size: f64| if r.below(4) == 0 { 0.0 } else { r.between(-size, size) };
+    let on_table = matches!(family, MeasuredFamily::TableTableBc | MeasuredFamily::TableTableAc);
+    let is_fork = matches!(family, MeasuredFamily::HeadHeadCa | MeasuredFamily::HeadHeadCb);
+    PlaceMeasurements {
+        table_at: Some([near(900.0), near(900.0), near(1500.0)]),
+        table_tilt: on_table.then(|| [near(40.0), near(40.0), near(200.0)]),
+        pivot_length: (!on_table).then(|| 250.0 + near(100.0)),
+        pivot_offset: (!on_table).then(|| near(30.0)),
+        c_offset: is_fork.then(|| [near(50.0), near(50.0)]),
+    }
+}
+
+fn built(family: MeasuredFamily, measured: &Measurements) -> Machine {
+    let made = machine_from_measurements(family, measured).unwrap_or_else(|e| panic!("{family} {measured:?}: {e}"));
+    let json = facemill_file_format::to_json(&made.file);
+    Machine::from_json(json.as_bytes()).unwrap_or_else(|e| panic!("{family}: {e}"))
+}
+
+#[test]
+fn a_machine_without_measurements_moves_as_its_preset() {
+    let mut r = Random(4101);
+    for family in MeasuredFamily::ALL {
+        let preset = Machine::from_json(preset(family.preset_name()).unwrap().as_bytes()).unwrap();
+        let machine = built(family, &Measurements::default());
+        assert_eq!(machine.family(), preset.family());
+        for (a, b) in machine.axes().iter().zip(preset.axes()) {
+            assert_eq!((a.letter, a.endless, a.carried_by), (b.letter, b.endless, b.carried_by), "{family}");
+            assert_eq!((a.min, a.max), (b.min, b.max), "{family} {}", a.letter);
+        }
+        assert_eq!(machine.home(), preset.home(), "{family}");
+        for _ in 0..500 {
+            let q = random_values(&mut r, &preset);
+            let (a, b) = (machine.forward(&q, 123.0), preset.forward(&q, 123.0));
+            let shift = (a.translation.vector - b.translation.vector).norm();
+            let turn = (a.rotation.to_rotation_matrix().matrix() - b.rotation.to_rotation_matrix().matrix()).norm();
+            assert!(shift < 1e-9 && turn < 1e-9, "{family}: {shift:e} mm, {turn:e} at {q:?}");
+        }
+    }
+}
+
+#[test]
+fn measured_machines_move_as_rotation_matrices_say() {
+    let mut r = Random(4102);
+    for family in MeasuredFamily::ALL {
+        for round in 0..100 {
+            let places = random_places(&mut r, family);
+            let tilting = family.tilting_axis();
+            let senses: Vec<(&str, bool)> =
+                ["X", "Y", "Z", tilting, "C"].map(|axis| (axis, r.below(4) == 0)).into_iter().collect();
+            let reversed = |&(axis, reversed): &(&str, bool)| {
+                reversed.then(|| AxisMeasurement { axis: axis.to_owned(), reversed, ..Default::default() })
+            };
+            let axes = senses.iter().filter_map(reversed).collect();
+            let machine = built(family, &Measurements { places: places.clone(), axes });
+            for _ in 0..20 {
+                let q = random_values(&mut r, &machine);
+                let value = |(axis, reversed): (&str, bool)| {
+                    let value = q[machine.axis_index(axis).unwrap()];
+                    if reversed { -value } else { value }
+                };
+                let values = [value(senses[0]), value(senses[1]), value(senses[2]), value(senses[3]), value(senses[4])];
+                let length = r.between(0.0, 400.0);
+                let (tip, axis) = by_hand(family, &places, values, length);
+                let cl = machine.cl_point(&q, length);
+                let (shift, turn) = ((cl.tip.coords - tip).norm(), (*cl.axis - axis).norm());
+                assert!(
+                    shift < 1e-9 && turn < 1e-12,
+                    "{family} round {round}: {shift:e} mm, {turn:e}; {places:?} {q:?}"
+                );
+            }
+        }
+    }
+}
+
+/// Puts a reported value back as a measured one.
+fn put_back(measured: &mut Measurements, value: &ReportedValue) {
+    let numbers = |text: &str| text.split(',').map(|v| v.parse::<f64>().unwrap()).collect::<Vec<_>>();
+    let places = &mut measured.places;
+    match value.key {
+        "table_at" => places.table_at = Some(numbers(&value.text).try_into().unwrap()),
+        "table_tilt" => places.table_tilt = Some(numbers(&value.text).try_into().unwrap()),
+        "pivot_length" => places.pivot_length = Some(numbers(&value.text)[0]),
+        "pivot_offset" => places.pivot_offset = Some(numbers(&value.text)[0]),
+        "c_offset" => places.c_offset = Some(numbers(&value.text).try_into().unwrap()),
+        key => {
+            let (axis, text) = value.text.split_once('=').unwrap();
+            let entry = match measured.axes.iter().position(|entry| entry.axis == axis) {
+                Some(k) => &mut measured.axes[k],
+                None => {
+                    measured.axes.push(AxisMeasurement { axis: axis.to_owned(), ..Default::default() });
+                    measured.axes.last_mut().unwrap()
+                }
+            };
+            let number = text.parse::<f64>().ok();
+            match key {
+                "limits" => {
+                    let between =
+                        |(min, max): (&str, &str)| AxisLimits::Between(min.parse().unwrap(), max.parse().unwrap());
+                    entry.limits = Some(text.split_once(':').map_or(AxisLimits::Endless, between));
+                }
+                "home" => entry.home = number,
+                "rapid" => entry.max_velocity = number,
+                "acceleration" => entry.max_acceleration = number,
+                "jerk" => entry.max_jerk = number,
+                other => panic!("{other}"),
+            }
+        }
+    }
+}
+
+#[test]
+fn reported_values_given_back_make_the_same_machine_with_nothing_assumed() {
+    for family in MeasuredFamily::ALL {
+        let by_preset = machine_from_measurements(family, &Measurements::default()).unwrap();
+        assert!(by_preset.values.iter().all(|value| !value.is_measured));
+        assert!(by_preset.file.joints().all(|joint| by_preset.file.is_assumed(AssumedValue::Limits, joint.axis())));
+        let mut measured = Measurements::default();
+        by_preset.values.iter().for_each(|value| put_back(&mut measured, value));
+        let again = machine_from_measurements(family, &measured).unwrap();
+        assert!(again.values.iter().all(|value| value.is_measured), "{family}: {:?}", again.values);
+        assert_eq!(again.file.workpiece_chain, by_preset.file.workpiece_chain, "{family}");
+        assert_eq!(again.file.tool_chains, by_preset.file.tool_chains, "{family}");
+        let assumed: Vec<AssumedValue> = again.file.assumed.iter().map(|a| a.value).collect();
+        assert_eq!(assumed, [AssumedValue::Motion, AssumedValue::Feed], "{family}");
+    }
+}
+
+/// Every measured value leaves the list of assumed ones, for its own axes alone.
+#[test]
+fn assumed_values_are_those_that_nobody_measured() {
+    let family = MeasuredFamily::HeadHeadCa;
+    let mut measured = Measurements::default();
+    measured.places.pivot_length = Some(170.0);
+    measured.places.pivot_offset = Some(0.0);
+    measured.axes.push(AxisMeasurement {
+        axis: "Z".to_owned(),
+        limits: Some(AxisLimits::Between(-900.0, -100.0)),
+        max_velocity: Some(40_000.0),
+        ..Default::default()
+    });
+    let file = machine_from_measurements(family, &measured).unwrap().file;
+    let is = |value, axis| file.is_assumed(value, axis);
+    assert!(!is(AssumedValue::Dimensions, "A") && is(AssumedValue::Dimensions, "C"));
+    assert!(is(AssumedValue::Dimensions, "X") && is(AssumedValue::Dimensions, "Z"));
+    assert!(!is(AssumedValue::Limits, "Z") && is(AssumedValue::Limits, "X"));
+    assert!(!is(AssumedValue::MaxVelocity, "Z") && is(AssumedValue::MaxVelocity, "C"));
+    // The preset's home 0 is above these limits.
+    assert!(is(AssumedValue::Home, "Z"));
+    let machine = Machine::from_file(file).unwrap();
+    assert_eq!(machine.home()[machine.axis_index("Z").unwrap()], -100.0);
+}
+
+#[test]
+fn values_that_make_no_machine_are_named() {
+    let with = |change: fn(&mut Measurements)| {
+        let mut measured = Measurements::default();
+        change(&mut measured);
+        measured
+    };
+    let axis = |axis: &str| AxisMeasurement { axis: axis.to_owned(), ..Default::default() };
+    let of = |entry: AxisMeasurement| Measurements { axes: vec![entry], ..Default::default() };
+    let tables = MeasuredFamily::TableTableBc;
+    let error = |family, measured: &Measurements| machine_from_measurements(family, measured).unwrap_err();
+
+    let found = error(tables, &with(|m| m.places.pivot_length = Some(1.0)));
+    assert!(found.key() == Some("pivot_length") && found.to_string().contains("table_tilt"), "{found}");
+    let found = error(MeasuredFamily::HeadTableBc, &with(|m| m.places.c_offset = Some([0.0; 2])));
+    assert_eq!(found.key(), Some("c_offset"));
+    let found = error(MeasuredFamily::HeadHeadCa, &with(|m| m.places.table_tilt = Some([0.0; 3])));
+    assert_eq!(found.key(), Some("table_tilt"));
+    for wrong in [f64::NAN, f64::INFINITY, -2e6] {
+        let mut measured = Measurements::default();
+        measured.places.table_at = Some([0.0, wrong, 0.0]);
+        assert!(matches!(error(tables, &measured), MeasureError::Length { key: "table_at", .. }));
+    }
+    assert!(matches!(error(tables, &of(axis("A"))), MeasureError::NoSuchAxis { .. }));
+    let twice = Measurements { axes: vec![axis("B"), axis("B")], ..Default::default() };
+    assert!(matches!(error(tables, &twice), MeasureError::AxisTwice { .. }));
+    for (min, max) in [(1.0, -1.0), (f64::NAN, 1.0), (0.0, f64::INFINITY)] {
+        let limits = Some(AxisLimits::Between(min, max));
+        assert!(matches!(error(tables, &of(AxisMeasurement { limits, ..axis("X") })), MeasureError::Limits { .. }));
+    }
+    let endless = AxisMeasurement { limits: Some(AxisLimits::Endless), ..axis("Y") };
+    assert!(matches!(error(tables, &of(endless)), MeasureError::EndlessLinear { .. }));
+    let home = AxisMeasurement { home: Some(121.0), ..axis("B") };
+    assert!(matches!(error(tables, &of(home)), MeasureError::HomeOutside { .. }));
+    let slow = AxisMeasurement { max_velocity: Some(0.0), ..axis("B") };
+    let found = error(tables, &of(slow)).to_string();
+    assert!(found.contains("max_velocity_deg_min (axis B)"), "{found}");
+}
