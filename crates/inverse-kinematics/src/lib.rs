@@ -11,7 +11,8 @@
 //!
 //! [`rows_from_axes`] makes the rows of a chain from directions and points;
 //! [`Machine::joint_lines`], [`Machine::family`] and [`Machine::axis_reach`] interpret the rows of
-//! a machine, and [`import_autodesk_machine`] reads the files of another program.
+//! a machine, [`import_autodesk_machine`] reads the files of another program, and
+//! [`machine_from_measurements`] makes a file from measured pivots.
 //!
 //! ```
 //! use facemill_cl_data::ClPoint;
@@ -52,6 +53,7 @@
 //! [`deviation_bound`]: motion::deviation_bound
 //! [`import_autodesk_machine`]: import::import_autodesk_machine
 //! [`linearise`]: motion::linearise
+//! [`machine_from_measurements`]: measured::machine_from_measurements
 //! [`rows_from_axes`]: import::rows_from_axes
 
 mod axes;

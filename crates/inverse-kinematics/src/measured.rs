@@ -31,9 +31,9 @@ pub struct Measurements {
 /// A value of a machine made from measurements.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReportedValue {
-    /// Name, such as `table_tilt` or `limits`.
+    /// Name, such as `table_tilt`, `limits` or `reversed`.
     pub key: &'static str,
-    /// The value: `0,0,110` in mm, or `B=-120:120` in mm or deg.
+    /// The value: `0,0,110` in mm, `B=-120:120` in mm or deg, or the reversed axis.
     pub text: String,
     /// False where the preset gave it.
     pub is_measured: bool,
@@ -44,7 +44,7 @@ pub struct ReportedValue {
 pub struct MeasuredMachine {
     /// Its file: without bodies, and with all values that were not measured under `assumed`.
     pub file: MachineFile,
-    /// Its values: places first, then limits, homes and rates, each for all axes.
+    /// Its values: places, then limits, homes and rates of all axes, then reversed axes.
     pub values: Vec<ReportedValue>,
 }
 
@@ -79,7 +79,7 @@ pub enum MeasureError {
         axis: String,
     },
     /// A length that is not finite or beyond that of any machine.
-    #[error("{key} is {value} mm: a machine's lengths are within {most} mm")]
+    #[error("{key} has {value} mm, beyond the {most} mm of machine files")]
     Length {
         /// The place.
         key: &'static str,
@@ -141,7 +141,7 @@ impl MeasureError {
 ///
 /// ```
 /// use facemill_inverse_kinematics::Machine;
-/// use facemill_inverse_kinematics::measured::{MeasuredFamily, Measurements, machine_from_measurements};
+/// use facemill_inverse_kinematics::measured::*;
 ///
 /// let mut measured = Measurements::default();
 /// measured.places.table_tilt = Some([0.0, 0.0, 62.5]);

@@ -378,3 +378,125 @@ fn an_imported_machine_can_be_checked() {
     let printed = run(&["machine", "import", source]).stdout;
     assert!(printed == std::fs::read(&written).unwrap());
 }
+
+/// Runs `machine new` for a family with options in one string, writing to this file.
+fn new_machine(family: &str, options: &str, out: &std::path::Path) -> std::process::Output {
+    let mut arguments = vec!["machine", "new", "--family", family, "-o", out.to_str().unwrap()];
+    arguments.extend(options.split_whitespace());
+    run(&arguments)
+}
+
+const MEASURED_FAMILIES: [(&str, &str); 5] = [
+    ("table-table-bc", "table-table-b-c"),
+    ("table-table-ac", "table-table-a-c"),
+    ("head-table-bc", "head-b-table-c"),
+    ("head-head-ca", "head-head-c-a"),
+    ("head-head-cb", "head-head-c-b"),
+];
+
+/// The options that a run prints as defaults make the same machine, with no default left, and it
+/// moves as the preset.
+#[test]
+fn defaults_that_machine_new_prints_are_its_options() {
+    let mut r = Random(5);
+    let schema = serde_json::from_slice(&run(&["schema", "machine"]).stdout).expect("a schema is JSON");
+    let validator = jsonschema::validator_for(&schema).expect("a schema that is one");
+    let folder = tempfile::tempdir().unwrap();
+    for (family, preset_name) in MEASURED_FAMILIES {
+        let [first, second] = ["first", "second"].map(|name| folder.path().join(format!("{family}-{name}.json")));
+        let output = new_machine(family, "", &first);
+        assert_eq!(code_and_errors(&output).0, 0, "{family}");
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert!(
+            text.contains(&format!("defaults of the preset {preset_name}")) && !text.contains("\nmeasured:"),
+            "{text}"
+        );
+        let options: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("  ")).collect();
+        let output = new_machine(family, &options.join(" "), &second);
+        assert_eq!(code_and_errors(&output).0, 0, "{family}: {options:?}");
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert!(!text.contains("defaults of") && text.contains("assumed, not an option: motion, feed"), "{text}");
+
+        let read = |path| std::fs::read(path).unwrap();
+        let json: serde_json::Value = serde_json::from_slice(&read(&second)).unwrap();
+        assert!(validator.is_valid(&json), "{family}");
+        let [a, b] = [&first, &second].map(|path| Machine::from_json(&read(path)).unwrap());
+        let preset = preset(preset_name);
+        for _ in 0..50 {
+            let q = random_values(&mut r, &preset, true);
+            let expected = preset.forward(&q, 50.0);
+            for machine in [&a, &b] {
+                let pose = machine.forward(&q, 50.0);
+                assert!((pose.translation.vector - expected.translation.vector).norm() < 1e-9, "{family}: {q:?}");
+                assert!(pose.rotation.angle_to(&expected.rotation) < 1e-7, "{family}: {q:?}");
+            }
+        }
+        let output = run(&["machine", "check", second.to_str().unwrap()]);
+        assert_eq!(code_and_errors(&output).0, 0, "{family}");
+        assert!(String::from_utf8(output.stdout).unwrap().contains("0 not found again"), "{family}");
+    }
+}
+
+#[test]
+fn machine_new_keeps_measured_values_and_files_that_exist() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("machine.json");
+    let options = "--name mill --table-at -203.1,-204.7,-612.35 --table-tilt 0.012,0,62.48 --limits b=-35:110 \
+                   --rapid B=18000 --reversed C";
+    let output = new_machine("table-table-bc", options, &out);
+    assert_eq!(code_and_errors(&output).0, 0);
+    let text = String::from_utf8(output.stdout).unwrap();
+    let (measured, defaults) = text.split_once("defaults of").unwrap();
+    for part in ["--table-at -203.1,-204.7,-612.35", "--table-tilt 0.012,0,62.48", "--limits B=-35:110", "--reversed C"]
+    {
+        assert!(measured.contains(part) && !defaults.contains(part), "{part}: {text}");
+    }
+    assert!(defaults.contains("--limits X=-380:380") && text.contains("it has no bodies"), "{text}");
+    let bytes = std::fs::read(&out).unwrap();
+    let machine = Machine::from_json(&bytes).unwrap();
+    assert_eq!(machine.name(), "mill");
+    // With these readings the nose is where the table's origin is.
+    let at = AxisValues::from([-203.1, -204.7, -612.35, 0.0, 0.7]);
+    assert!(machine.forward(&at, 0.0).translation.vector.norm() < 1e-9);
+
+    let (code, errors) = code_and_errors(&new_machine("head-head-ca", "", &out));
+    assert!(code == 2 && errors.contains("machine.json: exists; --force"), "{code}: {errors}");
+    assert!(std::fs::read(&out).unwrap() == bytes);
+    assert_eq!(code_and_errors(&new_machine("table-table-bc", &format!("--force {options}"), &out)).0, 0);
+    assert!(std::fs::read(&out).unwrap() == bytes);
+}
+
+#[test]
+fn wrong_options_of_machine_new_are_exit_2_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("machine.json");
+    for (family, options, parts) in [
+        ("table-y", "", ["--family", "table-table-bc"]),
+        ("table-table-bc", "--pivot-length 200", ["--pivot-length", "--table-tilt"]),
+        ("head-table-bc", "--table-tilt 0,0,1", ["--table-tilt", "--pivot-length"]),
+        ("head-table-bc", "--c-offset 0,1", ["--c-offset", "head-table-bc"]),
+        ("head-head-ca", "--pivot-length long", ["--pivot-length", "long"]),
+        ("table-table-bc", "--table-at 1,2", ["--table-at", "3 numbers"]),
+        ("table-table-bc", "--table-at 1,nan,2", ["--table-at", "nan"]),
+        ("table-table-bc", "--table-at 1,2,3e9", ["--table-at", "unit"]),
+        ("table-table-bc", "--rapid A=100", ["--rapid", "A is no axis of table-table-bc"]),
+        ("table-table-bc", "--reversed A", ["--reversed", "A is no axis"]),
+        ("table-table-bc", "--reversed C --reversed C", ["--reversed", "twice for C"]),
+        ("table-table-bc", "--limits B=5:-5", ["--limits", "of B"]),
+        ("table-table-bc", "--limits B=5", ["--limits", "MIN:MAX"]),
+        ("table-table-bc", "--limits X=endless", ["--limits", "linear"]),
+        ("table-table-bc", "--limits B=0:1 --limits B=0:2", ["--limits", "twice for B"]),
+        ("table-table-bc", "--limits B=-9e9:9e9", ["--limits", "value of B"]),
+        ("table-table-bc", "--limits B=0:10 --home B=11", ["--home", "outside its limits 0 to 10"]),
+        ("table-table-bc", "--rapid B=0", ["--rapid", "value of B"]),
+        ("table-table-bc", "--acceleration X=-1", ["--acceleration", "value of X"]),
+        ("table-table-bc", "--jerk X=1e99", ["--jerk", "value of X"]),
+        ("table-table-bc", "--jerk X", ["--jerk", "X=100"]),
+    ] {
+        let (code, errors) = code_and_errors(&new_machine(family, options, &out));
+        assert!(code == 2 && parts.iter().all(|part| errors.contains(part)), "{family} {options}: {code}: {errors}");
+        assert!(!out.exists(), "{family} {options}");
+    }
+    let (code, errors) = code_and_errors(&run(&["machine", "new", "--family", "table-table-bc"]));
+    assert!(code == 2 && errors.contains("--out"), "{code}: {errors}");
+}

@@ -68,6 +68,10 @@ pub(crate) fn replace_values(
         }
         all.unmeasured.push((kind, unmeasured));
     }
+    let reversed = entries.iter().filter(|entry| entry.reversed);
+    let value =
+        |entry: &&AxisMeasurement| ReportedValue { key: "reversed", text: entry.axis.clone(), is_measured: true };
+    all.values.extend(reversed.map(value));
     Ok(all)
 }
 

@@ -9,6 +9,7 @@ use facemill::inverse_kinematics::import::import_autodesk_machine;
 use facemill::machines::{describe_heads, describe_hulls, read_machine};
 use facemill::{Failure, files};
 
+use crate::cli::equipment::machine_new::{self, NewMachineArguments};
 use crate::cli::output::say;
 
 #[derive(Subcommand)]
@@ -19,6 +20,9 @@ pub(crate) enum MachineCommand {
         /// Machine file
         file: PathBuf,
     },
+    /// Writes the file of a machine of a common family from measured values, and says which values
+    /// are defaults
+    New(Box<NewMachineArguments>),
     /// Converts an Autodesk machine file to our format, on standard output or in a file
     Import {
         /// Autodesk machine file (XML)
@@ -32,6 +36,7 @@ pub(crate) enum MachineCommand {
 pub(crate) fn run(command: MachineCommand) -> Result<ExitCode, Failure> {
     match command {
         MachineCommand::Check { file } => check(&file),
+        MachineCommand::New(arguments) => machine_new::run(&arguments),
         MachineCommand::Import { machine, out } => import(&machine, out.as_deref()),
     }
 }

@@ -1,0 +1,265 @@
+//! `facemill machine new`.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use clap::builder::{NonEmptyStringValueParser, PossibleValuesParser, TypedValueParser};
+use facemill::inverse_kinematics::measured::{
+    AxisLimits, AxisMeasurement, MeasureError, MeasuredFamily, MeasuredMachine, Measurements, PlaceMeasurements,
+    machine_from_measurements,
+};
+use facemill::inverse_kinematics::{Machine, MachineError};
+use facemill::{Failure, files};
+
+use crate::cli::output::say;
+
+#[derive(Args)]
+pub(crate) struct NewMachineArguments {
+    /// Family: where the rotary axes are
+    #[arg(long, value_name = "NAME", value_parser = family())]
+    family: MeasuredFamily,
+    /// Output file
+    #[arg(short, long, value_name = "FILE")]
+    out: PathBuf,
+    /// Replace an output file that exists
+    #[arg(long)]
+    force: bool,
+    /// Name of the machine; default: its family
+    #[arg(long, value_name = "TEXT", value_parser = NonEmptyStringValueParser::new())]
+    name: Option<String>,
+    /// Readings of X, Y, Z with the centre of the spindle nose on the table's origin (on C of a
+    /// turning table), mm
+    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<3>, allow_hyphen_values = true)]
+    table_at: Option<[f64; 3]>,
+    /// Trunnion: point on the tilting axis, seen from the table's origin, mm
+    #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<3>, allow_hyphen_values = true)]
+    table_tilt: Option<[f64; 3]>,
+    /// Head: distance from the spindle nose (gauge line) up to the tilting axis, mm
+    #[arg(long, value_name = "MM", value_parser = finite, allow_hyphen_values = true)]
+    pivot_length: Option<f64>,
+    /// Head: tilting axis beside the spindle's centre line, toward +X (B) or +Y (A), mm
+    #[arg(long, value_name = "MM", value_parser = finite, allow_hyphen_values = true)]
+    pivot_offset: Option<f64>,
+    /// Fork: C axis, seen from the spindle's centre line, mm
+    #[arg(long, value_name = "X,Y", value_parser = numbers::<2>, allow_hyphen_values = true)]
+    c_offset: Option<[f64; 2]>,
+    /// Limits of an axis, mm or deg: X=-400:400, C=endless; for several axes several times
+    #[arg(long, value_name = "AXIS=MIN:MAX", value_parser = limits)]
+    limits: Vec<(String, AxisLimits)>,
+    /// Home position of an axis, mm or deg: Z=0
+    #[arg(long, value_name = "AXIS=VALUE", value_parser = axis_value)]
+    home: Vec<(String, f64)>,
+    /// Rapid velocity of an axis, mm/min or deg/min: X=30000
+    #[arg(long, value_name = "AXIS=VALUE", value_parser = axis_value)]
+    rapid: Vec<(String, f64)>,
+    /// Largest acceleration of an axis, mm/s² or deg/s²
+    #[arg(long, value_name = "AXIS=VALUE", value_parser = axis_value)]
+    acceleration: Vec<(String, f64)>,
+    /// Largest jerk of an axis, mm/s³ or deg/s³
+    #[arg(long, value_name = "AXIS=VALUE", value_parser = axis_value)]
+    jerk: Vec<(String, f64)>,
+    /// Axis that counts against ISO 841, such as rotary tables of LinuxCNC's old convention
+    #[arg(long, value_name = "AXIS", value_parser = axis_name)]
+    reversed: Vec<String>,
+}
+
+pub(crate) fn run(arguments: &NewMachineArguments) -> Result<ExitCode, Failure> {
+    let out = &arguments.out;
+    let family = arguments.family;
+    let mut made = machine_from_measurements(family, &measurements(arguments)?).map_err(|e| failure(arguments, e))?;
+    if let Some(name) = &arguments.name {
+        made.file.name.clone_from(name);
+    }
+    let machine = Machine::from_file(made.file.clone()).map_err(|e| Failure::Internal(e.to_string()))?;
+    if !arguments.force && out.symlink_metadata().is_ok() {
+        return Err(Failure::input(out, "exists; --force replaces it"));
+    }
+    files::write_one(out, facemill::file_format::to_json(&made.file).into_bytes())?;
+    say(&format!("{}: {}\n{}", out.display(), machine.family(), summary(&made, family)))?;
+    say(&format!(
+        "it has no bodies; add them, and compare it with the machine: facemill machine check {}\n",
+        out.display()
+    ))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Lists measured values and defaults as the options that give them.
+fn summary(made: &MeasuredMachine, family: MeasuredFamily) -> String {
+    let mut text = String::new();
+    let heading = format!("defaults of the preset {}, not measured:", family.preset_name());
+    for (is_measured, heading) in [(true, "measured:"), (false, heading.as_str())] {
+        let mut values = made.values.iter().filter(|value| value.is_measured == is_measured).peekable();
+        if values.peek().is_none() {
+            continue;
+        }
+        text.push_str(heading);
+        let mut last = "";
+        for value in values {
+            let starts = if value.key == last { "" } else { "\n " };
+            text.push_str(&format!("{starts} {} {}", option(value.key), value.text));
+            last = value.key;
+        }
+        text.push('\n');
+    }
+    text.push_str("assumed, not an option: motion, feed\n");
+    text
+}
+
+/// Returns the option of a value.
+fn option(key: &str) -> String {
+    format!("--{}", key.replace('_', "-"))
+}
+
+/// Returns the failure of the option at fault.
+fn failure(arguments: &NewMachineArguments, error: MeasureError) -> Failure {
+    let (name, message) = match &error {
+        MeasureError::NotOfFamily { key, family, known } => {
+            let known = known.split(", ").map(option).collect::<Vec<_>>().join(", ");
+            (option(key), format!("is no option of the family {family}, which has {known}"))
+        }
+        MeasureError::Length { key, value, most } => {
+            (option(key), format!("{value} mm is beyond {most} mm: is the unit right?"))
+        }
+        MeasureError::NoSuchAxis { axis, .. } => (option_about(arguments, axis), error.to_string()),
+        MeasureError::Machine(MachineError::Field { field, axis, problem }) => {
+            let axis = axis.as_deref().unwrap_or_default();
+            (option_of_field(field), format!("the value of {axis} {problem}"))
+        }
+        other => (other.key().map_or("facemill machine new".to_owned(), option), error.to_string()),
+    };
+    Failure::input(Path::new(&name), message)
+}
+
+/// Returns the first option that names an axis.
+fn option_about(arguments: &NewMachineArguments, axis: &str) -> String {
+    let names = |given: &[(String, f64)]| given.iter().any(|(name, _)| name == axis);
+    let rate = rates(arguments).into_iter().find(|(_, given, _)| names(given)).map(|(name, ..)| name);
+    let limits = arguments.limits.iter().any(|(name, _)| name == axis).then_some("--limits");
+    limits.or(rate).unwrap_or("--reversed").to_owned()
+}
+
+/// Returns the option that gives a field of a joint.
+fn option_of_field(field: &str) -> String {
+    let key = field.rsplit('.').next().unwrap_or_default();
+    let options = [
+        ("max_velocity", "--rapid"),
+        ("max_acceleration", "--acceleration"),
+        ("max_jerk", "--jerk"),
+        ("home", "--home"),
+    ];
+    options.iter().find(|(start, _)| key.starts_with(start)).map_or("--limits", |(_, option)| option).to_owned()
+}
+
+fn measurements(arguments: &NewMachineArguments) -> Result<Measurements, Failure> {
+    let mut axes = Axes::default();
+    for (axis, value) in &arguments.limits {
+        axes.set("--limits", axis, *value, |entry| &mut entry.limits)?;
+    }
+    for (name, given, field) in rates(arguments) {
+        for (axis, value) in given {
+            axes.set(name, axis, *value, field)?;
+        }
+    }
+    for axis in &arguments.reversed {
+        let entry = axes.entry(axis);
+        if entry.reversed {
+            return Err(twice("--reversed", axis));
+        }
+        entry.reversed = true;
+    }
+    let places = PlaceMeasurements {
+        table_at: arguments.table_at,
+        table_tilt: arguments.table_tilt,
+        pivot_length: arguments.pivot_length,
+        pivot_offset: arguments.pivot_offset,
+        c_offset: arguments.c_offset,
+    };
+    Ok(Measurements { places, axes: axes.0 })
+}
+
+/// An option with one number for an axis: name, values, and their field.
+type Rate<'a> = (&'static str, &'a [(String, f64)], fn(&mut AxisMeasurement) -> &mut Option<f64>);
+
+fn rates(arguments: &NewMachineArguments) -> [Rate<'_>; 4] {
+    [
+        ("--home", &arguments.home, |entry| &mut entry.home),
+        ("--rapid", &arguments.rapid, |entry| &mut entry.max_velocity),
+        ("--acceleration", &arguments.acceleration, |entry| &mut entry.max_acceleration),
+        ("--jerk", &arguments.jerk, |entry| &mut entry.max_jerk),
+    ]
+}
+
+/// Entries of axes in the order of their first options.
+#[derive(Default)]
+struct Axes(Vec<AxisMeasurement>);
+
+impl Axes {
+    fn entry(&mut self, axis: &str) -> &mut AxisMeasurement {
+        let position = self.0.iter().position(|entry| entry.axis == axis).unwrap_or_else(|| {
+            self.0.push(AxisMeasurement { axis: axis.to_owned(), ..Default::default() });
+            self.0.len() - 1
+        });
+        &mut self.0[position]
+    }
+
+    fn set<T>(
+        &mut self,
+        option: &str,
+        axis: &str,
+        value: T,
+        field: impl Fn(&mut AxisMeasurement) -> &mut Option<T>,
+    ) -> Result<(), Failure> {
+        match field(self.entry(axis)).replace(value) {
+            None => Ok(()),
+            Some(_) => Err(twice(option, axis)),
+        }
+    }
+}
+
+fn twice(option: &str, axis: &str) -> Failure {
+    Failure::input(Path::new(option), format!("is given twice for {axis}; leave one out"))
+}
+
+fn family() -> impl TypedValueParser<Value = MeasuredFamily> {
+    let names = PossibleValuesParser::new(MeasuredFamily::ALL.map(MeasuredFamily::name));
+    names.try_map(|name| MeasuredFamily::ALL.into_iter().find(|family| family.name() == name).ok_or("is no family"))
+}
+
+fn finite(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err(format!("\"{text}\" is no number")),
+    }
+}
+
+/// Returns numbers with commas between.
+fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let numbers = text.split(',').map(finite).collect::<Result<Vec<f64>, _>>()?;
+    numbers.try_into().map_err(|_| format!("must be {N} numbers in mm with commas between"))
+}
+
+fn axis_name(text: &str) -> Result<String, String> {
+    let name = text.trim().to_uppercase();
+    let is_known = ["X", "Y", "Z", "A", "B", "C"].contains(&name.as_str());
+    is_known.then_some(name).ok_or_else(|| format!("\"{text}\" is no axis: X, Y, Z, A, B or C"))
+}
+
+fn split_axis(text: &str) -> Result<(String, &str), String> {
+    let (axis, value) = text.split_once('=').ok_or("must be an axis and its value, such as X=100")?;
+    Ok((axis_name(axis)?, value))
+}
+
+fn axis_value(text: &str) -> Result<(String, f64), String> {
+    let (axis, value) = split_axis(text)?;
+    Ok((axis, finite(value)?))
+}
+
+fn limits(text: &str) -> Result<(String, AxisLimits), String> {
+    let (axis, value) = split_axis(text)?;
+    if value.trim() == "endless" {
+        return Ok((axis, AxisLimits::Endless));
+    }
+    let (min, max) = value.split_once(':').ok_or("must be MIN:MAX, or endless")?;
+    Ok((axis, AxisLimits::Between(finite(min)?, finite(max)?)))
+}
