@@ -37,6 +37,9 @@ pub(crate) struct JointValues {
     pub(crate) unmeasured: Vec<(AssumedValue, Vec<String>)>,
 }
 
+/// Kind of an axis's values: key, kind in machine files, and whether an entry has one.
+type ValueKind = (&'static str, AssumedValue, fn(&AxisMeasurement) -> bool);
+
 /// Puts measured values into joints.
 pub(crate) fn replace_values(
     joints: &mut [&mut Joint],
@@ -48,7 +51,7 @@ pub(crate) fn replace_values(
     for (joint, entry) in joints.iter_mut().zip(&entries) {
         replace(joint, entry)?;
     }
-    let kinds: [(&'static str, AssumedValue, fn(&AxisMeasurement) -> bool); 5] = [
+    let kinds: [ValueKind; 5] = [
         ("limits", AssumedValue::Limits, |entry| entry.limits.is_some()),
         ("home", AssumedValue::Home, |entry| entry.home.is_some()),
         ("rapid", AssumedValue::MaxVelocity, |entry| entry.max_velocity.is_some()),
