@@ -54,10 +54,10 @@ impl Machine {
     }
 }
 
-pub(crate) type Walked = Vec<(Joint, usize, Isometry3<f64>)>;
+pub(crate) type JointFrames = Vec<(Joint, usize, Isometry3<f64>)>;
 
 /// Returns the joints of a chain with their row's number and frame, and the frame at the end.
-pub(crate) fn walk(rows: &[DhRow]) -> (Walked, Isometry3<f64>) {
+pub(crate) fn walk(rows: &[DhRow]) -> (JointFrames, Isometry3<f64>) {
     let mut frame = Isometry3::identity();
     let mut joints = Vec::new();
     for (k, row) in rows.iter().enumerate() {
