@@ -8,7 +8,6 @@ pub mod made_from;
 pub mod moved_job;
 pub mod program_stamp;
 pub mod program_times;
-pub mod rapids_file;
 pub mod report;
 pub mod solution_space_file;
 pub mod summary_file;

@@ -1,8 +1,8 @@
 //! Finishing of the new program: writing, reading and running until no changed link has a new
 //! finding.
 
+use crate::rapids::rapids_file::{LinkReport, RAPIDS_FORMAT, RapidsFile};
 use facemill_job::failure::Failure;
-use facemill_job::format::rapids_file::{LinkReport, RAPIDS_FORMAT, RapidsFile};
 use facemill_job::stages::Stages;
 use facemill_tool_path::links::clock::LinkClock;
 use facemill_tool_path::links::link_paths::RetractStrategy;

@@ -3,6 +3,7 @@
 
 mod finish;
 mod numbered;
+mod rapids_file;
 
 use std::path::Path;
 
@@ -27,7 +28,7 @@ use facemill_virtual_machine::{
 
 use crate::rapids::finish::finish;
 
-pub use facemill_job::format::rapids_file::{LinkReport, RAPIDS_FORMAT, RapidsFile};
+pub use crate::rapids::rapids_file::{LinkReport, RAPIDS_FORMAT, RapidsFile};
 pub use facemill_job::format::report::links::{LinksReport, PlannedLinkReport, ShortenedLinks};
 pub use facemill_tool_path::links::link_paths::RetractStrategy;
 pub use facemill_tool_path::links::tour::{Tour, TourCosts, TourError, shortest_tour};

@@ -1,11 +1,10 @@
 //! Report on links before and after.
 
+use facemill_job::duration_text::clock;
+use facemill_job::format::program_stamp::ProgramStamp;
 use facemill_tool_path::links::link_paths::RetractStrategy;
 use schemars::JsonSchema;
 use serde::Serialize;
-
-use crate::duration_text::clock;
-use crate::format::program_stamp::ProgramStamp;
 
 /// Value of the key `format` in the file.
 pub const RAPIDS_FORMAT: &str = "facemill-rapids/1";
