@@ -51,6 +51,20 @@ pub enum TableError {
         /// Largest number.
         most: u32,
     },
+    /// Nobody measured the gauge length, or the holder that it follows from.
+    #[error(
+        "tool {number} \"{name}\": \"{key}\" is under \"assumed\", so its gauge length is not measured; a table with \
+         it would pass the program's own check of the length. Measure the tool, correct gauge_length_mm, and remove \
+         \"{key}\" from \"assumed\""
+    )]
+    AssumedLength {
+        /// Number of the tool.
+        number: u32,
+        /// Its name.
+        name: String,
+        /// Key under `assumed`.
+        key: String,
+    },
     /// Two tools have one number.
     #[error("tools \"{first}\" and \"{second}\" both have number {number}; give one of them another")]
     SameNumber {
@@ -78,13 +92,31 @@ pub enum TableError {
     },
 }
 
+impl TableError {
+    /// Returns the number of the tool with the fault, if it is of one.
+    #[must_use]
+    pub fn number(&self) -> Option<u32> {
+        match self {
+            Self::Empty => None,
+            Self::Number { number, .. }
+            | Self::AssumedLength { number, .. }
+            | Self::SameNumber { number, .. }
+            | Self::Register { number, .. } => Some(*number),
+        }
+    }
+}
+
 /// Largest numbers of tools: LinuxCNC reads five digits, 840D numbers up to 32000.
 const MOST_LINUXCNC: u32 = 99_999;
 const MOST_SIEMENS: u32 = 32_000;
 
-/// Longest comment of a row of LinuxCNC's table and longest name of a tool of 840D.
+/// Longest comment of a row of LinuxCNC's table and of a tool of 840D.
 const MOST_COMMENT: usize = 39;
-const MOST_NAME: usize = 32;
+
+/// Returns whether a key of a tool file decides the gauge length.
+fn is_length_key(key: &str) -> bool {
+    key == "gauge_length_mm" || key.starts_with("holder.sections")
+}
 
 /// Writes the tool table of LinuxCNC (`tool.tbl`), a row for each tool by number: T number, P
 /// pocket (the number), Z gauge length, D diameter, comment.
@@ -93,8 +125,8 @@ const MOST_NAME: usize = 32;
 /// second row, of the register's number.
 ///
 /// # Errors
-/// Without a tool, where numbers are too large or two of them the same, and where a register is
-/// another tool's row.
+/// Without a tool, where a gauge length is assumed, where numbers are too large or two of them the
+/// same, and where a register is another tool's row.
 pub fn linuxcnc_table(tools: &[ToolAssembly], unit: TableUnit) -> Result<String, TableError> {
     let by_number = by_number(tools, "LinuxCNC", MOST_LINUXCNC)?;
     let mut rows: BTreeMap<u32, (&ToolAssembly, String)> = BTreeMap::new();
@@ -121,13 +153,15 @@ pub fn linuxcnc_table(tools: &[ToolAssembly], unit: TableUnit) -> Result<String,
 }
 
 /// Writes a program for Siemens 840D that sets the data of tools in cutting edge D1: type, length
-/// 1 (gauge length), radius and corner radius, and the names that tool management calls them by.
+/// 1 (gauge length), radius and corner radius, lengths 2 and 3 as 0, and, for tool management, the
+/// number as name: programs call tools by number (`T7`).
 ///
 /// Types are those that 3D radius compensation knows: 110 a ball, 120 sharp corners, 121 rounded
 /// ones. Wear is left as it is: it is the operator's.
 ///
 /// # Errors
-/// Without a tool, where numbers are too large or two of them the same.
+/// Without a tool, where a gauge length is assumed, and where numbers are too large or two of them
+/// the same.
 pub fn siemens_tool_data(tools: &[ToolAssembly], unit: TableUnit) -> Result<String, TableError> {
     let by_number = by_number(tools, "840D", MOST_SIEMENS)?;
     let mut text = format!(
@@ -135,7 +169,6 @@ pub fn siemens_tool_data(tools: &[ToolAssembly], unit: TableUnit) -> Result<Stri
         by_number.len(),
         unit.name().to_uppercase()
     );
-    let mut twins: BTreeMap<String, u32> = BTreeMap::new();
     for (number, tool) in by_number {
         let cutter = tool.cutter();
         let (radius, corner) = (cutter.radius(), cutter.corner_radius());
@@ -146,15 +179,14 @@ pub fn siemens_tool_data(tools: &[ToolAssembly], unit: TableUnit) -> Result<Stri
         } else {
             120
         };
-        let name = plain(tool.name(), MOST_NAME);
-        // Tools of one name are replacements of each other, which are counted.
-        let twin = twins.entry(name.clone()).or_default();
-        *twin += 1;
+        let comment = plain(tool.name(), MOST_COMMENT);
         let (length, radius, corner) = (unit.text(tool.gauge_length()), unit.text(radius), unit.text(corner));
+        // Lengths 2 and 3 of an earlier tool with this number would stay in force.
         let _ = writeln!(
             text,
-            "\n; T{number} {name}\n$TC_TP1[{number}]={twin}\n$TC_TP2[{number}]=\"{name}\"\n$TC_DP1[{number},1]={kind}\n\
-             $TC_DP3[{number},1]={length}\n$TC_DP6[{number},1]={radius}\n$TC_DP7[{number},1]={corner}"
+            "\n; T{number} {comment}\n$TC_TP1[{number}]=1\n$TC_TP2[{number}]=\"{number}\"\n$TC_DP1[{number},1]={kind}\n\
+             $TC_DP3[{number},1]={length}\n$TC_DP4[{number},1]=0\n$TC_DP5[{number},1]=0\n\
+             $TC_DP6[{number},1]={radius}\n$TC_DP7[{number},1]={corner}"
         );
     }
     text.push_str("\nM17\n");
@@ -169,6 +201,10 @@ fn by_number<'a>(
     let mut by_number: BTreeMap<u32, &ToolAssembly> = BTreeMap::new();
     for tool in tools {
         let number = tool.number();
+        let assumed = tool.to_file().assumed;
+        if let Some(key) = assumed.into_iter().map(|one| one.key).find(|key| is_length_key(key)) {
+            return Err(TableError::AssumedLength { number, name: tool.name().to_owned(), key });
+        }
         if number > most {
             return Err(TableError::Number { number, name: tool.name().to_owned(), control, most });
         }

@@ -2,7 +2,7 @@
 
 use facemill_test_kit::Random;
 use facemill_tool_library::{TableError, TableUnit, linuxcnc_table, siemens_tool_data};
-use facemill_tool_model::{ToolAssembly, ToolFile};
+use facemill_tool_model::{AssumedMeasure, ToolAssembly, ToolFile};
 
 use crate::kit::{imported, inch_tool};
 
@@ -52,7 +52,7 @@ fn rows_of_linuxcnc_are_the_tools_by_number() {
             assert!((length * mm - tool.gauge_length()).abs() < 1e-4, "{line}");
             assert!((diameter * mm - 2.0 * tool.cutter().radius()).abs() < 1e-4, "{line}");
         }
-        // The order of the arguments is none of the table.
+        // The table does not depend on the order of the arguments.
         tools.reverse();
         assert_eq!(linuxcnc_table(&tools, unit).expect("a table"), text);
     }
@@ -93,17 +93,49 @@ fn data_of_siemens_are_the_tools_in_edge_one() {
         for (parameter, mm) in [(3, tool.gauge_length()), (6, radius), (7, corner)] {
             assert!((number(parameter) - mm).abs() < 1e-4);
         }
-        let name = value(format!("$TC_TP2[{t}]"));
-        assert!(name.len() <= 34 && name.matches('"').count() == 2 && name.starts_with("\"mill _"), "{name}");
+        // Programs call tools by number, so the number is the name.
+        assert_eq!(value(format!("$TC_TP2[{t}]")), format!("\"{t}\""));
+        assert_eq!(value(format!("$TC_TP1[{t}]")), "1");
+        assert_eq!((number(4), number(5)), (0.0, 0.0));
+        assert!(text.lines().any(|line| line.starts_with(&format!("; T{t} mill _"))), "{text}");
     }
 }
 
 #[test]
-fn tools_of_one_name_are_counted() {
+fn tools_of_one_name_are_no_replacements_of_each_other() {
     let twins = [3, 9].map(|number| tool(|file| file.number = number));
     let text = siemens_tool_data(&twins, TableUnit::Inch).expect("a program");
-    assert!(text.contains("$TC_TP1[3]=1\n") && text.contains("$TC_TP1[9]=2\n"), "{text}");
+    for line in ["$TC_TP1[3]=1", "$TC_TP2[3]=\"3\"", "$TC_TP1[9]=1", "$TC_TP2[9]=\"9\""] {
+        assert!(text.lines().any(|own| own == line), "{line}:\n{text}");
+    }
     assert!(text.contains("LENGTHS IN INCH") && text.contains("$TC_DP6[3,1]=0.250000\n"), "{text}");
+}
+
+/// A program stops where the control has another length than the plan: a table with the plan's own
+/// guess would never stop it.
+#[test]
+fn lengths_that_nobody_measured_are_in_no_table() {
+    for (key, is_refused) in [
+        ("gauge_length_mm", true),
+        ("holder.sections", true),
+        ("holder.sections[1].length_mm", true),
+        ("holder.clearance_mm", false),
+        ("dead_core_radius_mm", false),
+    ] {
+        let one = tool(|file| {
+            file.assumed.push(AssumedMeasure { key: key.to_owned(), reason: "a guess".to_owned() });
+        });
+        for table in [linuxcnc_table, siemens_tool_data] {
+            let Err(why) = table(std::slice::from_ref(&one), TableUnit::Millimetre) else {
+                assert!(!is_refused, "{key}");
+                continue;
+            };
+            assert!(is_refused && matches!(why, TableError::AssumedLength { number: 7, .. }), "{why}");
+            assert_eq!(why.number(), Some(7));
+            let text = why.to_string();
+            assert!(text.contains("tool 7 \"1/2 r1/16") && text.contains(&format!("\"{key}\"")), "{text}");
+        }
+    }
 }
 
 #[test]
