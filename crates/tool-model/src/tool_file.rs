@@ -68,8 +68,8 @@ pub struct ToolFile {
     pub body: Stack,
     /// Holder: from its nose upward, at least to the gauge line.
     pub holder: Stack,
-    /// Values that nobody measured: keys of this file, each with its reason. They are on the safe
-    /// side; replace them by those of the tool.
+    /// Values that nobody measured: keys of this file, each with its reason. Replace them by those
+    /// of the tool.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub assumed: Vec<AssumedMeasure>,
 }
