@@ -2,6 +2,7 @@
 
 use crate::fault::ToolFault;
 use crate::json_value::JsonValue;
+use crate::remarks::ToolRemarks;
 
 /// Unit of the lengths of a tool or holder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,6 +53,13 @@ pub(crate) const MOST_MM: f64 = 1e4;
 
 /// Smallest diameter of a section, mm, as of tool files.
 pub(crate) const LEAST_DIAMETER_MM: f64 = 0.01;
+
+/// Differences of lengths, mm, that are rounding in the library.
+pub(crate) const ROUNDING: f64 = 0.01;
+
+/// Difference, mm, of a length and its expression that is rounding: Fusion writes six decimals or
+/// more. Larger would let different tools pass.
+const EXPRESSION_MM: f64 = 1e-3;
 
 /// Reader of the values of one tool or of a part of it. Keys are reported with the path to them.
 pub(crate) struct Fields<'a> {
@@ -196,48 +204,117 @@ impl<'a> Fields<'a> {
         }
     }
 
-    /// Unit of a tool or holder: under `unit`, or, in older files, in its expressions.
-    pub(crate) fn unit(&self, faults: &mut Vec<ToolFault>) -> Option<LengthUnit> {
-        let own = self.given("unit");
-        let (value, path) = match own {
-            Some(value) => (Some(value), self.path_of("unit")),
-            None => {
-                let expression = self.given("expressions").and_then(|all| all.get("tool_unit"));
-                (expression, self.path_of("expressions.tool_unit"))
-            }
+    /// Unit of a tool or holder: under `unit`, or, in older files, in its expressions. Both must
+    /// agree: Fusion computes with the expression.
+    pub(crate) fn unit(&self, remarks: &mut ToolRemarks) -> Option<LengthUnit> {
+        let expression = self.expression("tool_unit");
+        let (value, key) = match (self.given("unit"), expression) {
+            (Some(own), _) => (own, "unit"),
+            (None, Some(expression)) => (expression, "expressions.tool_unit"),
+            (None, None) => return None,
         };
-        let value = value?;
-        let unit = match value {
+        let named = |value: &JsonValue| match value {
             JsonValue::Text(name) => LengthUnit::of(name),
             _ => None,
         };
-        if unit.is_none() {
-            faults.push(ToolFault::new(path, format!("is {}; it must be \"millimeters\" or \"inches\"", shown(value))));
+        let Some(unit) = named(value) else {
+            let fault = format!("is {}; it must be \"millimeters\" or \"inches\"", shown(value));
+            remarks.fault(self.path_of(key), fault);
+            return None;
+        };
+        match expression.map(|expression| (expression, named(expression))) {
+            Some((expression, None)) => self.note_expression("tool_unit", expression, key, remarks),
+            Some((expression, Some(other))) if other != unit => {
+                let fault = format!(
+                    "is {}, but {} is {}; save the tool in Fusion again",
+                    shown(value),
+                    self.path_of("expressions.tool_unit"),
+                    shown(expression)
+                );
+                remarks.fault(self.path_of(key), fault);
+            }
+            _ => (),
         }
-        unit
+        Some(unit)
     }
 
-    /// Compares a length with the expression that Fusion computes it from, where that is a number
-    /// with a unit and nothing else.
+    fn expression(&self, name: &str) -> Option<&'a JsonValue> {
+        self.given("expressions")?.get(name).filter(|value| !matches!(value, JsonValue::Null))
+    }
+
+    /// Notes an expression that is not compared.
+    fn note_expression(&self, name: &str, expression: &JsonValue, key: &str, remarks: &mut ToolRemarks) {
+        let path = self.path_of(&format!("expressions.{name}"));
+        remarks
+            .note(format!("{path} is {}, which was not computed; {key} was not compared with it", shown(expression)));
+    }
+
+    /// Compares the length under a key, mm, with the expression that Fusion computes it from. A
+    /// number without a unit is in the tool's; other expressions than numbers are noted.
     ///
     /// Fusion puts the expression's value in the place of the number when it reads the file, so a
     /// file in which they differ describes two tools.
-    pub(crate) fn compare_expression(&self, expression: &str, key: &str, mm: f64, faults: &mut Vec<ToolFault>) {
-        let Some(JsonValue::Text(text)) = self.given("expressions").and_then(|all| all.get(expression)) else { return };
-        let text = text.trim();
-        let in_unit = [("mm", LengthUnit::Millimetre), ("in", LengthUnit::Inch)];
-        let literal = in_unit
-            .into_iter()
-            .find_map(|(suffix, unit)| Some(unit.to_mm(text.strip_suffix(suffix)?.trim().parse::<f64>().ok()?)));
-        // Fusion writes numbers of expressions with six decimals or more.
-        if let Some(other) = literal.filter(|other| other.is_finite() && (other - mm).abs() > 1e-3 + 1e-4 * mm) {
-            let fault = format!(
-                "is {mm} mm, but {} is {other} mm, which Fusion takes instead; save the tool in Fusion again",
-                self.path_of(&format!("expressions.{expression}"))
-            );
-            faults.push(ToolFault::new(key, fault));
-        }
+    pub(crate) fn compare_length(
+        &self,
+        expression: &str,
+        (key, mm): (&str, Option<f64>),
+        unit: LengthUnit,
+        remarks: &mut ToolRemarks,
+    ) {
+        let units = [("mm", LengthUnit::Millimetre), ("in", LengthUnit::Inch), ("", unit)];
+        let number = |text: &str| {
+            units.into_iter().find_map(|(suffix, unit)| Some(unit.to_mm(plain_number(text.strip_suffix(suffix)?)?)))
+        };
+        self.compare(expression, (key, mm), number, (" mm", EXPRESSION_MM), remarks);
     }
+
+    /// Compares the number under a key with its expression, as [`Self::compare_length`] does. The
+    /// expression may have this unit behind it.
+    pub(crate) fn compare_number(
+        &self,
+        expression: &str,
+        (key, value): (&str, Option<f64>),
+        unit: &str,
+        remarks: &mut ToolRemarks,
+    ) {
+        let number = |text: &str| plain_number(text.strip_suffix(unit).unwrap_or(text));
+        self.compare(expression, (key, value), number, ("", EXPRESSION_MM), remarks);
+    }
+
+    fn compare(
+        &self,
+        name: &str,
+        (key, value): (&str, Option<f64>),
+        number: impl Fn(&str) -> Option<f64>,
+        (unit, tolerance): (&str, f64),
+        remarks: &mut ToolRemarks,
+    ) {
+        let Some(expression) = self.expression(name) else { return };
+        let other = match expression {
+            JsonValue::Text(text) => number(text.trim()),
+            JsonValue::Number(value) => number(&value.to_string()),
+            _ => None,
+        };
+        let Some(other) = other.filter(|other| other.is_finite()) else {
+            self.note_expression(name, expression, key, remarks);
+            return;
+        };
+        let is_same = value.map_or(other == 0.0, |value| (other - value).abs() <= tolerance);
+        if is_same || remarks.has_fault_at(key) {
+            return;
+        }
+        let given = value.map_or_else(|| "is missing".to_owned(), |value| format!("is {value}{unit}"));
+        let path = self.path_of(&format!("expressions.{name}"));
+        remarks.fault(
+            key,
+            format!("{given}, but {path} is {other}{unit}, which Fusion takes; save the tool in Fusion again"),
+        );
+    }
+}
+
+/// Returns a number without a unit.
+fn plain_number(text: &str) -> Option<f64> {
+    text.trim().parse().ok()
 }
 
 /// Returns a wrong value for a message: short texts themselves, of others the kind.

@@ -1,15 +1,17 @@
 //! One milling tool of a library as a tool file.
 //!
-//! A library describes the shape of cutter, shaft and holder. Where the cutter does not cut, how
-//! steeply it may enter, and what it keeps clear of, it does not say: these are assumed such that a
-//! plan with them asks less of the tool than the tool can do.
+//! A library describes the shape of cutter, shaft and holder. It does not say where the cutter does
+//! not cut, how steeply it may enter, and which distance it keeps: these values are assumed, and
+//! listed in the tool file.
 
-use facemill_tool_model::{AssumedMeasure, FormatTag, Section, SpindleRotation, Stack, ToolAssembly, ToolFile};
+use facemill_tool_model::{FormatTag, Section, SpindleRotation, Stack, ToolAssembly, ToolFile};
 
 use crate::fault::ToolFault;
-use crate::fields::{Fields, LEAST_DIAMETER_MM, LengthUnit, rounded};
+use crate::fields::{Fields, LEAST_DIAMETER_MM, LengthUnit, ROUNDING, rounded};
+use crate::holder::holder;
 use crate::presets::{CuttingPreset, presets};
 use crate::profile::{cylinder, enclosing, segments};
+use crate::remarks::ToolRemarks;
 
 /// Kinds of cutters that are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,7 +28,7 @@ pub enum CutterKind {
 }
 
 impl CutterKind {
-    /// Returns the kind that a library names so.
+    /// Returns the kind with this name in a library.
     pub(crate) fn of(name: &str) -> Option<Self> {
         Some(match name {
             "face mill" => Self::FaceMill,
@@ -54,28 +56,15 @@ const RECESS: f64 = 0.5;
 /// Share of R for the dead core of a cutter with sharp corners: a tool file has it below R.
 const WHOLE_FLAT: f64 = 0.99;
 
-/// Differences of lengths, mm, that are rounding in the library.
-const ROUNDING: f64 = 0.01;
+/// Width, mm, of the ring around the dead core below which verification cannot tell a cut from a
+/// plunge: it removes stock in steps of this length.
+const NARROW_RING: f64 = 0.5;
 
 /// A tool with all that is to be reported of it.
 pub(crate) struct ReadTool {
     pub(crate) file: ToolFile,
     pub(crate) notes: Vec<String>,
     pub(crate) presets: Vec<CuttingPreset>,
-}
-
-/// Faults, assumed values and notes of a tool that is being read.
-#[derive(Default)]
-struct ToolRemarks {
-    faults: Vec<ToolFault>,
-    assumed: Vec<AssumedMeasure>,
-    notes: Vec<String>,
-}
-
-impl ToolRemarks {
-    fn assume(&mut self, key: &str, reason: impl Into<String>) {
-        self.assumed.push(AssumedMeasure { key: key.to_owned(), reason: reason.into() });
-    }
 }
 
 /// Measures of the cutting part, mm.
@@ -92,7 +81,7 @@ struct CutterMeasures {
 /// All faults that were found, each with its key.
 pub(crate) fn read_tool(tool: &Fields<'_>, kind: CutterKind, name: &str) -> Result<ReadTool, Vec<ToolFault>> {
     let mut remarks = ToolRemarks::default();
-    let Some(unit) = tool.unit(&mut remarks.faults) else {
+    let Some(unit) = tool.unit(&mut remarks) else {
         if remarks.faults.is_empty() {
             let fault = "is missing, and so is expressions.tool_unit; the file must say millimeters or inches";
             remarks.faults.push(ToolFault::new("unit", fault));
@@ -106,9 +95,10 @@ pub(crate) fn read_tool(tool: &Fields<'_>, kind: CutterKind, name: &str) -> Resu
     let (number, length_register) = numbers(tool, &mut remarks);
     let cutter = cutter_measures(tool, &geometry, kind, unit, &mut remarks);
     let n_inserts = geometry.count("NOF", 500, &mut remarks.faults);
-    if n_inserts.is_none() && !remarks.faults.iter().any(|fault| fault.key == "geometry.NOF") {
-        remarks.faults.push(ToolFault::new("geometry.NOF", "is missing; enter the number of flutes in Fusion"));
+    if n_inserts.is_none() && !remarks.has_fault_at("geometry.NOF") {
+        remarks.fault("geometry.NOF", "is missing; enter the number of flutes in Fusion");
     }
+    tool.compare_number("tool_numberOfFlutes", ("geometry.NOF", n_inserts.map(f64::from)), "", &mut remarks);
     let presets = presets(tool, unit, n_inserts, &mut remarks.faults);
     let body = cutter.as_ref().map(|cutter| body(tool, &geometry, unit, cutter, &mut remarks));
     let holder = holder(tool, &geometry, unit, cutter.as_ref().map(|c| c.stick_out), &mut remarks);
@@ -145,7 +135,7 @@ pub(crate) fn read_tool(tool: &Fields<'_>, kind: CutterKind, name: &str) -> Resu
         holder: Stack { clearance_mm: HOLDER_CLEARANCE, sections: holder },
         assumed: remarks.assumed,
     };
-    // Whatever a tool file does not permit and no check above names.
+    // Catches values that a tool file does not permit and that no check above names.
     if remarks.faults.is_empty()
         && let Err(fault) = ToolAssembly::new(file.clone())
     {
@@ -160,10 +150,10 @@ fn numbers(tool: &Fields<'_>, remarks: &mut ToolRemarks) -> (Option<u32>, Option
     let before = remarks.faults.len();
     let number = post.count("number", 99_999_999, &mut remarks.faults);
     if number.is_none() && remarks.faults.len() == before {
-        let fault = "is missing; give the tool its number in the magazine in Fusion";
-        remarks.faults.push(ToolFault::new("post-process.number", fault));
+        remarks.fault("post-process.number", "is missing; give the tool its number in the magazine in Fusion");
     }
-    // 0 is none of the control's registers.
+    tool.compare_number("tool_number", ("post-process.number", number.map(f64::from)), "", remarks);
+    // Controls have no register 0.
     let is_zero = post.number("length-offset", &mut Vec::new()) == Some(0.0);
     let register = if is_zero { None } else { post.count("length-offset", 999, &mut remarks.faults) };
     let register = register.filter(|register| Some(*register) != number);
@@ -190,19 +180,29 @@ fn cutter_measures(
     let diameter = geometry.needed_length("DC", unit, 2.0 * LEAST_DIAMETER_MM, "diameter", faults);
     let flute = geometry.needed_length("LCF", unit, LEAST_DIAMETER_MM, "flute length", faults);
     let stick_out = geometry.needed_length("LB", unit, LEAST_DIAMETER_MM, "length below the holder", faults);
-    let expressions = [
+    let overall = geometry.length("OAL", unit, 0.0, faults);
+    let largest = geometry.length("DCX", unit, 0.0, faults).filter(|largest| *largest > 0.0);
+    for (expression, key, value) in [
         ("tool_diameter", "geometry.DC", diameter),
         ("tool_fluteLength", "geometry.LCF", flute),
         ("tool_bodyLength", "geometry.LB", stick_out),
-    ];
-    for (expression, key, value) in expressions {
-        if let Some(value) = value {
-            tool.compare_expression(expression, key, value, faults);
-        }
+        ("tool_overallLength", "geometry.OAL", overall),
+        ("tool_maximumCuttingDiameter", "geometry.DCX", largest),
+    ] {
+        tool.compare_length(expression, (key, value), unit, remarks);
+    }
+    if let Some((largest, diameter)) =
+        largest.zip(diameter).filter(|(largest, diameter)| *largest > diameter + ROUNDING)
+    {
+        let fault = format!(
+            "is {largest} mm, more than the diameter {diameter} mm: the cutter widens above its bottom, and a tool file \
+             has only cutters with a straight side; write the tool file by hand"
+        );
+        remarks.fault("geometry.DCX", fault);
     }
     let radius = diameter.map(|diameter| 0.5 * diameter);
-    let corner_radius = corner_radius(tool, geometry, kind, unit, radius, faults);
-    taper(geometry, kind, remarks);
+    let corner_radius = corner_radius(tool, geometry, kind, unit, radius, remarks);
+    taper(tool, geometry, kind, remarks);
     let (radius, flute, stick_out, corner_radius) = (radius?, flute?, stick_out?, corner_radius?);
     // A ball whose flute is given a little shorter than its radius by rounding.
     let flute = if flute < corner_radius && corner_radius - flute <= ROUNDING { corner_radius } else { flute };
@@ -216,7 +216,7 @@ fn cutter_measures(
             format!("is {stick_out} mm, shorter than the flute length {flute} mm; enter the length below the holder");
         faults.push(ToolFault::new("geometry.LB", fault));
     }
-    if let Some(overall) = geometry.length("OAL", unit, 0.0, faults).filter(|overall| *overall + ROUNDING < stick_out) {
+    if let Some(overall) = overall.filter(|overall| *overall + ROUNDING < stick_out) {
         let note = format!("the overall length {overall} mm is less than the length below the holder, {stick_out} mm");
         remarks.notes.push(note);
     }
@@ -230,19 +230,23 @@ fn corner_radius(
     kind: CutterKind,
     unit: LengthUnit,
     radius: Option<f64>,
-    faults: &mut Vec<ToolFault>,
+    remarks: &mut ToolRemarks,
 ) -> Option<f64> {
+    let faults = &mut remarks.faults;
     let needed = matches!(kind, CutterKind::FaceMill | CutterKind::BullNose);
     let given = if needed {
         geometry.needed_length("RE", unit, 0.0, "corner radius (0 for sharp corners)", faults)
     } else {
         geometry.length("RE", unit, 0.0, faults)
     };
+    let key = "geometry.RE";
+    // A ball needs no radius of its own, and may have 0.
+    let compared = if kind == CutterKind::Ball { given.filter(|corner| *corner > 0.0).or(radius) } else { given };
+    tool.compare_length("tool_cornerRadius", (key, compared), unit, remarks);
     let radius = radius?;
     match kind {
         CutterKind::FaceMill | CutterKind::BullNose => {
             let corner = given?;
-            tool.compare_expression("tool_cornerRadius", "geometry.RE", corner, faults);
             if corner <= radius {
                 return Some(corner);
             }
@@ -250,7 +254,7 @@ fn corner_radius(
                 return Some(radius);
             }
             let fault = format!("is {corner} mm, more than the cutter's radius {radius} mm; correct one of them");
-            faults.push(ToolFault::new("geometry.RE", fault));
+            remarks.fault(key, fault);
         }
         CutterKind::Ball => {
             if given.is_none_or(|corner| corner == 0.0 || (corner - radius).abs() <= ROUNDING) {
@@ -260,14 +264,14 @@ fn corner_radius(
                 "is {} mm, but a ball of this diameter has {radius} mm; correct the radius or the type",
                 given.unwrap_or_default()
             );
-            faults.push(ToolFault::new("geometry.RE", fault));
+            remarks.fault(key, fault);
         }
         CutterKind::Flat => {
             let Some(corner) = given.filter(|corner| *corner > 0.0) else { return Some(0.0) };
             let fault = format!(
                 "is {corner} mm, but a flat end mill has sharp corners; make it a bull nose end mill or enter 0"
             );
-            faults.push(ToolFault::new("geometry.RE", fault));
+            remarks.fault(key, fault);
         }
     }
     None
@@ -275,16 +279,20 @@ fn corner_radius(
 
 /// A side that leans is no side of a cutter here. Only face mills have the angle; others may keep
 /// one from a type that they had before.
-fn taper(geometry: &Fields<'_>, kind: CutterKind, remarks: &mut ToolRemarks) {
-    let Some(angle) = geometry.number("TA", &mut remarks.faults).filter(|angle| *angle != 0.0) else { return };
-    if kind == CutterKind::FaceMill {
+fn taper(tool: &Fields<'_>, geometry: &Fields<'_>, kind: CutterKind, remarks: &mut ToolRemarks) {
+    let angle = geometry.number("TA", &mut remarks.faults).unwrap_or(0.0);
+    if kind != CutterKind::FaceMill {
+        if angle != 0.0 {
+            remarks.note(format!("geometry.TA is {angle}, but this type has no taper angle; ignored"));
+        }
+        return;
+    }
+    tool.compare_number("tool_taperAngle", ("geometry.TA", Some(angle)), "deg", remarks);
+    if angle != 0.0 {
         let fault = format!(
-            "is {angle}: the side leans, and a tool file has only cutters with a straight side; enter 0 and the corner \
-             radius of a cutter that encloses it, or write the tool file by hand"
+            "is {angle}: the side leans, and a tool file has only cutters with a straight side; write the tool file by hand"
         );
-        remarks.faults.push(ToolFault::new("geometry.TA", fault));
-    } else {
-        remarks.notes.push(format!("the taper angle {angle} is none of this type, and is ignored"));
+        remarks.fault("geometry.TA", fault);
     }
 }
 
@@ -301,21 +309,31 @@ fn body(
 ) -> Vec<Section> {
     let faults = &mut remarks.faults;
     let diameter = 2.0 * cutter.radius;
-    let shoulder = geometry.length("shoulder-length", unit, 0.0, faults);
-    let shoulder = shoulder.map_or(0.0, |length| length - cutter.flute).max(0.0);
+    let shoulder_length = geometry.length("shoulder-length", unit, 0.0, faults);
     let neck = geometry.length("shoulder-diameter", unit, 0.0, faults).filter(|neck| *neck >= LEAST_DIAMETER_MM);
     let shank = geometry.length("SFDM", unit, 0.0, faults).filter(|shank| *shank >= LEAST_DIAMETER_MM);
-    let shaft = segments(&tool.part("shaft", faults), unit, faults);
+    for (expression, key, value) in [
+        ("tool_shoulderLength", "geometry.shoulder-length", shoulder_length),
+        ("tool_shoulderDiameter", "geometry.shoulder-diameter", neck),
+        ("tool_shaftDiameter", "geometry.SFDM", shank),
+    ] {
+        tool.compare_length(expression, (key, value), unit, remarks);
+    }
+    let shoulder = shoulder_length.map_or(0.0, |length| length - cutter.flute).max(0.0);
+    let shaft = segments(&tool.part("shaft", &mut remarks.faults), unit, &mut remarks.faults);
     let length = (cutter.stick_out - cutter.flute).max(0.0);
     if shoulder > 0.0 && neck.is_none() && length > 0.0 {
         remarks.assume("body.sections", "the shoulder has the cutter's diameter; the library has no shoulder-diameter");
     }
-    let widest = shaft.iter().map(|s| s.diameter_high_mm.max(s.diameter_low_mm)).fold(diameter, f64::max);
     let covered: f64 = shaft.iter().map(|s| s.length_mm).sum();
-    if shank.is_none() && covered < length {
-        remarks.assume("body.sections", "the shaft is as wide as the tool's widest place; the library has no SFDM");
+    if shank.is_none() && covered + ROUNDING < length && !remarks.has_fault_at("geometry.SFDM") {
+        let fault = "is missing, and no segments of the shaft reach from the flute to the holder; enter the shaft \
+                     diameter in Fusion";
+        remarks.fault("geometry.SFDM", fault);
     }
-    let rest = cylinder(length, shank.unwrap_or(widest));
+    // Without a shank the segments end at the holder, up to rounding, and the last one goes on.
+    let last = shaft.last().map_or(diameter, |section| section.diameter_high_mm);
+    let rest = cylinder(length, shank.unwrap_or(last));
     let from_flute: Vec<Section> = shaft.iter().copied().chain([rest]).collect();
     let mut stacks = vec![from_flute.clone()];
     if shoulder > 0.0 {
@@ -324,97 +342,6 @@ fn body(
         if shaft.is_empty() { stacks = vec![shouldered] } else { stacks.push(shouldered) }
     }
     enclosing(&stacks, length)
-}
-
-/// Holder from its nose up, and its length to the gauge line, mm.
-fn holder(
-    tool: &Fields<'_>,
-    geometry: &Fields<'_>,
-    tool_unit: LengthUnit,
-    stick_out: Option<f64>,
-    remarks: &mut ToolRemarks,
-) -> Option<(Vec<Section>, f64)> {
-    let before = remarks.faults.len();
-    let holder = tool.part("holder", &mut remarks.faults);
-    if holder.is_missing() {
-        if remarks.faults.len() == before {
-            remarks.faults.push(ToolFault::new("holder", "is missing; give the tool its holder in Fusion"));
-        }
-        return None;
-    }
-    let own_unit = holder.unit(&mut remarks.faults);
-    if remarks.faults.len() > before {
-        return None;
-    }
-    let unit = own_unit.unwrap_or(tool_unit);
-    if own_unit.is_none() {
-        let reason = format!("the holder is in the tool's unit, {}; the library names none for it", unit.symbol());
-        remarks.assume("holder.sections", reason);
-    }
-    let mut sections = segments(&holder, unit, &mut remarks.faults);
-    if sections.is_empty() {
-        if remarks.faults.len() == before {
-            let fault = "has no segment with a height; draw the holder in Fusion";
-            remarks.faults.push(ToolFault::new("holder.segments", fault));
-        }
-        return None;
-    }
-    let total: f64 = sections.iter().map(|s| s.length_mm).sum();
-    let given = holder.length("gaugeLength", unit, LEAST_DIAMETER_MM, &mut remarks.faults);
-    if remarks.faults.len() > before {
-        return None;
-    }
-    let gauge = given.unwrap_or(total);
-    if given.is_none() {
-        let reason = "the gauge line is at the end of the holder's last segment; the library has no gaugeLength";
-        remarks.assume("gauge_length_mm", reason);
-    } else if gauge > total + ROUNDING {
-        let total = rounded(total);
-        let fault =
-            format!("is {gauge} mm, but the segments end {total} mm above the nose; draw the rest of the holder");
-        remarks.faults.push(ToolFault::new("holder.gaugeLength", fault));
-        return None;
-    } else if gauge > total {
-        // What rounding left open belongs to the last segment.
-        let last = sections.len() - 1;
-        sections[last].length_mm = rounded(sections[last].length_mm + gauge - total);
-    } else if gauge + ROUNDING < total {
-        let above = rounded(total - gauge);
-        remarks.notes.push(format!("the holder's segments go on {above} mm above the gauge line, inside the spindle"));
-    }
-    compare_assembly(geometry, tool_unit, stick_out, gauge, own_unit.is_none(), remarks);
-    Some((sections, gauge))
-}
-
-/// Compares the gauge length of the assembly, which newer libraries give, with the sum of its
-/// parts. Where the holder's unit was assumed, a difference means that it is another one.
-fn compare_assembly(
-    geometry: &Fields<'_>,
-    unit: LengthUnit,
-    stick_out: Option<f64>,
-    gauge: f64,
-    is_unit_assumed: bool,
-    remarks: &mut ToolRemarks,
-) {
-    let given = geometry.length("assemblyGaugeLength", unit, 0.0, &mut remarks.faults).filter(|given| *given > 0.0);
-    let (Some(given), Some(stick_out)) = (given, stick_out) else { return };
-    let sum = rounded(stick_out + gauge);
-    if (given - sum).abs() <= ROUNDING {
-        return;
-    }
-    if is_unit_assumed {
-        let fault = format!(
-            "is missing, and with the tool's unit the gauge length is {sum} mm, but geometry.assemblyGaugeLength is {given} \
-             mm; enter the holder's unit"
-        );
-        remarks.faults.push(ToolFault::new("holder.unit", fault));
-    } else {
-        let note = format!(
-            "geometry.assemblyGaugeLength is {given} mm, but length below the holder and holder make {sum} mm, which is \
-             taken"
-        );
-        remarks.notes.push(note);
-    }
 }
 
 fn spindle_rotation(geometry: &Fields<'_>, remarks: &mut ToolRemarks) -> SpindleRotation {
@@ -438,6 +365,14 @@ fn dead_core(cutter: &CutterMeasures, kind: CutterKind, remarks: &mut ToolRemark
         "the whole flat bottom does not cut; the library does not say how far in the teeth reach"
     };
     remarks.assume("dead_core_radius_mm", reason);
+    let ring = cutter.radius - flat;
+    if flat > 0.0 && ring < NARROW_RING {
+        let note = format!(
+            "the assumed dead core leaves a cutting ring of {ring:.2} mm, and verification will reject ordinary cuts \
+             (dead_core); give dead_core_radius_mm from the maker's data"
+        );
+        remarks.note(note);
+    }
     rounded(flat.max(0.0))
 }
 

@@ -2,9 +2,9 @@
 //!
 //! [`read_library`] reads a library that Fusion exported, `.json` or `.tools`, to [`LibraryTool`]s:
 //! each has its tool file ([`ImportedTool`]), or a [`ToolRefusal`] that names keys and remedies.
-//! Values that a library does not give are assumed on the safe side; `assumed` of the tool file
-//! lists them.
-//! [`linuxcnc_table`] and [`siemens_tool_data`] write tools for a control.
+//! `assumed` of the tool file lists values that a library does not give.
+//! [`linuxcnc_table`] and [`siemens_tool_data`] write tools for a control, if their gauge lengths
+//! are not assumed.
 //!
 //! ```
 //! use facemill_tool_library::read_library;
@@ -26,11 +26,13 @@
 //! | module | holds |
 //! |---|---|
 //! | `fault` | faults of libraries and of their tools |
+//! | `remarks` | faults, assumed values and notes of a tool |
 //! | `archive` | libraries in zip archives |
 //! | `json_value` | JSON with unknown keys, in bounded memory |
 //! | `fields` | values of a tool by key, in mm, with every fault |
 //! | `profile` | stacks of frusta from segments of shafts and holders |
 //! | `presets` | cutting data as feeds of a job |
+//! | `holder` | holder and gauge length of a tool |
 //! | `fusion_tool` | one milling tool of a library as a tool file |
 //! | `library` | all tools of a library |
 //! | `tool_table` | tool tables of LinuxCNC and Siemens 840D |
@@ -41,14 +43,16 @@ mod archive;
 mod fault;
 mod fields;
 mod fusion_tool;
+mod holder;
 mod json_value;
 mod library;
 mod presets;
 mod profile;
+mod remarks;
 mod tool_table;
 
 pub use fault::{ArchiveFault, LibraryError, MAX_TOOLS, ToolFault};
 pub use fusion_tool::CutterKind;
-pub use library::{ImportedTool, LibraryTool, ToolRefusal, is_library, read_library};
+pub use library::{ImportedTool, LibraryTool, MAX_FAULTS, ToolRefusal, is_library, read_library};
 pub use presets::CuttingPreset;
 pub use tool_table::{TableError, TableUnit, linuxcnc_table, siemens_tool_data};

@@ -12,7 +12,7 @@ use crate::presets::CuttingPreset;
 /// A tool of a library, in the order of the file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LibraryTool {
-    /// Place in the file, from 1.
+    /// Position in the file, from 1.
     pub position: usize,
     /// Number in the magazine, where the file has one.
     pub number: Option<u32>,
@@ -20,16 +20,17 @@ pub struct LibraryTool {
     pub description: String,
     /// Type, as the library names it, such as `face mill`.
     pub kind: String,
-    /// The tool, or why it is none.
+    /// The tool, or the reason why it is refused.
     pub import: Result<ImportedTool, ToolRefusal>,
 }
 
 impl LibraryTool {
-    /// Returns the tool's name for messages: its number, else its place, and its description.
+    /// Returns the tool's name for messages: its number, else its position, and its description.
     #[must_use]
     pub fn label(&self) -> String {
-        let number =
-            self.number.map_or_else(|| format!("tool at place {}", self.position), |number| format!("tool {number}"));
+        let number = self
+            .number
+            .map_or_else(|| format!("tool at position {}", self.position), |number| format!("tool {number}"));
         if self.description.is_empty() { number } else { format!("{number} \"{}\"", self.description) }
     }
 }
@@ -51,12 +52,36 @@ pub struct ImportedTool {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ToolRefusal {
-    /// The type is none that this program has.
+    /// This program does not read tools of the type.
     #[error("type \"{0}\" is not read; those read are {READ_KINDS}")]
     OtherKind(String),
     /// Values are missing or wrong.
-    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("; "))]
-    Faults(Vec<ToolFault>),
+    #[error("{}{}", joined(.first), more_faults(*.more))]
+    Faults {
+        /// Faults in the order of reading, at most [`MAX_FAULTS`].
+        first: Vec<ToolFault>,
+        /// Number of further faults.
+        more: usize,
+    },
+}
+
+/// Most faults of a tool that are named; a tool of another program has a fault at every key.
+pub const MAX_FAULTS: usize = 20;
+
+impl ToolRefusal {
+    fn of_faults(mut first: Vec<ToolFault>) -> Self {
+        let more = first.len().saturating_sub(MAX_FAULTS);
+        first.truncate(MAX_FAULTS);
+        Self::Faults { first, more }
+    }
+}
+
+fn joined(faults: &[ToolFault]) -> String {
+    faults.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
+}
+
+fn more_faults(more: usize) -> String {
+    if more == 0 { String::new() } else { format!("; and {more} more") }
 }
 
 const READ_KINDS: &str = "face mill, bull nose end mill, ball end mill, flat end mill";
@@ -103,7 +128,7 @@ fn of_entry(position: usize, entry: &JsonValue) -> LibraryTool {
     let mut faults = Vec::new();
     if !matches!(entry, JsonValue::Object(_)) {
         let fault = ToolFault { key: format!("data[{}]", position - 1), fault: format!("is {}", entry.kind()) };
-        let import = Err(ToolRefusal::Faults(vec![fault]));
+        let import = Err(ToolRefusal::of_faults(vec![fault]));
         return LibraryTool { position, number: None, description: String::new(), kind: String::new(), import };
     }
     let tool = Fields::of(entry);
@@ -114,14 +139,14 @@ fn of_entry(position: usize, entry: &JsonValue) -> LibraryTool {
     let number = tool.part("post-process", &mut Vec::new()).count("number", 99_999_999, &mut Vec::new());
     let Some(kind) = tool.text("type") else {
         faults.push(ToolFault::new("type", "is missing; select a type of tool in Fusion"));
-        let import = Err(ToolRefusal::Faults(faults));
+        let import = Err(ToolRefusal::of_faults(faults));
         return LibraryTool { position, number, description, kind: String::new(), import };
     };
     let import = match CutterKind::of(&kind) {
         None => Err(ToolRefusal::OtherKind(kind.chars().take(40).collect())),
         Some(cutter) => match read_tool(&tool, cutter, &description) {
             Ok(ReadTool { file, notes, presets }) => Ok(ImportedTool { file, kind: cutter, notes, presets }),
-            Err(faults) => Err(ToolRefusal::Faults(faults)),
+            Err(faults) => Err(ToolRefusal::of_faults(faults)),
         },
     };
     LibraryTool { position, number, description, kind: kind.chars().take(40).collect(), import }

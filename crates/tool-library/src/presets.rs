@@ -36,6 +36,12 @@ impl CuttingPreset {
     }
 }
 
+/// Most presets of a tool. A tool has some for each material.
+const MAX_PRESETS: usize = 1_000;
+
+/// Longest name of a preset, in letters, as of a tool's description.
+const LONGEST_NAME: usize = 120;
+
 /// Reads the presets of a tool with this number of teeth.
 pub(crate) fn presets(
     tool: &Fields<'_>,
@@ -43,7 +49,13 @@ pub(crate) fn presets(
     teeth: Option<u32>,
     faults: &mut Vec<ToolFault>,
 ) -> Vec<CuttingPreset> {
-    let all = tool.part("start-values", faults).parts("presets", faults);
+    let values = tool.part("start-values", faults);
+    let all = values.parts("presets", faults);
+    if all.len() > MAX_PRESETS {
+        let fault = format!("has {} presets, more than {MAX_PRESETS}; delete some in Fusion", all.len());
+        faults.push(ToolFault::new(values.path_of("presets"), fault));
+        return Vec::new();
+    }
     all.iter().map(|preset| of_preset(preset, unit, teeth, faults)).collect()
 }
 
@@ -56,7 +68,9 @@ fn of_preset(preset: &Fields<'_>, unit: LengthUnit, teeth: Option<u32>, faults: 
     // Feeds in the file are rounded to what a control would take, and so are these.
     let feed = |value: f64| (unit.to_mm(value) * 1e3).round() / 1e3;
     CuttingPreset {
-        name: preset.text("name").unwrap_or_else(|| preset.path().to_owned()),
+        name: preset
+            .text("name")
+            .map_or_else(|| preset.path().to_owned(), |name| name.chars().take(LONGEST_NAME).collect()),
         cutting_mm_min: cutting.map(feed),
         approach_mm_min: slow.reduce(f64::min).map(feed),
         spindle_rpm: spindle_rpm.map(|n| (n * 1e3).round() / 1e3),

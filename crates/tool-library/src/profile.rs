@@ -39,8 +39,8 @@ pub(crate) fn cylinder(length_mm: f64, diameter: f64) -> Section {
 /// Shortest section that is kept, mm: shorter ones are rounding.
 const SHORTEST: f64 = 1e-6;
 
-/// Returns the narrowest stack of this length that encloses several stacks that begin at the same
-/// height; what is above the length is cut off, and where a stack has ended it counts for nothing.
+/// Returns the narrowest stack of this length that encloses several stacks with the same lower end.
+/// Cuts them off above the length, and ignores a stack above its own end.
 ///
 /// Between the ends of all sections every profile is a line, so a frustum through the larger
 /// diameters at both ends encloses them.

@@ -4,11 +4,11 @@
 use std::time::Instant;
 
 use facemill_test_kit::Random;
-use facemill_tool_library::{LibraryError, MAX_TOOLS, is_library, read_library};
+use facemill_tool_library::{LibraryError, MAX_FAULTS, MAX_TOOLS, is_library, read_library};
 use facemill_tool_model::ToolAssembly;
 use serde_json::{Value, json};
 
-use crate::kit::{ZipEntry, changed, faults, inch_tool, library, read_one, without, zip};
+use crate::kit::{ZipEntry, changed, faults, imported, inch_tool, library, read_one, without, zip};
 
 #[test]
 fn missing_values_are_named_by_key() {
@@ -18,6 +18,7 @@ fn missing_values_are_named_by_key() {
         "/geometry/LB",
         "/geometry/NOF",
         "/geometry/RE",
+        "/geometry/SFDM",
         "/post-process/number",
         "/unit",
         "/geometry",
@@ -36,12 +37,12 @@ fn missing_values_are_named_by_key() {
     for key in ["geometry.DC", "geometry.LCF", "geometry.LB", "geometry.RE", "geometry.NOF"] {
         assert_eq!(keys.iter().filter(|own| *own == key).count(), 1, "{keys:?}");
     }
-    assert_eq!(read_one(&without("/post-process/number")).label(), "tool at place 1 \"1/2 r1/16 long reach\"");
+    assert_eq!(read_one(&without("/post-process/number")).label(), "tool at position 1 \"1/2 r1/16 long reach\"");
 }
 
 #[test]
 fn wrong_values_are_named_by_key_and_value() {
-    let cases: [(&str, Value, &str, &str); 35] = [
+    let cases: [(&str, Value, &str, &str); 40] = [
         ("/geometry/DC", json!(-0.5), "geometry.DC", "-0.5 in"),
         ("/geometry/DC", json!(0), "geometry.DC", "must be a length"),
         ("/geometry/DC", json!(1e300), "geometry.DC", "10000 mm"),
@@ -70,7 +71,12 @@ fn wrong_values_are_named_by_key_and_value() {
         ("/unit", json!(1), "unit", "\"millimeters\" or \"inches\""),
         ("/holder/unit", json!("furlongs"), "holder.unit", "\"millimeters\" or \"inches\""),
         ("/holder/unit", Value::Null, "holder.unit", "enter the holder's unit"),
-        ("/holder/gaugeLength", json!(80), "holder.gaugeLength", "draw the rest"),
+        ("/expressions", json!({ "tool_unit": "'millimeters'" }), "unit", "expressions.tool_unit is the text"),
+        ("/holder/expressions", json!({ "tool_unit": "inches" }), "holder.unit", "holder.expressions.tool_unit"),
+        ("/holder/gaugeLength", json!(60), "geometry.assemblyGaugeLength", "make 136.2 mm"),
+        ("/geometry/assemblyGaugeLength", json!(5.76), "geometry.assemblyGaugeLength", "make 146.2 mm"),
+        ("/geometry/DCX", json!(0.6), "geometry.DCX", "15.24 mm, more than the diameter 12.7 mm"),
+        ("/start-values", json!({ "presets": vec![json!({}); 1001] }), "start-values.presets", "more than 1000"),
         ("/holder/gaugeLength", json!(-3), "holder.gaugeLength", "-3 mm"),
         ("/holder/segments", json!([{ "height": 5 }]), "holder.segments[0].lower-diameter", "is missing"),
         ("/holder/segments", json!([3]), "holder.segments[0].height", "is missing"),
@@ -95,10 +101,81 @@ fn wrong_values_are_named_by_key_and_value() {
         assert!(keys == ["geometry.RE"] && text.contains(words), "{text}");
     }
     let (keys, text) = faults(&changed(&[("/type", json!("face mill")), ("/geometry/TA", json!(45))]));
-    assert!(keys == ["geometry.TA"] && text.contains("the side leans"), "{text}");
+    assert!(keys == ["geometry.TA"] && text.contains("the side leans") && text.contains("by hand"), "{text}");
+    // Any cutter within the tool's outline would be too small.
+    assert!(!text.contains("encloses"), "{text}");
     let many: Vec<Value> = vec![json!({ "height": 0.01, "lower-diameter": 9, "upper-diameter": 9 }); 1001];
     let (keys, _) = faults(&changed(&[("/holder/segments", json!(many))]));
     assert_eq!(keys, ["holder.segments"]);
+}
+
+/// Fusion takes the value of an expression, so a number beside it must be the same, of whatever
+/// measure.
+#[test]
+fn expressions_agree_with_the_numbers_beside_them() {
+    let keys = [
+        ("tool_diameter", "/geometry/DC", " in"),
+        ("tool_cornerRadius", "/geometry/RE", " in"),
+        ("tool_fluteLength", "/geometry/LCF", " in"),
+        ("tool_bodyLength", "/geometry/LB", " in"),
+        ("tool_overallLength", "/geometry/OAL", " in"),
+        ("tool_shaftDiameter", "/geometry/SFDM", " in"),
+        ("tool_shoulderLength", "/geometry/shoulder-length", " in"),
+        ("tool_assemblyGaugeLength", "/geometry/assemblyGaugeLength", " in"),
+        ("tool_numberOfFlutes", "/geometry/NOF", ""),
+        ("tool_number", "/post-process/number", ""),
+    ];
+    for (name, pointer, unit) in keys {
+        let value = inch_tool().pointer(pointer).and_then(Value::as_f64).expect("a number");
+        let tool = |text: String| changed(&[("/expressions", json!({ name: text }))]);
+        assert_eq!(
+            imported(&tool(format!("{value}{unit}"))),
+            imported(&changed(&[("/expressions", json!({}))])),
+            "{name}"
+        );
+        let bare = imported(&tool(value.to_string()));
+        assert!(bare.notes.iter().all(|note| !note.contains(name)), "{name}");
+        // 1e-4 in is 2.5 µm.
+        let other = if unit.is_empty() { value + 1.0 } else { value + 1e-4 };
+        let (keys, text) = faults(&tool(format!("{other}{unit}")));
+        assert!(
+            keys.contains(&pointer[1..].replace('/', ".")) && text.contains(&format!("expressions.{name} is")),
+            "{text}"
+        );
+        // Another unit than the tool's.
+        if !unit.is_empty() {
+            assert_eq!(imported(&tool(format!("{} mm", value * 25.4))).file, bare.file, "{name}");
+            assert!(read_one(&tool(format!("{value} mm"))).import.is_err(), "{name}");
+        }
+        // Anything else is noted, and the tool is read.
+        let noted = imported(&tool("2 * other".to_owned()));
+        assert!(noted.notes.iter().any(|note| note.contains(&format!("expressions.{name} is"))), "{:?}", noted.notes);
+        assert_eq!(noted.file, bare.file);
+    }
+    // Long tools have the same tolerance as short ones.
+    let long = [("/geometry/OAL", json!(30.0)), ("/expressions", json!({ "tool_overallLength": "30.001 in" }))];
+    assert_eq!(faults(&changed(&long)).0, ["geometry.OAL"]);
+    // Values that are missing, or that only the expression has.
+    for (name, text, key) in [
+        ("tool_shoulderDiameter", "0.7 in", "geometry.shoulder-diameter"),
+        ("tool_maximumCuttingDiameter", "0.7 in", "geometry.DCX"),
+    ] {
+        let (keys, why) = faults(&changed(&[("/expressions", json!({ name: text }))]));
+        assert!(keys == [key] && why.contains("is missing, but"), "{why}");
+    }
+    let leaning = [("/type", json!("face mill")), ("/expressions", json!({ "tool_taperAngle": "45 deg" }))];
+    let (keys, text) = faults(&changed(&leaning));
+    assert!(keys == ["geometry.TA"] && text.contains("is 0, but"), "{text}");
+}
+
+#[test]
+fn a_message_names_twenty_faults_of_a_tool_and_counts_the_rest() {
+    let wrong: Vec<Value> = vec![json!({ "height": -1, "lower-diameter": 1, "upper-diameter": 1 }); 500];
+    let (keys, text) = faults(&changed(&[("/shaft", json!({ "segments": wrong }))]));
+    assert_eq!(keys.len(), MAX_FAULTS);
+    assert!(text.ends_with("; and 480 more") && text.len() < 4000, "{text}");
+    let (_, text) = faults(&without("/geometry/DC"));
+    assert!(!text.contains("more"), "{text}");
 }
 
 fn refusal(bytes: &[u8]) -> String {

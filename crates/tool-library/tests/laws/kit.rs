@@ -83,7 +83,7 @@ pub(crate) fn faults(tool: &Value) -> (Vec<String>, String) {
     let why = read_one(tool).import.expect_err("a fault");
     let text = why.to_string();
     match why {
-        ToolRefusal::Faults(faults) => (faults.into_iter().map(|fault| fault.key).collect(), text),
+        ToolRefusal::Faults { first, .. } => (first.into_iter().map(|fault| fault.key).collect(), text),
         other => panic!("{other}"),
     }
 }

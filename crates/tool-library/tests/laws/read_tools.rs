@@ -5,7 +5,7 @@ use facemill_tool_library::{CutterKind, ToolRefusal, read_library};
 use facemill_tool_model::{Section, SpindleRotation, ToolAssembly};
 use serde_json::{Value, json};
 
-use crate::kit::{ZipEntry, changed, imported, inch_tool, library, read_one, without, zip};
+use crate::kit::{ZipEntry, changed, faults, imported, inch_tool, library, read_one, without, zip};
 
 fn near(a: f64, b: f64) {
     assert!((a - b).abs() < 1e-6, "{a} is not {b}");
@@ -48,7 +48,7 @@ fn an_inch_tool_in_a_millimetre_holder_has_every_measure() {
 }
 
 #[test]
-fn what_a_library_does_not_say_is_assumed_on_the_safe_side() {
+fn what_a_library_does_not_say_is_assumed_and_listed() {
     let tool = imported(&inch_tool());
     // The whole flat, R - r, and a small ramp.
     near(tool.file.dead_core_radius_mm, 6.35 - 1.5875);
@@ -66,6 +66,7 @@ fn what_a_library_does_not_say_is_assumed_on_the_safe_side() {
             ("/geometry/RE", json!(random.between(0.0, 0.5 * diameter))),
             ("/geometry/LCF", json!(20.0)),
             ("/geometry/LB", json!(25.0)),
+            ("/geometry/assemblyGaugeLength", Value::Null),
             ("/expressions", json!({})),
         ];
         let file = imported(&changed(&values)).file;
@@ -75,18 +76,93 @@ fn what_a_library_does_not_say_is_assumed_on_the_safe_side() {
     // A preset permits less.
     let gentle = imported(&changed(&[("/start-values", json!({ "presets": [{ "ramp-angle": 0.5 }] }))]));
     near(gentle.file.max_ramp_angle_deg, 0.5);
-    // What is missing besides is assumed, too.
+    // Other missing values are assumed, too.
     let older = |pointer: &str, key: &str| {
         let tool = imported(&without(pointer));
         assert!(tool.file.assumed.iter().any(|assumed| assumed.key == key), "{pointer}: {:?}", tool.file.assumed);
         tool.file
     };
     older("/geometry/HAND", "spindle_rotation");
-    // Without a gauge length all segments count.
-    near(older("/holder/gaugeLength", "gauge_length_mm").gauge_length_mm, 148.2);
-    // Without a shank diameter the shaft is as wide as the tool's widest place.
-    let bare = older("/geometry/SFDM", "body.sections");
-    near(bare.body.sections.last().expect("a shank").diameter_high_mm, 0.625 * 25.4);
+    // Without any gauge length all segments count.
+    let mut bare = without("/holder/gaugeLength");
+    bare["geometry"].as_object_mut().expect("an object").remove("assemblyGaugeLength");
+    let bare = imported(&bare).file;
+    near(bare.gauge_length_mm, 148.2);
+    assert!(bare.assumed.iter().any(|assumed| assumed.key == "gauge_length_mm"), "{:?}", bare.assumed);
+}
+
+/// The gauge length of the assembly takes the place of the holder's: nothing is assumed then.
+#[test]
+fn the_gauge_length_of_the_assembly_is_taken() {
+    let same = imported(&inch_tool());
+    let mut random = Random(11);
+    let by_assembly = imported(&without("/holder/gaugeLength"));
+    assert_eq!((by_assembly.file, by_assembly.notes), (same.file.clone(), same.notes));
+    for _ in 0..50 {
+        // 3 in below the holder, segments of 72 mm above.
+        let above = random.between(1.0, 72.0);
+        let tool = |own: f64| {
+            changed(&[
+                ("/holder/gaugeLength", json!(own)),
+                ("/geometry/assemblyGaugeLength", json!((76.2 + above) / 25.4)),
+            ])
+        };
+        let file = imported(&tool(above)).file;
+        near(file.gauge_length_mm, 76.2 + above);
+        let mut alone = tool(above);
+        alone["holder"].as_object_mut().expect("a holder").remove("gaugeLength");
+        let alone = imported(&alone).file;
+        near(alone.gauge_length_mm, 76.2 + above);
+        assert_eq!(alone.assumed, same.file.assumed);
+        let (keys, text) = faults(&tool(above - 0.02));
+        assert!(keys == ["geometry.assemblyGaugeLength"] && text.contains("correct the wrong one"), "{text}");
+    }
+    // The segments must reach the gauge line, and the gauge line be above the nose.
+    for (assembly, words) in [(6.0, "draw the rest"), (3.0, "no more than the length below the holder")] {
+        let mut alone = changed(&[("/geometry/assemblyGaugeLength", json!(assembly))]);
+        alone["holder"].as_object_mut().expect("a holder").remove("gaugeLength");
+        let (keys, text) = faults(&alone);
+        assert!(keys == ["geometry.assemblyGaugeLength"] && text.contains(words), "{text}");
+    }
+    let mut short = changed(&[("/holder/gaugeLength", json!(80))]);
+    short["geometry"].as_object_mut().expect("an object").remove("assemblyGaugeLength");
+    let (keys, text) = faults(&short);
+    assert!(keys == ["holder.gaugeLength"] && text.contains("draw the rest"), "{text}");
+}
+
+/// A shaft that the library does not describe is not guessed.
+#[test]
+fn a_shaft_has_a_diameter_all_the_way() {
+    let (keys, text) = faults(&without("/geometry/SFDM"));
+    assert!(keys == ["geometry.SFDM"] && text.contains("enter the shaft diameter"), "{text}");
+    assert_eq!(faults(&changed(&[("/geometry/SFDM", json!(0))])).0, ["geometry.SFDM"]);
+    // Segments that reach the holder describe it: 2 in above the flute.
+    let whole = |height: f64| {
+        let mut tool = without("/geometry/SFDM");
+        tool["shaft"] = json!({ "segments": [
+            { "height": 1.5, "lower-diameter": 0.48, "upper-diameter": 0.48 },
+            { "height": height, "lower-diameter": 0.48, "upper-diameter": 0.75 }
+        ] });
+        tool
+    };
+    let file = imported(&whole(0.5)).file;
+    assert_eq!(file.body.sections.len(), 2);
+    is_section(&file.body.sections[1], 12.7, 12.192, 19.05);
+    assert!(file.assumed.iter().all(|assumed| assumed.key != "body.sections"));
+    // Up to rounding, and no farther.
+    near(imported(&whole(0.4999)).file.body.length_mm(), 50.8);
+    assert_eq!(faults(&whole(0.499)).0, ["geometry.SFDM"]);
+    // Without a length above the flute there is no shaft.
+    let mut none = changed(&[("/geometry/LCF", json!(3.0)), ("/expressions", json!({}))]);
+    none["geometry"].as_object_mut().expect("an object").remove("SFDM");
+    assert!(imported(&none).file.body.sections.is_empty());
+}
+
+#[test]
+fn a_narrow_ring_around_an_assumed_core_is_noted() {
+    let notes = |corner: f64| imported(&changed(&[("/geometry/RE", json!(corner / 25.4))])).notes;
+    let is_noted = |corner: f64| notes(corner).iter().any(|note| note.contains("give dead_core_radius_mm"));
+    assert!(is_noted(0.0) && is_noted(0.4) && !is_noted(0.6) && !is_noted(6.35));
 }
 
 #[test]
@@ -160,11 +236,17 @@ fn units_change_no_measure() {
     let file = imported(&inches).file;
     is_section(&file.holder.sections[0], 50.8, 38.1, 63.5);
     near(file.gauge_length_mm, 127.0);
-    // Without a unit of its own it has the tool's, which is assumed.
+    // Without a unit of its own it has the tool's, if both gauge lengths say so.
     inches["holder"].as_object_mut().expect("a holder").remove("unit");
-    let file = imported(&inches).file;
-    near(file.gauge_length_mm, 127.0);
-    assert!(file.assumed.iter().any(|assumed| assumed.key == "holder.sections"));
+    let unnamed = imported(&inches);
+    assert_eq!(unnamed.file, file);
+    assert!(unnamed.notes.iter().any(|note| note.contains("no unit")), "{:?}", unnamed.notes);
+    for (part, key) in [("geometry", "assemblyGaugeLength"), ("holder", "gaugeLength")] {
+        let mut open = inches.clone();
+        open[part].as_object_mut().expect("an object").remove(key);
+        let (keys, text) = faults(&open);
+        assert!(keys == ["holder.unit"] && text.contains("enter the holder's unit"), "{text}");
+    }
 }
 
 /// Segments of a shaft begin at the end of the flute or of the shoulder: the body has room for
