@@ -137,7 +137,7 @@ fn faults_name_file_tool_and_key_and_nothing_is_written() {
     assert!(!job.path("tools").exists());
     let skipped = tool(&["import", &place, "--all", "--skip-faulty", "--out", &out]);
     assert!(skipped.code == 0 && skipped.prints(&["1 tool(s) written, 2 not read"]), "{}", skipped.errors);
-    // Three tools have the number: all are meant, and faults of any are refused.
+    // Three tools have the number: all are selected, and faults of any are refused.
     let refused = tool(&["import", &place, "--number", "7", "--out", &text(&job.path("other"))]);
     assert!(refused.is_refused_for(&[first]), "{}", refused.errors);
     let refused = tool(&["import", &place, "--number", "8", "--out", &out]);
@@ -224,14 +224,86 @@ fn tools_are_listed_shown_and_drawn() {
     }
     assert!(tool(&["show", &library]).is_refused_for(&["has 3 tools", "--number"]));
     assert!(tool(&["show", &ours, "--number", "8"]).is_refused_for(&["has tool 7, not 8"]));
+    // A file that cannot be read does not end the list of its folder.
+    std::fs::File::create(job.path("tools/large.json")).and_then(|file| file.set_len(65 << 20)).expect("a file");
+    let listed = tool(&["list", &out]);
+    assert!(
+        listed.code == 0 && listed.prints(&["not read", "large.json", "64"]),
+        "{}{}",
+        listed.printed,
+        listed.errors
+    );
+    assert!(listed.prints(&["Face mill 40 / r1.5"]), "{}", listed.printed);
     let pictures = ["a.svg", "b.svg"].map(|name| text(&job.path(name)));
     assert_eq!(tool(&["draw", &ours, "-o", &pictures[0]]).code, 0);
     assert_eq!(tool(&["draw", &library, "--number", "7", "-o", &pictures[1]]).code, 0);
+    let again = ["draw", &ours, "-o", &pictures[0]];
+    assert!(tool(&again).is_refused_for(&["a.svg", "exists", "--force"]));
+    assert_eq!(tool(&[&again[..], &["--force"]].concat()).code, 0);
     let [a, b] = pictures.map(|path| std::fs::read_to_string(path).expect("a picture"));
     assert_eq!(a, b);
     for label in ["Ø 40<", "r 1.5<", "flute length 3<", "stick-out 16<", "gauge length 136<"] {
         assert!(a.contains(label), "{label}");
     }
+}
+
+/// Tools of one number are chosen by their position, and an import of all names them.
+#[test]
+fn tools_of_one_number_are_chosen_by_position() {
+    let job = JobFolder::of(&[]);
+    let other = changed(&[("/description", json!("second"))]);
+    job.write("library.json", &library(&[face_mill(), other, changed(&[("/post-process/number", json!(9))])]));
+    let (place, out) = (text(&job.path("library.json")), text(&job.path("tools")));
+    assert!(tool(&["show", &place, "--number", "7"]).is_refused_for(&["2 tools with number 7", "1, 2", "--position"]));
+    assert!(tool(&["show", &place, "--position", "2"]).prints(&["tool 7 \"second\""]));
+    assert!(tool(&["list", &place]).prints(&["2", "7", "second"]));
+    for wrong in ["0", "4"] {
+        let refused = tool(&["show", &place, "--position", wrong]);
+        assert!(refused.is_refused_for(&[&format!("no tool at position {wrong}"), "3 tools"]), "{}", refused.errors);
+    }
+    let picture = text(&job.path("tool.svg"));
+    assert_eq!(tool(&["draw", &place, "--position", "2", "-o", &picture]).code, 0);
+    let all = tool(&["import", &place, "--all", "--out", &out]);
+    assert!(all.code == 0 && all.prints(&["note: tools at positions 1, 2 all have number 7"]), "{}", all.printed);
+    let one = text(&job.path("one"));
+    let done = tool(&["import", &place, "--position", "2", "--position", "3", "--out", &one]);
+    assert!(done.code == 0 && !done.printed.contains("note: tools at"), "{}{}", done.printed, done.errors);
+    assert_eq!(names(&job.path("one")), ["t7-second.json", "t9-face-mill-40-r1-5.json"]);
+}
+
+#[test]
+fn a_report_replaces_no_file() {
+    let job = workshop();
+    let (library, out) = (text(&job.path("library.json")), text(&job.path("tools")));
+    let import = |report: &str, more: &[&str]| {
+        tool(&[&["import", &library, "--all", "--out", &out, "--report", report][..], more].concat())
+    };
+    // The folder of the tools does not exist yet, then it does.
+    let ours = text(&job.path("tools/./T7-face-mill-40-r1-5.json"));
+    assert!(import(&ours, &[]).is_refused_for(&["is a tool file of this import"]));
+    assert!(!job.path("tools").exists());
+    std::fs::create_dir(job.path("tools")).expect("a folder");
+    assert!(import(&ours, &["--force"]).is_refused_for(&["is a tool file of this import"]));
+    let report = job.path("report.txt");
+    std::fs::write(&report, b"mine").expect("a file");
+    assert!(import(&text(&report), &[]).is_refused_for(&["report.txt", "exists", "--force"]));
+    assert_eq!(std::fs::read(&report).expect("a file"), b"mine");
+    assert!(names(&job.path("tools")).is_empty());
+    assert_eq!(import(&text(&report), &["--force"]).code, 0);
+    assert_ne!(std::fs::read(&report).expect("a file"), b"mine");
+}
+
+/// The picture of the page is that of the command on the page.
+#[test]
+fn the_picture_of_a_tool_is_drawn_anew() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let job = JobFolder::of(&[]);
+    let picture = text(&job.path("tool.svg"));
+    let drawn = tool(&["draw", &text(&root.join("assets/propeller/tool.json")), "-o", &picture]);
+    assert_eq!(drawn.code, 0, "{}", drawn.errors);
+    let stored = std::fs::read_to_string(root.join("docs/pictures/tool.svg")).expect("a picture");
+    let hint = "facemill tool draw assets/propeller/tool.json -o docs/pictures/tool.svg --force";
+    assert!(std::fs::read_to_string(&picture).expect("a picture") == stored, "draw it anew: {hint}");
 }
 
 /// Words T, P, Z and D of the rows of a LinuxCNC table.
@@ -258,19 +330,22 @@ fn tables_have_the_tools_that_are_named() {
     assert_eq!(written.code, 0, "{}", written.errors);
     let ours = std::fs::read_to_string(&table).expect("a table");
     assert_eq!(rows(&ours), [[7.0, 7.0, 136.0, 40.0], [12.0, 12.0, 180.0, 16.0]]);
-    // The order of the files is none of the table, and without a file it is printed.
+    // The table does not depend on the order of the files, and is printed without --out.
     let printed = tool(&["table", &tools[1], &tools[0], "--dialect", "linuxcnc"]);
     assert_eq!(printed.printed, ours);
     let inches = tool(&["table", &tools[0], "--dialect", "linuxcnc", "--unit", "inch"]);
     assert!((rows(&inches.printed)[0][2] * 25.4 - 180.0).abs() < 1e-4, "{}", inches.printed);
-    let siemens = tool(&["table", &tools[1], "--dialect", "siemens"]);
+    let siemens = tool(&["table", &tools[1], "--dialect", "siemens_840d"]);
     for line in [
         "$TC_DP1[7,1]=121",
         "$TC_DP3[7,1]=136.0000",
+        "$TC_DP4[7,1]=0",
+        "$TC_DP5[7,1]=0",
         "$TC_DP6[7,1]=20.0000",
         "$TC_DP7[7,1]=1.5000",
         "M17",
-        "$TC_TP2[7]=\"Face mill 40 / r1.5\"",
+        "$TC_TP2[7]=\"7\"",
+        "; T7 Face mill 40 / r1.5",
     ] {
         assert!(siemens.printed.lines().any(|own| own == line), "{line}:\n{}", siemens.printed);
     }
@@ -278,11 +353,33 @@ fn tables_have_the_tools_that_are_named() {
     assert!(tool(&again).is_refused_for(&["tool.tbl", "exists", "--force"]));
     assert_eq!(std::fs::read_to_string(&table).expect("a table"), ours);
     assert_eq!(tool(&[&again[..], &["--force"]].concat()).code, 0);
-    assert!(tool(&["table", &tools[0], &tools[0], "--dialect", "siemens"]).is_refused_for(&["both have number 12"]));
+    assert!(
+        tool(&["table", &tools[0], &tools[0], "--dialect", "siemens_840d"]).is_refused_for(&["both have number 12"])
+    );
     assert!(tool(&["table", &library, "--dialect", "siemens"]).is_refused_for(&["is a tool library"]));
 }
 
-/// The rows of ours have the words that a table of the control's own examples has.
+/// A table refuses a gauge length that nobody measured, naming the file: the program's own check of
+/// the length could not find it.
+#[test]
+fn assumed_lengths_are_in_no_table() {
+    let job = JobFolder::of(&[]);
+    let mut open = changed(&[("/post-process/number", json!(9)), ("/post-process/length-offset", json!(9))]);
+    open["holder"].as_object_mut().expect("a holder").remove("gaugeLength");
+    job.write("library.json", &library(&[face_mill(), open]));
+    let out = text(&job.path("tools"));
+    assert_eq!(tool(&["import", &text(&job.path("library.json")), "--all", "--out", &out]).code, 0);
+    let tools = ["t7-face-mill-40-r1-5.json", "t9-face-mill-40-r1-5.json"];
+    let [sound, open] = tools.map(|name| text(&job.path("tools").join(name)));
+    for dialect in ["linuxcnc", "siemens_840d"] {
+        let refused = tool(&["table", &sound, &open, "--dialect", dialect]);
+        let words = ["t9-face-mill-40-r1-5.json", "tool 9 \"Face mill", "\"gauge_length_mm\" is under \"assumed\""];
+        assert!(refused.is_refused_for(&words), "{}", refused.errors);
+        assert_eq!(tool(&["table", &sound, "--dialect", dialect]).code, 0);
+    }
+}
+
+/// Our rows have the words of a row in the control's own example tables.
 #[test]
 fn a_table_of_linuxcnc_is_read_alike() {
     let Some(table) = shared("data/tools/5axis.tbl") else { return };

@@ -9,7 +9,7 @@ use facemill::tool_library::{TableUnit, linuxcnc_table, siemens_tool_data};
 use facemill::tool_model::ToolAssembly;
 use facemill::{Failure, files};
 
-use crate::cli::equipment::tool_files::{ToolsOfFile, fault_of, files_at, read_one, read_tools};
+use crate::cli::equipment::tool_files::{ToolChoice, ToolsOfFile, check_new, fault_of, files_at, read_one, read_tools};
 use crate::cli::equipment::tool_import::{self, ImportArguments};
 use crate::cli::equipment::tool_text::{measures, remarks, row, table};
 use crate::cli::output::say;
@@ -28,20 +28,21 @@ pub(crate) enum ToolCommand {
     Show {
         /// Tool file, or tool library of Fusion (.json, .tools)
         file: PathBuf,
-        /// Number of the tool in a library
-        #[arg(long, value_name = "N")]
-        number: Option<u32>,
+        #[command(flatten)]
+        choice: ToolChoice,
     },
     /// Draws a tool assembly with its dimensions (SVG)
     Draw {
         /// Tool file, or tool library of Fusion (.json, .tools)
         file: PathBuf,
-        /// Number of the tool in a library
-        #[arg(long, value_name = "N")]
-        number: Option<u32>,
+        #[command(flatten)]
+        choice: ToolChoice,
         /// Output file
         #[arg(short, long, value_name = "FILE")]
         out: PathBuf,
+        /// Replace an output file that exists
+        #[arg(long)]
+        force: bool,
     },
     /// Writes the tool table of a control
     Table {
@@ -70,7 +71,7 @@ pub(crate) enum TableDialect {
     #[value(name = "linuxcnc")]
     LinuxCnc,
     /// Program that sets tool data ($TC_DP…)
-    #[value(alias = "siemens_840d")]
+    #[value(name = "siemens_840d", alias = "siemens")]
     Siemens,
 }
 
@@ -84,8 +85,8 @@ pub(crate) fn run(command: ToolCommand) -> Result<ExitCode, Failure> {
     match command {
         ToolCommand::Import(arguments) => tool_import::run(&arguments),
         ToolCommand::List { files } => list(&files),
-        ToolCommand::Show { file, number } => show(&file, number),
-        ToolCommand::Draw { file, number, out } => draw(&file, number, &out),
+        ToolCommand::Show { file, choice } => show(&file, &choice),
+        ToolCommand::Draw { file, choice, out, force } => draw(&file, &choice, &out, force),
         ToolCommand::Table { tools, dialect, unit, out, force } => {
             write_table(&tools, dialect, unit, out.as_deref(), force)
         }
@@ -101,12 +102,12 @@ fn list(paths: &[PathBuf]) -> Result<ExitCode, Failure> {
         for file in found {
             let name = file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
             match read_tools(&file) {
-                Ok(ToolsOfFile::Tool(tool)) => rows.push(row(&tool.to_file(), None, &name)),
+                Ok(ToolsOfFile::Tool(tool)) => rows.push(row(&tool.to_file(), None, None, &name)),
                 Ok(ToolsOfFile::Library(tools)) => {
                     for tool in &tools {
                         match &tool.import {
                             Ok(read) => {
-                                rows.push(row(&read.file, Some(read.kind), &name));
+                                rows.push(row(&read.file, Some(read.kind), Some(tool.position), &name));
                                 let remarks = remarks(tool);
                                 if !remarks.is_empty() {
                                     below.push_str(&format!("{}:\n{remarks}", tool.label()));
@@ -131,16 +132,17 @@ fn list(paths: &[PathBuf]) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn show(path: &Path, number: Option<u32>) -> Result<ExitCode, Failure> {
-    let one = read_one(path, number)?;
+fn show(path: &Path, choice: &ToolChoice) -> Result<ExitCode, Failure> {
+    let one = read_one(path, choice)?;
     let kind = one.library_tool.as_ref().and_then(|tool| Some(tool.import.as_ref().ok()?.kind));
     say(&measures(&one.tool, kind))?;
     say(&one.library_tool.as_ref().map(remarks).unwrap_or_default())?;
     Ok(ExitCode::SUCCESS)
 }
 
-fn draw(path: &Path, number: Option<u32>, out: &Path) -> Result<ExitCode, Failure> {
-    let one = read_one(path, number)?;
+fn draw(path: &Path, choice: &ToolChoice, out: &Path, force: bool) -> Result<ExitCode, Failure> {
+    let one = read_one(path, choice)?;
+    check_new(out, force)?;
     files::write_one(out, assembly_svg(&one.tool).into_bytes())?;
     say(&format!("{}: tool {} \"{}\"\n", out.display(), one.tool.number(), one.tool.name()))?;
     Ok(ExitCode::SUCCESS)
@@ -168,7 +170,10 @@ fn write_table(
         TableDialect::LinuxCnc => linuxcnc_table(&tools, unit),
         TableDialect::Siemens => siemens_tool_data(&tools, unit),
     };
-    let text = text.map_err(|e| Failure::input(&paths[0], e))?;
+    let text = text.map_err(|e| {
+        let at_fault = tools.iter().rposition(|tool| Some(tool.number()) == e.number());
+        Failure::input(&paths[at_fault.unwrap_or(0)], e)
+    })?;
     let Some(out) = out else {
         say(&text)?;
         return Ok(ExitCode::SUCCESS);

@@ -10,7 +10,9 @@ use facemill::tool_library::{LibraryTool, ToolRefusal};
 use facemill::tool_model::{ToolAssembly, ToolFile};
 use facemill::{Failure, files};
 
-use crate::cli::equipment::tool_files::{fault_of, is_tool_file, read_library_file, with_number};
+use crate::cli::equipment::tool_files::{
+    at_position, check_new, fault_of, first_of, is_tool_file, read_library_file, with_number,
+};
 use crate::cli::equipment::tool_text::{measures, remarks};
 use crate::cli::output::say;
 
@@ -19,8 +21,11 @@ pub(crate) struct ImportArguments {
     /// Tool library that Fusion exported (.json, .tools)
     library: PathBuf,
     /// Number of a tool; can be given several times
-    #[arg(long, value_name = "N", required_unless_present = "all", conflicts_with = "all")]
+    #[arg(long, value_name = "N", required_unless_present_any = ["all", "position"], conflicts_with = "all")]
     number: Vec<u32>,
+    /// Position of a tool in the library, as `tool list` prints it; can be given several times
+    #[arg(long, value_name = "N", conflicts_with = "all")]
+    position: Vec<usize>,
     /// All tools of types that are read
     #[arg(long)]
     all: bool,
@@ -30,7 +35,7 @@ pub(crate) struct ImportArguments {
     /// Folder to write to
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Replace tool files that exist
+    /// Replace tool files and a report that exist
     #[arg(long)]
     force: bool,
     /// Write the report to this file, too
@@ -62,12 +67,15 @@ pub(crate) fn run(arguments: &ImportArguments) -> Result<ExitCode, Failure> {
     if outputs.is_empty() {
         return Err(Failure::input(
             library,
-            format!("has no tool that is read:\n  {}", report.trim_end().replace('\n', "\n  ")),
+            format!("has no sound tool of a supported type:\n  {}", report.trim_end().replace('\n', "\n  ")),
         ));
     }
     outputs.iter().try_for_each(|(name, _)| check_replaced(&arguments.out.join(name), arguments.force))?;
-    files::check_outputs(arguments.report.as_deref())?;
+    if let Some(report) = &arguments.report {
+        check_report(report, &arguments.out, &outputs, arguments.force)?;
+    }
     files::check_folder(&arguments.out)?;
+    report.push_str(&equal_numbers(&tools));
     let n = outputs.len();
     report.push_str(&format!(
         "{n} tool(s) written, {} not read; replace what is assumed by the tools' own values\n",
@@ -81,7 +89,38 @@ pub(crate) fn run(arguments: &ImportArguments) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Returns the tools that are meant.
+/// Refuses a report in the place of a file that exists or of a tool file of this import.
+fn check_report(report: &Path, out: &Path, outputs: &[(String, Vec<u8>)], force: bool) -> Result<(), Failure> {
+    files::check_outputs([report])?;
+    let named = report.file_name().map(|name| name.to_string_lossy().to_lowercase()).unwrap_or_default();
+    // The folder may not exist yet, so its path is compared, too.
+    let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    for (name, _) in outputs.iter().filter(|(name, _)| name.to_lowercase() == named) {
+        let tool_file = absolute(&out.join(name));
+        if files::check_outputs([tool_file.as_path(), &absolute(report)]).is_err() {
+            return Err(Failure::input(report, "is a tool file of this import; give the report a name of its own"));
+        }
+    }
+    check_new(report, force)
+}
+
+/// Returns a note for each number that several of the written tools have.
+fn equal_numbers(tools: &[LibraryTool]) -> String {
+    let mut positions: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+    for tool in tools.iter().filter(|tool| tool.import.is_ok()) {
+        positions.entry(tool.number.unwrap_or_default()).or_default().push(tool.position);
+    }
+    let note = |(number, positions): (&u32, &Vec<usize>)| {
+        let list = first_of(positions.iter());
+        format!(
+            "note: tools at positions {list} all have number {number}; give them different numbers before one machine \
+             holds them\n"
+        )
+    };
+    positions.iter().filter(|(_, positions)| positions.len() > 1).map(note).collect()
+}
+
+/// Returns the selected tools in the order of the library.
 fn wanted(arguments: &ImportArguments, tools: Vec<LibraryTool>) -> Result<Vec<LibraryTool>, Failure> {
     if arguments.all {
         return Ok(tools);
@@ -89,6 +128,9 @@ fn wanted(arguments: &ImportArguments, tools: Vec<LibraryTool>) -> Result<Vec<Li
     let mut wanted = Vec::new();
     for &number in &arguments.number {
         wanted.extend(with_number(&arguments.library, &tools, number)?);
+    }
+    for &position in &arguments.position {
+        wanted.push(at_position(&arguments.library, &tools, position)?);
     }
     wanted.sort_by_key(|tool| tool.position);
     wanted.dedup_by_key(|tool| tool.position);
@@ -126,9 +168,7 @@ fn check_replaced(path: &Path, force: bool) -> Result<(), Failure> {
     if path.symlink_metadata().is_err() {
         return Ok(());
     }
-    if !force {
-        return Err(Failure::input(path, "exists; --force replaces it"));
-    }
+    check_new(path, force)?;
     // An unreadable file is reported by the write.
     if path.is_file() && std::fs::read(path).is_ok_and(|bytes| !is_tool_file(&bytes)) {
         return Err(Failure::input(path, "exists and is no tool file; move it, or give another folder"));

@@ -14,15 +14,20 @@ fn one_line(name: &str) -> String {
     name.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
+/// Number of columns of the table of tools.
+const COLUMNS: usize = 11;
+
 /// Headings of the table of tools.
-const HEADINGS: [&str; 10] = ["T", "name", "kind", "D", "r", "flute", "stick-out", "gauge", "teeth", "file"];
+const HEADINGS: [&str; COLUMNS] =
+    ["position", "T", "name", "kind", "D", "r", "flute", "stick-out", "gauge", "teeth", "file"];
 
 /// Columns of the table that hold numbers.
-const NUMBERS: [bool; 10] = [true, false, false, true, true, true, true, true, true, false];
+const NUMBERS: [bool; COLUMNS] = [true, true, false, false, true, true, true, true, true, true, false];
 
-/// Returns a row of the table of tools.
-pub(crate) fn row(file: &ToolFile, kind: Option<CutterKind>, from: &str) -> [String; 10] {
+/// Returns a row of the table of tools, with the tool's position in its library if it has one.
+pub(crate) fn row(file: &ToolFile, kind: Option<CutterKind>, position: Option<usize>, from: &str) -> [String; COLUMNS] {
     [
+        position.map(|position| position.to_string()).unwrap_or_default(),
         file.number.to_string(),
         one_line(&file.name),
         kind.map_or_else(|| shape_of(file), name_of).to_owned(),
@@ -59,16 +64,16 @@ fn shape_of(file: &ToolFile) -> &'static str {
 }
 
 /// Returns a table of rows, lengths in mm.
-pub(crate) fn table(rows: &[[String; 10]]) -> String {
-    let widths: Vec<usize> = (0..10)
+pub(crate) fn table(rows: &[[String; COLUMNS]]) -> String {
+    let widths: Vec<usize> = (0..COLUMNS)
         .map(|k| rows.iter().map(|row| row[k].chars().count()).fold(HEADINGS[k].chars().count(), usize::max))
         .collect();
-    let line = |cells: &[String; 10]| {
+    let line = |cells: &[String; COLUMNS]| {
         let cell = |k: usize| {
             let pad = " ".repeat(widths[k] - cells[k].chars().count());
             if NUMBERS[k] { format!("{pad}{}", cells[k]) } else { format!("{}{pad}", cells[k]) }
         };
-        format!("{}\n", (0..10).map(cell).collect::<Vec<_>>().join("  ").trim_end())
+        format!("{}\n", (0..COLUMNS).map(cell).collect::<Vec<_>>().join("  ").trim_end())
     };
     std::iter::once(&HEADINGS.map(str::to_owned)).chain(rows).map(line).collect()
 }
