@@ -43,7 +43,7 @@ use crate::packed::{Arrays, NumberArray};
 use crate::postures::postures;
 use crate::program_text::{operation_lines, pass_lines};
 use crate::stock::{KeyedStock, PartDeviation, keyed_stock, part_deviation};
-use crate::verdict::{Moves, finding_faults, verdict};
+use crate::verdict::{AssumedValues, Moves, finding_faults, verdict};
 
 /// Sources of a page.
 pub struct PageSource<'a> {
@@ -200,7 +200,7 @@ impl PageScene<'_> {
             format: PAGE_FORMAT,
             facemill: env!("CARGO_PKG_VERSION"),
             job: job.file.name.clone(),
-            verdict: verdict(&source.result, moves, machine.assumed.len()),
+            verdict: verdict(&source.result, moves, &self.assumed_values(&machine)),
             finding_faults: finding_faults(&source.result),
             machine,
             setup: SetupData {
@@ -384,6 +384,11 @@ impl PageScene<'_> {
         }
         let files = self.heads.iter().map(|(_, tool)| tool.to_file());
         files.map(|file| ToolData { length_place: length_place(dialect, &file), file, times }).collect()
+    }
+
+    fn assumed_values(&self, machine: &MachineData) -> AssumedValues {
+        let of_tool = |(_, tool): &(_, &ToolAssembly)| tool.to_file().assumed.into_iter().map(|one| one.key);
+        AssumedValues { n_machine: machine.assumed.len(), tool_keys: self.heads.iter().flat_map(of_tool).collect() }
     }
 
     fn motion(

@@ -17,9 +17,21 @@ pub(crate) enum Moves {
     Some,
 }
 
+/// Values that nobody measured.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct AssumedValues {
+    /// Number of those of the machine.
+    pub(crate) n_machine: usize,
+    /// Keys of those of the tools.
+    pub(crate) tool_keys: Vec<String>,
+}
+
+/// Most keys of assumed values that a note names.
+const MOST_KEYS: usize = 8;
+
 /// Returns the verdict that a report or a verification gives, as its file says it, on a program
-/// with these motions, for a machine with a number of assumed values.
-pub(crate) fn verdict(result: &Value, moves: Moves, n_assumed: usize) -> Verdict {
+/// with these motions, for a machine and tools with assumed values.
+pub(crate) fn verdict(result: &Value, moves: Moves, assumed: &AssumedValues) -> Verdict {
     let faults = finding_faults(result).into_iter().filter(|is_fault| *is_fault).count();
     let exceeds_gouge = result.pointer("/deviation/exceeds_gouge_limit") == Some(&Value::Bool(true));
     let mut because = Vec::new();
@@ -50,7 +62,7 @@ pub(crate) fn verdict(result: &Value, moves: Moves, n_assumed: usize) -> Verdict
     }
     because.extend(incomplete);
     because.extend(untested);
-    Verdict { state, stamp: state.stamp(), because, notes: notes(result, n_assumed) }
+    Verdict { state, stamp: state.stamp(), because, notes: notes(result, assumed) }
 }
 
 /// Returns a verdict as one line for a terminal: stamp, reasons and notes.
@@ -61,7 +73,7 @@ pub fn stamp_line(verdict: &Verdict) -> String {
 }
 
 /// Returns what is no fault and yet has to be looked at.
-fn notes(result: &Value, n_assumed: usize) -> Vec<String> {
+fn notes(result: &Value, assumed: &AssumedValues) -> Vec<String> {
     let is_near_miss = |f: &&Value| f.get("kind").and_then(Value::as_str) == Some("near_miss");
     let counted = |n: usize, one: &str, many: &str| {
         let text = if n == 1 { format!("1 {one}") } else { format!("{n} {many}") };
@@ -72,7 +84,12 @@ fn notes(result: &Value, n_assumed: usize) -> Vec<String> {
     let all = [
         counted(near_misses, "near miss", "near misses"),
         counted(assumptions, "assumption to check", "assumptions to check"),
-        counted(n_assumed, "assumed value of the machine", "assumed values of the machine"),
+        counted(assumed.n_machine, "assumed value of the machine", "assumed values of the machine"),
+        counted(assumed.tool_keys.len(), "assumed value of the tool", "assumed values of the tool").map(|text| {
+            let more = if assumed.tool_keys.len() > MOST_KEYS { ", …" } else { "" };
+            let named: Vec<&str> = assumed.tool_keys.iter().take(MOST_KEYS).map(String::as_str).collect();
+            format!("{text} ({}{more})", named.join(", "))
+        }),
     ];
     all.into_iter().flatten().collect()
 }

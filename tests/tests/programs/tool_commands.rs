@@ -119,8 +119,17 @@ fn an_imported_tool_is_one_that_a_job_takes() {
     assert_eq!(checked.code, 0, "{}", checked.errors);
     let words = ["tool T7", "R 20 mm, r 1.5 mm", "136.0 mm from gauge line", "assumed: dead_core_radius_mm"];
     assert!(checked.prints(&words), "{}", checked.printed);
-    let planned = job.plan();
-    assert!(planned.is_clean(), "{}", facemill::summary(&planned.report));
+    // It plans a program without faults, whose page names the assumed values, too.
+    let written = facemill_in(&job, &format!("plan job.json --out {}", text(&job.path("pages"))));
+    assert_eq!(written.code, 0, "{}", written.errors);
+    let is_page = |name: &&String| name.ends_with(".html");
+    let files = names(&job.path("pages"));
+    assert!(files.iter().any(|name| name == "program.nc"), "{files:?}");
+    let pages: Vec<&String> = files.iter().filter(is_page).collect();
+    let noted = "4 assumed values of the tool (dead_core_radius_mm, max_ramp_angle_deg, ";
+    let has_note =
+        |name: &&String| std::fs::read_to_string(job.path("pages").join(name)).expect("a page").contains(noted);
+    assert!(!pages.is_empty() && pages.iter().any(has_note), "{pages:?}");
 }
 
 #[test]

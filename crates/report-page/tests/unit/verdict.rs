@@ -4,7 +4,7 @@ use super::*;
 
 /// The verdict on a program that moves, for a machine without assumed values.
 fn verdict(result: &Value) -> Verdict {
-    super::verdict(result, Moves::Some, 0)
+    super::verdict(result, Moves::Some, &AssumedValues::default())
 }
 
 #[test]
@@ -60,21 +60,27 @@ fn a_program_that_was_not_run_is_not_good_and_one_that_misses_the_job_is_incompl
 fn a_program_without_motion_is_not_verified_and_has_no_good_stamp() {
     let result = json!({ "verified": true, "findings": [] });
     for (moves, why) in [(Moves::None, "moves no axis"), (Moves::NotFollowed, "can be followed")] {
-        let found = super::verdict(&result, moves, 0);
+        let found = super::verdict(&result, moves, &AssumedValues::default());
         assert_eq!(found.state, VerdictState::NotVerified);
         assert!(found.because.iter().any(|b| b.contains(why)), "{:?}", found.because);
     }
     let faulty = json!({ "findings": [{ "kind": "gouge" }] });
-    assert_eq!(super::verdict(&faulty, Moves::None, 0).state, VerdictState::Faulty);
+    assert_eq!(super::verdict(&faulty, Moves::None, &AssumedValues::default()).state, VerdictState::Faulty);
 }
 
 #[test]
 fn a_stamp_names_near_misses_assumptions_and_assumed_values() {
     let near = json!({ "kind": "near_miss" });
     let result = json!({ "findings": [near, near, near], "assumptions": [{ "text": "a" }] });
-    let found = super::verdict(&result, Moves::Some, 2);
+    let keys = |n: usize| (0..n).map(|k| format!("key_{k}")).collect();
+    let of_tool = |n: usize| super::verdict(&result, Moves::Some, &AssumedValues { n_machine: 2, tool_keys: keys(n) });
+    let found = of_tool(0);
     assert_eq!(found.state, VerdictState::Good);
     assert_eq!(found.notes, ["3 near misses", "1 assumption to check", "2 assumed values of the machine"]);
     let line = "VERIFIED: NO FAULT FOUND; 3 near misses; 1 assumption to check; 2 assumed values of the machine";
     assert_eq!(stamp_line(&found), line);
+    let note = |n: usize| of_tool(n).notes.pop();
+    assert_eq!(note(1).as_deref(), Some("1 assumed value of the tool (key_0)"));
+    assert_eq!(note(2).as_deref(), Some("2 assumed values of the tool (key_0, key_1)"));
+    assert!(note(9).is_some_and(|text| text.starts_with("9 ") && text.ends_with("key_7, …)")));
 }
