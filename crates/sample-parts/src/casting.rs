@@ -68,8 +68,9 @@ const TETRAHEDRA: [[[usize; 3]; 4]; 6] = [
     [[0, 0, 0], [0, 0, 1], [0, 1, 1], [1, 1, 1]],
 ];
 
-/// Returns the casting of closed solids, which may overlap, mm: one closed surface, at the distance
-/// from the part that the allowance has there, with rounded edges.
+/// Returns the casting of closed solids, which may overlap, mm: the closed surface at the distance
+/// from the part that the allowance has there, with rounded edges; one around all of what overlaps
+/// or comes near.
 ///
 /// The surface is that of a function on a cubic lattice of `cell` mm. Over an edge of the part it
 /// is rounded by the allowance a there, and up to cell²/2a nearer to the part; on sides and in
@@ -93,7 +94,7 @@ pub fn casting(part: &TriMesh, allowance: CastingAllowance, cell: f64) -> Result
         cell,
         n: n.map(|n| n as usize),
     };
-    Ok(lattice.surface_of(&lattice.values()))
+    lattice.surface_of(&lattice.values())
 }
 
 /// Lattice around a part.
@@ -142,7 +143,7 @@ impl Lattice {
     }
 
     /// Returns the surface on which values between the nodes, linear in each tetrahedron, are 0.
-    fn surface_of(&self, values: &[f64]) -> TriMesh {
+    fn surface_of(&self, values: &[f64]) -> Result<TriMesh, SpecError> {
         let mut facets =
             Facets { lattice: self, values, vertices: Vec::new(), triangles: Vec::new(), known: HashMap::new() };
         for i in 0..self.n[0] - 1 {
@@ -153,7 +154,13 @@ impl Lattice {
             }
         }
         let Facets { vertices, triangles, .. } = facets;
-        TriMesh::new(vertices, triangles).unwrap_or_default()
+        let unplaced = SpecError::OutOfRange {
+            field: "number of vertices of a casting",
+            value: vertices.len() as f64,
+            least: 0.0,
+            most: f64::from(u32::MAX),
+        };
+        TriMesh::new(vertices, triangles).map_err(|_| unplaced)
     }
 }
 

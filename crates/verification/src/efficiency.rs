@@ -55,13 +55,21 @@ pub fn efficiency(
     job: &Job,
     setup: &Setup<'_>,
     operation: &OperationFile,
-    cuts: OperationCuts,
+    mut cuts: OperationCuts,
 ) -> Result<Option<EfficiencyReport>, Failure> {
     let requested = OperationRegion::of(job, setup, operation)?;
     if requested.has_nothing_left() {
         return Ok(None);
     }
-    let samples = requested.samples(job, &requested.region(job, setup)?, SAMPLES)?;
+    let region = requested.region(job, setup)?;
+    let samples = requested.samples(job, &region, SAMPLES)?;
+    if operation.region().extend_mm > 0.0 {
+        // Passes beyond the border are none of the region's.
+        let reach = ON_REGION + setup.drive_allowance.abs();
+        for (place, passes) in requested.places.iter().zip(&mut cuts.places) {
+            *passes = within(passes, (&region, reach), place);
+        }
+    }
     let passes_length = cuts.passes_length();
     let cutting_length = cuts.approach_length.map(|approach| passes_length + approach);
     let mut floors = LengthFloors::default();
@@ -150,16 +158,20 @@ pub fn efficiencies_of_text(
                 continue;
             }
             let region = requested.region(job, setup)?;
-            let places = requested.places.iter().map(|place| within(&passes, &region, place)).collect();
+            let places = requested.places.iter().map(|place| within(&passes, (&region, ON_REGION), place)).collect();
             found.extend(efficiency(job, setup, operation, OperationCuts { places, approach_length: None })?);
         }
     }
     Ok(found)
 }
 
-/// Returns the stretches of passes on a region in a place of its pattern.
-fn within(passes: &[Vec<CutPoint>], region: &RequestedRegion<'_>, place: &Isometry3<f64>) -> Vec<Vec<CutPoint>> {
-    let is_on = |point: &CutPoint| region.is_near(&place.inverse_transform_point(&point.cc.position), ON_REGION);
+/// Returns the stretches of passes within a reach (mm) of a region in a place of its pattern.
+fn within(
+    passes: &[Vec<CutPoint>],
+    (region, reach): (&RequestedRegion<'_>, f64),
+    place: &Isometry3<f64>,
+) -> Vec<Vec<CutPoint>> {
+    let is_on = |point: &CutPoint| region.is_near(&place.inverse_transform_point(&point.cc.position), reach);
     let stretches = |pass: &Vec<CutPoint>| -> Vec<Vec<CutPoint>> {
         let on: Vec<(CutPoint, bool)> = pass.iter().map(|p| (*p, is_on(p))).collect();
         let runs = on.chunk_by(|a, b| a.1 == b.1).filter(|run| run[0].1 && run.len() > 1);

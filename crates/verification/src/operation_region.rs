@@ -73,8 +73,8 @@ impl<'a> OperationRegion<'a> {
         self.region_on(job, setup, (&setup.around_drive, &self.region))
     }
 
-    /// Returns the surface that passes lie on: the region on the drive surface, with what is beyond
-    /// its border.
+    /// Returns the region that passes lie in: the region on the drive surface, with the surface
+    /// beyond its border.
     ///
     /// # Errors
     /// As [`OperationRegion::region`].

@@ -426,6 +426,8 @@ pub fn remaining_on_region(
     let bands = SLOPES.windows(2).filter(|_| !measured.is_line);
     let slopes = bands.filter_map(|band| on_slope(measured, [band[0], band[1]], limit_mm, up));
     let (allowed, samples) = (operation.finish, measured.n_weighted());
+    // Stock that is left beyond the border of an extended region alone is on none of it.
+    let may_lie_beyond = operation.region().extend_mm > 0.0 && operation.region().left_above.is_some();
     RemainingOnRegion {
         operation: operation.name.clone(),
         area_mm2: if measured.is_line { 0.0 } else { all.weight() },
@@ -441,7 +443,7 @@ pub fn remaining_on_region(
         never_cut_fraction,
         slopes: slopes.collect(),
         allowed,
-        exceeded: samples == 0
+        exceeded: (samples == 0 && !may_lie_beyond)
             || above_fraction > allowed.max_above_fraction
             || never_cut_fraction > allowed.max_never_cut_fraction,
     }

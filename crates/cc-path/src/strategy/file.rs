@@ -90,10 +90,10 @@ pub struct RegionFile {
     /// Planes or cylinders between whose first and last level the passes must lie.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub between: Option<SectionsFile>,
-    /// Width by which the surface continues beyond the border of groups and cone, along its tangent
-    /// planes, up to 100 mm: so far passes run on, and layers take the stock there with them. Not
-    /// where this enters material, toward a fillet or a wall, and not for strategies that follow
-    /// borders between groups. Default: 0.
+    /// Width of the surface that is added beyond the border of groups and cone, along its tangent
+    /// planes, up to 100 mm (docs/method.md#surface-beyond-a-border). Passes cover it, so layers also
+    /// remove the stock there. It ends at material. Strategies that follow borders of groups do not
+    /// permit it. Default: 0.
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0, max = 100))]
     pub extend_mm: f64,
@@ -171,8 +171,8 @@ impl CylindricalSectionsFile {
 }
 
 impl RegionFile {
-    /// The region, with angles in rad, and without what `left_above` leaves of it, which has to be
-    /// measured, and without what is beyond its border.
+    /// The region with angles in rad; without the limit by `left_above`, which has to be measured,
+    /// and without the surface of `extend_mm`.
     ///
     /// # Errors
     /// When the cone's axis has no length, its angle is out of range, the box is empty, or the

@@ -19,6 +19,15 @@ const STEPS: u32 = 16;
 /// be outside of the material.
 const BEHIND: f64 = 0.5;
 
+/// Distance from the surface within which a place lies on it, mm.
+const ON_SURFACE: f64 = 1e-6;
+
+/// Share of the width at which a line is beyond the facets at its start.
+const OFF_BORDER: f64 = 1e-3;
+
+/// Most places along a side at which its strip is tested.
+const MOST_BESIDE: f64 = 256.0;
+
 /// Largest weight of a corner in a foot that lies on the opposite edge.
 const ON_BORDER: f64 = 1e-9;
 
@@ -57,9 +66,11 @@ impl Surface {
     /// border. Triangles without area are not kept.
     ///
     /// The patch does not continue where the tangent plane enters the material, toward a fillet or
-    /// a wall, and ends before it does, tested in sixteenths of the width. Corners become arcs;
-    /// where the border curves inward by a radius below the width, strips get narrower so that they
-    /// do not overlap. A closed surface has no border, and nothing beyond it.
+    /// a wall, nor over other surface in its plane, and ends before it does, tested in sixteenths of
+    /// the width along the lines and along the border, and by rays. Corners become arcs; where the
+    /// border curves inward by a radius below the width, strips get narrower so that neighbours do
+    /// not overlap: along a border that is a sawtooth of facets they are about as wide as its teeth.
+    /// A closed surface has no border, and nothing beyond it.
     ///
     /// # Errors
     /// If the width is not finite, or takes a vertex beyond all numbers.
@@ -76,7 +87,12 @@ impl Surface {
             let start = self.mesh.vertices()[spoke.vertex as usize];
             spoke.width = material.free_width(&start, &spoke.direction);
         }
+        for side in &sides {
+            let width = material.free_width_beside(side);
+            side.spokes.iter().for_each(|&spoke| spokes[spoke].width = spokes[spoke].width.min(width));
+        }
         self.narrow(&sides, &mut spokes);
+        narrow_arcs(&arcs, &mut spokes);
         let length = |side: &BorderSide| (self.end(side, 1) - self.end(side, 0)).norm();
         let mean = sides.iter().map(length).sum::<f64>() / sides.len().max(1) as f64;
         let n_rows = (width / mean).ceil().clamp(1.0, f64::from(STEPS)) as u32;
@@ -181,10 +197,29 @@ impl Material<'_> {
             let p = start + direction.into_inner() * along(step);
             self.surface.closest_point(&p, f64::INFINITY).is_some_and(|foot| {
                 let way = p - foot.position;
-                self.normal_at(&foot).is_some_and(|n| way.dot(&n) < -BEHIND * way.norm())
+                let is_on = way.norm() <= ON_SURFACE;
+                is_on || self.normal_at(&foot).is_some_and(|n| way.dot(&n) < -BEHIND * way.norm())
             })
         };
-        (1..=STEPS).find(|&step| is_inside(step)).map_or(self.width, |first| along(first - 1))
+        // Thin walls lie between two steps.
+        let off = OFF_BORDER * self.width;
+        let wall = self.surface.ray(&(start + direction.into_inner() * off), direction, self.width - off);
+        let to_wall = wall.map_or(self.width, |hit| off + hit.point.distance);
+        let last = (1..=STEPS).find(|&step| is_inside(step) || along(step) >= to_wall && step < STEPS);
+        last.map_or(self.width.min(to_wall), |first| along(first - 1))
+    }
+
+    /// Returns the least free width along a side.
+    fn free_width_beside(&self, side: &BorderSide) -> f64 {
+        let [a, b] = [0, 1].map(|k| self.surface.end(side, k));
+        let n = ((b - a).norm() * f64::from(STEPS) / self.width).ceil().clamp(1.0, MOST_BESIDE);
+        let [from, to] = side.outward.map(Unit::into_inner);
+        let places = (1..n as u32).map(|k| f64::from(k) / n);
+        let widths = places.filter_map(|t| {
+            let direction = Unit::try_new(from.lerp(&to, t), 1e-9)?;
+            Some(self.free_width(&(a + (b - a) * t), &direction))
+        });
+        widths.fold(self.width, f64::min)
     }
 
     /// Returns the normal that tells the sides apart at a foot: of the facet, or of the facets
@@ -223,6 +258,15 @@ fn vertex_normals(mesh: &TriMesh) -> Vec<Vector3<f64>> {
         }
     }
     normals
+}
+
+/// Makes the spokes of an arc no longer than those at its ends, which strips have narrowed.
+fn narrow_arcs(arcs: &[[usize; 2]], spokes: &mut [Spoke]) {
+    for pairs in arcs.chunk_by(|a, b| a[1] == b[0]) {
+        let of_arc = || pairs.iter().flatten().copied();
+        let least = of_arc().map(|spoke| spokes[spoke].width).fold(f64::INFINITY, f64::min);
+        of_arc().for_each(|spoke| spokes[spoke].width = least);
+    }
 }
 
 /// Strips of triangles beyond the border of a patch.

@@ -143,6 +143,62 @@ fn it_ends_before_a_wall_beside_the_border() {
 }
 
 #[test]
+fn it_ends_before_a_wall_beside_the_middle_of_a_long_side() {
+    // Sides of two vertices each: a lug of 20 mm, and a wall thinner than a step.
+    let floor = TriMesh::new(
+        [[0.0, 0.0], [50.0, 0.0], [50.0, 100.0], [0.0, 100.0]].map(|[x, y]| Point3::new(x, y, 0.0)).to_vec(),
+        vec![[0, 1, 2], [0, 2, 3]],
+    );
+    for (thickness, gap) in [(12.0, 6.0), (0.2, 7.0)] {
+        let low = Point3::new(50.0 + gap, 40.0, -20.0);
+        let lug = cuboid(low, Point3::new(low.x + thickness, 60.0, 20.0));
+        let s = surface(floor.clone().unwrap().joined(&lug));
+        let extended = s.extended(|t| t < 2, 16.0, "beyond").unwrap();
+        let beside = beyond(&extended).into_iter().flatten().filter(|p| p.y > -1e-9 && p.y < 100.0 + 1e-9);
+        let far = beside.map(|p| p.x).fold(0.0, f64::max);
+        assert!(far <= 50.0 + gap && far > 50.0 + gap - 1.0 - 1e-9, "{far}");
+    }
+}
+
+#[test]
+fn it_does_not_continue_over_other_surface_in_its_plane() {
+    // Two plates in one plane, 6 mm apart, of which one is kept, and one plate of two parts.
+    let plate = |from: f64| grid((10, 10), (false, false), move |u, v| Point3::new(from + 40.0 * u, 60.0 * v, 0.0));
+    let turned = Isometry3::new(Vector3::new(1.0, 2.0, 3.0), Vector3::new(0.3, 0.7, -0.2));
+    for motion in [Isometry3::identity(), turned] {
+        let apart = surface(plate(0.0).joined(&plate(46.0)).transformed(&motion));
+        let extended = apart.extended(|t| t < 200, 18.0, "beyond").unwrap();
+        let far = beyond(&extended).into_iter().flatten().map(|p| (motion.inverse() * p).x).fold(0.0, f64::max);
+        assert!(far <= 46.0 && far > 44.0, "{far}");
+        let joined = surface(plate(0.0).transformed(&motion));
+        let first = |t: u32| (motion.inverse() * joined.mesh().corners(t as usize)[0]).x < 15.9;
+        let both = joined.extended(first, 10.0, "beyond").unwrap();
+        let inner = beyond(&both)
+            .into_iter()
+            .filter(|c| c.iter().all(|p| (motion.inverse() * p).y.clamp(1.0, 59.0) == (motion.inverse() * p).y));
+        assert!(inner.flatten().all(|p| (motion.inverse() * p).x < 1e-9));
+    }
+}
+
+#[test]
+fn strips_beside_a_sawtooth_are_as_narrow_as_its_teeth() {
+    // Diagonal cut through a grid: teeth of 2 mm.
+    let s = surface(grid((20, 20), (false, false), |u, v| Point3::new(40.0 * u, 40.0 * v, 0.0)));
+    let is_low = |t: u32| {
+        let [a, b, c] = s.mesh().corners(t as usize);
+        (a.x + b.x + c.x) + (a.y + b.y + c.y) < 3.0 * 40.0
+    };
+    let extended = s.extended(is_low, 18.0, "beyond").unwrap();
+    for [a, b, c] in beyond(&extended) {
+        assert!((b - a).cross(&(c - a)).z > -1e-9);
+    }
+    let along = |p: &Point3<f64>| (p.x - p.y).abs() < 30.0;
+    let far = beyond(&extended).into_iter().flatten().filter(along).map(|p| (p.x + p.y - 40.0) / 2f64.sqrt());
+    let far = far.fold(0.0, f64::max);
+    assert!(far < 6.0, "{far}");
+}
+
+#[test]
 fn strips_do_not_overlap_in_a_hollow_of_the_border() {
     // The border is a half circle of 8 mm that the patch lies around.
     let shape = |u: f64, v: f64| {
