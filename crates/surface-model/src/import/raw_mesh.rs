@@ -20,7 +20,8 @@ impl RawMesh {
         if self.groups.last().is_some_and(|g| g.name == name) {
             return;
         }
-        self.groups.retain(|g| !g.triangles.is_empty());
+        // Groups before the last one have triangles.
+        self.groups.pop_if(|last| last.triangles.is_empty());
         let n = self.triangles.len();
         self.groups.push(Group { name: name.to_owned(), triangles: n..n });
     }
@@ -48,3 +49,7 @@ impl RawMesh {
         Ok(())
     }
 }
+
+#[cfg(test)]
+#[path = "../../tests/unit/import/raw_mesh.rs"]
+mod tests;

@@ -385,6 +385,88 @@ fn components_that_repeat_without_end_are_refused_at_once() {
     assert!(start.elapsed().as_secs() < 10, "{:?}", start.elapsed());
 }
 
+/// Two objects of different names side by side, doubled level by level.
+fn doubled(n_levels: u32) -> Vec<u8> {
+    let (vertices, triangles) = cube();
+    let mesh = mesh_xml(&vertices, &triangles[..1]);
+    let mut resources =
+        format!("<object id=\"1\" name=\"a\">{mesh}</object><object id=\"2\" name=\"b\">{mesh}</object>");
+    for level in 0..=n_levels {
+        let [first, second] = if level == 0 { [1, 2] } else { [level + 2; 2] };
+        let _ = write!(
+            resources,
+            "<object id=\"{}\"><components><component objectid=\"{first}\"/><component objectid=\"{second}\" \
+             transform=\"1 0 0 0 1 0 0 0 1 {} 0 0\"/></components></object>",
+            level + 3,
+            10 * (1_u32 << level)
+        );
+    }
+    package(&model("millimeter", &resources, &format!("<item objectid=\"{}\"/>", n_levels + 3)))
+}
+
+/// A group for each of many thousand placed meshes takes the time of a mesh, and there is a most.
+#[test]
+fn names_in_turn_make_groups_in_bounded_time() {
+    let start = Instant::now();
+    let mesh = import(&doubled(14)).unwrap().mesh;
+    assert_eq!(mesh.groups().len(), 2 << 14);
+    let in_turn = |(k, name): (usize, &str)| name == ["a", "b"][k % 2];
+    assert!(mesh.groups().iter().map(|g| g.name.as_str()).enumerate().all(in_turn));
+    for n_levels in [16, 18] {
+        let why = refused(&doubled(n_levels));
+        assert!(why.contains("3D/3dmodel.model, object 1: with it the build has more than 65536 groups"), "{why}");
+    }
+    println!("{:?}", start.elapsed());
+    assert!(start.elapsed().as_secs() < 6, "{:?}", start.elapsed());
+}
+
+#[test]
+fn long_names_are_cut() {
+    let (vertices, triangles) = cube();
+    let mesh = mesh_xml(&vertices, &triangles);
+    let (name, number) = ("ö".repeat(10_000), "7".repeat(10_000));
+    let text = model(
+        "millimeter",
+        &format!("<object id=\"1\" name=\"{name}\">{mesh}</object><object id=\"2\">{mesh}</object>"),
+        &format!(
+            "<item objectid=\"1\"/><item objectid=\"2\" partnumber=\"{number}\" transform=\"1 0 0 0 1 0 0 0 1 9 0 0\"/>"
+        ),
+    );
+    let mesh = import(&package(&text)).unwrap().mesh;
+    let names: Vec<&str> = mesh.groups().iter().map(|g| g.name.as_str()).collect();
+    assert_eq!(names, ["ö".repeat(200), "7".repeat(200)]);
+}
+
+/// More components than any package has, half in each of two models, in an object that is nowhere
+/// placed.
+#[test]
+fn components_are_counted_while_they_are_read() {
+    let (vertices, triangles) = cube();
+    let components = "<component objectid=\"1\"/>".repeat(500_001);
+    let resources = format!(
+        "<object id=\"1\">{}</object><object id=\"2\"><components>{components}</components></object>",
+        mesh_xml(&vertices, &triangles)
+    );
+    let production = "xmlns:p=\"http://schemas.microsoft.com/3dmanufacturing/production/2015/06\" xml:lang";
+    let main = model("millimeter", &resources, "<item objectid=\"1\" p:path=\"/3D/other.model\"/>");
+    let main = main.replace("xml:lang", production);
+    let mut random = Random(54);
+    let picture: Vec<u8> = (0..1_000_000).map(|_| random.below(256) as u8).collect();
+    let of = |other: &str| {
+        package_of(&[
+            ("_rels/.rels", RELATIONS.as_bytes()),
+            ("a.png", &picture),
+            ("3D/3dmodel.model", main.as_bytes()),
+            ("3D/other.model", other.as_bytes()),
+        ])
+    };
+    let small = format!("<object id=\"1\">{}</object>", mesh_xml(&vertices, &triangles));
+    assert_eq!(import(&of(&model("millimeter", &small, ""))).unwrap().mesh.triangles().len(), 12);
+    let why = refused(&of(&model("millimeter", &resources, "")));
+    let message = "3D/other.model, object 2: the package has more than 1000000 objects, components and items";
+    assert!(why.contains(message), "{why}");
+}
+
 #[test]
 fn packages_that_unpack_to_far_more_than_their_size_are_refused() {
     let start = Instant::now();

@@ -10,6 +10,10 @@ use crate::import::threemf::model_part::{Affine, ModelObject, ModelPart, Placeme
 /// written in it, because objects may be placed many times.
 const MOST_REPEATED: u64 = 1 << 22;
 
+/// Most groups of a package: one for each placed mesh whose name differs from that of the one
+/// before.
+const MOST_GROUPS: usize = 1 << 16;
+
 /// An object of any part.
 type ObjectKey<'p> = (&'p str, u32);
 
@@ -166,6 +170,13 @@ impl<'p> Assembly<'p> {
             if !object.triangles.is_empty() {
                 let by_id = format!("object {}", key.1);
                 mesh.begin_group(if name.is_empty() { &by_id } else { name });
+                if mesh.groups.len() > MOST_GROUPS {
+                    let message = format!(
+                        "with it the build has more than {MOST_GROUPS} groups; place fewer objects, or give those that \
+                         follow each other one name"
+                    );
+                    return Err(element(&format!("{}, object {}", key.0, key.1), &message));
+                }
                 add_mesh(mesh, object, &transform, mm_per_unit, key)?;
             }
             for component in object.components.iter().rev() {

@@ -76,6 +76,13 @@ const PRODUCTION: &str = "http://schemas.microsoft.com/3dmanufacturing/productio
 /// Namespace that changes no triangle, though a file may require it: colours, materials, textures.
 const MATERIALS: &str = "http://schemas.microsoft.com/3dmanufacturing/material/2015/02";
 
+/// Most objects, components and build items of all models of a package: each takes some ten times
+/// the memory of its text.
+const MOST_OBJECTS: usize = 1_000_000;
+
+/// Most characters of a name: each placed mesh may have a copy.
+const MOST_NAME: usize = 200;
+
 /// Element that contains the next ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum ModelElement {
@@ -91,10 +98,11 @@ enum ModelElement {
     Ignored,
 }
 
-/// Reads a model.
-pub(super) fn read_model(name: &str, xml: &mut XmlPart<'_>) -> Result<ModelPart, ImportFault> {
+/// Reads a model; `n_objects` counts the objects, components and items of all models read so far.
+pub(super) fn read_model(name: &str, xml: &mut XmlPart<'_>, n_objects: &mut usize) -> Result<ModelPart, ImportFault> {
     let mut reader = ModelReader {
         name,
+        n_objects,
         core: String::new(),
         path_attribute: None,
         around: Vec::new(),
@@ -135,6 +143,8 @@ impl From<ImportFault> for Problem {
 
 struct ModelReader<'n> {
     name: &'n str,
+    /// Objects, components and items of all models so far.
+    n_objects: &'n mut usize,
     /// Prefix of the core namespace.
     core: String,
     /// Name of the attribute that names another part.
@@ -236,7 +246,8 @@ impl ModelReader<'_> {
     fn object(&mut self, tag: &XmlTag) -> Result<(), Problem> {
         let id = id_of(tag, "id")?;
         let is_support = matches!(tag.attribute("type"), Some("support" | "solidsupport"));
-        let name = tag.attribute("name").unwrap_or_default().trim().to_owned();
+        self.count()?;
+        let name = name_of(tag, "name");
         let object = ModelObject { name, is_support, ..ModelObject::default() };
         self.current = Some(id);
         match self.part.objects.insert(id, object) {
@@ -280,7 +291,19 @@ impl ModelReader<'_> {
         Ok(())
     }
 
-    fn placement(&self, tag: &XmlTag) -> Result<Placement, Problem> {
+    /// Counts an object or a placement.
+    fn count(&mut self) -> Result<(), Problem> {
+        *self.n_objects += 1;
+        if *self.n_objects > MOST_OBJECTS {
+            let message =
+                format!("the package has more than {MOST_OBJECTS} objects, components and items; write fewer of them");
+            return Err(message.into());
+        }
+        Ok(())
+    }
+
+    fn placement(&mut self, tag: &XmlTag) -> Result<Placement, Problem> {
+        self.count()?;
         let object = id_of(tag, "objectid")?;
         let path = self.path_attribute.as_ref().and_then(|name| tag.attribute(name));
         let part = path.map(|path| part_name(self.name, path)).transpose()?;
@@ -289,9 +312,14 @@ impl ModelReader<'_> {
             part,
             object,
             transform: transform.unwrap_or(Affine::identity()),
-            part_number: tag.attribute("partnumber").unwrap_or_default().trim().to_owned(),
+            part_number: name_of(tag, "partnumber"),
         })
     }
+}
+
+/// A name, cut to [`MOST_NAME`]; empty without one.
+fn name_of(tag: &XmlTag, attribute: &str) -> String {
+    tag.attribute(attribute).unwrap_or_default().trim().chars().take(MOST_NAME).collect()
 }
 
 fn id_of(tag: &XmlTag, name: &str) -> Result<u32, String> {
