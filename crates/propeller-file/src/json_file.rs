@@ -1,14 +1,18 @@
 //! Tables as JSON.
 
+use std::fmt;
+use std::marker::PhantomData;
+
 use facemill_file_format::from_json;
 use facemill_sample_parts::Hand;
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::{Error as _, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::columns::TableKind;
 use crate::fault::{PropellerFault, PropellerFileError, RowPlace};
 use crate::propeller::{Particulars, PropellerFile, SectionForm};
-use crate::raw_table::RawTable;
+use crate::raw_table::{MAX_OFFSETS, MAX_RADII, RawTable};
 
 /// Format of a propeller file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -49,10 +53,11 @@ pub struct PropellerJson {
     pub section: PropellerSection,
     /// Rows from the hub's radius or below it to the tip.
     #[schemars(length(min = 4, max = 1000))]
+    #[serde(deserialize_with = "rows_at_most")]
     pub rows: Vec<RadialRow>,
     /// Sections by their ordinates, for `section` `offsets` alone: four or more, from the hub's
     /// radius or below it to 0.9 R at least, with the same stations.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(default, deserialize_with = "sections_at_most", skip_serializing_if = "Option::is_none")]
     pub sections: Option<Vec<SectionRow>>,
 }
 
@@ -152,32 +157,95 @@ pub struct SectionRow {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub r_mm: Option<f64>,
     /// Stations over the chord, from 0 at the leading edge to 1; five or more.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "ordinates_at_most", skip_serializing_if = "Option::is_none")]
     pub x_c: Option<Vec<f64>>,
     /// Suction side over the chord.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "ordinates_at_most", skip_serializing_if = "Option::is_none")]
     pub suction_c: Option<Vec<f64>>,
     /// Pressure side over the chord.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "ordinates_at_most", skip_serializing_if = "Option::is_none")]
     pub pressure_c: Option<Vec<f64>>,
     /// Suction side.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "ordinates_at_most", skip_serializing_if = "Option::is_none")]
     pub suction_mm: Option<Vec<f64>>,
     /// Pressure side.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "ordinates_at_most", skip_serializing_if = "Option::is_none")]
     pub pressure_mm: Option<Vec<f64>>,
     /// Full thickness over the chord.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "ordinates_at_most", skip_serializing_if = "Option::is_none")]
     pub t_c: Option<Vec<f64>>,
     /// Mean line over the chord.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "ordinates_at_most", skip_serializing_if = "Option::is_none")]
     pub f_c: Option<Vec<f64>>,
     /// Full thickness.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "ordinates_at_most", skip_serializing_if = "Option::is_none")]
     pub thickness_mm: Option<Vec<f64>>,
     /// Mean line.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "ordinates_at_most", skip_serializing_if = "Option::is_none")]
     pub camber_mm: Option<Vec<f64>>,
+}
+
+/// A list of at most `MOST` rows: refused while it is read, before memory holds more.
+struct AtMost<T, const MOST: usize>(Vec<T>);
+
+/// An element of a list, as a number of rows of a table.
+trait TableRows {
+    fn n_rows(&self) -> usize {
+        1
+    }
+}
+
+impl TableRows for RadialRow {}
+
+impl TableRows for f64 {}
+
+impl TableRows for SectionRow {
+    /// Stations of its longest list.
+    fn n_rows(&self) -> usize {
+        self.lists().into_iter().filter_map(|(_, list)| Some(list?.len())).fold(1, usize::max)
+    }
+}
+
+impl<'de, T: TableRows + Deserialize<'de>, const MOST: usize> Deserialize<'de> for AtMost<T, MOST> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_seq(AtMostVisitor(PhantomData))
+    }
+}
+
+struct AtMostVisitor<T, const MOST: usize>(PhantomData<T>);
+
+impl<'de, T: TableRows + Deserialize<'de>, const MOST: usize> Visitor<'de> for AtMostVisitor<T, MOST> {
+    type Value = AtMost<T, MOST>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a sequence")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut elements: A) -> Result<Self::Value, A::Error> {
+        let (mut list, mut n_rows) = (Vec::new(), 0);
+        while let Some(element) = elements.next_element::<T>()? {
+            n_rows += element.n_rows();
+            if n_rows > MOST {
+                return Err(A::Error::custom(PropellerFault::TooLong(MOST)));
+            }
+            list.push(element);
+        }
+        Ok(AtMost(list))
+    }
+}
+
+fn rows_at_most<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<RadialRow>, D::Error> {
+    AtMost::<_, MAX_RADII>::deserialize(deserializer).map(|list| list.0)
+}
+
+fn sections_at_most<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Vec<SectionRow>>, D::Error> {
+    let list = Option::<AtMost<_, MAX_OFFSETS>>::deserialize(deserializer)?;
+    Ok(list.map(|list| list.0))
+}
+
+fn ordinates_at_most<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<Vec<f64>>, D::Error> {
+    let list = Option::<AtMost<_, MAX_OFFSETS>>::deserialize(deserializer)?;
+    Ok(list.map(|list| list.0))
 }
 
 /// Reads a JSON file.

@@ -183,6 +183,36 @@ fn long_files_are_refused_in_bounded_time() {
     assert!(start.elapsed().as_secs() < 10, "{:?}", start.elapsed());
 }
 
+/// Rows beyond the most are refused where they are written, before the rest is read: behind them
+/// the text may be no JSON at all.
+#[test]
+fn long_lists_of_json_are_refused_at_once() {
+    let start = Instant::now();
+    let file = |rows: &str, sections: &str| {
+        let text = format!(
+            "{{\"format\": \"facemill-propeller/1\", \"diameter_mm\": 300, \"blades\": 3, \"hand\": \"left\", \
+             \"hub_diameter_mm\": 60, \"section\": \"offsets\",\n\"rows\": [{rows}],\n\"sections\": [{sections}"
+        );
+        read_propeller("own.json", text.as_bytes()).unwrap_err().to_string()
+    };
+    let section = |n: usize| format!("{{\"r_R\": 0.2, \"x_c\": [0{}]}}", ",0".repeat(n - 1));
+    let why = file(&"{},".repeat(2_000_000), "");
+    assert!(why.starts_with("own.json: rows, line 2, column ") && why.contains("more than 1000 rows"), "{why}");
+    for (sections, field) in [
+        ("{},".repeat(2_000_000), "sections"),
+        (section(2_000_000), "sections[0].x_c"),
+        (format!("{},", section(1000)).repeat(2000), "sections"),
+    ] {
+        let why = file("", &sections);
+        let start = format!("own.json: {field}, line 3, column ");
+        assert!(why.starts_with(&start) && why.contains("more than 20000 rows; thin them out"), "{why}");
+    }
+    // As many as may be.
+    let why = file(&vec!["{}"; 1000].join(","), &vec![section(1000); 20].join(","));
+    assert!(why.contains("the file ends in the middle"), "{why}");
+    assert!(start.elapsed().as_secs() < 5, "{:?}", start.elapsed());
+}
+
 #[test]
 fn random_damage_never_panics() {
     let mut random = Random(46);
