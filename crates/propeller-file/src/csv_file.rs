@@ -123,11 +123,19 @@ impl<'t> CommentKeys<'t> {
         let with_units = ["diameter_mm", "hub_diameter_mm", "hub_length_mm"];
         let distance = |known: &&'static str| strsim::damerau_levenshtein(known, key);
         match KEYS.into_iter().chain(with_units).min_by_key(distance) {
-            // A word as short as a key, and a slip or two away from one.
-            Some(nearest) if key.len() > 3 && distance(&nearest) <= 2 => {
+            // A slip away from a key, or two in a longer word: two turn "date" into "name".
+            Some(nearest) => {
+                let most = match key.chars().count() {
+                    0..=3 => 0,
+                    4..=5 => 1,
+                    _ => 2,
+                };
+                if distance(&nearest) > most {
+                    return Ok(());
+                }
                 Err(PropellerFault::UnknownKey { key: shown(key), nearest }.at(file, &place))
             }
-            _ => Ok(()),
+            None => Ok(()),
         }
     }
 

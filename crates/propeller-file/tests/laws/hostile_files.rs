@@ -213,6 +213,37 @@ fn long_lists_of_json_are_refused_at_once() {
     assert!(start.elapsed().as_secs() < 5, "{:?}", start.elapsed());
 }
 
+/// Comments whose words are no slips of keys are comments.
+#[test]
+fn plain_comments_are_passed_over() {
+    let plain = read(DTMB_4119).unwrap();
+    for comment in [
+        "date: 2024-05-01",
+        "rake: negative aft",
+        "note: x",
+        "page: 3",
+        "case: a",
+        "made: by hand",
+        "skew: against the rotation",
+        "https://a.test",
+        ": x",
+    ] {
+        let commented = read(&format!("# {comment}\n{DTMB_4119}")).unwrap_or_else(|why| panic!("{comment}: {why}"));
+        assert_eq!(commented.table, plain.table);
+    }
+    for (slip, key) in [("nmae", "name"), ("nam", ""), ("hnad", "hand"), ("blade", "blades"), ("sectoin", "section")] {
+        match read(&format!("# {slip}: x\n{DTMB_4119}")) {
+            Ok(_) => assert!(key.is_empty(), "{slip}"),
+            Err(why) => {
+                assert!(
+                    why.starts_with("own.csv, line 1: ") && why.contains(&format!("did you mean \"{key}\"")),
+                    "{why}"
+                );
+            }
+        }
+    }
+}
+
 #[test]
 fn random_damage_never_panics() {
     let mut random = Random(46);
