@@ -7,7 +7,7 @@ use facemill_surface_model::TriMesh;
 use facemill_test_kit::Random;
 use nalgebra::Point3;
 
-use crate::kit::{DTMB_4382, HEADER, placed, radial_csv, random_rows, read};
+use crate::kit::{DTMB_4382, HEADER, placed, radial_csv, random_rows, read, refused};
 
 /// Places where NACA 66 (modified) and a = 0.8 are tabulated: x/c, full thickness over the largest,
 /// ordinate of the mean line over the largest.
@@ -138,4 +138,31 @@ fn a_hub_is_as_long_as_its_table_says() {
     assert!((low + high - free_low - free_high).abs() < 1e-9, "both have the middle of the roots as their middle");
     let short = read(&text("# hub_length_mm: 30\n")).unwrap().spec(None).unwrap_err().to_string();
     assert!(short.contains("hub length is 30"), "{short}");
+}
+
+/// The blade begins 0.15 hub radii inside the hub, where the rows go on along straight lines: rows
+/// that fall steeply to the hub have no thickness or chord there, and a row below the hub helps.
+#[test]
+fn blades_without_a_root_inside_the_hub_are_refused() {
+    let header = HEADER.replace("0.2\n", "0.5\n");
+    let head = format!("{header}# section: naca66_a08\nr_R,c_D,P_D,t_D,f_c\n");
+    let rows = |chord: [f64; 2], thickness: [f64; 2], pitch: [f64; 2]| {
+        let row = |share: f64| {
+            let between = |[hub, tip]: [f64; 2]| hub + (tip - hub) * share;
+            format!("{},{},{},{},0.02\n", 0.5 + 0.5 * share, between(chord), between(pitch), between(thickness))
+        };
+        [0.0, 0.25, 0.5, 0.75, 1.0].map(row).concat()
+    };
+    let good = rows([0.3, 0.2], [0.02, 0.01], [1.0, 1.0]);
+    read(&format!("{head}{good}")).unwrap().spec(None).unwrap();
+    // From the hub to 0.85 hub radii all fall by 0.15 of what they grow from the hub to the tip.
+    for (text, below) in [
+        (rows([0.3, 0.2], [0.002, 0.02], [1.0, 1.0]), "0.42,0.3,1,0.002,0.02\n"),
+        (rows([0.3, 0.2], [0.02, 0.01], [0.1, 1.0]), "0.42,0.3,0.1,0.02,0.02\n"),
+        (rows([0.02, 0.3], [0.02, 0.01], [1.0, 1.0]), "0.42,0.02,1,0.02,0.02\n"),
+    ] {
+        let why = refused(&format!("{head}{text}"));
+        assert!(why.starts_with("own.csv: at r/R 0.425") && why.contains("add a row below the hub"), "{why}");
+        read(&format!("{head}{below}{text}")).unwrap().spec(None).unwrap();
+    }
 }

@@ -28,7 +28,7 @@ const EDGE_ANGLE: f64 = 0.35;
 const LEAST_EDGE_COLUMNS: usize = 6;
 
 /// Depth of the blade's root below the hub's surface over the hub radius.
-const ROOT_DEPTH: f64 = 0.15;
+pub(crate) const ROOT_DEPTH: f64 = 0.15;
 
 /// Rows inside the hub.
 const ROOT_ROWS: usize = 3;

@@ -1,5 +1,7 @@
 //! Propellers by tables: what their numbers describe together.
 
+use crate::propeller::blade_grid::ROOT_DEPTH;
+use crate::propeller::blade_section::BladeSection;
 use crate::propeller::blade_surface::BladeSurface;
 use crate::propeller::hub::least_hub_length;
 use crate::propeller::spec::{PropellerSpec, check_diameter};
@@ -17,14 +19,17 @@ impl PropellerSpec {
     ///
     /// # Errors
     /// When a number of the table is out of its range, with its row, or when the blade that the
-    /// numbers describe has no thickness somewhere, wraps around the hub or does not fit the hub's
-    /// length. The latter is tested on 128 sections.
+    /// numbers describe has no chord, pitch or thickness somewhere, also at its root inside the
+    /// hub, wraps around the hub or does not fit the hub's length. The blade is tested on 128
+    /// sections outside the hub and 16 inside.
     pub fn from_table(table: PropellerTable, diameter: f64) -> Result<Self, SpecError> {
         check_diameter(diameter)?;
         table.check()?;
         let hub_length = table.hub_length_ratio.map(|ratio| ratio * diameter);
         let spec = Self::of_checked(table, diameter);
-        check_shape(&BladeSurface::new(&spec))?;
+        let surface = BladeSurface::new(&spec);
+        check_shape(&surface)?;
+        check_root(&surface)?;
         if let Some(length) = hub_length {
             let least = least_hub_length(&spec);
             in_range("hub length", length, least, f64::max(least, 5.0 * diameter))?;
@@ -36,7 +41,6 @@ impl PropellerSpec {
 /// Refuses blades that are none, though each number of their table is in range.
 fn check_shape(surface: &BladeSurface) -> Result<(), SpecError> {
     const SECTIONS: u32 = 128;
-    const STATIONS: u32 = 64;
     let radius = 0.5 * surface.spec().diameter();
     let hub = surface.spec().hub_radius() / radius;
     let rounding = surface.tip_rounding_ratio();
@@ -61,10 +65,37 @@ fn check_shape(surface: &BladeSurface) -> Result<(), SpecError> {
         if k == SECTIONS {
             break;
         }
-        let thin = (1..STATIONS).map(|j| f64::from(j) / f64::from(STATIONS));
-        if let Some(x) = thin.into_iter().find(|x| is_not_above(section.half_thickness(*x), 0.0)) {
+        if let Some(x) = thin_station(&section) {
             let message = format!("the thickness is not above 0 at x/c {x:.3} between the given places; add some here");
             return wrong(ratio, message);
+        }
+    }
+    Ok(())
+}
+
+/// Chord fraction between the edges at which a section has no thickness.
+fn thin_station(section: &BladeSection<'_>) -> Option<f64> {
+    const STATIONS: u32 = 64;
+    let mut stations = (1..STATIONS).map(|j| f64::from(j) / f64::from(STATIONS));
+    stations.find(|x| is_not_above(section.half_thickness(*x), 0.0))
+}
+
+/// Refuses blades whose root inside the hub is none: below the innermost row all goes on straight.
+fn check_root(surface: &BladeSurface) -> Result<(), SpecError> {
+    const SECTIONS: u32 = 16;
+    let radius = 0.5 * surface.spec().diameter();
+    let hub = surface.spec().hub_radius() / radius;
+    for k in 0..SECTIONS {
+        let ratio = hub * (1.0 - ROOT_DEPTH * (1.0 - f64::from(k) / f64::from(SECTIONS)));
+        let section = surface.section(ratio * radius);
+        let lengths = [section.chord(), section.pitch()];
+        if lengths.into_iter().any(|length| is_not_above(length, 0.0)) || thin_station(&section).is_some() {
+            let message = format!(
+                "chord, pitch or thickness is not above 0 inside the hub, where the blade begins at r/R {:.4}; add a \
+                 row below the hub",
+                hub * (1.0 - ROOT_DEPTH)
+            );
+            return Err(SpecError::Shape { radius_ratio: ratio, message });
         }
     }
     Ok(())
