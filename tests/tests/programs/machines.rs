@@ -497,6 +497,13 @@ fn wrong_options_of_machine_new_are_exit_2_by_name() {
         assert!(code == 2 && parts.iter().all(|part| errors.contains(part)), "{family} {options}: {code}: {errors}");
         assert!(!out.exists(), "{family} {options}");
     }
+    for name in ["", " ", "\t\u{a0}"] {
+        let path = out.to_str().unwrap();
+        let output = run(&["machine", "new", "--family", "table-table-bc", "-o", path, "--name", name]);
+        let (code, errors) = code_and_errors(&output);
+        assert!(code == 2 && errors.contains("--name") && errors.contains("blank"), "{name:?}: {code}: {errors}");
+        assert!(!out.exists(), "{name:?}");
+    }
     let (code, errors) = code_and_errors(&run(&["machine", "new", "--family", "table-table-bc"]));
     assert!(code == 2 && errors.contains("--out"), "{code}: {errors}");
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use clap::builder::{NonEmptyStringValueParser, PossibleValuesParser, TypedValueParser};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use facemill::inverse_kinematics::measured::{
     AxisLimits, AxisMeasurement, MeasureError, MeasuredFamily, MeasuredMachine, Measurements, PlaceMeasurements,
     machine_from_measurements,
@@ -26,7 +26,7 @@ pub(crate) struct NewMachineArguments {
     #[arg(long)]
     force: bool,
     /// Name of the machine; default: its family
-    #[arg(long, value_name = "TEXT", value_parser = NonEmptyStringValueParser::new())]
+    #[arg(long, value_name = "TEXT", value_parser = machine_name)]
     name: Option<String>,
     /// Readings of X, Y, Z with the centre of the spindle nose on the table's origin (on C of a
     /// turning table), mm
@@ -224,6 +224,12 @@ fn twice(option: &str, axis: &str) -> Failure {
 fn family() -> impl TypedValueParser<Value = MeasuredFamily> {
     let names = PossibleValuesParser::new(MeasuredFamily::ALL.map(MeasuredFamily::name));
     names.try_map(|name| MeasuredFamily::ALL.into_iter().find(|family| family.name() == name).ok_or("is no family"))
+}
+
+/// Returns a name that machine files may have.
+fn machine_name(text: &str) -> Result<String, String> {
+    let is_blank = text.trim().is_empty();
+    if is_blank { Err("must not be blank".to_owned()) } else { Ok(text.to_owned()) }
 }
 
 fn finite(text: &str) -> Result<f64, String> {
