@@ -88,6 +88,12 @@ pub enum MeasureError {
         /// Largest length, mm.
         most: f64,
     },
+    /// A pivot length that is not above 0.
+    #[error("pivot_length is {value} mm, but it is measured from the nose up and has to be above 0: turn its sign")]
+    PivotLength {
+        /// Value, mm.
+        value: f64,
+    },
     /// Limits whose end is below their beginning, or that are not finite.
     #[error("limits of {axis} are {min} to {max}: the first has to be the smaller one")]
     Limits {
@@ -126,6 +132,7 @@ impl MeasureError {
     pub fn key(&self) -> Option<&'static str> {
         match self {
             Self::NotOfFamily { key, .. } | Self::Length { key, .. } => Some(key),
+            Self::PivotLength { .. } => Some("pivot_length"),
             Self::Limits { .. } | Self::EndlessLinear { .. } => Some("limits"),
             Self::HomeOutside { .. } => Some("home"),
             _ => None,

@@ -482,6 +482,8 @@ fn wrong_options_of_machine_new_are_exit_2_by_name() {
         ("table-table-bc", "--rapid A=100", ["--rapid", "A is no axis of table-table-bc"]),
         ("table-table-bc", "--reversed A", ["--reversed", "A is no axis"]),
         ("table-table-bc", "--reversed C --reversed C", ["--reversed", "twice for C"]),
+        ("head-table-bc", "--pivot-length 0", ["--pivot-length", "above 0"]),
+        ("head-head-ca", "--pivot-length -165", ["--pivot-length", "turn its sign"]),
         ("table-table-bc", "--limits B=5:-5", ["--limits", "of B"]),
         ("table-table-bc", "--limits B=5", ["--limits", "MIN:MAX"]),
         ("table-table-bc", "--limits X=endless", ["--limits", "linear"]),

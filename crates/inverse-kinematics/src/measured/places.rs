@@ -15,7 +15,8 @@ pub struct PlaceMeasurements {
     /// A point on the tilting axis of a trunnion, seen from the table's origin. The coordinate
     /// along the axis has no effect.
     pub table_tilt: Option<[f64; 3]>,
-    /// Distance from the spindle nose up to the tilting axis of a head, along the spindle.
+    /// Distance from the spindle nose up to the tilting axis of a head, along the spindle:
+    /// above 0.
     pub pivot_length: Option<f64>,
     /// Position of a head's tilting axis beside the spindle's centre line: toward +X of a B axis,
     /// toward +Y of an A axis.
@@ -138,7 +139,10 @@ impl Lines {
                 return Err(MeasureError::Length { key, value, most: LARGEST });
             }
         }
-        Ok(())
+        match measured.pivot_length {
+            Some(value) if value <= 0.0 => Err(MeasureError::PivotLength { value }),
+            _ => Ok(()),
+        }
     }
 }
 

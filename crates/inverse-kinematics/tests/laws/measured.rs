@@ -226,6 +226,13 @@ fn values_that_make_no_machine_are_named() {
         measured.places.table_at = Some([0.0, wrong, 0.0]);
         assert!(matches!(error(tables, &measured), MeasureError::Length { key: "table_at", .. }));
     }
+    for wrong in [0.0, -165.0] {
+        let mut measured = Measurements::default();
+        measured.places.pivot_length = Some(wrong);
+        let found = error(MeasuredFamily::HeadHeadCb, &measured);
+        assert_eq!((found.key(), &found), (Some("pivot_length"), &MeasureError::PivotLength { value: wrong }));
+        assert!(found.to_string().contains("turn its sign"), "{found}");
+    }
     assert!(matches!(error(tables, &of(axis("A"))), MeasureError::NoSuchAxis { .. }));
     let twice = Measurements { axes: vec![axis("B"), axis("B")], ..Default::default() };
     assert!(matches!(error(tables, &twice), MeasureError::AxisTwice { .. }));

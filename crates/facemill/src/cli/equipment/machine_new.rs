@@ -35,7 +35,7 @@ pub(crate) struct NewMachineArguments {
     /// Trunnion: point on the tilting axis, seen from the table's origin, mm
     #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<3>, allow_hyphen_values = true)]
     table_tilt: Option<[f64; 3]>,
-    /// Head: distance from the spindle nose (gauge line) up to the tilting axis, mm
+    /// Head: distance from the spindle nose (gauge line) up to the tilting axis, above 0, mm
     #[arg(long, value_name = "MM", value_parser = finite, allow_hyphen_values = true)]
     pivot_length: Option<f64>,
     /// Head: tilting axis beside the spindle's centre line, toward +X (B) or +Y (A), mm
@@ -121,6 +121,10 @@ fn failure(arguments: &NewMachineArguments, error: MeasureError) -> Failure {
         MeasureError::Length { key, value, most } => {
             (option(key), format!("{value} mm is beyond {most} mm: is the unit right?"))
         }
+        MeasureError::PivotLength { value } => (
+            option("pivot_length"),
+            format!("{value} mm has to be above 0: it is measured from the nose up; turn its sign"),
+        ),
         MeasureError::NoSuchAxis { axis, .. } => (option_about(arguments, axis), error.to_string()),
         MeasureError::Machine(MachineError::Field { field, axis, problem }) => {
             let axis = axis.as_deref().unwrap_or_default();
