@@ -8,8 +8,10 @@ pub(crate) mod joint_values;
 pub(crate) mod places;
 
 pub use crate::measured::family::MeasuredFamily;
-pub use crate::measured::joint_values::{AxisLimits, AxisMeasurement};
+pub use crate::measured::joint_values::{AxisLimits, AxisMeasurement, MeasuredSense};
 pub use crate::measured::places::PlaceMeasurements;
+
+use nalgebra::Vector3;
 
 use crate::import::axis_lines::rows_from_axes;
 use crate::machine::Machine;
@@ -31,9 +33,9 @@ pub struct Measurements {
 /// A value of a machine made from measurements.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ReportedValue {
-    /// Name, such as `table_tilt`, `limits` or `reversed`.
+    /// Name, such as `table_tilt`, `limits` or `sense`.
     pub key: &'static str,
-    /// The value: `0,0,110` in mm, `B=-120:120` in mm or deg, or the reversed axis.
+    /// The value: `0,0,110` in mm, `B=-120:120` in mm or deg, `C=iso` or `C=reversed`.
     pub text: String,
     /// False where the preset gave it.
     pub is_measured: bool,
@@ -44,7 +46,8 @@ pub struct ReportedValue {
 pub struct MeasuredMachine {
     /// Its file: without bodies, and with all values that were not measured under `assumed`.
     pub file: MachineFile,
-    /// Its values: places, then limits, homes and rates of all axes, then reversed axes.
+    /// Its values: places, then limits, homes and rates of all axes, then the senses of rotary
+    /// axes and of those that have a measured one.
     pub values: Vec<ReportedValue>,
 }
 
@@ -143,8 +146,10 @@ impl MeasureError {
 /// Returns the machine of a family with these measured values.
 ///
 /// Without any it moves as the family's preset does. A home position that nobody measured is the
-/// preset's, or the nearest one within measured limits. The file has no bodies: those of a preset
-/// are not those of the machine.
+/// preset's, or the nearest one within measured limits; limits and home of the preset are turned
+/// to the readings of a reversed axis. Rotary axes whose sense nobody measured count as ISO 841 has
+/// it, and the file lists that under `assumed`. The file has no bodies: those of a preset are not
+/// those of the machine.
 ///
 /// ```
 /// use facemill_inverse_kinematics::Machine;
@@ -167,7 +172,7 @@ pub fn machine_from_measurements(
     let mut file = Machine::from_json(family.preset_text().as_bytes())?.to_file();
     check_axes(family, &file, &measured.axes)?;
     let mut lines = Lines::of(family, &file);
-    let (mut values, unmeasured_places) = lines.measure(&measured.places)?;
+    let (mut values, unmeasured_places) = lines.measure(&measured.places, reading_signs(&measured.axes))?;
     let mut assumed = vec![(AssumedValue::Dimensions, unmeasured_places)];
     let mut joints: Vec<&mut Joint> = lines.joints().collect();
     joints.sort_by_key(|joint| "XYZABC".find(joint.axis()));
@@ -204,4 +209,10 @@ fn check_axes(family: MeasuredFamily, file: &MachineFile, axes: &[AxisMeasuremen
         }
     }
     Ok(())
+}
+
+/// Returns −1 for each of X, Y, Z whose readings grow against ISO 841, else 1.
+fn reading_signs(axes: &[AxisMeasurement]) -> Vector3<f64> {
+    let is_reversed = |axis: &str| axes.iter().any(|entry| entry.axis == axis && entry.is_reversed());
+    Vector3::from(["X", "Y", "Z"].map(|axis| if is_reversed(axis) { -1.0 } else { 1.0 }))
 }

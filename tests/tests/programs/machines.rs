@@ -411,6 +411,7 @@ fn defaults_that_machine_new_prints_are_its_options() {
             text.contains(&format!("defaults of the preset {preset_name}")) && !text.contains("\nmeasured:"),
             "{text}"
         );
+        assert!(text.contains("  --sense ") && text.contains(" --sense C=iso\n"), "{text}");
         let options: Vec<&str> = text.lines().filter_map(|line| line.strip_prefix("  ")).collect();
         let output = new_machine(family, &options.join(" "), &second);
         assert_eq!(code_and_errors(&output).0, 0, "{family}: {options:?}");
@@ -420,6 +421,11 @@ fn defaults_that_machine_new_prints_are_its_options() {
         let read = |path| std::fs::read(path).unwrap();
         let json: serde_json::Value = serde_json::from_slice(&read(&second)).unwrap();
         assert!(validator.is_valid(&json), "{family}");
+        let json: serde_json::Value = serde_json::from_slice(&read(&first)).unwrap();
+        assert!(validator.is_valid(&json), "{family}");
+        let tilting = if family.ends_with("ac") || family.ends_with("ca") { "A" } else { "B" };
+        let sense = serde_json::json!({ "value": "sense", "axes": [tilting, "C"] });
+        assert!(json["assumed"].as_array().unwrap().contains(&sense), "{family}: {}", json["assumed"]);
         let [a, b] = [&first, &second].map(|path| Machine::from_json(&read(path)).unwrap());
         let preset = preset(preset_name);
         for _ in 0..50 {
@@ -447,17 +453,29 @@ fn machine_new_keeps_measured_values_and_files_that_exist() {
     assert_eq!(code_and_errors(&output).0, 0);
     let text = String::from_utf8(output.stdout).unwrap();
     let (measured, defaults) = text.split_once("defaults of").unwrap();
-    for part in ["--table-at -203.1,-204.7,-612.35", "--table-tilt 0.012,0,62.48", "--limits B=-35:110", "--reversed C"]
+    for part in
+        ["--table-at -203.1,-204.7,-612.35", "--table-tilt 0.012,0,62.48", "--limits B=-35:110", "--sense C=reversed"]
     {
         assert!(measured.contains(part) && !defaults.contains(part), "{part}: {text}");
     }
-    assert!(defaults.contains("--limits X=-380:380") && text.contains("it has no bodies"), "{text}");
+    assert!(
+        defaults.contains("--limits X=-380:380")
+            && defaults.contains("--sense B=iso")
+            && text.contains("it has no bodies"),
+        "{text}"
+    );
     let bytes = std::fs::read(&out).unwrap();
     let machine = Machine::from_json(&bytes).unwrap();
     assert_eq!(machine.name(), "mill");
     // With these readings the nose is where the table's origin is.
     let at = AxisValues::from([-203.1, -204.7, -612.35, 0.0, 0.7]);
     assert!(machine.forward(&at, 0.0).translation.vector.norm() < 1e-9);
+    // Places are measured; of the senses that of B is not.
+    let output = run(&["machine", "check", out.to_str().unwrap()]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    let turns: Vec<&str> = text.lines().filter(|line| line.contains("turns about")).collect();
+    let is_marked = |axis: &str| turns.iter().any(|line| line.trim_start().starts_with(axis) && line.ends_with(" *"));
+    assert!(turns.len() == 2 && is_marked("B") && !is_marked("C"), "{text}");
 
     let (code, errors) = code_and_errors(&new_machine("head-head-ca", "", &out));
     assert!(code == 2 && errors.contains("machine.json: exists; --force"), "{code}: {errors}");
@@ -482,6 +500,10 @@ fn wrong_options_of_machine_new_are_exit_2_by_name() {
         ("table-table-bc", "--rapid A=100", ["--rapid", "A is no axis of table-table-bc"]),
         ("table-table-bc", "--reversed A", ["--reversed", "A is no axis"]),
         ("table-table-bc", "--reversed C --reversed C", ["--reversed", "twice for C"]),
+        ("table-table-bc", "--reversed C --sense C=iso", ["--sense, --reversed", "twice for C"]),
+        ("table-table-bc", "--sense A=iso", ["--sense", "A is no axis"]),
+        ("table-table-bc", "--sense C", ["--sense", "AXIS=reversed"]),
+        ("table-table-bc", "--sense C=left", ["--sense", "AXIS=reversed"]),
         ("head-table-bc", "--pivot-length 0", ["--pivot-length", "above 0"]),
         ("head-head-ca", "--pivot-length -165", ["--pivot-length", "turn its sign"]),
         ("table-table-bc", "--limits B=5:-5", ["--limits", "of B"]),

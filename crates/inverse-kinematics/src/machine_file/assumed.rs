@@ -32,6 +32,8 @@ pub enum AssumedValue {
     MaxAcceleration,
     /// Largest jerks.
     MaxJerk,
+    /// Senses in which axes count.
+    Sense,
     /// Shapes, places and clearances of bodies.
     Bodies,
     /// Motion of the control between two positions.
@@ -55,6 +57,7 @@ impl AssumedValue {
             Self::MaxVelocity => "max velocity",
             Self::MaxAcceleration => "max acceleration",
             Self::MaxJerk => "max jerk",
+            Self::Sense => "sense",
             Self::Bodies => "bodies",
             Self::Motion => "motion",
             Self::Feed => "feed",

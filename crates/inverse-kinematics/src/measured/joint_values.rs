@@ -18,8 +18,33 @@ pub struct AxisMeasurement {
     pub max_acceleration: Option<f64>,
     /// Largest jerk.
     pub max_jerk: Option<f64>,
-    /// Whether the axis counts against ISO 841, as rotary tables of LinuxCNC's old convention do.
-    pub reversed: bool,
+    /// Sense in which the axis counts.
+    pub sense: Option<MeasuredSense>,
+}
+
+/// Sense in which an axis counts, compared with ISO 841.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeasuredSense {
+    /// As ISO 841 has it.
+    Iso,
+    /// Against ISO 841, as rotary tables of LinuxCNC's old convention do.
+    Reversed,
+}
+
+impl MeasuredSense {
+    /// Returns its name: `iso` or `reversed`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Iso => "iso",
+            Self::Reversed => "reversed",
+        }
+    }
+}
+
+impl AxisMeasurement {
+    pub(crate) fn is_reversed(&self) -> bool {
+        self.sense == Some(MeasuredSense::Reversed)
+    }
 }
 
 /// Travel of an axis.
@@ -71,10 +96,20 @@ pub(crate) fn replace_values(
         }
         all.unmeasured.push((kind, unmeasured));
     }
-    let reversed = entries.iter().filter(|entry| entry.reversed);
-    let value =
-        |entry: &&AxisMeasurement| ReportedValue { key: "reversed", text: entry.axis.clone(), is_measured: true };
-    all.values.extend(reversed.map(value));
+    let mut unmeasured = Vec::new();
+    for (joint, entry) in joints.iter().zip(&entries) {
+        let is_measured = entry.sense.is_some();
+        let is_rotary = matches!(**joint, Joint::Revolute(_));
+        if is_rotary || is_measured {
+            let sense = entry.sense.unwrap_or(MeasuredSense::Iso);
+            let text = format!("{}={}", joint.axis(), sense.name());
+            all.values.push(ReportedValue { key: "sense", text, is_measured });
+        }
+        if is_rotary && !is_measured {
+            unmeasured.push(joint.axis().to_owned());
+        }
+    }
+    all.unmeasured.push((AssumedValue::Sense, unmeasured));
     Ok(all)
 }
 
@@ -86,13 +121,15 @@ fn replace(joint: &mut Joint, entry: &AxisMeasurement) -> Result<(), MeasureErro
             return Err(MeasureError::Limits { axis, min, max });
         }
     }
-    let range = entry.limits.unwrap_or_else(|| range_of(joint));
+    let reversed = entry.is_reversed();
+    let range = entry.limits.unwrap_or_else(|| if reversed { mirrored(range_of(joint)) } else { range_of(joint) });
+    let reading = |preset: f64| if reversed { 0.0 - preset } else { preset };
     match joint {
         Joint::Prismatic(j) => {
             let AxisLimits::Between(min, max) = range else { return Err(MeasureError::EndlessLinear { axis }) };
             (j.min_mm, j.max_mm) = (min, max);
-            j.home_mm = home(axis, entry, j.home_mm, range)?;
-            j.sense = turned(j.sense, entry.reversed);
+            j.home_mm = home(axis, entry, reading(j.home_mm), range)?;
+            j.sense = turned(j.sense, reversed);
             j.max_velocity_mm_min = entry.max_velocity.unwrap_or(j.max_velocity_mm_min);
             j.max_acceleration_mm_s2 = entry.max_acceleration.or(j.max_acceleration_mm_s2);
             j.max_jerk_mm_s3 = entry.max_jerk.or(j.max_jerk_mm_s3);
@@ -102,8 +139,8 @@ fn replace(joint: &mut Joint, entry: &AxisMeasurement) -> Result<(), MeasureErro
                 AxisLimits::Between(min_deg, max_deg) => RevoluteRange::Limited { min_deg, max_deg },
                 AxisLimits::Endless => RevoluteRange::Endless,
             };
-            j.home_deg = home(axis, entry, j.home_deg, range)?;
-            j.sense = turned(j.sense, entry.reversed);
+            j.home_deg = home(axis, entry, reading(j.home_deg), range)?;
+            j.sense = turned(j.sense, reversed);
             j.max_velocity_deg_min = entry.max_velocity.unwrap_or(j.max_velocity_deg_min);
             j.max_acceleration_deg_s2 = entry.max_acceleration.or(j.max_acceleration_deg_s2);
             j.max_jerk_deg_s3 = entry.max_jerk.or(j.max_jerk_deg_s3);
@@ -119,6 +156,14 @@ fn range_of(joint: &Joint) -> AxisLimits {
             RevoluteRange::Limited { min_deg, max_deg } => AxisLimits::Between(min_deg, max_deg),
             RevoluteRange::Endless => AxisLimits::Endless,
         },
+    }
+}
+
+/// Returns the readings of a range on a scale that counts the other way.
+fn mirrored(range: AxisLimits) -> AxisLimits {
+    match range {
+        AxisLimits::Between(min, max) => AxisLimits::Between(0.0 - max, 0.0 - min),
+        AxisLimits::Endless => AxisLimits::Endless,
     }
 }
 

@@ -7,10 +7,14 @@ use crate::measured::family::MeasuredFamily;
 use crate::measured::{MeasureError, ReportedValue};
 
 /// Places of table and axes, all rotary axes at 0, in mm along the machine's X, Y, Z by ISO 841.
+///
+/// `table_at` has readings, in the sense in which each axis counts. The others are lengths along
+/// ISO's X, Y, Z: on a reversed axis a difference of readings is one with its sign turned.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PlaceMeasurements {
     /// Readings of X, Y, Z at which the centre of the spindle nose (the gauge line) is on the
-    /// table's origin. The origin of a turning table is on its C axis.
+    /// table's origin, those of a reversed axis as it counts. The origin of a turning table is on
+    /// its C axis.
     pub table_at: Option<[f64; 3]>,
     /// A point on the tilting axis of a trunnion, seen from the table's origin. The coordinate
     /// along the axis has no effect.
@@ -67,11 +71,13 @@ impl Lines {
         lines.filter(|line| line.joint.axis() == axis).for_each(|line| line.point = Point3::from(point));
     }
 
-    /// Moves table, nose and axes to the measured places. Returns all places of the family, and the
+    /// Moves table, nose and axes to the measured places. `signs` has −1 for each of X, Y, Z whose
+    /// readings grow against ISO 841, else 1. Returns all places of the family, and the
     /// axes whose places nobody measured.
     pub(crate) fn measure(
         &mut self,
         measured: &PlaceMeasurements,
+        signs: Vector3<f64>,
     ) -> Result<(Vec<ReportedValue>, Vec<String>), MeasureError> {
         self.check(measured)?;
         let tilting = self.family.tilting_axis();
@@ -92,9 +98,9 @@ impl Lines {
             value
         };
 
-        let table_at = self.table_origin - self.nose;
+        let table_at = (self.table_origin - self.nose).component_mul(&signs);
         let at = resolve("table_at", measured.table_at.map(Vec::from), table_at.as_slice(), &["X", "Y", "Z"]);
-        let nose = self.table_origin - Vector3::from_column_slice(&at);
+        let nose = self.table_origin - Vector3::from_column_slice(&at).component_mul(&signs);
         if has("table_tilt") {
             let preset = tilt - self.table_origin;
             let from_table = resolve("table_tilt", measured.table_tilt.map(Vec::from), preset.as_slice(), &[tilting]);

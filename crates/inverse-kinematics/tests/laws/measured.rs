@@ -21,11 +21,19 @@ fn about_z(angle: f64) -> Matrix3<f64> {
     Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0)
 }
 
-/// Tip and tool axis in the table frame, by hand for each family: `q` is X, Y, Z, the tilting axis
-/// and C, each with the sense of ISO 841.
-fn by_hand(family: MeasuredFamily, m: &PlaceMeasurements, q: [f64; 5], length: f64) -> (Vector3<f64>, Vector3<f64>) {
-    let [x, y, z, tilt, c] = q;
-    let nose = Vector3::new(x, y, z) - Vector3::from(m.table_at.unwrap());
+/// Tip and tool axis in the table frame, by hand for each family: `q` has the readings of X, Y, Z, the
+/// tilting axis and C, `signs` −1 for those that count against ISO 841.
+fn by_hand(
+    family: MeasuredFamily,
+    m: &PlaceMeasurements,
+    q: [f64; 5],
+    signs: [f64; 5],
+    length: f64,
+) -> (Vector3<f64>, Vector3<f64>) {
+    // The nose is on the table's origin where the readings are those of `table_at`.
+    let at = m.table_at.unwrap();
+    let nose = Vector3::from([0, 1, 2].map(|k| signs[k] * (q[k] - at[k])));
+    let [tilt, c] = [3, 4].map(|k| signs[k] * q[k]);
     let up = Vector3::z();
     let tilted = if family.tilting_axis() == "A" { about_x(tilt) } else { about_y(tilt) };
     let on_trunnion = |point: [f64; 3]| {
@@ -98,22 +106,16 @@ fn measured_machines_move_as_rotation_matrices_say() {
         for round in 0..100 {
             let places = random_places(&mut r, family);
             let tilting = family.tilting_axis();
-            let senses: Vec<(&str, bool)> =
-                ["X", "Y", "Z", tilting, "C"].map(|axis| (axis, r.below(4) == 0)).into_iter().collect();
-            let reversed = |&(axis, reversed): &(&str, bool)| {
-                reversed.then(|| AxisMeasurement { axis: axis.to_owned(), reversed, ..Default::default() })
-            };
-            let axes = senses.iter().filter_map(reversed).collect();
+            let senses = ["X", "Y", "Z", tilting, "C"].map(|axis| (axis, r.below(4) == 0));
+            let signs = senses.map(|(_, reversed)| if reversed { -1.0 } else { 1.0 });
+            let reversed = senses.into_iter().filter(|(_, reversed)| *reversed);
+            let axes = reversed.map(|(axis, _)| counting(axis, MeasuredSense::Reversed)).collect();
             let machine = built(family, &Measurements { places: places.clone(), axes });
             for _ in 0..20 {
                 let q = random_values(&mut r, &machine);
-                let value = |(axis, reversed): (&str, bool)| {
-                    let value = q[machine.axis_index(axis).unwrap()];
-                    if reversed { -value } else { value }
-                };
-                let values = [value(senses[0]), value(senses[1]), value(senses[2]), value(senses[3]), value(senses[4])];
+                let values = senses.map(|(axis, _)| q[machine.axis_index(axis).unwrap()]);
                 let length = r.between(0.0, 400.0);
-                let (tip, axis) = by_hand(family, &places, values, length);
+                let (tip, axis) = by_hand(family, &places, values, signs, length);
                 let cl = machine.cl_point(&q, length);
                 let (shift, turn) = ((cl.tip.coords - tip).norm(), (*cl.axis - axis).norm());
                 assert!(
@@ -122,6 +124,85 @@ fn measured_machines_move_as_rotation_matrices_say() {
                 );
             }
         }
+    }
+}
+
+fn counting(axis: &str, sense: MeasuredSense) -> AxisMeasurement {
+    AxisMeasurement { axis: axis.to_owned(), sense: Some(sense), ..Default::default() }
+}
+
+/// Readings of reversed axes are those of the preset with their signs turned: same poses, same
+/// travel, same places.
+#[test]
+fn a_reversed_axis_reads_the_other_way_and_changes_nothing_else() {
+    let mut r = Random(4103);
+    for family in MeasuredFamily::ALL {
+        let preset = built(family, &Measurements::default());
+        for axis in ["X", "Y", "Z", family.tilting_axis(), "C"] {
+            let axes = vec![counting(axis, MeasuredSense::Reversed)];
+            let machine = built(family, &Measurements { axes, ..Default::default() });
+            let index = machine.axis_index(axis).unwrap();
+            let (a, b) = (&machine.axes()[index], &preset.axes()[index]);
+            assert!(a.endless || (a.min, a.max) == (-b.max, -b.min), "{family} {axis}: {} to {}", a.min, a.max);
+            assert_eq!(machine.home()[index], -preset.home()[index], "{family} {axis}");
+            for _ in 0..20 {
+                let q = random_values(&mut r, &preset);
+                let mut turned = q;
+                turned[index] = -q[index];
+                let (a, b) = (machine.forward(&turned, 80.0), preset.forward(&q, 80.0));
+                let shift = (a.translation.vector - b.translation.vector).norm();
+                assert!(shift < 1e-9 && a.rotation.angle_to(&b.rotation) < 1e-7, "{family} {axis}: {shift:e} mm");
+            }
+        }
+    }
+}
+
+/// `table_at` has the readings with the nose on the table's origin, whichever way axes count.
+#[test]
+fn the_nose_is_on_the_origin_of_the_table_at_the_readings_of_table_at() {
+    let at = [100.0, -37.5, -612.25];
+    for family in MeasuredFamily::ALL {
+        for reversed in 0..8 {
+            let mut measured = Measurements::default();
+            measured.places.table_at = Some(at);
+            let linear = ["X", "Y", "Z"].into_iter().enumerate().filter(|(k, _)| reversed >> k & 1 == 1);
+            measured.axes = linear.map(|(_, axis)| counting(axis, MeasuredSense::Reversed)).collect();
+            let machine = built(family, &measured);
+            let mut q = AxisValues::zeros(machine.axes().len());
+            for (axis, reading) in ["X", "Y", "Z"].into_iter().zip(at) {
+                q[machine.axis_index(axis).unwrap()] = reading;
+            }
+            let far = machine.forward(&q, 0.0).translation.vector.norm();
+            assert!(far < 1e-9, "{family}, reversed {reversed:03b}: {far} mm");
+        }
+    }
+}
+
+/// A rotary axis whose sense nobody stated counts as ISO 841 has it, and the file says so.
+#[test]
+fn senses_of_rotary_axes_are_assumed_until_they_are_stated() {
+    for family in MeasuredFamily::ALL {
+        let tilting = family.tilting_axis();
+        let senses = |axes: Vec<AxisMeasurement>| {
+            let made = machine_from_measurements(family, &Measurements { axes, ..Default::default() }).unwrap();
+            let assumed = [tilting, "C"].map(|axis| made.file.is_assumed(AssumedValue::Sense, axis));
+            let values = made.values.iter().filter(|value| value.key == "sense");
+            let values: Vec<_> = values.map(|value| (value.text.clone(), value.is_measured)).collect();
+            assert!(!made.file.is_assumed(AssumedValue::Sense, "X"), "{family}");
+            (assumed, values, made.file.tool_chains, made.file.workpiece_chain)
+        };
+        let text = |axis: &str, sense: &str, is_measured| (format!("{axis}={sense}"), is_measured);
+        let none = senses(Vec::new());
+        assert_eq!(none.0, [true, true], "{family}");
+        assert_eq!(none.1, [text(tilting, "iso", false), text("C", "iso", false)], "{family}");
+        let iso = senses(vec![counting(tilting, MeasuredSense::Iso)]);
+        assert_eq!(iso.0, [false, true], "{family}");
+        assert_eq!(iso.1, [text(tilting, "iso", true), text("C", "iso", false)], "{family}");
+        assert_eq!((&iso.2, &iso.3), (&none.2, &none.3), "{family}");
+        let reversed = senses(vec![counting("C", MeasuredSense::Reversed), counting("Y", MeasuredSense::Iso)]);
+        assert_eq!(reversed.0, [true, false], "{family}");
+        let expected = [text("Y", "iso", true), text(tilting, "iso", false), text("C", "reversed", true)];
+        assert_eq!(reversed.1, expected, "{family}");
     }
 }
 
@@ -145,6 +226,7 @@ fn put_back(measured: &mut Measurements, value: &ReportedValue) {
                 }
             };
             let number = text.parse::<f64>().ok();
+            let is_reversed = text == "reversed";
             match key {
                 "limits" => {
                     let between =
@@ -155,6 +237,7 @@ fn put_back(measured: &mut Measurements, value: &ReportedValue) {
                 "rapid" => entry.max_velocity = number,
                 "acceleration" => entry.max_acceleration = number,
                 "jerk" => entry.max_jerk = number,
+                "sense" => entry.sense = Some(if is_reversed { MeasuredSense::Reversed } else { MeasuredSense::Iso }),
                 other => panic!("{other}"),
             }
         }

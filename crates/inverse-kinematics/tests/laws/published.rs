@@ -5,7 +5,9 @@ use std::path::Path;
 use crate::common::*;
 use facemill_cl_data::ClPoint;
 use facemill_inverse_kinematics::machine_file::Sense;
-use facemill_inverse_kinematics::measured::{AxisMeasurement, MeasuredFamily, Measurements, machine_from_measurements};
+use facemill_inverse_kinematics::measured::{
+    AxisMeasurement, MeasuredFamily, MeasuredSense, Measurements, machine_from_measurements,
+};
 use facemill_inverse_kinematics::*;
 use nalgebra::{Point3, Rotation3, Unit, Vector3};
 
@@ -94,12 +96,14 @@ fn pins_of_linuxcnc_make_the_trunnion_that_they_describe() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/reference");
     let rot_point = [1.0, 2.0, 3.0];
     let [y_offset, z_offset] = [20.0, 10.0];
-    for (name, reversed) in [("lcnc_xyzac_trt.csv", true), ("lcnc_xyzac_trt_conventional.csv", false)] {
+    for (name, sense) in
+        [("lcnc_xyzac_trt.csv", MeasuredSense::Reversed), ("lcnc_xyzac_trt_conventional.csv", MeasuredSense::Iso)]
+    {
         let Ok(text) = std::fs::read_to_string(folder.join(name)) else {
             eprintln!("skipped: {} is not there", folder.join(name).display());
             continue;
         };
-        let axis = |axis: &str| AxisMeasurement { axis: axis.to_owned(), reversed, ..Default::default() };
+        let axis = |axis: &str| AxisMeasurement { axis: axis.to_owned(), sense: Some(sense), ..Default::default() };
         let mut measured = Measurements { axes: vec![axis("A"), axis("C")], ..Default::default() };
         measured.places.table_at = Some(rot_point);
         measured.places.table_tilt = Some([0.0, y_offset, z_offset]);

@@ -186,7 +186,8 @@ fn axis_table(machine: &Machine, file: &MachineFile) -> Vec<String> {
             AxisKind::Rotary => ("turns about", format!(" through {}", triple(&line.point.coords))),
         };
         let side = if line.carrier == Carrier::Head { "head" } else { "table" };
-        let star = if file.is_assumed(AssumedValue::Dimensions, &letter) { " *" } else { "" };
+        let is_assumed = [AssumedValue::Dimensions, AssumedValue::Sense].iter().any(|&v| file.is_assumed(v, &letter));
+        let star = if is_assumed { " *" } else { "" };
         format!("  {letter:<2} {side:<5} {kind} {}{through}{star}", triple(&line.direction))
     });
     let limits = lines.iter().map(|line| limits_line(&machine.axes()[line.axis], file));

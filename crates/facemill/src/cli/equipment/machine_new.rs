@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use facemill::inverse_kinematics::measured::{
-    AxisLimits, AxisMeasurement, MeasureError, MeasuredFamily, MeasuredMachine, Measurements, PlaceMeasurements,
-    machine_from_measurements,
+    AxisLimits, AxisMeasurement, MeasureError, MeasuredFamily, MeasuredMachine, MeasuredSense, Measurements,
+    PlaceMeasurements, machine_from_measurements,
 };
 use facemill::inverse_kinematics::{Machine, MachineError};
 use facemill::{Failure, files};
@@ -29,7 +29,7 @@ pub(crate) struct NewMachineArguments {
     #[arg(long, value_name = "TEXT", value_parser = machine_name)]
     name: Option<String>,
     /// Readings of X, Y, Z with the centre of the spindle nose on the table's origin (on C of a
-    /// turning table), mm
+    /// turning table), a reversed axis as it counts, mm
     #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<3>, allow_hyphen_values = true)]
     table_at: Option<[f64; 3]>,
     /// Trunnion: point on the tilting axis, seen from the table's origin, mm
@@ -59,7 +59,11 @@ pub(crate) struct NewMachineArguments {
     /// Largest jerk of an axis, mm/s³ or deg/s³
     #[arg(long, value_name = "AXIS=VALUE", value_parser = axis_value)]
     jerk: Vec<(String, f64)>,
-    /// Axis that counts against ISO 841, such as rotary tables of LinuxCNC's old convention
+    /// Sense in which an axis counts, compared with ISO 841: C=iso, C=reversed
+    #[arg(long, value_name = "AXIS=SENSE", value_parser = sense)]
+    sense: Vec<(String, MeasuredSense)>,
+    /// Axis that counts against ISO 841, such as rotary tables of LinuxCNC's old convention: short
+    /// for --sense AXIS=reversed
     #[arg(long, value_name = "AXIS", value_parser = axis_name)]
     reversed: Vec<String>,
 }
@@ -140,7 +144,8 @@ fn option_about(arguments: &NewMachineArguments, axis: &str) -> String {
     let names = |given: &[(String, f64)]| given.iter().any(|(name, _)| name == axis);
     let rate = rates(arguments).into_iter().find(|(_, given, _)| names(given)).map(|(name, ..)| name);
     let limits = arguments.limits.iter().any(|(name, _)| name == axis).then_some("--limits");
-    limits.or(rate).unwrap_or("--reversed").to_owned()
+    let sense = arguments.sense.iter().any(|(name, _)| name == axis).then_some("--sense");
+    limits.or(rate).or(sense).unwrap_or("--reversed").to_owned()
 }
 
 /// Returns the option that gives a field of a joint.
@@ -165,12 +170,13 @@ fn measurements(arguments: &NewMachineArguments) -> Result<Measurements, Failure
             axes.set(name, axis, *value, field)?;
         }
     }
+    for (axis, sense) in &arguments.sense {
+        axes.set("--sense", axis, *sense, |entry| &mut entry.sense)?;
+    }
     for axis in &arguments.reversed {
-        let entry = axes.entry(axis);
-        if entry.reversed {
-            return Err(twice("--reversed", axis));
-        }
-        entry.reversed = true;
+        let is_given = arguments.sense.iter().any(|(name, _)| name == axis);
+        let option = if is_given { "--sense, --reversed" } else { "--reversed" };
+        axes.set(option, axis, MeasuredSense::Reversed, |entry| &mut entry.sense)?;
     }
     let places = PlaceMeasurements {
         table_at: arguments.table_at,
@@ -263,6 +269,13 @@ fn split_axis(text: &str) -> Result<(String, &str), String> {
 fn axis_value(text: &str) -> Result<(String, f64), String> {
     let (axis, value) = split_axis(text)?;
     Ok((axis, finite(value)?))
+}
+
+fn sense(text: &str) -> Result<(String, MeasuredSense), String> {
+    let (axis, value) = text.split_once('=').ok_or("must be AXIS=iso or AXIS=reversed")?;
+    let senses = [MeasuredSense::Iso, MeasuredSense::Reversed];
+    let sense = senses.into_iter().find(|sense| sense.name() == value.trim());
+    Ok((axis_name(axis)?, sense.ok_or("must be AXIS=iso or AXIS=reversed")?))
 }
 
 fn limits(text: &str) -> Result<(String, AxisLimits), String> {
