@@ -13,7 +13,7 @@ use crate::import::settings::ImportFault;
 const MOST_EVENT: u64 = 1 << 24;
 
 /// Most attributes of a tag.
-const MOST_ATTRIBUTES: usize = 256;
+const MOST_ATTRIBUTES: usize = 64;
 
 /// Deepest nesting of tags: a model has six levels, and extensions a few more.
 const MOST_LEVELS: usize = 64;
@@ -161,7 +161,7 @@ fn fill(tag: &mut XmlTag, start: &BytesStart<'_>, level: usize, is_empty: bool) 
     tag.is_empty = is_empty;
     tag.level = level;
     tag.n_attributes = 0;
-    // The reader's own search for attributes that are there twice compares each with each.
+    // The reader's own search for attributes that are there twice has no bound.
     for attribute in start.attributes().with_checks(false) {
         let attribute = attribute.map_err(|e| format!("an attribute is wrong: {e}"))?;
         let value = attribute.normalized_value(XmlVersion::Implicit1_0);
@@ -169,12 +169,16 @@ fn fill(tag: &mut XmlTag, start: &BytesStart<'_>, level: usize, is_empty: bool) 
         if tag.n_attributes == MOST_ATTRIBUTES {
             return Err(format!("\"{}\" has more than {MOST_ATTRIBUTES} attributes", tag.name.escape_debug()));
         }
+        let key = attribute.key.as_ref();
+        if tag.attributes().iter().any(|(known, _)| known == key) {
+            return Err(format!("\"{}\" has {} twice", tag.name.escape_debug(), key.escape_debug()));
+        }
         if tag.n_attributes == tag.attributes.len() {
             tag.attributes.push((String::new(), String::new()));
         }
         let (name_of, value_of) = &mut tag.attributes[tag.n_attributes];
         name_of.clear();
-        name_of.push_str(attribute.key.as_ref());
+        name_of.push_str(key);
         value_of.clear();
         value_of.push_str(&value);
         tag.n_attributes += 1;
