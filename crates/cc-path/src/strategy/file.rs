@@ -91,9 +91,9 @@ pub struct RegionFile {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub between: Option<SectionsFile>,
     /// Width of the surface that is added beyond the border of groups and cone, along its tangent
-    /// planes, up to 100 mm (docs/method.md#surface-beyond-a-border). Passes cover it, so layers also
-    /// remove the stock there. It ends at material. Strategies that follow borders of groups do not
-    /// permit it. Default: 0.
+    /// planes, up to 100 mm (docs/method.md#surface-beyond-a-border). Passes cover it, so layers
+    /// also remove the stock there. It ends at material. Strategies that follow borders of groups
+    /// do not permit it. Default: 0.
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(range(min = 0, max = 100))]
     pub extend_mm: f64,

@@ -21,8 +21,8 @@ fn about_z(angle: f64) -> Matrix3<f64> {
     Matrix3::new(c, -s, 0.0, s, c, 0.0, 0.0, 0.0, 1.0)
 }
 
-/// Tip and tool axis in the table frame, by hand for each family: `q` has the readings of X, Y, Z, the
-/// tilting axis and C, `signs` −1 for those that count against ISO 841.
+/// Tip and tool axis in the table frame, by hand for each family: `q` has the readings of X, Y, Z,
+/// the tilting axis and C, `signs` −1 for those that count against ISO 841.
 fn by_hand(
     family: MeasuredFamily,
     m: &PlaceMeasurements,

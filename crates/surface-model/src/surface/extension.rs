@@ -66,11 +66,11 @@ impl Surface {
     /// border. Triangles without area are not kept.
     ///
     /// The patch does not continue where the tangent plane enters the material, toward a fillet or
-    /// a wall, nor over other surface in its plane, and ends before it does, tested in sixteenths of
-    /// the width along the lines and along the border, and by rays. Corners become arcs; where the
-    /// border curves inward by a radius below the width, strips get narrower so that neighbours do
-    /// not overlap: along a border that is a sawtooth of facets they are about as wide as its teeth.
-    /// A closed surface has no border, and nothing beyond it.
+    /// a wall, nor over other surface in its plane, and ends before it does, tested in sixteenths
+    /// of the width along the lines and along the border, and by rays. Corners become arcs; where
+    /// the border curves inward by a radius below the width, strips get narrower so that neighbours
+    /// do not overlap: along a border that is a sawtooth of facets they are about as wide as its
+    /// teeth. A closed surface has no border, and nothing beyond it.
     ///
     /// # Errors
     /// If the width is not finite, or takes a vertex beyond all numbers.
