@@ -204,9 +204,8 @@ impl Material<'_> {
         // Thin walls lie between two steps.
         let off = OFF_BORDER * self.width;
         let wall = self.surface.ray(&(start + direction.into_inner() * off), direction, self.width - off);
-        let to_wall = wall.map_or(self.width, |hit| off + hit.point.distance);
-        let last = (1..=STEPS).find(|&step| is_inside(step) || along(step) >= to_wall && step < STEPS);
-        last.map_or(self.width.min(to_wall), |first| along(first - 1))
+        let to_wall = wall.map_or(f64::INFINITY, |hit| off + hit.point.distance);
+        along((1..=STEPS).take_while(|&step| along(step) < to_wall && !is_inside(step)).count() as u32)
     }
 
     /// Returns the least free width along a side.
