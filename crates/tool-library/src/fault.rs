@@ -32,13 +32,13 @@ pub const MAX_TOOLS: usize = 10_000;
 pub enum ArchiveFault {
     /// The directory of the archive is missing, or leads out of the file.
     #[error("is no whole zip archive ({0}); export the library again")]
-    Broken(&'static str),
+    Broken(String),
     /// A form of archives that no tool library needs.
     #[error("is a zip archive {0}; export the library again, as .json")]
     Unsupported(&'static str),
     /// There are too many entries.
-    #[error("is a zip archive of {0} entries; a tool library has one, tools.json")]
-    TooManyEntries(usize),
+    #[error("is a zip archive of more than 64 entries; a tool library has one, tools.json")]
+    TooManyEntries,
     /// A name that leads out of a folder.
     #[error("has the entry {0:?}, whose name leads out of the archive; nothing of it was unpacked")]
     OutsideName(String),
@@ -53,7 +53,7 @@ pub enum ArchiveFault {
     TooLarge(u64),
     /// The entry unpacks to something else than the directory states.
     #[error("has a damaged entry tools.json ({0}); export the library again")]
-    Damaged(&'static str),
+    Damaged(String),
 }
 
 /// Fault of one tool of a library, by the key that it is at. Displayed as a sentence without its

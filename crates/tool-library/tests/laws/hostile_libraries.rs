@@ -220,11 +220,11 @@ fn archives_that_are_no_libraries_are_refused() {
     let text = library(&[inch_tool()]);
     let good = || ZipEntry::new("tools.json", &text);
     let bomb = vec![b' '; 70 << 20];
-    let cases: [(Vec<u8>, &str); 16] = [
+    let cases: [(Vec<u8>, &str); 15] = [
         (zip(&[]), "no entry tools.json"),
         (zip(&[ZipEntry::new("other.json", &text)]), "no entry tools.json"),
         (zip(&[ZipEntry::new("tools.txt", &text)]), "no entry tools.json"),
-        (zip(&[good(), good()]), "tools.json, tools.json"),
+        (zip(&[good(), good()]), "have one name"),
         (zip(&[good(), ZipEntry::new("more.json", &text)]), "tools.json, more.json"),
         (zip(&[good(), ZipEntry::new("../../x", b"")]), "\"../../x\", whose name leads out"),
         (zip(&[ZipEntry::new("../tools.json", &text)]), "leads out of the archive"),
@@ -233,8 +233,7 @@ fn archives_that_are_no_libraries_are_refused() {
         (zip(&[ZipEntry { flags: 1, ..good() }]), "with a password"),
         (zip(&[ZipEntry { method: Some(14), ..good() }]), "another way than"),
         (zip(&[ZipEntry { checksum: Some(1), ..good() }]), "checksum"),
-        (zip(&[ZipEntry { local_name: Some("tools.jsox"), ..good() }]), "two names"),
-        (zip(&[ZipEntry { stated: Some(u32::MAX), ..good() }]), "64-bit"),
+        (zip(&[ZipEntry { stated: Some(u32::MAX), ..good() }]), "more than 64 MB"),
         (zip(&[ZipEntry::new("tools.json", &bomb)]), "more than 64 MB"),
         // A bomb that claims to be small is unpacked no farther than it claims.
         (zip(&[ZipEntry { stated: Some(1000), ..ZipEntry::new("tools.json", &bomb) }]), "another size"),
@@ -244,7 +243,7 @@ fn archives_that_are_no_libraries_are_refused() {
         assert!(why.contains(words), "{k}: {why}");
     }
     let many: Vec<ZipEntry<'_>> = (0..65).map(|_| ZipEntry::new("a.png", b"")).collect();
-    assert!(refusal(&zip(&many)).contains("65 entries"));
+    assert!(refusal(&zip(&many)).contains("more than 64 entries"));
     let whole = zip(&[good()]);
     for cut in 4..whole.len() {
         assert!(read_library(&whole[..cut]).is_err(), "{cut} bytes");

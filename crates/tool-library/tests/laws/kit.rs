@@ -91,8 +91,6 @@ pub(crate) fn faults(tool: &Value) -> (Vec<String>, String) {
 /// Entry of an archive.
 pub(crate) struct ZipEntry<'a> {
     pub(crate) name: &'a str,
-    /// Name in front of the entry's bytes, where it is another one.
-    pub(crate) local_name: Option<&'a str>,
     pub(crate) text: &'a [u8],
     pub(crate) is_stored: bool,
     pub(crate) flags: u16,
@@ -104,7 +102,7 @@ pub(crate) struct ZipEntry<'a> {
 
 impl<'a> ZipEntry<'a> {
     pub(crate) fn new(name: &'a str, text: &'a [u8]) -> Self {
-        Self { name, local_name: None, text, is_stored: false, flags: 0, method: None, stated: None, checksum: None }
+        Self { name, text, is_stored: false, flags: 0, method: None, stated: None, checksum: None }
     }
 }
 
@@ -130,12 +128,11 @@ pub(crate) fn zip(entries: &[ZipEntry<'_>]) -> Vec<u8> {
         common.extend((packed.len() as u32).to_le_bytes());
         common.extend(entry.stated.unwrap_or(entry.text.len() as u32).to_le_bytes());
         let local = bytes.len() as u32;
-        let local_name = entry.local_name.unwrap_or(entry.name);
         bytes.extend(b"PK\x03\x04");
         bytes.extend(&common);
-        bytes.extend((local_name.len() as u16).to_le_bytes());
+        bytes.extend((entry.name.len() as u16).to_le_bytes());
         bytes.extend(0u16.to_le_bytes());
-        bytes.extend(local_name.as_bytes());
+        bytes.extend(entry.name.as_bytes());
         bytes.extend(&packed);
         directory.extend(b"PK\x01\x02\x14\x00");
         directory.extend(&common);
