@@ -73,6 +73,12 @@ fn kind_of_signal(signal: i32) -> FailureKind {
     if matches!(signal, 1 | 2 | 9 | 15 | 24) { FailureKind::Machine } else { FailureKind::Internal }
 }
 
+/// Returns whether a signal is one by which users stop programs.
+pub(crate) fn is_stop_request(signal: Option<i32>) -> bool {
+    // Hang-up, interrupt, termination request.
+    matches!(signal, Some(1 | 2 | 15))
+}
+
 fn signal_name(signal: i32) -> String {
     let name = match signal {
         1 => "hang-up",

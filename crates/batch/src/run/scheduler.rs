@@ -11,7 +11,7 @@ use crate::format::result_file::{FailedFile, FailureFormat, FailureKind};
 use crate::given::GivenTask;
 use crate::key::KeyedTask;
 use crate::memory::peak_mib;
-use crate::run::cause::{Cause, cause_of, code_and_signal};
+use crate::run::cause::{Cause, cause_of, code_and_signal, is_stop_request};
 use crate::run::worker::{Worker, WorkerEnd};
 use crate::store::Store;
 use crate::store::task_lock::SignsOfLife;
@@ -355,7 +355,11 @@ impl BatchRun<'_> {
         let failed = recorded.filter(|failed| failed.exit_code == status.code() && failed.exit_code.is_some());
         let failed = failed.map(|failed| FailedFile { tries, ..failed }).unwrap_or_else(|| {
             let mut cause = cause_of(code_and_signal(status), &errors, self.settings.max_memory_mib);
-            if cause.kind == FailureKind::Interrupted && !self.is_cancelled_soon() {
+            // A process that has just begun does not catch signals yet, and is ended by them.
+            let may_be_stopped = cause.kind == FailureKind::Interrupted || is_stop_request(cause.signal);
+            if may_be_stopped && self.is_cancelled_soon() {
+                cause.kind = FailureKind::Interrupted;
+            } else if cause.kind == FailureKind::Interrupted {
                 // Ended by someone else: by a scheduler of machines, or for want of memory.
                 cause.kind = FailureKind::Machine;
                 cause.text = "ended by a termination request".to_owned();

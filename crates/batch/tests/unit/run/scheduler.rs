@@ -51,6 +51,41 @@ impl Watch for Unwatched {
     }
 }
 
+/// Cancels some time after the first process has started, as the signal that ended it would.
+struct CancelledSoon(std::cell::OnceCell<std::time::Instant>);
+
+impl Watch for CancelledSoon {
+    fn see(&self, _: RunEvent<'_>) {
+        self.0.get_or_init(std::time::Instant::now);
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.0.get().is_some_and(|start| start.elapsed() > std::time::Duration::from_millis(60))
+    }
+}
+
+/// A process that has just begun does not catch signals yet: by an interruption it ends like one
+/// that someone else has ended.
+#[cfg(unix)]
+#[test]
+fn processes_that_an_interruption_ends_are_no_failures() {
+    let folder = tempfile::tempdir().unwrap();
+    let store = Store::open(folder.path()).unwrap();
+    let task = keyed(&"0".repeat(64));
+    let command = || {
+        let mut command = Command::new("sh");
+        command.args(["-c", "kill -INT $$"]);
+        command
+    };
+    let settings = RunSettings { at_once: Some(1), ..RunSettings::default() };
+    let tasks = std::slice::from_ref(&task);
+    let stopped = run_tasks(tasks, &store, settings, &command, &CancelledSoon(std::cell::OnceCell::new()));
+    assert!(matches!(stopped, Err(Failure::Interrupted)));
+    assert!(store.failure(&task.key).is_none());
+    run_tasks(tasks, &store, settings, &command, &Unwatched).unwrap();
+    assert_eq!(store.failure(&task.key).unwrap().kind, FailureKind::Machine);
+}
+
 /// One of two commands cannot be started, as when the system has too many processes.
 #[cfg(unix)]
 #[test]
