@@ -4,13 +4,15 @@
 //!   diameter; [`blade`] and
 //!   [`hub`] mesh one blade and the hub, [`blade_pose`] places the others. [`BladeSurface`] is the
 //!   smooth blade behind the mesh, [`chord_error`] their distance.
+//! - [`propeller_solid`]: hub with bore, blades and root fillets as one closed solid;
+//!   [`RootFillet`] has its radii, [`fillet_contact`] the ball in one place.
 //! - [`rotor37`]: a compressor blade.
 //! - [`BladeLoft`]: a smooth blade through sections of points, and its mesh.
 //! - [`patch`]: a wavy sculptured patch with exact normals and curvatures.
 //! - [`casting`]: any of these solids with uneven material on it.
 //! - [`AnalyticPart`]: plane, sphere, cylinder, torus and saddle with exact closest points.
 //!
-//! Lengths are in mm. Blades and hub are closed, wound outward, and separate: as solids they
+//! Lengths are in mm. [`blade`] and [`hub`] are closed, wound outward, and separate: as solids they
 //! overlap, the blade's root reaches into the hub. Mesh vertices lie on the smooth surface. The
 //! propeller frame has the shaft as +Z, pointing ahead, so that suction sides face +Z; propellers
 //! are right-handed (driving, they turn about +Z) unless their table says otherwise. Blade 0 has
@@ -46,6 +48,7 @@
 //! | `spec_error` | faults of a part's description |
 //! | `spline` | cubic spline with two continuous derivatives through table values |
 //! | `propeller` | propellers: blades from radial tables, and a hub |
+//! | `propeller_solid` | propellers as one solid with root fillets and bore |
 //! | `rotor37` | rotor 37 as a mesh, from its published table |
 //! | `blade_loft` | blades as smooth surfaces through sections of points |
 //! | `surface_point` | points of a surface with normal and curvature |
@@ -61,6 +64,7 @@ mod casting;
 mod grouped_mesh;
 mod patch;
 mod propeller;
+mod propeller_solid;
 mod rotor37;
 mod sheets;
 mod spec_error;
@@ -78,6 +82,10 @@ pub use crate::propeller::spec::{PropellerSeries, PropellerSpec, blade_pose};
 pub use crate::propeller::table::{
     Hand, OffsetUnit, PropellerTable, SectionOffsets, TableSections, TableThickness, skew_of_leading_edge,
 };
+pub use crate::propeller_solid::ball::FilletContact;
+pub use crate::propeller_solid::bore::Bore;
+pub use crate::propeller_solid::root_fillet::{FilletStation, RootFillet};
+pub use crate::propeller_solid::solid::{SolidForm, fillet_contact, propeller_solid};
 pub use analytic_part::{AnalyticPart, AnalyticShape, MaterialSide};
 pub use casting::{CastingAllowance, casting};
 pub use patch::{PatchSpec, patch};

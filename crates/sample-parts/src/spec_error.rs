@@ -36,6 +36,25 @@ pub enum SpecError {
         /// The fault, with its remedy.
         message: String,
     },
+    /// A root fillet cannot be made.
+    #[error("root fillet at x/c {chord_fraction:.4} of the {side} side: {message}")]
+    Fillet {
+        /// Side of the blade, in words.
+        side: &'static str,
+        /// Chord fraction of the fault.
+        chord_fraction: f64,
+        /// The fault, with its remedy.
+        message: String,
+    },
+    /// The hub around the fillets cannot be meshed.
+    #[error(
+        "the hub between the fillets takes too many triangles at a chord tolerance of {tolerance} mm; allow more, or \
+         make the fillets smaller"
+    )]
+    Unmeshed {
+        /// Requested tolerance, mm.
+        tolerance: f64,
+    },
     /// The mesh would need more rows or columns than [`crate::BladeResolution`] allows.
     #[error("a chord tolerance of {tolerance} mm needs more than {most} rows or columns")]
     TooFine {

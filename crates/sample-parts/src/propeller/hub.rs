@@ -12,13 +12,13 @@ use crate::propeller::spec::PropellerSpec;
 use crate::spec_error::{SpecError, in_range};
 
 /// Radius of the rounding between the hub's cylinder and its flat ends, over the hub radius.
-const ROUNDING: f64 = 0.25;
+pub(crate) const ROUNDING: f64 = 0.25;
 
 /// Length of the cylinder beyond the blade's root on both sides, over the hub radius.
-const MARGIN: f64 = 0.1;
+pub(crate) const MARGIN: f64 = 0.1;
 
 /// Longest quad of the cylinder over its width around the axis.
-const LONGEST_QUAD: f64 = 4.0;
+pub(crate) const LONGEST_QUAD: f64 = 4.0;
 
 /// The hub: a closed cylinder about +Z with rounded edges and flat ends, mm, in the frame of
 /// [`crate::blade`].
@@ -56,7 +56,7 @@ pub fn hub(spec: &PropellerSpec, chord_tolerance: f64) -> Result<TriMesh, SpecEr
 }
 
 /// Steps over an arc whose chords stay within a tolerance, and at least 16 to a full turn.
-fn steps(angle: f64, radius: f64, tolerance: f64) -> usize {
+pub(crate) fn steps(angle: f64, radius: f64, tolerance: f64) -> usize {
     // sagitta = r·(1 − cos(step/2)) = 2·r·sin²(step/4)
     let step = (4.0 * (tolerance / (2.0 * radius)).sqrt().min(1.0).asin()).min(TAU / 16.0);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "positive, limited by the tolerance")]
@@ -104,7 +104,7 @@ pub(crate) fn least_hub_length(spec: &PropellerSpec) -> f64 {
 }
 
 /// Range of z that the blade takes up from its root to a little above the hub.
-fn root_range(spec: &PropellerSpec) -> (f64, f64) {
+pub(crate) fn root_range(spec: &PropellerSpec) -> (f64, f64) {
     let surface = BladeSurface::new(spec);
     let grid = BladeGrid::new(&surface, BladeResolution::default());
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);

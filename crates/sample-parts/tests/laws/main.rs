@@ -7,4 +7,6 @@ mod blade_laws;
 mod casting_laws;
 mod loft_laws;
 mod rotor37_laws;
+mod solid_faults;
+mod solid_laws;
 mod vp1304_reference;

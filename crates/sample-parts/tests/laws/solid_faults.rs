@@ -1,0 +1,171 @@
+//! Descriptions of solids that cannot be made: each is refused with its reason.
+
+use facemill_sample_parts::{
+    BladeResolution, BladeSide, Bore, FilletStation, OffsetUnit, PropellerSeries, PropellerSpec, PropellerTable,
+    RootFillet, SectionOffsets, SolidForm, SpecError, TableSections, fillet_contact, propeller_solid,
+};
+
+use crate::solid_laws::{constant, propeller, resolution, varying};
+
+fn refusal(spec: &PropellerSpec, fillet: RootFillet, bore: Option<Bore>, tolerance: f64) -> SpecError {
+    let form = SolidForm { fillet, bore };
+    propeller_solid(spec, &form, resolution(10, 20), tolerance).expect_err("no solid")
+}
+
+fn edges(middle: f64, edge: f64) -> RootFillet {
+    let at = |chord_fraction, radius| FilletStation { chord_fraction, suction: radius, pressure: radius };
+    RootFillet::varying(&[at(0.0, edge), at(0.3, middle), at(0.7, middle), at(1.0, edge)]).expect("radii")
+}
+
+#[test]
+fn numbers_of_fillets_and_bores_have_ranges() {
+    for radius in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e5] {
+        assert!(matches!(RootFillet::constant(radius), Err(SpecError::OutOfRange { field: "fillet radius", .. })));
+        assert!(radius > 1e4 && radius.is_finite() || Bore::cylinder(radius).is_err(), "{radius}");
+    }
+    let at = |chord_fraction, suction, pressure| FilletStation { chord_fraction, suction, pressure };
+    for stations in [
+        vec![],
+        vec![at(0.0, 1.0, 1.0)],
+        vec![at(0.0, 1.0, 1.0), at(0.9, 1.0, 1.0)],
+        vec![at(0.1, 1.0, 1.0), at(1.0, 1.0, 1.0)],
+        vec![at(0.0, 1.0, 1.0), at(0.6, 1.0, 1.0), at(0.5, 1.0, 1.0), at(1.0, 1.0, 1.0)],
+        vec![at(0.0, 1.0, 1.0), at(0.5, 1.0, 1.0), at(0.5, 2.0, 1.0), at(1.0, 1.0, 1.0)],
+        vec![at(0.0, 1.0, 1.0), at(f64::NAN, 1.0, 1.0), at(1.0, 1.0, 1.0)],
+        vec![at(0.0, 1.0, 2.0), at(1.0, 1.0, 1.0)],
+        vec![at(0.0, 1.0, 1.0), at(1.0, 1.0, 2.0)],
+        vec![at(0.0, 1.0, 1.0), at(0.5, 1.0, -2.0), at(1.0, 1.0, 1.0)],
+        (0..=1000).map(|k| at(f64::from(k) / 1000.0, 1.0, 1.0)).collect(),
+    ] {
+        assert!(RootFillet::varying(&stations).is_err(), "{stations:?}");
+    }
+}
+
+#[test]
+fn solids_have_ranges() {
+    let spec = propeller(PropellerSeries::Dtmb4119, 1000.0);
+    for tolerance in [0.0, -1.0, 1e-9, 20.0, f64::NAN] {
+        assert!(matches!(refusal(&spec, constant(10.0), None, tolerance), SpecError::OutOfRange { .. }));
+    }
+    for radius in [0.05, 205.0, 5000.0] {
+        let found = refusal(&spec, constant(radius), None, 0.5);
+        assert!(matches!(found, SpecError::OutOfRange { field: "fillet radius", .. }), "{found}");
+        assert!(fillet_contact(&spec, &constant(radius), BladeSide::Suction, 0.5).is_err());
+    }
+    for (aft, ahead) in [(71.0, 30.0), (30.0, 71.0), (1.0, 30.0), (100.0, 100.0)] {
+        let bore = Bore::taper(aft, ahead).expect("radii");
+        assert!(matches!(refusal(&spec, constant(10.0), Some(bore), 0.5), SpecError::OutOfRange { .. }));
+    }
+}
+
+#[test]
+fn fillets_that_fold_are_refused_at_their_place() {
+    // The edges of both lean over the hub.
+    for (series, diameter, radius) in [(PropellerSeries::Vp1304, 250.0, 8.0), (PropellerSeries::Dtmb4119, 1000.0, 80.0)]
+    {
+        match refusal(&propeller(series, diameter), constant(radius), None, 0.1) {
+            SpecError::Fillet { chord_fraction, message, .. } => {
+                assert!(!(0.02..=0.98).contains(&chord_fraction), "{chord_fraction}");
+                assert!(message.contains("folds"), "{message}");
+            }
+            other => panic!("{other}"),
+        }
+    }
+}
+
+#[test]
+fn fillets_have_room_between_blades() {
+    let narrow = PropellerSeries::WageningenB { n_blades: 7, area_ratio: 0.85, pitch_ratio: 0.7 };
+    let found = refusal(&propeller(narrow, 1000.0), edges(40.0, 2.0), None, 0.2);
+    assert!(matches!(&found, SpecError::Fillet { message, .. } if message.contains("next blade")), "{found}");
+    let words = found.to_string();
+    assert!(words.contains("root fillet at x/c") && words.contains("smaller"), "{words}");
+}
+
+/// A table that gives the hub's length: fillets that go beyond it are refused, with the length that
+/// they need, and that length is enough.
+#[test]
+fn fillets_stay_on_a_hub_of_given_length() {
+    let of = |hub_length_ratio: f64| {
+        let table = PropellerSeries::Dtmb4119.table().expect("a table");
+        let table = PropellerTable { hub_length_ratio: Some(hub_length_ratio), ..table };
+        PropellerSpec::from_table(table, 1000.0).expect("a propeller")
+    };
+    let bare = of(0.335);
+    let needed = match refusal(&bare, edges(30.0, 8.0), None, 0.2) {
+        SpecError::OutOfRange { field: "hub length with root fillets", value, least, .. } => {
+            assert!((value - 335.0).abs() < 1e-9);
+            least
+        }
+        other => panic!("{other}"),
+    };
+    let form = SolidForm { fillet: edges(30.0, 8.0), bore: None };
+    let mesh = propeller_solid(&of(needed * 1.000_001 / 1000.0), &form, resolution(10, 20), 0.2).expect("a solid");
+    let ends = mesh.groups().iter().find(|group| group.name == "hub/ends").expect("ends").triangles.clone();
+    let z: Vec<f64> = ends.flat_map(|t| mesh.corners(t)).map(|p| p.z).collect();
+    let length = z.iter().copied().fold(f64::MIN, f64::max) - z.iter().copied().fold(f64::MAX, f64::min);
+    assert!((length / needed - 1.0).abs() < 1e-5, "{length} of {needed}");
+    assert!(propeller_solid(&of(2.0), &form, resolution(10, 20), 0.2).is_ok(), "a long hub has room");
+}
+
+/// Sections that end in an edge without thickness: no ball rolls around it.
+#[test]
+fn sharp_edges_are_refused() {
+    let stations = vec![0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0];
+    let half: Vec<f64> = vec![0.0, 0.03, 0.05, 0.055, 0.04, 0.015, 0.0];
+    let radii = vec![0.2, 0.4, 0.6, 0.8, 1.0];
+    let rows = |sign: f64| vec![half.iter().map(|h| sign * h).collect::<Vec<f64>>(); radii.len()];
+    let table = PropellerTable {
+        sections: TableSections::Offsets(SectionOffsets {
+            radii: radii.clone(),
+            stations,
+            suction: rows(1.0),
+            pressure: rows(-1.0),
+            unit: OffsetUnit::Chord,
+        }),
+        radii,
+        chord: vec![0.3, 0.35, 0.38, 0.35, 0.2],
+        pitch: vec![1.0; 5],
+        skew: vec![0.0; 5],
+        rake: vec![0.0; 5],
+        ..PropellerSeries::Dtmb4119.table().expect("a table")
+    };
+    let spec = PropellerSpec::from_table(table, 1000.0).expect("a propeller");
+    let found = refusal(&spec, varying(10.0), None, 0.2);
+    match &found {
+        SpecError::Fillet { chord_fraction, message, .. } => {
+            assert!(*chord_fraction > 0.99 && message.contains("sharp"), "{found}");
+        }
+        other => panic!("{other}"),
+    }
+}
+
+/// Numbers at random: a closed solid or a fault, and no panic.
+#[test]
+fn any_numbers_give_a_solid_or_a_fault() {
+    let mut random = facemill_test_kit::Random(21);
+    let (mut n_solids, mut n_faults) = (0, 0);
+    for _ in 0..60 {
+        let series = PropellerSeries::WageningenB {
+            n_blades: 2 + (6.0 * random.unit()) as usize,
+            area_ratio: 0.3 + 0.75 * random.unit(),
+            pitch_ratio: 0.5 + 0.9 * random.unit(),
+        };
+        let spec = propeller(series, 1000.0);
+        let middle = 100.0 * random.unit().powi(2) + 0.5;
+        let form = SolidForm { fillet: edges(middle, middle * (0.02 + 0.5 * random.unit())), bore: None };
+        let resolution = BladeResolution::new(8 + (8.0 * random.unit()) as usize, 8).expect("in range");
+        match propeller_solid(&spec, &form, resolution, 0.05 + 3.0 * random.unit()) {
+            Ok(mesh) => {
+                assert!(crate::kit::is_closed(&mesh) && crate::kit::volume(&mesh) > 0.0);
+                n_solids += 1;
+            }
+            Err(fault) => {
+                assert!(!fault.to_string().contains("NaN"), "{fault}");
+                n_faults += 1;
+            }
+        }
+    }
+    println!("{n_solids} solids, {n_faults} faults");
+    assert!(n_solids > 10 && n_faults > 5, "{n_solids} solids, {n_faults} faults");
+}
