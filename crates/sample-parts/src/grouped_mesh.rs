@@ -24,12 +24,17 @@ impl GroupedMesh {
 
     /// Adds the quad `a, b, c, d` to a group (by its place in the list), split along the shorter
     /// diagonal. Corners that coincide make it a triangle, or nothing.
-    pub(crate) fn quad(&mut self, group: usize, [a, b, c, d]: [u32; 4]) {
-        let split = if self.distance_sq(a, c) <= self.distance_sq(b, d) {
-            [[a, b, c], [a, c, d]]
-        } else {
-            [[a, b, d], [b, c, d]]
-        };
+    pub(crate) fn quad(&mut self, group: usize, corners: [u32; 4]) {
+        self.quad_without(group, corners, |_| false);
+    }
+
+    /// As [`Self::quad`], with the other diagonal where the shorter one joins two vertices of a
+    /// kind.
+    pub(crate) fn quad_without(&mut self, group: usize, [a, b, c, d]: [u32; 4], is_of_kind: impl Fn(u32) -> bool) {
+        let is_first_shorter = self.distance_sq(a, c) <= self.distance_sq(b, d);
+        let joins = |p: u32, q: u32| is_of_kind(p) && is_of_kind(q);
+        let is_first = if is_first_shorter { !joins(a, c) } else { joins(b, d) };
+        let split = if is_first { [[a, b, c], [a, c, d]] } else { [[a, b, d], [b, c, d]] };
         for triangle in split {
             self.triangle(group, triangle);
         }

@@ -28,9 +28,13 @@ pub(crate) fn close_sheets(
     for row in 0..last_row {
         for k in 0..last_column {
             let quad = |s: &Sheet| [s[row][k], s[row][k + 1], s[row + 1][k + 1], s[row + 1][k]];
-            mesh.quad(group(row, k, SUCTION), quad(suction));
-            let [a, b, c, d] = quad(pressure);
-            mesh.quad(group(row, k, PRESSURE), [a, d, c, b]);
+            let [on_suction, on_pressure] = [suction, pressure].map(quad);
+            // In a corner of the tip three vertices are shared: a diagonal between two of them would
+            // lie on both sides.
+            let is_shared = |v: u32| on_suction.contains(&v) && on_pressure.contains(&v);
+            mesh.quad_without(group(row, k, SUCTION), on_suction, is_shared);
+            let [a, b, c, d] = on_pressure;
+            mesh.quad_without(group(row, k, PRESSURE), [a, d, c, b], is_shared);
         }
     }
     for k in 0..last_column {

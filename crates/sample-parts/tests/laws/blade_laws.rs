@@ -8,7 +8,8 @@ use facemill_sample_parts::blade;
 use facemill_sample_parts::chord_error;
 use facemill_sample_parts::hub;
 use facemill_sample_parts::{
-    BladeResolution, BladeSide, BladeSurface, PropellerSeries, PropellerSpec, SpecError, blade_pose,
+    BladeResolution, BladeSide, BladeSurface, Hand, PropellerSeries, PropellerSpec, PropellerTable, SpecError,
+    TableSections, TableThickness, blade_pose,
 };
 use nalgebra::Vector3;
 
@@ -43,6 +44,31 @@ fn blades_and_hubs_are_closed_and_wound_outward() {
                 assert!(kit::volume(&mesh) > 0.0, "{series:?}");
             }
         }
+    }
+}
+
+/// In a corner of the tip both sides share three vertices of a quad: with a diagonal between two of
+/// them, both had the same triangle.
+#[test]
+fn corners_of_tips_are_no_triangle_of_both_sides() {
+    let table = PropellerTable {
+        n_blades: 5,
+        hand: Hand::Right,
+        hub_ratio: 0.12,
+        hub_length_ratio: None,
+        radii: vec![0.12, 0.296, 0.472, 0.648, 0.824, 1.0],
+        chord: vec![0.088, 0.094, 0.093, 0.083, 0.065, 0.039],
+        pitch: vec![0.66, 1.33, 1.48, 1.88, 1.09, 0.49],
+        skew: vec![0.0, 0.17, 0.33, 0.5, 0.67, 0.83],
+        rake: vec![-0.022, -0.055, -0.088, -0.121, -0.154, -0.187],
+        sections: TableSections::Naca66A08 {
+            thickness: TableThickness::OfChord(vec![0.135, 0.111, 0.086, 0.062, 0.038, 0.0138]),
+            camber: vec![-0.033; 6],
+        },
+    };
+    let spec = PropellerSpec::from_table(table, 1000.0).expect("a propeller");
+    for n in 8..40 {
+        assert!(kit::is_closed(&blade(&spec, resolution(n, 8))), "{n}");
     }
 }
 
