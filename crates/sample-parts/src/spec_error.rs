@@ -48,8 +48,8 @@ pub enum SpecError {
     },
     /// The hub around the fillets cannot be meshed.
     #[error(
-        "the hub between the fillets takes too many triangles at a chord tolerance of {tolerance} mm; allow more, or \
-         make the fillets smaller"
+        "the hub around the fillets has no mesh at a chord tolerance of {tolerance} mm: fillets of two blades are too \
+         near to each other, which smaller ones are not, or it takes too many triangles"
     )]
     Unmeshed {
         /// Requested tolerance, mm.

@@ -127,9 +127,12 @@ fn add_quads(sector: &mut Sector, grid: &BladeGrid, contacts: &ContactLoop, shee
                 let vertices = [s[row][k], s[row][k + 1], s[row + 1][k + 1], s[row + 1][k]];
                 vertices.map(|vertex| Corner::Turned { vertex, turn: 0 })
             };
-            sector.quad(group(row, k, SUCTION), quad(suction));
-            let [a, b, c, d] = quad(pressure);
-            sector.quad(group(row, k, PRESSURE), [a, d, c, b]);
+            let [on_suction, on_pressure] = [quad(suction), quad(pressure)];
+            // As in `close_sheets`: a diagonal between shared vertices would lie on both sides.
+            let is_shared = |v: Corner| on_suction.contains(&v) && on_pressure.contains(&v);
+            sector.quad_without(group(row, k, SUCTION), on_suction, is_shared);
+            let [a, b, c, d] = on_pressure;
+            sector.quad_without(group(row, k, PRESSURE), [a, d, c, b], is_shared);
         }
     }
 }

@@ -4,6 +4,14 @@ use crate::spec_error::{SpecError, in_range};
 
 /// Bore through a hub along its axis: a cylinder, or a cone for a shaft with a taper; lengths in
 /// mm.
+///
+/// ```
+/// use facemill_sample_parts::{Bore, SpecError};
+///
+/// let taper = Bore::taper(90.0, 120.0)?;
+/// assert_eq!(taper.radii(), [90.0, 120.0]);
+/// # Ok::<(), SpecError>(())
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bore {
     aft_radius: f64,

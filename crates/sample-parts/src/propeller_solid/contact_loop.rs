@@ -30,6 +30,10 @@ const MOST_HALVINGS: usize = 14;
 /// Largest turn of the fillet's normal from one column to the next, and along an arc, rad.
 const LARGEST_TURN: f64 = 0.35;
 
+/// Longest chord on the hub over its radius and the number of blades: where the hub is triangulated
+/// longer ones would be bent.
+const LONGEST_ON_HUB: f64 = 0.35;
+
 /// Share of the chord tolerance for the curves along the contour and for the arcs each; the rest is
 /// for the twist of the quads.
 const SHARE_OF_TOLERANCE: f64 = 0.4;
@@ -53,6 +57,9 @@ impl ContactLoop {
             Ok::<_, SpecError>((angle, [suction, pressure]))
         };
         let share = SHARE_OF_TOLERANCE * tolerance;
+        let spec = contour.surface().spec();
+        let limits =
+            ColumnLimits { off_chord: share, on_hub: LONGEST_ON_HUB * spec.hub_radius() / spec.n_blades() as f64 };
         let too_fine = || SpecError::TooFine { tolerance, most: MOST_COLUMNS };
         let mut columns = vec![pair_at(0.0)?];
         for &fraction in &fractions[1..] {
@@ -60,15 +67,13 @@ impl ContactLoop {
             while let Some((next, depth)) = ahead.pop() {
                 let last = columns.last().expect("there is a first column");
                 let middle = pair_at(0.5 * (last.0 + next.0))?;
-                let is_enough =
-                    [0, 1].into_iter().all(|side| is_near(&last.1[side], &middle.1[side], &next.1[side], share));
-                if is_enough {
+                let keeps = |side: usize| limits.allow(&last.1[side], &middle.1[side], &next.1[side]);
+                if keeps(0) && keeps(1) {
                     columns.push(next);
                 } else if depth == MOST_HALVINGS {
-                    return Err(fault(
-                        next.0,
-                        "the edge is too sharp for a ball to roll around it; round it".to_owned(),
-                    ));
+                    let message = "the fillet turns too sharply, as around an edge without thickness; round the \
+                                   edge, or make the radius smaller";
+                    return Err(fault(next.0, message.to_owned()));
                 } else {
                     ahead.push((next, depth + 1));
                     ahead.push((middle, depth + 1));
@@ -120,12 +125,23 @@ impl ContactLoop {
     }
 }
 
-/// Whether chords from one ball's contacts to the next stay near those of the ball between.
-fn is_near(a: &FilletContact, middle: &FilletContact, b: &FilletContact, tolerance: f64) -> bool {
-    let curves: [fn(&FilletContact) -> Point3<f64>; 3] =
-        [|ball| ball.on_blade, |ball| ball.on_hub, |ball| ball.on_arc(0.5)];
-    let turn = (a.on_blade - a.centre).angle(&(b.on_blade - b.centre));
-    turn <= LARGEST_TURN && curves.iter().all(|curve| off_chord(&curve(a), &curve(middle), &curve(b)) <= tolerance)
+/// How far one column may be from the next, mm.
+struct ColumnLimits {
+    /// Distance of contacts and of the arc's middle from chords.
+    off_chord: f64,
+    /// Length of chords on the hub.
+    on_hub: f64,
+}
+
+impl ColumnLimits {
+    /// Whether a ball may follow another, with that between them known.
+    fn allow(&self, a: &FilletContact, middle: &FilletContact, b: &FilletContact) -> bool {
+        let curves: [fn(&FilletContact) -> Point3<f64>; 3] =
+            [|ball| ball.on_blade, |ball| ball.on_hub, |ball| ball.on_arc(0.5)];
+        (a.on_blade - a.centre).angle(&(b.on_blade - b.centre)) <= LARGEST_TURN
+            && (b.on_hub - a.on_hub).norm() <= self.on_hub
+            && curves.iter().all(|curve| off_chord(&curve(a), &curve(middle), &curve(b)) <= self.off_chord)
+    }
 }
 
 /// Distance of a point from the segment between two others.
@@ -136,7 +152,8 @@ fn off_chord(a: &Point3<f64>, p: &Point3<f64>, b: &Point3<f64>) -> f64 {
     (p - (a + along * share)).norm()
 }
 
-/// Segments whose chords stay within a tolerance of a ball's arc, and turn no more than columns may.
+/// Segments whose chords stay within a tolerance of a ball's arc, and turn no more than columns
+/// may.
 fn arc_segments(ball: &FilletContact, tolerance: f64) -> usize {
     // sagitta = r·(1 − cos(step/2)) = 2·r·sin²(step/4)
     let step = 4.0 * (tolerance / (2.0 * ball.radius)).sqrt().min(1.0).asin();

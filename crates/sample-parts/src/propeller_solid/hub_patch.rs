@@ -124,7 +124,7 @@ impl HubLoop {
 /// Triangles of a sector's band.
 #[derive(Debug)]
 pub(crate) struct HubPatch {
-    /// Vertices in the scaled plane: those of the loop, of the lower and the upper ring, and others.
+    /// Vertices in the scaled plane: of the loop, of the lower and the upper ring, and others.
     vertices: Vec<Point2<f64>>,
     /// Corners of triangles, wound outward, by indices of `vertices` and sectors on.
     pub(crate) triangles: Vec<[(usize, i32); 3]>,

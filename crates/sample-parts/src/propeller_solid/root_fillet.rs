@@ -67,7 +67,7 @@ impl RootFillet {
     ///
     /// # Errors
     /// When there are fewer than two stations or more than 1,000, the chord fractions do not grow
-    /// from 0 to 1, a radius is not above 0 and up to 10,000 mm, or the two radii at an edge differ.
+    /// from 0 to 1, a radius is not above 0 and up to 10,000 mm, or both radii at an edge differ.
     pub fn varying(stations: &[FilletStation]) -> Result<Self, SpecError> {
         in_range("number of fillet stations", stations.len() as f64, 2.0, MOST_STATIONS as f64)?;
         let last = stations.len() - 1;

@@ -77,7 +77,17 @@ impl Sector {
 
     /// Adds the quad `a, b, c, d` to a group, split by [`split_quad`].
     pub(crate) fn quad(&mut self, group: usize, corners: [Corner; 4]) {
-        for triangle in split_quad(corners.map(|corner| self.place(corner))) {
+        self.quad_without(group, corners, |_| false);
+    }
+
+    /// As [`Self::quad`], with the other diagonal where the one would join two corners of a kind.
+    pub(crate) fn quad_without(&mut self, group: usize, corners: [Corner; 4], is_of_kind: impl Fn(Corner) -> bool) {
+        let mut split = split_quad(corners.map(|corner| self.place(corner)));
+        let [from, to] = [split[1][0], split[0][2]];
+        if is_of_kind(corners[from]) && is_of_kind(corners[to]) {
+            split = SPLITS[usize::from(split == SPLITS[0])];
+        }
+        for triangle in split {
             self.triangle(group, triangle.map(|k| corners[k]));
         }
     }
@@ -131,11 +141,14 @@ impl Sector {
     }
 }
 
-/// Returns the triangles of a quad, split along the shorter diagonal; the one of the first corner if
-/// both are equal up to rounding.
+/// Returns the triangles of a quad, split along the shorter diagonal, or that of the first corner
+/// if both are equal up to rounding.
 pub(crate) fn split_quad([a, b, c, d]: [Point3<f64>; 4]) -> [[usize; 3]; 2] {
-    if (c - a).norm() <= (d - b).norm() * (1.0 + 1e-12) { [[0, 1, 2], [0, 2, 3]] } else { [[0, 1, 3], [1, 2, 3]] }
+    SPLITS[usize::from((c - a).norm() > (d - b).norm() * (1.0 + 1e-12))]
 }
+
+/// Triangles of a quad by its first diagonal, and by its second.
+const SPLITS: [[[usize; 3]; 2]; 2] = [[[0, 1, 2], [0, 2, 3]], [[0, 1, 3], [1, 2, 3]]];
 
 fn index(at: usize) -> u32 {
     u32::try_from(at).expect("sizes are limited to far fewer than 2^32 vertices")

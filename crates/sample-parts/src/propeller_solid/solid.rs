@@ -110,6 +110,17 @@ pub fn propeller_solid(
 ///
 /// Centres of such balls are what a ball cutter of the same radius follows to cut the fillet.
 ///
+/// ```
+/// use facemill_sample_parts::{BladeSide, PropellerSeries, PropellerSpec, RootFillet, SpecError, fillet_contact};
+///
+/// let spec = PropellerSpec::new(PropellerSeries::Dtmb4119, 1000.0)?;
+/// let ball = fillet_contact(&spec, &RootFillet::constant(20.0)?, BladeSide::Suction, 0.4)?;
+/// let from_axis = ball.centre.x.hypot(ball.centre.y);
+/// assert!((from_axis - (spec.hub_radius() + 20.0)).abs() < 1e-6);
+/// assert!((ball.on_arc(1.0) - ball.on_hub).norm() < 1e-6 && ball.arc_angle() < 2.0);
+/// # Ok::<(), SpecError>(())
+/// ```
+///
 /// # Errors
 /// When a radius of the fillet is out of the range of [`propeller_solid`], the edge is sharp there,
 /// or blade and hub meet at an angle without room for a ball.

@@ -1,8 +1,8 @@
 //! Descriptions of solids that cannot be made: each is refused with its reason.
 
 use facemill_sample_parts::{
-    BladeResolution, BladeSide, Bore, FilletStation, OffsetUnit, PropellerSeries, PropellerSpec, PropellerTable,
-    RootFillet, SectionOffsets, SolidForm, SpecError, TableSections, fillet_contact, propeller_solid,
+    BladeResolution, BladeSide, Bore, FilletStation, Hand, OffsetUnit, PropellerSeries, PropellerSpec, PropellerTable,
+    RootFillet, SectionOffsets, SolidForm, SpecError, TableSections, TableThickness, fillet_contact, propeller_solid,
 };
 
 use crate::solid_laws::{constant, propeller, resolution, varying};
@@ -140,32 +140,84 @@ fn sharp_edges_are_refused() {
     }
 }
 
+/// A table of numbers at random, with sections of all kinds.
+fn any_table(random: &mut facemill_test_kit::Random) -> PropellerTable {
+    let mut between = |low: f64, high: f64| low + (high - low) * random.unit();
+    let hub_ratio = between(0.05, 0.5);
+    let radii: Vec<f64> = (0..6).map(|k| hub_ratio + (1.0 - hub_ratio) * f64::from(k) / 5.0).collect();
+    let chord = between(0.05, 1.2);
+    let thickness = between(0.02, 0.3);
+    let [skew, rake] = [between(-1.0, 1.0), between(-0.2, 0.2)];
+    let sections = match between(0.0, 3.0) as u32 {
+        0 => TableSections::WageningenB {
+            thickness: TableThickness::OfDiameter(radii.iter().map(|r| 0.05 - 0.045 * r).collect()),
+        },
+        1 => TableSections::Naca66A08 {
+            thickness: TableThickness::OfChord(radii.iter().map(|r| thickness * (1.1 - r)).collect()),
+            camber: vec![between(-0.05, 0.05); 6],
+        },
+        _ => {
+            let edge = between(0.002, 0.02);
+            let half = [edge, 0.03, 0.05, 0.055, 0.04, 0.02, edge];
+            let rows = |sign: f64| vec![half.map(|h| sign * h).to_vec(); 6];
+            TableSections::Offsets(SectionOffsets {
+                radii: radii.clone(),
+                stations: vec![0.0, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0],
+                suction: rows(1.0),
+                pressure: rows(-1.0),
+                unit: OffsetUnit::Chord,
+            })
+        }
+    };
+    PropellerTable {
+        n_blades: between(2.0, 12.99) as usize,
+        hand: if between(0.0, 1.0) < 0.5 { Hand::Left } else { Hand::Right },
+        hub_ratio,
+        hub_length_ratio: None,
+        chord: radii.iter().map(|r| chord * (1.2 - r) * (0.5 + r)).collect(),
+        pitch: radii.iter().map(|_| between(0.3, 2.0)).collect(),
+        skew: radii.iter().map(|r| skew * (r - hub_ratio)).collect(),
+        rake: radii.iter().map(|r| rake * r).collect(),
+        radii,
+        sections,
+    }
+}
+
 /// Numbers at random: a closed solid or a fault, and no panic.
 #[test]
 fn any_numbers_give_a_solid_or_a_fault() {
     let mut random = facemill_test_kit::Random(21);
-    let (mut n_solids, mut n_faults) = (0, 0);
-    for _ in 0..60 {
-        let series = PropellerSeries::WageningenB {
-            n_blades: 2 + (6.0 * random.unit()) as usize,
-            area_ratio: 0.3 + 0.75 * random.unit(),
-            pitch_ratio: 0.5 + 0.9 * random.unit(),
+    let (mut n_solids, mut n_faults, mut n_tables) = (0, 0, 0);
+    for k in 0..120 {
+        let spec = if k % 2 == 0 {
+            let series = PropellerSeries::WageningenB {
+                n_blades: 2 + (6.0 * random.unit()) as usize,
+                area_ratio: 0.3 + 0.75 * random.unit(),
+                pitch_ratio: 0.5 + 0.9 * random.unit(),
+            };
+            propeller(series, 1000.0)
+        } else {
+            let Ok(spec) = PropellerSpec::from_table(any_table(&mut random), 1000.0) else { continue };
+            spec
         };
-        let spec = propeller(series, 1000.0);
-        let middle = 100.0 * random.unit().powi(2) + 0.5;
-        let form = SolidForm { fillet: edges(middle, middle * (0.02 + 0.5 * random.unit())), bore: None };
+        let middle = 0.05 + 60.0 * random.unit().powi(2);
+        let form = SolidForm { fillet: edges(middle, middle * (0.02 + 0.4 * random.unit())), bore: None };
         let resolution = BladeResolution::new(8 + (8.0 * random.unit()) as usize, 8).expect("in range");
-        match propeller_solid(&spec, &form, resolution, 0.05 + 3.0 * random.unit()) {
+        let tolerance = spec.hub_radius() * (1e-3 + 0.03 * random.unit());
+        match propeller_solid(&spec, &form, resolution, tolerance) {
             Ok(mesh) => {
-                assert!(crate::kit::is_closed(&mesh) && crate::kit::volume(&mesh) > 0.0);
+                assert!(crate::kit::is_closed(&mesh), "{spec:?} {form:?} {resolution:?} {tolerance}");
+                assert!(crate::kit::volume(&mesh) > 0.0, "{spec:?} {form:?} {resolution:?} {tolerance}");
                 n_solids += 1;
+                n_tables += k % 2;
             }
             Err(fault) => {
+                println!("{fault}");
                 assert!(!fault.to_string().contains("NaN"), "{fault}");
                 n_faults += 1;
             }
         }
     }
-    println!("{n_solids} solids, {n_faults} faults");
-    assert!(n_solids > 10 && n_faults > 5, "{n_solids} solids, {n_faults} faults");
+    println!("{n_solids} solids, {n_tables} of them of tables, {n_faults} faults");
+    assert!(n_solids > 20 && n_faults > 10 && n_tables > 5, "{n_solids} solids, {n_tables}, {n_faults} faults");
 }

@@ -154,6 +154,39 @@ fn fillets_lie_on_balls_that_touch_blade_and_hub() {
     }
 }
 
+/// A fillet adds material alone: what blade and hub have there is in the solid. It leaves the balls
+/// free: no place inside of one is.
+#[test]
+fn fillets_hold_blade_and_hub_and_leave_the_balls_free() {
+    for series in SERIES {
+        let spec = propeller(series, 1000.0);
+        let (smooth, hub, tolerance) = (BladeSurface::new(&spec), spec.hub_radius(), 2e-3 * spec.hub_radius());
+        for (k_fillet, fillet) in fillets(&spec).into_iter().enumerate() {
+            let fine = BladeResolution::for_chord_tolerance(&spec, 0.5 * tolerance).expect("in range");
+            let mesh = surface(solid(&spec, &fillet, fine, tolerance));
+            let mut random = facemill_test_kit::Random(5);
+            let mut n_deep = 0;
+            for _ in 0..300 {
+                let side = if random.unit() < 0.5 { BladeSide::Suction } else { BladeSide::Pressure };
+                let x = (0.5 * PI * random.unit()).sin().powi(2);
+                let section = smooth.section(hub + 2.0 * fillet.radius(side, x) * random.unit());
+                let p = section.point(side, x);
+                let off = distance(&mesh, &p);
+                assert!(off < tolerance || mesh.is_inside(&p), "{series:?}: {off} outside at {p}");
+                n_deep += usize::from(off > tolerance);
+                let ball = fillet_contact(&spec, &fillet, side, x).expect("a ball");
+                let [u, v] = [random.unit(), random.unit()];
+                let direction =
+                    Vector3::new((TAU * u).cos(), (TAU * u).sin(), 0.0) * (1.0 - v * v).sqrt() + Vector3::z() * v;
+                let q =
+                    ball.centre + direction * (ball.radius - tolerance) * if random.unit() < 0.5 { -1.0 } else { 1.0 };
+                assert!(k_fillet == 1 || !mesh.is_inside(&q), "{series:?}: {q} is in a ball and in the solid");
+            }
+            assert!(n_deep > 30, "{series:?}: {n_deep} places under the fillet");
+        }
+    }
+}
+
 /// Largest bends between facets of the fillet of blade 1 and their neighbours of the blade and of
 /// the hub, rad.
 fn seam_bends(mesh: &TriMesh) -> [f64; 2] {
