@@ -7,13 +7,14 @@ use facemill_cl_data::{CcPoint, ClPoint};
 use facemill_cutter_location::{Hints, PoseTest, SearchCurve, search};
 use facemill_inverse_kinematics::{BranchPreference, Machine, preset, preset_names};
 use facemill_nc_program::Dialect;
+use facemill_sample_jobs::round_to;
 use facemill_tool_model::cl_from_cc;
 use nalgebra::{Isometry3, Translation3};
 use rayon::prelude::*;
 use serde_json::{Value, json};
 
 use crate::check::describe_setup;
-use crate::examples::new_job::{NewJob, new_job, round_to};
+use crate::examples::new_job::{NewJob, new_job};
 use crate::failure::Failure;
 use crate::frames::places;
 use crate::load::job::{Job, Setup};

@@ -8,10 +8,10 @@ use facemill_surface_model::{NamedNode, TriMesh, write_obj};
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Unit, UnitQuaternion, Vector3};
 use serde_json::{Value, json};
 
-use crate::examples::new_job::{
-    ROTOR_SCALES, compact, cutter_radius, job_file, job_folder, operation, round_to, stock_for,
+use crate::job_parts::{
+    JobFiles, ROTOR_SCALES, ReadFile, cutter_radius, job_file, job_folder, operation, round_to, stock_for,
 };
-use crate::files;
+use crate::propeller_mesh::compact;
 
 /// Chord tolerance of a blade's mesh as a share of its size, and its limits, mm.
 const CHORD_SHARE: f64 = 1e-4;
@@ -27,11 +27,11 @@ const SIDES: [(&str, &str); 2] = [("suction", "suction side"), ("pressure", "pre
 
 /// Returns the job of a blade by its `.inf` file: both sides, each in a setup in which it lies with
 /// that side up.
-pub(crate) fn blade_job(file: &Path, scale: f64) -> Result<Vec<(String, Vec<u8>)>, String> {
+pub(crate) fn blade_job(file: &Path, scale: f64, read: ReadFile<'_>) -> Result<JobFiles, String> {
     if !ROTOR_SCALES.contains(&scale) {
         return Err(format!("scale must be from {} to {}, is {scale}", ROTOR_SCALES.start(), ROTOR_SCALES.end()));
     }
-    let described = read_blade_file(file)?;
+    let described = read_blade_file(file, read)?;
     let blade = loft(&described, scale)?;
     let chord = leading_to_trailing(&blade.mesh);
     let (names, obj) = groups_obj(&blade.mesh)?;
@@ -59,7 +59,7 @@ pub(crate) fn blade_job(file: &Path, scale: f64) -> Result<Vec<(String, Vec<u8>)
 }
 
 /// Reads an `.inf` file with those that it names, all below its folder.
-fn read_blade_file(file: &Path) -> Result<BladeFile, String> {
+fn read_blade_file(file: &Path, read: ReadFile<'_>) -> Result<BladeFile, String> {
     let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let open = |name: &str| {
         let path = folder.join(name);
@@ -68,9 +68,9 @@ fn read_blade_file(file: &Path) -> Result<BladeFile, String> {
         if !real(&path)?.starts_with(real(folder)?) {
             return Err(format!("{name} is a link out of the folder; put the file itself below it"));
         }
-        files::read_text(&path).map_err(|e| e.to_string())
+        read(&path)
     };
-    let bytes = files::read_text(file).map_err(|e| e.to_string())?;
+    let bytes = read(file)?;
     read_blade(&file.display().to_string(), &bytes, open).map_err(|e| e.to_string())
 }
 
@@ -166,7 +166,3 @@ fn sum_over(mesh: &TriMesh, group: &str, of: impl Fn(usize) -> Vector3<f64>) -> 
     let triangles = mesh.groups().iter().find(|g| g.name == group)?.triangles.clone();
     Some(triangles.map(of).sum())
 }
-
-#[cfg(test)]
-#[path = "../../tests/unit/examples/new_blade.rs"]
-mod tests;

@@ -3,9 +3,8 @@
 use facemill_sample_parts::{BladeResolution, PropellerSeries, PropellerSpec, chord_error};
 use serde_json::{Value, json};
 
-use crate::examples::new_job::{
-    CHORD_QUADS, RADIAL_QUADS, cutter_radius, job_file, operation, propeller_glb, round_to, stock_for, tool_file,
-};
+use crate::job_parts::{JobFiles, cutter_radius, job_file, operation, round_to, stock_for, tool_file};
+use crate::propeller_mesh::{CHORD_QUADS, RADIAL_QUADS, propeller_glb};
 
 /// Diameters that fit the preset machine, mm.
 const DIAMETERS: [f64; 2] = [600.0, 1100.0];
@@ -15,7 +14,7 @@ const DIAMETERS: [f64; 2] = [600.0, 1100.0];
 ///
 /// The tool of head 2 is left-handed: seen from outside, the sides of a blade are mirror images,
 /// and so both are cut climbing from the leading to the trailing edge, at opposite places.
-pub(crate) fn dual_propeller_job(diameter: f64) -> Result<Vec<(String, Vec<u8>)>, String> {
+pub(crate) fn dual_propeller_job(diameter: f64) -> Result<JobFiles, String> {
     let [least, most] = DIAMETERS;
     if !(least..=most).contains(&diameter) {
         return Err(format!("diameter must be from {least} to {most} mm on the machine with two heads, is {diameter}"));

@@ -1,0 +1,36 @@
+//! Sample jobs: a part, its tools, a machine and the job file, as files in memory.
+//!
+//! [`new_job`] makes one from a [`NewJob`]: a propeller of a series or of a table, a whole
+//! propeller from its casting, a blade, a patch.
+//!
+//! ```
+//! use facemill_sample_jobs::{NewJob, new_job};
+//!
+//! let files = new_job(&NewJob::Patch { size_mm: 80.0 }, &|file| Err(format!("no file {}", file.display())))?;
+//! let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
+//! assert_eq!(names, ["patch.obj", "job.json", "tool.json", "machine.json"]);
+//! # Ok::<(), String>(())
+//! ```
+//!
+//! Modules, each of which imports those above it alone:
+//!
+//! | module | holds |
+//! |---|---|
+//! | `job_parts` | pieces of job files: operations, tools, folders |
+//! | `propeller_mesh` | propellers as files of meshes with names |
+//! | `new_propeller` | propellers of a series or a table, one side up |
+//! | `new_dual` | a propeller on a mill with two heads |
+//! | `new_blade` | blades from files of others, and rotor 37 |
+//! | `new_job` | sample jobs by their descriptions |
+//!
+//! This crate must not know how jobs are read or planned, and opens no file by itself.
+
+mod job_parts;
+mod new_blade;
+mod new_dual;
+mod new_job;
+mod new_propeller;
+mod propeller_mesh;
+
+pub use crate::job_parts::{ROTOR_SCALES, ReadFile, round_to};
+pub use crate::new_job::{NewJob, Series, new_job};
