@@ -3,6 +3,7 @@
 use facemill_surface_model::TriMesh;
 use nalgebra::{Point3, Rotation3, Vector3};
 
+use crate::propeller::anti_singing::RUN_OUT;
 use crate::propeller::blade::BladeResolution;
 use crate::propeller::blade_grid::BladeGrid;
 use crate::propeller::blade_section::BladeSide;
@@ -76,7 +77,8 @@ const LEAST_MARGIN: f64 = 0.01;
 /// # Errors
 /// - The tolerance is not between 1e-5 and 1e-1 of the hub radius.
 /// - A radius of the fillet is below 1e-3 of the hub radius, or a ball of it reaches the rounding
-///   of the tip; a radius of the bore is not between 0.02 and 0.7 of the hub radius.
+///   of the tip or 0.05 R before an anti-singing edge; a radius of the bore is not between 0.02 and
+///   0.7 of the hub radius.
 /// - The hub's length, if the table gives one, leaves no room for the fillets.
 /// - A ball cuts into a blade, the fillet folds, fillets of two blades meet, or an edge is sharp
 ///   ([`SpecError::Fillet`], with the place).
@@ -141,7 +143,11 @@ pub fn fillet_contact(
 fn check_radii(surface: &BladeSurface, fillet: &RootFillet) -> Result<(), SpecError> {
     let spec = surface.spec();
     let (hub_radius, radius) = (spec.hub_radius(), 0.5 * spec.diameter());
-    let most = 0.5 * (radius * (1.0 - surface.tip_rounding_ratio()) - hub_radius);
+    let smooth_up_to = match spec.anti_singing_edge() {
+        Some(edge) => edge.range()[0] - RUN_OUT,
+        None => 1.0 - surface.tip_rounding_ratio(),
+    };
+    let most = 0.5 * (radius * smooth_up_to - hub_radius);
     for extreme in fillet.extremes() {
         in_range("fillet radius", extreme, LEAST_FILLET * hub_radius, most)?;
     }
