@@ -140,7 +140,7 @@ pub fn fillet_contact(
 }
 
 /// Refuses radii with which no ball can lie between hub and tip.
-fn check_radii(surface: &BladeSurface, fillet: &RootFillet) -> Result<(), SpecError> {
+pub(crate) fn check_radii(surface: &BladeSurface, fillet: &RootFillet) -> Result<(), SpecError> {
     let spec = surface.spec();
     let (hub_radius, radius) = (spec.hub_radius(), 0.5 * spec.diameter());
     let smooth_up_to = match spec.anti_singing_edge() {
