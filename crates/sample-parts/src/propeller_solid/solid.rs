@@ -34,6 +34,9 @@ pub struct SolidForm {
 /// Least radius of a fillet over the hub radius: smaller ones are edges to any cutter.
 const LEAST_FILLET: f64 = 1e-3;
 
+/// Most vertices of all blades: 40 million triangles.
+const MOST_VERTICES: f64 = 2e7;
+
 /// Least length of the cylinder beyond the fillets over the hub radius, where the hub's length is
 /// given.
 const LEAST_MARGIN: f64 = 0.01;
@@ -82,7 +85,7 @@ const LEAST_MARGIN: f64 = 0.01;
 /// - The hub's length, if the table gives one, leaves no room for the fillets.
 /// - A ball cuts into a blade, the fillet folds, fillets of two blades meet, or an edge is sharp
 ///   ([`SpecError::Fillet`], with the place).
-/// - The tolerance takes more columns or triangles than there may be.
+/// - Tolerance and resolution take more columns, vertices or triangles than there may be.
 pub fn propeller_solid(
     spec: &PropellerSpec,
     form: &SolidForm,
@@ -100,6 +103,8 @@ pub fn propeller_solid(
     let grid = BladeGrid::new(&surface, resolution);
     let contacts = ContactLoop::new(&contour, &form.fillet, &grid.fractions, chord_tolerance)?;
     contacts.check_folds()?;
+    let n_vertices = spec.n_blades() * 2 * contacts.angles.len() * (contacts.n_arc + grid.radii.len());
+    in_range("number of vertices of a solid's blades", n_vertices as f64, 0.0, MOST_VERTICES)?;
     let mut sector = Sector::new(spec.n_blades());
     let sheets = blade_sheets(&mut sector, &contour, &grid, &contacts);
     check_balls(&sector, &sheets, &contacts)?;
