@@ -98,9 +98,10 @@ fn solids_are_closed_outward_and_of_one_piece() {
 
 #[test]
 fn no_solid_cuts_through_itself() {
-    for series in SERIES {
+    for (k, series) in SERIES.into_iter().enumerate() {
         let spec = propeller(series, 1000.0);
-        for fillet in fillets(&spec) {
+        // Constant radii of every other series, varying ones of all.
+        for fillet in fillets(&spec).into_iter().skip(k % 2) {
             let solid = solid(&spec, &fillet, resolution(8, 12), 1e-2 * spec.hub_radius());
             // All other blades are to their neighbours as these two.
             let kept = ["blade-1/", "blade-2/", "hub/cylinder"];
