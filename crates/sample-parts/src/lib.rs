@@ -4,6 +4,8 @@
 //!   diameter; [`blade`] and
 //!   [`hub`] mesh one blade and the hub, [`blade_pose`] places the others. [`BladeSurface`] is the
 //!   smooth blade behind the mesh, [`chord_error`] their distance.
+//! - [`AntiSingingEdge`]: a chamfer of the trailing edges, which all of these have that are made of
+//!   a [`PropellerSpec`] with it.
 //! - [`propeller_solid`]: hub with bore, blades and root fillets as one closed solid;
 //!   [`RootFillet`] has its radii, [`fillet_contact`] the ball in one place.
 //! - [`rotor37`]: a compressor blade.
@@ -73,6 +75,7 @@ mod surface_point;
 
 pub use crate::blade_loft::loft_mesh::LoftedBlade;
 pub use crate::blade_loft::loft_surface::{BladeLoft, BladeSections};
+pub use crate::propeller::anti_singing::AntiSingingEdge;
 pub use crate::propeller::blade::{BladeResolution, blade};
 pub use crate::propeller::blade_section::{BladeSection, BladeSide};
 pub use crate::propeller::blade_surface::BladeSurface;

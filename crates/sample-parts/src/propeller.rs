@@ -1,5 +1,7 @@
 //! Propellers: blades from radial tables, and a hub.
 
+pub(crate) mod anti_singing;
+pub(crate) mod anti_singing_check;
 pub(crate) mod blade;
 pub(crate) mod blade_grid;
 pub(crate) mod blade_section;

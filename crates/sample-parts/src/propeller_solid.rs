@@ -5,6 +5,7 @@ pub(crate) mod blade_sheets;
 pub(crate) mod bore;
 pub(crate) mod contact_loop;
 pub(crate) mod contour;
+pub(crate) mod fitted;
 pub(crate) mod hub_ends;
 pub(crate) mod hub_patch;
 pub(crate) mod root_fillet;

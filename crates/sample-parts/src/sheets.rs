@@ -29,8 +29,8 @@ pub(crate) fn close_sheets(
         for k in 0..last_column {
             let quad = |s: &Sheet| [s[row][k], s[row][k + 1], s[row + 1][k + 1], s[row + 1][k]];
             let [on_suction, on_pressure] = [suction, pressure].map(quad);
-            // In a corner of the tip three vertices are shared: a diagonal between two of them would
-            // lie on both sides.
+            // In a corner of the tip three vertices are shared: a diagonal between two of them
+            // would lie on both sides.
             let is_shared = |v: u32| on_suction.contains(&v) && on_pressure.contains(&v);
             mesh.quad_without(group(row, k, SUCTION), on_suction, is_shared);
             let [a, b, c, d] = on_pressure;

@@ -60,7 +60,9 @@ impl BladeResolution {
 ///
 /// +Z points ahead; driving, the propeller turns about +Z if it is right-handed. The mesh of a
 /// left-handed one is the mirror image in the plane y = 0, wound outward like the other. Vertices
-/// lie on [`BladeSurface`], on cylinders of constant radius and at constant chord fractions.
+/// lie on [`BladeSurface`], on cylinders of constant radius and at constant chord fractions, but
+/// for columns of the suction side that make room for an anti-singing edge
+/// ([`crate::AntiSingingEdge`]): its chamfer takes the trailing edge's band, whatever its width.
 /// Groups:
 /// - `suction`, `pressure`: structured patches of n_radial × n_chord quads from the hub's radius to
 ///   the rounding of the tip, without the bands of the edges;
@@ -97,8 +99,11 @@ fn sheets(surface: &BladeSurface, grid: &BladeGrid, mesh: &mut GroupedMesh) -> [
     let (mut suction, mut pressure) = (Vec::new(), Vec::new());
     for (row, &radius) in grid.radii.iter().enumerate() {
         let section = surface.section(radius);
-        let on_suction: Vec<u32> =
-            grid.fractions.iter().map(|&x| mesh.vertex(section.point(BladeSide::Suction, x))).collect();
+        let on_suction: Vec<u32> = grid
+            .fractions
+            .iter()
+            .map(|&x| mesh.vertex(section.point(BladeSide::Suction, section.column(BladeSide::Suction, x))))
+            .collect();
         let on_pressure = if row + 1 == grid.radii.len() {
             on_suction.clone()
         } else {

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use crate::propeller::anti_singing::EDGE_ANGLE;
 use crate::propeller::blade::BladeResolution;
 use crate::propeller::blade_surface::{BladeSurface, TIP_SHIFT, chord_variable, radius_ratio};
 
@@ -19,10 +20,6 @@ pub(crate) struct BladeGrid {
     /// Number of columns in the band of each edge.
     pub(crate) n_edge: usize,
 }
-
-/// Chord fraction covered by the band of each edge, as an angle of (1 − cos)/2: 3 % of the chord,
-/// where the curvature of the nose has died away.
-const EDGE_ANGLE: f64 = 0.35;
 
 /// Least number of columns in the band of an edge: fewer leave a nose with corners.
 const LEAST_EDGE_COLUMNS: usize = 6;

@@ -1,5 +1,6 @@
 use nalgebra::Point3;
 
+use crate::propeller::anti_singing::SectionChamfer;
 use crate::propeller::tables::{A08_LARGEST, NACA66_A08};
 use crate::spline::{CubicSpline, SplineEnd};
 
@@ -36,6 +37,8 @@ pub struct BladeSection<'a> {
     /// Whether points are mirrored in the plane y = 0.
     pub(crate) is_left_handed: bool,
     pub(crate) profile: Profile<'a>,
+    /// Chamfer of the suction side at the trailing edge.
+    pub(crate) chamfer: Option<SectionChamfer>,
 }
 
 /// Shape of a section along its chord.
@@ -129,14 +132,25 @@ impl BladeSection<'_> {
         flat * self.tip_rounding
     }
 
+    /// Returns the chord fraction of the mesh's column on a side that is at `fraction` elsewhere.
+    pub(crate) fn column(&self, side: BladeSide, fraction: f64) -> f64 {
+        match (side, &self.chamfer) {
+            (BladeSide::Suction, Some(chamfer)) => chamfer.column(fraction),
+            _ => fraction,
+        }
+    }
+
     /// The point of a side at a chord fraction from the leading edge, 0 to 1.
+    ///
+    /// An anti-singing edge ([`crate::AntiSingingEdge`]) cuts the suction side below mean height
+    /// and half the thickness.
     pub fn point(&self, side: BladeSide, chord_fraction: f64) -> Point3<f64> {
-        let half = self.half_thickness(chord_fraction);
-        let n = self.mean_height(chord_fraction)
-            + match side {
-                BladeSide::Suction => half,
-                BladeSide::Pressure => -half,
-            };
+        let (mean, half) = (self.mean_height(chord_fraction), self.half_thickness(chord_fraction));
+        let n = match (side, &self.chamfer) {
+            (BladeSide::Pressure, _) => mean - half,
+            (BladeSide::Suction, None) => mean + half,
+            (BladeSide::Suction, Some(chamfer)) => chamfer.cut(chord_fraction, mean + half),
+        };
         let (sin, cos) = self.pitch_angle().sin_cos();
         let s = self.chord * (0.5 - chord_fraction) - self.radius * self.skew / cos;
         let (sin_theta, cos_theta) = ((s * cos - n * sin) / self.radius).sin_cos();

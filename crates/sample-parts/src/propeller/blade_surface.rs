@@ -1,3 +1,4 @@
+use crate::propeller::anti_singing::{AntiSingingEdge, SectionChamfer};
 use crate::propeller::blade_section::{BladeSection, Naca66, Profile, rounding};
 use crate::propeller::offset_form::OffsetForm;
 use crate::propeller::spec::{PropellerShape, PropellerSpec};
@@ -139,6 +140,32 @@ impl BladeSurface {
     /// The section at a radius in mm, from 0.8 hub radii to the tip; radii outside are taken as the
     /// nearest of these.
     pub fn section(&self, radius: f64) -> BladeSection<'_> {
+        let section = self.uncut_section(radius);
+        let chamfer = self.spec.anti_singing_edge().and_then(|edge| self.chamfer_of(&edge, &section));
+        BladeSection { chamfer, ..section }
+    }
+
+    /// Returns the chamfer of an uncut section; `None` where neither it nor its columns reach, or
+    /// where it does not meet the suction side.
+    pub(crate) fn chamfer_of(&self, edge: &AntiSingingEdge, section: &BladeSection<'_>) -> Option<SectionChamfer> {
+        let radius = 0.5 * self.spec.diameter();
+        let ratio = section.radius / radius;
+        let (inside, share) = edge.nearest(ratio)?;
+        let length_of = |section: &BladeSection<'_>| {
+            let (end, rise) = (section.mean_height(1.0), edge.rise(section.chord));
+            AntiSingingEdge::length(|length| {
+                let x = 1.0 - length;
+                section.mean_height(x) + section.half_thickness(x) - (end + rise * length)
+            })
+        };
+        let length =
+            if ratio == inside { length_of(section) } else { length_of(&self.uncut_section(inside * radius)) }?;
+        let (end, rise) = (section.mean_height(1.0), edge.rise(section.chord));
+        Some(SectionChamfer { length, rise, end, depth: edge.depth(ratio), share })
+    }
+
+    /// Returns the section at a radius in mm without the chamfer of an anti-singing edge.
+    pub(crate) fn uncut_section(&self, radius: f64) -> BladeSection<'_> {
         let diameter = self.spec.diameter();
         let radius = radius.clamp(0.8 * self.spec.hub_radius(), 0.5 * diameter);
         let ratio = 2.0 * radius / diameter;
@@ -158,6 +185,7 @@ impl BladeSurface {
             tip_rounding: rounding(1.0 - ratio, self.tip_rounding_ratio()),
             is_left_handed: self.spec.hand() == Hand::Left,
             profile,
+            chamfer: None,
         }
     }
 

@@ -90,8 +90,9 @@ fn row_points(surface: &BladeSurface, grid: &BladeGrid, row: usize) -> [[Vec<Poi
     }
     fractions.push(1.0);
     let sections = [from, 0.5 * (from + to), to].map(|radius| surface.section(radius));
-    [BladeSide::Suction, BladeSide::Pressure]
-        .map(|side| [0, 1, 2].map(|k| fractions.iter().map(|&x| sections[k].point(side, x)).collect()))
+    [BladeSide::Suction, BladeSide::Pressure].map(|side| {
+        [0, 1, 2].map(|k| fractions.iter().map(|&x| sections[k].point(side, sections[k].column(side, x))).collect())
+    })
 }
 
 /// Largest distance of the middle points of a quad and its edges from the triangles of its quad and

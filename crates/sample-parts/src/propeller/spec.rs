@@ -2,6 +2,7 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Vector3};
 
+use crate::propeller::anti_singing::AntiSingingEdge;
 use crate::propeller::table::{Hand, PropellerTable, dtmb_4119, dtmb_4382, vp1304};
 use crate::spec_error::{SpecError, in_range};
 
@@ -49,6 +50,7 @@ impl PropellerSeries {
 pub struct PropellerSpec {
     shape: PropellerShape,
     diameter: f64,
+    anti_singing_edge: Option<AntiSingingEdge>,
 }
 
 /// Shape of a propeller, whatever its diameter.
@@ -79,12 +81,22 @@ impl PropellerSpec {
             PropellerSeries::Dtmb4382 => PropellerShape::Table(Arc::new(dtmb_4382())),
             PropellerSeries::Vp1304 => PropellerShape::Table(Arc::new(vp1304())),
         };
-        Ok(Self { shape, diameter })
+        Ok(Self { shape, diameter, anti_singing_edge: None })
     }
 
     /// A propeller by a table whose numbers are in range.
     pub(crate) fn of_checked(table: PropellerTable, diameter: f64) -> Self {
-        Self { shape: PropellerShape::Table(Arc::new(table)), diameter }
+        Self { shape: PropellerShape::Table(Arc::new(table)), diameter, anti_singing_edge: None }
+    }
+
+    /// The propeller with an edge that its sections have room for.
+    pub(crate) fn with_checked_edge(self, edge: AntiSingingEdge) -> Self {
+        Self { anti_singing_edge: Some(edge), ..self }
+    }
+
+    /// Anti-singing trailing edge, if there is one.
+    pub fn anti_singing_edge(&self) -> Option<AntiSingingEdge> {
+        self.anti_singing_edge
     }
 
     pub(crate) fn shape(&self) -> &PropellerShape {

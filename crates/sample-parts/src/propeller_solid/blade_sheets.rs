@@ -8,8 +8,8 @@ use crate::propeller::blade_grid::BladeGrid;
 use crate::propeller::blade_section::BladeSide;
 use crate::propeller_solid::ball::FilletContact;
 use crate::propeller_solid::contact_loop::ContactLoop;
-use crate::propeller_solid::contour::{Contour, section_point};
-use crate::propeller_solid::root_fillet::contour_angle;
+use crate::propeller_solid::contour::Contour;
+use crate::propeller_solid::root_fillet::{contour_angle, place_of};
 use crate::propeller_solid::sector::{Corner, EDGE, FILLET, PRESSURE, SUCTION, Sector, TIP};
 
 /// Vertices of both sides by row, from the hub over the fillet to the tip, and column, from leading
@@ -84,7 +84,11 @@ fn place(
         None if row == 0 => ball.on_hub,
         None => ball.on_arc(1.0 - row as f64 / n_arc as f64),
         Some(0) => ball.on_blade,
-        Some(row) => section_point(&contour.section(row_radius(grid, ball, row)), angle),
+        Some(row) => {
+            let section = contour.section(row_radius(grid, ball, row));
+            let (side, fraction) = place_of(angle);
+            section.point(side, section.column(side, fraction))
+        }
     }
 }
 

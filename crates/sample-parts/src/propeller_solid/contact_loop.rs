@@ -105,7 +105,7 @@ impl ContactLoop {
                 if !split_quad(quad).iter().all(|facet| faces(facet.map(|corner| quad[corner]))) {
                     let message = format!(
                         "the fillet folds with a ball of {:.4} mm, as where an edge leans over the hub; make the \
-                         radius smaller here, or let it vary less steeply",
+                         radius smaller here, as RootFillet::fitted does, or let it vary less steeply",
                         a.radius
                     );
                     return Err(fault(*angle, message));

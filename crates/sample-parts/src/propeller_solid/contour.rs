@@ -58,7 +58,7 @@ impl<'s> Contour<'s> {
 }
 
 /// Returns the point of a section at a contour angle.
-pub(crate) fn section_point(section: &BladeSection<'_>, angle: f64) -> Point3<f64> {
+fn section_point(section: &BladeSection<'_>, angle: f64) -> Point3<f64> {
     let (side, chord_fraction) = place_of(angle.rem_euclid(TAU));
     section.point(side, chord_fraction)
 }

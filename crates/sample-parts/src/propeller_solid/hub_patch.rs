@@ -97,28 +97,39 @@ impl HubLoop {
         [low, high]
     }
 
-    /// Whether a point is neither inside the loop nor nearer to it than `clearance`, nor to those
-    /// of other blades.
-    fn is_free(&self, p: &Point2<f64>, clearance: f64) -> bool {
-        let (low, high) = self.range(|p| p.x);
+    /// Returns the segments that reach a height or come nearer to it than `clearance`.
+    fn segments_near(&self, y: f64, clearance: f64) -> Vec<[Point2<f64>; 2]> {
         let n = self.points.len();
-        let first = ((low - clearance - p.x) / TAU).ceil() as i64;
-        let last = ((high + clearance - p.x) / TAU).floor() as i64;
-        (first..=last).all(|turn| {
-            let q = Point2::new(p.x + TAU * turn as f64, p.y);
-            let mut is_inside = false;
-            for i in 0..n {
-                let [a, b] = [self.points[i], self.points[(i + 1) % n]];
-                if distance_sq(&q, &a, &b) < clearance * clearance {
-                    return false;
-                }
-                if (a.y > q.y) != (b.y > q.y) && q.x < a.x + (b.x - a.x) * (q.y - a.y) / (b.y - a.y) {
-                    is_inside = !is_inside;
-                }
-            }
-            !is_inside
-        })
+        let segments = (0..n).map(|i| [self.points[i], self.points[(i + 1) % n]]);
+        segments.filter(|[a, b]| a.y.min(b.y) <= y + clearance && a.y.max(b.y) >= y - clearance).collect()
     }
+}
+
+/// Whether a point is neither inside the loop nor nearer to it than `clearance`, nor to those of
+/// other blades; by the segments near its height.
+fn is_free(segments: &[[Point2<f64>; 2]], p: &Point2<f64>, clearance: f64) -> bool {
+    let (low, high) = segments
+        .iter()
+        .flatten()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), q| (q.x.min(low), q.x.max(high)));
+    if low > high {
+        return true;
+    }
+    let first = ((low - clearance - p.x) / TAU).ceil() as i64;
+    let last = ((high + clearance - p.x) / TAU).floor() as i64;
+    (first..=last).all(|turn| {
+        let q = Point2::new(p.x + TAU * turn as f64, p.y);
+        let mut is_inside = false;
+        for [a, b] in segments {
+            if distance_sq(&q, a, b) < clearance * clearance {
+                return false;
+            }
+            if (a.y > q.y) != (b.y > q.y) && q.x < a.x + (b.x - a.x) * (q.y - a.y) / (b.y - a.y) {
+                is_inside = !is_inside;
+            }
+        }
+        !is_inside
+    })
 }
 
 /// Triangles of a sector's band.
@@ -174,7 +185,8 @@ impl HubPatch {
             let y = low + (high - low) * row as f64 / n_rows as f64;
             let shift = if row % 2 == 1 { 0.5 } else { 0.0 };
             let points = (0..n_around).map(|i| Point2::new(spacing * (i as f64 + shift), y));
-            vertices.extend(points.filter(|p| around.is_free(p, CLEARANCE * spacing)));
+            let near = around.segments_near(y, CLEARANCE * spacing);
+            vertices.extend(points.filter(|p| is_free(&near, p, CLEARANCE * spacing)));
         }
         let ring = |start: usize, n: usize| (0..n).map(move |i| [start + i, start + (i + 1) % n]);
         let edges: Vec<[usize; 2]> =

@@ -3,6 +3,7 @@
 use facemill_surface_model::TriMesh;
 use nalgebra::{Point3, Rotation3, Vector3};
 
+use crate::propeller::anti_singing::RUN_OUT;
 use crate::propeller::blade::BladeResolution;
 use crate::propeller::blade_grid::BladeGrid;
 use crate::propeller::blade_section::BladeSide;
@@ -32,6 +33,9 @@ pub struct SolidForm {
 
 /// Least radius of a fillet over the hub radius: smaller ones are edges to any cutter.
 const LEAST_FILLET: f64 = 1e-3;
+
+/// Most vertices of all blades: 40 million triangles.
+const MOST_VERTICES: f64 = 2e7;
 
 /// Least length of the cylinder beyond the fillets over the hub radius, where the hub's length is
 /// given.
@@ -76,11 +80,12 @@ const LEAST_MARGIN: f64 = 0.01;
 /// # Errors
 /// - The tolerance is not between 1e-5 and 1e-1 of the hub radius.
 /// - A radius of the fillet is below 1e-3 of the hub radius, or a ball of it reaches the rounding
-///   of the tip; a radius of the bore is not between 0.02 and 0.7 of the hub radius.
+///   of the tip or 0.05 R before an anti-singing edge; a radius of the bore is not between 0.02 and
+///   0.7 of the hub radius.
 /// - The hub's length, if the table gives one, leaves no room for the fillets.
 /// - A ball cuts into a blade, the fillet folds, fillets of two blades meet, or an edge is sharp
 ///   ([`SpecError::Fillet`], with the place).
-/// - The tolerance takes more columns or triangles than there may be.
+/// - Tolerance and resolution take more columns, vertices or triangles than there may be.
 pub fn propeller_solid(
     spec: &PropellerSpec,
     form: &SolidForm,
@@ -98,6 +103,8 @@ pub fn propeller_solid(
     let grid = BladeGrid::new(&surface, resolution);
     let contacts = ContactLoop::new(&contour, &form.fillet, &grid.fractions, chord_tolerance)?;
     contacts.check_folds()?;
+    let n_vertices = spec.n_blades() * 2 * contacts.angles.len() * (contacts.n_arc + grid.radii.len());
+    in_range("number of vertices of a solid's blades", n_vertices as f64, 0.0, MOST_VERTICES)?;
     let mut sector = Sector::new(spec.n_blades());
     let sheets = blade_sheets(&mut sector, &contour, &grid, &contacts);
     check_balls(&sector, &sheets, &contacts)?;
@@ -138,10 +145,14 @@ pub fn fillet_contact(
 }
 
 /// Refuses radii with which no ball can lie between hub and tip.
-fn check_radii(surface: &BladeSurface, fillet: &RootFillet) -> Result<(), SpecError> {
+pub(crate) fn check_radii(surface: &BladeSurface, fillet: &RootFillet) -> Result<(), SpecError> {
     let spec = surface.spec();
     let (hub_radius, radius) = (spec.hub_radius(), 0.5 * spec.diameter());
-    let most = 0.5 * (radius * (1.0 - surface.tip_rounding_ratio()) - hub_radius);
+    let smooth_up_to = match spec.anti_singing_edge() {
+        Some(edge) => edge.range()[0] - RUN_OUT,
+        None => 1.0 - surface.tip_rounding_ratio(),
+    };
+    let most = 0.5 * (radius * smooth_up_to - hub_radius);
     for extreme in fillet.extremes() {
         in_range("fillet radius", extreme, LEAST_FILLET * hub_radius, most)?;
     }

@@ -3,6 +3,7 @@
 mod kit;
 
 mod analytic_laws;
+mod anti_singing_laws;
 mod blade_laws;
 mod casting_laws;
 mod loft_laws;

@@ -52,6 +52,9 @@ fn solids_have_ranges() {
         assert!(matches!(found, SpecError::OutOfRange { field: "fillet radius", .. }), "{found}");
         assert!(fillet_contact(&spec, &constant(radius), BladeSide::Suction, 0.5).is_err());
     }
+    let form = SolidForm { fillet: constant(10.0), bore: None };
+    let found = propeller_solid(&spec, &form, resolution(2000, 2000), 0.5).expect_err("too large");
+    assert!(matches!(found, SpecError::OutOfRange { field: "number of vertices of a solid's blades", .. }), "{found}");
     for (aft, ahead) in [(71.0, 30.0), (30.0, 71.0), (1.0, 30.0), (100.0, 100.0)] {
         let bore = Bore::taper(aft, ahead).expect("radii");
         assert!(matches!(refusal(&spec, constant(10.0), Some(bore), 0.5), SpecError::OutOfRange { .. }));
