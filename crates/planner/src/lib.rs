@@ -54,7 +54,7 @@ mod tool_changes;
 
 pub use crate::passes::engagement::neighbour_reach;
 pub use crate::plan::ReadSetup;
-pub use crate::plan_job::{PlannedSetup, plan_job, plan_job_setup, plan_job_with_setups};
+pub use crate::plan_job::{plan_job, plan_job_setup, plan_job_with_setups};
 pub use crate::plan_settings::PlanSettings;
 pub use crate::planned::{Planned, PosedPass};
 pub use crate::posture_maps::posture_maps;

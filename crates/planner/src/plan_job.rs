@@ -34,22 +34,27 @@ pub fn plan_job(
     cell: Option<f64>,
     stages: &dyn Stages,
 ) -> Result<Vec<Planned>, Failure> {
-    let planned = plan_job_with_setups(job, settings, cell, stages)?;
-    Ok(planned.into_iter().map(|(planned, _)| planned).collect())
+    let planned = plan_job_with_setups(job, settings, cell, stages, |_, _| ())?;
+    Ok(planned.into_iter().map(|(planned, ())| planned).collect())
 }
 
-/// Plans all setups of a job as [`plan_job`] does; returns each with the setup as it was read, of a
-/// machine with two heads without.
+/// Plans all setups of a job as [`plan_job`] does; returns each with what `keep` makes of it and of
+/// the setup as it was read, before the next setup is planned. On a machine with two heads there is
+/// no such setup.
+///
+/// A setup holds its meshes and its stock: of a job with many of them, they take more memory
+/// together than there may be.
 ///
 /// # Errors
 /// As [`plan_job`].
-pub fn plan_job_with_setups<'j>(
+pub fn plan_job_with_setups<'j, T>(
     job: &'j Job,
     settings: PlanSettings,
     cell: Option<f64>,
     stages: &dyn Stages,
-) -> Result<Vec<PlannedSetup<'j>>, Failure> {
-    let planned = planned_setups(job, 0..job.file.setups.len(), settings, cell, stages)?;
+    keep: impl FnMut(&Planned, Option<ReadSetup<'j>>) -> T,
+) -> Result<Vec<(Planned, T)>, Failure> {
+    let planned = planned_setups(job, 0..job.file.setups.len(), settings, (cell, stages), keep)?;
     let (planned, nothing): (Vec<_>, Vec<_>) = planned.into_iter().partition(Result::is_ok);
     match nothing.into_iter().filter_map(Result::err).next_back() {
         Some(why) if planned.is_empty() => Err(Failure::NothingToCut(why)),
@@ -71,28 +76,25 @@ pub fn plan_job_setup(
 ) -> Result<Planned, Failure> {
     let (before, _) = programs_before(&job.file.setups, index);
     let first = before.first().copied().unwrap_or(index);
-    let last = planned_setups(job, first..index + 1, settings, cell, stages)?.pop();
-    let (planned, _) =
+    let last = planned_setups(job, first..index + 1, settings, (cell, stages), |_, _| ())?.pop();
+    let (planned, ()) =
         last.unwrap_or_else(|| Err("there is no such setup".to_owned())).map_err(Failure::NothingToCut)?;
     Ok(planned)
 }
 
-/// A planned setup, with the setup as it was read.
-pub type PlannedSetup<'j> = (Planned, Option<ReadSetup<'j>>);
-
 /// Plans setups in their order; an error within the list is the reason why there is nothing to cut.
-fn planned_setups<'j>(
+fn planned_setups<'j, T>(
     job: &'j Job,
     setups: Range<usize>,
     settings: PlanSettings,
-    cell: Option<f64>,
-    stages: &dyn Stages,
-) -> Result<Vec<Result<PlannedSetup<'j>, String>>, Failure> {
+    (cell, stages): (Option<f64>, &dyn Stages),
+    mut keep: impl FnMut(&Planned, Option<ReadSetup<'j>>) -> T,
+) -> Result<Vec<Result<(Planned, T), String>>, Failure> {
     if cell.is_some_and(|c| !(c > 0.0 && c.is_finite())) {
         return Err(job.wrong("the distance of the stock's lines must be a length above 0 mm"));
     }
     setups.clone().try_for_each(|k| check_before(job, k))?;
-    let mut all: Vec<Result<PlannedSetup<'j>, String>> = Vec::new();
+    let mut all: Vec<Result<(Planned, T), String>> = Vec::new();
     let mut programs = job.programs.clone();
     let first = setups.start;
     for index in setups {
@@ -111,10 +113,11 @@ fn planned_setups<'j>(
                 all.push(Err(why));
             }
             planned => {
-                let planned = planned?;
-                let program = planned.0.program_to_run().map(|(name, text)| (name.into(), text.to_vec()));
+                let (planned, read) = planned?;
+                let program = planned.program_to_run().map(|(name, text)| (name.into(), text.to_vec()));
                 programs.add(index, program, job.post.dialect());
-                all.push(Ok(planned));
+                let kept = keep(&planned, read);
+                all.push(Ok((planned, kept)));
             }
         }
     }

@@ -10,7 +10,6 @@ use facemill_job::validate::setup_names::file_stem;
 use facemill_nc_program::read::{AxisAt, CallKind, ReadBlock, ReadCall, ReadCommand};
 use facemill_nc_program::{AxisLetter, ProgramSpec, ReadProgram, write_sections};
 
-use crate::plan_job::PlannedSetup;
 use crate::planned::Planned;
 
 /// Program of a clamping with the programs of all of its tools.
@@ -55,7 +54,7 @@ const SAME_PLACE: f64 = 1e-3;
 ///
 /// # Errors
 /// If a text cannot be read back.
-pub fn joined_programs(job: &Job, planned: &[PlannedSetup<'_>]) -> Result<Vec<JoinedProgram>, Failure> {
+pub fn joined_programs<T>(job: &Job, planned: &[(Planned, T)]) -> Result<Vec<JoinedProgram>, Failure> {
     let setups = &job.file.setups;
     let clampings = job.clampings();
     let is_alone = clampings.len() == 1;

@@ -8,13 +8,14 @@ use clap::{ArgGroup, Args};
 use facemill::formats::{MadeFrom, ProgramStamp};
 use facemill::job::validate::setup_names::file_stem;
 use facemill::job_file::STOCK_TOLERANCE;
-use facemill::planner::{PlannedSetup, ReadSetup, posture_maps};
+use facemill::planner::{ReadSetup, posture_maps};
 use facemill::report::CertifiedReport;
 use facemill::report_page::animation::animation_glb;
 use facemill::report_page::document::{PageData, PageSource, page_data};
 use facemill::report_page::format::VerdictState;
 use facemill::report_page::html::{report_html, sheet_html};
 use facemill::report_page::stamp_line;
+use facemill::solution_space_file::PostureMapsFile;
 use facemill::{CutRequest, DeviationRequest, Failure, Job, JobSetting, Planned, VerifyRequest, files, verify_program};
 use serde_json::Value;
 
@@ -238,18 +239,33 @@ pub(crate) struct PagesOfPlan {
     pub(crate) animation: Option<Vec<u8>>,
 }
 
+/// Kept of a setup for its pages when it has been planned.
+pub(crate) struct KeptForPages<'j> {
+    /// Maps of postures.
+    maps: Option<Result<PostureMapsFile, Failure>>,
+    /// The setup, of a job with no other: several take too much memory together, and are read again.
+    read: Option<ReadSetup<'j>>,
+}
+
+impl<'j> KeptForPages<'j> {
+    pub(crate) fn of(job: &Job, planned: &Planned, read: Option<ReadSetup<'j>>) -> Self {
+        let maps = read.as_ref().map(|read| posture_maps(job, read, planned));
+        Self { maps, read: read.filter(|_| job.file.setups.len() == 1) }
+    }
+}
+
 /// Returns the pages of a planned setup and its animation, as far as they are wanted; none, with a
 /// note on standard error, if they cannot be made: a plan is not lost for want of a picture.
 pub(crate) fn pages_of_plan(
     job: &Job,
-    (planned, read): &mut PlannedSetup<'_>,
+    (planned, kept): (&mut Planned, Option<KeptForPages<'_>>),
     [wants_pages, wants_animation]: [bool; 2],
 ) -> PagesOfPlan {
     let mut made = PagesOfPlan::default();
     if !wants_pages && !wants_animation {
         return made;
     }
-    match data_of_plan(job, planned, read.as_ref()) {
+    match data_of_plan(job, planned, kept) {
         Ok((suffix, maps, data)) => {
             if wants_pages {
                 made.files.extend(pages(&suffix, &data));
@@ -267,10 +283,11 @@ pub(crate) fn pages_of_plan(
 fn data_of_plan(
     job: &Job,
     planned: &mut Planned,
-    read: Option<&ReadSetup<'_>>,
+    kept: Option<KeptForPages<'_>>,
 ) -> Result<(String, Option<Vec<u8>>, PageData), Failure> {
     let missing = |what: &str| Failure::Internal(format!("the plan has no {what}"));
-    let maps = read.map(|read| posture_maps(job, read, planned)).transpose()?;
+    let (maps, read) = kept.map_or((None, None), |kept| (kept.maps, kept.read));
+    let maps = maps.transpose()?;
     let left = planned.left.take();
     let file = |begin: &str, end: &str| planned.files.iter().find(|(n, _)| n.starts_with(begin) && n.ends_with(end));
     let (name, report) = file("report", ".json").ok_or_else(|| missing("report"))?;
@@ -292,7 +309,7 @@ fn data_of_plan(
         chips: Some(&planned.chip_table.1),
         postures: maps.as_ref().map(value).transpose()?,
         pictures: pictures.into_iter().collect(),
-        read: read.map(|read| &read.setup),
+        read: read.as_ref().map(|read| &read.setup),
         left,
     };
     let data = page_data(source)?;

@@ -5,14 +5,14 @@ use std::process::ExitCode;
 
 use clap::Args;
 use facemill::formats::{JoinedProgramSummary, JoinedSectionSummary, SUMMARY_FORMAT, SetupSummary, SummaryFile};
-use facemill::planner::{JoinedProgram, JoinedSection, PlannedSetup, joined_programs, plan_job_with_setups};
+use facemill::planner::{JoinedProgram, JoinedSection, joined_programs, plan_job_with_setups};
 use facemill::report::Report;
 use facemill::report::outcome::Outcome;
-use facemill::{Failure, Job, JobSetting, PlanSettings, files, summary};
+use facemill::{Failure, Job, JobSetting, PlanSettings, Planned, files, summary};
 
 use crate::cli::arguments::option_lengths::above_zero;
 use crate::cli::output::{default_out, say};
-use crate::cli::page_commands::{PagesOfPlan, page_names_of, pages_of_plan};
+use crate::cli::page_commands::{KeptForPages, PagesOfPlan, page_names_of, pages_of_plan};
 use crate::cli::progress::Progress;
 
 /// Text on exit codes behind the options.
@@ -109,7 +109,9 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
     let mut all_planned = Vec::new();
     let mut texts = Vec::new();
     let progress = if arguments.json_progress { Progress::json() } else { Progress::new(arguments.quiet) };
-    for (planned, read) in plan_job_with_setups(job, settings, arguments.stock_cell_mm, &progress)? {
+    let wants_pages = !arguments.no_html || arguments.animation.is_some();
+    let keep = |planned: &Planned, read| wants_pages.then(|| KeptForPages::of(job, planned, read));
+    for (planned, kept) in plan_job_with_setups(job, settings, arguments.stock_cell_mm, &progress, keep)? {
         outcome = outcome.max(planned.outcome());
         texts.push(summary(&planned.report));
         setups.push(SetupSummary::of(&planned.report));
@@ -120,7 +122,7 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
         }));
         all_files.extend(planned.files.iter().cloned());
         all_files.extend(arguments.chips.then(|| planned.chip_table.clone()));
-        all_planned.push((planned, read));
+        all_planned.push((planned, kept));
     }
     let joined = joined_summaries(job, &all_planned, &mut all_files)?;
     texts.extend(joined.iter().map(|joined| joined.lines().join("\n")));
@@ -142,8 +144,11 @@ fn plan(arguments: &PlanArguments, job: &Job, out: &Path) -> Result<ExitCode, Fa
     Ok(ExitCode::from(outcome.exit_code()))
 }
 
+/// A planned setup, with what is kept for its pages if they are wanted.
+type KeptPlan<'j> = (Planned, Option<KeptForPages<'j>>);
+
 /// Writes the pages and the animation of a plan; returns their names.
-fn pages(arguments: &PlanArguments, job: &Job, out: &Path, mut planned: Vec<PlannedSetup<'_>>) -> Vec<String> {
+fn pages(arguments: &PlanArguments, job: &Job, out: &Path, mut planned: Vec<KeptPlan<'_>>) -> Vec<String> {
     let mut job = job.clone();
     for (planned, _) in &planned {
         let setup = job.file.setups.iter().position(|setup| setup.name == planned.report.setup);
@@ -156,8 +161,8 @@ fn pages(arguments: &PlanArguments, job: &Job, out: &Path, mut planned: Vec<Plan
     let job = &job;
     let wanted = [!arguments.no_html, arguments.animation.is_some()];
     let mut placed: Vec<(String, PathBuf, Vec<u8>)> = Vec::new();
-    for planned in &mut planned {
-        let PagesOfPlan { files, animation } = pages_of_plan(job, planned, wanted);
+    for (planned, kept) in &mut planned {
+        let PagesOfPlan { files, animation } = pages_of_plan(job, (planned, kept.take()), wanted);
         placed.extend(files.into_iter().map(|(name, bytes)| (name.clone(), out.join(name), bytes)));
         let animation = arguments.animation.as_ref().zip(animation);
         placed.extend(animation.map(|(file, bytes)| (file.display().to_string(), file.clone(), bytes)));
@@ -191,7 +196,7 @@ fn json(
 /// Returns the summaries of programs that change tools, and adds the programs to the files.
 fn joined_summaries(
     job: &Job,
-    planned: &[PlannedSetup<'_>],
+    planned: &[KeptPlan<'_>],
     files: &mut Vec<(String, Vec<u8>)>,
 ) -> Result<Vec<JoinedProgramSummary>, Failure> {
     let mut summaries = Vec::new();
